@@ -1,9 +1,9 @@
 #!/bin/sh
 # hosts.sh: the page of `asperity explore` inside Chromium, and the library inside Kratos, OpenGeoSys, MTest, OOFEM,
-# Akantu, PETSc, scikit-fem and CalculiX. What this machine cannot get is left out.
+# Akantu, FEniCSx, scikit-fem and CalculiX. What this machine cannot get is left out.
 #
 # CalculiX comes as Debian's source package (built once, build/calculix), which takes longest and is last; the others come
-# as wheels, PETSc with Debian's Python. Every host has a run of pytest and a report (build/hosts/*.xml) of its own.
+# as wheels, those of FEniCSx for a Python of 3.12 or later. Every host has a run of pytest and a report (build/hosts/*.xml) of its own.
 set -eu
 cd "$(dirname "$0")/.."
 python=.venv/bin/python
@@ -44,8 +44,8 @@ step "Akantu" hosts-akantu "$python" tools/install_extra.py akantu akantu
 tests akantu
 step "scikit-fem" hosts-python "$python" tools/install_extra.py fe skfem
 tests python
-step "PETSc" hosts-petsc harness/hosts/petsc/install.sh "$python" build/petsc
-tests petsc
+step "FEniCSx" hosts-fenicsx harness/hosts/fenicsx/install.sh build/fenicsx
+tests fenicsx
 step "Chromium" hosts-browser tools/browser.sh
 tests browser -m browser tests/python/test_explore.py
 step "CalculiX" hosts-calculix harness/hosts/calculix/build.sh build/calculix

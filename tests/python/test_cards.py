@@ -156,6 +156,15 @@ def test_ogs_patch(dimension: int) -> None:
     assert axes[0].tolist() == [0.0, 0.0, 1.0][-dimension:]
 
 
+def test_fenicsx_law() -> None:
+    """The block is Python and makes the same law."""
+    found: dict[str, Interface] = {}
+    exec(RT.card("fenicsx", name="bed"), found)
+    assert found["bed"] == RT
+    with pytest.raises(ValueError, match="map = 1: expected 0 for fenicsx"):
+        RT.card("fenicsx", map=1)
+
+
 def test_oofem_record() -> None:
     """One record with all constants, the number of state variables and a library that exists."""
     *comments, record = RT.card("oofem", name="JOINT", h=0.1).splitlines()
@@ -173,7 +182,7 @@ def test_oofem_record() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (dict(host="ansys"), "host = 'ansys': expected one of abaqus, akantu, calculix, kratos, mtest"),
+        (dict(host="ansys"), "host = 'ansys': expected one of abaqus, akantu, calculix, fenicsx, kratos"),
         (dict(host="abaqus", name="2 joints"), "name = '2 joints': expected a letter"),
         (dict(host="calculix", name="NLJOINT"), "expected none that begins with NL"),
         (dict(host="calculix", map=1), "map = 1: expected 0 for calculix"),

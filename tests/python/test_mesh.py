@@ -215,6 +215,7 @@ def test_groups_follow_their_cells() -> None:
 @pytest.mark.parametrize(
     ("joints", "words"),
     [
+        ({"block_1": ("*", "*")}, "joint block_1: a block has this name: expected another one"),
         ({"bed": None}, "joint bed: no group of faces has this name: expected one of top"),
         ({"top": None}, "joint top: 2 of its 2 faces have a cell on one side only"),
         ({"bed": ("brick", "*")}, r"joint bed: 0 of the 2 faces between blocks.*Blocks: block_1, block_2"),
@@ -285,6 +286,9 @@ def test_calculix_layers(tmp_path: Path) -> None:
     assert "*SOLID SECTION, ELSET=joint_2, MATERIAL=ABAQUSJOINT, ORIENTATION=joint_2" in text
     with pytest.raises(ValueError, match="layer = 0: expected the thickness of its layers"):
         write(tmp_path / "wall.inp", found, "calculix")
+    found.names[0] = "two words"
+    with pytest.raises(ValueError, match="name 'two words': expected a letter, then letters"):
+        write(tmp_path / "wall.inp", found)
 
 
 def test_vtu(tmp_path: Path) -> None:
@@ -345,3 +349,11 @@ def test_files_that_are_no_mesh(tmp_path: Path, text: str | None, words: str) ->
         path.write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=words):
         split(path)
+
+
+def test_script_of_the_page() -> None:
+    """The page shows the script that the tests in the hosts run."""
+    root = Path(__file__).parents[2]
+    script = (root / "harness/hosts/fenicsx/window_mesh.py").read_text(encoding="utf-8")
+    script = script.partition('"""\n\n')[2]
+    assert f"```py\n{script}```" in (root / "docs/how-to/your-mesh.md").read_text(encoding="utf-8")

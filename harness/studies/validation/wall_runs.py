@@ -1,9 +1,11 @@
-"""Runs of the walls: harness/hosts/petsc/shear_wall.py with the options of each, three at a time."""
+"""Runs of the walls: harness/hosts/fenicsx/walls.py with the options of each."""
 
 from __future__ import annotations
 
 import json
 import os
+import re
+import shlex
 import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -13,9 +15,9 @@ from asperity.contract import Floats
 
 from .common import DATA, rows
 
-PROGRAM = Path(__file__).parents[3] / "harness" / "hosts" / "petsc" / "shear_wall.py"
+PROGRAM = Path(__file__).parents[3] / "harness" / "hosts" / "fenicsx" / "walls.py"
 BUILD = Path(__file__).parents[3] / "build"
-PYTHON = BUILD / "petsc" / "bin" / "python"
+PYTHON = BUILD / "fenicsx" / "bin" / "python"
 """Made by `make hosts`."""
 
 DRY = "--drag 1e-6 --tolerance 1e-5 --step 0.1 --most 0.5"
@@ -27,13 +29,17 @@ SOLID = "--tau 0.005 --elements 4 1 3 --theta 10 --height 0.1 --to 3.5"
 
 ROCKING, SLIDING = "--to 5 10 15 20", "--to 4 8 12"
 
-SOLID_STEPS = "--tau 0.02 --elements 4 2 3 --to 0.04"
+SOLID_STEPS = "--tau 0.02 --elements 4 2 3 --to 0.04 --tolerance 1e-5"
 """Options of the runs in three dimensions that are timed."""
 
+GAMG = "--petsc='-ksp_type gmres -ksp_rtol 1e-6 -ksp_gmres_restart 200 -pc_type gamg'"
+"""Algebraic multigrid with the rigid motions as near null space."""
+
 RUNS = {
+    "J4D": f"--wall J4D {MORTAR}",
     **{name: f"--wall {name} {DRY} --elements 2 2 {ROCKING}" for name in ("WS40", "WS100", "WS175", "WS250")},
     **{name: f"--wall {name} {DRY} --elements 2 2 {SLIDING}" for name in ("SW30", "SW100", "SW200", "SW250")},
-    **{name: f"--wall {name} {MORTAR}" for name in ("J4D", "J6D", "J7D")},
+    **{name: f"--wall {name} {MORTAR}" for name in ("J6D", "J7D")},
     **{
         f"{name} {theta} {height}": f"--wall {name} {MORTAR} --theta {theta} --height {height}"
         for name, theta, height in (
@@ -47,54 +53,50 @@ RUNS = {
         )
     },
     **{f"tau {tau}": f"--tau {tau}" for tau in (0, 0.005, 0.02, 0.05)},
+    **{
+        f"search {kind}": f"{MORTAR} --petsc='-snes_linesearch_type {kind}'"
+        for kind in ("bt", "l2", "basic")
+    },
+    "drag": "--drag 1e-6",
+    "alone": f"--wall WS100 {DRY.replace('--drag 1e-6', '')} --elements 2 2 {ROCKING}",
+    "cyclic WS100": f"--wall WS100 {DRY} --elements 2 2 --to 5 -5 10 -10 0",
+    "J4D 2 2": f"{MORTAR} --elements 2 2",
+    "SW100 4 4": f"--wall SW100 {DRY} --elements 4 4 {SLIDING}",
+    "WS100 4 4": f"--wall WS100 {DRY} --elements 4 4 {ROCKING}",
+    "SW100 drag": f"--wall SW100 {DRY} --elements 2 2 {SLIDING} --drag 2e-6",
+    "WS100 drag": f"--wall WS100 {DRY} --elements 2 2 {ROCKING} --drag 2e-6",
+    "WS100 kn": f"--wall WS100 {DRY} --elements 2 2 {ROCKING} --joint kn=15.8 ks=6.32",
     **{f"step {step}": f"{MORTAR} --step {step} --most {step}" for step in (0.0125, 0.1, 0.2)},
     **{
         f"planes {sides}": f"{MORTAR} --theta 10 --height 0.1 --sides {sides} --turn {turn}"
         for sides, turn in ((2, 0), (8, 22.5), (16, 11.25))
     },
-    "explicit": "--explicit 5e-4",
-    "drag": "--drag 1e-6",
-    "alone": f"--wall WS100 {DRY.replace('--drag 1e-6', '')} --elements 2 2 {ROCKING}",
-    "path": "--arc 0.02 --most 0.02 --elements 2 2 --to 2.5",
-    "3D 0": f"{SOLID} --turn 0",
-    "3D 45": f"{SOLID} --turn 45",
-    "3D explicit": f"{SOLID.replace('--tau 0.005', '--explicit 5e-4')} --turn 0",
-    "cyclic WS100": f"--wall WS100 {DRY} --elements 2 2 --to 5 -5 10 -10 0",
-    "J4D 2 2": f"{MORTAR} --elements 2 2",
-    "SW100 4 4": f"--wall SW100 {DRY} --elements 4 4 {SLIDING}",
     "J4D 8 6": f"{MORTAR} --elements 8 6 --to 2.3",
-    **{
-        f"scale {scale} {solver}": f"{SOLID_STEPS} --scale {scale} --solver {solver}"
-        for scale, solver in (
-            (1, "mumps"),
-            (1, "bricks"),
-            (2, "mumps"),
-            (2, "bricks"),
-            (4, "bricks"),
-            (6, "bricks"),
-        )
-    },
-    "WS100 4 4": f"--wall WS100 {DRY} --elements 4 4 {ROCKING}",
-    "SW100 drag": f"--wall SW100 {DRY} --elements 2 2 {SLIDING} --drag 2e-6",
-    "WS100 drag": f"--wall WS100 {DRY} --elements 2 2 {ROCKING} --drag 2e-6",
-    "WS100 kn": f"--wall WS100 {DRY} --elements 2 2 {ROCKING} --joint kn=15.8 ks=6.32",
+    "3D 45": f"{SOLID} --turn 45",
+    "3D 0": f"{SOLID} --turn 0",
+    "scale 1 mumps": SOLID_STEPS,
+    "scale 1 gamg": f"{SOLID_STEPS} {GAMG}",
+    "scale 2 mumps": f"{SOLID_STEPS} --scale 2",
+    "scale 2 gamg": f"{SOLID_STEPS} --scale 2 {GAMG}",
 }
 """Options by the name of a run."""
 
-FIELDS = {"WS100": 4.0, "SW100": 8.0, "J4D": 20.0}
-"""Runs of the picture of cracks, with the scale of the displacements."""
+FIELDS = ("WS100", "SW100", "J4D")
+"""Runs of the picture of cracks."""
 
-STEPS = {"J4D": "--to 2.2 4"}
-"""Displacements of the fields, where the run has others."""
+ARCHES = ("0.11 0.12 0.15 0.2 --pvd", "0.12 0.15 --dim 3 --size 75")
+"""Options of arch.py."""
+
+ARCH = re.compile(r"t/R ([\d.]+): ([\d.]+) g, limit analysis ([\d.]+) g, (\d+) unknowns")
+"""Line of arch.py."""
 
 THIN = 2e-3
 """Rows are left out where straight lines stay within this part of the largest force."""
 
 
 def environment() -> dict[str, str]:
-    """Environment of the program: one thread, and where Debian has PETSc."""
-    found = sorted(Path("/usr/lib/petscdir").glob("petsc3*/*-real"))
-    return os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PETSC_DIR": str(found[-1])}
+    """Environment of the program: one thread a rank."""
+    return os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
 def execute(name: str, folder: Path) -> None:
@@ -105,10 +107,10 @@ def execute(name: str, folder: Path) -> None:
         return
     out = folder / f"{words}.csv"
     out.unlink(missing_ok=True)  # of a run that was ended
-    line = f"{RUNS[name]} {STEPS.get(name, '')} --out {out}"
+    line = f"{RUNS[name]} --out {out}"
     line += f" --pvd {folder / words}.pvd" * (name in FIELDS)
     end = subprocess.run(
-        [PYTHON, PROGRAM, *line.split()], env=environment(), capture_output=True, text=True, check=False
+        [PYTHON, PROGRAM, *shlex.split(line)], env=environment(), capture_output=True, text=True, check=False
     )
     if end.returncode not in (0, 3):
         raise RuntimeError(f"{name}: exit {end.returncode}: {end.stderr}")
@@ -116,11 +118,22 @@ def execute(name: str, folder: Path) -> None:
     print(f"{name}: {end.stdout.splitlines()[-1]}", flush=True)
 
 
-def execute_all(folder: Path, workers: int = 3) -> None:
+def execute_all(folder: Path, workers: int = 1) -> None:
     """Run all walls whose summary is not in the folder."""
     folder.mkdir(parents=True, exist_ok=True)
     with ThreadPoolExecutor(workers) as pool:
         list(pool.map(lambda name: execute(name, folder), RUNS))
+    mesh, field = folder / "window.msh", folder / "window.pvd"
+    for line in (f"window_mesh.py {mesh}", f"window.py {mesh} --pvd {field}"):
+        program, *words = line.split()
+        subprocess.run([PYTHON, PROGRAM.with_name(program), *words], env=environment(), check=True)
+    lines = ["# Made by python -m harness.studies.validation.walls --run", "dim,ratio,found,limit,unknowns"]
+    for line in ARCHES:
+        command = [PYTHON, PROGRAM.with_name("arch.py"), *line.split(), "--folder", folder]
+        found = subprocess.run(command, env=environment(), capture_output=True, text=True, check=True).stdout
+        dim = 3 if "--dim 3" in line else 2
+        lines += [f"{dim},{','.join(numbers)}" for numbers in ARCH.findall(found)]
+    (DATA / "arches.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def thinned(curve: Floats) -> Floats:
@@ -158,8 +171,6 @@ def store(folder: Path) -> None:
         curve = thinned(np.vstack([[0.0, 0.0, curve[0, 2]], curve]))
         lines += [",".join([name, *(f"{x:.5g}" for x in row)]) for row in curve]
         found = json.loads(file.with_name(file.name + ".json").read_text(encoding="utf-8"))
-        found = {"kinetic": 0.0} | found  # older runs have none
-        del found["reason"]
         sums += [",".join(["run", *found])] * (len(sums) == 1)
         sums.append(",".join([name, *(f"{value:.6g}" for value in found.values())]))
     for file, text in (("walls_runs.csv", lines), ("walls_summaries.csv", sums)):

@@ -245,6 +245,26 @@ def _akantu(block: Block) -> str:
     )
 
 
+def _fenicsx(block: Block) -> str:
+    """FEniCSx: the law in Python, for harness/hosts/fenicsx/jointed.py."""
+    if block.prop("m") < 0:
+        raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for fenicsx")
+    _only("fenicsx, whose joints pass separations", "h", block.thickness(), 1.0)
+    _only("fenicsx, whose axes are those of asperity.mesh", "map", block.prop("map"), 0.0)
+    _only("fenicsx, whose steps are those of SNES", "dalpha", block.prop("dalpha"), 0.0)
+    law, pattern = (
+        ", ".join(f"{row.name}={block.prop(row.name)!r}" for row in contract.owned(owner) if row.name != "m")
+        for owner in ("law", "pattern")
+    )
+    comments = _remarks(block, f'Model(mesh, {{"{block.name}": {block.name}}}, E, nu) of jointed.py')
+    return _text(
+        *(f"# {line}" for line in comments),
+        "from asperity import Interface, Material, Pattern",
+        "",
+        f"{block.name} = Interface(Material({law}), Pattern({block.prop('m'):.0f}, {pattern}))",
+    )
+
+
 def _only(host: str, name: str, value: float, expected: float) -> None:
     """Raise ValueError for a value that a host cannot take."""
     if value != expected:
@@ -278,7 +298,7 @@ def _constants(props: contract.Floats) -> list[str]:
 
 
 HOSTS = {
-    "abaqus": _abaqus, "akantu": _akantu, "calculix": _calculix, "kratos": _kratos,
+    "abaqus": _abaqus, "akantu": _akantu, "calculix": _calculix, "fenicsx": _fenicsx, "kratos": _kratos,
     "mtest": _mtest, "ogs": _ogs, "oofem": _oofem,
 }  # fmt: skip
 """Writers of the blocks by host."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Mapping
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -80,6 +82,11 @@ def write(
     if (host in ("calculix", "ogs")) != (layer > 0.0):
         what = "the thickness of its layers, > 0" if not layer else "none: its joints have no thickness"
         raise ValueError(f"layer = {layer:g}: expected {what}, for {host}")
+    for name in (*mesh.names, *mesh.joints, *mesh.groups):
+        if host in ("abaqus", "calculix", "kratos") and not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
+            raise ValueError(
+                f"name {name!r}: expected a letter, then letters, digits, underscores, for {host}"
+            )
     if plane not in ("strain", "stress"):
         raise ValueError(f"plane = {plane}: expected strain or stress")
     return WRITERS[host](path, mesh, laws, plane, layer)
@@ -89,7 +96,7 @@ def layer_points(mesh: Jointed, h: float) -> Floats:
     """Nodes whose joints have the thickness h: both faces of a joint move apart by h/2, into the blocks."""
     d = mesh.dimension
     square, side = np.zeros((len(mesh.points), d, d)), np.zeros((len(mesh.points), d))
-    for joint in _all(mesh):
+    for joint in chain(*mesh.joints.values()):
         normal = np.repeat(joint.axes[:, 0], joint.minus.shape[1], axis=0)
         for nodes, sign in ((joint.minus.ravel(), -1.0), (joint.plus.ravel(), 1.0)):
             np.add.at(square, nodes, normal[:, :, None] * normal[:, None])
@@ -98,9 +105,14 @@ def layer_points(mesh: Jointed, h: float) -> Floats:
     return mesh.points + 0.5 * h * np.einsum("nij,nj->ni", inverse, side)
 
 
-def _all(mesh: Jointed) -> Iterator[Joint]:
-    for parts in mesh.joints.values():
-        yield from parts
+def _blocks(mesh: Jointed) -> Iterator[tuple[str, str, Integers]]:
+    """Type, name of the block and cells, block by block."""
+    for kind, cells in mesh.cells.items():
+        order = np.argsort(mesh.block[kind], kind="stable")
+        ends = np.searchsorted(mesh.block[kind][order], range(len(mesh.names) + 1))
+        for name, (first, last) in zip(mesh.names, pairwise(ends), strict=True):
+            if last > first:
+                yield kind, name, cells[order[first:last]]
 
 
 def _between(joint: Joint, d: int) -> Integers:
@@ -124,21 +136,16 @@ def _numbered(form: str, first: int, data: Integers, text: str = "%d", by: str =
 def _inp(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, layer: float) -> list[Path]:
     """Abaqus with cohesive elements, CalculiX with layers."""
     d, points = mesh.dimension, layer_points(mesh, layer) if layer else mesh.points
-    kinds = {kind: ABAQUS.get(kind, "") for kind in mesh.cells}
     if layer and d == 2:
         raise ValueError("a plane mesh: expected solids for calculix, whose UMATs are those of solids")
-    for kind, name in kinds.items():
-        if not name:
-            raise ValueError(f"cells of the type {kind}: expected one of {', '.join(ABAQUS)}")
+    if unknown := sorted(set(mesh.cells) - set(ABAQUS)):
+        raise ValueError(f"cells of the type {unknown[0]}: expected one of {', '.join(ABAQUS)}")
     text = [f"** {HEAD}\n*Node\n", _numbered("%d", 1, points, "%.15g")]
     number = 1
-    for kind, cells in mesh.cells.items():
-        name = kinds[kind].replace("CPE", "CPS" if plane == "stress" else "CPE")
-        for k, block in enumerate(mesh.names):
-            some = cells[mesh.block[kind] == k] + 1
-            if len(some):
-                text.append(f"*Element, type={name}, elset={block}\n" + _numbered("%d", number, some))
-            number += len(some)
+    for kind, block, cells in _blocks(mesh):
+        name = ABAQUS[kind].replace("CPE", "CPS" if plane == "stress" else "CPE")
+        text.append(f"*Element, type={name}, elset={block}\n" + _numbered("%d", number, cells + 1))
+        number += len(cells)
     orientations = []
     for name, parts in mesh.joints.items():
         card, sets = "", []
@@ -189,7 +196,7 @@ def _inp(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, laye
 def _mdpa(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, layer: float) -> list[Path]:
     """Kratos: parts of the model by block, joint, group; properties by block and joint; materials as JSON."""
     d = mesh.dimension
-    names = [*mesh.names, *mesh.joints]
+    names = {name: k for k, name in enumerate((*mesh.names, *mesh.joints), 1)}
     points = np.zeros((len(mesh.points), 3))
     points[:, :d] = mesh.points
     text = [f"// {HEAD}\nBegin ModelPartData\nEnd ModelPartData\n"]
@@ -199,16 +206,15 @@ def _mdpa(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, lay
 
     def add(name: str, element: str, nodes: Integers) -> None:
         nonlocal number
-        form = f"%d {names.index(name) + 1}"
+        form = f"%d {names[name]}"
         text.append(f"Begin Elements {element}\n{_numbered(form, number, nodes + 1, by=' ')}End Elements\n")
         used, numbers = parts[name]
         parts[name] = np.union1d(used, nodes), [*numbers, np.arange(number, number + len(nodes))]
         number += len(nodes)
 
-    for kind, cells in mesh.cells.items():
+    for kind, block, cells in _blocks(mesh):
         cells = cells[:, TWENTY] if kind == "hexahedron20" else cells
-        for k, block in enumerate(mesh.names):
-            add(block, f"SmallDisplacementElement{KRATOS[kind]}", cells[mesh.block[kind] == k])
+        add(block, f"SmallDisplacementElement{KRATOS[kind]}", cells)
     for name, some in mesh.joints.items():
         for joint in some:
             key = d, joint.minus.shape[1]
@@ -216,11 +222,8 @@ def _mdpa(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, lay
     parts |= {name: (mesh.nodes(name), [np.zeros(0, np.int64)]) for name in mesh.groups if name not in parts}
     for name, (nodes, numbers) in parts.items():
         text += [f"Begin SubModelPart {name}\nBegin SubModelPartNodes\n", _lines("%d\n", nodes + 1)]
-        text += [
-            "End SubModelPartNodes\nBegin SubModelPartElements\n",
-            _lines("%d\n", np.concatenate(numbers)),
-        ]
-        text += ["End SubModelPartElements\nEnd SubModelPart\n"]
+        text += ["End SubModelPartNodes\nBegin SubModelPartElements\n"]
+        text += [_lines("%d\n", np.concatenate(numbers)), "End SubModelPartElements\nEnd SubModelPart\n"]
     path.write_text("".join(text), encoding="utf-8")
     if not laws:
         return [path]
@@ -228,7 +231,7 @@ def _mdpa(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, lay
         json.loads(law.card("kratos", name=name, dimension=d))["properties"][0] for name, law in laws.items()
     ]
     for card, name in zip(cards, laws, strict=True):
-        card["model_part_name"], card["properties_id"] = f"Main.{name}", names.index(name) + 1
+        card["model_part_name"], card["properties_id"] = f"Main.{name}", names[name]
     other = path.with_suffix(".json")
     other.write_text(json.dumps({"properties": cards}, indent=2) + "\n", encoding="utf-8")
     return [path, other]

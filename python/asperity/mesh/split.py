@@ -122,6 +122,8 @@ def split(
     mesh = read(mesh)
     old = solids(mesh, blocks)
     rules = joints or {"joint": ("*", "*")}
+    if both := sorted(set(rules) & set(old.names)):
+        raise ValueError(f"joint {both[0]}: a block has this name: expected another one")
     chosen = _choose(rules, old)
     own, origin = _double(old, chosen)
     points = old.points[origin]

@@ -1,0 +1,162 @@
+"""Semicircular dry arch on FEniCSx: its weight, then a growing horizontal acceleration until it falls; mm, N.
+
+`collapse` computes it, `limit` is the largest acceleration of rigid voussoirs by limit analysis.
+"""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+from pathlib import Path
+
+import gmsh
+import numpy as np
+from asperity.interface import Interface
+from asperity.material import Material
+from asperity.mesh import split
+from asperity.pattern import Pattern
+from jointed import COMM, Model, Output, Steps, total
+from scipy.optimize import linprog
+
+R, VOUSSOIRS, DEPTH, WEIGHT, E, NU, MU = 1000.0, 15, 300.0, 2.4e-5, 2.0e4, 0.2, 0.7
+DEEP = 0.0, 0.0, 1.0
+"""Tx of the joints of an arch in space."""
+
+LEAST = 1e-4
+"""Least step of the acceleration, in g."""
+
+FALLS = 20.0
+"""Displacement, mm, beyond which an arch falls; at rest it moves by some 0.1 mm."""
+
+
+def mesh(path: Path, ratio: float, dim: int, size: float) -> None:
+    """Mesh an arch of the thickness ratio R on two foundations: triangles or tetrahedra."""
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Terminal", 0)
+    g, t = gmsh.model.geo, ratio * R
+    angle, centre = np.linspace(0.0, np.pi, VOUSSOIRS + 1), g.addPoint(0.0, 0.0, 0.0)
+    ends = [
+        [g.addPoint(r * np.cos(a), r * np.sin(a), 0.0, size) for r in (R - t / 2, R + t / 2)] for a in angle
+    ]
+    radial = [g.addLine(*pair) for pair in ends]
+    faces = []
+    for i in range(VOUSSOIRS):
+        inner, outer = (g.addCircleArc(ends[i][k], centre, ends[i + 1][k]) for k in (0, 1))
+        faces.append(g.addPlaneSurface([g.addCurveLoop([radial[i], outer, -radial[i + 1], -inner])]))
+    for i in (0, VOUSSOIRS):
+        x = np.array([R - t, R + t]) * np.cos(angle[i])
+        places = (0, -0.3 * t), (1, -0.3 * t), (1, 0.0), (0, 0.0)
+        a, b, c, d = (g.addPoint(x[k], y, 0.0, size) for k, y in places)
+        lines = [g.addLine(*pair) for pair in ((a, b), (b, c), (c, ends[i][1]), (ends[i][0], d), (d, a))]
+        faces.append(g.addPlaneSurface([g.addCurveLoop([*lines[:3], -radial[i], *lines[3:]])]))
+    solids = [(2, face) for face in faces]
+    if dim == 3:
+        solids = [(3, g.extrude([(2, face)], 0.0, 0.0, DEPTH)[1][1]) for face in faces]
+        g.removeAllDuplicates()
+    g.synchronize()
+    for k, (_, solid) in enumerate(solids):
+        gmsh.model.addPhysicalGroup(dim, [solid], name=f"voussoir_{k}")
+    gmsh.model.mesh.generate(dim)
+    gmsh.write(str(path))
+    gmsh.finalize()
+
+
+def collapse(
+    path: Path, ratio: float, dim: int = 2, tan_psi: float = 0.0, pvd: Path | None = None
+) -> tuple[float, int]:
+    """Largest horizontal acceleration in g of a meshed arch, and the number of its unknowns."""
+    whole = split(path, direction=DEEP if dim == 3 else None) if COMM.rank == 0 else None
+    pattern = (
+        Pattern.regular(2, float(np.degrees(np.arctan(tan_psi)))) if tan_psi else Pattern.regular(0, 0.0)
+    )
+    law = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=MU), pattern)
+    model = Model(whole, {"joint": law}, E, NU, DEPTH)
+    down, side = (model.body((np.eye(dim)[k] * WEIGHT * sign).tolist()) for k, sign in ((1, -1.0), (0, 1.0)))
+    base = model.x[:, 1] < -0.3 * ratio * R + 1e-6
+    steps = Steps(model, model.dofs(base, *range(dim)), options="-snes_max_it 30", drag=np.abs(down + side))
+    steps.size = total(np.abs(down).sum())
+    at, step = 0.0, 0.02
+    if not stands(steps, down):
+        raise ValueError(f"t/R = {ratio:g}: the arch falls under its weight")
+    output = Output(model, pvd) if pvd else None
+    while step > LEAST:
+        before = model.u, model.s, model.state
+        if stands(steps, down + (at + step) * side):
+            at += step
+        else:
+            if output and step <= 2.0 * LEAST:
+                output.write(at)  # as it falls
+            model.u, model.s, model.state = before
+            step /= 2.0
+    return at, model.K.getSize()[0]
+
+
+def stands(steps: Steps, load: np.ndarray) -> bool:
+    """Whether an arch comes to rest under a load.
+
+    It moves against a drag of its weight for a speed of 1 mm, in times that grow until the drag is gone.
+    """
+    time, none = 1.0, np.zeros(len(steps.fixed))
+    while 1e-6 < time < 1e6:
+        before = steps.model.u
+        good = steps.solve(none, load, time)
+        drag = total(np.abs(steps.drag * (steps.model.u - before)).sum()) / time
+        if good and drag <= 1e-5 * steps.size:
+            return True
+        if COMM.allreduce(float(np.abs(steps.model.u).max(initial=0.0)), max) > FALLS:
+            return False
+        time *= 4.0 if good else 0.25
+    return False
+
+
+def limit(ratio: float) -> float:
+    """Largest horizontal acceleration in g of rigid voussoirs with joints that carry no tension (linprog).
+
+    Unknown are the pressures at both ends and the shear force of every joint, and the acceleration.
+    """
+    angle, inner, outer = np.linspace(0.0, np.pi, VOUSSOIRS + 1), 1.0 - ratio / 2, 1.0 + ratio / 2
+    step, n = np.pi / VOUSSOIRS, 3 * (VOUSSOIRS + 1)
+    area = 0.5 * (outer**2 - inner**2) * step
+    middle = 2 / 3 * (outer**3 - inner**3) / (outer**2 - inner**2) * np.sin(step / 2) / (step / 2)
+    A, b = np.zeros((3 * VOUSSOIRS, n + 1)), np.zeros(3 * VOUSSOIRS)
+    for i in range(VOUSSOIRS):
+        a = (angle[i] + angle[i + 1]) / 2
+        for j, sign in ((i, 1.0), (i + 1, -1.0)):
+            along, across = np.array([[c := np.cos(angle[j]), s := np.sin(angle[j])], [-s, c]])
+            for k, (radius, force) in enumerate(((inner, across), (outer, across), (1.0, along))):
+                x, y = radius * along - middle * np.array([np.cos(a), np.sin(a)])
+                A[3 * i : 3 * i + 3, 3 * j + k] = sign * np.array([*force, x * force[1] - y * force[0]])
+        A[3 * i, -1], b[3 * i + 1] = area, area
+    bound = np.zeros((2 * (VOUSSOIRS + 1), n + 1))
+    for j in range(VOUSSOIRS + 1):
+        for k, sign in enumerate((1.0, -1.0)):
+            bound[2 * j + k, 3 * j : 3 * j + 3] = -MU, -MU, sign
+    limits = [(0.0, None), (0.0, None), (None, None)] * (VOUSSOIRS + 1) + [(None, None)]
+    return -float(linprog([0.0] * n + [-1.0], bound, np.zeros(len(bound)), A, b, limits).fun)
+
+
+def main() -> None:
+    """Run the program."""
+    warnings.simplefilter("ignore")
+    parser = argparse.ArgumentParser(description=__doc__)
+    add = parser.add_argument
+    add("ratios", type=float, nargs="*", default=[0.15], help="thickness over radius (default: 0.15)")
+    add("--dim", type=int, choices=(2, 3), default=2)
+    add("--size", type=float, default=60.0, help="of the elements, mm (default: %(default)s)")
+    add("--tan-psi", type=float, default=0.0, help="inclination of the joints' planes (default: flat)")
+    add("--folder", type=Path, default=Path(), help="for meshes and fields")
+    add("--pvd", action="store_true", help="write fields at the last step for ParaView")
+    o = parser.parse_args()
+    for ratio in o.ratios:
+        path = o.folder / f"arch_{ratio:g}_{o.dim}.msh"
+        if COMM.rank == 0:
+            mesh(path, ratio, o.dim, o.size)
+        COMM.barrier()
+        found, unknowns = collapse(path, ratio, o.dim, o.tan_psi, path.with_suffix(".pvd") if o.pvd else None)
+        if COMM.rank == 0:
+            rigid = f"limit analysis {limit(ratio):.4f} g"
+            print(f"t/R {ratio:g}: {found:.4f} g, {rigid}, {unknowns} unknowns", flush=True)
+
+
+if __name__ == "__main__":
+    main()

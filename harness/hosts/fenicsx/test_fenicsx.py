@@ -1,0 +1,184 @@
+"""Walls and arches on FEniCSx: run by `make hosts`, which makes build/fenicsx first."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+from harness.studies.validation.wall_runs import PROGRAM, PYTHON, environment
+
+pytestmark = pytest.mark.skipif(
+    not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
+)
+
+SMALL = "--elements 2 2 --step 0.1 --most 0.1 --tolerance 1e-10"
+"""Fixed steps, as long as none is cut."""
+
+FAILING = """
+import sys
+from asperity.interface import Interface
+
+update, calls = Interface.update, [0]
+
+def failing(*words):
+    calls[0] += 1
+    if calls[0] in range({first}, {last}):
+        raise ValueError("point 3: planted")
+    return update(*words)
+
+Interface.update = failing
+sys.path.insert(0, {folder!r})
+import walls
+sys.exit(walls.main())
+"""
+"""The program with a law that returns errors in some of its calls."""
+
+SLOPE = """
+import sys
+import meshio, numpy as np
+sys.path.insert(0, {folder!r})
+from arch import stands
+from jointed import Model, Steps
+from asperity import Interface, Material, Pattern
+from asperity.mesh import split
+
+x = np.array([[a, b] for b in (0, 1, 2) for a in range(4)], float) * 100.0
+cells = [[4 * j + i, 4 * j + i + 1, 4 * j + i + 5, 4 * j + i + 4] for j in range(2) for i in range(3)]
+mesh = split(meshio.Mesh(x, [("quad", cells)], cell_data={{"block": [np.repeat([0, 1], 3)]}}))
+law = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=0.7), Pattern.regular(0, 0.0))
+for angle in np.degrees(np.arctan(0.7)) + np.array([-0.2, 0.2]):
+    model = Model(mesh, {{"joint": law}}, 2e4, 0.2)
+    down = model.body([2.4e-5 * np.sin(np.radians(angle)), -2.4e-5 * np.cos(np.radians(angle))])
+    fixed = model.dofs(model.x[:, 1] < 1e-6, 0, 1)
+    print(stands(Steps(model, fixed, drag=np.abs(down)), down))
+"""
+"""A block of 300 x 100 mm on a joint of the friction 0.7, at an angle below that of friction and above it."""
+
+
+def run(words: str, ranks: int = 1, code: str = "", name: str = "walls") -> tuple[int, str, str]:
+    """Exit status, output and messages of a program, or of a code with its options."""
+    mpiexec = [PYTHON.parent / "mpiexec", "-n", str(ranks)] if ranks > 1 else []
+    program = ["-c", code] if code else [PROGRAM.parent / f"{name}.py"]
+    command = [*mpiexec, PYTHON, *program, *shlex.split(words)]
+    done = subprocess.run(command, env=environment(), capture_output=True, text=True, check=False)
+    return done.returncode, done.stdout, done.stderr
+
+
+def rows(file: Path) -> np.ndarray:
+    """Rows of a run."""
+    return np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
+
+
+@pytest.mark.parametrize(
+    ("words", "ranks"), [("--tau 0.05 --to 1", (2, 4)), ("--wall SW100 --drag 1e-6 --to 1", (2,))]
+)
+def test_ranks(tmp_path: Path, words: str, ranks: tuple[int, ...]) -> None:
+    """Any number of ranks gives the forces of one."""
+    found = []
+    for count in (1, *ranks):
+        out = tmp_path / f"{count}.csv"
+        code, _, messages = run(f"{SMALL} {words} --out {out}", count)
+        assert code == 0, messages
+        found.append(rows(out)[:, :3])
+    for one in found[1:]:
+        assert one == pytest.approx(found[0], abs=1e-8)
+
+
+def test_rocking_wall(tmp_path: Path) -> None:
+    """A dry wall under a force N rocks: it carries N and at most N L/(2 H0), and most of that."""
+    out = tmp_path / "rocking.csv"
+    code, output, messages = run(
+        f"--wall WS40 --elements 2 2 --to 5 --step 0.1 --most 0.5 --drag 1e-6 --tolerance 1e-5 --out {out}"
+    )
+    assert code == 0, messages
+    most = 44.8 * 500.0 / 1325.0
+    assert rows(out)[:, 2] == pytest.approx(44.8, rel=1e-3)
+    assert 0.75 * most < json.loads(output.splitlines()[-1])["peak"] < 1.01 * most
+
+
+def test_window_in_kratos(tmp_path: Path) -> None:
+    """A wall with a window has the same force in Kratos; its joints open as its nodes move."""
+    mesh = tmp_path / "window.msh"
+    assert run(str(mesh), name="window_mesh")[0] == 0
+    out = tmp_path / "rows.csv"
+    code, _, messages = run(f"{mesh} --to 0.6 --out {out} --pvd {tmp_path / 'window.pvd'}", name="window")
+    assert code == 0, messages
+    joints = meshio.read(next((tmp_path / "window").glob("joints_*.vtu")))
+    moved = joints.point_data["displacement"][joints.cells[0].data]
+    apart = (moved[:, [3, 2]] - moved[:, :2]).mean(1)
+    separation = np.linalg.norm(joints.cell_data["separation"][0], axis=1)
+    assert np.linalg.norm(apart, axis=1) == pytest.approx(separation, abs=1e-12)
+    assert joints.cell_data["damage"][0].max() > 0.5
+    pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="no asperity[kratos]")
+    other = tmp_path / "kratos.csv"
+    command = [sys.executable, PROGRAM.parents[1] / "kratos" / "any_wall.py", mesh, "--to", "0.6", "--out"]
+    subprocess.run([*command, other], check=True, capture_output=True)
+    fenicsx, kratos = rows(out), rows(other)
+    assert np.abs(kratos - fenicsx).max() <= 0.01 * fenicsx[:, 1].max()
+
+
+@pytest.mark.parametrize("words", ["0.12 0.15", "0.15 --dim 3 --size 90"])
+def test_arch(tmp_path: Path, words: str) -> None:
+    """An arch falls at the acceleration of limit analysis, within 1 %: a part of the joints' compliance."""
+    code, output, messages = run(f"{words} --folder {tmp_path}", name="arch")
+    assert code == 0, messages
+    for found, limit in re.findall(r"([\d.]+) g, limit analysis ([\d.]+) g", output):
+        assert float(found) == pytest.approx(float(limit), rel=0.01)
+
+
+def test_block_on_a_slope() -> None:
+    """It rests 0.2 degrees below the angle of friction, and slides 0.2 degrees above it."""
+    code, output, messages = run("", code=SLOPE.format(folder=str(PROGRAM.parent)))
+    assert code == 0, messages
+    assert output.split() == ["True", "False"]
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("--elements 4", "--elements [4]: expected 2 or 3 numbers"),
+        ("--step 0.1 --most 0.05", "--step 0.1: expected between 0 and --most"),
+        ("--to nan", "--to [nan]: expected finite"),
+        ("--theta 95", "theta"),
+        ("--joint mu=0.5", "mu: expected kn, ks"),
+        ("--wall WS40 --tau 0.1", "tau = 0.1: expected 0 for dry joints"),
+        ("--wall WS40 --elements 3 3", "expected nodes of the beam at the level 1325 mm"),
+        (f"--out {__file__}", "expected a new file, or --resume"),
+    ],
+)
+def test_bad_options(words: str, expected: str) -> None:
+    """A value out of range is named with what was expected, and nothing is computed."""
+    code, output, messages = run(words)
+    assert (code, output) == (2, "")
+    assert expected in messages
+
+
+@pytest.mark.parametrize(("last", "status"), [(61, 0), (10**9, 3)])
+def test_law_that_fails(tmp_path: Path, last: int, status: int) -> None:
+    """Once: the step is cut.  Always: the run ends with the message of the law and the rows before."""
+    code = FAILING.format(first=60, last=last, folder=str(PROGRAM.parent))
+    found, output, messages = run(f"--elements 2 2 --to 0.2 --out {tmp_path / 'rows.csv'}", code=code)
+    assert found == status, messages
+    end = rows(tmp_path / "rows.csv")[-1, 0]
+    assert end == json.loads(output.splitlines()[-1])["end"]
+    assert end == 0.2 if status == 0 else 0.0 < end < 0.2 and "the law: point 3: planted" in messages
+
+
+def test_a_run_goes_on(tmp_path: Path) -> None:
+    """From the files of a run that ended earlier, on two ranks."""
+    whole, part = tmp_path / "whole.csv", tmp_path / "part.csv"
+    words = f"{SMALL} --tau 0.05 --out"
+    assert run(f"{words} {whole} --to 0.5 1", 2)[0] == 0
+    assert run(f"{words} {part} --to 0.5", 2)[0] == 0
+    status, _, messages = run(f"{words} {part} --to 0.5 1 --resume", 2)
+    assert status == 0, messages
+    assert rows(part) == pytest.approx(rows(whole), abs=1e-8)
+    assert "expected the files of a run" in run(f"{words} {part} --elements 2 1 --resume", 2)[2]

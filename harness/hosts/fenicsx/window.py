@@ -1,0 +1,70 @@
+"""A wall of any mesh, such as that of window_mesh.py, pressed by its top and moved sideways, mm, N, MPa."""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from asperity.interface import Interface
+from asperity.material import Material
+from asperity.mesh import split
+from asperity.pattern import Pattern
+
+E, NU, THICKNESS = 5000.0, 0.15, 100.0
+MORTAR = Interface(
+    replace(Material.from_masonry(82.0, 36.0, 0.25, 0.018, 0.35, 0.125, 0.75), kc=1.0, tau_v=0.002),
+    Pattern.regular(4, 10.0),
+)
+PRESS = 0.05
+"""Displacement of the top downwards, mm, before it is moved sideways."""
+
+
+def run(path: Path, to: float, most: float, options: str = "", pvd: Path | None = None) -> np.ndarray:
+    """Rows of displacement in mm, horizontal and vertical force in kN."""
+    from jointed import COMM, Follow, Model, Output, Steps, total
+
+    mesh = split(path) if COMM.rank == 0 else None
+    model = Model(mesh, {"joint": MORTAR}, E, NU, THICKNESS)
+    top, bottom = model.group("top")[0], model.group("bottom")[0]
+    steps = Steps(model, model.dofs(np.r_[top, bottom], 0, 1), options=options)
+    along, down = (np.isin(steps.fixed, model.dofs(top, k)) * 1.0 for k in (0, 1))
+    if not steps.solve(-PRESS * down, 0.0 * model.u):
+        raise RuntimeError(f"the pressure: {steps.message}")
+    follow = Follow(steps, lambda t: (t * along - PRESS * down, 0.0 * model.u), most, most)
+    rows = []
+    while follow.at < to and not follow.reason:
+        if follow.advance(to):
+            F = steps.reaction.reshape(-1, 2)[bottom]
+            rows.append([follow.at, -total(F[:, 0].sum()) / 1e3, total(F[:, 1].sum()) / 1e3])
+    if pvd:
+        Output(model, pvd).write(follow.at)
+    if follow.reason:
+        raise RuntimeError(follow.reason)
+    return np.array(rows) if COMM.rank == 0 else np.zeros((0, 3))
+
+
+def main() -> None:
+    """Run the program."""
+    warnings.simplefilter("ignore")
+    parser = argparse.ArgumentParser(description=__doc__)
+    add = parser.add_argument
+    add("mesh", type=Path, help="with the groups top and bottom, one group for each block")
+    add("--to", type=float, default=1.0, help="displacement of the top, mm (default: %(default)s)")
+    add("--most", type=float, default=0.05, help="largest step, mm (default: %(default)s)")
+    add("--petsc", default="", metavar="OPTIONS", help="options of PETSc, in one word")
+    add("--out", type=Path, metavar="FILE.csv", help="displacement, horizontal and vertical force")
+    add("--pvd", type=Path, metavar="FILE.pvd", help="fields at the end for ParaView")
+    o = parser.parse_args()
+    rows = run(o.mesh, o.to, o.most, o.petsc, o.pvd)
+    if len(rows):
+        if o.out:
+            np.savetxt(o.out, rows, "%.12g", ",", header="mm,horizontal [kN],vertical [kN]", comments="")
+        peak = rows[rows[:, 1].argmax()]
+        print(f"peak {peak[1]:.3f} kN at {peak[0]:.3f} mm, {len(rows)} steps")
+
+
+if __name__ == "__main__":
+    main()
