@@ -2,8 +2,8 @@
 
 The arguments are the exit statuses of make check, make hosts and make site-test ('not run': no time, or check
 failed). A suite that several builds ran counts once, with the result of the worst build. A host that is not
-to be had on this machine, or was not done in time, is skipped, as is the site. The exit status is 1 if a test
-failed, a suite ran no test, or one of the three failed otherwise (that counts as one failure).
+to be had on this machine is skipped, with the reason, as is the site. The exit status is 1 if a test failed,
+a suite or a host ran no test, or one of the three failed otherwise (that counts as one failure).
 """
 
 from __future__ import annotations
@@ -72,18 +72,38 @@ def site_results(status: str) -> dict[str, Result]:
     return {"site": Result(0, 0, "site", 1)}
 
 
+def reasons(report: Path) -> str:
+    """Return why tests of a report were left out."""
+    found = set()
+    for node in ElementTree.parse(report).iter("skipped"):
+        message = node.get("message", "")
+        # of a file that is left out as a whole: ('file', line, 'Skipped: reason')
+        m = re.search(r"Skipped: (.*?)['\"]?\)?$", node.text or "", re.DOTALL)
+        found.add(m[1] if message == "collection skipped" and m else message)
+    return "; ".join(sorted(found))
+
+
 def host_results(status: str) -> dict[str, Result]:
-    """Return the result of every host; one without a test that ran is skipped, as is one without a report."""
+    """Return the result of every host, and print what did not run, and why.
+
+    A host whose tests are all left out is not to be had here, and is skipped. One without a test has failed,
+    as has one without a report, unless make check has failed.
+    """
     results = {}
     for host in HOSTS:
-        report = Path("build/hosts") / f"{host}.xml"
+        name, report = f"hosts.{host}", Path("build/hosts") / f"{host}.xml"
         found = list(pytest_results(report, may_skip=True).values()) if report.is_file() else []
         passed, skipped = sum(r.passed for r in found), sum(r.skipped for r in found)
         failed = sum(r.failed for r in found)
-        if not found:
-            late = status == "not run" or int(status) in TIMED_OUT
-            print(f"hosts.{host}: not run, {'out of time, or make check failed' if late else 'no report'}")
-        results[f"hosts.{host}"] = Result(failed, passed, "hosts", skipped or int(not found))
+        if skipped:
+            print(f"{name}: {skipped} left out: {reasons(report)}")
+        if not found and status == "not run":
+            print(f"{name}: not run: make check failed")
+            skipped = 1
+        elif not found:
+            print(f"{name}: not run: {'out of time' if int(status) in TIMED_OUT else 'no test'}")
+            failed = 1
+        results[name] = Result(failed, passed, "hosts", skipped)
     return results
 
 
