@@ -1,7 +1,8 @@
 """Picture of a structure and of its joints, from the files for ParaView: joint_picture.py FILE.pvd.
 
 The files are those of paraview_files.py.  Beside the deformed mesh, seen from the side, joints are unrolled:
-damage, slip and shear traction over x.
+damage, slip and shear traction over x.  Below are the columns of --curves over its first one; the column
+NAME_point, that of a material point, is drawn beside NAME.
 """
 
 from __future__ import annotations
@@ -30,6 +31,16 @@ STYLES = ("C0-", "C1--", "k:")
 
 SHOWN = {"damage": "damage [-]", "slip": "slip [mm]", "traction": "shear traction [MPa]"}
 """Fields of the picture, with their units in the examples."""
+
+CURVES = {
+    "slip": "slip [mm]",
+    "force": "force [N]",
+    "rise": "rise [mm]",
+    "rotation": "rotation of the ends [rad]",
+    "moment": "moment of the upper arm [N mm]",
+    "release": "energy release rate [N/mm]",
+}
+"""Columns of --curves, with their units in the examples."""
 
 
 def read(pvd: Path) -> list[tuple[float, meshio.Mesh, meshio.Mesh]]:
@@ -79,12 +90,37 @@ def unrolled(joints: meshio.Mesh, up: int, apart: float) -> dict[float, list[NDA
     return found
 
 
-def draw(png: Path, title: str, solids: meshio.Mesh, joints: meshio.Mesh, up: str, scale: float) -> None:
-    """Draw the deformed mesh and the fields SHOWN."""
+def read_curves(csv: Path) -> dict[str, Floats]:
+    """Columns of a CSV file by name."""
+    names = csv.read_text(encoding="utf-8").splitlines()[0].split(",")
+    unknown = [name for name in names if name.removesuffix("_point") not in CURVES]
+    if unknown:
+        raise ValueError(f"{csv}: column {unknown[0]}: expected {', '.join(CURVES)}, or NAME_point")
+    return dict(zip(names, np.loadtxt(csv, delimiter=",", skiprows=1).T, strict=True))
+
+
+def draw(
+    png: Path, title: str, solids: meshio.Mesh, joints: meshio.Mesh, up: str, scale: float,
+    curves: dict[str, Floats],
+) -> None:  # fmt: skip
+    """Draw the deformed mesh and the fields SHOWN, and the curves below them."""
     plane = [0, AXES[up]]
-    figure, axes = plt.subplot_mosaic(
-        [["mesh", name] for name in SHOWN], figsize=(8.0, 4.6), layout="constrained", width_ratios=[1.3, 1.0]
-    )
+    wide = [name for name in curves if not name.endswith("_point")][1:]
+    figure = plt.figure(figsize=(8.0, 4.6 + 2.4 * bool(wide)), layout="constrained")
+    above, *below = figure.subfigures(
+        1 + bool(wide), 1, squeeze=False, height_ratios=[4.6, 2.4][: 1 + bool(wide)]
+    )[:, 0]
+    axes = above.subplot_mosaic([["mesh", name] for name in SHOWN], width_ratios=[1.3, 1.0])
+    for part in below:
+        x_name, x = next(iter(curves.items()))
+        for ax, name in zip(part.subplots(1, len(wide), squeeze=False)[0], wide, strict=True):
+            ax.plot(x, curves[name], STYLES[0], label="structure")
+            if f"{name}_point" in curves:
+                ax.plot(x, curves[f"{name}_point"], STYLES[1], label="material point")
+                ax.legend(fontsize="x-small")
+            ax.set_xlabel(CURVES[x_name])
+            ax.set_ylabel(CURVES[name], fontsize="small")
+            ax.grid(alpha=0.3)
     mesh = axes["mesh"]
     grey = {"facecolors": "#E8E4DC", "edgecolors": "#999999", "linewidths": 0.3}
     mesh.add_collection(PolyCollection(outlines(solids, plane, scale), **grey))
@@ -128,12 +164,14 @@ def main() -> None:
     parser.add_argument("--up", default="y", choices=("y", "z"), help="axis (default: %(default)s)")
     parser.add_argument("--scale", type=float, default=1.0, help="of displacements (default: %(default)s)")
     parser.add_argument("--title", default="", help="of the picture")
+    parser.add_argument("--curves", type=Path, metavar="FILE.csv", help="to be drawn below")
     options = parser.parse_args()
     if options.pvd.suffix != ".pvd" or not options.pvd.is_file():
         parser.error(f"{options.pvd}: expected a PVD file of an example")
     try:
         steps = read(options.pvd)
-    except ValueError as error:
+        curves = {} if options.curves is None else read_curves(options.curves)
+    except (OSError, ValueError) as error:
         parser.error(str(error))
     if options.step is not None and not 0 <= options.step < len(steps):
         parser.error(f"--step {options.step}: expected 0 to {len(steps) - 1}")
@@ -142,7 +180,7 @@ def main() -> None:
     _, solids, joints = steps[k]
     title = f"{options.title or options.pvd.stem}, step {k}"
     output = options.output or options.pvd.with_suffix(".png")
-    draw(output, title, solids, joints, options.up, options.scale)
+    draw(output, title, solids, joints, options.up, options.scale, curves)
     print(output)
 
 

@@ -1,51 +1,36 @@
 #!/bin/sh
-# pictures.sh PYTHON FOLDER: draws the structural results of docs/how-to (kratos, ogs, oofem, akantu, calculix, python-fe) into
-# FOLDER. A host that is not installed is left out. HOST-fields.png is drawn from the files for ParaView.
+# pictures.sh PYTHON FOLDER: draws the structures of docs/how-to (ogs, oofem, akantu, calculix, python-fe) into FOLDER, from
+# their files for ParaView. A host that is not installed is left out.
 # Needs ASPERITY_LIBRARY and ASPERITY_CALCULIX, as `make hosts` sets them.
 set -eu
 python=$1 folder=$2 here=$(dirname "$0")
 drawn=""
 
-# fields NAME TITLE OPTION...: a picture from the files for ParaView
-fields() {
-  name=$1 title=$2
-  shift 2
-  "$python" "$here/joint_picture.py" "$folder/$name.pvd" -o "$folder/$name-fields.png" --title "$title" "$@"
-  drawn="$drawn $folder/$name-fields.png"
+# picture HOST MODULE TITLE SCRIPT OPTIONS...: runs a structure and draws it; OPTIONS are those of joint_picture.py
+picture() {
+  host=$1 title=$3 script=$4 curves=""
+  "$python" -c "import $2" >/dev/null 2>&1 || return 0
+  shift 4
+  # shellcheck disable=SC2086  # a script may have an argument
+  "$python" "$here/"$script --pvd "$folder/$host.pvd"
+  [ ! -f "$folder/$host.csv" ] || curves="--curves $folder/$host.csv"
+  # shellcheck disable=SC2086
+  "$python" "$here/joint_picture.py" "$folder/$host.pvd" -o "$folder/$host-fields.png" --title "$title" $curves "$@"
+  drawn="$drawn $folder/$host-fields.png"
 }
 
-if "$python" -c "import KratosMultiphysics.GeoMechanicsApplication" >/dev/null 2>&1; then
-  "$python" "$here/kratos/triplet.py" -o "$folder/kratos-triplet.png" --pvd "$folder/kratos.pvd"
-  fields kratos "Kratos: masonry triplet" --scale 100
-  drawn="$drawn $folder/kratos-triplet.png"
-fi
-if "$python" -c "import ogs" >/dev/null 2>&1; then
-  "$python" "$here/ogs/ogs_triplet.py" -o "$folder/ogs-triplet.png"
-  "$python" "$here/ogs/ogs_block.py" -o "$folder/ogs-block.png" --pvd "$folder/ogs.pvd"
-  fields ogs "OpenGeoSys: block between two joints" --up z --scale 100
-  drawn="$drawn $folder/ogs-triplet.png $folder/ogs-block.png"
-fi
-if "$python" -c "import oofem" >/dev/null 2>&1; then
-  "$python" "$here/oofem/pulled_block.py" --pvd "$folder/oofem.pvd"
-  fields oofem "OOFEM: block pulled along a rough base" --scale 50 --up z
-fi
-if "$python" -c "import akantu" >/dev/null 2>&1; then
-  "$python" "$here/akantu/peel.py" --pvd "$folder/akantu.pvd"
-  fields akantu "Akantu: arm peeled off, elements inserted during the run" --scale 20 --step 58
-fi
+ccx=$ASPERITY_CALCULIX/ccx
+rm -f "$folder"/*.csv
+picture ogs ogs "OpenGeoSys: masonry triplet" "ogs/triplet.py --csv $folder/ogs.csv" --scale 100
+picture oofem oofem "OOFEM: block pulled along a rough base" oofem/pulled_block.py --scale 50 --up z
+picture akantu akantu "Akantu: arm peeled off, elements inserted during the run" akantu/peel.py --scale 20 --step 58
 if [ -f "$ASPERITY_CALCULIX/ready" ]; then
-  "$here/calculix/link.sh" "$ASPERITY_CALCULIX" "$ASPERITY_LIBRARY" "$ASPERITY_CALCULIX/ccx"
-  "$python" "$here/calculix/dcb.py" "$ASPERITY_CALCULIX/ccx" -o "$folder/calculix-dcb.png" --pvd "$folder/calculix.pvd"
-  fields calculix "CalculiX: end moments 0.5 to 1" --scale 3 --up z
-  drawn="$drawn $folder/calculix-dcb.png"
+  "$here/calculix/link.sh" "$ASPERITY_CALCULIX" "$ASPERITY_LIBRARY" "$ccx"
+  picture calculix asperity "CalculiX: end moments 0.5 to 1" "calculix/dcb.py $ccx --csv $folder/calculix.csv" --scale 3 --up z
 fi
 if "$python" -c "import skfem" >/dev/null 2>&1; then
-  "$python" "$here/python/dcb.py" -o "$folder/python-dcb.png"
-  "$python" "$here/python/pull_out.py" -o "$folder/python-pull-out.png" --pvd "$folder/python.pvd"
-  fields python "scikit-fem: block pulled along a rough base" --scale 50
   "$python" "$here/python/crack.py" -o "$folder/python-crack.png"
   "$python" "$here/python/snap_back.py" -o "$folder/python-snap-back.png"
-  drawn="$drawn $folder/python-dcb.png $folder/python-pull-out.png"
   drawn="$drawn $folder/python-crack.png $folder/python-snap-back.png"
 fi
 echo "${drawn:-none: no host is there}"

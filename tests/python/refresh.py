@@ -37,7 +37,7 @@ def follow(page: Path, folder: Path) -> str:
         print(f"{page.name}:{text.count(chr(10), 0, block.start()) + 1}", file=sys.stderr, flush=True)
         printed = _run(block[1], block[2], folder)
         if text[block.end() : after.start()].strip():
-            output = re.search(r" -o (\S+\.(?:json|csv|txt))", block[2])
+            output = re.search(r" -o (\S+\.(?:json|xml|csv|txt))", block[2])
             written = printed + ((folder / output[1]).read_text(encoding="utf-8") if output else "")
             printed = _excerpt(after[2], written)
         pieces += [text[done : after.start(2)], printed]

@@ -76,7 +76,7 @@ def test_tutorial(
     )
 
     command(card, capsys)
-    block = Path("joint.json").read_text(encoding="utf-8")
+    block = Path("joint.xml").read_text(encoding="utf-8")
     for line in remarks.splitlines():
         assert line.split("=")[0] in block
 

@@ -12,17 +12,22 @@ import argparse
 import sys
 import tempfile
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 
 import akantu as aka
+import meshio
 import numpy as np
 from asperity import Interface, Material, Pattern, contract
-from two_blocks import CELL, INPUT, RUNS, Floats, structure_of, write_mesh
+from numpy.typing import ArrayLike, NDArray
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 sys.path.insert(0, str(Path(__file__).parent / "kit"))
 import paraview_files as paraview
 from asperity_akantu import Joint, Points, register
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 JOINT = Interface(Material(sigma0=3.0, Gc=0.003, eta=0.9, mu=0.5), Pattern.regular(4, theta=30.0))
 LENGTH, HEIGHT, SIZE = 40.0, 4.0, 1.0
@@ -37,7 +42,29 @@ ROWS = 60
 AREA = SIZE / 2.0
 """Of a point of the joint."""
 
+CELL = aka._cohesive_2d_4
+RUNS = count()
+"""Numbers for names, each of which can be registered once."""
 
+INPUT = """
+model solid_mechanics_model_cohesive [
+  cohesive_inserter [
+    bounding_box = [{box}]
+  ]
+  material elastic [
+    name = block
+    rho = {density}
+    E = {young}
+    nu = {poisson}
+  ]
+  material {law} [
+    name = joint
+  ]
+]
+"""
+
+KINDS = {4: "tetra", 8: "hexahedron"}
+"""Names of cells in meshio by their number of nodes in three dimensions."""
 
 STORED, RUPTURE, FRICTION = (contract.statev_index(name) for name in paraview.ENERGIES)
 DAMAGE = contract.statev_index("damage")
@@ -85,7 +112,7 @@ def run(folder: Path, extrinsic: bool = True, opening: float = OPENING) -> Resul
         model.solveStep("explicit_lumped")
         old, force = force, -float(np.array(model.getInternalForce())[end, 1].sum())
         work += 0.5 * (old + force) * SPEED * dt
-        at = joint.points(CELL[2]) if CELL[2] in joint.types() else None
+        at = joint.points(CELL) if CELL in joint.types() else None
         if at is not None and len(at.state) > points:
             # a new element begins with the energy of its initial stress
             given += AREA * float(at.state[points:, STORED].sum())
@@ -104,19 +131,48 @@ def start(folder: Path, extrinsic: bool) -> tuple[aka.SolidMechanicsModelCohesiv
     """Model, mesh and joint."""
     name = f"asperity_{next(RUNS)}"
     made = register(JOINT, name)
+    x, y = (np.linspace(0.0, side, round(side / SIZE) + 1) for side in (LENGTH, 2.0 * HEIGHT))
+    points, cells = grid(x, y)
     middle = f"[-1, {LENGTH + 1}], [{HEIGHT - 0.1}, {HEIGHT + 0.1}]"
-    text = INPUT.format(box=middle, young=YOUNG, poisson=POISSON, law=name)
-    (folder / "peel.dat").write_text(text.replace("rho = 1e-9", f"rho = {DENSITY}"), encoding="utf-8")
-    sides = (LENGTH, 2.0 * HEIGHT)
-    write_mesh(folder / "peel.msh", [np.linspace(0.0, side, round(side / SIZE) + 1) for side in sides])
-    aka.parseInput(str(folder / "peel.dat"))
-    mesh = aka.Mesh(2)
-    mesh.read(str(folder / "peel.msh"))
+    text = INPUT.format(box=middle, density=DENSITY, young=YOUNG, poisson=POISSON, law=name)
+    mesh = read(folder, text, points, cells)
     model = aka.SolidMechanicsModelCohesive(mesh)
     model.initFull(_analysis_method=aka._explicit_lumped_mass, _is_extrinsic=extrinsic)
     if extrinsic:
         model.updateAutomaticInsertion()
     return model, mesh, made[0]
+
+
+def grid(*axes: Floats) -> tuple[Floats, Integers]:
+    """Nodes and cells (quadrilaterals or hexahedra) between the lines of the axes, the vertical axis last."""
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    number = np.arange(places[..., 0].size).reshape(places.shape[:-1])
+    around = paraview.AROUND[2 ** len(axes)]
+    corners = [number[tuple(slice(a, a - 1 or None) for a in corner)].ravel() for corner in around]
+    return places.reshape(-1, len(axes)), np.stack(corners, axis=-1)
+
+
+def read(folder: Path, text: str, points: Floats, cells: ArrayLike) -> aka.Mesh:
+    """Mesh of one kind of cells, after Akantu has read an input."""
+    (folder / "input.dat").write_text(text, encoding="utf-8")
+    dimension, nodes = points.shape[1], np.shape(cells)[1]
+    kind = "quad" if dimension == 2 else KINDS[nodes]
+    space = np.zeros((len(points), 3))
+    space[:, :dimension] = points
+    tags = {f"gmsh:{name}": [np.ones(len(cells), dtype=int)] for name in ("physical", "geometrical")}
+    named = {"blocks": np.array([1, dimension])}
+    whole = meshio.Mesh(space, [(kind, np.asarray(cells))], cell_data=tags, field_data=named)
+    whole.write(folder / "mesh.msh", file_format="gmsh22", binary=False)
+    aka.parseInput(str(folder / "input.dat"))
+    mesh = aka.Mesh(dimension)
+    mesh.read(str(folder / "mesh.msh"))
+    return mesh
+
+
+def structure_of(mesh: aka.Mesh) -> paraview.Structure:
+    """Structure for ParaView; the two sides of a joint have the same direction in Akantu."""
+    solids, joints = (np.array(mesh.getConnectivity(kind)) for kind in (aka._quadrangle_4, CELL))
+    return paraview.Structure(np.array(mesh.getNodes()), solids, joints[:, [0, 1, 3, 2]], (2, 1))
 
 
 def step_of(

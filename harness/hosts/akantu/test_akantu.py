@@ -17,51 +17,94 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 import akantu as aka
 import exported
 import joint_picture
-import paraview_check
 import paraview_files as paraview
 import peel
-import two_blocks
-from two_blocks import PRELOAD_STEPS, PRESSURE
+from asperity_akantu import Joint, register
 
-LAST = 1.0e-7
-"""Error of the force at the end: Newton's method is linear here and ends at 1e-9 N."""
+JOINT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=4.0), Pattern.regular(4, theta=30.0))
 
+PATH = np.array(
+    [[-0.01, 0.0, 0.0], [-0.005, 0.08, 0.03], [-0.005, 0.15, 0.03], [-0.005, -0.1, 0.0], [0.06, 0.0, 0.0],
+     [0.01, 0.0, 0.0], [-0.01, 0.05, 0.02]]
+)  # fmt: skip
+"""Separations (N, Tx, Ty): pressing, sliding and its reversal, opening, unloading, closing."""
+
+CELL = {2: aka._cohesive_2d_4, 3: aka._cohesive_3d_8}
+SOLID = {2: aka._quadrangle_4, 3: aka._hexahedron_8}
+"""Types of the elements of the joint and of the cubes, by dimension."""
 
 ROUGH_BALANCE = 5.0e-3
 """Difference of work and energies over the work: the forces are those at the ends of the steps."""
 
 
+def law(dimension: int) -> Interface:
+    """A joint whose traction stays in the plane in two dimensions."""
+    return JOINT if dimension == 3 else Interface(JOINT.material, Pattern.regular(2, theta=30.0))
+
+
+def cubes(
+    folder: Path,
+    dimension: int,
+    interface: Interface,
+    of_card: bool = False,
+    method: object = aka._static,
+    tx: tuple[float, ...] = (1.0, 0.0, 0.0),
+) -> tuple[aka.Mesh, aka.SolidMechanicsModelCohesive, Joint, np.ndarray]:
+    """Two soft cubes, 1 mm, with a joint: mesh, which must live on, model, joint, nodes of the upper cube.
+
+    of_card: the input file has the constants, by `asperity card`.
+    """
+    name = f"asperity_{next(peel.RUNS)}"
+    made = register(None if of_card else interface, name, tx=tx)
+    box = "[-1, 2], " * (dimension - 1) + "[0.9, 1.1]"
+    text = peel.INPUT.format(box=box, density=1e-9, young=1e-9, poisson=0.2, law=name)
+    if of_card:
+        card = interface.card("akantu", name="joint").replace("material asperity [", f"material {name} [")
+        text = text.replace(f"material {name} [\n    name = joint\n  ]", card)
+    mesh = peel.read(folder, text, *peel.grid(*[np.arange(2.0)] * (dimension - 1), np.arange(3.0)))
+    model = aka.SolidMechanicsModelCohesive(mesh)
+    model.initFull(_analysis_method=method, _is_extrinsic=False)
+    x, cells = np.array(mesh.getNodes()), np.array(mesh.getConnectivity(SOLID[dimension]))
+    upper = np.unique(cells[x[cells][:, :, -1].mean(axis=1) > 1.0])
+    return mesh, model, made[0], upper
+
+
+def follow(folder: Path, dimension: int, of_card: bool = False) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Separation and traction (T, points, 3) along PATH, and the forces of the upper cube (T, dimension)."""
+    _mesh, model, joint, upper = cubes(folder, dimension, law(dimension), of_card)
+    rows = []
+    for n, x, y in PATH.tolist():
+        model.getDisplacement()[upper] = [x, n] if dimension == 2 else [x, y, n]
+        model.assembleInternalForces()
+        joint.commit()
+        points = joint.points(CELL[dimension])
+        force = -np.array(model.getInternalForce())[upper].sum(axis=0)
+        rows.append((points.separation, points.traction, force))
+    return tuple(np.array(column) for column in zip(*rows, strict=True))
+
+
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_two_blocks(dimension: int, tmp_path: Path) -> None:
-    """Every point has the law on its own history; the force ends at that of the closed form."""
-    joint = Interface(two_blocks.JOINT.material, Pattern.regular(2 * (dimension - 1), theta=30.0))
-    result = two_blocks.run(tmp_path, dimension, joint)
-    counts = result.iterations
-    print(f"{dimension}D: {len(counts)} steps, {sum(counts)} iterations, at most {max(counts)}")
-    for k in range(result.separation.shape[1]):
-        expected = joint.replay(result.separation[:, k])
-        assert np.abs(result.traction[:, k] - expected.traction).max() <= 1e-12 * joint.material.sigma0
-    residual = joint.material.residual_strength(30.0) * PRESSURE
-    print(f"force at the end {result.force[-1, 0]:.9f} N, closed form {residual:.9f} N")
-    assert result.force[-1, 0] == pytest.approx(residual, rel=LAST)
-    rise = np.diff(result.rise[-5:]) / np.diff(result.slip[-5:])
-    assert rise == pytest.approx(np.tan(np.radians(30.0)), rel=1e-6)
-    assert np.ptp(result.separation[PRELOAD_STEPS:, :, 0], axis=1).max() > 0.0
-    two_blocks.write_paraview(tmp_path / "blocks.pvd", result)
-    paraview_check.against_the_law(tmp_path / "blocks.pvd", joint, 1e-12)
-    paraview_check.places(tmp_path / "blocks.pvd", 2 ** (dimension - 1), up=dimension - 1)
+def test_element_has_the_law(dimension: int, tmp_path: Path) -> None:
+    """Every point has the law on its own history; the forces are the tractions times the area, 1 mm2."""
+    separation, traction, force = follow(tmp_path, dimension)
+    interface, axes = law(dimension), [0, 1] if dimension == 2 else [0, 1, 2]
+    # which side is the first one is Akantu's choice, and the sense of a slip with it
+    assert np.abs(separation[:, 0, axes]) == pytest.approx(np.abs(PATH[:, axes]), abs=1e-14)
+    for k in range(separation.shape[1]):
+        expected = interface.replay(separation[:, k]).traction
+        assert np.abs(traction[:, k] - expected).max() <= 1e-12 * interface.material.sigma0
+    # the soft cubes carry 1e-9 MPa
+    expected = np.abs(traction.mean(axis=1)[:, axes])
+    assert np.abs(np.roll(force, 1, axis=1)) == pytest.approx(expected, abs=1e-8)
 
 
 @pytest.mark.parametrize(("dimension", "about"), [(2, 0), (3, 0), (3, 1)])
 def test_sheared_joint_that_turns(dimension: int, about: int, tmp_path: Path) -> None:
     """A sheared joint that is turned rigidly by 90 and 120 degrees keeps its tractions, in axes that turn."""
-    joint = Interface(two_blocks.JOINT.material, Pattern.regular(2 * (dimension - 1), theta=30.0))
-    mesh, model, made = two_blocks.build(tmp_path, dimension, joint, 1, aka._explicit_lumped_mass, young=1e-9)
+    mesh, model, joint, upper = cubes(tmp_path, dimension, law(dimension), method=aka._explicit_lumped_mass)
     model.getBlockedDOFs()[:] = True
     model.setTimeStep(1e-9)
     x = np.array(mesh.getNodes())
-    cells = np.array(mesh.getConnectivity(two_blocks.SOLID[dimension]))
-    upper = np.unique(cells[x[cells][:, :, -1].mean(axis=1) > 1.0])
     sheared = [0.08, 0.03, -0.01]
     rows = []
     for jump, angle in (
@@ -76,12 +119,12 @@ def test_sheared_joint_that_turns(dimension: int, about: int, tmp_path: Path) ->
         moved[upper] += jump if dimension == 3 else jump[::2]
         model.getDisplacement()[:] = moved @ turn.T - x
         model.solveStep("explicit_lumped")
-        made[0].commit()
+        joint.commit()
         force = -np.array(model.getInternalForce())[upper].sum(axis=0) @ turn
-        points = made[0].points(two_blocks.CELL[dimension])
+        points = joint.points(CELL[dimension])
         rows.append((points.separation[0], points.traction[0], force))
     separation, traction, force = (np.array(column) for column in zip(*rows, strict=True))
-    expected = joint.replay(separation[[0, 1, 5]]).traction
+    expected = law(dimension).replay(separation[[0, 1, 5]]).traction
     assert separation[1:5] == pytest.approx(np.tile(separation[1], (4, 1)), abs=1e-14)
     assert traction[[0, 1, 3, 4, 5]] == pytest.approx(expected[[0, 1, 1, 1, 2]], abs=1e-10)
     assert abs(traction[5, 1]) < 0.5 * abs(traction[4, 1])  # the damage of the turned joint is that of before
@@ -99,46 +142,51 @@ def test_exported_element(tmp_path: Path) -> None:
 
 
 def test_symmetric_storage(tmp_path: Path) -> None:
-    """Without friction the tangent is symmetric, and Newton's method needs fewer iterations."""
-    smooth = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.0, kc=4.0), Pattern.regular(2, theta=30.0))
-    counts = [sum(two_blocks.run(tmp_path, 2, one).iterations) for one in (two_blocks.JOINT, smooth)]
-    print(f"iterations: {counts[0]} with friction, {counts[1]} without")
-    assert counts[0] > 1.5 * counts[1]
+    """Akantu keeps one triangle of the stiffness, which friction makes unsymmetric."""
+    mesh, model, joint, upper = cubes(tmp_path, 2, law(2))
+    for slip in (0.0, 0.1, 0.2):
+        model.getDisplacement()[upper] = [slip, -0.01]
+        model.assembleInternalForces()
+        joint.commit()
+    model.assembleInternalForces()
+    model.assembleStiffnessMatrix()
+    stored = aka.AkantuSparseMatrix(model.getDOFManager().getMatrix("K")).toarray()
+    tangent = joint.points(CELL[2]).tangent.mean(axis=0)[:2, :2]
+    assert len(mesh.getNodes()) == 8 and abs(tangent[0, 1] - tangent[1, 0]) > 0.1 * tangent.max()
+    assert np.array_equal(stored, stored.T) and np.abs(stored).max() > 0.1 * tangent.max()
+
+
+def in_process(code: str) -> str:
+    """Standard error of a script that must fail: an error in a material ends the process."""
+    command = [sys.executable, "-c", f"import test_akantu, pathlib\n{code}"]
+    done = subprocess.run(command, cwd=Path(__file__).parent, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    return done.stderr
 
 
 def test_direction_along_the_normal(tmp_path: Path) -> None:
     """Tx has no direction where it is along the normal: the message has both."""
-    code = (
-        "import two_blocks, pathlib; old = two_blocks.register; "
-        "two_blocks.register = lambda joint, name: old(joint, name, tx=[0.0, 0.0, 1.0]); "
-        f"two_blocks.run(pathlib.Path({str(tmp_path)!r}), 3)"
+    errors = in_process(
+        f"mesh, model, *others = test_akantu.cubes(pathlib.Path({str(tmp_path)!r}), 3, test_akantu.JOINT, "
+        "tx=(0.0, 0.0, 1.0))\nmodel.assembleInternalForces()"
     )
-    here = Path(__file__).parent
-    done = subprocess.run([sys.executable, "-c", code], cwd=here, capture_output=True, text=True, check=False)
-    assert done.returncode != 0
-    assert "tx = [0.0, 0.0, 1.0]: expected a direction across the normal" in done.stderr
+    assert "tx = [0.0, 0.0, 1.0]: expected a direction across the normal" in errors
 
 
 def test_card(tmp_path: Path) -> None:
     """With the constants of `asperity card` in the input file the run is the same to the last bit."""
-    runs = []
-    for of_card in (False, True):
-        (folder := tmp_path / str(of_card)).mkdir()
-        runs.append(two_blocks.run(folder, 2, two_blocks.JOINT, 1, of_card))
-    assert np.array_equal(runs[0].force, runs[1].force) and np.array_equal(runs[0].state, runs[1].state)
+    runs = [follow(tmp_path, 2, of_card) for of_card in (False, True)]
+    assert all(np.array_equal(*pair) for pair in zip(*runs, strict=True))
 
 
 def test_card_without_a_constant(tmp_path: Path) -> None:
     """A constant that has no default and is not in the input file is named."""
-    code = (
-        "import two_blocks, pathlib; from asperity import Interface; old = Interface.card; "
-        "Interface.card = lambda *a, **k: old(*a, **k).replace('Gc = 0.3', ''); "
-        f"two_blocks.run(pathlib.Path({str(tmp_path)!r}), 2, of_card=True)"
+    errors = in_process(
+        "from asperity import Interface; old = Interface.card\n"
+        "Interface.card = lambda *a, **k: old(*a, **k).replace('Gc = 0.3', '')\n"
+        f"test_akantu.follow(pathlib.Path({str(tmp_path)!r}), 2, True)"
     )
-    here = Path(__file__).parent
-    done = subprocess.run([sys.executable, "-c", code], cwd=here, capture_output=True, text=True, check=False)
-    assert done.returncode != 0
-    assert "Gc: expected in the material section of the input file" in done.stderr
+    assert "Gc: expected in the material section of the input file" in errors
 
 
 def test_elements_inserted_during_the_run(tmp_path: Path) -> None:
@@ -172,21 +220,13 @@ def test_elements_there_from_the_start(tmp_path: Path) -> None:
 def test_insertion_is_a_part_of_the_strength() -> None:
     """A limit of the stress that the law could not start from is refused."""
     with pytest.raises(ValueError, match=r"insertion = 1.5: expected a part of the strength"):
-        two_blocks.register(two_blocks.JOINT, "refused", insertion=1.5)
+        register(JOINT, "refused", insertion=1.5)
 
 
 def test_insertion_in_space(tmp_path: Path) -> None:
     """Elements between tetrahedra: the forces of the top are the tractions of the points."""
-    interface = Interface(peel.JOINT.material, Pattern.regular(4, theta=30.0))
-    made = two_blocks.register(interface, "asperity_tetrahedra")
-    text = two_blocks.INPUT.format(
-        box="[-1, 2], [-1, 2], [0.9, 1.1]", young=30000.0, poisson=0.0, law="asperity_tetrahedra"
-    )
-    (tmp_path / "blocks.dat").write_text(text, encoding="utf-8")
-    write_tetrahedra(tmp_path / "blocks.msh")
-    aka.parseInput(str(tmp_path / "blocks.dat"))
-    mesh = aka.Mesh(3)
-    mesh.read(str(tmp_path / "blocks.msh"))
+    made = register(peel.JOINT, "asperity_tetrahedra")
+    mesh = peel.read(tmp_path, input_between("asperity_tetrahedra", 30000.0), *tetrahedra())
     model = aka.SolidMechanicsModelCohesive(mesh)
     model.initFull(_analysis_method=aka._explicit_lumped_mass, _is_extrinsic=True)
     model.updateAutomaticInsertion()
@@ -211,11 +251,16 @@ def test_insertion_in_space(tmp_path: Path) -> None:
     assert worst <= 0.15  # waves
 
 
-def write_tetrahedra(path: Path) -> None:
-    """Write two cubes of six tetrahedra each, one above the other."""
-    axes = ([0.0, 1.0], [0.0, 1.0], [0.0, 1.0, 2.0])
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    number = np.arange(1, 13).reshape(2, 2, 3)
+def input_between(law: str, young: float) -> str:
+    """Input of two cubes one above the other, between which elements may be inserted."""
+    box = "[-1, 2], [-1, 2], [0.9, 1.1]"
+    return peel.INPUT.format(box=box, density=1e-9, young=young, poisson=0.0, law=law)
+
+
+def tetrahedra() -> tuple[np.ndarray, list[list[int]]]:
+    """Nodes and cells of two cubes of six tetrahedra each, one above the other."""
+    points, _ = peel.grid(np.arange(2.0), np.arange(2.0), np.arange(3.0))
+    number = np.arange(12).reshape(2, 2, 3)
     cells = []
     for k in (0, 1):
         for order in permutations(range(3)):
@@ -223,29 +268,19 @@ def write_tetrahedra(path: Path) -> None:
             for axis in order:
                 at[axis] += 1
                 cell.append(number[tuple(at)])
-            edges = points[np.array(cell[1:]) - 1] - points[cell[0] - 1]
+            edges = points[cell[1:]] - points[cell[0]]
             cells.append(cell if np.linalg.det(edges) > 0.0 else [cell[1], cell[0], *cell[2:]])
-    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", "1", '3 1 "blocks"']
-    lines += ["$EndPhysicalNames", "$Nodes", str(len(points))]
-    lines += [f"{i} {x!r} {y!r} {z!r}" for i, (x, y, z) in enumerate(points.tolist(), 1)]
-    lines += ["$EndNodes", "$Elements", str(len(cells))]
-    lines += [f"{i} 4 2 1 1 " + " ".join(map(str, cell)) for i, cell in enumerate(cells, 1)]
-    path.write_text("\n".join([*lines, "$EndElements"]) + "\n", encoding="utf-8")
+    return points, cells
 
 
 def test_insertion_between_hexahedra_is_refused(tmp_path: Path) -> None:
     """Smallest case of an error of Akantu: its stresses on facets of hexahedra are wrong."""
     code = (
-        "import akantu as aka, numpy as np, pathlib, two_blocks\n"
-        f"folder = pathlib.Path({str(tmp_path)!r})\n"
-        "two_blocks.register(two_blocks.JOINT, 'joints')\n"
-        "box = '[-1, 2], [-1, 2], [0.9, 1.1]'\n"
-        "text = two_blocks.INPUT.format(box=box, young=1.0, poisson=0.0, law='joints')\n"
-        "(folder / 'blocks.dat').write_text(text)\n"
-        "two_blocks.write_mesh(folder / 'blocks.msh', [np.linspace(0, 1, 3)] * 2 + [np.linspace(0, 2, 3)])\n"
-        "aka.parseInput(str(folder / 'blocks.dat'))\n"
-        "mesh = aka.Mesh(3)\n"
-        "mesh.read(str(folder / 'blocks.msh'))\n"
+        "import akantu as aka, numpy as np, pathlib, peel, test_akantu\n"
+        "test_akantu.register(test_akantu.JOINT, 'joints')\n"
+        "nodes = peel.grid(np.linspace(0, 1, 3), np.linspace(0, 1, 3), np.linspace(0, 2, 3))\n"
+        "text = test_akantu.input_between('joints', 1.0)\n"
+        f"mesh = peel.read(pathlib.Path({str(tmp_path)!r}), text, *nodes)\n"
         "model = aka.SolidMechanicsModelCohesive(mesh)\n"
         "model.initFull(_analysis_method=aka._explicit_lumped_mass, _is_extrinsic=True)\n"
         "model.updateAutomaticInsertion()\n"

@@ -4,8 +4,7 @@ Two elastic arms (C3D8I) in plane strain with a thin layer (C3D8) between them a
 The ends of the arms rotate under moments of a prescribed ratio.  The energy release rate of the two moments
 is known for any length of the crack, so it is the resistance of the joint.  Units: mm, N, MPa.
 
-The script draws the deformed mesh with the damage of the joint, and the resistance over the opening of the
-first point of the joint, beside the work of the law on the separations of that point.
+The script prints the resistance, and the work of the law on the separations of the first point of the joint.
 """
 
 from __future__ import annotations
@@ -22,7 +21,6 @@ from asperity import Interface, Material, Pattern, contract
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import calculix_run
 import paraview_files as paraview
-import structure_picture
 from calculix_run import TX, TY, Floats, N, Run
 
 LENGTH, CRACK, HEIGHT, WIDTH = 60.0, 20.0, 4.0, 1.0
@@ -173,64 +171,30 @@ def write_paraview(pvd: Path, result: Result) -> None:
 
 def main() -> None:
     """Run the command."""
-    parser = argparse.ArgumentParser(description="Mixed-mode beam in CalculiX, drawn.")
+    parser = argparse.ArgumentParser(description="Mixed-mode beam in CalculiX.")
     parser.add_argument("program", type=calculix_run.program_file, help="ccx linked with libasperity")
-    parser.add_argument("-o", "--output", type=Path, default=Path("calculix-dcb.png"), metavar="FILE.png")
+    parser.add_argument("--csv", type=Path, metavar="FILE.csv", help="write moment and energy release rate")
     parser.add_argument("--pvd", type=Path, metavar="FILE.pvd", help="write all increments for ParaView")
     options = parser.parse_args()
     ratio, turn = 0.5, 0.06
     with tempfile.TemporaryDirectory() as folder:
         result = run(options.program, Path(folder), ROUGH, ratio, turn)
     # the law of one point, by the library, on the separations that CalculiX found
-    first = result.separation[:, 0]
-    law = ROUGH.replay(first)
+    law = ROUGH.replay(result.separation[:, 0])
     work, friction = law.work, law.state[-1, contract.statev_index("friction")]
     bent = np.sqrt(work * 4.0 * STIFFNESS / (21.0 * (1.0 + ratio**2) - 6.0 * ratio))
-    grown = np.abs(result.damage - 0.5).argmin(axis=1)
-    shown = int(np.abs(grown - 20).argmin())
     steady = result.release[result.time > 0.9]
     iterations = sum(result.run.iterations)
     print(f"{len(result.time)} increments, {iterations} iterations, {result.run.attempts} attempts")
     print(f"energy release rate at the end {steady.min():.4f} to {steady.max():.4f} N/mm")
     print(f"Gc {ROUGH.material.Gc:g} N/mm")
     print(f"work of the law at the first point {work[-1]:.4f} N/mm, friction in it {friction:.4f}")
-    plane = [0, 2]
-    mesh = structure_picture.Mesh(
-        result.structure.nodes[:, plane],
-        result.displacement[shown][:, plane],
-        result.structure.solids[:, [0, 1, 5, 4]],
-        result.structure.joints[:, [0, 1, 4, 5]],
-        np.repeat(result.damage[shown][:, None], 2, axis=1),
-        "z",
-    )
-    angle = turn * result.time
-    opening = np.linalg.norm(first, axis=1)
-    point = "material point (work of the law)"
-    mark = f"rotation {angle[shown]:.3f}, drawn"
-    structure_picture.draw(
-        options.output,
-        f"CalculiX: end moments {ratio:g} to 1 on a beam with a rough joint, five planes",
-        mesh,
-        3.0,
-        [
-            structure_picture.Curves(
-                "rotation of the ends [rad]",
-                "moment of the upper arm [N mm/mm]",
-                {"CalculiX": (angle, result.moments[:, 0]), point: (angle, bent)},
-                [(mark, angle[shown], result.moments[shown, 0])],
-            ),
-            structure_picture.Curves(
-                "separation of the first point |s| [mm]",
-                "energy release rate [N/mm]",
-                {"CalculiX": (opening, result.release), point: (opening, work)},
-                [(mark, opening[shown], result.release[shown])],
-            ),
-        ],
-    )
-    print(options.output)
+    if options.csv is not None:
+        table = np.column_stack([turn * result.time, result.moments[:, 0], result.release, bent, work])
+        head = "rotation,moment,release,moment_point,release_point"
+        np.savetxt(options.csv, table, "%.6f", ",", header=head, comments="")
     if options.pvd is not None:
         write_paraview(options.pvd, result)
-        print(options.pvd)
 
 
 if __name__ == "__main__":

@@ -42,17 +42,9 @@ enum {
 static record *table[BUCKETS];
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static __typeof__(&umat_) law;
-static int symmetric;
 
 /* Find the UMAT of the next library in the search order: libasperity, with which this library is linked. */
 static __attribute__((constructor)) void find_law(void) { *(void **)&law = dlsym(RTLD_NEXT, "umat_"); }
-
-/* Switch the output of the symmetric part of the tangent on or off, to measure its cost; return the previous one. */
-int asperity_kratos_symmetrise(int on) {
-  const int before = symmetric;
-  symmetric = on;
-  return before;
-}
 
 /* Delete the records of all points. This is necessary before an analysis whose step numbers continue those of another
  * one, and saves memory between many analyses in one process. It must not be called during an analysis. */
@@ -130,10 +122,4 @@ void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *
   memcpy(r->trial, stress, n * sizeof *stress);
   for (size_t i = 0; i < n; i++) r->trial[n + i] = stran[i] + dstran[i];
   memcpy(r->trial + 2 * n, statev, m * sizeof *statev);
-
-  for (size_t i = 0; symmetric && i < n; i++) {
-    for (size_t j = 0; j < i; j++) {
-      ddsdde[i * n + j] = ddsdde[j * n + i] = 0.5 * (ddsdde[i * n + j] + ddsdde[j * n + i]);
-    }
-  }
 }

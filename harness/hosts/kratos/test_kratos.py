@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import subprocess
 import sys
 from itertools import pairwise
@@ -11,16 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asperity import History, Interface, Material, Pattern, library
-from asperity.installed import driver, kratos_adapter
+from asperity.installed import driver
 
 pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed")
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
-import blocks
 import exported
 import KratosMultiphysics
-import paraview_check
-import triplet
 from kratos_model import Floats, Structure
 
 ROUNDING = 1.0e-12
@@ -41,6 +37,12 @@ CASE = """&case title = 'one element' /
 
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=3.0)
 STIFFNESS = MATERIAL.kc * MATERIAL.K
+
+ROUGH = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0), Pattern.regular(4, theta=20.0))
+"""Joint of the sheared block, in mm, N, MPa."""
+
+NEWTON = 1.0e-10
+"""Accepted residual force of the sheared block, N; the reactions are some N."""
 
 CORNERS = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 3.0, 0.0], [0.0, 3.0, 0.0]])
 """Nodes of one element of 2 x 3; the first two are those of a plane element."""
@@ -243,79 +245,55 @@ def test_a_step_solved_again_starts_from_the_same_state() -> None:
     assert s.points()[1][0] == pytest.approx(expected, abs=ROUNDING * STIFFNESS * 0.06)
 
 
-def assert_law_is_kept(interface: Interface, separation: Floats, traction: Floats, tolerance: float) -> None:
-    """Every interface point has the tractions of the library on the history of its own separations."""
-    for path, found in zip(separation.transpose(1, 0, 2), traction.transpose(1, 0, 2), strict=True):
-        expected = interface.replay(path).traction
-        assert np.abs(found - expected).max() <= tolerance
+def sheared_block(n: int = 3, threads: int = 1) -> tuple[list[list[float]], Floats, Floats]:
+    """A cube of n x n x n elements is pressed on a rough base, then sheared and turned at its top.
 
-
-def test_blocks_converge_quadratically() -> None:
-    """Two blocks in shear under compression: convergence of Newton, and cost of a symmetrised tangent."""
-    norms, separation, traction = blocks.run()
-    assert_law_is_kept(blocks.ROUGH, separation, traction, 1e-12)
-    assert np.ptp(separation[-1, :, 0]) > 0.01  # the structure differs from a material point
-    quadratic = 0
-    for step, found in enumerate(norms):
-        ratios = [b / a**2 for a, b in pairwise(found)]
-        print(
-            f"step {step + 1}:", *(f"{norm:.1e}" for norm in found), " ratios", *(f"{r:.1e}" for r in ratios)
-        )
-        # the last residual is a rounding error of reactions of some N
-        quadratic += sum(ratio < 100.0 for ratio, norm in zip(ratios, found[1:], strict=True) if norm > 1e-15)
-    assert quadratic >= 10
-    assert max(map(len, norms)) <= 6
-
-    adapter = ctypes.CDLL(str(kratos_adapter()))
-    assert adapter.asperity_kratos_symmetrise(1) == 0
+    Returns the norms of Newton's iterations of each step, separations and tractions (steps, points, 3).
+    """
+    s, axis = Structure(3), np.linspace(0.0, 1.0, n + 1)
+    solid, rough = s.elastic(3000.0, 0.2), s.umat(ROUGH)
+    base, cube = (
+        s.add_nodes(np.stack(np.meshgrid(axis, axis, z, indexing="ij"), axis=-1)) for z in (axis[:1], axis)
+    )
+    around = ((0, 0), (1, 0), (1, 1), (0, 1))
+    for i, j in np.ndindex(n, n):
+        for k in range(n):
+            s.add_solid([cube[i + a, j + b, k + c] for c in (0, 1) for a, b in around], solid)
+        s.add_interface(*([side[i + a, j + b, 0] for a, b in around] for side in (base, cube)), rough)
+    top = cube[:, :, -1]
+    s.fix(np.append(base, top), 0, 1, 2)
+    norms, points = [], []
+    KratosMultiphysics.ParallelUtilities.SetNumThreads(threads)
     try:
-        slow, same, _ = blocks.run()
+        for slip in (0.0, 0.01, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15):
+            s.move(top, 0, slip)
+            s.move(top, 1, slip / 3.0)
+            s.move(top, 2, lambda node, slip=slip: -0.01 + 0.3 * slip * (node.X0 - 0.3))
+            norms.append(s.step(NEWTON))
+            points.append(s.points())
     finally:
-        adapter.asperity_kratos_symmetrise(0)
-    counts = [sum(map(len, n)) for n in (norms, slow)]
-    print(f"iterations: {counts[0]} with the consistent tangent, {counts[1]} with its symmetric part")
-    assert np.allclose(same, separation, rtol=0, atol=1e-8)  # slower, with the same result
-    assert counts[1] > 2 * counts[0]
+        KratosMultiphysics.ParallelUtilities.SetNumThreads(1)
+    separation, traction = (np.array(values) for values in zip(*points, strict=True))
+    for path, found in zip(separation.transpose(1, 0, 2), traction.transpose(1, 0, 2), strict=True):
+        assert np.abs(found - ROUGH.replay(path).traction).max() <= 1e-12
+    return norms, separation, traction
+
+
+def test_newton_is_quadratic() -> None:
+    """Every point has the law on its own history, and the consistent tangent makes Newton quadratic."""
+    norms, separation, _ = sheared_block()
+    assert np.ptp(separation[-1, :, 0]) > 0.01  # the structure differs from a material point
+    pairs = [(before, after) for found in norms for before, after in pairwise(found)]
+    print("largest norms of the steps:", *(f"{len(found)}: {found[-1]:.1e}" for found in norms))
+    # the last residual is a rounding error of reactions of some N
+    assert sum(after < 100.0 * before**2 for before, after in pairs if after > 1e-15) >= 10
+    assert max(map(len, norms)) <= 6
 
 
 def test_two_threads() -> None:
     """The adapter separates its points if two threads of Kratos call it; `kratos_model` sets one thread."""
-    utilities = KratosMultiphysics.ParallelUtilities
-    assert utilities.GetNumThreads() == 1
-    _, expected, _ = blocks.run(2)
-    utilities.SetNumThreads(2)
-    try:
-        assert utilities.GetNumThreads() == 2
-        _, separation, traction = blocks.run(2)
-    finally:
-        utilities.SetNumThreads(1)
-    assert_law_is_kept(blocks.ROUGH, separation, traction, 1e-12)
+    assert KratosMultiphysics.ParallelUtilities.GetNumThreads() == 1
+    _, expected, _ = sheared_block(2)
+    _, separation, _ = sheared_block(2, threads=2)
     # The sums of a node have another order, and Newton's iterations end at a residual of 1e-10 N.
     assert np.allclose(separation, expected, rtol=0, atol=1e-10)
-
-
-def test_triplet(tmp_path: Path) -> None:
-    """In the cyclic shear of a triplet every point follows the law; strength and dilation are predicted.
-
-    The files for ParaView have the tractions of Kratos and the damage and energies of the law.
-    """
-    result = triplet.run([0.3, -0.3, 0.3], 0.01, nx=12, ny=3)
-    assert_law_is_kept(triplet.JOINT, result.separation, result.traction, 1e-11)
-    assert max(map(len, result.norms)) <= 10
-    theta, sliding = np.radians(10.0), 2.0 * triplet.LENGTH * triplet.PRESSURE
-    up = sliding * triplet.JOINT.material.residual_strength(10.0)
-    print(f"residual force {result.force[-1]:.3f} N, closed form of a facing plane {up:.3f} N")
-    assert result.force[-1] == pytest.approx(up, rel=1e-3)
-    rise = result.rise[-1] - result.rise[triplet.PRELOAD_STEPS - 1]
-    slope = (result.rise[-1] - result.rise[-6]) / (result.slip[-1] - result.slip[-6])
-    print(f"rise {rise:.4f} mm, its slope {slope:.4f}, of two facing planes {2.0 * np.tan(theta):.4f}")
-    assert slope == pytest.approx(2.0 * np.tan(theta), rel=2e-2)
-    # The joint does not break everywhere at once, so its peak is below that of one material point.
-    force, _ = triplet.prediction(result.slip[triplet.PRELOAD_STEPS :])
-    assert 0.8 * force.max() < result.force.max() < 0.99 * force.max()
-
-    triplet.write_paraview(tmp_path / "triplet.pvd", result)
-    found = paraview_check.against_the_law(tmp_path / "triplet.pvd", triplet.JOINT, ROUNDING)
-    assert np.array_equal(found["separation"], result.separation)
-    assert np.array_equal(found["traction"], result.traction)
-    paraview_check.places(tmp_path / "triplet.pvd", 2, up=1, away=0.25 + 1e-9)  # points at the nodes

@@ -1,4 +1,4 @@
-"""Initial states in Kratos' interface elements: values in the UMAT, a prestressed joint in equilibrium."""
+"""Initial states in Kratos' interface elements: values in the UMAT, a block in equilibrium."""
 
 from __future__ import annotations
 
@@ -6,16 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, contract
+from asperity import Interface, Material, Pattern
 
 pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed")
 
 import KratosMultiphysics as Kratos
 import KratosMultiphysics.GeoMechanicsApplication as Geo
-import prestressed
 from kratos_model import Floats, Structure
-from prestressed import TRACTION
-from triplet import JOINT, LENGTH, PRESSURE
 
 EXACT = 1.0e-10
 """Largest error of a returned initial traction over the strength, as the contract promises."""
@@ -106,8 +103,7 @@ def _stresses_of_the_last_stage(s: Structure) -> None:
 
 @pytest.mark.parametrize("hand_over", [_k0_procedure, _stresses_of_the_last_stage])
 def test_stress_of_an_earlier_stage_does_not_reach_the_umat(hand_over: Callable[[Structure], None]) -> None:
-    """After a pressure of 4 MPa and a transfer the point has no traction at separation zero: none was passed.
-    """
+    """After a pressure of 4 MPa and a transfer the point has no traction at separation zero."""
     s, upper = one_element()
     s.move(upper, 2, -0.01)
     s.step(0.0)
@@ -120,8 +116,7 @@ def test_stress_of_an_earlier_stage_does_not_reach_the_umat(hand_over: Callable[
 
 @pytest.mark.parametrize("elastic", [False, True])
 def test_prestress_from_neighbours_does_not_reach_the_umat(elastic: bool) -> None:
-    """Kratos can prestress a joint by the solid beside it: its own elastic law accepts this, a UMAT does not.
-    """
+    """Kratos can prestress a joint by the solid beside it: its own law accepts this, a UMAT does not."""
     s = Structure(3)
     bottom, lower, upper = s.add_nodes(SQUARE - [0.0, 0.0, 1.0]), s.add_nodes(SQUARE), s.add_nodes(SQUARE)
     s.add_solid([*bottom, *lower], s.elastic(100.0, 0.0))
@@ -146,51 +141,29 @@ def test_prestress_from_neighbours_does_not_reach_the_umat(elastic: bool) -> Non
 
 
 REST = 1.0e-9
-"""Displacement of bricks in equilibrium, relative to that without initial stress; see EXACT."""
+"""Displacement of a block in equilibrium, relative to that without initial stress; see EXACT."""
 
 
-@pytest.mark.parametrize(("name", "state", "direction"), prestressed.STARTS)
-def test_prestressed_joint_rests_and_slides(name: str, state: Floats, direction: float) -> None:
-    """Under the loads of the initial stress nothing moves; then the joint has its residual strength."""
-    moved = np.abs(prestressed.run(bricks_stressed=False).displacement).max()
-    result = prestressed.run(state, direction * prestressed.SLIPS)
-    largest = float(np.abs(result.displacement[0]).max())
-    print(f"{name}: at rest displacements up to {largest:.1e} mm, first residual {result.norms[0][0]:.1e} N")
-    print(f"  without initial stress {moved:.1e} mm")
-    assert largest <= REST * moved
-    assert np.abs(result.traction[0] - TRACTION).max() <= EXACT * JOINT.material.sigma0
-    expected = LENGTH * TRACTION[[1, 0]]
-    assert -result.reaction[0] == pytest.approx(expected, abs=EXACT * JOINT.material.sigma0 * LENGTH)
-
-    # the law in every point, by the library, from the same state
-    points = np.tile(state, (result.separation.shape[1], 1))
-    old = np.zeros_like(result.separation[0])
-    for s, found in zip(result.separation, result.traction, strict=True):
-        update = JOINT.update(s, points, old)
-        points, old = update.state, s
-        assert np.abs(found - update.traction).max() <= EXACT * JOINT.material.sigma0
-
-    residual, strength = prestressed.residual_strength(direction), prestressed.strength(result)
-    print(
-        f"  largest strength {strength.max():.4f}, at the end {strength[-1]:.6f}, closed form {residual:.6f}"
-    )
-    # Newton's tolerance is 1e-11 of the forces
-    assert strength[-1] == pytest.approx(residual, rel=1e-9)
-    assert np.sign(result.traction[-1, :, 1]) == pytest.approx(direction)
-    assert result.traction[-1, :, 0].mean() == pytest.approx(-PRESSURE, rel=1e-9)
-    if np.all(state[contract.N_POINT_STATEV :: contract.N_PLANE_STATEV] == 1.0):
-        assert strength.max() <= residual * (1.0 + 1e-9)
-    else:
-        assert strength.max() > 1.2 * residual
-
-
-def test_prestressed_joint_needs_its_state() -> None:
-    """If only the bricks have initial stress, the joint closes and slips by the separation of its stress."""
-    offset = JOINT.initial(TRACTION)[[contract.statev_index("offset_Tx"), contract.statev_index("offset_N")]]
-    top = prestressed.run().displacement[0, -prestressed.ROWS - 1 :]
-    print(f"the upper brick moves by {top.mean(axis=0)} mm, the offset of the state is {offset} mm")
-    # Newton's tolerance is 1e-11 of the forces
-    assert np.abs(top - offset).max() <= 1e-9 * np.abs(offset).max()
+@pytest.mark.parametrize("damage", [0.0, 0.5, 1.0])
+def test_prestressed_block_rests(damage: float) -> None:
+    """Under the load of its initial stress a block on a joint does not move, if both have this stress."""
+    moved = []
+    for stressed in (True, False):
+        s = Structure(3)
+        base, bottom = s.add_nodes(SQUARE), s.add_nodes(SQUARE)
+        top = s.add_nodes(SQUARE - [0.0, 0.0, -1.0])
+        state = INTERFACE.initial([-1.0, 0.0, 0.0], damage) if stressed else np.zeros(INTERFACE.nstatv)
+        s.add_solid([*bottom, *top], s.elastic(3000.0, 0.2))
+        s.add_interface(base, bottom, s.umat(INTERFACE, STATE_VARIABLES=state.tolist()))
+        s.fix(base, 0, 1, 2)
+        s.load({node: (0.0, 0.0, -0.25) for node in top})
+        if stressed:
+            s.stress_solids([0.0, 0.0, -1.0, 0.0, 0.0, 0.0])
+        s.step(1e-10)
+        moved.append(np.abs(s.displacements()).max())
+        assert s.points()[1][:, 0] == pytest.approx(-1.0, abs=1e-9)
+    print(f"displacements {moved[0]:.1e} mm, without initial stress {moved[1]:.1e} mm")
+    assert moved[0] <= REST * moved[1]
 
 
 def test_analyses_of_one_step() -> None:
@@ -203,8 +176,7 @@ def test_analyses_of_one_step() -> None:
 
 
 def test_next_stage_keeps_the_history() -> None:
-    """Elements that are initialised again, as in the next stage of an analysis, continue with their history.
-    """
+    """Elements that are initialised again, as in the next stage of an analysis, keep their history."""
     s, upper = one_element()
     path = np.array([[0.05, 0.0, 0.0], [0.1, 0.0, 0.0], [0.02, 0.0, 0.0], [0.03, 0.0, 0.0]])
     expected = INTERFACE.replay(path).traction

@@ -19,10 +19,9 @@ pytest.importorskip("ogs", reason="asperity[ogs] is not installed")
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import exported
-import ogs_block
 import ogs_run
-import ogs_triplet
 import paraview_check
+import triplet
 from ogs_run import Floats, Run, changed, values
 
 LAYER = Path(__file__).parent / "kit" / "single.prj"
@@ -148,12 +147,13 @@ def test_what_mgis_reads(tmp_path: Path) -> None:
     assert run.code == 0, run.output
     listed = run.output.split("### MFRONT ###")[1]
     names = [*property_names("AsperityLayer3"), "Strain", "Stress", *contract.statev_names(3, True)]
+    n_statev = len(contract.statev_names(3, True))
     found = [line.split("`")[2].split("'")[0] for line in listed.splitlines() if "--> type `" in line]
     assert found[: len(names)] == names
     for text in (
         "Behaviour:      `AsperityLayer3'", "Hypothesis:     `Tridimensional'", "Symmetry:       `ISOTROPIC'",
         "Behaviour type: `STANDARDSTRAINBASEDBEHAVIOUR'", "Kinematic:      `SMALLSTRAINKINEMATIC'",
-        "type `STENSOR' with name `Strain', size 6", f"#Int. StVars.: {RT.nstatv} (array size {RT.nstatv})",
+        "type `STENSOR' with name `Strain', size 6", f"#Int. StVars.: {n_statev} (array size {n_statev})",
     ):  # fmt: skip
         assert text in listed
 
@@ -303,37 +303,35 @@ def test_another_behaviour_is_refused(tmp_path: Path) -> None:
 
 def test_triplet(tmp_path: Path) -> None:
     """Two joints between bricks: residual force and dilation of the closed form, a peak below the point's."""
-    points = ogs_run.with_points(ogs_triplet.JOINT)
-    result = ogs_triplet.run(tmp_path, 12, 3, ogs_triplet.THICKNESS, points)
-    force, _ = ogs_triplet.prediction(result.slip)
+    points = ogs_run.with_points(triplet.JOINT)
+    result = triplet.run(tmp_path, 12, 3, triplet.THICKNESS, points)
+    force, _ = triplet.prediction(result.slip)
     print(f"residual force {result.force[-1]:.6f} N, of the material point {force[-1]:.6f} N")
     # the closed form of a facing plane
-    strength = ogs_triplet.JOINT.material.residual_strength(ogs_triplet.THETA)
-    assert force[-1] == pytest.approx(2.0 * ogs_triplet.LENGTH * ogs_triplet.PRESSURE * strength, rel=1e-9)
+    strength = triplet.JOINT.material.residual_strength(triplet.THETA)
+    assert force[-1] == pytest.approx(2.0 * triplet.LENGTH * triplet.PRESSURE * strength, rel=1e-9)
     assert result.force[-1] == pytest.approx(force[-1], rel=1e-8)
     slope = np.diff(result.rise[-6:]) / np.diff(result.slip[-6:])
-    assert slope == pytest.approx(2.0 * np.tan(np.radians(ogs_triplet.THETA)), rel=1e-3)
+    assert slope == pytest.approx(2.0 * np.tan(np.radians(triplet.THETA)), rel=1e-3)
     assert 0.8 * force.max() < result.force.max() < 0.99 * force.max()
     assert max(result.run.iterations) <= 8
     pvd = tmp_path / "fields.pvd"
-    ogs_run.write_paraview(
-        pvd, tmp_path / "triplet.vtu", result.run, ogs_triplet.JOINT, ogs_triplet.THICKNESS
-    )
-    paraview_check.against_the_law(pvd, ogs_triplet.JOINT, OF_STRAINS)
+    ogs_run.write_paraview(pvd, tmp_path / "triplet.vtu", result.run, triplet.JOINT, triplet.THICKNESS)
+    paraview_check.against_the_law(pvd, triplet.JOINT, OF_STRAINS)
     paraview_check.places(pvd, 4, up=1, layers=2)
 
 
 def test_water_in_the_joints(tmp_path: Path) -> None:
     """HYDRO_MECHANICS: drained joints have the strength of the effective pressure, and its dilation."""
-    result = ogs_triplet.run(tmp_path, 12, 3, ogs_triplet.THICKNESS, *ogs_triplet.with_water(1e3))
-    effective = ogs_triplet.PRESSURE - ogs_triplet.WATER
-    force, _ = ogs_triplet.prediction(result.slip, effective)
+    result = triplet.run(tmp_path, 12, 3, triplet.THICKNESS, *triplet.with_water(1e3))
+    effective = triplet.PRESSURE - triplet.WATER
+    force, _ = triplet.prediction(result.slip, effective)
     print(f"force at the end {result.force[-1]:.6f} N, of the material point {force[-1]:.6f} N")
     # suction of the opening joint
-    fall = ogs_triplet.suction(1e3)
+    fall = triplet.suction(1e3)
     assert fall < 1e-8 and result.force[-1] == pytest.approx(force[-1], rel=1e-6)
     slope = np.diff(result.rise[-6:]) / np.diff(result.slip[-6:])
-    assert slope == pytest.approx(2.0 * np.tan(np.radians(ogs_triplet.THETA)), rel=1e-3)
+    assert slope == pytest.approx(2.0 * np.tan(np.radians(triplet.THETA)), rel=1e-3)
 
 
 def test_tight_joints_that_open_suck_water(tmp_path: Path) -> None:
@@ -342,37 +340,16 @@ def test_tight_joints_that_open_suck_water(tmp_path: Path) -> None:
     Pressure and force are those of steady flow into a joint that opens at a constant rate.
     """
     columns, permeability = 12, 2e-5
-    result = ogs_triplet.run(
-        tmp_path, columns, 3, ogs_triplet.THICKNESS, *ogs_triplet.with_water(permeability)
-    )
-    fall = ogs_triplet.suction(permeability)
+    result = triplet.run(tmp_path, columns, 3, triplet.THICKNESS, *triplet.with_water(permeability))
+    fall = triplet.suction(permeability)
     lowest = result.fields[-1]["pressure"][result.nodes[columns // 2, 3]]
     # mean of a parabola, interpolated between the nodes
     mean = 2.0 / 3.0 * fall * (1.0 - 1.0 / columns**2)
-    strength = ogs_triplet.JOINT.material.residual_strength(ogs_triplet.THETA)
-    effective = ogs_triplet.PRESSURE - ogs_triplet.WATER + mean
-    expected = 2.0 * ogs_triplet.LENGTH * strength * effective
-    dry = 2.0 * ogs_triplet.LENGTH * strength * ogs_triplet.PRESSURE
-    print(f"pressure {lowest:.6f} MPa, closed form {ogs_triplet.WATER - fall:.6f}")
+    strength = triplet.JOINT.material.residual_strength(triplet.THETA)
+    effective = triplet.PRESSURE - triplet.WATER + mean
+    expected = 2.0 * triplet.LENGTH * strength * effective
+    dry = 2.0 * triplet.LENGTH * strength * triplet.PRESSURE
+    print(f"pressure {lowest:.6f} MPa, closed form {triplet.WATER - fall:.6f}")
     print(f"force at the end {result.force[-1]:.4f} N, closed form {expected:.4f}, dry {dry:.4f}")
-    assert lowest == pytest.approx(ogs_triplet.WATER - fall, abs=1e-3 * fall)
+    assert lowest == pytest.approx(triplet.WATER - fall, abs=1e-3 * fall)
     assert result.force[-1] == pytest.approx(expected, rel=1e-3)
-
-
-def test_block_in_space(tmp_path: Path) -> None:
-    """3D, slip oblique to the planes: the force is that of the law on the separations of every point."""
-    columns = 4
-    result = ogs_block.run(tmp_path, columns, 2, 1, ogs_block.JOINT, ogs_run.with_points(ogs_block.JOINT))
-    force = ogs_block.of_the_law(result)
-    largest = result.force.max()
-    worst = np.abs(result.force - force).max() / largest
-    print(f"difference from the law {worst:.1e} of the largest force {largest:.0f} N")
-    # the strain of a layer contains the slope of its faces, the separation of nodes does not
-    assert worst <= ogs_block.THICKNESS / (ogs_block.LENGTH / columns)
-    # both joints and both directions count, and all planes are broken at the end
-    assert result.force[-1, 1] > 0.02 * largest
-    assert result.fields[-1]["damage"][result.nodes[:, :, 1:5]].min() == pytest.approx(1.0)
-    pvd = tmp_path / "fields.pvd"
-    ogs_run.write_paraview(pvd, tmp_path / "triplet.vtu", result.run, ogs_block.JOINT, ogs_block.THICKNESS)
-    paraview_check.against_the_law(pvd, ogs_block.JOINT, OF_STRAINS)
-    paraview_check.places(pvd, 8, up=2, layers=2)

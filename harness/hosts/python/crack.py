@@ -19,7 +19,6 @@ import numpy as np
 from asperity import Interface, Material, Pattern
 from asperity.style import COLOURS, TWO, new_figure, printed, save
 from joint import Floats, Joint, Newton, progress
-from numpy.typing import NDArray
 from scipy import sparse
 from skfem import Basis, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad
 from skfem.models.elasticity import lame_parameters, linear_elasticity
@@ -41,8 +40,6 @@ MESHES = (8, 16, 32)
 """Elements along the crack."""
 DOMAIN = 100.0
 """Half width of the plate over b."""
-NODES = (np.array([[0.0, 0.5, 1.0]]), np.array([1.0, 4.0, 1.0]) / 6)
-"""Points and weights of Simpson's rule on a facet: the nodes of a quadratic element."""
 STEPS = {"friction": 1, "pressure": 1, "dilation": 1, "height": 10}
 
 
@@ -74,13 +71,12 @@ def closed_form(kind: str) -> tuple[float, float, float]:
 
 @dataclass(frozen=True)
 class Crack:
-    """Points of a crack: place, weight, separation (N, Tx, Ty) and traction; iterations of the steps."""
+    """Points of a crack: place, weight, separation (N, Tx, Ty) and traction."""
 
     x: Floats
     weights: Floats
     separation: Floats
     traction: Floats
-    iterations: int
 
     def error(self, kind: str) -> float:
         """L2 norm of the error of opening and slip, over that of the closed form."""
@@ -88,11 +84,6 @@ class Crack:
         weights = self.weights[:, None]
         square = (weights * (self.separation[:, :2] - exact) ** 2).sum() / (weights * exact**2).sum()
         return float(np.sqrt(square))
-
-    def normal_error(self, kind: str, part: float = 0.9) -> float:
-        """Largest relative error of the normal traction where |s| is less than a part of b."""
-        found = self.traction[np.abs(self.x) < part * B, 0]
-        return float(np.abs(found / closed_form(kind)[2] - 1).max())
 
     def imbalance(self, kind: str) -> Floats:
         """Relative errors of mean opening and slip, which follow from the tractions (theorem of Betti).
@@ -117,38 +108,18 @@ def axes(n: int, domain: float) -> tuple[Floats, Floats]:
     return B * np.concatenate([-right[:0:-1], right]), B * np.concatenate([[0.0], far])
 
 
-@dataclass(frozen=True)
-class Plate:
-    """Both halves of the plate, upper first, their joint, nodal loads and unknowns that are held.
-
-    `bonded` maps the unknowns of the plate to those of its halves.
-    """
-
-    bases: list[Basis]
-    bonded: sparse.csr_array
-    joint: Joint
-    load: Floats
-    fixed: NDArray[np.int64]
-
-
-def plate(kind: str, n: int, domain: float = DOMAIN, nodal: bool = False) -> Plate:
-    """Plate of the half width `domain` times b with n elements along the crack.
-
-    nodal: the points of the joint are at its nodes, as in most interface elements, instead of Gauss points.
-    """
+def run(kind: str, n: int, domain: float = DOMAIN) -> Crack:
+    """Solve a benchmark in a plate of the half width `domain` times b, with n elements along the crack."""
     element = ElementVector(ElementQuad2())
     x, y = axes(n, domain)
     bases, faces, loads = [], [], []
-    rule = {"quadrature": NODES} if nodal else {"intorder": 4}
     for lines in (y, -y[::-1]):
         mesh = MeshQuad.init_tensor(x, lines)
-        basis = Basis(mesh, element)
         crack = mesh.facets_satisfying(lambda p: (np.abs(p[1]) < 1e-9 * B) & (np.abs(p[0]) < B))
-        outer = np.setdiff1d(
-            mesh.boundary_facets(), mesh.facets_satisfying(lambda p: np.abs(p[1]) < 1e-9 * B)
-        )
-        bases.append(basis)
-        faces.append(FacetBasis(mesh, element, facets=crack, **rule))
+        inner = mesh.facets_satisfying(lambda p: np.abs(p[1]) < 1e-9 * B)
+        outer = np.setdiff1d(mesh.boundary_facets(), inner)
+        bases.append(Basis(mesh, element))
+        faces.append(FacetBasis(mesh, element, facets=crack, intorder=4))
         loads.append(_far.assemble(FacetBasis(mesh, element, facets=outer)))
     bonded = _bonded(bases)
     joint = Joint(interface(kind), 2 * bases[0].N, *faces, offset=bases[0].N)
@@ -163,23 +134,15 @@ def plate(kind: str, n: int, domain: float = DOMAIN, nodal: bool = False) -> Pla
         for end in (upper[0].min(), upper[0].max())
     ]
     fixed = np.array([*ends[0], ends[1][1]])  # against rigid motions only: there is no force on them
-    return Plate(bases, bonded, joint, load, fixed)
-
-
-def run(kind: str, n: int, domain: float = DOMAIN, nodal: bool = False) -> Crack:
-    """Solve a benchmark; the arguments are those of `plate`."""
-    model = plate(kind, n, domain, nodal)
-    joint = model.joint
     elastic = linear_elasticity(*lame_parameters(MODULUS, POISSON))
-    bodies = sparse.block_diag([elastic.assemble(one) for one in model.bases])
-    newton = Newton((model.bonded.T @ bodies @ model.bonded).tocsr(), joint, model.fixed)
-    u = np.zeros(model.bonded.shape[1])
+    bodies = sparse.block_diag([elastic.assemble(one) for one in bases])
+    newton = Newton((bonded.T @ bodies @ bonded).tocsr(), joint, fixed)
+    u = np.zeros(bonded.shape[1])
     for k in range(STEPS[kind]):
-        u, _ = newton.step(u, np.zeros(3), (k + 1) / STEPS[kind] * model.load)
+        u, _ = newton.step(u, np.zeros(3), (k + 1) / STEPS[kind] * load)
         progress(f"crack: {kind}, {n} elements, step {k + 1} of {STEPS[kind]}")
     progress("")
-    separation, traction, _ = joint.points()
-    return Crack(joint.x, joint.weights, separation, traction, newton.iterations)
+    return Crack(joint.x, joint.weights, joint.separation, joint.traction)
 
 
 @LinearForm

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -47,13 +46,10 @@ class Joint:
         self.trial = self.state
         self.traction = np.zeros((n, 3))
         self.separation = np.zeros((n, 3))
-        self.seconds = 0.0
 
     def assemble(self, u: Floats) -> tuple[Floats, sparse.csr_array]:
         """Internal forces of the interface, and their consistent tangent (unsymmetric)."""
-        started = time.perf_counter()
         result = self.interface.update(self._separation(u), self.state, self.separation)
-        self.seconds += time.perf_counter() - started
         self.trial, self.traction = result.state, result.traction
         traction = result.traction[:, :COMPONENTS] * self.weights[:, None]
         tangent = result.tangent[:, :COMPONENTS, :COMPONENTS] * self.weights[:, None, None]
@@ -67,10 +63,6 @@ class Joint:
         """Accept the last trial state."""
         self.state = self.trial
         self.separation = self._separation(u)
-
-    def points(self) -> tuple[Floats, Floats, Floats]:
-        """Separation, traction and state of all points after the last accepted step."""
-        return self.separation, self.traction, self.state
 
     def _separation(self, u: Floats) -> Floats:
         s = np.zeros((len(self.x), 3))
@@ -108,15 +100,13 @@ class NotConverged(RuntimeError):
 class Newton:
     """Equilibrium of elastic bodies and a joint with prescribed displacements.
 
-    symmetric: only the symmetric part of the joint's tangent is used.  norms: residuals of the last
-    step over the largest force, or over `least`, a force, if that is larger.  halvings: largest number for a
-    correction.
+    norms: residuals of the last step over the largest force, or over `least`, a force, if that is larger.
+    halvings: largest number for a correction.
     """
 
     stiffness: sparse.csr_array
     joint: Joint
     fixed: NDArray[np.int64]
-    symmetric: bool = False
     tolerance: float = 1e-10
     most: int = 20
     halvings: int = 4
@@ -159,8 +149,6 @@ class Newton:
     ) -> tuple[Floats, sparse.csr_array, float]:
         """Residual forces, tangent of the joint, and the norm of the residual over the largest force."""
         force, tangent = self.joint.assemble(u)
-        if self.symmetric:
-            tangent = 0.5 * (tangent + tangent.T)
         out = self.stiffness @ u + force - load
         scale = max(np.abs(force).max(), np.abs(out[self.fixed]).max(), np.abs(load).max(), self.least)
         return out, tangent, float(np.abs(out[free]).max() / scale)

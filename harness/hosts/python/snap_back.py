@@ -1,9 +1,8 @@
-"""Snap-back of a bar and of a bonded strip, passed by dissipation control, with the law in scikit-fem.
+"""Snap-back of a bar, passed by dissipation control, with the law in scikit-fem.
 
 The bar pulls a joint apart. If it is longer than E (s_f - s_0)/sigma0, it shortens by more than the joint
-opens while the joint softens: the displacement of its end has to turn back. The strip is pulled along a rigid
-base to which it is bonded; it snaps back when the last part of the bond breaks. Newton's method with
-prescribed displacements finds no neighbouring equilibrium there.
+opens while the joint softens: the displacement of its end has to turn back. Newton's method with prescribed
+displacements finds no neighbouring equilibrium there.
 """
 
 from __future__ import annotations
@@ -11,17 +10,14 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from asperity import Interface, Material, Pattern, contract
+from asperity.style import COLOURS, TWO, new_figure, printed, save
 from dissipation import DissipationControl
 from joint import Floats, Joint, Newton, NotConverged, progress
-from skfem import Basis, ElementQuad1, ElementQuad2, ElementVector, FacetBasis, MeshQuad
+from skfem import Basis, ElementQuad1, ElementVector, FacetBasis, MeshQuad
 from skfem.models.elasticity import lame_parameters, linear_elasticity
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 # mm, N, MPa
 MODULUS = 30000.0
@@ -30,7 +26,6 @@ S_F = 2 * BOND.Gc / BOND.sigma0
 S_0 = (1 - BOND.eta) * S_F
 LIMIT = MODULUS * (S_F - S_0) / BOND.sigma0
 """Length of a bar beyond which it snaps back."""
-STRIP, THICKNESS, STRIP_POISSON = 200.0, 5.0, 0.2
 
 
 @dataclass(frozen=True)
@@ -52,22 +47,11 @@ def bar(length: float, elements: int = 8) -> tuple[Newton, Floats]:
     mesh = MeshQuad.init_tensor(np.array([0.0, 1.0]), np.linspace(0.0, length, elements + 1))
     basis = Basis(mesh, ElementVector(ElementQuad1()))
     clamped = np.flatnonzero(basis.doflocs[1] > length - 1e-9)
-    return _newton(mesh, basis, clamped, 0.0), np.resize([0.0, 1.0], len(clamped))
-
-
-def strip(elements: int = 40) -> tuple[Newton, Floats]:
-    """Strip on a rigid base; its right face is clamped and moves along T_x."""
-    mesh = MeshQuad.init_tensor(np.linspace(0, STRIP, elements + 1), np.linspace(0, THICKNESS, 3))
-    basis = Basis(mesh, ElementVector(ElementQuad2()))
-    clamped = np.flatnonzero(basis.doflocs[0] > STRIP - 1e-9)
-    return _newton(mesh, basis, clamped, STRIP_POISSON), np.resize([1.0, 0.0], len(clamped))
-
-
-def _newton(mesh: MeshQuad, basis: Basis, clamped: np.ndarray, poisson: float) -> Newton:
     base = FacetBasis(mesh, basis.elem, facets=mesh.facets_satisfying(lambda p: p[1] < 1e-9), intorder=4)
-    stiffness = linear_elasticity(*lame_parameters(MODULUS, poisson)).assemble(basis).tocsr()
+    stiffness = linear_elasticity(*lame_parameters(MODULUS, 0.0)).assemble(basis).tocsr()
     joint = Joint(Interface(BOND, Pattern.regular(0, 0.0)), basis.N, base)
-    return Newton(stiffness, joint, clamped, least=BOND.sigma0 * float(joint.weights.sum()))
+    newton = Newton(stiffness, joint, clamped, least=BOND.sigma0 * float(joint.weights.sum()))
+    return newton, np.resize([0.0, 1.0], len(clamped))
 
 
 def by_displacement(model: tuple[Newton, Floats], end: float, steps: int) -> Curve:
@@ -115,45 +99,28 @@ def work(curve: Curve) -> float:
 
 
 def draw(path: Path, steps: int) -> None:
-    """Draw force over displacement for bars and for the strip, and print the numbers."""
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(1, 2, figsize=(11, 4.8), layout="constrained")
+    """Draw force over displacement of three bars, and print the numbers."""
     opening = np.concatenate([np.linspace(0, S_0, 20), np.linspace(S_0, 1.2 * S_F, 60)])
-    print("model                  steps  largest move [mm]  rupture [N]  work [N]  prescribed displacements")
-    for share, colour in ((0.5, "#0072B2"), (1.5, "#009E73"), (2.2, "#D55E00")):
-        length = share * LIMIT
-        axes[0].plot(*closed_form(opening, length), "-", color=colour, label=f"length {share:g} of the limit")
-        curve = by_dissipation(bar(length), BOND.Gc / 30)
-        axes[0].plot(curve.moved, curve.force, "o", color=colour, markersize=3.5)
-        other = by_displacement(bar(length), 1.2 * float(curve.moved.max()), steps)
-        _mark(axes[0], other, colour)
-        _print(f"bar, {share:g} of the limit", curve, other)
-    axes[0].plot([], [], "o", color="black", markersize=3.5, label="dissipation control")
-    curve = by_dissipation(strip(), BOND.Gc * STRIP / 100)
-    other = by_displacement(strip(), 1.2 * float(curve.moved.max()), steps)
-    axes[1].plot(curve.moved, curve.force, "o-", color="#0072B2", markersize=3.0, label="dissipation control")
-    axes[1].plot(other.moved, other.force, "--", color="black", label="prescribed displacements")
-    _mark(axes[1], other, "black")
-    _print("strip", curve, other)
-    for ax, title in zip(axes, ("bar on a joint", "strip on a bonded base"), strict=True):
-        ax.plot([], [], "x", color="black", label="no convergence beyond")
-        ax.set(xlabel="displacement of the end [mm]", ylabel="force per width [N/mm]", title=title)
-        ax.legend(fontsize=8, loc="lower center", bbox_to_anchor=(0.5, 1.08), ncols=3)
-    figure.savefig(path, dpi=150)
-    plt.close(figure)
-
-
-def _mark(ax: Axes, curve: Curve, colour: str) -> None:
-    """Mark the last row of a run that was not completed."""
-    if curve.broken < 1.0:
-        ax.plot(curve.moved[-1:], curve.force[-1:], "x", color=colour, markersize=10, markeredgewidth=2)
-
-
-def _print(name: str, curve: Curve, other: Curve) -> None:
-    end = "passes" if other.broken == 1.0 else f"stops at {other.moved[-1]:.4f} mm"
-    numbers = f"{curve.moved.max():19.5f}{curve.rupture:13.5f}{work(curve):10.5f}"
-    print(f"{name:<22}{len(curve.moved) - 1:6}{numbers}  {end}")
+    print("length / limit  steps  largest move [mm]  rupture [N]  work [N]  prescribed displacements")
+    with printed():
+        figure, (ax,) = new_figure(TWO, 2.9)
+        for share, colour in zip((0.5, 1.5, 2.2), COLOURS, strict=False):
+            length = share * LIMIT
+            ax.plot(*closed_form(opening, length), "-", color=colour, label=f"{share:g} of the limit")
+            curve = by_dissipation(bar(length), BOND.Gc / 30)
+            ax.plot(curve.moved, curve.force, "o", color=colour, markersize=2.5)
+            other = by_displacement(bar(length), 1.2 * float(curve.moved.max()), steps)
+            if other.broken < 1.0:
+                ax.plot(other.moved[-1:], other.force[-1:], "x", color=colour, markersize=8)
+            end = "passes" if other.broken == 1.0 else f"stops at {other.moved[-1]:.4f} mm"
+            numbers = f"{curve.moved.max():19.5f}{curve.rupture:13.5f}{work(curve):10.5f}"
+            print(f"{share:14g}{len(curve.moved) - 1:7}{numbers}  {end}")
+        ax.plot([], [], "o", color="black", markersize=2.5, label="dissipation control")
+        ax.plot([], [], "x", color="black", label="prescribed: no convergence beyond")
+        ax.set(xlabel="displacement of the end [mm]", ylabel="force per width [N/mm]")
+        ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0))
+        ax.grid(alpha=0.3)
+        save(figure, path)
 
 
 def main() -> None:

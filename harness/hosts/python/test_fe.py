@@ -8,68 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import contract
 
 pytest.importorskip("skfem", reason="asperity[fe] is not installed")
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parent))
 import crack
-import dcb
-import joint
-import paraview_check
-import pull_out
 import snap_back
 
 PAGE = Path(__file__).parents[3] / "docs/validation/benchmarks.md"
-
-
-def test_pull_out(tmp_path: Path) -> None:
-    """The force ends at the residual strength, the rise at tan(theta) times the slip; Newton is quadratic.
-
-    The files for ParaView have the tractions and states of the last accepted steps.
-    """
-    curve = pull_out.run(0.4, 16, 8)
-    # Newton's tolerance is 1e-10 of the largest nodal force
-    assert curve.force[-1] == pytest.approx(pull_out.residual_strength(), rel=1e-8)
-    rise = np.diff(curve.rise[-3:]) / np.diff(curve.slip[-3:])
-    assert rise == pytest.approx(np.tan(np.radians(pull_out.THETA)), rel=1e-6)
-    squared = [
-        after / before**2
-        for norms in curve.norms
-        for before, after in pairwise(norms)
-        if before < 1e-3 and after > 1e-12
-    ]
-    assert len(squared) >= 3 and max(squared) < 1e3
-    pull_out.write_paraview(tmp_path / "block.pvd", curve)
-    found = paraview_check.fields(tmp_path / "block.pvd")
-    assert np.array_equal(found["separation"], curve.separation)
-    assert np.array_equal(found["traction"], curve.traction)
-    for name in ("damage", "stored", "rupture", "friction"):
-        assert np.array_equal(found[name], curve.state[:, :, contract.statev_index(name)])
-    again = pull_out.INTERFACE.update(curve.separation[-1], curve.state[-2], curve.separation[-2])
-    assert np.abs(again.traction - found["traction"][-1]).max() <= 1e-12 * pull_out.MATERIAL.sigma0
-    assert np.abs(again.friction - found["friction"][-1]).max() <= 1e-12 * pull_out.MATERIAL.Gc
-    # the files have the corners of the quadratic elements only, so that their middles are a little off
-    paraview_check.places(tmp_path / "block.pvd", curve.separation.shape[1] // 8, up=1, away=0.3)
-
-
-def test_pull_out_without_the_unsymmetric_part() -> None:
-    """With the symmetric part of the tangent Newton needs more than twice the iterations, or diverges."""
-    whole = pull_out.run(0.1, 8, 4)
-    try:
-        assert pull_out.run(0.1, 8, 4, symmetric=True).iterations > 2 * whole.iterations
-    except joint.NotConverged as error:
-        assert "residuals" in str(error)
-
-
-def test_double_cantilever_beam() -> None:
-    """While the crack grows J equals Gc to 2 % and the force that of beam theory to 1 %."""
-    curve = dcb.run(1.5, 12, 0.5)
-    grown = curve.opening > 1.3
-    assert grown.sum() >= 2 and curve.crack[-1] > dcb.CRACK + 2
-    # The cohesive zone is five or six elements long and moves by one element at a time.
-    assert curve.j_integral[grown] == pytest.approx(dcb.MATERIAL.Gc, rel=0.02)
-    assert curve.force[grown] == pytest.approx(dcb.growth(curve.opening[grown]), rel=0.01)
 
 
 @pytest.mark.parametrize("share", [0.5, 1.5, 2.2, 5.0])
@@ -96,19 +42,6 @@ def test_bar_snaps_back(share: float) -> None:
         assert plain.broken == 0.0 and plain.moved[-1] == pytest.approx(peak, rel=0.01)
 
 
-def test_strip_snaps_back() -> None:
-    """The work along the path is Gc times the bonded length; the plain method stops at the fold."""
-    bond = snap_back.BOND.Gc * snap_back.STRIP
-    curve = snap_back.by_dissipation(snap_back.strip(20), bond / 100)
-    assert curve.broken == 1.0
-    assert snap_back.work(curve) == pytest.approx(bond, rel=2e-3)
-    last = int(np.argmax(curve.moved * (curve.force > 0.5 * curve.force.max())))
-    assert curve.moved[last:].min() < 0.25 * curve.moved[last]
-    plain = snap_back.by_displacement(snap_back.strip(20), 1.2 * float(curve.moved[last]), 200)
-    assert plain.broken < 1.0
-    assert plain.moved[-1] == pytest.approx(curve.moved[last], rel=0.02)
-
-
 @pytest.mark.parametrize("kind", ["friction", "pressure", "dilation"])
 def test_crack_converges_to_the_closed_form(kind: str) -> None:
     """Slip and opening converge at the order of the mesh; the compression on the crack is uniform."""
@@ -126,31 +59,6 @@ def test_crack_converges_to_the_closed_form(kind: str) -> None:
     assert finest.traction[at, 0] == pytest.approx(normal, rel=0.005)
     resistance = np.tan(crack.FRICTION + np.arctan(opening / slip if slip else 0.0))
     assert finest.traction[at, 1] == pytest.approx(-resistance * normal, rel=0.005)
-
-
-@pytest.mark.parametrize("kind", list(crack.STEPS))
-def test_crack_is_that_of_kratos(kind: str) -> None:
-    """Two codes agree in slip and opening; Kratos converges to the closed form at the order of the mesh."""
-    pytest.importorskip(
-        "KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed"
-    )
-    sys.path.append(str(Path(__file__).parent.parent / "kratos"))
-    import plate_crack
-
-    cracks = [plate_crack.run(kind, n) for n in ((8,) if kind == "height" else (8, 16))]
-    apart = [plate_crack.difference(kind, one) for one in cracks]
-    print(kind, "differences", apart, "mm")
-    assert max(apart) <= plate_crack.SEPARATION_BOUND and cracks[0].separation.max() > 1.0
-    if kind == "height":
-        return
-    errors = [one.error(kind) for one in cracks]
-    cells = " | ".join(f"{100 * error:.2f}" for error in errors)
-    assert f"| {kind} | {cells} |" in PAGE.read_text(encoding="utf-8")
-    assert errors[0] / errors[1] > 2**1.6
-    if kind == "pressure":
-        assert not cracks[1].traction.any()
-    else:
-        assert cracks[1].normal_error(kind) < 0.005
 
 
 def test_crack_friction_has_the_published_numbers() -> None:

@@ -160,7 +160,7 @@ class Joint(aka.MaterialCohesive):
     def computeTangentTraction(
         self, element_type: object, tangent: Floats, ghost: object = aka._not_ghost
     ) -> None:
-        """Tangents of the last call of computeTraction; Akantu stores their symmetric part."""
+        """Tangents of the last call of computeTraction; Akantu keeps one triangle of the stiffness."""
         axes = self.axes(element_type)
         dimension = axes.shape[1]
         local = self._points[element_type].tangent[:, :dimension, :dimension]

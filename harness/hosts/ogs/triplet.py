@@ -1,14 +1,13 @@
 """Masonry triplet in OpenGeoSys: three bricks, two bed joints, slip of the middle brick under pressure.
 
 The model is triplet.prj, 2D plane strain in mm, N, MPa with thickness 1; a joint is a layer of the thickness
-THICKNESS.  As a script this module draws the deformed mesh with the damage of the joints, from an output of
-OpenGeoSys that ParaView opens as well, and force and dilation over the slip.
+THICKNESS.  As a script this module prints force and dilation beside those of a material point, and writes
+them, and all steps for ParaView.
 """
 
 from __future__ import annotations
 
 import argparse
-import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,10 +15,8 @@ from pathlib import Path
 import numpy as np
 import ogs_run
 from asperity import Interface, Material, Pattern
+from asperity.case_files import read_run
 from ogs_run import Floats
-
-sys.path.insert(0, str(Path(__file__).parent.parent))
-import structure_picture
 
 PROJECT = Path(__file__).parent / "triplet.prj"
 HYDRO = Path(__file__).parent / "hydro.xml"
@@ -31,7 +28,7 @@ WATER, VISCOSITY = 0.2, 1.0e-9
 PRELOAD_STEPS = 4
 THETA = 10.0
 JOINT = Interface(Material(sigma0=0.3, Gc=0.03, eta=0.95, mu=0.6, kc=20.0), Pattern.regular(2, theta=THETA))
-"""The model of the Kratos triplet."""
+"""A bed joint of three planes."""
 
 
 @dataclass(frozen=True)
@@ -73,13 +70,22 @@ def write_meshes(folder: Path, nx: int, ny: int, h: float) -> np.ndarray:
     return n
 
 
-def run(folder: Path, nx: int = 21, ny: int = 5, h: float = THICKNESS, *patches: str) -> Result:
-    """Apply the pressure, then move the middle brick; bricks of nx x ny elements.
+def run(
+    folder: Path,
+    nx: int = 21,
+    ny: int = 5,
+    h: float = THICKNESS,
+    *patches: str,
+    law: Interface = JOINT,
+    end: float = SLIP,
+) -> Result:
+    """Apply the pressure, then move the middle brick to a slip (mm); bricks of nx x ny elements.
 
     Patches of the project come before the card.
     """
     n = write_meshes(folder, nx, ny, h)
-    done = ogs_run.run(PROJECT, folder, *patches, JOINT.card("ogs", dimension=2, h=h))
+    moved = ogs_run.changed(ogs_run.values("slip", [0.0, 0.0, end]))
+    done = ogs_run.run(PROJECT, folder, *patches, moved, law.card("ogs", dimension=2, h=h))
     if done.code != 0:
         raise RuntimeError(done.output)
     _, steps = done.steps()
@@ -106,83 +112,53 @@ def suction(permeability: float, h: float = THICKNESS) -> float:
     return float(rate * VISCOSITY * LENGTH**2 / (8.0 * h * permeability))
 
 
-def prediction(slip: Floats, pressure: float = PRESSURE) -> tuple[Floats, Floats]:
+def prediction(slip: Floats, pressure: float = PRESSURE, law: Interface = JOINT) -> tuple[Floats, Floats]:
     """Force on two joints and rise of the top if all points have the same separation."""
-    history = JOINT.confined_slip(0.0, slip, -pressure)
+    history = law.confined_slip(0.0, slip, -pressure)
     rise = history.separation[:, 0]
     return 2.0 * LENGTH * history.traction[:, 1], 2.0 * (rise - rise[0])
 
 
-def draw(result: Result, ny: int, pressure: float, png: Path) -> None:
-    """Draw the step at which the damage varies most along the joints, and the curves."""
-    n = result.nodes
-    rows = np.array([ny, 2 * ny + 1])
-    lower, upper = n[:, rows], n[:, rows + 1]
-    spread = [np.ptp(step["damage"][lower]) for step in result.fields]
-    k = int(np.argmax(spread))
-    fields = result.fields[k]
-    solid = np.array([j for j in range(n.shape[1] - 1) if j not in rows])
-    faces = np.stack([n[:-1, solid], n[1:, solid], n[1:, solid + 1], n[:-1, solid + 1]], axis=-1)
-    joints = np.stack([lower[:-1], lower[1:], upper[:-1], upper[1:]], axis=-1).reshape(-1, 4)
-    mesh = structure_picture.Mesh(
-        fields["Points"][:, :2], fields["displacement"], faces.reshape(-1, 4), joints,
-        fields["damage"][joints[:, :2]].clip(0.0, 1.0),
-    )  # fmt: skip
-    force, rise = prediction(result.slip, pressure)
-    label, mark = "slip of the middle brick [mm]", f"slip {result.slip[k]:.2g} mm, drawn"
-    name = "OpenGeoSys"
-    curves = [
-        structure_picture.Curves(
-            label, "force on two joints [N/mm]",
-            {name: (result.slip, result.force), "material point": (result.slip, force)},
-            [(mark, result.slip[k], result.force[k])],
-        ),
-        structure_picture.Curves(
-            label, "rise of the top [mm]",
-            {name: (result.slip, result.rise), "material point": (result.slip, rise)},
-            [(mark, result.slip[k], result.rise[k])],
-        ),
-    ]  # fmt: skip
-    title = f"OpenGeoSys: masonry triplet under {PRESSURE:g} MPa, slip {result.slip[k]:.2g} mm"
-    structure_picture.draw(png, title, mesh, 100.0, curves)
-
-
 def main() -> None:
     """Run the command."""
-    parser = argparse.ArgumentParser(description="Masonry triplet in OpenGeoSys, drawn.")
-    parser.add_argument("-o", "--output", type=Path, default=Path("ogs-triplet.png"), metavar="FILE.png")
-    parser.add_argument("--folder", type=Path, help="keep meshes, patches and output of OpenGeoSys there")
-    parser.add_argument("--pvd", type=Path, metavar="FILE.pvd", help="write all steps for ParaView")
-    parser.add_argument("--thickness", type=float, default=THICKNESS, help="of the joints, mm, > 0")
-    parser.add_argument(
-        "--water", type=float, metavar="K", help="permeability, mm2, > 0, of joints with water; without: dry"
-    )
+    parser = argparse.ArgumentParser(description="Masonry triplet in OpenGeoSys.")
+    add = parser.add_argument
+    add("--case", type=Path, metavar="CASE.nml", help="interface of the joints")
+    add("--slip", type=float, default=SLIP, help="of the middle brick, mm, > 0 (default: %(default)s)")
+    add("--csv", type=Path, metavar="FILE.csv", help="write force and rise over the slip")
+    add("--pvd", type=Path, metavar="FILE.pvd", help="write all steps for ParaView")
+    add("--folder", type=Path, help="keep meshes, patches and output of OpenGeoSys there")
+    add("--thickness", type=float, default=THICKNESS, help="of the joints, mm, > 0")
+    add("--water", type=float, metavar="K", help="permeability, mm2, > 0, of joints with water; without: dry")
     options = parser.parse_args()
     if not 0.0 < options.thickness < HEIGHT:
         parser.error(f"--thickness {options.thickness:g}: expected 0 < thickness < {HEIGHT:g}")
-    if options.water is not None and not 0.0 < options.water < float("inf"):
-        parser.error(f"--water {options.water:g}: expected a permeability > 0")
+    for name in ("slip", "water"):
+        if (value := getattr(options, name)) is not None and not 0.0 < value < float("inf"):
+            parser.error(f"--{name} {value:g}: expected more than 0")
+    law = JOINT if options.case is None else read_run(options.case).interface
     patches = [] if options.water is None else with_water(options.water)
-    patches += [] if options.pvd is None else [ogs_run.with_points(JOINT)]
+    patches += [] if options.pvd is None else [ogs_run.with_points(law)]
     pressure = PRESSURE if options.water is None else PRESSURE - WATER
     with tempfile.TemporaryDirectory() as name:
         folder = options.folder or Path(name)
         folder.mkdir(parents=True, exist_ok=True)
-        result = run(folder, 21, 5, options.thickness, *patches)
-        force, rise = prediction(result.slip, pressure)
+        result = run(folder, 21, 5, options.thickness, *patches, law=law, end=options.slip)
+        force, rise = prediction(result.slip, pressure, law)
         found = result.run.iterations
         print(f"{len(found)} steps, {sum(found)} iterations, at most {max(found)}")
         print(f"largest force {result.force.max():.2f} N, of the material point {force.max():.2f} N")
-        print(f"force at the end {result.force[-1]:.6f} N, of the material point {force[-1]:.6f} N")
+        print(f"force at the end {result.force[-1]:.2f} N, of the material point {force[-1]:.2f} N")
         print(f"rise at the end {result.rise[-1]:.4f} mm, of the material point {rise[-1]:.4f} mm")
         if options.water is not None:
             lowest = result.fields[-1]["pressure"][result.nodes[:, [5, 6, 11, 12]]].min()
             print(f"lowest water pressure in the joints {lowest:.4f} MPa, at their ends {WATER:g} MPa")
-        draw(result, 5, pressure, options.output)
+        if options.csv is not None:
+            table = np.column_stack([result.slip, result.force, result.rise, force, rise])
+            head = "slip,force,rise,force_point,rise_point"
+            np.savetxt(options.csv, table, "%.6f", ",", header=head, comments="")
         if options.pvd is not None:
-            mesh = folder / "triplet.vtu"
-            ogs_run.write_paraview(options.pvd, mesh, result.run, JOINT, options.thickness)
-            print(options.pvd)
+            ogs_run.write_paraview(options.pvd, folder / "triplet.vtu", result.run, law, options.thickness)
 
 
 if __name__ == "__main__":
