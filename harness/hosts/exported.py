@@ -1,9 +1,11 @@
-"""Kits of `asperity export HOST DIR --case` for a joint that is not that of the examples."""
+"""Kits of `asperity export HOST DIR --case` for a joint that is not that of the examples, and their runs."""
 
 from __future__ import annotations
 
 import contextlib
 import io
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +29,15 @@ def element(host: str, folder: Path) -> tuple[Element, list[int]]:
     one = Element.of_case(case)
     assert (one.press, one.slide, len(one.rows)) == (8, 85, 5)
     return one, [one.press + k * one.every for k in range(1, 6)]
+
+
+def assert_script(host: str, folder: Path) -> None:
+    """Assert that the script of a kit, which compares its rows with those of the README, ends well."""
+    element(host, folder / "kit")
+    script = [sys.executable, folder / "kit" / "single.py"]
+    done = subprocess.run(script, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert len(done.stdout.split("expected\n")[-1].splitlines()) == 5
 
 
 def assert_same(one: Element, rows: object, tolerance: float) -> None:

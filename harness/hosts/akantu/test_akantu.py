@@ -13,7 +13,6 @@ from asperity import Interface, Material, Pattern
 
 pytest.importorskip("akantu", reason="asperity[akantu] is not installed")
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
 import akantu as aka
 import exported
 import joint_picture
@@ -134,11 +133,7 @@ def test_sheared_joint_that_turns(dimension: int, about: int, tmp_path: Path) ->
 
 def test_exported_element(tmp_path: Path) -> None:
     """The script of `asperity export akantu` shows the rows of the README."""
-    exported.element("akantu", tmp_path / "kit")
-    script = [sys.executable, tmp_path / "kit" / "single.py"]
-    done = subprocess.run(script, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert len(done.stdout.split("expected\n")[-1].splitlines()) == 5
+    exported.assert_script("akantu", tmp_path)
 
 
 def test_symmetric_storage(tmp_path: Path) -> None:
@@ -158,7 +153,7 @@ def test_symmetric_storage(tmp_path: Path) -> None:
 
 def in_process(code: str) -> str:
     """Standard error of a script that must fail: an error in a material ends the process."""
-    command = [sys.executable, "-c", f"import test_akantu, pathlib\n{code}"]
+    command = [sys.executable, "-c", f"import peel, test_akantu, pathlib\n{code}"]
     done = subprocess.run(command, cwd=Path(__file__).parent, capture_output=True, text=True, check=False)
     assert done.returncode != 0
     return done.stderr

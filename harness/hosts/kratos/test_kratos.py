@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,7 +13,6 @@ from asperity.installed import driver
 
 pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed")
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
 import exported
 import KratosMultiphysics
 from kratos_model import Floats, Structure
@@ -100,11 +98,7 @@ def test_one_element_is_the_driver(driven: tuple[Interface, Floats, Floats, bool
 
 def test_exported_element(tmp_path: Path) -> None:
     """The script of `asperity export kratos` shows the rows of the README."""
-    exported.element("kratos", tmp_path / "kit")
-    script = [sys.executable, tmp_path / "kit" / "single.py"]
-    done = subprocess.run(script, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert len(done.stdout.split("expected\n")[-1].splitlines()) == 5
+    exported.assert_script("kratos", tmp_path)
 
 
 def test_without_the_adapter_damage_heals(driven: tuple[Interface, Floats, Floats, bool]) -> None:

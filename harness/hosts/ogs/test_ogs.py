@@ -5,19 +5,16 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
-import sys
 import sysconfig
 from pathlib import Path
 
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern, contract
-from asperity.cards.opengeosys import property_names
 from asperity.installed import generic_library
 
 pytest.importorskip("ogs", reason="asperity[ogs] is not installed")
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
 import exported
 import ogs_run
 import paraview_check
@@ -139,23 +136,6 @@ def test_mgis_loads_every_behaviour(tmp_path: Path) -> None:
         assert others[len(rows) :] == list(contract.statev_names(n, True))
     refused = [program, generic_library(), "AsperityLayer3", "PlaneStress"]
     assert subprocess.run(refused, capture_output=True, check=False).returncode != 0
-
-
-def test_what_mgis_reads(tmp_path: Path) -> None:
-    """OpenGeoSys lists what MGIS has read: names in their order, types, sizes."""
-    run = box(tmp_path, RT, steps((1, 0.01)), ("replace", f"{STEPS}/t_end/text()", "1.01"))
-    assert run.code == 0, run.output
-    listed = run.output.split("### MFRONT ###")[1]
-    names = [*property_names("AsperityLayer3"), "Strain", "Stress", *contract.statev_names(3, True)]
-    n_statev = len(contract.statev_names(3, True))
-    found = [line.split("`")[2].split("'")[0] for line in listed.splitlines() if "--> type `" in line]
-    assert found[: len(names)] == names
-    for text in (
-        "Behaviour:      `AsperityLayer3'", "Hypothesis:     `Tridimensional'", "Symmetry:       `ISOTROPIC'",
-        "Behaviour type: `STANDARDSTRAINBASEDBEHAVIOUR'", "Kinematic:      `SMALLSTRAINKINEMATIC'",
-        "type `STENSOR' with name `Strain', size 6", f"#Int. StVars.: {n_statev} (array size {n_statev})",
-    ):  # fmt: skip
-        assert text in listed
 
 
 # --- one layer --------------------------------------------------------------

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 pytest.importorskip("oofem", reason="asperity[oofem] is not installed")
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
 import exported
 import paraview_check
 import paraview_files as paraview

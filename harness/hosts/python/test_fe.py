@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,7 +10,6 @@ import pytest
 
 pytest.importorskip("skfem", reason="asperity[fe] is not installed")
 
-sys.path.insert(0, str(Path(__file__).parent))
 import crack
 import snap_back
 
