@@ -57,7 +57,6 @@ class Structure:
         part.ProcessInfo[Geo.VELOCITY_COEFFICIENT] = 1.0
         part.ProcessInfo[Geo.DT_PRESSURE_COEFFICIENT] = 1.0
         self.interfaces: list[Kratos.Element] = []
-        self.solids: list[list[int]] = []
         self._loads = 0
         self._strategy: Kratos.ResidualBasedNewtonRaphsonStrategy | None = None
 
@@ -99,7 +98,6 @@ class Structure:
 
     def add_solid(self, nodes: Sequence[int], properties: Kratos.Properties) -> None:
         """Add a quadrilateral (4, 9 nodes) or hexahedron (8)."""
-        self.solids.append([int(node) for node in nodes])
         self._add(f"SmallDisplacementElement{self.dimension}D{len(nodes)}N", nodes, properties)
 
     def add_interface(
@@ -221,14 +219,6 @@ class Structure:
         """Return the displacements of all nodes (n, dimension), in the order of their numbers."""
         values = [list(node.GetSolutionStepValue(Kratos.DISPLACEMENT)) for node in self.part.Nodes]
         return np.array(values)[:, : self.dimension]
-
-    def coordinates(self) -> Floats:
-        """Return the positions of all nodes (n, dimension) before the deformation."""
-        return np.array([[node.X0, node.Y0, node.Z0] for node in self.part.Nodes])[:, : self.dimension]
-
-    def interface_nodes(self) -> NDArray[np.int64]:
-        """Return the numbers of the nodes of all interfaces (interfaces, nodes), side 1 first."""
-        return np.array([[node.Id for node in element.GetGeometry()] for element in self.interfaces])
 
     def reaction(self, nodes: Sequence[int]) -> Floats:
         """Return the sum of the reactions of nodes (dimension,)."""

@@ -82,64 +82,6 @@ def test_initial_stress_does_not_reach_the_umat(give: Callable[[Structure], None
     assert not s.points()[1].any()
 
 
-def _k0_procedure(s: Structure) -> None:
-    for name, value in (("MAIN_DIRECTION", 2), ("VALUE_XX", 0.5), ("VALUE_YY", 0.5), ("VALUE_ZZ", 0.5)):
-        variable = Kratos.KratosGlobals.GetVariable(f"K0_{name}")
-        s.interfaces[0].Properties.SetValue(variable, value)
-    settings = Kratos.Parameters('{"model_part_name": "Main", "use_standard_procedure": false}')
-    process = Geo.ApplyK0ProcedureProcess(s.model, settings)
-    process.ExecuteInitialize()
-    process.ExecuteFinalizeSolutionStep()
-    process.ExecuteFinalize()
-
-
-def _stresses_of_the_last_stage(s: Structure) -> None:
-    settings = Kratos.Parameters('{"model_part_name_list": ["Main"]}')
-    process = Geo.ApplyFinalStressesOfPreviousStageToInitialState(s.model, settings)
-    process.ExecuteInitialize()
-    s.interfaces[0].Initialize(s.part.ProcessInfo)
-    process.ExecuteBeforeSolutionLoop()
-
-
-@pytest.mark.parametrize("hand_over", [_k0_procedure, _stresses_of_the_last_stage])
-def test_stress_of_an_earlier_stage_does_not_reach_the_umat(hand_over: Callable[[Structure], None]) -> None:
-    """After a pressure of 4 MPa and a transfer the point has no traction at separation zero."""
-    s, upper = one_element()
-    s.move(upper, 2, -0.01)
-    s.step(0.0)
-    assert s.points()[1][0, 0] == pytest.approx(-4.0, abs=0.1)
-    hand_over(s)
-    s.move(upper, 2, 0.0)
-    s.step(0.0)
-    assert np.abs(s.points()[1]).max() <= EXACT * INTERFACE.material.sigma0
-
-
-@pytest.mark.parametrize("elastic", [False, True])
-def test_prestress_from_neighbours_does_not_reach_the_umat(elastic: bool) -> None:
-    """Kratos can prestress a joint by the solid beside it: its own law accepts this, a UMAT does not."""
-    s = Structure(3)
-    bottom, lower, upper = s.add_nodes(SQUARE - [0.0, 0.0, 1.0]), s.add_nodes(SQUARE), s.add_nodes(SQUARE)
-    s.add_solid([*bottom, *lower], s.elastic(100.0, 0.0))
-    properties = s.umat(INTERFACE)
-    if elastic:
-        name = "GeoIncrementalLinearElasticInterface3DSurfaceLaw"
-        law = Kratos.KratosGlobals.Kernel.GetConstitutiveLaw(name)
-        properties.SetValue(Kratos.CONSTITUTIVE_LAW, law.Clone())
-        for name in ("INTERFACE_NORMAL_STIFFNESS", "INTERFACE_SHEAR_STIFFNESS"):
-            properties.SetValue(Kratos.KratosGlobals.GetVariable(name), 10.0)
-    s.add_interface(lower, upper, properties)
-    s.fix([*bottom, *lower, *upper], 0, 1, 2)
-    s.move([*lower, *upper], 2, -0.01)  # 1 MPa in the solid, no separation
-    s.step(0.0)
-    for name, elements in (("Joint", [s.interfaces[0].Id]), ("Solid", [1])):
-        s.part.CreateSubModelPart(name).AddElements(elements)
-    names = '"model_part_name": "Main.Joint", "model_part_name_for_neighbouring_elements": "Main.Solid"'
-    Geo.FindNeighboursOfInterfacesProcess(s.model, Kratos.Parameters(f"{{{names}}}")).ExecuteInitialize()
-    s.interfaces[0].Initialize(s.part.ProcessInfo)  # the next stage of an analysis does this
-    expected = [-1.0, 0.0, 0.0] if elastic else [0.0, 0.0, 0.0]
-    assert s.points()[1] == pytest.approx(np.tile(expected, (4, 1)), abs=1e-12)
-
-
 REST = 1.0e-9
 """Displacement of a block in equilibrium, relative to that without initial stress; see EXACT."""
 
