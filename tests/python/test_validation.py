@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
+from itertools import product
 from pathlib import Path
 
 import matplotlib.image
 import numpy as np
 import pytest
 
-from harness.studies.validation import common, granite, push_off, sandstone, scan, wall_runs, walls
+from harness.studies.validation import closure, common, granite, push_off, sandstone, scan, wall_runs, walls
 
-STUDIES = [push_off.STUDY, sandstone.STUDY, granite.STUDY, scan.STUDY]
+STUDIES = [push_off.STUDY, sandstone.STUDY, granite.STUDY, closure.STUDY, scan.STUDY]
 
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
@@ -54,13 +55,20 @@ def test_overview_has_the_numbers_of_the_pages() -> None:
     """The errors in the overview are those of the bold cells of the pages."""
     text = (common.DOCS / "validation" / "README.md").read_text(encoding="utf-8").replace("−", "-")
     found = push_off.STUDY.constants()
-    for fit, name in (("friction 6.8", push_off.WEAK), ("friction 3.6", push_off.STRONG)):
+    for fit, name in product(("friction", "crush"), (push_off.WEAK, push_off.STRONG)):
+        fit += " 6.8" if name == push_off.WEAK else " 3.6"
         opening, shear = (common.rms(part) for part in push_off.differences(found[fit], name))
         assert f"opening {opening:.3f} mm" in text and f"shear stress {shear:.2f} MPa" in text
-    joints = sandstone.STUDY.constants().items()
-    away = np.array([100.0 * sandstone.errors(one, fit.split()[1])[1:] for fit, one in joints])
-    for what, column in zip(("peak", "slip at the peak", "stress at 10 mm"), away.T, strict=True):
-        assert f"{what} {column.min():.0f} to {column.max():.0f} %" in text
+    joints = sandstone.STUDY.constants()
+    for form, rows in (("closure 1 ", [1, 2, 3, 4]), ("crush 1+5 ", [1, 2, 3])):
+        away = np.array(
+            [100.0 * sandstone.errors(joints[form + name], name)[rows] for name in sandstone.JOINTS]
+        )
+        for i, what in enumerate(("peak", "slip at the peak", "stress at 10 mm")):
+            assert f"{what} {away[..., i].min():.0f} to {away[..., i].max():.0f} %" in text
+    away = closure.differences(closure.STUDY.constants()["hyperbola"])
+    for part, one in away.items():
+        assert f"{part} {100.0 * common.rms(one) / closure.SIZE[1]:.0f} %" in text
     stages = granite.STUDY.constants()
     for name in granite.SPECIMENS:
         last = granite.differences(stages[f"{name}: 1 to 7"], name)[:, 7:]

@@ -20,8 +20,10 @@ from .common import LOST, Constants, Study, fitted, joint, rms, rows
 STRONG, WEAK = "1/.0/6.8", "1/.0/3.6"
 """Specimens: mix, width of the crack before the test, pressure of the bars at an opening of 0.6 mm."""
 
-SLIPS = np.concatenate([np.linspace(0.0, 0.3, 61)[1:], np.linspace(0.3, 2.24, 98)[1:]])
-"""Slips of the model, mm."""
+SLIPS = np.concatenate(
+    [np.linspace(a, b, n)[1:] for a, b, n in ((0.0, 0.02, 21), (0.02, 0.3, 57), (0.3, 2.24, 98))]
+)
+"""Slips of the model, mm: at first short beside the elastic slip, 0.005 mm, as crushing depends on them."""
 
 PRELOAD = 20
 """Increments of the pressure before the slip."""
@@ -36,6 +38,10 @@ START = {"mu": 0.87, "theta": 35.4, "height": 1.0}
 VARIANTS: dict[str, tuple[list[Constants], Constants]] = {
     "friction": ([START], RIGID),
     "wear": ([START | {"W0": 100.0}], RIGID),
+    "crush": (
+        [START | {"theta": theta, "crush": crush} for theta, crush in ((40.0, 30.0), (50.0, 5.0))],
+        RIGID,
+    ),
     "bond": (
         [
             START | {"sigma0": sigma0, "Gc": Gc, "flat": flat}
@@ -153,9 +159,9 @@ def draw(found: Mapping[str, Constants]) -> Figure:
     """Draw opening and shear stress of both specimens: measured, fitted, predicted, and the formula."""
     figure, axes = new_figure(TWO, 4.6, nrows=2, ncols=2, sharex=True, sharey="row")
     lines = (
-        ("friction 6.8", BLUE, "friction, fitted to 6.8"),
-        ("friction 3.6", ORANGE, "friction, fitted to 3.6"),
-        ("bond both", GREEN, "with bond, fitted to both"),
+        ("friction 3.6", BLUE, "friction, fitted to 3.6"),
+        ("crush 3.6", ORANGE, "crush, fitted to 3.6"),
+        ("crush both", GREEN, "crush, fitted to both"),
     )
     for (above, below), name in zip(axes.reshape(2, 2).T, (STRONG, WEAK), strict=True):
         one = specimen(name)

@@ -1,4 +1,4 @@
-"""Direct shear of three sandstone joints at 1 to 5 MPa: fitted at 1 MPa, predicted at the other pressures."""
+"""Direct shear of three sandstone joints at 1 to 5 MPa: one or two pressures fitted, others predicted."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ NUMBERS = ("peak", "peak_slip", "end")
 """Measured numbers of a test: peak, MPa, its slip, mm, and the shear stress at a slip of 10 mm, MPa."""
 
 SLOPES = (16.7, 26.6)
+CLOSING: Constants = {"mu": 0.6, "kn": 0.5, "ks": 20.0}
 FORMS: dict[str, tuple[list[Constants], Constants]] = {
     "height": (
         [{"theta": t, "height": h, "ks": k} for t, h, k in product(SLOPES, (2.0, 6.0), (0.8, 1.5))],
@@ -32,14 +33,27 @@ FORMS: dict[str, tuple[list[Constants], Constants]] = {
     ),
     "closure": (
         [{"theta": t, "height": h, "closure": v} for t, h, v in product(SLOPES, (2.0, 6.0), (0.5, 1.5))],
-        {"mu": 0.6, "kn": 0.5, "ks": 20.0},
+        CLOSING,
     ),
     "wear": (
         [{"theta": t, "W0": w, "ks": k} for t, w, k in product(SLOPES, (8.0, 25.0), (0.8, 1.5))],
         {"mu": 0.6, "kn": 100.0},
     ),
+    "crush": (
+        [
+            {"theta": t, "height": 6.0, "closure": v, "crush": c}
+            for t, v, c in product((30.0, 45.0), (0.5, 1.5), (2.0, 10.0))
+        ],
+        CLOSING,
+    ),
 }
-"""Starts of the three free constants, and the fixed ones, of each form of the law."""
+"""Starts of the free constants, and the fixed ones, of each form of the law."""
+
+FITS = {"1": (0,), "1+5": (0, 4)}
+"""Rows of the tests that are fitted, by the pressures in the name of a fit."""
+
+DONOR = "JA"
+"""Joint whose crush is given to the others, which are then fitted at 1 MPa alone."""
 
 STEP = 2e-2
 """Relative step of the differences: the slip at the peak is one of SLIPS."""
@@ -64,58 +78,84 @@ def numbers(constants: Mapping[str, float], pressure: float) -> Floats:
 
 def errors(constants: Mapping[str, float], name: str) -> Floats:
     """Relative errors of the numbers of a joint, (5, 3)."""
-    return np.array([numbers(constants, row[0]) / row[1:] - 1.0 for row in measured(name)])
+    return _differences(constants, measured(name))
+
+
+def _differences(constants: Mapping[str, float], tests: Floats) -> Floats:
+    """Relative errors of the numbers of tests, (n, 3)."""
+    return np.array([numbers(constants, row[0]) / row[1:] - 1.0 for row in tests])
 
 
 def fits() -> dict[str, Constants]:
-    """Fit every form of the law to the test of each joint at 1 MPa."""
-    found = {}
-    for form, (starts, fixed) in FORMS.items():
-        for name in JOINTS:
-            first = measured(name)[0]
-            found[f"{form} {name}"] = fitted(
-                lambda one, first=first: numbers(one, first[0]) / first[1:] - 1.0,  # type: ignore[misc]
-                starts,
-                (float(first[1]), float(SLIPS[-1])),
-                fixed,
-                STEP,
-            )
+    """Fit the forms of the law to the tests of each joint at 1 MPa, and at 1 and 5 MPa."""
+    found: dict[str, Constants] = {}
+    for (pressures, tests), (form, (starts, fixed)), name in product(
+        reversed(FITS.items()), FORMS.items(), JOINTS
+    ):
+        of_other: Constants = {}
+        if form == "crush" and pressures == "1":
+            if name == DONOR:
+                continue  # one pressure does not determine crush
+            of_other = {"crush": found[f"crush 1+5 {DONOR}"]["crush"]}
+        goal = measured(name)[list(tests)]
+        found[f"{form} {pressures} {name}"] = fitted(
+            lambda one, goal=goal: _differences(one, goal).ravel(),  # type: ignore[misc]
+            [dict(one) for one in dict.fromkeys(_without(start, of_other) for start in starts)],
+            (float(goal[:, 1].max()), float(SLIPS[-1])),
+            fixed | of_other,
+            STEP,
+        )
     return found
 
 
+def _without(start: Constants, known: Constants) -> tuple[tuple[str, float], ...]:
+    return tuple((name, value) for name, value in start.items() if name not in known)
+
+
 def tables(found: Mapping[str, Constants]) -> dict[str, str]:
-    """Table of all errors in percent; the first of each cell is that of the fit."""
+    """Table of the errors of each form and fit in percent, from the smallest to the largest of each joint."""
     body = []
-    for fit, constants in found.items():
-        form, name = fit.split()
-        columns = np.round(100.0 * errors(constants, name)).T
-        cells = [
-            f"{column[0]:.0f}; " + ", ".join(f"**{x:.0f}**" for x in column[1:]) for column in columns + 0.0
-        ]
-        body.append([form, name, *cells])
-    return {
-        "errors": markdown(["form", "joint", "peak, %", "slip at the peak, %", "stress at 10 mm, %"], body)
-    }
+    for form, pressures in dict.fromkeys(tuple(fit.split()[:2]) for fit in found):
+        of_other = f", crush of {DONOR}" if (form, pressures) == ("crush", "1") else ""
+        cells = [form, pressures.replace("+", " and ") + of_other]
+        joints = [name for name in JOINTS if f"{form} {pressures} {name}" in found]
+        away = {name: 100.0 * errors(found[f"{form} {pressures} {name}"], name) for name in joints}
+        used = list(FITS[pressures])
+        cells.append(f"{max(np.abs(one[used]).max() for one in away.values()):.0f}")
+        for i in range(len(NUMBERS)):
+            parts = []
+            for name, one in away.items():
+                predicted = np.round(np.delete(one, used, axis=0)[:, i]) + 0.0
+                parts.append(f"{name} **{predicted.min():.0f} to {predicted.max():.0f}**")
+            cells.append("; ".join(parts))
+        body.append(cells)
+    head = ["form", "fitted to, MPa", "fitted: largest, %"]
+    head += [f"{what}, %" for what in ("peak", "slip at the peak", "stress at 10 mm")]
+    return {"errors": markdown(head, body)}
 
 
 def draw(found: Mapping[str, Constants]) -> Figure:
     """Draw peak, slip at the peak and stress at 10 mm over the pressure."""
     figure, axes = new_figure(TWO, 5.4, nrows=3, ncols=3, sharex=True, sharey="row")
     pressures = np.linspace(0.5, 5.0, 19)
+    lines = (
+        ("closure 1", "closure, fitted to 1 MPa", BLUE, "--"),
+        ("crush 1+5", "crush, fitted to 1 and 5 MPa", GREEN, "-"),
+        ("crush 1", f"crush of {DONOR}, fitted to 1 MPa", ORANGE, "-."),
+    )
     for column, name in zip(axes.reshape(3, 3).T, JOINTS, strict=True):
-        for form, colour, style in zip(FORMS, (BLUE, GREEN, ORANGE), ("-", "--", "-."), strict=True):
-            model = np.array([numbers(found[f"{form} {name}"], p) for p in pressures])
+        for fit, label, colour, style in lines:
+            if f"{fit} {name}" not in found:
+                continue
+            model = np.array([numbers(found[f"{fit} {name}"], p) for p in pressures])
             for ax, values in zip(column, model.T, strict=True):
-                ax.plot(pressures, values, style, color=colour, label=form)
+                ax.plot(pressures, values, style, color=colour, label=label)
         for ax, values in zip(column, measured(name)[:, 1:].T, strict=True):
-            ax.plot(measured(name)[1:, 0], values[1:], "o", color=BLACK, markersize=3.5, label="measured")
-            ax.plot(
-                1.0, values[0], "s", color=BLACK, markersize=5, fillstyle="none", label="measured, fitted"
-            )
+            ax.plot(measured(name)[:, 0], values, "o", color=BLACK, markersize=3.5, label="measured")
             ax.grid(alpha=0.3)
         column[0].set_title(name, **NOTE)
         column[2].set_xlabel("pressure [MPa]")
-    axes[0].legend(loc="upper left")
+    axes[1].legend(loc="upper left")
     labels = ("peak [MPa]", "slip at the peak [mm]", "stress at 10 mm [MPa]")
     for ax, label in zip(axes[::3], labels, strict=True):
         ax.set_ylabel(label)
