@@ -319,6 +319,74 @@ def test_kratos(tmp_path: Path, d: int) -> None:
     assert text.count("Begin SubModelPart ") == len(found.names) + 1
 
 
+MSH = """$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$Entities
+0 0 2 0
+{} 0 0 0 1 1 0 {}0
+{} 1 0 0 2 1 0 {}0
+$EndEntities
+$Nodes
+2 6 1 6
+2 1 0 4
+1
+2
+3
+4
+0 0 0
+1 0 0
+1 1 0
+0 1 0
+2 2 0 2
+5
+6
+2 0 0
+2 1 0
+$EndNodes
+$Elements
+2 2 1 2
+2 1 3 1
+1 1 2 3 4
+2 2 3 1
+2 2 5 6 3
+$EndElements
+"""
+"""Two squares of gmsh, each an entity, with or without physical groups."""
+
+INP = """*NODE
+1, 0., 0.
+2, 1., 0.
+3, 1., 1.
+4, 0., 1.
+5, 2., 0.
+6, 2., 1.
+*ELEMENT, TYPE=CPS4, ELSET=left
+1, 1, 2, 3, 4
+*ELEMENT, TYPE=CPS4, ELSET=right
+2, 2, 5, 6, 3
+*ELSET, ELSET=whole
+1, 2
+"""
+"""The same of Abaqus; every cell is in a set of all cells, too."""
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "blocks"),
+    [
+        ("wall.msh", MSH.format(1, "0 ", 2, "0 "), ["block_1", "block_2"]),
+        ("wall.msh", MSH.format(1, "1 7 ", 2, "1 5 "), ["block_5", "block_7"]),
+        ("wall.inp", INP, ["left", "right"]),
+    ],
+)
+def test_blocks_of_files(tmp_path: Path, name: str, text: str, blocks: list[str]) -> None:
+    """Blocks are physical groups of gmsh, entities where there are none, and the smallest sets of Abaqus."""
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    found = split(path)
+    assert found.names == blocks and len(found.points) == 8
+
+
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Reads a mesh, prints its counts, writes it; what it wrote it replaces."""
     grid((4, 2), (2, 1)).write(tmp_path / "wall.vtu")

@@ -74,7 +74,7 @@ def tags(mesh: meshio.Mesh, data: str | None) -> tuple[list[str], list[Integers]
     """
     found: dict[str, list[Any]] = mesh.cell_data
     whole = [name for name, one in found.items() if all(np.asarray(part).dtype.kind in "iu" for part in one)]
-    if data is None and mesh.cell_sets and "gmsh:physical" not in found:
+    if data is None and "gmsh:physical" not in found and any(name[:5] != "gmsh:" for name in mesh.cell_sets):
         return _sets(mesh)
     known = [name for name in (data, "gmsh:physical", "gmsh:geometrical") if name in whole]
     if data is not None and data not in whole:
