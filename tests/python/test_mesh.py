@@ -264,6 +264,13 @@ def test_abaqus(tmp_path: Path, kind: str, d: int) -> None:
     assert (np.array(rows) == np.concatenate([joint.minus, plus], 1) + 1).all()
 
 
+def test_abaqus_has_its_own_directions(tmp_path: Path) -> None:
+    """A Tx that Abaqus would not have is refused."""
+    found = split(grid((2, 2, 2), (1, 1, 2)), direction=(0.0, 1.0, 0.0))
+    with pytest.raises(ValueError, match="joint joint: expected no direction for abaqus"):
+        write(tmp_path / "wall.inp", found)
+
+
 def _turned(mesh: meshio.Mesh) -> meshio.Mesh:
     """Mesh whose triangles and tetrahedra have a positive size."""
     kind, cells = mesh.cells[0].type, mesh.cells[0].data

@@ -263,14 +263,14 @@ def _joint(
     if d == 2:
         axes = np.stack([normal, np.stack([normal[:, 1], -normal[:, 0]], 1)], 1)
     else:
-        given = np.array([1.0, 0.0, 0.0] if direction is None else direction, float)
-        tangent = given - normal * (normal @ given)[:, None]
         if direction is None:
-            upright = np.linalg.norm(tangent, axis=1) < 2.0 * NEARLY_NORMAL
-            tangent[upright] = [0.0, 0.0, 1.0] - normal[upright] * normal[upright, 2:]
-        size = np.linalg.norm(tangent, axis=1)
-        _in_face(size / max(float(np.linalg.norm(given)), 1e-300), name, given)
-        tangent /= size[:, None]
+            tangent = default_tangent(normal)
+        else:
+            given = np.asarray(direction, float)
+            tangent = given - normal * (normal @ given)[:, None]
+            size = np.linalg.norm(tangent, axis=1)
+            _in_face(size / max(float(np.linalg.norm(given)), 1e-300), name, given)
+            tangent /= size[:, None]
         axes = np.stack([normal, tangent, np.cross(normal, tangent)], 1)
     # nodes of the sides, node on node, and then in the order that hosts want
     plus = np.empty((len(at), face.nodes.shape[1]), np.int64)
@@ -290,6 +290,16 @@ def _joint(
         round_ = np.concatenate([round_, c + round_], 1)[:, : minus.shape[1]]
         minus, plus = (np.take_along_axis(side, round_, axis=1) for side in (minus, plus))
     return Joint(minus, plus, np.stack([face.cell[first], face.cell[second]], 1), axes, area)
+
+
+def default_tangent(normal: Floats) -> Floats:
+    """Tx without a direction (f, 3), as in Abaqus: the projection of x, or of z within 0.1 degrees of x."""
+    x, z = np.eye(3)[[0, 2]]
+    tangent = x - normal * normal[:, :1]
+    upright = np.linalg.norm(tangent, axis=1) < np.sin(np.radians(0.1))
+    tangent[upright] = z - normal[upright] * normal[upright, 2:]
+    found: Floats = tangent / np.linalg.norm(tangent, axis=1)[:, None]
+    return found
 
 
 def _in_face(sine: Floats, name: str, given: Floats) -> None:
