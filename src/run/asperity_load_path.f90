@@ -205,8 +205,8 @@ contains
       text = "the branch ends: no equilibrium continues it near its last point"
       if (row%report%ended == ended_endless) text = "the branch does not reach the prescribed values within a length " &
         // "of " // to_text(endless) // " s_f: the separation grows without end, or farther than that"
-      if (row%report%ended == ended_rejected) text = "the prescribed values are more than " // &
-        to_text(most_branch_steps) // " steps of this length away: expected a larger arc, up to " // &
+      if (row%report%ended == ended_rejected) text = "the branch has more than " // &
+        to_text(most_branch_steps) // " steps of this length: expected a larger arc, up to " // &
         to_text(largest_arc) // ", or increments (follow = 'stable')"
     else if (row%report%ended == ended_rejected) then
       text = "the values to reach are out of range"

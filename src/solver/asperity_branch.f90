@@ -91,14 +91,14 @@ contains
     logical :: found, turns
 
     branch%turned = .false.
-    if (branch%unit > most_branch_steps*branch%longest) then
+    if (branch%unit > most_branch_steps*branch%longest .or. branch%steps > int(most_branch_steps)) then
       report%ended = ended_rejected
       return
     else if (.not. branch%unit > 0.0_wp .or. .not. any(branch%control%traction) .or. is_unstiff(point) .or. &
       law%cannot_soften(point%state)) then
       call advance_factor(law, branch, point, report)
       return
-    else if (branch%remaining < 0.0_wp .or. branch%steps > int(most_branch_steps)) then
+    else if (branch%remaining < 0.0_wp) then
       report%ended = ended_endless
       return
     end if
@@ -166,6 +166,7 @@ contains
     end if
     branch%turned = branch%back
     branch%back = .false.
+    branch%steps = branch%steps + 1
     branch%factor = next
     branch%sense = [0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp]
   end subroutine advance_factor

@@ -2,16 +2,16 @@
 !> share that was reached before. Time and wear grow with the share. The result does not depend on the steps.
 module asperity_follow
   use asperity_control_point, only: equations_type, evaluate, farthest_equilibrium, free_matrix, is_unstiff, &
-    largest_move, point_type, predict, unstable
+    largest_move, point_type, predict, ramp, unstable
   use asperity_elimination, only: eliminate
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
   use asperity_tolerances, only: closer, longest_change, most_updates, residual_tolerance, smallest_share, &
-    unexplained, unexplained_share
+    least_rupture, rounding_scale, unexplained, unexplained_share
   implicit none
   private
-  public :: follow
+  public :: follow, open_joint
 
 contains
 
@@ -50,8 +50,9 @@ contains
 
   !> Take a step, by Newton's method from the separations at its start. If the result is not accepted, the method starts
   !> from the separations that the tangent at the start predicts: the first start may open or close a stiff contact
-  !> under a small pressure. The smallest step is also tried from the closing side, as the tangent at a peak of the
-  !> traction may be that of the side where the equilibrium is unstable.
+  !> under a small pressure. A broken joint that carries nothing is opened instead. The smallest step is also tried
+  !> from the closing side, as the tangent at a peak of the traction may be that of the side where the equilibrium is
+  !> unstable.
   pure subroutine solve_step(law, equations, shares, here, trial, good)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates are counted
@@ -60,21 +61,30 @@ contains
     type(point_type), intent(inout) :: trial            !! -> the point at its end
     logical, intent(out) :: good                        !! whether the step is accepted
     type(newton_type) :: result
-    real(wp) :: matrix(3, 3), predicted(3)
+    real(wp) :: change(3), matrix(3, 3), predicted(3)
     integer :: attempt
     logical :: last
     last = shares(2) - shares(1) < 2.0_wp*smallest_share
-    do attempt = 1, merge(3, 2, last .and. equations%control%traction(1))
+    change = (shares(2) - shares(1))*(equations%target - equations%start)
+    do attempt = 1, merge(4, 2, equations%control%traction(1))
       trial%s = here%s
       if (attempt == 2) then
         matrix = free_matrix(law, equations, here)
-        predicted = predict(equations, here, (shares(2) - shares(1))*(equations%target - equations%start))
+        predicted = predict(equations, here, change)
         call eliminate(3, matrix, predicted, good)
         if (.not. good) cycle
         if (law%wears .and. equations%control%traction(1)) predicted(1) = predicted(1) + &
           worn_retreat(law, equations, shares, here%s + predicted)
         trial%s = here%s + predicted
       else if (attempt == 3) then
+        good = maxval(abs(here%traction)) <= residual_tolerance*law%magnitude(here%s, equations%old%state)
+        if (good) call open_joint(law, equations, shares(2), trial, good)
+        if (good) good = all(abs(law%energies(trial%state) - law%energies(equations%old%state)) <= &
+          least_rupture*law%stress*law%length)
+        if (good) return
+        cycle
+      else if (attempt == 4) then
+        if (.not. last) exit
         trial%s(1) = trial%s(1) - closer*law%length
       end if
       call newton_solve(law, equations, shares(2), huge(1.0_wp), trial, result)
@@ -149,6 +159,32 @@ contains
       if (good .and. far) good = maxval(abs(result%step - ending), mask=traction) <= 0.5_wp*move
     end associate
   end subroutine judge
+
+  !> The smallest opening, from zero on, at which the joint carries nothing, and its free separations across stay.
+  pure subroutine open_joint(law, equations, share, point, found)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(inout) :: equations    !! the equations; updates are counted
+    real(wp), intent(in) :: share                       !! of the increment
+    type(point_type), intent(inout) :: point            !! with its separations -> the open joint
+    logical, intent(out) :: found                       !! whether it is an equilibrium
+    real(wp) :: error, r(3), step
+    logical :: rounding
+    found = .false.
+    point%s = merge(point%s, ramp(equations%start, equations%target, share), equations%control%traction)
+    point%s(1) = law%contact_opening(point%s, equations%old%state)
+    step = spacing(max(abs(point%s(1)), law%length))
+    do
+      call evaluate(law, equations, point%s, share, point, r, error)
+      if (error >= huge(error)) return
+      ! prescribed tractions may be what is left of a release
+      rounding = maxval(abs(r)) <= rounding_scale*residual_tolerance*law%magnitude(point%s, point%state)
+      ! the comparison is exact, as every plane is fully damaged and open
+      found = rounding .and. .not. any(abs(point%traction) > 0.0_wp)
+      if (found .or. .not. rounding .or. step > closer*law%length) exit
+      point%s(1) = point%s(1) + step
+      step = 2.0_wp*step
+    end do
+  end subroutine open_joint
 
   !> Whether a point carries a traction that its tangent does not release in a change of the prescribed values: a joint
   !> that is open and carries nothing at the end of the step is then on another branch, even if it has not moved.

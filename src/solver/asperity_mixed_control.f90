@@ -7,7 +7,7 @@ module asperity_mixed_control
   use asperity_control_point, only: control_type, ended_complete, ended_endless, ended_limit, ended_lost, &
     ended_rejected, equations_type, evaluate, farthest_equilibrium, is_unstiff, largest_move, new_equations, &
     new_point, point_type, ramp, report_type
-  use asperity_follow, only: follow
+  use asperity_follow, only: follow, open_joint
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
@@ -35,8 +35,7 @@ contains
     real(wp), intent(out) :: reached                !! share of the increment that converged, 1: complete
     type(report_type), intent(out) :: report        !! report
     type(equations_type) :: equations
-    type(point_type) :: before
-    real(wp) :: spent(2)
+    type(point_type) :: before, begin, lifted
     logical :: found
     reached = 0.0_wp
     if (.not. (all_bounded(size(target), target, largest_target) .and. law%admissible(point%state))) then
@@ -45,9 +44,11 @@ contains
     end if
     call new_equations(control, start, target, point, equations)
     do while (reached < 1.0_wp)
-      spent = law%energies(equations%old%state)
+      begin = equations%old
       call follow(law, equations)
-      if (equations%done > reached) call close_opening(law, equations, spent(2))
+      before = equations%old
+      if (equations%done > reached) call close_opening(law, equations)
+      if (may_fall(law, begin, before)) call note_snap(law, equations, before)
       reached = equations%done
       if (reached >= 1.0_wp) exit
       ! the fold lies within the smallest step; just beyond it two equilibria may be too close to be told apart
@@ -55,12 +56,20 @@ contains
       equations%done = min(1.0_wp, reached + 2.0_wp*smallest_share)
       found = any(control%traction) .and. equations%report%updates < most_updates
       if (found) call snap(law, equations, found)
+      if (.not. found .and. control%traction(1)) then
+        ! the motion may stop on its way to an open joint, which is in equilibrium without prescribed tractions
+        equations%old = before
+        lifted%s = before%s
+        call open_joint(law, equations, equations%done, lifted, found)
+        if (found) equations%old = lifted
+      end if
       if (.not. found) then
         equations%report%ended = merge(ended_limit, ended_lost, equations%report%updates >= most_updates)
         equations%old = before
         exit
       end if
       equations%report%parts = equations%report%parts + 1
+      call close_opening(law, equations)
       call note_snap(law, equations, before)
       reached = equations%done
     end do
@@ -171,29 +180,31 @@ contains
     end associate
   end subroutine note_snap
 
-  !> If every plane is open and fully damaged and t_N alone is prescribed, every larger opening is an equilibrium, too.
-  !> In that case move to the equilibrium with the smallest |s_N|. That is a snap if the joint has just broken.
-  pure subroutine close_opening(law, equations, spent)
+  !> If every plane is open and fully damaged and t_N is prescribed, every larger opening is an equilibrium, too. In
+  !> that case move to the equilibrium with the smallest |s_N|.
+  pure subroutine close_opening(law, equations)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the increment and its point
-    real(wp), intent(in) :: spent                       !! energy dissipated before, stress*length
-    type(point_type) :: before, trial
-    real(wp) :: edge(3), energy(2), error, r(3), step
-    if (any(equations%control%traction .neqv. [.true., .false., .false.])) return
-    if (equations%control%spring(1) > 0.0_wp .or. .not. is_unstiff(equations%old)) return
-    edge = law%contact_opening(equations%old%s, equations%old%state)
-    step = spacing(max(abs(edge(1)), law%length))
-    do
-      call evaluate(law, equations, edge, equations%done, trial, r, error)
-      ! the comparison is exact, as every plane is fully damaged and open
-      if (.not. abs(trial%traction(1)) > 0.0_wp) exit
-      edge(1) = edge(1) + step
-      step = 2.0_wp*step
-    end do
-    energy = law%energies(trial%state)
-    before = equations%old
-    equations%old = trial
-    if (energy(2) > spent + least_rupture*law%stress*law%length) call note_snap(law, equations, before)
+    type(point_type) :: trial
+    logical :: found
+    if (.not. equations%control%traction(1) .or. equations%control%spring(1) > 0.0_wp) return
+    if (.not. is_unstiff(equations%old)) return
+    trial%s = equations%old%s
+    call open_joint(law, equations, equations%done, trial, found)
+    if (found) equations%old = trial
   end subroutine close_opening
+
+  !> Whether closing the opening after a part of an increment is a snap: the joint has broken in it, or did not rest on
+  !> its contacts at its start.
+  pure function may_fall(law, begin, end) result(yes)
+    class(point_law), intent(in) :: law         !! the law
+    type(point_type), intent(in) :: begin, end   !! the point at both ends of the part
+    logical :: yes
+    real(wp) :: spent(2)
+    spent = law%energies(end%state) - law%energies(begin%state)
+    yes = spent(2) > least_rupture*law%stress*law%length
+    if (.not. yes .and. is_unstiff(end)) yes = begin%s(1) - law%contact_opening(begin%s, begin%state) > &
+      snap_resolution*law%length
+  end function may_fall
 
 end module asperity_mixed_control

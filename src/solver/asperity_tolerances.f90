@@ -76,8 +76,8 @@ module asperity_tolerances
   real(wp), parameter, public :: endless = 20.0_wp
   !> Longest step relative to s0: default, smallest and largest admissible value.
   real(wp), parameter, public :: default_arc = 0.05_wp, least_arc = 1.0e-5_wp, largest_arc = 1.0_wp
-  !> Largest number of steps to the prescribed values on a straight line, without springs.
-  real(wp), parameter, public :: most_branch_steps = 2.0e5_wp
+  !> Largest number of steps, each of which is a row: some 50 MB in a file.
+  real(wp), parameter, public :: most_branch_steps = 5.0e4_wp
   !> Shortest step that is tried, relative to the longest.
   real(wp), parameter, public :: shortest_branch_step = 2.0_wp**(-16)
   !> Largest difference between the direction of a step and the mean of the directions at its ends; steps that are
