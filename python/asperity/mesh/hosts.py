@@ -155,14 +155,11 @@ def _inp(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, laye
                 raise ValueError(
                     f"joint {name}: {len(joint.area)} faces of {k} nodes: expected linear elements here"
                 )
-            if (
-                d == 3
-                and not layer
-                and np.abs(joint.axes[:, 1] - default_tangent(joint.axes[:, 0])).max() > 1e-6
-            ):
+            N, Tx = joint.axes[:, 0], joint.axes[:, 1]
+            if d == 3 and not layer and np.abs(Tx - default_tangent(N)).max() > 1e-6:
                 raise ValueError(
-                    f"joint {name}: expected no direction for abaqus, whose Tx is the projection of x; turn the "
-                    "pattern, or give the section an *Orientation"
+                    f"joint {name}: expected no direction for abaqus, whose Tx is the projection of x; turn "
+                    "the pattern, or give the section an *Orientation"
                 )
             between, at = _between(joint, d) + 1, np.zeros(len(joint.area), np.int64)
             kind = COHESIVE[d, k]
