@@ -3,7 +3,8 @@
 # Akantu, FEniCSx, scikit-fem and CalculiX. What this machine cannot get is left out.
 #
 # CalculiX comes as Debian's source package (built once, build/calculix), which takes longest and is last; the others come
-# as wheels, those of FEniCSx for a Python of 3.12 or later. Every host has a run of pytest and a report (build/hosts/*.xml) of its own.
+# as wheels, those of FEniCSx for a Python of 3.12 or later. Every host has a run of pytest and a report
+# (build/hosts/*.xml) of its own.
 set -eu
 cd "$(dirname "$0")/.."
 python=.venv/bin/python

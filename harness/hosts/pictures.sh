@@ -1,6 +1,6 @@
 #!/bin/sh
-# pictures.sh PYTHON FOLDER: draws the structures of docs/how-to (ogs, oofem, akantu, calculix, python-fe) into FOLDER, from
-# their files for ParaView. A host that is not installed is left out.
+# pictures.sh PYTHON FOLDER: draws the structures of docs/how-to (ogs, oofem, akantu, calculix, python-fe) into FOLDER,
+# from their files for ParaView. A host that is not installed is left out.
 # Needs ASPERITY_LIBRARY and ASPERITY_CALCULIX, as `make hosts` sets them.
 set -eu
 python=$1 folder=$2 here=$(dirname "$0")
@@ -15,18 +15,21 @@ picture() {
   "$python" "$here/"$script --pvd "$folder/$host.pvd"
   [ ! -f "$folder/$host.csv" ] || curves="--curves $folder/$host.csv"
   # shellcheck disable=SC2086
-  "$python" "$here/joint_picture.py" "$folder/$host.pvd" -o "$folder/$host-fields.png" --title "$title" $curves "$@"
+  "$python" "$here/joint_picture.py" "$folder/$host.pvd" -o "$folder/$host-fields.png" --title "$title" \
+    $curves "$@"
   drawn="$drawn $folder/$host-fields.png"
 }
 
 ccx=$ASPERITY_CALCULIX/ccx
+mkdir -p "$folder"
 rm -f "$folder"/*.csv
 picture ogs ogs "OpenGeoSys: masonry triplet" "ogs/triplet.py --csv $folder/ogs.csv" --scale 100
 picture oofem oofem "OOFEM: block pulled along a rough base" oofem/pulled_block.py --scale 50 --up z
 picture akantu akantu "Akantu: arm peeled off, elements inserted during the run" akantu/peel.py --scale 20 --step 58
 if [ -f "$ASPERITY_CALCULIX/ready" ]; then
   "$here/calculix/link.sh" "$ASPERITY_CALCULIX" "$ASPERITY_LIBRARY" "$ccx"
-  picture calculix asperity "CalculiX: end moments 0.5 to 1" "calculix/dcb.py $ccx --csv $folder/calculix.csv" --scale 3 --up z
+  picture calculix asperity "CalculiX: end moments 0.5 to 1" "calculix/dcb.py $ccx --csv $folder/calculix.csv" \
+    --scale 3 --up z
 fi
 if "$python" -c "import skfem" >/dev/null 2>&1; then
   "$python" "$here/python/crack.py" -o "$folder/python-crack.png"

@@ -139,11 +139,11 @@ def deck(
 
 def run(
     program: Path, folder: Path, interface: Interface, ratio: float, turn: float, n: int = 120,
-    increments: int = 50, threads: int = 1,
+    increments: int = 50,
 ) -> Result:  # fmt: skip
     """Rotate the ends; see `deck`."""
     text, points, arms, layer = deck(interface, ratio, turn, n, increments)
-    done = calculix_run.run(program, folder, text, threads)
+    done = calculix_run.run(program, folder, text)
     if done.code != 0:
         raise RuntimeError(f"ccx ended with {done.code}:\n{done.output[-2000:]}\n{done.errors[-2000:]}")
     time, forces = done.table("ENDS forces")  # a node with equations alone has no reaction

@@ -21,14 +21,11 @@ import paraview_files as paraview
 
 Floats = NDArray[np.float64]
 
-POINT, LINE, QUADRILATERAL, HEXAHEDRON = "vertex", "line", "quad", "hexahedron"
+LINE, QUADRILATERAL, HEXAHEDRON = "line", "quad", "hexahedron"
 """Names of cells in meshio."""
 
 STATE = "material_state_variable_"
 """Beginning of the names of state variables at integration points."""
-
-ORDER = {2: (0, 1, 2, 3), 3: (6, 7, 4, 5, 2, 3, 0, 1)}
-"""Integration points of a cell in the order of paraview.Structure; hexahedra have x and y reversed."""
 
 
 @dataclass(frozen=True)
@@ -104,20 +101,16 @@ def with_points(interface: Interface) -> str:
 
 
 def write_paraview(pvd: Path, mesh: Path, run: Run, interface: Interface, h: float) -> None:
-    """Write the steps of a run on a mesh, whose joints are horizontal layers (material 1), for ParaView.
+    """Write the steps of a run on a plane mesh, whose joints are horizontal layers (material 1).
 
     The run needs the patch `with_points`.
     """
     whole = meshio.read(mesh)
-    (kind, cells), *_ = whole.cells_dict.items()
-    layer = whole.cell_data["MaterialIDs"][0] == 1
-    dimension = 2 if kind == QUADRILATERAL else 3
-    # components of OpenGeoSys: xx, yy, zz, xy, yz, xz; of the layer in 2D Tx is -x
-    at, sign = ([2, 5, 4], [1.0, 1.0, 1.0]) if dimension == 3 else ([1, 3, 2], [1.0, -1.0, 0.0])
-    of_layer = np.repeat(layer, 2**dimension)
-    structure = paraview.Structure(
-        whole.points[:, :dimension], cells[~layer], cells[layer], (2,) * dimension, ORDER[dimension]
-    )
+    cells, layer = whole.cells_dict[QUADRILATERAL], whole.cell_data["MaterialIDs"][0] == 1
+    # components of OpenGeoSys: xx, yy, zz, xy; Tx of the layer is -x
+    at, sign = [1, 3, 2], [1.0, -1.0, 0.0]
+    of_layer = np.repeat(layer, 4)
+    structure = paraview.Structure(whole.points[:, :2], cells[~layer], cells[layer], (2, 2))
     names = [f"{STATE}{name}_ip" for name in contract.statev_names(interface.n_planes, True)]
     times, steps = run.steps()
     paraview.write(
