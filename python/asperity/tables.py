@@ -26,7 +26,7 @@ UNIT = (
     r"(?:\s*/\s*(?:[cm]?m|in|ft)\s*(?:\^|\*\*)?[23\u00b2\u00b3]?)?"
 )
 HEADER = re.compile(
-    rf"\s*(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|(?:\sin|/|,)\s+({UNIT})|({UNIT}(?<=[a\u00b2\u00b32-9m])))?\s*"
+    rf"\s*(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|(?:\sin|/|,)\s+({UNIT})|[\s_]({UNIT}(?<=[a\u00b2\u00b32-9m])))?\s*"
 )
 UNITS = re.compile(rf"[\[(]?\s*({UNIT})?\s*[\])]?")
 """Units, the name of a column with its unit, and a cell of a row of units."""

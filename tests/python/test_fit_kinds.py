@@ -48,6 +48,20 @@ def found(tests: Any, **free: float) -> dict[str, float]:
     return fit(tests, tuple(free), fixed, start=free, starts=1, sides=2).values
 
 
+def test_units_in_names(tmp_path: Path) -> None:
+    """A unit follows a name in brackets, after a blank, `in` or a slash; a name may end in its letters."""
+    path = tmp_path / "data.csv"
+    for name, unit in (("Weg", "mm"), ("tau", "N/mm2"), ("Norm", "")):
+        for text in (
+            (f"{name} [{unit}]", f"{name} in {unit}", f"{name} / {unit}", f"{name} {unit}")
+            if unit
+            else (name,)
+        ):
+            path.write_text(f"{text};x\n1;2\n", encoding="utf-8")
+            table = read_table(path, "numbers")
+            assert (table.names[0], table.units[0]) == (name, unit), text
+
+
 def test_headers_and_numbers_of_instruments(tmp_path: Path) -> None:
     """A header may have # in a name and a comment; nan is no header, and 1_0 no number."""
     path = tmp_path / "data.csv"

@@ -23,7 +23,7 @@ from asperity.fit.outcome import Fit
 from asperity.fit.records import read_tests
 from asperity.fit.search import HEADING
 from asperity.fit.shear_test import saturates
-from asperity.fit.verdict import outliers, refusals
+from asperity.fit.verdict import Change, outliers, propose, refusals
 from asperity.options import command_line
 from asperity.uncertainty import uncertainty
 
@@ -205,6 +205,23 @@ def test_starts_go_on() -> None:
     assert refusals(exact) == []
     few = having(found, neighbours=0.5, residuals=np.zeros(16))
     assert not few.dependent
+
+
+def test_crush_is_tried_at_several_pressures_only() -> None:
+    """Where a fit is no result, crush is tried for tests at two pressures, and never for one test."""
+    fixed = {name: HELD_OUT[name] for name in HELD_OUT if name != "mu"}
+    for pressures in (SIGMA_N, SIGMA_N[:1]):
+        tests = study.synthetic(NOISE, SEED, HELD_OUT, pressures)
+        found = having(fit(tests, fixed=fixed, starts=1), neighbours=0.9)
+        tried: list[Change] = []
+
+        def refuse(change: Change, tried: list[Change] = tried) -> Fit:
+            tried.append(change)
+            raise ValueError("refused")
+
+        assert refusals(found) and propose(found, Change(), refuse) is None
+        freed = [one.free for one in tried if one.free is not None]
+        assert (("+crush",) in freed) == (len(pressures) > 1)
 
 
 def again(out: str) -> list[str]:

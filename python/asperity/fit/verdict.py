@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .constants import AUTO, DEFAULTS, ROCK, ROCK_VALUES
+from .constants import AUTO
 from .model import SIDES
 from .outcome import ENOUGH, LEAST_ERROR, Fit
 from .shear_test import saturates
@@ -29,6 +29,10 @@ LARGEST_ERROR = 0.1
 
 BETTER, AS_GOOD = 0.9, 1.05
 """Ratio of two sums of squares below which another fit is preferred; the second one if it is a result."""
+
+CUSTOMARY = {"flat": (1.0 / 3.0,), "kc": (20.0, 100.0, 1.0), "eta": (0.9,)}
+CUSTOMARY |= {"height": (0.0,), "W0": (0.0,), "crush": (0.0,)}
+"""Values of constants that the tests do not determine: the first one inside the interval, or 0 for none."""
 
 SEVERAL = 1.2
 """Ratio of two pressures at which strength over pressure is compared."""
@@ -180,13 +184,12 @@ def _is_better(other: Fit, found: Fit) -> bool:
 
 def _value(found: Fit, change: Change) -> Change | None:
     """Change that sets the customary value of a constant that the tests do not tell, if there is one."""
-    known = DEFAULTS | (ROCK_VALUES if found.form == ROCK else {})
     for name in dict.fromkeys([*found.undetermined, *found.at_bounds]):
-        # without a height, wear or closure of its own a joint has none
-        if known.get(name, 0.0) == 0.0 and name not in ("height", "W0", "crush"):
-            continue
-        free = None if change.free is None else tuple(one for one in change.free if one.lstrip("+") != name)
-        return replace(change, free=free or None, fixed=dict(change.fixed) | {name: known[name]})
+        one = found.estimates[name]
+        inside = [value for value in CUSTOMARY.get(name, ()) if value == 0.0 or one.low <= value <= one.high]
+        if inside:
+            left = change.free and tuple(free for free in change.free if free.lstrip("+") != name)
+            return replace(change, free=left or None, fixed=dict(change.fixed) | {name: inside[0]})
     return None
 
 
