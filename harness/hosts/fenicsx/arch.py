@@ -18,7 +18,7 @@ from asperity.pattern import Pattern
 from jointed import COMM, Model, Output, Steps, total
 from scipy.optimize import linprog
 
-R, VOUSSOIRS, DEPTH, WEIGHT, E, NU, MU = 1000.0, 15, 300.0, 2.4e-5, 2.0e4, 0.2, 0.7
+R, VOUSSOIRS, DEPTH, WEIGHT, E, NU = 1000.0, 15, 300.0, 2.4e-5, 2.0e4, 0.2
 DEEP = 0.0, 0.0, 1.0
 """Tx of the joints of an arch in space."""
 
@@ -62,14 +62,14 @@ def mesh(path: Path, ratio: float, dim: int, size: float) -> None:
 
 
 def collapse(
-    path: Path, ratio: float, dim: int = 2, tan_psi: float = 0.0, pvd: Path | None = None
+    path: Path, ratio: float, dim: int, mu: float, tan_psi: float = 0.0, pvd: Path | None = None
 ) -> tuple[float, int]:
     """Largest horizontal acceleration in g of a meshed arch, and the number of its unknowns."""
     whole = split(path, direction=DEEP if dim == 3 else None) if COMM.rank == 0 else None
     pattern = (
         Pattern.regular(2, float(np.degrees(np.arctan(tan_psi)))) if tan_psi else Pattern.regular(0, 0.0)
     )
-    law = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=MU), pattern)
+    law = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=mu), pattern)
     model = Model(whole, {"joint": law}, E, NU, DEPTH)
     down, side = (model.body((np.eye(dim)[k] * WEIGHT * sign).tolist()) for k, sign in ((1, -1.0), (0, 1.0)))
     base = model.x[:, 1] < -0.3 * ratio * R + 1e-6
@@ -109,7 +109,7 @@ def stands(steps: Steps, load: np.ndarray) -> bool:
     return False
 
 
-def limit(ratio: float) -> float:
+def limit(ratio: float, mu: float) -> float:
     """Largest horizontal acceleration in g of rigid voussoirs with joints that carry no tension (linprog).
 
     Unknown are the pressures at both ends and the shear force of every joint, and the acceleration.
@@ -130,7 +130,7 @@ def limit(ratio: float) -> float:
     bound = np.zeros((2 * (VOUSSOIRS + 1), n + 1))
     for j in range(VOUSSOIRS + 1):
         for k, sign in enumerate((1.0, -1.0)):
-            bound[2 * j + k, 3 * j : 3 * j + 3] = -MU, -MU, sign
+            bound[2 * j + k, 3 * j : 3 * j + 3] = -mu, -mu, sign
     limits = [(0.0, None), (0.0, None), (None, None)] * (VOUSSOIRS + 1) + [(None, None)]
     return -float(linprog([0.0] * n + [-1.0], bound, np.zeros(len(bound)), A, b, limits).fun)
 
@@ -143,7 +143,13 @@ def main() -> None:
     add("ratios", type=float, nargs="*", default=[0.15], help="thickness over radius (default: 0.15)")
     add("--dim", type=int, choices=(2, 3), default=2)
     add("--size", type=float, default=60.0, help="of the elements, mm (default: %(default)s)")
-    add("--tan-psi", type=float, default=0.0, help="inclination of the joints' planes (default: flat)")
+    add("--mu", type=float, default=0.7, help="friction (default: %(default)s)")
+    add(
+        "--tan-psi",
+        type=float,
+        default=0.0,
+        help="of two planes of the joints, which add to the friction (default: flat)",
+    )
     add("--folder", type=Path, default=Path(), help="for meshes and fields")
     add("--pvd", action="store_true", help="write fields at the last step for ParaView")
     o = parser.parse_args()
@@ -152,9 +158,12 @@ def main() -> None:
         if COMM.rank == 0:
             mesh(path, ratio, o.dim, o.size)
         COMM.barrier()
-        found, unknowns = collapse(path, ratio, o.dim, o.tan_psi, path.with_suffix(".pvd") if o.pvd else None)
+        found, unknowns = collapse(
+            path, ratio, o.dim, o.mu, o.tan_psi, path.with_suffix(".pvd") if o.pvd else None
+        )
         if COMM.rank == 0:
-            rigid = f"limit analysis {limit(ratio):.4f} g"
+            strength = (o.mu + o.tan_psi) / (1.0 - o.mu * o.tan_psi)
+            rigid = f"limit analysis {limit(ratio, strength):.4f} g"
             print(f"t/R {ratio:g}: {found:.4f} g, {rigid}, {unknowns} unknowns", flush=True)
 
 

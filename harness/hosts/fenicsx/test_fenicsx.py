@@ -125,7 +125,7 @@ def test_window_in_kratos(tmp_path: Path) -> None:
     assert np.abs(kratos - fenicsx).max() <= 0.01 * fenicsx[:, 1].max()
 
 
-@pytest.mark.parametrize("words", ["0.12 0.15", "0.15 --dim 3 --size 90"])
+@pytest.mark.parametrize("words", ["0.12 0.15", "0.2 --mu 0.35 --tan-psi 0.1", "0.15 --dim 3 --size 90"])
 def test_arch(tmp_path: Path, words: str) -> None:
     """An arch falls at the acceleration of limit analysis, within 1 %: a part of the joints' compliance."""
     code, output, messages = run(f"{words} --folder {tmp_path}", name="arch")

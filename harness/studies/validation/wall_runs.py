@@ -84,8 +84,13 @@ RUNS = {
 FIELDS = ("WS100", "SW100", "J4D")
 """Runs of the picture of cracks."""
 
-ARCHES = ("0.11 0.12 0.15 0.2 --pvd", "0.12 0.15 --dim 3 --size 75")
-"""Options of arch.py."""
+ARCHES = {
+    "0.7,0,2": "0.11 0.12 0.15 0.2 --pvd",
+    "0.7,0,3": "0.12 0.15 --dim 3 --size 75",
+    "0.35,0,2": "0.2 --mu 0.35",
+    "0.35,0.1,2": "0.2 --mu 0.35 --tan-psi 0.1",
+}
+"""Options of arch.py by friction, inclination of the planes and dimension."""
 
 ARCH = re.compile(r"t/R ([\d.]+): ([\d.]+) g, limit analysis ([\d.]+) g, (\d+) unknowns")
 """Line of arch.py."""
@@ -127,12 +132,12 @@ def execute_all(folder: Path, workers: int = 1) -> None:
     for line in (f"window_mesh.py {mesh}", f"window.py {mesh} --pvd {field}"):
         program, *words = line.split()
         subprocess.run([PYTHON, PROGRAM.with_name(program), *words], env=environment(), check=True)
-    lines = ["# Made by python -m harness.studies.validation.walls --run", "dim,ratio,found,limit,unknowns"]
-    for line in ARCHES:
+    head = "mu,tan_psi,dim,ratio,found,limit,unknowns"
+    lines = ["# Made by python -m harness.studies.validation.walls --run", head]
+    for case, line in ARCHES.items():
         command = [PYTHON, PROGRAM.with_name("arch.py"), *line.split(), "--folder", folder]
         found = subprocess.run(command, env=environment(), capture_output=True, text=True, check=True).stdout
-        dim = 3 if "--dim 3" in line else 2
-        lines += [f"{dim},{','.join(numbers)}" for numbers in ARCH.findall(found)]
+        lines += [f"{case},{','.join(numbers)}" for numbers in ARCH.findall(found)]
     (DATA / "arches.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

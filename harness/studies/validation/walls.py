@@ -324,10 +324,11 @@ def arches() -> str:
     """Table of the arches."""
     limits, found = {}, {}
     for row in rows("arches"):
-        limits[row["ratio"]] = row["limit"]
-        found[row["ratio"], row["dim"]] = row["found"]
-    body = [[ratio, limit, *(found.get((ratio, dim), "") for dim in "23")] for ratio, limit in limits.items()]
-    return markdown(["t/R", "limit analysis, g", "model in 2D, g", "in 3D, g"], body)
+        key = row["ratio"], row["mu"], row["tan_psi"]
+        limits[key] = row["limit"]
+        found[(*key, row["dim"])] = row["found"]
+    body = [[*key, limit, *(found.get((*key, dim), "") for dim in "23")] for key, limit in limits.items()]
+    return markdown(["t/R", "mu", "tan(theta)", "limit analysis, g", "model in 2D, g", "in 3D, g"], body)
 
 
 PANELS = {
