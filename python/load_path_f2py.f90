@@ -17,9 +17,26 @@ subroutine step_entry(i, name, single, default_value, expected)
   expected = step_table(i)%expected
 end subroutine step_entry
 
+!> Column i of the rows of a load path.
+subroutine row_column(i, name, meaning, unit)
+  use asperity_rows, only: row_columns
+  implicit none
+  integer, intent(in) :: i                          !! from 1
+  character(len=10), intent(out) :: name            !! padded with blanks; blank beyond the last column
+  character(len=64), intent(out) :: meaning         !! one line
+  character(len=14), intent(out) :: unit            !! in the user's consistent set
+  name = ""
+  meaning = ""
+  unit = ""
+  if (i > size(row_columns)) return
+  name = row_columns(i)%name
+  meaning = row_columns(i)%meaning
+  unit = row_columns(i)%unit
+end subroutine row_column
+
 !> Rows of a load path.
 subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values, values, start, state, refines, &
-                     tolerance, room, numbers, states, events, n_rows, lost, status, message)
+                     tolerance, n_columns, room, numbers, states, events, n_rows, lost, status, message)
   use asperity_call_checks, only: explain_point, point_status
   use asperity_contract, only: status_ok, status_separation
   use asperity_control_point, only: new_point, point_type
@@ -28,6 +45,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   use asperity_load_path, only: start_run, explain_loss, next_row, row_type, run_type
   use asperity_refine, only: explain_tolerance, refine_path
   use asperity_rie_law, only: new_rie_law, rie_law
+  use asperity_rows, only: row_numbers
   use asperity_steps, only: check_steps, complete_steps, step_type
   use asperity_text, only: integer_text, put_text
   implicit none
@@ -45,9 +63,8 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   integer, intent(in) :: refines                            !! 1: increments to a tolerance; 0: as they are given
   double precision, intent(in) :: tolerance                 !! relative
   integer, intent(in) :: room                               !! size of the arrays of rows
-  double precision, intent(inout) :: numbers(21, room)      !! step, increment, position, time; separation; traction; work;
-                                                            !! iterations, updates, snaps, separation before and after
-                                                            !! the longest snap, released energy
+  integer, intent(in) :: n_columns                          !! columns, as row_column names them
+  double precision, intent(inout) :: numbers(n_columns, room)   !! numbers of each row
   double precision, intent(inout) :: states(nstatv, room)   !! STATEV
   character(len=64), intent(inout) :: events(room)          !! names joined by +, blank: none
   integer, intent(out) :: n_rows                            !! rows; those beyond the room are counted, not kept
@@ -121,11 +138,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
     if (.not. found) exit
     n_rows = n_rows + 1
     if (n_rows > room) cycle
-    associate (report => row%report)
-      numbers(:, n_rows) = [dble(row%step), dble(row%increment), row%position, row%time, row%s, row%traction, row%work, &
-                            dble(report%iterations), dble(report%updates), dble(report%snaps), report%before, &
-                            report%after, report%released]
-    end associate
+    numbers(:, n_rows) = row_numbers(row)
     states(:, n_rows) = row%state
     events(n_rows) = row%events
   end do

@@ -12,6 +12,11 @@ module case_law
   private
   public :: get_law
 
+  !> A law, as an element of an array.
+  type, public :: law_type
+    class(point_law), allocatable :: law
+  end type law_type
+
 contains
 
   !> Law of a case. With a UMAT, state and steps of the case are checked, and a virgin point has its state.
@@ -29,7 +34,7 @@ contains
     end if
   end subroutine get_law
 
-  !> Set the law of a UMAT and check what depends on it.
+  !> Set the law of a UMAT, try in a child whether it opens, and check what depends on it.
   subroutine set_umat(case, path, law, errors)
     type(case_type), intent(inout) :: case         !! the case; the state is that of a virgin point, if it has none
     character(len=*), intent(in) :: path           !! its file
@@ -39,7 +44,8 @@ contains
     real(wp), parameter :: rounding = 1.0e-12_wp
     type(error_type) :: place
     character(len=:), allocatable :: reason
-    integer :: i
+    integer :: earlier, i
+    earlier = errors%n
     place = place_of(path)
     associate (umat => case%umat)
       law%library = umat%library
@@ -61,6 +67,7 @@ contains
       call try_umat(law, reason)
       if (len(reason) > 0) call fail(errors, umat%place, reason)
     end associate
+    if (errors%n > earlier) return
     if (.not. case%state%given) then
       case%state%given = .true.
       case%state%statev = law%virgin()

@@ -1,7 +1,7 @@
 !> CSV file of a run, with one row per increment that is written at once, and the totals of the run.
 !>
-!> Columns: step, increment, time, separation, traction, damage, energies, iterations, event, and on request alpha_k,
-!> s_dit_k, s_dih_k of every plane, with wear worn_k, wear_work_k, too. `event` has the names of the events of the
+!> Columns: those of the module `asperity_rows`, and on request alpha_k, s_dit_k, s_dih_k of every plane, with wear
+!> worn_k, wear_work_k, too. `event` has the names of the events of the
 !> increment, joined by +. These are the events of the module `asperity_events` and
 !>   snap      the branch of equilibria ended, and the point moved to the next stable equilibrium
 !>   turn      the branch had a fold, where the prescribed values turned back or forward again
@@ -9,21 +9,16 @@
 !>   cut       a UMAT asked for a smaller increment, in a replay or in &umat
 !>   lost      no equilibrium was found beyond this row
 module history
-  use asperity_contract, only: v_damage, v_friction, v_rupture, v_stored
   use asperity_kinds, only: wp
-  use asperity_text, only: integer_text
   use asperity_control_point, only: point_type
   use asperity_load_path, only: name_events, row_type
   use asperity_point_law, only: event_length, point_law
+  use asperity_rows, only: csv_header, csv_line
   use row_file, only: close_file, create_file, write_line
   use run_report, only: add_snap
   implicit none
   private
   public :: open_history, start_from, add_replayed_row, add_row, close_history
-
-  !> Start of the header of every file.
-  character(len=*), parameter, public :: point_columns = "step,increment,time,s_N,s_Tx,s_Ty,t_N,t_Tx,t_Ty," // &
-    "damage,stored,rupture,friction,work,iterations,event"
 
   !> The file, its last row and totals over its rows.
   type, public :: history_type
@@ -60,7 +55,7 @@ contains
     table%snap_list = ""
     call create_file(path, table%file, table%good)
     if (.not. table%good) return
-    header = point_columns
+    call csv_header(header)
     if (planes) table%first = law%first_own
     do i = table%first, law%n_state
       header = header // "," // law%state_name(i)
@@ -95,21 +90,7 @@ contains
     type(history_type), intent(inout) :: table      !! the file
     type(row_type), intent(in) :: row               !! the row
     character(len=:), allocatable :: line
-    integer :: i
-
-    line = integer_text(row%step) // "," // integer_text(row%increment) // "," // number(row%time)
-    do i = 1, 3
-      line = line // "," // number(row%s(i))
-    end do
-    do i = 1, 3
-      line = line // "," // number(row%traction(i))
-    end do
-    line = line // "," // number(row%state(v_damage)) // "," // number(row%state(v_stored)) // "," // &
-      number(row%state(v_rupture)) // "," // number(row%state(v_friction)) // "," // number(row%work) // &
-      "," // integer_text(row%report%iterations) // "," // trim(row%events)
-    do i = table%first, size(row%state)
-      line = line // "," // number(row%state(i))
-    end do
+    call csv_line(row, table%first, line)
     call write_line(table%file, table%path, line, table%good)
     if (.not. table%good) return
     table%last = row
@@ -131,14 +112,5 @@ contains
     call close_file(table%file, table%path, closed)
     table%good = table%good .and. closed
   end subroutine close_history
-
-  !> Text of a number with 17 digits, which determine it exactly.
-  pure function number(value) result(text)
-    real(wp), intent(in) :: value   !! finite
-    character(len=:), allocatable :: text
-    character(len=26) :: buffer
-    write (buffer, "(es26.16e3)") value
-    text = trim(adjustl(buffer))
-  end function number
 
 end module history

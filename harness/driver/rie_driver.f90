@@ -6,16 +6,15 @@ program rie_driver
   use asperity_contract, only: version
   use asperity_errors, only: error_type, errors_type, fail, place_of, put_words, word
   use asperity_kinds, only: wp
-  use asperity_point_law, only: point_law
+  use asperity_rows, only: csv_header
   use asperity_text, only: integer_text, to_text
   use asperity_warnings, only: n_measures
-  use case_law, only: get_law
+  use case_law, only: get_law, law_type
   use case_run, only: failed_file, run_case
   use case_check, only: check_case
   use case_warnings, only: measures_of_case, warn_of
   use driver_messages, only: exit_input, exit_ok, finish, say
   use failed_case, only: failed_title
-  use history, only: point_columns
   use recorded_strains, only: read_replayed, strains_type
   use row_file, only: may_replace, same_file
   use run_report, only: report_start, write_report
@@ -131,16 +130,17 @@ contains
     type(case_file_type) :: file
     type(errors_type) :: errors
     type(strains_type), allocatable :: strains(:)
-    class(point_law), allocatable :: law
-    character(len=:), allocatable :: label, stem
+    type(law_type), allocatable :: laws(:)
+    character(len=:), allocatable :: header, label, stem
     real(wp) :: largest(n_measures), measures(n_measures)
     integer :: code, first, i, last, worst
 
     call read_cases(path, file, errors)
     call end_on_errors(errors)
-    allocate (strains(size(file%cases)))
+    call csv_header(header)
+    allocate (laws(size(file%cases)), strains(size(file%cases)))
     do i = 1, size(file%cases)
-      call get_law(file%cases(i), path, law, errors)
+      call get_law(file%cases(i), path, laws(i)%law, errors)
       if (errors%n == 0 .and. size(file%cases(i)%steps) == 0) call read_replayed(file%cases(i), strains(i), errors)
       if (errors%n > 0) exit
     end do
@@ -155,7 +155,7 @@ contains
       if (size(values) > 0 .and. output == "-") call fail(errors, place_of(path), &
         "a case with &sweep writes a file per value, not standard output")
       do i = 1, merge(0, size(cases), check)
-        call check_replaced(result_file(stem, values, i), path, "the case file", point_columns, errors)
+        call check_replaced(result_file(stem, values, i), path, "the case file", header, errors)
         call check_replaced(failed_file(result_file(stem, values, i)), path, "the case file", failed_title, errors)
         if (cases(i)%umat%given) call check_replaced(result_file(stem, values, i), cases(i)%umat%library, &
           "the library of the UMAT", "", errors)
@@ -180,11 +180,10 @@ contains
         measures = 0.0_wp
         label = path
         if (size(values) > 0) label = path // " (" // file%sweep // " = " // to_text(values(i)) // ")"
-        call get_law(cases(i), path, law, errors)
         if (check) then
-          call check_case(cases(i), law, label, code)
+          call check_case(cases(i), laws(i)%law, label, code)
         else
-          call run_case(cases(i), law, strains(i), label, result_file(stem, values, i), report, planes, quiet, &
+          call run_case(cases(i), laws(i)%law, strains(i), label, result_file(stem, values, i), report, planes, quiet, &
             measures, code)
         end if
         worst = max(worst, code)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
+from itertools import count, takewhile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +18,22 @@ from .steps import Point, Step, pack
 FIRST_ROOM, MOST_ROOM = 2048, 1_000_000
 """Rows that are allocated where their number is not known before, and at most at first."""
 
-NUMBERS = 21
-"""Numbers of a row: step, increment, position, time; separation; traction; work; Newton iterations, updates,
-snaps; separation before and after the longest snap, released energy."""
+
+@cache
+def column_names() -> tuple[str, ...]:
+    """Names of the numbers of a row, from the table of the library."""
+    names = (_core.row_column(i)[0].decode("ascii").rstrip() for i in count(1))
+    return tuple(takewhile(bool, names))
+
+
+def _column(numbers: Floats, name: str) -> Floats:
+    """Numbers of one name."""
+    return numbers[:, column_names().index(name)].copy()
+
+
+def _vector(numbers: Floats, letter: str) -> Floats:
+    """Components N, Tx, Ty (T, 3) of s, t, or of the separation "before" or "after" a snap."""
+    return np.stack([_column(numbers, f"{letter}_{axis}") for axis in ("N", "Tx", "Ty")], axis=1)
 
 
 def rows_of(
@@ -59,7 +74,7 @@ def _rows(
     while True:
         room = n
         numbers, states, names = (
-            np.zeros((room, NUMBERS)),
+            np.zeros((room, len(column_names()))),
             np.empty((room, state.size)),
             np.zeros(room, "S64"),
         )
@@ -72,8 +87,9 @@ def _rows(
             break
     lost = ""
     if ended:
-        s, t = (", ".join(f"{value:.6g}" for value in numbers[n - 1, k : k + 3]) for k in (4, 7))
-        place = "step {:g} increment {:g}".format(*numbers[n - 1, :2])
+        last = numbers[n - 1 : n]
+        s, t = (", ".join(f"{value:.6g}" for value in _vector(last, letter)[0]) for letter in "st")
+        place = "step {:g} increment {:g}".format(*(_column(last, name)[0] for name in ("step", "increment")))
         text = message.decode("ascii").rstrip()
         lost = f"equilibrium lost beyond {place}, s = ({s}), t = ({t}): {text}"
     return numbers[:n], states[:n], names[:n], lost
@@ -81,7 +97,9 @@ def _rows(
 
 def no_rows(nstatv: int, n_planes: int) -> History:
     """History without rows."""
-    return _history(np.zeros((0, NUMBERS)), np.zeros((0, nstatv)), np.zeros(0, "S64"), n_planes, "")
+    return _history(
+        np.zeros((0, len(column_names()))), np.zeros((0, nstatv)), np.zeros(0, "S64"), n_planes, ""
+    )
 
 
 def _history(numbers: Floats, states: Floats, names: NDArray[np.bytes_], n_planes: int, lost: str) -> History:
@@ -89,11 +107,16 @@ def _history(numbers: Floats, states: Floats, names: NDArray[np.bytes_], n_plane
     events = tuple((row, name) for row, name in happened if name)
     if lost:
         events += ((len(numbers), lost),)
-    snaps = []
-    for row in np.flatnonzero(numbers[:, 13] > 0.0).tolist():
-        before, after = (tuple(numbers[row, k : k + 3].tolist()) for k in (14, 17))
-        snaps.append(Snap(row, before, after, float(numbers[row, 20])))
-    damage = states[:, contract.statev_index("damage")].copy()
-    parts = numbers[:, 4:7].copy(), numbers[:, 7:10].copy(), damage, states.copy(), numbers[:, 10].copy()
-    more = numbers[:, 0].astype(int), numbers[:, 2].copy(), numbers[:, 3].copy(), numbers[:, 11].astype(int)
-    return History(*parts, events, tuple(snaps), n_planes, *more)
+    before, after, released = (
+        _vector(numbers, "before"),
+        _vector(numbers, "after"),
+        _column(numbers, "released"),
+    )
+    snaps = tuple(
+        Snap(row, tuple(before[row].tolist()), tuple(after[row].tolist()), float(released[row]))
+        for row in np.flatnonzero(_column(numbers, "snaps") > 0.0).tolist()
+    )
+    parts = _vector(numbers, "s"), _vector(numbers, "t"), _column(numbers, "damage"), states.copy()
+    more = _column(numbers, "step").astype(int), _column(numbers, "position"), _column(numbers, "time")
+    iterations = _column(numbers, "iterations").astype(int)
+    return History(*parts, _column(numbers, "work"), events, snaps, n_planes, *more, iterations)
