@@ -44,7 +44,7 @@ def test_kit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["export", "abaqus", str(folder)]) == 0
     names = {path.name for path in folder.iterdir()}
     sources = {f"asperity_abaqus{part}.f90" for part in ("", "_standard", "_explicit", "_single")}
-    assert names == {"README.md", "abaqus_v6.env", "joint.nml", *WRITTEN, *sources} and len(WRITTEN) == 7
+    assert names == {"README.md", "abaqus_v6.env", "joint.nml", *WRITTEN, *sources} and len(WRITTEN) == 4
     out = capsys.readouterr().out
     readme = (folder / "README.md").read_text(encoding="ascii")
     assert all(f"`{name}`" in readme for name in names - {"README.md"})
@@ -78,11 +78,11 @@ def test_folders_that_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[
 def test_force_replaces_the_files_of_the_kit_only(tmp_path: Path) -> None:
     """Other files stay, old ones of the kit are replaced; a folder in the place of a file is refused."""
     (tmp_path / "kit").mkdir()
-    mine, old = tmp_path / "kit" / "mine.txt", tmp_path / "kit" / "dcb.inp"
+    mine, old = tmp_path / "kit" / "mine.txt", tmp_path / "kit" / "wallette.inp"
     mine.write_text("mine")
     old.write_text("old")
     assert main(["export", "abaqus", str(tmp_path / "kit"), "--force"]) == 0
-    assert (mine.read_text(), old.read_text()) == ("mine", WRITTEN["dcb.inp"])
+    assert (mine.read_text(), old.read_text()) == ("mine", WRITTEN["wallette.inp"])
     old.unlink()
     old.mkdir()
     (tmp_path / "kit" / "README.md").write_text("mine")

@@ -19,14 +19,14 @@ from .deck_lines import (
     solution,
     static,
 )
-from .mesh import Layer, Mesh, spaced, stack
+from .mesh import Layer, spaced, stack
 
 THETA = 30.0
 ROUGH = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=10.0)
-"""Joint of the shear boxes (mm, N, MPa)."""
+"""Joint of the shear box (mm, N, MPa)."""
 
 BOX_SLIP = 0.6
-"""Slip of the shear boxes at the end."""
+"""Slip of the shear box at the end."""
 
 UNITS = "Units are those of the case; the element has the area 1. SDV1 is the damage."
 
@@ -89,61 +89,10 @@ def single_explicit(one: Element) -> str:
     )
 
 
-def shear_box_2d() -> str:
-    """Two blocks in plane strain under constant pressure, Abaqus/Standard."""
-    mesh = _blocks([spaced(0.0, 100.0, 10)], "CPE4", "COH2D4", 20.0, 2)
-    return _shear_box(mesh, "shear_box_2d", Pattern.regular(2, THETA), 100.0, "P3")
-
-
-def shear_box_3d() -> str:
-    """Two blocks in three dimensions under constant pressure, Abaqus/Standard."""
-    mesh = _blocks([spaced(0.0, 40.0, 4)] * 2, "C3D8", "COH3D8", 10.0, 1)
-    return _shear_box(mesh, "shear_box_3d", Pattern.regular(4, THETA), 40.0 * 40.0, "P2")
-
-
-def _blocks(plan: list[list[float]], kind: str, joint_kind: str, height: float, parts: int) -> Mesh:
-    """Mesh of two equal blocks, LOWER and UPPER, with a joint."""
-    lower, upper = spaced(0.0, height, parts), spaced(height, 2.0 * height, parts)
-    return stack(plan, [Layer("LOWER", kind, lower), Layer("UPPER", kind, upper)], ["JOINT"], joint_kind)
-
-
-def _shear_box(mesh: Mesh, name: str, pattern: Pattern, area: float, face: str) -> str:
-    """Shear box of Abaqus/Standard: the platen on the upper block does not tilt."""
-    up = mesh.dimension
-    platen, *others = mesh.node_sets["UPPER_TOP"]
-    mesh.node_sets["UPPER_OTHERS"] = others
-    return deck(
-        f"Shear box, {up}D, Abaqus/Standard: 1 MPa on the upper block, moved along x by {BOX_SLIP} mm",
-        [
-            "Units: mm, N, MPa. The platen does not tilt (*Equation), as in a shear box with guides.",
-            slides(ROUGH, THETA, area, "UPPER_TOP"),
-        ],
-        name,
-        mesh,
-        card(Interface(ROUGH, pattern), dimension=up, stress=-1.0, modulus=20000.0, size=10.0),
-        *solids(mesh, "STONE", 20000.0, 0.2),
-        "** All nodes of the platen have the same displacement normal to the joint.",
-        "*Equation",
-        "2",
-        f"UPPER_OTHERS, {up}, 1.0, {platen}, {up}, -1.0",
-        "*Boundary",
-        f"LOWER_BOTTOM, 1, {up}",
-        f"UPPER_TOP, 1, {up - 1}",
-        *static("PRESS", "0.2, 1., 1e-6, 0.2"),
-        "*Dload",
-        f"UPPER_ROOF, {face}, 1.0",
-        "*End Step",
-        *static("SLIDE", "0.02, 1., 1e-6, 0.02"),
-        "*Boundary",
-        f"UPPER_TOP, 1, 1, {BOX_SLIP}",
-        *output("JOINT", "UPPER_TOP"),
-        "*End Step",
-    )
-
-
 def shear_box_explicit() -> str:
     """Two blocks in three dimensions under constant pressure, Abaqus/Explicit."""
-    mesh = _blocks([spaced(0.0, 60.0, 3)] * 2, "C3D8", "COH3D8", 6.0, 1)
+    layers = [Layer("LOWER", "C3D8", spaced(0.0, 6.0, 1)), Layer("UPPER", "C3D8", spaced(6.0, 12.0, 1))]
+    mesh = stack([spaced(0.0, 60.0, 3)] * 2, layers, ["JOINT"], "COH3D8")
     return deck(
         f"Shear box, 3D, Abaqus/Explicit: 1 MPa on the upper block, moved along x by {BOX_SLIP} mm",
         [
@@ -171,48 +120,6 @@ def shear_box_explicit() -> str:
         "*Boundary, amplitude=PULLING",
         f"UPPER_TOP, 1, 1, {BOX_SLIP}",
         *explicit_output("UPPER_TOP"),
-    )
-
-
-DCB_HEIGHT, DCB_MODULUS, DCB_NU, DCB_GC = 3.0, 70000.0, 0.3, 0.3
-"""Height of an arm, its elastic constants, and the rupture energy of the bond."""
-
-
-def dcb() -> str:
-    """Double cantilever beam in plane strain, Abaqus/Standard."""
-    notch, length = 30.0, 80.0
-    layers = [
-        Layer("LOWER", "CPE4I", spaced(-DCB_HEIGHT, 0.0, 2)),
-        Layer("UPPER", "CPE4I", spaced(0.0, DCB_HEIGHT, 2)),
-    ]
-    mesh = stack([spaced(0.0, length, 80)], layers, ["JOINT"], "COH2D4", lambda point: point[0] > notch)
-    for name, height in (("LOWER", -DCB_HEIGHT / 2), ("UPPER", DCB_HEIGHT / 2)):
-        mesh.node_sets[f"{name}_TIP"] = [mesh.nodes.index((0.0, height)) + 1]
-        mesh.node_sets[f"{name}_END"] = [
-            i for i, p in enumerate(mesh.nodes, 1) if p[0] == length and p[1] * height > 0
-        ]
-    bond = Material(sigma0=10.0, Gc=DCB_GC, eta=0.95, mu=0.3)
-    return deck(
-        "Double cantilever beam, plane strain, Abaqus/Standard: the tips are pulled apart by 2 mm",
-        [
-            "Units: mm, N, MPa. Arms of 3 mm, width 1 mm, crack of 30 mm.",
-            "In opening the energy is Gc, whatever the pattern.",
-            "Energy balance: work of RF2 = elastic energy of the arms + SDV2 + SDV3 over the bond.",
-            "Beam theory: P^2 12 a^2 (1 - nu^2)/(E h^3) = Gc; the load falls as the crack grows.",
-        ],
-        "dcb",
-        mesh,
-        card(Interface(bond, Pattern.regular(2, 20.0)), dimension=2, modulus=DCB_MODULUS, size=1.0),
-        *solids(mesh, "ARM", DCB_MODULUS, DCB_NU),
-        "*Boundary",
-        "LOWER_END, 1, 2",
-        "UPPER_END, 1, 2",
-        *static("OPEN", "0.02, 1., 1e-6, 0.02"),
-        "*Boundary",
-        "LOWER_TIP, 2, 2, -1.0",
-        "UPPER_TIP, 2, 2, 1.0",
-        *output("JOINT", "UPPER_TIP"),
-        "*End Step",
     )
 
 
@@ -275,5 +182,5 @@ def wallette() -> str:
     )
 
 
-EXAMPLES = (shear_box_2d, shear_box_3d, shear_box_explicit, dcb, wallette)
+EXAMPLES = (shear_box_explicit, wallette)
 """Decks of larger models."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise, product
 
@@ -64,20 +64,16 @@ def stack(
     layers: Sequence[Layer],
     joints: Sequence[str],
     joint_kind: str,
-    bonded: Callable[[Point], bool] = lambda _: True,
 ) -> Mesh:
     """Layers on top of each other, each with nodes of its own, and a joint between every two of them.
 
     plan: coordinates of the nodes along the joint, (x) or (x, y).  joints: names of the joints, from below.
-    bonded: whether the joint has an element at a center.  Node sets NAME_BOTTOM and NAME_TOP and
-    element sets NAME_ROOF (uppermost elements) of each layer.
+    Node sets NAME_BOTTOM and NAME_TOP and element sets NAME_ROOF (uppermost elements) of each layer.
     """
     mesh = Mesh(dimension=len(plan) + 1)
     grids = [_block(mesh, plan, layer) for layer in layers]
     for name, (lower, upper) in zip(joints, pairwise(grids), strict=True):
-        cells = _cells(lower[-1], upper[0])
-        corners = np.array(mesh.nodes)[cells[:, : cells.shape[1] // 2] - 1]
-        mesh.add(name, joint_kind, cells[[bonded(tuple(center)) for center in corners.mean(axis=1)]])
+        mesh.add(name, joint_kind, _cells(lower[-1], upper[0]))
     return mesh
 
 
