@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,12 +12,10 @@ from scipy.integrate import trapezoid
 
 from ..case_files import SlipTest, drive, read_case, slip_tests
 from ..contract import Floats
-from ..curve_pictures import SLIP, TRACTION, curves, merged
 from ..history import History
 from ..installed import named_case
 from ..pattern import Pattern
 from ..steps import turns_of
-from ..style import ONE, new_figure
 from .fracture_energy import Energies
 
 FIVE = Pattern.regular(4, 30.0, flat=0.2)
@@ -132,12 +130,10 @@ def small(difference: float) -> str:
     return f"{difference:.0e}" if difference > ROUNDING else f"below {ROUNDING:.0e}"
 
 
-def _thinned(curve: Curve) -> range:
+def _thinned(curve: Curve) -> list[int]:
     """Indices of the rows of a curve in the CSV, the last row included."""
-    count = len(curve.s_L)
-    stride = max(1, (count - 1) // (MOST_ROWS - 1) + ((count - 1) % (MOST_ROWS - 1) > 0))
-    rows = list(range(0, count, stride))
-    return rows if rows[-1] == count - 1 else [*rows, count - 1]
+    last = len(curve.s_L) - 1
+    return sorted({*range(0, last, max(1, -(-last // (MOST_ROWS - 1)))), last})
 
 
 def curves_csv(parts: Sequence[tuple[Sequence[float], Curve]], names: str) -> tuple[str, tuple[str, ...]]:
@@ -160,7 +156,7 @@ def pattern_csv(parts: Sequence[tuple[str, Pattern]]) -> tuple[str, tuple[str, .
     return "pattern,k,n_N,n_Tx,n_Ty,gamma", tuple(lines)
 
 
-def listed(texts: Sequence[str]) -> str:
+def listed(texts: Iterable[str]) -> str:
     """Text of a list."""
     return ", ".join(texts)
 
@@ -174,14 +170,6 @@ def loop_work(curve: Curve) -> float:
     """Area of the closed loop of the last two strokes, stress*length."""
     first = turns_of(curve.s_L)[-3]
     return float(trapezoid(curve.tau_L[first:], curve.s_L[first:]))
-
-
-def family(case: Case, labels: str) -> tuple[Figure, tuple[str, tuple[str, ...]]]:
-    """Figure of tau_L over s_L for the curves of a sweep, and their CSV; labels: what the labels are."""
-    figure, (ax,) = new_figure(1.3 * ONE, 3.0)
-    lines = [(signed(c.test.value), c.s_L, c.tau_L, c.lost) for c in case.curves]
-    curves(ax, merged(lines), SLIP, TRACTION, labels)
-    return figure, curves_csv([((c.test.value,), c) for c in case.curves], case.name)
 
 
 SURE = 2.0e-6
