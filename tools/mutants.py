@@ -30,7 +30,7 @@ FOLDERS = [Path("src/law"), Path("src/adapters")]
 OUTCOMES = ("does not compile", "survived")
 EQUIVALENT = Path("tests/equivalent_mutants.csv")
 WORK = Path("build/mutants")
-COPIED = ["CMakeLists.txt", "cmake", "src", "harness", "tests"]
+COPIED = ["CMakeLists.txt", "pyproject.toml", "cmake", "src", "harness", "tests"]
 # They repeat the same calls on many threads, compile another project, or judge the solver for long.
 LEFT_OUT = {
     "test_package",
@@ -258,7 +258,7 @@ class Bench:
             ran = subprocess.run(
                 self.tests[name]["command"],
                 cwd=properties.get("WORKING_DIRECTORY", self.build),
-                env={**os.environ, **environment},
+                env={**os.environ, **environment, "ASPERITY_LIBRARY": str(self.library)},
                 check=False,
                 timeout=max(LEAST_PATIENCE, PATIENCE * self.times[name]),
                 stdin=subprocess.DEVNULL,

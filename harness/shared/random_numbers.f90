@@ -7,7 +7,7 @@ module random_numbers
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: seed_of, uniform, draw, pick, chance, log_uniform, random_bits
+  public :: seed_of, uniform, draw, pick, chance, log_uniform
 
   !> Largest seed; the product of a seed and the factor is within 64 bits.
   integer(int64), parameter :: modulus = 2147483647_int64
@@ -66,18 +66,6 @@ contains
     real(wp) :: x
     x = 10.0_wp**(low + (high - low)*uniform(seed))
   end function log_uniform
-
-  !> 64 random bits from three draws.
-  function random_bits(seed) result(bits)
-    integer(int64), intent(inout) :: seed   !! 1..largest_seed
-    integer(int64) :: bits
-    integer :: i
-    bits = 0_int64
-    do i = 1, 3
-      call advance(seed)
-      bits = ieor(ishft(bits, 22), ishft(seed, -8))
-    end do
-  end function random_bits
 
   !> The next seed.
   subroutine advance(seed)

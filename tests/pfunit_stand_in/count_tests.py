@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Count the tests of all suites in a CTest log: a line per suite, then 'N passed, N failed'.
 
-The suites were run by pFUnit or by its stand-in. The exit status is 1 if a test failed, if a suite ran no
-test or did not end, or if CTest itself calls it failed.
+The suites were run by pFUnit, its stand-in or pytest. The exit status is 1 if a test failed, if a suite ran
+no test or did not end, or if CTest itself calls it failed.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ ENTRY = re.compile(
 )
 STAND_IN = re.compile(r"^(\d+) passed, (\d+) failed$", re.MULTILINE)
 PFUNIT_OK = re.compile(r"^ OK\n \((\d+) tests?(?:, \d+ disabled)?\)$", re.MULTILINE)
+PYTEST_OK = re.compile(r"^(\d+) passed(?:, \d+ warnings?)? in ", re.MULTILINE)
 PFUNIT_FAILURES = re.compile(r"^Tests run: (\d+), Failures: (\d+), Errors: (\d+)", re.MULTILINE)
 
 
@@ -27,6 +28,7 @@ def count(output: str) -> tuple[int, int]:
     """Return the numbers of passed and failed tests by the last closing line; (0, 0) without one."""
     found = [(m.start(), int(m[1]), int(m[2])) for m in STAND_IN.finditer(output)]
     found += [(m.start(), int(m[1]), 0) for m in PFUNIT_OK.finditer(output)]
+    found += [(m.start(), int(m[1]), 0) for m in PYTEST_OK.finditer(output)]
     for m in PFUNIT_FAILURES.finditer(output):
         failed = int(m[2]) + int(m[3])
         found.append((m.start(), int(m[1]) - failed, failed))

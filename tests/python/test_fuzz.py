@@ -1,7 +1,7 @@
 """Corrupted input: files of the driver, arguments of the package, and runs that are killed.
 
 Expected are finite values, whole rows, a message for every rejection, and neither crash nor endless run.  The
-long version is ASPERITY_EXAMPLES=20000 pytest tests/python/test_fuzz.py.  harness/soak/fuzz.f90 tests UMAT,
+long version is ASPERITY_EXAMPLES=20000 pytest tests/python/test_fuzz.py.  test_random_calls.py tests UMAT,
 VUMAT and C API in the same way.
 """
 
