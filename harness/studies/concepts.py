@@ -28,6 +28,7 @@ from tqdm import tqdm
 
 from . import extensions
 from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE, arrow, joint, patterns
+from .extensions_crush import crushed
 from .extensions_draw import facet
 from .program import run
 
@@ -344,6 +345,7 @@ PICTURES: Mapping[str, Callable[[], Figure]] = {
     "solver_snap": snap,
     "extensions_facet": facet,
     **extensions.PICTURES,
+    "extensions_crush": crushed,
 }
 """Pictures by the name of their file."""
 

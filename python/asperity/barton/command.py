@@ -14,12 +14,14 @@ from ..contract import Floats
 from ..fit.constants import BOND, KS
 from ..fit.fitting import fit
 from ..fit.outcome import Fit
-from ..fit.search import Search, add_search, check_search, write
+from ..fit.search import HEADING, Search, add_search, check_search, write
 from ..fit.shear_test import ShearTest
 from ..fit.units import DEFAULT
 from ..options import add_options, numbers
 from ..remarks import doubts
-from .joint import MOBILISED, SAMPLE, Joint
+from .envelope import case_text, draw, envelope
+from .envelope import table as envelope_table
+from .joint import SAMPLE, Joint, check_reach
 
 FREE = ("ks", "mu", "theta", "height")
 
@@ -37,8 +39,8 @@ BY_NATURE = (
     "A joint of Barton has no bond: its shear traction is zero at sigma_n = 0. The RIE, the planes "
     "of the law, has damage0 = 1: ks stands for the stiffness before the peak, mu, theta and height for "
     "strength and dilation.",
-    "The dilation angle of Barton falls with sigma_n, because JRC log10(JCS/sigma_n)/M does. The slope theta "
-    "of the RIE does not depend on the stress: one theta stands for the whole range of stresses.",
+    "The strength over sigma_n and the dilation angle of Barton fall with sigma_n. Those of the RIE do not: "
+    "--sigma-n LOW,HIGH finds crush, with which they do.",
     "The slip at the peak of Barton does not depend on sigma_n. That of the RIE grows with it, because its "
     "contact is elastic up to friction.",
     "The strength of Barton falls to sigma_n tan(phi_r) only at 100 slips at the peak, and his dilation ends "
@@ -78,7 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--sample M", "length of the samples on which JRC and JCS were measured", SAMPLE),
         (
             "--sigma-n MPA,...",
-            "normal stresses of the curves, compression > 0",
+            "normal stress of the curves, or LOW,HIGH of an envelope; compression > 0",
             str,
             needed,
         ),
@@ -91,12 +93,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> int:
     check_search(options)
     stresses = [contract.number("--sigma-n", text) for text in options.sigma_n.split(",")]
+    if len(stresses) > 2:
+        raise ValueError(f"--sigma-n {options.sigma_n}: expected one normal stress, or LOW,HIGH")
+    joint = Joint(options.jrc, options.jcs, options.phi_r, options.length, options.sample)
+    if len(stresses) == 2:
+        return _meet(options, joint, *stresses)
     names = {*options.free.split(","), *numbers("--set", options.set, 1)}
     of_bond = [name for name in BOND if name in names]
     if of_bond or KS not in names:
         wrong = ", ".join(of_bond) or f"{KS} is missing"
         raise ValueError(f"--free {options.free}: {wrong}: expected {KS}, as a joint of Barton has no bond")
-    joint = Joint(options.jrc, options.jcs, options.phi_r, options.length, options.sample)
     tests = curves(joint, stresses, options.reach)
     searching = Search(options, FIXED)
     with searching.shown() as fitted:
@@ -111,6 +117,45 @@ def _run(options: argparse.Namespace) -> int:
     print(f"\n{props_line(found)}")
     # without scatter there is no covariance
     write(options, found, DEFAULT, f"Barton, JRC {joint.jrc:g}")
+    return 0
+
+
+def _meet(options: argparse.Namespace, joint: Joint, low: float, high: float) -> int:
+    """Print and write the law that meets an envelope."""
+    given = {name: value for name, (value,) in numbers("--set", options.set, 1).items()}
+    unused = ["--free"] if options.free != ",".join(FREE) else []
+    unused += [f"--{name}" for name in ("start", "bounds") if getattr(options, name)]
+    unused += [f"--set {name}" for name in given if name not in ("kc", "flat")]
+    if unused:
+        raise ValueError(
+            f"{unused[0]}: expected with one normal stress; LOW,HIGH finds theta, crush, height and ks; "
+            "kc and flat are those of --set"
+        )
+    if options.sides is not None:
+        given["sides"] = options.sides
+    found = envelope(joint, low, high, reach=options.reach, **given)
+    from ..fit.report import props_line
+
+    print(heading(joint, options.reach, found.slips.size - 1), envelope_table(found), sep="\n\n", end="\n\n")
+    for name, unit in (
+        ("ks", "MPa/mm"),
+        ("mu", "-"),
+        ("theta", "degree"),
+        ("height", "mm"),
+        ("crush", "MPa"),
+    ):
+        print(f"{name:<12}{found.values[name]:>12.5g}  {unit}")
+    for text in doubts(found.interface.material, found.interface.pattern, -high, slip=found.slips[-1]):
+        print(f"warning: {text}")
+    print(f"\n{props_line(found)}")
+    if options.card is not None:
+        print("\n" + found.interface.card(options.card), end="")
+    if options.plot is not None:
+        draw(found, options.plot)
+        print(options.plot)
+    if options.output is not None:
+        options.output.write_text(f"{HEADING}\n{case_text(found)}", encoding="utf-8")
+        print(options.output)
     return 0
 
 
@@ -167,9 +212,7 @@ def curves(joint: Joint, stresses: Sequence[float], reach: float = REACH) -> lis
 
     Raises ValueError for stresses out of range and for a reach that does not pass the peak.
     """
-    last = MOBILISED[-1][0]
-    if not 1.0 < reach <= last:
-        raise ValueError(f"reach = {reach:g}: expected slips at the peak, > 1 and <= {last:g}")
+    check_reach(reach)
     if not stresses:
         raise ValueError("sigma_n: expected at least one normal stress")
     for sigma_n in stresses:
@@ -210,14 +253,14 @@ def _misfit(model: Floats, wanted: Floats) -> float:
     return float(np.sqrt(np.mean((model - wanted) ** 2)) / np.ptp(wanted))
 
 
-def heading(joint: Joint, reach: float) -> str:
+def heading(joint: Joint, reach: float, rows: int = ROWS) -> str:
     """Joint with its scaled values and its slip at the peak."""
     scaled = f"JRC {joint.jrc_n:.4g}, JCS {joint.jcs_n:.4g} MPa"
     lines = [
         f"joint       JRC {joint.jrc:g}, JCS {joint.jcs:g} MPa on samples of {joint.sample:g} m, "
         f"phi_r {joint.phi_r:g} degrees",
         f"length      {joint.length:g} m: {scaled}, slip at the peak {joint.peak_slip:.4g} mm",
-        f"curves      to {reach:g} slips at the peak, {reach * joint.peak_slip:.4g} mm, {ROWS} rows each",
+        f"curves      to {reach:g} slips at the peak, {reach * joint.peak_slip:.4g} mm, {rows} rows each",
     ]
     return "\n".join(lines)
 

@@ -40,6 +40,14 @@ MOBILISED = (
 At zero slip the mobilised angle is -phi_r, so that the shear traction begins at zero.
 """
 
+
+def check_reach(reach: float) -> None:
+    """Raise ValueError for an end of curves, in slips at the peak, that does not pass the peak."""
+    last = MOBILISED[-1][0]
+    if not 1.0 < reach <= last:
+        raise ValueError(f"reach = {reach:g}: expected slips at the peak, > 1 and <= {last:g}")
+
+
 FINE = 4000
 """Intervals over which the dilation is integrated, besides those between the kinks of the table."""
 
