@@ -32,7 +32,7 @@ if [ -f "$ASPERITY_CALCULIX/ready" ]; then
     --scale 3 --up z
 fi
 if "$python" -c "import skfem" >/dev/null 2>&1; then
-  "$python" "$here/python/crack.py" -o "$folder/python-crack.png"
+  "$python" "$here/python/crack.py" --elements 4 8 16 -o "$folder/python-crack.png"
   "$python" "$here/python/snap_back.py" -o "$folder/python-snap-back.png"
   drawn="$drawn $folder/python-crack.png $folder/python-snap-back.png"
 fi
