@@ -161,8 +161,8 @@ contains
     text = "expected at most " // short(limits(which))
   end function expected
 
-  !> Sentence with the largest increment of slip of an FE code; empty without wear. Where the slip is 0, because it is
-  !> not known, the climbed height is that of the asperities, or 1 where they are infinitely high.
+  !> Sentence with the largest increment of slip of an FE code; empty without wear and crushing. Where the slip is 0,
+  !> because it is not known, the climbed height is that of the asperities, or 1 where they are infinitely high.
   pure function increment_text(joint, pressure, slip) result(text)
     type(interface_type), intent(in) :: joint   !! the interface
     real(wp), intent(in) :: pressure            !! largest pressure, >= 0, stress
@@ -171,7 +171,15 @@ contains
     character(len=:), allocatable :: stiffness
     real(wp) :: z
     text = ""
-    if (.not. (joint%material%inv_w0 > 0.0_wp .and. joint%pattern%steepest > 0.0_wp)) return
+    if (.not. joint%pattern%steepest > 0.0_wp) return
+    if (.not. joint%material%inv_w0 > 0.0_wp) then
+      if (joint%material%kt_crush > 0.0_wp .and. pressure > 0.0_wp) then
+        text = "increment of slip in an FE code: expected at most a tenth of the elastic slip mu p/Kt, " // &
+          short(0.1_wp*joint%material%mu*pressure/joint%material%k_t) // &
+          ", because longer ones crush more: the strength is up to 7 % lower"
+      end if
+      return
+    end if
     z = climbed_height(joint, slip)
     if (.not. z > 0.0_wp) z = merge(joint%material%height, 1.0_wp, joint%material%height > 0.0_wp)
     stiffness = "kc Kn"
