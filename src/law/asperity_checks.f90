@@ -17,9 +17,6 @@ module asperity_checks
   public :: bounded, all_bounded, review, read_props, prop_admissible, review_props, state_bounded, states_bounded, &
     review_state, check_block
 
-  !> Whether the ratio of an entry of PROPS to s_f is limited.
-  logical, parameter :: measured(n_fixed_props) = prop_table%measure == "s_f"
-
   character(len=5), parameter :: listed_names(n_listed_values) = ["n_N  ", "n_Tx ", "n_Ty ", "gamma"]
 
   !> Whether |x| <= bound; false for NaN and infinity.
@@ -212,6 +209,8 @@ contains
     character(len=:), allocatable :: message
     integer(int64) :: beyond
     integer :: given, i
+    ! entries whose ratio to s_f is limited
+    logical, parameter :: measured(n_fixed_props) = [(prop_table(i)%measure == "s_f", i=1, n_fixed_props)]
     integer, parameter :: lengths(count(measured)) = pack([(i, i=1, n_fixed_props)], measured)
     call fill_props(props, given, fixed)
     beyond = 0_int64
@@ -221,7 +220,7 @@ contains
     status = status_props
     if (beyond >= 0_int64 .and. given >= n_required_props) then
       if (within(mode_ratio(fixed), stiffness_ratio_limit)) status = status_ok
-      if (.not. all(within(length_ratio(lengths, fixed(lengths), fixed(p_sigma0), fixed(p_gc)), &
+      if (.not. all(within(length_ratio(fixed(lengths), fixed(p_sigma0), fixed(p_gc)), &
         length_ratio_limit))) then
         status = status_props
       end if
@@ -265,7 +264,8 @@ contains
     if (status == status_ok) then
       call review_ratio("sigma02^2 Gc/(sigma0^2 Gc2)", mode_ratio(fixed), stiffness_ratio_limit, status, message)
       do i = 1, n_fixed_props
-        call review_ratio(trim(prop_table(i)%name) // " sigma0/(2 Gc)", length_ratio(i, fixed(i), fixed(p_sigma0), &
+        if (prop_table(i)%measure /= "s_f") cycle
+        call review_ratio(trim(prop_table(i)%name) // " sigma0/(2 Gc)", length_ratio(fixed(i), fixed(p_sigma0), &
           fixed(p_gc)), length_ratio_limit, status, message)
       end do
     end if
@@ -352,7 +352,8 @@ contains
     integer(int64), parameter :: yes = -1_int64, no = 0_int64
     integer(int64), parameter :: unsigned(n_fixed_props) = merge(no, yes, prop_table%lower < 0.0_wp)
     integer(int64), parameter :: nonzero(n_fixed_props) = merge(yes, no, prop_table%lower > 0.0_wp)
-    integer(int64), parameter :: integral(n_fixed_props) = merge(yes, no, prop_table%scale == "whole")
+    integer(int64), parameter :: integral(n_fixed_props) = [(merge(yes, no, prop_table(k)%scale == "whole"), &
+      k=1, n_fixed_props)]
     bits = transfer(value, 0_int64)
     magnitude = iand(bits, huge(0_int64))
     ! too large, infinite or NaN
@@ -375,13 +376,11 @@ contains
     if (fixed(p_gc2) > 0.0_wp) ratio = ratio*(fixed(p_gc)/fixed(p_gc2))
   end function mode_ratio
 
-  !> Entry i over s_f; 1 if it is 0 or not measured by s_f.
-  elemental function length_ratio(i, length, sigma0, gc) result(ratio)
-    integer, intent(in) :: i                     !! index in PROPS
+  !> A length over s_f; 1 if it is 0.
+  elemental function length_ratio(length, sigma0, gc) result(ratio)
     real(wp), intent(in) :: length, sigma0, gc   !! PROPS, each admissible
     real(wp) :: ratio
-    ratio = 1.0_wp
-    if (measured(i) .and. length > 0.0_wp) ratio = length*(sigma0/(2.0_wp*gc))
+    ratio = merge(length*(sigma0/(2.0_wp*gc)), 1.0_wp, length > 0.0_wp)
   end function length_ratio
 
   !> Whether a ratio is at most `limit` and at least 1/limit.

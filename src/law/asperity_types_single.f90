@@ -4,7 +4,7 @@ module asperity_types_single
   use asperity_contract, only: energy_limit, max_planes, separation_limit
   implicit none
   private
-  public :: material_type
+  public :: numbers_type, material_type
   include "asperity_constants.inc"
   include "asperity_types.inc"
 end module asperity_types_single

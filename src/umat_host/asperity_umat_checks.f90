@@ -103,7 +103,7 @@ contains
     logical :: hidden
     integer :: i
     hidden = .false.
-    call walk(walk_type(path=path), a, failure)
+    call walk(walk_type(path=path, how=call_type()), a, failure)
     do i = 1, size(check_names)
       checks(i)%name = check_names(i)
       if (size(path%dt) == 0) then
