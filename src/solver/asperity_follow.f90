@@ -1,7 +1,7 @@
 !> The curve of equilibria of one update: the shares of an increment from 0 to 1, each computed from the state at the
 !> share that was reached before. Time and wear grow with the share. The result does not depend on the steps.
 module asperity_follow
-  use asperity_control_point, only: equations_type, evaluate, farthest_equilibrium, free_matrix, is_unstiff, &
+  use asperity_control_point, only: equations_type, evaluate, farthest_equilibrium, free_matrix, &
     largest_move, point_type, predict, ramp, unstable
   use asperity_elimination, only: eliminate
   use asperity_kinds, only: wp
@@ -77,7 +77,7 @@ contains
           worn_retreat(law, equations, shares, here%s + predicted)
         trial%s = here%s + predicted
       else if (attempt == 3) then
-        good = maxval(abs(here%traction)) <= residual_tolerance*law%magnitude(here%s, equations%old%state)
+        good = carries_nothing(law, equations, here)
         if (good) call open_joint(law, equations, shares(2), trial, good)
         if (good) good = all(abs(law%energies(trial%state) - law%energies(equations%old%state)) <= &
           least_rupture*law%stress*law%length)
@@ -131,7 +131,7 @@ contains
       good = .not. unstable(result%last, law%stiffness) .and. &
         maxval(abs(new%s)) <= farthest_equilibrium(law, equations, 1.0_wp)
       change = (shares(2) - shares(1))*(equations%target - equations%start)
-      if (good .and. is_unstiff(new)) good = .not. stays_closed(law, equations, change, old)
+      if (good .and. carries_nothing(law, equations, new)) good = .not. stays_closed(law, equations, change, old)
       move = largest_move(equations, old, new)
       if (.not. good .or. move <= unexplained*law%length) return
       good = result%stable
@@ -187,7 +187,7 @@ contains
   end subroutine open_joint
 
   !> Whether a point carries a traction that its tangent does not release in a change of the prescribed values: a joint
-  !> that is open and carries nothing at the end of the step is then on another branch, even if it has not moved.
+  !> that carries nothing at the end of the step is then on another branch, even if it has not moved.
   pure function stays_closed(law, equations, change, point) result(yes)
     class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(in) :: equations   !! the equations
@@ -195,8 +195,7 @@ contains
     type(point_type), intent(in) :: point           !! the point before it
     real(wp) :: ahead(3), matrix(3, 3)
     logical :: yes
-    ! what is left of a release is a rounding error
-    yes = maxval(abs(point%traction)) > residual_tolerance*law%magnitude(point%s, equations%old%state)
+    yes = .not. carries_nothing(law, equations, point)
     if (.not. yes) return
     matrix = free_matrix(law, equations, point)
     ahead = predict(equations, point, change)
@@ -205,6 +204,15 @@ contains
     ahead = merge(ahead, change, equations%control%traction)
     yes = dot_product(point%traction + matmul(point%tangent, ahead), point%traction) > 0.0_wp
   end function stays_closed
+
+  !> Whether the traction of a point is a rounding error, such as what is left of a release.
+  pure function carries_nothing(law, equations, point) result(yes)
+    class(point_law), intent(in) :: law             !! the law
+    type(equations_type), intent(in) :: equations   !! the equations
+    type(point_type), intent(in) :: point           !! the point
+    logical :: yes
+    yes = maxval(abs(point%traction)) <= residual_tolerance*law%magnitude(point%s, equations%old%state)
+  end function carries_nothing
 
   !> Whether two derivatives of the residual differ by so little that the curve between them has no fold: their
   !> difference is at most half of the first one (half of Kantorovich's bound).
