@@ -6,7 +6,7 @@ module asperity_steps
   use asperity_kinds, only: wp
   use asperity_pattern, only: direction_vector
   use asperity_point_law, only: point_law
-  use asperity_text, only: integer_text, to_text
+  use asperity_text, only: integer_text, set_text, to_text
   use asperity_tolerances, only: default_arc, farthest_prescribed, largest_arc, least_arc, resolved
   implicit none
   private
@@ -306,7 +306,7 @@ contains
     real(wp) :: largest
     integer :: bad, i, n
     if (any(steps%arc > 0.0_wp)) then
-      lines = ""
+      call set_text(lines, "")
       if (present(place)) whole = place
       call law%explain_branch("follow = 'branch' with ", lines)
       call fail_lines(errors, whole, lines)
