@@ -29,6 +29,7 @@ contains
     character(len=event_length), intent(out) :: event   !! names joined by +, blank: none
     logical, dimension(joint%pattern%n) :: contact, apart, slides
     real(wp), dimension(joint%pattern%n) :: damage, was_damage
+    logical :: begins
     type(kinematics_type) :: kinematics
     real(wp) :: s_n
     integer :: i, k
@@ -46,8 +47,8 @@ contains
     damage = plane_damage(joint, new)
     was_damage = plane_damage(joint, old)
     event = ""
-    call name_event(event, "onset", any(damage > start_damage(joint, 0.0_wp)) .and. &
-      .not. any(was_damage > start_damage(joint, 0.0_wp)))
+    begins = any(damage > start_damage(joint, 0.0_wp)) .and. .not. any(was_damage > start_damage(joint, 0.0_wp))
+    call name_event(event, "onset", begins)
     call name_event(event, "damaged", all(damage >= 1.0_wp) .and. .not. all(was_damage >= 1.0_wp))
     call name_event(event, "open", any(regime(:, in_contact) .and. .not. contact))
     call name_event(event, "close", any(regime(:, is_open) .and. contact))
