@@ -3,7 +3,7 @@ module point_work
   use asperity_errors, only: errors_type
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_law, only: update_point
+  use asperity_point, only: update_point
   use host_routines, only: umat
   use asperity_control_point, only: new_point
   use asperity_load_path, only: start_run, next_row, row_type, run_type

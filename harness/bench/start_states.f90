@@ -2,7 +2,7 @@
 module start_states
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_law, only: update_point
+  use asperity_point, only: update_point
   implicit none
   private
   public :: new_start_states

@@ -14,7 +14,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   use asperity_initial, only: carry_traction, explain_initial, first_traction
   use asperity_interface, only: interface_type, new_interface, plane_damage
   use asperity_kinds, only: wp
-  use asperity_law, only: update_point_in_place
+  use asperity_point, only: update_point_in_place
   use asperity_report_umat, only: report_umat
   implicit none
   integer, intent(in) :: ndi                     !! direct stress components, not used

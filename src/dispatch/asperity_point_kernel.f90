@@ -11,7 +11,7 @@ module asperity_point_kernel
 
 contains
 
-  !> As update_point of asperity_law, but one array holds the state at the start and then the state at the end.
+  !> As update_point of asperity_point, but one array holds the state at the start and then the state at the end.
   pure subroutine update_point_in_place(joint, s_old, s, state, traction, tangent, dt, share)
     type(interface_type), intent(in) :: joint          !! material and pattern
     real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start of the increment, length

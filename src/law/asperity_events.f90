@@ -8,7 +8,7 @@ module asperity_events
   use asperity_contract, only: plane_statev, v_offset
   use asperity_interface, only: interface_type, plane_damage, start_damage
   use asperity_kinds, only: wp
-  use asperity_law, only: kinematics_type, plane_kinematics
+  use asperity_point, only: kinematics_type, plane_kinematics
   use asperity_point_law, only: event_length
   implicit none
   private

@@ -6,7 +6,7 @@ module asperity_points
   use asperity_block_double, only: block_type, chunk, new_block, points_type, update_block
   use asperity_contract, only: energy_limit, most_statev, status_ok
   use asperity_interface, only: interface_type, separation_bound, slip_bound
-  use asperity_law, only: update_point_in_place
+  use asperity_point, only: update_point_in_place
   implicit none
   private
   public :: virgin_tangent, update_points

@@ -7,7 +7,7 @@ module asperity_rie_law
   use asperity_events, only: events_of_planes => find_events
   use asperity_interface, only: interface_type, plane_damage, separation_bound, start_damage
   use asperity_kinds, only: wp
-  use asperity_law, only: kinematics_type, plane_kinematics, update_point
+  use asperity_point, only: kinematics_type, plane_kinematics, update_point
   use asperity_point_law, only: event_length, point_law
   use asperity_strength, only: strength_of_planes => beyond_strength
   use asperity_text, only: append, integer_text, set_text, to_text

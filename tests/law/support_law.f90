@@ -7,7 +7,7 @@ module support_law
   use asperity_interface, only: interface_type, new_interface
   use asperity_errors, only: errors_type
   use asperity_kinds, only: wp
-  use asperity_law, only: update_point
+  use asperity_point, only: update_point
   use asperity_control_point, only: new_point
   use asperity_load_path, only: start_run, next_row, row_type, run_type
   use asperity_mixed_control, only: report_type

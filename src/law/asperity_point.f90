@@ -1,5 +1,5 @@
 !> The law of an interface point, for those who keep the state at the start of an increment.
-module asperity_law
+module asperity_point
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_point_kernel, only: kinematics_type, plane_kinematics, update_point_in_place
@@ -26,4 +26,4 @@ contains
     call update_point_in_place(joint, s_old, s, state, traction, tangent, dt, share)
   end subroutine update_point
 
-end module asperity_law
+end module asperity_point
