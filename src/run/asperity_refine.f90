@@ -10,7 +10,7 @@ module asperity_refine
   use asperity_steps, only: step_type
   use asperity_text, only: append, integer_text, short, to_text
   use asperity_tolerances, only: largest_tolerance, least_parts, least_tolerance, measured_part, most_parts, &
-    thinned_part, unbonded
+    most_values, thinned_part, unbonded, values_of_row
   implicit none
   private
   public :: refine_path, explain_tolerance
@@ -89,11 +89,11 @@ contains
       earlier = error
       error = distance_of(coarse, fine, table_of(coarse)/spread(scales, 2, size(coarse)), values)
       if (max(error, 0.5_wp*earlier) <= measured_part*tolerance) exit
-      if (2*run%total > most_parts) then
-        call append(message, "tolerance = " // to_text(tolerance) // ": the rows of " // &
-          integer_text(run%total/2) // " and of " // integer_text(run%total) // " increments differ by " // &
-          short(max(error, 0.5_wp*earlier)) // " of the largest values: expected a larger tolerance, of which this " &
-          // "may be " // short(measured_part))
+      if (2.0_wp*real(run%total, wp)*(values_of_row + real(size(start%state), wp)) > most_values) then
+        call append(message, "tolerance = " // to_text(tolerance) // ": the rows of " // integer_text(run%total/2) // &
+          " and of " // integer_text(run%total) // " increments still differ by " // &
+          short(max(error, 0.5_wp*earlier)) // " of the largest values: expected a tolerance of at least " // &
+          short(max(error, 0.5_wp*earlier)/measured_part))
         exit
       end if
     end do
