@@ -64,7 +64,7 @@ void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *
            const int *npt, const int *layer, const int *kspt, const int *kstep, const int *kinc);
 
 /* VUMAT of Abaqus/Explicit for cohesive elements, in double and in single precision (Fortran calling convention, arrays
- * (nblock, *) by columns; docs/reference/vumat.md). */
+ * (nblock, *) by columns; docs/how-to/abaqus.md). */
 void vumat_(const int *nblock, const int *ndir, const int *nshr, const int *nstatev, const int *nfieldv,
             const int *nprops, const int *lanneal, const double *stepTime, const double *totalTime,
             const double *dt, const char *cmname, const double *coordMp, const double *charLength,

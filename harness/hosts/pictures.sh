@@ -1,5 +1,5 @@
 #!/bin/sh
-# pictures.sh PYTHON FOLDER: draws the structures of docs/how-to (ogs, oofem, akantu, calculix, python-fe) into FOLDER,
+# pictures.sh PYTHON FOLDER: draws the structures of docs/how-to/fe-programs.md into FOLDER,
 # from their files for ParaView. A host that is not installed is left out.
 # Needs ASPERITY_LIBRARY and ASPERITY_CALCULIX, as `make hosts` sets them.
 set -eu

@@ -138,7 +138,7 @@ def wait_for(browser: webdriver.Chrome, selector: str) -> list[str]:
     [
         ("snap", "docs/solver"),
         ("new_interface", "api/fortran/asperity_interface"),
-        ("OOFEM", "docs/how-to/oofem"),
+        ("OOFEM", "docs/how-to/fe-programs"),
     ],
 )
 def test_search(browser: webdriver.Chrome, address: str, newest: Path, words: str, page: str) -> None:

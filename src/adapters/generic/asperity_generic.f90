@@ -1,6 +1,6 @@
 !> "Generic" behaviours of MGIS: what OpenGeoSys, MTest and other programs call through libasperity_generic.
 !>
-!> docs/reference/generic.md describes the behaviours. The program `write_symbols` writes the symbols that MGIS reads,
+!> docs/reference/c.md describes the behaviours. The program `write_symbols` writes the symbols that MGIS reads,
 !> and the functions that call the two procedures of this module.
 module asperity_generic
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr
