@@ -93,6 +93,20 @@ def test_replay_and_confined_slip_are_the_reference() -> None:
     assert np.abs(solved.traction - sudden.traction).max() > 1e-3
 
 
+@pytest.mark.parametrize("rows", [50, 500])
+def test_flat_joint_breaks_without_pressure(rows: int) -> None:
+    """Slip at t_N = 0 goes on as the delayed damage releases the traction: (1 - D) K s, and no opening."""
+    flat = Interface(dataclasses.replace(VISCOUS, tau_v=0.03), Pattern.regular(0, 0.0))
+    slips = np.linspace(0.0, 0.5, rows + 1)[1:]
+    history = flat.confined_slip(0.0, slips, 0.0, times=np.arange(1.0, rows + 1.0))
+    damage, expected = 0.0, []
+    for rest in np.clip((1.0 - 0.1 * S_F / slips) / 0.9, 0.0, 1.0):
+        damage += max(rest - damage, 0.0) / 1.03
+        expected.append((1.0 - damage) * K)
+    assert history.traction[:, 1] == pytest.approx(expected * slips, abs=ROUNDING * K)
+    assert not np.any(history.separation[:, 0]) and not np.any(history.traction[:, 0])
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
