@@ -2,8 +2,9 @@
 !> values.
 module support_law
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_contract, only: n_fixed_props, n_plane_statev, n_point_statev, p_eta, p_gc, p_m, p_mu, &
-    p_sigma0, p_theta, prop_table, status_ok
+  use asperity_contract, only: n_fixed_props, n_plane_statev, n_point_statev, p_closure, p_crush, p_damage0, p_eta, &
+    p_flat, p_gc, p_gc2, p_guard, p_height, p_kc, p_m, p_mu, p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, p_w0, &
+    prop_table, status_ok
   use asperity_interface, only: interface_type, new_interface
   use asperity_errors, only: errors_type
   use asperity_kinds, only: wp
@@ -17,9 +18,9 @@ module support_law
   use asperity_steps, only: complete_steps, step_table, step_type
   implicit none
   private
-  public :: table2_with, interface_of, regular_interface, listed_interface, path_type, slip_path, even_steps, replay, &
-    slip_steps, entry_of, work_along, tangent_by_differences, plane_axes, local_separation, length, draw, &
-    random_history, samples, same_bits, is_nan
+  public :: table2_with, interface_of, regular_interface, listed_interface, kind_of, path_type, slip_path, even_steps, &
+    replay, slip_steps, entry_of, work_along, tangent_by_differences, plane_axes, local_separation, length, draw, &
+    random_history, random_walk, samples, same_bits, is_nan
 
   !> Strength, rupture energy, ductility and friction coefficient of Table 2 (MPa, mm).
   real(wp), parameter, public :: sigma0 = 3.0_wp, gc = 0.3_wp, eta = 0.9_wp, mu = 0.5_wp
@@ -36,6 +37,10 @@ module support_law
   real(wp), parameter, public :: nan = transfer(int(z"7FF8000000000000", int64), 1.0_wp)
   real(wp), parameter, public :: signalling_nan = transfer(int(z"7FF4000000000000", int64), 1.0_wp)
   real(wp), parameter, public :: infinity = transfer(int(z"7FF0000000000000", int64), 1.0_wp)
+
+  !> Kinds of interfaces: those of the paper, then those with further constants. Time of an increment of all kinds.
+  integer, parameter, public :: n_plain = 14, n_kinds = 26
+  real(wp), parameter, public :: kind_dt = 0.1_wp
 
   !> Increments of the normal traction before a slip: the energies of a preload need sub-increments.
   integer, parameter :: n_preload = 100
@@ -91,6 +96,76 @@ contains
     if (present(index)) props(index) = value
     joint = interface_of([props, reshape(planes, [size(planes)])])
   end function listed_interface
+
+  !> Interface of every kind: flat, regular, listed; stiff contact, separate mode II values, frictionless, nearly
+  !> brittle; then facets that wear or are crushed, hyperbolic closure, damage from the start, guard, viscosity, and all.
+  function kind_of(i) result(joint)
+    integer, intent(in) :: i   !! 1..n_kinds
+    type(interface_type) :: joint
+    real(wp), parameter :: planes(4, 3) = reshape([1.0_wp, 0.2_wp, 0.7_wp, 0.5_wp, 3.0_wp, -1.0_wp, 0.0_wp, 0.3_wp, &
+      0.1_wp, -0.4_wp, -0.2_wp, 0.2_wp], [4, 3])
+    select case (i)
+    case (1)
+      joint = rp_4([p_m], [0.0_wp])
+    case (2, 3)
+      joint = regular_interface(i)
+    case (4)
+      joint = regular_interface(4)
+    case (5)
+      joint = rp_4([p_theta, p_turn, p_flat, p_kc, p_mu], [45.0_wp, 10.0_wp, 0.2_wp, 100.0_wp, 0.7_wp])
+    case (6)
+      joint = rp_4([p_m, p_theta, p_turn, p_flat, p_kc], [6.0_wp, 60.0_wp, -7.0_wp, 0.0_wp, 2.0_wp])
+    case (7)
+      joint = regular_interface(32)
+    case (8)
+      joint = rp_4([p_m, p_theta, p_turn, p_flat, p_mu], [64.0_wp, 89.0_wp, 1.0_wp, 1.0e-3_wp, 1.0_wp])
+    case (9)
+      joint = rp_4([p_sigma02, p_gc2], [2.0_wp*sigma0, 0.5_wp*gc])
+    case (10)
+      joint = rp_4([p_sigma02, p_gc2, p_kc], [0.5_wp*sigma0, 3.0_wp*gc, 20.0_wp])
+    case (11)
+      joint = rp_4([p_mu], [0.0_wp])
+    case (12)
+      joint = rp_4([p_eta], [0.01_wp])
+    case (13)
+      joint = listed_interface(planes)
+    case (14)
+      joint = listed_interface(planes, [p_sigma02, p_kc], [2.0_wp*sigma0, 10.0_wp])
+    case (15)
+      joint = rp_4([p_height, p_kc], [0.3_wp, 20.0_wp])
+    case (16)
+      joint = rp_4([p_height, p_kc, p_w0], [0.3_wp, 5.0_wp, 0.2_wp])
+    case (17)
+      joint = rp_4([p_kc, p_w0], [2.0_wp, 0.4_wp])
+    case (18)
+      joint = rp_4([p_closure, p_kc], [3.0_wp*s0, 2.0_wp])
+    case (19)
+      joint = rp_4([p_closure, p_kc, p_height], [3.0_wp*s0, 2.0_wp, 0.3_wp])
+    case (20)
+      joint = rp_4([p_damage0, p_kc], [0.3_wp, 5.0_wp])
+    case (21)
+      joint = rp_4([p_guard, p_sigma02], [1.0_wp, 2.0_wp*sigma0])
+    case (22)
+      joint = rp_4([p_guard, p_height, p_kc], [1.0_wp, 0.3_wp, 2.0_wp])
+    case (23)
+      joint = rp_4([p_tau_v], [0.3_wp])
+    case (24)
+      joint = rp_4([p_crush, p_kc], [2.0_wp, 20.0_wp])
+    case (25)
+      joint = rp_4([p_crush, p_kc, p_height, p_damage0], [1.0_wp, 50.0_wp, 0.3_wp, 1.0_wp])
+    case default
+      joint = rp_4([p_closure, p_damage0, p_kc, p_height, p_w0, p_crush, p_guard, p_tau_v, p_sigma02, p_gc2], &
+        [3.0_wp*s0, 0.3_wp, 2.0_wp, 0.3_wp, 0.5_wp, 3.0_wp, 1.0_wp, 0.3_wp, 4.0_wp, 0.6_wp])
+    end select
+  end function kind_of
+
+  !> RP-4 of 30 degrees with the material of Table 2, with other values where they are given.
+  function rp_4(index, value) result(joint)
+    integer, intent(in) :: index(:)      !! indices into PROPS
+    real(wp), intent(in) :: value(:)     !! their values
+    type(interface_type) :: joint
+    joint = interface_of(table2_with([p_m, p_theta, index], [4.0_wp, theta, value]))
+  end function rp_4
 
   !> Steps of a confined slip: sigma_N is applied at zero slip and kept constant, then slips are prescribed along a
   !> direction, one increment each. The transverse slip is zero.
@@ -294,6 +369,21 @@ contains
       s(:, i) = s(:, i)*(0.5_wp*s0 + 1.5_wp*sf*real(i, wp)/real(n, wp))
     end do
   end function random_history
+
+  !> Random walk that stays near the origin, in steps of about s0.
+  function random_walk(seed, n) result(s)
+    integer(int64), intent(inout) :: seed   !! state of the generator `draw`
+    integer, intent(in) :: n                !! number of increments
+    real(wp) :: s(3, n)
+    real(wp) :: at(3), x(3)
+    integer :: i
+    at = 0.0_wp
+    do i = 1, n
+      call draw(seed, x)
+      at = 0.98_wp*at + s0*x*[0.3_wp, 1.0_wp, 1.0_wp]
+      s(:, i) = at
+    end do
+  end function random_walk
 
   !> Whether two arrays contain the same bits.
   pure function same_bits(a, b) result(same)

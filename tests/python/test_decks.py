@@ -1,0 +1,74 @@
+"""Decks: every load path of tests/decks through driver, Python, UMAT and VUMAT, against the NumPy reference.
+
+The driver compares the last row with `&expect`, whose numbers are formulas or those of independent programs.
+Here the rows of a path are those of every other entry to the library.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity import History, read_case
+from support_driver import ROOT, call
+
+from tests.oracle import reference
+
+DECKS = sorted((ROOT / "tests" / "decks").glob("*.nml"))
+ENERGIES = "stored", "rupture", "friction"
+ROUNDING = 1e-11
+"""Relative to the largest traction and to K |s|; sums over planes and increments in another order."""
+
+pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+
+
+def assert_rows(found: History, expected: History, tolerance: float) -> None:
+    """Assert that two histories have the same tractions, damage and energies."""
+    size = np.abs(expected.traction).max() + 1.0
+    for name in ("traction", "damage", *ENERGIES):
+        ours, theirs = getattr(found, name), getattr(expected, name)
+        np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=tolerance * size, err_msg=name)
+
+
+def assert_reference(run, rows: History) -> None:
+    """Assert that every increment that was not divided has the results of the reference."""
+    p = run.interface.pattern
+    law = reference.Parameters(**run.interface.material.values())
+    pattern = reference.regular_pattern(p.m, p.theta, p.flat, p.turn)
+    divided = [row for row, text in rows.events if {"substeps", "snap"} & set(text.split("+"))]
+    whole = np.delete(np.arange(len(rows)), divided)
+    s, state = (np.vstack([np.zeros_like(a[:1]), a]) for a in (rows.separation, rows.state))
+    steps = np.diff(rows.time, prepend=0.0).round(12) if law.tau_v else np.zeros(len(rows))
+    for dt in np.unique(steps):
+        here = whole[steps[whole] == dt]
+        theirs = reference.update(law, pattern, s[here + 1], state[here], s[here], dt)
+        size = np.abs(rows.traction).max() + law.Kn * np.abs(s).max()
+        np.testing.assert_allclose(rows.traction[here], theirs.traction, rtol=0.0, atol=ROUNDING * size)
+        np.testing.assert_allclose(state[here + 1], theirs.state, rtol=0.0, atol=ROUNDING * (1.0 + size))
+
+
+@pytest.mark.parametrize("deck", DECKS, ids=lambda path: path.stem)
+def test_deck(driver: Path, deck: Path, tmp_path: Path) -> None:
+    """Every entry to the library has the rows of the driver, and the last one is as the deck says."""
+    done = call(driver, deck, "--planes", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    case, text = read_case(deck), deck.read_text(encoding="utf-8")
+    for run in case.runs:
+        name = deck.stem + (f"_{run.value:g}" if case.sweep else "")
+        (path,) = (file for file in tmp_path.glob("*.csv") if file.stem in (name, f"{name}.0"))
+        rows = History.from_csv(path)
+        history = run.history()
+        assert_rows(history, rows, 0.0)
+        assert_reference(run, history)
+        if rows.rupture.min() < 0.0:
+            continue  # the driver compares the energies of a host relative to their sum
+        # the same case with the record in place of its steps and of what is expected
+        head = re.sub(r"&(step|expect|sweep)[^/]*/", "", re.sub(r"(?<== )x\b", f"{run.value}", text))
+        for through in ("umat', h = 0.5", "vumat', h = 2.0, block = 21"):
+            replay = head + f"&replay file = '{path}', through = '{through} /\n"
+            (tmp_path / "replay.nml").write_text(replay, encoding="utf-8")
+            done = call(driver, "replay.nml", "--planes", "--force", folder=tmp_path)
+            assert done.returncode == 0, done.stderr
+            assert_rows(History.from_csv(tmp_path / "replay.csv"), rows, 10 * ROUNDING)
