@@ -244,8 +244,8 @@ def _found_9(*pair: Case) -> Iterable[str]:
         for c in case.curves[1:]:
             ends = listed(f"{c.tau_L[i]:.3f}" for i in turns_of(c.s_L)[1:])
             yield (
-                f"{direction:g}°, {signed(c.test.value)} MPa: $\\tau_L$ at the ends of the strokes {ends} MPa, "
-                f"work of the last loop {loop_work(c):.3f} N/mm."
+                f"{direction:g}°, {signed(c.test.value)} MPa: $\\tau_L$ at the ends of the strokes {ends} "
+                f"MPa, work of the last loop {loop_work(c):.3f} N/mm."
             )
 
 
