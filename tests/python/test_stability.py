@@ -90,11 +90,10 @@ def test_map(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_list(capsys: pytest.CaptureFixture[str]) -> None:
-    """The list has every entry with its advice."""
+    """The list has every entry."""
     assert main(["list"]) == 0
     out = capsys.readouterr().out
     assert re.findall(r"^(\S+): ", out, re.MULTILINE) == NAMES
-    assert out.count("\n  -> ") == len(NAMES)
 
 
 def test_run(capsys: pytest.CaptureFixture[str]) -> None:

@@ -27,7 +27,7 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
     """Add the arguments of the program."""
     actions = stability.add_subparsers(required=True, metavar="ACTION")
 
-    listed = actions.add_parser("list", help="show the catalogue of failure modes, with advice")
+    listed = actions.add_parser("list", help="show the catalogue of failure modes")
     listed.set_defaults(action=_list)
 
     single = actions.add_parser("run", help="run entries, with the methods that fail and those that succeed")
@@ -63,12 +63,11 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
 
 
 def _list(options: argparse.Namespace) -> int:
-    """Print the catalogue: description and advice."""
+    """Print the catalogue."""
     del options
     for mode in MODES:
         print(f"{mode.name}: {mode.title}")
-        for text in (mode.happens, f"-> {mode.advice}"):
-            print(textwrap.fill(text, 100, initial_indent="  ", subsequent_indent="  "))
+        print(textwrap.fill(mode.happens, 100, initial_indent="  ", subsequent_indent="  "))
     return 0
 
 

@@ -29,14 +29,13 @@ def shown(trials: Sequence[Trial]) -> bool:
 
 
 def table(results: Iterable[tuple[FailureMode, Sequence[Trial]]]) -> str:
-    """Body of docs/results/stability.md: description, advice and one comparison for each failure mode."""
+    """Body of docs/results/stability.md: description and one comparison for each failure mode."""
     return "\n\n".join(_section(mode, trials) for mode, trials in results)
 
 
 def _section(mode: FailureMode, trials: Sequence[Trial]) -> str:
     pair = [pair for pair in pairwise(trials) if pair[0].survives != pair[1].survives][-1]
     lines = [f"### {mode.name}", "", f"**{mode.title}.** {mode.happens}", ""]
-    lines += [f"*What to do.* {mode.advice}", ""]
     lines += [f"- *{'Survives' if t.survives else 'Fails'}:* {t.method} ({t.measured})." for t in pair]
     return "\n".join(lines)
 

@@ -85,8 +85,6 @@ STEPS = FailureMode(
     "A step of 10 s_f through onset, rupture and sliding converges and, under a constant pressure, ends "
     "at the right traction. The energies, which are sums over the path, are wrong, and so are the "
     "tractions if the path reverses while planes slide.",
-    "Limit the growth of damage in an increment (PROPS 14) where energies matter, and end an increment at "
-    "each reversal. The energy balance work = stored + rupture + friction shows the error.",
     steps,
 )
 
@@ -173,9 +171,6 @@ LOCKING = FailureMode(
     "Locking at mu tan(theta) = 1",
     "On a steep, rough plane friction prevents any sliding up: the traction grows in proportion to the "
     "slip. The asperities of the paper are infinitely high, so this growth has no limit.",
-    "Keep mu tan(theta) below 1 in every direction, or give the asperities a height H (PROPS 18): locking "
-    "then ends at the slip (H/tan(theta)) log(mu tan(theta)). Otherwise only the adjacent bodies limit the "
-    "forces.",
     locking,
 )
 
@@ -254,8 +249,6 @@ SECOND_LAW = FailureMode(
     "A plane slips to s_1, is closed to s_N and slips back to -r. Beyond r = s_1 its damage grows again, "
     "with a negative dissipation where the elastic slip of its contact, up to mu |s_N| (kc = 1), exceeds "
     "r. This happens for mu |s_N| > s_1.",
-    "If STATEV 3 (rupture) decreases, the law is outside its range of validity. The guard (PROPS 17) "
-    "prevents this growth of damage.",
     second_law,
 )
 
@@ -322,7 +315,6 @@ STIFFNESS = FailureMode(
     "Stiffness ratios",
     "A separation has 16 digits. With a contact 1e9 times as stiff as the bond, the traction has seven "
     "digits. An elastic tangent diverges where the contact is more than twice as stiff as the bond.",
-    "Keep kc at most 1e4, or give the largest closure instead of a large kc, and use the consistent tangent.",
     stiffness,
 )
 
@@ -354,7 +346,6 @@ SINGLE = FailureMode(
     "Single precision",
     "An explicit code passes increments; the separation is their sum. In single precision increments below "
     "6e-8 of the separation are lost, and K (s_T - s_di) has an error of 6e-8 K |s_T|.",
-    "Use double=both in Abaqus/Explicit if slips exceed 1e3 s_0 or increments are below 1e-6 of the slip.",
     single,
 )
 
@@ -409,8 +400,6 @@ EXPLICIT = FailureMode(
     "Time step of an explicit code",
     "Central differences are stable below dt = 2/omega, with omega^2 = K/m for the bond and kc K/m for the "
     "contact. Above this limit the oscillation grows without any load until the interface breaks.",
-    "Let the host choose the increment: in the data check the VUMAT returns the larger stiffness of bond "
-    "and contact.",
     explicit,
 )
 

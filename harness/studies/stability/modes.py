@@ -49,7 +49,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class FailureMode:
-    """A failure mode of the law or of its solvers: description, advice, and the trials that show both.
+    """A failure mode of the law or of its solvers: description, and the trials that show it.
 
     draw: picture of the entry, None if it has none.
     """
@@ -57,7 +57,6 @@ class FailureMode:
     name: str
     title: str
     happens: str
-    advice: str
     run: Callable[[], Sequence[Trial]]
     draw: Callable[[], Figure] | None = None
 

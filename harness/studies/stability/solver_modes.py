@@ -90,8 +90,6 @@ SNAP = FailureMode(
     "Fold of the slip path at low pressure",
     "Fine patterns (m >= 13 at 30°) and steep ones have no neighbouring equilibrium where their last "
     "planes open. Small steps stop at the fold; large ones pass it by chance.",
-    "Use viscous damage, an implicit dynamic step, or a solver that continues at the next equilibrium, "
-    "as the driver does, or follows the whole branch (arc length).",
     snap,
     draw_branches,
 )
@@ -137,8 +135,6 @@ CHATTER = FailureMode(
     "Iterates that alternate across s_n = 0",
     "The stiffness of a plane jumps at s_n = 0. Iterates alternate between open and closed planes at a "
     "fold, or with a tangent that leaves out the contact.",
-    "Use the consistent tangent. If iterates still alternate, there is no equilibrium nearby: treat this as "
-    "a snap.",
     chatter,
 )
 
@@ -183,7 +179,6 @@ FULL_DAMAGE = FailureMode(
     "Fully damaged interface under a prescribed traction",
     "An open and fully damaged interface has no stiffness. Under tension there is no solution; under "
     "pressure there is one, but no tangent leads to it.",
-    "Prescribe separations, or add a weak spring. Never delete the point: its contact must remain.",
     full_damage,
 )
 
@@ -234,7 +229,6 @@ UNLOADING = FailureMode(
     "When a joint dilates, only the facing planes are in contact. A first step back of more than "
     "|s_n|/sin(theta), where s_n is the closure of a facing plane, opens these planes, and the joint has "
     "no stiffness.",
-    "Use steps below |s_n|/sin(theta) at reversals, or a weak spring in the normal direction.",
     unloading,
 )
 
@@ -279,8 +273,6 @@ SOFTENING = FailureMode(
     "Softening after the peak",
     "The bond softens in mode I by K_s = K (1 - eta)/eta. A traction above the strength has no equilibrium; "
     "surroundings softer than K_s snap back with every step size.",
-    "Prescribe separations, use arc length or viscous damage, or refine until the bulk beside the "
-    "interface is stiffer than K_s.",
     softening,
 )
 
@@ -319,8 +311,6 @@ TANGENTS = FailureMode(
     "Symmetric and elastic tangents",
     "Friction makes the tangent unsymmetric, softening makes it indefinite. Load case: RP-4 pressed by 1 MPa "
     "and sheared through springs of 0.3 K, mu = 0.1 to 1.3, theta = 0 to 45°.",
-    "Use the unsymmetric solver (UNSYMM) and DDSDDE without change. If a host symmetrises DDSDDE (CalculiX), "
-    "smaller steps do not help: keep friction low, or use an explicit code.",
     tangents,
 )
 
