@@ -98,7 +98,7 @@ contains
   end function listed_interface
 
   !> Interface of every kind: flat, regular, listed; stiff contact, separate mode II values, frictionless, nearly
-  !> brittle; then facets that wear or are crushed, hyperbolic closure, damage from the start, guard, viscosity, and all.
+  !> brittle; then facets that wear or are crushed, hyperbolic closure, damage from the start, guard, viscosity, all.
   function kind_of(i) result(joint)
     integer, intent(in) :: i   !! 1..n_kinds
     type(interface_type) :: joint
