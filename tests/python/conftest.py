@@ -1,8 +1,10 @@
-"""What all Python tests share: their order, the threads of linear algebra, and the fixtures of the driver."""
+"""What all Python tests share: their order, threads of linear algebra, fixtures of driver and command."""
 
 from __future__ import annotations
 
 import os
+import shlex
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -12,6 +14,7 @@ import pytest
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from asperity import installed
+from asperity.cli import main
 from support_driver import CASES, Result, call
 
 os.cpu_count = lambda: 1
@@ -26,6 +29,26 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def driver() -> Path:
     """Return the path of the driver."""
     return installed.driver().resolve()
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty current folder, and the driver of the package."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("ASPERITY_DRIVER", raising=False)
+    return tmp_path
+
+
+@pytest.fixture
+def said(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[str, str]]:
+    """Return a function that runs a command, asserts its exit code and returns what it wrote: out and err."""
+
+    def run_command(command: str, code: int = 0) -> tuple[str, str]:
+        capsys.readouterr()
+        assert main(shlex.split(command)) == code
+        return capsys.readouterr()
+
+    return run_command
 
 
 @pytest.fixture

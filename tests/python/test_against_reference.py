@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import itertools
 import warnings
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, ModelWarning, Pattern
+from asperity import History, Interface, Material, ModelWarning, Pattern, contract
 from asperity.contract import N_POINT_STATEV
+from support_driver import call
 
 from harness.studies.compare import compare, find
 from tests.oracle import reference
@@ -27,6 +30,9 @@ TANGENT = 1e-13
 """Of K (1 + (|s|/s0)^2/eta) |s|/|s_T - s_di|: growing damage, and the direction of a small trial stress."""
 
 SEED = 20150131
+TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
+GUARDED = replace(TABLE_2, guard=True)
+BRANCHES = list(itertools.product((reference.OPEN, reference.STICK, reference.SLIP), (False, True)))
 
 
 def random_material(rng: np.random.Generator) -> Material:
@@ -50,18 +56,13 @@ def random_material(rng: np.random.Generator) -> Material:
 
 
 def random_pattern(rng: np.random.Generator) -> tuple[Pattern, reference.Pattern]:
-    """Return one pattern for the library and for the reference.
-
-    The pattern is regular or a list of any number of planes.
-    """
+    """Return one pattern, regular or a list of planes, for the library and for the reference."""
     if rng.random() < 0.3:
         k = int(rng.integers(1, 9))
         tilt, azimuth = np.radians(rng.uniform(0, 80, k)), rng.uniform(0, 2 * np.pi, k)
         tilt[rng.random(k) < 0.2] = 0.0
-        normals = np.stack(
-            [np.cos(tilt), np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth)], axis=1
-        )
-        normals *= 10 ** rng.uniform(-2, 2, (k, 1))
+        normals = [np.cos(tilt), np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth)]
+        normals = np.stack(normals, axis=1) * 10 ** rng.uniform(-2, 2, (k, 1))
         weights = rng.dirichlet(np.ones(k))
         return Pattern.planes(normals, weights), reference.listed_pattern(normals, weights)
     sides = int(rng.choice([0, 2, 3, 4, 5, 6, 7, 8, 12, 32, 64]))
@@ -76,23 +77,11 @@ def random_history(rng: np.random.Generator, length: float, points: int, increme
 
     Some increments leave s_N unchanged.  No separation has s_N = 0, where the tangent is not unique.
     """
-    steps = rng.standard_normal((increments, points, 3)) * 10 ** rng.uniform(
-        -1.5, 0.7, (increments, points, 1)
-    )
+    sizes = 10 ** rng.uniform(-1.5, 0.7, (increments, points, 1))
+    steps = rng.standard_normal((increments, points, 3)) * sizes
     steps[..., 0] *= rng.choice([0.2, 1.0], (increments, points))
     steps[1:, :, 0] *= rng.random((increments - 1, points)) > 0.1
     return length * np.cumsum(steps, axis=0)
-
-
-def parameters_of(material: Material) -> reference.Parameters:
-    """Return the parameters of the material for the reference."""
-    m = material
-    return reference.Parameters(m.sigma0, m.Gc, m.eta, m.mu, m.sigma02, m.Gc2, m.kc)
-
-
-def stiffness(p: reference.Parameters) -> float:
-    """Return the largest stiffness of a plane, which is the K of the tolerances K |s|."""
-    return max(p.Kn, p.Kt, p.kc * p.Kn)
 
 
 def assert_within(name: str, actual: np.ndarray, expected: np.ndarray, tolerance: np.ndarray | float) -> None:
@@ -109,22 +98,18 @@ def test_random_histories() -> None:
     Every branch of the law occurs more than 500 times.
     """
     rng = np.random.default_rng(SEED)
-    counts = dict.fromkeys(
-        itertools.product((reference.OPEN, reference.STICK, reference.SLIP), (False, True)), 0
-    )
-    updates = 0
+    counts = dict.fromkeys(BRANCHES, 0)
     for _ in range(200):
-        material, (pattern, planes) = random_material(rng), random_pattern(rng)
-        p, interface = parameters_of(material), Interface(material, pattern)
-        shortest = min(p.s0, p.s02)
+        m, (pattern, planes) = random_material(rng), random_pattern(rng)
+        p, interface = reference.Parameters(**m.values()), Interface(m, pattern)
+        K, shortest = max(p.Kn, p.Kt, p.kc * p.Kn), min(p.s0, p.s02)
         S = random_history(rng, shortest, points=20, increments=6)
         s_old, state, largest = np.zeros((20, 3)), np.zeros((20, interface.nstatv)), np.zeros(20)
         for s in S:
             ours = interface.update(s, state, s_old)
             theirs = reference.update(p, planes, s, state, s_old)
             largest = np.maximum(largest, np.linalg.norm(s, axis=1))
-            ratio = (largest / shortest)[:, None]
-            K, scale = stiffness(p), largest[:, None]
+            ratio, scale = (largest / shortest)[:, None], largest[:, None]
             assert_within("traction", ours.traction, theirs.traction, TRACTION * K * scale)
             tolerance = np.empty_like(state)
             tolerance[:, 1:5] = STATE * K * scale**2
@@ -132,19 +117,15 @@ def test_random_histories() -> None:
             tolerance[:, [0]] = tolerance[:, N_POINT_STATEV::3] = STATE * ratio / p.eta
             tolerance[:, N_POINT_STATEV + 1 :: 3] = tolerance[:, N_POINT_STATEV + 2 :: 3] = STATE * scale
             assert_within("state", ours.state, theirs.state, tolerance)
-            margin = np.where(
-                theirs.branch == reference.SLIP, trial_distance(planes, s, state), largest[:, None]
-            )
+            trial = trial_distance(planes, s, state)
+            margin = np.where(theirs.branch == reference.SLIP, trial, largest[:, None])
             closest = (largest / margin.min(axis=1))[:, None, None]
             growth = 1.0 + ratio[..., None] ** 2 / p.eta
             assert_within("tangent", ours.tangent, theirs.tangent, TANGENT * K * growth * closest)
             for branch, damaging in counts:
-                counts[branch, damaging] += int(
-                    ((theirs.branch == branch) & (theirs.damaging == damaging)).sum()
-                )
-            updates += len(s)
+                found = (theirs.branch == branch) & (theirs.damaging == damaging)
+                counts[branch, damaging] += int(found.sum())
             state, s_old = ours.state, s
-    assert updates == 24000
     assert min(counts.values()) > 500, counts
 
 
@@ -163,3 +144,52 @@ def test_figures(figure: str) -> None:
         result = compare(case)
         assert result.rows >= 100
         assert result.agrees, result
+
+
+# --- the guard (PROPS 17) -----------------------------------------------------------------------------------
+
+
+def clamped_path(seed: int, rows: int) -> np.ndarray:
+    """Slip without pressure, then reversals under closure: Y has either sign and damage grows."""
+    rng, s_0 = np.random.default_rng([18, seed]), TABLE_2.s_0
+    S = np.cumsum(s_0 * rng.standard_normal((rows, 3)), axis=0) * np.linspace(0.3, 1.2, rows)[:, None]
+    S[:, 0] = -20 * s_0 - 2 * np.abs(S[:, 0])
+    S[0] = s_0 * np.array([0.1, 2.0, 1.0])
+    return S
+
+
+@pytest.mark.parametrize("sides", [0, 4])
+def test_guard_is_the_reference(sides: int) -> None:
+    """Histories with the guard have traction, state and tangent of the reference; the guard acts often."""
+    pattern, planes = Pattern.regular(sides, 30.0), reference.regular_pattern(sides, 30.0)
+    p, K = reference.Parameters(**GUARDED.values()), TABLE_2.K
+    guarded, plain = Interface(GUARDED, pattern), Interface(TABLE_2, pattern)
+    differ = 0
+    for seed in range(20):
+        S = clamped_path(seed, 40)
+        ours, theirs = guarded.replay(S), reference.replay(p, planes, S)
+        np.testing.assert_allclose(ours.traction, theirs.traction, rtol=0, atol=TRACTION * K)
+        np.testing.assert_allclose(ours.state, theirs.state, rtol=0, atol=TRACTION * K)
+        tangent = guarded.update(S[1:], ours.state[:-1], S[:-1]).tangent
+        np.testing.assert_allclose(tangent, theirs.tangent[1:], rtol=0, atol=1e-8 * K)
+        assert np.all(np.diff(ours.state[:, 2]) >= 0.0)
+        differ += int(np.any(plain.replay(S).state != ours.state))
+    assert differ >= 5
+    assert guarded != plain and guarded.props()[contract.index("guard")] == 1.0
+
+
+def test_guard_in_driver_and_adapters(driver: Path, tmp_path: Path) -> None:
+    """A replay of a path through UMAT and VUMAT gives the rupture energy of the steps."""
+    head = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, guard = .true. /\n&pattern sides = 0 /\n"
+    path = "&step s_Tx = 0.03, increments = 50 /\n&step s_N = -0.2, increments = 50 /\n&step s_Tx = -0.05 /\n"
+    ruptures = []
+    replays = [f"&replay file = 'path.csv', through = '{name}' /\n" for name in ("umat", "vumat")]
+    for steps in (path, *replays):
+        (tmp_path / "case.nml").write_text(head + steps, encoding="utf-8")
+        assert call(driver, "case.nml", folder=tmp_path).returncode == 0
+        ruptures.append(History.from_csv(tmp_path / "case.csv").rupture)
+        if steps == path:
+            (tmp_path / "case.csv").rename(tmp_path / "path.csv")
+    assert ruptures[0][-1] > 0.0
+    for rupture in ruptures[1:]:
+        np.testing.assert_allclose(rupture, ruptures[0], rtol=0, atol=1e-12)

@@ -44,14 +44,6 @@ def test_case_with_kn_and_ks_is_that_of_python(run) -> None:
     assert np.array_equal(rows.vector("s"), history.separation)
 
 
-def test_new_case_of_a_joint(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A new case takes kn and ks in place of the constants of a bond."""
-    monkeypatch.chdir(tmp_path)
-    assert main(["new", "kn=20", "ks=5", "closure=.1", "-o", "joint.nml"]) == 0
-    found = read_case("joint.nml").runs[0].material
-    assert found == Material.from_joint(kn=20.0, ks=5.0, mu=0.5, closure=0.1)
-
-
 def test_two_modes_are_doubted_once(driver: Path, tmp_path: Path) -> None:
     """A sweep warns once that the modes differ, what this means, and where it is explained."""
     case = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = x, sigma02 = 2.0 /\n&pattern sides = 0 /\n"
@@ -89,22 +81,6 @@ def test_bad_cases_of_joints(run, entries: str, messages: list[str]) -> None:
     assert len(lines) == len(messages), result.messages
     for message in messages:
         assert any(f"&material: {message}" in line for line in lines), result.messages
-
-
-def test_bad_joints_in_python() -> None:
-    """One error names every bad value."""
-    with pytest.raises(ValueError) as error:
-        Material.from_joint(kn=-1.0, ks=float("nan"), mu=-2.0, sigma0=3.0, kc=2.0, damage0=0.5)
-    names = [line.split(" = ")[0] for line in str(error.value).splitlines()]
-    assert sorted(names) == ["damage0", "kc", "kn", "ks", "mu", "sigma0"]
-    cases = (1e20, 1.0, r"kn = 1e\+20: expected at most 1e10 ks"), ("a", 1e-45, "kn = 'a': .*\nks = 1e-45")
-    for kn, ks, message in cases:
-        with pytest.raises(ValueError, match=message):
-            Material.from_joint(kn=kn, ks=ks, mu=0.5)
-    with pytest.raises(ValueError, match=r"ft = 0.*\nGfII = -1"):
-        Material.from_masonry(kn=82, ks=36, ft=0.0, GfI=0.018, c=0.35, GfII=-1, tan_phi=0.75)
-    with pytest.raises(ValueError, match=r"kn = 1.0: expected more than ft\^2/\(2 GfI\) = 1.73611"):
-        Material.from_masonry(kn=1.0, ks=36, ft=0.25, GfI=0.018, c=0.35, GfII=0.125, tan_phi=0.75)
 
 
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")

@@ -172,19 +172,6 @@ def test_server_and_its_page() -> None:
     assert "asperity explore" in page
 
 
-def test_values_of_the_command(capsys: pytest.CaptureFixture[str]) -> None:
-    """Wrong values at the start are named."""
-    for values, message in (
-        (["nu=1"], "nu=1: expected one of sigma0"),
-        (["mu=x"], "mu=x: expected a number"),
-        (["kc=0"], "kc=0: expected a number > 0"),
-        (["sides=4.5"], "sides=4.5: expected a whole number"),
-        (["--port", "70000"], "--port 70000: expected 0 to 65535"),
-    ):
-        assert main(["explore", "--no-browser", *values]) == 1
-        assert message in capsys.readouterr().err
-
-
 def test_missing_bokeh(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Without Bokeh the message says what to install."""
     monkeypatch.setitem(sys.modules, "bokeh.server.server", None)

@@ -60,21 +60,6 @@ def test_kit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert folder.stat().st_mode == (tmp_path / "other").stat().st_mode
 
 
-def test_folders_that_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Nothing is written into a folder with files, nor where there can be no folder."""
-    (tmp_path / "mine.txt").write_text("mine")
-    (tmp_path / "file").write_text("mine")
-    before = sorted(tmp_path.rglob("*"))
-    for folder, reason in (
-        (tmp_path, "expected an empty folder or a new one; --force replaces"),
-        (tmp_path / "file", "expected a folder, or a name that is not taken"),
-        (tmp_path / "none" / "kit", "none: expected a folder that exists"),
-    ):
-        assert main(["export", "abaqus", str(folder)]) == 1
-        assert reason in capsys.readouterr().err
-    assert sorted(tmp_path.rglob("*")) == before
-
-
 def test_force_replaces_the_files_of_the_kit_only(tmp_path: Path) -> None:
     """Other files stay, old ones of the kit are replaced; a folder in the place of a file is refused."""
     (tmp_path / "kit").mkdir()
@@ -117,38 +102,6 @@ def test_element_of_a_case(host: str, tmp_path: Path, capsys: pytest.CaptureFixt
         rows = run_standard(deck, installed.library())[16::17]
         assert np.abs(rows - found).max() < 1e-7
         assert not list(folder.glob("shear_box*"))
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("slip = 0.4, -0.1", "slip = 0.4, -0.1, direction = 30.0", "direction = 30: expected 0"),
-        ("kc = 8.0", "kc = 8.0, tau_v = 0.1", "tau_v = 0.1: expected 0"),
-        ("t_N = -0.5", "t_N = 0.1", "expected &step with t_N <= 0"),
-        ("slip = 0.4, -0.1", "s_N = 0.4, 0.1", "expected &step with t_N, then slip"),
-        (
-            "mu = 0.7, kc = 8.0 /\n&pattern sides = 4, theta = 20.0, turn = 15.0 /\n&step t_N = -0.5",
-            "mu = 0.7, kc = 1.0 /\n&pattern sides = 4, theta = 45.0 /\n&step t_N = 0.0",
-            "the joint jumps beyond s_Tx = ",
-        ),
-        ("mu = 0.7", "mu = nu", "--value is missing: expected one for nu"),
-        ("t_N = -0.5", "t_N = nu", "--value is missing: expected one for nu"),
-        ("slip = 0.4, -0.1", "slip = 0.0, 0.0", "slip = 0: expected a slip that is not zero"),
-    ],
-)
-def test_cases_without_an_element(
-    old: str, new: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """What no static model of one element can follow is refused, by the name of its value."""
-    case = tmp_path / "mine.nml"
-    value = "-0.7" if "t_N" in new else "0.7"
-    sweep = f"&sweep name = 'nu', values = 0.0, {value} /\n" if "nu" in new else ""
-    case.write_text(MINE.replace(old, new) + sweep)
-    assert main(["export", "kratos", str(tmp_path / "kit"), "--case", str(case)]) == 1
-    assert message in capsys.readouterr().err
-    assert not (tmp_path / "kit").exists()
-    if "nu" in new:
-        assert main(["export", "kratos", str(tmp_path / "kit"), "--case", str(case), f"--value={value}"]) == 0
 
 
 def test_rows_in_other_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

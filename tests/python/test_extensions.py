@@ -79,16 +79,6 @@ def test_wear_out_is_that_of_plesha(pressure: float) -> None:
 # --- warnings -----------------------------------------------------------------------------------------------
 
 
-def test_closure_against_the_height() -> None:
-    """The share is |sigma_N|/(gamma kc Kn H); above 0.1 it is a warning in slip tests."""
-    material = replace(TABLE_2, kc=50.0, height=0.21)
-    # Kn = 150, gamma = 1/3
-    at = 0.1 * 0.21 * 50.0 * material.K / 3.0
-    assert not doubts(material, RT, -0.8 * at)
-    with pytest.warns(ModelWarning, match=r"closes by 0.12 height, expected at most 0.1"):
-        Interface(material, RT).confined_slip(0.0, [0.001], -1.2 * at)
-
-
 def test_wear_against_the_elastic_friction() -> None:
     """The share is (mu sigma_N/gamma)^2/(2 Kt W0) with Kt of mode II; above 0.01 it is a warning."""
     # mu sigma_N/gamma = 1.5, Kt = 150: 0.0075/W0
@@ -144,38 +134,10 @@ def test_shared_pressure_wears_in_jumps() -> None:
         assert any("share the pressure" in text for text in found) == jumps
 
 
-def test_height_against_the_bond() -> None:
-    """A height below s_f is a warning, not for a flat joint or an infinite height."""
-    low = replace(STIFF, height=0.5 * TABLE_2.s_f)
-    with pytest.warns(ModelWarning, match="s_f = 2 Gc/sigma0 is 2 height: expected a height of at least s_f"):
-        Interface(low, RT).confined_slip(0.0, [0.001], -1.0)
-    assert not doubts(replace(STIFF, height=TABLE_2.s_f), RT, -1.0)
-    assert not doubts(low, Pattern.regular(0, 0.0), -1.0)
-
-
 def test_locking_with_a_height_is_no_objection() -> None:
     """A steep joint locks, with a height it does not."""
     assert "locks" in doubts(LOCKING, STEEP_RT)[0]
     assert not doubts(replace(LOCKING, height=0.2), STEEP_RT)
-
-
-@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
-def test_card_has_height_and_remarks() -> None:
-    """The card has PROPS 18, the warning about the height, and with wear the largest increment of slip."""
-    text = Interface(replace(TABLE_2, height=0.25, W0=3.0), RT).card("abaqus", stress=-10.0)
-    numbers = [float(x) for x in " ".join(text.splitlines()).replace(",", " ").split() if _is_number(x)]
-    assert 0.25 in numbers
-    # the closure is 10/(1/3 * 150) = 0.2, and W0/(mu z Kn) = 3/(0.5 * 0.25 * 150) = 0.16
-    assert "closes by 0.8 height, expected at most 0.1" in text
-    assert "W0/(mu z kc Kn) = 0.16 at the climbed height z = 0.25" in " ".join(text.replace("**", "").split())
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 # --- fit ----------------------------------------------------------------------------------------------------

@@ -128,21 +128,6 @@ def test_slip_curves_are_the_single_tests(executor: Executor | None) -> None:
     assert np.isfinite(lost.tau_L[0, :6]).all() and np.isnan(lost.tau_L[0, 6:]).all()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "expected"),
-    [
-        ((np.nan, [0.1]), "direction"),
-        ((0.0, []), "slips"),
-        ((0.0, [0.1], np.inf), "sigma_N"),
-        ((0.0, [0.1], 0.0, 0), "preload = 0"),
-    ],
-)
-def test_wrong_curves(arguments: tuple, expected: str) -> None:
-    """The error message names the invalid argument."""
-    with pytest.raises(ValueError, match=expected):
-        slip_curves(Interface(MATERIAL, pattern("RT")), *arguments)
-
-
 # --- the committed gallery --------------------------------------------------------------------------
 
 
@@ -244,12 +229,6 @@ def test_vector_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
 def test_figures_by_number(number: str, expected: list[str]) -> None:
     """A figure number without a letter selects all parts of the figure."""
     assert [entry.number for entry in command.select([number])] == expected
-
-
-def test_unknown_figure(capsys: pytest.CaptureFixture[str]) -> None:
-    """The error message names an unknown figure."""
-    assert main(["paper", "--figure", "17"]) == 1
-    assert "--figure 17: expected one of 1, 2, 3, 4a" in capsys.readouterr().err
 
 
 def test_every_figure_is_there() -> None:

@@ -349,13 +349,6 @@ def test_locking_is_told() -> None:
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty current folder."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-@pytest.fixture
 def no_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave out the picture, which takes longest, where a test looks at the text only."""
     monkeypatch.setattr("asperity.surface.picture.draw", lambda *_: None)
@@ -395,94 +388,6 @@ def test_map_in_any_order(folder: Path, mark: str) -> None:
     matrix = read_scan(write(rows(*z.T, mark=mark)), (0.1, 0.3))
     for one in (scan, matrix):
         assert one.z == pytest.approx(z) and one.x == pytest.approx(a) and one.y == pytest.approx(b)
-
-
-GRID = rows(
-    *(one.ravel() for one in np.meshgrid(np.arange(9.0), np.arange(9.0))), np.zeros(81), header="x,y,z"
-)
-LINE = rows(np.arange(9.0), np.zeros(9), header="x,z")
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("a,b\n1,2\n", r"columns a, b: expected columns x, z \(profile\) or x, y, z \(map\)"),
-        ("x,z,q\n1,2,3\n", r"columns x, z, q: expected columns x, z"),
-        ("1,2,3,4\n", r"4 columns without names: expected columns x, z"),
-        ("x [mm],z\n1,2\n", r"expected a unit for all or none"),
-        ("x [mm],z [MPa]\n1,2\n", r"unit \[MPa\]: expected m, cm, mm"),
-        ("x,z\n", r"expected rows of numbers"),
-        (LINE + "9,nan\n", r"line 11, column z: nan: expected a finite number"),
-        (LINE + "9,\n", r"line 11, column z: empty: expected a finite number"),
-        (LINE + "9,high\n", r"line 11, column z: high: expected a finite number"),
-        (LINE + "9\n", r"line 11: 1 values: expected 2"),
-        (LINE + "8,1\n", r"line 11: x = 8 after 8: expected x to increase \(vertical\)"),
-        (LINE + "7,1\n", r"line 11: x = 7 after 8: expected x to increase \(overhang"),
-        ("x,z\n1,2\n2,3\n", r"2 points: expected at least 8"),
-        (GRID + "3,3,1\n", r"line 83: x = 3, y = 3 again: expected one height a point"),
-        (rows(np.arange(16.0), np.tile(3.0, 16), np.zeros(16), header="x,y,z"),
-         r"y = 3 throughout: expected a map; a profile is x, z"),
-        ("x;z\n0,5;1,25\n1;2.5\n", r"line 3: 2.5 beside 0,5: expected one decimal mark"),
-        ("x;z\n1;900\n2;1,000\n", r"column z: 900 beside 1,000: expected no separators of thousands"),
-        ("x;z\n0,500;900\n100;0,250\n", r"2 points: expected at least 8"),
-        ("0,5;1,25\n", r"1 points: expected at least 8"),
-        (rows(np.tile([0.0, 1.0], 9), np.repeat(np.arange(9.0), 2), np.zeros(18), header="x,y,z"),
-         r"2 different x: expected at least 8"),
-    ],
-)  # fmt: skip
-def test_bad_files(folder: Path, capsys: pytest.CaptureFixture[str], text: str, message: str) -> None:
-    """The message has place, value and expectation; the exit code is 1 and nothing is written."""
-    write(text)
-    assert main(["surface", "scan.csv"]) == 1
-    assert re.search(message, capsys.readouterr().err)
-    assert [path.name for path in folder.iterdir()] == ["scan.csv"]
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ("--planes 65", r"--planes 65: expected 1 to 64"),
-        ("--planes 8", r"--planes 8: expected at least 9 for 8 directions"),
-        ("--bins 8", r"8 directions of 8 bins and the flat plane are 65 planes: expected at most 64"),
-        ("--bins 0", r"--bins 0: expected 1 to 64"),
-        ("--bins 2 --planes 20", r"expected one of them"),
-        ("--regular --bins 2", r"--regular: expected without"),
-        ("--directions 1", r"--directions 1: expected 2 or more"),
-        ("--regular --sides 0", r"--sides 0: expected 2 to 64"),
-        ("--sides 4", r"--sides: expected with --regular"),
-        ("--direction nan", r"--direction nan: expected a finite angle"),
-        ("--flat-below 90", r"--flat-below 90: expected an angle"),
-        ("--regular --flat-below 5", r"--regular: expected without"),
-        ("--unit MPa", r"--unit \[MPa\]: expected m, cm, mm"),
-        ("-o scan", r"-o scan.csv: this file is read or written by the same command"),
-        ("-o scan.csv", r"-o scan.csv: this file is read or written by the same command"),
-        ("-o none/planes", r"-o none/planes.csv: no folder none: expected one that is there"),
-        ("-o .", r"-o .: expected a name"),
-        ("--case none.nml", r"none.nml: cannot be opened"),
-        ("--case scan.csv", r"scan.csv:1: .* outside a group"),
-        ("--case scan.csv --material sigma0=3,Gc=0.3,eta=0.9,mu=0.5", r"--case, --material: expected one"),
-        ("--sampling 0.5", r"sampling length 0.5: expected at least the spacing, 1"),
-        ("--sampling 2", r"sampling length 2: expected at most 1.14286, for 8 points"),
-        ("--smooth 0.5", r"smoothing length 0.5: expected more than the spacing, 1"),
-        ("--spacing 1", r"x, y, z: expected a matrix of numbers"),
-    ],
-)
-def test_bad_options(folder: Path, capsys: pytest.CaptureFixture[str], options: str, message: str) -> None:
-    """The message of a wrong option has its value and what was expected."""
-    write(GRID.replace("4,4,0\n", "4,4,1\n"))
-    assert main(["surface", "scan.csv", *options.split()]) == 1
-    assert re.search(message, capsys.readouterr().err)
-    assert [path.name for path in folder.iterdir()] == ["scan.csv"]
-
-
-@pytest.mark.parametrize("name", ["none.csv", "folder.csv", "binary.csv"])
-def test_no_scan(folder: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
-    """The message names the unreadable file and the expectation."""
-    (folder / "folder.csv").mkdir()
-    (folder / "binary.csv").write_bytes(b"PK\3\4\0\0\0")
-    assert main(["surface", name]) == 1
-    error = capsys.readouterr().err
-    assert re.fullmatch(rf"asperity: {name}:? .+: expected a CSV with a profile or a height map\n", error)
 
 
 def test_rounded_coordinates(folder: Path) -> None:
@@ -758,30 +663,6 @@ def test_case_for_the_other_commands(
         assert "with listed planes there is nothing to select" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        (r"&pattern.*?10.0 /", "", "box.nml: no group &pattern"),
-        (
-            r"mu = 0.4(.*)values = -0.2, -0.5 /\n&step t_N = held",
-            r"mu = held\1values = 0.2, 0.5 /\n&step t_N = -1.0",
-            "box.nml: &material: expected numbers, not the name of a sweep",
-        ),
-        ("mu = 0.4", "mu = much", 'box.nml:1: &material: mu = "much": expected a number'),
-        ("mu = 0.4, ", "", "box.nml:1: &material: mu is missing"),
-    ],
-)
-def test_bad_cases(
-    folder: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, message: str
-) -> None:
-    """Errors are reported before anything is written."""
-    write(LINE)
-    Path("box.nml").write_text(re.sub(old, new, BOX, flags=re.DOTALL), encoding="utf-8")
-    assert main(["surface", "scan.csv", "--case", "box.nml"]) == 1
-    assert message in capsys.readouterr().err
-    assert {path.name for path in folder.iterdir()} == {"scan.csv", "box.nml"}
-
-
 @pytest.mark.usefixtures("no_picture")
 def test_lines_of_a_flat_profile(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A straight profile gives the flat plane, listed or regular."""
@@ -816,32 +697,3 @@ def test_page(tmp_path: Path) -> None:
     first = ",".join(f"{value:.9f}" for value in (*listed.normals[0], listed.weights[0]))
     assert first in text
 
-
-@pytest.mark.parametrize(
-    ("numbers", "message"),
-    [
-        ({"direction": np.nan}, "direction = nan: expected a finite angle"),
-        ({"directions": 0}, "directions = 0: expected a whole number, 1 to"),
-        ({"bins": 2.5}, "bins = 2.5: expected a whole number"),
-        ({"flat_below": 100.0}, "flat_below = 100.0: expected degrees, 0 to below 90"),
-    ],
-)
-def test_numbers_of_the_function(numbers: dict[str, float], message: str) -> None:
-    """The function refuses numbers with which it would find other planes than those of the scan."""
-    a = np.linspace(0.0, 1.0, 9)
-    with pytest.raises(ValueError, match=message):
-        planes_from_scan(Scan(a, a, np.outer(a**2, a)), **numbers)
-
-
-@pytest.mark.parametrize(
-    ("x", "z", "message"),
-    [
-        (np.arange(9.0), np.arange(9.0) ** 2, r"z has shape \(9,\): expected \(ny, nx\) = \(1, 9\)"),
-        (np.arange(9.0)[::-1], np.zeros((1, 9)), "x: expected two or more positions that increase"),
-        (np.arange(9.0), np.full((1, 9), np.nan), "z: expected finite numbers"),
-    ],
-)
-def test_scans_of_arrays(x: np.ndarray, z: np.ndarray, message: str) -> None:
-    """Heights of a profile in one dimension were a flat plane."""
-    with pytest.raises(ValueError, match=message):
-        Scan(x, None, z)

@@ -36,6 +36,7 @@ def test_targets_exist() -> None:
     assert [script for script in scripts if not (ROOT / script).is_file()] == []
 
 
+@pytest.mark.long
 def test_mutants() -> None:
     """A changed line of the law is compiled, and a suite notices it."""
     arguments = ["--samples", "1", "--jobs", "1", "--suite", "test_plane", "src/law/asperity_law.inc"]

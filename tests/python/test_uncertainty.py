@@ -22,10 +22,9 @@ from asperity.fit.covariance import covariance_text
 from asperity.fit.fitting import fit
 from asperity.fit.outcome import Fit, residual_ratio
 from asperity.fit.report import case_text
-from asperity.installed import named_case
 from asperity.uncertainty.distribution import of_deviations, read
 from asperity.uncertainty.paths import load_paths
-from asperity.uncertainty.spread import RESULTS, spread, uncertainty
+from asperity.uncertainty.spread import RESULTS, spread
 
 from harness.studies import synthetic as study
 
@@ -202,90 +201,6 @@ def test_from_a_record_to_quantiles(
     assert "is stale: " in message and "expected a case with the constants of the fit" in message
 
 
-REFUSED = [
-    (ROUGH + CYCLE, [], "case.fit.json: expected the file that asperity fit"),
-    (ROUGH + CYCLE, ["--sd", "mu=0"], "--sd mu=0: expected a standard deviation > 0"),
-    (ROUGH + CYCLE, ["--sd", "mu=x"], "--sd mu=x: expected NAME=VALUE"),
-    (ROUGH + CYCLE, ["--sd", "nu=0.1"], "nu: expected one of sigma0"),
-    (ROUGH + CYCLE, ["--sd", "mu=0.1", "--samples", "1"], "--samples 1: expected 2 to"),
-    (ROUGH + CYCLE, ["--sd", "mu=0.1", "--quantiles", "0.5,0.1"], "--quantiles 0.5,0.1: expected increasing"),
-    (ROUGH + CYCLE, ["--sd", "mu=0.1", "--seed", "-1"], "--seed -1: expected >= 0"),
-    (ROUGH + CYCLE, ["--sd", "mu=0.1", "--plot", "a.svg"], "expected a name that ends in .png or .pdf"),
-    (ROUGH + CYCLE, ["--sd", "mu=0.1", "--correlation", "mu,theta=0.5"], "expected two of mu"),
-    (ROUGH + CYCLE, ["--sd", "mu=0.1 theta=2", "--correlation", "mu,theta=1.5"], "expected -1 to 1"),
-    (ROUGH + CYCLE, ["--correlation", "mu,theta=0.5"], "--correlation: expected with --sd"),
-    (ROUGH + CYCLE, ["--sd", "mu=0.1", "--fit", "x.json"], "--fit x.json: expected without --sd"),
-    (
-        ROUGH + CYCLE,
-        ["--sd", "mu=0.1 theta=2 eta=0.01", "--correlation", "mu,theta=0.9 theta,eta=0.9 mu,eta=-0.9"],
-        "contradict each other",
-    ),
-    (
-        # in N and m the variance of the strength is 1e13 times that of the friction
-        (ROUGH + CYCLE).replace("= 3.0, Gc = 0.3", "= 3.0e6, Gc = 300.0").replace("-1.0", "-1.0e6"),
-        ["--sd", "sigma0=3e5 mu=0.05 theta=1 flat=0.01",
-         "--correlation", "mu,theta=0.9 theta,flat=0.9 mu,flat=-0.9"],
-        "contradict each other",
-    ),
-    (
-        ROUGH + CYCLE,
-        ["--sd", "mu=0.1 theta=2", "--correlation", "mu,theta=0.5 theta,mu=-0.5"],
-        "--correlation theta,mu=-0.5: given twice: expected one value",
-    ),
-    (FLAT, ["--sd", "theta=1"], "theta: expected inclined planes"),
-    (
-        LAW + "&pattern normals = 1, 0, 0, weights = 1 /\n" + CYCLE,
-        ["--sd", "flat=0.1"],
-        "flat: expected a regular pattern",
-    ),
-    (ROUGH + "&step t_Tx = 1.0 /\n", ["--sd", "mu=0.1"], "expected &step with a prescribed slip or opening"),
-    (ROUGH + "&initial damage = 1.0 /\n" + CYCLE, ["--sd", "mu=0.1"], "&initial: expected &step from a"),
-    ("&case tolerance = 1e-3 /\n" + ROUGH + "&step slip = 1.0 /\n", ["--sd", "mu=.1"], "expected increments"),
-    (
-        ROUGH.replace("0.5", "x") + "&sweep name = 'x', values = 0.4, 0.5 /\n" + CYCLE,
-        ["--sd", "mu=0.1"],
-        "&sweep: expected one that leaves mu alone",
-    ),
-    (ROUGH + CYCLE, ["--sd", "mu=0.1", "--samples", "1000001"], "1000001: expected 2 to 1000000"),
-    (
-        LAW + "&pattern sides = 0 /\n&step t_N = 2.0 /\n&step slip = 0.2 /\n",
-        ["--sd", "mu=0.1", "--jobs", "1"],
-        "the case itself loses equilibrium beyond",
-    ),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("text", "options", "message"), REFUSED)
-def test_refusals(
-    text: str, options: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """What cannot be answered is named, with exit code 1."""
-    path = tmp_path / "case.nml"
-    path.write_text(text)
-    assert main(["uncertainty", str(path), *options]) == 1
-    assert message in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    "outputs",
-    [
-        ["-o", "case.nml"],
-        ["--plot", "case.fit.json.png", "-o", "case.fit.json"],
-        ["--plot", "a.png", "-o", "a.png"],
-    ],
-)
-def test_outputs_that_would_replace_other_files(
-    outputs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The case, the file of the fit and the other output are not replaced."""
-    monkeypatch.chdir(tmp_path)
-    Path("case.nml").write_text(ROUGH + CYCLE)
-    assert main(["uncertainty", "case.nml", "--sd", "mu=0.1", "--samples", "2", *outputs]) == 1
-    assert "is read or written by the same command" in capsys.readouterr().err
-    assert [path.name for path in tmp_path.iterdir()] == ["case.nml"]
-    assert Path("case.nml").read_text() == ROUGH + CYCLE
-
-
 @pytest.mark.parametrize(
     "content", ["{", "{}", '{"parameters": ["nu"], "values": [1], "transforms": [""], '
     '"covariance of the transformed values": [[1]]}', '{"parameters": ["mu"], "values": [1], "transforms": '
@@ -339,17 +254,3 @@ def test_page(tmp_path: Path) -> None:
             # the fifth digit is rounded
             assert abs(found - mean) < DEVIATIONS * sd / np.sqrt(FEW) + 1e-4 * abs(mean)
 
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"samples": 0}, "samples = 0: expected a whole number, 2 to"),
-        ({"seed": -1}, "seed = -1: expected a whole number >= 0"),
-        ({"levels": [0.5, 0.1]}, "expected increasing numbers between 0 and 1"),
-        ({"correlations": {("mu", "theta"): 0.2, ("theta", "mu"): 0.9}}, "given twice"),
-    ],
-)
-def test_arguments_of_the_function(given: dict[str, object], message: str) -> None:
-    """The function refuses what the command refuses."""
-    with pytest.raises(ValueError, match=message):
-        uncertainty(named_case("figure05b"), **({"sd": {"mu": 0.05, "theta": 1.0}} | given))  # type: ignore[arg-type]

@@ -1,0 +1,278 @@
+"""What the Python functions refuse: a ValueError with name, value and what was expected."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from asperity import Interface, LoadCase, Material, Pattern, Point, Step, contract, remarks, select
+from asperity.installed import named_case
+from asperity.paper.fracture_energy import MATERIAL
+from asperity.slip_curves import slip_curves
+from asperity.surface.scan import Scan
+from asperity.surface.scan_files import planes_from_scan
+from asperity.uncertainty.spread import uncertainty
+
+NAN, INF, HUGE = float("nan"), float("inf"), 10**400
+TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
+RT, RP_4 = (Interface(TABLE_2, Pattern.regular(sides, 30.0)) for sides in (2, 4))
+ONE_PLANE = Interface(TABLE_2, Pattern.planes([[1, 0, 0]], [1.0]))
+LOAD = {"material": TABLE_2, "theta": 30.0, "sigma_N": (-1.0,), "turns": (0.4,)}
+MASONRY = {"kn": 82, "ks": 36, "ft": 0.25, "GfI": 0.018, "c": 0.35, "GfII": 0.125, "tan_phi": 0.75}
+TWO, SIX = [[1, 0, 0], [1, 0, 0]], np.zeros((2, 3))
+LONG, MINUS = r"1000+\.\.\.0+", r"-1000+\.\.\.0+"
+X = np.arange(9.0)
+BOWL = Scan(X, X, np.outer(X**2, X))
+
+
+def joint(**constants: float) -> Material:
+    """Joint without bond, some of whose constants are bad."""
+    return Material.from_joint(**{"kn": 20.0, "ks": 5.0, "mu": 0.5} | constants)
+
+
+def spread(**given: object) -> object:
+    """Uncertainty of two constants, with a bad argument."""
+    return uncertainty(named_case("figure05b"), **{"sd": {"mu": 0.05, "theta": 1.0}} | given)
+
+
+def in_shape(name: str, found: tuple[int, ...], expected: str) -> str:
+    """Message of an array of another shape."""
+    return re.escape(f"{name} {found}: expected {expected}")
+
+
+ROWS: list[tuple[Callable[[], object], str]] = [
+    # shapes
+    (lambda: RP_4.update([0.0, 0.0, 0.0]), in_shape("s has shape", (3,), "(n, 3)")),
+    (lambda: RP_4.update(1.0), in_shape("s has shape", (), "(n, 3)")),
+    (lambda: RP_4.update(np.zeros((2, 4))), in_shape("s has shape", (2, 4), "(n, 3)")),
+    (lambda: RP_4.update(SIX, np.zeros((2, 22))), in_shape("state has shape", (2, 22), "(2, 23)")),
+    (lambda: RP_4.update(SIX, np.zeros((1, 23))), in_shape("state has shape", (1, 23), "(2, 23)")),
+    (lambda: RP_4.update(SIX, np.zeros(48)), in_shape("state has shape", (48,), "(2, 23)")),
+    (lambda: RP_4.update(SIX, s_old=np.zeros((3, 2))), in_shape("s_old has shape", (3, 2), "(2, 3)")),
+    (lambda: RP_4.replay(np.zeros((2, 2, 3))), in_shape("S has shape", (2, 2, 3), "(n, 3)")),
+    (lambda: RP_4.confined_slip(0.0, [[0.1]], 0.0), in_shape("slips have shape", (1, 1), "(T,)")),
+    (lambda: RP_4.run(Step(), np.zeros(3)), in_shape("state has shape", (3,), "(23,)")),
+    (lambda: Pattern.planes([[1, 0, 0]], [0.5, 0.5]), in_shape("normals have shape", (1, 3), "(2, 3)")),
+    (lambda: Pattern.planes([1, 0, 0], 1.0), in_shape("weights have shape", (), "(k,)")),
+    (lambda: Pattern.planes(np.ones((65, 3)), np.full(65, 1 / 65)), r"65,.: expected .k,. with k = 1 to 64"),
+    (lambda: Pattern.planes(np.ones((0, 3)), []), r"\(0,\): expected \(k,\) with k = 1 to 64"),
+    (lambda: Scan(X, None, X**2), re.escape("z has shape (9,): expected (ny, nx) = (1, 9)")),
+    # numbers that the library cannot have: too large integers, texts, None
+    (lambda: Material(HUGE, 0.3, 0.9, 0.5), f"sigma0 = {LONG}: expected > 0"),
+    (lambda: Material(3.0, 0.3, 0.9, 10**5000), "mu = an integer of 16610 bits: expected >= 0"),
+    (lambda: Material(3.0, 0.3, "much", 0.5), "eta = 'much': expected 0 < eta < 1"),
+    (lambda: Material(3.0, None, 0.9, 0.5), "Gc = None: expected > 0"),
+    (lambda: Pattern.regular(HUGE, 30.0), f"sides = {LONG}: expected 0 or 2 to 64"),
+    (lambda: Pattern.regular(-HUGE, 30.0), f"sides = {MINUS}: expected 0 or 2 to 64"),
+    (lambda: Pattern.regular("4", 30.0), "^sides = '4': expected 0 or 2 to 64"),
+    (lambda: Pattern.regular(4, HUGE), f"theta = {LONG}: expected 0 <= theta < 90"),
+    (lambda: Pattern.regular(4, 30.0, turn=-HUGE), f"turn = {MINUS}: expected any"),
+    (lambda: Pattern(HUGE), f"m = {LONG}: expected"),
+    (lambda: Pattern.planes([[HUGE, 0, 0]], [1.0]), rf"normals\[0, 0\] = {LONG}: expected a"),
+    (lambda: Pattern.planes([[1, 0, 0]], [HUGE]), rf"weights\[0\] = {LONG}: expected a finite"),
+    (lambda: RP_4.props(h=HUGE), f"h = {LONG}: expected"),
+    (lambda: RP_4.props(map=HUGE), f"map = {LONG}: expected 0"),
+    (lambda: RP_4.card("abaqus", r=HUGE), f"r = {LONG}: expected 0 <= r <= 1"),
+    (lambda: RP_4.update([[0, -HUGE, 0]]), rf"s\[0, 1\] = {MINUS}: expected a finite number"),
+    (lambda: RP_4.update([[0, 0, 0]], s_old=[["x", 0, 0]]), r"s_old\[0, 0\] = 'x': expected a finite"),
+    (lambda: RP_4.update([[0, 0], [0, 0, 0]]), r"s.*: .*expected numbers|s\[.*expected a finite number"),
+    (lambda: RP_4.replay([[0, 0, HUGE]]), rf"S\[0, 2\] = {LONG}: expected a finite number"),
+    (lambda: RP_4.confined_slip(HUGE, [0.1], 0.0), f"direction = {LONG}: expected a finite"),
+    (lambda: RP_4.confined_slip(0.0, [0, HUGE], 0.0), rf"slips\[1\] = {LONG}: expected a finite"),
+    (lambda: RP_4.confined_slip(0.0, [0.1], HUGE), f"sigma_N = {LONG}: expected a finite"),
+    *(
+        (lambda n=n: RP_4.confined_slip(0.0, [0.1], 0.0, preload=n), "preload = .+: expected a whole number")
+        for n in (2**40, 2**31, HUGE, 2.5, NAN, INF, "x", None, 0)
+    ),
+    # patterns
+    (lambda: Pattern.planes([[0, 1, 0], [1, 0, 0]], [0.5, 0.5]), "^n_N of listed plane 1 = 0: expected > 0"),
+    (lambda: Pattern.planes([[1, 0, 0], [-1, 0, 0]], [0.5, 0.5]), "n_N of listed plane 2 = -1: expected > 0"),
+    (lambda: Pattern.planes([[1, NAN, 0], [1, 0, 0]], [0.5, 0.5]),
+     "n_Tx of listed plane 1 = NaN: expected finite"),
+    (lambda: Pattern.planes([[1, 0, 0], [1, 0, INF]], [0.5, 0.5]),
+     "n_Ty of listed plane 2 = Inf.*: expected fin"),
+    (lambda: Pattern.planes(TWO, [1.0, 0.0]), "gamma of listed plane 2 = 0: expected > 0"),
+    (lambda: Pattern.planes(TWO, [0.5, 0.4]),
+     "weights gamma of the listed planes sum to 0.9: expected 1 within"),
+    (lambda: Pattern(-2), "m = -2: expected 0 for 0 listed planes"),
+    (lambda: Pattern([(1.0, 0.0, 0.0)]), "expected a number of planes; Pattern.planes.normals, weights"),
+    (lambda: Interface(TABLE_2, 8), "pattern = 8: expected a Pattern, as Pattern.regular"),
+    (lambda: Interface(0.3, RP_4.pattern), "material = 0.3: expected a Material, as Material"),
+    # load paths
+    (lambda: RP_4.confined_slip(NAN, [0.0, INF, 0.1], -INF, preload=0),
+     r"^sigma_N = -Inf.*: expected .*\npreload = 0: exp.*\nslips\[1\] = Inf.*: exp.*\ndirection = NaN: exp"),
+    (lambda: RP_4.run([]), "steps: expected one asperity.Step or more"),
+    (lambda: RP_4.run([{"t_N": 1.0}]), "steps: expected one asperity.Step or more"),
+    (lambda: RP_4.run(Step(), Point(np.full(23, 2.0))), r"STATEV\(9\) alpha = 2"),
+    (lambda: Step(slip="x"), "slip.* = 'x': expected a finite number"),
+    (lambda: Step(follow="x"), "follow = 'x': expected 'stable' or 'branch'"),
+    (lambda: RP_4.run([Step(), Step(time=-1.0)]), r"steps\[1\]: time = -1: expected >= 0"),
+    (lambda: RP_4.run(Step(), tolerance=0.5), r"tolerance = 0\.5: expected 1e-8 to 0\.1"),
+    (lambda: slip_curves(RT, NAN, [0.1]), "direction"),
+    (lambda: slip_curves(RT, 0.0, []), "slips"),
+    (lambda: slip_curves(RT, 0.0, [0.1], INF), "sigma_N"),
+    (lambda: slip_curves(Interface(MATERIAL, RT.pattern), 0.0, [0.1], 0.0, 0), "preload = 0"),
+    # joints without bond, masonry
+    (lambda: joint(kn=-1.0, ks=NAN, mu=-2.0), r"^mu = -2: exp.*\nkn = -1.0: exp.*\nks = nan: expected"),
+    (lambda: joint(sigma0=3.0), "sigma0 = 3.0: expected without kn and ks"),
+    (lambda: joint(kc=2.0), "kc = 2.0: expected without kn and ks"),
+    (lambda: joint(damage0=0.5), "damage0 = 0.5: expected"),
+    (lambda: joint(kn=1e20, ks=1.0), r"kn = 1e\+20: expected at most 1e10 ks"),
+    (lambda: joint(kn="a", ks=1e-45), "kn = 'a': .*\nks = 1e-45"),
+    (lambda: Material.from_masonry(**MASONRY | {"ft": 0.0, "GfII": -1}), r"ft = 0.*\nGfII = -1"),
+    (lambda: Material.from_masonry(**MASONRY | {"kn": 1.0}), r"kn = 1.0: expected more than ft\^2/\(2 GfI\)"),
+    # cards
+    *(
+        (lambda arguments=arguments: RT.card(*arguments[:1], **arguments[1]), message)
+        for arguments, message in (
+            (("ansys", {}), "host = 'ansys': expected one of abaqus, akantu, calculix, fenicsx, kratos"),
+            (("abaqus", {"name": "2 joints"}), "name = '2 joints': expected a letter"),
+            (("abaqus", {"h": -1.0}), "h = -1"),
+            (("abaqus", {"dimension": 1}), "dimension = 1: expected 2 or 3"),
+            (("abaqus", {"density": 0.0}), "density = 0: expected > 0"),
+            (("abaqus", {"density": NAN}), "density = nan: expected > 0"),
+            (("abaqus", {"explicit": True}), "density is missing: expected a density"),
+            (("abaqus", {"stress": 0.0}), "stress = 0: expected the normal traction in compression, < 0"),
+            (("abaqus", {"modulus": 1.0}), "modulus and size: expected both or none"),
+            (("abaqus", {"modulus": -1.0, "size": 1.0}), "modulus = -1: expected > 0"),
+            (("abaqus", {"modulus": 1.0, "size": INF}), "size = inf: expected > 0"),
+            (("akantu", {"h": 0.1}), "h = 0.1: expected 1 for akantu"),
+            (("calculix", {"name": "NLJOINT"}), "expected none that begins with NL"),
+            (("calculix", {"map": 1}), "map = 1: expected 0 for calculix"),
+            (("calculix", {"dimension": 2}), "dimension = 2: expected 3 for calculix"),
+            (("calculix", {"explicit": True}), "explicit, density: expected for abaqus only"),
+            (("fenicsx", {"map": 1}), "map = 1: expected 0 for fenicsx"),
+            (("kratos", {"h": 0.1}), "h = 0.1: expected 1 for kratos"),
+            (("kratos", {"density": 1.0}), "explicit, density: expected for abaqus only, not for kratos"),
+            (("oofem", {"map": 1}), "map = 1: expected 0 for oofem"),
+            (("oofem", {"dimension": 2}), "dimension = 2: expected 3 for oofem"),
+            (("ogs", {"map": 1}), "map = 1: expected 0 for ogs"),
+            (("ogs", {"dalpha": 0.1}), "dalpha = 0.1: expected 0 for ogs, which ignores a request"),
+            (("ogs", {"density": 1.0}), "explicit, density: expected for abaqus only, not for ogs"),
+        )
+    ),
+    (lambda: ONE_PLANE.card("akantu"), "m = -1: expected a regular pattern for akantu"),
+    (lambda: ONE_PLANE.card("calculix"),
+     f"{contract.N_FIXED_PROPS + contract.N_LISTED_VALUES} constants: expected at most 21 for calculix"),
+    (lambda: ONE_PLANE.card("ogs"), "m = -1: expected a regular pattern for ogs"),
+    (lambda: Interface(TABLE_2, Pattern.regular(33, 30.0)).card("ogs"),
+     "34 planes: expected fewer for ogs, whose library has no AsperityLayer34"),
+    (lambda: Interface(Material(3.0, 0.3, 0.9, 0.5, crush=2.0), RT.pattern).card("calculix"),
+     "crush = 2: expected 0 for calculix, which passes at most 21"),
+    (lambda: remarks.remarks(TABLE_2, RT.pattern, direction=NAN), "direction = nan: expected a finite angle"),
+    # tools
+    *(
+        (lambda t=t: select(LoadCase(**LOAD), t), "tolerance = .*: expected 0 < tolerance < 1")
+        for t in (0.0, -0.1, 1.0, NAN)
+    ),
+    *(
+        (lambda p=p: select(LoadCase(**LOAD | {"sigma_N": p, "turns": (0.15,)}), 0.05), "sigma_N = 4.5: exp")
+        for p in ((4.5,), (-5.0, 4.5), (4.5, -5.0))
+    ),
+    (lambda: LoadCase(**LOAD | {"theta": 95.0}), "theta = 95"),
+    (lambda: LoadCase(**LOAD | {"flat": 1.5}), "flat = 1.5"),
+    (lambda: LoadCase(**LOAD | {"sigma_N": ()}), "sigma_N = "),
+    (lambda: LoadCase(**LOAD | {"sigma_N": (NAN,)}), "sigma_N = .*nan"),
+    (lambda: LoadCase(**LOAD | {"turns": (0.0,)}), "turns = .*: expected a path"),
+    (lambda: LoadCase(**LOAD | {"direction": INF}), "direction = inf"),
+    (lambda: LoadCase(**LOAD | {"material": Material(3.0, 0.3, 0.9, 0.5, tau_v=1.0)}), "tau_v = 1"),
+    (lambda: spread(samples=0), "samples = 0: expected a whole number, 2 to"),
+    (lambda: spread(seed=-1), "seed = -1: expected a whole number >= 0"),
+    (lambda: spread(levels=[0.5, 0.1]), "expected increasing numbers between 0 and 1"),
+    (lambda: spread(correlations={("mu", "theta"): 0.2, ("theta", "mu"): 0.9}), "given twice"),
+    (lambda: planes_from_scan(BOWL, direction=NAN), "direction = nan: expected a finite angle"),
+    (lambda: planes_from_scan(BOWL, directions=0), "directions = 0: expected a whole number, 1 to"),
+    (lambda: planes_from_scan(BOWL, bins=2.5), "bins = 2.5: expected a whole number"),
+    (lambda: planes_from_scan(BOWL, flat_below=100.0), "flat_below = 100.0: expected degrees, 0 to below 90"),
+    (lambda: planes_from_scan(np.zeros((9, 9))), r"scan = .*: expected a file, or Scan\(x, y, z\) of arrays"),
+    (lambda: Scan(X[::-1], None, np.zeros((1, 9))), "x: expected two or more positions that increase"),
+    (lambda: Scan(X, None, np.full((1, 9), NAN)), "z: expected finite numbers"),
+]
+
+
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+@pytest.mark.parametrize(("call", "message"), ROWS, ids=[message for _, message in ROWS])
+def test_refused(call: Callable[[], object], message: str) -> None:
+    """The message names argument, value and what is expected."""
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+def build(row: contract.Prop, value: float) -> object:
+    """The object whose field a constant is."""
+    if row.owner == "law":
+        return Material(**({"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | {row.name: value}))
+    if row.owner == "pattern":
+        name = "sides" if row.name == "m" else row.name
+        return Pattern.regular(**({"sides": 4, "theta": 30.0} | {name: value}))
+    return RP_4.props(**{row.name: value})
+
+
+def bad_values(row: contract.Prop) -> list[float]:
+    """Values of a constant outside its range, which stands in tests/law/test_contract.pf, and no value."""
+    if row.name == "m":
+        return [1.0, -3.0, 65.0, 2.5, NAN, INF]
+    return [math.nextafter(row.lower, -INF), math.nextafter(row.upper, INF), NAN, INF] + [0.5] * row.integral
+
+
+@pytest.mark.parametrize(
+    ("row", "value"),
+    [(row, value) for row in contract.props_table() if row.owner != "reserved" for value in bad_values(row)],
+    ids=lambda part: getattr(part, "name", str(part)),
+)
+def test_every_bad_constant(row: contract.Prop, value: float) -> None:
+    """A constant out of range is named as the caller names it, with its value and what was expected."""
+    with pytest.raises(ValueError) as error:
+        build(row, value)
+    name, admissible = ("sides", "0 or 2 to 64") if row.name == "m" else (row.name, row.admissible)
+    wanted = rf"{name} = ([^:\n]*)(?::[^\n]*)?: expected {re.escape(admissible)}"
+    found = re.fullmatch(wanted, str(error.value))
+    assert found and np.array_equal(float(found[1]), value, equal_nan=True)
+
+
+def test_all_bad_values_at_once() -> None:
+    """One error names all bad values, of a state of 65 planes and of 64 listed planes, too."""
+    with pytest.raises(ValueError) as error:
+        Material(sigma0=-3.0, Gc=NAN, eta=2.0, mu=-1.0, sigma02=-1.0, tau_v=-5.0)
+    starts = ["sigma0", "Gc", "eta", "mu", "sigma02", "tau_v"]
+    assert [line.split(" = ")[0] for line in str(error.value).splitlines()] == starts
+    wide = Interface(TABLE_2, Pattern.regular(64, 30.0))
+    for call, wanted in (
+        (lambda: wide.update(np.zeros((1, 3)), np.full((1, wide.nstatv), NAN)),
+         [f"STATEV({i}) " for i in range(1, wide.nstatv + 1)]),
+        (lambda: Pattern.planes(np.full((64, 3), NAN), np.full(64, NAN)),
+         [f"{n} of listed plane {k} = NaN" for n in ("n_N", "n_Tx", "n_Ty", "gamma") for k in range(1, 65)]),
+    ):  # fmt: skip
+        with pytest.raises(ValueError) as error:
+            call()
+        assert all(text in str(error.value) for text in wanted) and not str(error.value).endswith("...")
+
+
+@pytest.mark.parametrize("value", [NAN, INF, -INF, 1e80])
+@pytest.mark.parametrize(("component", "name"), [(0, "s_N"), (1, "s_Tx"), (2, "s_Ty")])
+def test_separations_that_are_not_finite(component: int, name: str, value: float) -> None:
+    """NaN, infinities and separations out of range in s, s_old and S are rejected with their names."""
+    s = np.zeros((3, 3))
+    s[1, component] = value
+    for call, start in (
+        (lambda: RP_4.update(s), rf"point 1 \(of 0 to 2\): {name} = .*: expected a finite number"),
+        (lambda: RP_4.update(np.zeros((3, 3)), s_old=s), rf"point 1 \(of 0 to 2\): {name} at the start = "),
+        (lambda: RP_4.replay(s), rf"row 1 \(of 0 to 2\): {name} = "),
+    ):
+        with pytest.raises(ValueError, match=f"^{start}"):
+            call()
+
+
+@pytest.mark.parametrize(
+    ("index", "value", "name"),
+    [(1, NAN, "stored"), (6, INF, "offset_Tx"), (8, -0.1, "alpha"), (11, 1.1, "alpha"), (12, NAN, "s_dit")],
+)
+def test_bad_states(index: int, value: float, name: str) -> None:
+    """A state that no update can return is rejected with index (from 1, as in the hosts) and name."""
+    state = np.zeros((2, 23))
+    state[1, index] = value
+    with pytest.raises(ValueError, match=rf"^point 1 \(of 0 to 1\): STATEV\({index + 1}\) {name} = "):
+        RP_4.update(np.zeros((2, 3)), state)
