@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import re
 import sys
-import warnings
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,11 +13,10 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, contract
 from asperity.case_files import read_case
-from asperity.cli import main
 from asperity.surface import slopes
 from asperity.surface.command import HEADING, case_lines, props_line
 from asperity.surface.scan import Scan
-from asperity.surface.scan_files import planes_from_scan, read_scan
+from asperity.surface.scan_files import read_scan
 from asperity.surface.slopes import Planes, Slips
 from refresh import follow
 
@@ -85,11 +83,13 @@ def test_ridge_is_the_trapezoid(flat: float) -> None:
 
 
 def test_tilted_ridge() -> None:
-    """A scan rotated by 17 degrees has the same planes and another tilt: levelling is a rotation."""
+    """A scan rotated by 17 degrees has the same planes and heights, and another tilt."""
     x = np.arange(401) / 40
     z = trapezoid(x, 2.0, 0.25, T, T)
     c, s = np.cos(np.radians(17.0)), np.sin(np.radians(17.0))
-    found, level = profile(c * x - s * z, s * x + c * z), profile(x, z)
+    tilted = Scan(c * x - s * z, None, (s * x + c * z)[None, :])
+    assert np.ptp(tilted.heights()) == pytest.approx(np.ptp(z), rel=EXACT)
+    found, level = slopes.facets(tilted), profile(x, z)
     assert found.tilt == pytest.approx(17.0, abs=EXACT)
     assert found.normals == pytest.approx(level.normals, abs=EXACT)
     assert found.gamma == pytest.approx(level.gamma, abs=EXACT)
@@ -270,15 +270,6 @@ def test_errors_of_an_isotropic_pattern() -> None:
     assert seen.uphill[1][[0, 18]] == pytest.approx(rms, rel=1e-6)
 
 
-def test_heights_are_perpendicular() -> None:
-    """A ridge scanned at a tilt of 17 degrees has the height of the level one; the tilt is reported."""
-    x = np.arange(401) / 40
-    z = trapezoid(x, 2.0, 0.25, T, T)
-    c, s = np.cos(np.radians(17.0)), np.sin(np.radians(17.0))
-    tilted = Scan(c * x - s * z, None, (s * x + c * z)[None, :])
-    assert np.ptp(tilted.heights()) == pytest.approx(np.ptp(z), rel=EXACT)
-
-
 def test_lean_to_least_squares() -> None:
     """On x^2 over [0, 1] both planes rise by 1; on 1.25 waves of a sine they differ by a closed form."""
     x = np.linspace(0.0, 1.0, 2001)
@@ -314,19 +305,16 @@ def test_bins() -> None:
     assert 0.0 < lost[-1] < 1.0 - np.sinc(1.0 / 8.0) ** 2
 
 
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_residual_is_that_of_the_law() -> None:
     """The residual strength is that of the library at a large slip, also for planes of equal slope."""
     found, _ = egg_box(0.05, 24)
     listed, _ = slopes.bin_facets(found, 8, 2, 10.0)
     # all planes are fully damaged; the stiff contact makes the other planes open
-    material = Material(3.0, 0.001, 0.9, MU, kc=1.0e4)
+    material, path = Material(3.0, 0.001, 0.9, MU, kc=1.0e4), np.linspace(0, 1, 2001)[1:]
     for pattern, degrees in ((listed, (0.0, 33.0, 200.0)), (Pattern.regular(2, THETA), (0.0, 90.0))):
         for direction in degrees:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                history = Interface(material, pattern).confined_slip(
-                    direction, np.linspace(0, 1, 2001)[1:], -1.0
-                )
+            history = Interface(material, pattern).confined_slip(direction, path, -1.0)
             e = np.array([np.cos(np.radians(direction)), np.sin(np.radians(direction))])
             expected = Planes.of(pattern).residual(np.radians([direction]), MU)[0]
             assert history.damage[-1] == 1.0
@@ -360,9 +348,9 @@ def write(text: str) -> Path:
     return Path("scan.csv")
 
 
-def rows(*columns: np.ndarray, header: str = "", mark: str = ",") -> str:
+def rows(*columns: np.ndarray, header: str = "", mark: str = ",", form: str = ".12g") -> str:
     """Text of a CSV."""
-    lines = [mark.join(f"{value:.12g}" for value in row) for row in np.column_stack(columns)]
+    lines = [mark.join(format(value, form) for value in row) for row in np.column_stack(columns)]
     return "\n".join(([header] if header else []) + lines) + "\n"
 
 
@@ -394,32 +382,38 @@ def test_rounded_coordinates(folder: Path) -> None:
     """A grid of spacing 1/30 in three decimals, with distances of 0.033 or 0.034, counts as regular."""
     a = np.arange(31) / 30
     x, y = np.meshgrid(a, a)
-    columns = np.column_stack([x.ravel(), y.ravel(), (x + y**2).ravel()])
-    text = "\n".join(",".join(f"{value:.3f}" for value in row) for row in columns)
-    scan = read_scan(write(text))
+    scan = read_scan(write(rows(x.ravel(), y.ravel(), (x + y**2).ravel(), form=".3f")))
     assert scan.x == pytest.approx(a, abs=EXACT) and scan.y == pytest.approx(a, abs=EXACT)
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("no_picture")
-def test_remarks(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Doubtful units, two spacings and slopes of noise give a remark, a plateau does not."""
-    x = np.arange(400) * 0.1
-    noise = np.random.default_rng(3).normal(0.0, 0.01, 400)
-    for z, remark in (
-        (np.sin(x), ""),
-        (1e-4 * np.sin(x), "an rms slope of 7e-05 is unusual: are x and z in the same unit?"),
-        (5.0 * np.sin(x), "an rms slope of 3.9 is unusual"),
-        (noise, r"the rms slope at 0.1 mm is \d+% above that at 0.2: there is no plateau"),
-    ):
-        write(rows(x, z, header="x [mm],z [mm]"))
-        assert main(["surface", "scan.csv"]) == 0
-        found = re.findall(r"^remark +(.*)$", capsys.readouterr().out, re.MULTILINE)
-        assert len(found) == bool(remark) and all(re.match(remark, text) for text in found)
-    a, b = np.meshgrid(x[:40], 2.0 * x[:20])
+WAVE = np.arange(400) * 0.1
+NOISE = np.random.default_rng(3).normal(0.0, 0.01, 400)
+
+
+@pytest.mark.usefixtures("folder", "no_picture")
+@pytest.mark.parametrize(
+    ("z", "remark"),
+    [
+        (np.sin(WAVE), ""),
+        (1e-4 * np.sin(WAVE), "an rms slope of 7e-05 is unusual: are x and z in the same unit?"),
+        (5.0 * np.sin(WAVE), "an rms slope of 3.9 is unusual"),
+        (NOISE, r"the rms slope at 0.1 mm is \d+% above that at 0.2: there is no plateau"),
+    ],
+    ids=["plateau", "small", "steep", "noise"],
+)
+def test_remarks(z: np.ndarray, remark: str, said: Callable) -> None:
+    """Doubtful units and slopes of noise give a remark, a plateau does not."""
+    write(rows(WAVE, z, header="x [mm],z [mm]"))
+    found = re.findall(r"^remark +(.*)$", said("surface scan.csv")[0], re.MULTILINE)
+    assert len(found) == bool(remark) and all(re.match(remark, text) for text in found)
+
+
+@pytest.mark.usefixtures("folder", "no_picture")
+def test_two_spacings(said: Callable) -> None:
+    """Points that are farther apart along y than along x give a remark."""
+    a, b = np.meshgrid(WAVE[:40], 2.0 * WAVE[:20])
     write(rows(a.ravel(), b.ravel(), np.sin(a).ravel(), header="x [mm],y [mm],z [mm]"))
-    assert main(["surface", "scan.csv"]) == 0
-    out = capsys.readouterr().out
+    out, _ = said("surface scan.csv")
     assert "\nremark      points are 0.1 to 0.2 mm apart; --sampling 0.2 gives them one scale\n" in out
     assert "facets      2964 at 0.1 to 0.2 mm" in out
 
@@ -429,9 +423,8 @@ def test_overhang_of_the_average_plane() -> None:
     x = np.linspace(0.0, 1.0, 101)
     z = 3.0 * x
     z[50:] -= 0.8
-    with pytest.raises(
-        ValueError, match=r"1 facets, the first at x = 0.49, overhang the average plane, .* n_N > 0"
-    ):
+    message = r"1 facets, the first at x = 0.49, overhang the average plane, .* n_N > 0"
+    with pytest.raises(ValueError, match=message):
         profile(x, z)
 
 
@@ -507,14 +500,30 @@ def bad_meshes() -> dict[str, tuple[np.ndarray, np.ndarray, str]]:
     }  # fmt: skip
 
 
+@pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize("name", bad_meshes())
-def test_bad_meshes(folder: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
-    """What is no height field is refused with the number found, and nothing is written."""
+def test_bad_meshes(name: str) -> None:
+    """What is no height field is refused with the number found."""
     points, triangles, message = bad_meshes()[name]
-    save("joint.vtu", points, triangles)
-    assert main(["surface", "joint.vtu"]) == 1
-    assert re.search(message, capsys.readouterr().err)
-    assert [path.name for path in folder.iterdir()] == ["joint.vtu"]
+    with pytest.raises(ValueError, match=f"joint.vtu: .*{message}"):
+        read_scan(save("joint.vtu", points, triangles))
+
+
+@pytest.mark.usefixtures("folder")
+def test_unreadable_meshes(said: Callable, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file without triangles, a spacing that memory does not hold, and meshio that is missing."""
+    message = r"asperity: \w+\.stl: .+: expected .*triangles.*\n"
+    for text in ("", "nonsense", "solid a\nendsolid a\n"):
+        Path("joint.stl").write_text(text, encoding="utf-8")
+        out, err = said("surface joint.stl", 1)
+        assert re.fullmatch(message, err) and not out
+    assert re.fullmatch(message, said("surface none.stl", 1)[1])
+    save("joint.stl", *sheet())
+    for spacing in ("1e-5", "1e-300"):
+        error = said(f"surface joint.stl --spacing {spacing}", 1)[1]
+        assert "points at --spacing: expected at most 1e+07" in error
+    monkeypatch.setitem(sys.modules, "meshio", None)
+    assert "pip install 'asperity[surface]'" in said("surface joint.stl", 1)[1]
 
 
 def test_holes_and_clouds_of_points(folder: Path) -> None:
@@ -524,9 +533,8 @@ def test_holes_and_clouds_of_points(folder: Path) -> None:
     z = 0.3 * x - 0.1 * y
     hole = np.hypot(x - 9, y - 12) < 2.5
     (folder / "map.csv").write_text(rows(x[~hole], y[~hole], z[~hole], header="x,y,z"), encoding="utf-8")
-    matrix = np.where(hole, np.nan, z).reshape(n, n)
-    text = "\n".join(",".join("" if np.isnan(one) else f"{one:.3f}" for one in row) for row in matrix)
-    (folder / "matrix.csv").write_text(text + "\n", encoding="utf-8")
+    matrix = rows(*np.where(hole, np.nan, z).reshape(n, n).T, form=".3f").replace("nan", "")
+    (folder / "matrix.csv").write_text(matrix, encoding="utf-8")
     for name, spacing in (("map.csv", None), ("matrix.csv", (1.0, 1.0))):
         with pytest.warns(ModelWarning, match=f"{hole.sum()} of {n * n} points are in holes"):
             scan = read_scan(folder / name, spacing)
@@ -541,84 +549,9 @@ def test_holes_and_clouds_of_points(folder: Path) -> None:
     save("joint.vtu", points, np.delete(triangles, [78, 78 + 144], axis=0))
     with pytest.warns(ModelWarning, match="16 of .* points are in holes"):
         read_scan(folder / "joint.vtu", (0.02, 0.02))
-    with pytest.raises(ValueError, match=r"scan = .*: expected a file, or Scan\(x, y, z\) of arrays"):
-        planes_from_scan(np.zeros((9, 9)))  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("text", ["", "nonsense", "solid a\nendsolid a\n"])
-def test_unreadable_meshes(folder: Path, capsys: pytest.CaptureFixture[str], text: str) -> None:
-    """A file without triangles gives a message, not the end of the program that reads it."""
-    (folder / "joint.stl").write_text(text, encoding="utf-8")
-    for name in ("joint.stl", "none.stl"):
-        assert main(["surface", name]) == 1
-        said = capsys.readouterr()
-        assert re.fullmatch(rf"asperity: {name}: .+: expected .*triangles.*\n", said.err) and not said.out
-
-
-@pytest.mark.usefixtures("folder")
-def test_grid_too_fine(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A spacing that asks for more points than memory holds is an error with their number."""
-    save("joint.stl", *sheet())
-    for spacing in ("1e-5", "1e-300"):
-        assert main(["surface", "joint.stl", "--spacing", spacing]) == 1
-        assert "points at --spacing: expected at most 1e+07" in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("folder")
-def test_missing_meshio(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """Without meshio the message says what to install."""
-    save("joint.stl", *sheet())
-    monkeypatch.setitem(sys.modules, "meshio", None)
-    assert main(["surface", "joint.stl"]) == 1
-    assert "pip install 'asperity[surface]'" in capsys.readouterr().err
 
 
 # --- command ------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("options", ["", "--regular", "--planes 33 --smooth 0.2 --sampling 0.1"])
-def test_command(folder: Path, capsys: pytest.CaptureFixture[str], options: str) -> None:
-    """The printed pattern is valid in cases and PROPS, and the CSV has the same planes."""
-    _, x, y = grid(20, 2)
-    write(rows(*(0.05 * np.sin(2 * np.pi * x) * np.sin(2 * np.pi * y)).T))
-    material = "sigma0=3,Gc=0.3,eta=0.9,mu=0.5"
-    command = [
-        "surface",
-        "scan.csv",
-        "--spacing",
-        "0.05",
-        "--material",
-        material,
-        "-o",
-        "found",
-        *options.split(),
-    ]
-    assert main(command) == 0
-    out = capsys.readouterr().out
-    lines = re.search(r"^&pattern.*?/$", out, re.MULTILINE | re.DOTALL)
-    props = re.search(r"^PROPS  (.*)$", out, re.MULTILINE)
-    assert lines and props
-    Path("case.nml").write_text(
-        f"&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /\n{lines[0]}\n&step s_N = 0.1 /\n",
-        encoding="utf-8",
-    )
-    interface = read_case(Path("case.nml")).runs[0].interface
-    given = np.array([float(value) for value in props[1].split(",")])
-    full = interface.props()
-    assert given == pytest.approx(full[: len(given)], abs=1e-8)
-    defaults = [row.default for row in contract.props_table()]
-    assert len(full) == len(given) or list(full[len(given) :]) == defaults[len(given) :]
-    with Path("found.csv").open(encoding="utf-8") as file:
-        table = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
-    normals = [[row["n_N"], row["n_Tx"], row["n_Ty"]] for row in table]
-    assert normals == pytest.approx(interface.pattern.normals, abs=1e-8)
-    assert [row["gamma"] for row in table] == pytest.approx(interface.pattern.weights, abs=1e-8)
-    for row in table:
-        e = np.radians([row["theta_deg"], row["azimuth_deg"]])
-        slope = -np.sin(e[0]) * np.array([np.cos(e[1]), np.sin(e[1])])
-        assert [row["n_Tx"], row["n_Ty"]] == pytest.approx(slope, abs=1e-7)
-    assert Path("found.png").stat().st_size > 10000
-
 
 BOX = """&material sigma0 = 0.3, Gc = 0.03, eta = 0.95, mu = 0.4, kc = 20.0 /
 &pattern sides = 2, ! RT / as it was
@@ -627,51 +560,49 @@ BOX = """&material sigma0 = 0.3, Gc = 0.03, eta = 0.95, mu = 0.4, kc = 20.0 /
 &step t_N = held /
 &step slip = 0.8 /
 """
+PRINTED = re.compile(r"^(&pattern.*?/)\n\nPROPS  (.*?)$", re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("options", [[], ["--regular"]])
-@pytest.mark.usefixtures("no_picture")
-def test_case_for_the_other_commands(
-    folder: Path, capsys: pytest.CaptureFixture[str], options: list[str]
-) -> None:
-    """Driver, card and select read the written case; mu and kc are those of the template."""
+@pytest.mark.parametrize("options", ["", "--regular", "--planes 33 --smooth 0.2 --sampling 0.1"])
+def test_command(folder: Path, said: Callable, options: str) -> None:
+    """The written case has the printed pattern and the template's rest; PROPS and CSV have the same planes.
+
+    Driver, card and select read the case.
+    """
     _, x, y = grid(20, 2)
     write(rows(*(0.05 * np.sin(2 * np.pi * x) * np.sin(2 * np.pi * y)).T))
     Path("box.nml").write_text(BOX, encoding="utf-8")
-    command = ["surface", "scan.csv", "--spacing", "0.05", "--case", "box.nml", "-o", "found", *options]
-    assert main(command) == 0
-    out = capsys.readouterr().out
+    out, _ = said(f"surface scan.csv --spacing 0.05 --case box.nml -o found {options}")
+    assert Path("found.png").stat().st_size > 10000
     assert "mu = 0.4" in out and Path("box.nml").read_text(encoding="utf-8") == BOX
-    text = Path("found.nml").read_text(encoding="utf-8")
-    lines = re.search(r"^&pattern.*?/$", out, re.MULTILINE | re.DOTALL)
-    assert lines and text == HEADING + re.sub(r"&pattern.*?10.0 /", lines[0], BOX, flags=re.DOTALL)
+    [(lines, props)] = PRINTED.findall(out)
+    expected = HEADING + re.sub(r"&pattern.*?10.0 /", lines, BOX, flags=re.DOTALL)
+    assert Path("found.nml").read_text(encoding="utf-8") == expected
     interface = read_case(Path("found.nml")).runs[0].interface
-    props = re.search(r"^PROPS  (.*)$", out, re.MULTILINE)
-    assert props and [float(v) for v in props[1].split(",")] == pytest.approx(interface.props(), abs=1e-8)
-    assert interface.props()[15] == 20.0
-    planes = len(interface.pattern.weights)
-    assert main(["run", "found.nml", "-o", "rows.csv"]) == 0
+    assert [float(value) for value in props.split(",")] == pytest.approx(interface.props(), abs=1e-8)
+    assert interface.material.kc == 20.0
+    table = np.genfromtxt("found.csv", delimiter=",", names=True)
+    normals = np.column_stack([table[name] for name in ("n_N", "n_Tx", "n_Ty")])
+    assert normals == pytest.approx(interface.pattern.normals, abs=1e-8)
+    assert table["gamma"] == pytest.approx(interface.pattern.weights, abs=1e-8)
+    theta, azimuth = np.radians([table["theta_deg"], table["azimuth_deg"]])
+    slope = -np.sin(theta) * np.array([np.cos(azimuth), np.sin(azimuth)])
+    assert normals[:, 1:] == pytest.approx(slope.T, abs=1e-7)
+    said("run found.nml -o rows.csv")
     assert {path.name for path in folder.glob("rows_*.csv")} == {"rows_-0.2.csv", "rows_-0.5.csv"}
-    assert main(["card", "abaqus", "found.nml"]) == 0
-    assert f"*Depvar\n{contract.n_statev(planes)}," in capsys.readouterr().out
-    # CalculiX accepts no listed planes, and with listed planes there is nothing to select
-    code = 0 if options else 1
-    assert main(["card", "calculix", "found.nml"]) == code
-    if not options:
-        assert "regular" in capsys.readouterr().err
-        assert main(["select", "found.nml"]) == 1
-        assert "with listed planes there is nothing to select" in capsys.readouterr().err
+    assert f"*Depvar\n{interface.nstatv}," in said("card abaqus found.nml")[0]
+    # CalculiX accepts no listed planes
+    assert options == "--regular" or "regular" in said("card calculix found.nml", 1)[1]
 
 
-@pytest.mark.usefixtures("no_picture")
-def test_lines_of_a_flat_profile(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A straight profile gives the flat plane, listed or regular."""
+@pytest.mark.usefixtures("folder", "no_picture")
+def test_lines_of_a_flat_profile(said: Callable) -> None:
+    """A straight profile gives the flat plane, listed or regular; without a material PROPS have names."""
     write(rows(np.arange(9.0), 0.5 * np.arange(9.0), header="x [mm], z [mm]"))
-    assert main(["surface", "scan.csv", "--regular"]) == 0
-    out = capsys.readouterr().out
+    out, _ = said("surface scan.csv --regular")
     assert "\n&pattern sides = 0 /\n" in out and "\nPROPS  sigma0, Gc, eta, mu, 0, 0, " in out
-    assert main(["surface", "scan.csv"]) == 0
-    assert "&pattern normals = 1.000000000, 0.000000000, 0.000000000," in capsys.readouterr().out
+    out, _ = said("surface scan.csv --material sigma0=3,Gc=0.3,eta=0.9,mu=0.5")
+    assert "&pattern normals = 1.000000000, 0.000000000, 0.000000000," in out and "\nPROPS  3, 0.3, " in out
 
 
 def test_full_list_of_planes() -> None:
@@ -696,4 +627,3 @@ def test_page(tmp_path: Path) -> None:
     listed, _ = slopes.bin_facets(slopes.facets(read_scan(tmp_path / "joint.csv")), 8, 3)
     first = ",".join(f"{value:.9f}" for value in (*listed.normals[0], listed.weights[0]))
     assert first in text
-
