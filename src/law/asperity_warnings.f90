@@ -23,11 +23,12 @@ module asperity_warnings
     m_runaway = 8, &       !! elastic energy of the friction over W0
     m_let_go = 9, &        !! this energy over W0, times the climbed height over the closure, where planes share it
     m_steep = 10, &        !! closure over the largest closure Vm
-    n_measures = 10
+    m_crushed = 11, &      !! height that the pressure crushes over the closure, where planes share the pressure
+    n_measures = 11
 
   !> Limits: a larger measure gives a warning.
   real(wp), parameter, public :: limits(n_measures) = [0.0_wp, nearest(1.0_wp, -1.0_wp), 0.0_wp, 1.0_wp, &
-    nearest(1.0_wp, -1.0_wp), 0.1_wp, 0.1_wp, 0.01_wp, 1.0_wp, largest_closure_share]
+    nearest(1.0_wp, -1.0_wp), 0.1_wp, 0.1_wp, 0.01_wp, 1.0_wp, largest_closure_share, 1.0_wp]
   !> Length of a text that holds each sentence.
   integer, parameter, public :: text_size = 240
   !> Inclinations (degrees) below this may have been meant in radians: a right angle is 1.57.
@@ -70,8 +71,11 @@ contains
       if (s_f > 0.0_wp) values(m_soft) = closure/s_f
       values(m_deep) = closure*material%inv_height
       values(m_runaway) = (material%mu*stress)**2/(2.0_wp*material%k_t)*material%inv_w0
-      if (closure > 0.0_wp .and. shares_pressure(joint)) values(m_let_go) = values(m_runaway)* &
-        (climbed_height(joint, slip)/closure)
+      if (.not. (closure > 0.0_wp .and. shares_pressure(joint))) return
+      values(m_let_go) = values(m_runaway)*(climbed_height(joint, slip)/closure)
+      associate (x => material%kt_crush*stress/material%k_t)
+        if (x > 0.0_wp) values(m_crushed) = (1.0_wp - log(1.0_wp + x)/x)*(climbed_height(joint, slip)/closure)
+      end associate
     end associate
   end function measures
 
@@ -117,7 +121,7 @@ contains
 
   !> Sentence about a measure that is beyond its limit.
   pure function warning_text(which, value) result(text)
-    integer, intent(in) :: which    !! m_modes..m_steep
+    integer, intent(in) :: which    !! m_modes..m_crushed
     real(wp), intent(in) :: value   !! of the measure
     character(len=text_size) :: text
     character(len=*), parameter :: alone = "a plane that carries the largest pressure alone"
@@ -148,6 +152,9 @@ contains
     case (m_steep)
       text = alone // " closes by " // short(value) // " of the largest closure Vm, " // expected(which) // &
         ": beyond it the contact follows the tangent of the hyperbola"
+    case (m_crushed)
+      text = alone // " is crushed by " // short(value) // " times its closure, " // expected(which) // &
+        ": planes that share the pressure may then jump, and the result depends on the increments"
     case default
       text = "the elastic slip of " // alone // " wears " // short(value) // " times its closure off, " // &
         expected(which) // ": planes that share the pressure may then wear off in jumps"
