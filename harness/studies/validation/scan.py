@@ -90,7 +90,10 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
     scan = read_scan(FILE)
     rough = [by_length(scan, step) for step in STEPS]
     smooth, sample = ([row for name, row in found.items() if kind in name] for kind in ("smooth", "sample"))
-    return {"scan": _table(rough), "smooth": _table(smooth), "sample": _table(sample)}
+    profiles = {"scan": rough, "smooth": smooth}
+    for rows in profiles.values():
+        rows[:] = [{name: value for name, value in row.items() if MEASURE not in name} for row in rows]
+    return {name: _table(rows) for name, rows in (profiles | {"sample": sample[::2]}).items()}
 
 
 def _table(rows: Sequence[Constants]) -> str:

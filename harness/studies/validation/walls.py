@@ -100,16 +100,6 @@ def dry(curves: dict[str, Floats]) -> str:
     return markdown(head, body)
 
 
-def cyclic(curves: dict[str, Floats]) -> str:
-    """Table of the cyclic wall."""
-    found = {
-        "measured, WS2.100": next(iter(measured("cyclic WS100").values())),
-        "model": curves["cyclic WS100"],
-    }
-    body = [[name, f"{one[:, 1].max():.1f}", f"{-one[:, 1].min():.1f}"] for name, one in found.items()]
-    return markdown(["cyclic wall", "strength to the right, kN", "to the left, kN"], body)
-
-
 def mortar(curves: dict[str, Floats]) -> str:
     """Table of the Eindhoven walls."""
     body = []
@@ -192,31 +182,6 @@ def methods(summaries: dict[str, dict[str, str]]) -> str:
     return markdown(head, body)
 
 
-CHECKS = {
-    "WS100 4 4": ("WS100", "elements 4 x 4 instead of 2 x 2"),
-    "WS100 drag": ("WS100", "twice the drag"),
-    "WS100 kn": ("WS100", "twice the stiffness of the joints"),
-    "SW100 4 4": ("SW100", "elements 4 x 4 instead of 2 x 2"),
-    "SW100 drag": ("SW100", "twice the drag"),
-    "J4D 2 2": ("J4D", "elements 2 x 2 instead of 4 x 3"),
-    "J4D 8 6": ("J4D", "elements 8 x 6 instead of 4 x 3, to 2.3 mm"),
-}
-"""Runs with another mesh or constant: the run they belong to, and what is changed."""
-
-
-def checks(curves: dict[str, Floats]) -> str:
-    """Table of what a mesh and the assumed constants change."""
-    body = []
-    for name, (wall, what) in CHECKS.items():
-        if name in curves:
-            limit = until(wall) if wall in FORCES else 2.3
-            new, old = most(curves[name], limit), most(curves[wall], limit)
-            body.append(
-                [wall, what, f"{old:.1f}", f"{new:.1f}", f"{round(100.0 * (new / old - 1.0), 1) + 0.0:.1f}"]
-            )
-    return markdown(["wall", "changed", "strength, kN", "with the change, kN", "difference, %"], body)
-
-
 SOLID = {
     "3D 0": "RP-4, turn 0: two planes face across the slip",
     "3D 45": "RP-4, turn 45°",
@@ -232,26 +197,6 @@ def solid(summaries: dict[str, dict[str, str]]) -> str:
             end = "passes" if float(one["end"]) >= 3.5 else f"stops at {float(one['end']):.2f} mm"
             body.append([label, f"{float(one['peak']):.1f}", one["iterations"], one["cuts"], end])
     return markdown(["pattern", "peak, kN", "iterations", "cuts", "to 3.5 mm"], body)
-
-
-def scale(summaries: dict[str, dict[str, str]]) -> str:
-    """Table of the cost in three dimensions."""
-    body = []
-    for name, one in summaries.items():
-        if name.startswith("scale "):
-            seconds, memory = float(one["seconds"]), float(one["memory"])
-            law = 100.0 * float(one["law"]) / seconds
-            body.append(
-                [
-                    one["unknowns"],
-                    one["points"],
-                    name.split()[2],
-                    f"{seconds:.1f}",
-                    f"{law:.1f}",
-                    f"{memory:.2f}",
-                ]
-            )
-    return markdown(["unknowns", "points", "solver", "seconds", "law, %", "memory, GB"], body)
 
 
 def plot(ax: Axes, curve: Floats, **style: object) -> None:
@@ -384,13 +329,10 @@ def tables() -> dict[str, str]:
     curves, summaries = wall_runs.curves(), wall_runs.summaries()
     return {
         "dry": dry(curves),
-        "cyclic": cyclic(curves),
         "mortar": mortar(curves),
         "dilation": dilation(curves),
         "methods": methods(summaries),
         "solid": solid(summaries),
-        "checks": checks(curves),
-        "scale": scale(summaries),
         "arches": arches(),
     }
 
