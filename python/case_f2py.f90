@@ -176,3 +176,50 @@ subroutine case_end(path, run, s, traction, n_state, state, work, message)
   end if
   call put_text(text, message)
 end subroutine case_end
+
+!> Text of a case file with groups and entries as they are given.
+subroutine case_text(n, names, kinds, counts, n_values, values, strings, room, text, length)
+  use asperity_case_entries, only: case_io, close_group, open_group, reals_entry, string_entry, word_entry, written_text
+  implicit none
+  integer, intent(in) :: n                           !! groups and entries
+  character(len=32), intent(in) :: names(n)          !! of groups and entries
+  integer, intent(in) :: kinds(n)                    !! 0 a group, 1 numbers, 2 a string, 3 the name of a sweep's number
+  integer, intent(in) :: counts(n)                   !! numbers of an entry, characters of a string or name
+  integer, intent(in) :: n_values                    !! all numbers, at least 1
+  double precision, intent(in) :: values(n_values)   !! numbers, entry by entry
+  character(len=4096), intent(in) :: strings(n)      !! strings and names
+  integer, intent(in) :: room                        !! size of the array for the text
+  character(len=1), intent(inout) :: text(room)      !! the text, as far as there is room for it
+  integer, intent(out) :: length                     !! of the text
+  type(case_io) :: io
+  double precision, allocatable :: list(:)
+  character(len=:), allocatable :: string
+  integer :: first, i
+  logical :: given
+  io%writes = .true.
+  given = .false.
+  first = 1
+  do i = 1, n
+    select case (kinds(i))
+    case (0)
+      if (given) call close_group(io)
+      given = .true.
+      call open_group(io, trim(names(i)), given)
+    case (1)
+      list = values(first:first + counts(i) - 1)
+      first = first + counts(i)
+      call reals_entry(io, trim(names(i)), list)
+    case (2)
+      string = strings(i)(:counts(i))
+      call string_entry(io, trim(names(i)), string)
+    case default
+      call word_entry(io, trim(names(i)), strings(i)(:counts(i)))
+    end select
+  end do
+  if (given) call close_group(io)
+  call written_text(io, string)
+  length = len(string)
+  do i = 1, min(room, length)
+    text(i) = string(i:i)
+  end do
+end subroutine case_text

@@ -54,13 +54,15 @@ contains
     logical :: found
     call get_umat_path(case, law, what)
     if (.not. case%umat%given) then
-      what%law%library = ""
-      what%law%symbol = "umat_"
-      what%law%props = case%props
-      what%law%nstatv = case%joint%n_statev
-      what%law%first = spread(0.0_wp, 1, what%law%nstatv)
-      if (case%state%given) what%law%first = case%state%statev
-      call complete_umat(what%law, law%length, law%stiffness)
+      what%law%umat%library = ""
+      what%law%umat%symbol = "umat_"
+      what%law%umat%props = case%props
+      what%law%umat%nstatv = case%joint%n_statev
+      what%law%umat%first = spread(0.0_wp, 1, what%law%umat%nstatv)
+      if (case%state%given) what%law%umat%first = case%state%statev
+      what%law%umat%length = law%length
+      what%law%umat%stiffness = law%stiffness
+      call complete_umat(what%law)
       what%state = what%law%virgin()
     end if
     path%law = what%law

@@ -47,26 +47,12 @@ contains
     integer :: earlier, i
     earlier = errors%n
     place = place_of(path)
-    associate (umat => case%umat)
-      law%library = umat%library
-      law%symbol = umat%symbol
-      law%order = umat%order
-      law%props = umat%props
-      law%first = umat%first
-      law%nstatv = umat%nstatv
-      law%ntens = umat%ntens
-      law%position = umat%position
-      law%damage = umat%damage
-      law%h = umat%thickness
-      law%limit = umat%limit
-      law%declared = umat%declared
-      law%has_energies = umat%has_energies
-      call complete_umat(law, umat%length, umat%stiffness)
-      umat%library = law%library
-      ! before a file of results is replaced
-      call try_umat(law, reason)
-      if (len(reason) > 0) call fail(errors, umat%place, reason)
-    end associate
+    law%umat = case%umat
+    call complete_umat(law)
+    case%umat%library = law%umat%library
+    ! before a file of results is replaced
+    call try_umat(law, reason)
+    if (len(reason) > 0) call fail(errors, law%umat%place, reason)
     if (errors%n > earlier) return
     if (.not. case%state%given) then
       case%state%given = .true.
@@ -77,9 +63,10 @@ contains
     end if
     if (size(case%state%statev) >= u_time) law%origin = case%state%statev(u_time)
     call check_steps(law, case%steps, errors, place)
-    do i = 1, merge(size(case%steps), 0, law%position(3) == 0)
+    do i = 1, merge(size(case%steps), 0, law%umat%position(3) == 0)
       if (maxval(abs(case%steps(i)%targets(3, :))) > rounding*maxval(abs(case%steps(i)%targets))) call fail(errors, &
-        case%steps(i)%place, "Ty is not zero: expected an order with Ty, as order = '" // law%order // "' has none")
+        case%steps(i)%place, "Ty is not zero: expected an order with Ty, as order = '" // law%umat%order // &
+        "' has none")
     end do
   end subroutine set_umat
 

@@ -139,7 +139,7 @@ contains
     character(len=:), allocatable :: path
     logical :: written
     path = failed_file(output)
-    call write_failed_case(path, case%props, case%umat, run, written)
+    call write_failed_case(path, case, run, written)
     if (written) call say(label // ": the failed increment was written to " // path)
   end subroutine keep_failed
 

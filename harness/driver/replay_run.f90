@@ -15,7 +15,7 @@ module replay_run
   use asperity_load_path, only: row_type
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_control_point, only: work_between
-  use asperity_case_initial, only: initial_type
+  use asperity_case_start, only: initial_type
   use history, only: add_replayed_row, history_type
   use host_routines, only: umat
   use progress_line, only: progress_type, show_progress

@@ -1,9 +1,9 @@
 !> Random constants of the law: every row of PROPS that belongs to the law and has a default, in its plausible range.
 module random_constants
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_contract, only: n_fixed_props, n_required_props, p_gc, p_m, p_sigma0, prop_table
+  use asperity_case, only: case_type, write_case
+  use asperity_contract, only: n_fixed_props, n_required_props, p_gc, p_sigma0, prop_table
   use asperity_kinds, only: wp
-  use asperity_text, only: to_text
   use random_numbers, only: chance, pick, uniform
   implicit none
   private
@@ -54,29 +54,19 @@ contains
     end associate
   end subroutine draw_constant
 
-  !> Groups of a case file with the constants that differ from their defaults.
+  !> Groups of a case file with the constants that differ from their defaults, in one line.
   function constants_text(props) result(text)
     real(wp), intent(in) :: props(:)   !! (n_fixed_props) constants
     character(len=:), allocatable :: text
-    text = "&material" // of_owner("law") // " / &pattern" // of_owner("pattern") // " /"
-
-  contains
-
-    !> Entries of one owner; the number of planes has another name in a case file.
-    function of_owner(owner) result(entries)
-      character(len=*), intent(in) :: owner   !! law or pattern
-      character(len=:), allocatable :: entries, name
-      integer :: i
-      entries = ""
-      do i = 1, n_fixed_props
-        name = trim(prop_table(i)%name)
-        if (i == p_m) name = "sides"
-        if (prop_table(i)%owner /= owner) cycle
-        if (i /= p_m .and. .not. abs(props(i) - prop_table(i)%default) > 0.0_wp) cycle
-        entries = entries // " " // name // " = " // to_text(props(i)) // ","
-      end do
-    end function of_owner
-
+    type(case_type) :: case
+    integer :: i
+    case%title = ""
+    case%props = props
+    allocate (case%steps(0))
+    call write_case(case, text)
+    do i = 1, len(text)
+      if (text(i:i) == new_line("a")) text(i:i) = " "
+    end do
   end function constants_text
 
 end module random_constants

@@ -222,20 +222,6 @@ def _run(path: bytes, number: int, sizes: Sequence[int], swept: bool) -> Run:
     return Run(of_sweep, props, material, pattern, *path_and_end)
 
 
-def case_lines(pattern: Pattern) -> str:
-    """Group &pattern of a case file, with a line for each plane."""
-    if pattern.m >= 0:
-        text = f"&pattern sides = {pattern.m}"
-        if pattern.m > 0:
-            text += f", theta = {pattern.theta:.9g}, flat = {pattern.flat:.9g}, turn = {pattern.turn:.9g}"
-        return f"{text} /"
-    rows = [", ".join(f"{value:.9f}" for value in normal) for normal in np.round(pattern.normals, 9) + 0.0]
-    weights = [f"{value:.9f}" for value in pattern.weights]
-    wrapped = [", ".join(weights[i : i + 6]) for i in range(0, len(weights), 6)]
-    join = ",\n" + " " * 19
-    return f"&pattern normals = {join.join(rows)},\n         weights = {join.join(wrapped)} /"
-
-
 def slip_tests(case: Case) -> Iterator[SlipTest]:
     """Slip tests of a case, one for each value of its sweep.
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import contract
+from .case_writer import case_text
 from .history import ENERGIES, SEPARATION, TRACTION, History, Snap
 from .installed import driver
 from .interface import EquilibriumLost
@@ -105,7 +106,7 @@ class ForeignUmat:
         groups += [("step", step.given()) for step in path]
         with TemporaryDirectory() as folder:
             case, output, report = (Path(folder, name) for name in ("case.nml", "out.csv", "out.json"))
-            case.write_text("".join(_group(name, given) for name, given in groups), encoding="utf-8")
+            case.write_text(case_text(*groups), encoding="utf-8")
             # what the UMAT prints last is in the message
             command = [driver(), case, "-o", output, "--planes", "--quiet", "--report", report]
             subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
@@ -126,20 +127,6 @@ class ForeignUmat:
             if given[name] is not None and contract.array(name, given[name]).ndim != 1:
                 raise ValueError(f"{name}: expected a list of numbers")
         return given | {"library": str(Path(self.library).resolve())}
-
-
-def _group(name: str, given: dict[str, object]) -> str:
-    """Group of a case file, without the entries that are not given."""
-    entries = []
-    for entry, value in given.items():
-        if value is None or (not isinstance(value, str) and np.size(value) == 0):
-            continue
-        if isinstance(value, str):
-            text = "'" + value.replace("'", "''") + "'"
-        else:
-            text = ", ".join(f"{number:.17g}" for number in np.atleast_1d(value))
-        entries.append(f"  {entry} = {text}")
-    return "\n".join([f"&{name}", *entries, "/\n"])
 
 
 def _history(output: Path, told: dict[str, Any]) -> History:

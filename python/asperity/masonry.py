@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from . import contract
+from .case_writer import Word, case_text, rounded
 from .interface import Interface
 from .material import Material, ModelWarning
 from .options import add_options, add_output, assigned, check_outputs, replace_file
@@ -85,12 +86,9 @@ def _run(options: argparse.Namespace) -> int:
     material = Material.from_masonry(**values)
     tan_psi = values.get("tan_psi", 0.0)
     pattern = pattern_of(tan_psi)
-    given = {name: getattr(material, name) for name in SHOWN}
-    entries = ", ".join(f"{name} = {value:.10g}" for name, value in given.items() if value)
-    group = f"&material {entries} /\n&pattern sides = {pattern.m}"
-    if tan_psi > 0.0:
-        group += f", theta = {pattern.theta:.10g}, flat = 0.0"
-    group += " /\n"
+    given = {name: rounded(getattr(material, name), 10) for name in SHOWN if getattr(material, name)}
+    slopes = {"theta": rounded(pattern.theta, 10), "flat": 0.0} if tan_psi > 0.0 else {}
+    group = case_text(("material", given), ("pattern", {"sides": pattern.m} | slopes))
     print(group)
     if tan_psi > 0.0:
         print(f"theta = arctan(tan_psi), mu = tan(phi - psi): {material.mu:.4g} on planes of that slope.")
@@ -116,13 +114,14 @@ def _run(options: argparse.Namespace) -> int:
 
 def _steps(material: Material, stresses: list[float]) -> str:
     """Groups of a case: a slip to rupture under each normal traction, largest first."""
-    held = sorted({*stresses}, reverse=True)
-    several = f"&sweep name = 'sigma_N', values = {', '.join(f'{one:g}' for one in held)} /\n"
-    return (
-        "&case title = 'Mortar joint' /\n"
-        f"{several if len(held) > 1 else ''}"
-        f"&step t_N = {'sigma_N' if len(held) > 1 else f'{held[0]:g}'}, increments = 20 /\n"
-        f"&step slip = {_reach(material):.6g}, increments = {SHOWN_INCREMENTS} /\n"
+    sorted_stresses = sorted({*stresses}, reverse=True)
+    several = len(sorted_stresses) > 1
+    load = Word("sigma_N") if several else sorted_stresses[0]
+    return case_text(
+        ("case", {"title": "Mortar joint"}),
+        *([("sweep", {"name": "sigma_N", "values": sorted_stresses})] if several else []),
+        ("step", {"t_N": load, "increments": 20}),
+        ("step", {"slip": rounded(_reach(material), 6), "increments": SHOWN_INCREMENTS}),
     )
 
 

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from .case_files import check_text
+from .case_writer import Word, case_text
 from .installed import all_cases, named_case
 from .options import add_options, add_output, assigned, check_outputs, replace_file
 
@@ -20,20 +21,15 @@ PATTERN = {"sides": "8", "theta": "30.0", "flat": "0.3333333333333333"}
 TEXT = """! Slip under a constant normal traction; units here: mm, MPa. Run it by
 !   asperity run {name} --plot
 ! Components are (N, Tx, Ty); tension and opening are positive, angles are in degrees.
-&case title = 'Slip under pressure' /
-
+{case}
 ! sigma0: strength of the bond, Gc: its rupture energy, eta: 1 - s0/sf, mu: friction,
 ! kc: normal stiffness of the closed joint over that of the bond: 1 for a lumped mortar joint, 10 and more
 ! for a crack or an unmated rock joint, or closure, the largest closure, instead
-&material {material} /
-
+{material}
 ! sides: inclined planes (0: a flat joint), theta: their inclination, flat: share of the flat plane
-&pattern {pattern} /
-
+{pattern}
 ! the pressure first, then the slip under it
-&step t_N = {sigma_N}, increments = 100 /
-&step slip = {slip}, direction = {direction}, increments = {increments} /
-"""
+{load}"""
 
 
 def new_arguments(new: argparse.ArgumentParser) -> None:
@@ -67,8 +63,14 @@ def _new(options: argparse.Namespace) -> int:
         pattern = {"sides": "0"}
     # a joint without bond has none of the constants that kn and ks give
     material = ({"mu": MATERIAL["mu"]} if {"kn", "ks"} & set(values) else MATERIAL) | values
-    groups = [_entries(material), _entries({name: text for name, text in pattern.items() if text})]
-    text = TEXT.format(name=options.output, material=groups[0], pattern=groups[1], **taken)
+    load = {name: taken[name] for name in ("slip", "direction", "increments")}
+    texts = {
+        "case": _group("case", title="Slip under pressure"),
+        "material": _group("material", **_words(material)),
+        "pattern": _group("pattern", **_words(pattern)),
+        "load": _group("step", t_N=Word(taken["sigma_N"]), increments=100) + _group("step", **_words(load)),
+    }
+    text = TEXT.format(name=options.output, **texts)
     check_text(text)
     replace_file(options.output, text)
     print(options.output)
@@ -90,8 +92,12 @@ def _cases(options: argparse.Namespace) -> int:
     return 0
 
 
-def _entries(values: dict[str, str]) -> str:
-    return ", ".join(f"{name} = {value}" for name, value in values.items())
+def _group(name: str, **entries: object) -> str:
+    return case_text((name, entries))
+
+
+def _words(values: dict[str, str]) -> dict[str, Word]:
+    return {name: Word(value) for name, value in values.items() if value}
 
 
 def _title(path: Path) -> str:

@@ -1,50 +1,52 @@
-!> Reader of case files: material, pattern, load path or replay, initial state and expected end, for every value of a
-!> sweep. `asperity_case_format` describes the groups and their entries.
+!> Reader and writer of case files: material, pattern, load path or replay, initial state and expected end, for every
+!> value of a sweep. `asperity_case_format` describes the groups and their entries.
 module asperity_case
-  use asperity_case_expect, only: expect_type, read_expect, read_sweep
-  use asperity_case_initial, only: carry_initial, initial_type, read_initial
-  use asperity_case_material, only: read_props
-  use asperity_case_state, only: check_state, read_state, state_type
-  use asperity_case_steps, only: read_steps
-  use asperity_case_text, only: group_index, listed, name_index, of_entry, of_file, of_group, read_text, text_type, &
-    unknown_name
-  use asperity_case_umat, only: read_umat, umat_type
-  use asperity_case_values, only: get_integer, get_logical, get_real, get_string
+  use asperity_case_entries, only: case_io, close_group, integer_entry, logical_entry, open_group, real_entry, &
+    reals_entry, require, string_entry, written_text
+  use asperity_case_expect, only: expect_group, expect_type, sweep_group
+  use asperity_case_material, only: prop_entries, props_groups
+  use asperity_case_start, only: carry_initial, check_state, initial_group, initial_type, state_group, state_type
+  use asperity_case_text, only: beside, group_index, listed, name_index, of_file, of_group, read_text, text_type
+  use asperity_case_umat, only: umat_group, umat_type
   use asperity_checks, only: review_props
-  use asperity_contract, only: status_ok
-  use asperity_errors, only: errors_type, fail, fail_lines
+  use asperity_contract, only: n_fixed_props, status_ok
+  use asperity_errors, only: errors_type, fail, fail_lines, sort_lines
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_refine, only: explain_tolerance
   use asperity_rie_law, only: new_rie_law
-  use asperity_steps, only: check_steps, step_type
-  use asperity_text, only: integer_text
+  use asperity_steps, only: check_steps, complete_steps, e_follow, step_table, step_type
+  use asperity_text, only: integer_text, set_text
   use asperity_text_file, only: lower
   implicit none
   private
-  public :: read_cases
+  public :: read_cases, write_case
 
   character(len=*), parameter :: group_names(10) = [character(len=8) :: "case", "material", "pattern", "step", &
     "expect", "sweep", "replay", "state", "initial", "umat"]
+  !> Values of the entry `follow` of a step, from 0.
+  character(len=*), parameter :: followed(0:1) = ["stable", "branch"]
 
   !> Points of a block of vumat: the number of Abaqus/Explicit, and the largest admissible number.
   integer, parameter :: default_points = 136, most_points = 1000
 
   !> Replay of recorded strains through a host adapter.
   type, public :: replay_type
+    logical :: given = .false.
     character(len=:), allocatable :: file   !! CSV
     integer :: ntens = 3                    !! components of the host
     integer :: block = 0                    !! points of a block of vumat, 0: umat
     real(wp) :: dtime = 1.0_wp              !! time increment where the file has no time
   end type replay_type
 
-  !> A case that has been checked.
+  !> A case; one that has been read has been checked.
   type, public :: case_type
     character(len=:), allocatable :: title
     logical :: planes = .false.                   !! whether each plane has columns
     logical :: refines = .false.                  !! whether the increments are refined to a tolerance
     real(wp) :: tolerance = 0.0_wp                !! of the load path, relative
     real(wp), allocatable :: props(:)             !! PROPS
+    real(wp) :: stiffness(2) = 0.0_wp             !! kn and ks, if they give PROPS
     type(interface_type) :: joint                 !! not with &umat
     type(umat_type) :: umat                       !! UMAT of &umat, if it is given
     type(initial_type) :: initial                 !! planes and traction at the start
@@ -67,70 +69,88 @@ contains
   !> Read a case file, or a text in its form. What depends on a UMAT of others, its state and steps, is not checked.
   subroutine read_cases(path, file, errors, source)
     character(len=*), intent(in) :: path                   !! file, or the name of the text in errors; may be empty
-    type(case_file_type), intent(out) :: file              !! defined if no error was added
-    type(errors_type), intent(inout) :: errors   !! errors are added
+    type(case_file_type), intent(out) :: file              !! defined if there is no error
+    type(errors_type), intent(out) :: errors               !! in the order of the lines
     character(len=*), intent(in), optional :: source       !! the text, instead of the file
-    type(text_type) :: text
-    integer :: earlier, g, i
-    earlier = errors%n
+    type(case_io) :: io
+    integer :: g, i
     file%sweep = ""
-    call read_text(path, text, errors, source)
-    if (errors%n > earlier) return
-    call read_sweep(text, file%sweep, file%values, errors)
-    if (errors%n > earlier) return
-    text%variable = lower(file%sweep)
-    g = group_index(text, "pattern")
-    if (g > 0) file%pattern = [text%groups(g)%from, text%groups(g)%to]
-    allocate (file%cases(max(1, size(file%values))))
-    do i = 1, size(file%cases)
-      if (size(file%values) > 0) text%variable_value = file%values(i)
-      call interpret_case(text, file%values, file%cases(i), errors)
-      if (errors%n > earlier) return
-    end do
+    call read_text(path, io%text, io%errors, source)
+    if (io%errors%n == 0) call sweep_group(io, file%sweep, file%values)
+    if (io%errors%n == 0) then
+      io%text%variable = lower(file%sweep)
+      g = group_index(io%text, "pattern")
+      if (g > 0) file%pattern = [io%text%groups(g)%from, io%text%groups(g)%to]
+      allocate (file%cases(max(1, size(file%values))))
+      do i = 1, size(file%cases)
+        if (size(file%values) > 0) io%text%variable_value = file%values(i)
+        call read_case(io, file%values, file%cases(i))
+        if (io%errors%n > 0) exit
+      end do
+    end if
+    call sort_lines(io%errors)
+    errors = io%errors
   end subroutine read_cases
 
-  !> Read a case from its text; text%variable has the value of the sweep.
-  subroutine interpret_case(text, sweep_values, case, errors)
-    type(text_type), intent(in) :: text          !! the file
+  !> Write a case, without a sweep: reading the text gives the same case.
+  subroutine write_case(case, text)
+    type(case_type), intent(in) :: case                           !! the case
+    character(len=:), allocatable, intent(inout) :: text          !! a case file
+    type(case_type) :: copy
+    type(case_io) :: io
+    io%writes = .true.
+    copy = case
+    call all_groups(io, [real(wp) ::], copy)
+    call written_text(io, text)
+  end subroutine write_case
+
+  !> All groups of a case.
+  subroutine all_groups(io, sweep_values, case)
+    type(case_io), intent(inout) :: io           !! the file
+    real(wp), intent(in) :: sweep_values(:)      !! of the variable, size 0: no sweep
+    type(case_type), intent(inout) :: case       !! read or written
+    call case_group(io, case)
+    call umat_group(io, case%umat)
+    if (.not. case%umat%given) call props_groups(io, case%props, case%stiffness)
+    call initial_group(io, case%initial)
+    if (.not. (io%writes .and. case%initial%given)) call state_group(io, case%state)
+    call step_groups(io, case%steps)
+    call expect_group(io, sweep_values, case%expect)
+    call replay_group(io, case%replay, case%props)
+  end subroutine all_groups
+
+  !> Read a case from its text; the variable of the sweep has its value.
+  subroutine read_case(io, sweep_values, case)
+    type(case_io), intent(inout) :: io           !! the file
     real(wp), intent(in) :: sweep_values(:)      !! of the variable, size 0: no sweep
     type(case_type), intent(out) :: case         !! defined if no error was added
-    type(errors_type), intent(inout) :: errors   !! errors are added
     character(len=:), allocatable :: lines
-    integer :: earlier, status
-    logical :: prescribed(3), refines
+    integer :: status
+    logical :: prescribed(3)
 
-    earlier = errors%n
-    call check_groups(text, errors)
-    call read_case_group(text, case, errors)
-    call read_umat(text, case%umat, errors)
+    call check_groups(io%text, io%errors)
     allocate (case%props(0))
-    if (.not. case%umat%given) call read_props(text, case%props, errors)
-    call read_initial(text, case%initial, errors)
-    call read_state(text, case%state, errors)
-    call read_steps(text, case%steps, errors)
-    refines = case%refines .and. errors%n == earlier
-    if (refines) call explain_tolerance(case%tolerance, case%steps, errors, &
-      of_group(text, group_index(text, "case")))
-    call read_expect(text, sweep_values, case%expect, errors)
-    call read_replay(text, case%replay, errors)
-    if (errors%n > earlier .or. case%umat%given) return
+    call all_groups(io, sweep_values, case)
+    if (case%refines .and. io%errors%n == 0) call explain_tolerance(case%tolerance, case%steps, io%errors, &
+      of_group(io%text, group_index(io%text, "case")))
+    if (io%errors%n > 0 .or. case%umat%given) return
     call new_interface(case%props, case%joint, status)
     if (status /= status_ok) then
       lines = ""
       call review_props(case%props, status, lines, by_name=.true.)
-      call fail_lines(errors, of_file(text), lines)
+      call fail_lines(io%errors, of_file(io%text), lines)
       return
     end if
     prescribed = .true.
     prescribed(3) = case%replay%ntens > 2
-    call carry_initial(text, case%joint, prescribed, size(case%steps) == 0, case%initial, errors)
+    call carry_initial(case%joint, prescribed, case%replay%given, case%initial, io%errors)
     if (case%initial%given) then
       case%state%given = .true.
       case%state%statev = case%initial%carried
     end if
-    call check_state(case%joint, case%state, errors)
-    call check_steps(new_rie_law(case%joint), case%steps, errors, of_file(text))
-  end subroutine interpret_case
+    call check_state(case%joint, case%state, io%errors)
+    call check_steps(new_rie_law(case%joint), case%steps, io%errors, of_file(io%text))
+  end subroutine read_case
 
   !> Check that every group is known and not given too often.
   subroutine check_groups(text, errors)
@@ -165,74 +185,86 @@ contains
       " groups &step and " // integer_text(n(g)) // " &replay: expected one or more &step, or one &replay")
   end subroutine check_groups
 
-  !> Read the group &case.
-  subroutine read_case_group(text, case, errors)
-    type(text_type), intent(in) :: text                       !! the file
-    type(case_type), intent(inout) :: case                    !! title and planes are set
-    type(errors_type), intent(inout) :: errors   !! errors are added
-    integer :: e, g
-    logical :: refines
-    case%title = ""
-    refines = .false.
-    g = group_index(text, "case")
-    if (g == 0) return
-    do e = text%groups(g)%first, text%groups(g)%last
-      select case (text%entries(e)%name)
-      case ("title")
-        call get_string(text, e, case%title, errors)
-      case ("planes")
-        call get_logical(text, e, case%planes, errors)
-      case ("tolerance")
-        refines = .true.
-        call get_real(text, e, case%tolerance, errors)
-      case default
-        call unknown_name(text, e, "title, planes, tolerance", errors)
-      end select
-    end do
-    case%refines = refines
-  end subroutine read_case_group
+  !> The group &case.
+  subroutine case_group(io, case)
+    type(case_io), intent(inout) :: io       !! the file
+    type(case_type), intent(inout) :: case   !! title, planes and tolerance
+    logical :: given
+    if (.not. io%writes) case%title = ""
+    given = len(case%title) > 0 .or. case%planes .or. case%refines
+    call open_group(io, "case", given)
+    if (.not. given) return
+    call string_entry(io, "title", case%title, "")
+    call logical_entry(io, "planes", case%planes, .false.)
+    call real_entry(io, "tolerance", case%tolerance, given=case%refines)
+    call close_group(io)
+  end subroutine case_group
 
-  !> Read the group &replay without its entries of PROPS.
-  subroutine read_replay(text, replay, errors)
-    type(text_type), intent(in) :: text                       !! the file
-    type(replay_type), intent(out) :: replay                  !! what to replay
-    type(errors_type), intent(inout) :: errors   !! errors are added
+  !> The groups &step.
+  subroutine step_groups(io, steps)
+    type(case_io), intent(inout) :: io                           !! the file
+    type(step_type), allocatable, intent(inout) :: steps(:)      !! the load path
+    character(len=:), allocatable :: follow
+    integer :: g, i, n
+    logical :: given
+    if (.not. io%writes) allocate (steps(count(io%text%groups(:io%text%n_groups)%name == "step")))
+    g = 0
+    do n = 1, size(steps)
+      given = .true.
+      if (.not. io%writes) g = g + findloc(io%text%groups(g + 1:io%text%n_groups)%name, "step", dim=1)
+      call open_group(io, "step", given, g)
+      steps(n)%place = io%place
+      do i = 1, size(step_table)
+        associate (entry => steps(n)%given(i))
+          if (i == e_follow) then
+            call set_text(follow, followed(0))
+            if (allocated(entry%values)) call set_text(follow, followed(nint(entry%values(1))))
+            call string_entry(io, trim(step_table(i)%name), follow, followed(0))
+            ! another text has no number in the range of the table
+            if (io%found) entry%values = [real(name_index(lower(follow), followed) - 1, wp)]
+          else
+            call reals_entry(io, trim(step_table(i)%name), entry%values)
+          end if
+          if (io%found) entry%place = io%place
+        end associate
+      end do
+      call close_group(io)
+    end do
+    if (.not. io%writes) call complete_steps(steps, io%errors, of_file(io%text))
+  end subroutine step_groups
+
+  !> The group &replay.
+  subroutine replay_group(io, replay, props)
+    type(case_io), intent(inout) :: io                        !! the file
+    type(replay_type), intent(inout) :: replay                !! what to replay
+    real(wp), intent(inout) :: props(:)                       !! entries of PROPS of the host
     character(len=:), allocatable :: through
-    integer :: e, g
+    logical :: given(n_fixed_props)
 
-    g = group_index(text, "replay")
-    if (g == 0) return
-    through = "umat"
-    replay%file = ""
-    do e = text%groups(g)%first, text%groups(g)%last
-      select case (text%entries(e)%name)
-      case ("file")
-        call get_string(text, e, replay%file, errors)
-        if (index(replay%file, "/") /= 1) replay%file = text%path(:index(text%path, "/", back=.true.)) // replay%file
-      case ("through")
-        call get_string(text, e, through, errors)
-        if (all(through /= ["umat ", "vumat"])) call fail(errors, of_entry(text, e), &
-          "expected 'umat' or 'vumat'")
-      case ("block")
-        call get_integer(text, e, 1, most_points, replay%block, errors)
-      case ("ntens")
-        call get_integer(text, e, 2, 6, replay%ntens, errors)
-        if (all(replay%ntens /= [2, 3, 6])) call fail(errors, of_entry(text, e), "expected 2, 3 or 6")
-      case ("dtime")
-        call get_real(text, e, replay%dtime, errors)
-        if (replay%dtime < 0.0_wp) call fail(errors, of_entry(text, e), "expected >= 0")
-      case default
-        continue   ! an entry of PROPS, or an unknown one that read_props reports
-      end select
-    end do
+    call open_group(io, "replay", replay%given)
+    if (.not. replay%given) return
+    if (.not. io%writes) replay%file = ""
+    through = trim(merge("vumat", "umat ", replay%block > 0))
+    call string_entry(io, "file", replay%file, "")
+    call string_entry(io, "through", through, "umat")
+    call require(io, any(through == ["umat ", "vumat"]), "expected 'umat' or 'vumat'")
+    call integer_entry(io, "ntens", replay%ntens, 2, 6, 3)
+    call require(io, any(replay%ntens == [2, 3, 6]), "expected 2, 3 or 6")
+    call real_entry(io, "dtime", replay%dtime, 1.0_wp)
+    call require(io, replay%dtime >= 0.0_wp, "expected >= 0")
+    call integer_entry(io, "block", replay%block, 1, most_points, 0)
+    given = .false.
+    if (size(props) > 0) call prop_entries(io, "replay", props, given)
+    call close_group(io)
+    if (io%writes) return
     if (through == "vumat") then
       if (replay%block == 0) replay%block = default_points
-      if (replay%ntens == 6) call fail(errors, of_group(text, g), "ntens = 6 through vumat: expected 2 or 3")
+      if (replay%ntens == 6) call fail(io%errors, io%place, "ntens = 6 through vumat: expected 2 or 3")
     else if (replay%block > 0) then
-      call fail(errors, of_group(text, g), "block without through = 'vumat'")
+      call fail(io%errors, io%place, "block without through = 'vumat'")
     end if
-    if (len(replay%file) == 0) call fail(errors, of_group(text, g), &
-      "expected file = 'a CSV of recorded strains'")
-  end subroutine read_replay
+    if (len(replay%file) == 0) call fail(io%errors, io%place, "expected file = 'a CSV of recorded strains'")
+    replay%file = beside(io%text%path, replay%file)
+  end subroutine replay_group
 
 end module asperity_case

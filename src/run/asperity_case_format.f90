@@ -1,6 +1,6 @@
 !> Description of a case file: its groups and their entries, with the defaults of the library.
 module asperity_case_format
-  use asperity_case_material, only: prop_entries
+  use asperity_case_material, only: prop_names
   implicit none
   private
   public :: format_line
@@ -67,7 +67,7 @@ contains
     line = trim(case_format(i))
     do k = 1, size(groups)
       at = index(line, "{" // trim(groups(k)) // "}")
-      if (at > 0) line = line(:at - 1) // prop_entries(trim(groups(k)), .true.) // line(at + len_trim(groups(k)) + 2:)
+      if (at > 0) line = line(:at - 1) // prop_names(trim(groups(k))) // line(at + len_trim(groups(k)) + 2:)
     end do
   end function format_line
 

@@ -1,89 +1,66 @@
-!> PROPS from the groups &material, &pattern and &replay of a case file.
+!> PROPS in the groups &material, &pattern and &replay of a case file.
 module asperity_case_material
+  use asperity_case_entries, only: case_io, close_group, find_entry, integer_entry, open_group, real_entry, &
+    reals_entry, require, switch_entry
+  use asperity_case_text, only: of_group
   use asperity_checks, only: prop_admissible, review_props
-  use asperity_contract, only: max_inclined, min_inclined, n_fixed_props, n_required_props, p_damage0, &
-    p_eta, p_flat, p_gc, p_gc2, p_kc, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table, status_ok
-  use asperity_errors, only: errors_type, fail, fail_lines
+  use asperity_contract, only: max_inclined, min_inclined, n_fixed_props, n_listed_values, n_required_props, &
+    p_damage0, p_eta, p_flat, p_gc, p_gc2, p_kc, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table
+  use asperity_errors, only: error_type, fail, fail_lines
   use asperity_kinds, only: wp
   use asperity_material, only: joint_constants, least_joint_stiffness
   use asperity_text, only: integer_text, to_text
-  use asperity_case_text, only: of_entry, group_index, of_group, listed, text_type, unknown_name
-  use asperity_case_values, only: get_integer, get_real, get_reals, get_switch
-  use asperity_text_file, only: lower
   implicit none
   private
-  public :: read_props, prop_entries, in_group
-
-  !> Entries of &material for a joint without bond: stiffness in closing and in shear.
-  character(len=*), parameter :: joint_entries(2) = ["kn", "ks"]
+  public :: props_groups, prop_entries, prop_names
 
 contains
 
-  !> PROPS from &material, &pattern and &replay, every bad value reported.
-  subroutine read_props(text, props, errors)
-    type(text_type), intent(in) :: text                       !! the file
-    real(wp), allocatable, intent(out) :: props(:)            !! PROPS, admissible if nothing was appended
-    type(errors_type), intent(inout) :: errors   !! errors are added
-    character(len=*), parameter :: groups(3) = [character(len=8) :: "material", "pattern", "replay"]
-    !> Entries of &replay that are no constants; they are read elsewhere.
-    character(len=*), parameter :: of_replay(5) = [character(len=8) :: "file", "through", "ntens", "dtime", "block"]
-    logical :: given(n_fixed_props)
+  !> PROPS in the groups &material and &pattern; in reading every bad value is reported.
+  subroutine props_groups(io, props, stiffness)
+    type(case_io), intent(inout) :: io                        !! the file
+    real(wp), allocatable, intent(inout) :: props(:)          !! PROPS; read: admissible if no error was added
+    real(wp), intent(inout) :: stiffness(2)                   !! kn and ks of a joint without bond, 0: none
     real(wp), allocatable :: normals(:), weights(:)
-    real(wp) :: stiffness(2)
-    integer :: of_joint(2)   ! entries kn and ks, 0: none
-    character(len=:), allocatable :: known
-    integer :: e, g, i, k, sides
+    logical :: given(n_fixed_props), is_there
+    integer :: i, sides
 
-    props = admissible_props()
+    if (.not. io%writes) props = admissible_props()
     given = .false.
-    of_joint = 0
-    stiffness = 1.0_wp
-    allocate (normals(0), weights(0))
-    do k = 1, size(groups)
-      g = group_index(text, trim(groups(k)))
-      if (g == 0) cycle
-      known = prop_entries(trim(groups(k)))
-      if (groups(k) == "material") known = known // ", " // listed(joint_entries, "")
-      if (groups(k) == "pattern") known = "sides, " // known // ", normals, weights"
-      if (groups(k) == "replay") known = listed(of_replay, "") // ", " // known
-      do e = text%groups(g)%first, text%groups(g)%last
-        i = prop_index(text%entries(e)%name, trim(groups(k)))
-        if (i > 0) then
-          given(i) = .true.
-          call set_prop(text, e, i, props, errors)
-        else if (groups(k) == "material" .and. any(text%entries(e)%name == joint_entries)) then
-          i = findloc(joint_entries, text%entries(e)%name, dim=1)
-          of_joint(i) = e
-          call get_real(text, e, stiffness(i), errors)
-          if (.not. (stiffness(i) >= least_joint_stiffness .and. stiffness(i) <= prop_table(p_sigma0)%upper)) then
-            call fail(errors, of_entry(text, e), "expected > 0 (1e-44 to 1e50)")
-          end if
-        else if (groups(k) == "pattern" .and. text%entries(e)%name == "sides") then
-          given(p_m) = .true.
-          sides = 0
-          call get_integer(text, e, 0, max_inclined, sides, errors)
-          if (sides > 0 .and. sides < min_inclined) call fail(errors, of_entry(text, e), &
-            "expected 0 (flat) or " // integer_text(min_inclined) // " to " // integer_text(max_inclined))
-          props(p_m) = real(sides, wp)
-        else if (groups(k) == "pattern" .and. text%entries(e)%name == "normals") then
-          call get_reals(text, e, normals, errors)
-        else if (groups(k) == "pattern" .and. text%entries(e)%name == "weights") then
-          call get_reals(text, e, weights, errors)
-        else if (groups(k) /= "replay" .or. all(text%entries(e)%name /= of_replay)) then
-          call unknown_name(text, e, known, errors)
-        end if
+    is_there = .true.
+    call open_group(io, "material", is_there)
+    if (is_there) then
+      call joint_entries(io, stiffness, props, given)
+      call close_group(io)
+      do i = 1, n_required_props
+        if (.not. (given(i) .or. io%writes)) call fail(io%errors, of_group(io%text, io%group), &
+          trim(prop_table(i)%name) // " is missing: expected " // trim(prop_table(i)%admissible))
       end do
-      if (groups(k) == "material") then
-        if (any(of_joint > 0)) call set_joint(text, g, of_joint, stiffness, given, props, errors)
-        do i = 1, n_required_props
-          if (.not. given(i)) call fail(errors, of_group(text, g), trim(prop_table(i)%name) // &
-            " is missing: expected " // trim(prop_table(i)%admissible))
-        end do
-      else if (groups(k) == "pattern") then
-        call add_planes(text, g, given, normals, weights, props, errors)
-      end if
-    end do
-  end subroutine read_props
+    end if
+    is_there = .true.
+    call open_group(io, "pattern", is_there)
+    if (.not. is_there) return
+    allocate (normals(0), weights(0))
+    sides = 0
+    if (io%writes) sides = nint(props(p_m))
+    if (sides >= 0) then
+      call integer_entry(io, "sides", sides, 0, max_inclined)
+      given(p_m) = io%found
+      call require(io, sides == 0 .or. sides >= min_inclined, "expected 0 (flat) or " // integer_text(min_inclined) // &
+        " to " // integer_text(max_inclined))
+      call prop_entries(io, "pattern", props, given)
+    else
+      associate (planes => reshape(props(n_fixed_props + 1:), [n_listed_values, -sides]))
+        normals = [planes(:3, :)]
+        weights = planes(4, :)
+      end associate
+    end if
+    if (.not. io%writes) props(p_m) = real(sides, wp)
+    call reals_entry(io, "normals", normals)
+    call reals_entry(io, "weights", weights)
+    call close_group(io)
+    if (.not. io%writes) call add_planes(io, given, normals, weights, props)
+  end subroutine props_groups
 
   !> PROPS that pass every test: defaults, and any value where there is none.
   pure function admissible_props() result(props)
@@ -111,121 +88,115 @@ contains
     end select
   end function in_group
 
-  !> Names of the constants of a group, in the order of PROPS, on request with the defaults of those that have one.
-  pure function prop_entries(group, with_defaults) result(text)
+  !> Names of the constants of a group, in the order of PROPS, with the defaults of those that have one.
+  pure function prop_names(group) result(text)
     character(len=*), intent(in) :: group             !! name of the group
-    logical, intent(in), optional :: with_defaults    !! absent: names alone
     character(len=:), allocatable :: text
-    logical :: defaults
     integer :: i
-    defaults = .false.
-    if (present(with_defaults)) defaults = with_defaults
     text = ""
     do i = 1, n_fixed_props
       if (.not. in_group(i, group)) cycle
       if (len(text) > 0) text = text // ", "
       text = text // trim(prop_table(i)%name)
-      if (defaults .and. i > n_required_props) text = text // " = " // to_text(prop_table(i)%default)
+      if (i > n_required_props) text = text // " = " // to_text(prop_table(i)%default)
     end do
-  end function prop_entries
+  end function prop_names
 
-  !> Index in PROPS of an entry of a group; 0: none.
-  pure function prop_index(name, group) result(i)
-    character(len=*), intent(in) :: name    !! of the entry, lower case
-    character(len=*), intent(in) :: group   !! of the group
-    integer :: i
-    do i = n_fixed_props, 1, -1
-      if (in_group(i, group) .and. lower(prop_table(i)%name) == name) exit
-    end do
-  end function prop_index
-
-  !> One value of PROPS, tested by the library; a bad one is reported and left out.
-  subroutine set_prop(text, e, i, props, errors)
-    type(text_type), intent(in) :: text                       !! the file
-    integer, intent(in) :: e                                  !! entry
-    integer, intent(in) :: i                                  !! index in PROPS
-    real(wp), intent(inout) :: props(:)                       !! PROPS
-    type(errors_type), intent(inout) :: errors   !! errors are added
+  !> The constants of a group, tested by the library; a bad value is left out. Defaults are not written.
+  subroutine prop_entries(io, group, props, given)
+    type(case_io), intent(inout) :: io           !! the file
+    character(len=*), intent(in) :: group        !! name of the group
+    real(wp), intent(inout) :: props(:)          !! PROPS
+    logical, intent(inout) :: given(:)           !! which PROPS are given
     real(wp) :: value
-    integer :: earlier
-    value = props(i)
-    earlier = errors%n
-    if (prop_table(i)%scale == "whole") then
-      call get_switch(text, e, value, errors)
-    else
-      call get_real(text, e, value, errors)
-    end if
-    if (errors%n > earlier) return
-    if (prop_admissible(i, value)) then
-      props(i) = value
-    else
-      call fail(errors, of_entry(text, e), "expected " // trim(prop_table(i)%admissible))
-    end if
-  end subroutine set_prop
+    integer :: i
+    do i = 1, n_fixed_props
+      if (.not. in_group(i, group)) cycle
+      if (io%writes .and. given(i)) cycle
+      value = props(i)
+      if (prop_table(i)%scale == "whole") then
+        call switch_entry(io, trim(prop_table(i)%name), value, prop_table(i)%default)
+      else if (i <= n_required_props) then
+        call real_entry(io, trim(prop_table(i)%name), value)
+      else
+        call real_entry(io, trim(prop_table(i)%name), value, prop_table(i)%default)
+      end if
+      given(i) = io%found
+      if (prop_admissible(i, value)) props(i) = value
+      call require(io, prop_admissible(i, value), "expected " // trim(prop_table(i)%admissible))
+    end do
+  end subroutine prop_entries
 
-  !> Constants of a joint without bond, which is known by kn and ks: the bond gives the stiffness alone.
-  subroutine set_joint(text, g, of_joint, stiffness, given, props, errors)
-    type(text_type), intent(in) :: text                       !! the file
-    integer, intent(in) :: g                                  !! group &material
-    integer, intent(in) :: of_joint(2)                        !! entries kn and ks, 0: none
-    real(wp), intent(in) :: stiffness(2)                      !! kn and ks, stress/length
-    logical, intent(inout) :: given(:)                        !! which PROPS are given
+  !> The entries of &material. A joint without bond is known by kn and ks: the bond gives the stiffness alone.
+  subroutine joint_entries(io, stiffness, props, given)
+    type(case_io), intent(inout) :: io                        !! the file
+    real(wp), intent(inout) :: stiffness(2)                   !! kn and ks, stress/length, 0: none
     real(wp), intent(inout) :: props(:)                       !! PROPS
-    type(errors_type), intent(inout) :: errors   !! errors are added
+    logical, intent(inout) :: given(:)                        !! which PROPS are given
     !> Constants that kn and ks give.
     integer, parameter :: derived(6) = [p_sigma0, p_gc, p_eta, p_sigma02, p_gc2, p_kc]
-    integer :: e, i
+    character(len=*), parameter :: names(2) = ["kn", "ks"]
+    type(error_type) :: places(2)
+    logical :: are_there(2)
+    integer :: i
+    are_there = stiffness > 0.0_wp
+    if (io%writes) then
+      given([derived, p_damage0]) = all(are_there)
+    else
+      stiffness = 1.0_wp
+    end if
+    call prop_entries(io, "material", props, given)
     do i = 1, 2
-      if (of_joint(i) == 0) call fail(errors, of_entry(text, of_joint(3 - i)), "expected " // &
-        joint_entries(i) // " beside it")
+      call real_entry(io, names(i), stiffness(i), given=are_there(i))
+      places(i) = io%place
+      call require(io, stiffness(i) >= least_joint_stiffness .and. stiffness(i) <= prop_table(p_sigma0)%upper, &
+        "expected > 0 (1e-44 to 1e50)")
     end do
-    do e = text%groups(g)%first, text%groups(g)%last
-      i = prop_index(text%entries(e)%name, "material")
-      if (any(i == derived)) then
-        call fail(errors, of_entry(text, e), "expected without kn and ks, which give sigma0, Gc, eta and kc")
-      else if (i == p_damage0 .and. props(p_damage0) < 1.0_wp) then
-        call fail(errors, of_entry(text, e), "expected 1 beside kn and ks, those of a joint without bond")
-      end if
+    if (io%writes) return
+    where (.not. are_there) stiffness = 0.0_wp
+    if (.not. any(are_there)) return
+    do i = 1, 2
+      if (.not. are_there(i)) call fail(io%errors, places(3 - i), "expected " // names(i) // " beside it")
     end do
+    do i = 1, size(derived)
+      call find_entry(io, trim(prop_table(derived(i))%name))
+      call require(io, .false., "expected without kn and ks, which give sigma0, Gc, eta and kc")
+    end do
+    call find_entry(io, trim(prop_table(p_damage0)%name))
+    call require(io, props(p_damage0) >= 1.0_wp, "expected 1 beside kn and ks, those of a joint without bond")
     given(derived) = .true.
+    if (.not. all(stiffness > 0.0_wp)) return
     props([p_sigma0, p_gc, p_eta, p_kc]) = joint_constants(stiffness(1), stiffness(2))
     props(p_damage0) = 1.0_wp
     props([p_sigma02, p_gc2]) = 0.0_wp
-    if (props(p_kc) > prop_table(p_kc)%upper) call fail(errors, of_entry(text, of_joint(1)), &
-      "expected at most 1e10 ks")
-  end subroutine set_joint
+    if (props(p_kc) > prop_table(p_kc)%upper) call fail(io%errors, places(1), "expected at most 1e10 ks")
+  end subroutine joint_entries
 
   !> Listed planes behind the other PROPS.
-  subroutine add_planes(text, g, given, normals, weights, props, errors)
-    type(text_type), intent(in) :: text                       !! the file
-    integer, intent(in) :: g                                  !! group &pattern
+  subroutine add_planes(io, given, normals, weights, props)
+    type(case_io), intent(inout) :: io                        !! the file, its group &pattern
     logical, intent(in) :: given(:)                           !! which PROPS are given
     real(wp), intent(in) :: normals(:)                        !! (3 k) or empty
     real(wp), intent(in) :: weights(:)                        !! (k) or empty
     real(wp), allocatable, intent(inout) :: props(:)          !! PROPS
-    type(errors_type), intent(inout) :: errors   !! errors are added
     character(len=:), allocatable :: lines
     integer :: i, k, status
 
     k = size(weights)
-    if (size(normals) == 0 .and. k == 0) then
-      if (.not. given(p_m)) call fail(errors, of_group(text, g), &
-        "expected sides (0: flat), or normals and weights")
-      return
-    end if
-    if (any(given([p_m, p_theta, p_flat, p_turn]))) call fail(errors, of_group(text, g), &
-      "sides, theta, flat, turn do not go with normals and weights: expected the ones or the others")
-    if (size(normals) /= 3*k .or. k < 1 .or. k > max_inclined) then
-      call fail(errors, of_group(text, g), integer_text(size(normals)) // " values of normals and " // &
-        integer_text(k) // " weights: expected three components (N, Tx, Ty) a plane, 1 to " // &
-        integer_text(max_inclined) // " planes")
-      return
-    end if
-    props(p_m) = -real(k, wp)
-    props = [props, (normals(3*i - 2:3*i), weights(i), i=1, k)]
     lines = ""
-    call review_props(props, status, lines, by_name=.true.)
-    call fail_lines(errors, of_group(text, g), lines)
+    if (size(normals) == 0 .and. k == 0) then
+      if (.not. given(p_m)) lines = "expected sides (0: flat), or normals and weights"
+    else if (any(given([p_m, p_theta, p_flat, p_turn]))) then
+      lines = "sides, theta, flat, turn do not go with normals and weights: expected the ones or the others"
+    else if (size(normals) /= 3*k .or. k < 1 .or. k > max_inclined) then
+      lines = integer_text(size(normals)) // " values of normals and " // integer_text(k) // &
+        " weights: expected three components (N, Tx, Ty) a plane, 1 to " // integer_text(max_inclined) // " planes"
+    else
+      props(p_m) = -real(k, wp)
+      props = [props, (normals(3*i - 2:3*i), weights(i), i=1, k)]
+      call review_props(props, status, lines, by_name=.true.)
+    end if
+    call fail_lines(io%errors, of_group(io%text, io%group), lines)
   end subroutine add_planes
 
 end module asperity_case_material

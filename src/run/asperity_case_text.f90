@@ -11,7 +11,7 @@ module asperity_case_text
   use asperity_text_file, only: blanks, check_bytes, line_end, load_file, lower, newline, printable
   implicit none
   private
-  public :: read_text, group_index, name_index, of_file, of_group, of_entry, of_line, unknown_name, listed
+  public :: read_text, group_index, name_index, of_file, of_group, of_entry, listed, beside
   public :: token_text, value_text
 
   integer, parameter, public :: name_length = 32
@@ -195,12 +195,7 @@ contains
     character(len=*), intent(in) :: name     !! of the group
     integer, intent(in) :: line              !! where it opens
     integer, intent(in) :: from              !! the same in the source
-    type(group_type), allocatable :: longer(:)
-    if (text%n_groups == size(text%groups)) then
-      allocate (longer(2*text%n_groups))
-      longer(:text%n_groups) = text%groups
-      call move_alloc(longer, text%groups)
-    end if
+    if (text%n_groups == size(text%groups)) text%groups = [text%groups, text%groups]
     text%n_groups = text%n_groups + 1
     text%groups(text%n_groups) = group_type(lower(name), line, text%n_entries + 1, text%n_entries, from, from)
   end subroutine add_group
@@ -211,13 +206,8 @@ contains
     character(len=*), intent(in) :: name                      !! of the entry
     integer, intent(in) :: line                               !! where it is
     type(errors_type), intent(inout) :: errors   !! errors are added
-    type(entry_type), allocatable :: longer(:)
     integer :: i
-    if (text%n_entries == size(text%entries)) then
-      allocate (longer(2*text%n_entries))
-      longer(:text%n_entries) = text%entries
-      call move_alloc(longer, text%entries)
-    end if
+    if (text%n_entries == size(text%entries)) text%entries = [text%entries, text%entries]
     if (index(name, "(") > 0) call fail(errors, in_group(text, line), name // &
       ": subscripts are not read, expected a name and its whole list")
     do i = text%groups(text%n_groups)%first, text%n_entries
@@ -236,17 +226,12 @@ contains
     integer, intent(in) :: line                               !! where it is
     logical, intent(in) :: is_string                          !! in quotes
     type(errors_type), intent(inout) :: errors   !! errors are added
-    type(token_type), allocatable :: longer(:)
     if (text%groups(text%n_groups)%last < text%groups(text%n_groups)%first) then
       call fail(errors, in_group(text, line), """" // printable(text%source(first:last)) // &
         """ without a name: expected name = value")
       return
     end if
-    if (text%n_tokens == size(text%tokens)) then
-      allocate (longer(2*text%n_tokens))
-      longer(:text%n_tokens) = text%tokens
-      call move_alloc(longer, text%tokens)
-    end if
+    if (text%n_tokens == size(text%tokens)) text%tokens = [text%tokens, text%tokens]
     text%n_tokens = text%n_tokens + 1
     text%tokens(text%n_tokens) = token_type(first, last, line, is_string)
     text%entries(text%n_entries)%last = text%n_tokens
@@ -368,14 +353,14 @@ contains
     end do
   end function name_index
 
-  !> Add an error about a name that the group does not have.
-  subroutine unknown_name(text, e, known, errors)
-    type(text_type), intent(in) :: text                       !! the file
-    integer, intent(in) :: e                                  !! entry
-    character(len=*), intent(in) :: known                     !! names
-    type(errors_type), intent(inout) :: errors   !! errors are added
-    call fail(errors, of_entry(text, e), "unknown name, expected one of " // known)
-  end subroutine unknown_name
+  !> Name of a file that lies beside another one unless its path is whole.
+  pure function beside(path, name) result(whole)
+    character(len=*), intent(in) :: path   !! of the other file
+    character(len=*), intent(in) :: name   !! of the file
+    character(len=:), allocatable :: whole
+    whole = name
+    if (index(name, "/") /= 1) whole = path(:index(path, "/", back=.true.)) // name
+  end function beside
 
   !> Names separated by commas.
   pure function listed(names, prefix) result(list)

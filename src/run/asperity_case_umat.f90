@@ -1,16 +1,20 @@
 !> The group &umat of a case file: a UMAT in a shared library instead of &material and &pattern.
 module asperity_case_umat
-  use asperity_case_text, only: group_index, of_entry, of_group, text_type, unknown_name
-  use asperity_case_values, only: get_integer, get_logical, get_real, get_reals, get_string
-  use asperity_errors, only: error_type, errors_type, fail
+  use asperity_case_entries, only: case_io, close_group, integer_entry, logical_entry, open_group, real_entry, &
+    reals_entry, require, string_entry
+  use asperity_case_text, only: beside
+  use asperity_errors, only: error_type, fail
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text
   use asperity_text_file, only: lower
   implicit none
   private
-  public :: read_umat
+  public :: umat_group
 
-  real(wp), parameter, public :: default_limit = 60.0_wp
+  real(wp), parameter :: default_limit = 60.0_wp
+  character(len=*), parameter :: default_symbol = "umat_", default_order = "N,Tx,Ty"
+  !> Numbers of components that a UMAT can have.
+  integer, parameter :: any_ntens(3) = [2, 3, 6]
 
   !> What a case says of its UMAT; nothing of it has been opened.
   type, public :: umat_type
@@ -28,7 +32,7 @@ module asperity_case_umat
     real(wp) :: stiffness = 0.0_wp                   !! elastic stiffness of the bond, stress/length
     real(wp) :: thickness = 1.0_wp                   !! by which separations are divided, length
     real(wp) :: limit = default_limit                !! longest time without a new increment, s
-    integer :: declared(3) = [2, 3, 6]               !! numbers of components that it can have
+    integer :: declared(3) = any_ntens               !! numbers of components that it can have
     logical :: has_energies = .true.                 !! whether it gives SSE, SPD and SCD
   end type umat_type
 
@@ -38,107 +42,89 @@ module asperity_case_umat
 
 contains
 
-  !> Read the group; the UMAT is not `given` without it.
-  subroutine read_umat(text, umat, errors)
-    type(text_type), intent(in) :: text          !! the file
-    type(umat_type), intent(out) :: umat         !! its UMAT
-    type(errors_type), intent(inout) :: errors   !! errors are added
+  !> The group &umat; the UMAT is not `given` without it.
+  subroutine umat_group(io, umat)
+    type(case_io), intent(inout) :: io           !! the file
+    type(umat_type), intent(inout) :: umat       !! its UMAT
+    integer, parameter :: most = 1000000
     real(wp), allocatable :: declared(:)
     real(wp) :: sizes(2)
-    integer :: e, earlier, g, i
+    integer :: earlier, i
 
-    g = group_index(text, "umat")
-    if (g == 0) return
-    umat%given = .true.
-    umat%place = of_group(text, g)
-    umat%library = ""
-    umat%symbol = "umat_"
-    umat%order = "N,Tx,Ty"
-    earlier = errors%n
-    allocate (umat%props(0), umat%first(0), declared(0))
-    do e = text%groups(g)%first, text%groups(g)%last
-      select case (text%entries(e)%name)
-      case ("library")
-        call get_string(text, e, umat%library, errors)
-      case ("symbol")
-        call get_string(text, e, umat%symbol, errors)
-      case ("order")
-        call get_string(text, e, umat%order, errors)
-      case ("props")
-        call get_reals(text, e, umat%props, errors)
-      case ("state")
-        call get_reals(text, e, umat%first, errors)
-      case ("nstatv")
-        call get_integer(text, e, 0, 1000000, umat%nstatv, errors)
-      case ("damage")
-        call get_integer(text, e, 1, 1000000, umat%damage, errors)
-      case ("length")
-        call get_positive(umat%length)
-      case ("stiffness")
-        call get_positive(umat%stiffness)
-      case ("thickness")
-        call get_positive(umat%thickness)
-      case ("limit")
-        call get_positive(umat%limit)
-      case ("ntens")
-        call get_reals(text, e, declared, errors)
-        do i = 1, size(declared)
-          if (any(abs(declared(i) - [2.0_wp, 3.0_wp, 6.0_wp]) <= 0.0_wp)) cycle
-          call fail(errors, of_entry(text, e), "expected 2, 3 or 6, one or more of them")
-        end do
-      case ("energies")
-        call get_logical(text, e, umat%has_energies, errors)
-      case default
-        call unknown_name(text, e, "library, symbol, props, nstatv, length, stiffness, order, thickness, state, " // &
-          "damage, limit, ntens, energies", errors)
-      end select
-    end do
-    if (errors%n > earlier) return
+    call open_group(io, "umat", umat%given)
+    if (.not. umat%given) return
+    if (io%writes) then
+      if (any(umat%declared /= any_ntens)) declared = real(umat%declared, wp)
+    else
+      umat%place = io%place
+      umat%library = ""
+      umat%symbol = default_symbol
+      umat%order = default_order
+      allocate (umat%props(0), umat%first(0), declared(0))
+    end if
+    earlier = io%errors%n
+    call string_entry(io, "library", umat%library, "")
+    call string_entry(io, "symbol", umat%symbol, default_symbol)
+    call reals_entry(io, "props", umat%props)
+    call integer_entry(io, "nstatv", umat%nstatv, 0, most, 0)
+    call positive_entry("length", umat%length, 0.0_wp)
+    call positive_entry("stiffness", umat%stiffness, 0.0_wp)
+    call string_entry(io, "order", umat%order, default_order)
+    call positive_entry("thickness", umat%thickness, 1.0_wp)
+    call reals_entry(io, "state", umat%first)
+    call integer_entry(io, "damage", umat%damage, 1, most, 0)
+    call positive_entry("limit", umat%limit, default_limit)
+    call reals_entry(io, "ntens", declared)
+    if (io%found) call require(io, all([(any(abs(declared(i) - real(any_ntens, wp)) <= 0.0_wp), &
+      i=1, size(declared))]), "expected 2, 3 or 6, one or more of them")
+    call logical_entry(io, "energies", umat%has_energies, .true.)
+    call close_group(io)
+    if (io%errors%n > earlier .or. io%writes) return
     if (len(umat%library) == 0 .or. .not. (umat%length > 0.0_wp .and. umat%stiffness > 0.0_wp)) then
-      call fail(errors, of_group(text, g), "expected library, length (separation at which the strength is " // &
-        "reached) and stiffness (of the elastic bond)")
+      call complain("expected library, length (separation at which the strength is reached) and stiffness (of the " // &
+        "elastic bond)")
     else
       sizes = umat%length*umat%stiffness*[1.0_wp, umat%length]
-      if (any(sizes < smallest .or. sizes > largest)) call fail(errors, of_group(text, g), &
-        "length and stiffness are out of range: expected other units")
+      if (any(sizes < smallest .or. sizes > largest)) call complain("length and stiffness are out of range: " // &
+        "expected other units")
     end if
-    if (size(umat%first) == 0) umat%first = [(0.0_wp, e=1, umat%nstatv)]
-    if (size(umat%first) /= umat%nstatv) call fail(errors, of_group(text, g), integer_text(size(umat%first)) // &
+    if (size(umat%first) == 0) umat%first = spread(0.0_wp, 1, umat%nstatv)
+    if (size(umat%first) /= umat%nstatv) call complain(integer_text(size(umat%first)) // &
       " values of state: expected nstatv = " // integer_text(umat%nstatv))
-    if (umat%damage > umat%nstatv) call fail(errors, of_group(text, g), "damage = " // &
-      integer_text(umat%damage) // ": expected at most nstatv = " // integer_text(umat%nstatv))
+    if (umat%damage > umat%nstatv) call complain("damage = " // integer_text(umat%damage) // &
+      ": expected at most nstatv = " // integer_text(umat%nstatv))
     call set_order(lower(umat%order), umat)
-    if (umat%ntens == 0) call fail(errors, of_group(text, g), "order = '" // umat%order // &
-      "': expected the names N, Tx, Ty (or N, Tx) in the order of the UMAT, '-' for another component; 2, 3 or 6 " // &
-      "in all")
+    if (umat%ntens == 0) call complain("order = '" // umat%order // "': expected the names N, Tx, Ty (or N, Tx) " // &
+      "in the order of the UMAT, '-' for another component; 2, 3 or 6 in all")
     if (umat%ntens > 0 .and. size(declared) > 0) then
       umat%declared = nint(declared(1))
       umat%declared(:min(3, size(declared))) = nint(declared(:min(3, size(declared))))
-      if (all(umat%declared /= umat%ntens)) call fail(errors, of_group(text, g), "ntens without " // &
-        integer_text(umat%ntens) // ", the number of components of order = '" // umat%order // "'")
+      if (all(umat%declared /= umat%ntens)) call complain("ntens without " // integer_text(umat%ntens) // &
+        ", the number of components of order = '" // umat%order // "'")
     end if
-    if (index(umat%library, "/") /= 1) umat%library = folder_of(text%path) // umat%library
+    umat%library = beside(io%text%path, umat%library)
+    if (index(umat%library, "/") == 0) umat%library = "./" // umat%library
 
   contains
 
     !> A number above zero.
-    subroutine get_positive(value)
-      real(wp), intent(inout) :: value   !! unchanged on error
+    subroutine positive_entry(name, value, default)
+      character(len=*), intent(in) :: name   !! of the entry
+      real(wp), intent(inout) :: value       !! unchanged if it cannot be read
+      real(wp), intent(in) :: default        !! value without the entry
       integer :: before
-      before = errors%n
-      call get_real(text, e, value, errors)
-      if (errors%n == before .and. .not. value > 0.0_wp) call fail(errors, of_entry(text, e), "expected > 0")
-    end subroutine get_positive
+      before = io%errors%n
+      call real_entry(io, name, value, default)
+      if (io%errors%n == before) call require(io, value > 0.0_wp, "expected > 0")
+    end subroutine positive_entry
 
-  end subroutine read_umat
+    !> Add an error about the group.
+    subroutine complain(text)
+      character(len=*), intent(in) :: text   !! what is wrong
+      call fail(io%errors, umat%place, text)
+    end subroutine complain
 
-  !> Folder of a file, with the slash that a library needs in its name.
-  pure function folder_of(path) result(folder)
-    character(len=*), intent(in) :: path   !! of the file
-    character(len=:), allocatable :: folder
-    folder = path(:index(path, "/", back=.true.))
-    if (len(folder) == 0) folder = "./"
-  end function folder_of
+  end subroutine umat_group
 
   !> Positions of the components; NTENS is 0 for an order that is not admissible.
   pure subroutine set_order(order, umat)
@@ -163,7 +149,7 @@ contains
       good = good .and. umat%position(i) == 0
       umat%position(i) = umat%ntens
     end do
-    good = good .and. any(umat%ntens == [2, 3, 6]) .and. all(umat%position(:2) > 0)
+    good = good .and. any(umat%ntens == any_ntens) .and. all(umat%position(:2) > 0)
     if (.not. good) umat%ntens = 0
   end subroutine set_order
 

@@ -3,7 +3,7 @@ module asperity_errors
   use asperity_text, only: append, integer_text, set_text
   implicit none
   private
-  public :: place_of, fail, fail_lines, word, put_words, put_records
+  public :: place_of, fail, fail_lines, sort_lines, word, put_words, put_records
 
   !> An error, or the place of one. What is not allocated, or is negative, is not known.
   type, public :: error_type
@@ -65,6 +65,21 @@ contains
       first = first + length + 1
     end do
   end subroutine fail_lines
+
+  !> Sort errors by the lines where they are; those of one line keep their order.
+  pure subroutine sort_lines(errors)
+    type(errors_type), intent(inout) :: errors   !! the errors
+    type(error_type) :: moved
+    integer :: i, j
+    do i = 2, errors%n
+      moved = errors%list(i)
+      do j = i - 1, 1, -1
+        if (errors%list(j)%line <= moved%line) exit
+        errors%list(j + 1) = errors%list(j)
+      end do
+      errors%list(j + 1) = moved
+    end do
+  end subroutine sort_lines
 
   !> Words of an error: file:line: group: name = value: text.
   pure subroutine word(error, text)

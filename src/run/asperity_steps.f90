@@ -50,7 +50,7 @@ module asperity_steps
     entry_type("arc", .true., .false., least_arc, largest_arc, default_arc, "0.00001 to 1 (times s0)")]
 
   !> Positions in the table; those of the components N, Tx, Ty follow the first.
-  integer, parameter :: e_s = 0, e_t = 3, e_k = 6
+  integer, parameter, public :: e_s = 0, e_t = 3, e_k = 6
   integer, parameter, public :: e_slip = 10, e_direction = 11, e_increments = 12, e_cycles = 13, e_time = 14, &
     e_follow = 15, e_arc = 16
 

@@ -4,6 +4,7 @@
 !> name, STRESS (NTENS) and the STATEV of the UMAT.
 module asperity_foreign_umat
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funloc, c_int, c_loc, c_null_char, c_ptr
+  use asperity_case_umat, only: umat_type
   use asperity_checks, only: all_bounded
   use asperity_contract, only: v_damage, v_friction, v_rupture, v_stored
   use asperity_kinds, only: wp
@@ -34,19 +35,8 @@ module asperity_foreign_umat
 
   !> A UMAT with its constants.
   type, extends(point_law), public :: foreign_law
-    logical :: given = .false.                       !! false: the law is that of this project
-    character(len=:), allocatable :: library, symbol, order   !! entries of &umat; empty library: this program
-    real(wp), allocatable :: props(:)                !! PROPS
-    integer :: nstatv = 0                            !! its state variables
-    integer :: ntens = 3                             !! its components
-    integer :: position(3) = [1, 2, 3]               !! of N, Tx and Ty among them, 0: it has no such component
+    type(umat_type) :: umat                          !! entries of &umat; empty library: this program
     real(wp) :: origin = 0.0_wp                      !! time of the UMAT at the start of the load path
-    real(wp) :: h = 1.0_wp                           !! thickness by which separations are divided, length
-    integer :: damage = 0                            !! its state variable that is the damage, 0: none
-    real(wp), allocatable :: first(:)                !! its state variables at the start
-    real(wp) :: limit = 60.0_wp                      !! longest time without a new increment, s
-    integer :: declared(3) = [2, 3, 6]               !! numbers of components that it can have
-    logical :: has_energies = .true.                 !! whether it gives SSE, SPD and SCD
   contains
     procedure :: update
     procedure, nopass :: energies
@@ -106,29 +96,26 @@ contains
 
   !> Set the scales of a law whose other components are set, and make its path whole, as the case of a failed increment
   !> may lie elsewhere.
-  subroutine complete_umat(law, length, stiffness)
-    type(foreign_law), intent(inout) :: law   !! with its components -> complete
-    real(wp), intent(in) :: length            !! at which the strength is reached
-    real(wp), intent(in) :: stiffness         !! elastic stiffness of the bond
+  subroutine complete_umat(law)
+    type(foreign_law), intent(inout) :: law   !! with its UMAT -> complete
     character(kind=c_char) :: path(longest_path)
     integer :: i
-    law%given = .true.
-    law%n_state = n_header + law%ntens + law%nstatv
+    law%n_state = n_header + law%umat%ntens + law%umat%nstatv
     law%first_own = u_work
-    law%length = length
-    law%reach = far*length
-    law%stiffness = stiffness
-    law%softest = stiffness
-    law%stiffest = stiffness
-    law%stress = stiffness*length
-    law%bound = farthest_length*length
+    law%length = law%umat%length
+    law%stiffness = law%umat%stiffness
+    law%reach = far*law%length
+    law%softest = law%stiffness
+    law%stiffest = law%stiffness
+    law%stress = law%stiffness*law%length
+    law%bound = farthest_length*law%length
     ! neither is known
     law%jumps = .true.
     law%relaxes = .true.
     path = c_null_char
-    path(:len(law%library)) = [(law%library(i:i), i=1, len(law%library))]
+    path(:len(law%umat%library)) = [(law%umat%library(i:i), i=1, len(law%umat%library))]
     call c_whole_path(path, longest_path)
-    law%library = c_text(path)
+    law%umat%library = c_text(path)
   end subroutine complete_umat
 
   !> Open the UMAT in this process, which must be a child: what goes wrong ends it. No process opens more than one.
@@ -137,8 +124,9 @@ contains
     type(call_type), intent(in), optional :: how   !! absent: as a host calls it
     type(call_type) :: this
     if (present(how)) this = how
-    call c_open(law%library // c_null_char, law%symbol // c_null_char, merge(1_c_int, 0_c_int, present(how)), &
-      merge(1_c_int, 0_c_int, this%strict), merge(1_c_int, 0_c_int, this%ones), int(this%absent, c_int))
+    call c_open(law%umat%library // c_null_char, law%umat%symbol // c_null_char, &
+      merge(1_c_int, 0_c_int, present(how)), merge(1_c_int, 0_c_int, this%strict), merge(1_c_int, 0_c_int, this%ones), &
+      int(this%absent, c_int))
   end subroutine open_umat
 
   !> Try in a child to open the UMAT.
@@ -148,7 +136,7 @@ contains
     type(worker_type) :: worker
     real(wp) :: none(1)
     integer :: found
-    call start_worker(c_funloc(try), c_loc(law), law%limit)
+    call start_worker(c_funloc(try), c_loc(law), law%umat%limit)
     found = receive_row(none, 1)
     call end_worker(worker)
     message = worker%failure
@@ -175,8 +163,8 @@ contains
   pure function umat_name(law) result(name)
     class(foreign_law), intent(in) :: law   !! the law
     character(len=:), allocatable :: name
-    name = law%symbol
-    if (len(law%library) > 0) name = name // " of " // law%library
+    name = law%umat%symbol
+    if (len(law%umat%library) > 0) name = name // " of " // law%umat%library
   end function umat_name
 
   !> Name of a number of a state behind the energies, for a column.
@@ -186,10 +174,10 @@ contains
     character(len=:), allocatable :: name
     if (i <= n_header) then
       name = trim(merge("umat_work", "umat_time", i == u_work))
-    else if (i <= n_header + law%ntens) then
+    else if (i <= n_header + law%umat%ntens) then
       name = "stress_" // integer_text(i - n_header)
     else
-      name = "statev_" // integer_text(i - n_header - law%ntens)
+      name = "statev_" // integer_text(i - n_header - law%umat%ntens)
     end if
   end function state_name
 
@@ -198,8 +186,8 @@ contains
     class(foreign_law), intent(in) :: law   !! the law
     real(wp) :: state(law%n_state)
     state = 0.0_wp
-    state(n_header + law%ntens + 1:) = law%first
-    if (law%damage > 0) state(v_damage) = law%first(law%damage)
+    state(n_header + law%umat%ntens + 1:) = law%umat%first
+    if (law%umat%damage > 0) state(v_damage) = law%umat%first(law%umat%damage)
   end function virgin
 
   !> Traction, state and tangent at separation s. Where the routine gives none, those of an elastic joint, which are not
@@ -215,25 +203,26 @@ contains
     real(wp), intent(in) :: dt                         !! duration, >= 0, time
     real(wp), intent(in) :: share                      !! not used
     integer, parameter :: ledger(3) = [v_stored, v_friction, v_rupture]
-    real(wp) :: before(3), ddsdde(law%ntens, law%ntens), dstran(law%ntens), energies(3), stran(law%ntens), time(2)
-    real(wp) :: stress(law%ntens), statev(law%nstatv)
+    real(wp) :: before(3), ddsdde(law%umat%ntens, law%umat%ntens), energies(3), time(2)
+    real(wp), dimension(law%umat%ntens) :: dstran, stran, stress
+    real(wp) :: statev(law%umat%nstatv)
     integer :: i, j
     integer(c_int) :: good
     stran = 0.0_wp
     dstran = 0.0_wp
     before = 0.0_wp
     do i = 1, 3
-      if (law%position(i) == 0) cycle
-      stran(law%position(i)) = s_old(i)/law%h
-      dstran(law%position(i)) = (s(i) - s_old(i))/law%h
-      before(i) = state_old(n_header + law%position(i))
+      if (law%umat%position(i) == 0) cycle
+      stran(law%umat%position(i)) = s_old(i)/law%umat%thickness
+      dstran(law%umat%position(i)) = (s(i) - s_old(i))/law%umat%thickness
+      before(i) = state_old(n_header + law%umat%position(i))
     end do
-    stress = state_old(n_header + 1:n_header + law%ntens)
-    statev = state_old(n_header + law%ntens + 1:)
-    energies = state_old(ledger)/law%h
+    stress = state_old(n_header + 1:n_header + law%umat%ntens)
+    statev = state_old(n_header + law%umat%ntens + 1:)
+    energies = state_old(ledger)/law%umat%thickness
     time = max(0.0_wp, state_old(u_time) - [law%origin + law%began, 0.0_wp])
-    call c_call(int(law%attempt, c_int), int(law%ntens, c_int), int(law%nstatv, c_int), &
-      size(law%props, kind=c_int), law%props, stran, dstran, time, max(dt, no_time), &
+    call c_call(int(law%attempt, c_int), int(law%umat%ntens, c_int), int(law%umat%nstatv, c_int), &
+      size(law%umat%props, kind=c_int), law%umat%props, stran, dstran, time, max(dt, no_time), &
       int([law%step, law%increment], c_int), stress, statev, ddsdde, energies, good)
     state = state_old
     traction = before + law%stiffness*(s - s_old)
@@ -243,19 +232,21 @@ contains
     end do
     if (good == 0) return
     traction = 0.0_wp
-    do j = 1, 3
-      if (law%position(j) == 0) cycle
-      traction(j) = stress(law%position(j))
-      do i = 1, 3
-        if (law%position(i) > 0) tangent(i, j) = ddsdde(law%position(i), law%position(j))/law%h
+    associate (position => law%umat%position, h => law%umat%thickness)
+      do j = 1, 3
+        if (position(j) == 0) cycle
+        traction(j) = stress(position(j))
+        do i = 1, 3
+          if (position(i) > 0) tangent(i, j) = ddsdde(position(i), position(j))/h
+        end do
       end do
-    end do
-    state(ledger) = law%h*energies
+    end associate
+    state(ledger) = law%umat%thickness*energies
     state(u_work) = state_old(u_work) + 0.5_wp*sum((before + traction)*(s - s_old))
     state(u_time) = state_old(u_time) + dt
-    state(n_header + 1:n_header + law%ntens) = stress
-    state(n_header + law%ntens + 1:) = statev
-    if (law%damage > 0) state(v_damage) = statev(law%damage)
+    state(n_header + 1:n_header + law%umat%ntens) = stress
+    state(n_header + law%umat%ntens + 1:) = statev
+    if (law%umat%damage > 0) state(v_damage) = statev(law%umat%damage)
   end subroutine update
 
   !> Energies of a state: stored, and the rest of the work. UMATs need not say what they dissipate.
@@ -288,7 +279,7 @@ contains
     real(wp), intent(in) :: s(3)            !! separation (N, Tx, Ty), length
     real(wp), intent(in) :: state(:)        !! state
     real(wp) :: size
-    size = max(law%stiffest*maxval(abs(s)), maxval(abs(state(n_header + 1:n_header + law%ntens))))
+    size = max(law%stiffest*maxval(abs(s)), maxval(abs(state(n_header + 1:n_header + law%umat%ntens))))
   end function magnitude
 
   !> Where the contact of a UMAT ends is not known; it is taken for zero.

@@ -192,8 +192,8 @@ contains
         " of the stiffness: use the unsymmetric solver"
     case ("energies")
       plan%parts = energy_parts
-      if (path%law%has_energies) call walk(plan, b, failure)
-      if (path%law%has_energies) call check_energies()
+      if (path%law%umat%has_energies) call walk(plan, b, failure)
+      if (path%law%umat%has_energies) call check_energies()
     case ("dissipation")
       sums = sum(a(n_first + [v_rupture, v_friction], :), 1)
       work(1:) = sums(1:) - sums(:n - 1)
@@ -207,7 +207,7 @@ contains
     case default
       call judge(check, not_judged, "no such check")
     end select
-    if (any(check%name == ["energies   ", "dissipation"]) .and. .not. path%law%has_energies) then
+    if (any(check%name == ["energies   ", "dissipation"]) .and. .not. path%law%umat%has_energies) then
       call judge(check, not_declared, "energies = .false.")
     else if (failure /= "" .and. index(check%text, failure) == 0) then
       call judge(check, failed, failure)
@@ -253,29 +253,29 @@ contains
       integer :: first, j
       unit = [spread(path%law%stress, 1, 3), spread(path%law%stiffness, 1, 9)]
       check%limit = component_error
-      if (count([(any(path%law%declared == ntens(j)), j=1, 3)]) < 2) then
+      if (count([(any(path%law%umat%declared == ntens(j)), j=1, 3)]) < 2) then
         call judge(check, not_declared, "one NTENS only")
         return
       end if
-      j = findloc(ntens, path%law%ntens, dim=1)
-      if (any(path%law%position /= places(:, j))) then
+      j = findloc(ntens, path%law%umat%ntens, dim=1)
+      if (any(path%law%umat%position /= places(:, j))) then
         call judge(check, not_judged, "expected order = 'N,Tx', 'N,Tx,Ty' or '-,-,N,-,Tx,Ty'")
         return
       end if
       plan%shares = [1.0_wp, 1.0_wp, 0.0_wp]
       first = 0
       do j = 1, 3
-        if (all(path%law%declared /= ntens(j))) cycle
+        if (all(path%law%umat%declared /= ntens(j))) cycle
         associate (law => plan%path%law)
-          law%ntens = ntens(j)
-          law%position = places(:, j)
-          law%n_state = n_header + law%ntens + law%nstatv
+          law%umat%ntens = ntens(j)
+          law%umat%position = places(:, j)
+          law%n_state = n_header + law%umat%ntens + law%umat%nstatv
           plan%path%start = law%virgin()
         end associate
         call walk(plan, b, failure)
         if (failure /= "") then
           call judge(check, failed, "with NTENS = " // integer_text(ntens(j)) // " " // failure // &
-            "; expected ntens = " // integer_text(path%law%ntens) // " if it has these components only")
+            "; expected ntens = " // integer_text(path%law%umat%ntens) // " if it has these components only")
           return
         end if
         if (first == 0) then
@@ -326,7 +326,7 @@ contains
       unit = max(path%law%stiffness, maxval(abs(a(4:12, i))))
       beside = reshape(differences(:, i), shape(beside))
       do j = 1, 3
-        if (path%law%position(j) == 0) cycle
+        if (path%law%umat%position(j) == 0) cycle
         do k = 1, 2
           h = difference(k)*path%law%length
           associate (higher => beside(:3, 1, k, j), lower => beside(:3, 2, k, j))
@@ -360,7 +360,7 @@ contains
       integer_text(loadings) // " between loading and unloading, " // integer_text(contacts) // &
       " at s_N = 0, " // integer_text(kinks - loadings - contacts) // " others)"
     call judge(check, passed, text)
-    if (wrong > 0 .or. kinks >= size(path%dt)*count(path%law%position > 0)) check%outcome = failed
+    if (wrong > 0 .or. kinks >= size(path%dt)*count(path%law%umat%position > 0)) check%outcome = failed
   end subroutine check_tangent
 
   !> Walk along a path in a child.
@@ -376,7 +376,7 @@ contains
     if (plan%way == with_differences) n = n_differences
     allocate (found(n, 0:size(plan%path%dt)), source=0.0_wp)
     if (any(plan%way == [alone, trying])) found(n_first + 1:, 0) = plan%path%start
-    call start_worker(c_funloc(walk_there), c_loc(plan), plan%path%law%limit)
+    call start_worker(c_funloc(walk_there), c_loc(plan), plan%path%law%umat%limit)
     i = 0
     do while (receive_row(found(:, min(i + 1, size(plan%path%dt))), n) /= 0)
       i = i + 1
@@ -427,10 +427,10 @@ contains
     integer, intent(in) :: i                  !! increment
     real(wp) :: beside(4, 2, 2, 3), found(n_differences), move(3), there(n_first + law%n_state)
     integer :: j, k, side, statev
-    statev = n_header + law%ntens
+    statev = n_header + law%umat%ntens
     beside = 0.0_wp
     do j = 1, 3
-      if (law%position(j) == 0) cycle
+      if (law%umat%position(j) == 0) cycle
       do k = 1, 2
         do side = 1, 2
           move = 0.0_wp

@@ -54,7 +54,7 @@ contains
     start%s = path%s
     allocate (start%state, source=path%state)
     do i = 1, 3
-      if (path%law%position(i) > 0) start%traction(i) = path%state(n_header + path%law%position(i))
+      if (path%law%umat%position(i) > 0) start%traction(i) = path%state(n_header + path%law%umat%position(i))
     end do
     start%work = sum(path%law%energies(path%state))
     if (path%has_work) start%work = path%work
@@ -67,7 +67,7 @@ contains
     call start_run(path%law, path%steps, run%run, start_of(path))
     run%run%before = run%run%point
     allocate (run%numbers(n_fixed + path%law%n_state))
-    call start_worker(c_funloc(follow_path), c_loc(path), path%law%limit)
+    call start_worker(c_funloc(follow_path), c_loc(path), path%law%umat%limit)
   end subroutine start_umat_run
 
   !> Wait for the next row.

@@ -13,7 +13,7 @@ import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, contract, read_case
 from asperity.cli import main
 from asperity.fit.fitting import fit
-from asperity.fit.report import case_text, report
+from asperity.fit.report import case_of, report
 from asperity.fit.shear_test import ShearTest
 from asperity.installed import driver
 from asperity.remarks import doubts
@@ -168,7 +168,7 @@ def test_fit_finds_the_height() -> None:
     )
     for name, value in truth.items():
         assert found.values[name] == pytest.approx(value, rel=1e-5), name
-    assert "height = 0.4" in case_text(found)
+    assert "height = 0.4" in case_of(found)
     assert "\nheight " in report(found) and "W0" not in report(found)
 
 
@@ -186,7 +186,7 @@ def test_fit_finds_the_wear() -> None:
     )
     # the fit refines its increments, and wear is of first order in them
     assert found.values["W0"] == pytest.approx(4.0, rel=0.01)
-    assert "W0 = " in case_text(found)
+    assert "W0 = " in case_of(found)
 
 
 @pytest.mark.slow
@@ -204,7 +204,7 @@ def test_fit_finds_joints_without_bond(tmp_path: Path) -> None:
     for name, value in (("ks", 20.0), ("mu", 0.5), ("closure", 0.02)):
         assert found.values[name] == pytest.approx(value, rel=1e-3), name
     path = tmp_path / "joint.nml"
-    path.write_text(case_text(found))
+    path.write_text(case_of(found))
     written = read_case(path).runs[0].material
     for name in ("K", "mu", "kc", "height", "damage0", "closure"):
         assert getattr(written, name) == pytest.approx(getattr(joint, name), rel=1e-3), name

@@ -20,7 +20,7 @@ from asperity.fit.constants import to_scale
 from asperity.fit.fitting import fit
 from asperity.fit.outcome import residual_ratio
 from asperity.fit.records import read_tests
-from asperity.fit.report import case_text, doubts_of, report
+from asperity.fit.report import case_of, doubts_of, report
 from asperity.fit.search import COVARIANCE, HEADING
 from asperity.fit.shear_test import ShearTest
 from asperity.options import PICTURES, may_replace
@@ -644,7 +644,7 @@ def test_case_without_a_sweep() -> None:
     """The case of one cyclic test under a stiffness has no sweep and states that the spring is left out."""
     tests = study.synthetic(0.03, 0, sigma_N=(-2.0,), turns=study.CYCLE, k_N=study.K_N)
     found = fit(tests, fixed=study.SET, start=AT_TRUTH, starts=1)
-    text = case_text(found)
+    text = case_of(found)
     assert "&sweep" not in text and "this case keeps their initial normal traction constant" in text
     assert "&step t_N = -2.0," in text and "slip = 0.5, -0.5, 0.5," in text
     assert "1 reversal" not in report(found) and "2 reversals" in report(found)

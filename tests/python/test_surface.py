@@ -14,7 +14,7 @@ import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, contract
 from asperity.case_files import read_case
 from asperity.surface import slopes
-from asperity.surface.command import HEADING, case_lines, props_line
+from asperity.surface.command import HEADING, pattern_text, props_line
 from asperity.surface.scan import Scan
 from asperity.surface.scan_files import read_scan
 from asperity.surface.slopes import Planes, Slips
@@ -602,7 +602,7 @@ def test_lines_of_a_flat_profile(said: Callable) -> None:
     out, _ = said("surface scan.csv --regular")
     assert "\n&pattern sides = 0 /\n" in out and "\nPROPS  sigma0, Gc, eta, mu, 0, 0, " in out
     out, _ = said("surface scan.csv --material sigma0=3,Gc=0.3,eta=0.9,mu=0.5")
-    assert "&pattern normals = 1.000000000, 0.000000000, 0.000000000," in out and "\nPROPS  3, 0.3, " in out
+    assert "&pattern normals = 1, 0, 0, weights = 1 /" in out and "\nPROPS  3, 0.3, " in out
 
 
 def test_full_list_of_planes() -> None:
@@ -614,7 +614,7 @@ def test_full_list_of_planes() -> None:
     planes = np.array(values[contract.N_FIXED_PROPS :]).reshape(-1, 4)
     again = Pattern.planes(planes[:, :3], planes[:, 3])
     assert again.weights == pytest.approx(listed.weights, abs=1e-8)
-    assert max(map(len, case_lines(listed).splitlines())) < 110
+    assert max(map(len, pattern_text(listed).splitlines())) < 110
 
 
 @pytest.mark.long

@@ -21,7 +21,7 @@ from asperity.cli import main
 from asperity.fit.covariance import covariance_text
 from asperity.fit.fitting import fit
 from asperity.fit.outcome import Fit, residual_ratio
-from asperity.fit.report import case_text
+from asperity.fit.report import case_of
 from asperity.uncertainty.distribution import of_deviations, read
 from asperity.uncertainty.paths import load_paths
 from asperity.uncertainty.spread import RESULTS, spread
@@ -178,7 +178,7 @@ def test_from_a_record_to_quantiles(
     """`fit -o` then `uncertainty`, with the same output for any number of jobs."""
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
     path, beside = tmp_path / "case.nml", tmp_path / "case.fit.json"
-    path.write_text(case_text(found))
+    path.write_text(case_of(found))
     beside.write_text(covariance_text(found))
     command = ["uncertainty", str(path), "--samples", "100", "-o", str(tmp_path / "out.csv")]
     printed = []

@@ -19,7 +19,7 @@ from ..fit.shear_test import ShearTest
 from ..fit.units import DEFAULT
 from ..options import add_options, numbers
 from ..remarks import doubts
-from .envelope import case_text, draw, envelope
+from .envelope import case_of, draw, envelope
 from .envelope import table as envelope_table
 from .joint import SAMPLE, Joint, check_reach
 
@@ -154,7 +154,7 @@ def _meet(options: argparse.Namespace, joint: Joint, low: float, high: float) ->
         draw(found, options.plot)
         print(options.plot)
     if options.output is not None:
-        options.output.write_text(f"{HEADING}\n{case_text(found)}", encoding="utf-8")
+        options.output.write_text(f"{HEADING}\n{case_of(found)}", encoding="utf-8")
         print(options.output)
     return 0
 

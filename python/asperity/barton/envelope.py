@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..case_files import case_lines
+from ..case_writer import Word, case_text, pattern_entries, rounded
 from ..contract import Floats
 from ..interface import Interface, ModelWarning
 from ..material import Material
@@ -208,15 +208,17 @@ def table(found: Envelope) -> str:
     return "\n".join([*lines, "", f"The strengths of the law and of Barton part {where}."])
 
 
-def case_text(found: Envelope) -> str:
+def case_of(found: Envelope) -> str:
     """Case file of the joint with the five stresses as a sweep."""
-    values = dict(found.values)
-    pattern = case_lines(found.interface.pattern)
-    entries = ", ".join(f"{n} = {v:.6g}" for n, v in values.items() if n not in ("theta", "flat"))
-    return (
-        f"&case title = 'Joint of Barton' /\n&material {entries} /\n{pattern}\n"
-        f"&sweep name = 'sigma_N', values = {', '.join(f'{-one:.4g}' for one in found.stresses)} /\n"
-        f"&step t_N = sigma_N, increments = 50 /\n&step slip = {found.slips[-1]:.6g}, increments = {ROWS} /\n"
+    material = {n: rounded(v, 6) for n, v in dict(found.values).items() if n not in ("theta", "flat")}
+    stresses = [rounded(-one, 4) for one in found.stresses]
+    return case_text(
+        ("case", {"title": "Joint of Barton"}),
+        ("material", material),
+        ("pattern", pattern_entries(found.interface.pattern)),
+        ("sweep", {"name": "sigma_N", "values": stresses}),
+        ("step", {"t_N": Word("sigma_N"), "increments": 50}),
+        ("step", {"slip": rounded(found.slips[-1], 6), "increments": ROWS}),
     )
 
 

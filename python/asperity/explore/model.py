@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from .. import contract
+from ..case_writer import case_text
 from ..contract import Floats
 from ..fit.constants import SCALES, plausible
 from ..history import History
@@ -233,19 +234,14 @@ def _profile(answer: Answer, row: int, plane: int, rise: Floats) -> Floats:
 def as_case(choice: Choice) -> str:
     """Case file of a choice."""
     values = choice.values
-    entries = [f"{name} = {values[name]!r}" for name in MATERIAL]
-    material = _lines(entries, " " * len("&material "))
-    pattern = f"sides = {int(values['sides'])}"
-    if values["sides"]:
-        pattern += f", theta = {values['theta']!r}, flat = {values['flat']!r}"
-    turns = ", ".join(repr(turn) for turn in choice.turns)
-    return (
-        "&case title = 'Explored' /\n"
-        f"&material {material} /\n"
-        f"&pattern {pattern} /\n"
-        f"&step t_N = {values['sigma_N']!r}, increments = {PRELOAD} /\n"
-        f"&step slip = {turns}, direction = {values['direction']!r},\n"
-        f"      increments = {', '.join(map(str, choice.parts))} /\n"
+    pattern = {name: values[name] for name in ("theta", "flat")} if values["sides"] else {}
+    slip = {"slip": choice.turns, "direction": values["direction"], "increments": choice.parts}
+    return case_text(
+        ("case", {"title": "Explored"}),
+        ("material", {name: values[name] for name in MATERIAL}),
+        ("pattern", {"sides": values["sides"]} | pattern),
+        ("step", {"t_N": values["sigma_N"], "increments": PRELOAD}),
+        ("step", slip),
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ..case_files import case_lines
+from ..case_writer import Word, case_text, pattern_entries, rounded
 from .constants import DEFAULTS, KS, MATERIAL, MORTAR, ROCK, UNITS, material_of
 from .outcome import COUPLED, ENOUGH, REFINE, Estimate, Fit, residual_ratio
 from .shear_test import ShearTest
@@ -210,7 +210,7 @@ def accepted_text(found: Fit, reasons: Iterable[str]) -> str:
     return f"accepted with {text}" if text else ""
 
 
-def case_text(found: Fit) -> str:
+def case_of(found: Fit) -> str:
     """Case file with the identified interface and the tests as a sweep; normal springs are left out.
 
     `asperity card`, `select` and `run` read this file.
@@ -218,27 +218,24 @@ def case_text(found: Fit) -> str:
     problem = found.problem
     longest = max(problem.tests, key=lambda test: float(np.abs(np.diff([0.0, *test.turns])).sum()))
     turns = longest.turns if len(longest.turns) <= MOST_TURNS else _ends(longest)
-    held = sorted({float(f"{test.sigma_N:.4g}") for test in problem.tests}, reverse=True)
+    stresses = sorted({rounded(test.sigma_N, 4) for test in problem.tests}, reverse=True)
+    several = len(stresses) > 1
     values = found.values
     material = {name: values[name] for name in MATERIAL if values.get(name, 0.0) or name in problem.free}
     if KS in values:
         material = {"kn": values[KS] * material.pop("kc"), KS: values[KS]} | material
-    entries = ", ".join(f"{name} = {value:.6g}" for name, value in material.items())
-    lines = []
+    slips = {"slip": [rounded(slip, 6) for slip in turns], "direction": rounded(problem.direction, 6)}
+    text = case_text(
+        ("case", {"title": "Shear box"}),
+        ("material", {name: rounded(value, 6) for name, value in material.items()}),
+        ("pattern", pattern_entries(found.interface.pattern)),
+        *([("sweep", {"name": "sigma_N", "values": stresses})] if several else []),
+        ("step", {"t_N": Word("sigma_N") if several else stresses[0], "increments": CASE_INCREMENTS}),
+        ("step", slips | {"increments": [CASE_INCREMENTS] * len(turns)}),
+    )
     if any(test.k_N > 0.0 for test in problem.tests):
-        lines.append(
-            "! The tests had a normal stiffness k_N; this case keeps their initial normal traction constant."
-        )
-    lines += ["&case title = 'Shear box' /", f"&material {entries} /", case_lines(found.interface.pattern)]
-    if len(held) > 1:
-        lines.append(f"&sweep name = 'sigma_N', values = {', '.join(map(str, held))} /")
-    slips = ", ".join(f"{slip:.6g}" for slip in turns)
-    increments = ", ".join([str(CASE_INCREMENTS)] * len(turns))
-    lines += [
-        f"&step t_N = {'sigma_N' if len(held) > 1 else held[0]}, increments = {CASE_INCREMENTS} /",
-        f"&step slip = {slips}, direction = {problem.direction:g}, increments = {increments} /",
-    ]
-    return "\n".join(lines) + "\n"
+        text = f"! The tests had a normal stiffness k_N; this case keeps their initial normal traction.\n{text}"
+    return text
 
 
 def _ends(test: ShearTest) -> list[float]:

@@ -84,7 +84,7 @@ def write(
     of_tests: as in `picture.draw`; curves have no scatter, so there is no covariance.  reasons: why the fit
     is no result; there is then a picture only.  accepted: what the user has accepted instead.
     """
-    from .report import case_text
+    from .report import case_of
 
     if options.card is not None and not reasons:
         print("\n" + found.interface.card(options.card, notes=[accepted] if accepted else []), end="")
@@ -95,7 +95,7 @@ def write(
         print(options.plot)
     if options.output is not None and not reasons:
         note = f"! {accepted[0].upper()}{accepted[1:]}.\n" if accepted else ""
-        files = {options.output: f"{HEADING}\n{note}{case_text(found)}"}
+        files = {options.output: f"{HEADING}\n{note}{case_of(found)}"}
         if not of_tests:
             files[file_of(options.output)] = covariance_text(found, accepted)
         for path, text in files.items():

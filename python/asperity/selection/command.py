@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..case_files import SlipTest, case_lines, read_case, slip_tests
+from ..case_files import SlipTest, read_case, slip_tests
+from ..case_writer import pattern_text
 from ..material import ModelWarning
 from ..options import add_options, add_output, add_workers, check_outputs, progress_bar, replace_file, workers
 from ..remarks import shown_warnings, warn_of_physics
@@ -105,7 +106,7 @@ def _run(options: argparse.Namespace) -> int:
     print(report(answer))
     if options.output is not None:
         source = read_case(options.case)
-        lines = case_lines(answer.pattern).encode()
+        lines = pattern_text(answer.pattern).encode()
         replace_file(options.output, HEADING.encode() + source.before + lines + source.after)
         print(options.output)
     return 0

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from .. import contract
-from ..case_files import case_lines, read_case
+from ..case_files import read_case
+from ..case_writer import pattern_text
 from ..contract import Floats
 from ..fit.units import size
 from ..interface import Interface
@@ -138,9 +139,10 @@ def _run(options: argparse.Namespace) -> int:
     chosen = regular if options.regular else listed
     written = [table, png]
     if template is not None:
-        replace_file(case, HEADING.encode() + template.before + case_lines(chosen).encode() + template.after)
+        lines = pattern_text(chosen).encode()
+        replace_file(case, HEADING.encode() + template.before + lines + template.after)
         written.append(case)
-    print(f"{case_lines(chosen)}\n\nPROPS  {props_line(chosen, material)}\n")
+    print(f"{pattern_text(chosen)}\n\nPROPS  {props_line(chosen, material)}\n")
     _write(table, chosen)
     from .picture import draw
 

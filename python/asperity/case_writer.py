@@ -1,0 +1,60 @@
+"""Case files as the library writes them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from . import _core
+from .pattern import Pattern
+
+
+class Word(str):
+    """Word that is written as it is: the name of a sweep's number, or a number as a user has typed it."""
+
+
+def case_text(*groups: tuple[str, Mapping[str, Any]]) -> str:
+    """Text of a case file, written by the library.
+
+    groups: name and entries, in their order. A value is a number, a list of numbers, a text or a `Word`. One
+    that is None, or a list without numbers, is left out. `check_text` checks a text.
+    """
+    names, kinds, counts, values, strings = [], [], [], [], []
+    for group, entries_of in groups:
+        given = {name: value for name, value in entries_of.items() if value is not None}
+        for name, value in [(group, None), *given.items()]:
+            text = value.encode() if isinstance(value, str) else b""
+            numbers = [] if value is None or text else np.atleast_1d(value).astype(float).tolist()
+            if value is not None and not (text or numbers):
+                continue
+            names.append(name.ljust(32))
+            kinds.append(0 if value is None else 1 if numbers else 3 if isinstance(value, Word) else 2)
+            counts.append(len(numbers) or len(text))
+            values += numbers
+            strings.append(text)
+    arrays = np.array(names, "S32"), kinds, counts, values or [0.0], np.array(strings, "S4096")
+    text = np.zeros(64 + 40 * (len(names) + len(values)) + 2 * sum(map(len, strings)), "S1")
+    length = _core.case_text(*arrays, text)
+    return b"".join(text[:length].tolist()).decode()
+
+
+def pattern_entries(pattern: Pattern) -> dict[str, Any]:
+    """Entries of the group &pattern, rounded to nine digits."""
+    if pattern.m < 0:
+        return {"normals": np.round(pattern.normals, 9).ravel(), "weights": np.round(pattern.weights, 9)}
+    found: dict[str, Any] = {"sides": pattern.m}
+    if pattern.m > 0:
+        found |= {name: rounded(getattr(pattern, name), 9) for name in ("theta", "flat", "turn")}
+    return found
+
+
+def pattern_text(pattern: Pattern) -> str:
+    """Group &pattern of a case file, without its line end."""
+    return case_text(("pattern", pattern_entries(pattern))).rstrip("\n")
+
+
+def rounded(value: float, digits: int) -> float:
+    """Return a number rounded to significant digits."""
+    return float(f"{value:.{digits}g}")

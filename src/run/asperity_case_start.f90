@@ -1,0 +1,171 @@
+!> Start of a case: the state of the planes and the traction that they carry at separation zero, or a whole state, which
+!> the case of a failed increment has.
+module asperity_case_start
+  use asperity_call_checks, only: explain_point, point_status
+  use asperity_case_entries, only: case_io, close_group, open_group, real_entry, reals_entry, require
+  use asperity_case_text, only: group_index
+  use asperity_checks, only: bounded
+  use asperity_contract, only: plane_statev, status_ok
+  use asperity_errors, only: error_type, errors_type, fail, fail_lines
+  use asperity_initial, only: carry_traction, explain_initial
+  use asperity_interface, only: interface_type, separation_bound, slip_factor
+  use asperity_kinds, only: wp
+  use asperity_text, only: integer_text, to_text
+  implicit none
+  private
+  public :: initial_group, state_group, carry_initial, check_state
+
+  !> The group &initial.
+  type, public :: initial_type
+    logical :: given = .false.                      !! false: virgin, without traction
+    real(wp) :: traction(3) = 0.0_wp                !! (N, Tx, Ty), stress
+    real(wp), allocatable :: damage(:)              !! of all planes or of each, size 0: none
+    real(wp), allocatable :: slip(:)                !! s_dit, s_dih of all planes or of each, length, size 0: none
+    type(error_type) :: of_traction, of_damage, of_slip   !! places of errors in them
+    real(wp), allocatable :: planes(:)              !! STATEV as of a host before the first call: planes only
+    real(wp), allocatable :: carried(:)             !! STATEV with the offset at which they carry the traction
+  end type initial_type
+
+  !> The group &state.
+  type, public :: state_type
+    logical :: given = .false.              !! false: virgin, separation zero
+    real(wp) :: s(3) = 0.0_wp               !! separation (N, Tx, Ty), length
+    real(wp), allocatable :: statev(:)      !! STATEV
+    logical :: has_work = .false.           !! false: the work is the sum of stored and dissipated energy
+    real(wp) :: work = 0.0_wp               !! work of the traction so far, stress*length
+    type(error_type) :: place               !! of an error in it
+  end type state_type
+
+contains
+
+  !> The group &initial, if there is one.
+  subroutine initial_group(io, initial)
+    type(case_io), intent(inout) :: io                        !! the file
+    type(initial_type), intent(inout) :: initial              !! initial state
+    real(wp), allocatable :: traction(:)
+
+    if (.not. io%writes) allocate (initial%damage(0), initial%slip(0))
+    call open_group(io, "initial", initial%given)
+    if (.not. initial%given) return
+    traction = initial%traction
+    call reals_entry(io, "traction", traction)
+    initial%of_traction = io%place
+    call require(io, any(size(traction) == [0, 3]), integer_text(size(traction)) // &
+      " values: expected three (t_N, t_Tx, t_Ty)")
+    if (size(traction) == size(initial%traction)) initial%traction = traction
+    call reals_entry(io, "damage", initial%damage)
+    initial%of_damage = io%place
+    call require(io, all(initial%damage >= 0.0_wp .and. initial%damage <= 1.0_wp), "expected 0 to 1")
+    call reals_entry(io, "slip", initial%slip)
+    initial%of_slip = io%place
+    call close_group(io)
+    if (io%writes) return
+    if (io%text%groups(io%group)%last < io%text%groups(io%group)%first) call fail(io%errors, io%place, &
+      "nothing given: expected traction, damage or slip")
+    if (group_index(io%text, "state") > 0) call fail(io%errors, io%place, &
+      "a run starts from &initial or from &state, in line " // &
+      integer_text(io%text%groups(group_index(io%text, "state"))%line) // ": expected the one or the other")
+  end subroutine initial_group
+
+  !> The group &state, if there is one.
+  subroutine state_group(io, state)
+    type(case_io), intent(inout) :: io                        !! the file
+    type(state_type), intent(inout) :: state                  !! state at the start
+    real(wp), allocatable :: s(:)
+
+    if (.not. io%writes) allocate (state%statev(0))
+    call open_group(io, "state", state%given)
+    if (.not. state%given) return
+    allocate (s(0))
+    if (io%writes) s = state%s
+    call reals_entry(io, "separation", s)
+    call reals_entry(io, "statev", state%statev)
+    call real_entry(io, "work", state%work, given=state%has_work)
+    call close_group(io)
+    if (io%writes) return
+    state%place = io%place
+    if (size(s) == size(state%s)) then
+      state%s = s
+    else
+      call fail(io%errors, state%place, integer_text(size(s)) // " values of separation: expected three (N, Tx, Ty)")
+    end if
+    if (group_index(io%text, "replay") > 0) call fail(io%errors, state%place, &
+      "a replay starts from the virgin state: expected &state with &step only")
+  end subroutine state_group
+
+  !> Compute the states of &initial, or of a virgin point without this group; the planes must be able to carry the
+  !> traction.
+  subroutine carry_initial(joint, prescribed, replays, initial, errors)
+    type(interface_type), intent(in) :: joint                 !! the interface
+    logical, intent(in) :: prescribed(3)                      !! components that the host has
+    logical, intent(in) :: replays                            !! whether the host adapter computes the offset
+    type(initial_type), intent(inout) :: initial              !! planes and carried are set
+    type(errors_type), intent(inout) :: errors   !! errors are added
+    character(len=:), allocatable :: reasons
+    real(wp) :: largest
+    integer :: earlier, i, k, status
+    logical :: loaded
+
+    allocate (initial%planes(joint%n_statev))
+    initial%planes = 0.0_wp
+    initial%carried = initial%planes
+    if (.not. initial%given) return
+    earlier = errors%n
+    associate (n => joint%pattern%n, damage => initial%damage, slip => initial%slip)
+      if (all(size(damage) /= [0, 1, n])) call fail(errors, initial%of_damage, &
+        integer_text(size(damage)) // " values: expected " // one_or(n, 1))
+      if (all(size(slip) /= [0, 2, 2*n])) call fail(errors, initial%of_slip, &
+        integer_text(size(slip)) // " values: expected " // one_or(n, 2) // ", in pairs s_dit, s_dih")
+      if (errors%n > earlier) return
+      do k = 1, n
+        i = plane_statev(k)
+        if (size(damage) > 0) initial%planes(i) = damage(min(k, size(damage)))
+        if (size(slip) > 0) initial%planes(i + 1:i + 2) = slip(min(2*k, size(slip)) - 1:min(2*k, size(slip)))
+      end do
+    end associate
+    largest = slip_factor*separation_bound(joint)
+    if (.not. all(bounded(initial%slip, largest))) call fail(errors, initial%of_slip, &
+      "expected a magnitude up to " // to_text(largest))
+    loaded = any(abs(initial%traction) > 0.0_wp)
+    if (any(abs(initial%traction) > 0.0_wp .and. .not. prescribed)) call fail(errors, &
+        initial%of_traction, "expected t_Ty = 0 with ntens = 2")
+    if (replays .and. .not. loaded .and. size(initial%slip) > 0) call fail(errors, &
+        initial%of_slip, "expected a traction with it: a host's routine computes the " // &
+      "offset of a slip only if the stress is not zero")
+    if (errors%n > earlier) return
+    initial%carried = initial%planes
+    call carry_traction(joint, initial%traction, prescribed, initial%carried, status)
+    allocate (character(len=0) :: reasons)
+    if (status == status_ok) return
+    call explain_initial(joint, initial%traction, prescribed, initial%planes, reasons)
+    if (allocated(initial%of_traction%name)) call fail_lines(errors, initial%of_traction, reasons)
+    if (.not. allocated(initial%of_traction%name)) call fail_lines(errors, initial%of_slip, reasons)
+  end subroutine carry_initial
+
+  !> Text of the admissible numbers of values: for all planes, or for each plane.
+  pure function one_or(n, each) result(text)
+    integer, intent(in) :: n      !! planes
+    integer, intent(in) :: each   !! values of a plane
+    character(len=:), allocatable :: text
+    text = integer_text(each) // " for all planes"
+    if (n > 1) text = text // " or " // integer_text(each*n) // " for " // integer_text(n) // " planes"
+  end function one_or
+
+  !> Check that the state is admissible for the interface.
+  subroutine check_state(joint, state, errors)
+    type(interface_type), intent(in) :: joint                 !! the interface
+    type(state_type), intent(in) :: state                     !! state at the start
+    type(errors_type), intent(inout) :: errors   !! errors are added
+    character(len=:), allocatable :: reasons
+    if (.not. state%given) return
+    if (size(state%statev) /= joint%n_statev) then
+      call fail(errors, state%place, integer_text(size(state%statev)) // &
+        " values of statev: expected " // integer_text(joint%n_statev))
+    else if (point_status(joint, state%s, state%s, state%statev) /= status_ok) then
+      allocate (character(len=0) :: reasons)
+      call explain_point(joint, state%s, state%s, state%statev, reasons)
+      call fail_lines(errors, state%place, reasons)
+    end if
+  end subroutine check_state
+
+end module asperity_case_start
