@@ -186,7 +186,8 @@ def test_failed_increment_from_an_initial_state(
     result = run(MATERIAL + RP_4 + f"&initial {start} /\n" + steps, code=2)
     assert "lost" in result.events[-1]
     text = (tmp_path / "case.failed.nml").read_text()
-    statev = np.array(re.search(r"statev =([^/a-z]*(?:e[^/a-z]*)*) work", text)[1].strip(" ,\n").split(","), dtype=float)
+    values = re.search(r"statev =([^/a-z]*(?:e[^/a-z]*)*),\s+work", text)[1]
+    statev = np.array(values.split(","), dtype=float)
     assert (statev[5:8] != 0.0).any()
     process = call(driver, "case.failed.nml", "-o", "again.csv", folder=tmp_path)
     again = Result(process, tmp_path / "again.csv")

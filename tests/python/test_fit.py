@@ -646,7 +646,7 @@ def test_case_without_a_sweep() -> None:
     found = fit(tests, fixed=study.SET, start=AT_TRUTH, starts=1)
     text = case_of(found)
     assert "&sweep" not in text and "this case keeps their initial normal traction constant" in text
-    assert "&step t_N = -2.0," in text and "slip = 0.5, -0.5, 0.5," in text
+    assert "&step t_N = -2," in text and "slip = 0.5, -0.5, 0.5," in text
     assert "1 reversal" not in report(found) and "2 reversals" in report(found)
 
 
