@@ -144,18 +144,10 @@ def draw_increments(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
     for path in PATHS:
         for sigma_N in SIGMA_N:
             here = [e for e in errors if (e.path, e.sigma_N) == (path, sigma_N)]
-            cells = [_order(here, name) for name, _, _ in QUANTITIES]
-            cells += [_needed(here, name, aim) for name, _, _ in QUANTITIES for aim in AIMS[1:]]
+            cells = [_needed(here, name, aim) for name, _, _ in QUANTITIES for aim in AIMS[1:]]
             lines.append([path, signed(sigma_N), *cells])
-    head = ["path", "σ_N [MPa]", *(f"order, {name}" for _, _, name in QUANTITIES)]
-    head += [f"{name} to {aim:.0e}" for _, _, name in QUANTITIES for aim in AIMS[1:]]
+    head = ["path", "σ_N [MPa]", *(f"{name} to {aim:.0e}" for _, _, name in QUANTITIES for aim in AIMS[1:])]
     return {"increments": figure}, markdown(head, lines, numbers=True)
-
-
-def _order(chosen: Sequence[StepError], name: str) -> str:
-    """Order of convergence by least squares."""
-    y = np.log([max(getattr(e, name), 1e-300) for e in chosen])
-    return f"{-np.polyfit(np.log([e.rows for e in chosen]), y, 1)[0]:.1f}"
 
 
 def _needed(chosen: Sequence[StepError], name: str, aim: float) -> str:

@@ -229,7 +229,7 @@ DEVIATIONS = 5.0
 def test_page(tmp_path: Path) -> None:
     """The commands of the page give its numbers: those of the case, and the mean within its error."""
     blocks = re.findall(
-        r"```console\n(.*?)```\n+```text\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL
+        r"```console\n(.*?)```\n[^`]*```text\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL
     )
     assert len(blocks) == 1
     for commands, shown in blocks:
@@ -246,11 +246,11 @@ def test_page(tmp_path: Path) -> None:
         rows = [
             [line for line in text.splitlines() if line.startswith(RESULTS)] for text in (shown, run.stdout)
         ]
-        assert len(rows[0]) == len(rows[1]) == 3 * len(RESULTS)
-        for old, new in zip(*rows, strict=True):
+        # the page has the first of three pressures
+        assert 3 * len(rows[0]) == len(rows[1]) == 3 * len(RESULTS)
+        for old, new in zip(*rows, strict=False):
             assert old[:22] == new[:22]
             (case, mean, sd, *_), (own, found, *_) = (map(float, line[22:].split()) for line in (old, new))
             assert own == pytest.approx(case, rel=1e-3)
             # the fifth digit is rounded
             assert abs(found - mean) < DEVIATIONS * sd / np.sqrt(FEW) + 1e-4 * abs(mean)
-
