@@ -1,0 +1,364 @@
+"""The law with all its constants: updates against the independent reference, units, closed forms, bad values.
+
+Decks (test_decks.py) have load paths with known numbers, through every entry to the library.
+"""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity import History, Interface, Material, Pattern, Step, read_case
+from asperity.contract import N_POINT_STATEV
+from asperity.remarks import doubts
+from scipy.optimize import brentq
+from support_driver import MATERIAL
+from support_driver import RP_4 as PYRAMID
+
+from harness.studies.extensions_crush import JOINTS, envelope
+from tests.oracle import reference
+
+SEED = 2025
+DT = 0.1
+NAN, INF = float("nan"), float("inf")
+
+OPTIONS = {
+    "paper": {},
+    "height": {"height": 0.3, "kc": 20.0},
+    "wear": {"W0": 0.4, "kc": 5.0},
+    "height and wear": {"height": 0.06, "W0": 0.2},
+    "viscosity": {"tau_v": 0.4, "kc": 2.0},
+    "guard": {"guard": True, "kc": 5.0},
+    "damage0": {"damage0": 0.4},
+    "without bond": {"damage0": 1.0, "kc": 10.0},
+    "closure": {"closure": 0.06},
+    "closure and height": {"closure": 0.06, "height": 0.3},
+    "closure and wear": {"closure": 0.06, "height": 0.3, "W0": 0.5},
+    "closure and guard": {"closure": 0.06, "guard": True},
+    "closure and viscosity": {"closure": 0.06, "tau_v": 0.3, "damage0": 0.2},
+    "almost closed": {"closure": 0.02, "damage0": 0.5},
+    "crush": {"crush": 2.0, "kc": 20.0},
+    "crush and height": {"crush": 1.0, "height": 0.3, "damage0": 1.0, "kc": 50.0},
+    "crush and wear": {"crush": 5.0, "W0": 0.4, "damage0": 0.5},
+    "crush and guard": {"crush": 2.0, "height": 0.5, "guard": True},
+    "mode II": {"closure": 0.06, "damage0": 0.3, "sigma02": 4.0, "Gc2": 0.6},
+    "all": {
+        "closure": 0.06,
+        "damage0": 0.3,
+        "kc": 2.0,
+        "height": 0.3,
+        "W0": 0.5,
+        "crush": 3.0,
+        "guard": True,
+        "tau_v": 0.3,
+        "sigma02": 4.0,
+        "Gc2": 0.6,
+    },
+}
+
+
+@pytest.mark.parametrize("option", OPTIONS)
+def test_random_updates(option: str) -> None:
+    """Traction, state and tangent agree for random histories; every branch occurs often, and deep closure."""
+    constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | OPTIONS[option]
+    material, parameters = Material(**constants), reference.Parameters(**constants)
+    rng = np.random.default_rng(SEED)
+    counts = dict.fromkeys(itertools.product((reference.OPEN, reference.STICK, reference.SLIP), (0, 1)), 0)
+    far = 0
+    for sides, flat in ((0, 1.0), (2, 0.0), (5, 0.3)):
+        interface = Interface(material, Pattern.regular(sides, 30.0, flat, 20.0))
+        planes = reference.regular_pattern(sides, 30.0, flat, 20.0)
+        S = np.cumsum(rng.standard_normal((40, 40, 3)) * material.s_0, axis=0)
+        s_old, state = np.zeros((40, 3)), np.zeros((40, interface.nstatv))
+        for s in S:
+            dt = float(rng.choice([0.0, DT * 10 ** rng.uniform(-3, 3)], p=[0.1, 0.9]))
+            ours = interface.update(s, state, s_old, dt=dt)
+            theirs = reference.update(parameters, planes, s, state, s_old, dt)
+            size = np.abs(theirs.traction).max(axis=1) + parameters.Kn * np.linalg.norm(s, axis=1)
+            stiff = np.abs(theirs.tangent).max(axis=(1, 2)) + parameters.Kn
+            energy = size * (np.linalg.norm(s, axis=1) + np.linalg.norm(s_old, axis=1))
+            assert np.all(np.abs(ours.traction - theirs.traction).max(axis=1) <= 1e-11 * size)
+            scale = (1.0 + energy + np.abs(theirs.state).max(axis=1))[:, None]
+            assert np.all(np.abs(ours.state - theirs.state) <= 1e-11 * scale)
+            off = np.abs(ours.tangent - theirs.tangent).max(axis=(1, 2)) > 1e-6 * stiff
+            assert off.mean() <= 0.05  # a trial slip of almost zero
+            far += int((stiff > 20.0 * parameters.Kn * parameters.kc).sum())
+            for branch, damaging in counts:
+                here = (theirs.branch == branch) & (theirs.damaging == bool(damaging))
+                counts[branch, damaging] += int(here.sum())
+            state, s_old = ours.state, s
+    broken = parameters.damage0 == 1.0
+    assert min(n for (_, damaging), n in counts.items() if not (broken and damaging)) > 80, counts
+    if "closure" in OPTIONS[option]:
+        assert far > 0
+
+
+UNITS = {"sigma0": (1, 0), "sigma02": (1, 0), "Gc": (1, 1), "Gc2": (1, 1), "W0": (1, 1), "height": (0, 1)}
+
+
+@pytest.mark.parametrize("option", OPTIONS)
+def test_units(option: str) -> None:
+    """In units that are powers of two of the others the results are the same, to the last bit."""
+    stress, length = 2.0**-20, 2.0**10
+    constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | OPTIONS[option]
+    powers = UNITS | {"closure": (0, 1), "crush": (1, 0)}
+    other = {
+        name: value * stress ** powers.get(name, (0, 0))[0] * length ** powers.get(name, (0, 0))[1]
+        for name, value in constants.items()
+    }
+    pattern = Pattern.regular(5, 30.0, 0.3, 20.0)
+    first, second = (Interface(Material(**one), pattern) for one in (constants, other))
+    S = np.cumsum(np.random.default_rng(SEED).standard_normal((60, 10, 3)) * first.material.s_0, axis=0)
+    s_old, state, scaled = np.zeros((10, 3)), np.zeros((10, first.nstatv)), np.zeros((10, first.nstatv))
+    for s in S:
+        one = first.update(s, state, s_old, dt=DT)
+        two = second.update(length * s, scaled, length * s_old, dt=DT)
+        assert np.array_equal(stress * one.traction, two.traction)
+        assert np.array_equal(stress / length * one.tangent, two.tangent)
+        assert np.array_equal(stress * length * one.state[:, 1:4], two.state[:, 1:4])
+        state, scaled, s_old = one.state, two.state, s
+
+
+@pytest.mark.parametrize("length", ["height", "closure"])
+def test_lengths_are_compared_with_those_of_the_same_case(tmp_path: Path, length: str) -> None:
+    """A length far beyond that of other joints is admissible beside a rupture energy of the same size."""
+    case = tmp_path / "case.nml"
+    case.write_text(
+        f"&material sigma0 = 3, Gc = 1e12, eta = .9, mu = .5, {length} = 3e10 /\n"
+        "&pattern sides = 2, theta = 30 /\n&step t_N = -1 /\n"
+    )
+    assert not read_case(case).runs[0].history().lost
+
+
+def test_height_is_compared_with_the_constants_of_the_case(run) -> None:
+    """The ratio of height and s_f is that of the case, and an error names it."""
+    case = "&material sigma0 = {}, Gc = {}, eta = 0.9, mu = 0.5, height = {} /\n"
+    rest = "&pattern sides = 2, theta = 30.0 /\n&step s_N = {}, increments = 1 /\n"
+    assert len(run(case.format("3.0e3", "0.3e15", "1e12") + rest.format("1e3")).rows) == 1
+    messages = run(case.format("3.0e6", "1e-9", "1.0") + rest.format("1e-20"), code=1).messages
+    assert "height sigma0/(2 Gc) = 1.5" in messages and ": expected 1e-10 to 1e10" in messages
+
+
+def test_wear_of_a_huge_pressure_is_told() -> None:
+    """A pressure whose square is beyond the range of a double gives the warning and no error of its own."""
+    material = Material(3.0, 0.3, 0.9, 0.5, height=0.5, W0=1.0)
+    assert any("Inf W0" in text for text in doubts(material, Pattern.regular(2, 30.0), -1e160))
+
+
+def test_facet_beyond_its_end_is_flat() -> None:
+    """Where nothing of the slope is left, the tangent is that of a flat contact, for the lowest height."""
+    joint = Interface(Material(3.0, 0.3, 0.9, 0.5, height=1e-10 * 0.2), Pattern.regular(3, 89.9999, flat=0.0))
+    state = np.zeros((1, joint.nstatv))
+    state[0, N_POINT_STATEV::3] = 1.0
+    s = np.array([[-46.0, -17.0, 1.6]])
+    tangent = joint.update(s, state, s).tangent[0]
+    assert np.abs(tangent).max() < 10.0 * joint.material.K
+
+
+@pytest.mark.parametrize("height", [0.0, 0.1, 0.5])
+def test_initial_state_of_a_climbed_joint(height: float) -> None:
+    """The slips of a joint that has climbed its facets lead to the separation at which it stands."""
+    joint = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=100.0, height=height), Pattern.regular(4, 30.0))
+    test = joint.confined_slip(20.0, np.linspace(0.0, 0.4, 401)[1:], -1.0)
+    planes = test.state[-1, N_POINT_STATEV:].reshape(-1, 3)
+    state = joint.initial(test.traction[-1], damage=planes[:, 0], slip=planes[:, 1:])
+    # the elastic part of the slips is not given
+    compliance = np.abs(test.traction[-1]).max() / joint.material.K
+    np.testing.assert_allclose(state[5:8], test.separation[-1], rtol=0, atol=compliance)
+    at_rest = joint.update(np.zeros((1, 3)), state[None])
+    np.testing.assert_allclose(at_rest.traction[0], test.traction[-1], rtol=0, atol=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+def test_random_load_paths() -> None:
+    """No pressed joint is lost; work and energies agree to second order; the damage is at most 1."""
+    rng = np.random.default_rng(SEED)
+    errors = []
+    for option in list(OPTIONS) * 2:
+        material = Material(3.0, 0.3, 0.9, 0.5, **OPTIONS[option])
+        joint = Interface(
+            material, Pattern.regular(int(rng.choice([0, 2, 4, 8])), rng.uniform(5.0, 40.0), 0.2)
+        )
+        pressure, direction = -(10.0 ** rng.uniform(-1.0, 1.0)), rng.uniform(0.0, 360.0)
+        turns = rng.uniform(-0.3, 0.3, 2).tolist()
+        for finer in (1, 4):
+            steps = [Step(t_N=pressure, increments=20 * finer, time=1.0)]
+            spring = {"k_N": 20.0} if pressure < -1.0 else {}
+            steps += [Step(slip=turns, direction=direction, increments=60 * finer, time=1.0, **spring)]
+            history = joint.run(steps)
+            assert history.damage.max() <= 1.0
+            off = history.work - (history.stored + history.rupture + history.friction)
+            errors.append(np.abs(off).max() / (np.abs(history.work).max() + material.Gc))
+    coarse, fine = np.median(errors[::2]), np.median(errors[1::2])
+    assert fine < coarse / 6.0 and fine < 1e-3
+
+
+@pytest.mark.parametrize("ks", [50.0, 1e5])
+def test_tolerance_of_a_stiff_joint(ks: float) -> None:
+    """A joint without bond has no strength: the tolerance of a load path is relative to its tractions."""
+    joint = Interface(Material.from_joint(kn=10.0 * ks, ks=ks, mu=0.5, height=0.2), Pattern.regular(2, 30.0))
+    path = [Step(t_N=-1.0, increments=4), Step(slip=0.4, increments=2)]
+    found = joint.run(path, tolerance=1e-3)
+    fine = joint.confined_slip(0.0, np.linspace(0.0, 0.4, 2001), -1.0)
+    slips = np.linspace(0.02, 0.4, 200)
+    tau, wanted = (np.interp(slips, one.separation[:, 1], one.traction[:, 1]) for one in (found, fine))
+    # rows on which straight lines stay within the tolerance are left out
+    np.testing.assert_allclose(tau, wanted, rtol=0.0, atol=2e-3 * wanted.max())
+
+
+def test_damage_of_a_broken_joint_is_1() -> None:
+    """The weighted sum of the damage of the planes is not above 1, whatever the weights round to."""
+    for sides in range(2, 65):
+        joint = Interface(Material.from_joint(kn=20.0, ks=5.0, mu=0.5), Pattern.regular(sides, 30.0))
+        damage = joint.update(np.zeros((5, 3))).state[:, 0]
+        assert np.all((damage > 1.0 - 1e-14) & (damage <= 1.0))
+        history = joint.confined_slip(0.0, [0.01], -1.0, 1)
+        assert history.damage.max() <= 1.0
+
+
+def test_bad_values() -> None:
+    """Both are named at once, with what was expected; a reserved constant has no name in Python."""
+    with pytest.raises(ValueError) as error:
+        Material(3.0, 0.3, 0.9, 0.5, damage0=1.5, closure=-1.0)
+    assert "damage0 = 1.5: expected 0 to 1" in str(error.value)
+    assert "closure = -1: expected >= 0" in str(error.value)
+    with pytest.raises(TypeError):
+        Material(3.0, 0.3, 0.9, 0.5, slot22=0.0)
+
+
+# --- asperities that the pressure crushes ---
+
+CRUSH, THETA, MU = 2.0, 30.0, 0.6
+
+
+def joint(crush: float = CRUSH, height: float = 0.0, **others: float) -> Interface:
+    """Joint without bond of two planes that face each other."""
+    material = Material(3.0, 0.3, 0.99, MU, kc=100.0, damage0=1.0, crush=crush, height=height, **others)
+    return Interface(material, Pattern.regular(2, THETA, flat=0.0))
+
+
+def sheared(
+    interface: Interface, increments: int = 1000, pressure: float = 1.0, slip: float = 1.0
+) -> History:
+    """Slip under a constant pressure."""
+    steps = [Step(t_N=-pressure, increments=20), Step(slip=slip, increments=increments)]
+    return interface.run(steps)
+
+
+def closed_form(pressure: float) -> float:
+    """Shear traction of the joint that slides up one plane, whose pressure crushes it."""
+
+    def excess(p: float) -> float:
+        slope = np.tan(np.radians(THETA)) * np.log1p(p / CRUSH) / (p / CRUSH)
+        c = 1.0 / np.hypot(1.0, slope)
+        return 0.5 * p * c * (1.0 - slope * MU) - pressure
+
+    p = brentq(excess, 1e-9, 1e3 * pressure)
+    slope = np.tan(np.radians(THETA)) * np.log1p(p / CRUSH) / (p / CRUSH)
+    return 0.5 * p * (slope + MU) / np.hypot(1.0, slope)
+
+
+@pytest.mark.parametrize("pressure", [0.1, 1.0, 10.0])
+def test_strength_over_pressure(pressure: float) -> None:
+    """The strength follows the closed form, whose ratio to the pressure falls with the pressure.
+
+    The pressure of the first row that slides crushes the asperity: increments much shorter than the elastic
+    slip of the friction lead to the strength within 1e-4, longer ones to one that is lower by at most 7 %.
+    """
+    elastic = MU * pressure / joint().material.K
+    fine = sheared(joint(), 3200, pressure, 60.0 * elastic)
+    assert fine.traction[-1, 1] == pytest.approx(closed_form(pressure), rel=1e-4)
+    coarse = sheared(joint(), 20, pressure, 60.0 * elastic)
+    assert 0.93 < coarse.traction[-1, 1] / closed_form(pressure) <= 1.0
+    assert closed_form(10.0) / 10.0 < 0.8 * closed_form(0.1) / 0.1
+
+
+def test_energies() -> None:
+    """Along a cycle the work is stored or dissipated, and no row takes energy back from friction and wear."""
+    steps = [Step(t_N=-1.0, increments=50), Step(slip=[0.4, -0.4, 0.4], increments=[400, 800, 800])]
+    for interface in (joint(height=0.5), joint(), joint(W0=2.0), joint(closure=0.05, height=0.5)):
+        rows = interface.run(steps)
+        spent = rows.stored + rows.rupture + rows.friction
+        # the work of the trapezoidal rule, of second order in the increment
+        assert np.abs(rows.work - spent).max() < 2e-3 * rows.work[-1]
+        assert np.all(np.diff(rows.friction) >= 0.0)
+
+
+def test_flat_planes_and_opened_planes_are_not_crushed() -> None:
+    """A flat plane has no asperity; a plane without pressure keeps its asperity."""
+    interface = Interface(Material(3.0, 0.3, 0.9, 0.5, crush=1.0), Pattern.regular(2, 30.0, flat=0.5))
+    pressed = interface.run([Step(s_N=[-0.01, 0.02], increments=10)])
+    assert np.all(pressed.worn(1) == 0.0)
+    assert pressed.worn(2)[-1] > 0.0
+    opened = interface.run([Step(s_N=0.02, increments=10)])
+    assert np.all(opened.worn(2) == 0.0)
+
+
+def test_envelopes_of_barton() -> None:
+    """One plane with crush follows each envelope of Barton; without crush the best one is off by a tenth."""
+    for joint in JOINTS:
+        for crushed, least, most in ((True, 0.008, 0.014), (False, 0.1, 0.2)):
+            _, peaks, law = envelope(*joint, crushed)
+            assert least < np.sqrt(np.mean((law / peaks - 1.0) ** 2)) < most
+
+
+# --- viscous damage and cut requests ---
+
+RP_4 = Interface(Material(3.0, 0.3, 0.9, 0.5, tau_v=0.4), Pattern.regular(4, 30.0))
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: RP_4.update([[0, 0, 0]]), "dt is missing: expected for viscous damage, tau_v = 0.4"),
+        (lambda: RP_4.update([[0, 0, 0]], dt=-1.0), r"dt = -1: expected a finite time increment >= 0"),
+        (lambda: RP_4.update([[0, 0, 0]], dt=NAN), "dt = NaN: expected a finite time increment >= 0"),
+        (lambda: RP_4.update([[0, 0, 0]], dt=INF), "dt = Inf: expected a finite time increment >= 0"),
+        (lambda: RP_4.replay([[0, 0, 0]]), "times is missing: expected for viscous damage"),
+        (lambda: RP_4.replay([[0, 0, 0]], [1.0, 2.0]), r"times have shape \(2,\): expected \(1,\)"),
+        (lambda: RP_4.replay([[0, 0, 0]], [-1.0]), r"times\[0\] = -1: expected a finite number from 0"),
+        (lambda: RP_4.replay([[0, 0, 0]] * 3, [1, 3, 2]), r"times\[2\] = 2: expected a finite number from 3"),
+        (lambda: RP_4.replay([[0, 0, 0]] * 2, [1, NAN]), r"times\[1\] = nan: expected a finite number"),
+        (lambda: RP_4.replay([[0, 0, 0]], [INF]), r"times\[0\] = inf: expected a finite number"),
+        (lambda: RP_4.confined_slip(0.0, [0.1], 0.0), "times is missing: expected for viscous damage"),
+        (lambda: RP_4.confined_slip(0.0, [0.1], 0.0, times=[[1.0]]), r"times have shape \(1, 1\): expected"),
+        (
+            lambda: RP_4.confined_slip(0.0, [0.1], 0.0, times=[1.0], preload_time=-1.0),
+            r"preload_time = -1.0: expected a finite time >= 0",
+        ),
+        (
+            lambda: RP_4.confined_slip(0.0, [0.1], 0.0, times=[1.0], preload_time=NAN),
+            r"preload_time = nan: expected a finite time >= 0",
+        ),
+    ],
+)
+def test_bad_times(call: object, message: str) -> None:
+    """The message names a missing or inadmissible time and the expectation."""
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+def test_replay_without_times(run, tmp_path: Path) -> None:
+    """dtime is the time increment where the record has no column `time`."""
+    S = np.cumsum(0.025 * np.random.default_rng(17).standard_normal((30, 3)), axis=0)
+    np.savetxt(tmp_path / "record.csv", S, delimiter=",", header="s_N,s_Tx,s_Ty", comments="", fmt="%.17g")
+    case = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, tau_v = 0.4 /\n" + PYRAMID
+    rows = run(case + "&replay file = 'record.csv', dtime = 0.05 /\n")
+    expected = RP_4.replay(S, 0.05 * np.arange(1, 31))
+    np.testing.assert_allclose(rows["damage"], expected.damage, rtol=0, atol=1e-11)
+    assert 0.01 < rows["damage"][-1] < 0.95
+
+
+def test_cut_requests(run, tmp_path: Path) -> None:
+    """`dalpha` of &replay is PROPS 14: rows have the event `cut` where a plane's damage grew by more."""
+    case, limit = MATERIAL + PYRAMID, 0.02
+    run(case + "&step t_N = -5.0, increments = 20 /\n&step slip = 0.3, -0.2, increments = 40 /\n")
+    (tmp_path / "case.csv").rename(tmp_path / "record.csv")
+    rows = run(case + f"&replay file = 'record.csv', dalpha = {limit} /\n", "--planes")
+    alpha = np.stack([rows[f"alpha_{k}"] for k in range(1, 6)], axis=1)
+    growth = np.diff(alpha, axis=0, prepend=0.0).max(axis=1)
+    cut = np.array(["cut" in events for events in rows.events])
+    assert np.array_equal(cut, growth > limit)
+    assert 0 < cut.sum() < len(cut)
