@@ -53,7 +53,6 @@ step "Chromium" hosts-browser tools/browser.sh
 tests browser -m browser tests/python/test_explore.py
 step "CalculiX" hosts-calculix harness/hosts/calculix/build.sh build/calculix
 tests calculix
-step "Pictures" hosts-pictures harness/hosts/pictures.sh "$python" build/hosts
 [ -z "$failed" ] || {
   echo "Failed hosts:$failed"
   exit 1

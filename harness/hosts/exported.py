@@ -1,4 +1,4 @@
-"""Kits of `asperity export HOST DIR --case` for a joint that is not that of the examples, and their runs."""
+"""What the tests of the hosts share: a path of one element, and the kits of `asperity export HOST DIR`."""
 
 from __future__ import annotations
 
@@ -9,8 +9,35 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from asperity import Interface, Material, Pattern
 from asperity.cli import main
+from asperity.contract import Floats
 from asperity.export.element import Element
+
+MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=3.0)
+STIFFNESS = MATERIAL.kc * MATERIAL.K
+SOLID, PLANE = (Interface(MATERIAL, Pattern.regular(sides, theta=30.0)) for sides in (4, 2))
+"""Joints of elements in three and two dimensions."""
+
+LEGS = (
+    (4, (-0.01, 0.0, 0.0)), (16, (-0.005, 0.08, 0.05)), (30, (-0.005, -0.1, 0.05)), (20, (0.06, 0.05, 0.05)),
+    (10, (0.002, 0.05, 0.05)), (20, (0.3, 0.3, 0.05)), (30, (-0.02, -0.1, 0.05)),
+)  # fmt: skip
+"""Increments and separation (N, Tx, Ty) at their end: pressing, sliding and its reversal, opening, unloading,
+complete rupture, closing."""
+
+
+def path(plane: bool = False) -> Floats:
+    """Separations (T, 3) along LEGS, without Ty in a plane model."""
+    ends = np.array([(0.0, 0.0, 0.0), *(end for _, end in LEGS)]) * [1.0, 1.0, not plane]
+    parts = [np.linspace(ends[i], ends[i + 1], n + 1)[1:] for i, (n, _) in enumerate(LEGS)]
+    return np.concatenate(parts)
+
+
+def reach(separations: Floats) -> Floats:
+    """Stiffness times the largest separation so far, (T, 1): the scale of the tractions of a path."""
+    return STIFFNESS * np.maximum.accumulate(np.linalg.norm(separations, axis=1))[:, None]
+
 
 CASE = """&case title = 'mine' /
 &material sigma0 = 0.25, Gc = 0.02, eta = 0.9, mu = 0.7, kc = 8.0 /

@@ -1,8 +1,8 @@
 """Picture of a structure and of its joints, from the files for ParaView: joint_picture.py FILE.pvd.
 
-The files are those of paraview_files.py.  Beside the deformed mesh, seen from the side, joints are unrolled:
-damage, slip and shear traction over x.  Below are the columns of --curves over its first one; the column
-NAME_point, that of a material point, is drawn beside NAME.
+The files are those of paraview_files.py for a plane structure.  Beside the deformed mesh stand damage, slip
+and shear traction of horizontal joints over x.  Below are the columns of --curves over its first one; the
+column NAME_point, that of a material point, is drawn beside NAME.
 """
 
 from __future__ import annotations
@@ -20,11 +20,8 @@ import meshio
 import numpy as np
 from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
 
 Floats = NDArray[np.float64]
-
-AXES = {"y": 1, "z": 2}
 
 STYLES = ("C0-", "C1--", "k:")
 """Colours and lines of the joints from below."""
@@ -36,9 +33,6 @@ CURVES = {
     "slip": "slip [mm]",
     "force": "force [N]",
     "rise": "rise [mm]",
-    "rotation": "rotation of the ends [rad]",
-    "moment": "moment of the upper arm [N mm]",
-    "release": "energy release rate [N/mm]",
 }
 """Columns of --curves, with their units in the examples."""
 
@@ -61,32 +55,19 @@ def field(joints: meshio.Mesh, name: str) -> Floats:
     return np.linalg.norm(along, axis=1) if values.ndim > 1 else values
 
 
-def outlines(mesh: meshio.Mesh, plane: list[int], scale: float) -> list[Floats]:
-    """Outlines of the displaced cells in a plane of two axes."""
-    (block,) = mesh.cells
-    moved = (mesh.points + scale * mesh.point_data["displacement"])[:, plane]
-    found = []
-    for corners in moved[block.data]:
-        try:
-            found.append(corners[ConvexHull(corners).vertices])
-        except QhullError:  # the cell is a line in this view
-            found.append(corners[np.lexsort(corners.T)[[0, -1]]])
-    return found
-
-
-def unrolled(joints: meshio.Mesh, up: int, apart: float) -> dict[float, list[NDArray[np.intp]]]:
-    """Height of every joint, and its cells along x: those of the same x, across the structure, together.
+def unrolled(joints: meshio.Mesh, apart: float) -> dict[float, list[NDArray[np.intp]]]:
+    """Height of every joint, and its cells along x: those of the same x together.
 
     Joints are at least `apart` from each other; the layers of cells of a joint are nearer.
     """
     (block,) = joints.cells
     centres = joints.points[block.data].mean(axis=1)
-    order = np.argsort(centres[:, up])
-    starts = np.flatnonzero(np.diff(centres[order, up]) > apart) + 1
+    order = np.argsort(centres[:, 1])
+    starts = np.flatnonzero(np.diff(centres[order, 1]) > apart) + 1
     found = {}
     for cells in np.split(order, starts):
         _, of_x = np.unique(np.round(centres[cells, 0] / (1e-6 * np.ptp(joints.points))), return_inverse=True)
-        found[float(centres[cells, up].mean())] = [cells[of_x == i] for i in range(of_x.max() + 1)]
+        found[float(centres[cells, 1].mean())] = [cells[of_x == i] for i in range(of_x.max() + 1)]
     return found
 
 
@@ -100,11 +81,9 @@ def read_curves(csv: Path) -> dict[str, Floats]:
 
 
 def draw(
-    png: Path, title: str, solids: meshio.Mesh, joints: meshio.Mesh, up: str, scale: float,
-    curves: dict[str, Floats],
-) -> None:  # fmt: skip
+    png: Path, title: str, solids: meshio.Mesh, joints: meshio.Mesh, scale: float, curves: dict[str, Floats]
+) -> None:
     """Draw the deformed mesh and the fields SHOWN, and the curves below them."""
-    plane = [0, AXES[up]]
     wide = [name for name in curves if not name.endswith("_point")][1:]
     figure = plt.figure(figsize=(8.0, 4.6 + 2.4 * bool(wide)), layout="constrained")
     above, *below = figure.subfigures(
@@ -123,30 +102,31 @@ def draw(
             ax.grid(alpha=0.3)
     mesh = axes["mesh"]
     grey = {"facecolors": "#E8E4DC", "edgecolors": "#999999", "linewidths": 0.3}
-    mesh.add_collection(PolyCollection(outlines(solids, plane, scale), **grey))
+    moved = (solids.points + scale * solids.point_data["displacement"])[:, :2]
+    mesh.add_collection(PolyCollection(moved[solids.cells[0].data], **grey))
     mesh.set_aspect("equal")
     mesh.autoscale_view()
-    mesh.set_xlabel("x [mm]")
-    mesh.set_ylabel(f"{up} [mm]")
+    mesh.set(xlabel="x [mm]", ylabel="y [mm]")
     mesh.set_title(f"displacements times {scale:g}", fontsize="small")
-    (block,) = joints.cells
-    x = joints.points[block.data].mean(axis=1)[:, 0]
-    lines = unrolled(joints, AXES[up], 0.05 * np.ptp(solids.points[:, AXES[up]]))
+    x = joints.points[joints.cells[0].data].mean(axis=1)[:, 0]
+    lines = unrolled(joints, 0.05 * np.ptp(solids.points[:, 1]))
     for name, label in SHOWN.items():
         ax, values = axes[name], field(joints, name)
         for (height, groups), style in zip(lines.items(), STYLES, strict=False):
-            along = [x[cells].mean() for cells in groups]
-            means = [values[cells].mean() for cells in groups]
-            ax.plot(along, means, style, label=f"{up} = {height:.4g} mm")
-            lowest, highest = ([f(values[cells]) for cells in groups] for f in (np.min, np.max))
+            along, means, lowest, highest = (
+                [f(of[cells]) for cells in groups]
+                for of, f in ((x, np.mean), (values, np.mean), (values, np.min), (values, np.max))
+            )
+            ax.plot(along, means, style, label=f"y = {height:.4g} mm")
             ax.fill_between(along, lowest, highest, color=style[:2], alpha=0.2, linewidth=0.0)
         ax.set_ylabel(label, fontsize="small")
         ax.set_ylim(*((0.0, 1.02) if name == "damage" else (0.0, None)))
         ax.grid(alpha=0.3)
-    for name in list(SHOWN)[:-1]:
-        axes[name].sharex(axes[list(SHOWN)[-1]])
-        axes[name].tick_params(labelbottom=False)
-    axes[list(SHOWN)[-1]].set_xlabel("x [mm]")
+    *upper, last = (axes[name] for name in SHOWN)
+    for ax in upper:
+        ax.sharex(last)
+        ax.tick_params(labelbottom=False)
+    last.set_xlabel("x [mm]")
     if len(lines) > 1:
         axes["damage"].legend(fontsize="x-small")
     figure.suptitle(title, fontsize="medium")
@@ -161,7 +141,6 @@ def main() -> None:
     parser.add_argument("pvd", type=Path, metavar="FILE.pvd", help="written by an example with --pvd")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE.png", help="default: FILE.png")
     parser.add_argument("--step", type=int, help="from 0; default: that whose damage varies most")
-    parser.add_argument("--up", default="y", choices=("y", "z"), help="axis (default: %(default)s)")
     parser.add_argument("--scale", type=float, default=1.0, help="of displacements (default: %(default)s)")
     parser.add_argument("--title", default="", help="of the picture")
     parser.add_argument("--curves", type=Path, metavar="FILE.csv", help="to be drawn below")
@@ -180,7 +159,7 @@ def main() -> None:
     _, solids, joints = steps[k]
     title = f"{options.title or options.pvd.stem}, step {k}"
     output = options.output or options.pvd.with_suffix(".png")
-    draw(output, title, solids, joints, options.up, options.scale, curves)
+    draw(output, title, solids, joints, options.scale, curves)
     print(output)
 
 

@@ -5,7 +5,7 @@ Writing needs meshio (`pip install "asperity[paraview]"`).  A script of your own
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -40,15 +40,13 @@ class Structure:
     The nodes of a cell have the order of VTK: around a quadrilateral, or around the lower face of a
     hexahedron and then around its upper face.  parts is the number of integration points of a joint along
     each of its axes: from node 0 to node 1, from there to node 2 and, in 3D, from the lower to the upper
-    face.  Every integration point becomes a cell of the joint.  order has the number of the host's point
-    for each of these cells, whose last axis changes fastest; without it the host has the same order.
+    face.  Every integration point becomes a cell of the joint; that along the last axis changes fastest.
     """
 
     nodes: Floats
     solids: Integers
     joints: Integers
     parts: tuple[int, ...]
-    order: tuple[int, ...] = ()
 
     @property
     def points(self) -> int:
@@ -57,30 +55,26 @@ class Structure:
 
     def on_parts(self, values: Floats) -> Floats:
         """Values of the nodes, (n, ...), at the corners of the cells of the integration points."""
-        matrix = np.ones((1, 1))
-        for n in self.parts:
-            t = np.linspace(0.0, 1.0, n + 1)
-            matrix = np.kron(matrix, np.stack([1.0 - t, t], axis=1))
-        corners = AROUND[self.joints.shape[1]]
-        order = np.argsort([np.ravel_multi_index(corner, (2,) * len(self.parts)) for corner in corners])
-        found = np.einsum("gc,ec...->eg...", matrix, values[self.joints[:, order]])
+        places = np.indices([n + 1 for n in self.parts]).reshape(len(self.parts), -1, 1)
+        places = places / np.reshape(self.parts, (-1, 1, 1))
+        at = np.transpose(AROUND[self.joints.shape[1]])[:, None]
+        shares = np.where(at, places, 1.0 - places).prod(axis=0)
+        found = np.einsum("gc,ec...->eg...", shares, values[self.joints])
         return found.reshape(-1, *values.shape[1:])
-
-    def in_order(self, values: Floats) -> Floats:
-        """Values of the host's integration points, (points, ...), in the order of their cells."""
-        if not self.order:
-            return values
-        return values.reshape(-1, len(self.order), *values.shape[1:])[:, self.order].reshape(values.shape)
 
     def parts_of_joints(self) -> Integers:
         """Cells of the integration points, joint by joint."""
-        grid = np.arange(np.prod([n + 1 for n in self.parts])).reshape([n + 1 for n in self.parts])
-        corners = [
-            grid[tuple(slice(a, n + a) for a, n in zip(corner, self.parts, strict=True))].ravel()
-            for corner in AROUND[self.joints.shape[1]]
-        ]
-        cells = np.stack(corners, axis=-1)
-        return (grid.size * np.arange(len(self.joints))[:, None, None] + cells).reshape(-1, len(corners))
+        cells = grid_cells(self.parts)
+        size = np.prod([n + 1 for n in self.parts])
+        return (size * np.arange(len(self.joints))[:, None, None] + cells).reshape(-1, cells.shape[1])
+
+
+def grid_cells(parts: Sequence[int]) -> Integers:
+    """Nodes of the cells of a grid, whose nodes along the last axis change fastest."""
+    shape = [n + 1 for n in parts]
+    grid = np.arange(np.prod(shape)).reshape(shape)
+    cut = slice(None, -1), slice(1, None)
+    return np.stack([grid[tuple(cut[a] for a in at)].ravel() for at in AROUND[2 ** len(shape)]], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -113,11 +107,8 @@ def write(pvd: Path, structure: Structure, steps: Iterable[Step]) -> None:
     point, damage, dilation (s_N), slip (s_Tx, s_Ty), traction (N, Tx, Ty) and the energies per area stored,
     rupture and friction.  Raises ValueError where a name does not end with .pvd or a shape does not fit.
     """
-    if pvd.suffix != ".pvd":
-        raise ValueError(f"{pvd}: expected a name that ends with .pvd")
-    folder = pvd.with_suffix("")
-    folder.mkdir(parents=True, exist_ok=True)
-    lines = []
+    folder = folder_of(pvd)
+    names: list[tuple[float, list[str]]] = []
     for k, step in enumerate(steps):
         now = step.structure or structure
         if step.displacement.shape != now.nodes.shape:
@@ -127,15 +118,34 @@ def write(pvd: Path, structure: Structure, steps: Iterable[Step]) -> None:
             found = len(getattr(step, name))
             if found != now.points:
                 raise ValueError(f"{name} of {found} points: expected {now.points}, of all joints")
-        fields = {name: now.in_order(field) for name, field in step.fields().items()}
-        joints = (now.on_parts(now.nodes), now.parts_of_joints(), now.on_parts(step.displacement), fields)
+        moved = now.on_parts(step.displacement)
+        joints = (now.on_parts(now.nodes), now.parts_of_joints(), moved, step.fields())
         files = {
             f"solids_{k:04}.vtu": _mesh(now.nodes, now.solids, step.displacement),
             f"joints_{k:04}.vtu": _mesh(*joints),
         }
-        for part, (name, mesh) in enumerate(files.items()):
+        for name, mesh in files.items():
             mesh.write(folder / name)
-            lines.append(f'<DataSet timestep="{step.time!r}" part="{part}" file="{folder.name}/{name}"/>')
+        names.append((step.time, [*files]))
+    write_collection(pvd, names)
+
+
+def folder_of(pvd: Path) -> Path:
+    """Make the folder of the VTU files of FILE.pvd; ValueError for another ending."""
+    if pvd.suffix != ".pvd":
+        raise ValueError(f"{pvd}: expected a name that ends with .pvd")
+    folder = pvd.with_suffix("")
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def write_collection(pvd: Path, steps: Iterable[tuple[float, Iterable[str]]]) -> None:
+    """Write FILE.pvd with times and the names of files in its folder."""
+    lines = [
+        f'<DataSet timestep="{time!r}" part="{part}" file="{pvd.stem}/{name}"/>'
+        for time, names in steps
+        for part, name in enumerate(names)
+    ]
     head = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "<Collection>"]
     pvd.write_text("\n".join([*head, *lines, "</Collection>", "</VTKFile>", ""]), encoding="utf-8")
 

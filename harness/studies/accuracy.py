@@ -9,12 +9,14 @@ import argparse
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.material import Material
+from asperity.options import add_options
 from asperity.paper.fracture_energy import fracture_energy
 from asperity.pattern import Pattern
 from asperity.slip_curves import SlipCurves, slip_curves
@@ -181,12 +183,8 @@ ENERGY_TOLERANCE = 1.0e-5
 """G_T counts as converged if the last halving of the steps changes it by at most this fraction of Gc."""
 
 MEASURES = {
-    "tau_L": "τ_L",
-    "across": "across",
-    "s_N": "s_N",
-    "work": "spread of work",
-    "loop": "spread of loops",
-}
+    "tau_L": "τ_L", "across": "across", "s_N": "s_N", "work": "spread of work", "loop": "spread of loops",
+}  # fmt: skip
 """Fields of a PlaneError and their names in the tables."""
 
 PLANE_TICKS = (4, 8, 16, 32, 64)
@@ -313,16 +311,14 @@ STUDIES: dict[str, Callable[[bool, Tick], tuple[dict[str, Figure], str]]] = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the program."""
-    parser.add_argument("--folder", type=Path, default=Path(), metavar="DIR", help="folder of the pictures")
-    parser.add_argument("--pdf", action="store_true", help="write vector pictures (PDF) instead of PNG")
-    parser.add_argument(
-        "--page",
-        type=Path,
-        metavar="FILE.md",
-        help="fill the numbers into a page, between markers such as <!-- accuracy-planes -->",
+    marked = "fill the numbers into a page, between markers such as <!-- accuracy-planes -->"
+    add_options(
+        parser,
+        ("--folder DIR", "folder of the pictures", Path()),
+        ("--page FILE.md", marked, Path, {"default": None}),
+        ("--only STUDY", "which", str, {"nargs": "+", "choices": STUDIES}),
+        ("--quick", "very small sizes, for a test of the program"),
     )
-    parser.add_argument("--only", nargs="+", choices=STUDIES, metavar="STUDY", help="which")
-    parser.add_argument("--quick", action="store_true", help="very small sizes, for a test of the program")
     parser.set_defaults(action=_write)
 
 
@@ -338,7 +334,7 @@ def _write(options: argparse.Namespace) -> int:
             with printed():
                 figures, table = STUDIES[name](options.quick, bar.update)
                 for stem, figure in figures.items():
-                    path = options.folder / f"accuracy_{stem}.{'pdf' if options.pdf else 'png'}"
+                    path = options.folder / f"accuracy_{stem}.png"
                     save(figure, path)
                     bar.write(str(path))
             if page is None:
@@ -350,10 +346,7 @@ def _write(options: argparse.Namespace) -> int:
     return 0
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the program."""
-    return run(add_arguments, arguments)
-
+main = partial(run, add_arguments)
 
 if __name__ == "__main__":
     sys.exit(main())

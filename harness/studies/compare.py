@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,6 +18,7 @@ from asperity.contract import Floats
 from asperity.history import ENERGIES, History
 from asperity.installed import all_cases
 from asperity.material import Material
+from asperity.options import add_options
 from tqdm import tqdm
 
 from tests.oracle import reference
@@ -197,12 +199,7 @@ def _largest(difference: Floats, scale: Floats) -> float:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the program."""
-    parser.add_argument(
-        "--figure",
-        action="append",
-        metavar="NUMBER",
-        help="figure of the paper; the option may be repeated (default: all)",
-    )
+    add_options(parser, ("--figure NUMBER", "figure of the paper; may be repeated (default: all)", list))
     parser.set_defaults(action=_compare)
 
 
@@ -230,10 +227,7 @@ def _compare(options: argparse.Namespace) -> int:
     return 0 if agree else DIFFERS
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the program."""
-    return run(add_arguments, arguments)
-
+main = partial(run, add_arguments)
 
 if __name__ == "__main__":
     sys.exit(main())

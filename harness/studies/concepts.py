@@ -9,8 +9,9 @@ from __future__ import annotations
 import argparse
 import sys
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -20,14 +21,14 @@ from asperity.contract import Floats
 from asperity.curve_pictures import DILATION, SLIP, TRACTION
 from asperity.interface import History, Interface
 from asperity.material import Material, ModelWarning
+from asperity.options import add_options
 from asperity.pattern import Pattern
 from asperity.style import TWO, new_figure, printed, save
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from . import extensions
-from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE, arrow, joint, patterns
+from .concepts_draw import BLACK, BLUE, GREEN, ORANGE, arrow, joint, panel, patterns
 from .extensions_crush import crushed
 from .extensions_draw import facet
 from .program import run
@@ -87,11 +88,7 @@ def plane() -> Figure:
     normal.annotate("unloading\nto the origin", (0.045, 1.39), (0.12, 1.9), fontsize="small", arrowprops=line)
     normal.text(0.085, 0.35, "area $G_c$", color=BLUE)
     normal.text(-0.005, 1.3, "slope $K$", color=BLUE, ha="right")
-    normal.set_xlim(-0.055, 0.235)
-    normal.set_xlabel("normal separation $s_n$ [mm]")
-    normal.set_ylabel("normal traction [MPa]")
     normal.legend(loc="lower right")
-    normal.set_title("(a) opening and closing", **NOTE)
 
     size = ramp(0.0, 1.15 * S_F)
     for eta, style, place in (
@@ -105,9 +102,6 @@ def plane() -> Figure:
         damage.text(*place, rf"$\eta$ = {eta:g}", va="top", fontsize="small")
     damage.axvline(S_F, linestyle=":", color=BLACK)
     damage.text(S_F, 0.1, " $s_f$")
-    damage.set_xlabel("separation [mm]")
-    damage.set_ylabel(r"damage $\alpha$ [-]")
-    damage.set_title(r"(b) damage from $s_0 = (1 - \eta)\,s_f$ to $s_f$", **NOTE)
 
     flat = Interface(MATERIAL, Pattern.regular(0, 0.0))
     slips = ramp(0.0, 0.26, 0.12, steps=400)
@@ -122,12 +116,14 @@ def plane() -> Figure:
     shear.annotate(r"$\mu\,|\sigma_N|$", (0.23, residual), (0.2, 1.3), arrowprops={"arrowstyle": "-"})
     shear.annotate("reversal:\nstick, then slip", (slips[forth + 20], 0.0), (0.13, -1.2), fontsize="small",
                    arrowprops={"arrowstyle": "-"})  # fmt: skip
-    shear.set_ylim(-1.5, 3.6)
-    shear.set_xlabel("slip $s_{Tx}$ [mm]")
-    shear.set_ylabel("shear traction $t_{Tx}$ [MPa]")
-    shear.set_title(rf"(c) flat joint, $\sigma_N$ = {PRESSURE:g} MPa", **NOTE)
+    reach = (-0.055, 0.235)
+    title = "(a) opening and closing"
+    panel(normal, "normal separation $s_n$ [mm]", "normal traction [MPa]", title, xlim=reach)
+    title = r"(b) damage from $s_0 = (1 - \eta)\,s_f$ to $s_f$"
+    panel(damage, "separation [mm]", r"damage $\alpha$ [-]", title)
+    title = rf"(c) flat joint, $\sigma_N$ = {PRESSURE:g} MPa"
+    panel(shear, "slip $s_{Tx}$ [mm]", "shear traction $t_{Tx}$ [MPa]", title, ylim=(-1.5, 3.6))
     for ax in (normal, damage, shear):
-        ax.grid(alpha=0.3)
         ax.axhline(0.0, color=BLACK, linewidth=0.6)
     return figure
 
@@ -174,10 +170,7 @@ def slip_test_with_names() -> Figure:
         (dilation, DILATION, "(b) dilation"),
         (energy, "energy [N/mm]", "(c) energies, their sum: work"),
     ):
-        ax.set_xlabel(SLIP)
-        ax.set_ylabel(label)
-        ax.grid(alpha=0.3)
-        ax.set_title(title, **NOTE)
+        panel(ax, SLIP, label, title)
     return figure
 
 
@@ -214,41 +207,24 @@ def slip_test(name: str, value: float) -> History:
     return rough.confined_slip(0.0, slips, pressure, times=slips, preload_time=1.0)
 
 
-def constants() -> Figure:
-    """Draw the effect of each constant on the shear traction of a slip test."""
-    figure, axes = new_figure(TWO, 8.2, nrows=5, ncols=3, sharex=True)
-    for ax, (name, title, values) in zip(axes, CONSTANTS, strict=True):
-        _compare(ax, name, title, values, lambda history: history.traction[:, 1])
-    for ax in axes[::3]:
-        ax.set_ylabel(TRACTION)
-    for ax in axes[12:]:
-        ax.set_xlabel(SLIP)
+DILATING = ("theta", "turn", "kc", "sigma_N", "height", "W0")
+"""Constants that change the dilation."""
+
+
+def constants(dilation: bool = False) -> Figure:
+    """Draw the effect of each constant on shear traction or dilation of a slip test."""
+    shown = [entry for entry in CONSTANTS if not dilation or entry[0] in DILATING]
+    rows = len(shown) // 3
+    figure, axes = new_figure(TWO, 3.8 if dilation else 8.2, nrows=rows, ncols=3, sharex=True)
+    for k, (ax, (name, title, values)) in enumerate(zip(axes, shown, strict=True)):
+        for value, colour, style in zip(values, (GREEN, BLACK, ORANGE), ("--", "-", "-."), strict=True):
+            history = slip_test(name, value)
+            column = history.separation[:, 0] if dilation else history.traction[:, 1]
+            ax.plot(history.separation[:, 1], column, style, color=colour, label=f"{value:.3g}")
+        ax.legend()
+        y = DILATION if dilation else TRACTION
+        panel(ax, SLIP if k >= len(shown) - 3 else "", "" if k % 3 else y, title)
     return figure
-
-
-def dilation() -> Figure:
-    """Draw the effect of the constants that change the dilation."""
-    shown = [entry for entry in CONSTANTS if entry[0] in ("theta", "turn", "kc", "sigma_N", "height", "W0")]
-    figure, axes = new_figure(TWO, 3.8, nrows=2, ncols=3, sharex=True)
-    for ax, (name, title, values) in zip(axes, shown, strict=True):
-        _compare(ax, name, title, values, lambda history: history.separation[:, 0])
-    for ax in axes[::3]:
-        ax.set_ylabel(DILATION)
-    for ax in axes[3:]:
-        ax.set_xlabel(SLIP)
-    return figure
-
-
-def _compare(
-    ax: Axes, name: str, title: str, values: Sequence[float], column: Callable[[History], Floats]
-) -> None:
-    """Draw the curves for the values of one constant."""
-    for value, colour, style in zip(values, (GREEN, BLACK, ORANGE), ("--", "-", "-."), strict=True):
-        history = slip_test(name, value)
-        ax.plot(history.separation[:, 1], column(history), style, color=colour, label=f"{value:.3g}")
-    ax.legend()
-    ax.set_title(title, **NOTE)
-    ax.grid(alpha=0.3)
 
 
 def snap() -> Figure:
@@ -265,11 +241,8 @@ def snap() -> Figure:
     path.text(
         jump.before[1] - 0.0004, 0.5 * (jump.before[0] + jump.after[0]), "snap", color=ORANGE, ha="right"
     )
-    path.set_xlim(0.165, 0.18)
-    path.set_ylim(0.078, 0.106)
-    path.set_xlabel(SLIP)
-    path.set_ylabel(DILATION)
-    path.set_title("(a) equilibrium path of RP-16, $\\sigma_N$ = 0", **NOTE)
+    title = "(a) equilibrium path of RP-16, $\\sigma_N$ = 0"
+    panel(path, SLIP, DILATION, title, xlim=(0.165, 0.18), ylim=(0.078, 0.106))
 
     before = history.state[row - 1]
     openings = np.linspace(0.085, 0.104, 400)
@@ -280,14 +253,10 @@ def snap() -> Figure:
         found = rough.update(s, np.repeat(before[None], len(s), axis=0)).traction[:, 0]
         traction.plot(openings, 1000.0 * found, style, color=colour, label=f"$s_L$ = {slip:.4f} mm")
     traction.axhline(0.0, color=BLACK, linewidth=0.6)
-    traction.set_ylim(-1.5, 0.8)
     traction.set_xticks(np.arange(0.085, 0.106, 0.005))
-    traction.set_xlabel("opening $s_N$ [mm]")
-    traction.set_ylabel("normal traction $t_N$ [kPa]")
     traction.legend()
-    traction.set_title("(b) normal traction over the opening at three slips", **NOTE)
-    for ax in (path, traction):
-        ax.grid(alpha=0.3)
+    title = "(b) normal traction over the opening at three slips"
+    panel(traction, "opening $s_N$ [mm]", "normal traction $t_N$ [kPa]", title, ylim=(-1.5, 0.8))
     return figure
 
 
@@ -311,9 +280,7 @@ def envelope() -> Figure:
     peaks.plot(pressures, c + mu * pressures, "--", color=BLACK, label=r"$c + \mu p$")
     peaks.plot(pressures, mu * pressures, ":", color=BLACK, label=r"$\mu p$, residual strength")
     peaks.legend()
-    peaks.set_xlabel("pressure p [MPa]")
-    peaks.set_ylabel("shear strength [MPa]")
-    peaks.set_title("(a) peak over pressure", **NOTE)
+    panel(peaks, "pressure p [MPa]", "shear strength [MPa]", "(a) peak over pressure")
 
     joint = Interface(MORTAR, flat)
     slips = np.linspace(0.0, 0.6, 1201)
@@ -325,12 +292,7 @@ def envelope() -> Figure:
     shares.text(0.6, c - mu * MET - 0.01, r"$c + \mu p$", ha="right", va="top")
     shares.text(0.3, 0.08, "contact", color=ORANGE)
     shares.text(0.06, 0.22, "bond", color=BLUE)
-    shares.set_ylim(0.0, 0.65)
-    shares.set_xlabel(SLIP)
-    shares.set_ylabel(TRACTION)
-    shares.set_title(rf"(b) slip test, $\sigma_N$ = {MET:g} MPa", **NOTE)
-    for ax in (peaks, shares):
-        ax.grid(alpha=0.3)
+    panel(shares, SLIP, TRACTION, rf"(b) slip test, $\sigma_N$ = {MET:g} MPa", ylim=(0.0, 0.65))
     return figure
 
 
@@ -341,7 +303,7 @@ PICTURES: Mapping[str, Callable[[], Figure]] = {
     "concepts_test": slip_test_with_names,
     "concepts_envelope": envelope,
     "concepts_constants": constants,
-    "concepts_dilation": dilation,
+    "concepts_dilation": partial(constants, dilation=True),
     "solver_snap": snap,
     "extensions_facet": facet,
     **extensions.PICTURES,
@@ -352,13 +314,7 @@ PICTURES: Mapping[str, Callable[[], Figure]] = {
 
 def add_arguments(chart: argparse.ArgumentParser) -> None:
     """Add the arguments of the program."""
-    chart.add_argument(
-        "--folder",
-        type=Path,
-        default=Path("concepts"),
-        metavar="DIR",
-        help="folder of the pictures (default: %(default)s)",
-    )
+    add_options(chart, ("--folder DIR", "folder of the pictures (default: %(default)s)", Path("concepts")))
     chart.set_defaults(action=_action)
 
 
@@ -367,18 +323,14 @@ def _action(options: argparse.Namespace) -> int:
     options.folder.mkdir(parents=True, exist_ok=True)
     for name, draw in tqdm(PICTURES.items(), unit="picture", disable=None, delay=2.0, leave=False):
         path = options.folder / f"{name}.png"
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), printed():
             warnings.simplefilter("ignore", ModelWarning)  # both boundaries are shown
-            with printed():
-                save(draw(), path)
+            save(draw(), path)
         tqdm.write(str(path))
     return 0
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the program."""
-    return run(add_arguments, arguments)
-
+main = partial(run, add_arguments)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -19,6 +19,13 @@ FACING = "#F6C7A5"
 NOTE = {"fontsize": "small"}
 
 
+def panel(ax: Axes, x: str = "", y: str = "", title: str = "", **limits: object) -> None:
+    """Give a panel its labels, title, limits and grid."""
+    ax.set(xlabel=x, ylabel=y, **limits)
+    ax.set_title(title, **NOTE)
+    ax.grid(alpha=0.3)
+
+
 def profile(theta: float, periods: int = 2) -> Floats:
     """Corners (x, z) of a trapezoidal profile: a third of its length is flat, slopes of theta degrees."""
     z = np.tan(np.radians(theta))

@@ -21,7 +21,7 @@ from asperity.style import TWO, new_figure
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
-from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE
+from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE, panel
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 
@@ -39,13 +39,6 @@ VARIANTS = (
 )
 """Asperities without end, with a height, and with a height and wear."""
 
-STRESSES = (0.0, -2.0, -5.0, -10.0, -20.0)
-"""Normal tractions of Figure 8 without tension."""
-
-CYCLE = (0.4, -0.4, 0.4)
-"""Turns of Figure 9."""
-
-
 def path(*turns: float, step: float = 0.001) -> Floats:
     """Slips from 0 to each of the turns in increments of about a step."""
     parts = [np.zeros(1)]
@@ -54,28 +47,29 @@ def path(*turns: float, step: float = 0.001) -> Floats:
     return np.concatenate(parts)
 
 
+FIGURES = (
+    (8, 0.99, path(0.6), (0.0, -2.0, -5.0, -10.0, -20.0), DILATION),
+    (9, 0.9, path(0.4, -0.4, 0.4), (0.0, -5.0, -10.0), TRACTION),
+)
+"""Number of the figure, eta, slips, normal tractions without tension, and what is drawn."""
+
+
 # --- Figures 8 and 9 of the paper ---------------------------------------------------------------------------
 
 
 def paper_figures() -> Figure:
     """Draw Figures 8(a) and 9(a) of the paper without end, with a height, and with wear."""
     figure, axes = new_figure(TWO, 4.6, nrows=2, ncols=3, sharex="row", sharey="row")
-    for ax, (name, extra) in zip(axes[:3], VARIANTS, strict=True):
-        rough = Interface(replace(TABLE_2, eta=0.99, kc=20.0, **extra), FIVE)
-        lines = []
-        for sigma_N in STRESSES:
-            history = rough.confined_slip(0.0, path(0.6), sigma_N)
-            lines.append((f"{sigma_N:g}", history.separation[:, 1], history.separation[:, 0], False))
-        curves(ax, lines, SLIP, DILATION, r"$\sigma_N$ [MPa]", inside=True)
-        ax.set_title(f"Figure 8(a): {name}", **NOTE)
-    for ax, (name, extra) in zip(axes[3:], VARIANTS, strict=True):
-        rough = Interface(replace(TABLE_2, kc=20.0, **extra), FIVE)
-        lines = []
-        for sigma_N in STRESSES[:1] + STRESSES[2:4]:
-            history = rough.confined_slip(0.0, path(*CYCLE), sigma_N)
-            lines.append((f"{sigma_N:g}", history.separation[:, 1], history.traction[:, 1], False))
-        curves(ax, lines, SLIP, TRACTION, r"$\sigma_N$ [MPa]", inside=True)
-        ax.set_title(f"Figure 9(a): {name}", **NOTE)
+    for row, (paper, eta, slips, stresses, label) in enumerate(FIGURES):
+        for ax, (name, extra) in zip(axes[3 * row :], VARIANTS, strict=False):
+            rough = Interface(replace(TABLE_2, eta=eta, kc=20.0, **extra), FIVE)
+            lines = []
+            for sigma_N in stresses:
+                history = rough.confined_slip(0.0, slips, sigma_N)
+                column = history.traction[:, 1] if row else history.separation[:, 0]
+                lines.append((f"{sigma_N:g}", history.separation[:, 1], column, False))
+            curves(ax, lines, SLIP, label, r"$\sigma_N$ [MPa]", inside=True)
+            ax.set_title(f"Figure {paper}(a): {name}", **NOTE)
     return figure
 
 
@@ -154,24 +148,17 @@ def wear() -> Figure:
     tau.legend(title="cycle", loc="upper left")
     for level in (-1.0, 1.0):
         tau.axhline(level * WORN.mu * PRESSURE, linestyle=":", color=BLACK, linewidth=0.8)
-    for ax, name in ((tau, TRACTION), (dilation, DILATION)):
-        ax.set_xlabel(SLIP)
-        ax.set_ylabel(name)
-    tau.set_title(r"(a) RT, −1 MPa, $H$ = 0.5 mm, $W_0$ = 1 N/mm", **NOTE)
-    dilation.set_title("(b) the worn joint closes again", **NOTE)
+    panel(tau, SLIP, TRACTION, r"(a) RT, −1 MPa, $H$ = 0.5 mm, $W_0$ = 1 N/mm")
+    panel(dilation, SLIP, DILATION, "(b) the worn joint closes again")
     for pressure, colour in zip(PRESSURES, (GREEN, BLUE, ORANGE), strict=True):
         path_, share, share_plesha = shares(pressure)
         way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path_)))]) / (4.0 * AMPLITUDE)
         left.semilogy(way, share, color=colour, label=f"{pressure:g} MPa")
         left.semilogy(way, share_plesha, "--", color=colour)
     left.axhline(ROUGH_LEFT, color=BLACK, linewidth=0.8, linestyle=":")
-    left.set_ylim(0.01, 1.1)
-    left.set_xlabel("cycles")
-    left.set_ylabel("share of the slope that is left")
     left.legend(title=r"$\sigma_N$; dashed: Plesha")
-    left.set_title(rf"(c) both facets, no height, $W_0$ = {SLOW:g} N/mm", **NOTE)
-    for ax in (tau, dilation, left):
-        ax.grid(alpha=0.3)
+    title = rf"(c) both facets, no height, $W_0$ = {SLOW:g} N/mm"
+    panel(left, "cycles", "share of the slope that is left", title, ylim=(0.01, 1.1))
     return figure
 
 
@@ -229,35 +216,26 @@ def snap(height: float) -> History:
 def ends() -> Figure:
     """Draw how a height ends locking, and what it does to the snap of a fine pattern."""
     figure, (tau, fold) = new_figure(TWO, 2.7, ncols=2)
+    slope = np.tan(np.radians(60.0))
     for height, colour, style in ((0.0, BLACK, "-"), (0.5, BLUE, "-."), (0.2, ORANGE, "--")):
+        label = f"H = {height:g} mm" if height else "no end"
         history = locked(height)
         slips = history.separation[:, 1]
-        label = f"H = {height:g} mm" if height else "no end"
         tau.semilogy(slips, history.traction[:, 1], style, color=colour, label=label)
         if height:
-            slope = np.tan(np.radians(60.0))
             phi = slope * np.exp(-slips * slope / height)
             free = LOCKING.mu * phi < 0.95
             rigid = -PRESSURE * (LOCKING.mu + phi[free]) / (1.0 - LOCKING.mu * phi[free])
             tau.semilogy(slips[free], rigid, ":", color=colour)
             tau.axvline(unlocking_slip(height), color=colour, linewidth=0.6)
-    tau.axhline(-LOCKING.mu * PRESSURE, color=BLACK, linewidth=0.6, linestyle=":")
-    tau.set_xlabel(SLIP)
-    tau.set_ylabel(TRACTION)
-    tau.legend()
-    tau.set_title(r"(a) RT of 60°, $\mu$ = 0.8: locks up to the thin lines", **NOTE)
-    for height, colour, style in ((0.0, BLACK, "-"), (0.5, BLUE, "-."), (0.2, ORANGE, "--")):
         history = snap(height)
-        label = f"H = {height:g} mm" if height else "no end"
         fold.plot(history.separation[:, 1], history.separation[:, 0], style, color=colour, label=label)
-    fold.set_xlim(0.14, 0.2)
-    fold.set_ylim(0.05, 0.12)
-    fold.set_xlabel(SLIP)
-    fold.set_ylabel(DILATION)
+    tau.axhline(-LOCKING.mu * PRESSURE, color=BLACK, linewidth=0.6, linestyle=":")
+    panel(tau, SLIP, TRACTION, r"(a) RT of 60°, $\mu$ = 0.8: locks up to the thin lines")
+    title = r"(b) RP-16 without pressure: the jump"
+    panel(fold, SLIP, DILATION, title, xlim=(0.14, 0.2), ylim=(0.05, 0.12))
+    tau.legend()
     fold.legend()
-    fold.set_title(r"(b) RP-16 without pressure: the jump", **NOTE)
-    for ax in (tau, fold):
-        ax.grid(alpha=0.3)
     return figure
 
 

@@ -11,7 +11,7 @@ from asperity.style import TWO, new_figure
 from matplotlib.figure import Figure
 from scipy.optimize import least_squares
 
-from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE
+from .concepts_draw import BLACK, BLUE, GREEN, ORANGE, panel
 from .validation import sandstone
 
 JOINTS = (
@@ -70,7 +70,8 @@ def crushed() -> Figure:
     barton.set_xticks([0.5, 1.0, 2.0, 5.0], ["0.5", "1", "2", "5"], minor=False)
     barton.set_xticks([], minor=True)
     barton.legend(loc="upper right")
-    barton.set_title("(a) Barton: JRC 10, JCS 100 MPa, 30°", **NOTE)
+    ratio = "peak strength over pressure"
+    panel(barton, "pressure [MPa]", ratio, "(a) Barton: JRC 10, JCS 100 MPa, 30°")
     pressures = np.linspace(1.0, 5.0, 33)
     for name, mark, colour in zip(sandstone.JOINTS, "os^", (BLUE, ORANGE, GREEN), strict=True):
         tests = sandstone.measured(name)
@@ -79,20 +80,13 @@ def crushed() -> Figure:
             rock.plot(pressures, [law(one) / one for one in pressures], style, color=colour)
         rock.plot(tests[:, 0], tests[:, 1] / tests[:, 0], mark, color=colour, markersize=4, label=name)
     rock.legend()
-    rock.set_title("(b) sandstone, fitted to 1 and 5 MPa", **NOTE)
-    for ax in (barton, rock):
-        ax.set_xlabel("pressure [MPa]")
-        ax.set_ylabel("peak strength over pressure")
+    panel(rock, "pressure [MPa]", ratio, "(b) sandstone, fitted to 1 and 5 MPa")
     ratios = 2.0 ** np.arange(-4, 4)
     for pressure, colour in ((0.05, GREEN), (0.5, BLUE), (5.0, ORANGE)):
         off = [100.0 * too_low(pressure * CRUSH, one) for one in ratios]
         increments.loglog(ratios, off, "o-", color=colour, markersize=3.5, label=f"{pressure:g} crush")
     increments.axvline(0.1, color=BLACK, linewidth=0.8, linestyle=":")
-    increments.set_xlabel("increment over elastic slip")
-    increments.set_ylabel("strength too low by [%]")
-    increments.set_ylim(1e-4)
     increments.legend(loc="lower right", title=r"$|\sigma_N|$")
-    increments.set_title("(c) long increments crush more", **NOTE)
-    for ax in (barton, rock, increments):
-        ax.grid(alpha=0.3)
+    off = "strength too low by [%]"
+    panel(increments, "increment over elastic slip", off, "(c) long increments crush more", ylim=(1e-4, None))
     return figure

@@ -9,7 +9,7 @@ from asperity.style import TWO, new_figure
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE, STONE, arrow
+from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE, STONE, arrow, panel
 
 SLOPE = float(np.tan(np.radians(35.0)))
 HEIGHT = 0.6
@@ -41,14 +41,10 @@ def facet() -> Figure:
         shapes.axhline(height, color=BLACK, linewidth=0.4, linestyle=":")
     shapes.plot(u[u < 1.75], u[u < 1.75] * SLOPE, color=BLACK, linewidth=0.8, linestyle=(0, (1, 3)))
     shapes.text(0.95, 1.28, "plane of the paper", fontsize="x-small")
-    shapes.set_xlabel("slip $u$ up the plane")
-    shapes.set_ylabel("profile $z$")
-    shapes.set_ylim(-1.3, 1.4)
     shapes.legend(loc="lower right")
-    shapes.set_title(r"(b) one slope at the foot; worn by $\omega$", **NOTE)
+    title = r"(b) one slope at the foot; worn by $\omega$"
+    panel(shapes, "slip $u$ up the plane", "profile $z$", title, ylim=(-1.3, 1.4))
     _laws(laws)
-    for ax in (shapes, laws):
-        ax.grid(alpha=0.3)
     return figure
 
 
@@ -101,9 +97,7 @@ def _laws(ax: Axes) -> None:
         ax.semilogx(x, slope, style, color=colour, label=rf"$H/\tan\theta$ = {ratio:g} $\delta_p$")
     table = np.array([(1e-9, 0.0), *MOBILISED])
     ax.semilogx(*table.T, "o-", color=GREEN, markersize=3, label="Barton (1982)")
-    ax.set_xlim(0.2, 100.0)
-    ax.set_ylim(-0.02, 1.4)
-    ax.set_xlabel(r"slip over the slip at the peak, $\delta/\delta_p$")
-    ax.set_ylabel("dilation: share of its largest value")
     ax.legend(loc="upper right", fontsize="x-small")
-    ax.set_title(r"(c) $\tan\phi/\tan\theta$, and mobilised JRC", **NOTE)
+    x_label = r"slip over the slip at the peak, $\delta/\delta_p$"
+    title = r"(c) $\tan\phi/\tan\theta$, and mobilised JRC"
+    panel(ax, x_label, "dilation: share of its largest value", title, xlim=(0.2, 100.0), ylim=(-0.02, 1.4))

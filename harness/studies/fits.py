@@ -7,7 +7,7 @@ import os
 import re
 import sys
 import tempfile
-from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from asperity.fit.fitting import fit
@@ -15,6 +15,7 @@ from asperity.fit.picture import draw
 from asperity.fit.records import read_tests
 from asperity.fit.report import props_line, report
 from asperity.fit.units import DEFAULT
+from asperity.options import add_options
 
 from .program import run
 from .synthetic import DEFAULT_NOISE, synthetic, write_record
@@ -35,7 +36,7 @@ def example(picture: Path) -> str:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the program."""
-    parser.add_argument("page", type=Path, metavar="FILE.md", help="fill its markers, draw its picture")
+    add_options(parser, ("page FILE.md", "fill its markers, draw its picture", Path))
     parser.set_defaults(action=_write)
 
 
@@ -48,10 +49,7 @@ def _write(options: argparse.Namespace) -> int:
     return 0
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the program."""
-    return run(add_arguments, arguments)
-
+main = partial(run, add_arguments)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 from asperity import contract
@@ -90,10 +91,7 @@ def _tables(options: argparse.Namespace) -> int:
     return DIFFERS if options.check and stale else 0
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the program."""
-    return run(add_arguments, arguments)
-
+main = partial(run, add_arguments)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -145,11 +145,8 @@ def start(folder: Path, extrinsic: bool) -> tuple[aka.SolidMechanicsModelCohesiv
 
 def grid(*axes: Floats) -> tuple[Floats, Integers]:
     """Nodes and cells (quadrilaterals or hexahedra) between the lines of the axes, the vertical axis last."""
-    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    number = np.arange(places[..., 0].size).reshape(places.shape[:-1])
-    around = paraview.AROUND[2 ** len(axes)]
-    corners = [number[tuple(slice(a, a - 1 or None) for a in corner)].ravel() for corner in around]
-    return places.reshape(-1, len(axes)), np.stack(corners, axis=-1)
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    return places, paraview.grid_cells([len(axis) - 1 for axis in axes])
 
 
 def read(folder: Path, text: str, points: Floats, cells: ArrayLike) -> aka.Mesh:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern
+from asperity import Interface
 
 pytest.importorskip("akantu", reason="asperity[akantu] is not installed")
 
@@ -19,26 +19,17 @@ import joint_picture
 import paraview_files as paraview
 import peel
 from asperity_akantu import Joint, register
-
-JOINT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=4.0), Pattern.regular(4, theta=30.0))
-
-PATH = np.array(
-    [[-0.01, 0.0, 0.0], [-0.005, 0.08, 0.03], [-0.005, 0.15, 0.03], [-0.005, -0.1, 0.0], [0.06, 0.0, 0.0],
-     [0.01, 0.0, 0.0], [-0.01, 0.05, 0.02]]
-)  # fmt: skip
-"""Separations (N, Tx, Ty): pressing, sliding and its reversal, opening, unloading, closing."""
+from exported import PLANE, SOLID
 
 CELL = {2: aka._cohesive_2d_4, 3: aka._cohesive_3d_8}
-SOLID = {2: aka._quadrangle_4, 3: aka._hexahedron_8}
+CUBE = {2: aka._quadrangle_4, 3: aka._hexahedron_8}
 """Types of the elements of the joint and of the cubes, by dimension."""
 
 ROUGH_BALANCE = 5.0e-3
 """Difference of work and energies over the work: the forces are those at the ends of the steps."""
 
 
-def law(dimension: int) -> Interface:
-    """A joint whose traction stays in the plane in two dimensions."""
-    return JOINT if dimension == 3 else Interface(JOINT.material, Pattern.regular(2, theta=30.0))
+LAW = {2: PLANE, 3: SOLID}
 
 
 def cubes(
@@ -63,16 +54,16 @@ def cubes(
     mesh = peel.read(folder, text, *peel.grid(*[np.arange(2.0)] * (dimension - 1), np.arange(3.0)))
     model = aka.SolidMechanicsModelCohesive(mesh)
     model.initFull(_analysis_method=method, _is_extrinsic=False)
-    x, cells = np.array(mesh.getNodes()), np.array(mesh.getConnectivity(SOLID[dimension]))
+    x, cells = np.array(mesh.getNodes()), np.array(mesh.getConnectivity(CUBE[dimension]))
     upper = np.unique(cells[x[cells][:, :, -1].mean(axis=1) > 1.0])
     return mesh, model, made[0], upper
 
 
 def follow(folder: Path, dimension: int, of_card: bool = False) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Separation and traction (T, points, 3) along PATH, and the forces of the upper cube (T, dimension)."""
-    _mesh, model, joint, upper = cubes(folder, dimension, law(dimension), of_card)
+    """Separation and traction (T, points, 3) on a path, and the forces of the upper cube (T, dimension)."""
+    _mesh, model, joint, upper = cubes(folder, dimension, LAW[dimension], of_card)
     rows = []
-    for n, x, y in PATH.tolist():
+    for n, x, y in exported.path(dimension == 2).tolist():
         model.getDisplacement()[upper] = [x, n] if dimension == 2 else [x, y, n]
         model.assembleInternalForces()
         joint.commit()
@@ -86,9 +77,9 @@ def follow(folder: Path, dimension: int, of_card: bool = False) -> tuple[np.ndar
 def test_element_has_the_law(dimension: int, tmp_path: Path) -> None:
     """Every point has the law on its own history; the forces are the tractions times the area, 1 mm2."""
     separation, traction, force = follow(tmp_path, dimension)
-    interface, axes = law(dimension), [0, 1] if dimension == 2 else [0, 1, 2]
+    interface, axes, path = LAW[dimension], [*range(dimension)], exported.path(dimension == 2)
     # which side is the first one is Akantu's choice, and the sense of a slip with it
-    assert np.abs(separation[:, 0, axes]) == pytest.approx(np.abs(PATH[:, axes]), abs=1e-14)
+    assert np.abs(separation[:, 0, axes]) == pytest.approx(np.abs(path[:, axes]), abs=1e-14)
     for k in range(separation.shape[1]):
         expected = interface.replay(separation[:, k]).traction
         assert np.abs(traction[:, k] - expected).max() <= 1e-12 * interface.material.sigma0
@@ -100,7 +91,7 @@ def test_element_has_the_law(dimension: int, tmp_path: Path) -> None:
 @pytest.mark.parametrize(("dimension", "about"), [(2, 0), (3, 0), (3, 1)])
 def test_sheared_joint_that_turns(dimension: int, about: int, tmp_path: Path) -> None:
     """A sheared joint that is turned rigidly by 90 and 120 degrees keeps its tractions, in axes that turn."""
-    mesh, model, joint, upper = cubes(tmp_path, dimension, law(dimension), method=aka._explicit_lumped_mass)
+    mesh, model, joint, upper = cubes(tmp_path, dimension, LAW[dimension], method=aka._explicit_lumped_mass)
     model.getBlockedDOFs()[:] = True
     model.setTimeStep(1e-9)
     x = np.array(mesh.getNodes())
@@ -123,7 +114,7 @@ def test_sheared_joint_that_turns(dimension: int, about: int, tmp_path: Path) ->
         points = joint.points(CELL[dimension])
         rows.append((points.separation[0], points.traction[0], force))
     separation, traction, force = (np.array(column) for column in zip(*rows, strict=True))
-    expected = law(dimension).replay(separation[[0, 1, 5]]).traction
+    expected = LAW[dimension].replay(separation[[0, 1, 5]]).traction
     assert separation[1:5] == pytest.approx(np.tile(separation[1], (4, 1)), abs=1e-14)
     assert traction[[0, 1, 3, 4, 5]] == pytest.approx(expected[[0, 1, 1, 1, 2]], abs=1e-10)
     assert abs(traction[5, 1]) < 0.5 * abs(traction[4, 1])  # the damage of the turned joint is that of before
@@ -138,12 +129,11 @@ def test_exported_element(tmp_path: Path) -> None:
 
 def test_symmetric_storage(tmp_path: Path) -> None:
     """Akantu keeps one triangle of the stiffness, which friction makes unsymmetric."""
-    mesh, model, joint, upper = cubes(tmp_path, 2, law(2))
-    for slip in (0.0, 0.1, 0.2):
+    mesh, model, joint, upper = cubes(tmp_path, 2, LAW[2])
+    for slip in (0.0, 0.1, 0.2, 0.25):
+        joint.commit()
         model.getDisplacement()[upper] = [slip, -0.01]
         model.assembleInternalForces()
-        joint.commit()
-    model.assembleInternalForces()
     model.assembleStiffnessMatrix()
     stored = aka.AkantuSparseMatrix(model.getDOFManager().getMatrix("K")).toarray()
     tangent = joint.points(CELL[2]).tangent.mean(axis=0)[:2, :2]
@@ -162,7 +152,7 @@ def in_process(code: str) -> str:
 def test_direction_along_the_normal(tmp_path: Path) -> None:
     """Tx has no direction where it is along the normal: the message has both."""
     errors = in_process(
-        f"mesh, model, *others = test_akantu.cubes(pathlib.Path({str(tmp_path)!r}), 3, test_akantu.JOINT, "
+        f"mesh, model, *others = test_akantu.cubes(pathlib.Path({str(tmp_path)!r}), 3, test_akantu.SOLID, "
         "tx=(0.0, 0.0, 1.0))\nmodel.assembleInternalForces()"
     )
     assert "tx = [0.0, 0.0, 1.0]: expected a direction across the normal" in errors
@@ -215,7 +205,7 @@ def test_elements_there_from_the_start(tmp_path: Path) -> None:
 def test_insertion_is_a_part_of_the_strength() -> None:
     """A limit of the stress that the law could not start from is refused."""
     with pytest.raises(ValueError, match=r"insertion = 1.5: expected a part of the strength"):
-        register(JOINT, "refused", insertion=1.5)
+        register(SOLID, "refused", insertion=1.5)
 
 
 def test_insertion_in_space(tmp_path: Path) -> None:
@@ -272,7 +262,7 @@ def test_insertion_between_hexahedra_is_refused(tmp_path: Path) -> None:
     """Smallest case of an error of Akantu: its stresses on facets of hexahedra are wrong."""
     code = (
         "import akantu as aka, numpy as np, pathlib, peel, test_akantu\n"
-        "test_akantu.register(test_akantu.JOINT, 'joints')\n"
+        "test_akantu.register(test_akantu.SOLID, 'joints')\n"
         "nodes = peel.grid(np.linspace(0, 1, 3), np.linspace(0, 1, 3), np.linspace(0, 2, 3))\n"
         "text = test_akantu.input_between('joints', 1.0)\n"
         f"mesh = peel.read(pathlib.Path({str(tmp_path)!r}), text, *nodes)\n"

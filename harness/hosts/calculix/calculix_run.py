@@ -101,7 +101,8 @@ def _tables(text: str) -> dict[str, list[tuple[float, Floats]]]:
     pieces = re.split(r"^ (\S.*) for set (\S+) and time +(\S+)\n\n", text, flags=re.MULTILINE)
     for heading, name, time, body in zip(*(pieces[i::4] for i in range(1, 5)), strict=True):
         rows = [line.split() for line in body.splitlines() if line.strip()]
-        table = np.array([[_number(cell) for cell in row] for row in rows])
+        # the name of an orientation may follow the numbers
+        table = np.array([[_number(cell) for cell in row if not cell[0].isalpha()] for row in rows])
         found.setdefault(f"{name} {heading}", []).append((float(time), table))
     return found
 

@@ -1,23 +1,29 @@
 """Slab on a slope in CalculiX: it starts in equilibrium with the stress of its own weight, then slides.
 
-The model is one period of an infinite slab of rock on a rough joint, inclined by SLOPE.  The two ends are
-tied to each other; x points down the slope, z is its normal; the lower face of the joint is fixed.  All
-stresses follow from equilibrium.  Units: m, MN, MPa, plane strain.  The script prints a row for each state of
-the joint.
+The model is one period of an infinite slab of rock on a rough joint and fixed ground, inclined by SLOPE.
+The two ends are tied to each other; x points down the slope, z is its normal.  The mesh is that of `asperity
+mesh` for CalculiX.  All stresses follow from equilibrium.  Units: m, MN, MPa, plane strain.  The script
+prints a row for each state of the joint.
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import calculix_run
+import meshio
 import numpy as np
 from asperity import Interface, Material, Pattern, contract
+from asperity.mesh import split, write
 from calculix_run import TX, TY, Floats, N, Run
 from numpy.typing import ArrayLike
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+import paraview_files
 
 LENGTH, WIDTH, HEIGHT = 4.0, 2.0, 10.0
 
@@ -88,7 +94,7 @@ def run(
     text, solids, layer = _model()
     rows = []
     if rock:
-        for element, depths in zip(solids, np.repeat(_depths(), COLUMNS, axis=0), strict=True):
+        for element, depths in zip(solids, np.tile(_depths(), (COLUMNS, 1)), strict=True):
             for point, depth in enumerate(depths, 1):
                 rows.append((element, point, *_components(TRACTION * depth / HEIGHT)))
     numbers = [(element, point) for element in layer for point in range(1, POINTS + 1)]
@@ -104,7 +110,7 @@ def run(
     fall = ", ".join(f"{value:.15g}" for value in PULL / WEIGHT)
     text += f"*AMPLITUDE, NAME=NOW\n0., 1., 1., 1.\n*STEP, INC=100\n*STATIC, DIRECT\n{1.0 / parts!r}, 1.\n"
     text += f"*DLOAD{', AMPLITUDE=NOW' if at_once else ''}\nROCK, GRAV, 1., {fall}\n"
-    text += "*NODE PRINT, NSET=NALL\nU\n*NODE PRINT, NSET=GROUND\nRF\n*EL PRINT, ELSET=ROUGH\nE, S, SDV\n"
+    text += "*NODE PRINT, NSET=NALL\nU\n*NODE PRINT, NSET=GROUND\nRF\n*EL PRINT, ELSET=ROUGH_1\nE, S, SDV\n"
     text += "*END STEP\n"
     if slide > 0.0:
         text += f"*STEP, INC=1000\n*STATIC\n{1.0 / increments!r}, 1., 1e-5, {1.0 / increments!r}\n"
@@ -114,9 +120,9 @@ def run(
         raise RuntimeError(f"ccx ended with {done.code}:\n{done.output[-2000:]}\n{done.errors[-2000:]}")
     _, u = done.table("NALL displacements")
     _, force = done.table("GROUND forces")
-    _, strain = done.table("ROUGH strains")
-    _, stress = done.table("ROUGH stresses")
-    _, statev = done.table("ROUGH internal")
+    _, strain = done.table("ROUGH_1 strains")
+    _, stress = done.table("ROUGH_1 stresses")
+    _, statev = done.table("ROUGH_1 internal")
     # the first two columns are element and point; shears of strains are tensor components
     return Result(
         u[:, :, 1:], force[:, :, 1:].sum(axis=1),
@@ -126,33 +132,35 @@ def run(
 
 
 def _model() -> tuple[str, range, range]:
-    """Input up to the boundary conditions; numbers of the elements of rock, from below, and of the layer."""
-    z = np.append(0.0, np.linspace(0.0, HEIGHT, ROWS + 1) + THICKNESS)
-    x = np.linspace(0.0, LENGTH, COLUMNS + 1)
-    grid = np.stack(np.meshgrid(x, [0.0, WIDTH], z, indexing="ij"), axis=-1)
-    number = np.arange(1, grid[..., 0].size + 1).reshape(grid.shape[:3])
-    around = ((0, 0), (1, 0), (1, 1), (0, 1))
-    cells = [
-        [number[i + a, b, k + c] for c in (0, 1) for a, b in around]
-        for k in range(ROWS + 1)
-        for i in range(COLUMNS)
-    ]
-    text = calculix_run.nodes(grid.reshape(-1, 3))
-    text += calculix_run.elements("C3D8", "ROUGH", 1, cells[:COLUMNS])
-    text += calculix_run.elements("C3D8", "ROCK", COLUMNS + 1, cells[COLUMNS:])
-    for name, members in (
-        ("GROUND", number[:, :, 0]),
-        ("FOOT", number[:-1, :, 1]),
-        ("TOP", number[:-1, :, -1]),
-    ):
-        text += f"*NSET, NSET={name}\n" + calculix_run.numbers(members.ravel())
-    for node, same in zip(number[-1, :, 1:].ravel(), number[0, :, 1:].ravel(), strict=True):
+    """Input up to the boundary conditions; numbers of the elements of rock, by columns, and of the layer."""
+    z = np.r_[-1.0, 0.5 * THICKNESS, THICKNESS + np.linspace(0.0, HEIGHT, ROWS + 1)[1:]]
+    axes = np.linspace(0.0, LENGTH, COLUMNS + 1), [0.0, WIDTH], z
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    cells = [("hexahedron", paraview_files.grid_cells((COLUMNS, 1, ROWS + 1)))]
+    tags = {"gmsh:physical": [np.tile([0] + [1] * ROWS, COLUMNS)]}
+    names = {"BASE": np.array([0, 3]), "ROCK": np.array([1, 3])}
+    mesh = split(meshio.Mesh(points, cells, cell_data=tags, field_data=names), {"ROUGH": ("BASE", "ROCK")})
+    with tempfile.TemporaryDirectory() as folder:
+        [file] = write(Path(folder, "slab.inp"), mesh, "calculix", {"ROUGH": JOINT}, layer=THICKNESS)
+        text = file.read_text(encoding="utf-8")
+    [joint] = mesh.joints["ROUGH"]
+    x, slab = mesh.points, np.setdiff1d(joint.plus, joint.minus)
+    below, foot, top = x[:, 2] < 0.0, np.isin(np.arange(len(x)), slab), x[:, 2] == z[-1]
+    start, end = x[:, 0] == 0.0, x[:, 0] == LENGTH
+    ground = below | np.isin(np.arange(len(x)), joint.minus)
+    sets = {"NALL": ground | ~ground, "GROUND": ground, "FOOT": foot & ~end, "TOP": top & ~end}
+    for name, members in sets.items():
+        text += f"*NSET, NSET={name}\n" + calculix_run.numbers(np.flatnonzero(members) + 1)
+    order = np.lexsort(x.T)
+    ties = (order[one[order]] + 1 for one in (end & ~ground, start & ~ground))
+    for pair in zip(*ties, strict=True):
         for axis in (1, 3):
-            text += f"*EQUATION\n2\n{node}, {axis}, 1., {same}, {axis}, -1.\n"
+            text += "*EQUATION\n2\n{0}, {2}, 1., {1}, {2}, -1.\n".format(*pair, axis)
     text += f"*MATERIAL, NAME=ROCK\n*ELASTIC\n{YOUNG}, {POISSON}\n*DENSITY\n{WEIGHT!r}\n"
-    text += JOINT.card("calculix", h=THICKNESS, name="ROUGH")
-    text += "*SOLID SECTION, ELSET=ROCK, MATERIAL=ROCK\n*BOUNDARY\nGROUND, 1, 3\nNALL, 2\n"
-    return text, range(COLUMNS + 1, len(cells) + 1), range(1, COLUMNS + 1)
+    text += "".join(f"*SOLID SECTION, ELSET={name}, MATERIAL=ROCK\n" for name in mesh.names)
+    text += "*BOUNDARY\nGROUND, 1, 3\nNALL, 2\n"
+    count = len(cells[0][1])
+    return text, range(COLUMNS + 1, count + 1), range(count + 1, count + COLUMNS + 1)
 
 
 def _depths() -> Floats:

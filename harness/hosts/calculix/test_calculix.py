@@ -2,72 +2,85 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 import calculix_run
-import dcb
 import exported
+import meshio
 import numpy as np
-import paraview_check
 import pytest
-from asperity import History, Interface, Material, Pattern, contract
-from asperity.installed import driver
+from asperity import contract
+from asperity.mesh import split, write
 from calculix_run import DIGITS, TX, TY, Floats, N
+from exported import LEGS
+from exported import SOLID as ROUGH
+from paraview_files import grid_cells
 
-MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=3.0)
-ROUGH = Interface(MATERIAL, Pattern.regular(4, theta=30.0))
-STIFFNESS = MATERIAL.kc * MATERIAL.K
-LEGS = (
-    (4, (-0.01, 0.0, 0.0)), (16, (-0.005, 0.08, 0.05)), (30, (-0.005, -0.1, 0.05)), (20, (0.06, 0.05, 0.05)),
-    (10, (0.002, 0.05, 0.05)), (20, (0.3, 0.3, 0.05)), (30, (-0.02, -0.1, 0.05)),
-)  # fmt: skip
-"""Increments and separation (N, Tx, Ty) at their end: pressing, sliding and its reversal, opening, unloading,
-complete rupture, closing."""
+Legs = tuple[tuple[int, tuple[float, float, float]], ...]
 
 
-def layer(card: str, h: float, legs: tuple[tuple[int, tuple[float, float, float]], ...], kind: str) -> str:
+def layer(card: str, h: float, legs: Legs, kind: str) -> str:
     """One element of a layer of thickness h, 1 x 1, all displacements prescribed; `kind` follows *STATIC."""
     base = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
     text = calculix_run.nodes(np.concatenate([base, base + np.array([0.0, 0.0, h])]))
     text += "*NSET, NSET=BOTTOM\n1, 2, 3, 4\n*NSET, NSET=TOP\n5, 6, 7, 8\n"
     text += calculix_run.elements("C3D8", "ROUGH", 1, [range(1, 9)])
-    text += card + "*BOUNDARY\nBOTTOM, 1, 3\n"
-    for n, (s_n, s_x, s_y) in legs:
+    return text + card + "*BOUNDARY\nBOTTOM, 1, 3\n" + steps(legs, kind, np.eye(3)[[2, 0, 1]])
+
+
+def steps(legs: Legs, kind: str, axes: Floats, elset: str = "ROUGH") -> str:
+    """Steps that move the set TOP by separations in the axes (N, Tx, Ty; 3)."""
+    text = ""
+    for n, separation in legs:
         text += f"*STEP, INC=1000\n*STATIC{kind}\n{1.0 / n!r}, 1., 1e-4\n*BOUNDARY\n"
-        text += f"TOP, 1, 1, {s_x}\nTOP, 2, 2, {s_y}\nTOP, 3, 3, {s_n}\n"
-        text += "*EL PRINT, ELSET=ROUGH\nS, SDV\n*END STEP\n"
+        text += "".join(f"TOP, {i}, {i}, {u!r}\n" for i, u in enumerate((separation @ axes).tolist(), 1))
+        text += f"*EL PRINT, ELSET={elset}\nS, SDV\n*END STEP\n"
     return text
 
 
 @pytest.mark.parametrize("h", [1.0, 1e-3])
 def test_layer_is_the_driver(ccx: Path, h: float, tmp_path: Path) -> None:
     """Stresses of a thin layer are the driver's tractions, its state variables those of the library."""
-    case = ["&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 3.0 /\n"]
-    case += ["&pattern sides = 4, theta = 30.0 /\n"]
-    case += [
-        f"&step s_N = {n}, s_Tx = {x}, s_Ty = {y}, increments = {parts} /\n" for parts, (n, x, y) in LEGS
-    ]
-    (tmp_path / "case.nml").write_text("".join(case))
-    subprocess.run([driver(), "case.nml", "-o", "out.csv", "--quiet"], cwd=tmp_path, check=True)
-    rows = History.from_csv(tmp_path / "out.csv")
-
+    separation = exported.path()
+    expected = ROUGH.replay(separation)
     card = ROUGH.card("calculix", h=h, name="ROUGH")
     done = calculix_run.run(ccx, tmp_path, layer(card, h, LEGS, ", DIRECT"))
     assert done.code == 0, done.output[-500:]
     _, stress = done.table("ROUGH stresses")
     _, state = done.table("ROUGH internal")
     traction = stress[:, :, 2:][..., [N, TX, TY]]
-    assert len(rows) == len(traction) and rows.damage[-1] == 1.0
-    reach = STIFFNESS * np.maximum.accumulate(np.linalg.norm(rows.separation, axis=1))[:, None, None]
-    worst = float((np.abs(traction - rows.traction[:, None]) / reach).max())
-    print(
-        f"h = {h:g}: {len(rows)} increments, difference of stresses {worst:.1e} K |s|, seven digits printed"
-    )
+    assert len(traction) == len(separation) and expected.damage[-1] == 1.0
+    off = np.abs(traction - expected.traction[:, None]).max(axis=1) / exported.reach(separation)
+    worst = float(off.max())
+    print(f"h = {h:g}: difference of stresses {worst:.1e} K |s|, seven digits printed")
     assert worst <= DIGITS
-    expected = ROUGH.replay(rows.separation).state[:, None]
     # energies and slips are small compared with the terms of their sums
-    assert np.all(np.abs(state[:, :, 2:] - expected) <= DIGITS * (1.0 + np.abs(expected)))
+    known = expected.state[:, None]
+    assert np.all(np.abs(state[:, :, 2:] - known) <= DIGITS * (1.0 + np.abs(known)))
+
+
+def test_upright_joint_of_a_mesh(ccx: Path, tmp_path: Path) -> None:
+    """A joint of `asperity mesh` with the normal x follows the library, in the axes of its orientation."""
+    x = np.stack(np.meshgrid(np.arange(3.0), [0.0, 1.0], [0.0, 1.0], indexing="ij"), axis=-1).reshape(-1, 3)
+    cells = [("hexahedron", grid_cells((2, 1, 1)))]
+    whole = meshio.Mesh(x, cells, cell_data={"block": [np.array([0, 1])]})
+    mesh = split(whole, direction=(0.0, 1.0, 2.0))
+    [file] = write(tmp_path / "mesh.inp", mesh, "calculix", {"joint": ROUGH}, layer=1e-3)
+    [joint] = mesh.joints["joint"]
+    upper = np.unique(mesh.cells["hexahedron"][1]) + 1
+    text = file.read_text() + "*NSET, NSET=TOP\n" + calculix_run.numbers(upper)
+    text += "*NSET, NSET=BASE\n" + calculix_run.numbers(np.setdiff1d(np.arange(1, 17), upper))
+    text += "*MATERIAL, NAME=ROCK\n*ELASTIC\n1., 0.\n*BOUNDARY\nBASE, 1, 3\n"
+    text += "".join(f"*SOLID SECTION, ELSET={name}, MATERIAL=ROCK\n" for name in mesh.names)
+    done = calculix_run.run(ccx, tmp_path, text + steps(LEGS, ", DIRECT", joint.axes[0], "joint_1"))
+    assert done.code == 0, done.output[-500:]
+    history = ROUGH.replay(exported.path())
+    stress, state = (done.table(f"JOINT_1 {name}")[1][:, :, 2:] for name in ("stresses", "internal"))
+    off = np.abs(stress[..., [N, TX, TY]] - history.traction[:, None]).max(axis=1)
+    # the orientation is written with nine digits
+    assert (off / exported.reach(exported.path())).max() <= DIGITS
+    expected = history.state[:, None]
+    assert np.all(np.abs(state - expected) <= DIGITS * (1.0 + np.abs(expected)))
 
 
 def test_exported_element(ccx: Path, tmp_path: Path) -> None:
@@ -79,37 +92,6 @@ def test_exported_element(ccx: Path, tmp_path: Path) -> None:
     moved, force, state = (done.table(name)[1] for name in names)
     rows = np.column_stack([moved[:, :, [1, 3]].mean(axis=1), force[:, 0, 0], state[:, :, 2].mean(axis=1)])
     exported.assert_same(one, rows, 10 * DIGITS)
-
-
-def test_energy_release_in_mode_1(ccx: Path, tmp_path: Path) -> None:
-    """Under opposite end moments a joint of five planes has the resistance Gc, as in LEFM."""
-    result = dcb.run(ccx, tmp_path, dcb.ROUGH, -1.0, 0.06)
-    steady = result.release[result.time > 0.85]
-    print(f"energy release rate {steady.min():.4f} to {steady.max():.4f} N/mm, Gc 0.3")
-    assert result.damage[-1].max() == 1.0 and result.damage[-1].min() == 0.0
-    assert steady == pytest.approx(dcb.ROUGH.material.Gc, rel=1e-2)
-    dcb.write_paraview(tmp_path / "beam.pvd", result)
-    material = dcb.ROUGH.material
-    printed = DIGITS * material.K * np.abs(result.separation).max() / material.sigma0
-    paraview_check.against_the_law(tmp_path / "beam.pvd", dcb.ROUGH, printed)
-    paraview_check.places(tmp_path / "beam.pvd", dcb.POINTS, up=2, layers=2)
-
-
-def test_mixed_mode_and_the_symmetric_solver(ccx: Path, tmp_path: Path) -> None:
-    """With a moment ratio of 0.5 the resistance is Gc without friction and larger with friction."""
-    smooth = Interface(Material(20.0, 0.3, 0.95, 0.0), dcb.ROUGH.pattern)
-    found = {}
-    for name, interface in (("mu = 0", smooth), ("mu = 0.5", dcb.ROUGH)):
-        result = dcb.run(ccx, tmp_path, interface, 0.5, 0.06, increments=40)
-        steady = result.release[result.time > 0.95].mean()
-        iterations = result.run.iterations
-        found[name] = steady
-        print(f"{name}: energy release rate {steady:.4f} N/mm, {result.run.attempts} attempts")
-        print(f"  {len(iterations)} increments, {sum(iterations)} iterations, at most {max(iterations)}")
-    # without friction the tangent is symmetric and each plane dissipates Gc in any mode; the error of
-    # increments and elements is 1 %
-    assert found["mu = 0"] == pytest.approx(0.3, rel=1e-2)
-    assert found["mu = 0.5"] > 1.04 * found["mu = 0"]
 
 
 def bed(n: int, h: float) -> str:

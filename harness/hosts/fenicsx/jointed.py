@@ -25,6 +25,9 @@ from asperity.mesh import Jointed
 from dolfinx import cpp, fem, graph, la, mesh
 from petsc4py import PETSc
 
+sys.path.insert(0, str(Path(__file__).parent.parent))
+import paraview_files
+
 COMM, INT, ADD = MPI.COMM_WORLD, PETSc.IntType, PETSc.InsertMode.ADD_VALUES
 
 BASIX = {
@@ -451,10 +454,8 @@ class Output:
 
     def __init__(self, model: Model, pvd: Path) -> None:
         """Make the folder; FILE must end with .pvd."""
-        if pvd.suffix != ".pvd":
-            raise ValueError(f"{pvd}: expected a name that ends with .pvd")
-        self.model, self.pvd, self.lines, m = model, pvd, [], model
-        pvd.with_suffix("").mkdir(parents=True, exist_ok=True)
+        self.model, self.pvd, self.names, m = model, pvd, [], model
+        self.folder = paraview_files.folder_of(pvd)
         self.place = np.pad(m.V.tabulate_dof_coordinates()[:, : m.d], ((0, 0), (0, 3 - m.d)))
         kind = {"quadrilateral": "quad", "tetrahedron": "tetra"}.get(
             name := m.mesh.topology.cell_name(), name
@@ -467,7 +468,7 @@ class Output:
 
     def write(self, time: float) -> None:
         """Write a step: displacements; damage, separation and traction (N, Tx, Ty), means over a face."""
-        m, folder, step = self.model, self.pvd.with_suffix(""), len(self.lines)
+        m, step = self.model, len(self.names)
         moved = {"displacement": np.pad(self._displacement(), ((0, 0), (0, 3 - m.d)))}
         results = [law.update(s, state, s, 1.0) for law, s, state in zip(m.laws, m.s, m.state, strict=True)]
         damage = contract.statev_index("damage")
@@ -480,14 +481,10 @@ class Output:
         files = {}
         for name, cells, data in (("solids", self.solids, {}), ("joints", self.joints, of_faces)):
             files[name] = f"{name}_{step:04}_{COMM.rank}.vtu"
-            meshio.Mesh(self.place, cells, moved, data).write(folder / files[name])
-        self.lines.append("".join(
-            f'<DataSet timestep="{time!r}" part="{part}" file="{folder.name}/{name}"/>\n'
-            for part, name in enumerate(itertools.chain(*COMM.allgather(list(files.values()))))
-        ))  # fmt: skip
+            meshio.Mesh(self.place, cells, moved, data).write(self.folder / files[name])
+        self.names.append((time, [*itertools.chain(*COMM.allgather(list(files.values())))]))
         if COMM.rank == 0:
-            head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n'
-            self.pvd.write_text(f"{head}{''.join(self.lines)}</Collection>\n</VTKFile>\n", encoding="utf-8")
+            paraview_files.write_collection(self.pvd, self.names)
 
     def _displacement(self) -> Floats:
         return self.model.spread(self.model.u).reshape(-1, self.model.d).copy()

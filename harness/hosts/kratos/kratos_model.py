@@ -91,7 +91,7 @@ class Structure:
         properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
         properties.SetValue(Kratos.CONSTITUTIVE_LAW, _law(material["constitutive_law"]["name"]))
         for name, value in (material["Variables"] | other).items():
-            value = _vector(value) if isinstance(value, list) else value
+            value = Kratos.Vector(value) if isinstance(value, list) else value
             if value is not None:
                 properties.SetValue(Kratos.KratosGlobals.GetVariable(name), value)
         return properties
@@ -156,7 +156,7 @@ class Structure:
         solids.AddElements([element.Id for element in self.part.Elements if element.Id not in interfaces])
         process = getattr(Kratos, f"SetInitialStateProcess{self.dimension}D")
         stress_type = 1  # 0: strain
-        process(solids, _vector(stress), stress_type).ExecuteInitializeSolutionStep()
+        process(solids, Kratos.Vector(list(stress)), stress_type).ExecuteInitializeSolutionStep()
 
     def step(self, tolerance: float, again: bool = False, time: float = 1.0) -> list[float]:
         """Solve a step to a norm of the residual force; return the norm after every iteration.
@@ -232,10 +232,6 @@ class Structure:
         separation = self._output(Geo.GEO_RELATIVE_DISPLACEMENT_VECTOR)
         return separation, self._output(Geo.GEO_EFFECTIVE_TRACTION_VECTOR)
 
-    def matrix_values(self) -> Floats:
-        """Return the entries of the last system matrix."""
-        return np.array(self.solver().GetSystemMatrix().value_data())
-
     def _output(self, variable: object) -> Floats:
         rows = [
             list(value)
@@ -249,10 +245,3 @@ class Structure:
 
 def _law(name: str) -> Kratos.ConstitutiveLaw:
     return Kratos.KratosGlobals.Kernel.GetConstitutiveLaw(name).Clone()
-
-
-def _vector(values: Sequence[float]) -> Kratos.Vector:
-    vector = Kratos.Vector(len(values))
-    for i, value in enumerate(values):
-        vector[i] = value
-    return vector

@@ -2,59 +2,50 @@
 
 from __future__ import annotations
 
-import subprocess
+from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import History, Interface, Material, Pattern, library
-from asperity.installed import driver
+from asperity import Interface, Pattern, library
 
 pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed")
 
 import exported
-import KratosMultiphysics
+import KratosMultiphysics as Kratos
+import KratosMultiphysics.GeoMechanicsApplication as Geo
+from exported import MATERIAL, PLANE, SOLID, STIFFNESS
 from kratos_model import Floats, Structure
+from paraview_files import grid_cells
 
 ROUNDING = 1.0e-12
 """Tolerance of tractions, relative to K times the largest separation so far."""
 
-CASE = """&case title = 'one element' /
-&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 3.0 /
-&pattern sides = {sides}, theta = 30.0 /
-&step s_N = -0.01, increments = 4 /
-&step s_Tx = 0.08, s_Ty = {s_Ty}, s_N = -0.005, increments = 16 /
-&step s_Tx = -0.1, increments = 30 /
-&step s_Tx = 0.05, s_N = 0.06, increments = 20 /
-&step s_N = 0.002, increments = 10 /
-&step s_N = 0.3, s_Tx = 0.3, increments = 20 /
-&step s_N = -0.02, s_Tx = -0.1, increments = 30 /
-"""
-"""Pressing, sliding with a reversal, opening, unloading, complete rupture, closing."""
-
-MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=3.0)
-STIFFNESS = MATERIAL.kc * MATERIAL.K
-
-ROUGH = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0), Pattern.regular(4, theta=20.0))
-"""Joint of the sheared block, in mm, N, MPa."""
-
-NEWTON = 1.0e-10
-"""Accepted residual force of the sheared block, N; the reactions are some N."""
+EXACT = 1.0e-10 * MATERIAL.sigma0
+"""Largest error of a returned initial traction, as the contract promises."""
 
 CORNERS = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 3.0, 0.0], [0.0, 3.0, 0.0]])
 """Nodes of one element of 2 x 3; the first two are those of a plane element."""
 
+INITIAL = np.array([-1.0, 0.3, -0.2])
 
-def one_element(interface: Interface, path: Floats, plane: bool, **umat: object) -> tuple[Floats, Floats]:
-    """Tractions (T, 3) of the element and reactions over its area, along prescribed separations (T, 3)."""
-    s = Structure(2 if plane else 3)
-    corners = CORNERS[:2, :2] if plane else CORNERS
-    area = 2.0 if plane else 6.0
-    lower, upper = s.add_nodes(corners), s.add_nodes(corners)
+
+def one_element(interface: Interface = SOLID, **umat: object) -> tuple[Structure, Floats]:
+    """One element with prescribed displacements, and its upper nodes; umat: other variables of its card."""
+    d = 2 if interface is PLANE else 3
+    s = Structure(d)
+    lower, upper = (s.add_nodes(CORNERS[: 2 * d - 2, :d]) for _ in range(2))
     s.add_interface(lower, upper, s.umat(interface, **umat))
-    axes = (1, 0) if plane else (2, 0, 1)  # order N, Tx, Ty
-    s.fix([*lower, *upper], *axes)
+    s.fix([*lower, *upper], *range(d))
+    return s, upper
+
+
+def follow(interface: Interface, path: Floats, **umat: object) -> tuple[Floats, Floats]:
+    """Tractions (T, 3) of the element and reactions over its area, along prescribed separations (T, 3)."""
+    s, upper = one_element(interface, **umat)
+    plane = interface is PLANE
+    area, axes = (2.0, (1, 0)) if plane else (6.0, (2, 0, 1))  # order N, Tx, Ty
     tractions, reactions = [], []
     for row in path:
         for axis, value in zip(axes, row.tolist(), strict=False):
@@ -68,49 +59,36 @@ def one_element(interface: Interface, path: Floats, plane: bool, **umat: object)
     return np.array(tractions), np.array(reactions)
 
 
-@pytest.fixture(params=[2, 4], ids=["2D RT", "3D RP-4"])
-def driven(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Interface, Floats, Floats, bool]:
-    """An interface, the driver's separations and tractions on the case, and whether the element is plane."""
-    case = tmp_path / "case.nml"
-    plane = request.param == 2
-    case.write_text(CASE.format(sides=request.param, s_Ty=0.0 if plane else 0.05))
-    subprocess.run([driver(), case, "-o", tmp_path / "out.csv", "--quiet"], check=True)
-    rows = History.from_csv(tmp_path / "out.csv")
-    assert rows.damage[-1] == 1.0
-    return Interface(MATERIAL, Pattern.regular(request.param, 30.0)), rows.separation, rows.traction, plane
-
-
-def scale(path: Floats) -> Floats:
-    """K times the largest separation so far, (T, 1)."""
-    return STIFFNESS * np.maximum.accumulate(np.linalg.norm(path, axis=1))[:, None]
-
-
-def test_one_element_is_the_driver(driven: tuple[Interface, Floats, Floats, bool]) -> None:
-    """Tractions and reactions of an element equal the driver's in loading, unloading and cycles."""
-    interface, path, expected, plane = driven
-    traction, reaction = one_element(interface, path, plane)
-    worst = float((np.abs(traction - expected) / scale(path)).max())
+@pytest.mark.parametrize("interface", [PLANE, SOLID], ids=["2D RT", "3D RP-4"])
+def test_one_element_is_the_law(interface: Interface) -> None:
+    """Tractions and reactions of an element are those of the law in loading, unloading and cycles."""
+    path = exported.path(interface is PLANE)
+    expected = interface.replay(path)
+    assert expected.damage[-1] == 1.0
+    traction, reaction = follow(interface, path)
+    worst = float((np.abs(traction - expected.traction) / exported.reach(path)).max())
     print(f"{len(path)} steps, difference of tractions {worst:.1e} K |s|")
     assert worst <= ROUNDING
     # the reactions are sums over nodes
-    assert np.all(np.abs(reaction - expected[:, : reaction.shape[1]]) <= 10 * ROUNDING * scale(path))
+    off = np.abs(reaction - expected.traction[:, : reaction.shape[1]])
+    assert np.all(off <= 10 * ROUNDING * exported.reach(path))
 
 
-def test_exported_element(tmp_path: Path) -> None:
+def test_exported_element(tmp_path: exported.Path) -> None:
     """The script of `asperity export kratos` shows the rows of the README."""
     exported.assert_script("kratos", tmp_path)
 
 
-def test_without_the_adapter_damage_heals(driven: tuple[Interface, Floats, Floats, bool]) -> None:
+@pytest.mark.parametrize("interface", [PLANE, SOLID], ids=["2D RT", "3D RP-4"])
+def test_without_the_adapter_damage_heals(interface: Interface) -> None:
     """Smallest case of an error of Kratos: every step starts from the virgin state.
 
     The tractions are those of a virgin point at the separation of the step; earlier steps have no effect.
     """
-    interface, path, expected, plane = driven
-    traction, _ = one_element(interface, path, plane, UDSM_NAME=str(library()))
-    virgin = interface.update(path).traction
-    assert np.all(np.abs(traction - virgin) <= ROUNDING * scale(path))
-    worst = float(np.abs(traction - expected).max())
+    path = exported.path(interface is PLANE)
+    traction, _ = follow(interface, path, UDSM_NAME=str(library()))
+    assert np.all(np.abs(traction - interface.update(path).traction) <= ROUNDING * exported.reach(path))
+    worst = float(np.abs(traction - interface.replay(path).traction).max())
     print(f"without the adapter tractions are wrong by up to {worst:.2f}, sigma0 is {MATERIAL.sigma0:g}")
     assert worst > MATERIAL.sigma0
 
@@ -120,15 +98,11 @@ def test_another_law_swaps_normal_and_shear() -> None:
 
     The traction of an opening is that of a slip along t.
     """
-    s = Structure(3)
-    lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
-    interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
-    s.add_interface(lower, upper, s.umat(interface, law="SmallStrainUMAT3DInterfaceLaw"))
-    s.fix([*lower, *upper], 0, 1, 2)
+    s, upper = one_element(law="SmallStrainUMAT3DInterfaceLaw")
     s.move(upper, 2, 0.05)
     s.step(0.0)
     separation, traction = s.points()
-    right, shear = interface.update([separation[0], [0.0, 0.0, 0.05]]).traction
+    right, shear = SOLID.update([separation[0], [0.0, 0.0, 0.05]]).traction
     assert separation[0] == pytest.approx([0.05, 0.0, 0.0], abs=1e-15)
     print(f"opening 0.05: t_N = {traction[0, 0]:.3f}, expected {right[0]:.3f}, slip 0.05: {shear[2]:.3f}")
     assert traction[0] == pytest.approx(shear[[2, 1, 0]], abs=1e-12)
@@ -137,14 +111,11 @@ def test_another_law_swaps_normal_and_shear() -> None:
 
 def test_the_axes_do_not_turn() -> None:
     """A sheared joint that is turned by 90 degrees opens for Kratos, even where the mesh moves."""
-    s = Structure(2)
-    lower, upper = s.add_nodes(CORNERS[:2, :2]), s.add_nodes(CORNERS[:2, :2])
-    s.add_interface(lower, upper, s.umat(Interface(MATERIAL, Pattern.regular(2, 30.0))))
-    s.fix([*lower, *upper], 0, 1)
+    s, upper = one_element(PLANE)
     s.solver().SetMoveMeshFlag(True)
     slip = np.array([0.08, 0.0])
     for turn in (np.eye(2), np.array([[0.0, -1.0], [1.0, 0.0]])):
-        for nodes, jump in ((lower, 0.0 * slip), (upper, slip)):
+        for nodes, jump in ((upper - 2, 0.0 * slip), (upper, slip)):
             for node, place in zip(nodes, CORNERS[:2, :2], strict=True):
                 for axis, value in enumerate((turn @ (place + jump) - place).tolist()):
                     s.move([node], axis, value)
@@ -159,14 +130,10 @@ def test_rows_of_the_water_pressure(drainage: str) -> None:
 
     With a Biot coefficient of 0, which it has too, Kratos would write over them.
     """
-    s = Structure(3)
-    lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
-    interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
-    rough = s.umat(interface, GEO_DRAINAGE_TYPE=drainage, BIOT_COEFFICIENT=None)
-    s.add_interface(lower, upper, rough)
-    s.fix([*lower, *upper], 0, 1, 2)
+    s, _ = one_element(GEO_DRAINAGE_TYPE=drainage, BIOT_COEFFICIENT=None)
     s.step(0.0)
-    assert np.isnan(s.matrix_values()).any() == (drainage != "constant_pw_field")
+    values = s.solver().GetSystemMatrix().value_data()
+    assert np.isnan(values).any() == (drainage != "constant_pw_field")
 
 
 def test_properties_are_written_while_elements_start() -> None:
@@ -175,14 +142,10 @@ def test_properties_are_written_while_elements_start() -> None:
     A second thread may read the value meanwhile, and then some runs are fully coupled. With the card there is
     nothing to replace.
     """
-    interface = Interface(MATERIAL, Pattern.regular(2, 30.0))
     written = []
     for given in ({"IGNORE_UNDRAINED": True, "GEO_DRAINAGE_TYPE": None}, {}):
-        s = Structure(2)
-        lower, upper = s.add_nodes(CORNERS[:2, :2]), s.add_nodes(CORNERS[:2, :2])
-        properties = s.umat(interface, **given)
-        s.add_interface(lower, upper, properties)
-        s.fix([*lower, *upper], 0, 1)
+        s, _ = one_element(PLANE, **given)
+        properties = s.interfaces[0].Properties
         before = str(properties)
         s.step(0.0)
         written.append(str(properties) != before)
@@ -198,9 +161,8 @@ def test_a_held_node_under_an_open_joint(biot: float) -> None:
     """
     s = Structure(2)
     base, bottom, top = (s.add_nodes(np.array([[0.0, y], [1.0, y]])) for y in (0.0, 0.0, 1.0))
-    rough = s.umat(Interface(MATERIAL, Pattern.regular(2, 30.0)), BIOT_COEFFICIENT=biot)
     s.add_solid([*bottom, *top[::-1]], s.elastic(3000.0, 0.2))
-    s.add_interface(base, bottom, rough)
+    s.add_interface(base, bottom, s.umat(PLANE, BIOT_COEFFICIENT=biot))
     s.fix([*base, *top], 0, 1)
     s.move(top, 1, 1.0)
     if biot == 1.0:
@@ -218,76 +180,123 @@ def test_analyses_in_one_process() -> None:
     path = np.array([[0.0, 0.05, 0.0], [0.1, 0.0, 0.0], [0.01, 0.01, 0.0]])
     for sides in (4, 64, 2, 4):
         interface = Interface(MATERIAL, Pattern.regular(sides, 30.0))
-        expected = interface.replay(path).traction
-        traction, _ = one_element(interface, path, False)
-        assert np.all(np.abs(traction - expected) <= ROUNDING * scale(path))
+        traction, _ = follow(interface, path)
+        assert np.all(np.abs(traction - interface.replay(path).traction) <= ROUNDING * exported.reach(path))
+    for damage in (0.0, 1.0, 0.5):
+        traction = (1.0 + damage) * INITIAL
+        s, _ = one_element(STATE_VARIABLES=SOLID.initial(traction, damage).tolist())
+        s.step(0.0)
+        assert s.points()[1][0] == pytest.approx(traction, abs=EXACT)
 
 
 def test_a_step_solved_again_starts_from_the_same_state() -> None:
-    """A step that is too large and is repeated with a smaller one, as after a cut, has no effect."""
-    s = Structure(3)
-    lower, upper = s.add_nodes(CORNERS), s.add_nodes(CORNERS)
-    interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
-    s.add_interface(lower, upper, s.umat(interface))
-    s.fix([*lower, *upper], 0, 1, 2)
-    tried = [(0.04, False), (0.2, False), (0.06, True), (0.01, False)]
-    for opening, again in tried:
+    """A step that is repeated with a smaller one, and elements that start again, keep their history."""
+    s, upper = one_element()
+    for opening, again in ((0.04, False), (0.2, False), (0.06, True), (0.01, False)):
         s.move(upper, 2, opening)
         s.step(0.0, again)
-    path = np.array([[0.04, 0.0, 0.0], [0.06, 0.0, 0.0], [0.01, 0.0, 0.0]])
-    expected = interface.replay(path).traction[-1]
+    s.interfaces[0].Initialize(s.part.ProcessInfo)  # as in the next stage of an analysis
+    s.move(upper, 2, 0.03)
+    s.step(0.0)
+    expected = SOLID.replay(np.outer([0.04, 0.06, 0.01, 0.03], [1.0, 0.0, 0.0])).traction[-1]
     assert s.points()[1][0] == pytest.approx(expected, abs=ROUNDING * STIFFNESS * 0.06)
 
 
-def sheared_block(n: int = 3, threads: int = 1) -> tuple[list[list[float]], Floats, Floats]:
-    """A cube of n x n x n elements is pressed on a rough base, then sheared and turned at its top.
-
-    Returns the norms of Newton's iterations of each step, separations and tractions (steps, points, 3).
-    """
-    s, axis = Structure(3), np.linspace(0.0, 1.0, n + 1)
-    solid, rough = s.elastic(3000.0, 0.2), s.umat(ROUGH)
-    base, cube = (
-        s.add_nodes(np.stack(np.meshgrid(axis, axis, z, indexing="ij"), axis=-1)) for z in (axis[:1], axis)
-    )
-    around = ((0, 0), (1, 0), (1, 1), (0, 1))
-    for i, j in np.ndindex(n, n):
-        for k in range(n):
-            s.add_solid([cube[i + a, j + b, k + c] for c in (0, 1) for a, b in around], solid)
-        s.add_interface(*([side[i + a, j + b, 0] for a, b in around] for side in (base, cube)), rough)
+def test_newton_is_quadratic() -> None:
+    """A cube is pressed on a rough joint, sheared and tilted: every point has the law on its own history."""
+    s, n, rough = Structure(3), 3, Interface(replace(MATERIAL, kc=20.0), Pattern.regular(4, theta=20.0))
+    axis = np.linspace(0.0, 1.0, n + 1)
+    places = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1)
+    base, cube = s.add_nodes(places[:, :, 0]), s.add_nodes(places)
+    solid, card = s.elastic(3000.0, 0.2), s.umat(rough)
+    for cell in grid_cells((n, n, n)):
+        s.add_solid(cube.ravel()[cell], solid)
+    for face in grid_cells((n, n)):
+        s.add_interface(base.ravel()[face], cube[:, :, 0].ravel()[face], card)
     top = cube[:, :, -1]
     s.fix(np.append(base, top), 0, 1, 2)
     norms, points = [], []
-    KratosMultiphysics.ParallelUtilities.SetNumThreads(threads)
-    try:
-        for slip in (0.0, 0.01, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15):
-            s.move(top, 0, slip)
-            s.move(top, 1, slip / 3.0)
-            s.move(top, 2, lambda node, slip=slip: -0.01 + 0.3 * slip * (node.X0 - 0.3))
-            norms.append(s.step(NEWTON))
-            points.append(s.points())
-    finally:
-        KratosMultiphysics.ParallelUtilities.SetNumThreads(1)
-    separation, traction = (np.array(values) for values in zip(*points, strict=True))
-    for path, found in zip(separation.transpose(1, 0, 2), traction.transpose(1, 0, 2), strict=True):
-        assert np.abs(found - ROUGH.replay(path).traction).max() <= 1e-12
-    return norms, separation, traction
-
-
-def test_newton_is_quadratic() -> None:
-    """Every point has the law on its own history, and the consistent tangent makes Newton quadratic."""
-    norms, separation, _ = sheared_block()
-    assert np.ptp(separation[-1, :, 0]) > 0.01  # the structure differs from a material point
+    for slip in (0.0, 0.01, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15):
+        s.move(top, 0, slip)
+        s.move(top, 1, slip / 3.0)
+        s.move(top, 2, lambda node, slip=slip: -0.01 + 0.3 * slip * (node.X0 - 0.3))
+        norms.append(s.step(1e-10))  # N; the reactions are some N
+        points.append(s.points())
+    separation, traction = (np.stack(values, axis=1) for values in zip(*points, strict=True))
+    for path, found in zip(separation, traction, strict=True):
+        assert np.abs(found - rough.replay(path).traction).max() <= 1e-12
+    assert np.ptp(separation[:, -1, 0]) > 0.01  # the structure differs from a material point
     pairs = [(before, after) for found in norms for before, after in pairwise(found)]
-    print("largest norms of the steps:", *(f"{len(found)}: {found[-1]:.1e}" for found in norms))
+    print("norms of the steps:", *(" ".join(f"{norm:.1e}" for norm in found) for found in norms), sep="\n")
     # the last residual is a rounding error of reactions of some N
     assert sum(after < 100.0 * before**2 for before, after in pairs if after > 1e-15) >= 10
     assert max(map(len, norms)) <= 6
 
 
-def test_two_threads() -> None:
-    """The adapter separates its points if two threads of Kratos call it; `kratos_model` sets one thread."""
-    assert KratosMultiphysics.ParallelUtilities.GetNumThreads() == 1
-    _, expected, _ = sheared_block(2)
-    _, separation, _ = sheared_block(2, threads=2)
-    # The sums of a node have another order, and Newton's iterations end at a residual of 1e-10 N.
-    assert np.allclose(separation, expected, rtol=0, atol=1e-10)
+# --- initial states ---------------------------------------------------------
+
+
+@pytest.mark.parametrize("damage", [0.0, 0.5, 1.0])
+def test_state_variables_carry_a_traction(damage: float) -> None:
+    """A point with a state of Interface.initial as STATE_VARIABLES has its traction, then follows the law."""
+    state = SOLID.initial(INITIAL, damage)
+    s, upper = one_element(STATE_VARIABLES=state.tolist())
+    s.step(0.0)
+    assert s.points()[1] == pytest.approx(np.tile(INITIAL, (4, 1)), abs=EXACT)
+    rest = SOLID.update([[0.0, 0.0, 0.0]], state[None])
+    s.move(upper, 0, 0.03)
+    s.step(0.0)
+    moved = SOLID.update([[0.0, 0.03, 0.0]], rest.state, [[0.0, 0.0, 0.0]])
+    assert s.points()[1][0] == pytest.approx(moved.traction[0], abs=EXACT)
+
+
+def _process(s: Structure) -> None:
+    vectors = Kratos.Vector([0.0] * 3), Kratos.Vector(INITIAL.tolist()), Kratos.Matrix(3, 3)
+    Kratos.SetInitialStateProcess3D(s.part, *vectors).ExecuteInitializeSolutionStep()
+
+
+def _variable(s: Structure) -> None:
+    for owner in (s.interfaces[0], s.interfaces[0].Properties):
+        owner.SetValue(Kratos.INITIAL_STRESS_VECTOR, Kratos.Vector(INITIAL.tolist()))
+
+
+def _uniform(s: Structure) -> None:
+    settings = Kratos.Parameters(f'{{"model_part_name": "Main", "value": {INITIAL.tolist()}}}')
+    Geo.ApplyInitialUniformStressField(s.part, settings).ExecuteInitialize()
+
+
+def _points(s: Structure) -> None:
+    values = Kratos.CAUCHY_STRESS_VECTOR, [Kratos.Vector(INITIAL.tolist())] * 4, 3
+    s.interfaces[0].SetValuesOnIntegrationPoints(*values, s.part.ProcessInfo)
+
+
+@pytest.mark.parametrize("give", [_process, _variable, _uniform, _points])
+def test_initial_stress_does_not_reach_the_umat(give: Callable[[Structure], None]) -> None:
+    """Smallest cases that show that Kratos ignores the initial stress of an interface, without a message."""
+    s, _ = one_element()
+    s.initialise()
+    give(s)
+    s.step(0.0)
+    assert not s.points()[1].any()
+
+
+@pytest.mark.parametrize("damage", [0.0, 0.5, 1.0])
+def test_prestressed_block_rests(damage: float) -> None:
+    """Under the load of its initial stress a block on a joint does not move, if both have this stress."""
+    moved, square = [], CORNERS / [2.0, 3.0, 1.0]
+    for stressed in (True, False):
+        s = Structure(3)
+        base, bottom, top = (s.add_nodes(square + np.array([0.0, 0.0, z])) for z in (0.0, 0.0, 1.0))
+        state = SOLID.initial([-1.0, 0.0, 0.0], damage) if stressed else np.zeros(SOLID.nstatv)
+        s.add_solid([*bottom, *top], s.elastic(3000.0, 0.2))
+        s.add_interface(base, bottom, s.umat(SOLID, STATE_VARIABLES=state.tolist()))
+        s.fix(base, 0, 1, 2)
+        s.load({node: (0.0, 0.0, -0.25) for node in top})
+        if stressed:
+            s.stress_solids([0.0, 0.0, -1.0, 0.0, 0.0, 0.0])
+        s.step(1e-10)
+        moved.append(np.abs(s.displacements()).max())
+        assert s.points()[1][:, 0] == pytest.approx(-1.0, abs=1e-9)
+    print(f"displacements {moved[0]:.1e} mm, without initial stress {moved[1]:.1e} mm")
+    # a point returns its initial traction to 1e-10 of the strength
+    assert moved[0] <= 1e-9 * moved[1]

@@ -106,27 +106,19 @@ def write_paraview(pvd: Path, mesh: Path, run: Run, interface: Interface, h: flo
     The run needs the patch `with_points`.
     """
     whole = meshio.read(mesh)
-    cells, layer = whole.cells_dict[QUADRILATERAL], whole.cell_data["MaterialIDs"][0] == 1
+    cells, layer = whole.cells_dict[QUADRILATERAL], np.concatenate(whole.cell_data["MaterialIDs"]) == 1
     # components of OpenGeoSys: xx, yy, zz, xy; Tx of the layer is -x
     at, sign = [1, 3, 2], [1.0, -1.0, 0.0]
     of_layer = np.repeat(layer, 4)
     structure = paraview.Structure(whole.points[:, :2], cells[~layer], cells[layer], (2, 2))
     names = [f"{STATE}{name}_ip" for name in contract.statev_names(interface.n_planes, True)]
-    times, steps = run.steps()
-    paraview.write(
-        pvd,
-        structure,
-        (
-            paraview.Step(
-                time,
-                step["displacement"],
-                h * step["epsilon_ip"][of_layer][:, at] * sign * [1.0, 2.0, 2.0],
-                step["sigma_ip"][of_layer][:, at] * sign,
-                np.stack([step[name] for name in names], axis=1),
-            )
-            for time, step in zip(times.tolist(), steps, strict=True)
-        ),
-    )
+    rows = []
+    for time, step in zip(*run.steps(), strict=True):
+        separation = h * step["epsilon_ip"][of_layer][:, at] * sign * [1.0, 2.0, 2.0]
+        traction = step["sigma_ip"][of_layer][:, at] * sign
+        state = np.stack([step[name] for name in names], axis=1)
+        rows.append(paraview.Step(float(time), step["displacement"], separation, traction, state))
+    paraview.write(pvd, structure, rows)
 
 
 def program() -> Path:

@@ -12,11 +12,14 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+import meshio
 import numpy as np
 import ogs_run
 from asperity import Interface, Material, Pattern
 from asperity.case_files import read_run
-from ogs_run import Floats
+from asperity.mesh import Jointed, split, write
+from asperity.mesh.hosts import layer_points
+from ogs_run import Floats, paraview
 
 PROJECT = Path(__file__).parent / "triplet.prj"
 HYDRO = Path(__file__).parent / "hydro.xml"
@@ -33,41 +36,56 @@ JOINT = Interface(Material(sigma0=0.3, Gc=0.03, eta=0.95, mu=0.6, kc=20.0), Patt
 
 @dataclass(frozen=True)
 class Result:
-    """Histories with a row for each step from the end of the preload on, and the run.
+    """Histories with a row for each step from the end of the preload on, the mesh and the run.
 
-    slip and force of the middle brick, rise of the top; nodes (columns, rows); fields of each step.
+    slip and force of the middle brick, rise of the top; fields of each step.
     """
 
     slip: Floats
     force: Floats
     rise: Floats
-    nodes: np.ndarray
+    mesh: Jointed
     fields: list[dict[str, Floats]]
     run: ogs_run.Run
 
+    @property
+    def water(self) -> float:
+        """Lowest water pressure in the joints at the end."""
+        [joint] = self.mesh.joints["joint"]
+        return float(self.fields[-1]["pressure"][joint.minus].min())
 
-def write_meshes(folder: Path, nx: int, ny: int, h: float) -> np.ndarray:
-    """Write the meshes of the project; return the nodes (columns, rows)."""
-    y = [np.linspace(0.0, HEIGHT, ny + 1) + k * (HEIGHT + h) for k in range(3)]
-    grid = np.stack(np.meshgrid(np.linspace(0.0, LENGTH, nx + 1), np.concatenate(y), indexing="ij"), axis=-1)
-    points, n = grid.reshape(-1, 2), np.arange(grid.size // 2).reshape(grid.shape[:2])
-    cells = np.stack([n[:-1, :-1], n[1:, :-1], n[1:, 1:], n[:-1, 1:]], axis=-1)
-    material = np.zeros(cells.shape[:2], dtype="i4")
-    material[:, [ny, 2 * ny + 1]] = 1
-    ids = {"MaterialIDs": material.ravel()}
-    ogs_run.write_mesh(folder / "triplet.vtu", points, cells.reshape(-1, 4), ogs_run.QUADRILATERAL, None, ids)
-    ends = n[[0, -1], ny + 1 : 2 * ny + 2]
-    middle = np.stack([ends[:, :-1], ends[:, 1:]], axis=-1).reshape(-1, 2)
-    for name, lines in {
-        "bottom": np.stack([n[:-1, 0], n[1:, 0]], axis=-1),
-        "middle": middle,
-        "ends": np.stack(
-            [n[[0, -1]][:, [ny, 2 * ny + 1]], n[[0, -1]][:, [ny + 1, 2 * ny + 2]]], axis=-1
-        ).reshape(-1, 2),
-        "top": np.stack([n[:-1, -1], n[1:, -1]], axis=-1),
-    }.items():
-        ogs_run.write_part(folder / f"{name}.vtu", points, lines, ogs_run.LINE)
-    return n
+
+def jointed(nx: int, ny: int, h: float) -> Jointed:
+    """Mesh of bricks of nx x ny elements, whose joints will take the thickness h from them."""
+    bricks = [np.linspace(0.0, HEIGHT, ny + 1) + k * (HEIGHT + h) for k in range(3)]
+    below, above = HEIGHT + 0.5 * h, 2.0 * HEIGHT + 1.5 * h
+    y = np.r_[bricks[0][:-1], below, bricks[1][1:-1], above, bricks[2][1:]]
+    points = np.stack(np.meshgrid(np.linspace(0.0, LENGTH, nx + 1), y, indexing="ij"), axis=-1)
+    n = np.arange(points.size // 2).reshape(points.shape[:2])
+    ends = n[[0, -1], ny : 2 * ny + 1]
+    lines = {
+        "bottom": [n[:-1, 0], n[1:, 0]],
+        "middle": [ends[:, :-1], ends[:, 1:]],
+        "joint": [n[:-1, [ny, 2 * ny]], n[1:, [ny, 2 * ny]]],
+        "top": [n[:-1, -1], n[1:, -1]],
+    }
+    cells = [("quad", paraview.grid_cells((nx, 3 * ny)))]
+    cells += [("line", np.stack(one, axis=-1).reshape(-1, 2)) for one in lines.values()]
+    tags = {"gmsh:physical": [np.full(len(one), k) for k, (_, one) in enumerate(cells)]}
+    names = {name: np.array([k, 1]) for k, name in enumerate(lines, 1)}
+    mesh = meshio.Mesh(points.reshape(-1, 2), cells, cell_data=tags, field_data=names)
+    return split(mesh, {"joint": None})
+
+
+def write_meshes(folder: Path, mesh: Jointed, h: float) -> None:
+    """Write the meshes of the project: bricks and joints, and parts of their boundary."""
+    write(folder / "triplet.vtu", mesh, "ogs", layer=h)
+    [joint] = mesh.joints["joint"]
+    across = np.stack([joint.minus, joint.plus], axis=-1).reshape(-1, 2)
+    at_end = np.isin(mesh.points[across[:, 0], 0], (0.0, LENGTH))
+    parts = {name: np.concatenate(mesh.groups[name]) for name in ("bottom", "middle", "top")}
+    for name, lines in (parts | {"ends": across[at_end]}).items():
+        ogs_run.write_part(folder / f"{name}.vtu", layer_points(mesh, h), lines, ogs_run.LINE)
 
 
 def run(
@@ -83,18 +101,18 @@ def run(
 
     Patches of the project come before the card.
     """
-    n = write_meshes(folder, nx, ny, h)
+    mesh = jointed(nx, ny, h)
+    write_meshes(folder, mesh, h)
     moved = ogs_run.changed(ogs_run.values("slip", [0.0, 0.0, end]))
     done = ogs_run.run(PROJECT, folder, *patches, moved, law.card("ogs", dimension=2, h=h))
     if done.code != 0:
         raise RuntimeError(done.output)
-    _, steps = done.steps()
-    steps = steps[PRELOAD_STEPS:]
-    middle = n[[0, -1], ny + 1 : 2 * ny + 2].ravel()
+    steps = done.steps()[1][PRELOAD_STEPS:]
+    middle, top = mesh.nodes("middle"), mesh.nodes("top")
     slip = np.array([step["displacement"][middle[0], 0] for step in steps])
     force = np.array([step["NodalForces"][middle, 0].sum() for step in steps])
-    rise = np.array([step["displacement"][n[:, -1], 1].mean() for step in steps])
-    return Result(slip, force, rise - rise[0], n, steps, done)
+    rise = np.array([step["displacement"][top, 1].mean() for step in steps])
+    return Result(slip, force, rise - rise[0], mesh, steps, done)
 
 
 def with_water(permeability: float) -> list[str]:
@@ -151,8 +169,7 @@ def main() -> None:
         print(f"force at the end {result.force[-1]:.2f} N, of the material point {force[-1]:.2f} N")
         print(f"rise at the end {result.rise[-1]:.4f} mm, of the material point {rise[-1]:.4f} mm")
         if options.water is not None:
-            lowest = result.fields[-1]["pressure"][result.nodes[:, [5, 6, 11, 12]]].min()
-            print(f"lowest water pressure in the joints {lowest:.4f} MPa, at their ends {WATER:g} MPa")
+            print(f"lowest water pressure in the joints {result.water:.4f} MPa, at their ends {WATER:g} MPa")
         if options.csv is not None:
             table = np.column_stack([result.slip, result.force, result.rise, force, rise])
             head = "slip,force,rise,force_point,rise_point"

@@ -17,9 +17,6 @@ from numpy.typing import NDArray
 pytest.importorskip("oofem", reason="asperity[oofem] is not installed")
 
 import exported
-import paraview_check
-import paraview_files as paraview
-import pulled_block
 
 Floats = NDArray[np.float64]
 
@@ -121,17 +118,3 @@ def test_a_step_that_has_not_converged_is_accepted(tmp_path: Path) -> None:
         and "not converged, although OOFEM reports equilibrium after 100 iterations" in run.errors
     )
     assert len(run.traction) == 251
-
-
-def test_pulled_block(tmp_path: Path) -> None:
-    """The force ends at the residual strength; the files for ParaView have the law at every point."""
-    result = pulled_block.run(tmp_path, 5, 1)
-    joint = pulled_block.JOINT
-    residual = joint.material.residual_strength(pulled_block.THETA) * PRESSURE
-    expected = residual * pulled_block.LENGTH * pulled_block.WIDTH
-    print(f"force at the end {result.force[-1]:.6f} N, closed form {expected:.6f} N")
-    assert result.force[-1] == pytest.approx(expected, rel=CONVERGED)
-    paraview.write(tmp_path / "block.pvd", result.structure, result.steps)
-    found = paraview_check.against_the_law(tmp_path / "block.pvd", joint, ROUNDING)
-    assert np.ptp(found["damage"], axis=1).max() > 0.2  # the joint breaks from the pulled face on
-    paraview_check.places(tmp_path / "block.pvd", 8, up=2, layers=2)

@@ -8,56 +8,34 @@ import re
 import sys
 import textwrap
 import time
-from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from asperity.options import add_workers, workers
+from asperity.options import add_options, add_workers, workers
 from tqdm import tqdm
 
 from ..program import DIFFERS, run
 from ..tables import refresh
 from .catalogue import MODES, agree, find, shown, table
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 def add_arguments(stability: argparse.ArgumentParser) -> None:
     """Add the arguments of the program."""
     actions = stability.add_subparsers(required=True, metavar="ACTION")
-
+    folder = ("--folder DIR", "folder of the pictures", Path("stability"))
     listed = actions.add_parser("list", help="show the catalogue of failure modes")
     listed.set_defaults(action=_list)
-
     single = actions.add_parser("run", help="run entries, with the methods that fail and those that succeed")
-    single.add_argument("names", nargs="+", metavar="NAME", help="an entry that `list` prints, or all")
-    single.add_argument(
-        "--fill",
-        type=Path,
-        metavar="FILE.md",
-        help="fill the table between <!-- stability --> markers",
-    )
-    single.add_argument(
-        "--check", action="store_true", help="with --fill: change nothing; exit with 1 if the table differs"
-    )
-    single.add_argument(
-        "--folder",
-        type=Path,
-        default=Path("stability"),
-        metavar="DIR",
-        help="folder for the pictures of entries, drawn without --fill (default: %(default)s)",
+    add_options(
+        single,
+        ("names NAME", "an entry that `list` prints, or all", str, {"nargs": "+"}),
+        ("--fill FILE.md", "fill the table between <!-- stability --> markers; no pictures", Path),
+        ("--check", "with --fill: change nothing; exit with 1 if the table differs"),
+        folder,
     )
     single.set_defaults(action=_run)
-
     maps = actions.add_parser("map", help="draw the map of the convergence of tangents")
-    maps.add_argument(
-        "--folder", type=Path, default=Path("stability"), metavar="DIR", help="folder (default: %(default)s)"
-    )
-    maps.add_argument(
-        "--size", type=int, default=24, metavar="N", help="cells along an axis (default: %(default)s)"
-    )
-    maps.add_argument("--pdf", action="store_true", help="PDF beside PNG")
+    add_options(maps, folder, ("--size N", "cells along an axis", 24))
     add_workers(maps)
     maps.set_defaults(action=_map)
 
@@ -92,21 +70,13 @@ def _run(options: argparse.Namespace) -> int:
             unexpected = "" if trial.holds else "  NOT AS EXPECTED"
             tqdm.write(f"  {verdict:<9}{trial.method}: {trial.measured}{unexpected}", file=file)
         if mode.draw is not None and not quiet:
-            tqdm.write(str(_draw(mode.draw, options.folder / f"stability_{mode.name}.png")))
+            path = options.folder / f"stability_{mode.name}.png"
+            options.folder.mkdir(parents=True, exist_ok=True)
+            mode.draw().savefig(path, dpi=150)
+            tqdm.write(str(path))
     if options.fill is not None:
         bad += _fill(options.fill, table(results), options.check)
     return DIFFERS if bad else 0
-
-
-def _draw(draw: Callable[[], Figure], path: Path) -> Path:
-    """Draw the picture of an entry."""
-    import matplotlib.pyplot as plt
-
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure = draw()
-    figure.savefig(path, dpi=150)
-    plt.close(figure)
-    return path
 
 
 def _fill(path: Path, text: str, check: bool) -> list[str]:
@@ -131,15 +101,12 @@ def _map(options: argparse.Namespace) -> int:
     if options.size < 2:
         raise ValueError(f"--size {options.size}: expected at least 2 cells along an axis")
     with workers(options, os.cpu_count()) as executor:
-        for written in draw_map(options.folder, options.size, options.pdf, executor):
+        for written in draw_map(options.folder, options.size, executor):
             print(written)
     return 0
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the program."""
-    return run(add_arguments, arguments)
-
+main = partial(run, add_arguments)
 
 if __name__ == "__main__":
     sys.exit(main())

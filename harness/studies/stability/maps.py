@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -33,8 +32,8 @@ FAILED = "0.85"
 """Grey of a cell in which a method fails."""
 
 
-def draw_map(folder: Path, size: int, pdf: bool = False, executor: Executor | None = None) -> Iterator[Path]:
-    """Compute and draw the map; size: cells along an axis.  Yields the names of the written files.
+def draw_map(folder: Path, size: int, executor: Executor | None = None) -> list[Path]:
+    """Compute and draw the map, and return the written files; size: cells along an axis.
 
     executor: as in `map_in_order`; without one, one cell after the other.
     """
@@ -43,18 +42,13 @@ def draw_map(folder: Path, size: int, pdf: bool = False, executor: Executor | No
     places = [(float(mu), float(theta)) for theta in slopes for mu in frictions]
     with progress_bar(len(places), "cell of the map") as bar:
         rows = map_in_order(cell, places, executor or ThreadPoolExecutor(1), bar.update)
-    path = folder / "map_tangents.csv"
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, rows[0])
-        writer.writeheader()
-        writer.writerows(rows)
-    yield path
+    table, picture = folder / "map_tangents.csv", folder / "map_tangents.png"
+    lines = [",".join(map(str, row.values())) for row in rows]
+    table.write_text("\n".join([",".join(rows[0]), *lines, ""]), encoding="utf-8")
     figure = draw(rows)
-    for suffix in (".png", ".pdf") if pdf else (".png",):
-        path = folder / f"map_tangents{suffix}"
-        figure.savefig(path, dpi=130)
-        yield path
+    figure.savefig(picture, dpi=130)
     plt.close(figure)
+    return [table, picture]
 
 
 def grid_of(rows: Sequence[Row], name: str) -> tuple[Floats, Floats, Floats]:

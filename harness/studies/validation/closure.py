@@ -16,7 +16,7 @@ from asperity.style import ONE, new_figure
 from asperity.tables import markdown
 from matplotlib.figure import Figure
 
-from ..concepts_draw import BLACK, BLUE, GREEN
+from ..concepts_draw import BLACK, BLUE, GREEN, panel
 from .common import LOST, Constants, Study, fitted, rms, rows
 
 PARTS = ("loading", "unloading")
@@ -67,16 +67,9 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
     """Table of the constants and of the errors of every fit."""
     body = []
     for form, constants in found.items():
-        away = differences(constants)
-        body.append(
-            [
-                form,
-                f"{constants['kn']:g}",
-                f"{constants['closure']:g}" if "closure" in constants else "",
-                f"{rms(away['loading']):.4f}",
-                f"**{rms(away['unloading']):.4f}**",
-            ]
-        )
+        away = {part: f"{rms(one):.4f}" for part, one in differences(constants).items()}
+        closure = f"{constants['closure']:g}" if "closure" in constants else ""
+        body.append([form, f"{constants['kn']:g}", closure, away["loading"], f"**{away['unloading']}**"])
     head = ["contact", "kn, MPa/mm", "closure, mm", "error of loading, mm", "of unloading, mm"]
     return {"errors": markdown(head, body)}
 
@@ -90,10 +83,8 @@ def draw(found: Mapping[str, Constants]) -> Figure:
     for part, fill in zip(PARTS, ("full", "none"), strict=True):
         sigma, closure = measured(part).T
         ax.plot(closure, sigma, "o", color=BLACK, markersize=4, fillstyle=fill, label=f"measured, {part}")
-    ax.set_xlabel("closure [mm]")
-    ax.set_ylabel("pressure [MPa]")
+    panel(ax, "closure [mm]", "pressure [MPa]")
     ax.legend()
-    ax.grid(alpha=0.3)
     return figure
 
 

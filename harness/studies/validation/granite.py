@@ -13,7 +13,7 @@ from asperity.style import TWO, new_figure
 from asperity.tables import markdown
 from matplotlib.figure import Figure
 
-from ..concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE
+from ..concepts_draw import BLACK, BLUE, GREEN, ORANGE, panel
 from .common import LOST, Constants, Study, fitted, joint, rows
 
 SPECIMENS = ("SW-T1", "SW-T2")
@@ -123,16 +123,13 @@ def fits() -> dict[str, Constants]:
     """Constants of both specimens from each choice of stages."""
     found = {}
     for name in SPECIMENS:
+        size = float(measured(name)["tau"].max()), float(measured(name)["ds"].max())
         for text, count in STAGES.items():
-            found[f"{name}: {text}"] = (
-                closed_form(name)
-                if count is None
-                else fitted(
-                    lambda one, name=name, count=count: differences(one, name)[:, :count].ravel(),  # type: ignore[misc]
-                    STARTS[name],
-                    (float(measured(name)["tau"].max()), float(measured(name)["ds"].max())),
-                )
-            )
+
+            def left(one: Constants, name: str = name, count: int | None = count) -> Floats:
+                return differences(one, name)[:, :count].ravel()
+
+            found[f"{name}: {text}"] = fitted(left, STARTS[name], size) if count else closed_form(name)
     return found
 
 
@@ -154,8 +151,7 @@ def draw(found: Mapping[str, Constants]) -> Figure:
     """Draw tau, opening and slip over the stages."""
     figure, axes = new_figure(TWO, 4.4, nrows=2, ncols=3, sharex=True, sharey="col")
     number = np.arange(1, 12)
-    looks = zip(STAGES, (BLUE, ORANGE, GREEN), ("-", "--", ":"), strict=True)
-    models = [(text, colour, style) for text, colour, style in looks]
+    models = [*zip(STAGES, (BLUE, ORANGE, GREEN), ("-", "--", ":"), strict=True)]
     for line, name in zip(axes.reshape(2, 3), SPECIMENS, strict=True):
         for ax, key in zip(line, QUANTITIES, strict=True):
             for text, colour, style in models:
@@ -163,12 +159,9 @@ def draw(found: Mapping[str, Constants]) -> Figure:
                 ax.plot(number, values, style, color=colour, label=f"stages used: {text}")
             ax.plot(number, measured(name)[key], "o", color=BLACK, markersize=3.5, label="measured")
             ax.axvspan(7.5, 11.5, color=BLACK, alpha=0.06)
-            ax.set_ylabel(QUANTITIES[key])
-            ax.grid(alpha=0.3)
-        line[0].set_title(name, **NOTE)
+            last, first = name == SPECIMENS[-1], ax is line[0]
+            panel(ax, "stage" if last else "", QUANTITIES[key], name if first else "")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
-    for ax in axes[3:]:
-        ax.set_xlabel("stage")
     return figure
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 from asperity.contract import Floats
@@ -14,7 +14,7 @@ from asperity.style import TWO, new_figure
 from asperity.tables import markdown
 from matplotlib.figure import Figure
 
-from ..concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE
+from ..concepts_draw import BLACK, BLUE, GREEN, ORANGE, panel
 from .common import LOST, Constants, Study, fitted, joint, rms, rows
 
 STRONG, WEAK = "1/.0/6.8", "1/.0/3.6"
@@ -124,17 +124,13 @@ def residuals(constants: Mapping[str, float], names: tuple[str, ...]) -> Floats:
 
 def fits() -> dict[str, Constants]:
     """Fit every form of the law to each specimen and to both."""
-    return {
-        f"{form} {ending}": fitted(
-            lambda one, names=names: residuals(one, names),  # type: ignore[misc]
-            starts,
-            (RANGE[1], float(SLIPS[-1])),
-            fixed,
-            ends=STRENGTH if "sigma0" in starts[0] else None,
-        )
-        for form, (starts, fixed) in VARIANTS.items()
-        for ending, names in FITS.items()
-    }
+    found, size = {}, (RANGE[1], float(SLIPS[-1]))
+    for form, (starts, fixed) in VARIANTS.items():
+        ends = STRENGTH if "sigma0" in starts[0] else None
+        for ending, names in FITS.items():
+            left = partial(residuals, names=names)
+            found[f"{form} {ending}"] = fitted(left, starts, size, fixed, ends=ends)
+    return found
 
 
 def tables(found: Mapping[str, Constants]) -> dict[str, str]:
@@ -168,23 +164,18 @@ def draw(found: Mapping[str, Constants]) -> Figure:
         for fit, colour, label in lines:
             style = "-" if name in FITS[fit.split()[1]] else "--"
             opening, shear = curves(found[fit], name)
-            above.plot(
-                SLIPS, opening, style, color=colour, label=label + ("" if style == "-" else " (predicted)")
-            )
+            label += "" if style == "-" else " (predicted)"
+            above.plot(SLIPS, opening, style, color=colour, label=label)
             below.plot(SLIPS, shear, style, color=colour)
-        below.plot(
-            one.shear[:, 0], formula(name), ":", color=BLACK, label="formula of 1981, measured opening"
-        )
+        label = "formula of 1981, measured opening"
+        below.plot(one.shear[:, 0], formula(name), ":", color=BLACK, label=label)
         above.plot(*one.opening.T, "o", color=BLACK, markersize=3.5, label="measured")
         below.plot(*one.shear.T, "o", color=BLACK, markersize=3.5)
-        above.set_title(name, **NOTE)
+        first = name == STRONG
+        panel(above, y="opening [mm]" if first else "", title=name)
+        panel(below, "slip [mm]", "shear stress [MPa]" if first else "")
         above.legend(loc="lower right")
         below.legend(loc="lower right")
-        below.set_xlabel("slip [mm]")
-    for ax, label in zip(axes[::2], ("opening [mm]", "shear stress [MPa]"), strict=True):
-        ax.set_ylabel(label)
-    for ax in axes:
-        ax.grid(alpha=0.3)
     return figure
 
 

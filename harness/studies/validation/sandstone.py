@@ -16,7 +16,7 @@ from asperity.tables import markdown
 from matplotlib.figure import Figure
 from scipy.optimize import least_squares
 
-from ..concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE
+from ..concepts_draw import BLACK, BLUE, GREEN, ORANGE, panel
 from .common import LOST, Constants, Study, fitted, joint, rows
 
 JOINTS = ("JA", "JB", "JC")
@@ -164,6 +164,7 @@ def draw(found: Mapping[str, Constants]) -> Figure:
     """Draw peak, slip at the peak and stress at 10 mm over the pressure."""
     figure, axes = new_figure(TWO, 5.4, nrows=3, ncols=3, sharex=True, sharey="row")
     pressures = np.linspace(0.5, 5.0, 19)
+    labels = ("peak [MPa]", "slip at the peak [mm]", "stress at 10 mm [MPa]")
     lines = (
         ("height 1", "height, fitted to 1 MPa", BLUE, "--"),
         ("crush 1+5", "crush, fitted to 1 and 5 MPa", GREEN, "-"),
@@ -178,13 +179,9 @@ def draw(found: Mapping[str, Constants]) -> Figure:
                 ax.plot(pressures, values, style, color=colour, label=label)
         for ax, values in zip(column, measured(name)[:, 1:].T, strict=True):
             ax.plot(measured(name)[:, 0], values, "o", color=BLACK, markersize=3.5, label="measured")
-            ax.grid(alpha=0.3)
-        column[0].set_title(name, **NOTE)
-        column[2].set_xlabel("pressure [MPa]")
+        for ax, x, y, title in zip(column, ("", "", "pressure [MPa]"), labels, (name, "", ""), strict=True):
+            panel(ax, x, y if name == JOINTS[0] else "", title)
     axes[1].legend(loc="upper left")
-    labels = ("peak [MPa]", "slip at the peak [mm]", "stress at 10 mm [MPa]")
-    for ax, label in zip(axes[::3], labels, strict=True):
-        ax.set_ylabel(label)
     return figure
 
 

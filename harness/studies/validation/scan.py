@@ -17,7 +17,7 @@ from asperity.tables import markdown
 from matplotlib.figure import Figure
 from scipy.optimize import curve_fit
 
-from ..concepts_draw import BLACK, BLUE, NOTE, ORANGE
+from ..concepts_draw import BLACK, BLUE, ORANGE, panel
 from . import granite
 from .common import DATA, Constants, Study
 
@@ -109,23 +109,16 @@ def draw(_: Mapping[str, Constants]) -> Figure:
     figure, (profile, angle) = new_figure(TWO, 2.7, ncols=2)
     scan = read_scan(FILE)
     profile.plot(scan.x, scan.z[0], color=BLACK, linewidth=0.7)
-    profile.set_xlabel("x [mm]")
-    profile.set_ylabel("height [mm]")
-    profile.set_title("(a) Inada granite, tensile fracture", **NOTE)
+    panel(profile, "x [mm]", "height [mm]", "(a) Inada granite, tensile fracture")
     steps = np.unique(np.geomspace(1, 300, 16).round().astype(int))
     thetas = [nearest_regular(sampled(scan, int(step)), None, 2).theta for step in steps]
-    angle.semilogx(
-        steps * scan.spacing, thetas, "o-", color=BLUE, markersize=3, label="nearest RT of the profile"
-    )
+    label = "nearest RT of the profile"
+    angle.semilogx(steps * scan.spacing, thetas, "o-", color=BLUE, markersize=3, label=label)
     for name, style in zip(granite.SPECIMENS, ("--", ":"), strict=True):
         theta = granite.closed_form(name)["theta"]
         angle.axhline(theta, linestyle=style, color=ORANGE, label=f"{name}, stages 5 and 6")
-    angle.set_xlabel("sampling length [mm]")
-    angle.set_ylabel("theta [degrees]")
     angle.legend()
-    angle.set_title("(b) inclination of the planes", **NOTE)
-    for ax in (profile, angle):
-        ax.grid(alpha=0.3)
+    panel(angle, "sampling length [mm]", "theta [degrees]", "(b) inclination of the planes")
     return figure
 
 

@@ -32,6 +32,9 @@ ROCKING, SLIDING = "--to 5 10 15 20", "--to 4 8 12"
 SOLID_STEPS = "--tau 0.02 --elements 4 2 3 --to 0.04 --tolerance 1e-5"
 """Options of the runs in three dimensions that are timed."""
 
+ROUGH = "10 0", "20 0.1", "10 0.5", "5 0.1"
+"""Theta and height of the planes in the joints of J4D."""
+
 GAMG = "--petsc='-ksp_type gmres -ksp_rtol 1e-6 -ksp_gmres_restart 200 -pc_type gamg'"
 """Algebraic multigrid with the rigid motions as near null space."""
 
@@ -41,22 +44,12 @@ RUNS = {
     **{name: f"--wall {name} {DRY} --elements 2 2 {SLIDING}" for name in ("SW30", "SW100", "SW200", "SW250")},
     **{name: f"--wall {name} {MORTAR}" for name in ("J6D", "J7D")},
     **{
-        f"{name} {theta} {height}": f"--wall {name} {MORTAR} --theta {theta} --height {height}"
-        for name, theta, height in (
-            ("J4D", 10, 0.1),
-            ("J6D", 10, 0.1),
-            ("J7D", 10, 0.1),
-            ("J4D", 10, 0),
-            ("J4D", 20, 0.1),
-            ("J4D", 10, 0.5),
-            ("J4D", 5, 0.1),
-        )
+        f"{name} {planes}": f"--wall {name} {MORTAR} --theta {planes.replace(' ', ' --height ')}"
+        for names, planes in (("J4D J6D J7D", "10 0.1"), *(("J4D", one) for one in ROUGH))
+        for name in names.split()
     },
     **{f"tau {tau}": f"--tau {tau}" for tau in (0, 0.005, 0.02, 0.05)},
-    **{
-        f"search {kind}": f"{MORTAR} --petsc='-snes_linesearch_type {kind}'"
-        for kind in ("bt", "l2", "basic")
-    },
+    **{f"search {k}": f"{MORTAR} --petsc='-snes_linesearch_type {k}'" for k in ("bt", "l2", "basic")},
     "drag": "--drag 1e-6",
     "alone": f"--wall WS100 {DRY.replace('--drag 1e-6', '')} --elements 2 2 {ROCKING}",
     "cyclic WS100": f"--wall WS100 {DRY} --elements 2 2 --to 5 -5 10 -10 0",
@@ -163,11 +156,8 @@ def thinned(curve: Floats) -> Floats:
 
 def store(folder: Path) -> None:
     """Write the thinned curves and the summaries of all runs to the folder `data`."""
-    lines = [
-        "# Made by python -m harness.studies.validation.walls --run",
-        "run,displacement,horizontal,vertical",
-    ]
-    sums = [lines[0]]
+    made = "# Made by python -m harness.studies.validation.walls --run"
+    lines, sums = [made, "run,displacement,horizontal,vertical"], [made]
     for name in RUNS:
         file = folder / name.replace(" ", "-")
         if not file.with_name(file.name + ".json").exists():
@@ -186,9 +176,8 @@ def curves() -> dict[str, Floats]:
     """Stored rows of every run: displacement, horizontal and vertical force."""
     found: dict[str, list[list[float]]] = {}
     for row in rows("walls_runs"):
-        found.setdefault(row["run"], []).append(
-            [float(row[key]) for key in ("displacement", "horizontal", "vertical")]
-        )
+        values = [float(row[key]) for key in ("displacement", "horizontal", "vertical")]
+        found.setdefault(row["run"], []).append(values)
     return {name: np.array(values) for name, values in found.items()}
 
 

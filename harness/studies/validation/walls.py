@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from asperity.contract import Floats
+from asperity.options import add_options
 from asperity.style import COLOURS, TWO, new_figure, printed, save
 from asperity.tables import markdown
-from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
@@ -140,19 +141,14 @@ def dilation(curves: dict[str, Floats]) -> str:
 
 SPEED = {
     "planes, 10°, 0.1 mm; of RP-16": (
-        "planes 16",
-        {"J4D": "flat", "planes 2": "RT", "J4D 10 0.1": "RP-4", "planes 8": "RP-8"},
+        "planes 16", {"J4D": "flat", "planes 2": "RT", "J4D 10 0.1": "RP-4", "planes 8": "RP-8"}
     ),
     "tau_v, mm; of 0": (
-        "tau 0",
-        {"J4D": "0.002", "tau 0.005": "0.005", "tau 0.02": "0.02", "tau 0.05": "0.05"},
+        "tau 0", {"J4D": "0.002", "tau 0.005": "0.005", "tau 0.02": "0.02", "tau 0.05": "0.05"}
     ),
-    "largest step, mm; of 0.0125": (
-        "step 0.0125",
-        {"step 0.2": "0.2", "step 0.1": "0.1", "J4D": "0.05"},
-    ),
+    "largest step, mm; of 0.0125": ("step 0.0125", {"step 0.2": "0.2", "step 0.1": "0.1", "J4D": "0.05"}),
     "mesh; of 8 x 6": ("J4D 8 6", {"J4D 2 2": "2 x 2", "J4D": "4 x 3"}),
-}
+}  # fmt: skip
 """Choices of J4D: the run that its errors are measured from, and the runs with their labels."""
 
 SNAP, LEAST_ERROR = 2.3, 0.03
@@ -199,36 +195,30 @@ def solid(summaries: dict[str, dict[str, str]]) -> str:
     return markdown(["pattern", "peak, kN", "iterations", "cuts", "to 3.5 mm"], body)
 
 
-def plot(ax: Axes, curve: Floats, **style: object) -> None:
-    """Draw force over displacement."""
-    ax.plot(curve[:, 0], curve[:, 1], **style)
-
-
 def draw_curves(curves: dict[str, Floats]) -> Figure:
     """Draw model and measurement of all walls."""
     figure, axes = new_figure(TWO, 5.4, nrows=2, ncols=2)
     for ax, kind, title in zip(axes, ("WS", "SW"), ("dry granite", "dry sandstone"), strict=False):
         for name, colour in zip((one for one in FORCES if one[:2] == kind), COLOURS, strict=False):
-            plot(ax, curves[name], color=colour, label=f"{name}, {FORCES[name]:g} kN")
+            ax.plot(*curves[name][:, :2].T, color=colour, label=f"{name}, {FORCES[name]:g} kN")
             for one in measured(name).values():
-                plot(ax, one, color=colour, linestyle="--", linewidth=0.8)
+                ax.plot(*one[:, :2].T, color=colour, linestyle="--", linewidth=0.8)
         ax.set_xlim(0.0, UNTIL[kind])
         ax.set_title(f"{title}: lines model, dashed measured")
     for name, colour in zip(MORTAR, COLOURS, strict=False):
-        plot(axes[2], curves[name], color=colour, label=f"{name}, flat")
-        plot(axes[2], curves[f"{name} 10 0.1"], color=colour, linestyle=":", label=f"{name}, 10°")
+        axes[2].plot(*curves[name][:, :2].T, color=colour, label=f"{name}, flat")
+        axes[2].plot(*curves[f"{name} 10 0.1"][:, :2].T, color=colour, linestyle=":", label=f"{name}, 10°")
         for row in rows("walls_mortar"):
             if row["test"] == name or (name, row["test"]) == ("J4D", "J5D"):
                 axes[2].axhline(float(row["peak"]), color=colour, linestyle="--", linewidth=0.8)
     axes[2].set_title("Eindhoven: lines model, dashed measured peaks")
     if "cyclic WS100" in curves:
         for one in measured("cyclic WS100").values():
-            plot(axes[3], one, color="0.6", linewidth=0.8, label="measured, WS2.100")
-        plot(axes[3], curves["cyclic WS100"], color=COLOURS[1], label="model")
+            axes[3].plot(*one[:, :2].T, color="0.6", linewidth=0.8, label="measured, WS2.100")
+        axes[3].plot(*curves["cyclic WS100"][:, :2].T, color=COLOURS[1], label="model")
     axes[3].set_title("dry granite, cyclic")
     for ax in axes:
-        ax.set_xlabel("displacement [mm]")
-        ax.set_ylabel("horizontal force [kN]")
+        ax.set(xlabel="displacement [mm]", ylabel="horizontal force [kN]")
         ax.grid(alpha=0.3)
     for ax, top, columns in zip(axes, (100.0, 140.0, 130.0), (2, 2, 3), strict=False):
         ax.set_ylim(0.0, top)
@@ -253,13 +243,11 @@ def draw_speed(curves: dict[str, Floats], summaries: dict[str, dict[str, str]]) 
                 away = (4, 4) if text == "flat" else place
                 ax.annotate(text, at, away, textcoords="offset points", fontsize=6, ha=side)
     for ax, text in zip(axes, ("peak", "work to 2.3 mm"), strict=True):
-        ax.set_xlabel("processor time to 4 mm [s]")
-        ax.set_ylabel(f"error of the {text} [%]")
         ax.set_xticks([2, 5, 10], ["2", "5", "10"])
         ax.set_xticks([], minor=True)
         ax.set_yticks([0.1, 1, 10], ["0.1", "1", "10"])
-        ax.set_xlim(2.0, 12.0)
-        ax.set_ylim(0.02, 25.0)
+        ax.set(xlim=(2.0, 12.0), ylim=(0.02, 25.0))
+        ax.set(xlabel="processor time to 4 mm [s]", ylabel=f"error of the {text} [%]")
         ax.grid(alpha=0.3)
     axes[1].legend(fontsize=6, loc="lower left")
     return figure
@@ -305,9 +293,8 @@ def draw_deformed(folder: Path, panels: Sequence[tuple[str, str, float | None, s
             (one.points + scale * one.point_data["displacement"])[:, :2][one.cells[0].data]
             for one in (solids, joints)
         ]
-        ax.add_collection(
-            PolyCollection(shapes[0], facecolors="#E4DCCF", edgecolors="#C8BBA5", linewidths=0.2)
-        )
+        grey = {"facecolors": "#E4DCCF", "edgecolors": "#C8BBA5", "linewidths": 0.2}
+        ax.add_collection(PolyCollection(shapes[0], **grey))
         values = joints.cell_data[field][0]
         values = np.linalg.norm(values, axis=1) if field == "separation" else values
         shown = values > 0.05 * (values.max() if field == "separation" else 1.0)
@@ -337,16 +324,13 @@ def tables() -> dict[str, str]:
     }
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the program."""
-    return run(add_arguments, arguments)
-
-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the program."""
-    text = "run the walls whose rows are not in build/walls; else use the stored rows"
-    parser.add_argument("--run", action="store_true", help=text)
-    parser.add_argument("--check", action="store_true", help="write nothing; exit with 1 if the page differs")
+    add_options(
+        parser,
+        ("--run", "run the walls whose rows are not in build/walls; else use the stored rows"),
+        ("--check", "write nothing; exit with 1 if the page differs"),
+    )
     parser.set_defaults(action=_action)
 
 
@@ -370,6 +354,8 @@ def _action(options: argparse.Namespace) -> int:
     print(PAGE, CURVES, SPEED_CHART, *PANELS, sep="\n")
     return 0
 
+
+main = partial(run, add_arguments)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -3,23 +3,77 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from asperity import Interface, Material, contract
+from asperity import Interface, contract
+from numpy.typing import NDArray
 
-from .mesh import Mesh
+JOINT_DENSITY = 1.0e-8
+"""Mass per area of a joint, t/mm^2, for Abaqus/Explicit."""
 
-JOINT_DENSITY, SOLID_DENSITY = 1.0e-8, 2.0e-9
-"""Mass per area of a joint and per volume of a solid, t/mm^2 and t/mm^3, for Abaqus/Explicit."""
+
+@dataclass
+class Mesh:
+    """Nodes (n, 2 or 3), cells by the name of their set with their type, and other sets; numbers from 1."""
+
+    nodes: NDArray[np.float64]
+    cells: dict[str, tuple[str, NDArray[np.int_]]]
+    node_sets: dict[str, Sequence[int]]
+    element_sets: dict[str, Sequence[int]] = field(default_factory=dict)
+
+    def lines(self) -> list[str]:
+        """Nodes, elements and sets as lines of an input file."""
+        points = (self.nodes.round(9) + 0.0).tolist()
+        text = ["*Node", *(", ".join(map(str, (i, *point))) for i, point in enumerate(points, 1))]
+        first = 1
+        for name, (kind, cells) in self.cells.items():
+            if kind.startswith("COH"):
+                text.append(
+                    "** A joint: its lower face, then the upper face above it. N points from lower to upper."
+                )
+            text.append(f"*Element, type={kind}, elset={name}")
+            text += [", ".join(map(str, (i, *cell))) for i, cell in enumerate(cells.tolist(), first)]
+            first += len(cells)
+        for keyword, sets in (("Nset, nset", self.node_sets), ("Elset, elset", self.element_sets)):
+            for name, numbers in sets.items():
+                text.append(f"*{keyword}={name}")
+                text += [", ".join(map(str, numbers[i : i + 16])) for i in range(0, len(numbers), 16)]
+        return text
 
 
 def single() -> Mesh:
     """One element of 1 mm^2."""
-    corners = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)]
-    mesh = Mesh(3, nodes=corners * 2, node_sets={"BOTTOM": [1, 2, 3, 4], "TOP": [5, 6, 7, 8]})
-    mesh.add("JOINT", "COH3D8", np.arange(1, 9)[None])
-    return mesh
+    corners = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)] * 2)
+    cells = {"JOINT": ("COH3D8", np.arange(1, 9)[None])}
+    return Mesh(corners, cells, {"BOTTOM": [1, 2, 3, 4], "TOP": [5, 6, 7, 8]})
+
+
+def wall(x: Sequence[float], courses: int, height: float, rows: int) -> Mesh:
+    """Courses of plane elements with joints BED_i between them; x: of their nodes.
+
+    Sets: JOINT and UNITS, all elements of each; nodes COURSE_i_BOTTOM, COURSE_i_TOP; elements COURSE_i_ROOF.
+    """
+    up = np.concatenate([np.linspace(k * height, (k + 1) * height, rows + 1) for k in range(courses)])
+    nodes = np.stack(np.meshgrid(x, up), axis=-1).reshape(-1, 2)
+    number = 1 + np.arange(len(nodes)).reshape(courses, rows + 1, len(x))
+
+    def between(low: NDArray[np.int_], high: NDArray[np.int_]) -> NDArray[np.int_]:
+        corners = low[..., :-1], low[..., 1:], high[..., 1:], high[..., :-1]
+        return np.stack(corners, axis=-1).reshape(-1, 4)
+
+    n, cells, sets, roofs = len(x) - 1, {}, {}, {}
+    for k, one in enumerate(number):
+        name = f"COURSE_{k + 1}"
+        cells[name] = "CPS4", between(one[:-1], one[1:])
+        sets |= {f"{name}_BOTTOM": one[0].tolist(), f"{name}_TOP": one[-1].tolist()}
+        roofs[f"{name}_ROOF"] = [*range((rows * (k + 1) - 1) * n + 1, rows * (k + 1) * n + 1)]
+    for k in range(1, courses):
+        cells[f"BED_{k}"] = "COH2D4", between(number[k - 1, -1], number[k, 0])
+    units = rows * n * courses
+    roofs |= {"JOINT": [*range(units + 1, units + (courses - 1) * n + 1)], "UNITS": [*range(1, units + 1)]}
+    return Mesh(nodes, cells, sets, roofs)
 
 
 def deck(
@@ -53,29 +107,6 @@ def card(joint: Interface, explicit: bool = False, **options: Any) -> list[str]:
     ]
 
 
-def solids(
-    mesh: Mesh,
-    material: str,
-    modulus: float,
-    nu: float,
-    density: float | None = None,
-    sets: Sequence[str] = ("LOWER", "UPPER"),
-) -> list[str]:
-    """Elastic material and the sections of the blocks."""
-    text = [
-        "** Elastic solids beside the joint.",
-        f"*Material, name={material}",
-        "*Elastic",
-        f"{modulus}, {nu}",
-    ]
-    if density is not None:
-        text += ["*Density", f"{density},"]
-    for name in sets:
-        text.append(f"*Solid Section, elset={name}, material={material}")
-        text += ["1.0,"] if mesh.dimension == 2 else []
-    return text
-
-
 def solution(name: str, values: Sequence[float]) -> list[str]:
     """Lines of initial state variables."""
     texts = [f"{value:g}." for value in values]
@@ -105,34 +136,7 @@ def smooth(name: str, duration: float) -> list[str]:
     return [f"*Amplitude, name={name}, definition=SMOOTH STEP", f"0., 0., {duration}, 1."]
 
 
-def output(joint: str, nodes: str = "TOP") -> list[str]:
-    """Output of a static step."""
-    return [
-        "*Output, field",
-        "*Node Output",
-        "U, RF",
-        f"*Element Output, elset={joint}",
-        "S, E, SDV",
-        "*Output, history",
-        f"*Node Output, nset={nodes}",
-        "U, RF",
-    ]
-
-
-def explicit_output(nodes: str = "TOP") -> list[str]:
-    """Output of an explicit step, and its end."""
-    return [
-        "*Output, history, time interval=0.0005",
-        f"*Node Output, nset={nodes}",
-        "RF1, U1, U3",
-        "*Element Output, elset=JOINT",
-        "S, SDV",
-        "*End Step",
-    ]
-
-
-def slides(material: Material, theta: float, force: float, nodes: str = "TOP") -> str:
-    """What the sum of the reactions must be at the end."""
-    ratio = f"(mu + tan {theta:g})/(1 - mu tan {theta:g})"
-    total = material.residual_strength(theta) * force
-    return f"At the end RF1 of the nodes {nodes} sums to {ratio} times {force:g} N = {total:.6g} N."
+def output(nodes: str = "TOP") -> list[str]:
+    """Output of a static step, and its end."""
+    history = ["*Output, history", f"*Node Output, nset={nodes}", "U, RF", "*End Step"]
+    return ["*Output, field", "*Node Output", "U, RF", "*Element Output, elset=JOINT", "S, E, SDV", *history]

@@ -2,31 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 from asperity import Interface, Material, Pattern, contract
 from asperity.export.element import ROWS, Element
 
-from .deck_lines import (
-    SOLID_DENSITY,
-    card,
-    deck,
-    dynamic,
-    explicit_output,
-    output,
-    single,
-    slides,
-    smooth,
-    solids,
-    solution,
-    static,
-)
-from .mesh import Layer, spaced, stack
-
-THETA = 30.0
-ROUGH = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=10.0)
-"""Joint of the shear box (mm, N, MPa)."""
-
-BOX_SLIP = 0.6
-"""Slip of the shear box at the end."""
+from .deck_lines import card, deck, dynamic, output, single, smooth, solution, static, wall
 
 UNITS = "Units are those of the case; the element has the area 1. SDV1 is the damage."
 
@@ -58,8 +38,7 @@ def single_standard(one: Element) -> str:
         "U1, U3, RF1",
         f"*El Print, elset=JOINT, frequency={one.slide // ROWS}",
         "SDV1",
-        *output("JOINT"),
-        "*End Step",
+        *output(),
     )
 
 
@@ -85,41 +64,12 @@ def single_explicit(one: Element) -> str:
         *dynamic("PULL", 0.05),
         "*Boundary, amplitude=PULLING",
         f"TOP, 1, 1, {one.slip!r}",
-        *explicit_output(),
-    )
-
-
-def shear_box_explicit() -> str:
-    """Two blocks in three dimensions under constant pressure, Abaqus/Explicit."""
-    layers = [Layer("LOWER", "C3D8", spaced(0.0, 6.0, 1)), Layer("UPPER", "C3D8", spaced(6.0, 12.0, 1))]
-    mesh = stack([spaced(0.0, 60.0, 3)] * 2, layers, ["JOINT"], "COH3D8")
-    return deck(
-        f"Shear box, 3D, Abaqus/Explicit: 1 MPa on the upper block, moved along x by {BOX_SLIP} mm",
-        [
-            "Units: mm, N, MPa, t, s. The movement is slow against the waves in the blocks.",
-            "The blocks are flat, so that the force on the top does not tilt them.",
-            slides(ROUGH, THETA, 60.0 * 60.0, "UPPER_TOP") + " There are oscillations.",
-            "To wear the asperities, too, set W0 as described at the material.",
-        ],
-        "shear_box_explicit",
-        mesh,
-        card(Interface(ROUGH, Pattern.regular(4, THETA)), stress=-1.0, explicit=True),
-        *solids(mesh, "STONE", 20000.0, 0.2, SOLID_DENSITY),
-        *smooth("PRESSING", 0.005),
-        *smooth("PULLING", 0.02),
-        "*Boundary",
-        "LOWER_BOTTOM, 1, 3",
-        "UPPER_TOP, 2, 2",
-        *dynamic("PRESS", 0.005),
-        "*Boundary",
-        "UPPER_TOP, 1, 1",
-        "*Dload, amplitude=PRESSING",
-        "UPPER_ROOF, P2, 1.0",
+        "*Output, history, time interval=0.0005",
+        "*Node Output, nset=TOP",
+        "RF1, U1, U3",
+        "*Element Output, elset=JOINT",
+        "S, SDV",
         "*End Step",
-        *dynamic("SLIDE", 0.02),
-        "*Boundary, amplitude=PULLING",
-        f"UPPER_TOP, 1, 1, {BOX_SLIP}",
-        *explicit_output("UPPER_TOP"),
     )
 
 
@@ -129,12 +79,7 @@ WALL_THETA, WALL_PRESSURE, WALL_LENGTH = 15.0, 0.5, 400.0
 
 def wallette() -> str:
     """Wallette with three bed joints, the middle one cracked, under initial stress, Abaqus/Standard."""
-    names = ["COURSE_1", "COURSE_2", "COURSE_3", "COURSE_4"]
-    layers = [Layer(name, "CPS4", spaced(50.0 * i, 50.0 * (i + 1), 2)) for i, name in enumerate(names)]
-    mesh = stack([spaced(0.0, WALL_LENGTH, 20)], layers, ["BED_1", "BED_2", "BED_3"], "COH2D4")
-    joints = [i for name in ("BED_1", "BED_2", "BED_3") for i in mesh.types[name][1]]
-    mesh.element_sets["JOINT"] = joints
-    mesh.element_sets["UNITS"] = [i for name in names for i in mesh.types[name][1]]
+    mesh = wall(np.linspace(0.0, WALL_LENGTH, 21).tolist(), courses=4, height=50.0, rows=2)
     platen, *others = mesh.node_sets["COURSE_4_TOP"]
     mesh.node_sets["TOP_OTHERS"] = others
     mortar = Interface(
@@ -142,18 +87,25 @@ def wallette() -> str:
     )
     # damage of all planes; nothing else is needed, and the status stays 0
     cracked = [1.0 if name.startswith("alpha") else 0.0 for name in contract.statev_names(mortar.n_planes)]
+    strength = mortar.material.residual_strength(WALL_THETA) * WALL_PRESSURE * WALL_LENGTH
     return deck(
         "Wallette with three bed joints, the middle one cracked, plane stress, Abaqus/Standard",
         [
             f"Units: mm, N, MPa. It starts under {WALL_PRESSURE} MPa, and the step REST must not move it.",
             "Its top is then moved by 1 mm.",
-            slides(mortar.material, WALL_THETA, WALL_PRESSURE * WALL_LENGTH, "COURSE_4_TOP"),
+            f"At the end RF1 of the nodes COURSE_4_TOP sums to (mu + tan {WALL_THETA:g})/(1 - mu tan "
+            f"{WALL_THETA:g}) times {WALL_PRESSURE * WALL_LENGTH:g} N = {strength:.6g} N.",
             "SDV1 of BED_1 and BED_3 stays 0: the cracked joint BED_2 slides.",
         ],
         "wallette",
         mesh,
         card(mortar, dimension=2, stress=-WALL_PRESSURE, modulus=5000.0, size=20.0),
-        *solids(mesh, "UNIT", 5000.0, 0.15, sets=["UNITS"]),
+        "** Elastic solids beside the joint.",
+        "*Material, name=UNIT",
+        "*Elastic",
+        "5000.0, 0.15",
+        "*Solid Section, elset=UNITS, material=UNIT",
+        "1.0,",
         "** Initial stress of the units (S11, S22, S12) and of the joints (normal, shear).",
         "*Initial Conditions, type=STRESS",
         f"UNITS, 0., {-WALL_PRESSURE}, 0.",
@@ -177,10 +129,5 @@ def wallette() -> str:
         *static("SLIDE", "0.05, 1., 1e-6, 0.05"),
         "*Boundary",
         "COURSE_4_TOP, 1, 1, 1.0",
-        *output("JOINT", "COURSE_4_TOP"),
-        "*End Step",
+        *output("COURSE_4_TOP"),
     )
-
-
-EXAMPLES = (shear_box_explicit, wallette)
-"""Decks of larger models."""

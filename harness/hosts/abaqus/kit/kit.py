@@ -5,7 +5,7 @@ from __future__ import annotations
 from asperity import installed
 from asperity.export.element import Element
 
-from .decks import EXAMPLES, single_explicit, single_standard
+from .decks import single_explicit, single_standard, wallette
 
 EXPLICIT = """\
 A `single_explicit.inp` is the same joint for Abaqus/Explicit. RF1 and U3 over U1 follow the rows, with
@@ -18,11 +18,10 @@ oscillations:
 
 
 def files(element: Element, examples: bool = True) -> dict[str, str | bytes]:
-    """Contents of the kit by file name; examples: with the decks of an explicit element and larger models."""
+    """Contents of the kit by file name; examples: with the decks of an explicit element and a wall."""
     decks = {"single_standard.inp": single_standard(element)}
     if examples:
-        decks["single_explicit.inp"] = single_explicit(element)
-        decks |= {f"{write.__name__}.inp": write() for write in EXAMPLES}
+        decks |= {"single_explicit.inp": single_explicit(element), "wallette.inp": wallette()}
     listed = "\n".join(f"| `{name}` | {text.splitlines()[1]} |" for name, text in decks.items())
     environment = (installed.kit("abaqus") / "abaqus_v6.env").read_text(encoding="ascii")
     texts = {
