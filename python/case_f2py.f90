@@ -1,35 +1,33 @@
 ! Case files in the shape f2py reads (see asperity_f2py.f90).
 
-!> Sizes of a case file, or of a text in its form, and what its runs have in common.
-subroutine case_sizes(path, has_source, source, n_runs, n_props, n_state, n_steps, n_values, pattern, title, sweep, &
-                      status, message)
+!> Content of a case file, or of a text in its form: the number of runs, then for each run the value of the sweep (0
+!> without one), 1 if a loss of equilibrium is expected, the tolerance (0: none), the start (0 virgin, 1 &state, 2
+!> &initial), separation and work there (huge: that of the energies), then lists with their lengths before them: the
+!> state, PROPS (none: the law is a UMAT), and for each step, whose number comes first, the values of each entry (-1:
+!> not given).
+subroutine case_numbers(path, has_source, source, room, numbers, length, pattern, title, sweep, status, message)
   use asperity_case, only: case_file_type, read_cases
   use asperity_errors, only: errors_type, put_records
   use asperity_steps, only: explicit_entries
   use asperity_text, only: put_text
   implicit none
-  character(len=*), intent(in) :: path             !! file, or name of the text in errors
-  integer, intent(in) :: has_source                !! 1: the text is `source`
-  character(len=*), intent(in) :: source           !! a text instead of the file
-  integer, intent(out) :: n_runs                   !! values of its sweep, or 1
-  integer, intent(out) :: n_props                  !! most PROPS of a run, 0: the law is a UMAT
-  integer, intent(out) :: n_state                  !! most numbers of a state at the start
-  integer, intent(out) :: n_steps                  !! steps
-  integer, intent(out) :: n_values                 !! most values of the entries of all steps
-  integer, intent(out) :: pattern(2)               !! first and last byte of the group &pattern, from 1
-  character(len=4096), intent(out) :: title        !! may be blank
-  character(len=32), intent(out) :: sweep          !! name of the number that varies; blank: none
-  integer, intent(out) :: status                   !! 0 or 1, bad input
-  character(len=32768), intent(out) :: message     !! errors (put_records)
+  character(len=*), intent(in) :: path               !! file, or name of the text in errors
+  integer, intent(in) :: has_source                  !! 1: the text is `source`
+  character(len=*), intent(in) :: source             !! a text instead of the file
+  integer, intent(in) :: room                        !! size of the array for the numbers
+  double precision, intent(inout) :: numbers(room)   !! the content, as far as there is room for it
+  integer, intent(out) :: length                     !! numbers of the content
+  integer, intent(out) :: pattern(2)                 !! first and last byte of the group &pattern, from 1
+  character(len=4096), intent(out) :: title          !! may be blank
+  character(len=32), intent(out) :: sweep            !! name of the number that varies; blank: none
+  integer, intent(out) :: status                     !! 0 or 1, bad input
+  character(len=32768), intent(out) :: message       !! errors (put_records)
   type(case_file_type) :: file
   type(errors_type) :: errors
   character(len=:), allocatable :: text
-  integer :: i, j, k, n
-  n_runs = 0
-  n_props = 1
-  n_state = 1
-  n_steps = 0
-  n_values = 1
+  double precision :: start(4)
+  integer :: i, j, k
+  length = 0
   pattern = 0
   title = ""
   sweep = ""
@@ -47,105 +45,55 @@ subroutine case_sizes(path, has_source, source, n_runs, n_props, n_state, n_step
     call put_text(text, message)
     return
   end if
-  n_runs = size(file%cases)
   pattern = file%pattern
   title = file%cases(1)%title
   sweep = file%sweep
-  n_steps = size(file%cases(1)%steps)
-  if (file%cases(1)%umat%given) n_props = 0
-  do i = 1, n_runs
-    n_props = max(n_props, size(file%cases(i)%props))
-    if (file%cases(i)%state%given) n_state = max(n_state, size(file%cases(i)%state%statev))
-    n = 0
-    do j = 1, n_steps
-      associate (given => explicit_entries(file%cases(i)%steps(j)))
-        do k = 1, size(given)
-          if (allocated(given(k)%values)) n = n + size(given(k)%values)
-        end do
-      end associate
-    end do
-    n_values = max(n_values, n)
-  end do
-end subroutine case_sizes
-
-!> A run of a case file that `case_sizes` has read.
-subroutine case_run(path, has_source, source, run, n_props, n_state, n_steps, n_entries, n_values, value, given_props, &
-                    props, kind, given_state, start, state, tolerance, loses, counts, values, status)
-  use asperity_case, only: case_file_type, read_cases
-  use asperity_errors, only: errors_type
-  use asperity_steps, only: explicit_entries
-  implicit none
-  character(len=*), intent(in) :: path             !! file, or name of the text in errors
-  integer, intent(in) :: has_source                !! 1: the text is `source`
-  character(len=*), intent(in) :: source           !! a text instead of the file
-  integer, intent(in) :: run                       !! number of the run, from 1
-  integer, intent(in) :: n_props, n_state          !! room for PROPS and for a state
-  integer, intent(in) :: n_steps, n_entries        !! steps, and entries of a step
-  integer, intent(in) :: n_values                  !! room for the values of all entries
-  double precision, intent(out) :: value           !! of the sweep, 0 without one
-  integer, intent(out) :: given_props              !! number of PROPS
-  double precision, intent(out) :: props(n_props)  !! PROPS
-  integer, intent(out) :: kind                     !! start: 0 virgin, 1 &state, 2 &initial
-  integer, intent(out) :: given_state              !! numbers of the state at the start, 0: virgin
-  double precision, intent(out) :: start(4)        !! separation (N, Tx, Ty) and work there; huge: that of the energies
-  double precision, intent(out) :: state(n_state)  !! state at the start
-  double precision, intent(out) :: tolerance       !! of the path, 0: none
-  integer, intent(out) :: loses                    !! 1: a loss of equilibrium is expected at the end
-  integer, intent(out) :: counts(n_entries, n_steps)   !! values of each entry, -1: not given
-  double precision, intent(out) :: values(n_values)    !! values, entry by entry and step by step
-  integer, intent(out) :: status                   !! 0 or 1: the file has changed
-  type(case_file_type) :: file
-  type(errors_type) :: errors
-  integer :: first, i, j
-  value = 0.0d0
-  given_props = 0
-  props = 0.0d0
-  kind = 0
-  given_state = 0
-  start = 0.0d0
-  state = 0.0d0
-  tolerance = 0.0d0
-  loses = 0
-  counts = -1
-  values = 0.0d0
-  status = 1
-  if (has_source == 1) then
-    call read_cases(path, file, errors, source)
-  else
-    call read_cases(path, file, errors)
-  end if
-  if (errors%n > 0) return
-  if (size(file%cases) < run) return
-  if (size(file%values) > 0) value = file%values(run)
-  associate (case => file%cases(run))
-    given_props = size(case%props)
-    if (case%state%given) given_state = size(case%state%statev)
-    if (given_props > n_props .or. given_state > n_state .or. size(case%steps) /= n_steps) return
-    props(:given_props) = case%props
-    if (case%state%given) then
-      kind = merge(2, 1, case%initial%given)
-      state(:given_state) = case%state%statev
-      start(:3) = case%state%s
-      start(4) = case%state%work
+  call put([dble(size(file%cases))])
+  do i = 1, size(file%cases)
+    associate (case => file%cases(i))
+      start(1) = 0.0d0
+      if (size(file%values) > 0) start(1) = file%values(i)
+      call put([start(1), dble(merge(1, 0, case%expect%lost)), case%tolerance, &
+        dble(merge(merge(2, 1, case%initial%given), 0, case%state%given))])
+      start = [case%state%s, case%state%work]
       if (.not. case%state%has_work) start(4) = huge(start)
-    end if
-    tolerance = case%tolerance
-    loses = merge(1, 0, case%expect%lost)
-    first = 1
-    do i = 1, n_steps
-      associate (given => explicit_entries(case%steps(i)))
-        do j = 1, n_entries
-          if (.not. allocated(given(j)%values)) cycle
-          counts(j, i) = size(given(j)%values)
-          if (first + counts(j, i) - 1 > n_values) return
-          values(first:first + counts(j, i) - 1) = given(j)%values
-          first = first + counts(j, i)
-        end do
-      end associate
-    end do
-  end associate
-  status = 0
-end subroutine case_run
+      call put(start)
+      call put_list(case%state%statev)
+      call put_list(case%props)
+      call put([dble(size(case%steps))])
+      do j = 1, size(case%steps)
+        associate (given => explicit_entries(case%steps(j)))
+          do k = 1, size(given)
+            if (allocated(given(k)%values)) then
+              call put_list(given(k)%values)
+            else
+              call put([-1.0d0])
+            end if
+          end do
+        end associate
+      end do
+    end associate
+  end do
+
+contains
+
+  !> Append a list with its length.
+  subroutine put_list(list)
+    double precision, intent(in) :: list(:)   !! its numbers
+    call put([dble(size(list))])
+    call put(list)
+  end subroutine put_list
+
+  !> Append numbers.
+  subroutine put(list)
+    double precision, intent(in) :: list(:)   !! these
+    integer :: n
+    n = max(0, min(size(list), room - length))
+    numbers(length + 1:length + n) = list(:n)
+    length = length + size(list)
+  end subroutine put
+
+end subroutine case_numbers
 
 !> What is unlike the values that &expect states for the end of a run; blank: nothing.
 subroutine case_end(path, run, s, traction, n_state, state, work, message)

@@ -4,7 +4,6 @@ module case_run
   use asperity_control_point, only: new_point
   use asperity_kinds, only: wp
   use asperity_load_path, only: run_type
-  use block_replay, only: run_block_replay
   use asperity_case, only: case_type
   use asperity_case_expect, only: explain_unexpected
   use asperity_foreign_umat, only: foreign_law
@@ -61,13 +60,8 @@ contains
         end select
       else
         if (case%initial%given) call start_from(table, law, new_point(law, case%initial%carried))
-        if (case%replay%block > 0) then
-          call run_block_replay(case%joint, case%props, case%replay%ntens, case%replay%block, case%initial, &
-            strains, label, table, progress, failure)
-        else
-          call run_replay(case%joint, case%props, case%replay%ntens, case%initial, strains, label, table, &
-            progress, failure)
-        end if
+        call run_replay(case%joint, case%props, case%replay%ntens, case%initial, strains, label, table, &
+          progress, failure)
       end if
       call clear_progress(progress)
       call close_history(table)

@@ -7,8 +7,8 @@ module recorded_strains
   use asperity_case, only: case_type
   use asperity_checks, only: bounded
   use asperity_errors, only: error_type, errors_type, fail
-  use asperity_host, only: component_map, vumat_map
-  use asperity_interface, only: interface_type, separation_bound
+  use asperity_host, only: component_map
+  use asperity_interface, only: separation_bound
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text, to_text
   use asperity_text_file, only: blanks, line_end, load_file, lower, most_lines, newline, printable, to_real
@@ -31,45 +31,25 @@ contains
     type(case_type), intent(in) :: case          !! the case
     type(strains_type), intent(out) :: record    !! the record
     type(errors_type), intent(inout) :: errors   !! errors are added
-    associate (replay => case%replay)
-      if (replay%block > 0) then
-        call read_strains(replay%file, replay%ntens, vumat_map(1, replay%ntens - 1), 0.5_wp, replay%dtime, case%joint, &
-          record, errors)
-      else
-        call read_strains(replay%file, replay%ntens, component_map(replay%ntens, case%joint%map), 1.0_wp, &
-          replay%dtime, case%joint, record, errors)
-      end if
-    end associate
-  end subroutine read_replayed
-
-  !> Read a record.
-  subroutine read_strains(path, ntens, position, shear, dtime, joint, record, errors)
-    character(len=*), intent(in) :: path                      !! file
-    integer, intent(in) :: ntens                              !! components of the host
-    integer, intent(in) :: position(3)                        !! of N, Tx, Ty among them, 0: there is none
-    real(wp), intent(in) :: shear                             !! host's shear strain over engineering shear: 1, 1/2
-    real(wp), intent(in) :: dtime                             !! time increment where there is no column `time`
-    type(interface_type), intent(in) :: joint                 !! the interface, with h of the host
-    type(strains_type), intent(out) :: record                 !! the record
-    type(errors_type), intent(inout) :: errors                !! errors are added
     character(len=:), allocatable :: source, line
     type(error_type) :: place
-    type(errors_type) :: of_line
     integer, allocatable :: column(:)
     real(wp), allocatable :: numbers(:)
     real(wp) :: bound, now
-    integer :: bad, earlier, first, i, last, n, number
-    logical :: named, separations
+    integer :: bad, earlier, first, i, last, n, ntens, number, position(3)
+    logical :: good, named, separations
 
     earlier = errors%n
-    place%file = path
+    place%file = case%replay%file
     source = ""
-    call load_file(path, source, errors)
+    call load_file(case%replay%file, source, errors)
     if (errors%n > earlier) return
+    ntens = case%replay%ntens
+    position = component_map(ntens, case%joint%map)
     n = count([(source(i:i) == newline, i=1, len(source))]) + 1
     allocate (record%strain(ntens, n), record%time(n))
     record%strain = 0.0_wp
-    bound = 0.25_wp*separation_bound(joint)/joint%h
+    bound = 0.25_wp*separation_bound(case%joint)/case%joint%h
     separations = .false.
     named = .false.
     bad = 0
@@ -86,48 +66,61 @@ contains
       if (len(line) == 0) cycle
       if (line(1:1) == "#") cycle
       if (.not. allocated(column)) then
-        named = has_names(line)
-        if (named) then
-          call find_columns(lower(line), place, ntens, column, separations, errors)
-          if (errors%n > earlier) return
-          cycle
-        end if
+        named = verify(line(1:1), "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ""'") == 0 .and. &
+          all(lower(field(line, 1)) /= ["nan     ", "inf     ", "infinity"])
         column = [(i, i=1, ntens), 0]
+        if (named) call find_columns(lower(line), place, ntens, column, separations, errors)
+        if (errors%n > earlier) return
+        if (named) cycle
       end if
-      of_line%n = 0
-      call read_numbers(line, place, column, numbers, of_line)
-      if (.not. named .and. n_fields(line) > ntens) call fail(of_line, place, &
-        integer_text(n_fields(line)) // " columns: expected " // integer_text(ntens) // " (ntens), or a header")
-      if (of_line%n == 0) then
+      good = .true.
+      allocate (numbers(size(column)), source=0.0_wp)
+      do i = 1, size(column)
+        if (column(i) == 0 .or. .not. good) cycle
+        call to_real(field(line, column(i)), numbers(i), good)
+        call require(good, "column " // integer_text(column(i)) // " = """ // printable(field(line, column(i))) // &
+          """: expected a number")
+      end do
+      if (.not. named) call require(n_fields(line) <= ntens, integer_text(n_fields(line)) // " columns: expected " // &
+        integer_text(ntens) // " (ntens), or a header")
+      if (good) then
         n = n + 1
-        record%time(n) = merge(numbers(size(numbers)), real(n, wp)*dtime, column(size(column)) > 0)
-        if (record%time(n) < now) call fail(of_line, place, "time = " // &
-          to_text(record%time(n)) // ": expected at least " // to_text(now) // ", the time before (0 at the start)")
+        record%time(n) = merge(numbers(size(numbers)), real(n, wp)*case%replay%dtime, column(size(column)) > 0)
+        call require(record%time(n) >= now, "time = " // to_text(record%time(n)) // ": expected at least " // &
+          to_text(now) // ", the time before (0 at the start)")
         now = max(now, record%time(n))
         if (separations) then
-          if (position(3) == 0 .and. abs(numbers(3)) > 0.0_wp) call fail(of_line, place, &
-            "s_Ty = " // to_text(numbers(3)) // ": expected 0 with ntens = 2")
+          if (position(3) == 0) call require(.not. abs(numbers(3)) > 0.0_wp, "s_Ty = " // to_text(numbers(3)) // &
+            ": expected 0 with ntens = 2")
           do i = 1, 3
-            if (position(i) > 0) record%strain(position(i), n) = merge(1.0_wp, shear, i == 1)*(numbers(i)/joint%h)
+            if (position(i) > 0) record%strain(position(i), n) = numbers(i)/case%joint%h
           end do
         else
           record%strain(:, n) = numbers(:ntens)
         end if
-        if (.not. all(bounded(record%strain(:, n), bound))) call fail(of_line, place, &
-          "expected strains of a magnitude up to " // to_text(bound))
+        call require(all(bounded(record%strain(:, n), bound)), "expected strains of a magnitude up to " // &
+          to_text(bound))
       end if
-      if (of_line%n == 0) cycle
-      bad = bad + 1
-      do i = 1, merge(of_line%n, 0, bad <= most_lines)
-        call fail(errors, of_line%list(i), of_line%list(i)%text)
-      end do
+      deallocate (numbers)
+      if (.not. good) bad = bad + 1
     end do
     place%line = -1
     if (bad > most_lines) call fail(errors, place, "... and " // integer_text(bad - most_lines) // " more bad lines")
     if (n == 0 .and. errors%n == earlier) call fail(errors, place, "no line of numbers")
     record%strain = record%strain(:, :n)
     record%time = record%time(:n)
-  end subroutine read_strains
+
+  contains
+
+    !> Add an error about a line, unless there are too many bad lines.
+    subroutine require(yes, text)
+      logical, intent(in) :: yes             !! whether there is none
+      character(len=*), intent(in) :: text   !! what is wrong
+      if (.not. yes .and. bad < most_lines) call fail(errors, place, text)
+      good = good .and. yes
+    end subroutine require
+
+  end subroutine read_replayed
 
   !> A text without blanks at both ends.
   pure function strip(line) result(core)
@@ -160,38 +153,23 @@ contains
   pure function n_fields(line) result(n)
     character(len=*), intent(in) :: line   !! fields separated by commas
     integer :: i, n
-    n = 1
-    do i = 1, len(line)
-      if (line(i:i) == ",") n = n + 1
-    end do
+    n = count([(line(i:i) == ",", i=1, len(line))]) + 1
   end function n_fields
-
-  !> Whether a line is a header: its first field is a name and not a number.
-  pure function has_names(line) result(yes)
-    character(len=*), intent(in) :: line   !! fields separated by commas
-    logical :: yes
-    yes = verify(line(1:1), "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ""'") == 0 .and. &
-      all(lower(field(line, 1)) /= ["nan     ", "inf     ", "infinity"])
-  end function has_names
 
   !> Numbers of the columns from the header; the last one is that of time (0: none).
   pure subroutine find_columns(header, place, ntens, column, separations, errors)
     character(len=*), intent(in) :: header                    !! lower case
     type(error_type), intent(in) :: place                     !! file and line
     integer, intent(in) :: ntens                              !! components of the host
-    integer, allocatable, intent(out) :: column(:)            !! numbers of the columns
+    integer, allocatable, intent(inout) :: column(:)          !! numbers of the columns
     logical, intent(out) :: separations                       !! true: s_N, s_Tx, s_Ty; false: strains
     type(errors_type), intent(inout) :: errors                !! errors are added
     character(len=:), allocatable :: name
     integer :: i, k, n
 
     n = n_fields(header)
-    separations = .false.
-    do i = 1, n
-      if (field(header, i) == separation_names(1)) separations = .true.
-    end do
-    allocate (column(merge(3, ntens, separations) + 1))
-    column = 0
+    separations = any([(field(header, i) == separation_names(1), i=1, n)])
+    column = spread(0, 1, merge(3, ntens, separations) + 1)
     do k = 1, size(column)
       if (k == size(column)) then
         name = "time"
@@ -207,31 +185,5 @@ contains
         "no column " // name // ": expected s_N, s_Tx, s_Ty or e_1 to e_" // integer_text(ntens))
     end do
   end subroutine find_columns
-
-  !> Numbers of a line in the given columns.
-  pure subroutine read_numbers(line, place, column, numbers, errors)
-    character(len=*), intent(in) :: line                      !! fields separated by commas
-    type(error_type), intent(in) :: place                     !! file and line
-    integer, intent(in) :: column(:)                          !! columns; 0: there is none, the number is 0
-    real(wp), allocatable, intent(out) :: numbers(:)          !! size 0 if one is bad
-    type(errors_type), intent(inout) :: errors                !! errors are added
-    character(len=:), allocatable :: text
-    integer :: k
-    logical :: good
-
-    allocate (numbers(size(column)))
-    numbers = 0.0_wp
-    do k = 1, size(column)
-      if (column(k) == 0) cycle
-      text = field(line, column(k))
-      call to_real(text, numbers(k), good)
-      if (good) cycle
-      call fail(errors, place, "column " // integer_text(column(k)) // " = """ // &
-        printable(text) // """: expected a number")
-      deallocate (numbers)
-      allocate (numbers(0))
-      return
-    end do
-  end subroutine read_numbers
 
 end module recorded_strains

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from .interface import Interface
 from .load_path import all_rows_of
 from .material import Material
 from .pattern import Pattern
-from .steps import TARGETS, Point, Step, entries, prescribed, unpack
+from .steps import TARGETS, Point, Step, entries, prescribed, step_of
 
 STARTS = ("virgin", "state", "initial")
 """Starts of a run; their positions are the numbers of the library."""
@@ -125,29 +126,34 @@ def read_case(path: str | Path, any_law: bool = False) -> Case:
     -10.0
     """
     path = Path(path)
-    name = os.fsencode(path)
-    sizes, pattern, title, sweep = _sizes(name)
-    count = sizes[0]
-    umat = sizes[1] == 0
+    numbers, pattern, title, sweep = _content(os.fsencode(path))
+    runs = [_run(numbers, bool(sweep)) for _ in range(int(next(numbers)))]
+    umat = runs[0] is None
     if umat and not any_law:
         raise ValueError(f"{path}: &umat: expected &material and &pattern")
     source, (first, last) = path.read_bytes(), pattern
-    runs = () if umat else tuple(_run(name, i, sizes, bool(sweep)) for i in range(1, count + 1))
-    return Case(path, title or path.stem, sweep, runs, source[: first - 1], source[last:], umat, count)
+    found = () if umat else tuple(runs)
+    return Case(path, title or path.stem, sweep, found, source[: first - 1], source[last:], umat, len(runs))
 
 
 def check_text(text: str) -> None:
     """Raise ValueError with all errors of a text in the form of a case file, without file and line."""
-    _sizes(b"", text.encode())
+    _content(b"", text.encode())
 
 
-def _sizes(path: bytes, source: bytes | None = None) -> tuple[tuple[int, ...], tuple[int, int], str, str]:
-    """Numbers of runs, PROPS, state, steps and values of a case; place of &pattern, title, name of sweep."""
-    *sizes, pattern, title, sweep, status, message = _core.case_sizes(path, source is not None, source or b"")
-    if status != 0:
-        raise input_error(message)
-    texts = (text.decode("utf-8", "replace").rstrip() for text in (title, sweep))
-    return tuple(sizes), (int(pattern[0]), int(pattern[1])), *texts
+def _content(path: bytes, source: bytes | None = None) -> tuple[Iterator[float], tuple[int, int], str, str]:
+    """Numbers of a case, place of &pattern, title and name of the sweep."""
+    n = 4096
+    while True:
+        numbers = np.zeros(n)
+        n, pattern, *texts, status, message = _core.case_numbers(
+            path, source is not None, source or b"", numbers
+        )
+        if status != 0:
+            raise input_error(message)
+        if n <= numbers.size:
+            title, sweep = (text.decode("utf-8", "replace").rstrip() for text in texts)
+            return iter(numbers.tolist()), (int(pattern[0]), int(pattern[1])), title, sweep
 
 
 def read_run(path: Path, value: str | None = None, with_path: bool = False) -> Run:
@@ -199,26 +205,31 @@ def _values(props: Sequence[float], *owners: str) -> dict[str, Any]:
     return {row.name: int(value) if row.integral else value for row, value in found}
 
 
-def _run(path: bytes, number: int, sizes: Sequence[int], swept: bool) -> Run:
-    """Run of a case that is in order."""
-    _, n_props, n_state, n_steps, n_values = sizes
-    room = n_props, n_state, n_steps, len(entries()), n_values
-    value, n, props, kind, n_state, start, state, tolerance, loses, counts, values, status = _core.case_run(
-        path, False, b"", number, *room
-    )
-    if status != 0:
-        raise ValueError(f"{os.fsdecode(path)}: expected a file that does not change while it is read")
-    props = tuple(props[:n].tolist())
+def _listed(numbers: Iterator[float], n: int | None = None) -> list[float]:
+    """Next n numbers; by default those of a list with its length before it."""
+    return list(islice(numbers, int(next(numbers)) if n is None else n))
+
+
+def _run(numbers: Iterator[float], swept: bool) -> Run | None:
+    """Next run of a case; None if its law is a UMAT."""
+    value, loses, tolerance, kind = _listed(numbers, 4)
+    *s, work = _listed(numbers, 4)
+    state = np.array(_listed(numbers))
+    props = tuple(_listed(numbers))
+    steps = []
+    for _ in range(int(next(numbers))):
+        counted = ((entry.name, int(next(numbers))) for entry in entries())
+        steps.append(step_of({name: _listed(numbers, n) for name, n in counted if n >= 0}))
+    if not props:
+        return None
     material = Material(**_values(props, "law"))
     listed = np.reshape(props[contract.N_FIXED_PROPS :], (-1, contract.N_LISTED_VALUES)).tolist()
     pattern = Pattern(**_values(props, "pattern"), listed=tuple(map(tuple, listed)))
-    point = None
-    if STARTS[kind] != "virgin":
-        work = float(start[3]) if abs(start[3]) < np.finfo(float).max else None
-        point = Point(state[:n_state].copy(), tuple(start[:3].tolist()), work)
-    steps = tuple(unpack(counts.T, values))
-    of_sweep = float(value) if swept else None
-    path_and_end = STARTS[kind], steps, point, tolerance or None, loses == 1
+    start, point = STARTS[int(kind)], None
+    if start != "virgin":
+        point = Point(state, tuple(s), work if abs(work) < np.finfo(float).max else None)
+    of_sweep = value if swept else None
+    path_and_end = start, tuple(steps), point, tolerance or None, loses == 1.0
     return Run(of_sweep, props, material, pattern, *path_and_end)
 
 

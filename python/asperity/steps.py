@@ -176,21 +176,13 @@ def pack(steps: Sequence[Step]) -> tuple[NDArray[np.int32], Floats]:
     return counts, np.array(values or [0.0])
 
 
-def unpack(counts: NDArray[np.int32], values: Floats) -> list[Step]:
-    """Steps of the numbers and values that `pack` gives."""
-    steps, first = [], 0
-    for row in counts.tolist():
-        given: dict[str, object] = {}
-        for entry, n in zip(entries(), row, strict=True):
-            if n < 0:
-                continue
-            part = values[first : first + n].tolist()
-            first += n
-            given[entry.name] = part[0] if entry.single else part
-            if entry.name == "follow":
-                given[entry.name] = FOLLOW[int(part[0])]
-        steps.append(Step(**given))
-    return steps
+def step_of(values: dict[str, list[float]]) -> Step:
+    """Step of the values of its entries."""
+    given: dict[str, object] = {e.name: values[e.name] for e in entries() if e.name in values}
+    given |= {e.name: values[e.name][0] for e in entries() if e.single and e.name in values}
+    if "follow" in given:
+        given["follow"] = FOLLOW[int(values["follow"][0])]
+    return Step(**given)
 
 
 def prescribed(steps: Sequence[Step]) -> list[tuple[bool, ...]]:

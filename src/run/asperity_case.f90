@@ -27,15 +27,11 @@ module asperity_case
   !> Values of the entry `follow` of a step, from 0.
   character(len=*), parameter :: followed(0:1) = ["stable", "branch"]
 
-  !> Points of a block of vumat: the number of Abaqus/Explicit, and the largest admissible number.
-  integer, parameter :: default_points = 136, most_points = 1000
-
-  !> Replay of recorded strains through a host adapter.
+  !> Replay of recorded strains through the UMAT.
   type, public :: replay_type
     logical :: given = .false.
     character(len=:), allocatable :: file   !! CSV
     integer :: ntens = 3                    !! components of the host
-    integer :: block = 0                    !! points of a block of vumat, 0: umat
     real(wp) :: dtime = 1.0_wp              !! time increment where the file has no time
   end type replay_type
 
@@ -238,31 +234,20 @@ contains
     type(case_io), intent(inout) :: io                        !! the file
     type(replay_type), intent(inout) :: replay                !! what to replay
     real(wp), intent(inout) :: props(:)                       !! entries of PROPS of the host
-    character(len=:), allocatable :: through
     logical :: given(n_fixed_props)
 
     call open_group(io, "replay", replay%given)
     if (.not. replay%given) return
     if (.not. io%writes) replay%file = ""
-    through = trim(merge("vumat", "umat ", replay%block > 0))
     call string_entry(io, "file", replay%file, "")
-    call string_entry(io, "through", through, "umat")
-    call require(io, any(through == ["umat ", "vumat"]), "expected 'umat' or 'vumat'")
     call integer_entry(io, "ntens", replay%ntens, 2, 6, 3)
     call require(io, any(replay%ntens == [2, 3, 6]), "expected 2, 3 or 6")
     call real_entry(io, "dtime", replay%dtime, 1.0_wp)
     call require(io, replay%dtime >= 0.0_wp, "expected >= 0")
-    call integer_entry(io, "block", replay%block, 1, most_points, 0)
     given = .false.
     if (size(props) > 0) call prop_entries(io, "replay", props, given)
     call close_group(io)
     if (io%writes) return
-    if (through == "vumat") then
-      if (replay%block == 0) replay%block = default_points
-      if (replay%ntens == 6) call fail(io%errors, io%place, "ntens = 6 through vumat: expected 2 or 3")
-    else if (replay%block > 0) then
-      call fail(io%errors, io%place, "block without through = 'vumat'")
-    end if
     if (len(replay%file) == 0) call fail(io%errors, io%place, "expected file = 'a CSV of recorded strains'")
     replay%file = beside(io%text%path, replay%file)
   end subroutine replay_group

@@ -6,7 +6,7 @@ module asperity_case_format
   public :: format_line
 
   !> {group} is replaced by the constants of a group with their defaults.
-  character(len=*), parameter, public :: case_format(48) = [character(len=104) :: &
+  character(len=*), parameter, public :: case_format(47) = [character(len=104) :: &
     "case file: groups &name entry = value, ... /; comments after !; names in any case", &
     "  &case      title = '...', planes = .false.                                     ! optional", &
     "             tolerance   relative, 1e-8 to 0.1: increments are halved until two runs of the whole path", &
@@ -41,10 +41,9 @@ module asperity_case_format
     "             zero                                                                ! optional", &
     "  &state     separation = s_N, s_Tx, s_Ty, statev = ..., work: start of the run (else virgin, s = 0);", &
     "             a run that loses equilibrium writes OUT.failed.nml with this group  ! optional", &
-    "  &replay    instead of &step: file = '...' (CSV beside the case), through = 'umat', ntens = 3,", &
+    "  &replay    instead of &step: file = '...' (CSV beside the case), ntens = 3,", &
     "             {replay}, dtime = 1; columns s_N, s_Tx, s_Ty or", &
-    "             e_1 ... e_<ntens>, time; through = 'vumat': ntens = 2 or 3, in blocks of block = 136", &
-    "             points, tensor shears", &
+    "             e_1 ... e_<ntens>, time", &
     "example: slip of 0.6 along 30 degrees under a normal traction of -5", &
     "  &material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /", &
     "  &pattern sides = 4, theta = 30.0 /", &

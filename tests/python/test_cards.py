@@ -304,7 +304,7 @@ def test_run_of_a_case() -> None:
     run = read_run(write(CASE))
     assert (run.interface, run.of_host()) == (RT, DEFAULTS) and list(run.props) == RT.props().tolist()
     listed = "&pattern normals = 1.0, 0.0, 0.0, 1.0, 0.5, 0.0, weights = 0.25, 0.75 /"
-    replay = "&replay file = 'a.csv', through = 'umat', ntens = 3, h = 0.5, map = 1, dalpha = 0.1 /"
+    replay = "&replay file = 'a.csv', ntens = 3, h = 0.5, map = 1, dalpha = 0.1 /"
     Path("a.csv").write_text("s_N,s_Tx,s_Ty\n0.1,0,0\n", encoding="utf-8")
     text = CASE.replace("&pattern sides = 2, theta = 30.0 /", listed)
     run = read_run(write(re.sub("&step.*/", replay, text)))

@@ -1,4 +1,4 @@
-"""Recorded histories through the UMAT and the VUMAT, group &replay of the driver."""
+"""Recorded histories through the UMAT, group &replay of the driver."""
 
 from __future__ import annotations
 
@@ -55,35 +55,6 @@ def test_replay_is_the_direct_run(run, tmp_path: Path, options: str, pattern: st
     assert set(replay["iterations"]) == {4.0}
 
 
-@pytest.mark.parametrize("block", [1, 7, 64, 65, 136, 1000])
-@pytest.mark.parametrize(
-    ("options", "pattern"),
-    [
-        ("", RP_4),
-        ("h = 0.01", RP_4),
-        ("h = 0.5, map = 1, r = 0.1", RP_4),
-        ("ntens = 2", "&pattern sides = 2, theta = 30.0 /\n"),
-    ],
-)
-def test_blocks_of_vumat_are_umat(run, tmp_path: Path, options: str, pattern: str, block: int) -> None:
-    """Recorded strains through the VUMAT, in blocks of delayed points, give the rows of the UMAT."""
-    path = CYCLE.replace("20.0", "0.0") if "ntens = 2" in options else CYCLE
-    direct = run(MATERIAL + pattern + path)
-    (tmp_path / "case.csv").rename(tmp_path / "record.csv")
-    umat = run(MATERIAL + pattern + f"&replay file = 'record.csv', {options} /\n", "--planes")
-    through = f"&replay file = 'record.csv', through = 'vumat', block = {block}, {options} /\n"
-    vumat = run(MATERIAL + pattern + through, "--planes")
-    assert vumat.header == umat.header and len(vumat.rows) == len(umat.rows) == len(direct.rows)
-    for name in umat.header:
-        if name in ("iterations", "event"):
-            continue
-        # A sum of increments differs from the total by one rounding error of K |s| for each increment.
-        np.testing.assert_allclose(vumat[name], umat[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
-    assert vumat.events == umat.events
-    assert set(vumat["iterations"]) == {1.0}
-    assert vumat["friction"][-1] > 0.0 and vumat["damage"][-1] > 0.5
-
-
 @pytest.mark.parametrize(
     ("options", "extra"),
     [
@@ -91,9 +62,7 @@ def test_blocks_of_vumat_are_umat(run, tmp_path: Path, options: str, pattern: st
         ("h = 0.01", ""),
         ("ntens = 6, map = 1, r = 0.1", ""),
         ("ntens = 2", ""),
-        ("through = 'vumat'", ""),
-        ("through = 'vumat', block = 65, h = 0.01", ", tau_v = 0.5"),
-        ("through = 'vumat', ntens = 2", ""),
+        ("h = 0.01", ", tau_v = 0.5"),
     ],
 )
 @pytest.mark.parametrize(
@@ -101,7 +70,7 @@ def test_blocks_of_vumat_are_umat(run, tmp_path: Path, options: str, pattern: st
     ["traction = -5, 1, 0.5, damage = 0.5, slip = 0.01, 0", "damage = 0.5", "traction = -5, 0.1, 0.0"],
 )
 def test_replay_of_an_initial_state(run, tmp_path: Path, options: str, extra: str, initial: str) -> None:
-    """UMAT and VUMAT start where the driver does, with planes in STATEV and the traction as stress."""
+    """The UMAT starts where the driver does, with planes in STATEV and the traction as stress."""
     plane = "ntens = 2" in options
     head = MATERIAL.replace(" /", extra + " /") + (
         RP_4 if not plane else "&pattern sides = 2, theta = 30.0 /\n"
@@ -129,7 +98,7 @@ def test_replay_of_an_initial_state(run, tmp_path: Path, options: str, extra: st
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("h", [1.0, 0.01])
 def test_random_path_from_a_stress(run, tmp_path: Path, seed: int, h: float) -> None:
-    """On random increments from a random stress UMAT, VUMAT and the independent law agree."""
+    """On random increments from a random stress UMAT and the independent law agree."""
     draw = np.random.default_rng(seed)
     pattern = reference.regular_pattern(4, 30.0)
     traction = np.array([-3.0, 0.6, 0.6]) + draw.uniform(-0.5, 0.5, 3)
@@ -141,18 +110,8 @@ def test_random_path_from_a_stress(run, tmp_path: Path, seed: int, h: float) -> 
     (tmp_path / "record.csv").write_text("s_N,s_Tx,s_Ty\n" + record + "\n")
     numbers = [", ".join(repr(x) for x in values.tolist()) for values in (traction, damage)]
     start = f"&initial traction = {numbers[0]}, damage = {numbers[1]} /\n"
-    umat, vumat = (
-        run(
-            MATERIAL + RP_4 + start + f"&replay file = 'record.csv', through = '{through}', h = {h} /\n",
-            "--planes",
-        )
-        for through in ("umat", "vumat")
-    )
-    assert len(umat.rows) == len(vumat.rows) == len(steps)
-    for name in umat.header:
-        if name not in ("iterations", "event"):
-            # A sum of increments differs from the total by one rounding error of K |s| for each increment.
-            np.testing.assert_allclose(vumat[name], umat[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
+    umat = run(MATERIAL + RP_4 + start + f"&replay file = 'record.csv', h = {h} /\n", "--planes")
+    assert len(umat.rows) == len(steps)
     np.testing.assert_allclose(umat.vector("t")[0], traction, rtol=0, atol=1e-10 * SIGMA0)
     state[2:4] = 0.0  # rupture and friction count from the initial state on
     s_old, t_old, work = offset, np.asarray(traction), state[1]
@@ -171,11 +130,7 @@ def test_random_path_from_a_stress(run, tmp_path: Path, seed: int, h: float) -> 
     [
         ("traction = -1, 0, 0.1", "ntens = 2,", "traction = -1, 0, 0.1: expected t_Ty = 0 with ntens = 2"),
         ("slip = 0.1, 0, damage = 1", "", "slip = 0.1, 0: expected a traction with it"),
-        (
-            "traction = 1, 0, 0, damage = 1",
-            "through = 'vumat',",
-            "traction = 1, 0, 0: initial t_N = 1: tension",
-        ),
+        ("traction = 1, 0, 0, damage = 1", "", "traction = 1, 0, 0: initial t_N = 1: tension"),
     ],
 )
 def test_bad_replay_of_an_initial_state(
@@ -185,15 +140,6 @@ def test_bad_replay_of_an_initial_state(
     (tmp_path / "record.csv").write_text("s_N,s_Tx,s_Ty\n0,0,0\n")
     case = MATERIAL + FLAT + f"&initial {initial} /\n&replay {options} file = 'record.csv' /\n"
     assert f"case.nml:3: &initial: {fragment}" in run(case, code=1).messages
-
-
-def test_vumat_strains(run, tmp_path: Path) -> None:
-    """The strains of a VUMAT are normal, 23 and 13 as tensor shears; a virgin plane is elastic along each."""
-    (tmp_path / "record.csv").write_text("e_1,e_2,e_3\n0,0.0002,-0.0001\n0,0.0003,0.0\n")
-    rows = run(MATERIAL + FLAT + "&replay file = 'record.csv', through = 'vumat', h = 2.0 /\n")
-    s = 2 * 2.0 * np.array([[0, -0.0001, 0.0002], [0, 0, 0.0003]])
-    np.testing.assert_allclose(rows.vector("s"), s, rtol=0, atol=1e-17)
-    np.testing.assert_allclose(rows.vector("t"), K * s, rtol=0, atol=1e-14 * K)
 
 
 def test_replay_of_strains(run, tmp_path: Path) -> None:
@@ -227,10 +173,6 @@ def test_replay_file_is_beside_the_case(driver: Path, tmp_path: Path) -> None:
     ("options", "record", "fragments"),
     [
         ("", None, ["record.csv", "cannot be opened"]),
-        ("through = 'vumat', ntens = 6,", "0,0,0\n", ["case.nml:3: &replay: ntens = 6", "expected 2 or 3"]),
-        ("through = 'vumat', block = 0,", "0,0,0\n", ["block = 0: expected a whole number from 1 to 1000"]),
-        ("block = 4,", "0,0,0\n", ["case.nml:3: &replay: block without through = 'vumat'"]),
-        ("through = 'hypela',", "0,0,0\n", ["through = 'hypela': expected 'umat' or 'vumat'"]),
         ("ntens = 4,", "0,0,0\n", ["ntens = 4: expected 2, 3 or 6"]),
         ("h = -1,", "0,0,0\n", ["h = -1: expected > 0"]),
         ("map = 2,", "0,0,0\n", ["map = 2: expected 0 or 1"]),

@@ -43,7 +43,6 @@ CASES = (
     + b"&replay file = 'record.csv', h = 0.5, map = 0, r = 0.0, dtime = 0.1, ntens = 3 /\n",
     MATERIAL + PATTERN + b"&initial traction = -1.0, 0.2, 0.1, damage = 0.5, slip = 0.01, 0.0 /\n"
     b"&step t_N = -2.0, s_Tx = 0.1, increments = 9 /\n",
-    MATERIAL + PATTERN + b"&replay file = 'record.csv', through = 'vumat', block = 9, ntens = 3, h = 1.0 /\n",
 )
 RECORDS = (
     b"time,s_N,s_Tx,s_Ty\n0.5,0.01,0.02,-0.01\n1.0,-0.02,0.1,0.05\n2.0,-0.02,-0.1,1e-3\n",

@@ -234,8 +234,8 @@ def case_of(found: Fit) -> str:
         ("step", slips | {"increments": [CASE_INCREMENTS] * len(turns)}),
     )
     if any(test.k_N > 0.0 for test in problem.tests):
-        note = "! The tests had a normal stiffness k_N; this case keeps their initial normal traction constant."
-        text = f"{note}\n{text}"
+        note = "The tests had a normal stiffness k_N; this case keeps their initial normal traction constant."
+        text = f"! {note}\n{text}"
     return text
 
 
