@@ -127,7 +127,7 @@ def envelope(tests: Floats, crushed: bool = True) -> Callable[[float], float]:
 
 
 def tables(found: Mapping[str, Constants]) -> dict[str, str]:
-    """Table of the errors of each form and fit in percent, from the smallest to the largest of each joint."""
+    """Table of the errors of each form and fit in percent, from the smallest to the largest."""
     body = []
     for form, pressures in dict.fromkeys(tuple(fit.split()[:2]) for fit in found):
         of_other = f", crush of {DONOR}" if (form, pressures) == ("crush", "1") else ""
@@ -136,12 +136,8 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
         away = {name: 100.0 * errors(found[f"{form} {pressures} {name}"], name) for name in joints}
         used = list(FITS[pressures])
         cells.append(f"{max(np.abs(one[used]).max() for one in away.values()):.0f}")
-        for i in range(len(NUMBERS)):
-            parts = []
-            for name, one in away.items():
-                predicted = np.round(np.delete(one, used, axis=0)[:, i]) + 0.0
-                parts.append(f"{name} **{predicted.min():.0f} to {predicted.max():.0f}**")
-            cells.append("; ".join(parts))
+        predicted = np.array([np.delete(one, used, axis=0) for one in away.values()])
+        cells += [_ends(predicted[..., i]) for i in range(len(NUMBERS))]
         body.append(cells)
     for crushed in (False, True):
         away = []
@@ -151,13 +147,16 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
             away.append(100.0 * np.array([law(row[0]) / row[1] - 1.0 for row in tests]))
         cells = [f"closed form, {'crush' if crushed else 'without'}", "peaks at 1 and 5"]
         cells.append(f"{np.abs(np.array(away)[:, [0, 4]]).max():.0f}")
-        ends = [np.round(one[1:4]) + 0.0 for one in away]
-        parts = zip(JOINTS, ends, strict=True)
-        cells.append("; ".join(f"{name} **{one.min():.0f} to {one.max():.0f}**" for name, one in parts))
-        body.append([*cells, "", ""])
+        body.append([*cells, _ends(np.array(away)[:, 1:4]), "", ""])
     head = ["form", "fitted to, MPa", "fitted: largest, %"]
     head += [f"{what}, %" for what in ("peak", "slip at the peak", "stress at 10 mm")]
     return {"errors": markdown(head, body)}
+
+
+def _ends(away: Floats) -> str:
+    """Smallest and largest error."""
+    least, most = (round(float(pick(away))) for pick in (np.min, np.max))
+    return f"**{least} to {most}**"
 
 
 def draw(found: Mapping[str, Constants]) -> Figure:

@@ -332,8 +332,6 @@ def _table_5() -> Outcome:
     for i, what in enumerate(("max", "min", "ratio")):
         rows.append([f"paper, {what}", *(TABLE_5[name][i] for name in PATTERNS)])
         rows.append([f"converged, {what}", *(f"{converged[name][i]:.6f}" for name in PATTERNS)])
-    rows.append(["error estimate", *(f"{e.error.max():.0e}" for e in found.values())])
-    rows.append(["increments", *(str(e.increments) for e in found.values())])
     lines = (
         ",".join([n, *TABLE_5[n], *inferred[n], numbers(*converged[n], found[n].error.max())])
         for n in PATTERNS
@@ -342,8 +340,7 @@ def _table_5() -> Outcome:
         f"\n{markdown(['', *PATTERNS], rows, numbers=True)}\n",
         "A sampling with steps of 0.0025 mm, 64 directions, and the trapezoidal rule over $s_L$ = 0 and "
         f"every tenth point from 0.0225 mm on gives {equal} of the 15 printed numbers to the last digit.",
-        "For the converged values the steps are halved until no energy changes by more than 3e-7 N/mm (1e-6 "
-        "of $G_c$). The error estimate is the last change.",
+        "For the converged values the steps are halved until no energy changes by more than 3e-7 N/mm.",
     )
     kinds = (
         "paper_max,paper_min,paper_ratio",

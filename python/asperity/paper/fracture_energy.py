@@ -57,7 +57,6 @@ class Energies:
     directions: Floats
     values: Floats
     error: Floats
-    increments: int
 
     @property
     def largest(self) -> float:
@@ -115,7 +114,7 @@ def fracture_energy(
         values = curves.work[:, -1]
         error = np.abs(values - last)
         if error.max() < tolerance * material.Gc:
-            return Energies(np.asarray(directions), values[place], error[place], n)
+            return Energies(np.asarray(directions), values[place], error[place])
         last, n = values, 2 * n
     raise ValueError(
         f"G_T changes by {error.max():g} with {FINEST} increments: expected less than {tolerance:g}"

@@ -181,9 +181,8 @@ spread may be an error of the steps.
 
 
 def energy_range(energies: Energies) -> str:
-    """Text of the largest and smallest energy, their error and their spread."""
+    """Text of the largest and smallest energy, and their spread."""
     spread = f"spread {100.0 * energies.spread:.2g} %"
     if energies.spread < SURE:
         spread = f"spread below {100.0 * SURE:g} %"
-    error = f"error estimate {energies.error.max():.0e}"
-    return f"{energies.largest:.6f} to {energies.smallest:.6f} N/mm ({error}), {spread}"
+    return f"{energies.largest:.6f} to {energies.smallest:.6f} N/mm, {spread}"
