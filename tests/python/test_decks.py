@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import History, read_case
+from asperity import EquilibriumLost, History, read_case
 from support_driver import ROOT, call
 
 from tests.oracle import reference
@@ -38,10 +38,11 @@ def assert_reference(run, rows: History) -> None:
     law = reference.Parameters(**run.interface.material.values())
     pattern = reference.regular_pattern(p.m, p.theta, p.flat, p.turn)
     divided = [row for row, text in rows.events if {"substeps", "snap"} & set(text.split("+"))]
-    whole = np.delete(np.arange(len(rows)), divided)
+    # what an initial state is at its start is not in the rows
+    whole = np.delete(np.arange(len(rows)), divided + [0] * (run.state is not None))
     s, state = (np.vstack([np.zeros_like(a[:1]), a]) for a in (rows.separation, rows.state))
     steps = np.diff(rows.time, prepend=0.0).round(12) if law.tau_v else np.zeros(len(rows))
-    for dt in np.unique(steps):
+    for dt in np.unique(steps[whole]):
         here = whole[steps[whole] == dt]
         theirs = reference.update(law, pattern, s[here + 1], state[here], s[here], dt)
         size = np.abs(rows.traction).max() + law.Kn * np.abs(s).max()
@@ -59,11 +60,16 @@ def test_deck(driver: Path, deck: Path, tmp_path: Path) -> None:
         name = deck.stem + (f"_{run.value:g}" if case.sweep else "")
         (path,) = (file for file in tmp_path.glob("*.csv") if file.stem in (name, f"{name}.0"))
         rows = History.from_csv(path)
-        history = run.history()
-        assert_rows(history, rows, 0.0)
+        try:
+            history = run.history()
+            assert_rows(history, rows, 0.0)
+        except EquilibriumLost as lost:
+            history = lost.history
         assert_reference(run, history)
-        if rows.rupture.min() < 0.0:
-            continue  # the driver compares the energies of a host relative to their sum
+        # a host does not divide increments; the driver compares its energies relative to their sum
+        divided = any("substeps" in text or "snap" in text for _, text in rows.events)
+        if divided or history.lost or rows.rupture.min() < 0.0:
+            continue
         # the same case with the record in place of its steps and of what is expected
         head = re.sub(r"&(step|expect|sweep)[^/]*/", "", re.sub(r"(?<== )x\b", f"{run.value}", text))
         replay = head + f"&replay file = '{path}', h = 0.5 /\n"
