@@ -89,7 +89,7 @@ SNAP = FailureMode(
     "snap",
     "Fold of the slip path at low pressure",
     "Fine patterns (m >= 13 at 30°) and steep ones have no neighbouring equilibrium where their last "
-    "planes open. Small steps stop at the fold; large ones pass it by chance.",
+    "planes open.",
     snap,
     draw_branches,
 )
@@ -133,8 +133,8 @@ def chatter() -> list[Trial]:
 CHATTER = FailureMode(
     "chatter",
     "Iterates that alternate across s_n = 0",
-    "The stiffness of a plane jumps at s_n = 0. Iterates alternate between open and closed planes at a "
-    "fold, or with a tangent that leaves out the contact.",
+    "The stiffness of a plane jumps at s_n = 0. Iterates alternate at a fold, or with a tangent that "
+    "leaves out the contact.",
     chatter,
 )
 
@@ -177,8 +177,8 @@ def full_damage() -> list[Trial]:
 FULL_DAMAGE = FailureMode(
     "full-damage",
     "Fully damaged interface under a prescribed traction",
-    "An open and fully damaged interface has no stiffness. Under tension there is no solution; under "
-    "pressure there is one, but no tangent leads to it.",
+    "An open and fully damaged interface has no stiffness: under tension there is no solution, under "
+    "pressure one to which no tangent leads.",
     full_damage,
 )
 
@@ -226,9 +226,8 @@ def unloading() -> list[Trial]:
 UNLOADING = FailureMode(
     "unloading",
     "Reversal of a slip with dilation",
-    "When a joint dilates, only the facing planes are in contact. A first step back of more than "
-    "|s_n|/sin(theta), where s_n is the closure of a facing plane, opens these planes, and the joint has "
-    "no stiffness.",
+    "Only the facing planes are in contact. A first step back of more than |s_n|/sin(theta), where s_n is "
+    "their closure, opens them, and the joint has no stiffness.",
     unloading,
 )
 
@@ -309,8 +308,8 @@ def tangents() -> list[Trial]:
 TANGENTS = FailureMode(
     "tangents",
     "Symmetric and elastic tangents",
-    "Friction makes the tangent unsymmetric, softening makes it indefinite. Load case: RP-4 pressed by 1 MPa "
-    "and sheared through springs of 0.3 K, mu = 0.1 to 1.3, theta = 0 to 45°.",
+    "Friction makes the tangent unsymmetric, softening indefinite (RP-4 under 1 MPa, sheared through "
+    "springs of 0.3 K, mu = 0.1 to 1.3, theta = 0 to 45°).",
     tangents,
 )
 
