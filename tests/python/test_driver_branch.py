@@ -83,16 +83,6 @@ def test_python_has_the_same_rows(run) -> None:
     assert sum("turn" in found for found in events.values()) == 2
 
 
-def test_rows_are_updates_of_the_law() -> None:
-    """Damage and slips are kept along the branch: a replay of its separations gives the same states."""
-    rough = Interface(TABLE_2, Pattern.regular(8, 60.0, flat=0.0, turn=298.64))
-    history = rough.confined_slip(0.0, [0.3], 0.0, preload=1, follow="branch")
-    again = rough.replay(history.separation)
-    np.testing.assert_allclose(again.state, history.state, rtol=0, atol=1e-14)
-    damage = np.array([history.alpha(plane) for plane in range(1, 9)])
-    assert np.all(np.diff(damage, axis=1) >= 0.0)
-
-
 def test_branches_that_end(run) -> None:
     """A branch that does not reach its target stops with the reason."""
     result = run(MATERIAL + FLAT + "&step t_N = 4.0, follow = 'branch', arc = 0.2 /\n", code=2)
@@ -168,12 +158,3 @@ def test_wrong_input_in_python(options, message: str) -> None:
     """Python refuses the same, and names the value."""
     with pytest.raises(ValueError, match=message):
         Interface(TABLE_2, Pattern.regular(4, 30.0)).confined_slip(0.0, [0.2], -1.0, **options)
-
-
-@pytest.mark.parametrize(("name", "value"), [("tau_v", 1.0), ("W0", 1.0), ("guard", True)])
-@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
-def test_materials_without_a_branch(name: str, value: float) -> None:
-    """Viscous damage, wear and the guard have no branch."""
-    rough = Interface(Material(SIGMA0, GC, ETA, MU, **{name: value}), Pattern.regular(4, 30.0))
-    with pytest.raises(ValueError, match=name):
-        rough.confined_slip(0.0, [0.2], -1.0, times=[0.0], follow="branch")

@@ -87,6 +87,7 @@ def test_fold_is_noticed(
 
 
 INCLINED = "&pattern normals = 1, 0, 0, 0.9, 0.3, 0.1, weights = 0.4, 0.6 /\n"
+PLAIN, LISTED = MATERIAL + FLAT, MATERIAL + INCLINED
 LOSES = MATERIAL + FLAT + "&step t_N = 2.0 /\n&step slip = 0.1, increments = 100 /\n"
 
 
@@ -117,58 +118,40 @@ def test_expected_loss(run, expect: str, code: int, fragment: str) -> None:
 
 
 NONE_FOUND = "none found: the motion under the prescribed tractions reaches no equilibrium within 1000 s_f"
-
-
-def test_loss_on_the_way(run) -> None:
-    """The joint loses its tension on the way to a compression that it carries; the message claims no more."""
-    steps = "&step s_N = 0.05, slip = 0.1, increments = 1 /\n&step t_N = -0.7, slip = {}, increments = 1 /\n"
-    lost = run(MATERIAL + FLAT + steps.format(0.27), code=2)
-    assert NONE_FOUND in lost.messages
-    closed = run(MATERIAL + FLAT + steps.format(0.1).replace("&step t_N", "&step s_N = -0.02 /\n&step t_N"))
-    assert closed["t_N"][-1] == pytest.approx(-0.7)
-
-
-def test_loss_that_is_not_proved(run) -> None:
-    """The guard has no strength in closed form: the message says how far the motion went."""
-    material = MATERIAL.replace(" /", ", guard = 1 /")
-    steps = "&step t_N = -5.0, t_Tx = 0.0, t_Ty = 0.0 /\n&step t_Tx = 25.0 /\n"
-    assert NONE_FOUND in run(material + INCLINED + steps, code=2).messages
+SHEAR = "&step t_N = -5.0, t_Tx = 0.0, t_Ty = 0.0 /\n&step t_Tx = 25.0"
+WAY = "&step s_N = 0.05, slip = 0.1, increments = 1 /\n&step t_N = -0.7, slip = {}, increments = 1 /\n"
 
 
 @pytest.mark.parametrize(
-    ("steps", "fragment"),
-    [
-        (
-            "&step t_N = 2.0 /\n&step slip = 0.1, increments = 100 /\n",
-            "reaches no equilibrium within 1000 s_f; tension is positive",
-        ),
-        (
-            "&step t_N = 3.5, increments = 70 /\n",
-            "exists: the joint carries at most t_N = 3, the step asks for 3.05; tension is positive",
-        ),
-        (
-            "&step s_N = 0.5 /\n&step t_N = 1.0 /\n",
-            "exists: the joint carries at most t_N = 0, the step asks for 0.01; tension is positive",
-        ),
-        (
-            "&step t_N = -5.0, t_Tx = 0.0, t_Ty = 0.0 /\n&step t_Tx = 25.0 /\n",
-            NONE_FOUND,
-        ),
-        (
-            "&step t_N = -5.0, t_Tx = 0.0, t_Ty = 0.0 /\n&step t_Tx = 25.0, increments = 3 /\n",
-            ") the joint carries at most ",
-        ),
-    ],
+    ("case", "fragment"),
+    {
+        PLAIN + "&step t_N = 2.0 /\n&step slip = 0.1, increments = 100 /\n": "1000 s_f; tension is positive",
+        PLAIN + "&step t_N = 3.5, increments = 70 /\n": "at most t_N = 3, the step asks for 3.05",
+        PLAIN + "&step s_N = 0.5 /\n&step t_N = 1.0 /\n": "the joint carries at most t_N = 0, the step asks",
+        LISTED + SHEAR + " /\n": NONE_FOUND,
+        LISTED + SHEAR + ", increments = 3 /\n": ") the joint carries at most ",
+        # the guard has no strength in closed form: how far the motion went
+        MATERIAL.replace(" /", ", guard = 1 /") + INCLINED + SHEAR + " /\n": NONE_FOUND,
+        # the tension is lost on the way to a compression that is carried: the message claims no more
+        PLAIN + WAY.format(0.27): NONE_FOUND,
+        MATERIAL + RP_4 + "&initial traction = 2, 0, 0 /\n&step t_N = 2.0, increments = 1 /\n"
+        "&step slip = 0.1, increments = 100 /\n": "tension is positive",
+        MATERIAL + RP_4 + "&initial traction = -5, 1, 0, damage = 0.5 /\n"
+        "&step t_N = -5.0, t_Tx = 25.0 /\n": "beyond step 1 increment",
+    }.items(),
 )
-def test_failed_increment_alone(run, driver: Path, tmp_path: Path, steps: str, fragment: str) -> None:
-    """A failed increment is reported without equilibrium, and OUT.failed.nml fails in the same way."""
-    pattern = INCLINED if "-5" in steps else FLAT
-    result = run(MATERIAL + pattern + steps, code=2)
+def test_failed_increment_alone(run, driver: Path, tmp_path: Path, case: str, fragment: str) -> None:
+    """A failed increment is reported; OUT.failed.nml, with the offset of an initial state, fails as well."""
+    result = run(case, code=2)
     assert fragment in result.messages
     assert "the failed increment was written to case.failed.nml" in result.messages
     assert "lost" in result.events[-1]
+    text = (tmp_path / "case.failed.nml").read_text()
+    statev = np.array(re.search(r"statev =([^/a-z]*(?:e[^/a-z]*)*) work", text)[1].split(","), dtype=float)
+    assert (statev[5:8] != 0.0).any() == ("&initial" in case)
     process = call(driver, "case.failed.nml", "-o", "again.csv", folder=tmp_path)
-    assert process.returncode == 2 and fragment in process.stderr
+    reason = re.search(r"equilibrium lost beyond [^:]*: (.*)", result.messages)[1]
+    assert process.returncode == 2 and reason[:60] in process.stderr
     again = Result(process, tmp_path / "again.csv")
     assert len(again.rows) == 1 and "lost" in again.events[0]
     # The states are equal to rounding; at a fold s_N has the square root of this error.
@@ -176,6 +159,12 @@ def test_failed_increment_alone(run, driver: Path, tmp_path: Path, steps: str, f
         np.testing.assert_allclose(again.vector(name)[0], result.vector(name)[-1], rtol=1e-6, atol=1e-6)
     for name in ("damage", "stored", "rupture", "friction", "work"):
         assert again[name][0] == pytest.approx(result[name][-1], rel=1e-6, abs=1e-9)
+
+
+def test_way_to_a_compression(run) -> None:
+    """Where the joint is closed first, the compression is carried."""
+    closed = run(MATERIAL + FLAT + WAY.format(0.1).replace("&step t_N", "&step s_N = -0.02 /\n&step t_N"))
+    assert closed["t_N"][-1] == pytest.approx(-0.7)
 
 
 def test_no_replay_file_where_the_loss_is_expected(run, tmp_path: Path) -> None:

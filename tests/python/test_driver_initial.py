@@ -1,75 +1,12 @@
-"""Initial states in the driver, group &initial."""
+"""Initial states in the driver, group &initial. Decks have sheared, far slipped and partly damaged joints."""
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support_driver import (
-    FLAT,
-    GC,
-    MATERIAL,
-    MU,
-    PARTS,
-    RP_4,
-    S_F,
-    K,
-    Result,
-    assert_traction,
-    call,
-    carried_by_reference,
-)
-
-from tests.oracle import reference
-
-
-def test_fully_damaged_joint_in_equilibrium(run) -> None:
-    """A flat crack that is sheared below its friction is in equilibrium; it sticks, then slides at mu p."""
-    p, tau = 10.0, 4.0
-    result = run(
-        MATERIAL + FLAT + f"&initial traction = {-p}, {tau}, 0, damage = 1 /\n&step increments = 3 /\n"
-        f"&step t_N = {-p}, increments = 1 /\n&step slip = 0.021, increments = 60 /\n"
-    )
-    assert (result.vector("s")[:3] == 0.0).all()
-    np.testing.assert_allclose(result.vector("t")[:3], [[-p, tau, 0.0]] * 3, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(result["stored"][0], (p**2 + tau**2) / (2 * K), rtol=1e-12)
-    np.testing.assert_allclose(result["work"][0], result["stored"][0], rtol=1e-12)
-    assert (result["damage"] == 1.0).all()
-    s = result["s_Tx"]
-    assert_traction(result["t_Tx"], np.minimum(tau + K * s, MU * p))
-    slides = tau + K * s > MU * p
-    np.testing.assert_allclose(result["friction"], MU * p * np.maximum(s - (MU * p - tau) / K, 0), atol=1e-13)
-    assert [i for i, event in enumerate(result.events) if event] == [np.argmax(slides)]
-    assert result.events[np.argmax(slides)] == {"slip"}
-
-
-@pytest.mark.parametrize("s", [[0.0, 0.0, 0.0], [0.0, 0.03, -0.01]])
-def test_initial_state_is_the_reference(run, s: list[float]) -> None:
-    """The independent law, at the separation plus the offset, has the tractions and energies of the rows."""
-    pattern = reference.regular_pattern(4, 30.0)
-    traction, damage = np.array([-5.0, 1.0, 0.5]), np.array([0.5, 0.25, 0.0, 0.75, 1.0])
-    # The slips are compatible with one separation, at which the load path to the traction starts.
-    slips = reference.frames(pattern[0])[:, 1:] @ s
-    law, offset, state = carried_by_reference(pattern, traction, damage, np.array(s), slips)
-    slip = ", ".join(repr(x) for x in slips.ravel().tolist())
-    result = run(
-        MATERIAL + RP_4 + f"&initial traction = -5, 1, 0.5, damage = 0.5, 0.25, 0, 0.75, 1, slip = {slip} /\n"
-        "&step increments = 1 /\n&step s_N = 0.01, -0.02, s_Tx = 0.2, s_Ty = 0.1, -0.1, increments = 40 /\n"
-        "&step t_N = -5, increments = 20 /\n"
-    )
-    state[2:4] = 0.0  # rupture and friction count from the initial state on
-    s_old, t_old, work = offset, traction, state[1]
-    for row, separation in enumerate(result.vector("s")):
-        s_new = separation + offset
-        response = reference.update(law, pattern, s_new, state, s_old)
-        work += 0.5 * (t_old + response.traction) @ (s_new - s_old)
-        s_old, t_old, state = s_new, response.traction, response.state
-        assert_traction(result.vector("t")[row], response.traction)
-        energies = [result[name][row] for name in ("damage", "stored", "rupture", "friction", "work")]
-        np.testing.assert_allclose(energies, [*state[:4], work], rtol=1e-9, atol=1e-12)
-
+from support_driver import FLAT, GC, MATERIAL, PARTS, RP_4, S_F, K
 
 LISTED = "&pattern normals = 1, 0, 0, 0.9, 0.3, 0.1, 0.8, -0.2, 0.3, weights = 0.4, 0.3, 0.3 /\n"
 VISCOUS, GUARDED = ", tau_v = 0.5 /", ", guard = .true. /"
@@ -143,20 +80,6 @@ def test_contact_opens_where_the_offset_is_cancelled(run) -> None:
     assert abs(free["t_N"][-1]) < 1e-12
 
 
-def test_far_slipped_joint(run) -> None:
-    """A run continues from a crack with a slip of 5000 s_f; the rounding error scales with this slip."""
-    p, tau, slip = 10.0, 4.0, 1000.0
-    result = run(
-        MATERIAL + FLAT + f"&initial traction = {-p}, {tau}, 0, damage = 1, slip = {slip}, 0 /\n"
-        f"&step t_N = {-p}, t_Tx = {tau + 0.5}, increments = 10 /\n&step slip = 0.02, increments = 10 /\n"
-    )
-    # The solver accepts 1e-13 K s; the tolerance is ten times that.
-    tolerance = 1e-12 * K * slip
-    np.testing.assert_allclose(result["t_Tx"][:10], tau + 0.05 * np.arange(1, 11), rtol=0, atol=tolerance)
-    np.testing.assert_allclose(result["s_Tx"][:10], 0.05 * np.arange(1, 11) / K, rtol=0, atol=tolerance / K)
-    np.testing.assert_allclose(result["t_Tx"][15:], MU * p, rtol=0, atol=tolerance)
-
-
 def test_cracked_without_traction(run) -> None:
     """A run with only `damage` in &initial is that from &state at separation zero, without an onset."""
     path = "&step t_N = -1, increments = 5 /\n&step slip = 0.3, increments = 30 /\n"
@@ -170,34 +93,6 @@ def test_cracked_without_traction(run) -> None:
         MATERIAL + RP_4 + "&initial damage = x /\n&sweep name = 'x', values = 0.0, 1.0 /\n" + path, "--planes"
     )
     assert "case_0.csv" in swept.messages and "case_1.csv" in swept.messages
-
-
-@pytest.mark.parametrize(
-    ("start", "steps"),
-    [
-        ("traction = 2, 0, 0", "&step t_N = 2.0, increments = 1 /\n&step slip = 0.1, increments = 100 /\n"),
-        ("traction = -5, 1, 0, damage = 0.5", "&step t_N = -5.0, t_Tx = 25.0 /\n"),
-    ],
-)
-def test_failed_increment_from_an_initial_state(
-    run, driver: Path, tmp_path: Path, start: str, steps: str
-) -> None:
-    """The case file of the failed increment has the offset in its &state, and fails as the run did."""
-    result = run(MATERIAL + RP_4 + f"&initial {start} /\n" + steps, code=2)
-    assert "lost" in result.events[-1]
-    text = (tmp_path / "case.failed.nml").read_text()
-    values = re.search(r"statev =([^/a-z]*(?:e[^/a-z]*)*),\s+work", text)[1]
-    statev = np.array(values.split(","), dtype=float)
-    assert (statev[5:8] != 0.0).any()
-    process = call(driver, "case.failed.nml", "-o", "again.csv", folder=tmp_path)
-    again = Result(process, tmp_path / "again.csv")
-    assert process.returncode == 2 and len(again.rows) == 1 and "lost" in again.events[0]
-    reason = re.search(r"equilibrium lost beyond [^:]*: (.*)", result.messages)[1]
-    assert reason[:60] in process.stderr
-    for name in ("s", "t"):
-        np.testing.assert_allclose(again.vector(name)[0], result.vector(name)[-1], rtol=1e-6, atol=1e-6)
-    for name in ("damage", "stored", "rupture", "friction", "work"):
-        assert again[name][0] == pytest.approx(result[name][-1], rel=1e-6, abs=1e-9)
 
 
 @pytest.mark.parametrize(
