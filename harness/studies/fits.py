@@ -31,7 +31,7 @@ def example(picture: Path) -> str:
         text = report(found, DEFAULT).replace(f"{folder}{os.sep}", "")
     draw(found, picture, DEFAULT)
     text = re.sub(r"correlation .*?\n\n", "", text, flags=re.DOTALL)
-    return f"```text\n{text}\n\n{props_line(found)}\n```"
+    return f"```text\n{text}\n\n{props_line(found.interface)}\n```"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 import csv
-import io
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .options import imported
 
 if TYPE_CHECKING:
-    from pandas import DataFrame, Series
+    from pandas import DataFrame
 
     from .contract import Floats
 
-NUMBER = re.compile(r"[-+]?(\d[\d.,'\s]*|[.,]\d+)([eE][-+]?\d+)?")
-EMPTY = re.compile(r"|nan|n/?a|null|none|[-\u2013]+|#[^\s\d]\S*", re.IGNORECASE)
-"""A number in any notation, and cells without a number, such as #DIV/0!."""
+NUMBER = r"[-+]?(\d[\d.,'\s]*|[.,]\d+)([eE][-+]?\d+)?"
+EMPTY = r"(?i:|nan|n/?a|null|none|[-\u2013]+|#[^\s\d]\S*)"
+GROUPED = r"[-+]?[1-9]\d{0,2}([.,]\d{3})+"
+"""A number in any notation, cells without a number, such as #DIV/0!, and digits in groups of three."""
+
+WITH_MARK = {
+    mark: rf"[-+]?(\d*|[1-9]\d{{0,2}}(\{other}\d{{3}})+)(\{mark}\d*)?([eE][-+]?\d+)?"
+    for mark, other in (".,", ",.")
+}
+"""A number with a decimal mark; the other mark separates thousands."""
 
 UNIT = (
     r"(?:[kMG]?(?:Pa|N)|psi|ksi|bar|kgf?|kp|t|[n\u00b5\u03bcumc]?m|in|ft|s|min|deg|[-%\u00b0])"
@@ -32,7 +39,11 @@ UNITS = re.compile(rf"[\[(]?\s*({UNIT})?\s*[\])]?")
 """Units, the name of a column with its unit, and a cell of a row of units."""
 
 COMMENT = re.compile(r"(^|\s)#(?!\u00a1?[A-Z]+(/\w+)?[!?]?(\s|[;,]|$)).*")
-"""A comment, but for #DIV/0! and other errors of spreadsheets."""
+OF_HEADER = re.compile(r"(^|\s)#(?!\s*([;,\t\"[(]|$)).*")
+"""A comment, but for #DIV/0! and other errors of spreadsheets, or for # in the name of a column."""
+
+QUOTED = re.compile(r'(?:^|(?<=[;,\t]))"[^"]{,80}"(?=[;,\t]|$)', re.MULTILINE)
+"""A quoted cell."""
 
 FIRST_LINES = 400
 """Lines in which the header is searched."""
@@ -67,18 +78,22 @@ class Table:
 
         texts = self.cells[list(columns)].set_axis(list(names), axis=1)
         found = texts.apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
-        if np.isfinite(found).all():
-            for name, column in texts.items():
-                self._check_groups(str(name), column, ".")
-            return found
-        texts = texts.apply(lambda one: one.str.replace(r"(?<=\d)['\u2019\s](?=\d{3})", "", regex=True))
-        empty = texts.apply(lambda one: one.str.fullmatch(EMPTY))
-        good = texts.apply(lambda one: one.str.fullmatch(NUMBER))
-        decimal = self._decimal_mark(texts.where(good, ""))
-        other = {",": ".", ".": ","}[decimal]
-        plain = texts.apply(lambda one: one.str.replace(other, "").str.replace(decimal, "."))
-        found = plain.where(good).apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
-        allowed = empty.to_numpy(dtype=bool) & np.isin(list(names), list(gaps))
+        decimal, allowed = ".", np.False_
+        if not np.isfinite(found).all():
+            texts = texts.replace(r"(?<=\d)['\u2019\s](?=\d{3})", "", regex=True)
+            empty = texts.apply(lambda one: one.str.fullmatch(EMPTY)).to_numpy(dtype=bool)
+            allowed = empty & np.isin(list(names), list(gaps))
+            good = texts.apply(lambda one: one.str.fullmatch(NUMBER))
+            decimal = self._decimal_mark(texts.where(good, ""))
+            other = {",": ".", ".": ","}[decimal]
+            plain = texts.apply(lambda one: one.str.replace(other, "").str.replace(decimal, "."))
+            found = plain.where(good).apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
+        for name, column in texts.items():
+            marked = column[column.str.contains(decimal, regex=False)]
+            whole = column.str.fullmatch(r"[-+]?\d{3}")
+            if len(marked) and whole.any() and marked.str.fullmatch(GROUPED).all():
+                pair = f"{column[whole].iloc[0]} beside {marked.iloc[0]}"
+                raise ValueError(f"{self.path}: column {name}: {pair}: expected no separators of thousands")
         raise_all(
             [
                 f"{self.path}: line {self.lines[i]}, column {names[j]}: {texts.iat[i, j] or 'empty'}: "
@@ -89,41 +104,17 @@ class Table:
         return found
 
     def _decimal_mark(self, texts: DataFrame) -> str:
-        """Decimal mark of the columns; the other mark separates thousands.  Raises ValueError."""
-        cells = [(line, text) for _, column in texts.items() for line, text in column.items()]
-        both = [text for _, text in cells if "," in text and "." in text]
-        have = {mark: [(line, text) for line, text in cells if mark in text] for mark in ",."}
-        grouped = {mark: all(_is_grouped(text, mark) for _, text in have[mark]) for mark in ",."}
-        if both:
-            mark = max(",.", key=both[0].rfind)
-        elif have[","] and have["."]:
-            if grouped[","] == grouped["."]:
-                (line, text), (_, other) = sorted([have[","][0], have["."][0]])[::-1]
-                raise ValueError(
-                    f"{self.path}: line {line}: {text} beside {other}: expected one decimal mark"
-                )
-            mark = "." if grouped[","] else ","
-        else:
-            mark = "," if have[","] else "."
-            if any(text.count(mark) > 1 for _, text in cells):
-                mark = {",": ".", ".": ","}[mark]
-            for name, column in texts.items():
-                self._check_groups(str(name), column, mark)
-        other = {",": ".", ".": ","}[mark]
-        for line, text in cells:
-            if text.count(mark) > 1 or (other in text and not _is_grouped(text.split(mark)[0], other)):
-                raise ValueError(
-                    f"{self.path}: line {line}: {text}: expected a number with the decimal mark {mark}"
-                )
-        return mark
-
-    def _check_groups(self, name: str, column: Series[str], mark: str) -> None:
-        """Raise ValueError for 1,234 beside 950, where the comma may separate thousands."""
-        marked = column[column.str.contains(mark, regex=False)]
-        whole = column[column.str.fullmatch(r"[-+]?\d{3}")]
-        if len(marked) and len(whole) and all(_is_grouped(text, mark) for text in marked):
-            found = f"column {name}: {whole.iloc[0]} beside {marked.iloc[0]}"
-            raise ValueError(f"{self.path}: {found}: expected no separators of thousands")
+        """Decimal mark with which all cells are numbers, the one that is there; raises ValueError."""
+        cells = texts.stack()
+        odd = {mark: cells[~cells.str.fullmatch(one)] for mark, one in WITH_MARK.items()}
+        fitting = [mark for mark, one in odd.items() if one.empty]
+        with_mark = {mark: cells[cells.str.contains(mark, regex=False)] for mark in WITH_MARK}
+        seen = [mark for mark in fitting if len(with_mark[mark])]
+        if len(fitting) == 1 or len(fitting) > len(seen):
+            return [*seen, *fitting][0]
+        pair = [(int(one.index[0][0]), one.iloc[0]) for one in (odd if not fitting else with_mark).values()]
+        (line, text), (_, other) = sorted(pair, reverse=True)
+        raise ValueError(f"{self.path}: line {line}: {text} beside {other}: expected one decimal mark")
 
 
 def read_table(path: Path, expected: str) -> Table:
@@ -133,44 +124,39 @@ def read_table(path: Path, expected: str) -> Table:
     lines before are left out.  Raises ValueError with what is expected for a file that is no text, and with
     every row of another length; OSError for a file that cannot be read.
     """
-    pandas = imported("pandas")
     raw = _text(path, expected).splitlines()
     lines = [COMMENT.sub("", line).strip(" ") for line in raw]
     start, mark = _first_row(lines)
     above = [i for i in range(start) if lines[i].strip(' ;,\t"')]
-    head = _split(re.sub(r"(^|\s)#(?!\s*([;,\t\"[(]|$)).*", "", raw[above[-1]]), mark) if above else []
+    head = _split(OF_HEADER.sub("", raw[above[-1]]), mark) if above else []
     row_of_units: list[str] = []
     if len(above) > 1 and sum(map(bool, head)) > 1 and all(map(UNITS.fullmatch, head)):
         row_of_units = [cell.strip("[]() ") for cell in head]
         head = _split(raw[above[-2]], mark)
     while len(head) > 1 and not head[-1]:
         head.pop()
-    line = above[-1 - bool(row_of_units)] + 1 if len(head) > 1 else 0
-    parts = [HEADER.fullmatch(cell) for cell in head if line]
-    names = [part[1] for part in parts if part]
-    units = [part[2] or part[3] or part[4] or "" for part in parts if part]
-    units = [one or more for one, more in zip(units, row_of_units + [""] * len(units), strict=False)]
-    width = len(names) or (len(_split(lines[start], mark)) if lines[start:] else 0)
-    counts = [1 + one.count(mark) if mark else len(one.split()) for one in lines[start:]]
-    kinds = {"dtype": str, "keep_default_na": False, "skip_blank_lines": False, "skipinitialspace": True}
-    wide = range(max([width, *counts]))
-    source = io.StringIO("\n".join([*lines[start:], ""]))
-    cells = pandas.DataFrame(columns=wide, dtype=str)
-    if start < len(lines):
-        cells = pandas.read_csv(source, sep=mark or r"\s+", header=None, names=wide, **kinds)
-    cells = cells.set_axis(range(start + 1, start + 1 + len(cells)), axis=0)
-    cells = cells.fillna("").apply(lambda column: column.str.strip())
-    filled = (cells != "").to_numpy()
-    last = width + (filled[:, width:] * range(1, filled.shape[1] - width + 1)).max(axis=1, initial=0)
+    names = above[-1 - bool(row_of_units)] if len(head) > 1 else -1
+    groups = _split(raw[names - 1], mark) if mark and names - 1 in above and len({*head}) < len(head) else []
+    for i, group in enumerate(groups[: len(head)] if len(groups) > 1 else []):
+        groups[i] = group or groups[i - 1]
+        head[i] = f"{groups[i]} {head[i]}"
+    parts = [part for part in map(HEADER.fullmatch, head if names >= 0 else ()) if part]
+    units = [part[2] or part[3] or part[4] or "" for part in parts]
+    units = [one or more for one, more in zip_longest(units, row_of_units[: len(units)], fillvalue="")]
+    rows = {i: _split(text, mark) for i, text in enumerate(lines[start:], start + 1) if text.strip(";,\t ")}
+    width = len(parts) or len(next(iter(rows.values()), []))
+    for row in rows.values():
+        while len(row) > width and not row[-1]:
+            row.pop()
     raise_all(
         [
-            f"{path}: line {start + 1 + i}: {min(counts[i], int(last[i]))} values: expected {width}, one for "
-            "each column"
-            for i in filled.any(axis=1).nonzero()[0].tolist()
-            if counts[i] < width or last[i] > width
+            f"{path}: line {i}: {len(row)} values: expected {width}, one for each column"
+            for i, row in rows.items()
+            if len(row) != width
         ]
     )
-    return Table(path, line, names, units, cells.loc[filled.any(axis=1), : width - 1])
+    cells = imported("pandas").DataFrame([*rows.values()], index=[*rows], columns=range(width), dtype=str)
+    return Table(path, names + 1, [part[1] for part in parts], units, cells)
 
 
 def _text(path: Path, expected: str) -> str:
@@ -186,7 +172,9 @@ def _text(path: Path, expected: str) -> str:
         except UnicodeDecodeError:
             continue
         if "\0" not in text:
-            return text
+            # a line break within a quoted cell; the other lines keep their numbers
+            whole = QUOTED.sub(lambda cell: cell[0].replace("\n", " "), text.replace("\r\n", "\n"))
+            return "\n" * (text.count("\n") - whole.count("\n")) + whole
     raise ValueError(f"{path} is no text: expected {expected}")
 
 
@@ -199,28 +187,21 @@ def _split(line: str, mark: str) -> list[str]:
 
 def _first_row(lines: Sequence[str]) -> tuple[int, str]:
     """First line of the longest run of lines with numbers, and the separator of its cells."""
-    best = (0, 0, len(lines), ";")
-    for rank, mark in enumerate((";", "\t", ",", "")):
+    number = re.compile(rf"{NUMBER}|(?i:nan)|#\S.*")
+    best = (0, len(lines), next((mark for line in reversed(lines) for mark in ";\t," if mark in line), ""))
+    for mark in (";", "\t", ",", ""):
         first, length = 0, 0
         for i, line in enumerate([*lines[:FIRST_LINES], "end"]):
             cells = [cell for cell in (_split(line, mark) if line else []) if cell]
-            numbers = sum(bool(NUMBER.fullmatch(cell) or re.match(r"nan$|#\S", cell, re.I)) for cell in cells)
+            numbers = sum(bool(number.fullmatch(cell)) for cell in cells)
             # 0,1 0,2 has decimal commas
             commas = mark == "," and any(re.search(r"\d\s+[-+]?\d", cell) for cell in cells)
             if len(cells) > 1 and 2 * numbers >= len(cells) and not commas:
-                first, length = (i, 1) if length == 0 else (first, length + 1)
+                first, length = (first if length else i), length + 1
             elif cells:
-                best = max(best, (length, -rank, first, mark), key=lambda one: one[:2])
+                best = max(best, (length, first, mark), key=lambda one: one[0])
                 length = 0
-    if not best[0]:
-        last = next((line for line in reversed(lines) if line), "")
-        return len(lines), next((mark for mark in ";\t," if mark in last), "")
-    return best[2], best[3]
-
-
-def _is_grouped(text: str, mark: str) -> bool:
-    """Whether a mark separates the digits of a number in groups of three."""
-    return re.fullmatch(rf"[-+]?[1-9]\d{{0,2}}(?:\{mark}\d{{3}})+", text) is not None
+    return best[1:]
 
 
 def raise_all(errors: Sequence[str]) -> None:

@@ -10,13 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..case_writer import Word, case_text, pattern_entries, rounded
 from ..contract import Floats
 from ..interface import Interface, ModelWarning
 from ..material import Material
-from ..options import imported
 from ..pattern import Pattern
-from ..style import COLOURS, TWO, label_axes, new_figure, printed, save
 from .joint import Joint, check_reach
 
 STRESSES = 5
@@ -25,8 +22,14 @@ STRESSES = 5
 PARTED = 0.03
 """Relative difference of the strengths that is reported."""
 
+PASSES, ENOUGH = 12, 2e-3
+"""Largest number of passes in which the constants are corrected, and relative change that ends them."""
+
 BESIDE = 0.1
-"""Weight of the slip at the peak and of the opening at the end beside the strengths of an envelope."""
+"""Weight of slip and opening beside the strengths, where the passes do not converge and the best is taken."""
+
+STEEPEST = 2.5
+"""Largest tangent of the inclination: 68 degrees."""
 
 ROWS = 200
 """Rows of a curve, half of them up to twice the slip at the peak."""
@@ -55,66 +58,58 @@ def strength(sigma_n: float, slope: float, mu: float, crush: float, weight: floa
 
 @dataclass(frozen=True)
 class Envelope:
-    """Law that meets the envelope of a joint between two normal stresses, MPa, mm and degrees.
+    """Joint of Barton and a law beside it under several normal stresses, MPa, mm and degrees.
 
-    values: kn, ks, mu, theta, height, crush and flat; sides: of the pattern; reach: end of the curves over
-    the slip at the peak.
+    interface: the law.  stresses (n,): compression > 0.  slips (T,): of the curves, from 0 on.  values: kn,
+    ks, mu, theta, height, crush and flat of a law that meets the strengths.
     """
 
     joint: Joint
-    low: float
-    high: float
+    interface: Interface
+    stresses: Floats
+    slips: Floats
     values: Mapping[str, float]
-    sides: int
-    reach: float
-
-    @property
-    def interface(self) -> Interface:
-        """The joint."""
-        values = dict(self.values)
-        pattern = Pattern.regular(self.sides, values.pop("theta"), flat=values.pop("flat"))
-        return Interface(Material.from_joint(**values), pattern)
-
-    @property
-    def stresses(self) -> Floats:
-        """Normal stresses (5,)."""
-        return np.geomspace(self.low, self.high, STRESSES)
-
-    @cached_property
-    def slips(self) -> Floats:
-        """Slips of the curves from 0 on, (ROWS + 1,)."""
-        ends = np.array([0.0, min(2.0, 0.5 * (1.0 + self.reach)), self.reach]) * self.joint.peak_slip
-        return np.concatenate(
-            [np.linspace(*ends[:2], ROWS // 2 + 1), np.linspace(*ends[1:], ROWS // 2 + 1)[1:]]
-        )
 
     def curves(self, stresses: Floats) -> list[tuple[Floats, Floats]]:
         """Shear traction and opening of the law over `slips` for each normal stress."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ModelWarning)  # the command prints them once
             paths = [self.interface.confined_slip(0.0, self.slips, -float(one)) for one in stresses]
-        return [(path.traction[:, 1], path.separation[:, 0] - path.separation[0, 0]) for path in paths]
+        return [(path.tau, path.dilation - path.dilation[0]) for path in paths]
 
     @cached_property
     def numbers(self) -> Floats:
-        """Peak, its slip and opening at the end at each stress: those of Barton and of the law, (2, 5, 3)."""
-        ends = self.slips[-1:]
+        """Peak, its slip and opening at the end at each stress: those of Barton and of the law, (2, n, 3)."""
+        joint, ends = self.joint, self.slips[-1:]
         barton = [
-            (self.joint.peak_strength(one), self.joint.peak_slip, self.joint.dilation(ends, one)[0])
-            for one in self.stresses
+            (joint.peak_strength(one), joint.peak_slip, joint.dilation(ends, one)[0]) for one in self.stresses
         ]
-        law = [
-            (tau.max(), self.slips[: tau.size][tau.argmax()], s_N[-1])
-            for tau, s_N in self.curves(self.stresses)
-        ]
+        law = [(*peak(self.slips, tau), s_N[-1]) for tau, s_N in self.curves(self.stresses)]
         return np.array([barton, law])
 
     @property
     def parted(self) -> Floats:
-        """Strength of the law over that of Barton less one at each stress, (5,)."""
+        """Strength of the law over that of Barton less one at each stress, (n,)."""
         barton, law = self.numbers[:, :, 0]
-        found: Floats = law / barton - 1.0
-        return found
+        return np.asarray(law / barton - 1.0)
+
+
+def peak(slips: Floats, tau: Floats) -> tuple[float, float]:
+    """Largest traction of a curve, and its slip by the parabola through the highest row and those beside it.
+
+    The slip of a row would jump where a constant changes.
+    """
+    i = int(np.clip(np.argmax(tau), 1, tau.size - 2))
+    a, b, _ = np.polyfit(slips[i - 1 : i + 2] - slips[i], tau[i - 1 : i + 2], 2)
+    if not a < 0.0:
+        return float(tau.max()), float(slips[np.argmax(tau)])
+    return float(tau.max()), float(np.clip(slips[i] - 0.5 * b / a, slips[i - 1], slips[i + 1]))
+
+
+def slips_of(joint: Joint, reach: float) -> Floats:
+    """Slips of the curves from 0 on, (ROWS + 1,)."""
+    ends = np.array([0.0, min(2.0, 0.5 * (1.0 + reach)), reach]) * joint.peak_slip
+    return np.interp(np.linspace(0.0, 2.0, ROWS + 1), [0.0, 1.0, 2.0], ends)
 
 
 def envelope(
@@ -129,8 +124,9 @@ def envelope(
     """Constants of the law whose strengths come closest to those of a joint between two normal stresses.
 
     mu is tan(phi_r).  theta and crush give the strengths at five stresses; ks and height give the slip at the
-    peak and the opening at the end of the curve at the middle one.  kc: kn/ks.  The slip climbs
-    one of two planes: planes that share the pressure are crushed in jumps.  Stresses in MPa.
+    peak and the opening at the end of the curve at the middle one.  Each pass takes the deviation of the law
+    from the closed form as known, so that the constants change smoothly with those of the joint.  kc: kn/ks.
+    The slip climbs one of two planes: planes that share the pressure are crushed in jumps.  Stresses in MPa.
 
     Raises
     ------
@@ -145,54 +141,57 @@ def envelope(
     >>> bool(abs(found.parted).max() < 0.05)
     True
     """
-    if not low < high:
-        raise ValueError(f"sigma_n = {low:g}, {high:g}: expected the lower normal stress first")
     for sigma_n in (low, high):
         joint.check_stress(sigma_n)
+    if not low < high:
+        raise ValueError(f"sigma_n = {low:g}, {high:g}: expected the lower normal stress first")
     check_reach(reach)
     if not 2 <= sides:
         raise ValueError(f"sides = {sides}: expected at least 2, as the strength depends on inclined planes")
     if not 0.0 <= flat < 1.0:
         raise ValueError(f"flat = {flat:g}: expected >= 0 and < 1")
-    imported("scipy")
+    if not 0.0 < kc < np.inf:
+        raise ValueError(f"kc = {kc:g}: expected kn/ks > 0")
     from scipy.optimize import least_squares
 
-    mu = float(np.tan(np.radians(joint.phi_r)))
-    weight = (1.0 - flat) / sides
-    stresses = np.geomspace(low, high, STRESSES)
+    mu, weight = float(np.tan(np.radians(joint.phi_r))), (1.0 - flat) / sides
+    stresses, slips = np.geomspace(low, high, STRESSES), slips_of(joint, reach)
     peaks = np.array([joint.peak_strength(one) for one in stresses])
+    middle, ends = STRESSES // 2, np.log([[1e-3, 0.01 * low / weight], [STEEPEST, 100.0 * high / weight]])
 
     def closed(x: Floats) -> Floats:
         slope, crush = np.exp(x)
-        return np.log([strength(one, slope, mu, crush, weight) for one in stresses] / peaks)
+        return np.array([strength(one, slope, mu, crush, weight) for one in stresses])
 
-    def residuals(x: Floats) -> Floats:
-        barton, law = found(x).numbers
-        middle = STRESSES // 2
-        return np.concatenate([np.log(law[:, 0] / barton[:, 0]), BESIDE * (law / barton - 1.0)[middle, 1:]])
+    def found(x: Floats, height: float, ks: float) -> Envelope:
+        slope, crush = np.exp(x).tolist()
+        values = {"kn": kc * ks, "ks": ks, "mu": mu, "height": height, "crush": crush}
+        theta = float(np.degrees(np.arctan(slope)))
+        interface = Interface(Material.from_joint(**values), Pattern.regular(sides, theta, flat=flat))
+        return Envelope(joint, interface, stresses, slips, values | {"theta": theta, "flat": flat})
 
-    def found(x: Floats) -> Envelope:
-        slope, crush, height, ks = np.exp(x).tolist()
-        values = {"kn": kc * ks, "ks": ks, "mu": mu, "theta": float(np.degrees(np.arctan(slope)))}
-        return Envelope(
-            joint, low, high, values | {"height": height, "crush": crush, "flat": flat}, sides, reach
-        )
-
-    slope = np.tan(np.radians(min(joint.roughness_angle(low), 45.0)))
-    start = least_squares(closed, np.log([slope, high / weight])).x
-    middle = float(np.sqrt(low * high))
-    rise = joint.dilation(np.array([reach * joint.peak_slip]), middle)[0]
-    secant = joint.peak_strength(middle) / joint.peak_slip
-    # a peak is one of the rows: the step of the differences is longer than they are apart
-    results = [
-        least_squares(residuals, np.append(start, np.log([rise, ks])), diff_step=2e-2)
-        for ks in (secant, 4.0 * secant)
-    ]
-    return found(min(results, key=lambda one: one.cost).x)
+    # theta and crush from the closed form, times the ratio of the law to it; ks and height by proportion
+    x = np.log([np.tan(np.radians(min(joint.roughness_angle(low), 45.0))), high / weight])
+    height = float(joint.dilation(slips[-1:], stresses[middle])[0])
+    ks = 2.0 * float(peaks[middle]) / joint.peak_slip
+    ratio, passes = np.ones(STRESSES), []
+    for _ in range(PASSES):
+        x = least_squares(lambda x, ratio=ratio: np.log(closed(x) * ratio / peaks), x, bounds=ends).x
+        one = found(x, height, ks)
+        barton, law = one.numbers
+        off = (law / barton)[middle, 1:]
+        cost = np.square(np.log(law[:, 0] / peaks)).sum() + np.square(BESIDE * (off - 1.0)).sum()
+        passes.append((float(cost), one))
+        if max(np.abs(law[:, 0] / closed(x) - ratio).max(), np.abs(off - 1.0).max()) < ENOUGH:
+            break
+        ratio = law[:, 0] / closed(x)
+        factors = np.clip(off, 0.5, 2.0).tolist()
+        ks, height = ks * factors[0], height / factors[1]
+    return min(passes, key=lambda one: one[0])[1]
 
 
 def table(found: Envelope) -> str:
-    """Both laws at the five stresses, and where they part."""
+    """Both laws at the stresses, and where they part."""
     lines = [
         f"{'sigma_n':>8}{'peak tau':>20}{'':>9}{'at slip':>18}{'s_N at end':>18}",
         f"{'MPa':>8}{'MPa':>20}{'':>9}{'mm':>18}{'mm':>18}",
@@ -202,41 +201,30 @@ def table(found: Envelope) -> str:
         row = f"{sigma_n:>8.4g}{barton[0]:>11.4g}{law[0]:>9.4g}{off:>9.1%}"
         lines.append(row + "".join(f"{a:>10.4g}{b:>8.4g}" for a, b in zip(barton[1:], law[1:], strict=True)))
     far = [f"{one:.4g}" for one, off in zip(found.stresses, found.parted, strict=True) if abs(off) > PARTED]
-    where = (
-        f"by more than {PARTED:.0%} at {', '.join(far)} MPa" if far else f"nowhere by more than {PARTED:.0%}"
-    )
-    return "\n".join([*lines, "", f"The strengths of the law and of Barton part {where}."])
+    where = f"by more than {PARTED:.0%}" + (f" at {', '.join(far)} MPa" if far else "")
+    parted = f"part {where}" if far else f"part nowhere {where}"
+    return "\n".join([*lines, "", f"The strengths of the law and of Barton {parted}."])
 
 
-def case_of(found: Envelope) -> str:
-    """Case file of the joint with the five stresses as a sweep."""
-    material = {n: rounded(v, 6) for n, v in dict(found.values).items() if n not in ("theta", "flat")}
-    stresses = [rounded(-one, 4) for one in found.stresses]
-    return case_text(
-        ("case", {"title": "Joint of Barton"}),
-        ("material", material),
-        ("pattern", pattern_entries(found.interface.pattern)),
-        ("sweep", {"name": "sigma_N", "values": stresses}),
-        ("step", {"t_N": Word("sigma_N"), "increments": 50}),
-        ("step", {"slip": rounded(found.slips[-1], 6), "increments": ROWS}),
-    )
-
-
-@printed()
 def draw(found: Envelope, path: Path) -> None:
     """Draw the envelopes, and the shear traction over the slip at three stresses; Barton dashed."""
-    figure, (envelopes, curves) = new_figure(TWO, 3.0, ncols=2)
-    many = np.geomspace(found.low, found.high, 25)
-    envelopes.plot(
-        many, [found.joint.peak_strength(one) for one in many], "--", color=COLOURS[0], label="Barton"
-    )
-    envelopes.plot(many, [tau.max() for tau, _ in found.curves(many)], color=COLOURS[1], label="law")
-    label_axes(envelopes, r"normal stress $\sigma_n$ [MPa]", "peak shear strength [MPa]")
-    envelopes.legend()
-    some = found.stresses[:: STRESSES // 2]
-    for i, (sigma_n, (tau, _)) in enumerate(zip(some, found.curves(some), strict=True)):
-        curves.plot(found.slips, found.joint.shear(found.slips, sigma_n), "--", color=COLOURS[i])
-        curves.plot(found.slips[: tau.size], tau, color=COLOURS[i], label=f"{sigma_n:.3g} MPa")
-    label_axes(curves, "slip [mm]", r"traction $\tau$ [MPa]")
-    curves.legend(title=r"$\sigma_n$; dashed: Barton")
-    save(figure, path)
+    from ..style import COLOURS, TWO, label_axes, new_figure, printed, save
+
+    with printed():
+        figure, (envelopes, curves) = new_figure(TWO, 3.0, ncols=2)
+        many = np.geomspace(found.stresses[0], found.stresses[-1], 25)
+        strengths = {
+            "Barton": [found.joint.peak_strength(one) for one in many],
+            "law": [tau.max() for tau, _ in found.curves(many)],
+        }
+        for line, colour, (label, values) in zip(("--", "-"), COLOURS, strengths.items(), strict=False):
+            envelopes.plot(many, values, line, color=colour, label=label)
+        label_axes(envelopes, r"normal stress $\sigma_n$ [MPa]", "peak shear strength [MPa]")
+        envelopes.legend()
+        some = found.stresses[:: STRESSES // 2]
+        for colour, sigma_n, (tau, _) in zip(COLOURS, some, found.curves(some), strict=False):
+            curves.plot(found.slips, found.joint.shear(found.slips, sigma_n), "--", color=colour)
+            curves.plot(found.slips[: tau.size], tau, color=colour, label=f"{sigma_n:.3g} MPa")
+        label_axes(curves, "slip [mm]", r"traction $\tau$ [MPa]")
+        curves.legend(title=r"$\sigma_n$; dashed: Barton")
+        save(figure, path)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import re
 import shlex
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -15,9 +14,10 @@ from ..remarks import doubts, shown_warnings
 from .constants import AUTO, MORTAR, ROCK
 from .outcome import Fit
 from .records import read_tests
-from .search import Search, add_search, check_search, write
+from .report import accepted_text, props_line, report
+from .search import add_search, arguments_of, check_search, searching, write
 from .units import DEFAULT, NONE, check_target
-from .verdict import MOVED, Change, outliers, propose, refusals
+from .verdict import MOVED, Arguments, outliers, propose, refusals
 
 NO_RESULT = 3
 """Exit code where numbers must not be used: of a fit, or of too few samples."""
@@ -37,11 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         ("--sigma-N VALUE,...", "normal traction of each test, or of all, in files without that column", str),
         ("--k-N STIFFNESS", "normal stiffness of the box (CNS, stress/length), for all tests", float),
-        (
-            "--k-T STIFFNESS",
-            "stiffness of the machine (stress/length): tau/k_T is subtracted from the slip",
-            float,
-        ),
+        ("--k-T K", "stiffness of the machine (stress/length): tau/k_T is subtracted from the slip", float),
         ("--sigma-N-path", "prescribe sigma_N of every row as it was measured"),
         ("--columns NAME=HEADER", "column of the files with another name, as slip='Weg oben'", list),
         ("--compression-positive", "sigma_N in the files is > 0 in compression"),
@@ -72,7 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     check_search(options)
-    searching = Search(options)
+    given = arguments_of(options)
     target = None if options.units is None else check_target(options.units.split(","))
     held = options.sigma_N and [contract.number("--sigma-N", text) for text in options.sigma_N.split(",")]
     with shown_warnings():
@@ -87,34 +83,30 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
             held,
         )
     units = (tests[0].units["length"], tests[0].units["stress"]) if tests[0].units else NONE
-    from .report import accepted_text, props_line
-
-    with searching.shown() as fitted:
-        given, found = searching.given, fitted(tests, searching.given)
+    with searching(options, tests) as fitted:
+        found = fitted(given)
         reasons = _print(found, units)
         if reasons and not options.accept:
             print(f"\nno result: {'; '.join(reasons)}", flush=True)
-            better = propose(found, given, lambda change: fitted(tests, change))
+            better = propose(found, given, fitted)
             print(_next(parser, options, given, found, better))
             if options.auto and better is not None:
                 (given, found), reasons = better, []
                 print()
                 _print(found, units)
-    taken = reasons if options.accept else []
-    accepted = accepted_text(found, taken) if taken or given.model_error > 0.0 else ""
-    if not reasons or options.accept:
-        print(f"\n{accepted}" if accepted else "", f"{props_line(found)}", sep="\n")
-    write(options, found, units, reasons=[] if options.accept else reasons, accepted=accepted)
-    return NO_RESULT if reasons and not options.accept else 0
+    accepted = ""
+    if given["model_error"] or (options.accept and reasons):
+        accepted = accepted_text(found, reasons)
+    left = [] if options.accept else reasons
+    if not left:
+        print(f"\n{accepted}" if accepted else "", f"{props_line(found.interface)}", sep="\n")
+    write(options, found, units, reasons=left, accepted=accepted)
+    return NO_RESULT if left else 0
 
 
 def _print(found: Fit, units: tuple[str, str]) -> list[str]:
     """Print the report of a fit and what is doubtful; the reasons why it is no result."""
-    from .report import report
-
     print(report(found, units))
-    for one in outliers(found):
-        print(one.text)
     interface, tests = found.interface, found.problem.tests
     slip = max(test.slip.max() for test in tests)
     for text in doubts(interface.material, interface.pattern, *(test.pressed for test in tests), slip=slip):
@@ -125,41 +117,38 @@ def _print(found: Fit, units: tuple[str, str]) -> list[str]:
 def _next(
     parser: argparse.ArgumentParser,
     options: argparse.Namespace,
-    given: Change,
+    given: Arguments,
     found: Fit,
-    proposal: tuple[Change, Fit] | None,
+    proposal: tuple[Arguments, Fit] | None,
 ) -> str:
     """Text with the command to run next, which is never that which was refused."""
 
-    def command(change: Change, *more: str, **others: object) -> str:
-        changed = {
-            "free": change.free and ",".join(change.free),
-            "set": [*(f"{name}={value:.10g}" for name, value in change.fixed.items()), *more],
-            "sides": change.sides,
-            "model_error": change.model_error,
-            "auto": False,
-        }
-        return shlex.join(command_line(parser, options, changed | others))
+    def command(changed: Arguments, **others: object) -> str:
+        values = {"free": changed["free"] and ",".join(changed["free"]), "auto": False}
+        values["set"] = [
+            f"{name}={one}" if isinstance(one, str) else f"{name}={one:.10g}"
+            for name, one in changed["fixed"].items()
+        ]
+        same = {name: changed[name] for name in ("sides", "model_error")}
+        return shlex.join(command_line(parser, options, values | same | others))
 
     if proposal is not None:
         sums = f"{proposal[1].costs[0]:.4g} after {found.costs[0]:.4g}"
         return f"next: {command(proposal[0])}\n      it has a result (sum of squares {sums})"
     moving = [one.place for one in outliers(found) if one.moves > MOVED]
     if moving:
-        return (
-            f"next: put # before these lines if they are errors of reading: {', '.join(moving)}\n"
-            f"      {command(given)}"
-        )
-    unshown = (
-        not found.problem.dilation and not found.problem.values(found.x)["theta"] and given.sides is None
-    )
+        lines = f"next: put # before these lines if they are errors of reading: {', '.join(moving)}"
+        return f"{lines}\n      {command(given)}"
+    flat = not found.problem.is_dilation.any() and not found.problem.values(found.x)["theta"]
+    unshown = flat and given["sides"] is None
     unknown = ["theta"] if found.inseparable or unshown else []
     unknown += [name for name in found.undetermined if name not in found.at_bounds]
     if unknown and (unshown or not found.dependent):
-        free = given.free and tuple(name for name in given.free if name.removeprefix("+") != unknown[0])
+        free = tuple(name for name in given["free"] or () if name.removeprefix("+") != unknown[0])
+        one = given | {"free": free or None, "fixed": given["fixed"] | {unknown[0]: "VALUE"}}
         return (
-            f"next: {command(replace(given, free=free or None), f'{unknown[0]}=VALUE')}\n      with the "
-            f"value of {unknown[0]} from another test: these tests do not contain it"
+            f"next: {command(one)}\n      with the value of {unknown[0]} from another test: these tests do "
+            "not contain it"
         )
     return (
         f"next: {command(given, plot=options.plot or Path('fit.png'), accept=True)}\n      takes these "

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from .. import contract
 from ..contract import Floats
 from ..material import Material
-from .shear_test import ShearTest, saturates
+from .shear_test import ShearTest
 
 TIMELESS = tuple(
     row
@@ -40,18 +40,9 @@ UNITS |= {"s_f": "length", "s0": "length", "ratio": "-"}
 PLAUSIBLE = {row.name: row.plausible for row in TIMELESS} | {KS: (1e-2, 1e5), "kn": (1e-2, 1e8)}
 """Scale, unit and plausible range of a constant; the range is in multiples of the size of its unit."""
 
-STARTS = {
-    "sigma0": (0.05, 2.0),
-    "s_f": (0.02, 1.5),
-    "eta": (0.4, 0.97),
-    "mu": (0.15, 1.0),
-    "theta": (5.0, 45.0),
-    "flat": (0.1, 0.6),
-    "kc": (0.5, 50.0),
-    "height": (0.03, 3.0),
-    "W0": (0.05, 5.0),
-    KS: (1.0, 1e3),
-}
+STARTS = {"sigma0": (0.05, 2.0), "s_f": (0.02, 1.5), "eta": (0.4, 0.97), "mu": (0.15, 1.0), KS: (1.0, 1e3)}
+STARTS |= {"theta": (5.0, 45.0), "flat": (0.1, 0.6), "kc": (0.5, 50.0)}
+STARTS |= {"height": (0.03, 3.0), "W0": (0.05, 5.0)}
 """Ranges of the starts, of s_f in place of Gc, because the tests show its size; of others the middle."""
 
 DEFAULTS = {"eta": 0.9} | {
@@ -92,27 +83,27 @@ def sizes(tests: Sequence[ShearTest]) -> tuple[float, float]:
     return stress, max(float(np.abs(test.slip).max()) for test in tests)
 
 
-def unit_size(name: str, stress: float, length: float) -> float:
-    """Size of the unit of a constant from those of stress and length."""
-    unit = UNITS.get(name, "stress/length")
-    known = {"stress": stress, "length": length, "stress*length": stress * length}
-    return known.get(unit, stress / length if unit == "stress/length" else 1.0)
-
-
 def plausible(name: str, stress: float, length: float) -> tuple[float, float]:
     """Ends of what joints have in tests of this size."""
+    size = _unit_size(name, stress, length)
     low, high = PLAUSIBLE[name]
-    size = unit_size(name, stress, length)
     return low * size, high * size
 
 
 def start_range(name: str, stress: float, length: float) -> tuple[float, float]:
     """Ends, on the scale of the constant, of the range of the starts."""
     if name in STARTS:
-        low, high = to_scale(name, np.array(STARTS[name]) * unit_size(name, stress, length)).tolist()
+        low, high = to_scale(name, np.array(STARTS[name]) * _unit_size(name, stress, length)).tolist()
         return low, high
     low, high = to_scale(name, plausible(name, stress, length)).tolist()
     return low + (high - low) / 3.0, high - (high - low) / 3.0
+
+
+def _unit_size(name: str, stress: float, length: float) -> float:
+    """Size of the unit of a constant from those of stress and length."""
+    known = {"stress": stress, "length": length, "stress*length": stress * length}
+    known["stress/length"] = stress / length
+    return known.get(UNITS.get(name, "stress/length"), 1.0)
 
 
 def joints(names: Collection[str], joint: str) -> list[str]:
@@ -121,14 +112,11 @@ def joints(names: Collection[str], joint: str) -> list[str]:
         raise ValueError(f"joint = {joint!r}: expected {ROCK}, {MORTAR} or {AUTO}")
     of_bond = [name for name in BOND if name in names]
     if of_bond and (KS in names or joint == ROCK):
-        raise ValueError(
-            f"{', '.join(of_bond)}: expected without {KS}, which is that of a joint without bond"
-        )
+        wrong = f"{', '.join(of_bond)}: expected without {KS}"
+        raise ValueError(f"{wrong}, which is that of a joint without bond")
     if KS in names and joint == MORTAR:
         raise ValueError(f"{KS}: expected without a bond, --joint {ROCK}")
-    if joint != AUTO:
-        return [joint]
-    return [MORTAR] if of_bond else [ROCK] if KS in names else [MORTAR, ROCK]
+    return [joint] if joint != AUTO else [MORTAR] if of_bond else [ROCK] if KS in names else [MORTAR, ROCK]
 
 
 def default_free(tests: Sequence[ShearTest], joint: str, sides: int, fixed: Mapping[str, float]) -> list[str]:
@@ -143,4 +131,4 @@ def default_free(tests: Sequence[ShearTest], joint: str, sides: int, fixed: Mapp
     if sides == 0 or not (dilates or fixed.get("theta")):
         return free
     free += ["theta"] * dilates + ["flat", "kc"]
-    return free + ["height"] * any(map(saturates, tests))
+    return free + ["height"] * any(test.saturates for test in tests)

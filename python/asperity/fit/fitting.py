@@ -11,9 +11,8 @@ import numpy as np
 
 from .. import contract
 from ..contract import Floats
-from ..options import imported
 from ..parallel import map_in_order
-from .checks import LARGEST_RATIO
+from .checks import LARGEST_RATIO, refuse
 from .constants import (
     AUTO,
     BOND,
@@ -69,9 +68,6 @@ MOST_ROWS = 400000
 MOST_EVALUATIONS = 60
 """Largest number of residual evaluations of one least-squares solution, without those for derivatives."""
 
-Tick = Callable[[str], object]
-"""Function that is called with the name of every part of a fit when it is done."""
-
 
 def fit(
     tests: Sequence[ShearTest],
@@ -85,7 +81,7 @@ def fit(
     starts: int = STARTS_TRIED,
     seed: int = 0,
     confidence: float = 0.95,
-    tick: Tick = lambda _: None,
+    tick: Callable[[str], object] = lambda _: None,
     model_error: float = 0.0,
     executor: Executor | None = None,
     joint: str = AUTO,
@@ -111,7 +107,7 @@ def fit(
     confidence
         Of the intervals.
     tick
-        Called after each start and each refinement.
+        Called with the name of every part of a fit when it is done.
     model_error
         Accepted scatter, as a fraction of the range, of a model that differs from the tests by more than
         noise; the intervals are then wider.
@@ -146,77 +142,55 @@ def fit(
     {'mu': 0.5, 'theta': 20.0}
     """
     for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, MOST_INCREMENTS)):
-        if not 1 <= contract.number(name, value) <= most or value != int(value):
-            raise ValueError(f"{name} = {value!r}: expected 1 to {most}, a whole number")
-    if not 0 <= contract.number("seed", seed) < np.inf or seed != int(seed):
-        raise ValueError(f"seed = {seed!r}: expected a whole number >= 0")
-    if isinstance(tests, ShearTest | str) or not all(isinstance(one, ShearTest) for one in tests):
-        raise ValueError(f"tests = {contract.shown(tests)}: expected tests, as those of read_tests")
-    if not tests:
-        raise ValueError("no tests: expected at least one")
-    if isinstance(free, str):
-        raise ValueError(f"free = {free!r}: expected a sequence of names")
-    if not 0.0 <= model_error < 1.0:
-        raise ValueError(f"model_error = {model_error:g}: expected a fraction of the range, 0 to 1")
-    if not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence = {confidence:g}: expected between 0 and 1")
-    problems = {}
-    given = {*(name.lstrip("+") for name in free or ()), *(fixed or {}), *(start or {})}
-    for form in joints(given, joint):
-        problems[form] = _checked(
-            list(tests),
-            form,
-            free,
-            dict(fixed or {}),
-            bounds or {},
-            start or {},
-            sides,
-            direction,
-            int(increments),
-        )
-    found: dict[str, list[Any]] = {}
-    for form, problem in problems.items():
-        found[form] = []
-        for one in search(problem.coarse(), start or {}, int(starts), int(seed), executor):
-            found[form].append(one)
-            tick(f"start {len(found[form])} of {starts}" + (f", {form}" if len(problems) > 1 else ""))
+        whole = 1 <= contract.number(name, value) <= most and value == int(value)
+        refuse(not whole, f"{name} = {value!r}: expected 1 to {most}, a whole number")
+    whole = 0 <= contract.number("seed", seed) < np.inf and seed == int(seed)
+    refuse(not whole, f"seed = {seed!r}: expected a whole number >= 0")
+    proper = not isinstance(tests, ShearTest | str) and all(isinstance(one, ShearTest) for one in tests)
+    refuse(not proper, f"tests = {contract.shown(tests)}: expected tests, as those of read_tests")
+    refuse(not tests, "no tests: expected at least one")
+    refuse(isinstance(free, str), f"free = {free!r}: expected a sequence of names")
+    wanted = "expected a fraction of the range, 0 to 1"
+    refuse(not 0.0 <= model_error < 1.0, f"model_error = {model_error:g}: {wanted}")
+    refuse(not 0.0 < confidence < 1.0, f"confidence = {confidence:g}: expected between 0 and 1")
+    refuse(not np.isfinite(direction), f"direction = {direction:g}: expected a finite angle in degrees")
+    fixed, start, bounds = dict(fixed or {}), dict(start or {}), dict(bounds or {})
+    given = {*(name.lstrip("+") for name in free or ()), *fixed, *start}
+    forms = joints(given, joint)
+    empty = Problem(list(tests), (), {}, {}, SIDES, float(direction), int(increments))
+    problems = {form: _problem(empty, form, free, fixed, bounds, start, sides) for form in forms}
     rough: dict[str, Fit] = {}
-    for form, solutions in found.items():
-        best = min(solutions, key=lambda one: one.chisqr)
-        costs = tuple(sorted(float(one.chisqr) for one in solutions))
-        rough[form] = Fit(problems[form].coarse(), best, confidence, model_error, costs, form=form)
-    criteria = {form: one.result.bic for form, one in rough.items()}
+    for form, problem in problems.items():
+        solutions: list[Any] = []
+        for one in search(problem.coarse(), start, int(starts), int(seed), executor):
+            solutions.append(one)
+            tick(f"start {len(solutions)} of {starts}" + (f", {form}" if len(problems) > 1 else ""))
+        solutions.sort(key=lambda one: float(one.chisqr))
+        costs = tuple(float(one.chisqr) for one in solutions)
+        rough[form] = Fit(problem.coarse(), solutions[0], confidence, model_error, costs, form=form)
+    criteria = {form: float(one.result.bic) for form, one in rough.items()}
     # a bond that the tests do not determine is not there
-    supported = [form for form, one in rough.items() if not {"sigma0", "Gc"} & {*one.undetermined}] or [
-        *rough
-    ]
-    form = min(supported, key=lambda one: criteria[one])
-    problem, best, costs = problems[form], rough[form].result, rough[form].costs
+    supported = [form for form, one in rough.items() if not {"sigma0", "Gc"} & {*one.undetermined}]
+    form = min(supported or rough, key=lambda one: criteria[one])
+    problem, best = problems[form], rough[form]
     # residuals that are no noise say nothing about weights
-    if not rough[form].dependent:
-        problem = replace(problem, weight=_weight(problem.coarse(), best.residual))
-    result = minimise(
-        problem.residuals,
-        problem.free,
-        np.array(best.x),
-        problem.bounds,
-        derivatives=lambda x: differences(problem.residuals, x, executor=executor),
-    )
+    tau, dilation = best.scatter
+    if not best.dependent and dilation > 0.0:
+        problem = replace(problem, weight=float(np.clip(tau / dilation, 1.0 / MOST_WEIGHT, MOST_WEIGHT)))
+    derivatives = lambda x: differences(problem.residuals, x, executor=executor)  # noqa: E731
+    x, slopes = best.x, derivatives
     while True:
-        outcome = Fit(problem, result, confidence, model_error, costs, form=form, criteria=criteria)
+        result = minimise(problem.residuals, problem.free, x, problem.bounds, FOUND, slopes)
+        found = Fit(problem, result, confidence, model_error, best.costs, form=form, criteria=criteria)
         parts = problem.refinement * REFINE
         finer = replace(problem, refinement=parts)
-        shift = outcome.shift_by(finer.residuals(outcome.x) - outcome.residuals)
+        shift = found.shift_by(finer.residuals(found.x) - found.residuals)
         tick(f"1/{parts} of the increments")
         longest = max(path.slips.size for path in finer.paths)
         if shift <= ENOUGH or parts > REFINE**REFINEMENTS or REFINE * longest > MOST_ROWS:
-            return replace(outcome, shift=shift)
-        problem = finer
+            return replace(found, shift=shift)
         # the derivatives of the coarser model are near enough
-        slopes = outcome.jacobian
-        result = minimise(
-            problem.residuals, problem.free, outcome.x, problem.bounds, FOUND, lambda _, slopes=slopes: slopes
-        )
+        x, problem, slopes = found.x, finer, lambda _, known=found.jacobian: known
 
 
 def minimise(
@@ -232,7 +206,8 @@ def minimise(
 
     derivatives: of the residuals; None: forward differences with a step.
     """
-    lmfit = imported("lmfit")
+    import lmfit
+
     parameters = lmfit.Parameters()
     for name, value in zip(names, x, strict=True):
         low, high = to_scale(name, bounds[name]).tolist()
@@ -272,12 +247,11 @@ def differences(
     executor: Executor | None = None,
 ) -> Floats:
     """Derivatives of residuals by central differences, or with the residuals at x by forward ones."""
-    steps = step * np.maximum(1.0, 0.1 * np.abs(x))
-    points = [x + shift for shift in np.diag(steps)] + [x - shift for shift in np.diag(steps) if here is None]
-    found = np.array(map_in_order(residuals, points, executor))
+    steps = np.diag(step * np.maximum(1.0, 0.1 * np.abs(x)))
+    found = np.array(map_in_order(residuals, [*(x + steps), *(x - steps if here is None else [])], executor))
     if here is None:
-        return (found[: x.size] - found[x.size :]).T / (2.0 * steps)
-    return (found - here).T / steps
+        return (found[: x.size] - found[x.size :]).T / (2.0 * np.diag(steps))
+    return (found - here).T / np.diag(steps)
 
 
 def search(
@@ -309,120 +283,81 @@ def _hypercube(problem: Problem, seed: int) -> list[Floats]:
     from scipy.stats import qmc
 
     names, size = problem.free, sizes(problem.tests)
-    drawn = ["s_f" if name == "Gc" else name for name in names]
-    low, high = np.array([start_range(name, *size) for name in drawn]).T
-    points = []
-    for x in qmc.scale(qmc.LatinHypercube(len(names), rng=seed).random(SAMPLES), low, high):
-        if "Gc" in names:
-            at = names.index("Gc")
-            sigma0 = problem.values(x)["sigma0"]
-            x[at] += np.log(0.5 * sigma0)
-        ends = np.array([to_scale(name, problem.bounds[name]) for name in names]).T
-        points.append(np.clip(x, *ends))
-    return points
+    low, high = np.array([start_range("s_f" if name == "Gc" else name, *size) for name in names]).T
+    points = qmc.scale(qmc.LatinHypercube(len(names), rng=seed).random(SAMPLES), low, high)
+    if "Gc" in names:
+        points[:, names.index("Gc")] += [np.log(0.5 * problem.values(x)["sigma0"]) for x in points]
+    ends = np.array([to_scale(name, problem.bounds[name]) for name in names]).T
+    return list(np.clip(points, *ends))
 
 
-def _weight(problem: Problem, residuals: Floats) -> float:
-    """Weight of the dilation with which its residuals scatter as those of tau do."""
-    tau, dilation = (residuals[problem.is_dilation == which] for which in (False, True))
-    size = float(np.sqrt(np.mean(dilation**2))) if dilation.size else 0.0
-    if size == 0.0:
-        return 1.0
-    return float(np.clip(np.sqrt(np.mean(tau**2)) / size, 1.0 / MOST_WEIGHT, MOST_WEIGHT))
-
-
-def _checked(
-    tests: list[ShearTest],
+def _problem(
+    empty: Problem,
     form: str,
     wanted: Sequence[str] | None,
     fixed: dict[str, float],
     bounds: Mapping[str, tuple[float, float]],
     start: Mapping[str, float],
     sides: int | None,
-    direction: float,
-    increments: int,
 ) -> Problem:
     """Problem of a fit; raises ValueError for inadmissible names, values, bounds and too few data."""
-    for what, names in (("free", wanted or ()), ("set", fixed), ("bounds", bounds), ("start", start)):
-        unknown = [name for name in names if name.removeprefix("+") not in SCALES]
-        if unknown:
-            raise ValueError(f"{what}: {unknown[0]}: expected one of {', '.join(SCALES)}")
-    more = [name.removeprefix("+") for name in wanted or () if name.startswith("+")]
-    both = [name.removeprefix("+") for name in wanted or () if name.removeprefix("+") in fixed]
-    if both:
-        raise ValueError(f"{both[0]}: free or set: expected one of the two")
+    tests, plain = empty.tests, [name.removeprefix("+") for name in wanted or ()]
+    for what, names in (("free", plain), ("set", fixed), ("bounds", bounds), ("start", start)):
+        unknown = next((name for name in names if name not in SCALES), "")
+        refuse(unknown, f"{what}: {unknown}: expected one of {', '.join(SCALES)}")
+    both = next((name for name in plain if name in fixed), "")
+    refuse(both, f"{both}: free or set: expected one of the two")
     if sides is None:
-        inclines = {"theta", *INCLINED} & {*(wanted or ()), *more, *(n for n, v in fixed.items() if v)}
+        inclines = {"theta", *INCLINED} & {*plain, *(name for name, value in fixed.items() if value)}
         sides = SIDES if inclines or any(test.s_N is not None for test in tests) else 0
-    if wanted is None or more:
-        free = [
-            name for name in default_free(tests, form, sides, fixed) if name not in fixed and name not in more
-        ]
-        free += [name.removeprefix("+") for name in wanted or ()]
-    else:
-        free = list(wanted)
-    if not free or len(set(free)) < len(free):
-        raise ValueError(f"free: {', '.join(free) or 'none'}: expected names, each once")
+    free = plain
+    if wanted is None or any(name.startswith("+") for name in wanted):
+        usual = default_free(tests, form, sides, fixed)
+        free = [name for name in usual if name not in fixed and name not in plain] + plain
+    once = free and len(set(free)) == len(free)
+    refuse(not once, f"free: {', '.join(free) or 'none'}: expected names, each once")
     for what, names in (("bounds", bounds), ("start", start)):
-        other = [name for name in names if name not in free]
-        if other:
-            raise ValueError(f"{what}: {other[0]}: expected one of the free ones, {', '.join(free)}")
-    inclined = [name for name in INCLINED if name in free]
-    if sides == 0 and inclined:
-        raise ValueError(
-            f"free: {', '.join(inclined)}: expected inclined planes, which sides = 0 does not have"
-        )
+        other = next((name for name in names if name not in free), "")
+        refuse(other, f"{what}: {other}: expected one of the free ones, {', '.join(free)}")
+    inclined = [name for name in INCLINED if name in free and sides == 0]
+    refuse(inclined, f"free: {', '.join(inclined)}: expected inclined planes, which sides = 0 does not have")
     known = DEFAULTS | (ROCK_VALUES if form == ROCK else {}) | ({"theta": 0.0} if sides == 0 else {}) | fixed
     names = [name for name in SCALES if name not in (BOND if form == ROCK else (KS,))]
-    missing = [name for name in names if name not in free and name not in known]
-    if missing:
-        why = " (no dilation was measured that shows it)" if missing[0] == "theta" and wanted is None else ""
-        raise ValueError(
-            f"{missing[0]}: expected it among the free ones, or a value, --set {missing[0]}={why}"
-        )
+    missing = next((name for name in names if name not in free and name not in known), "")
+    why = " (no dilation was measured that shows it)" if missing == "theta" and wanted is None else ""
+    refuse(missing, f"{missing}: expected it among the free ones, or a value, --set {missing}={why}")
     stress, length = sizes(tests)
-    flattest = plausible("theta", stress, length)[0]
-    if 0.0 < known.get("theta", 0.0) < flattest:
-        raise ValueError(
-            f"set: theta = {known['theta']:g}: expected degrees, 0 or at least {flattest:g} "
-            f"(a radian is {np.degrees(1.0):.1f})"
-        )
+    flattest, theta = plausible("theta", stress, length)[0], known.get("theta", 0.0)
+    refuse(
+        0.0 < theta < flattest,
+        f"set: theta = {theta:g}: expected degrees, 0 or at least {flattest:g} (a radian is 57.3)",
+    )
     within = {name: plausible(name, stress, length) for name in free}
     for name, (low, high) in bounds.items():
         top = {"logit": 1.0, "linear": 90.0}.get(SCALES[name], np.inf)
-        if not 0.0 < low < high < top:
-            raise ValueError(f"bounds: {name} = {low:g}, {high:g}: expected 0 < low < high < {top:g}")
+        wanted_ends = f"expected 0 < low < high < {top:g}"
+        refuse(not 0.0 < low < high < top, f"bounds: {name} = {low:g}, {high:g}: {wanted_ends}")
         within[name] = (low, high)
     for name, value in start.items():
-        if not within[name][0] <= contract.number(name, value) <= within[name][1]:
-            ends = "{:g} to {:g}".format(*within[name]) + ", its bounds" + " in degrees" * (name == "theta")
-            raise ValueError(f"start: {name} = {value:g}: expected {ends}")
-    if not np.isfinite(direction):
-        raise ValueError(f"direction = {direction:g}: expected a finite angle in degrees")
+        ends = "{:g} to {:g}".format(*within[name]) + ", its bounds" + " in degrees" * (name == "theta")
+        inside = within[name][0] <= contract.number(name, value) <= within[name][1]
+        refuse(not inside, f"start: {name} = {value:g}: expected {ends}")
     values = {name: contract.number(name, known[name]) for name in names if name not in free}
-    problem = Problem(tests, tuple(free), values, within, sides, float(direction), increments)
+    problem = replace(empty, free=tuple(free), fixed=values, bounds=within, sides=sides)
     middle = {name: float(from_scale(name, to_scale(name, ends).mean())) for name, ends in within.items()}
     problem.interface(values | middle)
     if form != ROCK:
-        _check_lengths(problem, length)
-    count = problem.is_dilation.size
-    if count <= 2 * len(free):
-        raise ValueError(
-            f"{count} values in {len(tests)} tests: expected more than {2 * len(free)}, twice "
-            f"the {len(free)} free constants"
-        )
-    return problem
-
-
-def _check_lengths(problem: Problem, length: float) -> None:
-    """Raise ValueError where the slips cannot have the unit of 2 Gc/sigma0."""
-    ends = [
-        [problem.fixed[name]] * 2 if name in problem.fixed else problem.bounds[name]
-        for name in ("Gc", "sigma0")
-    ]
-    shortest, longest = 2.0 * ends[0][0] / ends[1][1], 2.0 * ends[0][1] / ends[1][0]
-    if not shortest / LARGEST_RATIO <= length <= LARGEST_RATIO * longest:
-        raise ValueError(
+        Gc, sigma0 = (within.get(name, (values.get(name),) * 2) for name in ("Gc", "sigma0"))
+        shortest, longest = 2.0 * Gc[0] / sigma0[1], 2.0 * Gc[1] / sigma0[0]  # type: ignore[operator]
+        refuse(
+            not shortest / LARGEST_RATIO <= length <= LARGEST_RATIO * longest,
             f"column slip: up to {length:g} where s_f = 2 Gc/sigma0 is {shortest:g} to {longest:g}: expected "
-            f"the unit of Gc/sigma0 (a ratio from {1.0 / LARGEST_RATIO:g} to {LARGEST_RATIO:g})"
+            f"the unit of Gc/sigma0 (a ratio from {1.0 / LARGEST_RATIO:g} to {LARGEST_RATIO:g})",
         )
+    count = problem.is_dilation.size
+    refuse(
+        count <= 2 * len(free),
+        f"{count} values in {len(tests)} tests: expected more than {2 * len(free)}, twice the {len(free)} "
+        "free constants",
+    )
+    return problem

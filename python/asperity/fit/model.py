@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,12 +38,21 @@ MOST_SEARCHED = 80
 """Rows of a test, and increments, from which the starts search."""
 
 
-@dataclass(frozen=True, eq=False)
-class SlipPath:
+class SlipPath(NamedTuple):
     """Slips (P,) of the model for a test, from zero on, and which of them are rows of the test."""
 
     slips: Floats
     rows: np.ndarray
+
+
+class Part(NamedTuple):
+    """Residuals of one column of a test: its number, its name and values, their scale, and the place."""
+
+    number: int
+    name: str
+    measured: Floats
+    scale: float
+    place: slice
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,45 +74,43 @@ class Problem:
     increments: int = INCREMENTS
     refinement: int = 1
     weight: float = 1.0
-    paths: list[SlipPath] = field(init=False)
-    spreads: list[tuple[float, float]] = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Load paths of the model and scales of the residuals."""
-        paths = [_path(test.slip, self.increments, self.refinement) for test in self.tests]
-        object.__setattr__(self, "paths", paths)
-        dilations = [0.0 if test.s_N is None else float(np.ptp(test.s_N)) for test in self.tests]
-        least = LEAST_SPREAD * max(dilations)
-        # the scale of an envelope is its peak
-        ranges = [float(np.ptp([0.0, *test.tau] if test.envelope else test.tau)) for test in self.tests]
-        spreads = [(one, max(d, least)) for one, d in zip(ranges, dilations, strict=True)]
-        object.__setattr__(self, "spreads", spreads)
-
-    @property
-    def dilation(self) -> bool:
-        """Whether any test has a dilation that is not zero."""
-        return bool(self.is_dilation.any())
 
     @cached_property
-    def parts(self) -> list[tuple[ShearTest, str, slice]]:
-        """Parts of the residuals: test, column (tau or dilation) and place."""
-        parts, at = [], 0
-        for test, (_, spread) in zip(self.tests, self.spreads, strict=True):
-            for column in ("tau", "dilation")[: 1 + (test.s_N is not None and spread > 0.0)]:
-                parts.append((test, column, slice(at, at + test.slip.size)))
-                at += test.slip.size
+    def paths(self) -> list[SlipPath]:
+        """Load paths of the model, in steps of at most the length of the path over `increments`."""
+        found = []
+        for test in self.tests:
+            nodes = np.append(0.0, test.slip)
+            lengths = np.abs(np.diff(nodes))
+            parts = np.maximum(1, np.ceil(lengths / lengths.sum() * self.increments - 1e-9).astype(int))
+            rows = np.cumsum(np.append(0, parts * self.refinement))
+            found.append(SlipPath(np.interp(np.arange(rows[-1] + 1), rows, nodes), rows[1:]))
+        return found
+
+    @cached_property
+    def parts(self) -> list[Part]:
+        """Parts of the residuals; their scale is the range, or for an envelope its peak."""
+        least = LEAST_SPREAD * max([0.0, *(np.ptp(one.s_N) for one in self.tests if one.s_N is not None)])
+        parts: list[Part] = []
+        for number, test in enumerate(self.tests):
+            columns = [("tau", test.tau, float(np.ptp([0.0, *test.tau] if test.envelope else test.tau)))]
+            scale = 0.0 if test.s_N is None else max(float(np.ptp(test.s_N)), least)
+            if scale > 0.0:
+                columns.append(("dilation", test.s_N, scale))
+            for column in columns:
+                start = parts[-1].place.stop if parts else 0
+                parts.append(Part(number, *column, slice(start, start + test.slip.size)))
         return parts
 
     @cached_property
     def is_dilation(self) -> np.ndarray:
         """Mask of the residuals of s_N."""
-        return np.concatenate([np.full(test.slip.size, name == "dilation") for test, name, _ in self.parts])
+        return np.concatenate([np.full(one.measured.size, one.name == "dilation") for one in self.parts])
 
     def values(self, x: Floats) -> dict[str, float]:
         """Values of all constants by name, from the free ones on their scales."""
-        return dict(self.fixed) | {
-            name: float(from_scale(name, value)) for name, value in zip(self.free, x, strict=True)
-        }
+        found = {name: float(from_scale(name, value)) for name, value in zip(self.free, x, strict=True)}
+        return dict(self.fixed) | found
 
     def interface(self, values: Mapping[str, float]) -> Interface:
         """The interface with these constants."""
@@ -110,24 +118,19 @@ class Problem:
 
     def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
         """tau, s_N and the number of converged rows of each test, from `slip_curve`."""
-        interface = self.interface(values)
+        interface, preload = self.interface(values), self.refinement * PRELOAD
         pairs = zip(self.tests, self.paths, strict=True)
-        preload = self.refinement * PRELOAD
         return [slip_curve(interface, test, path, self.direction, preload) for test, path in pairs]
 
     def residuals(self, x: Floats) -> Floats:
         """Model less measurement, divided by the range of tau or of s_N of each test, with their weights."""
-        parts = []
-        curves = self.curves(self.values(x))
-        for test, spread, path, (tau, s_N, done) in zip(
-            self.tests, self.spreads, self.paths, curves, strict=True
-        ):
-            rows = path.rows
-            lost = PENALTY * (rows >= done)
-            parts.append((at_rows(test, tau, rows) - test.tau) / spread[0] + lost)
-            if test.s_N is not None and spread[1] > 0.0:
-                parts.append(self.weight * ((s_N[rows] - test.s_N) / spread[1] + lost))
-        return np.concatenate(parts)
+        found, curves = [], self.curves(self.values(x))
+        for number, name, measured, scale, _ in self.parts:
+            rows, (tau, s_N, done) = self.paths[number].rows, curves[number]
+            model = at_rows(self.tests[number], tau, rows) if name == "tau" else s_N[rows]
+            weight = 1.0 if name == "tau" else self.weight
+            found.append(weight * ((model - measured) / scale + PENALTY * (rows >= done)))
+        return np.concatenate(found)
 
     def coarse(self) -> Problem:
         """Problem with few rows and increments, on which the starts search."""
@@ -138,18 +141,6 @@ class Problem:
             some = {name: one if one is None else one[rows] for name, one in columns.items()}
             tests.append(replace(test, **some, lines=()))
         return replace(self, tests=tests, increments=min(self.increments, MOST_SEARCHED))
-
-
-def _path(slip: Floats, increments: int, refinement: int) -> SlipPath:
-    """Slips from zero through those of a test, in steps of at most the length of the path over `increments`.
-
-    Each increment is divided into `refinement` sub-increments.
-    """
-    nodes = np.concatenate([[0.0], slip])
-    lengths = np.abs(np.diff(nodes))
-    parts = np.maximum(1, np.ceil(lengths / lengths.sum() * increments - 1e-9).astype(int)) * refinement
-    pieces = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(nodes[:-1], nodes[1:], parts, strict=True)]
-    return SlipPath(np.concatenate([[0.0], *pieces]), np.cumsum(parts))
 
 
 def at_rows(test: ShearTest, tau: Floats, rows: np.ndarray) -> Floats:
@@ -169,14 +160,10 @@ def slip_curve(
     n = path.slips.size
     load, slide = slip_path(direction, path.slips, test.sigma_N, preload, test.k_N)
     if test.path_N is not None:
-        normal = np.interp(np.arange(n), [0, *path.rows], [test.sigma_N, *test.path_N])
-        slide = replace(slide, t_N=normal)
-    history, _ = interface.rows([load, slide])
-    history = history.after_step(1)
+        slide = replace(slide, t_N=np.interp(np.arange(n), [0, *path.rows], [test.sigma_N, *test.path_N]))
+    history = interface.rows([load, slide])[0].after_step(1)
     done = len(history)
     if done == 0:
         return np.zeros(n), np.zeros(n), 0
-    # rows without equilibrium repeat the last one
     place = np.minimum(np.arange(n), done - 1)
-    tau = history.tau_along(direction)
-    return tau[place], (history.dilation - history.dilation[0])[place], done
+    return history.tau_along(direction)[place], (history.dilation - history.dilation[0])[place], done

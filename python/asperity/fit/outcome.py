@@ -47,9 +47,6 @@ RANK = 1.0e-10
 NEAR_BOUND = 1.0e-3
 """Distance of a constant from its bound, over that of its bounds on its scale, that counts as none."""
 
-NAMES = ("peak", "slip at peak", "residual", "dilation")
-"""Numbers of a test that are compared: the residual and the dilation are those at the end."""
-
 
 @dataclass(frozen=True)
 class Estimate:
@@ -104,49 +101,50 @@ class Fit:
         """Constants by name, fixed ones included."""
         return self.problem.values(self.x)
 
+    @property
+    def interface(self) -> Interface:
+        """Interface with the identified constants."""
+        return self.problem.interface(self.values)
+
     @cached_property
     def scatter(self) -> tuple[float, float]:
         """Standard deviation of tau and of s_N about the fit, over their range (nan without dilation)."""
         # the degrees of freedom of the constants are divided among the quantities by their number of rows
         share = 1.0 - self.x.size / self.residuals.size
         parts = [self.residuals[self.problem.is_dilation == which] for which in (False, True)]
-        found = [float(np.sqrt(np.mean(part**2) / share)) if part.size else np.nan for part in parts]
-        return found[0], found[1] / self.problem.weight
+        tau, s_N = (float(np.sqrt(np.mean(part**2) / share)) if part.size else np.nan for part in parts)
+        return tau, s_N / self.problem.weight
 
     @cached_property
     def inverse(self) -> Floats:
-        """Changes of the constants on their scales with the residuals, (p, n)."""
-        return np.linalg.pinv(self.jacobian, rcond=RANK)
+        """Changes of the constants on their scales with the residuals, (p, n).
+
+        They are large in the directions without influence, which have a large variance.
+        """
+        left, sizes, right = np.linalg.svd(self.jacobian, full_matrices=False)
+        return np.asarray(right.T / np.maximum(sizes, RANK * sizes[0])) @ left.T
 
     @cached_property
     def covariance(self) -> Floats:
-        """Covariance (p, p) of x, of lmfit; directions without influence have a large variance."""
-        found = self.result.covar if self.result.errorbars else None
-        if found is not None and (np.diag(found) > 0.0).all():
-            return np.asarray(found)
-        _, sizes, directions = np.linalg.svd(self.jacobian, full_matrices=False)
-        dark = directions[sizes <= RANK * sizes[0]]
-        variance: Floats = self.result.redchi * self.inverse @ self.inverse.T + dark.T @ dark / RANK
-        return variance
+        """Covariance (p, p) of x, as that of lmfit where every constant has an influence."""
+        return np.asarray(self.result.redchi * self.inverse @ self.inverse.T)
 
     @property
     def errors(self) -> Floats:
         """Standard errors (p,) of x."""
         return np.sqrt(np.diag(self.covariance))
 
+    @property
+    def correlation(self) -> Floats:
+        """Correlation matrix of the free constants on their scales, (p, p)."""
+        return np.asarray(self.covariance / np.outer(self.errors, self.errors))
+
     @cached_property
     def neighbours(self) -> float:
         """Correlation of the residuals of neighbouring rows."""
-        parts = [self.residuals[place] for _, _, place in self.problem.parts]
+        parts = [self.residuals[one.place] for one in self.problem.parts]
         size = float(self.residuals @ self.residuals)
         return sum(float(part[:-1] @ part[1:]) for part in parts) / size if size > 0.0 else 0.0
-
-    @property
-    def quantile(self) -> float:
-        """Quantile of Student's t at `confidence`; with an accepted model error it is widened."""
-        from scipy.special import stdtrit
-
-        return float(stdtrit(self.result.nfree, 0.5 + 0.5 * self.confidence)) * self.widening
 
     @property
     def dependent(self) -> bool:
@@ -164,10 +162,11 @@ class Fit:
         return self.dependence_factor if self.dependent and self.model_error > 0.0 else 1.0
 
     @property
-    def correlation(self) -> Floats:
-        """Correlation matrix of the free constants on their scales, (p, p)."""
-        matrix: Floats = self.covariance / np.outer(self.errors, self.errors)
-        return matrix
+    def quantile(self) -> float:
+        """Quantile of Student's t at `confidence`; with an accepted model error it is widened."""
+        from scipy.special import stdtrit
+
+        return float(stdtrit(self.result.nfree, 0.5 + 0.5 * self.confidence)) * self.widening
 
     @property
     def estimates(self) -> dict[str, Estimate]:
@@ -178,32 +177,19 @@ class Fit:
             for name, x, h in zip(self.problem.free, self.x, half, strict=True)
         }
 
-    @property
-    def interface(self) -> Interface:
-        """Interface with the identified constants."""
-        return self.problem.interface(self.values)
-
     def of(self, function: Callable[[Mapping[str, float]], float]) -> Estimate:
         """Interval of a positive function of the constants, from the gradient of its logarithm."""
-
-        def log(x: Floats) -> float:
-            return float(np.log(function(self.problem.values(x))))
-
         step = 1e-4
-        gradient = np.array(
-            [(log(self.x + d) - log(self.x - d)) / (2.0 * step) for d in step * np.eye(self.x.size)]
-        )
+        points = self.x + step * np.vstack([np.zeros_like(self.x), np.eye(self.x.size), -np.eye(self.x.size)])
+        value, *beside = (float(np.log(function(self.problem.values(x)))) for x in points)
+        gradient = np.subtract(*np.split(np.array(beside), 2)) / (2.0 * step)
         half = self.quantile * float(np.sqrt(gradient @ self.covariance @ gradient))
-        value = log(self.x)
-        return Estimate(*np.exp(np.clip([value, value - half, value + half], -700.0, 700.0)).tolist())
+        return Estimate(*from_scale("", [value, value - half, value + half]).tolist())
 
     def shift_by(self, change: Floats) -> float:
         """Largest change of a constant, in standard errors, due to a change of the residuals (n,)."""
-        sizes = [
-            abs(x) if SCALES[name] == "linear" else 1.0
-            for name, x in zip(self.problem.free, self.x, strict=True)
-        ]
-        errors = np.maximum(self.errors, LEAST_ERROR * np.array(sizes))
+        linear = [SCALES[name] == "linear" for name in self.problem.free]
+        errors = np.maximum(self.errors, LEAST_ERROR * np.where(linear, np.abs(self.x), 1.0))
         return float(np.max(np.abs(self.inverse @ change) / errors))
 
     @property
@@ -214,10 +200,31 @@ class Fit:
     @property
     def inseparable(self) -> bool:
         """Whether mu and theta are to be identified from tests that show the residual ratio only."""
-        free = self.problem.free
-        if self.problem.dilation or not {"mu", "theta"} <= set(free):
-            return False
-        return abs(float(self.correlation[free.index("mu"), free.index("theta")])) > COUPLED
+        return {"mu", "theta"} in map(set, self.coupled) and not self.problem.is_dilation.any()
+
+    @property
+    def coupled(self) -> dict[tuple[str, str], float]:
+        """Correlation of the pairs of constants that cannot be separated."""
+        free, correlation = self.problem.free, self.correlation
+        pairs = np.argwhere(np.triu(np.abs(correlation) > COUPLED, 1)).tolist()
+        return {(free[i], free[j]): float(correlation[i, j]) for i, j in pairs}
+
+    @property
+    def undetermined(self) -> list[str]:
+        """Free constants whose intervals are wider than UNDETERMINED to either side, the widest first."""
+        widths = {}
+        for name, x, error in zip(self.problem.free, self.x, self.errors, strict=True):
+            most = abs(x) / UNDETERMINED if SCALES[name] == "linear" else np.log(UNDETERMINED)
+            widths[name] = float(self.quantile * error / most)
+        return sorted((name for name, width in widths.items() if width > 1.0), key=lambda name: -widths[name])
+
+    @property
+    def at_bounds(self) -> list[str]:
+        """Free constants that lie at a bound."""
+        names, bounds = self.problem.free, self.problem.bounds
+        low, high = np.array([to_scale(name, bounds[name]) for name in names]).T
+        near = np.minimum(self.x - low, high - self.x) < NEAR_BOUND * (high - low)
+        return [name for name, one in zip(names, near, strict=True) if one]
 
     @cached_property
     def curves(self) -> list[tuple[Floats, Floats, int]]:
@@ -232,24 +239,17 @@ class Fit:
 
     @cached_property
     def comparison(self) -> list[dict[str, tuple[float, float]]]:
-        """Measured and fitted numbers of each test, by NAMES."""
+        """Measured and fitted numbers of each test; the residual and the dilation are those at the end."""
         found = []
-        for test, path, (tau, s_N, _) in zip(
-            self.problem.tests, self.problem.paths, self.curves, strict=True
-        ):
-            model, way = at_rows(test, tau, path.rows), test.slip
-            if test.envelope:
-                pairs = {"peak": (test.tau[0], model[0]), "residual": (test.tau[1], model[1])}
-            else:
-                peaks = [int(np.argmax(np.abs(one))) for one in (test.tau, model)]
-                pairs = {
-                    "peak": (abs(test.tau[peaks[0]]), abs(model[peaks[1]])),
-                    "slip at peak": (abs(way[peaks[0]]), abs(way[peaks[1]])),
-                    "residual": (abs(test.tau[-1]), abs(model[-1])),
-                }
-                if test.s_N is not None:
-                    pairs["dilation"] = (test.s_N[-1], s_N[path.rows[-1]])
-            found.append({name: (float(a), float(b)) for name, (a, b) in pairs.items()})
+        for test, path, curve in zip(self.problem.tests, self.problem.paths, self.curves, strict=True):
+            both = np.abs([test.tau, at_rows(test, curve[0], path.rows)])
+            numbers = {"peak": both.max(axis=1), "residual": both[:, -1]}
+            if not test.envelope:
+                at_peak = np.abs(test.slip)[both.argmax(axis=1)]
+                numbers = {"peak": numbers["peak"], "slip at peak": at_peak, "residual": both[:, -1]}
+            if test.s_N is not None:
+                numbers["dilation"] = np.array([test.s_N[-1], curve[1][path.rows[-1]]])
+            found.append({name: (float(a), float(b)) for name, (a, b) in numbers.items()})
         return found
 
     @cached_property
@@ -258,40 +258,17 @@ class Fit:
 
         The largest of the scatter over the peak and of the differences at peak, end and of the dilation.
         """
-        if not self.dependent:
-            return 0.0, 0.0
-        sizes = {"tau": [0.0], "dilation": [0.0]}
-        for test, name, place in self.problem.parts:
-            values = test.tau if name == "tau" else test.s_N
-            scale = self.problem.spreads[self.problem.tests.index(test)][name != "tau"]
-            part = self.residuals[place] / (1.0 if name == "tau" else self.problem.weight)
-            sizes[name].append(float(np.sqrt(np.mean(part**2))) * scale / float(np.abs(values).max()))
-        for test, one in zip(self.problem.tests, self.comparison, strict=True):
-            for name, (measured, fitted) in one.items():
-                kind = {"peak": "tau", "residual": "tau", "dilation": "dilation"}.get(name)
-                scale = abs(fitted) if kind != "dilation" else max(abs(fitted), float(np.ptp(test.s_N)))
-                if kind and scale > 0.0:
-                    sizes[kind].append(abs(measured - fitted) / scale)
-        return max(sizes["tau"]), max(sizes["dilation"])
-
-    @property
-    def undetermined(self) -> list[str]:
-        """Free constants whose intervals are wider than UNDETERMINED to either side, the widest first."""
-        widths = {}
-        for name, x, error in zip(self.problem.free, self.x, self.errors, strict=True):
-            most = abs(x) / UNDETERMINED if SCALES[name] == "linear" else np.log(UNDETERMINED)
-            widths[name] = float(self.quantile * error / most)
-        return sorted((name for name, width in widths.items() if width > 1.0), key=lambda name: -widths[name])
-
-    @property
-    def at_bounds(self) -> list[str]:
-        """Free constants that lie at a bound."""
-        found = []
-        for name, x in zip(self.problem.free, self.x, strict=True):
-            low, high = to_scale(name, self.problem.bounds[name])
-            if min(x - low, high - x) < NEAR_BOUND * (high - low):
-                found.append(name)
-        return found
+        largest = {"tau": 0.0, "dilation": 0.0}
+        for number, name, measured, scale, place in self.problem.parts if self.dependent else ():
+            weight = 1.0 if name == "tau" else self.problem.weight
+            sizes = [float(np.sqrt(np.mean(self.residuals[place] ** 2))) / weight * scale]
+            sizes[0] /= float(np.abs(measured).max())
+            one = self.comparison[number]
+            for a, b in [one["peak"], one["residual"]] if name == "tau" else [one["dilation"]]:
+                size = abs(b) if name == "tau" else max(abs(b), float(np.ptp(measured)))
+                sizes.append(abs(a - b) / size if size > 0.0 else 0.0)
+            largest[name] = max(largest[name], *sizes)
+        return largest["tau"], largest["dilation"]
 
 
 def residual_ratio(values: Mapping[str, float]) -> float:

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import re
 import unicodedata
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .. import contract
-from ..material import ModelWarning
 from ..tables import Table, raise_all, read_table
 from . import checks, units
+from .checks import doubt, refuse
 from .shear_test import ShearTest
 
 if TYPE_CHECKING:
@@ -31,7 +30,7 @@ LEAST_ROWS = 5
 
 SHEAR = r"(?=.*(shear|horizontal|tangen|scher|schub|cisail|taglio|orizzontal|corte|cortant|cisalha))"
 NORMAL = r"(?=.*(normal|vertical|vertikal|confin))"
-PATH = r"(?=.*(displ|verschieb|weg\b|deplac|sposta|desplaza|desloca|slip))"
+PATH = r"(?=.*(disp|verschieb|weg\b|deplac|sposta|desplaza|desloca|slip))"
 STRESS = r"(?=.*(stress|spannung|contrainte|tension|sforzo|esfuerzo|tensao|traction|pressure|pression))"
 STRENGTH = r"(?=.*(stress|strength|spannung|festig|contrainte|resist|tension|esfuerzo|tensao))"
 OTHER = r"rate|speed|veloc|geschwind|vitesse|force|kraft|forza|fuerza|forca|strain"
@@ -75,48 +74,42 @@ def read_tests(
         if value is not None and not (0.0 <= value < np.inf and (value or name == "k_N")):
             raise ValueError(f"{name} = {value:g}: expected a finite stiffness {least}")
     for name in columns or {}:
-        if name not in KNOWN:
-            raise ValueError(f"columns: {name}: expected one of {', '.join(KNOWN)}")
+        refuse(name not in KNOWN, f"columns: {name}: expected one of {', '.join(KNOWN)}")
     held = [] if sigma_N is None else np.atleast_1d(contract.array("sigma_N", sigma_N)).tolist()
-    if not np.isfinite(held).all():
-        raise ValueError(f"sigma_N = {contract.shown(sigma_N)}: expected finite tractions")
-    bad: list[str] = []
-    found: dict[str, tuple[Path, DataFrame]] = {}
-    of_files: dict[str, str] = {}
+    shown = f"sigma_N = {contract.shown(sigma_N)}"
+    refuse(not np.isfinite(held).all(), f"{shown}: expected finite tractions")
     files = [Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)]
-    if not files:
-        raise ValueError("no test: expected a file")
+    refuse(not files, "no test: expected a file")
+    sign, bad = -1.0 if compression_positive else 1.0, []
+    found: list[DataFrame] = []
     for path in files:
-        if [one.resolve() for one in files].count(path.resolve()) > 1:
-            raise ValueError(f"{path}: given twice: expected each file once")
+        same = [one.resolve() for one in files].count(path.resolve()) > 1
+        refuse(same, f"{path}: given twice: expected each file once")
         try:
-            groups, labels = _read(
-                path, target, columns or {}, -1.0 if compression_positive else 1.0, bool(held)
-            )
+            found += _read(path, target, columns or {}, sign, bool(held))
         except ValueError as error:
             bad.append(str(error))
-            continue
-        for name, rows in groups.items():
-            found[name], of_files[name] = (path, rows), labels
     raise_all(bad)
-    without = [name for name, (_, rows) in found.items() if "sigma_N" not in rows]
-    if held and len(held) not in (1, len(without)):
-        raise ValueError(
-            f"sigma_N: {len(held)} values for {len(without)} tests without that column: expected one for "
-            "each, or one for all"
-        )
-    for name, value in zip(without, held * (len(without) if len(held) == 1 else 1), strict=True):
-        found[name][1]["sigma_N"] = -abs(value)
+    without = [rows for rows in found if "sigma_N" not in rows]
+    refuse(
+        held and len(held) not in (1, len(without)),
+        f"sigma_N: {len(held)} values for {len(without)} tests without that column: expected one for each, "
+        "or one for all",
+    )
+    for rows, value in zip(without, held * (len(without) if len(held) == 1 else 1), strict=True):
+        rows["sigma_N"] = -abs(value)
     tests: list[ShearTest] = []
-    for name, (path, rows) in found.items():
+    for rows in found:
         try:
             if "k_N" not in rows or rows.k_N.isna().all():
                 rows["k_N"] = k_N or 0.0
-            _check(path, rows, compression_positive)
-            made = _test if "tau" in rows else _envelope
-            tests += made(
-                name, path, rows, of_files[name], k_T, sigma_N_path, -1.0 if compression_positive else 1.0
-            )
+            _check(rows, sign)
+            if "peak" in rows:
+                wanted = f"expected columns {', '.join(REQUIRED)}"
+                refuse(k_T or sigma_N_path, f"{rows.attrs['name']}: k_T, sigma_N_path: {wanted}")
+                tests += _envelope(rows)
+            else:
+                tests.append(_test(rows, k_T, sigma_N_path, sign))
         except ValueError as error:
             bad.append(str(error))
     raise_all(bad)
@@ -126,45 +119,44 @@ def read_tests(
 
 def _read(
     path: Path, target: tuple[str, str] | None, renamed: Mapping[str, str], sign: float, optional: bool
-) -> tuple[dict[str, DataFrame], Any]:
-    """Rows of a file by test, in their order and in the units of the target, and these units.
+) -> list[DataFrame]:
+    """Rows of each test of a file by line, in the units of the target.
 
-    optional: whether sigma_N may be missing.
+    Their attributes are the name of the test, the place of its file, and the units.  optional: whether
+    sigma_N may be missing.
     """
     from pandas import DataFrame
 
     table = read_table(path, f"a CSV file with {', '.join(REQUIRED)}")
-    where, none = (
-        f"{path}: line {table.line}",
-        "no rows: expected a header with slip, tau, sigma_N, then numbers",
-    )
-    if not table.names:
-        raise ValueError(f"{path}: {none}")
+    none = f"{path}: no rows: expected a header with slip, tau, sigma_N, then numbers"
+    refuse(not table.names, none)
+    where = f"{path}: line {table.line}"
     names = _columns(where, table, renamed, optional)
-    measured = [name for name in names if name in units.KINDS]
-    given = {name: unit for name, unit in zip(names, table.units, strict=True) if unit and name in measured}
-    factors = units.factors(where, measured, given, target or units.DEFAULT)
-    if not len(table.cells):
-        raise ValueError(f"{path}: {none}")
-    data = table.numbers([names.index(name) for name in measured], measured, measured)
-    data = data * [factors.get(name, 1.0) * (sign if name == "sigma_N" else 1.0) for name in measured]
-    rows = DataFrame(data, index=table.lines, columns=measured)
-    of_test = table.cells[names.index("test")].tolist() if "test" in names else [""] * len(rows)
-    labels = target or (units.DEFAULT if factors else ())
-    found, left_out = {}, []
+    measured = {name: unit for name, unit in zip(names, table.units, strict=True) if name in units.KINDS}
+    try:
+        factors = units.factors(measured, target or units.DEFAULT)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
+    refuse(not len(table.cells), none)
+    data = table.numbers([names.index(name) for name in measured], [*measured], [*measured]) * factors
+    rows = DataFrame(data, index=table.lines, columns=[*measured])
+    if "sigma_N" in rows:
+        rows["sigma_N"] *= sign
+    labels = target or (units.DEFAULT if any(measured.values()) else ())
+    of_test = table.cells[names.index("test")] if "test" in names else [""] * len(rows)
+    found, left_out = [], []
     for test, group in rows.groupby(np.array(of_test, dtype=object), sort=False):
         # a column without any number in a test is not measured in it
-        group = group.drop(
-            columns=[name for name in ("dilation", "k_N") if name in group and group[name].isna().all()]
-        )
-        kept = group.dropna(subset=[name for name in group if name != "k_N"])
+        unused = [name for name in ("dilation", "k_N") if name in group and group[name].isna().all()]
+        group = group.drop(columns=unused)
+        kept = group.dropna(subset=[name for name in group if name != "k_N"]).copy()
         left_out += sorted({*group.index} - {*kept.index})
-        found[f"{path}: test {test}" if test else str(path)] = kept
-    if left_out:
-        places = ", ".join(map(str, left_out[:10])) + ", ..." * (len(left_out) > 10)
-        text = f"{path}: rows left out, because a cell is empty: {len(left_out)} (line {places})"
-        warnings.warn(text, ModelWarning, stacklevel=4)
-    return found, dict(zip(("length", "stress"), labels, strict=False))
+        name = f"{path}: test {test}" if test else str(path)
+        kept.attrs = {"name": name, "path": str(path), "units": dict(zip(units.NONE, labels, strict=False))}
+        found.append(kept)
+    places = ", ".join(map(str, left_out[:10])) + ", ..." * (len(left_out) > 10)
+    doubt(left_out, f"{path}: rows left out, because a cell is empty: {len(left_out)} (line {places})")
+    return found
 
 
 def standard(name: str) -> str:
@@ -182,102 +174,92 @@ def _columns(where: str, table: Table, renamed: Mapping[str, str], optional: boo
     A name of the user comes before one of this program, and this before one of a laboratory.
     """
     headers, lower = table.names, [name.lower() for name in table.names]
+    there = f"{where}: columns {', '.join(headers)}: expected"
     missing = [header for header in renamed.values() if header.lower() not in lower]
-    if missing:
-        raise ValueError(f"{where}: columns {', '.join(headers)}: expected {missing[0]}, too (--columns)")
+    refuse(missing, f"{there} {', '.join(missing)}, too (--columns)")
     exact = {name.lower(): name for name in KNOWN if name not in renamed}
     exact |= {header.lower(): name for name, header in renamed.items()}
     taken = {*renamed, *(exact[name] for name in lower if name in exact)}
     names = [exact.get(name.lower(), name if standard(name) in taken else standard(name)) for name in headers]
     required = ENVELOPE if {"peak", "residual"} & {*names} and "tau" not in names else REQUIRED
     missing = [name for name in required if name not in names and not (optional and name == "sigma_N")]
-    if missing:
-        raise ValueError(
-            f"{where}: columns {', '.join(headers)}: expected {', '.join(missing)}, too (needed: "
-            f"{', '.join(required)}; as measured: {', '.join(OPTIONAL)}; --columns {missing[0]}=HEADER, in "
-            "Python columns=, for a column with another name; --sigma-N VALUE for files without sigma_N)"
-        )
+    refuse(
+        missing,
+        f"{there} {', '.join(missing)}, too (needed: {', '.join(required)}; as measured: "
+        f"{', '.join(OPTIONAL)}; --columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column "
+        "with another name; --sigma-N VALUE for files without sigma_N)",
+    )
     twice = next((name for name in KNOWN if names.count(name) > 1), "")
-    if twice:
-        raise ValueError(f"{where}: column {twice} is there twice: expected one, or --columns {twice}=HEADER")
+    refuse(twice, f"{where}: column {twice} is there twice: expected one, or --columns {twice}=HEADER")
     used = required + OPTIONAL[required is ENVELOPE :]
     unused = [header for header, name in zip(headers, names, strict=True) if name not in used]
-    if unused:
-        warnings.warn(f"{table.path}: columns not used: {', '.join(unused)}", ModelWarning, stacklevel=5)
+    doubt(unused, f"{table.path}: columns not used: {', '.join(unused)}")
     return [name if name in used else "" for name in names]
 
 
-def _check(path: Path, rows: DataFrame, compression_positive: bool) -> None:
+def _check(rows: DataFrame, sign: float) -> None:
     """Raise ValueError where sigma_N is tension or k_N is no stiffness."""
-    hint = "leave out" if compression_positive else "or give"
-    hint = f"expected compression, <= 0 ({hint} --compression-positive)"
-    stiffness = rows.k_N.dropna()
-    if stiffness.nunique() > 1 and "tau" in rows:
-        raise ValueError(f"{path}: column k_N: {stiffness.nunique()} values: expected one a test")
+    stiffness, path = rows.k_N.dropna(), rows.attrs["path"]
+    several = stiffness.nunique() > 1 and "tau" in rows
+    refuse(several, f"{path}: column k_N: {stiffness.nunique()} values: expected one a test")
+    unit = f" {rows.attrs['units']['stress']}" if rows.attrs["units"] else ""
+    wanted = f"expected compression, <= 0 ({'leave out' if sign < 0.0 else 'or give'} --compression-positive)"
     for line, value in rows.sigma_N[rows.sigma_N > 0.0].items():
-        shown = -value if compression_positive else value
-        raise ValueError(f"{path}: line {line}, column sigma_N: {shown:g} is tension: {hint}")
+        raise ValueError(f"{path}: line {line}, column sigma_N: {sign * value:g}{unit} is tension: {wanted}")
     for line, value in stiffness[stiffness < 0.0].items():
         raise ValueError(f"{path}: line {line}, column k_N: {value:g}: expected a stiffness >= 0")
 
 
-def _test(
-    name: str, path: Path, rows: DataFrame, labels: Any, k_T: float | None, sigma_N_path: bool, sign: float
-) -> list[ShearTest]:
+def _test(rows: DataFrame, k_T: float | None, sigma_N_path: bool, sign: float) -> ShearTest:
     """Test from its rows, after checks of the rows against each other."""
-    if len(rows) < LEAST_ROWS:
-        raise ValueError(f"{name}: {len(rows)} rows: expected at least {LEAST_ROWS}")
+    name, path, lines = rows.attrs["name"], rows.attrs["path"], tuple(rows.index.tolist())
+    refuse(len(rows) < LEAST_ROWS, f"{name}: {len(rows)} rows: expected at least {LEAST_ROWS}")
     slip, tau, sigma_N = (rows[column].to_numpy() for column in REQUIRED)
     s_N = rows["dilation"].to_numpy() if "dilation" in rows else None
     stiffness = float(rows.k_N.dropna().iloc[0])
     if k_T is not None:
         backward = np.flatnonzero(np.diff(np.abs(slip)) < 0.0)
         first = int(np.argmax(np.abs(tau[: backward[0] + 1 if backward.size else None])))
-        if (slip[first] - tau[first] / k_T) * slip[first] <= 0.0:
-            raise ValueError(
-                f"{path}: line {rows.index[first]}: k_T = {k_T:g} takes {tau[first] / k_T:g} off the slip "
-                f"{slip[first]:g}: expected more than tau/slip = {tau[first] / slip[first]:g}"
-            )
+        refuse(
+            (slip[first] - tau[first] / k_T) * slip[first] <= 0.0,
+            f"{path}: line {lines[first]}: k_T = {k_T:g} takes {tau[first] / k_T:g} off the slip "
+            f"{slip[first]:g}: expected more than tau/slip = {tau[first] / (slip[first] or np.nan):g}",
+        )
         slip = slip - tau / k_T
     held = float(sigma_N[0] if sigma_N_path else np.mean(sigma_N))
-    if sigma_N_path and stiffness > 0.0:
-        raise ValueError(f"{name}: k_N = {stiffness:g}: expected no stiffness beside a prescribed sigma_N")
+    refuse(
+        sigma_N_path and stiffness > 0.0,
+        f"{name}: k_N = {stiffness:g}: expected no stiffness beside a prescribed sigma_N",
+    )
     worst = int(np.argmax(np.abs(sigma_N - held)))
-    if stiffness == 0.0 and not sigma_N_path and abs(sigma_N[worst] - held) > checks.HELD * abs(held):
-        raise ValueError(
-            f"{path}: line {rows.index[worst]}, column sigma_N: {sign * sigma_N[worst]:g} is more than "
-            f"{checks.HELD:.0%} off the mean {sign * held:g}: expected a constant normal "
-            "traction, k_N, or --sigma-N-path"
-        )
+    refuse(
+        stiffness == 0.0 and not sigma_N_path and abs(sigma_N[worst] - held) > checks.HELD * abs(held),
+        f"{path}: line {lines[worst]}, column sigma_N: {sign * sigma_N[worst]:g} is more than "
+        f"{checks.HELD:.0%} off the mean {sign * held:g}: expected a constant normal traction, k_N, or "
+        "--sigma-N-path",
+    )
     if stiffness > 0.0 and np.ptp(sigma_N) > 0.0:
         # sigma_N at the start of the slip, extrapolated from the rows by k_N and the dilation
         held = float(sigma_N[0] if s_N is None else np.mean(sigma_N + stiffness * s_N))
-    if not held <= 0.0:
-        raise ValueError(f"{name}: sigma_N = {held:g} at the start of the slip: expected compression, <= 0")
-    lines, path_N = tuple(rows.index.tolist()), sigma_N if sigma_N_path else None
-    test = ShearTest(name, slip, tau, s_N, held, stiffness, labels, lines, path_N)
+    path_N = sigma_N if sigma_N_path else None
+    test = ShearTest(name, slip, tau, s_N, held, stiffness, rows.attrs["units"], lines, path_N)
     checks.of_rows(test, sigma_N)
-    return [test]
+    return test
 
 
-def _envelope(
-    name: str, path: Path, rows: DataFrame, labels: Any, k_T: float | None, sigma_N_path: bool, sign: float
-) -> list[ShearTest]:
+def _envelope(rows: DataFrame) -> list[ShearTest]:
     """Tests of which peak and residual strength are known, and the slip of the latter: one for each row."""
-    if k_T is not None or sigma_N_path:
-        raise ValueError(f"{name}: k_T, sigma_N_path: expected columns {', '.join(REQUIRED)}")
-    if not len(rows):
-        raise ValueError(f"{name}: 0 rows: expected at least 1")
+    refuse(not len(rows), f"{rows.attrs['name']}: 0 rows: expected at least 1")
     tests = []
     for line, row in rows.iterrows():
+        place = f"{rows.attrs['path']}: line {line}"
         for column, least in (("slip", 0.0), ("residual", 0.0), ("peak", row.residual)):
-            if row[column] < least or row[column] == 0.0:
-                wanted = f"at least the residual strength, {least:g}" if column == "peak" else "> 0"
-                raise ValueError(f"{path}: line {line}, column {column}: {row[column]:g}: expected {wanted}")
+            wanted = f"at least the residual strength, {least:g}" if column == "peak" else "> 0"
+            wrong = row[column] < least or row[column] == 0.0
+            refuse(wrong, f"{place}, column {column}: {row[column]:g}: expected {wanted}")
         # the slip of the peak is not read
         slips, tau = np.array([0.5, 1.0]) * row.slip, np.array([row.peak, row.residual])
-        place, stiffness = f"{path}: line {line}", 0.0 if np.isnan(row.k_N) else row.k_N
-        tests.append(
-            ShearTest(place, slips, tau, None, row.sigma_N, stiffness, labels, (line, line), envelope=True)
-        )
+        stiffness = 0.0 if np.isnan(row.k_N) else row.k_N
+        given = slips, tau, None, row.sigma_N, stiffness, rows.attrs["units"], (line, line)
+        tests.append(ShearTest(place, *given, envelope=True))
     return tests

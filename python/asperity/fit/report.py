@@ -1,20 +1,21 @@
-"""Results of a fit as text and case file."""
+"""Results of a fit as text, case file and file of the covariance."""
 
 from __future__ import annotations
 
+import json
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from ..case_writer import Word, case_text, pattern_entries, rounded
-from .constants import DEFAULTS, KS, MATERIAL, MORTAR, ROCK, UNITS, material_of
-from .outcome import COUPLED, ENOUGH, REFINE, Estimate, Fit, residual_ratio
-from .shear_test import ShearTest
+from ..interface import Interface
+from ..pattern import Pattern
+from .constants import DEFAULTS, KS, MATERIAL, MORTAR, ROCK, SCALES, UNITS, material_of
+from .outcome import REFINE, Estimate, Fit, residual_ratio
 from .units import NONE
-
-POOR = 0.2
-"""Scatter, as a fraction of the range of a test, above which correlated residuals are called a poor fit."""
+from .verdict import doubts
 
 WIDTH = 110
 """Characters of a line of text."""
@@ -49,30 +50,28 @@ SHOWN_BY = {
 
 def report(found: Fit, units: tuple[str, str] = NONE) -> str:
     """Lines of the report: tests, assumptions, constants with intervals, correlations, doubts."""
-    problem = found.problem
-    lines = []
+    problem, lines = found.problem, []
     for test in problem.tests:
         load = f"sigma_N {test.sigma_N:g}" + (f", k_N {test.k_N:g}" if test.k_N > 0.0 else "")
         load += "" if test.path_N is None else f" to {test.path_N[-1]:g} as measured"
+        seen, turns = "with dilation" if test.s_N is not None else "no dilation", len(test.turns) - 1
+        rows = f"{test.slip.size} rows, {seen}, {load}, {turns} reversal{'s' * (turns != 1)}"
         if test.envelope:
-            lines.append(f"test        {test.name}: peak {test.tau[0]:g}, residual {test.tau[1]:g}, {load}")
-            continue
-        seen = "with dilation" if test.s_N is not None else "no dilation"
-        turns = len(test.turns) - 1
-        points = f"{turns} reversal{'s' * (turns != 1)}"
-        lines.append(f"test        {test.name}: {test.slip.size} rows, {seen}, {load}, {points}")
+            rows = f"peak {test.tau[0]:g}, residual {test.tau[1]:g}, {load}"
+        lines.append(f"test        {test.name}: {rows}")
     pattern = f"RP-{problem.sides}" if problem.sides > 2 else ("RT" if problem.sides == 2 else "flat")
     given = {
         name: value
         for name, value in problem.fixed.items()
         if (problem.sides > 0 or name not in ("theta", "flat")) and (value or DEFAULTS.get(name) != 0.0)
     }
+    tau, dilation = (f"{one:.2%}" for one in found.scatter)
     lines += [
         *_form(found),
         f"assumed     {pattern}, slip along {problem.direction:g} degrees"
         + "".join(f", {name} = {value:g}" for name, value in given.items()),
-        f"scatter     of the residuals, relative to the range of each test: tau {found.scatter[0]:.2%}"
-        + ("" if np.isnan(found.scatter[1]) else f", dilation {found.scatter[1]:.2%}"),
+        f"scatter     of the residuals, relative to the range of each test: tau {tau}"
+        + (f", dilation {dilation}" if problem.is_dilation.any() else ""),
         f"starts      sums of squares {', '.join(f'{cost:.4g}' for cost in found.costs)}",
         f"increments  1/{problem.increments * problem.refinement} of a test or shorter; divided by {REFINE} "
         f"they change a constant by at most {found.shift:.1g} standard errors",
@@ -88,29 +87,25 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
     for name, estimate in (found.estimates | _derived(found)).items():
         unit = UNITS[name].replace("stress", units[1]).replace("length", units[0]).replace("*", " ")
         ends = f"{estimate.low:>12.5g}{estimate.high:>12.5g}  {unit}"
-        if name in found.undetermined:
-            ends = f"{'not determined':>24}  {unit}; {SHOWN_BY.get(name, 'another test')} would"
-        elif not 0.0 < estimate.high < 1e6 * max(estimate.low, 1e-300):
-            ends = f"{'not determined':>24}  {unit}"
+        if name in found.undetermined or not 0.0 < estimate.high < 1e6 * max(estimate.low, 1e-300):
+            would = f"; {SHOWN_BY[name]} would" if name in SHOWN_BY else ""
+            ends = f"{'not determined':>24}  {unit}{would}"
         lines.append(f"{name:<12}{estimate.value:>12.5g}{ends}")
     lines += ["", "correlation " + "".join(f"{name:>9}" for name in problem.free)]
     for name, row in zip(problem.free, found.correlation, strict=True):
         lines.append(f"{name:<12}" + "".join(f"{value:>9.3f}" for value in row))
-    return "\n".join([*lines, "", lines_of(doubts_of(found))]).rstrip()
+    return "\n".join([*lines, "", lines_of(one.text for one in doubts(found) if one.text)]).rstrip()
 
 
 def _form(found: Fit) -> list[str]:
     """Line with the form of the joint and why it is this one, and that theta is not fitted."""
-    others = [name for name in found.criteria if name != found.form]
-    why = ""
-    if others:
-        more = found.criteria[others[0]]
-        why = (
-            f": the information criterion (BIC) is {found.criteria[found.form]:.5g}, that of a "
-            f"{FORMS[others[0]]}, {more:.5g}"
-        )
-    lines = [f"form        {FORMS[found.form]}{why}"] if found.form else []
-    if not found.problem.dilation and "theta" not in found.problem.free and not found.problem.fixed["theta"]:
+    criteria, problem = found.criteria, found.problem
+    lines = [f"form        {FORMS[found.form]}"] if found.form else []
+    for name in criteria:
+        if name != found.form:
+            lines[0] += f": the information criterion (BIC) is {criteria[found.form]:.5g}, that of a "
+            lines[0] += f"{FORMS[name]}, {criteria[name]:.5g}"
+    if not problem.is_dilation.any() and "theta" not in problem.free and not problem.fixed["theta"]:
         lines.append(
             "theta       is not fitted, as no dilation was measured: mu contains the slope of the planes; "
             "give --set theta="
@@ -123,82 +118,22 @@ def lines_of(texts: Iterable[str]) -> str:
     return "\n".join(line for text in texts for line in textwrap.wrap(text, WIDTH, subsequent_indent="  "))
 
 
-def props_line(found: Fit) -> str:
+def props_line(interface: Interface) -> str:
     """Line with the vector PROPS."""
-    props = found.interface.props()
+    props = interface.props()
     values = ", ".join(f"{float(f'{value:.6g}')!r}" for value in props.tolist())
     return f"PROPS({len(props)})   {values}"
 
 
 def _derived(found: Fit) -> dict[str, Estimate]:
     """Intervals of s_f, s0, K and of the residual ratio, where they depend on free constants."""
-    free = set(found.problem.free)
-    numbers = {}
+    free, numbers = set(found.problem.free), {}
     for name, entry in (("s_f", "s_f"), ("s0", "s_0"), ("K", "K")):
         if ({"sigma0", "Gc"} | ({"eta"} if name != "s_f" else set())) & free:
             numbers[name] = found.of(lambda values, entry=entry: getattr(material_of(values), entry))  # type: ignore[misc]
     if {"mu", "theta"} & free and np.isfinite(residual_ratio(found.values)):
         numbers["ratio"] = found.of(residual_ratio)
     return numbers
-
-
-def doubts_of(found: Fit) -> list[str]:
-    """Sentences on constants that cannot be separated, on their determined combination, and on doubts."""
-    problem, texts = found.problem, []
-    free = problem.free
-    poor = [value for value in found.scatter if value > POOR]
-    if poor and found.dependent:
-        texts.append(
-            f"the fit is poor: the residuals are {max(poor):.0%} of the range. Check the plot, the units "
-            "and the constants that are set; the numbers are not reliable"
-        )
-    if {"mu", "theta"} <= set(free):
-        texts.append(_mu_and_theta(found))
-    for i, j in np.argwhere(np.triu(np.abs(found.correlation) > COUPLED, 1)).tolist():
-        if {free[i], free[j]} != {"mu", "theta"}:
-            number = f"(correlation {found.correlation[i, j]:.4f})"
-            texts.append(f"{free[i]} and {free[j]} cannot be separated {number}: set one of them")
-    for name in found.at_bounds:
-        low, high = problem.bounds[name]
-        texts.append(
-            f"{name} = {found.values[name]:.4g} is at one of its bounds, {low:g} to {high:g}: "
-            "its interval has no meaning"
-        )
-    if not found.converged:
-        texts.append("the least squares ended before they converged: give a --start, or fewer free constants")
-    if found.shift > ENOUGH:
-        texts.append(
-            f"the increments are too long: finer ones change a constant by {found.shift:.2g} standard "
-            "errors; raise --increments"
-        )
-    if found.agreeing == 1 and len(found.costs) > 1:
-        texts.append(
-            "only one start reached the smallest sum of squares: there may be a smaller one; raise --starts"
-        )
-    if found.dependent:
-        width = "are widened" if found.model_error > 0.0 else "are too narrow"
-        texts.append(
-            f"residuals of neighbouring rows are correlated ({found.neighbours:.2f}): the model differs from "
-            f"the test data by more than noise, so the intervals {width} by a factor of about "
-            f"{found.dependence_factor:.1f}"
-        )
-    return texts
-
-
-def _mu_and_theta(found: Fit) -> str:
-    """Sentence on how well friction and inclination are separated."""
-    free, ratio = found.problem.free, "(mu + tan theta)/(1 - mu tan theta)"
-    correlation = found.correlation[free.index("mu"), free.index("theta")]
-    if not np.isfinite(residual_ratio(found.values)):
-        return f"mu and theta: {ratio} is infinite, because the planes lock; correlation {correlation:.3f}"
-    one = found.of(residual_ratio)
-    width = (one.high - one.low) / (2.0 * one.value)
-    known = f"{ratio} = {one.value:.5g} is known to +-{width:.2%} (correlation {correlation:.4f})"
-    apart = abs(correlation) <= COUPLED and not {"mu", "theta"} & {*found.undetermined, *found.at_bounds}
-    if found.problem.dilation:
-        return f"mu and theta {'are separated by the dilation' if apart else 'cannot be separated'}: {known}"
-    how = "are separated only by the shape of tau" if apart else "cannot be separated"
-    return f"no dilation: mu and theta {how}: {known}; measure the dilation or set one of them"
 
 
 def accepted_text(found: Fit, reasons: Iterable[str]) -> str:
@@ -215,31 +150,58 @@ def case_of(found: Fit) -> str:
 
     `asperity card`, `select` and `run` read this file.
     """
-    problem = found.problem
-    longest = max(problem.tests, key=lambda test: float(np.abs(np.diff([0.0, *test.turns])).sum()))
-    turns = longest.turns if len(longest.turns) <= MOST_TURNS else _ends(longest)
-    stresses = sorted({rounded(test.sigma_N, 4) for test in problem.tests}, reverse=True)
-    several = len(stresses) > 1
-    values = found.values
+    problem, values = found.problem, found.values
+    turns = max((test.turns for test in problem.tests), key=lambda one: np.abs(np.diff([0.0, *one])).sum())
+    if len(turns) > MOST_TURNS:
+        turns = [max(turns, key=abs)]
     material = {name: values[name] for name in MATERIAL if values.get(name, 0.0) or name in problem.free}
     if KS in values:
         material = {"kn": values[KS] * material.pop("kc"), KS: values[KS]} | material
-    slips = {"slip": [rounded(slip, 6) for slip in turns], "direction": rounded(problem.direction, 6)}
-    text = case_text(
-        ("case", {"title": "Shear box"}),
+    tractions = [test.sigma_N for test in problem.tests]
+    text = slip_case("Shear box", material, found.interface.pattern, tractions, turns, problem.direction)
+    note = "The tests had a normal stiffness k_N; this case keeps their initial normal traction constant."
+    return (f"! {note}\n" if any(test.k_N > 0.0 for test in problem.tests) else "") + text
+
+
+def slip_case(
+    title: str,
+    material: Mapping[str, float],
+    pattern: Pattern,
+    tractions: Iterable[float],
+    slips: Sequence[float],
+    direction: float = 0.0,
+) -> str:
+    """Case file of a joint that slips under each of these normal tractions."""
+    held = sorted({rounded(one, 4) for one in tractions}, reverse=True)
+    several, parts = len(held) > 1, [CASE_INCREMENTS] * len(slips)
+    slip = {"slip": [rounded(one, 6) for one in slips], "direction": direction, "increments": parts}
+    return case_text(
+        ("case", {"title": title}),
         ("material", {name: rounded(value, 6) for name, value in material.items()}),
-        ("pattern", pattern_entries(found.interface.pattern)),
-        *([("sweep", {"name": "sigma_N", "values": stresses})] if several else []),
-        ("step", {"t_N": Word("sigma_N") if several else stresses[0], "increments": CASE_INCREMENTS}),
-        ("step", slips | {"increments": [CASE_INCREMENTS] * len(turns)}),
+        ("pattern", pattern_entries(pattern)),
+        *([("sweep", {"name": "sigma_N", "values": held})] if several else []),
+        ("step", {"t_N": Word("sigma_N") if several else held[0], "increments": CASE_INCREMENTS}),
+        ("step", slip),
     )
-    if any(test.k_N > 0.0 for test in problem.tests):
-        note = "The tests had a normal stiffness k_N; this case keeps their initial normal traction constant."
-        text = f"! {note}\n{text}"
-    return text
 
 
-def _ends(test: ShearTest) -> list[float]:
-    """Largest and smallest slip of a path, in the order of the path, without the start."""
-    ends = sorted({int(np.argmax(test.slip)), int(np.argmin(test.slip))})
-    return [float(test.slip[i]) for i in ends if i > 0 or len(ends) == 1]
+def covariance_text(found: Fit, accepted: str = "") -> str:
+    """Content of CASE.fit.json, from which `asperity uncertainty` draws samples; accepted: by the user.
+
+    The covariance is widened as the intervals of the fit are.
+    """
+    names = found.problem.free
+    content = {
+        "parameters": names,
+        "values": [found.values[name] for name in names],
+        "scales": [SCALES[name] for name in names],
+        "covariance on the scales": (found.covariance * found.widening**2).tolist(),
+        "accepted": accepted,
+        "model error of tau and s_N": found.deviation if accepted else (0.0, 0.0),
+    }
+    return json.dumps(content, indent=1) + "\n"
+
+
+def file_of(case: Path) -> Path:
+    """File beside a case, where `asperity fit` writes the covariance."""
+    return case.parent / f"{case.stem}.fit.json"

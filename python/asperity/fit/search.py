@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from ..cards.blocks import HOSTS
 from ..options import add_options, add_output, add_workers, check_outputs, numbers, progress_bar, workers
 from .constants import AUTO, SCALES
-from .covariance import covariance_text, file_of
 from .fitting import STARTS_TRIED, fit
 from .model import INCREMENTS, SIDES
 from .outcome import Fit
+from .report import case_of, covariance_text, file_of
 from .shear_test import ShearTest
-from .verdict import Change
+from .verdict import Arguments, Fitted
 
 HEADING = "! Identified by asperity fit."
 COVARIANCE = r'\{\s+"parameters"'
@@ -29,32 +29,20 @@ def add_search(
     known = ", ".join(f"{name}={value:.4g}" for name, value in (fixed or {}).items())
     unset = "those that the tests can show; +height adds height to them"
     of_all = f"constants to identify, of {','.join(SCALES)} (default: {unset if free is None else free})"
+    planes = "inclined planes: 2 for a ridge across the slip (RT), 0 for a flat joint"
+    drawn = {"nargs": "?", "const": Path("fit.png")}
     add_options(
         parser,
         ("--free NAMES", of_all, str, {"default": free}),
         ("--set NAME=VALUE", f"constants that are known{f' (default: {known})' if known else ''}", list),
         ("--start NAME=VALUE", "additional start of the search", list),
         ("--bounds NAME=LOW,HIGH", "bounds of a free constant", list),
-        (
-            "--sides SIDES",
-            f"inclined planes: 2 for a ridge across the slip (RT), 0 for a flat joint (default: {SIDES}, or "
-            "0 for tests without dilation)",
-            int,
-        ),
+        ("--sides SIDES", f"{planes} (default: {SIDES}, or 0 for tests without dilation)", int),
         ("--direction DEGREES", "direction of the slip, from Tx", 0.0),
-        (
-            "--increments INCREMENTS",
-            "smallest number along a test, refined until the constants converge",
-            INCREMENTS,
-        ),
+        ("--increments N", "smallest number along a test, refined until the constants converge", INCREMENTS),
         ("--starts STARTS", "number of starts of the least squares", STARTS_TRIED),
         ("--seed SEED", "seed of the random starts", 0),
-        (
-            "--plot FILE",
-            "plot of tests and fit, .png or .pdf (default: fit.png)",
-            Path,
-            {"nargs": "?", "const": Path("fit.png")},
-        ),
+        ("--plot FILE", "plot of tests and fit, .png or .pdf (default: fit.png)", Path, drawn),
         ("--card", "also print the material block of a host", str, {"choices": tuple(HOSTS)}),
     )
     add_output(parser, "CASE.nml", "write a case, and the covariance for uncertainty, CASE.fit.json")
@@ -71,6 +59,48 @@ def check_search(options: argparse.Namespace) -> None:
         raise ValueError(f"--seed {options.seed}: expected >= 0")
 
 
+def arguments_of(options: argparse.Namespace, assumed: Mapping[str, float] | None = None) -> Arguments:
+    """Arguments of `fit` of the options; assumed: values of constants neither free nor set."""
+    fixed = {name: one for name, (one,) in numbers("--set", options.set, 1).items()}
+    free = options.free and tuple(name.strip() for name in options.free.split(",") if name.strip())
+    names = [name.removeprefix("+") for name in free or ()]
+    for option, given in (("--free", names), ("--set", fixed)):
+        unknown = [name for name in given if name not in SCALES]
+        if unknown:
+            raise ValueError(f"{option}: {unknown[0]} is unknown: expected of {', '.join(SCALES)}")
+    both = [name for name in names if name in fixed]
+    if both:
+        raise ValueError(f"--free {both[0]}, --set {both[0]}: expected it free or set, not both")
+    same = ("sides", "direction", "increments", "starts", "seed", "confidence", "model_error", "joint")
+    return {
+        "free": free,
+        "fixed": {name: one for name, one in (assumed or {}).items() if name not in names} | fixed,
+        "start": {name: one for name, (one,) in numbers("--start", options.start, 1).items()},
+        "bounds": {name: (low, high) for name, (low, high) in numbers("--bounds", options.bounds, 2).items()},
+        **{name: getattr(options, name) for name in same},
+    }
+
+
+@contextmanager
+def searching(options: argparse.Namespace, tests: Sequence[ShearTest]) -> Iterator[Fitted]:
+    """Function that fits tests with arguments and shows its stages and the remaining time."""
+    with workers(options) as executor, progress_bar(options.starts + 2, "stage") as bar:
+
+        def tick(label: str) -> None:
+            bar.set_description(label, refresh=False)
+            bar.update()
+
+        def fitted(given: Arguments) -> Fit:
+            # what a proposal has set has no start and no bounds
+            free = {
+                what: {name: one for name, one in given[what].items() if name not in given["fixed"]}
+                for what in ("start", "bounds")
+            }
+            return fit(tests, **given | free, tick=tick, executor=executor)
+
+        yield fitted
+
+
 def write(
     options: argparse.Namespace,
     found: Fit,
@@ -84,8 +114,6 @@ def write(
     of_tests: as in `picture.draw`; curves have no scatter, so there is no covariance.  reasons: why the fit
     is no result; there is then a picture only.  accepted: what the user has accepted instead.
     """
-    from .report import case_of
-
     if options.card is not None and not reasons:
         print("\n" + found.interface.card(options.card, notes=[accepted] if accepted else []), end="")
     if options.plot is not None:
@@ -101,59 +129,3 @@ def write(
         for path, text in files.items():
             path.write_text(text, encoding="utf-8")
             print(path)
-
-
-class Search:
-    """Fits of tests with the options of a command and changed arguments; given: those of the command."""
-
-    def __init__(self, options: argparse.Namespace, assumed: Mapping[str, float] | None = None) -> None:
-        """Parse the options that contain numbers; assumed: values of constants neither free nor set."""
-        self.options = options
-        fixed = {name: one for name, (one,) in numbers("--set", options.set, 1).items()}
-        self.start = {name: one for name, (one,) in numbers("--start", options.start, 1).items()}
-        bounds = numbers("--bounds", options.bounds, 2).items()
-        self.bounds = {name: (low, high) for name, (low, high) in bounds}
-        free = None
-        if options.free is not None:
-            free = tuple(name.strip() for name in options.free.split(",") if name.strip())
-        for option, names in (("--free", free or ()), ("--set", fixed)):
-            unknown = [name for name in names if name.removeprefix("+") not in SCALES]
-            if unknown:
-                raise ValueError(f"{option}: {unknown[0]} is unknown: expected of {', '.join(SCALES)}")
-        both = [name for name in free or () if name.removeprefix("+") in fixed]
-        if both:
-            raise ValueError(f"--free {both[0]}, --set {both[0]}: expected it free or set, not both")
-        taken = {*(free or ()), *fixed}
-        self.assumed = {name: value for name, value in (assumed or {}).items() if name not in taken}
-        self.given = Change(options.sides, free, fixed, options.model_error, options.joint)
-
-    @contextmanager
-    def shown(self) -> Iterator[Callable[[Sequence[ShearTest], Change], Fit]]:
-        """Function that fits tests with changed arguments and shows its stages and the remaining time."""
-        with workers(self.options) as executor, progress_bar(self.options.starts + 2, "stage") as bar:
-
-            def tick(label: str) -> None:
-                bar.set_description(label, refresh=False)
-                bar.update()
-
-            def fitted(tests: Sequence[ShearTest], change: Change) -> Fit:
-                options, known = self.options, change.fixed
-                return fit(
-                    tests,
-                    change.free,
-                    self.assumed | dict(known),
-                    {name: value for name, value in self.start.items() if name not in known},
-                    {name: ends for name, ends in self.bounds.items() if name not in known},
-                    change.sides,
-                    options.direction,
-                    options.increments,
-                    options.starts,
-                    options.seed,
-                    options.confidence,
-                    tick,
-                    change.model_error,
-                    executor,
-                    change.joint,
-                )
-
-            yield fitted

@@ -40,31 +40,24 @@ class ShearTest:
     def __post_init__(self) -> None:
         """Check shapes and values."""
         for name in ("slip", "tau", "s_N", "path_N"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, contract.array(name, getattr(self, name)))
-        for name in ("sigma_N", "k_N"):
-            object.__setattr__(self, name, contract.number(name, getattr(self, name)))
-        for name, values in (("slip", self.slip), ("tau", self.tau), ("s_N", self.s_N)):
-            if values is None:
+            if getattr(self, name) is None:
                 continue
+            values = contract.array(name, getattr(self, name))
+            object.__setattr__(self, name, values)
             if not values.size:
                 raise ValueError(f"{self.name}: {name} has no rows: expected some")
-            if values.shape != (self.slip.size,) or not np.all(np.isfinite(values)):
-                raise ValueError(
-                    f"{self.name}: {name} has shape {values.shape}: expected finite numbers of shape "
-                    f"({self.slip.size},)"
-                )
-            if name != "s_N" and not np.ptp(values) > 0.0 and not self.envelope:
+            if values.shape != (self.slip.size,) or not np.isfinite(values).all():
+                wanted = f"finite numbers of shape ({self.slip.size},)"
+                raise ValueError(f"{self.name}: {name} has shape {values.shape}: expected {wanted}")
+            if name in ("slip", "tau") and not np.ptp(values) > 0.0 and not self.envelope:
                 raise ValueError(
                     f"{self.name}: column {name} is {values[0]:g} in all rows: expected values that change"
                 )
-        if self.path_N is not None and (
-            self.path_N.shape != self.slip.shape
-            or not np.all((self.path_N <= 0.0) & np.isfinite(self.path_N))
-        ):
-            raise ValueError(f"{self.name}: path_N: expected a finite compression, <= 0, for each row")
-        if not -np.inf < self.sigma_N <= 0.0:
-            raise ValueError(f"{self.name}: sigma_N = {self.sigma_N:g}: expected a finite compression, <= 0")
+        for name in ("sigma_N", "k_N"):
+            object.__setattr__(self, name, contract.number(name, getattr(self, name)))
+        worst = self.sigma_N if self.path_N is None else max(self.sigma_N, *self.path_N)
+        if not -np.inf < worst <= 0.0:
+            raise ValueError(f"{self.name}: sigma_N = {worst:g}: expected a finite compression, <= 0")
         if not 0.0 <= self.k_N < np.inf:
             raise ValueError(f"{self.name}: k_N = {self.k_N:g}: expected a finite stiffness >= 0")
 
@@ -80,17 +73,16 @@ class ShearTest:
         turns: list[float] = path[turns_of(path)[1:]].tolist()
         return turns
 
-
-def saturates(test: ShearTest) -> bool:
-    """Whether the dilation ends: its slope at the end of the first stroke is well below that before."""
-    if test.s_N is None or test.envelope:
-        return False
-    end = int(np.argmax(np.abs(test.slip) >= 0.98 * np.abs(test.slip).max()))
-    way, stroke = test.slip / test.slip[end], np.arange(test.slip.size) <= end
-    slopes = []
-    for low, high in ((0.25, 0.5), (0.75, 1.0)):
-        part = stroke & (way >= low) & (way <= high)
-        if np.count_nonzero(part) < LEAST_PART:
+    @property
+    def saturates(self) -> bool:
+        """Whether the dilation ends: its slope at the end of the first stroke is well below that before."""
+        if self.s_N is None or self.envelope:
             return False
-        slopes.append(np.polyfit(way[part], test.s_N[part], 1)[0])
-    return bool(slopes[1] < SATURATED * slopes[0])
+        end = int(np.argmax(np.abs(self.slip) >= 0.98 * np.abs(self.slip).max()))
+        way, slopes = self.slip[: end + 1] / self.slip[end], []
+        for low, high in ((0.25, 0.5), (0.75, 1.0)):
+            part = (way >= low) & (way <= high)
+            if np.count_nonzero(part) < LEAST_PART:
+                return False
+            slopes.append(np.polyfit(way[part], self.s_N[: end + 1][part], 1)[0])
+        return bool(slopes[1] < SATURATED * slopes[0])

@@ -14,11 +14,11 @@ KINDS |= {"peak": "stress", "residual": "stress"}
 """What each column of test data measures."""
 
 EXAMPLES = {
-    "length": "m, cm, mm, um, in or ft",
-    "stress": "Pa, kPa, MPa, N/mm2, kN/m2, bar, psi or ksi",
-    "stiffness": "a unit of stress/length, such as MPa/mm",
+    "length": ("m", "m, cm, mm, um, in or ft"),
+    "stress": ("Pa", "Pa, kPa, MPa, N/mm2, kN/m2, bar, psi or ksi"),
+    "stiffness": ("Pa/m", "a unit of stress/length, such as MPa/mm"),
 }
-BASE = {"length": "m", "stress": "Pa", "stiffness": "Pa/m"}
+"""SI unit and usual units of each kind."""
 
 DEFAULT = ("mm", "MPa")
 """Units of length and stress to which test data with units are converted."""
@@ -37,11 +37,12 @@ def size(kind: str, text: str) -> float:
     """Unit of a kind (length, stress, stiffness) in SI units; raises ValueError for anything else."""
     plain = re.sub(r"(?<=[A-Za-z])\^?([23])", r"**\1", text.replace("kp", "kgf").strip())
     plain = plain.replace("\N{SUPERSCRIPT TWO}", "**2").replace("\N{SUPERSCRIPT THREE}", "**3")
+    unit, examples = EXAMPLES[kind]
     registry = _registry()
     try:
-        return float(registry.Quantity(1.0, registry.parse_units(plain)).to(BASE[kind]).magnitude)
+        return float(registry.Quantity(1.0, registry.parse_units(plain)).to(unit).magnitude)
     except Exception:  # pint raises errors of its own, of Python's tokenizer and of the arithmetic of units
-        raise ValueError(f"[{text}]: expected {EXAMPLES[kind]}") from None
+        raise ValueError(f"[{text}]: expected {examples}") from None
 
 
 def check_target(units: Sequence[str]) -> tuple[str, str]:
@@ -55,27 +56,21 @@ def check_target(units: Sequence[str]) -> tuple[str, str]:
     return length, stress
 
 
-def factors(
-    where: str, columns: Sequence[str], given: Mapping[str, str], target: tuple[str, str]
-) -> dict[str, float]:
-    """Factor of every column from its unit to that of the target; none where no column has a unit.
+def factors(given: Mapping[str, str], target: tuple[str, str]) -> list[float]:
+    """Factor of every column from its unit to that of the target, 1 where no column has a unit.
 
     Raises ValueError where only some columns have a unit, or where a unit is not one of the column's kind.
     """
-    if not given:
-        return {}
     wanted = {"length": target[0], "stress": target[1], "stiffness": f"({target[1]})/({target[0]})"}
-    found = {}
-    for column in columns:
-        kind = KINDS[column]
-        if column not in given:
-            first, unit = next(iter(given.items()))
+    first = next((f"{name} [{unit}]" for name, unit in given.items() if unit), "")
+    found = []
+    for name, unit in given.items() if first else ():
+        if not unit:
             raise ValueError(
-                f"{where}: column {column} has no unit: expected one for every column, as {first} [{unit}] "
-                "has, or none at all"
+                f"column {name} has no unit: expected one for every column, as {first} has, or none at all"
             )
         try:
-            found[column] = size(kind, given[column]) / size(kind, wanted[kind])
+            found.append(size(KINDS[name], unit) / size(KINDS[name], wanted[KINDS[name]]))
         except ValueError as error:
-            raise ValueError(f"{where}: {column} {error}") from None
-    return found
+            raise ValueError(f"{name} {error}") from None
+    return found or [1.0] * len(given)

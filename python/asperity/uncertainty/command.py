@@ -12,7 +12,7 @@ import numpy as np
 
 from ..case_files import Case, read_case
 from ..fit.command import NO_RESULT
-from ..fit.covariance import file_of
+from ..fit.report import file_of
 from ..options import (
     add_options,
     add_output,

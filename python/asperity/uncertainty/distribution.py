@@ -13,7 +13,7 @@ from .. import contract
 from ..case_files import Case
 from ..contract import Floats
 from ..fit.constants import INCLINED, KS, SCALES, TIMELESS, from_scale, to_scale
-from ..fit.covariance import file_of
+from ..fit.report import file_of
 from ..material import Material
 
 CONSTANTS = tuple(row.name for row in TIMELESS)

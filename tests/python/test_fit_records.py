@@ -1,0 +1,372 @@
+"""Files of shear-box tests: what laboratories export is read, and what is wrong is refused by its place."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import asperity
+import numpy as np
+import pytest
+from asperity.fit import ShearTest, read_tests
+from asperity.tables import read_table
+
+HEADER, SHORT, ENVELOPE = "slip,tau,dilation,sigma_N\n", "slip,tau,sigma_N\n", "sigma_N,peak,residual,slip\n"
+WITH_K = "slip,tau,dilation,k_N,sigma_N\n"
+UNITS = "slip [mm],tau [MPa],dilation [mm],sigma_N [MPa]\n"
+ROWS = "".join(f"{0.1 * i:.1f},{min(i, 4) * 0.2:.1f},{0.02 * i:.2f},-1\n" for i in range(1, 8))
+LINE = SHORT + "".join(f"{0.1 * i:.1f},{min(i, 4) * 0.2:.1f},-1\n" for i in range(1, 8))
+SLIP, TAU, DILATION = np.linspace(0.1, 0.7, 7), 0.2 * np.minimum(np.arange(1, 8), 4), 0.02 * np.arange(1, 8)
+
+
+def write(folder: Path, text: str, name: str = "record.csv", encoding: str = "utf-8") -> Path:
+    """A file."""
+    path = folder / name
+    path.write_text(text, encoding=encoding)
+    return path
+
+
+def seven(row: Callable[[int], str]) -> str:
+    """Seven rows."""
+    return "".join(row(i) + "\n" for i in range(1, 8))
+
+
+def same(test: ShearTest, s_N: bool = True, digits: float = 1e-9) -> None:
+    """Check that a test is that of ROWS, in mm and MPa."""
+    assert test.slip == pytest.approx(SLIP, abs=digits) and test.tau == pytest.approx(TAU, abs=digits)
+    assert test.sigma_N == pytest.approx(-1.0)
+    assert (test.s_N == pytest.approx(DILATION, abs=digits)) if s_N else test.s_N is None
+
+
+# --- what is read -------------------------------------------------------------------------------------------
+
+LABS = {
+    "plain": ("utf-8", HEADER + ROWS),
+    "semicolons": ("utf-8", (HEADER + ROWS).replace(",", ";").replace(".", ",")),
+    "aliases, brackets, comments": (
+        "utf-8",
+        "# a box\n% 2024\nSlip (mm),TAU [N/mm^2],s_n [mm],sigma_N [ MPa ],time [s],,\n"
+        + ROWS.replace(",-1\n", ",-1,3,, # a row\n\n"),
+    ),
+    "German, preamble, positive": (
+        "utf-8-sig",
+        "Labor f\u00fcr Felsmechanik;;;\nDatum;12.03.2024;;\nVersuch;Scher 3;;\n;;;\n"
+        "Schubspannung [kPa];Vertikalverschiebung [mm];Horizontalverschiebung [mm];Normalspannung [kPa];\n"
+        + seven(lambda i: f"{200 * min(i, 4)},00;{0.02 * i:.3f};{0.1 * i:.2f};1000,00;".replace(".", ",")),
+    ),
+    "thousands, in Windows": (
+        "cp1252",
+        "Scherweg / mm;Scherspannung in kPa;Normalspannung, kPa;Dilatanz [\u00b5m]\n"
+        + seven(lambda i: f"{0.1 * i:.1f};{200 * min(i, 4)}.0;-1 000.0;{20 * i}.0".replace(".", ",")),
+    ),
+    "thousands, quoted": (
+        "utf-8",
+        "Shear disp. (mm),Shear stress (Pa),Normal stress (Pa),Vertical disp. (um)\n"
+        + seven(lambda i: f'{0.1 * i:.1f},"{200000 * min(i, 4):,}","-1,000,000.0",{20 * i}.0'),
+    ),
+    "tabs, row of units": (
+        "utf-16",
+        "Test A\n\nShear displ.\tShear stress\tNormal stress\tDilation\nmm\tMPa\tN/mm\u00b2\tmm\n"
+        + seven(lambda i: f"{0.1 * i:.1f}\t{min(i, 4) * 0.2:.1f}\t-1\t{0.02 * i:.2f}"),
+    ),
+    "groups above the names": (
+        "utf-8",
+        "Shear;;Normal;\nDisplacement;Stress;Displacement;Stress\nmm;MPa;mm;MPa\n" + ROWS.replace(",", ";"),
+    ),
+    "line breaks in the header": (
+        "utf-8",
+        '"Shear\ndisplacement [mm]","Shear\nstress [MPa]","Normal\ndisplacement [mm]",sigma_N [MPa]\n' + ROWS,
+    ),
+    "blanks": ("utf-8", "slip tau dilation sigma_N\n" + ROWS.replace(",", "  ").replace(".", ",")),
+    "French": (
+        "utf-8",
+        "D\u00e9placement tangentiel (mm),Contrainte de cisaillement (MPa),D\u00e9placement normal (mm),"
+        "Contrainte normale (MPa),Force normale (kN)\n" + ROWS.replace(",-1\n", ",-1.0,7\n"),
+    ),
+    "Italian, errors of a spreadsheet": (
+        "utf-8",
+        "Spostamento orizzontale [mm];Tensione tangenziale [MPa];Spostamento verticale [mm];"
+        "Tensione normale [MPa]\n#DIV/0!;#WERT!;0;-1\n0.15;;0.01;-1\n" + ROWS.replace(",", ";"),
+    ),
+}  # fmt: skip
+"""Encoding and text of files with the test of ROWS."""
+
+
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+@pytest.mark.parametrize("name", LABS)
+def test_files_of_laboratories(name: str, tmp_path: Path) -> None:
+    """Languages, decimal commas, thousands, units, preambles and errors of spreadsheets are read."""
+    encoding, text = LABS[name]
+    path = write(tmp_path, text, encoding=encoding)
+    [test] = read_tests(path, compression_positive="positive" in name)
+    same(test)
+    assert test.units == ({"length": "mm", "stress": "MPa"} if "mm" in text else {})
+    # the file has these numbers in these lines
+    lines = text.splitlines()
+    assert len(test.lines) == 7 and all(re.match(r"[\d.,]+[;,\t ]", lines[i - 1]) for i in test.lines)
+
+
+def test_gaps_and_other_names(tmp_path: Path) -> None:
+    """Rows with gaps are left out, with a warning; a name of the user comes before those of this program."""
+    lines = (HEADER + ROWS).splitlines()
+    lines[2:2] = ["0.15,,0.01,-1", "0.16,1,,-1"]
+    with pytest.warns(asperity.ModelWarning, match=r"a cell is empty: 2 \(line 3, 4\)"):
+        [test] = read_tests(write(tmp_path, "\n".join(lines)))
+    same(test)
+    path = write(tmp_path, (UNITS + ROWS).replace("slip", "Weg oben").replace("tau", "S1"))
+    with pytest.raises(ValueError, match=r"expected slip, tau, too .*slip=HEADER, in Python columns="):
+        read_tests(path)
+    same(read_tests(path, columns={"slip": "weg Oben", "tau": "S1"})[0])
+    with pytest.raises(ValueError, match=r"line 1: columns Weg oben.*: expected Weg, too"):
+        read_tests(path, columns={"slip": "Weg"})
+
+
+def test_several_tests_and_files(tmp_path: Path) -> None:
+    """Tests of one file, unused columns, k_N of the file or the argument, and several files are read."""
+    text = "Test,slip [mm],tau [MPa],s_n [mm],sigma_N [MPa],k_N [N/mm3],time [s]\n"
+    for i in range(1, 7):
+        text += f"a,{i},{i},{0.1 * i},2,,{i}\nb,{-i},{-i},{0.2 * i},3,4,{i}\n"
+    plain = write(tmp_path, SHORT.replace(",", " [mm],", 1).replace("tau,sigma_N", "tau [MPa],sigma_N [MPa]")
+                  + "".join(f"{i},{i},1\n" for i in range(6)), "plain.csv")  # fmt: skip
+    with pytest.warns(asperity.ModelWarning, match=r"record.csv: columns not used: time"):
+        a, b, c = read_tests([write(tmp_path, text), plain], k_N=7.0, compression_positive=True)
+    assert (a.sigma_N, a.k_N, b.sigma_N, b.k_N) == pytest.approx((-2.0, 7.0, -3.0, 4.0)) and c.k_N == 7.0
+    assert a.name.endswith("test a") and c.s_N is None and b.slip.tolist() == [-1, -2, -3, -4, -5, -6]
+    assert ShearTest("", np.array([0, 1, 2, 1, -1, 0.5]), a.tau, None, -1.0).turns == [2.0, -1.0, 0.5]
+
+
+def test_normal_tractions_of_the_command(tmp_path: Path) -> None:
+    """Files without sigma_N have that of the argument, one for each or one for all."""
+    paths = [write(tmp_path, "slip,tau\n" + seven(lambda i, k=k: f"{i},{i * k}"), f"{k}.csv") for k in (1, 2)]
+    assert [one.sigma_N for one in read_tests(paths, sigma_N=[0.5, 1.0])] == [-0.5, -1.0]
+    assert [one.sigma_N for one in read_tests(paths, sigma_N=-2.0)] == [-2.0, -2.0]
+    for given, message in (([1.0, 2.0, 3.0], "3 values for 2 tests"), (None, "expected sigma_N, too")):
+        with pytest.raises(ValueError, match=message):
+            read_tests(paths, sigma_N=given)
+
+
+def test_normal_traction_under_a_stiffness(tmp_path: Path) -> None:
+    """sigma_N at the start is extrapolated by the dilation, or without dilation taken from the first row."""
+    rng = np.random.default_rng(3)
+    text = "test,slip,tau,dilation,k_N,sigma_N\n"
+    for i in range(1, 101):
+        measured = -2.0 - 5.0 * 0.002 * i + rng.normal(0.0, 0.02)
+        text += f"a,{0.01 * i},{i},{0.002 * i},5,{measured}\nb,{0.01 * i},{i},,5,{measured}\n"
+    a, b = read_tests(write(tmp_path, text))
+    first = float(text.splitlines()[1].rsplit(",", 1)[1])
+    # standard error of the mean 0.002
+    assert a.sigma_N == pytest.approx(-2.0, abs=0.008) and abs(first + 2.0) > 0.01 and b.sigma_N == first
+
+
+@pytest.mark.parametrize(
+    ("units", "factors"),
+    [
+        (("mm", "MPa", "mm", "N/mm^2", "N/mm3"), (1.0, 1.0, 1.0, 1.0, 1.0)),
+        (("m", "Pa", "cm", "kPa", "MPa/m"), (1e-3, 1e6, 0.1, 1e3, 1e3)),
+        (
+            ("in", "psi", "\N{MICRO SIGN}m", "ksi", "kN/m3"),
+            (1 / 25.4, 1 / 0.006894757293168, 1e3, 1 / 6.894757, 1e6),
+        ),
+    ],
+)
+def test_units_are_converted(units: tuple[str, ...], factors: tuple[float, ...], tmp_path: Path) -> None:
+    """Numbers are converted from the units of their column to mm and MPa, or to those that are asked for."""
+    k_N = 5.0
+    text = "slip [{}],tau [{}],dilation [{}],sigma_N [{}],k_N [{}]\n".format(*units)
+    for row in zip(SLIP, TAU, DILATION, -1.0 - k_N * DILATION, np.full(7, k_N), strict=True):
+        text += ",".join(f"{one * factor:.9g}" for one, factor in zip(row, factors, strict=True)) + "\n"
+    path = write(tmp_path, text)
+    [test] = read_tests(path)
+    same(test, digits=1e-6)
+    assert test.k_N == pytest.approx(k_N, rel=1e-6) and test.lines == tuple(range(2, 9))
+    [test] = read_tests(path, target=("m", "kPa"))
+    assert test.units == {"length": "m", "stress": "kPa"} and test.k_N == pytest.approx(1e6 * k_N, rel=1e-6)
+    assert test.slip == pytest.approx(1e-3 * SLIP, rel=1e-6)
+    assert test.tau == pytest.approx(1e3 * TAU, rel=1e-6)
+
+
+def test_headers(tmp_path: Path) -> None:
+    """A unit follows a name in brackets, after a blank, `in` or a slash; # is a comment or part of a name."""
+    for name, unit in (("Weg", "mm"), ("tau", "N/mm2")):
+        for text in (f"{name} [{unit}]", f"{name} in {unit}", f"{name} / {unit}", f"{name} {unit}"):
+            table = read_table(write(tmp_path, f"{text};x\n1;2\n"), "numbers")
+            assert (table.names[0], table.units[0]) == (name, unit), text
+    table = read_table(write(tmp_path, "Norm;x\n1;2\n"), "numbers")
+    assert (table.names, table.units) == (["Norm", "x"], ["", ""])
+    table = read_table(write(tmp_path, "# box\nTest #,slip [mm],tau # MPa\n1,0.1,0.2 # first\n"), "numbers")
+    assert (table.names, table.units) == (["Test #", "slip", "tau"], ["", "mm", ""])
+    assert table.cells.values.tolist() == [["1", "0.1", "0.2"]]
+    table = read_table(write(tmp_path, "nan,nan\n1,2\n"), "numbers")
+    assert table.names == [] and len(table.cells) == 2
+
+
+# --- what is doubted ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (UNITS + ROWS.replace(",-1\n", ",-500\n"), "the largest stress is 500 MPa, which is unusual"),
+        (HEADER + re.sub(r",(0\.\d\d,)", r",-\1", ROWS), "-0.14 at the end, the joint closes as it slips"),
+        (HEADER + re.sub(r",0\.(\d\d,)", r",0.000\1", ROWS), "changes by 0.00012 over slips of 0.6: expecte"),
+        (SHORT + seven(lambda i: f"{0.1 * i},{i},-1"), "tau is 7 times |sigma_N| at the end"),
+    ],
+)
+def test_unusual_sizes(text: str, message: str, tmp_path: Path) -> None:
+    """Stresses of a gigapascal, a joint that closes and one that hardly dilates give a warning."""
+    with pytest.warns(asperity.ModelWarning, match=re.escape(message)):
+        read_tests(write(tmp_path, text))
+
+
+def test_rows_out_of_order(tmp_path: Path) -> None:
+    """Shuffled rows give a warning; a cycle and noise on the slip do not."""
+    rng = np.random.default_rng(1)
+    up, cycle = np.linspace(0.01, 0.6, 60), np.interp(np.arange(90.0), [0, 30, 60, 89], [0.0, 0.5, -0.5, 0.5])
+    shuffled, noisy = np.append(0.0, rng.permutation(up)), up + rng.normal(0.0, 0.01, 60)
+    for slips, told in ((shuffled, True), (noisy, False), (cycle, False)):
+        text = SHORT + "".join(f"{slip},{1 + 0.01 * i},-1\n" for i, slip in enumerate(slips))
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            read_tests(write(tmp_path, text))
+        texts = [str(one.message) for one in caught]
+        assert any("expected the rows in the order of the test" in one for one in texts) == told, texts
+
+
+# --- what is refused ----------------------------------------------------------------------------------------
+
+BAD: list[tuple[str, dict[str, Any], str]] = [
+    # columns
+    ("slip,shear,sigma_N\n1,2,-1\n", {}, "record.csv: line 1: columns slip, shear, sigma_N: expected tau, t"),
+    ("slip,slip,tau,sigma_N\n", {}, "line 1: column slip is there twice"),
+    ("sigma_N,peak,slip\n-1,2,5\n", {}, "line 1: columns sigma_N, peak, slip: expected residual, too"),
+    (LINE, {"columns": {"foo": "bar"}}, "columns: foo: expected one of slip, tau"),
+    # rows
+    ("", {}, "no rows: expected a header"),
+    (HEADER, {}, "no rows: expected a header"),
+    (HEADER + "0.1,1,0.1,-1\n", {}, "record.csv: 1 rows: expected at least 5"),
+    (HEADER + "".join(ROWS.splitlines(True)[:4]), {}, "record.csv: 4 rows: expected at least 5"),
+    (HEADER + ROWS + "0.9,1,0.1\n", {}, "line 9: 3 values: expected 4"),
+    ("slip,tau,sigma_N\n0.1,0.2,-1\n0.2,0.3,-1,7\n", {}, "line 3: 4 values: expected 3"),
+    # cells
+    (HEADER + ROWS + "0.9,1,0.1,inf\n", {}, "line 9, column sigma_N: inf: expected a finite number"),
+    (HEADER + ROWS + "0.9,high,0.1,-1\n1,1,low,-1\n", {}, "line 9, column tau: high: expected a finite numb"),
+    (HEADER + ROWS + "0.9,1,low,-1\n", {}, "line 9, column dilation: low: expected a finite number"),
+    (SHORT + "0.1,0.2,-1\n0.2,MPa,-1\n0.3,0.3,-1\n", {}, "line 3, column tau: MPa: expected a finite"),
+    (SHORT + "1_0,2,-1\n", {}, "line 2, column slip: 1_0: expected a finite number"),
+    (LINE + SHORT + LINE[17:], {}, "line 9, column slip: slip: expected a finite number"),
+    # decimal marks
+    (HEADER + ROWS + '"0,9",1,0.1,-1\n', {}, "line 9: 0,9 beside 0."),
+    (SHORT.replace(",", ";") + "0.5;1,5;-1\n0.2;2;-1\n", {}, "expected one decimal mark"),
+    (SHORT.replace(",", ";") + "1.234;5,678;-1\n", {}, "5,678 beside 1.234: expected one decimal mark"),
+    (
+        SHORT.replace(",", ";") + "0,1;950;-1\n0,2;1,234;-1\n",
+        {},
+        "column tau: 950 beside 1,234: expected no separators",
+    ),
+    # units
+    (
+        "slip [mm],tau [kPa],sigma_N\n",
+        {},
+        "line 1: column sigma_N has no unit: expected one for every column, as slip [mm] has, or none",
+    ),
+    ("slip [mmm],tau [MPa],sigma_N [MPa]\n", {}, "line 1: slip [mmm]: expected m, cm, mm, um, in or ft"),
+    ("slip [mm],tau [kN],sigma_N [MPa]\n", {}, "line 1: tau [kN]: expected Pa, kPa, MPa, N/mm2, kN/m2, bar,"),
+    (
+        "slip [mm],tau [MPa],sigma_N [MPa],k_N [kN/mm]\n",
+        {},
+        "k_N [kN/mm]: expected a unit of stress/length, such as MPa/mm",
+    ),
+    # signs and sizes
+    (HEADER + ROWS.replace(",-1", ",1"), {}, "line 2, column sigma_N: 1 is tension: expected compression"),
+    (
+        "slip [mm],tau [kPa],sigma_N [kPa]\n" + seven(lambda i: f"{i},{100 * i},500"),
+        {},
+        "line 2, column sigma_N: 0.5 MPa is tension",
+    ),
+    (LINE, {"compression_positive": True}, "-1 is tension: expected compression, <= 0 (leave out --compress"),
+    (HEADER + seven(lambda i: f"{i},{-i},{0.1 * i},-9"), {}, "the work of tau along the slip is -24.5 < 0: "),
+    (HEADER + seven(lambda i: f"0.{i},{500 + i},0.0{i},-1"), {}, "tau: 507 at the end where |sigma_N| is 1:"),
+    (HEADER + ROWS.replace(",-1", ",-1e6"), {}, "column tau: 0.8 at the end where |sigma_N| is 1e+06: expec"),
+    (HEADER + ROWS.replace(",-1", ",-1e-6"), {}, "column tau: 0.8 at the end where |sigma_N| is 1e-06"),
+    (HEADER + seven(lambda i: f"{i},1,0,-1"), {}, "column tau is 1 in all rows: expected values that change"),
+    (HEADER + seven(lambda i: f"0.{i},{i},{5 + 0.01 * i},-1"), {}, "line 2, column dilation: 5.01 at slip 0"),
+    (HEADER + seven(lambda i: f"{i}e-3,{i},{i},-1"), {}, "line 8, column dilation: 7 over slips up"),
+    (SHORT + seven(lambda i: f"{7.2 + 0.1 * i},{i},-1"), {}, "line 2, column slip: 7.3 in the first row: ex"),
+    (HEADER + ROWS + "0.9,1,0.1,-2\n", {}, "line 9, column sigma_N: -2 is more than 5% off the mean -1.125"),
+    # stiffnesses and other kinds of test
+    (WITH_K + seven(lambda i: f"{i},{i},{0.1 * i},1,{-1 - 100 * i}"), {}, "k_N: 1 times the dilation change"),
+    (WITH_K + seven(lambda i: f"{i},{i},{-0.1 * i},1,{-1 - 0.1 * i}"), {}, "and dilation > 0 where it opens"),
+    (WITH_K + seven(lambda i: f"{i},{i},{i},1e6,-1"), {}, "column k_N: 1e+06 changes sigma_N by 6e+06: expe"),
+    (WITH_K + seven(lambda i: f"{i},{i},0,{-i},-1"), {}, "column k_N: 7 values: expected one a test"),
+    (WITH_K + seven(lambda i: f"{i},{i},0,-2,-1"), {}, "line 2, column k_N: -2: expected a stiffness >= 0"),
+    (LINE, {"k_N": -1.0}, "k_N = -1: expected a finite stiffness >= 0"),
+    (LINE, {"k_T": 0.0}, "k_T = 0: expected a finite stiffness > 0"),
+    (LINE, {"k_T": 2.0}, "line 5: k_T = 2 takes 0.4 off the slip 0.4: expected more than tau/slip = 2"),
+    (LINE, {"k_N": 5.0, "sigma_N_path": True}, "k_N = 5: expected no stiffness beside a prescribed"),
+    (ENVELOPE + "-1,2,1,5\n-2,1,2,5\n", {}, "line 3, column peak: 1: expected at least the residual"),
+    (ENVELOPE + "-1,2,1,-5\n", {}, "line 2, column slip: -5: expected > 0"),
+    (ENVELOPE + "1,2,1,5\n", {}, "line 2, column sigma_N: 1 is tension: expected compression"),
+    (ENVELOPE + "-1,2,,5\n-1,2,,5\n", {}, "record.csv: 0 rows: expected at least 1"),
+    (ENVELOPE + "-1,2,1,5\n", {"k_T": 5.0}, "k_T, sigma_N_path: expected columns slip, tau, sigma_N"),
+]
+
+
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+@pytest.mark.parametrize(("text", "options", "message"), BAD, ids=[message for *_, message in BAD])
+def test_bad_records(text: str, options: dict[str, Any], message: str, tmp_path: Path) -> None:
+    """Errors have file, line, column, value and expectation."""
+    with pytest.raises(ValueError, match=re.escape(message)):
+        read_tests(write(tmp_path, text), **options)
+
+
+def test_all_errors_at_once(tmp_path: Path) -> None:
+    """The errors of all rows and files are listed together."""
+    first = write(tmp_path, HEADER + ROWS + "0.9,high,0.1,-1\n1,1,low,-1\n")
+    second = write(tmp_path, HEADER + "0.9,1,0.1\n", "second.csv")
+    with pytest.raises(ValueError, match="line 9") as caught:
+        read_tests([first, second])
+    told = str(caught.value).splitlines()
+    assert len(told) == 3 and "line 10, column dilation: low" in told[1]
+    assert "second.csv: line 2: 3" in told[2]
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    """Errors have the file and the expectation."""
+    path = write(tmp_path, HEADER + ROWS)
+    other = write(tmp_path, UNITS + ROWS, "other.csv")
+    old = tmp_path / "old.xls"
+    old.write_bytes(b"\xd0\xcf\x11\xe0\0\0\0")
+    wanted = "expected a CSV file with slip, tau, sigma_N"
+    for files, error, message in (
+        ([tmp_path / "none.csv"], FileNotFoundError, rf"none.csv: no such file or directory: {wanted}"),
+        ([tmp_path], IsADirectoryError, f": is a directory: {wanted}"),
+        ([old], ValueError, f"old.xls is no text: {wanted}"),
+        ([path, tmp_path / "." / "record.csv"], ValueError, "record.csv: given twice: expected each file on"),
+        ([other, path], ValueError, r"record.csv: no units in the header: expected units in .*other"),
+        ([], ValueError, "no test: expected a file"),
+    ):
+        with pytest.raises(error, match=message):
+            read_tests(files)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"tau": np.ones(6)}, "t: column tau is 1 in all rows: expected values that change"),
+        ({"tau": np.arange(5.0)}, r"t: tau has shape \(5,\): expected finite numbers of shape \(6,\)"),
+        ({"s_N": np.full(6, np.nan)}, "t: s_N has shape"),
+        ({"sigma_N": 1.0}, "t: sigma_N = 1: expected a finite compression"),
+        ({"path_N": np.array([-1.0, -1, -1, -1, -1, 2])}, "t: sigma_N = 2: expected a finite compression"),
+        ({"k_N": -1.0}, "t: k_N = -1: expected a finite stiffness"),
+        ({"slip": [], "tau": []}, "t: slip has no rows"),
+    ],
+)
+def test_tests_that_cannot_be(values: dict[str, Any], message: str) -> None:
+    """A test that a script constructs, of arrays or lists, is also checked."""
+    good = {"slip": list(range(6)), "tau": np.arange(6.0), "s_N": None, "sigma_N": -1}
+    assert ShearTest("t", **good).slip.tolist() == [0, 1, 2, 3, 4, 5]  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=message):
+        ShearTest("t", **(good | values))
