@@ -10,7 +10,7 @@ subroutine vumat_single(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, s
   use asperity_block_single, only: block_type, chunk, largest_energy, largest_separation, new_block, &
     points_type, update_block
   use asperity_call_checks, only: explain_block, explain_vumat, vumat_status
-  use asperity_checks, only: check_block
+  use asperity_checks, only: bounded, check_block
   use asperity_contract, only: most_statev, status_initial, status_ok, status_state, v_friction, v_offset, &
     v_rupture, v_status
   use asperity_host, only: vumat_map

@@ -7,5 +7,10 @@ module asperity_block_kernel_single
   use asperity_types_single, only: block_type, chunk, points_type
   implicit none
   private
+  public :: update_block
+
+contains
+
   include "dispatch_block.inc"
+
 end module asperity_block_kernel_single

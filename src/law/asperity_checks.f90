@@ -7,15 +7,25 @@
 module asperity_checks
   use, intrinsic :: iso_fortran_env, only: int32, int64, real32, real64
   use asperity_kinds, only: wp
-  use asperity_contract, only: damage_row, length_ratio_limit, min_inclined, n_facet_statev, n_fixed_props, &
-    n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_gc, p_gc2, p_m, p_sigma0, p_sigma02, &
-    prop_table, smallest_divisor, statev_row, statev_table, status_nprops, status_ok, status_props, &
+  use asperity_contract, only: damage_row, length_ratio_limit, min_inclined, most_statev, n_facet_statev, &
+    n_fixed_props, n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_gc, p_gc2, p_m, p_sigma0, &
+    p_sigma02, prop_table, smallest_divisor, statev_row, statev_table, status_nprops, status_ok, status_props, &
     stiffness_ratio_limit, v_offset, wear_work_row, weight_tolerance, worn_row
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
-  public :: bounded, all_bounded, review, read_props, prop_admissible, review_props, state_bounded, states_bounded, &
+  public :: bounded, all_bounded, review, read_props, prop_admissible, review_props, state_bounded, set_limits, &
     review_state, check_block
+
+  !> Number of points whose values are tested together.
+  integer, parameter, public :: points_together = 4
+
+  !> Ranges of the n state variables of a point, repeated for the points that are tested together: bits of the largest
+  !> magnitudes, and masks with all bits set where a value must not be negative.
+  type, public :: limits_type
+    integer :: n   !! state variables of a point
+    integer(int64), dimension(points_together*most_statev) :: most, unsigned
+  end type limits_type
 
   character(len=5), parameter :: listed_names(n_listed_values) = ["n_N  ", "n_Tx ", "n_Ty ", "gamma"]
 
@@ -145,33 +155,21 @@ contains
     yes = beyond >= 0_int64
   end function state_bounded
 
-  !> Whether every state variable of some points is in its range. The loop over the variables of a point has no branches
-  !> and takes them in their order, so that the compiler vectorises it.
-  pure function states_bounded(n_planes, n_statev, states, energy, slip) result(yes)
-    integer, intent(in) :: n_planes                        !! planes
-    integer, intent(in) :: n_statev                        !! state variables the law needs
-    real(wp), intent(in), contiguous :: states(:, :)       !! (>= n_statev, points) STATEV, any bits
-    real(wp), intent(in) :: energy                         !! largest energy, stress*length
-    real(wp), intent(in) :: slip                           !! largest slip and offset, length
-    logical :: yes
-    real(wp) :: bound(n_statev)
-    integer(int64) :: beyond, unsigned(n_statev)
-    integer :: i, j, row
-    do j = 1, n_statev
-      row = statev_row(j, n_planes)
-      bound(j) = row_bound(row, energy, slip)
-      unsigned(j) = merge(0_int64, -1_int64, row_signed(row))
+  !> Ranges of the state variables of a point, as bits.
+  pure subroutine set_limits(n_planes, n_statev, energy, slip, limits)
+    integer, intent(in) :: n_planes            !! planes
+    integer, intent(in) :: n_statev            !! state variables the law needs
+    real(wp), intent(in) :: energy             !! largest energy, stress*length
+    real(wp), intent(in) :: slip               !! largest slip and offset, length
+    type(limits_type), intent(out) :: limits   !! the ranges
+    integer :: i, row
+    limits%n = n_statev
+    do i = 1, n_statev
+      row = statev_row(i, n_planes)
+      limits%most(i:points_together*n_statev:n_statev) = transfer(row_bound(row, energy, slip), 0_int64)
+      limits%unsigned(i:points_together*n_statev:n_statev) = merge(0_int64, -1_int64, row_signed(row))
     end do
-    beyond = 0_int64
-    do i = 1, size(states, 2)
-      !$omp simd reduction(ior:beyond)
-      do j = 1, n_statev
-        beyond = ior(beyond, ior(outside(states(j, i), bound(j), .true.), iand(unsigned(j), outside(states(j, i), &
-          bound(j), .false.))))
-      end do
-    end do
-    yes = beyond >= 0_int64
-  end function states_bounded
+  end subroutine set_limits
 
   !> Append one line for each state variable of a point that is not in its range.
   pure subroutine review_state(n_planes, n_statev, state, energy, slip, message)
@@ -209,8 +207,10 @@ contains
     character(len=:), allocatable :: message
     integer(int64) :: beyond
     integer :: given, i
-    ! entries whose ratio to s_f is limited
+    ! entries that are integers, and those whose ratio to s_f is limited
+    logical, parameter :: integral(n_fixed_props) = [(prop_table(i)%scale == "whole", i=1, n_fixed_props)]
     logical, parameter :: measured(n_fixed_props) = [(prop_table(i)%measure == "s_f", i=1, n_fixed_props)]
+    integer, parameter :: whole(count(integral)) = pack([(i, i=1, n_fixed_props)], integral)
     integer, parameter :: lengths(count(measured)) = pack([(i, i=1, n_fixed_props)], measured)
     call fill_props(props, given, fixed)
     beyond = 0_int64
@@ -219,11 +219,13 @@ contains
     end do
     status = status_props
     if (beyond >= 0_int64 .and. given >= n_required_props) then
-      if (within(mode_ratio(fixed), stiffness_ratio_limit)) status = status_ok
-      if (.not. all(within(length_ratio(fixed(lengths), fixed(p_sigma0), fixed(p_gc)), &
-        length_ratio_limit))) then
-        status = status_props
-      end if
+      if (all(is_whole(fixed(whole))) .and. within(mode_ratio(fixed), stiffness_ratio_limit)) status = status_ok
+      do i = 1, size(lengths)
+        if (.not. fixed(lengths(i)) > 0.0_wp) cycle
+        if (.not. within(length_ratio(fixed(lengths(i)), fixed(p_sigma0), fixed(p_gc)), length_ratio_limit)) then
+          status = status_props
+        end if
+      end do
     end if
     if (status /= status_ok) then
       call review_props(props, status, message)
@@ -269,7 +271,7 @@ contains
           fixed(p_gc)), length_ratio_limit, status, message)
       end do
     end if
-    if (outside_prop(p_m, fixed(p_m)) < 0_int64) return
+    if (.not. prop_admissible(p_m, fixed(p_m))) return
     if (fixed(p_m) < 0.0_wp) call review_listed(props, -int(fixed(p_m)), indices, status, message)
   end subroutine review_props
 
@@ -279,7 +281,15 @@ contains
     real(wp), intent(in) :: value   !! any bits
     logical :: yes
     yes = outside_prop(i, value) >= 0_int64
+    if (yes .and. prop_table(i)%scale == "whole") yes = is_whole(value)
   end function prop_admissible
+
+  !> Whether an admissible value is an integer.
+  elemental function is_whole(value) result(yes)
+    real(wp), intent(in) :: value   !! in the range of integers
+    logical :: yes
+    yes = abs(value - real(int(value), wp)) <= 0.0_wp
+  end function is_whole
 
   !> "PROPS(i) " in a message, for those who know indices.
   pure function index_text(i, indices) result(text)
@@ -333,27 +343,24 @@ contains
     real(wp), intent(out) :: fixed(n_fixed_props)    !! the passed values (any bits), then defaults
     real(wp), parameter :: defaults(n_fixed_props) = prop_table%default
     given = min(size(props), n_fixed_props)
+    fixed = defaults
     fixed(:given) = props(:given)
-    fixed(given + 1:) = defaults(given + 1:)
   end subroutine fill_props
 
-  !> An integer as of `outside`: negative if the value is not admissible for entry i of PROPS by prop_table.
+  !> An integer as of `outside`: negative if the value is not in the range of entry i of PROPS by prop_table.
   elemental function outside_prop(i, value) result(beyond)
     integer, intent(in) :: i        !! index, 1..n_fixed_props
     real(wp), intent(in) :: value   !! any bits
     integer(int64) :: beyond, bits, magnitude
     integer :: k
-    real(wp) :: x
     ! bits of the largest magnitude, and of the smallest admissible value above 0
     integer(int64), parameter :: most(n_fixed_props) = transfer(prop_table%upper, [0_int64])
     integer(int64), parameter :: least(n_fixed_props) = transfer(max(prop_table%lower, [(merge(smallest_divisor, &
       merge(real(min_inclined, wp), 0.0_wp, k == p_m), prop_table(k)%divides), k=1, n_fixed_props)]), [0_int64])
-    ! masks, all bits set where an entry must not be negative, must not be 0, or must be integral
+    ! masks, all bits set where an entry must not be negative or must not be 0
     integer(int64), parameter :: yes = -1_int64, no = 0_int64
     integer(int64), parameter :: unsigned(n_fixed_props) = merge(no, yes, prop_table%lower < 0.0_wp)
     integer(int64), parameter :: nonzero(n_fixed_props) = merge(yes, no, prop_table%lower > 0.0_wp)
-    integer(int64), parameter :: integral(n_fixed_props) = [(merge(yes, no, prop_table(k)%scale == "whole"), &
-      k=1, n_fixed_props)]
     bits = transfer(value, 0_int64)
     magnitude = iand(bits, huge(0_int64))
     ! too large, infinite or NaN
@@ -362,9 +369,6 @@ contains
     beyond = ior(beyond, iand(unsigned(i), iand(bits, -magnitude)))
     ! too small: positive and below the smallest value, or zero where zero is not admissible
     beyond = ior(beyond, iand(magnitude - least(i), ior(nonzero(i), iand(not(bits), -magnitude))))
-    ! not integral; x is the value if it must be integral and is in its range, else 0
-    x = transfer(iand(bits, iand(integral(i), not(shifta(beyond, 63)))), 1.0_wp)
-    beyond = ior(beyond, -transfer(abs(x - real(int(x), wp)), 0_int64))
   end function outside_prop
 
   !> Stiffness of mode II over that of mode I, (sigma02^2/Gc2)/(sigma0^2/Gc).
