@@ -126,7 +126,7 @@ def test_what_happens_within_an_increment(material, pattern, path, tolerance: fl
     interface = asperity.Interface(
         asperity.Material(SIGMA0, GC, eta, mu, **others), asperity.Pattern.regular(*pattern)
     )
-    direction, turns, sigma_N = path
+    direction, turns, _ = path
     times = np.arange(1.0, len(turns) + 1.0) if "tau_v" in others else None
     rows = interface.confined_slip(*path, tolerance=tolerance, times=times, preload_time=1.0)
     assert curve_error(rows, dense(interface, *path, times), direction) < tolerance
