@@ -1,5 +1,4 @@
-/* The C API in a C program: texts, sizes, errors, array layout, and the UMAT of the same library. */
-#include <float.h>
+/* The C API in a C program: texts, sizes, errors, and array layout. test_threads calls the UMAT. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -107,24 +106,6 @@ static int time_is_for_viscous_damage(void) {
   return bad + DIFFERS((1.0 - half) * K * s[0], traction[0], STRESS_TOLERANCE);
 }
 
-static int guard_blocks_damage(void) {
-  /* A plane that slid by 3 s0 sticks at -4 s0. The damage (1 - 1/4)/eta of (7) would release energy. */
-  enum { N_PROPS = 17, GUARD = 16 };
-  double props[N_PROPS] = FLAT_PROPS;
-  const double s[3] = {-50.0 * S0, -4.0 * S0, 0.0}, held = 0.25;
-  int bad = 0;
-  for (int guard = 0; guard < 2; guard++) {
-    props[GUARD] = guard;
-    double state[FLAT_STATEV] = {0}, traction[3];
-    state[ALPHA] = held;
-    state[ALPHA + 1] = 3.0 * S0;
-    bad += FAILS(asperity_update(props, N_PROPS, 0.0, 1, s, s, FLAT_STATEV, state, traction, NULL, NULL,
-                                 0) == ASPERITY_OK);
-    bad += DIFFERS(guard ? held : 0.75 / ETA, state[ALPHA], 16 * 2.3e-16);
-  }
-  return bad;
-}
-
 static int null_arrays(void) {
   /* An array that is NULL is named; without points none is needed. */
   const double props[] = FLAT_PROPS, s[3] = {S0, 0.0, 0.0};
@@ -191,35 +172,6 @@ static int negative_counts_are_told_as_they_came(void) {
   return bad + FAILS(strstr(message, "NSTATV = -4: expected at least 11") != NULL);
 }
 
-static int no_points_is_no_error(void) {
-  const double props[] = FLAT_PROPS, s[3] = {0};
-  double state[FLAT_STATEV] = {0}, traction[3];
-  return FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 0, NULL, s, FLAT_STATEV, state, traction, NULL, NULL, 0) ==
-               ASPERITY_OK);
-}
-
-static double roundings(double x) { return 8.0 * DBL_EPSILON * fabs(x); }
-
-static int umat_is_the_same_law(void) {
-  /* With thickness 1 the strain is the separation. Every argument that a host may omit is NULL. */
-  const double props[] = FLAT_PROPS, stran[3] = {0}, s[3] = {2.0 * S0, S0, -S0};
-  const int ndi = 1, nshr = 2, ntens = 3, nstatv = FLAT_STATEV, nprops = N_FLAT_PROPS;
-  const char name[80] = "flat";
-  double state[2][FLAT_STATEV] = {{0}}, traction[3], tangent[3][3], stress[3] = {0}, ddsdde[3][3], sse, spd, scd;
-  int bad = FAILS(asperity_update(props, nprops, 0.0, 1, NULL, s, nstatv, state[0], traction, tangent[0], NULL, 0) ==
-                  ASPERITY_OK);
-  umat_(stress, state[1], ddsdde[0], &sse, &spd, &scd, NULL, NULL, NULL, NULL, stran, s, NULL, NULL, NULL, NULL, NULL,
-        NULL, name, &ndi, &nshr, &ntens, &nstatv, props, &nprops, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL,
-        NULL, NULL, NULL);
-  /* Updates of many points and of one may differ by rounding where products and sums are fused. */
-  for (int i = 0; i < FLAT_STATEV; i++) bad += DIFFERS(state[0][i], state[1][i], roundings(state[0][i]));
-  for (int i = 0; i < 3; i++) {
-    bad += DIFFERS(traction[i], stress[i], roundings(traction[i]));
-    for (int j = 0; j < 3; j++) bad += DIFFERS(tangent[i][j], ddsdde[j][i], roundings(tangent[i][j])); /* by columns */
-  }
-  return bad;
-}
-
 static int initial_state_carries_the_traction(void) {
   /* A virgin flat plane: offset = traction/K. A fully damaged one has no tension. Counts are not negative. */
   const double props[] = FLAT_PROPS, zero[3] = {0.0, 0.0, 0.0}, wanted[3] = {-2.0 * SIGMA0, 0.2 * SIGMA0, 0.0};
@@ -244,19 +196,10 @@ static int initial_state_carries_the_traction(void) {
 }
 
 int main(void) {
-  int (*const tests[])(void) = {version_is_text, kernels_are_those_of_the_environment,
-                                nstatv_counts_planes,
-                                bad_props_are_named_all_at_once,
-                                elastic_points_follow_the_stiffness,
-                                tangent_comes_by_rows,
-                                null_start_and_null_tangent,
-                                errors_write_nothing_but_the_message,
-                                negative_counts_are_told_as_they_came,
-                                no_points_is_no_error,
-                                time_is_for_viscous_damage,
-                                guard_blocks_damage,
-                                null_arrays,
-                                initial_state_carries_the_traction,
-                                umat_is_the_same_law};
+  int (*const tests[])(void) = {version_is_text, kernels_are_those_of_the_environment, nstatv_counts_planes,
+                                bad_props_are_named_all_at_once, elastic_points_follow_the_stiffness,
+                                tangent_comes_by_rows, null_start_and_null_tangent,
+                                errors_write_nothing_but_the_message, negative_counts_are_told_as_they_came,
+                                time_is_for_viscous_damage, null_arrays, initial_state_carries_the_traction};
   return check_run(sizeof tests / sizeof tests[0], tests);
 }

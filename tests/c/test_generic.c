@@ -190,31 +190,46 @@ static int properties_are_those_of_the_contract(void) {
 static const double PATH[][3] = {{-0.01, 0.02, 0.0}, {-0.02, 0.1, 0.03}, {-0.01, -0.05, 0.0}, {0.04, 0.1, -0.05}};
 enum { N_PATH = sizeof PATH / sizeof *PATH };
 
-/* The difference between a joint of n components and the C API along a path, to the rounding of another kernel. */
-static int follows(int n, int worn) {
-  const double *props = worn ? WORN : PROPS;
+/* The difference between n components of a behaviour and the C API along a path, to the rounding of another kernel. A
+   layer passes strains s_N/h, s_Tx/(sqrt(2) h), s_Ty/(sqrt(2) h) as 11, 12, 13; its other components are elastic. In 2D
+   there is no Ty. */
+static int follows(const char *behaviour, int n, int worn) {
+  const int layer = strstr(behaviour, "Layer") != NULL, flat = n == (layer ? 4 : 2), shown = flat ? 2 : 3;
+  const int at[3] = {0, layer ? 3 : 1, layer ? 4 : 2};
+  const double root = layer ? sqrt(2.0) : 1.0, weight[3] = {1.0, root, root}, beside[6] = {0, 2e-3, -1e-3, 0, 0, 4e-3};
+  const double h = layer ? THICKNESS : 1.0, side = R * K * h, *props = worn ? WORN : PROPS;
   const int n_props = worn ? (int)(sizeof WORN / sizeof *WORN) : N_PROPS, n_statev = worn ? N_WORN : N_STATEV;
   int bad = 0;
-  Point p = virgin("AsperityJoint3");
+  Point p = virgin(behaviour);
   if (worn) {
-    set(&p, "AsperityJoint3", "height", 0.3);
-    set(&p, "AsperityJoint3", "W0", 2.0);
-    set(&p, "AsperityJoint3", "crush", 4.0);
+    set(&p, behaviour, "height", 0.3);
+    set(&p, behaviour, "W0", 2.0);
+    set(&p, behaviour, "crush", 4.0);
   }
   double state[N_WORN] = {0}, traction[3], tangent[3][3], from[3] = {0};
   for (int step = 0; step < N_PATH; step++) {
-    const double s[3] = {PATH[step][0], PATH[step][1], n == 3 ? PATH[step][2] : 0.0};
-    memcpy(p.gradient, s, n * sizeof *s);
-    bad += FAILS(call(&p, "AsperityJoint3", n == 3 ? "Tridimensional" : "PlaneStress", 4.0) == 1);
+    const double s[3] = {PATH[step][0], PATH[step][1], flat ? 0.0 : PATH[step][2]};
+    int component[6] = {-1, -1, -1, -1, -1, -1};
+    for (int c = 0; c < shown; c++) component[at[c]] = c;
+    for (int i = 0; i < n; i++)
+      p.gradient[i] = component[i] < 0 ? beside[i] : s[component[i]] / (h * weight[component[i]]);
+    bad += FAILS(call(&p, behaviour, !flat ? "Tridimensional" : layer ? "PlaneStrain" : "PlaneStress", 4.0) == 1);
     bad += FAILS(update(props, n_props, 0.0, 1, from, s, n_statev, state, traction, tangent[0], NULL,
                         0) == ASPERITY_OK);
+    double elastic = 0.0;
     for (int i = 0; i < n; i++) {
-      bad += DIFFERS(traction[i], p.force[i], STRESS_TOLERANCE);
-      for (int j = 0; j < n; j++) bad += DIFFERS(tangent[i][j], p.operator[n * i + j], TANGENT_TOLERANCE);
+      const int c = component[i];
+      if (c < 0) elastic += 0.5 * side * p.gradient[i] * p.gradient[i];
+      bad += DIFFERS(c < 0 ? side * p.gradient[i] : weight[c] * traction[c], p.force[i], STRESS_TOLERANCE);
+      for (int j = 0; j < n; j++) {
+        const int d = component[j];
+        const double expected = c < 0 || d < 0 ? (i == j ? side : 0.0) : h * weight[c] * weight[d] * tangent[c][d];
+        bad += DIFFERS(expected, p.operator[n * i + j], 2 * TANGENT_TOLERANCE);
+      }
     }
     for (int i = 0; i < n_statev; i++) bad += DIFFERS(state[i], p.variables[i], 64 * 2.3e-16);
-    bad += DIFFERS(state[STORED], p.stored, 64 * 2.3e-16);
-    bad += DIFFERS(state[RUPTURE] + state[FRICTION], p.dissipated, 64 * 2.3e-16);
+    bad += DIFFERS(state[STORED] / h + elastic, p.stored, 64 * 2.3e-16 / h);
+    bad += DIFFERS((state[RUPTURE] + state[FRICTION]) / h, p.dissipated, 64 * 2.3e-16 / h);
     memcpy(from, s, sizeof from);
     accept(&p);
   }
@@ -222,54 +237,9 @@ static int follows(int n, int worn) {
   return bad + FAILS(!worn || p.variables[n_statev - 1] > 0.0);
 }
 
-/* A joint has the results of the C API along a path, to the rounding of another kernel; in 2D without Ty. */
-static int joint_is_the_law(void) {
-  int bad = 0;
-  for (int n = 2; n <= 4; n++) bad += follows(n < 4 ? n : 3, n == 4);
-  return bad;
-}
-
-/* A layer passes strains s_N/h, s_Tx/(sqrt(2) h), s_Ty/(sqrt(2) h) as 11, 12, 13; the others are elastic. */
-static int layer_is_the_law(void) {
-  static const int at[3] = {0, 3, 4};
-  const double root = sqrt(2.0), weight[3] = {1.0, root, root}, side = R * K * THICKNESS;
-  int bad = 0;
-  for (int n = 4; n <= 6; n += 2) {
-    Point p = virgin("AsperityLayer3");
-    double state[N_STATEV] = {0}, traction[3], tangent[3][3], from[3] = {0};
-    const int shown = n == 6 ? 3 : 2;
-    for (int step = 0; step < N_PATH; step++) {
-      const double s[3] = {PATH[step][0], PATH[step][1], n == 6 ? PATH[step][2] : 0.0}, beside[3] = {2e-3, -1e-3, 4e-3};
-      for (int i = 0; i < shown; i++) p.gradient[at[i]] = s[i] / (THICKNESS * weight[i]);
-      p.gradient[1] = beside[0];
-      p.gradient[2] = beside[1];
-      if (n == 6) p.gradient[5] = beside[2];
-      bad += FAILS(call(&p, "AsperityLayer3", n == 6 ? "Tridimensional" : "PlaneStrain", 4.0) == 1);
-      bad += FAILS(update(PROPS, N_PROPS, 0.0, 1, from, s, N_STATEV, state, traction, tangent[0], NULL,
-                          0) == ASPERITY_OK);
-      double elastic = 0.0;
-      for (int i = 0; i < n; i++) {
-        double force = side * p.gradient[i];
-        int of_i = -1;
-        for (int c = 0; c < shown; c++)
-          if (at[c] == i) force = weight[of_i = c] * traction[c];
-        if (of_i < 0) elastic += 0.5 * side * p.gradient[i] * p.gradient[i];
-        bad += DIFFERS(force, p.force[i], STRESS_TOLERANCE);
-        for (int j = 0; j < n; j++) {
-          double expected = i == j ? side : 0.0;
-          for (int c = 0; c < shown; c++)
-            if (of_i >= 0 && at[c] == j) expected = THICKNESS * weight[of_i] * weight[c] * tangent[of_i][c];
-          if (of_i >= 0 && (j == 1 || j == 2 || j == 5)) expected = 0.0;
-          bad += DIFFERS(expected, p.operator[n * i + j], 2 * TANGENT_TOLERANCE);
-        }
-      }
-      bad += DIFFERS(state[STORED] / THICKNESS + elastic, p.stored, 64 * 2.3e-16 / THICKNESS);
-      bad += DIFFERS((state[RUPTURE] + state[FRICTION]) / THICKNESS, p.dissipated, 64 * 2.3e-16 / THICKNESS);
-      memcpy(from, s, sizeof from);
-      accept(&p);
-    }
-  }
-  return bad;
+static int behaviours_are_the_law(void) {
+  return follows("AsperityJoint3", 2, 0) + follows("AsperityJoint3", 3, 0) + follows("AsperityJoint3", 3, 1) +
+         follows("AsperityLayer3", 4, 0) + follows("AsperityLayer3", 6, 0) + follows("AsperityLayer3", 6, 1);
 }
 
 /* K[0]: prediction writes K alone, no operator leaves K, the elastic operator is that of the virgin joint. */
@@ -398,8 +368,8 @@ static int initial_traction(void) {
 }
 
 int main(int count, char **arguments) {
-  static int (*const tests[])(void) = {every_behaviour_loads, properties_are_those_of_the_contract, joint_is_the_law,
-                                       layer_is_the_law, requests, errors, time_and_its_step, initial_traction};
+  static int (*const tests[])(void) = {every_behaviour_loads, properties_are_those_of_the_contract, behaviours_are_the_law,
+                                       requests, errors, time_and_its_step, initial_traction};
   library = count == 2 ? dlopen(arguments[1], RTLD_NOW) : NULL;
   if (library == NULL) {
     fprintf(stderr, "%s\n", count == 2 ? dlerror() : "expected the path of libasperity_generic");
