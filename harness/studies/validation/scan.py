@@ -93,7 +93,7 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
     profiles = {"scan": rough, "smooth": smooth}
     for rows in profiles.values():
         rows[:] = [{name: value for name, value in row.items() if MEASURE not in name} for row in rows]
-    return {name: _table(rows) for name, rows in (profiles | {"sample": sample[::2]}).items()}
+    return {name: _table(rows[::2]) for name, rows in (profiles | {"sample": sample}).items()}
 
 
 def _table(rows: Sequence[Constants]) -> str:
