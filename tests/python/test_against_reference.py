@@ -9,13 +9,11 @@ from __future__ import annotations
 import itertools
 import warnings
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import History, Interface, Material, ModelWarning, Pattern, contract
+from asperity import Interface, Material, ModelWarning, Pattern, contract
 from asperity.contract import N_POINT_STATEV
-from support_driver import call
 
 from harness.studies.compare import compare, find
 from tests.oracle import reference
@@ -176,20 +174,3 @@ def test_guard_is_the_reference(sides: int) -> None:
         differ += int(np.any(plain.replay(S).state != ours.state))
     assert differ >= 5
     assert guarded != plain and guarded.props()[contract.index("guard")] == 1.0
-
-
-def test_guard_in_driver_and_adapters(driver: Path, tmp_path: Path) -> None:
-    """A replay of a path through UMAT and VUMAT gives the rupture energy of the steps."""
-    head = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, guard = .true. /\n&pattern sides = 0 /\n"
-    path = "&step s_Tx = 0.03, increments = 50 /\n&step s_N = -0.2, increments = 50 /\n&step s_Tx = -0.05 /\n"
-    ruptures = []
-    replays = [f"&replay file = 'path.csv', through = '{name}' /\n" for name in ("umat", "vumat")]
-    for steps in (path, *replays):
-        (tmp_path / "case.nml").write_text(head + steps, encoding="utf-8")
-        assert call(driver, "case.nml", folder=tmp_path).returncode == 0
-        ruptures.append(History.from_csv(tmp_path / "case.csv").rupture)
-        if steps == path:
-            (tmp_path / "case.csv").rename(tmp_path / "path.csv")
-    assert ruptures[0][-1] > 0.0
-    for rupture in ruptures[1:]:
-        np.testing.assert_allclose(rupture, ruptures[0], rtol=0, atol=1e-12)

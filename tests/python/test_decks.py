@@ -1,4 +1,4 @@
-"""Decks: every load path of tests/decks through driver, Python, UMAT and VUMAT, against the NumPy reference.
+"""Decks: every load path of tests/decks through driver, Python and UMAT, against the NumPy reference.
 
 The driver compares the last row with `&expect`, whose numbers are formulas or those of independent programs.
 Here the rows of a path are those of every other entry to the library.
