@@ -27,6 +27,7 @@ module asperity_case_text
     character(len=name_length) :: shown    !! as it is written
     integer :: line
     integer :: first, last                 !! its tokens
+    integer :: group                       !! in which it is
   end type entry_type
 
   !> A group `&name entries /`.
@@ -103,7 +104,7 @@ contains
       case default
         if (.not. inside) then
           last = line_end(text%source, i)
-          call fail(errors, of_line(text, line), """" // printable(text%source(i:last)) // &
+          call fail(errors, of_file(text, line), """" // printable(text%source(i:last)) // &
             """ outside a group: expected &name, or ! before a comment")
         else
           call split_inside(text, i, last, line, inside, comma, errors)
@@ -123,8 +124,9 @@ contains
     logical, intent(inout) :: inside                          !! whether a group is open
     logical, intent(inout) :: comma                           !! whether a comma here would mean an empty value
     type(errors_type), intent(inout) :: errors   !! errors are added
+    type(error_type) :: place
     character(len=1) :: c
-    integer :: next
+    integer :: k, next
 
     c = text%source(i:i)
     last = i
@@ -133,15 +135,18 @@ contains
       inside = .false.
       text%groups(text%n_groups)%to = i
     case (",")
-      if (comma) call fail(errors, in_entry(text, line), "empty value before a comma")
+      place = of_group(text, text%n_groups, line)
+      if (text%groups(text%n_groups)%last >= text%groups(text%n_groups)%first) &
+        place%name = trim(text%entries(text%n_entries)%shown)
+      if (comma) call fail(errors, place, "empty value before a comma")
       comma = .true.
     case ("=")
-      call fail(errors, in_group(text, line), "= without a name before it")
+      call fail(errors, of_group(text, text%n_groups, line), "= without a name before it")
     case ("'", """")
       do
         next = index(text%source(last + 1:), c)
         if (next == 0 .or. index(text%source(last + 1:last + next), newline) > 0) then
-          call fail(errors, in_group(text, line), "string without its closing " // c)
+          call fail(errors, of_group(text, text%n_groups, line), "string without its closing " // c)
           last = line_end(text%source, i)
           exit
         end if
@@ -160,7 +165,7 @@ contains
       end if
       if (next > 0) then
         call add_entry(text, text%source(i:last), line, errors)
-        line = line + count_lines(text%source(last + 1:last + next))
+        line = line + count([(text%source(k:k) == newline, k=last + 1, last + next)])
         last = last + next
         comma = .true.
       else
@@ -178,16 +183,6 @@ contains
     last = scan(source(i:), word_end)
     last = merge(len(source), i + last - 2, last == 0)
   end function end_of_word
-
-  !> Number of line ends in a piece of text.
-  pure function count_lines(piece) result(n)
-    character(len=*), intent(in) :: piece   !! text
-    integer :: i, n
-    n = 0
-    do i = 1, len(piece)
-      if (piece(i:i) == newline) n = n + 1
-    end do
-  end function count_lines
 
   !> Open a group.
   pure subroutine add_group(text, name, line, from)
@@ -208,14 +203,15 @@ contains
     type(errors_type), intent(inout) :: errors   !! errors are added
     integer :: i
     if (text%n_entries == size(text%entries)) text%entries = [text%entries, text%entries]
-    if (index(name, "(") > 0) call fail(errors, in_group(text, line), name // &
+    if (index(name, "(") > 0) call fail(errors, of_group(text, text%n_groups, line), name // &
       ": subscripts are not read, expected a name and its whole list")
     do i = text%groups(text%n_groups)%first, text%n_entries
-      if (text%entries(i)%name == lower(name)) call fail(errors, in_group(text, line), name // &
+      if (text%entries(i)%name == lower(name)) call fail(errors, of_group(text, text%n_groups, line), name // &
         " is given twice, first in line " // integer_text(text%entries(i)%line))
     end do
     text%n_entries = text%n_entries + 1
-    text%entries(text%n_entries) = entry_type(lower(name), name, line, text%n_tokens + 1, text%n_tokens)
+    text%entries(text%n_entries) = entry_type(lower(name), name, line, text%n_tokens + 1, text%n_tokens, &
+      text%n_groups)
     text%groups(text%n_groups)%last = text%n_entries
   end subroutine add_entry
 
@@ -227,7 +223,7 @@ contains
     logical, intent(in) :: is_string                          !! in quotes
     type(errors_type), intent(inout) :: errors   !! errors are added
     if (text%groups(text%n_groups)%last < text%groups(text%n_groups)%first) then
-      call fail(errors, in_group(text, line), """" // printable(text%source(first:last)) // &
+      call fail(errors, of_group(text, text%n_groups, line), """" // printable(text%source(first:last)) // &
         """ without a name: expected name = value")
       return
     end if
@@ -237,28 +233,24 @@ contains
     text%entries(text%n_entries)%last = text%n_tokens
   end subroutine add_token
 
-  !> Place of an error in the whole file; a text that is not in a file has no place.
-  pure function of_file(text) result(place)
-    type(text_type), intent(in) :: text   !! the file
+  !> Place of an error in the whole file, or in a line; a text that is not in a file has no place.
+  pure function of_file(text, line) result(place)
+    type(text_type), intent(in) :: text             !! the file
+    integer, intent(in), optional :: line           !! in it
     type(error_type) :: place
-    if (len(text%path) > 0) place%file = text%path
+    if (len(text%path) == 0) return
+    place%file = text%path
+    if (present(line)) place%line = line
   end function of_file
 
-  !> Place of an error in a line.
-  pure function of_line(text, line) result(place)
-    type(text_type), intent(in) :: text   !! the file
-    integer, intent(in) :: line           !! in it
+  !> Place of an error in a group, or in a line of it.
+  pure function of_group(text, g, line) result(place)
+    type(text_type), intent(in) :: text             !! the file
+    integer, intent(in) :: g                        !! group
+    integer, intent(in), optional :: line           !! of the file; absent: that of the group
     type(error_type) :: place
-    place = of_file(text)
-    if (allocated(place%file)) place%line = line
-  end function of_line
-
-  !> Place of an error in a group.
-  pure function of_group(text, g) result(place)
-    type(text_type), intent(in) :: text   !! the file
-    integer, intent(in) :: g              !! group
-    type(error_type) :: place
-    place = of_line(text, text%groups(g)%line)
+    place = of_file(text, text%groups(g)%line)
+    if (present(line)) place = of_file(text, line)
     place%group = "&" // trim(text%groups(g)%name)
     if (text%groups(g)%name == "step") place%step = count(text%groups(:g - 1)%name == "step")
   end function of_group
@@ -268,8 +260,7 @@ contains
     type(text_type), intent(in) :: text   !! the file
     integer, intent(in) :: entry          !! which
     type(error_type) :: place
-    place = of_group(text, group_of(text, entry))
-    if (place%line > 0) place%line = text%entries(entry)%line
+    place = of_group(text, text%entries(entry)%group, text%entries(entry)%line)
     place%name = trim(text%entries(entry)%shown)
     place%value = value_text(text, entry)
   end function of_entry
@@ -295,25 +286,6 @@ contains
     end associate
   end function value_text
 
-  !> Place of an error in a line of the group that was opened last.
-  pure function in_group(text, line) result(place)
-    type(text_type), intent(in) :: text   !! the file
-    integer, intent(in) :: line           !! in it
-    type(error_type) :: place
-    place = of_group(text, text%n_groups)
-    if (place%line > 0) place%line = line
-  end function in_group
-
-  !> Place of an error in a line of the entry that was opened last.
-  pure function in_entry(text, line) result(place)
-    type(text_type), intent(in) :: text   !! the file
-    integer, intent(in) :: line           !! in it
-    type(error_type) :: place
-    place = in_group(text, line)
-    if (text%groups(text%n_groups)%last < text%groups(text%n_groups)%first) return
-    place%name = trim(text%entries(text%n_entries)%shown)
-  end function in_entry
-
   !> Source of a value.
   pure function token_text(text, token) result(source)
     type(text_type), intent(in) :: text   !! the file
@@ -322,25 +294,12 @@ contains
     source = text%source(text%tokens(token)%first:text%tokens(token)%last)
   end function token_text
 
-  !> Group of an entry.
-  pure function group_of(text, entry) result(g)
-    type(text_type), intent(in) :: text   !! the file
-    integer, intent(in) :: entry          !! which
-    integer :: g
-    do g = text%n_groups, 1, -1
-      if (text%groups(g)%first <= entry .and. entry <= text%groups(g)%last) return
-    end do
-  end function group_of
-
   !> First group of a name; 0: none.
   pure function group_index(text, name) result(g)
     type(text_type), intent(in) :: text    !! the file
     character(len=*), intent(in) :: name   !! of the group
     integer :: g
-    do g = 1, text%n_groups
-      if (text%groups(g)%name == name) return
-    end do
-    g = 0
+    g = findloc(text%groups(:text%n_groups)%name, name, dim=1)
   end function group_index
 
   !> Position of a lower-case name in a list of names; 0: none.
