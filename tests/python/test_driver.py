@@ -15,8 +15,6 @@ from support_driver import (
     MATERIAL,
     MU,
     RP_4,
-    TRACTION_TOLERANCE,
-    K,
     assert_traction,
 )
 
@@ -43,21 +41,6 @@ def test_every_figure_has_its_case() -> None:
     names = " ".join(path.stem for path in CASES.glob("*.nml"))
     wanted = "02 04a 04b 05a 05b 07a 07b 08a 08b 09a 09b 10a 10b 11 12 13a 13b".split()
     assert [figure for figure in wanted if not re.search(rf"(figure|_){figure}(_| |$)", names)] == []
-
-
-def test_residual_up_the_slope(shipped) -> None:
-    """Figure 5(a): for slip straight up one plane tau/|sigma_N| is (mu + tan theta)/(1 - mu tan theta)."""
-    slope = math.tan(math.radians(35.0))
-    for value, result in shipped("figure05a").items():
-        expected = abs(float(value)) * (MU + slope) / (1 - MU * slope)
-        assert result["t_Tx"][-1] == pytest.approx(expected, abs=TRACTION_TOLERANCE)
-
-
-def test_known_point(run) -> None:
-    """A slip of 0.6 on RP-4 under sigma_N = -10 ends at tau = 10.5781 and s_N = -0.053572."""
-    result = run(MATERIAL + RP_4 + "&step t_N = -10.0 /\n&step slip = 0.6, increments = 2400 /\n")
-    assert result["t_Tx"][-1] == pytest.approx(10.5781, abs=5e-5)
-    assert result["s_N"][-1] == pytest.approx(-0.053572, abs=5e-7)
 
 
 def test_rows_and_targets(run) -> None:
@@ -118,24 +101,6 @@ def test_normal_stiffness(run) -> None:
     s_start = s[step == 4][-1]
     ramp = before + (-4.0 - before) * np.arange(1, 101) / 100
     assert_traction(t[step == 5], ramp - 5.0 * (s[step == 5] - s_start))
-
-
-def test_free_transverse_traction(run) -> None:
-    """With prescribed s_Tx and t_Ty = 0 the point on a rotated pattern also moves along Ty."""
-    result = run(
-        MATERIAL + "&pattern sides = 2, theta = 30.0, turn = 20.0 /\n&step t_N = -2.0, t_Ty = 0.0 /\n"
-        "&step s_Tx = 0.3 /\n"
-    )
-    assert_traction(result["t_Ty"], 0.0)
-    assert abs(result["s_Ty"][-1]) > 0.01
-
-
-def test_traction_control_of_all_components(run) -> None:
-    """Without inclined planes and below the onset of damage s is t/K."""
-    result = run(MATERIAL + FLAT + "&step t_N = 1.5, t_Tx = 1.0, -2.0, t_Ty = -0.5 /\n")
-    np.testing.assert_allclose(result.vector("s"), result.vector("t") / K, rtol=1e-12, atol=1e-17)
-    assert list(np.round(result.vector("t")[-1], 12)) == [1.5, -2.0, -0.5]
-    assert result["damage"].max() == 0.0
 
 
 def test_control_may_change(run) -> None:
