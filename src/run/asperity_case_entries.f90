@@ -119,23 +119,20 @@ contains
     integer, intent(inout) :: value              !! read: unchanged if it is not given, or on error
     integer, intent(in) :: least, most           !! admissible range
     integer, intent(in), optional :: default     !! it is not written
-    real(wp), allocatable :: values(:)
+    real(wp) :: number
     logical :: writes
-    if (io%writes) then
-      writes = .true.
-      if (present(default)) writes = value /= default
-      if (writes) call put_numbers(io, name, [real(value, wp)])
-      return
-    end if
-    call find_entry(io, name)
+    writes = io%writes
+    if (present(default)) writes = writes .and. value /= default
+    if (io%writes .and. .not. writes) return
+    number = real(value, wp)
+    call real_entry(io, name, number)
     if (.not. io%found) return
-    call get_numbers(io, values)
-    if (any(values < real(least, wp) .or. values > real(most, wp) .or. abs(values - aint(values)) > 0.0_wp)) then
-      call require(io, .false., "expected a whole number from " // integer_text(least) // " to " // integer_text(most))
-    else if (size(values) == 1) then
-      value = nint(values(1))
+    if (number < real(least, wp) .or. number > real(most, wp) .or. abs(number - aint(number)) > 0.0_wp) then
+      ! the value without the entry need not be in the range
+      if (abs(number - real(value, wp)) > 0.0_wp) call require(io, .false., "expected a whole number from " // &
+        integer_text(least) // " to " // integer_text(most))
     else
-      call require(io, size(values) == 0, "expected one number")
+      value = nint(number)
     end if
   end subroutine integer_entry
 

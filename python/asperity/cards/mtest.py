@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import contract
 from ..installed import generic_library
+from ..pattern import direction_vector
 from ..steps import Step, prescribed
 from . import opengeosys
 
@@ -28,7 +29,11 @@ def head(law: str, props: contract.Floats, comments: Sequence[str]) -> str:
 
 
 def path(steps: Sequence[Step]) -> str:
-    """Evolutions of the prescribed components, and times; raises ValueError for what MTest cannot take."""
+    """Evolutions of the prescribed components, and times.
+
+    steps: of a case that was read, with lists of all targets, increments and times. Raises ValueError for what
+    MTest cannot take.
+    """
     kinds = set(prescribed(steps))
     if len(kinds) != 1:
         raise ValueError(
@@ -37,31 +42,25 @@ def path(steps: Sequence[Step]) -> str:
         )
     [tractions] = kinds
     times, values, numbers = [0.0], [np.zeros(3)], []
-    direction = 0.0
     for number, step in enumerate(steps, 1):
         if step.follow == "branch":
             raise ValueError(f"step {number}: follow = 'branch': expected 'stable' for mtest")
         for name in ("k_N", "k_Tx", "k_Ty"):
             if getattr(step, name):
                 raise ValueError(f"step {number}: {name} = {getattr(step, name):g}: expected 0 for mtest")
-        direction = direction if step.direction is None else np.radians(step.direction)
-        targets: dict[int, np.ndarray] = {}
-        for i, axis in enumerate(("N", "Tx", "Ty")):
-            given = getattr(step, f"{'t' if tractions[i] else 's'}_{axis}")
-            if given is not None:
-                targets[i] = np.atleast_1d(given)
+        targets = {
+            i: given
+            for i, axis in enumerate(("N", "Tx", "Ty"))
+            if (given := getattr(step, f"{'t' if tractions[i] else 's'}_{axis}")) is not None
+        }
         if step.slip is not None:
-            targets[1] = np.atleast_1d(step.slip) * np.cos(direction)
-            targets[2] = np.atleast_1d(step.slip) * np.sin(direction)
-        n = max((len(one) for one in targets.values()), default=1)
-        for _ in range(int(step.cycles or 1)):
-            for k in range(n):
-                value = values[-1].copy()
-                for i, one in targets.items():
-                    value[i] = one[min(k, len(one) - 1)]
-                values.append(value)
-                times.append(times[-1] + _listed(step.time, 1.0 / n, k))
-                numbers.append(round(_listed(step.increments, 100.0, k)))
+            targets[1], targets[2] = np.outer(direction_vector(step.direction), step.slip)
+        for k, duration in enumerate(step.time):
+            values.append(values[-1].copy())
+            for i, one in targets.items():
+                values[-1][i] = one[k]
+            times.append(times[-1] + duration)
+            numbers.append(round(step.increments[k]))
     lines = []
     for i, column in enumerate(np.array(values).T):
         keyword, name = (
@@ -75,9 +74,3 @@ def path(steps: Sequence[Step]) -> str:
         lines.append(f"{keyword} '{name}' {{{pairs}}};")
     parts = ", ".join(f"{time!r} in {n}" for time, n in zip(times[1:], numbers, strict=True))
     return "\n".join([*lines, f"@Times {{0.0, {parts}}};"]) + "\n"
-
-
-def _listed(given: object, default: float, k: int) -> float:
-    """Value of an entry for the target k; a shorter list repeats its last value."""
-    one = np.atleast_1d(default if given is None else given)
-    return float(one[min(k, len(one) - 1)])
