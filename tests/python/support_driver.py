@@ -7,8 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.oracle import reference
-
 ROOT = Path(__file__).resolve().parents[2]
 CASES = ROOT / "harness" / "cases"
 COLUMNS = (
@@ -90,23 +88,3 @@ def tension_limit(eta: float, sigma: float) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if largest(middle) > sigma else (low, middle)
     return low
-
-
-def carried_by_reference(pattern, traction: np.ndarray, damage: np.ndarray, s: np.ndarray, slips: np.ndarray):
-    """Apply a traction in equal steps to the independent law; return law, separation and state."""
-    law = reference.Parameters(SIGMA0, GC, ETA, MU)
-    state = reference.virgin(pattern)
-    state[reference.HEADER :] = np.column_stack([damage, slips]).ravel()
-    state = reference.update(law, pattern, s, state, s).state
-    first = reference.update(law, pattern, s, state, s).traction
-    for part in np.linspace(0.0, 1.0, PARTS + 1)[1:]:
-        goal = first + part * (traction - first)
-        s_new = s
-        for _ in range(20):
-            response = reference.update(law, pattern, s_new, state, s)
-            if np.abs(goal - response.traction).max() < 1e-13 * K:
-                break
-            s_new = s_new + np.linalg.solve(response.tangent, goal - response.traction)
-        s, state = s_new, response.state
-    assert np.abs(response.traction - traction).max() < TRACTION_TOLERANCE
-    return law, s, state

@@ -73,18 +73,6 @@ def test_slip_along_a_direction(run) -> None:
             assert (result["s_Tx"] == 0).all() or (result["s_Ty"] == 0).all()
 
 
-def test_steps_go_on(run) -> None:
-    """Two steps give the rows of one step; a component that is not named keeps its condition and value."""
-    whole = run(MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step slip = 0.4, increments = 160 /\n")
-    parts = run(
-        MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step s_Tx = 0.1, increments = 40 /\n"
-        "&step s_Tx = 0.4, increments = 120 /\n"
-    )
-    for name in COLUMNS[3:14]:
-        np.testing.assert_allclose(parts[name], whole[name], rtol=0, atol=1e-10, err_msg=name)
-    assert_traction(parts["t_N"][100:], -5.0)
-
-
 def test_normal_stiffness(run) -> None:
     """With a spring t_N = t_N0 - k (s_N - s_N0), where 0 is the start of the step, until k_N is set to 0."""
     k = 20.0

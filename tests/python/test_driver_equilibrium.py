@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from asperity import read_case
 from support_driver import (
     COLUMNS,
     ETA,
@@ -146,9 +147,8 @@ def test_failed_increment_alone(run, driver: Path, tmp_path: Path, case: str, fr
     assert fragment in result.messages
     assert "the failed increment was written to case.failed.nml" in result.messages
     assert "lost" in result.events[-1]
-    text = (tmp_path / "case.failed.nml").read_text()
-    statev = np.array(re.search(r"statev =([^/a-z]*(?:e[^/a-z]*)*) work", text)[1].split(","), dtype=float)
-    assert (statev[5:8] != 0.0).any() == ("&initial" in case)
+    start = read_case(tmp_path / "case.failed.nml").runs[0].state
+    assert (start.state[5:8] != 0.0).any() == ("&initial" in case)
     process = call(driver, "case.failed.nml", "-o", "again.csv", folder=tmp_path)
     reason = re.search(r"equilibrium lost beyond [^:]*: (.*)", result.messages)[1]
     assert process.returncode == 2 and reason[:60] in process.stderr

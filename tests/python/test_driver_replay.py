@@ -10,17 +10,11 @@ import numpy as np
 import pytest
 from support_driver import (
     FLAT,
-    GC,
     MATERIAL,
     RP_4,
-    SIGMA0,
     K,
-    assert_traction,
-    carried_by_reference,
     read_csv,
 )
-
-from tests.oracle import reference
 
 CYCLE = (
     "&step t_N = -5.0, increments = 20 /\n&step slip = 0.3, -0.2, 0.1, direction = 20.0, increments = 40 /\n"
@@ -93,36 +87,6 @@ def test_replay_of_an_initial_state(run, tmp_path: Path, options: str, extra: st
     # In equilibrium a rounding error may cause the event slip.
     events = [[event - {"slip"} for event in result.events] for result in (replay, direct)]
     assert events[0] == events[1]
-
-
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("h", [1.0, 0.01])
-def test_random_path_from_a_stress(run, tmp_path: Path, seed: int, h: float) -> None:
-    """On random increments from a random stress UMAT and the independent law agree."""
-    draw = np.random.default_rng(seed)
-    pattern = reference.regular_pattern(4, 30.0)
-    traction = np.array([-3.0, 0.6, 0.6]) + draw.uniform(-0.5, 0.5, 3)
-    damage = draw.uniform(0.0, 0.8, 5)
-    law, offset, state = carried_by_reference(pattern, traction, damage, np.zeros(3), np.zeros((5, 2)))
-    steps = np.cumsum(draw.normal(scale=[0.003, 0.02, 0.02], size=(200, 3)), axis=0)
-    steps[0] = 0.0
-    record = "\n".join(",".join(repr(x) for x in row) for row in steps.tolist())
-    (tmp_path / "record.csv").write_text("s_N,s_Tx,s_Ty\n" + record + "\n")
-    numbers = [", ".join(repr(x) for x in values.tolist()) for values in (traction, damage)]
-    start = f"&initial traction = {numbers[0]}, damage = {numbers[1]} /\n"
-    umat = run(MATERIAL + RP_4 + start + f"&replay file = 'record.csv', h = {h} /\n", "--planes")
-    assert len(umat.rows) == len(steps)
-    np.testing.assert_allclose(umat.vector("t")[0], traction, rtol=0, atol=1e-10 * SIGMA0)
-    state[2:4] = 0.0  # rupture and friction count from the initial state on
-    s_old, t_old, work = offset, np.asarray(traction), state[1]
-    for s, row in zip(steps, umat.vector("t"), strict=True):
-        response = reference.update(law, pattern, s + offset, state, s_old)
-        work += 0.5 * (t_old + response.traction) @ (s + offset - s_old)
-        s_old, t_old, state = s + offset, response.traction, response.state
-        assert_traction(row, response.traction)
-    assert umat["damage"][-1] == pytest.approx(state[0], abs=1e-10)
-    for name, energy in zip(("stored", "rupture", "friction", "work"), (*state[1:4], work), strict=True):
-        assert umat[name][-1] == pytest.approx(energy, abs=1e-10 * GC), name
 
 
 @pytest.mark.parametrize(

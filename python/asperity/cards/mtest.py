@@ -31,8 +31,8 @@ def head(law: str, props: contract.Floats, comments: Sequence[str]) -> str:
 def path(steps: Sequence[Step]) -> str:
     """Evolutions of the prescribed components, and times.
 
-    steps: of a case that was read, with lists of all targets, increments and times. Raises ValueError for what
-    MTest cannot take.
+    steps: of a case that was read, with lists of all targets, increments and times. Raises ValueError for
+    what MTest cannot take.
     """
     kinds = set(prescribed(steps))
     if len(kinds) != 1:
