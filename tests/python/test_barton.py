@@ -174,7 +174,7 @@ def test_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
         ({"sigma_n": "1,2", "set": "kc=nan"}, "kc = nan: expected"),
         ({"sigma_n": "0.001"}, "JRC log10(JCS/sigma_n) is 76.99 degrees: expected at most 70"),
         ({"reach": "1"}, "reach = 1: expected slips at the peak, > 1 and <= 100"),
-        ({"free": "ks,nonsense"}, "--free: nonsense is unknown: expected of"),
+        ({"free": "ks,nonsense"}, "free: nonsense is unknown: expected one of"),
         ({"free": "mu,sigma0"}, "--free mu,sigma0: sigma0: expected ks, as a joint of Barton has no bond"),
         ({"jrc": "0", "jcs": "-5"}, "JRC = 0: expected > 0 and <= 20\nJCS = -5: expected"),
         ({"plot": "picture.txt"}, "expected a name that ends in .png or .pdf"),

@@ -22,11 +22,13 @@ STRESSES = 5
 PARTED = 0.03
 """Relative difference of the strengths that is reported."""
 
-PASSES, ENOUGH = 12, 2e-3
-"""Largest number of passes in which the constants are corrected, and relative change that ends them."""
+PASSES = 8
+"""Passes in which the constants are corrected: always as many, so that the constants change smoothly."""
 
-BESIDE = 0.1
-"""Weight of slip and opening beside the strengths, where the passes do not converge and the best is taken."""
+BESIDE, DIVERGED = 0.1, 3.0
+"""Weight of slip and opening beside the strengths in the cost of a pass, and ratio of the last cost to the
+smallest one above which the passes have not converged, so that the best one is taken.
+"""
 
 STEEPEST = 2.5
 """Largest tangent of the inclination: 68 degrees."""
@@ -182,12 +184,11 @@ def envelope(
         off = (law / barton)[middle, 1:]
         cost = np.square(np.log(law[:, 0] / peaks)).sum() + np.square(BESIDE * (off - 1.0)).sum()
         passes.append((float(cost), one))
-        if max(np.abs(law[:, 0] / closed(x) - ratio).max(), np.abs(off - 1.0).max()) < ENOUGH:
-            break
         ratio = law[:, 0] / closed(x)
         factors = np.clip(off, 0.5, 2.0).tolist()
         ks, height = ks * factors[0], height / factors[1]
-    return min(passes, key=lambda one: one[0])[1]
+    best = min(passes, key=lambda one: one[0])
+    return (passes[-1] if passes[-1][0] < DIVERGED * best[0] else best)[1]
 
 
 def table(found: Envelope) -> str:

@@ -62,6 +62,9 @@ REFINEMENTS = 3
 MOST_INCREMENTS = 10000
 """Largest number of increments that can be requested along a test."""
 
+MOST_SEED = 2**32 - 1
+"""Largest seed."""
+
 MOST_ROWS = 400000
 """Largest number of increments of a test in the finest model: 150 MB of state for nine planes."""
 
@@ -141,11 +144,13 @@ def fit(
     >>> {name: round(one.value, 3) for name, one in found.estimates.items()}
     {'mu': 0.5, 'theta': 20.0}
     """
-    for name, value, most in (("starts", starts, SAMPLES), ("increments", increments, MOST_INCREMENTS)):
-        whole = 1 <= contract.number(name, value) <= most and value == int(value)
-        refuse(not whole, f"{name} = {value!r}: expected 1 to {most}, a whole number")
-    whole = 0 <= contract.number("seed", seed) < np.inf and seed == int(seed)
-    refuse(not whole, f"seed = {seed!r}: expected a whole number >= 0")
+    for name, value, least, most in (
+        ("starts", starts, 1, SAMPLES),
+        ("increments", increments, 1, MOST_INCREMENTS),
+        ("seed", seed, 0, MOST_SEED),
+    ):
+        whole = least <= contract.number(name, value) <= most and value == int(value)
+        refuse(not whole, f"{name} = {value!r}: expected {least} to {most}, a whole number")
     proper = not isinstance(tests, ShearTest | str) and all(isinstance(one, ShearTest) for one in tests)
     refuse(not proper, f"tests = {contract.shown(tests)}: expected tests, as those of read_tests")
     refuse(not tests, "no tests: expected at least one")
@@ -304,9 +309,9 @@ def _problem(
     tests, plain = empty.tests, [name.removeprefix("+") for name in wanted or ()]
     for what, names in (("free", plain), ("set", fixed), ("bounds", bounds), ("start", start)):
         unknown = next((name for name in names if name not in SCALES), "")
-        refuse(unknown, f"{what}: {unknown}: expected one of {', '.join(SCALES)}")
+        refuse(unknown, f"{what}: {unknown} is unknown: expected one of {', '.join(SCALES)}")
     both = next((name for name in plain if name in fixed), "")
-    refuse(both, f"{both}: free or set: expected one of the two")
+    refuse(both, f"free, set: {both}: expected it free or set, not both")
     if sides is None:
         inclines = {"theta", *INCLINED} & {*plain, *(name for name, value in fixed.items() if value)}
         sides = SIDES if inclines or any(test.s_N is not None for test in tests) else 0

@@ -55,8 +55,6 @@ def check_search(options: argparse.Namespace) -> None:
     beside = None if options.output is None else file_of(options.output)
     written = ("--plot", options.plot), ("-o", options.output, HEADING), ("-o", beside, COVARIANCE)
     check_outputs(options.force, getattr(options, "records", ()), *written)
-    if options.seed < 0:
-        raise ValueError(f"--seed {options.seed}: expected >= 0")
 
 
 def arguments_of(options: argparse.Namespace, assumed: Mapping[str, float] | None = None) -> Arguments:
@@ -64,13 +62,6 @@ def arguments_of(options: argparse.Namespace, assumed: Mapping[str, float] | Non
     fixed = {name: one for name, (one,) in numbers("--set", options.set, 1).items()}
     free = options.free and tuple(name.strip() for name in options.free.split(",") if name.strip())
     names = [name.removeprefix("+") for name in free or ()]
-    for option, given in (("--free", names), ("--set", fixed)):
-        unknown = [name for name in given if name not in SCALES]
-        if unknown:
-            raise ValueError(f"{option}: {unknown[0]} is unknown: expected of {', '.join(SCALES)}")
-    both = [name for name in names if name in fixed]
-    if both:
-        raise ValueError(f"--free {both[0]}, --set {both[0]}: expected it free or set, not both")
     same = ("sides", "direction", "increments", "starts", "seed", "confidence", "model_error", "joint")
     return {
         "free": free,
