@@ -174,6 +174,7 @@ def _text(path: Path, expected: str) -> str:
         if "\0" not in text:
             # a line break within a quoted cell; the other lines keep their numbers
             whole = QUOTED.sub(lambda cell: cell[0].replace("\n", " "), text.replace("\r\n", "\n"))
+            whole = whole.replace("\N{MINUS SIGN}", "-")
             return "\n" * (text.count("\n") - whole.count("\n")) + whole
     raise ValueError(f"{path} is no text: expected {expected}")
 

@@ -57,10 +57,10 @@ LABS = {
         "Schubspannung [kPa];Vertikalverschiebung [mm];Horizontalverschiebung [mm];Normalspannung [kPa];\n"
         + seven(lambda i: f"{200 * min(i, 4)},00;{0.02 * i:.3f};{0.1 * i:.2f};1000,00;".replace(".", ",")),
     ),
-    "thousands, in Windows": (
-        "cp1252",
+    "thousands": (
+        "utf-8",
         "Scherweg / mm;Scherspannung in kPa;Normalspannung, kPa;Dilatanz [\u00b5m]\n"
-        + seven(lambda i: f"{0.1 * i:.1f};{200 * min(i, 4)}.0;-1 000.0;{20 * i}.0".replace(".", ",")),
+        + seven(lambda i: f"{0.1 * i:.1f};{200 * min(i, 4)}.0;\u22121 000.0;{20 * i}.0".replace(".", ",")),
     ),
     "thousands, quoted": (
         "utf-8",
@@ -81,8 +81,8 @@ LABS = {
         '"Shear\ndisplacement [mm]","Shear\nstress [MPa]","Normal\ndisplacement [mm]",sigma_N [MPa]\n' + ROWS,
     ),
     "blanks": ("utf-8", "slip tau dilation sigma_N\n" + ROWS.replace(",", "  ").replace(".", ",")),
-    "French": (
-        "utf-8",
+    "French, in Windows": (
+        "cp1252",
         "D\u00e9placement tangentiel (mm),Contrainte de cisaillement (MPa),D\u00e9placement normal (mm),"
         "Contrainte normale (MPa),Force normale (kN)\n" + ROWS.replace(",-1\n", ",-1.0,7\n"),
     ),
@@ -302,6 +302,7 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     (WITH_K + seven(lambda i: f"{i},{i},{i},1e6,-1"), {}, "column k_N: 1e+06 changes sigma_N by 6e+06: expe"),
     (WITH_K + seven(lambda i: f"{i},{i},0,{-i},-1"), {}, "column k_N: 7 values: expected one a test"),
     (WITH_K + seven(lambda i: f"{i},{i},0,-2,-1"), {}, "line 2, column k_N: -2: expected a stiffness >= 0"),
+    (LINE, {"sigma_N": 2.0}, "sigma_N = 2.0: expected no value beside a column sigma_N"),
     (LINE, {"k_N": -1.0}, "k_N = -1: expected a finite stiffness >= 0"),
     (LINE, {"k_T": 0.0}, "k_T = 0: expected a finite stiffness > 0"),
     (LINE, {"k_T": 2.0}, "line 5: k_T = 2 takes 0.4 off the slip 0.4: expected more than tau/slip = 2"),

@@ -91,6 +91,8 @@ def read_tests(
             bad.append(str(error))
     raise_all(bad)
     without = [rows for rows in found if "sigma_N" not in rows]
+    both = held and not without
+    refuse(both, f"{shown}: expected no value beside a column sigma_N, which every file has")
     refuse(
         held and len(held) not in (1, len(without)),
         f"sigma_N: {len(held)} values for {len(without)} tests without that column: expected one for each, "
