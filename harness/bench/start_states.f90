@@ -1,11 +1,12 @@
 !> States of many points at the start of the measured increment, and the separations at its end.
 module start_states
-  use asperity_interface, only: interface_type
+  use asperity_contract, only: status_ok
+  use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_point, only: update_point
   implicit none
   private
-  public :: new_start_states
+  public :: joint_of, new_start_states
 
   !> Choices: all points slip under compression; or 90 % are virgin, 8 % are being damaged and 2 % are open, either in
   !> zones or scattered over the arrays.
@@ -14,19 +15,29 @@ module start_states
 
 contains
 
+  !> The interface of admissible PROPS.
+  function joint_of(props) result(joint)
+    real(wp), intent(in) :: props(:)   !! PROPS
+    type(interface_type) :: joint
+    integer :: status
+    call new_interface(props, joint, status)
+    if (status /= status_ok) error stop "bench: PROPS rejected"
+  end function joint_of
+
   !> Separations and states at the start of the increment, separations at its end.
-  pure subroutine new_start_states(joint, kind, s_old, s, state)
+  pure subroutine new_start_states(joint, kind, n, s_old, s, state)
     type(interface_type), intent(in) :: joint       !! the interface
     integer, intent(in) :: kind                     !! slip, zones or scattered
-    real(wp), intent(out) :: s_old(:, :)            !! (3, n) at the start, length
-    real(wp), intent(out) :: s(:, :)                !! (3, n) at the end, length
-    real(wp), intent(out) :: state(:, :)            !! (nstatv, n) at the start
+    integer, intent(in) :: n                        !! points
+    real(wp), intent(out), allocatable :: s_old(:, :)   !! (3, n) at the start, length
+    real(wp), intent(out), allocatable :: s(:, :)       !! (3, n) at the end, length
+    real(wp), intent(out), allocatable :: state(:, :)   !! (nstatv, n) at the start
     integer, parameter :: apart = 37                ! prime that does not divide the numbers of points
     real(wp), parameter :: rest(3) = 0.0_wp
-    real(wp) :: share, virgin(size(state, 1)), traction(3), tangent(3, 3), direction(2)
-    integer :: n, p, place
+    real(wp) :: share, virgin(joint%n_statev), traction(3), tangent(3, 3), direction(2)
+    integer :: p, place
 
-    n = size(s, 2)
+    allocate (s_old(3, n), s(3, n), state(joint%n_statev, n))
     virgin = 0.0_wp
     do p = 1, n
       place = p

@@ -9,7 +9,7 @@ module textbook
   use asperity_contract, only: plane_statev
   implicit none
   private
-  public :: textbook_update, textbook_numerical_tangent
+  public :: textbook_update
 
 contains
 
@@ -83,27 +83,5 @@ contains
       end do
     end associate
   end subroutine textbook_update
-
-  !> As textbook_update, with the tangent by central differences.
-  pure subroutine textbook_numerical_tangent(joint, s, state_old, state, traction, tangent)
-    type(interface_type), intent(in) :: joint   !! material and pattern
-    real(wp), intent(in) :: s(3)               !! separation, length
-    real(wp), intent(in) :: state_old(:)       !! STATEV at the start
-    real(wp), intent(inout) :: state(:)        !! STATEV at the end
-    real(wp), intent(out) :: traction(3)       !! stress
-    real(wp), intent(out) :: tangent(3, 3)     !! stress/length
-    real(wp) :: step, moved(3), up(3), down(3)
-    integer :: j
-    step = 1.0e-6_wp*joint%material%s0
-    do j = 1, 3
-      moved = s
-      moved(j) = s(j) + step
-      call textbook_update(joint, moved, state_old, state, up)
-      moved(j) = s(j) - step
-      call textbook_update(joint, moved, state_old, state, down)
-      tangent(:, j) = (up - down)/(2.0_wp*step)
-    end do
-    call textbook_update(joint, s, state_old, state, traction)
-  end subroutine textbook_numerical_tangent
 
 end module textbook

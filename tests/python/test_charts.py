@@ -43,7 +43,7 @@ def test_rows(measured: Path) -> None:
     double = "double"
     for pattern in PLANES:
         assert {(pattern, "textbook", double, t) for t in (True, False)} <= have
-        assert {(pattern, kernel, double, True) for kernel in ("numerical", "point", "umat", "test")} <= have
+        assert {(pattern, kernel, double, True) for kernel in ("point", "umat", "test")} <= have
         for precision in (double, "single"):
             assert {(pattern, "block", precision, t) for t in (True, False)} <= have
             assert (pattern, "roots", precision, False) in have
