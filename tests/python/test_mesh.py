@@ -424,11 +424,3 @@ def test_files_that_are_no_mesh(tmp_path: Path, text: str | None, words: str) ->
         path.write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=words):
         split(path)
-
-
-def test_script_of_the_page() -> None:
-    """The page shows the script that the tests in the hosts run."""
-    root = Path(__file__).parents[2]
-    script = (root / "harness/hosts/fenicsx/window_mesh.py").read_text(encoding="utf-8")
-    script = script.partition('"""\n\n')[2]
-    assert f"```py\n{script}```" in (root / "docs/how-to/your-mesh.md").read_text(encoding="utf-8")
