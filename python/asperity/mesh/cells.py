@@ -20,13 +20,8 @@ Integers = NDArray[np.int64]
 
 _HEXAHEDRON = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 _MIDDLES = (
-    (8, 9, 10, 11),
-    (12, 13, 14, 15),
-    (8, 17, 12, 16),
-    (9, 18, 13, 17),
-    (10, 19, 14, 18),
-    (11, 16, 15, 19),
-)
+    (8, 9, 10, 11), (12, 13, 14, 15), (8, 17, 12, 16), (9, 18, 13, 17), (10, 19, 14, 18), (11, 16, 15, 19),
+)  # fmt: skip
 
 FACES: dict[str, tuple[tuple[int, ...], ...]] = {
     "triangle": ((0, 1), (1, 2), (2, 0)),
@@ -87,19 +82,14 @@ def tags(mesh: meshio.Mesh, data: str | None) -> tuple[list[str], list[Integers]
         )
     data = (known or whole)[0]
     dimensions = [_dimension(block.type) for block in mesh.cells]
-    called = (
-        {(int(dim), int(tag)): name for name, (tag, dim) in mesh.field_data.items()} if "phys" in data else {}
-    )
-    pairs = sorted(
-        {(d, int(t)) for d, part in zip(dimensions, found[data], strict=True) for t in np.unique(part)}
-    )
-    number = {pair: k for k, pair in enumerate(pairs)}
+    called = {(dim, tag): name for name, (tag, dim) in mesh.field_data.items() if "phys" in data}
+    parts = [np.asarray(part, np.int64) for part in found[data]]
+    least, room = min(int(part.min(initial=0)) for part in parts), 1 << 40  # larger than a tag
+    keys = [d * room + part - least for d, part in zip(dimensions, parts, strict=True)]
+    found_keys, number = np.unique(np.concatenate(keys), return_inverse=True)
+    pairs = [(key // room, key % room + least) for key in found_keys.tolist()]
     names = [called.get(pair, f"block_{pair[1]}") for pair in pairs]
-    out = []
-    for d, part in zip(dimensions, found[data], strict=True):
-        values, where = np.unique(part, return_inverse=True)
-        out.append(np.array([number[d, int(t)] for t in values], np.int64)[where])
-    return names, out
+    return names, np.split(number, np.cumsum([len(key) for key in keys])[:-1])
 
 
 def _sets(mesh: meshio.Mesh) -> tuple[list[str], list[Integers]]:
@@ -185,14 +175,13 @@ def solids(mesh: meshio.Mesh, blocks: str | None) -> Solids:
     if d == 2 and np.ptp(z, axis=0).any():
         raise ValueError(f"z from {z.min():g} to {z.max():g}: expected a plane mesh or solids")
     points = np.ascontiguousarray(points[:, :d])
-    cells: dict[str, Integers] = {}
-    block: list[Integers] = []
     facets: dict[str, list[Integers]] = {}
-    for kind in here:
-        parts = [k for k, one in enumerate(mesh.cells) if one.type == kind]
-        cells[kind] = np.concatenate([np.asarray(mesh.cells[k].data, np.int64) for k in parts])
-        block += [tag[k] for k in parts]
-    of_cell = np.concatenate(block)
+    parts = {kind: [k for k, one in enumerate(mesh.cells) if one.type == kind] for kind in here}
+    cells = {
+        kind: np.concatenate([np.asarray(mesh.cells[k].data, np.int64) for k in some])
+        for kind, some in parts.items()
+    }
+    of_cell = np.concatenate([tag[k] for some in parts.values() for k in some])
     if (bad := int((of_cell < 0).sum())) > 0:
         raise ValueError(f"{bad} of {len(of_cell)} cells are in no block: expected a group for each")
     for one, numbers in zip(mesh.cells, tag, strict=True):

@@ -27,19 +27,9 @@ def add_arguments(mesh: argparse.ArgumentParser) -> None:
         ("--joint RULE", rules, list),
         ("--law NAME=CASE.nml", "constants of a joint, whose material is written, too", list),
         ("--blocks DATA", "cell data with the blocks (default: physical groups, entities or cell sets)", str),
-        (
-            "--direction X",
-            "components of a vector: Tx is its projection onto the joint",
-            float,
-            {"nargs": "+"},
-        ),
+        ("--direction X", "of a vector: Tx is its projection onto the joint", float, {"nargs": "+"}),
         ("--host", "default: by the ending .inp, .mdpa, .vtu of the output", str, {"choices": HOSTS}),
-        (
-            "--plane",
-            "of a plane mesh for Abaqus (default: %(default)s)",
-            "strain",
-            {"choices": ("strain", "stress")},
-        ),
+        ("--plane", "of a plane mesh for Abaqus", "strain", {"choices": ("strain", "stress")}),
         ("--layer H", "thickness of the solids that are joints in CalculiX and OpenGeoSys", 0.0),
     )
     add_output(mesh, "FILE", "mesh with joints: .inp, .mdpa, .vtu", Path)

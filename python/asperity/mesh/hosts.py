@@ -28,27 +28,14 @@ ABAQUS = {
 }  # fmt: skip
 """Solids of Abaqus and CalculiX; in plane stress CPS instead of CPE."""
 
+KRATOS_JOINTS = {2: "Geo_ULineInterfacePlaneStrainElement", 3: "Geo_USurfaceInterfaceElement"}
+"""Interface elements of Kratos by dimension, without the numbers of their nodes."""
+
 COHESIVE = {(2, 2): "COH2D4", (3, 3): "COH3D6", (3, 4): "COH3D8"}
 """Cohesive elements of Abaqus by dimension and number of nodes of a face."""
 
 SOLIDS = {2: "quad", 3: "wedge", 4: "hexahedron"}
 """Cells between two faces, by the number of corners of a face."""
-
-KRATOS = {
-    "triangle": "2D3N", "triangle6": "2D6N", "quad": "2D4N", "quad8": "2D8N", "quad9": "2D9N",
-    "tetra": "3D4N", "tetra10": "3D10N", "wedge": "3D6N", "hexahedron": "3D8N", "hexahedron20": "3D20N",
-}  # fmt: skip
-"""Ends of the names of Kratos' SmallDisplacementElement."""
-
-KRATOS_JOINTS = {
-    (2, 2): "Geo_ULineInterfacePlaneStrainElement2Plus2N",
-    (2, 3): "Geo_ULineInterfacePlaneStrainElement3Plus3N",
-    (3, 3): "Geo_USurfaceInterfaceElement3Plus3N",
-    (3, 4): "Geo_USurfaceInterfaceElement4Plus4N",
-    (3, 6): "Geo_USurfaceInterfaceElement6Plus6N",
-    (3, 8): "Geo_USurfaceInterfaceElement8Plus8N",
-}
-"""Interface elements of Kratos by dimension and number of nodes of a face."""
 
 TWENTY = [*range(12), *range(16, 20), *range(12, 16)]
 """Nodes of a hexahedron of 20 nodes in the order of Kratos: its upright edges come before the upper ones."""
@@ -161,23 +148,18 @@ def _inp(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, laye
                     f"joint {name}: expected no direction for abaqus, whose Tx is the projection of x; turn "
                     "the pattern, or give the section an *Orientation"
                 )
-            between, at = _between(joint, d) + 1, np.zeros(len(joint.area), np.int64)
-            kind = COHESIVE[d, k]
+            kind, parts_of = COHESIVE[d, k], [(name, slice(None))]
             if layer:
                 kind = {3: "C3D6", 4: "C3D8"}[k]
-                axes, at = np.unique(
-                    joint.axes[:, 1:].reshape(len(at), -1).round(9) + 0.0, axis=0, return_inverse=True
-                )
-                at = at.ravel()
-                for one in axes:
-                    sets.append(f"{name}_{len(sets) + 1}")
+                tangents = joint.axes[:, 1:].reshape(len(joint.area), -1).round(9) + 0.0
+                axes, at = np.unique(tangents, axis=0, return_inverse=True)
+                parts_of = [(f"{name}_{len(sets) + i}", at.ravel() == i - 1) for i in range(1, len(axes) + 1)]
+                sets += [elset for elset, _ in parts_of]
+                for (elset, _), one in zip(parts_of, axes, strict=True):
                     line = ", ".join(f"{x:.9g}" for x in one)
-                    orientations.append(f"*Orientation, name={sets[-1]}, system=rectangular\n{line}\n")
-                called = sets[-len(axes) :]
-            else:
-                called = [name]
-            for k, elset in enumerate(called):
-                some = between[at == k]
+                    orientations.append(f"*Orientation, name={elset}, system=rectangular\n{line}\n")
+            for elset, which in parts_of:
+                some = _between(joint, d)[which] + 1
                 text.append(f"*Element, type={kind}, elset={elset}\n" + _numbered("%d", number, some))
                 number += len(some)
         if name in laws and not layer:
@@ -186,9 +168,8 @@ def _inp(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, laye
             whole = laws[name].card("calculix", name=name, h=layer)
             card, section = whole.split("*SOLID SECTION, ")
             material = section.split("MATERIAL=")[1].strip()
-            card += "".join(
-                f"*SOLID SECTION, ELSET={s}, MATERIAL={material}, ORIENTATION={s}\n" for s in sets
-            )
+            section = f"*SOLID SECTION, ELSET={{0}}, MATERIAL={material}, ORIENTATION={{0}}\n"
+            card += "".join(map(section.format, sets))
         orientations.append(card)
     for group in mesh.groups:
         nodes = mesh.nodes(group) + 1
@@ -220,11 +201,11 @@ def _mdpa(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, lay
 
     for kind, block, cells in _blocks(mesh):
         cells = cells[:, TWENTY] if kind == "hexahedron20" else cells
-        add(block, f"SmallDisplacementElement{KRATOS[kind]}", cells)
+        add(block, f"SmallDisplacementElement{d}D{cells.shape[1]}N", cells)
     for name, some in mesh.joints.items():
         for joint in some:
-            key = d, joint.minus.shape[1]
-            add(name, KRATOS_JOINTS[key], np.concatenate([joint.minus, joint.plus], 1))
+            k = joint.minus.shape[1]
+            add(name, f"{KRATOS_JOINTS[d]}{k}Plus{k}N", np.concatenate([joint.minus, joint.plus], 1))
     parts |= {name: (mesh.nodes(name), [np.zeros(0, np.int64)]) for name in mesh.groups if name not in parts}
     for name, (nodes, numbers) in parts.items():
         text += [f"Begin SubModelPart {name}\nBegin SubModelPartNodes\n", _lines("%d\n", nodes + 1)]
@@ -233,11 +214,10 @@ def _mdpa(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, lay
     path.write_text("".join(text), encoding="utf-8")
     if not laws:
         return [path]
-    cards = [
-        json.loads(law.card("kratos", name=name, dimension=d))["properties"][0] for name, law in laws.items()
-    ]
-    for card, name in zip(cards, laws, strict=True):
-        card["model_part_name"], card["properties_id"] = f"Main.{name}", names[name]
+    cards = []
+    for name, law in laws.items():
+        [card] = json.loads(law.card("kratos", name=name, dimension=d))["properties"]
+        cards.append(card | {"model_part_name": f"Main.{name}", "properties_id": names[name]})
     other = path.with_suffix(".json")
     other.write_text(json.dumps({"properties": cards}, indent=2) + "\n", encoding="utf-8")
     return [path, other]
