@@ -24,6 +24,7 @@ CELLS = {4: "quad", 8: "hexahedron"}
 """Name of a cell by its number of nodes."""
 
 AROUND = {
+    2: ((0,), (1,)),
     4: ((0, 0), (1, 0), (1, 1), (0, 1)),
     8: tuple((a, b, c) for c in (0, 1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))),
 }

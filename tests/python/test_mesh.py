@@ -18,6 +18,8 @@ from asperity.mesh.cells import FACES
 from asperity.mesh.hosts import layer_points
 from scipy.spatial import Delaunay
 
+from harness.hosts.paraview_files import grid_cells
+
 sys.path.insert(0, str(Path(__file__).parents[2] / "harness" / "hosts" / "abaqus"))
 from deck_check import model
 
@@ -30,15 +32,11 @@ LAW = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(0
 def grid(n: tuple[int, ...], parts: tuple[int, ...]) -> meshio.Mesh:
     """n cells of length 1 along each axis, in parts x parts (x parts) blocks."""
     axes = np.meshgrid(*(np.arange(k + 1.0) for k in n), indexing="ij")
-    number = np.arange(axes[0].size).reshape(axes[0].shape)
-    around = ((0, 0), (1, 0), (1, 1), (0, 1))
-    ends = [(*p, *q) for q in itertools.product((0, 1), repeat=len(n) - 2) for p in around]
-    cut = (slice(None, -1), slice(1, None))
-    cells = np.stack([number[tuple(cut[e] for e in end)].ravel() for end in ends], 1)
     places = np.indices(n).reshape(len(n), -1).T * parts // n
     block = np.ravel_multi_index(tuple(places.T), parts)
     kind = "quad" if len(n) == 2 else "hexahedron"
-    return meshio.Mesh(np.stack([a.ravel() for a in axes], 1), [(kind, cells)], cell_data={"block": [block]})
+    points = np.stack([a.ravel() for a in axes], 1)
+    return meshio.Mesh(points, [(kind, grid_cells(n))], cell_data={"block": [block]})
 
 
 def random_mesh(d: int, seed: int) -> meshio.Mesh:

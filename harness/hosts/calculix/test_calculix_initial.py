@@ -16,7 +16,7 @@ from geostatic import HEIGHT, JOINT, LENGTH, SLIDE, TRACTION, WIDTH
 from test_calculix import layer
 
 POINTS = range(1, geostatic.POINTS + 1)
-FRICTION, STATUS = contract.statev_index("friction"), contract.statev_index("status")
+STATUS = contract.statev_index("status")
 OFFSET = slice(contract.statev_index("offset_N"), contract.N_POINT_STATEV)
 """Index in STATEV, from 0."""
 
@@ -116,26 +116,6 @@ def test_wrong_file_of_states(ccx: Path, tmp_path: Path, row: str | None, reason
     assert done.code == calculix_run.DIVERGED
     assert f"initial_state.txt: {row}: " in done.errors or row is None
     assert reason in done.errors
-
-
-def test_type_solution_in_the_input_ends_early(ccx: Path, tmp_path: Path) -> None:
-    """Smallest case of an error of CalculiX: only six state variables of one point in the input arrive.
-
-    The friction energy, SDV 4, shows this; the run continues.
-    """
-    text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, ", DIRECT")
-    # element, point, six values; then eight a line
-    given = np.zeros(ROUGH.nstatv)
-    given[FRICTION], given[DAMAGE] = 0.25, 1.0
-    parts = np.split(given, range(6, given.size, 8))
-    values = "\n".join(", ".join(map(repr, part.tolist())) for part in parts)
-    rows = "".join(f"1, {k}, {values}\n" for k in POINTS)
-    done = calculix_run.run(ccx, tmp_path, with_initial(text, "SOLUTION", rows))
-    assert done.code == 0, done.errors
-    assert "Card image cannot be" in done.output
-    _, state = done.table("ROUGH internal")
-    friction, damage = state[0, :, 2:][:, FRICTION], state[0, :, 2:][:, DAMAGE]
-    assert friction.tolist() == [0.25] + [0.0] * 7 and np.all(damage == 0.0)
 
 
 PARTLY = [1.0, 0.5, 0.0]

@@ -14,6 +14,7 @@ import numpy as np
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.mesh import split
+from asperity.options import add_options
 from asperity.pattern import Pattern
 from jointed import COMM, Model, Output, Steps, total
 from scipy.optimize import linprog
@@ -139,28 +140,24 @@ def main() -> None:
     """Run the program."""
     warnings.simplefilter("ignore")
     parser = argparse.ArgumentParser(description=__doc__)
-    add = parser.add_argument
-    add("ratios", type=float, nargs="*", default=[0.15], help="thickness over radius (default: 0.15)")
-    add("--dim", type=int, choices=(2, 3), default=2)
-    add("--size", type=float, default=60.0, help="of the elements, mm (default: %(default)s)")
-    add("--mu", type=float, default=0.7, help="friction (default: %(default)s)")
-    add(
-        "--tan-psi",
-        type=float,
-        default=0.0,
-        help="of two planes of the joints, which add to the friction (default: flat)",
+    add_options(
+        parser,
+        ("ratios RATIO", "thickness over radius (default: 0.15)", float, {"nargs": "*", "default": [0.15]}),
+        ("--dim D", "2 or 3", 2, {"choices": (2, 3)}),
+        ("--size MM", "of the elements", 60.0),
+        ("--mu MU", "friction", 0.7),
+        ("--tan-psi SLOPE", "of two planes of the joints, which add to the friction; 0: flat", 0.0),
+        ("--folder DIR", "for meshes and fields", Path()),
+        ("--pvd", "write fields at the last step for ParaView"),
     )
-    add("--folder", type=Path, default=Path(), help="for meshes and fields")
-    add("--pvd", action="store_true", help="write fields at the last step for ParaView")
     o = parser.parse_args()
     for ratio in o.ratios:
         path = o.folder / f"arch_{ratio:g}_{o.dim}.msh"
         if COMM.rank == 0:
             mesh(path, ratio, o.dim, o.size)
         COMM.barrier()
-        found, unknowns = collapse(
-            path, ratio, o.dim, o.mu, o.tan_psi, path.with_suffix(".pvd") if o.pvd else None
-        )
+        pvd = path.with_suffix(".pvd") if o.pvd else None
+        found, unknowns = collapse(path, ratio, o.dim, o.mu, o.tan_psi, pvd)
         if COMM.rank == 0:
             strength = (o.mu + o.tan_psi) / (1.0 - o.mu * o.tan_psi)
             rigid = f"limit analysis {limit(ratio, strength):.4f} g"

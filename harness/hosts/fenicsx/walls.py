@@ -7,7 +7,6 @@ a summary in JSON.  The exit status is 3 where the run stops before its end.
 from __future__ import annotations
 
 import argparse
-import itertools
 import json
 import resource
 import sys
@@ -22,8 +21,10 @@ import numpy as np
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.mesh import Jointed, split
+from asperity.options import add_options
 from asperity.pattern import Pattern
 from jointed import COMM, Follow, Model, Output, Steps, total
+from paraview_files import grid_cells
 
 HEAD = "displacement [mm],horizontal [kN],vertical [kN],dissipated [kN mm],iterations"
 
@@ -122,26 +123,21 @@ def mesh(wall: Masonry, elements: Sequence[int]) -> Jointed:
     axes = [np.arange(nc * elements[0] + 1) * length / elements[0], up]
     if d == 3:
         axes.insert(1, np.arange(elements[1] + 1) * thickness / elements[1])
+    parts = [len(a) - 1 for a in axes]
     number = np.arange(np.prod([len(a) for a in axes])).reshape([len(a) for a in axes])
     points = np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], 1)
-
-    def cells(grid: np.ndarray) -> np.ndarray:
-        around = ((0, 0), (1, 0), (1, 1), (0, 1)) if grid.ndim > 1 else ((0,), (1,))
-        ends = [p + q for q in itertools.product((0, 1), repeat=max(grid.ndim - 2, 0)) for p in around]
-        cut = slice(None, -1), slice(1, None)
-        return np.stack([grid[tuple(cut[e] for e in end)].ravel() for end in ends], 1)
-
-    i, *_, j = np.indices([len(a) - 1 for a in axes]).reshape(d, -1)
+    cells, face = grid_cells(parts), grid_cells(parts[:-1])
+    i, *_, j = np.indices(parts).reshape(d, -1)
     i, j = i // elements[0], j // n
     stiff = (wall.beam > 0.0) & ((j == 0) | (j == nr - 1))
     brick = np.where(stiff, 0, i if wall.crack else (i + j % 2) // 2)
     kinds = ("line", "quad") if d == 2 else ("quad", "hexahedron")
-    base, top = (cells(number[..., k]) for k in (0, -1))
+    base, top = (number[..., k].ravel()[face] for k in (0, -1))
     tags = [np.full(len(base), -1), np.full(len(top), -2), j * (nc + 1) + brick]
     names = {"bottom": (-1, d - 1), "top": (-2, d - 1)}
     names |= {f"beam_{k}": (k * (nc + 1), d) for k in (0, nr - 1) if wall.beam}
     whole = meshio.Mesh(
-        points, [(kinds[0], base), (kinds[0], top), (kinds[1], cells(number))],
+        points, [(kinds[0], base), (kinds[0], top), (kinds[1], cells)],
         cell_data={"gmsh:physical": tags}, field_data={k: np.array(v) for k, v in names.items()},
     )  # fmt: skip
     if not wall.crack:
@@ -218,27 +214,28 @@ class Run:
 def options() -> argparse.Namespace:
     """Options of the command line."""
     parser = argparse.ArgumentParser(prog="walls.py", description=__doc__, allow_abbrev=False)
-    add = parser.add_argument
-    add("--wall", default="J4D", choices=tuple(WALLS))
-    text = "of a half-brick: length and height, or length, thickness and height in 3D (default: 4 3)"
-    add("--elements", type=int, nargs="+", default=[4, 3], metavar="N", help=text)
-    add("--scale", type=int, default=1, help="so many times the half-bricks and courses")
-    add("--theta", type=float, default=0.0, help="of the pattern of the joints, degrees; 0: flat")
-    add("--sides", type=int, default=4, help="of the pattern (default: %(default)s)")
-    add("--turn", type=float, default=0.0, help="of the pattern, degrees")
-    add("--height", type=float, default=0.0, help="of the asperities, mm; 0: infinite")
-    add("--tau", type=float, default=0.0, help="tau_v, in mm of the top")
-    add("--drag", type=float, default=0.0, help="force on a volume, N/mm3, that moves as fast as the top")
-    add("--joint", nargs="+", default=[], metavar="NAME=VALUE", help="other constants, such as kn=10")
-    add("--to", type=float, nargs="+", default=[4.0], metavar="MM", help="displacements in turn (4)")
-    add("--step", type=float, default=0.02, help="first step, mm (default: %(default)s)")
-    add("--most", type=float, default=0.05, help="largest step, mm (default: %(default)s)")
-    text = "residual over the prescribed forces and loads (default: %(default)s)"
-    add("--tolerance", type=float, default=1e-6, help=text)
-    add("--petsc", default="", metavar="OPTIONS", help="options of PETSc, in one word")
-    add("--out", type=Path, metavar="FILE.csv", help="rows, and FILE.RANK.npz to go on from")
-    add("--resume", action="store_true", help="go on from the files of --out")
-    add("--pvd", type=Path, metavar="FILE.pvd", help="fields at the displacements --to")
+    of_half_brick = "of a half-brick: length and height, or length, thickness and height in 3D (default: 4 3)"
+    add_options(
+        parser,
+        ("--wall", "one of the tested walls", "J4D", {"choices": tuple(WALLS)}),
+        ("--elements N", of_half_brick, int, {"nargs": "+", "default": [4, 3]}),
+        ("--scale N", "so many times the half-bricks and courses", 1),
+        ("--theta DEGREES", "of the pattern of the joints; 0: flat", 0.0),
+        ("--sides M", "of the pattern", 4),
+        ("--turn DEGREES", "of the pattern", 0.0),
+        ("--height MM", "of the asperities; 0: infinite", 0.0),
+        ("--tau MM", "tau_v, in mm of the top", 0.0),
+        ("--drag FORCE", "on a volume, N/mm3, that moves as fast as the top", 0.0),
+        ("--joint NAME=VALUE", "other constants, such as kn=10", str, {"nargs": "+", "default": []}),
+        ("--to MM", "displacements in turn (4)", float, {"nargs": "+", "default": [4.0]}),
+        ("--step MM", "first step", 0.02),
+        ("--most MM", "largest step", 0.05),
+        ("--tolerance TOLERANCE", "residual over the prescribed forces and loads", 1e-6),
+        ("--petsc OPTIONS", "of PETSc, in one word", str, {"default": ""}),
+        ("--out FILE.csv", "rows, and FILE.RANK.npz to go on from", Path),
+        ("--resume", "go on from the files of --out"),
+        ("--pvd FILE.pvd", "fields at the displacements --to", Path),
+    )
     o = parser.parse_args()
     for name, right, text in (
         ("elements", len(o.elements) in (2, 3) and min(o.elements) >= 1, "2 or 3 numbers of at least 1"),

@@ -11,6 +11,7 @@ import numpy as np
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.mesh import split
+from asperity.options import add_options
 from asperity.pattern import Pattern
 
 E, NU, THICKNESS = 5000.0, 0.15, 100.0
@@ -50,13 +51,15 @@ def main() -> None:
     """Run the program."""
     warnings.simplefilter("ignore")
     parser = argparse.ArgumentParser(description=__doc__)
-    add = parser.add_argument
-    add("mesh", type=Path, help="with the groups top and bottom, one group for each block")
-    add("--to", type=float, default=1.0, help="displacement of the top, mm (default: %(default)s)")
-    add("--most", type=float, default=0.05, help="largest step, mm (default: %(default)s)")
-    add("--petsc", default="", metavar="OPTIONS", help="options of PETSc, in one word")
-    add("--out", type=Path, metavar="FILE.csv", help="displacement, horizontal and vertical force")
-    add("--pvd", type=Path, metavar="FILE.pvd", help="fields at the end for ParaView")
+    add_options(
+        parser,
+        ("mesh MESH", "with the groups top and bottom, one group for each block", Path),
+        ("--to MM", "displacement of the top", 1.0),
+        ("--most MM", "largest step", 0.05),
+        ("--petsc OPTIONS", "of PETSc, in one word", str, {"default": ""}),
+        ("--out FILE.csv", "displacement, horizontal and vertical force", Path),
+        ("--pvd FILE.pvd", "fields at the end for ParaView", Path),
+    )
     o = parser.parse_args()
     rows = run(o.mesh, o.to, o.most, o.petsc, o.pvd)
     if len(rows):

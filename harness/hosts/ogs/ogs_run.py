@@ -58,23 +58,10 @@ class Run:
         return np.array([time for time, _ in rows]), [fields(self.folder / name) for _, name in rows]
 
 
-def write_mesh(
-    path: Path,
-    points: ArrayLike,
-    cells: ArrayLike,
-    kind: str,
-    of_points: Mapping[str, ArrayLike] | None = None,
-    of_cells: Mapping[str, ArrayLike] | None = None,
-) -> None:
-    """Write a mesh of cells of one kind, with fields of its points and cells.
-
-    points (n, 2 or 3); cells (m, nodes of a cell), from 0.
-    """
-    xyz = np.zeros((len(np.asarray(points)), 3))
-    xyz[:, : np.shape(points)[1]] = points
-    of_points = {name: np.asarray(field) for name, field in (of_points or {}).items()}
-    of_cells = {name: [np.asarray(field)] for name, field in (of_cells or {}).items()}
-    meshio.Mesh(xyz, [(kind, np.asarray(cells, dtype="i8"))], of_points, of_cells).write(path)
+def write_mesh(path: Path, points: Floats, cells: ArrayLike, kind: str, **data: Mapping[str, list]) -> None:
+    """Write a mesh of cells (m, nodes of a cell; from 0) of one kind; data: those of meshio."""
+    xyz = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
+    meshio.Mesh(xyz, [(kind, np.asarray(cells, dtype="i8"))], **data).write(path)
 
 
 def write_part(path: Path, points: Floats, cells: ArrayLike, kind: str) -> None:
@@ -82,7 +69,7 @@ def write_part(path: Path, points: Floats, cells: ArrayLike, kind: str) -> None:
     nodes = np.asarray(cells)
     used, local = np.unique(nodes, return_inverse=True)
     ids = {"bulk_node_ids": used.astype("u8")}
-    write_mesh(path, points[used], local.reshape(nodes.shape), kind, ids)
+    write_mesh(path, points[used], local.reshape(nodes.shape), kind, point_data=ids)
 
 
 def fields(path: Path) -> dict[str, Floats]:

@@ -52,8 +52,8 @@ def box(
     """Run the layer of single.prj, a square of the side WIDTH, with changes of the project."""
     square = np.array([[0.0, 0.0], [WIDTH, 0.0], [WIDTH, WIDTH], [0.0, WIDTH]])
     points = np.vstack([np.column_stack([square, np.full(4, z)]) for z in (0.0, h)])
-    ids = {"MaterialIDs": np.array([1], dtype="i4")}
-    ogs_run.write_mesh(folder / "layer.vtu", points, [range(8)], ogs_run.HEXAHEDRON, None, ids)
+    ids = {"MaterialIDs": [np.array([1], dtype="i4")]}
+    ogs_run.write_mesh(folder / "layer.vtu", points, [range(8)], ogs_run.HEXAHEDRON, cell_data=ids)
     for name, face in {"bottom": range(4), "top": range(4, 8)}.items():
         ogs_run.write_part(folder / f"{name}.vtu", points, [face], ogs_run.QUADRILATERAL)
     return ogs_run.run(LAYER, folder, interface.card("ogs", h=h, r=r), changed(*changes))
@@ -168,17 +168,6 @@ def test_cycle(tmp_path: Path) -> None:
     assert fields[-1]["friction"].mean() > MATERIAL.Gc
 
 
-def test_thick_layer(tmp_path: Path) -> None:
-    """The error of free side faces falls with the square of the thickness."""
-    errors = []
-    for h in (1.0, 0.1):
-        separation, traction, _ = path(box(tmp_path, RT, h=h))
-        expected = RT.confined_slip(0.0, separation[:, 1], -PRESSURE).traction
-        errors.append(float(np.abs(traction - expected).max()))
-    print(f"h = 1 and 0.1 mm, width {WIDTH:g} mm: errors of traction {errors[0]:.1e} and {errors[1]:.1e} MPa")
-    assert errors[1] < 0.03 * errors[0]
-
-
 def test_cracked_planes(tmp_path: Path) -> None:
     """Damage by initial_values: residual strength at once, no rupture energy."""
     variables = "".join(f'<state_variable name="alpha_{k}" parameter="cracked"/>' for k in (1, 2, 3))
@@ -275,14 +264,6 @@ def test_refused_step_ends_a_run_with_fixed_steps(tmp_path: Path) -> None:
     run = box(tmp_path, RT, *refused_near(1.5))
     assert run.code != 0
     assert "AsperityLayer3: PROPS(4) mu = -1: expected >= 0" in run.output
-
-
-def test_another_behaviour_is_refused(tmp_path: Path) -> None:
-    """A behaviour for another number of planes ends the run and names the right one."""
-    law = "/*/processes/process/constitutive_relation/behaviour/text()"
-    run = box(tmp_path, RT, ("replace", law, "AsperityLayer5"))
-    assert run.code != 0
-    assert "AsperityLayer5: expected AsperityLayer3 for the 3 planes" in run.output
 
 
 # --- a structure ------------------------------------------------------------

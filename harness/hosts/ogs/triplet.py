@@ -19,6 +19,7 @@ from asperity import Interface, Material, Pattern
 from asperity.case_files import read_run
 from asperity.mesh import Jointed, split, write
 from asperity.mesh.hosts import layer_points
+from asperity.options import add_options
 from ogs_run import Floats, paraview
 
 PROJECT = Path(__file__).parent / "triplet.prj"
@@ -140,14 +141,16 @@ def prediction(slip: Floats, pressure: float = PRESSURE, law: Interface = JOINT)
 def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description="Masonry triplet in OpenGeoSys.")
-    add = parser.add_argument
-    add("--case", type=Path, metavar="CASE.nml", help="interface of the joints")
-    add("--slip", type=float, default=SLIP, help="of the middle brick, mm, > 0 (default: %(default)s)")
-    add("--csv", type=Path, metavar="FILE.csv", help="write force and rise over the slip")
-    add("--pvd", type=Path, metavar="FILE.pvd", help="write all steps for ParaView")
-    add("--folder", type=Path, help="keep meshes, patches and output of OpenGeoSys there")
-    add("--thickness", type=float, default=THICKNESS, help="of the joints, mm, > 0")
-    add("--water", type=float, metavar="K", help="permeability, mm2, > 0, of joints with water; without: dry")
+    add_options(
+        parser,
+        ("--case CASE.nml", "interface of the joints", Path),
+        ("--slip SLIP", "of the middle brick, mm, > 0", SLIP),
+        ("--csv FILE.csv", "write force and rise over the slip", Path),
+        ("--pvd FILE.pvd", "write all steps for ParaView", Path),
+        ("--folder DIR", "keep meshes, patches and output of OpenGeoSys there", Path),
+        ("--thickness H", "of the joints, mm, > 0", THICKNESS),
+        ("--water K", "permeability, mm2, > 0, of joints with water; without: dry", float),
+    )
     options = parser.parse_args()
     if not 0.0 < options.thickness < HEIGHT:
         parser.error(f"--thickness {options.thickness:g}: expected 0 < thickness < {HEIGHT:g}")

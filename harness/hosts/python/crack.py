@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 from asperity import Interface, Material, Pattern
+from asperity.options import add_options
 from asperity.style import COLOURS, TWO, new_figure, printed, save
 from joint import Floats, Joint, Newton, progress
 from scipy import sparse
@@ -177,20 +178,15 @@ def draw(cracks: dict[str, Crack], path: Path) -> None:
         figure, (slip, opening, compression) = new_figure(TWO, 2.9, ncols=3)
         s = B * np.sin(np.linspace(-math.pi / 2, math.pi / 2, 201))
         ellipse = np.sqrt(B**2 - s**2)
-        shown = {
-            "friction": "friction",
-            "dilation": "constant slope",
-            "height": "finite height",
-            "pressure": "fluid",
-        }
-        for colour, (kind, label) in zip(COLOURS, shown.items(), strict=False):
+        labels = {"dilation": "constant slope", "height": "finite height", "pressure": "fluid"}
+        for colour, kind in zip(COLOURS, ("friction", *labels), strict=False):
             crack = cracks[kind]
             panels = [slip, compression] if kind != "pressure" else [opening]
             panels += [opening] if kind in ("dilation", "height") else []
             for panel in panels:
                 column = 1 if panel is slip else 0
                 found = -crack.traction[:, 0] if panel is compression else crack.separation[:, column]
-                panel.plot(crack.x / B, found, ".", color=colour, markersize=3, label=label)
+                panel.plot(crack.x / B, found, ".", color=colour, markersize=3, label=labels.get(kind, kind))
                 if kind != "height":
                     *factors, normal = closed_form(kind)
                     exact = np.full(len(s), -normal) if panel is compression else factors[column] * ellipse
@@ -210,10 +206,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument(
-        "--elements", type=int, nargs=3, default=MESHES, help="along the crack, even (default: %(default)s)"
+    add_options(
+        parser,
+        ("--elements", "along the crack, even (default: %(default)s)", int, {"nargs": 3, "default": MESHES}),
+        ("-o --output FILE", "picture", Path("crack.png")),
     )
-    parser.add_argument("-o", "--output", type=Path, default=Path("crack.png"), help="default: %(default)s")
     options = parser.parse_args()
     for n in options.elements:
         if n < 2 or n % 2:
@@ -234,10 +231,10 @@ def main() -> None:
             opening, slip, _ = crack.separation.max(axis=0)
             normal = crack.traction[np.abs(crack.x).argmin(), 0]
             print(f"{kind:9}{n:10}{errors}{slip:14.4f}{opening:14.4f}{normal:20.4f}")
-    far = run("friction", options.elements[0], 4 * DOMAIN).separation[:, 1].max()
-    for domain in (5.0, 10.0, 20.0, DOMAIN):
-        slip = run("friction", options.elements[0], domain).separation[:, 1].max()
-        print(f"half width {domain:g} b: slip {slip / far - 1:+.1e} of that in a plate of {4 * DOMAIN:g} b")
+    domains = (4 * DOMAIN, 5.0, 10.0, 20.0, DOMAIN)
+    far, *slips = (run("friction", options.elements[0], one).separation[:, 1].max() for one in domains)
+    for domain, slip in zip(domains[1:], slips, strict=True):
+        print(f"half width {domain:g} b: slip {slip / far - 1:+.1e} of that in a plate of {domains[0]:g} b")
     draw(shown, options.output)
     print(options.output)
 

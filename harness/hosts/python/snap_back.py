@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from asperity import Interface, Material, Pattern, contract
+from asperity.options import add_options
 from asperity.style import COLOURS, TWO, new_figure, printed, save
 from dissipation import DissipationControl
 from joint import Floats, Joint, Newton, NotConverged, progress
@@ -128,12 +129,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument(
-        "--steps", type=int, default=200, help="with prescribed displacements (default: %(default)s)"
-    )
-    parser.add_argument(
-        "-o", "--output", type=Path, default=Path("snap_back.png"), help="default: %(default)s"
-    )
+    steps, output = ("--steps N", "with prescribed displacements", 200), ("-o --output FILE", "picture")
+    add_options(parser, steps, (*output, Path("snap_back.png")))
     options = parser.parse_args()
     if options.steps < 1:
         parser.error(f"--steps {options.steps}: expected at least 1")
