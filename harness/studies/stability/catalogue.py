@@ -6,11 +6,8 @@ import re
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
-from . import law_modes, solver_modes
-from .modes import FailureMode, Trial
-
-MODES: tuple[FailureMode, ...] = solver_modes.MODES + law_modes.MODES
-"""Entries in the order of the page."""
+from . import law_modes, solver_modes  # noqa: F401  # they add the entries, those of solver_modes first
+from .modes import MODES, FailureMode, Trial
 
 
 def find(names: Iterable[str]) -> list[FailureMode]:

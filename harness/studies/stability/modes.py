@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -59,6 +59,22 @@ class FailureMode:
     happens: str
     run: Callable[[], Sequence[Trial]]
     draw: Callable[[], Figure] | None = None
+
+
+MODES: list[FailureMode] = []
+"""Entries in the order of the page."""
+
+
+def mode(
+    name: str, title: str, happens: str, draw: Callable[[], Figure] | None = None
+) -> Callable[[Callable[[], Iterator[Trial]]], Callable[[], Iterator[Trial]]]:
+    """Add the entry whose trials a function yields."""
+
+    def add(trials: Callable[[], Iterator[Trial]]) -> Callable[[], Iterator[Trial]]:
+        MODES.append(FailureMode(name, title, happens, lambda: list(trials()), draw))
+        return trials
+
+    return add
 
 
 @dataclass(frozen=True, eq=False)

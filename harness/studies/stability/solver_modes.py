@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 
@@ -14,7 +15,7 @@ from asperity.pattern import Pattern, direction_vector
 from ..newton import NewtonStudy, newton_path, newton_study, work_along
 from .branches import draw as draw_branches
 from .branches import steep_snap
-from .modes import S_0, S_F, TABLE_2, FailureMode, K, Trial, drive, plain
+from .modes import S_0, S_F, TABLE_2, K, Trial, drive, mode, plain
 
 BALANCE = 0.01
 """Accuracy of the energies of a snap and of its branch, over K s_0^2."""
@@ -40,19 +41,22 @@ def pulled(
     return newton_path(rough, targets, (True, True, True), tangent, most=most, spring=(0.0, k, k))
 
 
-# --- snap ---------------------------------------------------------------------------------------------------
-
-
-def snap() -> list[Trial]:
+@mode(
+    "snap",
+    "Fold of the slip path at low pressure",
+    "Fine patterns (m >= 13 at 30°) and steep ones have no neighbouring equilibrium where their last "
+    "planes open.",
+    draw=draw_branches,
+)
+def snap() -> Iterator[Trial]:
     """Compare plain Newton and the solver at the fold."""
-    trials = []
     for sides, steps, survives in ((16, 100, False), (16, 1000, False), (32, 100, True), (32, 1500, False)):
         rough = Interface(TABLE_2, Pattern.regular(sides, 30.0))
         study = newton_study(rough, 0.0, ramp(0.0, S_F, steps=steps), 0.0, preload=1)
         place = (
             "one step passes over the fold" if study.converged else f"s_L = {study.separation[-1, 1]:.4f} mm"
         )
-        trials.append(plain(f"plain Newton, RP-{sides}, {steps} steps to s_f", study, survives, place))
+        yield plain(f"plain Newton, RP-{sides}, {steps} steps to s_f", study, survives, place)
     run = drive("snap")
     row = run.rows_with("snap")[-1]
     s_n, stored = run.columns["s_N"], run.columns["stored"]
@@ -60,11 +64,11 @@ def snap() -> list[Trial]:
         f"event snap at s_L = {run.columns['s_Tx'][row]:.4f} mm: s_N {s_n[row - 1]:.4f} to {s_n[row]:.4f} "
         f"mm; the stored energy falls by {stored[row - 1] - stored[row]:.1e} N/mm"
     )
-    trials.append(Trial("solver, RP-16, 2000 steps to s_f", True, run.code == 0, measured))
+    yield Trial("solver, RP-16, 2000 steps to s_f", True, run.code == 0, measured)
     whole = drive("snap_branch")
     places = ", ".join(f"{whole.columns['s_Tx'][turn]:.4f} mm" for turn in whole.rows_with("turn"))
     measured = f"the slip turns at {places}; {len(whole.events)} rows"
-    trials.append(Trial("whole branch, RP-16", True, whole.code == 0, measured))
+    yield Trial("whole branch, RP-16", True, whole.code == 0, measured)
     for mu in (0.0, 0.5):
         steep = steep_snap(mu)
         measured = (
@@ -74,30 +78,23 @@ def snap() -> list[Trial]:
             measured += f" and dissipates {steep.dissipated_more:.1e} N/mm more than the branch"
         balance = steep.area - steep.released - steep.dissipated_more
         label = f"whole branch, RP-8 of 60°, mu = {mu:g}"
-        trials.append(Trial(label, True, abs(balance) <= BALANCE * K * S_0**2, measured))
+        yield Trial(label, True, abs(balance) <= BALANCE * K * S_0**2, measured)
     viscous = Interface(replace(TABLE_2, tau_v=0.003), Pattern.regular(16, 30.0))
     for steps in (100, 1000):
         study = newton_study(viscous, 0.0, ramp(0.0, S_F, steps=steps), 0.0, preload=1, dt=1.0 / steps)
         work = work_along(study.separation, study.traction)[-1]
         more = 100.0 * (work / run.last("work") - 1.0)
         label = f"plain Newton, RP-16, {steps} steps, tau_v = 0.003 times the duration of the test"
-        trials.append(plain(label, study, True, f"{more:.1f} % more work"))
-    return trials
+        yield plain(label, study, True, f"{more:.1f} % more work")
 
 
-SNAP = FailureMode(
-    "snap",
-    "Fold of the slip path at low pressure",
-    "Fine patterns (m >= 13 at 30°) and steep ones have no neighbouring equilibrium where their last "
-    "planes open.",
-    snap,
-    draw_branches,
+@mode(
+    "chatter",
+    "Iterates that alternate across s_n = 0",
+    "The stiffness of a plane jumps at s_n = 0. Iterates alternate at a fold, or with a tangent that "
+    "leaves out the contact.",
 )
-
-# --- chatter ------------------------------------------------------------------------------------------------
-
-
-def chatter() -> list[Trial]:
+def chatter() -> Iterator[Trial]:
     """Iterates that alternate across s_n = 0."""
     steep = Interface(Material(3.0, 0.3, 0.9, 0.6), Pattern.regular(6, 50.0))
     study = newton_study(steep, 0.0, ramp(0.0, 0.2, steps=50), -0.05, preload=10, most=60)
@@ -109,39 +106,32 @@ def chatter() -> list[Trial]:
     run = drive("chatter")
     row = run.rows_with("snap")[-1]
     s_n = run.columns["s_N"]
-    return [
-        Trial(
-            "plain Newton, RP-6, 50°, -0.05 MPa",
-            False,
-            study.converged,
-            f"s_L = {study.separation[-1, 1]:.3f} mm: the residual alternates between "
-            f"{' and '.join(f'{size:.1e}' for size in study.residuals[-1][-2:])} of the stress scale",
-        ),
-        plain("elastic tangent, closing with kc = 1.9, 400 iterations", closing(1.9, "elastic"), True),
-        plain("elastic tangent, closing with kc = 2.1, 400 iterations", closing(2.1, "elastic"), False),
-        plain("consistent tangent, closing with kc = 1e4", closing(1e4, "consistent"), True),
-        Trial(
-            "solver, RP-6, 50°, -0.05 MPa",
-            True,
-            run.code == 0,
-            f"event snap from s_N = {s_n[row - 1]:.3f} to {s_n[row]:.3f} mm; the path goes on to s_L = "
-            f"{run.last('s_Tx'):g} mm",
-        ),
-    ]
+    yield Trial(
+        "plain Newton, RP-6, 50°, -0.05 MPa",
+        False,
+        study.converged,
+        f"s_L = {study.separation[-1, 1]:.3f} mm: the residual alternates between "
+        f"{' and '.join(f'{size:.1e}' for size in study.residuals[-1][-2:])} of the stress scale",
+    )
+    yield plain("elastic tangent, closing with kc = 1.9, 400 iterations", closing(1.9, "elastic"), True)
+    yield plain("elastic tangent, closing with kc = 2.1, 400 iterations", closing(2.1, "elastic"), False)
+    yield plain("consistent tangent, closing with kc = 1e4", closing(1e4, "consistent"), True)
+    yield Trial(
+        "solver, RP-6, 50°, -0.05 MPa",
+        True,
+        run.code == 0,
+        f"event snap from s_N = {s_n[row - 1]:.3f} to {s_n[row]:.3f} mm; the path goes on to s_L = "
+        f"{run.last('s_Tx'):g} mm",
+    )
 
 
-CHATTER = FailureMode(
-    "chatter",
-    "Iterates that alternate across s_n = 0",
-    "The stiffness of a plane jumps at s_n = 0. Iterates alternate at a fold, or with a tangent that "
-    "leaves out the contact.",
-    chatter,
+@mode(
+    "full-damage",
+    "Fully damaged interface under a prescribed traction",
+    "An open and fully damaged interface has no stiffness: under tension there is no solution, under "
+    "pressure one to which no tangent leads.",
 )
-
-# --- full damage --------------------------------------------------------------------------------------------
-
-
-def full_damage() -> list[Trial]:
+def full_damage() -> Iterator[Trial]:
     """Tension and pressure on an interface without bond."""
     rough = Interface(TABLE_2, Pattern.regular(4, 30.0))
     broken = rough.update([[1.0, 0.0, 0.0]]).state
@@ -151,41 +141,22 @@ def full_damage() -> list[Trial]:
     climbed = np.column_stack([np.zeros(110), ramp(0.0, 0.4, 0.3, steps=55), np.zeros(110)])
     pressed = newton_path(rough, np.vstack([climbed, [[-1.0, 0.3, 0.0]]]))
     lost, closes = drive("full_damage"), drive("full_damage_closes")
-    return [
-        Trial(
-            "any method, t_N = +0.1 MPa",
-            False,
-            best >= 0.1,
-            f"no solution: the largest t_N over {len(s)} openings from -10 to 10^4 mm is {best:g} MPa",
-        ),
-        plain("plain Newton, -1 MPa on the open, fully damaged interface", pressed, False),
-        Trial(
-            "solver, t_N = +0.1 MPa",
-            False,
-            "lost" not in lost.events[-1],
-            f"reports the event lost and writes all {len(lost.events)} rows",
-        ),
-        Trial(
-            "solver, t_N = -1 MPa from s_N = 1 mm",
-            True,
-            closes.code == 0,
-            f"closes: s_N = {closes.last('s_N'):.5f} mm, t_N = {closes.last('t_N'):.6f} MPa",
-        ),
-    ]
+    found = f"no solution: the largest t_N over {len(s)} openings from -10 to 10^4 mm is {best:g} MPa"
+    yield Trial("any method, t_N = +0.1 MPa", False, best >= 0.1, found)
+    yield plain("plain Newton, -1 MPa on the open, fully damaged interface", pressed, False)
+    found = f"reports the event lost and writes all {len(lost.events)} rows"
+    yield Trial("solver, t_N = +0.1 MPa", False, "lost" not in lost.events[-1], found)
+    found = f"closes: s_N = {closes.last('s_N'):.5f} mm, t_N = {closes.last('t_N'):.6f} MPa"
+    yield Trial("solver, t_N = -1 MPa from s_N = 1 mm", True, closes.code == 0, found)
 
 
-FULL_DAMAGE = FailureMode(
-    "full-damage",
-    "Fully damaged interface under a prescribed traction",
-    "An open and fully damaged interface has no stiffness: under tension there is no solution, under "
-    "pressure one to which no tangent leads.",
-    full_damage,
+@mode(
+    "unloading",
+    "Reversal of a slip with dilation",
+    "Only the facing planes are in contact. A first step back of more than |s_n|/sin(theta), where s_n is "
+    "their closure, opens them, and the joint has no stiffness.",
 )
-
-# --- unloading ----------------------------------------------------------------------------------------------
-
-
-def unloading() -> list[Trial]:
+def unloading() -> Iterator[Trial]:
     """Slip back after a dilation, with a contact stiffer than the bond."""
     rough = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=100.0), Pattern.regular(4, 30.0))
 
@@ -198,43 +169,25 @@ def unloading() -> list[Trial]:
     crest = back(1).separation[109]
     facing = np.array([np.cos(np.radians(30.0)), -np.sin(np.radians(30.0)), 0.0])
     limit = -float(facing @ crest) / np.sin(np.radians(30.0))
-    trials = [
-        plain(
-            f"plain Newton, slip back in steps of {0.4 / n:g} mm",
-            back(n),
-            ok,
-            f"limit {limit:.4f} mm" * (n == 100),
-        )
-        for n, ok in ((100, False), (400, False), (1000, True))
-    ]
+    for n, ok in ((100, False), (400, False), (1000, True)):
+        label = f"plain Newton, slip back in steps of {0.4 / n:g} mm"
+        yield plain(label, back(n), ok, f"limit {limit:.4f} mm" * (n == 100))
     soft = back(100, 1e-6 * K)
     error = abs(float(soft.traction[-1, 0]) + 1.0)
-    trials.append(
-        plain(
-            "with a spring of 1e-6 K beside the joint, steps of 0.004 mm",
-            soft,
-            True,
-            f"error of t_N {error:.0e} MPa",
-        )
-    )
+    label = "with a spring of 1e-6 K beside the joint, steps of 0.004 mm"
+    yield plain(label, soft, True, f"error of t_N {error:.0e} MPa")
     run = drive("unloading")
     measured = f"exit code {run.code}, t_N = {run.last('t_N'):.6f} MPa at s_L = {run.last('s_Tx'):g} mm"
-    trials.append(Trial("solver, steps of 0.004 mm", True, run.code == 0, measured))
-    return trials
+    yield Trial("solver, steps of 0.004 mm", True, run.code == 0, measured)
 
 
-UNLOADING = FailureMode(
-    "unloading",
-    "Reversal of a slip with dilation",
-    "Only the facing planes are in contact. A first step back of more than |s_n|/sin(theta), where s_n is "
-    "their closure, opens them, and the joint has no stiffness.",
-    unloading,
+@mode(
+    "softening",
+    "Softening after the peak",
+    "The bond softens in mode I by K_s = K (1 - eta)/eta. A traction above the strength has no equilibrium; "
+    "surroundings softer than K_s snap back with every step size.",
 )
-
-# --- softening ----------------------------------------------------------------------------------------------
-
-
-def softening() -> list[Trial]:
+def softening() -> Iterator[Trial]:
     """Tension through the peak: by traction, through springs around the critical stiffness, by separation."""
     critical = K * (1.0 - TABLE_2.eta) / TABLE_2.eta
 
@@ -246,44 +199,37 @@ def softening() -> list[Trial]:
         return newton_path(flat, targets, spring=(k, 0.0, 0.0), dt=1.0 / steps)
 
     run = drive("softening_traction")
-    trials = [
-        Trial(
-            "traction control to 1.1 sigma0",
-            False,
-            "lost" not in run.events[-1],
-            f"event lost at t_N = {run.last('t_N'):.3f} MPa, the strength",
-        )
-    ]
+    measured = f"event lost at t_N = {run.last('t_N'):.3f} MPa, the strength"
+    yield Trial("traction control to 1.1 sigma0", False, "lost" not in run.events[-1], measured)
     for share, steps, survives in ((0.9, 20, False), (0.9, 2000, False), (1.1, 20, True), (1.1, 2000, True)):
         study = through(share, steps)
-        trials.append(plain(f"plain Newton, spring of {share:g} K_s, {steps} steps", study, survives))
+        yield plain(f"plain Newton, spring of {share:g} K_s, {steps} steps", study, survives)
     study = through(0.9, 20, tau_v=0.01)
     peak = f"peak {study.traction[:, 0].max():.2f} MPa"
     label = "plain Newton, spring of 0.9 K_s, 20 steps, tau_v = 0.01 times the duration of the test"
-    trials.append(plain(label, study, True, peak))
+    yield plain(label, study, True, peak)
     run = drive("softening_separation")
     measured = f"rupture energy {run.last('rupture'):.5f} N/mm, Gc = {TABLE_2.Gc:g} N/mm"
-    trials.append(Trial("separation control", True, run.code == 0, measured))
-    return trials
+    yield Trial("separation control", True, run.code == 0, measured)
 
-
-SOFTENING = FailureMode(
-    "softening",
-    "Softening after the peak",
-    "The bond softens in mode I by K_s = K (1 - eta)/eta. A traction above the strength has no equilibrium; "
-    "surroundings softer than K_s snap back with every step size.",
-    softening,
-)
-
-# --- tangents -----------------------------------------------------------------------------------------------
 
 FRICTIONS, SLOPES = (0.1, 0.5, 1.3), (0.0, 10.0, 45.0)
 """Values of mu and theta in the trials of tangents."""
 
+NAMES = {
+    "lagged": "modified Newton (tangent of the start of the increment)",
+    "elastic": "tangent of the virgin joint",
+}
 
-def tangents() -> list[Trial]:
+
+@mode(
+    "tangents",
+    "Symmetric and elastic tangents",
+    "Friction makes the tangent unsymmetric, softening indefinite (RP-4 under 1 MPa, sheared through "
+    "springs of 0.3 K, mu = 0.1 to 1.3, theta = 0 to 45°).",
+)
+def tangents() -> Iterator[Trial]:
     """Run every tangent on nine interfaces."""
-    trials = []
     for tangent, increments, most, survives in (
         ("consistent", 10, 25, True), ("symmetrised", 10, 25, False), ("symmetrised", 100, 100, False),
         ("secant", 10, 100, False), ("lagged", 10, 100, False), ("elastic", 10, 100, False),
@@ -294,24 +240,6 @@ def tangents() -> list[Trial]:
         if good:
             cost = np.mean([np.mean(study.iterations) for study in good])
             found += f"; {cost:.1f} iterations per increment"
-        name = {
-            "lagged": "modified Newton (tangent of the start of the increment)",
-            "elastic": "tangent of the virgin joint",
-        }
-        label = (
-            f"{name.get(tangent, f'{tangent} tangent')}, {increments} increments of at most {most} iterations"
-        )
-        trials.append(Trial(label, survives, len(good) == len(studies), found))
-    return trials
-
-
-TANGENTS = FailureMode(
-    "tangents",
-    "Symmetric and elastic tangents",
-    "Friction makes the tangent unsymmetric, softening indefinite (RP-4 under 1 MPa, sheared through "
-    "springs of 0.3 K, mu = 0.1 to 1.3, theta = 0 to 45°).",
-    tangents,
-)
-
-MODES = (SNAP, CHATTER, FULL_DAMAGE, UNLOADING, SOFTENING, TANGENTS)
-"""Entries of this module."""
+        label = NAMES.get(tangent, f"{tangent} tangent")
+        label += f", {increments} increments of at most {most} iterations"
+        yield Trial(label, survives, len(good) == len(studies), found)
