@@ -95,36 +95,6 @@ contains
 
 end subroutine case_numbers
 
-!> What is unlike the values that &expect states for the end of a run; blank: nothing.
-subroutine case_end(path, run, s, traction, n_state, state, work, message)
-  use asperity_case, only: case_file_type, read_cases
-  use asperity_case_expect, only: explain_unexpected
-  use asperity_control_point, only: point_type
-  use asperity_errors, only: errors_type
-  use asperity_text, only: put_text
-  implicit none
-  character(len=*), intent(in) :: path                           !! case file that has been read
-  integer, intent(in) :: run                                     !! number of the run, from 1
-  double precision, intent(in) :: s(3), traction(3)              !! separation and traction of its last row
-  integer, intent(in) :: n_state                                 !! size of the state
-  double precision, intent(in) :: state(n_state), work           !! state and work of this row
-  character(len=4096), intent(out) :: message                    !! a line
-  type(case_file_type) :: file
-  type(errors_type) :: errors
-  type(point_type) :: last
-  character(len=:), allocatable :: text
-  text = ""
-  call read_cases(path, file, errors)
-  if (errors%n == 0) then
-    last%s = s
-    last%traction = traction
-    last%state = state
-    last%work = work
-    call explain_unexpected(file%cases(run)%expect, last, text)
-  end if
-  call put_text(text, message)
-end subroutine case_end
-
 !> Text of a case file with groups and entries as they are given.
 subroutine case_text(n, names, kinds, counts, n_values, values, strings, room, text, length)
   use asperity_case_entries, only: case_io, close_group, open_group, reals_entry, string_entry, word_entry, written_text

@@ -47,7 +47,7 @@ contains
     broken = .false.
     allocate (character(len=0) :: failure)
     code = exit_input
-    call open_history(table, output, law, planes .or. case%planes)
+    call open_history(table, output, law, planes .or. case%planes, len(report) > 0)
     if (table%good) then
       call start_progress(progress, "rie_driver", "increments", quiet)
       if (size(case%steps) > 0) then
@@ -90,7 +90,7 @@ contains
     if (broken .and. run%law%step > 0 .or. table%last%lost .and. .not. case%expect%lost) then
       call keep_failed(case, run, label, output)
     end if
-    call write_report(report, code, failure, table%last%lost, table%snap_list)
+    call write_report(report, code, failure, table%last%lost)
     if (quiet) return
     call say(label // ": " // integer_text(table%n_rows) // " increments, " // integer_text(table%iterations) // &
       " iterations (at most " // integer_text(table%most_iterations) // "), " // &

@@ -15,7 +15,6 @@ module history
   use asperity_point_law, only: event_length, point_law
   use asperity_rows, only: csv_header, csv_line
   use row_file, only: close_file, create_file, write_line
-  use run_report, only: add_snap
   implicit none
   private
   public :: open_history, start_from, add_replayed_row, add_row, close_history
@@ -33,8 +32,8 @@ module history
     real(wp) :: largest_slip = 0.0_wp      !! largest norm of (s_Tx, s_Ty)
     logical :: good = .true.               !! false: the file cannot be written, the reason is on standard error
     integer, private :: file = 0           !! descriptor
-    character(len=:), allocatable :: snap_list   !! all snaps, for the report
     character(len=:), allocatable, private :: path
+    logical, private :: every = .false.    !! whether all numbers of a row have columns
     integer, private :: first = huge(1)    !! first number of the state that has a column
     logical, allocatable, private :: regime(:, :)   !! of the law at the last row
   end type history_type
@@ -42,20 +41,21 @@ module history
 contains
 
   !> Open the file ("-": standard output) and write the header.
-  subroutine open_history(table, path, law, planes)
+  subroutine open_history(table, path, law, planes, every)
     type(history_type), intent(out) :: table        !! the file, without rows
     character(len=*), intent(in) :: path            !! file, replaced if it exists
     class(point_law), intent(in) :: law             !! the law
     logical, intent(in) :: planes                   !! whether planes, or the numbers of a UMAT, have columns
+    logical, intent(in) :: every                    !! whether all numbers of a row have columns
     character(len=:), allocatable :: header
     integer :: i
 
     allocate (table%last%state(law%n_state), source=0.0_wp)
     table%path = path
-    table%snap_list = ""
     call create_file(path, table%file, table%good)
     if (.not. table%good) return
-    call csv_header(header)
+    call csv_header(header, every)
+    table%every = every
     if (planes) table%first = law%first_own
     do i = table%first, law%n_state
       header = header // "," // law%state_name(i)
@@ -90,7 +90,7 @@ contains
     type(history_type), intent(inout) :: table      !! the file
     type(row_type), intent(in) :: row               !! the row
     character(len=:), allocatable :: line
-    call csv_line(row, table%first, line)
+    call csv_line(row, table%every, table%first, line)
     call write_line(table%file, table%path, line, table%good)
     if (.not. table%good) return
     table%last = row
@@ -98,7 +98,6 @@ contains
     table%iterations = table%iterations + row%report%iterations
     table%updates = table%updates + row%report%updates
     table%snaps = table%snaps + row%report%snaps
-    if (row%report%snaps > 0) call add_snap(table%snap_list, table%n_rows - 1, row)
     table%released = table%released + row%report%released
     table%most_iterations = max(table%most_iterations, row%report%iterations)
     table%least_traction = min(table%least_traction, row%traction(1))

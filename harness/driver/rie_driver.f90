@@ -28,7 +28,7 @@ program rie_driver
     "  --quiet     no progress line, no summary", &
     "  --check     check the UMAT along the load path: a table instead of the file", &
     "  --only N    of the values of &sweep only the one with number N, from 1", &
-    "  --report FILE  exit code, message and snaps as JSON; not with &sweep", &
+    "  --report FILE  exit code and message as JSON, more columns; not with &sweep", &
     "  --force     replace files that rie_driver did not write", &
     "  --version   print the version", &
     "exit code: 0 ended as expected, 1 bad input or a UMAT of others that fails,", &
@@ -137,7 +137,7 @@ contains
 
     call read_cases(path, file, errors)
     call end_on_errors(errors)
-    call csv_header(header)
+    call csv_header(header, .false.)
     allocate (laws(size(file%cases)), strains(size(file%cases)))
     do i = 1, size(file%cases)
       call get_law(file%cases(i), path, laws(i)%law, errors)
@@ -253,7 +253,7 @@ contains
       end do
       line = ""
       call put_words(in_place, line)
-      call write_report(report, exit_input, line, .false., "")
+      call write_report(report, exit_input, line, .false.)
     end if
     do i = 1, errors%n
       call word(errors%list(i), line)

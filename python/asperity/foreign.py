@@ -9,16 +9,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import contract
 from .case_writer import case_text
-from .history import ENERGIES, SEPARATION, TRACTION, History, Snap
+from .history import ENERGIES, History
 from .installed import driver
 from .interface import EquilibriumLost
+from .load_path import history_of
 from .steps import Point, Step
 
 
@@ -113,7 +113,7 @@ class ForeignUmat:
             told = json.loads(report.read_text(encoding="utf-8"))
             if not output.is_file():
                 raise ValueError(told["message"])
-            history = _history(output, told)
+            history = _rows(output, told["lost"])
         if told["code"] == 2 and not told["lost"]:
             raise ValueError(told["message"])
         if told["code"] != 0:
@@ -129,24 +129,15 @@ class ForeignUmat:
         return given | {"library": str(Path(self.library).resolve())}
 
 
-def _history(output: Path, told: dict[str, Any]) -> History:
-    """History of the rows of the driver, without the row of a lost equilibrium."""
+def _rows(output: Path, lost: bool) -> History:
+    """Rows of the driver with all columns, without the row of a lost equilibrium."""
     with output.open(encoding="utf-8", newline="") as file:
-        rows = list(reader := csv.DictReader(file))
-    names = list(reader.fieldnames or ())
-    rows = rows[: len(rows) - told["lost"]]
-
-    def table(*names: str) -> np.ndarray:
-        return np.array([[float(row[name]) for name in names] for row in rows]).reshape(len(rows), len(names))
-
-    events = tuple((i, row["event"]) for i, row in enumerate(rows) if row["event"])
-    snaps = tuple(
-        Snap(snap["row"], tuple(snap["before"]), tuple(snap["after"]), float(snap["released"]))
-        for snap in told["snaps"]
-        if snap["row"] < len(rows)
+        names, *rows = csv.reader(file)
+    rows = rows[: len(rows) - lost]
+    n = names.index("event")
+    places = [names.index(name) for name in ("damage", *ENERGIES[:3])] + [*range(n + 1, len(names))]
+    numbers, states = (
+        np.array([[float(row[i]) for i in some] for row in rows]).reshape(len(rows), len(some))
+        for some in (range(n), places)
     )
-    state = table("damage", *ENERGIES[:3], *names[names.index("umat_work") :])
-    damage, work, step, time, iterations = table("damage", "work", "step", "time", "iterations").T.copy()
-    parts = table(*SEPARATION), table(*TRACTION), damage, state, work, events, snaps, 0
-    # the position between targets is not a column
-    return History(*parts, step.astype(int), np.full(len(rows), np.nan), time, iterations.astype(int))
+    return history_of(numbers, states, np.array([row[n] for row in rows], "S64"), 0, "")

@@ -45,7 +45,7 @@ def rows_of(
     """
     numbers, states, names, lost = _rows(props, steps, start, tolerance)
     n = len(numbers) - bool(lost)
-    return _history(numbers[:n], states[:n], names[:n], n_planes, lost), lost
+    return history_of(numbers[:n], states[:n], names[:n], n_planes, lost), lost
 
 
 def all_rows_of(
@@ -53,7 +53,7 @@ def all_rows_of(
 ) -> tuple[History, str]:
     """As `rows_of`, with the row beyond which there is no equilibrium as the last one."""
     numbers, states, names, lost = _rows(props, steps, start, tolerance)
-    return _history(numbers, states, names, n_planes, ""), lost
+    return history_of(numbers, states, names, n_planes, ""), lost
 
 
 def _rows(
@@ -97,12 +97,15 @@ def _rows(
 
 def no_rows(nstatv: int, n_planes: int) -> History:
     """History without rows."""
-    return _history(
+    return history_of(
         np.zeros((0, len(column_names()))), np.zeros((0, nstatv)), np.zeros(0, "S64"), n_planes, ""
     )
 
 
-def _history(numbers: Floats, states: Floats, names: NDArray[np.bytes_], n_planes: int, lost: str) -> History:
+def history_of(
+    numbers: Floats, states: Floats, names: NDArray[np.bytes_], n_planes: int, lost: str
+) -> History:
+    """History of numbers of rows in the order of `column_names`, their states and the names of events."""
     happened = enumerate(name.decode("ascii").rstrip() for name in names.tolist())
     events = tuple((row, name) for row, name in happened if name)
     if lost:

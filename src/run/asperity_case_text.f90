@@ -136,8 +136,9 @@ contains
       text%groups(text%n_groups)%to = i
     case (",")
       place = of_group(text, text%n_groups, line)
-      if (text%groups(text%n_groups)%last >= text%groups(text%n_groups)%first) &
+      if (text%groups(text%n_groups)%last >= text%groups(text%n_groups)%first) then
         place%name = trim(text%entries(text%n_entries)%shown)
+      end if
       if (comma) call fail(errors, place, "empty value before a comma")
       comma = .true.
     case ("=")

@@ -16,8 +16,8 @@ module asperity_rows
     character(len=14) :: unit       !! in the user's consistent set
   end type column_type
 
-  !> Columns in their order. A file has the first `n_written` of them, then the names of events, then those of the
-  !> state.
+  !> Columns in their order. A file has the first `n_written` of them or, for a program, all, then the names of events,
+  !> then those of the state.
   integer, parameter :: n_written = 15
   type(column_type), parameter, public :: row_columns(25) = [ &
     column_type("step", .true., "number of the step, from 1", "-"), &
@@ -60,26 +60,28 @@ contains
   end function row_numbers
 
   !> Header of a file, without the columns of the state.
-  pure subroutine csv_header(header)
+  pure subroutine csv_header(header, every)
     character(len=:), allocatable, intent(out) :: header   !! names separated by commas
+    logical, intent(in) :: every                           !! whether the file has all numbers of a row
     integer :: i
     header = ""
-    do i = 1, n_written
+    do i = 1, merge(size(row_columns), n_written, every)
       header = header // trim(row_columns(i)%name) // ","
     end do
     header = header // "event"
   end subroutine csv_header
 
   !> Line of a row: numbers, events, and the numbers of the state from one of them on.
-  pure subroutine csv_line(row, first, line)
+  pure subroutine csv_line(row, every, first, line)
     type(row_type), intent(in) :: row                    !! the row
+    logical, intent(in) :: every                         !! whether the file has all its numbers
     integer, intent(in) :: first                         !! first number of the state that has a column
     character(len=:), allocatable, intent(out) :: line   !! fields separated by commas
     real(wp) :: numbers(size(row_columns))
     integer :: i
     numbers = row_numbers(row)
     line = ""
-    do i = 1, n_written
+    do i = 1, merge(size(row_columns), n_written, every)
       if (row_columns(i)%whole) then
         line = line // integer_text(nint(numbers(i))) // ","
       else
