@@ -34,7 +34,6 @@ COPIED = ["CMakeLists.txt", "pyproject.toml", "cmake", "src", "harness", "tests"
 # They repeat the same calls on many threads, compile another project, or judge the solver for long.
 LEFT_OUT = {
     "test_package",
-    "test_threads",
     "threads",
     "memory",
     "test_solver_soak",
@@ -274,7 +273,7 @@ class Bench:
         if path in self.commands:
             return [path]
         including = re.compile(rf"^\s*include ['\"]{re.escape(path.name)}['\"]", re.MULTILINE)
-        files = [f for f in path.parent.iterdir() if including.search(f.read_text(encoding="utf-8"))]
+        files = [f for f in path.parent.iterdir() if f.is_file() and including.search(f.read_text("utf-8"))]
         return sorted({source for file in files for source in self.sources_of(file)})
 
     def users_of(self, path: Path) -> list[Path]:

@@ -1,4 +1,4 @@
-/* The C API in a C program: texts, sizes, errors, and array layout. test_threads calls the UMAT. */
+/* The C API in a C program: texts, sizes, errors, and array layout. harness/soak/threads.c calls UMAT and VUMAT. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
