@@ -20,8 +20,11 @@ def props() -> str:
     constants = contract.props_table()
     rows: list[list[str]] = []
     for row in constants:
-        default = "required" if row.default is None else f"{row.default:.4g}"
-        rows.append([str(row.index), row.name, row.meaning, row.unit, row.admissible, default])
+        if row.owner != "reserved":
+            default = "required" if row.default is None else f"{row.default:.4g}"
+            # the page says once what every constant must fulfil
+            admissible = re.sub(r" \((0, or 1e-50 to|1e-50 to|at most) 1e50\)", "", row.admissible)
+            rows.append([str(row.index), row.name, row.meaning, row.unit, admissible, default])
     listed = "normal (N, Tx, Ty) of any length and weight gamma of each listed plane"
     rows.append([f"{len(constants) + 1}..", "planes", listed, "-", "n_N > 0, gamma > 0, sum of gamma 1", "-"])
     return markdown(["#", "name", "meaning", "unit", "admissible", "default"], rows)
