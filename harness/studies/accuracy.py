@@ -25,10 +25,9 @@ from asperity.tables import markdown
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
-from tqdm import tqdm
 
 from .program import run
-from .tables import fill
+from .tables import refresh
 
 SIGMA_N = (0.0, -1.0, -5.0, -10.0)
 """Normal tractions, MPa."""
@@ -47,9 +46,6 @@ PRELOAD = 4
 
 AIMS = (1.0e-2, 1.0e-3, 1.0e-4)
 """Target errors of the tables."""
-
-Tick = Callable[[], object]
-"""Function that is called after each piece of work, for a progress bar."""
 
 
 def material(mu: float = 0.5) -> Material:
@@ -109,7 +105,7 @@ class StepError:
     work: float
 
 
-def step_errors(increments: Sequence[int] = INCREMENTS, tick: Tick = lambda: None) -> Iterator[StepError]:
+def step_errors(increments: Sequence[int] = INCREMENTS) -> Iterator[StepError]:
     """Errors of RP-4, 30 degrees, with different numbers of increments."""
     interface = Interface(material(), Pattern.regular(4, 30.0))
 
@@ -119,20 +115,16 @@ def step_errors(increments: Sequence[int] = INCREMENTS, tick: Tick = lambda: Non
             for n in increments:
                 coarse = slip_curves(interface, DIRECTION, slips(n), sigma_N, PRELOAD)
                 rows = slice(fine.slips.size // n - 1, None, fine.slips.size // n)
-                errors = (
-                    float(np.abs(getattr(coarse, name)[0] - getattr(fine, name)[0, rows]).max())
-                    / float(np.abs(getattr(fine, name)).max())
-                    for name in ("tau_L", "s_N")
-                )
+                pairs = (coarse.tau_L[0], fine.tau_L[0]), (coarse.s_N[0], fine.s_N[0])
+                errors = (float(np.abs(a - b[rows]).max() / np.abs(b).max()) for a, b in pairs)
                 work = abs(coarse.work[0, -1] / fine.work[0, -1] - 1.0)
                 yield StepError(path, sigma_N, n, *errors, work)
-                tick()
 
 
-def draw_increments(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
-    """Run the study of increments; return its picture by name and its table."""
+def draw_increments(quick: bool) -> tuple[Figure, str]:
+    """Run the study of increments; return its picture and its table."""
     sizes = (30, 60) if quick else INCREMENTS
-    errors = list(step_errors(sizes, tick))
+    errors = list(step_errors(sizes))
     figure, (ax,) = new_figure(0.6 * TWO, 3.2)
     for (name, label, _), colour in zip(QUANTITIES, COLOURS, strict=False):
         for path, line in zip(PATHS, ("o-", "D--"), strict=True):
@@ -149,7 +141,7 @@ def draw_increments(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
             cells = [_needed(here, name, aim) for name, _, _ in QUANTITIES for aim in AIMS[1:]]
             lines.append([path, signed(sigma_N), *cells])
     head = ["path", "σ_N [MPa]", *(f"{name} to {aim:.0e}" for _, _, name in QUANTITIES for aim in AIMS[1:])]
-    return {"increments": figure}, markdown(head, lines, numbers=True)
+    return figure, markdown(head, lines, numbers=True)
 
 
 def _needed(chosen: Sequence[StepError], name: str, aim: float) -> str:
@@ -220,7 +212,6 @@ def plane_errors(
     theta: float = THETA,
     mu: float = MU,
     tractions: Sequence[float] = SIGMA_N,
-    tick: Tick = lambda: None,
 ) -> Iterator[PlaneError]:
     """Errors of regular patterns at each of the normal tractions."""
     slips, loops = monotonic(PLANE_INCREMENTS["monotonic"]), cycle(PLANE_INCREMENTS["cyclic"])
@@ -240,7 +231,6 @@ def plane_errors(
                 loop = np.nan
             off = relative_error(curves.tau_L - tau, tau), relative_error(curves.tau_across, tau)
             yield PlaneError(m, sigma_N, *off, relative_error(curves.s_N - s_N, s_N), work, loop)
-            tick()
 
 
 def relative_error(error: Floats, reference: Floats) -> float:
@@ -258,10 +248,10 @@ def _loops(curves: SlipCurves) -> Floats:
     return np.trapezoid(curves.tau_L[:, first:], curves.slips[first:], axis=1)
 
 
-def draw_planes(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
-    """Run the study of planes; return its picture by name and its tables."""
+def draw_planes(quick: bool) -> tuple[Figure, str]:
+    """Run the study of planes; return its picture and its tables."""
     sides, tractions = ((3, 4, 5), (0.0, -5.0)) if quick else (SIDES, SIGMA_N)
-    errors = list(plane_errors(sides, tractions=tractions, tick=tick))
+    errors = list(plane_errors(sides, tractions=tractions))
     figure, (ax,) = new_figure(0.6 * TWO, 3.2)
     for (name, label), colour in zip(MEASURES.items(), COLOURS, strict=False):
         # at sigma_N = 0 there is no loop
@@ -287,7 +277,7 @@ def draw_planes(quick: bool, tick: Tick) -> tuple[dict[str, Figure], str]:
     head = ["σ_N [MPa]", "aim", *MEASURES.values()]
     filled = [[*row, *[""] * (len(head) - len(row))] for row in needs]
     text = "Fewest sides m that meet an aim:\n\n" + markdown(head, filled, numbers=True)
-    return {"planes": figure}, text
+    return figure, text
 
 
 SHARED = ("tau_L", "across", "s_N")
@@ -302,11 +292,8 @@ def _fewest(tried: Sequence[PlaneError], name: str, aim: float) -> str:
 
 # --- program ------------------------------------------------------------------------------------------------
 
-STUDIES: dict[str, Callable[[bool, Tick], tuple[dict[str, Figure], str]]] = {
-    "increments": draw_increments,
-    "planes": draw_planes,
-}
-"""Studies by the names of their markers: pictures by their names, and the table."""
+STUDIES = {"increments": draw_increments, "planes": draw_planes}
+"""Studies by the names of their pictures and markers: picture and table."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -325,24 +312,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _write(options: argparse.Namespace) -> int:
     """Run studies, write pictures, and print the tables or fill them into a page."""
     options.folder.mkdir(parents=True, exist_ok=True)
-    page = options.page.read_text(encoding="utf-8") if options.page else None
-    if page is not None and "<!-- accuracy-" not in page:
-        raise ValueError(f"{options.page}: expected markers such as <!-- accuracy-planes -->")
-    with tqdm(unit="run", disable=None) as bar:
-        for name in options.only or STUDIES:
-            bar.set_description(name)
-            with printed():
-                figures, table = STUDIES[name](options.quick, bar.update)
-                for stem, figure in figures.items():
-                    path = options.folder / f"accuracy_{stem}.png"
-                    save(figure, path)
-                    bar.write(str(path))
-            if page is None:
-                bar.write(f"\n{table}\n")
-            else:
-                page = fill(page, {f"accuracy-{name}": table})
-    if page is not None:
-        options.page.write_text(page, encoding="utf-8")
+    for name in options.only or STUDIES:
+        with printed():
+            figure, table = STUDIES[name](options.quick)
+            save(figure, options.folder / f"accuracy_{name}.png")
+        print(options.folder / f"accuracy_{name}.png")
+        if options.page is None:
+            print(f"\n{table}\n")
+        else:
+            refresh(options.page, False, {f"accuracy-{name}": lambda table=table: table})
     return 0
 
 
