@@ -75,16 +75,14 @@ def joint() -> Figure:
     for step, name, place in (((0.0, 0.55), "$N$", (-0.3, 0.35)), ((0.75, 0.0), "$T_x$", (0.8, -0.1))):
         arrow(apart, origin, step, BLACK)
         apart.text(*np.add(origin, place), name)
-    apart.plot(
-        *origin, "o", color=BLACK, markersize=8, markerfacecolor="white"
-    )  # T_y = N x T_x points away from the reader.
+    # T_y = N x T_x points away from the reader
+    apart.plot(*origin, "o", color=BLACK, markersize=8, markerfacecolor="white")
     apart.plot(*origin, "x", color=BLACK, markersize=5)
     apart.text(origin[0] - 0.42, origin[1] - 0.1, "$T_y$")
     apart.text(0.15, -0.6, "lower side", **NOTE)
     apart.text(0.75, 1.85, "upper side", **NOTE)
-    apart.set_title(
-        r"(a) separation $\mathbf{s}$ = displacement of the upper side less that of the lower", **NOTE
-    )
+    title = r"(a) separation $\mathbf{s}$ = displacement of the upper side less that of the lower"
+    apart.set_title(title, **NOTE)
 
     slip = 0.55
     bodies(climbing, (slip * np.tan(np.radians(30.0)), slip))
@@ -96,9 +94,8 @@ def joint() -> Figure:
     climbing.text(3.4, 1.78, r"slip $s_{Tx} > 0$", **NOTE)
     climbing.text(0.35, -0.35, "faces the slip: in contact, climbed", color=ORANGE, **NOTE)
     climbing.text(2.6, -0.65, "does not face it: opens", color=BLUE, **NOTE)
-    climbing.set_title(
-        r"(b) fully damaged: sliding up by $s_{Tx}$ opens the joint by $s_N = s_{Tx}\,\tan\theta$", **NOTE
-    )
+    title = r"(b) fully damaged: sliding up by $s_{Tx}$ opens the joint by $s_N = s_{Tx}\,\tan\theta$"
+    climbing.set_title(title, **NOTE)
 
     bodies(traction, (0.75, 0.0))
     for x in (1.75, 4.75):

@@ -142,23 +142,15 @@ def newton_path(interface: Interface, targets: ArrayLike, *arguments: object, **
 
 
 def newton_study(
-    interface: Interface,
-    direction: float,
-    slips: ArrayLike,
-    sigma_N: float,
-    preload: int = 100,
-    tangent: str = "consistent",
-    tolerance: float = 1e-10,
-    most: int = 25,
-    dt: float | None = None,
-) -> NewtonStudy:
+    interface: Interface, direction: float, slips: ArrayLike, sigma_N: float, preload: int = 100,
+    tangent: str = "consistent", **named: object,
+) -> NewtonStudy:  # fmt: skip
     """Run `Interface.confined_slip` by Newton's method without safeguards; the preload comes first.
 
     slips (T,), length, along direction (degrees) under the normal traction sigma_N, stress, which is
-    applied in `preload` increments.  Raises ValueError as `newton_paths` does.
+    applied in `preload` increments; the other arguments are those of `newton_paths`.
     """
-    targets = slip_targets(direction, slips, sigma_N, preload)
-    return newton_path(interface, targets, tangent=tangent, tolerance=tolerance, most=most, dt=dt)
+    return newton_path(interface, slip_targets(direction, slips, sigma_N, preload), tangent=tangent, **named)
 
 
 def slip_targets(direction: float, slips: ArrayLike, sigma_N: float, preload: int) -> Floats:

@@ -10,6 +10,7 @@ from pathlib import Path
 import KratosMultiphysics as Kratos
 import numpy as np
 from asperity.mesh import split, write
+from asperity.options import add_options
 from kratos_model import Floats, Lost, Structure
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "fenicsx"))
@@ -54,11 +55,13 @@ def run(path: Path, to: float, most: float) -> Floats:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    add = parser.add_argument
-    add("mesh", type=Path)
-    add("--to", type=float, default=1.0, help="displacement of the top, mm (default: %(default)s)")
-    add("--most", type=float, default=0.05, help="largest step, mm (default: %(default)s)")
-    add("--out", type=Path, metavar="FILE.csv", required=True)
+    add_options(
+        parser,
+        ("mesh MESH", "that of window.py", Path),
+        ("--to MM", "displacement of the top", 1.0),
+        ("--most MM", "largest step", 0.05),
+        ("--out FILE.csv", "rows", Path, {"required": True}),
+    )
     o = parser.parse_args()
     found = run(o.mesh, o.to, o.most)
     np.savetxt(o.out, found, "%.12g", ",", header="mm,horizontal [kN],vertical [kN]", comments="")
