@@ -320,7 +320,7 @@ def _write(options: argparse.Namespace) -> int:
         if options.page is None:
             print(f"\n{table}\n")
         else:
-            refresh(options.page, False, {f"accuracy-{name}": lambda table=table: table})
+            refresh(options.page, False, {f"accuracy-{name}": table})
     return 0
 
 

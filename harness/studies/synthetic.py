@@ -87,15 +87,8 @@ def noisy(y: Floats, noise: float, rng: np.random.Generator) -> Floats:
 
 def write_record(path: Path, tests: Sequence[ShearTest]) -> None:
     """Text of a CSV file of tests, with five digits."""
-    has_dilation = all(test.s_N is not None for test in tests)
-    columns = [
-        "test",
-        "slip [mm]",
-        "tau [MPa]",
-        *(["dilation [mm]"] if has_dilation else []),
-        "sigma_N [MPa]",
-    ]
-    lines = [",".join([*columns, "k_N [MPa/mm]"])]
+    dilation = ["dilation [mm]"] if all(test.s_N is not None for test in tests) else []
+    lines = [",".join(["test", "slip [mm]", "tau [MPa]", *dilation, "sigma_N [MPa]", "k_N [MPa/mm]"])]
     for number, test in enumerate(tests, 1):
         for i in range(test.slip.size):
             numbers = [test.slip[i], test.tau[i], *([] if test.s_N is None else [test.s_N[i]])]

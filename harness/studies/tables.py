@@ -57,7 +57,7 @@ def fill(text: str, contents: Mapping[str, str]) -> str:
     return text
 
 
-def refresh(path: Path, check: bool, contents: Mapping[str, Callable[[], str]] = TABLES) -> bool:
+def refresh(path: Path, check: bool, contents: Mapping[str, str | Callable[[], str]] = TABLES) -> bool:
     """Fill the tables of a file and return whether they were up to date; with `check` do not write.
 
     Raises ValueError for a file without markers.
@@ -66,7 +66,8 @@ def refresh(path: Path, check: bool, contents: Mapping[str, Callable[[], str]] =
     if not any(f"<!-- {name} -->" in text and f"<!-- /{name} -->" in text for name in contents):
         names = " or ".join(f"<!-- {name} --> ... <!-- /{name} -->" for name in contents)
         raise ValueError(f"{path}: expected markers {names}")
-    filled = fill(text, {name: content() for name, content in contents.items() if f"<!-- {name} -->" in text})
+    shown = {name: one for name, one in contents.items() if f"<!-- {name} -->" in text}
+    filled = fill(text, {name: one if isinstance(one, str) else one() for name, one in shown.items()})
     if not check and filled != text:
         path.write_text(filled, encoding="utf-8")
     return filled == text

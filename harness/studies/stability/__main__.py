@@ -82,7 +82,7 @@ def _run(options: argparse.Namespace) -> int:
 def _fill(path: Path, text: str, check: bool) -> list[str]:
     """Fill or compare the table of a file; return what is wrong with the file."""
     if not check:
-        if not refresh(path, False, {"stability": lambda: text}):
+        if not refresh(path, False, {"stability": text}):
             print(f"{path}: table filled")
         return []
     found = re.search(

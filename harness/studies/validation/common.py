@@ -14,6 +14,7 @@ from asperity.fit.constants import from_scale, plausible, to_scale
 from asperity.fit.fitting import minimise
 from asperity.interface import Interface
 from asperity.material import Material
+from asperity.options import add_options
 from asperity.pattern import Pattern
 from asperity.style import printed, save
 from matplotlib.figure import Figure
@@ -77,13 +78,10 @@ def fitted(
     results = [
         minimise(
             lambda x: residuals(named(x)),
-            names,
-            np.array([float(to_scale(name, start[name])) for name in names]),
-            bounds,
-            step=step,
+            names, np.array([float(to_scale(name, start[name])) for name in names]), bounds, step=step,
         )
         for start in starts
-    ]
+    ]  # fmt: skip
     best = min(results, key=lambda one: float(one.chisqr))
     return {name: float(f"{value:.4g}") for name, value in named(best.x).items()}
 
@@ -116,11 +114,6 @@ class Study:
             for row in rows(f"{self.name}_constants")
         }
 
-    def contents(self) -> dict[str, Callable[[], str]]:
-        """Text of each marker of the page."""
-        texts = self.tables(self.constants())
-        return {name: lambda text=text: text for name, text in texts.items()}  # type: ignore[misc]
-
     @property
     def _constants_file(self) -> Path:
         return DATA / f"{self.name}_constants.csv"
@@ -143,16 +136,15 @@ class Study:
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
         """Add the arguments of the program."""
-        parser.add_argument("--fit", action="store_true", help="repeat the fits; else use what they found")
-        text = "write nothing; exit with 1 if the page differs"
-        parser.add_argument("--check", action="store_true", help=text)
+        check = ("--check", "write nothing; exit with 1 if the page differs")
+        add_options(parser, ("--fit", "repeat the fits; else use what they found"), check)
         parser.set_defaults(action=self._action)
 
     def _action(self, options: argparse.Namespace) -> int:
         """Fill the page and draw its picture, or check the page."""
         if options.fit and not options.check:
             self.write_constants()
-        same = refresh(self.page, options.check, self.contents())
+        same = refresh(self.page, options.check, self.tables(self.constants()))
         if options.check:
             print(f"{self.page}: {'up to date' if same else 'not up to date'}")
             return 0 if same else DIFFERS

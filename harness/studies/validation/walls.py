@@ -343,7 +343,7 @@ def _action(options: argparse.Namespace) -> int:
         with printed():
             for picture, panels in PANELS.items():
                 save(draw_deformed(folder, panels), picture)
-    same = refresh(PAGE, options.check, {name: lambda text=text: text for name, text in tables().items()})  # type: ignore[misc]
+    same = refresh(PAGE, options.check, tables())
     if options.check:
         print(f"{PAGE}: {'up to date' if same else 'not up to date'}")
         return 0 if same else DIFFERS
