@@ -170,18 +170,14 @@ class Model:
                 keyword.check(node in self.nodes, f"{at}: node {node} does not exist")
             points = np.array([self.nodes[node] for node in nodes])
             keyword.check(points.shape[1] == dimension, f"{at}: expected nodes with {dimension} coordinates")
-            half = count // 2
-            lower, upper = points[:half], points[half:] if dimension == 3 else points[:1:-1]
             if kind.startswith("COH"):
+                half = count // 2
+                lower, upper = points[:half], points[half:] if dimension == 3 else points[:1:-1]
                 keyword.check(np.abs(upper - lower).max() < 1.0e-9, f"{at}: its faces do not coincide")
                 self._beside(keyword, f"{at}: its nodes are not in the order of {kind}", nodes[:half], lower)
-            elif kind in ("CPE3", "CPS3", "C3D4"):
-                volume = np.linalg.det(points[1:] - points[0])
-                keyword.check(volume > 0.0, f"{at}: its nodes are not in the order of {kind}")
             else:
-                middle = 0.5 * (lower + upper)
-                sides = [middle[i] - middle[0] for i in (1, half - 1)[: dimension - 1]]
-                volume = np.linalg.det([*sides, (upper - lower).mean(axis=0)])
+                beside = [1, 2, 3] if kind in ("CPE3", "CPS3", "C3D4", "C3D6") else [1, 3, 4]  # node 0
+                volume = np.linalg.det(points[beside[:dimension]] - points[0])
                 keyword.check(volume > 0.0, f"{at}: its nodes are not in the order of {kind}")
             keyword.check(number not in self.elements, f"{at} is given twice")
             self.elements[number] = (kind, nodes)

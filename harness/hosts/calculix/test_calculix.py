@@ -98,14 +98,10 @@ def bed(n: int, h: float) -> str:
     """A layer of n x n elements whose upper nodes move at random, in ten increments."""
     grid = np.stack(np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), [0.0, h], indexing="ij"), axis=-1)
     number = np.arange(1, grid[..., 0].size + 1).reshape(grid.shape[:3])
-    around = ((0, 0), (1, 0), (1, 1), (0, 1))
     text = calculix_run.nodes(grid.reshape(-1, 3))
-    corners = [
-        [number[i + a, j + b, k] for k in (0, 1) for a, b in around] for i in range(n) for j in range(n)
-    ]
-    text += calculix_run.elements("C3D8", "ROUGH", 1, corners)
+    text += calculix_run.elements("C3D8", "ROUGH", 1, (grid_cells((n, n, 1)) + 1).tolist())
     text += "*NSET, NSET=BOTTOM\n" + calculix_run.numbers(number[:, :, 0].ravel())
-    text += ROUGH.card("calculix", h=h, name="ROUGH") + ""
+    text += ROUGH.card("calculix", h=h, name="ROUGH")
     text += "*BOUNDARY\nBOTTOM, 1, 3\n*STEP, INC=100\n*STATIC, DIRECT\n0.1, 1.\n*BOUNDARY\n"
     moves = np.random.default_rng(7).normal(0.0, 0.05, ((n + 1) ** 2, 3))
     for node, move in zip(number[:, :, 1].ravel().tolist(), moves.tolist(), strict=True):
