@@ -72,27 +72,30 @@ contains
     character(len=80), parameter :: name = "BENCH"
     real(wp) :: t(3), d(3, 3), sse, spd, scd
     integer :: p
+    logical :: hosted, point
     if (row%kernel == "test") then
       call run_test(work%joint, used)
       return
     end if
+    point = row%kernel == "point"
+    hosted = row%kernel == "umat"
     t = 0.0_wp
     d = 0.0_wp
     sse = 0.0_wp
     spd = 0.0_wp
     scd = 0.0_wp
     do p = 1, size(work%s, 2)
-      select case (row%kernel)
-      case ("point")
+      if (point) then
         call update_point(work%joint, work%s_old(:, p), work%s(:, p), work%old(:, p), work%new(:, p), t, d)
-      case ("umat")
+      else if (hosted) then
         work%new(:, p) = work%old(:, p)
         call umat(t, work%new(:, p), d, sse, spd, scd, stran=work%s_old(:, p), dstran=work%ds(:, p), cmname=name, &
           ndi=1, nshr=2, ntens=3, nstatv=size(work%new, 1), props=work%props, nprops=size(work%props))
-      case default
-        if (row%tangent) call textbook_update(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t, d)
-        if (.not. row%tangent) call textbook_update(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t)
-      end select
+      else if (row%tangent) then
+        call textbook_update(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t, d)
+      else
+        call textbook_update(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t)
+      end if
       used = used + t(1) + d(1, 1)
     end do
   end subroutine run

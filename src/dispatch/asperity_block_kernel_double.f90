@@ -1,16 +1,16 @@
 !> The loops over the points of a block in double precision: the kernels of two instruction sets.
 module asperity_block_kernel_double
-  use asperity_block_kernel_double_v1, only: bounded_v1 => rows_bounded, rows_v1 => update_rows, &
-    update_v1 => update_block
-  use asperity_block_kernel_double_v3, only: bounded_v3 => rows_bounded, rows_v3 => update_rows, &
-    update_v3 => update_block
+  use asperity_block_kernel_double_v1, only: bounded_v1 => rows_bounded, columns_v1 => columns_bounded, &
+    rows_v1 => update_rows, update_v1 => update_block
+  use asperity_block_kernel_double_v3, only: bounded_v3 => rows_bounded, columns_v3 => columns_bounded, &
+    rows_v3 => update_rows, update_v3 => update_block
   use asperity_checks, only: limits_type
   use asperity_instruction_set, only: instruction_set
   use asperity_kinds, only: wp
   use asperity_types_double, only: block_type, chunk, points_type
   implicit none
   private
-  public :: rows_bounded, update_block, update_rows
+  public :: columns_bounded, rows_bounded, update_block, update_rows
 
 contains
 

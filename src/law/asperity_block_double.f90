@@ -1,7 +1,7 @@
 !> The law for blocks of points in double precision.
 module asperity_block_double
   use, intrinsic :: iso_fortran_env, only: real64
-  use asperity_block_kernel_double, only: update_block
+  use asperity_block_kernel_double, only: columns_bounded, update_block
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
@@ -11,7 +11,7 @@ module asperity_block_double
     points_type, vector_type
   implicit none
   private
-  public :: block_type, chunk, largest_energy, largest_separation, new_block, points_type, update_block
+  public :: block_type, chunk, columns_bounded, largest_energy, largest_separation, new_block, points_type, update_block
 
 contains
 

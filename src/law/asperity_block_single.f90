@@ -1,7 +1,7 @@
 !> The law for blocks of points in single precision.
 module asperity_block_single
   use, intrinsic :: iso_fortran_env, only: real64, wp => real32
-  use asperity_block_kernel_single, only: update_block
+  use asperity_block_kernel_single, only: columns_bounded, update_block
   use asperity_contract, only: status_ok, status_props
   use asperity_interface, only: interface_type
   use asperity_material, only: damage_share, double_material_type => material_type, representable
@@ -10,7 +10,7 @@ module asperity_block_single
     plane_type, points_type, vector_type
   implicit none
   private
-  public :: block_type, chunk, largest_energy, largest_separation, new_block, points_type, update_block
+  public :: block_type, chunk, columns_bounded, largest_energy, largest_separation, new_block, points_type, update_block
 
 contains
 

@@ -5,7 +5,7 @@
 !> bits of NaN and infinity are larger than those of all finite numbers. Therefore no test raises a floating-point
 !> exception, and the loops over values have no branches, so that the compiler vectorises them.
 module asperity_checks
-  use, intrinsic :: iso_fortran_env, only: int32, int64, real32, real64
+  use, intrinsic :: iso_fortran_env, only: int64
   use asperity_kinds, only: wp
   use asperity_contract, only: damage_row, length_ratio_limit, min_inclined, most_statev, n_facet_statev, &
     n_fixed_props, n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_gc, p_gc2, p_m, p_sigma0, &
@@ -15,7 +15,7 @@ module asperity_checks
   implicit none
   private
   public :: bounded, all_bounded, review, read_props, prop_admissible, review_props, state_bounded, set_limits, &
-    review_state, check_block
+    review_state, state_ranges
 
   !> Number of points whose values are tested together.
   integer, parameter, public :: points_together = 4
@@ -29,58 +29,26 @@ module asperity_checks
 
   character(len=5), parameter :: listed_names(n_listed_values) = ["n_N  ", "n_Tx ", "n_Ty ", "gamma"]
 
-  !> Whether |x| <= bound; false for NaN and infinity.
-  interface bounded
-    module procedure bounded_double, bounded_single
-  end interface bounded
-
-  !> Whether the points of a block are admissible.
-  interface check_block
-    module procedure check_block_double, check_block_single
-  end interface check_block
-
-  !> An integer that is negative if a value lies outside its range; `ior` combines the results of several values.
-  interface outside
-    module procedure outside_double, outside_single
-  end interface outside
-
 contains
 
-  !> Negative if |x| > bound, if x is NaN or infinite, or if x < 0 although it must not be; double precision.
-  elemental function outside_double(x, bound, signed) result(beyond)
-    real(real64), intent(in) :: x, bound   !! any bits; finite, >= 0
+  !> Negative if |x| > bound, if x is NaN or infinite, or if x < 0 although it must not be.
+  !> `ior` combines the results of several values.
+  elemental function outside(x, bound, signed) result(beyond)
+    real(wp), intent(in) :: x, bound   !! any bits; finite, >= 0
     logical, intent(in) :: signed          !! whether x may be negative (-0 may always be)
     integer(int64) :: beyond, magnitude
     magnitude = iand(transfer(x, 0_int64), huge(0_int64))
     beyond = transfer(bound, 0_int64) - magnitude
     beyond = ior(beyond, merge(0_int64, iand(transfer(x, 0_int64), -magnitude), signed))
-  end function outside_double
+  end function outside
 
-  !> As outside_double, in single precision.
-  elemental function outside_single(x, bound, signed) result(beyond)
-    real(real32), intent(in) :: x, bound   !! any bits; finite, >= 0
-    logical, intent(in) :: signed          !! whether x may be negative (-0 may always be)
-    integer(int32) :: beyond, magnitude
-    magnitude = iand(transfer(x, 0_int32), huge(0_int32))
-    beyond = transfer(bound, 0_int32) - magnitude
-    beyond = ior(beyond, merge(0_int32, iand(transfer(x, 0_int32), -magnitude), signed))
-  end function outside_single
-
-  !> Whether |x| <= bound, in double precision.
-  elemental function bounded_double(x, bound) result(yes)
-    real(real64), intent(in) :: x       !! any bits
-    real(real64), intent(in) :: bound   !! finite, >= 0
+  !> Whether |x| <= bound; false for NaN and infinity.
+  elemental function bounded(x, bound) result(yes)
+    real(wp), intent(in) :: x       !! any bits
+    real(wp), intent(in) :: bound   !! finite, >= 0
     logical :: yes
     yes = outside(x, bound, .true.) >= 0_int64
-  end function bounded_double
-
-  !> Whether |x| <= bound, in single precision.
-  elemental function bounded_single(x, bound) result(yes)
-    real(real32), intent(in) :: x       !! any bits
-    real(real32), intent(in) :: bound   !! finite, >= 0
-    logical :: yes
-    yes = outside(x, bound, .true.) >= 0_int32
-  end function bounded_single
+  end function bounded
 
   !> Whether all |x| <= bound; false if one is NaN or infinite.
   pure function all_bounded(n, x, bound) result(yes)
@@ -155,6 +123,21 @@ contains
     yes = beyond >= 0_int64
   end function state_bounded
 
+  !> Ranges of the state variables of a point.
+  pure subroutine state_ranges(n_planes, energy, slip, bound, signed)
+    integer, intent(in) :: n_planes       !! planes
+    real(wp), intent(in) :: energy        !! largest energy, stress*length
+    real(wp), intent(in) :: slip          !! largest slip and offset, length
+    real(wp), intent(out) :: bound(:)     !! (n_statev) largest magnitudes
+    logical, intent(out) :: signed(:)     !! (n_statev) whether they may be negative
+    integer :: i, row
+    do i = 1, size(bound)
+      row = statev_row(i, n_planes)
+      bound(i) = row_bound(row, energy, slip)
+      signed(i) = row_signed(row)
+    end do
+  end subroutine state_ranges
+
   !> Ranges of the state variables of a point, as bits.
   pure subroutine set_limits(n_planes, n_statev, energy, slip, limits)
     integer, intent(in) :: n_planes            !! planes
@@ -162,12 +145,14 @@ contains
     real(wp), intent(in) :: energy             !! largest energy, stress*length
     real(wp), intent(in) :: slip               !! largest slip and offset, length
     type(limits_type), intent(out) :: limits   !! the ranges
-    integer :: i, row
+    real(wp) :: bound(n_statev)
+    logical :: signed(n_statev)
+    integer :: i
+    call state_ranges(n_planes, energy, slip, bound, signed)
     limits%n = n_statev
-    do i = 1, n_statev
-      row = statev_row(i, n_planes)
-      limits%most(i:points_together*n_statev:n_statev) = transfer(row_bound(row, energy, slip), 0_int64)
-      limits%unsigned(i:points_together*n_statev:n_statev) = merge(0_int64, -1_int64, row_signed(row))
+    do i = 0, n_statev*(points_together - 1), n_statev
+      limits%most(i + 1:i + n_statev) = transfer(bound, [0_int64])
+      limits%unsigned(i + 1:i + n_statev) = merge(0_int64, -1_int64, signed)
     end do
   end subroutine set_limits
 
@@ -186,18 +171,6 @@ contains
         row_bound(row, energy, slip), row_signed(row))
     end do
   end subroutine review_state
-
-  !> Whether points of a VUMAT's block are admissible, in double precision.
-  pure subroutine check_block_double(first, last, strain, state, n_planes, n_statev, bounds, good)
-    integer, parameter :: wp = real64, ik = int64
-    include "asperity_check_block.inc"
-  end subroutine check_block_double
-
-  !> Whether points of a VUMAT's block are admissible, in single precision.
-  pure subroutine check_block_single(first, last, strain, state, n_planes, n_statev, bounds, good)
-    integer, parameter :: wp = real32, ik = int32
-    include "asperity_check_block.inc"
-  end subroutine check_block_single
 
   !> Read PROPS before the listed planes, with defaults for missing values; all of PROPS is tested.
   pure subroutine read_props(props, fixed, status)
