@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from asperity import Pattern
 from asperity.case_files import drive
-from asperity.cli import main
 from asperity.explore.model import (
     VALUES,
     Choice,
@@ -67,20 +66,6 @@ def test_texts_give_what_the_page_shows(choice: Choice, tmp_path: Path) -> None:
     props = choice.interface.props()
     assert head == f"PROPS({len(props)}"
     np.testing.assert_array_equal([float(text) for text in numbers.split(",")], props)
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"sides": 1.0}, r"^sides = 1: expected 0 or 2 to 64$"),
-        ({"eta": 1.0}, r"eta = 1: expected"),
-        ({"flat": 1.2}, r"flat = 1.2: expected"),
-    ],
-)
-def test_values_that_the_library_refuses(changes: dict[str, float], message: str) -> None:
-    """The message of the library names the value."""
-    with pytest.raises(ValueError, match=message):
-        answer(Choice(VALUES | changes, "one way"))
 
 
 def test_lost_equilibrium_and_remarks() -> None:
@@ -172,11 +157,10 @@ def test_server_and_its_page() -> None:
     assert "asperity explore" in page
 
 
-def test_missing_bokeh(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_bokeh(monkeypatch: pytest.MonkeyPatch, said: Callable) -> None:
     """Without Bokeh the message says what to install."""
     monkeypatch.setitem(sys.modules, "bokeh.server.server", None)
-    assert main(["explore", "--no-browser"]) == 1
-    assert "asperity[explore]" in capsys.readouterr().err
+    assert "asperity[explore]" in said("explore --no-browser", 1)[1]
 
 
 # --- in a browser -------------------------------------------------------------------------------------------

@@ -45,22 +45,8 @@ BATCH = 50
 PROP = {row.name: row.index - 1 for row in props_table()}
 LEAST = 1.0e-50
 """Smallest constant above 0 that is drawn."""
-AWKWARD = [
-    SIGNALLING,
-    0.0,
-    np.nan,
-    np.inf,
-    5e-324,
-    2.2e-308,
-    1.7e308,
-    1.0,
-    2.2e-16,
-    1e50,
-    1e-50,
-    1e10,
-    64.0,
-    90.0,
-]
+AWKWARD = [SIGNALLING, 0.0, np.nan, np.inf, 5e-324, 2.2e-308, 1.7e308, 1.0, 2.2e-16]
+AWKWARD += [1e50, 1e-50, 1e10, 64.0, 90.0]
 
 
 class Draw(np.random.Generator):
@@ -127,20 +113,17 @@ class Draw(np.random.Generator):
 
 def spoil(draw: Draw, call: Call, routine: Routine) -> bool:
     """Replace an argument by an arbitrary one; return whether the call must be rejected."""
-    kind = call.props.dtype.type
-    point, value = draw.integers(len(call.state)), draw.any_value()
-    value = float(kind(value))
+    points, kind = len(call.state), call.props.dtype.type
+    point, value = draw.integers(points), float(kind(draw.any_value()))
     where = draw.integers(7)
     if where in (0, 1):
         i = draw.integers(len(call.props))
         call.props[i] = value
         row = props_table()[i] if i < N_FIXED_PROPS else None
         return not np.isfinite(value) or (row is not None and not row.lower <= value <= row.upper)
-    if where == 2:
-        call.increment[point, draw.integers(call.increment.shape[1])] = value
-        return not np.isfinite(value)
-    if where == 3:
-        call.state[point, draw.integers(call.state.shape[1])] = value
+    if where in (2, 3):
+        array = call.increment if where == 2 else call.state
+        array[point, draw.integers(array.shape[1])] = value
         return not np.isfinite(value)
     if where == 4:
         call.times = call.times[0], value
@@ -149,23 +132,21 @@ def spoil(draw: Draw, call: Call, routine: Routine) -> bool:
     if where == 5:
         size = call.state.shape[1] + int(draw.integers(-1, 2))
         call.props = np.resize(call.props, len(call.props) + int(draw.integers(-1, 2)))
-        call.state = np.resize(call.state, (len(call.state), size))
+        call.state = np.resize(call.state, (points, size))
         return False
     if routine is call_c:
-        name, size = [("n", len(call.strain)), ("nprops", len(call.props)), ("nstatv", call.state.shape[1])][
-            draw.integers(3)
-        ]
-        call.optional = {name: -size}
+        sizes = {"n": points, "nprops": len(call.props), "nstatv": call.state.shape[1]}
+        name = list(sizes)[draw.integers(3)]
+        call.optional = {name: -sizes[name]}
         return True
     if routine is call_vumat:
-        ndir, shape = int(draw.integers(4)), (len(call.state), call.increment.shape[1] - 1)
+        ndir = int(draw.integers(4))
         call.optional = {"ndir": ndir}
-        call.increment, call.stress = np.zeros((2, shape[0], shape[1] + ndir))
+        call.increment, call.stress = np.zeros((2, points, call.increment.shape[1] - 1 + ndir))
         return ndir != 1
     ntens = int(draw.integers(9))
-    call.strain, call.increment, call.stress = (
-        np.resize(a, (1, ntens)) for a in (call.strain, call.increment, call.stress)
-    )
+    arrays = (call.strain, call.increment, call.stress)
+    call.strain, call.increment, call.stress = (np.resize(array, (1, ntens)) for array in arrays)
     return ntens not in (2, 3, 6)
 
 
