@@ -1,0 +1,284 @@
+"""Programs that write the results pages: their numbers at small sizes, pictures and tables."""
+
+from __future__ import annotations
+
+import csv
+import re
+import subprocess
+from itertools import pairwise, product
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+from asperity import Interface, Material, Pattern
+
+from harness.studies import accuracy, concepts, speed
+from harness.studies.newton import ENDS, NewtonStudy, newton_path, newton_study
+from harness.studies.stability import MODES, find, shown, table
+from harness.studies.stability.__main__ import main as stability
+from harness.studies.stability.branches import steep_snap
+from harness.studies.stability.catalogue import agree
+from harness.studies.timings import BENCH
+
+DOCS = Path(__file__).parents[2] / "docs"
+TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
+RP_4 = Interface(TABLE_2, Pattern.regular(4, 30.0))
+
+
+def is_drawn(path: Path) -> bool:
+    """Whether a picture has a size and shows something dark on white."""
+    image = matplotlib.image.imread(path)
+    return image.shape[0] > 400 and image[..., :3].min() < 0.3 and image[..., :3].max() > 0.9
+
+
+# --- accuracy -----------------------------------------------------------------------------------------------
+
+
+def test_errors_fall_with_the_increments() -> None:
+    """All errors decrease with eight times as many increments; tractions converge at about first order."""
+    errors = list(accuracy.step_errors((60, 480)))
+    assert len(errors) == 2 * len(accuracy.PATHS) * len(accuracy.SIGMA_N)
+    for coarse, fine in zip(errors[::2], errors[1::2], strict=True):
+        assert (coarse.path, coarse.sigma_N) == (fine.path, fine.sigma_N)
+        assert (coarse.rows, fine.rows) == (60, 480)
+        for name in ("tau_L", "s_N", "work"):
+            assert 0.0 < getattr(fine, name) < getattr(coarse, name) < 0.5
+        assert fine.tau_L < 0.35 * coarse.tau_L or coarse.sigma_N == 0.0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("study", accuracy.STUDIES)
+def test_chart_of_accuracy(study: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The command draws the picture of a study and writes its tables between the markers of a page."""
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n<!-- accuracy-{study} -->\nold\n<!-- /accuracy-{study} -->\nafter\n")
+    arguments = ["--only", study, "--quick", "--page", str(page), "--folder", str(tmp_path / "new")]
+    assert accuracy.main(arguments) == 0
+    [picture] = (tmp_path / "new").iterdir()
+    assert picture.name == f"accuracy_{study}.png" in capsys.readouterr().out and is_drawn(picture)
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith("before\n<!-- accuracy-") and text.endswith("-->\nafter\n")
+    assert "old" not in text and "| --- |" in text and "nan" not in text
+
+
+# --- concepts -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.long
+def test_pictures_of_concepts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The command draws every picture; each is committed and shown on a page."""
+    assert concepts.main(["--folder", str(tmp_path)]) == 0
+    drawn = [Path(line) for line in capsys.readouterr().out.splitlines()]
+    assert [path.stem for path in drawn] == list(concepts.PICTURES)
+    names = ("concepts.md", "solver.md", "extensions.md")
+    pages = "".join((DOCS / name).read_text(encoding="utf-8") for name in names)
+    for path in drawn:
+        assert path.stat().st_size > 10000 and (DOCS / "images" / path.name).is_file()
+        assert f"(images/{path.name})" in pages
+
+
+def test_bond_and_contact_add_up() -> None:
+    """The two contributions add up to the traction of the library, before and after a reversal."""
+    flat = Interface(concepts.MATERIAL, Pattern.regular(0, 0.0))
+    history = flat.confined_slip(0.0, concepts.ramp(0.0, 0.26, 0.12), concepts.PRESSURE)
+    bond, contact = concepts.parts(history, flat)
+    assert bond + contact == pytest.approx(history.traction[:, 1], abs=1e-12)
+    assert min(bond) >= 0.0 and min(contact) == pytest.approx(concepts.MATERIAL.mu * concepts.PRESSURE)
+
+
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+@pytest.mark.parametrize(("name", "values"), [(name, values) for name, _, values in concepts.CONSTANTS])
+def test_constants_that_are_compared_matter(name: str, values: tuple[float, ...]) -> None:
+    """The curves of a panel differ, and the value in the middle of sigma0 is that of the base material."""
+    curves = [concepts.slip_test(name, value).traction[:, 1] for value in values]
+    assert all(np.abs(one - other).max() > 0.05 for one, other in pairwise(curves))
+    assert name != "sigma0" or values[1] == concepts.MATERIAL.sigma0
+
+
+# --- Newton's method without safeguards ---------------------------------------------------------------------
+
+
+def pulled_by_springs(tangent: str, stiffness: float = TABLE_2.K) -> NewtonStudy:
+    """Pressure, then slip by springs at 20 degrees: every component is an unknown, as in an FE code.
+
+    The four increments are coarse enough to need at least four iterations each.
+    """
+    spring, angle = np.array([0.0, stiffness, stiffness]), np.radians(20.0)
+    targets = np.outer(np.linspace(0.0, 0.4, 5), stiffness * np.array([0.0, np.cos(angle), np.sin(angle)]))
+    targets[:, 0] = -1.0
+    return newton_path(RP_4, targets, (True, True, True), tangent, most=200, spring=spring)
+
+
+def orders(study: NewtonStudy) -> list[float]:
+    """Ratios of each residual below a tenth to the square of the previous one."""
+    pairs = (pair for row in study.residuals for pair in pairwise(row))
+    return [after / before**2 for before, after in pairs if before < 0.1 and after > 1e-13]
+
+
+def test_consistent_tangent_converges_quadratically() -> None:
+    """Convergence is quadratic with a bounded factor of the order of the curvature of the law."""
+    study = pulled_by_springs("consistent")
+    assert study.converged and len(orders(study)) > 5
+    assert max(orders(study)) < 100.0 and max(study.iterations) <= 6
+
+
+@pytest.mark.parametrize("tangent", ["symmetrised", "secant", "lagged"])
+def test_other_tangents_need_more(tangent: str) -> None:
+    """Other tangents converge to the same point at first order: the factor has no bound."""
+    study, consistent = pulled_by_springs(tangent), pulled_by_springs("consistent")
+    assert study.converged and np.abs(study.traction - consistent.traction).max() < 1e-8 * TABLE_2.sigma0
+    assert sum(study.iterations) > 2 * sum(consistent.iterations) and max(orders(study)) > 1e6
+
+
+def test_tangents_that_fail() -> None:
+    """The elastic tangent exceeds 200 iterations; a fully damaged joint that is open has a singular one."""
+    study = pulled_by_springs("elastic", stiffness=0.5 * TABLE_2.K)
+    assert study.end == ENDS[1] and study.iterations[-1] == 200
+    opened = newton_path(RP_4, [[0.0, 0.1, 0.0], [0.0, 0.4, 0.0], [0.0, 0.3, 0.0], [-1.0, 0.3, 0.0]])
+    assert opened.end == ENDS[2] and len(opened.iterations) == 4
+
+
+def test_snap_stops_it() -> None:
+    """RP-32 at sigma_N = 0: large steps pass the fold near 0.1737 mm, small ones end there."""
+    dense = Interface(TABLE_2, Pattern.regular(32, 30.0))
+    for steps, end in ((100, ENDS[0]), (1500, ENDS[1])):
+        study = newton_study(dense, 0.0, np.linspace(0.0, 0.2, steps + 1)[1:], 0.0, preload=1)
+        assert study.end == end
+        assert study.converged or study.separation[-1, 1] == pytest.approx(0.1737, abs=1e-4)
+
+
+# --- catalogue of failure modes -----------------------------------------------------------------------------
+
+NAMES = [mode.name for mode in MODES]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", NAMES)
+def test_failure_and_survival(name: str) -> None:
+    """Trials fail or succeed as expected, each entry has both kinds, and the page has its section.
+
+    Numbers may differ as between compilers.
+    """
+    [mode] = find([name])
+    trials = mode.run()
+    assert [trial for trial in trials if not trial.holds] == [] and shown(trials)
+    assert {trial.survives for trial in trials} == {True, False}
+    page = (DOCS / "results" / "stability.md").read_text(encoding="utf-8")
+    [(entries)] = re.findall(r"<!-- stability -->\n(.*?)\n<!-- /stability -->", page, re.DOTALL)
+    [section] = re.findall(rf"^### {name}\n[\s\S]*?(?=\n\n### |\Z)", entries, re.MULTILINE)
+    assert agree(section, table([(mode, trials)]))
+
+
+@pytest.mark.long
+def test_a_snap_is_drawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Jump and whole branch are drawn; without friction the area between both is the released energy."""
+    assert stability(["run", "snap", "--folder", str(tmp_path)]) == 0
+    assert f"{tmp_path / 'stability_snap.png'}" in capsys.readouterr().out
+    assert is_drawn(tmp_path / "stability_snap.png")
+    snap = steep_snap(0.0)
+    # the motion of the jump is accurate to 3e-4 K s_0^2
+    assert snap.area == pytest.approx(snap.released, abs=3e-4 * TABLE_2.K * TABLE_2.s_0**2)
+    assert len(snap.turns) == 2
+
+
+@pytest.mark.long
+def test_map(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Pictures and CSV are written; the consistent tangent converges wherever the symmetrised one does."""
+    assert stability(["map", "--folder", str(tmp_path), "--size", "2"]) == 0
+    written = [Path(line) for line in capsys.readouterr().out.split()]
+    assert [path.suffix for path in written] == [".csv", ".png"] and is_drawn(written[1])
+    with written[0].open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    places = {(float(row["mu"]), float(row["theta"])) for row in rows}
+    assert places == set(product((0.0, 1.6), (0.0, 60.0)))
+    assert all(row["consistent"] != "nan" for row in rows if row["symmetrised"] != "nan")
+    assert float(rows[0]["determinant"]) < 0.0  # the bond softens
+    assert stability(["map", "--folder", str(tmp_path), "--size", "1"]) == 1
+
+
+@pytest.mark.long
+def test_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
+    """The list has every entry with its advice; one is shown with its numbers; an unknown one is an error."""
+    assert stability(["list"]) == 0
+    out = capsys.readouterr().out
+    assert re.findall(r"^(\S+): ", out, re.MULTILINE) == NAMES and out.count("\n  -> ") == len(NAMES)
+    assert stability(["run", "single-precision"]) == 0
+    assert "fails    single precision, slip of 100 mm" in capsys.readouterr().out
+    assert stability(["run", "unheard-of"]) == 1
+    assert "unheard-of: expected all or names of snap, " in capsys.readouterr().err
+    assert stability(["run", "single-precision", "--check"]) == 1
+
+
+# --- speed --------------------------------------------------------------------------------------------------
+
+PLANES = {"2 planes": 2, "RT": 3} | {f"RP-{m}": m + 1 for m in (3, 4, 6, 8, 16, 32, 63)}
+"""Planes of the patterns: inclined ones and, but for the first, the flat one."""
+
+FACETS = {"RP-4 HW0": 5, "RT H": 3} | {f"RP-{m} H": m + 1 for m in (4, 8, 16, 32)}
+"""Planes of the patterns with a finite height; the first has wear, too."""
+
+FIVE = ("RT", "RP-3", "RP-4", "RP-6", "RP-32")
+
+
+@pytest.mark.long
+def test_rows_of_the_benchmark(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The CSV of a short run has every pattern, kernel, precision and limit; chart and table show it."""
+    measured = tmp_path / "bench.csv"
+    subprocess.run([BENCH, "--csv", measured, "--quick"], check=True, capture_output=True)
+    timings = speed.read_timings(measured)
+    assert {t.pattern: t.planes for t in timings} == PLANES | FACETS
+    assert all(t.ns_per_point > 0.0 for t in timings)
+    have = {(t.pattern, t.kernel, t.precision, t.tangent) for t in timings}
+    for pattern in PLANES:
+        assert {(pattern, "textbook", "double", t) for t in (True, False)} <= have
+        assert {(pattern, one, "double", True) for one in ("point", "umat", "test")} <= have
+        for precision in ("double", "single"):
+            assert {(pattern, "block", precision, t) for t in (True, False)} <= have
+            assert (pattern, "roots", precision, False) in have
+            limits = {(pattern, kernel, precision, False) for kernel in ("vumat", "stream")}
+            assert limits <= have if pattern in FIVE else not limits & have
+    assert {t.states for t in timings} == {"slip", "all slip", "zones", "scattered"}
+    assert {("RP-4", kernel, "double", False) for kernel in ("points", "copy")} <= have
+    for name, start in (("speed.png", b"\x89PNG"), ("speed.pdf", b"%PDF")):
+        assert speed.main([str(measured), "-o", str(tmp_path / name)]) == 0
+        assert (tmp_path / name).read_bytes().startswith(start)
+    capsys.readouterr()
+    assert speed.main([str(measured), "--table", "-o", str(tmp_path / "speed.png")]) == 0
+    head, _, *lines = (line.strip("|").split("|") for line in capsys.readouterr().out.splitlines()[:-1])
+    rows = {line[0].strip(): dict(zip(head[1:], line[1:], strict=True)) for line in lines}
+    assert {row[" kernels "].strip() for row in rows.values()} <= {"portable", "AVX2", "one set of kernels"}
+    assert {name: int(row[" planes "]) for name, row in rows.items()} == PLANES | FACETS
+    single = {
+        t.pattern: f"{t.ns_per_point:.1f}"
+        for t in timings
+        if (t.kernel, t.precision, t.tangent, t.states) == ("block", "single", False, "slip")
+    }
+    assert {name: row[" block, single "].strip() for name, row in rows.items()} == single
+
+
+@pytest.mark.long
+def test_chart_runs_the_benchmark(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Without a CSV the command runs the benchmark, which prints its table and refuses other arguments."""
+    assert speed.main(["--quick", "-o", str(tmp_path / "speed.png")]) == 0
+    assert is_drawn(tmp_path / "speed.png") and "ns/point" in capfd.readouterr().out
+    done = subprocess.run([BENCH, "--fast"], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr.startswith("bench: --fast: expected --csv FILE, --quick or --profile")
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments", "expected"),
+    [
+        ("a,b\n1,2\n", [], "bench.csv: expected a CSV written by bench --csv"),
+        ("pattern,planes\n", [], "bench.csv: expected rows written by bench --csv"),
+        ("a,b\n1,2\n", ["--quick"], "--quick: expected without"),
+    ],
+)
+def test_wrong_csv(
+    text: str, arguments: list[str], expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The error message names a file that is not an output of the benchmark."""
+    (tmp_path / "bench.csv").write_text(text, encoding="utf-8")
+    assert speed.main([str(tmp_path / "bench.csv"), "-o", str(tmp_path / "x.png"), *arguments]) == 1
+    assert expected in capsys.readouterr().err
