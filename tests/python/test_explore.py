@@ -249,22 +249,6 @@ def test_drag_of_a_slider(opened: Opened, tmp_path: Path) -> None:
 
 
 @pytest.mark.browser
-def test_message_on_the_page(opened: Opened) -> None:
-    """A value that the library refuses is named on the page by its message; the next value is drawn again."""
-    from selenium.webdriver import Keys
-
-    handle = opened.handle("inclined planes")
-    for _ in range(int(VALUES["sides"]) - 1):
-        handle.send_keys(Keys.ARROW_LEFT)
-    opened.wait(f"{MODEL.format('message')}.text.includes('sides = 1: expected 0 or 2 to 64')")
-    assert opened.curves().size == 0
-    handle.send_keys(Keys.ARROW_LEFT)
-    opened.wait(f"{MODEL.format('curves')}.data.tau.length > 0")
-    assert opened.get("sides", "value") == 0
-    assert "expected" not in opened.get("message", "text")
-
-
-@pytest.mark.browser
 def test_copy(opened: Opened) -> None:
     """The button copies the text that is shown."""
     from selenium.webdriver import Keys

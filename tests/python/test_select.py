@@ -1,15 +1,14 @@
-"""`asperity select`: results checked by independent fine references; load cases; bad input."""
+"""`asperity select`: results checked by independent fine references; load cases; the command."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from asperity import Interface, LoadCase, Material, NoPatternError, Pattern, Selection, select
-from asperity.cli import main
+from asperity.case_files import read_case
 from asperity.selection.command import read_load_case, report
 from asperity.selection.search import Search, residual_error
 
@@ -17,11 +16,8 @@ from tests.oracle import reference
 
 pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 
-SIGMA0, GC, ETA = 3.0, 0.3, 0.9
-S_F = 2 * GC / SIGMA0
-S_0 = (1 - ETA) * S_F
-
-TABLE_2 = Material(SIGMA0, GC, ETA, 0.5)
+TABLE_2 = Material(3.0, 0.3, 0.9, 0.5)
+S_0 = TABLE_2.s_0
 CASE = LoadCase(TABLE_2, 30.0, (-1.0,), (0.4,))
 
 CASE_FILE = """&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 10.0 /
@@ -36,26 +32,19 @@ CASE_FILE = """&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 10.0 
 def random_case(seed: int) -> LoadCase:
     """Material, surface, stresses and path."""
     rng = np.random.default_rng(seed)
-    material = Material(SIGMA0, GC, ETA, rng.uniform(0.0, 0.7), kc=float(rng.choice([1.0, 10.0])))
+    material = Material(3.0, 0.3, 0.9, rng.uniform(0.0, 0.7), kc=float(rng.choice([1.0, 10.0])))
     sigma_N = tuple(-rng.uniform(0.2, 8.0, rng.integers(1, 3)))
     turns = ((0.3,), (0.25, -0.2), (0.2, 0.05, 0.3))[seed % 3]
     return LoadCase(material, rng.uniform(3.0, 35.0), sigma_N, turns, rng.uniform(0.0, 0.6))
 
 
-def rows_of(case: LoadCase) -> np.ndarray:
-    """Slips of the independent references."""
-    ways = zip([0.0, *case.turns], case.turns, strict=False)
-    return np.concatenate([np.linspace(a, b, 46)[1:] for a, b in ways])
-
-
 def curves(case: LoadCase, pattern: Pattern, angles: np.ndarray, sigma_N: float) -> tuple[np.ndarray, ...]:
     """tau_L, transverse traction and s_N (T, B) by the NumPy reference, and the damage at the end."""
-    m = case.material
-    parameters = reference.Parameters(m.sigma0, m.Gc, m.eta, m.mu, kc=m.kc)
+    parameters = reference.Parameters(**case.material.values())
     planes = reference.regular_pattern(pattern.m, pattern.theta, pattern.flat, pattern.turn)
-    history = reference.confined_slip(
-        parameters, planes, angles, rows_of(case), np.full(angles.size, sigma_N)
-    )
+    ways = zip([0.0, *case.turns], case.turns, strict=False)
+    slips = np.concatenate([np.linspace(a, b, 46)[1:] for a, b in ways])
+    history = reference.confined_slip(parameters, planes, angles, slips, np.full(angles.size, sigma_N))
     t, s = history.traction, history.separation
     c, k = np.cos(np.radians(angles)), np.sin(np.radians(angles))
     return t[..., 1] * c + t[..., 2] * k, t[..., 2] * c - t[..., 1] * k, s[..., 0], history.damage[-1]
@@ -84,7 +73,7 @@ def independent_error(case: LoadCase, answer: Selection, seed: int) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 2, 3, 5])
-def test_answer_meets_its_tolerance(seed: int):
+def test_answer_meets_its_tolerance(seed: int) -> None:
     """An independent implementation in other directions and rows confirms the result; fewer planes fail."""
     case, tolerance = random_case(seed), (0.05, 0.02)[seed // 3]
     answer = select(case, tolerance)
@@ -94,18 +83,24 @@ def test_answer_meets_its_tolerance(seed: int):
     assert [one.planes for one in answer.tried] == sorted(one.planes for one in answer.tried)
 
 
-def test_a_tighter_tolerance_needs_more_planes():
-    """The errors are below each tolerance."""
+def test_a_tighter_tolerance_needs_more_planes() -> None:
+    """The planes of each tolerance; without a pattern that meets it the best one is named."""
     answers = [select(CASE, tolerance) for tolerance in (0.2, 0.05, 0.01)]
     assert answers[0].planes < answers[1].planes < answers[2].planes
     # 1 - f(pi/m)/f(0) of the closed form: f(0) exceeds f(pi/m) by 5.8 % for RP-8 and by 1.4 % for RP-16
     assert residual_error(CASE, 8) == pytest.approx(0.058 / 1.058, abs=5e-4)
     assert residual_error(CASE, 16) == pytest.approx(0.014 / 1.014, abs=5e-4)
-
-
-def test_where_two_planes_lock_and_one_does_not():
-    """With mu = 1.1 slip up a plane of 45 degrees locks, slip between the two planes of RT does not."""
-    assert residual_error(LoadCase(Material(SIGMA0, GC, ETA, 1.1), 45.0, (-1.0,), (0.4,)), 2) == 1.0
+    # with mu = 1.1 slip up a plane of 45 degrees locks, slip between the two planes of RT does not
+    assert residual_error(LoadCase(Material(3.0, 0.3, 0.9, 1.1), 45.0, (-1.0,), (0.4,)), 2) == 1.0
+    # means over other directions agree far better than the tolerances that patterns reach
+    assert Search(CASE).uncertainty < 1e-4
+    message = "no pattern up to RP-63 meets the tolerance 1e-05: RP-63 has"
+    with pytest.raises(NoPatternError, match=message) as caught:
+        select(CASE, 1e-5)
+    assert caught.value.best.name == "RP-63" and 1e-5 < caught.value.best.errors.worst < 2e-3
+    text = report(answers[1])
+    assert f"cost       {65 / answers[1].planes:.1f} times fewer planes than RP-64" in text
+    assert f"PROPS(24)   3.0, 0.3, 0.9, 0.5, 30.0, {answers[1].pattern.m}.0, " in text
 
 
 @pytest.mark.parametrize(
@@ -117,7 +112,7 @@ def test_where_two_planes_lock_and_one_does_not():
         (LoadCase(TABLE_2, 30.0, (-0.1,), (0.9 * S_0,), planar=True), "elastic ridge"),
     ],
 )
-def test_less_is_enough(case: LoadCase, why: str):
+def test_less_is_enough(case: LoadCase, why: str) -> None:
     """The flat plane is exact to rounding if no inclined plane is in contact."""
     answer = select(case, 1e-6)
     assert (answer.name, answer.planes) == ("flat", 1), why
@@ -125,16 +120,15 @@ def test_less_is_enough(case: LoadCase, why: str):
 
 
 @pytest.mark.parametrize(("direction", "turn"), [(0.0, 45.0), (30.0, 0.0)])
-def test_no_plane_faces_across_the_slip(direction: float, turn: float):
+def test_no_plane_faces_across_the_slip(direction: float, turn: float) -> None:
     """RP-4 is turned where two of its planes would face across the direction of the case."""
     answer = select(LoadCase(TABLE_2, 30.0, (-1.0,), (0.4,), direction=direction), 0.25)
     assert (answer.name, answer.pattern.turn) == ("RP-4", turn)
 
 
-def test_planar_case_gets_three_planes():
+def test_planar_case_gets_three_planes() -> None:
     """The planar pattern is rotated to the slip, and is the surface itself."""
-    case = LoadCase(TABLE_2, 30.0, (-1.0, 0.0), (0.3, -0.1), planar=True, direction=25.0)
-    answer = select(case, 0.001)
+    answer = select(LoadCase(TABLE_2, 30.0, (-1.0, 0.0), (0.3, -0.1), planar=True, direction=25.0), 0.001)
     assert (answer.name, answer.planes, answer.pattern.turn) == ("RT", 3, 25.0)
     assert answer.errors.worst < 1e-12 and answer.uncertainty == 0.0
     history = Interface(TABLE_2, answer.pattern).confined_slip(25.0, [0.1, 0.2], -1.0)
@@ -142,22 +136,7 @@ def test_planar_case_gets_three_planes():
     assert history.separation[:, 0] == pytest.approx(along_x.separation[:, 0], rel=1e-9)
 
 
-def test_reference_is_good():
-    """Means over other directions agree far better than the tolerances that patterns reach."""
-    assert Search(CASE).uncertainty < 1e-4
-
-
-def test_no_pattern_is_an_error_with_the_best_one():
-    """The message has tolerance and errors."""
-    with pytest.raises(
-        NoPatternError, match=r"no pattern up to RP-63 meets the tolerance 1e-05: RP-63 has"
-    ) as caught:
-        select(CASE, 1e-5)
-    assert caught.value.best.name == "RP-63"
-    assert 1e-5 < caught.value.best.errors.worst < 2e-3
-
-
-def test_lost_equilibrium_is_reported():
+def test_lost_equilibrium_is_reported() -> None:
     """Under tension the path of every pattern ends; the result contains the place."""
     answer = select(LoadCase(TABLE_2, 30.0, (1.0,), (0.6,)), 0.05)
     ((sigma_N, length),) = answer.lost
@@ -165,37 +144,20 @@ def test_lost_equilibrium_is_reported():
     assert "no equilibrium beyond" in report(answer)
 
 
-def test_load_case_of_a_case_file(tmp_path: Path):
-    """A case gives stress range (sweep), path (steps) and surface (pattern)."""
-    path = tmp_path / "joint.nml"
+@pytest.mark.usefixtures("folder")
+def test_command(said: Callable) -> None:
+    """A case gives stress range (sweep), path (steps) and surface (pattern); the chosen one is written."""
+    path = Path("joint.nml")
     path.write_text(CASE_FILE)
     case = read_load_case(path)
     assert (case.theta, case.flat, case.sigma_N, case.material.kc) == (20.0, 0.25, (-1.0, -2.0), 10.0)
     assert case.turns == (0.2, -0.2, 0.2, -0.2, 0.3) and not case.planar
     path.write_text(CASE_FILE.replace("sides = 4", "sides = 0"))
     assert read_load_case(path, planar=True).smooth
-
-
-def test_report():
-    """The report has the cost as a number of planes, the errors and PROPS."""
-    answer = select(CASE, 0.05)
-    text = report(answer)
-    assert f"cost       {65 / answer.planes:.1f} times fewer planes than RP-64" in text
-    assert f"PROPS(24)   3.0, 0.3, 0.9, 0.5, 30.0, {answer.pattern.m}.0, " in text
-
-
-def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    """The command ends with 0 and a result, or with 1 and a message."""
-    path = tmp_path / "joint.nml"
-    path.write_text(CASE_FILE.replace("values = -1.0, -2.0", "values = -1.0"))
-    arguments = ["select", str(path)]
-    assert main([*arguments, "--tolerance", "0.1"]) == 0
-    printed = capsys.readouterr()
-    assert "meets it, checked" in printed.out and "PROPS(24)" in printed.out and printed.err == ""
-    assert main([*arguments, "--tolerance", "1e-6"]) == 1
-    assert "no pattern up to RP-63 meets the tolerance 1e-06" in capsys.readouterr().err
-    path.write_text(path.read_text().replace("kc = 10.0", "kc = 1.0"))
-    command = [sys.executable, "-m", "asperity", *arguments, "--tolerance", "0.1"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert done.stderr.startswith("asperity: warning: a plane that carries the largest pressure alone")
-    assert done.returncode == 0 and done.stderr.count("\n") == 1
+    path.write_text(CASE_FILE.replace("values = -1.0, -2.0", "values = -1.0").replace("kc = 10", "kc = 1"))
+    out, err = said("select joint.nml --tolerance 0.1 -o chosen.nml")
+    assert "meets it, checked" in out and "PROPS(24)" in out
+    assert err.startswith("asperity: warning: a plane that carries the largest pressure alone")
+    assert err.count("\n") == 1
+    chosen = read_case(Path("chosen.nml")).runs[0]
+    assert f"PROPS(24)   {', '.join(map(repr, chosen.interface.props().tolist()))}" in out

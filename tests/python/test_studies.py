@@ -199,10 +199,10 @@ def test_map(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.long
 def test_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
-    """The list has every entry with its advice; one is shown with its numbers; an unknown one is an error."""
+    """The list has every entry; one is shown with its numbers; an unknown one is an error."""
     assert stability(["list"]) == 0
     out = capsys.readouterr().out
-    assert re.findall(r"^(\S+): ", out, re.MULTILINE) == NAMES and out.count("\n  -> ") == len(NAMES)
+    assert re.findall(r"^(\S+): ", out, re.MULTILINE) == NAMES
     assert stability(["run", "single-precision"]) == 0
     assert "fails    single precision, slip of 100 mm" in capsys.readouterr().out
     assert stability(["run", "unheard-of"]) == 1
