@@ -9,7 +9,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from support_browser import browser, missing, served
+from support_browser import chromium, missing, served
 from test_explore import Opened
 
 VALUES = ("sides=4", "theta=25", "height=0.25", "direction=20", "sigma_N=-2", "kc=50")
@@ -24,13 +24,13 @@ SIZE = (1400, 1160)
 
 def main(picture: Path) -> None:
     """Write the picture."""
-    lacking = missing()
+    lacking = missing("bokeh")
     if lacking:
         raise SystemExit(f"needs {lacking}")
     with (
         tempfile.TemporaryDirectory() as folder,
         served(*VALUES) as address,
-        browser(Path(folder, "profile")) as driver,
+        chromium(Path(folder, "profile")) as driver,
     ):
         page = Opened(driver, address)
         driver.set_window_size(*SIZE)

@@ -27,7 +27,7 @@ from asperity.explore.model import (
     section,
 )
 from asperity.pattern import direction_vector
-from support_browser import browser, missing, served
+from support_browser import chromium, missing, served
 
 PLAIN = Choice(VALUES, "one cycle")
 WORN = Choice(
@@ -219,10 +219,10 @@ class Opened:
 @pytest.fixture(scope="module")
 def opened(tmp_path_factory: pytest.TempPathFactory):
     """Page in a headless browser."""
-    lacking = missing()
+    lacking = missing("bokeh")
     if lacking:
         pytest.skip(f"no browser for the page of asperity explore: needs {lacking}")
-    with served() as address, browser(tmp_path_factory.mktemp("profile")) as driver:
+    with served() as address, chromium(tmp_path_factory.mktemp("profile")) as driver:
         yield Opened(driver, address)
 
 

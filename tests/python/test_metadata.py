@@ -1,10 +1,15 @@
-"""Tests of the metadata: the version is the same everywhere, and no file refers to one machine."""
+"""Version, licence and recipes are the same everywhere, and no file refers to one machine."""
 
 from __future__ import annotations
 
 import ctypes
+import json
 import re
+import runpy
 import subprocess
+import sys
+import types
+from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
 
@@ -12,8 +17,10 @@ import asperity
 import pytest
 
 ROOT = Path(__file__).parents[2]
-# This file defines the version.
-OWNER = ROOT / "src" / "law" / "asperity_contract.f90"
+CONTRACT, LICENCE, CHANGES = "src/law/asperity_contract.f90", "LICENSE", "CHANGELOG.md"
+CITATION, ARCHIVE, CODE, FPM = "CITATION.cff", ".zenodo.json", "codemeta.json", "fpm.toml"
+RECIPE = "tools/packaging/conda/recipe.yaml"
+SPACK = "tools/packaging/spack/packages/asperity/package.py"
 LARGEST_FILE = 2_000_000
 """Limit in bytes: larger than any picture, smaller than a build product or a data set."""
 PICTURES = {".png", ".svg"}
@@ -21,11 +28,24 @@ PICTURES = {".png", ".svg"}
 # Each entry is (what, pattern). The patterns are assembled here so that this file does not match them.
 FOLDERS = "(?:" + "|".join(["home", "root", "tmp", "work", "Users", "mnt"]) + ")"
 REGISTRIES = "(?:" + "|".join(["py" + "pi", "pythonhosted", "con" + "da"]) + ")"
-FORBIDDEN = [
-    ("absolute path of one machine", re.compile(r"(?<![\w.$})*~-])/" + FOLDERS + r"/\w")),
-    ("host of a package registry", re.compile(r"\b" + REGISTRIES + r"\.(?:org|io|com)\b")),
-    ("unresolved merge", re.compile(r"^(?:<{7}|>{7}) ", re.MULTILINE)),
-]
+FORBIDDEN = {
+    "absolute path of one machine": re.compile(r"(?<![\w.$})*~-])/" + FOLDERS + r"/\w"),
+    "host of a package registry": re.compile(r"\b" + REGISTRIES + r"\.(?:org|io|com)\b"),
+    "unresolved merge": re.compile(r"^(?:<{7}|>{7}) ", re.MULTILINE),
+}
+
+
+def text_of(name: str) -> str:
+    """Text of a file of the repository."""
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def found_in(name: str, pattern: str) -> list[str]:
+    """What the group of a pattern matches in a file, line by line."""
+    return re.findall(pattern, text_of(name), re.MULTILINE)
+
+
+# --- the tree -----------------------------------------------------------------------------------------------
 
 
 def tracked_files() -> list[Path]:
@@ -40,55 +60,138 @@ def tracked_files() -> list[Path]:
     return [file for file in files if file.is_file()]
 
 
-@pytest.fixture(scope="module")
-def version() -> str:
-    """Return the version in the file that defines it."""
-    found = re.findall(r'public :: version = "(\d+\.\d+\.\d+)"', OWNER.read_text(encoding="utf-8"))
-    assert len(found) == 1
-    return found[0]
+def test_tree_is_small_and_names_no_machine() -> None:
+    """No build product, no data set; every file except pictures is text that works on any machine."""
+    files = tracked_files()
+    assert len(files) > 20
+    assert [str(file) for file in files if file.stat().st_size > LARGEST_FILE] == []
+    texts = {file: file.read_text(encoding="utf-8") for file in files if file.suffix not in PICTURES}
+    for what, pattern in FORBIDDEN.items():
+        found = {str(file.relative_to(ROOT)): pattern.findall(text) for file, text in texts.items()}
+        assert {name: hits for name, hits in found.items() if hits} == {}, what
 
 
-def test_changelog_starts_with_the_version(version: str) -> None:
-    """The newest entry of the changelog is the version of the source."""
-    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    assert re.findall(r"^## (\S+)", changelog, re.MULTILINE)[0] == version
+# --- version, date, licence, paper --------------------------------------------------------------------------
+
+COPIES = {
+    CONTRACT: r'public :: version = "(\d+\.\d+\.\d+)"',
+    CITATION: r"^version: (\S+)$",
+    ARCHIVE: r'"version": "([^"]*)"',
+    CODE: r'"version": "([^"]*)"',
+    FPM: r'^version = "([^"]*)"$',
+    RECIPE: r"^  version: (\d\S*)$",
+    SPACK: r'^    version\("([^"]*)"\)$',
+}
+"""The file that defines the version, and those that are read without a build and so have a copy of it."""
 
 
-def test_package_has_the_version(version: str) -> None:
-    """pyproject.toml reads the version from the source, the package from the library it was built with."""
-    assert metadata.version("asperity") == version
-    assert asperity.__version__ == version
+@pytest.mark.parametrize("name", COPIES)
+def test_copies_of_the_version(name: str) -> None:
+    """Each copy is the version of the package."""
+    assert found_in(name, COPIES[name]) == [asperity.__version__]
 
 
-def test_library_has_the_version(version: str) -> None:
-    """asperity_version of asperity.h returns the version; tests/c compares the one of CMake with it."""
-    library = ctypes.CDLL(str(asperity.library()))
-    text = ctypes.create_string_buffer(32)
-    assert library.asperity_version(text, len(text)) == len(version)
-    assert text.value.decode() == version
+def test_version_of_package_and_library() -> None:
+    """Package, its metadata, library and changelog have one version; tests/c compares that of CMake."""
+    version = asperity.__version__
+    assert metadata.version("asperity") == version == found_in(CHANGES, r"^## (\S+)")[0]
+    library, text = ctypes.CDLL(str(asperity.library())), ctypes.create_string_buffer(32)
+    assert library.asperity_version(text, len(text)) == len(version) and text.value.decode() == version
+
+
+def test_dates_of_the_release_are_the_same() -> None:
+    """Changelog, citation and archives have one date."""
+    dates = found_in(CHANGES, rf"^## {re.escape(asperity.__version__)} \((\d{{4}}-\d\d-\d\d)\)$")
+    dates += found_in(CITATION, r"^date-released: (\S+)$")
+    dates += [json.loads(text_of(ARCHIVE))["publication_date"], json.loads(text_of(CODE))["datePublished"]]
+    assert len(dates) == 4 and len(set(dates)) == 1
 
 
 def test_licence_is_the_same_everywhere() -> None:
     """LICENSE, pyproject.toml and CITATION.cff name the same licence and the same owner."""
-    licence, citation = ((ROOT / name).read_text(encoding="utf-8") for name in ("LICENSE", "CITATION.cff"))
-    assert licence.startswith("BSD 3-Clause License") and "asperity developers" in licence
-    assert "license: BSD-3-Clause" in citation and "asperity developers" in citation
+    assert text_of(LICENCE).startswith("BSD 3-Clause License")
+    assert "license: BSD-3-Clause" in text_of(CITATION)
+    assert all("asperity developers" in text_of(name) for name in (LICENCE, CITATION))
     assert metadata.metadata("asperity")["License-Expression"] == "BSD-3-Clause"
 
 
-def test_tree_is_small() -> None:
-    """Git tracks no build product and no data set."""
-    files = tracked_files()
-    assert len(files) > 20
-    assert [str(file) for file in files if file.stat().st_size > LARGEST_FILE] == []
+def test_the_paper_is_the_same_everywhere() -> None:
+    """Citation, archives and the pages name the paper by the same title, year and authors."""
+    citation = " ".join(text_of(CITATION).split())
+    article = json.loads(text_of(CODE))["referencePublication"]
+    (reference,) = json.loads(text_of(ARCHIVE))["references"]
+    for text in (citation, reference, " ".join(text_of("README.md").split())):
+        assert article["name"] in text
+    assert f"year: {article['datePublished']}" in citation and article["datePublished"] in reference
+    names = [author["familyName"] for author in article["author"]]
+    assert re.findall(r"family-names: (\w+)", citation) == names
+    assert re.findall(r"(\w+)[,:]", reference.partition(": A 3D")[0] + ":") == names
 
 
-@pytest.mark.parametrize(("what", "pattern"), FORBIDDEN, ids=[what for what, _ in FORBIDDEN])
-def test_tree_names_no_machine(what: str, pattern: re.Pattern[str]) -> None:
-    """Every file except pictures is text and contains nothing that works on one machine only."""
-    hits = []
-    for file in tracked_files():
-        if file.suffix not in PICTURES:
-            text = file.read_text(encoding="utf-8")
-            hits += [f"{file.relative_to(ROOT)}: {m.group()}" for m in pattern.finditer(text)]
-    assert hits == [], what
+# --- recipes ------------------------------------------------------------------------------------------------
+
+
+def requirements(lines: list[str]) -> dict[str, str]:
+    """Names with their lower bounds."""
+    found = (re.match(r"([\w-]+) ?>=([\d.]+)$", line) for line in lines)
+    return {m[1].replace("-base", ""): m[2] for m in found if m}
+
+
+def listed(section: str) -> list[str]:
+    """Entries of a section of the conda recipe."""
+    part = text_of(RECIPE).partition(f"  {section}:\n")[2]
+    end = re.search(r"^$|^  \w", part, re.MULTILINE)
+    return re.findall(r"^    - (.+)$", part[: end.start()] if end else part, re.MULTILINE)
+
+
+def test_recipe_has_the_requirements_of_the_package() -> None:
+    """The conda recipe asks for the versions that pyproject.toml asks for."""
+    wanted = [line for line in metadata.requires("asperity") or [] if "extra" not in line]
+    python = metadata.metadata("asperity")["Requires-Python"].removeprefix(">=")
+    assert requirements(listed("run")) == requirements(wanted) | {"python": python}
+    build = json.loads(found_in("pyproject.toml", r"^requires = (\[.*\])$")[0])
+    assert requirements(build) and requirements(build).items() <= requirements(listed("host")).items()
+
+
+class CMakePackage:
+    """The part of Spack's class that the package uses."""
+
+    def define(self, name: str, value: object) -> str:
+        """Option with a value."""
+        return f"-D{name}={value}"
+
+    define_from_variant = define
+
+
+def test_spack_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With stand-ins for Spack's modules the package loads; options and compilers are those of CMake."""
+    calls: list[tuple[str, str]] = []
+
+    def directive(name: str) -> Callable[..., None]:
+        return lambda *arguments, **_: calls.append((name, arguments[0]))
+
+    package = types.ModuleType("spack.package")
+    for name in ("depends_on", "license", "variant", "version"):
+        setattr(package, name, directive(name))
+    build = types.ModuleType("spack_repo.builtin.build_systems.cmake")
+    build.CMakePackage = CMakePackage  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, package.__name__, package)
+    monkeypatch.setitem(sys.modules, build.__name__, build)
+    asperity_package = runpy.run_path(str(ROOT / SPACK))["Asperity"]()
+    cmake = text_of("CMakeLists.txt")
+    options = [re.match(r"-D(\w+)=", argument) for argument in asperity_package.cmake_args()]
+    assert options and all(m and f"option({m[1]} " in cmake for m in options)
+    lowest = re.findall(r"cmake_minimum_required\(VERSION ([\d.]+)\)", cmake)[0]
+    needed = {first for name, first in calls if name == "depends_on"}
+    assert needed == {"c", "cxx", "fortran", f"cmake@{lowest}:"}
+    assert asperity_package.url_for_version("1.2.3") == "file:asperity-1.2.3.tar.gz"
+
+
+def test_fpm_has_the_sources_of_the_law() -> None:
+    """Modules of src/law use modules of src/law only, so that fpm, which takes this folder, can build it."""
+    assert 'source-dir = "src/law"' in text_of(FPM)
+    files = sorted((ROOT / "src" / "law").rglob("*.f90"))
+    names = {file.stem for file in files}
+    text = "\n".join(file.read_text(encoding="utf-8") for file in files)
+    used = set(re.findall(r"^ *use (asperity_\w+)", text, re.MULTILINE))
+    assert len(names) == len(files) > 5 and used <= names

@@ -1,23 +1,32 @@
-"""Tests of the style of the pictures: labels at curves, curves that coincide, files."""
+"""Style of the pictures: labels at curves, curves that coincide, arrows, geometry, files."""
 
 from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
 
-import matplotlib
 import matplotlib.image
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, plot
+from asperity import Interface, Material, Pattern
 from asperity.curve_pictures import curves, merged
 from asperity.plots import figure_of
 from asperity.style import DPI, TWO, label_ends, new_figure, printed, save
+from matplotlib.axes import Axes
 from matplotlib.text import Annotation
 
+X = np.linspace(0.0, 1.0, 11)
 
-def boxes(ends: list[float], log: bool = False) -> list[tuple[float, float]]:
-    """Lower and upper edge of the labels of curves with these ends, from the lowest label up, pixels."""
+
+def notes(ax: Axes) -> list[Annotation]:
+    """Labels and arrows of axes."""
+    return [text for text in ax.texts if isinstance(text, Annotation)]
+
+
+@pytest.mark.parametrize("log", [False, True])
+@pytest.mark.parametrize("ends", [[1.0, 1.0, 1.0, 5.0], [2.0, 4.0, 3.0], [1.0, 1.01, 9.0, 8.99, 8.98]])
+def test_labels_do_not_overlap(ends: list[float], log: bool) -> None:
+    """Labels of curves that end at one point or close to each other do not overlap."""
     with printed():
         figure, (ax,) = new_figure(3.5, 2.5)
         for i, end in enumerate(ends):
@@ -26,39 +35,34 @@ def boxes(ends: list[float], log: bool = False) -> list[tuple[float, float]]:
             ax.set_yscale("log")
         label_ends(ax, "unit")
         figure.draw_without_rendering()
-        texts = [text for text in ax.texts if isinstance(text, Annotation)]
-        assert [text.get_text() for text in texts] == [*(f"curve {i}" for i in range(len(ends))), "unit"]
-        found = [text.get_window_extent() for text in texts]
-    return sorted((box.y0, box.y1) for box in found)
-
-
-@pytest.mark.parametrize("log", [False, True])
-@pytest.mark.parametrize("ends", [[1.0, 1.0, 1.0, 5.0], [2.0, 4.0, 3.0], [1.0, 1.01, 9.0, 8.99, 8.98]])
-def test_labels_do_not_overlap(ends: list[float], log: bool) -> None:
-    """Labels of curves that end at one point or close to each other do not overlap."""
-    assert all(upper <= lower + 0.5 for (_, upper), (lower, _) in pairwise(boxes(ends, log)))
+        assert [text.get_text() for text in notes(ax)] == [*(f"curve {i}" for i in range(len(ends))), "unit"]
+        boxes = sorted((box.y0, box.y1) for box in (text.get_window_extent() for text in notes(ax)))
+    assert all(upper <= lower + 0.5 for (_, upper), (lower, _) in pairwise(boxes))
 
 
 def test_curves_that_coincide_are_one() -> None:
     """Two equal curves become one with both names; a curve that differs by 1 % stays."""
-    x = np.linspace(0.0, 1.0, 11)
-    lines = [("0", x, x, False), ("45", x, 1.01 * x, False), ("90", x, x, False)]
-    assert [line[0] for line in merged(lines)] == ["0, 90", "45"]
-    assert [line[0] for line in merged([lines[0], ("45", x, x, False), lines[2]])] == ["0 to 90"]
+    one, other, same = ("0", X, X, False), ("45", X, 1.01 * X, False), ("90", X, X, False)
+    assert [line[0] for line in merged([one, other, same])] == ["0, 90", "45"]
+    assert [line[0] for line in merged([one, ("45", X, X, False), same])] == ["0 to 90"]
     # one of them ends because equilibrium is lost
-    assert len(merged([lines[0], ("90", x, x, True)])) == 2
+    assert len(merged([one, ("90", X, X, True)])) == 2
 
 
-def test_arrows_along_a_path_with_reversals() -> None:
-    """Each of the three branches of a cycle has an arrow that points along it; a monotonic path has none."""
+@pytest.mark.parametrize(
+    ("x", "signs"),
+    [
+        (np.concatenate([X, np.linspace(0.8, -1, 10), np.linspace(-0.8, 1, 10)]), [1.0, -1.0, 1.0]),
+        (X, []),
+        (np.array([0.0, 1.0] * 20), []),
+    ],
+    ids=["cycle", "monotonic", "many cycles"],
+)
+def test_arrows_along_a_path_with_reversals(x: np.ndarray, signs: list[float]) -> None:
+    """Each branch of a cycle has an arrow that points along it; other paths have none."""
     _, (ax,) = new_figure(3.5, 2.5)
-    x = np.concatenate([np.linspace(0, 1, 11), np.linspace(0.8, -1, 10), np.linspace(-0.8, 1, 10)])
     curves(ax, [("", x, x, False)], "", "")
-    arrows = [text for text in ax.texts if isinstance(text, Annotation)]
-    assert [np.sign(arrow.xy[0] - arrow.xyann[0]) for arrow in arrows] == [1.0, -1.0, 1.0]
-    _, (ax,) = new_figure(3.5, 2.5)
-    curves(ax, [("", x[:11], x[:11], False)], "", "")
-    assert not ax.texts
+    assert [np.sign(arrow.xy[0] - arrow.xyann[0]) for arrow in notes(ax)] == signs
 
 
 @pytest.mark.parametrize("ending", [".png", ".pdf"])
@@ -71,25 +75,10 @@ def test_files(ending: str, tmp_path: Path) -> None:
             ax.plot([0.0, 1.0], [0.0, 1.0])
             save(figure, name)
     assert names[0].read_bytes() == names[1].read_bytes()
-    if ending == ".png":
-        assert matplotlib.image.imread(names[0]).shape[1] == round(TWO * DPI)
-
-
-def test_other_formats_are_refused(tmp_path: Path) -> None:
-    """A picture of an unknown format is refused with the formats that are known, and nothing is written."""
-    figure, _ = new_figure(1.0, 1.0)
+    assert ending == ".pdf" or matplotlib.image.imread(names[0]).shape[1] == round(TWO * DPI)
     with pytest.raises(ValueError, match=r"x\.jpg: expected a name that ends in \.png or \.pdf"):
         save(figure, tmp_path / "x.jpg")
-    assert not list(tmp_path.iterdir())
-
-
-def test_settings_of_the_caller_stay() -> None:
-    """Drawing a history changes no setting of Matplotlib outside."""
-    before = dict(matplotlib.rcParams)
-    joint = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0), Pattern.regular(2, 30.0))
-    history = joint.confined_slip(0.0, np.linspace(0.0, 0.1, 11), -0.5)
-    plot(history)
-    assert dict(matplotlib.rcParams) == before
+    assert len(list(tmp_path.iterdir())) == 2
 
 
 LISTED = Pattern.planes([(1, 0, 0), (1, 0.2, 0)], [0.5, 0.5])
