@@ -11,12 +11,12 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from asperity.case_files import read_run
-from asperity.cli import main
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -33,17 +33,15 @@ def parts(page: str, language: str) -> list[tuple[str, str]]:
 
 
 @pytest.mark.slow
-def test_tutorial(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+@pytest.mark.usefixtures("folder")
+def test_tutorial(said: Callable) -> None:
     """The commands record, fit, select and card print the output that the page shows."""
-    monkeypatch.chdir(tmp_path)
     page = (DOCS / "how-to" / "tutorial.md").read_text(encoding="utf-8")
     [(code, shown)], [(again, of_fit)] = parts(page, "python"), parts(page, "py")
     assert run(code) == shown
 
     (fit, table), (select, pattern), (card, remarks) = parts(page, "console")
-    out = command(fit, capsys)
+    out = said(fit.removeprefix("asperity "))[0]
     for line in table.splitlines()[1:]:
         name = line.split()[0]
         found = re.search(rf"^{name} .*$", out, re.MULTILINE)
@@ -59,7 +57,7 @@ def test_tutorial(
 
     assert numbers(run(again)) == pytest.approx(numbers(of_fit), rel=DIGITS, abs=DIGITS)
 
-    out = command(select, capsys)
+    out = said(select.removeprefix("asperity "))[0]
     for line in pattern.splitlines():
         same = [
             one for one in out.splitlines() if re.sub(NUMBER, "", one)[:20] == re.sub(NUMBER, "", line)[:20]
@@ -75,7 +73,7 @@ def test_tutorial(
         100.0 * numbers(pattern.splitlines()[-2])[-1], abs=0.5
     )
 
-    command(card, capsys)
+    said(card.removeprefix("asperity "))
     block = Path("joint.xml").read_text(encoding="utf-8")
     for line in remarks.splitlines():
         assert line.split("=")[0] in block
@@ -94,13 +92,6 @@ def test_tutorial(
         for of in (np.max, lambda column: column[-1])
         for value in (of(host["force"]), of(host["force_point"]))
     ]
-
-
-def command(text: str, capsys: pytest.CaptureFixture[str]) -> str:
-    """Return the output of a command of the page."""
-    capsys.readouterr()
-    assert main(text.split()[1:]) == 0
-    return capsys.readouterr().out
 
 
 def run(code: str) -> str:
