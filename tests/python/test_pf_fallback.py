@@ -63,7 +63,7 @@ nan = transfer({0x7FF8000000000000}_8, nan)\ninf = transfer({0x7FF0000000000000}
 
 def run(*command: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     """Run a command and capture its output."""
-    return subprocess.run(list(map(str, command)), cwd=cwd, capture_output=True, text=True, check=False)
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
 
 
 def suite(*bodies: str) -> str:
