@@ -116,8 +116,7 @@ def compare(case: Path) -> Comparison:
     return Comparison(case.stem, curves, rows, differences)
 
 
-@dataclass(frozen=True)
-class _Curve:
+class _Curve(NamedTuple):
     """Compared quantities: separation and traction (T, 2 or 3), damage (T,), energies (T, 4)."""
 
     separation: Floats
@@ -125,8 +124,8 @@ class _Curve:
     damage: Floats
     energies: Floats
 
-    def __getitem__(self, rows: slice) -> _Curve:
-        return _Curve(self.separation[rows], self.traction[rows], self.damage[rows], self.energies[rows])
+    def some(self, rows: slice) -> _Curve:
+        return _Curve(*(values[rows] for values in self))
 
 
 def parameters_of(material: Material) -> reference.Parameters:
@@ -151,7 +150,7 @@ def _differences(test: SlipTest, rows: History) -> Iterator[tuple[str, Differenc
     if any("substeps" in event for row, event in rows.events if row < whole):
         raise ValueError("an increment was solved in sub-increments: expected a case with smaller increments")
     energies = np.column_stack([getattr(rows, name) for name in ENERGIES])
-    ours = _Curve(rows.separation, rows.traction, rows.damage, energies)[:whole]
+    ours = _Curve(rows.separation, rows.traction, rows.damage, energies).some(slice(whole))
     slipping = slice(test.preload, whole)
     preload = max(test.preload, 1)
     s = ours.separation
@@ -160,12 +159,11 @@ def _differences(test: SlipTest, rows: History) -> Iterator[tuple[str, Differenc
     theirs = _Curve(s, law.traction, law.state[:, 0], _energies(law.state, work_along(s, law.traction)))
     yield "law/NumPy", _difference(parameters, ours, theirs, slice(None))
     if len(test.slips) > 0:
-        history = reference.confined_slip(
-            parameters, pattern, test.direction, test.slips, test.sigma_N, preload
-        )
+        path = test.direction, test.slips, test.sigma_N, preload
+        history = reference.confined_slip(parameters, pattern, *path)
         energies = _energies(history.state, history.work)
         solved = _Curve(history.separation, history.traction, history.damage, energies)
-        solved = solved[: int(np.isfinite(solved.damage).sum())]
+        solved = solved.some(slice(int(np.isfinite(solved.damage).sum())))
         yield "test/NumPy", _difference(parameters, ours, solved, slipping)
 
 
@@ -179,7 +177,7 @@ def _difference(parameters: reference.Parameters, ours: _Curve, theirs: _Curve, 
     largest = np.maximum.accumulate(np.linalg.norm(ours.separation, axis=1))
     steps = np.diff(ours.separation, axis=0, prepend=0.0)
     path = np.cumsum(np.linalg.norm(steps, axis=1))[rows]
-    largest, ours = largest[rows], ours[rows]
+    largest, ours = largest[rows], ours.some(rows)
     if len(ours.damage) != len(theirs.damage):  # the two lose equilibrium in different rows
         return Difference(*(4 * [math.inf]))
     stiffest = max(parameters.Kn, parameters.Kt) * max(1.0, parameters.kc)

@@ -189,9 +189,9 @@ def test_newton_is_quadratic() -> None:
     places = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1)
     base, cube = s.add_nodes(places[:, :, 0]), s.add_nodes(places)
     solid, card = s.elastic(3000.0, 0.2), s.umat(rough)
-    for cell in grid_cells((n, n, n)):
-        s.add_solid(cube.ravel()[cell], solid)
-    for face in grid_cells((n, n)):
+    for column, face in zip(grid_cells((n, n, n)).reshape(-1, n, 8), grid_cells((n, n)), strict=True):
+        for cell in column:
+            s.add_solid(cube.ravel()[cell], solid)
         s.add_interface(base.ravel()[face], cube[:, :, 0].ravel()[face], card)
     top = cube[:, :, -1]
     s.fix(np.append(base, top), 0, 1, 2)
