@@ -286,19 +286,13 @@ class History(_Named):
             raise ValueError(f"{path}: expected columns {', '.join(missing)}")
         if not lines:
             raise ValueError(f"{path}: expected rows after the header")
-        places = [names.index(name) for name in COLUMNS]
-        even = all(len(line) == len(names) for line in lines)
-        try:
-            numbers = np.array([[line[i] for i in places[:-1]] for line in lines if even], dtype=float)
-        except ValueError:
-            even = False
-        if not even or not np.isfinite(numbers).all():
-            raise ValueError(f"{path}: {_first_bad(lines, names)}")
+        numbers = np.array([_numbers(path, row, names, line) for row, line in enumerate(lines, 2)])
         column = dict(zip(COLUMNS, numbers.T, strict=False))
         state = np.zeros((len(lines), contract.N_POINT_STATEV))
         for name in ("damage", *ENERGIES[:3]):
             state[:, contract.statev_index(name)] = column[name]
-        events = tuple((row, line[places[-1]]) for row, line in enumerate(lines) if line[places[-1]])
+        texts = [line[names.index("event")] for line in lines]
+        events = tuple((row, text) for row, text in enumerate(texts) if text)
         return cls(numbers[:, :3], numbers[:, 3:6], column["damage"], state, column["work"], events)
 
     def _events(self) -> list[str]:
@@ -311,19 +305,22 @@ class History(_Named):
         return texts
 
 
-def _first_bad(lines: list[list[str]], names: list[str]) -> str:
-    """Line and cell of the first one that is no finite number, or line of another length."""
-    for row, line in enumerate(lines, 2):
-        if len(line) != len(names):
-            return f"line {row}: {len(line)} values: expected {len(names)}"
-        for name, text in zip(names, line, strict=True):
+def _numbers(path: str | Path, row: int, names: list[str], line: list[str]) -> list[float]:
+    """Numbers of a line in the order of COLUMNS; raises ValueError for the first one that is not finite."""
+    if len(line) != len(names):
+        raise ValueError(f"{path}: line {row}: {len(line)} values: expected {len(names)}")
+    found = {}
+    for name, text in zip(names, line, strict=True):
+        if name in COLUMNS[:-1]:
             try:
-                good = name not in COLUMNS[:-1] or np.isfinite(float(text))
+                found[name] = float(text)
             except ValueError:
-                good = False
-            if not good:
-                return f"line {row}, column {name}: {text or 'empty'}: expected a finite number"
-    return "numbers"
+                found[name] = np.nan
+            if not np.isfinite(found[name]):
+                raise ValueError(
+                    f"{path}: line {row}, column {name}: {text or 'empty'}: expected a finite number"
+                )
+    return [found[name] for name in COLUMNS[:-1]]
 
 
 def _freeze(*arrays: Floats) -> None:

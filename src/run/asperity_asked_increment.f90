@@ -20,13 +20,13 @@ contains
     real(wp), intent(in) :: ends(3, 2)              !! prescribed values at its start and its end
     type(point_type), intent(in) :: before          !! the point at the start
     type(point_type), intent(inout) :: point        !! the same -> at the end
-    real(wp), intent(out) :: reached                !! share of the increment that converged
+    real(wp), intent(out) :: reached                !! fraction of the increment that converged
     type(report_type), intent(out) :: report        !! of all parts
     character(len=:), allocatable, intent(inout) :: reason   !! set if the law ends the increment
     type(control_type) :: of_part
     type(point_type) :: here
     type(report_type) :: last
-    real(wp) :: asked, from(3), part, share, to(3)
+    real(wp) :: asked, from(3), part, converged, to(3)
     law%attempt = law%attempt + 1
     call advance(law, control, ends(:, 1), ends(:, 2), point, reached, report)
     call law%ask(asked, reason)
@@ -48,7 +48,7 @@ contains
       of_part%dt = part*control%dt
       here = point
       law%attempt = law%attempt + 1
-      call advance(law, of_part, from, to, point, share, last)
+      call advance(law, of_part, from, to, point, converged, last)
       report%iterations = report%iterations + last%iterations
       report%updates = report%updates + last%updates
       call law%ask(asked, reason)
@@ -64,12 +64,12 @@ contains
       report%snaps = report%snaps + last%snaps
       report%released = report%released + last%released
       report%ended = last%ended
-      if (share >= 1.0_wp .and. reached + part >= 1.0_wp) then
+      if (converged >= 1.0_wp .and. reached + part >= 1.0_wp) then
         reached = 1.0_wp
       else
-        reached = reached + share*part
+        reached = reached + converged*part
       end if
-      if (share < 1.0_wp) exit
+      if (converged < 1.0_wp) exit
       from = to
     end do
     if (allocated(reason)) report%ended = ended_rejected

@@ -70,7 +70,7 @@ contains
     character(len=*), intent(in), optional :: source       !! the text, instead of the file
     type(case_io) :: io
     integer :: g, i
-    file%sweep = ""
+    call set_text(file%sweep, "")
     call read_text(path, io%text, io%errors, source)
     if (io%errors%n == 0) call sweep_group(io, file%sweep, file%values)
     if (io%errors%n == 0) then
@@ -132,7 +132,7 @@ contains
     if (io%errors%n > 0 .or. case%umat%given) return
     call new_interface(case%props, case%joint, status)
     if (status /= status_ok) then
-      lines = ""
+      call set_text(lines, "")
       call review_props(case%props, status, lines, by_name=.true.)
       call fail_lines(io%errors, of_file(io%text), lines)
       return
@@ -186,7 +186,7 @@ contains
     type(case_io), intent(inout) :: io       !! the file
     type(case_type), intent(inout) :: case   !! title, planes and tolerance
     logical :: given
-    if (.not. io%writes) case%title = ""
+    if (.not. io%writes) call set_text(case%title, "")
     given = len(case%title) > 0 .or. case%planes .or. case%refines
     call open_group(io, "case", given)
     if (.not. given) return
@@ -238,7 +238,7 @@ contains
 
     call open_group(io, "replay", replay%given)
     if (.not. replay%given) return
-    if (.not. io%writes) replay%file = ""
+    if (.not. io%writes) call set_text(replay%file, "")
     call string_entry(io, "file", replay%file, "")
     call integer_entry(io, "ntens", replay%ntens, 2, 6, 3)
     call require(io, any(replay%ntens == [2, 3, 6]), "expected 2, 3 or 6")

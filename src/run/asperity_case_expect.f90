@@ -6,7 +6,7 @@ module asperity_case_expect
   use asperity_control_point, only: point_type
   use asperity_errors, only: fail
   use asperity_kinds, only: wp
-  use asperity_text, only: append, integer_text, to_text
+  use asperity_text, only: append, integer_text, set_text, to_text
   use asperity_text_file, only: lower
   implicit none
   private
@@ -36,7 +36,7 @@ contains
     integer :: earlier, i, j
     logical :: given
 
-    if (.not. io%writes) name = ""
+    if (.not. io%writes) call set_text(name, "")
     if (.not. io%writes) allocate (values(0))
     earlier = io%errors%n
     given = size(values) > 0
@@ -118,8 +118,8 @@ contains
     logical, intent(out), optional :: specific                !! whether it is given; absent: it is not written
     character(len=:), allocatable :: word
     integer :: earlier, i
-    word = ""
-    if (io%writes) word = trim(merge("lost    ", "complete", expect%lost))
+    call set_text(word, "")
+    if (io%writes) call set_text(word, trim(merge("lost    ", "complete", expect%lost)))
     call string_entry(io, "end", word, "complete")
     expect%lost = lower(word) == "lost"
     call require(io, any(lower(word) == ["lost    ", "complete"]), "expected 'complete' or 'lost'")

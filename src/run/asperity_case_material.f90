@@ -9,7 +9,7 @@ module asperity_case_material
   use asperity_errors, only: error_type, fail, fail_lines
   use asperity_kinds, only: wp
   use asperity_material, only: joint_constants, least_joint_stiffness
-  use asperity_text, only: integer_text, to_text
+  use asperity_text, only: integer_text, set_text, to_text
   implicit none
   private
   public :: props_groups, prop_entries, prop_names
@@ -183,14 +183,15 @@ contains
     integer :: i, k, status
 
     k = size(weights)
-    lines = ""
+    call set_text(lines, "")
     if (size(normals) == 0 .and. k == 0) then
-      if (.not. given(p_m)) lines = "expected sides (0: flat), or normals and weights"
+      if (.not. given(p_m)) call set_text(lines, "expected sides (0: flat), or normals and weights")
     else if (any(given([p_m, p_theta, p_flat, p_turn]))) then
-      lines = "sides, theta, flat, turn do not go with normals and weights: expected the ones or the others"
+      call set_text(lines, "sides, theta, flat, turn do not go with normals and weights: expected the ones or " // &
+        "the others")
     else if (size(normals) /= 3*k .or. k < 1 .or. k > max_inclined) then
-      lines = integer_text(size(normals)) // " values of normals and " // integer_text(k) // &
-        " weights: expected three components (N, Tx, Ty) a plane, 1 to " // integer_text(max_inclined) // " planes"
+      call set_text(lines, integer_text(size(normals)) // " values of normals and " // integer_text(k) // &
+        " weights: expected three components (N, Tx, Ty) a plane, 1 to " // integer_text(max_inclined) // " planes")
     else
       props(p_m) = -real(k, wp)
       props = [props, (normals(3*i - 2:3*i), weights(i), i=1, k)]

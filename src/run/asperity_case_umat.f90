@@ -5,7 +5,7 @@ module asperity_case_umat
   use asperity_case_text, only: beside
   use asperity_errors, only: error_type, fail
   use asperity_kinds, only: wp
-  use asperity_text, only: integer_text
+  use asperity_text, only: integer_text, set_text
   use asperity_text_file, only: lower
   implicit none
   private
@@ -57,9 +57,9 @@ contains
       if (any(umat%declared /= any_ntens)) declared = real(umat%declared, wp)
     else
       umat%place = io%place
-      umat%library = ""
-      umat%symbol = default_symbol
-      umat%order = default_order
+      call set_text(umat%library, "")
+      call set_text(umat%symbol, default_symbol)
+      call set_text(umat%order, default_order)
       allocate (umat%props(0), umat%first(0), declared(0))
     end if
     earlier = io%errors%n

@@ -17,7 +17,7 @@ module asperity_load_path
   !> A row: the point at the end of an increment.
   type, extends(point_type), public :: row_type
     integer :: step = 0, increment = 0               !! from 1; the increment counts in its step
-    real(wp) :: position = 0.0_wp                    !! targets that were reached before, and the share of the next one
+    real(wp) :: position = 0.0_wp                    !! targets reached before, and the fraction of the next one
     real(wp) :: time = 0.0_wp
     type(report_type) :: report                      !! of the increment
     logical :: turn = .false.                        !! the prescribed values turn back, or forward again
@@ -36,9 +36,9 @@ module asperity_load_path
     integer :: done = 0, total = 0                   !! increments so far (along a branch in proportion), of all steps
     integer, private :: step = 0, target = 0, n = 0  !! where the run is: increment n to this target of this step
     integer, private :: passed = 0, earlier = 0      !! targets that were reached before, and their increments
-    real(wp), private :: share = 1.0_wp              !! of the way to the target
-    real(wp), private :: time = 0.0_wp               !! when the way to the target began
-    real(wp), private :: from(3) = 0.0_wp, to(3) = 0.0_wp   !! prescribed values at both ends of this way
+    real(wp), private :: fraction = 1.0_wp           !! of the increments to the target
+    real(wp), private :: time = 0.0_wp               !! at the target before
+    real(wp), private :: from(3) = 0.0_wp, to(3) = 0.0_wp   !! prescribed values at the target before and at this one
     real(wp), private :: start(3) = 0.0_wp           !! prescribed values at the start of the last increment
     real(wp), private :: offset(3) = 0.0_wp          !! spring*separation at the start of the step
     type(branch_type), private :: branch             !! progress along the branch
@@ -82,7 +82,7 @@ contains
     logical, intent(out) :: found           !! false: the path has ended
     integer :: parts
     found = .not. row%lost .and. run%step <= size(run%steps)
-    if (found .and. .not. run%share < 1.0_wp) call next_target(run, row, found)
+    if (found .and. .not. run%fraction < 1.0_wp) call next_target(run, row, found)
     if (.not. found) return
     run%before = run%point
     run%n = run%n + 1
@@ -119,24 +119,24 @@ contains
         row%report%ended = ended_rejected
       end if
       ! the largest load factor so far, so that time never decreases
-      run%share = max(run%share, run%branch%factor)
+      run%fraction = max(run%fraction, run%branch%factor)
     else
       call advance_as_asked(run%law, run%control, reshape([run%start, run%given], [3, 2]), run%before, run%point, &
         reached, row%report, run%reason)
-      run%share = ramp(run%share, real(run%n, wp)/real(parts, wp), reached)
+      run%fraction = ramp(run%fraction, real(run%n, wp)/real(parts, wp), reached)
     end if
-    run%done = run%earlier + nint(run%share*real(parts, wp))
-    row%time = ramp(run%time, run%time + run%steps(run%step)%durations(run%target), run%share)
+    run%done = run%earlier + nint(run%fraction*real(parts, wp))
+    row%time = ramp(run%time, run%time + run%steps(run%step)%durations(run%target), run%fraction)
     row%turn = branches .and. run%branch%turned
     row%point_type = run%point
     row%step = run%step
     row%increment = row%increment + 1
-    row%position = real(run%passed - 1, wp) + run%share
+    row%position = real(run%passed - 1, wp) + run%fraction
     row%lost = row%report%ended /= ended_complete
     call name_events(run%law, run%before%state, run%point%state, run%regime, row)
   end subroutine end_row
 
-  !> Begin the way to the next target, if there is one.
+  !> Begin the increments to the next target, if there is one.
   pure subroutine next_target(run, row, found)
     type(run_type), intent(inout) :: run    !! the run
     type(row_type), intent(inout) :: row    !! its last row; at a new step its increments count from 0
@@ -159,7 +159,7 @@ contains
     run%target = run%target + 1
     run%passed = run%passed + 1
     run%n = 0
-    run%share = 0.0_wp
+    run%fraction = 0.0_wp
     run%control = run%steps(run%step)%control
     if (begins) then
       run%law%began = run%time

@@ -97,7 +97,7 @@ contains
         exit
       end if
     end do
-    call thin(fine, values, thinned_part*tolerance, rows)
+    call compress_rows(fine, values, thinned_part*tolerance, rows)
   end subroutine refine_path
 
   !> The start of a path and its rows.
@@ -134,12 +134,12 @@ contains
   end function table_of
 
   !> Largest distance of the rows of a run from the straight lines between those of a run with half as many increments,
-  !> in the largest component of the shortest way.
+  !> in the largest component of the shortest vector.
   pure function distance_of(coarse, fine, lines, values) result(largest)
     type(row_type), intent(in) :: coarse(0:), fine(0:)               !! rows of both runs, from the start on
     real(wp), intent(in) :: lines(:, 0:), values(:, 0:)              !! their compared numbers
     real(wp) :: largest
-    real(wp) :: distance, share
+    real(wp) :: distance, fraction
     integer :: i, j, k, m, n
     m = ubound(coarse, 1)
     n = ubound(fine, 1)
@@ -150,19 +150,19 @@ contains
       j = min((i + 1)/2, m)
       distance = huge(distance)
       do k = max(1, j - 1), min(m, j + 1)
-        associate (a => lines(:, k - 1), way => lines(:, k) - lines(:, k - 1), x => values(:, i))
-          share = min(1.0_wp, max(0.0_wp, dot_product(x - a, way)/max(tiny(share), sum(way**2))))
-          distance = min(distance, maxval(abs(a + share*way - x)))
+        associate (a => lines(:, k - 1), chord => lines(:, k) - lines(:, k - 1), x => values(:, i))
+          fraction = min(1.0_wp, max(0.0_wp, dot_product(x - a, chord)/max(tiny(fraction), sum(chord**2))))
+          distance = min(distance, maxval(abs(a + fraction*chord - x)))
         end associate
       end do
       largest = max(largest, distance)
     end do
   end function distance_of
 
-  !> Leave out rows as long as straight lines between the others stay within a distance: the slopes of the lines from
-  !> the last row that stays are confined by each row that is passed. Rows with events, those before a snap, and those
-  !> at targets stay.
-  pure subroutine thin(fine, values, tolerance, rows)
+  !> Swinging-door compression: leave out rows as long as straight lines between the others stay within a distance. The
+  !> slopes of the lines from the last row that stays are confined by each row that is passed. Rows with events, those
+  !> before a snap, and those at targets stay.
+  pure subroutine compress_rows(fine, values, tolerance, rows)
     type(row_type), intent(in) :: fine(0:)                  !! the start and all rows
     real(wp), intent(in) :: values(:, 0:)                   !! their compared numbers
     real(wp), intent(in) :: tolerance                       !! largest distance
@@ -196,6 +196,6 @@ contains
     do i = 2, size(rows)
       if (rows(i)%step == rows(i - 1)%step) rows(i)%increment = rows(i - 1)%increment + 1
     end do
-  end subroutine thin
+  end subroutine compress_rows
 
 end module asperity_refine

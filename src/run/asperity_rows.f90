@@ -35,7 +35,7 @@ module asperity_rows
     column_type("friction", .false., "energy dissipated by friction and wear", "stress*length"), &
     column_type("work", .false., "work of the traction", "stress*length"), &
     column_type("iterations", .true., "iterations of Newton's method; of a replay: calls", "-"), &
-    column_type("position", .false., "targets reached before, and the share of the next one", "-"), &
+    column_type("position", .false., "targets reached before, and the fraction of the next one", "-"), &
     column_type("updates", .true., "updates of the law", "-"), &
     column_type("snaps", .true., "jumps to another branch of equilibria", "-"), &
     column_type("before_N", .false., "separation N before the longest of them", "length"), &

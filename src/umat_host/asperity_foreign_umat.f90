@@ -18,7 +18,7 @@ module asperity_foreign_umat
   !> Places in a state: work of the traction so far, time; the numbers before STRESS and STATEV.
   integer, parameter, public :: u_work = 5, u_time = 6
   integer, parameter, public :: n_header = 6
-  !> Duration that a UMAT is told of a jump, which takes no time, as Abaqus has no increment without time.
+  !> Duration of a jump for a UMAT, which takes no time, as Abaqus has no increment without time.
   real(wp), parameter :: no_time = 1.0e-12_wp
   !> Separation at which the bond is broken, and largest separation, relative to `length`: that of a UMAT is not known.
   real(wp), parameter, public :: far = 100.0_wp

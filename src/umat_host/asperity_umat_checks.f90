@@ -27,12 +27,12 @@ module asperity_umat_checks
   integer, parameter :: energy_parts = 16
   !> Updates of a thread, so that both work at the same time.
   integer, parameter :: thread_updates = 20000
-  !> The second point moves by these shares of the path.
+  !> The second point moves by these factors of the components.
   real(wp), parameter :: other(3) = [0.6_wp, -0.6_wp, 0.3_wp], same(3) = 1.0_wp
   !> Traction and tangent before the state in a result; numbers of the differences at an increment.
   integer, parameter :: n_first = 12, n_differences = 48
-  !> Ways along the path: one point, which may try each increment before, two points in turn or in two threads, and
-  !> differences of the traction at each increment.
+  !> Kinds of walks along the path: one point, which may try each increment before, two points in turn or in two
+  !> threads, and differences of the traction at each increment.
   integer, parameter :: alone = 1, trying = 2, with_other = 3, in_threads = 4, with_differences = 5
 
   !> A row of the table.
@@ -57,9 +57,9 @@ module asperity_umat_checks
   type :: walk_type
     type(checked_path_type) :: path
     type(call_type) :: how
-    integer :: way = alone
+    integer :: kind = alone
     integer :: parts = 1                     !! of an increment
-    real(wp) :: shares(3) = same             !! of the components of the path
+    real(wp) :: factors(3) = same            !! of the components of the path
     real(wp), allocatable :: known(:, :, :)  !! results of both points, each alone, or of one
     integer :: differs(2) = huge(1)          !! first increment with other results in two threads
   end type walk_type
@@ -150,19 +150,19 @@ contains
       plan%how%ones = .true.
       call compare(b, "with other numbers behind the arguments", "nothing is written or read outside its own")
     case ("repeated")
-      plan%way = trying
+      plan%kind = trying
       call compare(a, "when a call is repeated", "the same when a call is repeated")
     case ("cut")
       plan%parts = 2
       call walk(plan, b, failure)
-      plan%way = trying
+      plan%kind = trying
       call compare(b, "after a larger increment", "the same after a larger increment that is tried first")
     case ("alternating", "threads")
-      plan%shares = other
+      plan%factors = other
       call walk(plan, b, failure)
       plan%known = reshape([a, b], [m, n + 1, 2])
-      plan%way = merge(with_other, in_threads, check%name == "alternating")
-      if (plan%way == with_other) then
+      plan%kind = merge(with_other, in_threads, check%name == "alternating")
+      if (plan%kind == with_other) then
         call compare(reshape([(a(:, i), b(:, i), i=0, n)], [2*m, n + 1]), "beside another point", &
           "two points in turn do not disturb each other")
       else
@@ -179,7 +179,7 @@ contains
     case ("components")
       call check_components()
     case ("tangent")
-      plan%way = with_differences
+      plan%kind = with_differences
       plan%known = reshape(a, [m, n + 1, 1])
       call walk(plan, b, failure)
       call check_tangent(path, a, b, check)
@@ -262,7 +262,7 @@ contains
         call judge(check, not_judged, "expected order = 'N,Tx', 'N,Tx,Ty' or '-,-,N,-,Tx,Ty'")
         return
       end if
-      plan%shares = [1.0_wp, 1.0_wp, 0.0_wp]
+      plan%factors = [1.0_wp, 1.0_wp, 0.0_wp]
       first = 0
       do j = 1, 3
         if (all(path%law%umat%declared /= ntens(j))) cycle
@@ -371,11 +371,11 @@ contains
     type(worker_type) :: worker
     integer :: i, n
     n = n_first + plan%path%law%n_state
-    if (plan%way == with_other) n = 2*n
-    if (plan%way == in_threads) n = 2
-    if (plan%way == with_differences) n = n_differences
+    if (plan%kind == with_other) n = 2*n
+    if (plan%kind == in_threads) n = 2
+    if (plan%kind == with_differences) n = n_differences
     allocate (found(n, 0:size(plan%path%dt)), source=0.0_wp)
-    if (any(plan%way == [alone, trying])) found(n_first + 1:, 0) = plan%path%start
+    if (any(plan%kind == [alone, trying])) found(n_first + 1:, 0) = plan%path%start
     call start_worker(c_funloc(walk_there), c_loc(plan), plan%path%law%umat%limit)
     i = 0
     do while (receive_row(found(:, min(i + 1, size(plan%path%dt))), n) /= 0)
@@ -398,9 +398,9 @@ contains
     allocate (a(n_first + law%n_state), source=0.0_wp)
     a(n_first + 1:) = plan%path%start
     b = a
-    if (plan%way == in_threads) call c_threads(c_funloc(walk_often), data)
+    if (plan%kind == in_threads) call c_threads(c_funloc(walk_often), data)
     do i = 1, size(plan%path%dt)
-      select case (plan%way)
+      select case (plan%kind)
       case (with_other)
         a = after(law, plan%path, i, same, [0.0_wp, 1.0_wp], a(n_first + 1:))
         b = after(law, plan%path, i, other, [0.0_wp, 1.0_wp], b(n_first + 1:))
@@ -410,9 +410,9 @@ contains
       case (with_differences)
         call send_row(differences_at(law, plan, i), n_differences)
       case default
-        if (plan%way == trying) b = after(law, plan%path, i, same, [0.0_wp, 1.0_wp], a(n_first + 1:))
+        if (plan%kind == trying) b = after(law, plan%path, i, same, [0.0_wp, 1.0_wp], a(n_first + 1:))
         do k = 1, plan%parts
-          a = after(law, plan%path, i, plan%shares, real([k - 1, k], wp)/real(plan%parts, wp), a(n_first + 1:))
+          a = after(law, plan%path, i, plan%factors, real([k - 1, k], wp)/real(plan%parts, wp), a(n_first + 1:))
         end do
         call send_row(a, size(a))
       end select
@@ -447,11 +447,11 @@ contains
   end function differences_at
 
   !> Results after a part of an increment.
-  function after(law, path, i, shares, part, old, move) result(found)
+  function after(law, path, i, factors, part, old, move) result(found)
     type(foreign_law), intent(inout) :: law               !! its attempts are counted
     type(checked_path_type), intent(in) :: path           !! the path
     integer, intent(in) :: i                              !! increment
-    real(wp), intent(in) :: shares(3)                     !! of the components of the path
+    real(wp), intent(in) :: factors(3)                    !! of the components of the path
     real(wp), intent(in) :: part(2)                       !! start and end, 0 to 1
     real(wp), intent(in) :: old(:)                        !! state at the start
     real(wp), intent(in), optional :: move(3)             !! added to the separation at the end
@@ -459,8 +459,8 @@ contains
     real(wp) :: d(3, 3), s(3, 2), state(size(old))
     integer :: k
     do k = 1, 2
-      s(:, k) = shares*(path%s(:, i) + part(k)*(path%s(:, i + 1) - path%s(:, i)))
-      if (part(k) >= 1.0_wp) s(:, k) = shares*path%s(:, i + 1)
+      s(:, k) = factors*(path%s(:, i) + part(k)*(path%s(:, i + 1) - path%s(:, i)))
+      if (part(k) >= 1.0_wp) s(:, k) = factors*path%s(:, i + 1)
     end do
     if (present(move)) s(:, 2) = s(:, 2) + move
     law%step = path%step(i)
