@@ -28,9 +28,7 @@ from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from . import extensions
-from .concepts_draw import BLACK, BLUE, GREEN, ORANGE, arrow, joint, panel, patterns
-from .extensions_crush import crushed
-from .extensions_draw import facet
+from .concepts_draw import BLACK, BLUE, GREEN, ORANGE, arrow, facet, joint, panel, patterns
 from .program import run
 
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0)
@@ -307,7 +305,6 @@ PICTURES: Mapping[str, Callable[[], Figure]] = {
     "solver_snap": snap,
     "extensions_facet": facet,
     **extensions.PICTURES,
-    "extensions_crush": crushed,
 }
 """Pictures by the name of their file."""
 

@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 from support_driver import MATERIAL
 from support_driver import RP_4 as PYRAMID
 
-from harness.studies.extensions_crush import JOINTS, envelope
+from harness.studies.extensions import JOINTS, envelope
 from tests.oracle import reference
 
 SEED = 2025
