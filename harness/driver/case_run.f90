@@ -1,4 +1,5 @@
-!> Run of one case: rows, comparison with the expected end, and summary.
+!> Run of one case: rows, comparison with the expected end, summary, and warnings about what is admissible but outside
+!> the law's range of validity.
 module case_run
   use asperity_text, only: integer_text, short
   use asperity_control_point, only: new_point
@@ -7,8 +8,7 @@ module case_run
   use asperity_case, only: case_type
   use asperity_case_expect, only: explain_unexpected
   use asperity_foreign_umat, only: foreign_law
-  use asperity_warnings, only: increment_text, n_measures
-  use case_warnings, only: measures_of_case
+  use asperity_warnings, only: increment_text, m_tension, measures, n_measures, warned, warning_text
   use driver_messages, only: exit_input, exit_ok, exit_solve, say
   use failed_case, only: write_failed_case
   use history, only: close_history, history_type, open_history, start_from
@@ -21,12 +21,12 @@ module case_run
   use run_report, only: write_report
   implicit none
   private
-  public :: run_case, failed_file
+  public :: run_case, failed_file, warn_of, measures_of_case
 
 contains
 
   !> Run a case, write its rows to a CSV file and its result to standard error.
-  subroutine run_case(case, law, strains, label, output, report, planes, quiet, measures, code)
+  subroutine run_case(case, law, strains, label, output, report, planes, quiet, worst, code)
     type(case_type), intent(in) :: case         !! the case
     class(point_law), intent(in) :: law         !! its law
     type(strains_type), intent(in) :: strains   !! of a replay
@@ -35,7 +35,7 @@ contains
     character(len=*), intent(in) :: report      !! file of the report, empty: none
     logical, intent(in) :: planes               !! whether each plane has columns
     logical, intent(in) :: quiet                !! no progress line, no summary
-    real(wp), intent(out) :: measures(n_measures)   !! at the largest pressure and slip
+    real(wp), intent(out) :: worst(n_measures)  !! measures of warnings at the largest pressure and slip
     integer, intent(out) :: code                !! exit code
     type(history_type) :: table
     type(progress_type) :: progress
@@ -43,7 +43,7 @@ contains
     character(len=:), allocatable :: failure, text, why
     logical :: broken
 
-    measures = 0.0_wp
+    worst = 0.0_wp
     broken = .false.
     allocate (character(len=0) :: failure)
     code = exit_input
@@ -67,7 +67,7 @@ contains
       call close_history(table)
     end if
     if (.not. table%good) return
-    if (.not. case%umat%given) measures = measures_of_case(case, -table%least_traction, table%largest_slip)
+    if (.not. case%umat%given) worst = measures_of_case(case, -table%least_traction, table%largest_slip)
 
     code = exit_ok
     text = last_row(table)
@@ -149,5 +149,43 @@ contains
     end if
     path = path // ".failed.nml"
   end function failed_file
+
+  !> Write a line to standard error for each measure beyond its limit.
+  subroutine warn_of(path, values)
+    character(len=*), intent(in) :: path             !! case file, for the messages
+    real(wp), intent(in) :: values(n_measures)       !! the largest ones of all values of the sweep
+    logical :: doubtful(n_measures)
+    integer :: i
+    doubtful = warned(values)
+    do i = 1, n_measures
+      if (doubtful(i)) call say(path // ": warning: " // trim(warning_text(i, values(i))))
+    end do
+  end subroutine warn_of
+
+  !> Measures of a case: before the run those that the case determines, after it those of its largest pressure and slip.
+  pure function measures_of_case(case, pressure, slip) result(values)
+    type(case_type), intent(in) :: case              !! the case
+    real(wp), intent(in), optional :: pressure       !! largest of the run, >= 0, stress
+    real(wp), intent(in), optional :: slip           !! largest of the run, length
+    real(wp) :: values(n_measures)
+    if (present(pressure) .and. present(slip)) then
+      values = measures(case%props, pressure, 0.0_wp, slip)
+      values(:m_tension) = 0.0_wp
+    else
+      values = measures(case%props, 0.0_wp, largest_tension(case), 0.0_wp)
+    end if
+  end function measures_of_case
+
+  !> Largest prescribed t_N.
+  pure function largest_tension(case) result(tension)
+    type(case_type), intent(in) :: case   !! the case
+    real(wp) :: tension
+    integer :: i
+    tension = 0.0_wp
+    do i = 1, size(case%steps)
+      if (.not. (case%steps(i)%control%traction(1) .and. case%steps(i)%has_target(1))) cycle
+      tension = max(tension, maxval(case%steps(i)%targets(1, :)))
+    end do
+  end function largest_tension
 
 end module case_run

@@ -10,9 +10,8 @@ program rie_driver
   use asperity_text, only: integer_text, to_text
   use asperity_warnings, only: n_measures
   use case_law, only: get_law, law_type
-  use case_run, only: failed_file, run_case
+  use case_run, only: failed_file, measures_of_case, run_case, warn_of
   use case_check, only: check_case
-  use case_warnings, only: measures_of_case, warn_of
   use driver_messages, only: exit_input, exit_ok, finish, say
   use failed_case, only: failed_title
   use recorded_strains, only: read_replayed, strains_type
