@@ -220,9 +220,9 @@ def _figure_6() -> Outcome:
 def _found_7(*pair: Case) -> Iterable[str]:
     for direction, case in zip(DIRECTIONS, pair, strict=True):
         yield (
-            f"Along {direction:g}° $\\tau_L$ at 0.6 mm is "
-            f"{listed(f'{c.tau_L[-1]:.3f}' for c in case.curves if not c.lost)} MPa. Equilibrium under "
-            f"$\\sigma_N$ = 2 MPa ends at $s_L$ = {case.at(2.0).s_L[-1]:.4f} mm."
+            f"{direction:g}°: $\\tau_L$ at 0.6 mm "
+            f"{listed(f'{c.tau_L[-1]:.3f}' for c in case.curves if not c.lost)} MPa; "
+            f"equilibrium under 2 MPa ends at $s_L$ = {case.at(2.0).s_L[-1]:.4f} mm."
         )
     zero = max(abs(case.at(0.0).tau_L[-1]) for case in pair)
     yield f"At $\\sigma_N$ = 0 the traction left at 0.6 mm is {small(zero)} MPa (Remark 4)."
@@ -233,8 +233,8 @@ def _found_8(*pair: Case) -> Iterable[str]:
         ends = [np.diff(c.s_N)[-1] / np.diff(c.s_L)[-1] for c in case.curves if not c.lost]
         limit = np.tan(np.radians(30.0)) * np.cos(np.radians(direction))
         yield (
-            f"Along {direction:g}° the slope of the dilation at 0.6 mm is {min(ends):.4f} to {max(ends):.4f} "
-            f"for $\\sigma_N$ = 0 to −20 MPa; up the facing planes it is {limit:.4f}."
+            f"{direction:g}°: slope of the dilation at 0.6 mm {min(ends):.4f} to {max(ends):.4f}, up the "
+            f"facing planes {limit:.4f}."
         )
 
 
@@ -243,8 +243,8 @@ def _found_9(*pair: Case) -> Iterable[str]:
         for c in case.curves[1:]:
             ends = listed(f"{c.tau_L[i]:.3f}" for i in turns_of(c.s_L)[1:])
             yield (
-                f"{direction:g}°, {signed(c.test.value)} MPa: $\\tau_L$ at the ends of the strokes {ends} "
-                f"MPa, work of the last loop {loop_work(c):.3f} N/mm."
+                f"{direction:g}°, {signed(c.test.value)} MPa: $\\tau_L$ at the ends {ends} MPa, work of the "
+                f"last loop {loop_work(c):.3f} N/mm."
             )
 
 
