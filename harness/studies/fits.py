@@ -29,7 +29,7 @@ def example(picture: Path) -> str:
         write_record(path, synthetic(DEFAULT_NOISE, 0))
         found = fit(read_tests([path]))
         text = report(found, DEFAULT).replace(f"{folder}{os.sep}", "")
-    draw(found, picture, DEFAULT)
+    draw(found, DEFAULT, picture)
     text = re.sub(r"\n*correlation .*?(\n\n|\Z)", r"\1", text, flags=re.DOTALL)
     text = re.sub(r"\ntest 2, sigma_N.*?\n(?=\n)", "\n", text, count=1, flags=re.DOTALL)
     return f"```text\n{text}\n\n{props_line(found.interface)}\n```"

@@ -10,17 +10,8 @@ import signal
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
-from importlib import import_module
 from pathlib import Path
 from typing import Any
-
-
-def imported(module: str) -> Any:
-    """Import a library; raises ValueError with the line that installs it."""
-    try:
-        return import_module(module)
-    except ImportError:
-        raise ValueError(f"{module} is not installed: expected pip install {module}") from None
 
 
 def add_options(parser: argparse._ActionsContainer, *rows: tuple[Any, ...]) -> None:
@@ -158,10 +149,10 @@ def units_of(text: str) -> tuple[str, str]:
     return length, stress
 
 
-def check_picture(path: Path) -> None:
+def check_picture(path: Path, option: str = "") -> None:
     """Raise ValueError unless the name of a picture ends in .png or .pdf."""
     if path.suffix not in (".png", ".pdf"):
-        raise ValueError(f"{path}: expected a name that ends in .png or .pdf")
+        raise ValueError(f"{option}{path}: expected a name that ends in .png or .pdf")
 
 
 def check_outputs(
@@ -177,8 +168,8 @@ def check_outputs(
     for option, path, *start in written:
         if path is None:
             continue
-        if option == "--plot" and path.suffix not in (".png", ".pdf"):
-            raise ValueError(f"--plot {path}: expected a name that ends in .png or .pdf")
+        if option == "--plot":
+            check_picture(path, "--plot ")
         if not path.parent.is_dir():
             raise ValueError(f"{option} {path}: no folder {path.parent}: expected one that is there")
         if path.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):

@@ -10,8 +10,6 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .options import imported
-
 if TYPE_CHECKING:
     from pandas import DataFrame
 
@@ -124,6 +122,8 @@ def read_table(path: Path, expected: str) -> Table:
     lines before are left out.  Raises ValueError with what is expected for a file that is no text, and with
     every row of another length; OSError for a file that cannot be read.
     """
+    from pandas import DataFrame
+
     raw = _text(path, expected).splitlines()
     lines = [COMMENT.sub("", line).strip(" ") for line in raw]
     start, mark = _first_row(lines)
@@ -155,7 +155,7 @@ def read_table(path: Path, expected: str) -> Table:
             if len(row) != width
         ]
     )
-    cells = imported("pandas").DataFrame([*rows.values()], index=[*rows], columns=range(width), dtype=str)
+    cells = DataFrame([*rows.values()], index=[*rows], columns=range(width), dtype=str)
     return Table(path, names + 1, [part[1] for part in parts], units, cells)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -79,7 +80,8 @@ def _run(options: argparse.Namespace) -> int:
 def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> int:
     """Print and write the law that comes closest to the curves under one normal stress."""
     from ..fit.constants import BOND, KS
-    from ..fit.report import lines_of, report
+    from ..fit.picture import draw as draw_fit
+    from ..fit.report import case_of, lines_of, report
     from ..fit.search import arguments_of, searching, write
     from ..fit.units import DEFAULT
 
@@ -94,12 +96,16 @@ def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> int:
     both = Envelope(joint, found.interface, np.array([sigma_n]), slips, found.values)
     _print(both, options.reach, f"{lines_of(BY_NATURE)}\n\n{report(found, DEFAULT)}")
     # without scatter there is no covariance
-    write(options, found, DEFAULT, f"Barton, JRC {joint.jrc:g}")
+    picture = partial(draw_fit, found, DEFAULT, of_tests=f"Barton, JRC {joint.jrc:g}")
+    write(options, found.interface, picture, case_of(found))
     return 0
 
 
 def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float) -> int:
     """Print and write the law that meets an envelope."""
+    from ..fit.report import slip_case
+    from ..fit.search import write
+
     given = {name: value for name, (value,) in numbers("--set", options.set, 1).items()}
     unused = ["--free"] if options.free != ",".join(FREE) else []
     unused += [f"--{name}" for name in ("start", "bounds") if getattr(options, name)]
@@ -115,20 +121,10 @@ def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float
     units = {"ks": "MPa/mm", "mu": "-", "theta": "degree", "height": "mm", "crush": "MPa"}
     values = [f"{name:<12}{found.values[name]:>12.5g}  {unit}" for name, unit in units.items()]
     _print(found, options.reach, "\n".join(values))
-    if options.card is not None:
-        print("\n" + found.interface.card(options.card), end="")
-    if options.plot is not None:
-        draw(found, options.plot)
-        print(options.plot)
-    if options.output is not None:
-        from ..fit.report import slip_case
-        from ..fit.search import HEADING
-
-        material = {name: value for name, value in found.values.items() if name not in ("theta", "flat")}
-        slips = [float(found.slips[-1])]
-        text = slip_case("Joint of Barton", material, found.interface.pattern, -found.stresses, slips)
-        options.output.write_text(f"{HEADING}\n{text}", encoding="utf-8")
-        print(options.output)
+    material = {name: value for name, value in found.values.items() if name not in ("theta", "flat")}
+    slips = [float(found.slips[-1])]
+    text = slip_case("Joint of Barton", material, found.interface.pattern, -found.stresses, slips)
+    write(options, found.interface, partial(draw, found), text)
     return 0
 
 

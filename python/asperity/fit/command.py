@@ -13,8 +13,9 @@ from ..options import add_options, assigned, command_line
 from ..remarks import doubts, shown_warnings
 from .constants import AUTO, MORTAR, ROCK
 from .outcome import Fit
+from .picture import draw
 from .records import read_tests
-from .report import accepted_text, props_line, report
+from .report import accepted_text, case_of, covariance_text, props_line, report
 from .search import add_search, arguments_of, check_search, searching, write
 from .units import DEFAULT, NONE, check_target
 from .verdict import MOVED, Arguments, outliers, propose, refusals
@@ -100,7 +101,10 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     left = [] if options.accept else reasons
     if not left:
         print(f"\n{accepted}" if accepted else "", f"{props_line(found.interface)}", sep="\n")
-    write(options, found, units, reasons=left, accepted=accepted)
+    if left:
+        options.card = options.output = None
+    case, covariance = (case_of(found), covariance_text(found, accepted)) if options.output else ("", "")
+    write(options, found.interface, partial(draw, found, units), case, accepted, covariance)
     return NO_RESULT if left else 0
 
 

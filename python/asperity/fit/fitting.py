@@ -27,7 +27,6 @@ from .constants import (
     joints,
     plausible,
     sizes,
-    start_range,
     to_scale,
 )
 from .model import INCREMENTS, SIDES, Problem
@@ -195,7 +194,7 @@ def fit(
         if shift <= ENOUGH or parts > REFINE**REFINEMENTS or REFINE * longest > MOST_ROWS:
             return replace(found, shift=shift)
         # the derivatives of the coarser model are near enough
-        x, problem, slopes = found.x, finer, lambda _, known=found.jacobian: known
+        x, problem, slopes = found.x, finer, lambda _, known=found.result.jac: known
 
 
 def minimise(
@@ -213,14 +212,14 @@ def minimise(
     """
     import lmfit
 
+    low, high = np.array([to_scale(name, bounds[name]) for name in names]).T
+    margin = 1e-6 * (high - low)
     parameters = lmfit.Parameters()
-    for name, value in zip(names, x, strict=True):
-        low, high = to_scale(name, bounds[name]).tolist()
-        margin = 1e-6 * (high - low)
-        parameters.add(name, float(np.clip(value, low + margin, high - margin)), min=low, max=high)
+    for row in zip(names, np.clip(x, low + margin, high - margin), low, high, strict=True):
+        parameters.add(row[0], row[1], min=row[2], max=row[3])
 
     def vector(parameters: Any) -> Floats:
-        return np.array([parameters[name].value for name in names])
+        return np.array([*parameters.valuesdict().values()])
 
     def jacobian(x: Floats) -> Floats:
         return derivatives(x) if derivatives else differences(residuals, x, step, residuals(x))
@@ -284,16 +283,12 @@ def search(
 
 
 def _hypercube(problem: Problem, seed: int) -> list[Floats]:
-    """Points on the scales of the constants, SAMPLES of a Latin hypercube."""
+    """SAMPLES of a Latin hypercube, in the middle thirds between the bounds on the scales."""
     from scipy.stats import qmc
 
-    names, size = problem.free, sizes(problem.tests)
-    low, high = np.array([start_range("s_f" if name == "Gc" else name, *size) for name in names]).T
-    points = qmc.scale(qmc.LatinHypercube(len(names), rng=seed).random(SAMPLES), low, high)
-    if "Gc" in names:
-        points[:, names.index("Gc")] += [np.log(0.5 * problem.values(x)["sigma0"]) for x in points]
-    ends = np.array([to_scale(name, problem.bounds[name]) for name in names]).T
-    return list(np.clip(points, *ends))
+    low, high = np.array([to_scale(name, problem.bounds[name]) for name in problem.free]).T
+    third = (high - low) / 3.0
+    return list(qmc.scale(qmc.LatinHypercube(low.size, rng=seed).random(SAMPLES), low + third, high - third))
 
 
 def _problem(

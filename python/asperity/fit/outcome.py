@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -48,8 +48,7 @@ NEAR_BOUND = 1.0e-3
 """Distance of a constant from its bound, over that of its bounds on its scale, that counts as none."""
 
 
-@dataclass(frozen=True)
-class Estimate:
+class Estimate(NamedTuple):
     """Value and ends of its confidence interval."""
 
     value: float
@@ -86,11 +85,6 @@ class Fit:
         """Residuals (n,) of the model."""
         return np.asarray(self.result.residual)
 
-    @property
-    def jacobian(self) -> Floats:
-        """Derivatives (n, p) of the residuals with the constants on their scales."""
-        return np.asarray(self.result.jac)
-
     @cached_property
     def converged(self) -> bool:
         """Whether the least squares converged."""
@@ -121,7 +115,7 @@ class Fit:
 
         They are large in the directions without influence, which have a large variance.
         """
-        left, sizes, right = np.linalg.svd(self.jacobian, full_matrices=False)
+        left, sizes, right = np.linalg.svd(self.result.jac, full_matrices=False)
         return np.asarray(right.T / np.maximum(sizes, RANK * sizes[0])) @ left.T
 
     @cached_property

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from ..cards.blocks import HOSTS
+from ..interface import Interface
 from ..options import add_options, add_output, add_workers, check_outputs, numbers, progress_bar, workers
 from .constants import AUTO, SCALES
 from .fitting import STARTS_TRIED, fit
 from .model import INCREMENTS, SIDES
 from .outcome import Fit
-from .report import case_of, covariance_text, file_of
+from .report import file_of
 from .shear_test import ShearTest
 from .verdict import Arguments, Fitted
 
@@ -94,29 +95,25 @@ def searching(options: argparse.Namespace, tests: Sequence[ShearTest]) -> Iterat
 
 def write(
     options: argparse.Namespace,
-    found: Fit,
-    units: tuple[str, str],
-    of_tests: str = "",
-    reasons: Sequence[str] = (),
+    interface: Interface,
+    draw: Callable[[Path], object],
+    case: str,
     accepted: str = "",
+    covariance: str = "",
 ) -> None:
     """Print the card and write picture, case file and covariance, as far as the options ask for them.
 
-    of_tests: as in `picture.draw`; curves have no scatter, so there is no covariance.  reasons: why the fit
-    is no result; there is then a picture only.  accepted: what the user has accepted instead.
+    draw: draws the picture into a file.  case, covariance: texts.  accepted: what the user has accepted.
     """
-    if options.card is not None and not reasons:
-        print("\n" + found.interface.card(options.card, notes=[accepted] if accepted else []), end="")
+    if options.card is not None:
+        print("\n" + interface.card(options.card, notes=[accepted] if accepted else []), end="")
     if options.plot is not None:
-        from .picture import draw
-
-        draw(found, options.plot, units, of_tests)
+        draw(options.plot)
         print(options.plot)
-    if options.output is not None and not reasons:
+    if options.output is not None:
         note = f"! {accepted[0].upper()}{accepted[1:]}.\n" if accepted else ""
-        files = {options.output: f"{HEADING}\n{note}{case_of(found)}"}
-        if not of_tests:
-            files[file_of(options.output)] = covariance_text(found, accepted)
+        files = {options.output: f"{HEADING}\n{note}{case}", file_of(options.output): covariance}
         for path, text in files.items():
-            path.write_text(text, encoding="utf-8")
-            print(path)
+            if text:
+                path.write_text(text, encoding="utf-8")
+                print(path)

@@ -7,8 +7,6 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
-from ..options import imported
-
 KINDS = {"slip": "length", "dilation": "length", "tau": "stress", "sigma_N": "stress", "k_N": "stiffness"}
 KINDS |= {"peak": "stress", "residual": "stress"}
 """What each column of test data measures."""
@@ -29,7 +27,9 @@ NONE = ("length", "stress")
 
 @cache
 def _registry() -> Any:
-    return imported("pint").UnitRegistry(cache_folder=None)
+    import pint
+
+    return pint.UnitRegistry(cache_folder=None)
 
 
 @cache
