@@ -40,6 +40,11 @@ UNITS |= {"s_f": "length", "s0": "length", "ratio": "-"}
 PLAUSIBLE = {row.name: row.plausible for row in TIMELESS} | {KS: (1e-2, 1e5), "kn": (1e-2, 1e8)}
 """Scale, unit and plausible range of a constant; the range is in multiples of the size of its unit."""
 
+STARTS = {"sigma0": (0.05, 2.0), "s_f": (0.02, 1.5), "eta": (0.4, 0.97), "mu": (0.15, 1.0), KS: (1.0, 1e3)}
+STARTS |= {"theta": (5.0, 45.0), "flat": (0.1, 0.6), "kc": (0.5, 50.0)}
+STARTS |= {"height": (0.03, 3.0), "W0": (0.05, 5.0)}
+"""Ranges of the starts, of s_f in place of Gc, because the tests show its size; of others the middle."""
+
 DEFAULTS = {"eta": 0.9} | {
     row.name: row.default for row in TIMELESS if row.default is not None and row.name != "theta"
 }
@@ -80,10 +85,24 @@ def sizes(tests: Sequence[ShearTest]) -> tuple[float, float]:
 
 def plausible(name: str, stress: float, length: float) -> tuple[float, float]:
     """Ends of what joints have in tests of this size."""
-    sizes = {"stress": stress, "length": length, "stress*length": stress * length}
-    size = (sizes | {"stress/length": stress / length}).get(UNITS.get(name, "stress/length"), 1.0)
+    size = _unit_size(name, stress, length)
     low, high = PLAUSIBLE[name]
     return low * size, high * size
+
+
+def start_range(name: str, stress: float, length: float) -> tuple[float, float]:
+    """Ends, on the scale of the constant, of the range of the starts."""
+    if name in STARTS:
+        low, high = to_scale(name, np.array(STARTS[name]) * _unit_size(name, stress, length)).tolist()
+        return low, high
+    low, high = to_scale(name, plausible(name, stress, length)).tolist()
+    return low + (high - low) / 3.0, high - (high - low) / 3.0
+
+
+def _unit_size(name: str, stress: float, length: float) -> float:
+    """Size of the unit of a constant from those of stress and length."""
+    sizes = {"stress": stress, "length": length, "stress*length": stress * length}
+    return (sizes | {"stress/length": stress / length}).get(UNITS.get(name, "stress/length"), 1.0)
 
 
 def joints(names: Collection[str], joint: str) -> list[str]:

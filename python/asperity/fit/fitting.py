@@ -27,6 +27,7 @@ from .constants import (
     joints,
     plausible,
     sizes,
+    start_range,
     to_scale,
 )
 from .model import INCREMENTS, SIDES, Problem
@@ -283,12 +284,16 @@ def search(
 
 
 def _hypercube(problem: Problem, seed: int) -> list[Floats]:
-    """SAMPLES of a Latin hypercube, in the middle thirds between the bounds on the scales."""
+    """Points on the scales of the constants, SAMPLES of a Latin hypercube."""
     from scipy.stats import qmc
 
-    low, high = np.array([to_scale(name, problem.bounds[name]) for name in problem.free]).T
-    third = (high - low) / 3.0
-    return list(qmc.scale(qmc.LatinHypercube(low.size, rng=seed).random(SAMPLES), low + third, high - third))
+    names, size = problem.free, sizes(problem.tests)
+    low, high = np.array([start_range("s_f" if name == "Gc" else name, *size) for name in names]).T
+    points = qmc.scale(qmc.LatinHypercube(len(names), rng=seed).random(SAMPLES), low, high)
+    if "Gc" in names:
+        points[:, names.index("Gc")] += [np.log(0.5 * problem.values(x)["sigma0"]) for x in points]
+    ends = np.array([to_scale(name, problem.bounds[name]) for name in names]).T
+    return list(np.clip(points, *ends))
 
 
 def _problem(
