@@ -13,7 +13,7 @@ module asperity_rie_law
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
-  public :: new_rie_law, timeless_law, whole_separation, slipped_separation
+  public :: new_rie_law, timeless_law, slipped_separation
 
   !> The law of an interface.
   type, extends(point_law), public :: rie_law

@@ -10,7 +10,7 @@ module asperity_strength
   use asperity_pattern, only: plane_normal
   implicit none
   private
-  public :: beyond_strength, free_of_contact, bond_strength, sine_of_friction
+  public :: beyond_strength
 
 contains
 

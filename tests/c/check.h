@@ -5,7 +5,7 @@
 #include <math.h>
 #include <stdio.h>
 
-/* STATEV counts from 0 (docs/contract.md): numbers of values, index of the status, index of the first offset. */
+/* STATEV counts from 0 (docs/reference/contract.md): sizes, index of the status, index of the first offset. */
 enum { POINT_STATEV = 8, PLANE_STATEV = 3, STATUS = 4, OFFSET = 5 };
 
 /* The value is 1, with a line on standard error, if the condition is false. */

@@ -19,7 +19,7 @@ module support_law
   implicit none
   private
   public :: table2_with, interface_of, regular_interface, listed_interface, kind_of, path_type, slip_path, even_steps, &
-    replay, slip_steps, entry_of, work_along, tangent_by_differences, plane_axes, local_separation, length, draw, &
+    replay, entry_of, work_along, tangent_by_differences, plane_axes, local_separation, length, draw, &
     random_history, random_walk, samples, same_bits, is_nan
 
   !> Strength, rupture energy, ductility and friction coefficient of Table 2 (MPa, mm).
