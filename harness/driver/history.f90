@@ -85,7 +85,7 @@ contains
     call add_row(table, row)
   end subroutine add_replayed_row
 
-  !> Write a row by one system call, so that a run that is killed leaves complete rows.
+  !> Write a row by one system call, so that a run that is ended leaves complete rows.
   subroutine add_row(table, row)
     type(history_type), intent(inout) :: table      !! the file
     type(row_type), intent(in) :: row               !! the row

@@ -48,7 +48,7 @@ int posix_same_file(const char *first, const char *second) {
 }
 
 /* Write all bytes of a line, or none of them to a file: 0, or -1 with errno. */
-int posix_write_line(int file, const char *line, size_t n) {
+static int write_all(int file, const char *line, size_t n) {
   size_t done = 0;
   /* beyond the limit on the size of a file, write fails instead of the program */
   signal(SIGXFSZ, SIG_IGN);
@@ -67,4 +67,18 @@ int posix_write_line(int file, const char *line, size_t n) {
     return -1;
   }
   return 0;
+}
+
+/* The same for a line that no signal but SIGKILL cuts: a signal that ends the program ends a write, too, at a page of
+ * the file (4096 bytes). Where a reader may be waited for, as at a pipe, signals are not kept waiting. */
+int posix_write_line(int file, const char *line, size_t n) {
+  sigset_t all, before;
+  const int waits = lseek(file, 0, SEEK_CUR) < 0;
+  sigfillset(&all);
+  if (!waits) sigprocmask(SIG_BLOCK, &all, &before);
+  const int status = write_all(file, line, n);
+  const int reason = errno;
+  if (!waits) sigprocmask(SIG_SETMASK, &before, NULL);
+  errno = reason;
+  return status;
 }

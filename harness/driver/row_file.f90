@@ -1,5 +1,5 @@
-!> Output of lines, each by one system call: a run that is killed leaves complete lines, and errors are noticed. A line
-!> that can be written in part only is taken back.
+!> Output of lines, each by one system call: a run that is ended leaves complete lines, and errors are noticed. Only
+!> SIGKILL can cut a line, at a page of the file. A line that can be written in part only is taken back.
 !>
 !> The Fortran run-time libraries do not report a full disk. On a full tmpfs and on /dev/full, iostat of write, flush
 !> and close is 0 with gfortran 12, whether a unit stays open or is opened for each line; with flang 16 flush reports
