@@ -10,6 +10,9 @@ import numpy as np
 from . import _core
 from .pattern import Pattern
 
+LONGEST = 4096
+"""Bytes of a text, which the library takes in a cell of this size; no path is longer."""
+
 
 class Word(str):
     """Word that is written as it is: the name of a sweep's number, or a number as a user has typed it."""
@@ -26,6 +29,8 @@ def case_text(*groups: tuple[str, Mapping[str, Any]]) -> str:
         given = {name: value for name, value in entries_of.items() if value is not None}
         for name, value in [(group, None), *given.items()]:
             text = value.encode() if isinstance(value, str) else b""
+            if len(text) > LONGEST or {*b"\r\n"} & {*text}:
+                raise ValueError(f"{name} = {value!r:.200}: expected one line of at most {LONGEST} bytes")
             numbers = [] if value is None or text else np.atleast_1d(value).astype(float).tolist()
             if value is not None and not (text or numbers):
                 continue
@@ -34,7 +39,7 @@ def case_text(*groups: tuple[str, Mapping[str, Any]]) -> str:
             counts.append(len(numbers) or len(text))
             values += numbers
             strings.append(text)
-    arrays = np.array(names, "S32"), kinds, counts, values or [0.0], np.array(strings, "S4096")
+    arrays = np.array(names, "S32"), kinds, counts, values or [0.0], np.array(strings, f"S{LONGEST}")
     text = np.zeros(64 + 40 * (len(names) + len(values)) + 2 * sum(map(len, strings)), "S1")
     length = _core.case_text(*arrays, text)
     return b"".join(text[:length].tolist()).decode()

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
+from asperity.case_writer import case_text
 from support_driver import (
     FLAT,
     MATERIAL,
@@ -227,3 +228,11 @@ def test_mangled_cases(driver: Path, tmp_path: Path) -> None:
             read_csv(path.read_text())
             path.unlink()
     assert {0, 1} <= codes
+
+
+def test_texts_that_are_written() -> None:
+    """A text of the longest length is written whole; a longer one, or one with a line end, is rejected."""
+    assert case_text(("case", {"title": "'" + 4095 * "x"})).count("''" + 4095 * "x") == 1
+    for text in (4097 * "x", "a\nb", "a\rb"):
+        with pytest.raises(ValueError, match=r"title = '.*: expected one line of at most 4096 bytes"):
+            case_text(("case", {"title": text}))
