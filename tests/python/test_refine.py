@@ -147,7 +147,7 @@ def test_bad_tolerance(run, tolerance: float):
     """A tolerance out of range, or below what the limit of increments allows, is an error with its reason."""
     interface, direction, turns, sigma_N = random_slip_test(4)
     said = (
-        "the rows of .* increments differ by .*: expected a larger"
+        "the rows of .* increments still differ by .*: expected a tolerance of at least"
         if tolerance == 1e-8
         else r"expected 1e-8 to 0\.1"
     )
