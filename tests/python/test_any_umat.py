@@ -11,6 +11,7 @@ import signal
 import subprocess
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import asperity
@@ -301,7 +302,11 @@ def test_two_runs_do_not_share_a_file(driver: Path, attacker, tmp_path: Path) ->
 def test_an_interrupt_ends_the_child(driver: Path, attacker, tmp_path: Path) -> None:
     """SIGINT to the driver ends the UMAT, too, and keeps the rows."""
     (tmp_path / "case.nml").write_text(attacker("for (;;);", 60), encoding="utf-8")
-    with subprocess.Popen([driver, "case.nml"], cwd=tmp_path, stderr=subprocess.DEVNULL) as process:
+    # a shell in the background starts its programs without SIGINT
+    obeys = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    with subprocess.Popen(
+        [driver, "case.nml"], cwd=tmp_path, stderr=subprocess.DEVNULL, preexec_fn=obeys
+    ) as process:
         wait_for(lambda: (tmp_path / "case.csv").is_file())
         wait_for(lambda: (tmp_path / "case.csv").read_text().count("\n") == 4)
         [child] = children(process.pid)
