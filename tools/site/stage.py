@@ -33,7 +33,7 @@ LANGUAGES = {
     ".xml": "xml",
 }
 KEPT = {".md", ".png", ".csv"}
-"""Files that the site has as they are."""
+"""Files of docs and of the top folder that the site has as they are."""
 
 
 class Stage:
@@ -63,7 +63,7 @@ class Stage:
             target = Path(os.path.normpath(source.parent / m[2]))
             if "://" in m[2] or not target.is_relative_to(ROOT) or not target.exists():
                 return m[0]
-            if target.suffix in KEPT:
+            if target.suffix in KEPT and target.parts[len(ROOT.parts)] in ("docs", target.name):
                 return m[0]
             self.linked.add(target)
             path = os.path.relpath(ROOT / page_of(target), source.parent)
