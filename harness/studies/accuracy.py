@@ -9,14 +9,12 @@ import argparse
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.material import Material
-from asperity.options import add_options
 from asperity.paper.fracture_energy import fracture_energy
 from asperity.pattern import Pattern
 from asperity.slip_curves import SlipCurves, slip_curves
@@ -26,7 +24,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from .program import run
+from .program import program
 from .tables import refresh
 
 SIGMA_N = (0.0, -1.0, -5.0, -10.0)
@@ -296,19 +294,6 @@ STUDIES = {"increments": draw_increments, "planes": draw_planes}
 """Studies by the names of their pictures and markers: picture and table."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the program."""
-    marked = "fill the numbers into a page, between markers such as <!-- accuracy-planes -->"
-    add_options(
-        parser,
-        ("--folder DIR", "folder of the pictures", Path()),
-        ("--page FILE.md", marked, Path, {"default": None}),
-        ("--only STUDY", "which", str, {"nargs": "+", "choices": STUDIES}),
-        ("--quick", "very small sizes, for a test of the program"),
-    )
-    parser.set_defaults(action=_write)
-
-
 def _write(options: argparse.Namespace) -> int:
     """Run studies, write pictures, and print the tables or fill them into a page."""
     options.folder.mkdir(parents=True, exist_ok=True)
@@ -324,7 +309,13 @@ def _write(options: argparse.Namespace) -> int:
     return 0
 
 
-main = partial(run, add_arguments)
+main = program(
+    _write,
+    ("--folder DIR", "folder of the pictures", Path()),
+    ("--page FILE.md", "fill the numbers into a page, between markers as <!-- accuracy-planes -->", Path),
+    ("--only STUDY", "which", str, {"nargs": "+", "choices": STUDIES}),
+    ("--quick", "very small sizes, for a test of the program"),
+)
 
 if __name__ == "__main__":
     sys.exit(main())

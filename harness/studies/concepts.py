@@ -21,7 +21,6 @@ from asperity.contract import Floats
 from asperity.curve_pictures import DILATION, SLIP, TRACTION
 from asperity.interface import History, Interface
 from asperity.material import Material, ModelWarning
-from asperity.options import add_options
 from asperity.pattern import Pattern
 from asperity.style import TWO, new_figure, printed, save
 from matplotlib.figure import Figure
@@ -29,7 +28,7 @@ from tqdm import tqdm
 
 from . import extensions
 from .concepts_draw import BLACK, BLUE, GREEN, ORANGE, arrow, facet, joint, panel, patterns
-from .program import run
+from .program import program
 
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0)
 """Table 2, with a contact 20 times as stiff as the bond."""
@@ -309,12 +308,6 @@ PICTURES: Mapping[str, Callable[[], Figure]] = {
 """Pictures by the name of their file."""
 
 
-def add_arguments(chart: argparse.ArgumentParser) -> None:
-    """Add the arguments of the program."""
-    add_options(chart, ("--folder DIR", "folder of the pictures (default: %(default)s)", Path("concepts")))
-    chart.set_defaults(action=_action)
-
-
 def _action(options: argparse.Namespace) -> int:
     """Draw all pictures and print their names."""
     options.folder.mkdir(parents=True, exist_ok=True)
@@ -327,7 +320,7 @@ def _action(options: argparse.Namespace) -> int:
     return 0
 
 
-main = partial(run, add_arguments)
+main = program(_action, ("--folder DIR", "folder of the pictures", Path("concepts")))
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -7,7 +7,6 @@ import os
 import re
 import sys
 import tempfile
-from functools import partial
 from pathlib import Path
 
 from asperity.fit.fitting import fit
@@ -15,9 +14,8 @@ from asperity.fit.picture import draw
 from asperity.fit.records import read_tests
 from asperity.fit.report import props_line, report
 from asperity.fit.units import DEFAULT
-from asperity.options import add_options
 
-from .program import run
+from .program import program
 from .synthetic import DEFAULT_NOISE, synthetic, write_record
 from .tables import refresh
 
@@ -35,12 +33,6 @@ def example(picture: Path) -> str:
     return f"```text\n{text}\n\n{props_line(found.interface)}\n```"
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the program."""
-    add_options(parser, ("page FILE.md", "fill its markers, draw its picture", Path))
-    parser.set_defaults(action=_write)
-
-
 def _write(options: argparse.Namespace) -> int:
     """Fill the example into a page."""
     images = options.page.parents[1] / "images"
@@ -50,7 +42,7 @@ def _write(options: argparse.Namespace) -> int:
     return 0
 
 
-main = partial(run, add_arguments)
+main = program(_write, ("page FILE.md", "fill its markers, draw its picture", Path))
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from statistics import median
 
 import numpy as np
+import pandas
 from asperity.interface import Interface
 from asperity.pattern import Pattern
 from asperity.slip_curves import slip_curves
@@ -29,8 +28,8 @@ from .accuracy import (
     monotonic,
     relative_error,
 )
-from .program import run
-from .timings import Timing, measure, read_timings
+from .program import program
+from .timings import measure, read_timings
 
 SIDES = {"RT": 2, "RP-3": 3, "RP-4": 4, "RP-6": 6, "RP-8": 8, "RP-16": 16, "RP-32": 32}
 """Inclined planes of the patterns of the chart."""
@@ -48,16 +47,17 @@ KINDS = {1: "portable", 3: "AVX2", 0: "one set of kernels"}
 """Names of the kinds of kernels."""
 
 
-def draw_speed(timings: Sequence[Timing], path: Path) -> None:
+def draw_speed(timings: pandas.DataFrame, path: Path) -> None:
     """Draw the error against the time per point into a file that ends in .png or .pdf."""
-    times = _medians(timings)
+    blocks = timings[(timings.kernel == "block") & (timings.states == "slip")]
+    times = blocks.groupby(["isa", "precision", "tangent", "pattern"]).ns_per_point.median().to_dict()
     errors = {name: pattern_errors(height) for name, (_, height) in FACETS.items()}
     with printed():
         figure, axes = new_figure(TWO, 3.2, ncols=2, sharey=True, sharex=True)
         for ax, tangent, title in zip(
             axes, (True, False), ("stress and tangent", "stress only"), strict=True
         ):
-            for isa in sorted({t.isa for t in timings}):
+            for isa in sorted(set(timings.isa)):
                 for precision in ("double", "single"):
                     for name, (end, _) in FACETS.items():
                         _curve(ax, times, errors[name], (isa, precision, tangent), name, end)
@@ -82,15 +82,6 @@ def pattern_errors(height: float) -> dict[str, float]:
             slip_curves(pattern, angles, slips, SIGMA_N, PRELOAD).tau_L - reference, reference
         )
     return errors
-
-
-def _medians(timings: Sequence[Timing]) -> dict[tuple[int, str, bool, str], float]:
-    """Median times of the blocks by level, precision, tangent and pattern."""
-    rows: dict[tuple[int, str, bool, str], list[float]] = {}
-    for t in timings:
-        if (t.kernel, t.states) == ("block", "slip"):
-            rows.setdefault((t.isa, t.precision, t.tangent, t.pattern), []).append(t.ns_per_point)
-    return {key: median(values) for key, values in rows.items()}
 
 
 def _curve(
@@ -141,58 +132,29 @@ COLUMNS = (
 """Title, kernel, precision and tangent of the columns of the table."""
 
 
-def table(timings: Sequence[Timing]) -> str:
+def table(timings: pandas.DataFrame) -> str:
     """Nanoseconds per point as a table in Markdown, a row per pattern and kind of kernels."""
+    slip = timings[timings.states == "slip"]
+    names = ["pattern", "planes", "isa", "kernel", "precision", "tangent"]
+    times = slip.groupby(names, sort=False).ns_per_point.median().to_dict()
     rows = []
-    for pattern, planes, isa in dict.fromkeys(
-        (t.pattern, t.planes, t.isa) for t in timings if t.states == "slip"
-    ):
-        cells = [pattern, str(planes), KINDS[isa]]
-        for _, kernel, precision, tangent in COLUMNS:
-            chosen = _rows(timings, kernel, precision, tangent)
-            times = [t.ns_per_point for t in chosen if (t.pattern, t.isa) == (pattern, isa)]
-            cells.append(f"{median(times):.1f}" if times else "")
-        rows.append(cells)
+    for pattern, planes, isa in dict.fromkeys(key[:3] for key in times):
+        found = [times.get((pattern, planes, isa, *column[1:])) for column in COLUMNS]
+        cells = ["" if time is None else f"{time:.1f}" for time in found]
+        rows.append([pattern, str(planes), KINDS[isa], *cells])
     return markdown(["pattern", "planes", "kernels", *(column[0] for column in COLUMNS)], rows, numbers=True)
-
-
-def _rows(timings: Sequence[Timing], kernel: str, precision: str, tangent: bool) -> Iterator[Timing]:
-    """Rows of a kernel whose points all slip."""
-    wanted = (kernel, precision, tangent, "slip")
-    return (t for t in timings if (t.kernel, t.precision, t.tangent, t.states) == wanted)
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the program."""
-    parser.add_argument(
-        "csv",
-        nargs="*",
-        type=Path,
-        metavar="BENCH.csv",
-        help=f"written by bench --csv, with any kernels (default: run it {RUNS} times with each)",
-    )
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        default=Path("speed.png"),
-        metavar="FILE",
-        help="picture, .png or .pdf (default: %(default)s)",
-    )
-    parser.add_argument("--quick", action="store_true", help="short runs with rough results")
-    parser.add_argument("--table", action="store_true", help="also print a table in Markdown")
-    parser.set_defaults(action=_speed)
 
 
 def _speed(options: argparse.Namespace) -> int:
     """Read CSVs of the benchmark, or run the benchmark, then draw."""
     if options.csv and options.quick:
         raise ValueError(f"--quick: expected without {options.csv[0]}, which is not run again")
+    quick = ["--quick"] * options.quick
     if options.csv:
-        timings = [row for path in options.csv for row in read_timings(path)]
+        parts = [read_timings(path) for path in options.csv]
     else:
-        quick = ["--quick"] if options.quick else []
-        timings = [row for _ in range(RUNS) for level in ("v1", "v3") for row in measure(*quick, level=level)]
+        parts = [measure(*quick, level=level) for _ in range(RUNS) for level in ("v1", "v3")]
+    timings = pandas.concat(parts)
     draw_speed(timings, options.output)
     if options.table:
         print(table(timings))
@@ -200,10 +162,18 @@ def _speed(options: argparse.Namespace) -> int:
     return 0
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the program."""
-    return run(add_arguments, arguments)
-
+main = program(
+    _speed,
+    (
+        "csv BENCH.csv",
+        f"written by bench --csv, with any kernels (default: run it {RUNS} times with each)",
+        Path,
+        {"nargs": "*"},
+    ),
+    ("-o --output FILE", "picture, .png or .pdf", Path("speed.png")),
+    ("--quick", "short runs with rough results"),
+    ("--table", "also print a table in Markdown"),
+)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -12,9 +12,8 @@ import numpy as np
 from asperity.contract import Floats
 from asperity.fit.model import SIDES, Problem, slip_curve
 from asperity.fit.shear_test import ShearTest
-from asperity.options import add_options
 
-from .program import run
+from .program import program
 
 TRUTH = {"sigma0": 1.5, "Gc": 0.15, "eta": 0.9, "mu": 0.5, "theta": 20.0, "flat": 1.0 / 3.0, "kc": 20.0}
 """Parameters of the synthetic tests: mm, MPa, degrees."""
@@ -97,17 +96,6 @@ def write_record(path: Path, tests: Sequence[ShearTest]) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the program."""
-    add_options(
-        parser,
-        ("record RECORD.csv", "file of the tests", Path),
-        ("--noise NOISE", "of the range", DEFAULT_NOISE),
-        ("--seed SEED", "of the noise", 0),
-    )
-    parser.set_defaults(action=_run)
-
-
 def _run(options: argparse.Namespace) -> int:
     """Write synthetic tests to a file."""
     write_record(options.record, synthetic(options.noise, options.seed))
@@ -115,5 +103,12 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
+main = program(
+    _run,
+    ("record RECORD.csv", "file of the tests", Path),
+    ("--noise NOISE", "of the range", DEFAULT_NOISE),
+    ("--seed SEED", "of the noise", 0),
+)
+
 if __name__ == "__main__":
-    sys.exit(run(_add_arguments))
+    sys.exit(main())

@@ -6,13 +6,12 @@ import argparse
 import re
 import sys
 from collections.abc import Callable, Mapping
-from functools import partial
 from pathlib import Path
 
 from asperity import contract
 from asperity.tables import markdown
 
-from .program import DIFFERS, run
+from .program import DIFFERS, program
 
 
 def props() -> str:
@@ -73,15 +72,6 @@ def refresh(path: Path, check: bool, contents: Mapping[str, str | Callable[[], s
     return filled == text
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the program."""
-    parser.add_argument("files", nargs="*", type=Path, metavar="FILE.md", help="pages (none: print)")
-    parser.add_argument(
-        "--check", action="store_true", help="change nothing; exit with 1 if a file is not up to date"
-    )
-    parser.set_defaults(action=_tables)
-
-
 def _tables(options: argparse.Namespace) -> int:
     """Print the tables, fill them into files, or check the files."""
     if not options.files:
@@ -95,7 +85,11 @@ def _tables(options: argparse.Namespace) -> int:
     return DIFFERS if options.check and stale else 0
 
 
-main = partial(run, add_arguments)
+main = program(
+    _tables,
+    ("files FILE.md", "pages (none: print)", Path, {"nargs": "*"}),
+    ("--check", "change nothing; exit with 1 if a file is not up to date"),
+)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -32,8 +32,6 @@ from asperity import (
 from asperity.cli import COMMANDS, main
 from asperity.installed import all_cases, named_case
 
-from harness.studies import compare
-
 RT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(2, 30.0))
 LAW = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /\n"
 CASE = f"""&case title = 'Slip and back' /
@@ -242,7 +240,6 @@ def test_run_of_a_sweep(output: str, folder: Path, said: Callable) -> None:
     assert np.all(History.from_csv(found[45.0]).separation[-1] == [0.0, 0.1, 0.0])
 
 
-
 def test_run_passes_the_exit_codes(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Bad input gives exit code 1 and no picture, a lost equilibrium exit code 2 and a picture."""
     write("bad.nml", CASE.replace("mu = 0.5", "mu = -0.5"))
@@ -396,24 +393,3 @@ def test_case_that_is_no_slip_test(text: str, message: str) -> None:
     """Another kind of load path is rejected."""
     with pytest.raises(ValueError, match=f"case.nml: {message}"):
         list(case_files.slip_tests(case_files.read_case(write("case.nml", text))))
-
-
-@pytest.mark.parametrize("text", [CASE, LOST + "&expect end = 'lost' /\n"], ids=["whole", "lost"])
-def test_compare(text: str) -> None:
-    """Driver and reference agree, also on a lost equilibrium."""
-    result = compare.compare(write("case.nml", text))
-    assert result.agrees, result
-    assert result.curves == 1 and result.rows > 20
-    assert list(result.differences) == ["law/NumPy", "test/NumPy"]
-
-
-def test_compare_command(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    """The command prints one line per case, with exit code 1 for a difference or an unknown figure."""
-    assert compare.main(["--figure", "2"]) == 0
-    line = capsys.readouterr().out.splitlines()[-1].split()
-    assert line[:4] == ["figure02", "1", "100", "law/NumPy"] and line[-1] == "agrees"
-    monkeypatch.setattr(compare, "LAW_TOLERANCE", 0.0)
-    assert compare.main(["--figure", "2"]) == 1
-    assert capsys.readouterr().out.splitlines()[-1].endswith("DIFFERS")
-    assert compare.main(["--figure", "3"]) == 1
-    assert "figure 3: expected one of 2, 4a" in capsys.readouterr().err

@@ -13,13 +13,12 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
 
-from harness.studies import accuracy, concepts, speed
+from harness.studies import accuracy, concepts, speed, timings
 from harness.studies.newton import ENDS, NewtonStudy, newton_path, newton_study
 from harness.studies.stability import MODES, find, shown, table
 from harness.studies.stability.__main__ import main as stability
 from harness.studies.stability.branches import steep_snap
 from harness.studies.stability.catalogue import agree
-from harness.studies.timings import BENCH
 
 DOCS = Path(__file__).parents[2] / "docs"
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
@@ -225,11 +224,11 @@ FIVE = ("RT", "RP-3", "RP-4", "RP-6", "RP-32")
 def test_rows_of_the_benchmark(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The CSV of a short run has every pattern, kernel, precision and limit; chart and table show it."""
     measured = tmp_path / "bench.csv"
-    subprocess.run([BENCH, "--csv", measured, "--quick"], check=True, capture_output=True)
-    timings = speed.read_timings(measured)
-    assert {t.pattern: t.planes for t in timings} == PLANES | FACETS
-    assert all(t.ns_per_point > 0.0 for t in timings)
-    have = {(t.pattern, t.kernel, t.precision, t.tangent) for t in timings}
+    subprocess.run([timings.BENCH, "--csv", measured, "--quick"], check=True, capture_output=True)
+    rows = timings.read_timings(measured)
+    assert dict(zip(rows.pattern, rows.planes, strict=True)) == PLANES | FACETS
+    assert (rows.ns_per_point > 0.0).all()
+    have = set(rows[["pattern", "kernel", "precision", "tangent"]].itertuples(index=False, name=None))
     for pattern in PLANES:
         assert {(pattern, "textbook", "double", t) for t in (True, False)} <= have
         assert {(pattern, one, "double", True) for one in ("point", "umat", "test")} <= have
@@ -238,7 +237,7 @@ def test_rows_of_the_benchmark(tmp_path: Path, capsys: pytest.CaptureFixture[str
             assert (pattern, "roots", precision, False) in have
             limits = {(pattern, kernel, precision, False) for kernel in ("vumat", "stream")}
             assert limits <= have if pattern in FIVE else not limits & have
-    assert {t.states for t in timings} == {"slip", "all slip", "zones", "scattered"}
+    assert set(rows.states) == {"slip", "all slip", "zones", "scattered"}
     assert {("RP-4", kernel, "double", False) for kernel in ("points", "copy")} <= have
     for name, start in (("speed.png", b"\x89PNG"), ("speed.pdf", b"%PDF")):
         assert speed.main([str(measured), "-o", str(tmp_path / name)]) == 0
@@ -246,15 +245,12 @@ def test_rows_of_the_benchmark(tmp_path: Path, capsys: pytest.CaptureFixture[str
     capsys.readouterr()
     assert speed.main([str(measured), "--table", "-o", str(tmp_path / "speed.png")]) == 0
     head, _, *lines = (line.strip("|").split("|") for line in capsys.readouterr().out.splitlines()[:-1])
-    rows = {line[0].strip(): dict(zip(head[1:], line[1:], strict=True)) for line in lines}
-    assert {row[" kernels "].strip() for row in rows.values()} <= {"portable", "AVX2", "one set of kernels"}
-    assert {name: int(row[" planes "]) for name, row in rows.items()} == PLANES | FACETS
-    single = {
-        t.pattern: f"{t.ns_per_point:.1f}"
-        for t in timings
-        if (t.kernel, t.precision, t.tangent, t.states) == ("block", "single", False, "slip")
-    }
-    assert {name: row[" block, single "].strip() for name, row in rows.items()} == single
+    shown = {line[0].strip(): dict(zip(head[1:], line[1:], strict=True)) for line in lines}
+    assert {row[" kernels "].strip() for row in shown.values()} <= {"portable", "AVX2", "one set of kernels"}
+    assert {name: int(row[" planes "]) for name, row in shown.items()} == PLANES | FACETS
+    single = rows.query("kernel == 'block' and precision == 'single' and not tangent and states == 'slip'")
+    expected = {name: f"{time:.1f}" for name, time in zip(single.pattern, single.ns_per_point, strict=True)}
+    assert {name: row[" block, single "].strip() for name, row in shown.items()} == expected
 
 
 @pytest.mark.long
@@ -262,7 +258,7 @@ def test_chart_runs_the_benchmark(tmp_path: Path, capfd: pytest.CaptureFixture[s
     """Without a CSV the command runs the benchmark, which prints its table and refuses other arguments."""
     assert speed.main(["--quick", "-o", str(tmp_path / "speed.png")]) == 0
     assert is_drawn(tmp_path / "speed.png") and "ns/point" in capfd.readouterr().out
-    done = subprocess.run([BENCH, "--fast"], capture_output=True, text=True, check=False)
+    done = subprocess.run([timings.BENCH, "--fast"], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr.startswith("bench: --fast: expected --csv FILE, --quick or --profile")
 
@@ -271,7 +267,7 @@ def test_chart_runs_the_benchmark(tmp_path: Path, capfd: pytest.CaptureFixture[s
     ("text", "arguments", "expected"),
     [
         ("a,b\n1,2\n", [], "bench.csv: expected a CSV written by bench --csv"),
-        ("pattern,planes\n", [], "bench.csv: expected rows written by bench --csv"),
+        (",".join(timings.COLUMNS) + "\n", [], "bench.csv: expected a CSV written by bench --csv (no rows)"),
         ("a,b\n1,2\n", ["--quick"], "--quick: expected without"),
     ],
 )

@@ -8,13 +8,12 @@ import re
 import sys
 import textwrap
 import time
-from functools import partial
 from pathlib import Path
 
 from asperity.options import add_options, add_workers, workers
 from tqdm import tqdm
 
-from ..program import DIFFERS, run
+from ..program import DIFFERS, program_of
 from ..tables import refresh
 from .catalogue import MODES, agree, find, shown, table
 
@@ -106,7 +105,7 @@ def _map(options: argparse.Namespace) -> int:
     return 0
 
 
-main = partial(run, add_arguments)
+main = program_of(add_arguments, _run)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import ctypes
 from dataclasses import dataclass
 
 import numpy as np
 from asperity.contract import Floats, statev_names
-from asperity.installed import library
 from asperity.interface import Interface
 from numpy.typing import NDArray
+
+from tests.python.support_calls import LIBRARY, vumat
 
 Array = NDArray[np.floating]
 
@@ -17,51 +17,33 @@ Array = NDArray[np.floating]
 class Vumat:
     """VUMAT (double) or VUMAT_SINGLE of the library with the state of one point, virgin at first.
 
-    Calls are those of Abaqus/Explicit for a 3D cohesive element of thickness 1: order N, Ty, Tx.
+    Calls are those of Abaqus/Explicit for a 3D cohesive element of thickness and density 1: order N, Ty, Tx.
     """
 
     def __init__(self, interface: Interface, single: bool = False) -> None:
-        """Load the routine for the precision."""
-        self.kind = np.float32 if single else np.float64
-        handle = ctypes.CDLL(str(library()))
-        self._call = handle.vumat_single_ if single else handle.vumat_
+        """Begin with a virgin point in the precision."""
+        kind = np.float32 if single else np.float64
         self.names = statev_names(interface.n_planes)
-        self.props = interface.props().astype(self.kind)
-        self.state = np.zeros(interface.nstatv, self.kind)
-        self.density = 1.0
-        self._stress = np.zeros(3, self.kind)
-        self._energy = np.zeros(2, self.kind)
+        self.props, self.density = interface.props().astype(kind), np.ones(1, kind)
+        self.state = np.zeros((1, interface.nstatv), kind)
+        self.stress, self.energies = np.zeros((1, 3), kind), np.zeros((1, 2), kind)
 
     def step(self, ds: Array, time: float = 1.0) -> Array:
         """Return the traction (N, Tx, Ty) after a change ds (3,) of the separation; time: at its end, > 0."""
-        n_n, n_tx, n_ty = ds
-        strain = np.array([n_n, 0.5 * n_ty, 0.5 * n_tx], self.kind)
-        nothing = np.zeros(9, self.kind)
-        stress, state, energy = (np.zeros_like(old) for old in (self._stress, self.state, self._energy))
-        integers = [ctypes.byref(ctypes.c_int(n)) for n in (1, 1, 2, len(state), 0, len(self.props), 0)]
-        reals = np.array([time, time, 1.0, self.density], self.kind)
-
-        def at(array: Array, position: int = 0) -> ctypes.c_void_p:
-            return ctypes.c_void_p(array.ctypes.data + position * array.itemsize)
-
-        self._call(
-            *integers, at(reals), at(reals, 1), at(reals, 2), ctypes.c_char_p(b" " * 80),
-            at(nothing), at(nothing), at(self.props), at(reals, 3), at(strain), at(nothing), at(nothing),
-            at(nothing), at(nothing), at(nothing), at(self._stress), at(self.state), at(self._energy),
-            at(self._energy, 1), at(nothing), at(nothing), at(nothing), at(nothing),
-            at(stress), at(state), at(energy), at(energy, 1), ctypes.c_size_t(80),
-        )  # fmt: skip
-        self._stress, self.state, self._energy = stress, state, energy
-        return stress[[0, 2, 1]]
+        strain = np.array([[ds[0], 0.5 * ds[2], 0.5 * ds[1]]])
+        old = self.stress, self.state, self.energies
+        found = vumat(LIBRARY, self.props, self.density, (time, 1.0), strain, *old)
+        self.stress, self.state, self.energies = found.stress, found.state, found.energies
+        return found.stress[0, [0, 2, 1]]
 
     @property
     def work(self) -> float:
         """Work of the traction on the separation, as the VUMAT reports it to the host, stress*length."""
-        return float(self._energy[0]) * self.density
+        return float(self.energies[0, 0])
 
     def value(self, name: str) -> float:
         """Value of a state variable by its name."""
-        return float(self.state[self.names.index(name)])
+        return float(self.state[0, self.names.index(name)])
 
 
 @dataclass(frozen=True, eq=False)

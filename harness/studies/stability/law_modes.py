@@ -13,10 +13,11 @@ from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.material import Material, ModelWarning
 from asperity.pattern import Pattern
+from asperity.slip_curves import slip_curves
 from numpy.typing import ArrayLike, NDArray
 
 from ..extensions import locked
-from ..newton import NewtonStudy, newton_paths, newton_study, slip_targets, work_along
+from ..newton import NewtonStudy, newton_study, work_along
 from .explicit import Flight, Vumat, fly
 from .modes import S_F, TABLE_2, K, Trial, mode
 from .solver_modes import ramp
@@ -97,13 +98,8 @@ def locks(interface: Interface, directions: Floats) -> NDArray[np.bool_]:
     """Whether the traction of the fully damaged interface grows with the slip at a large slip."""
     far = 1e4 * S_F
     # one step of 10 s_f damages every plane fully
-    slips = [10 * S_F, 0.5 * far, far]
-    targets = np.stack([slip_targets(direction, slips, -0.01, 1) for direction in directions], axis=1)
-    studies = newton_paths(interface, targets, tolerance=1e-6)
-    lost = [d for d, study in zip(directions, studies, strict=True) if not study.converged]
-    if lost:
-        raise RuntimeError(f"slip at {lost} degrees: expected Newton's method to converge")
-    before, after = np.array([np.linalg.norm(study.traction[-2:, 1:], axis=1) for study in studies]).T
+    found = slip_curves(interface, directions, [10 * S_F, 0.5 * far, far], -0.01, preload=1)
+    before, after = np.hypot(found.tau_L, found.tau_across).T[1:]
     return after > 1.5 * before  # 2 if proportional to the slip, 1 if constant
 
 

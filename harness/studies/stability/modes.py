@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from asperity.contract import Floats
-from asperity.installed import driver, named_case
+from asperity import case_files
+from asperity.installed import named_case
 from asperity.material import Material
 
 from ..newton import NewtonStudy
@@ -77,42 +73,14 @@ def mode(
     return add
 
 
-@dataclass(frozen=True, eq=False)
-class Driven:
-    """Driver run of a case: exit code, columns by name, (T,) each, and the events by row."""
-
-    code: int
-    columns: dict[str, Floats]
-    events: list[str]
-
-    def last(self, name: str) -> float:
-        """Value of a column in the last row."""
-        return float(self.columns[name][-1])
-
-    def rows_with(self, event: str) -> list[int]:
-        """Rows with a given event."""
-        return [row for row, text in enumerate(self.events) if event in text.split("+")]
+def drive(case: str) -> dict[str, Any]:
+    """Columns of the results of a case of the catalogue, by the names of the driver."""
+    return case_files.drive(named_case(f"stability/{case}"))[None].columns()
 
 
-def drive(case: str | Path) -> Driven:
-    """Run a case of the catalogue, or a case file, by the driver."""
-    path = case if isinstance(case, Path) else named_case(f"stability/{case}")
-    with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder, "out.csv")
-        command = [driver(), path, "-o", output, "--quiet"]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if not output.is_file():
-            raise ValueError(done.stderr.strip())
-        header, *lines = output.read_text(encoding="utf-8").splitlines()
-    names = header.split(",")
-    cells = [line.split(",") for line in lines]
-    event = names.index("event")
-    columns = {
-        name: np.array([row[i] for row in cells], dtype=float)
-        for i, name in enumerate(names)
-        if name != "event"
-    }
-    return Driven(done.returncode, columns, [row[event] for row in cells])
+def rows_with(columns: dict[str, Any], event: str) -> list[int]:
+    """Rows of results with a given event."""
+    return [row for row, text in enumerate(columns["event"]) if event in text.split("+")]
 
 
 def plain(label: str, study: NewtonStudy, expected: bool, what: str = "") -> Trial:

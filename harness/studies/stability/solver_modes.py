@@ -15,7 +15,7 @@ from asperity.pattern import Pattern, direction_vector
 from ..newton import NewtonStudy, newton_path, newton_study, work_along
 from .branches import draw as draw_branches
 from .branches import steep_snap
-from .modes import S_0, S_F, TABLE_2, K, Trial, drive, mode, plain
+from .modes import S_0, S_F, TABLE_2, K, Trial, drive, mode, plain, rows_with
 
 BALANCE = 0.01
 """Accuracy of the energies of a snap and of its branch, over K s_0^2."""
@@ -58,17 +58,17 @@ def snap() -> Iterator[Trial]:
         )
         yield plain(f"plain Newton, RP-{sides}, {steps} steps to s_f", study, survives, place)
     run = drive("snap")
-    row = run.rows_with("snap")[-1]
-    s_n, stored = run.columns["s_N"], run.columns["stored"]
+    row = rows_with(run, "snap")[-1]
+    s_n, stored = run["s_N"], run["stored"]
     measured = (
-        f"event snap at s_L = {run.columns['s_Tx'][row]:.4f} mm: s_N {s_n[row - 1]:.4f} to {s_n[row]:.4f} "
+        f"event snap at s_L = {run['s_Tx'][row]:.4f} mm: s_N {s_n[row - 1]:.4f} to {s_n[row]:.4f} "
         f"mm; the stored energy falls by {stored[row - 1] - stored[row]:.1e} N/mm"
     )
-    yield Trial("solver, RP-16, 2000 steps to s_f", True, run.code == 0, measured)
+    yield Trial("solver, RP-16, 2000 steps to s_f", True, "lost" not in run["event"][-1], measured)
     whole = drive("snap_branch")
-    places = ", ".join(f"{whole.columns['s_Tx'][turn]:.4f} mm" for turn in whole.rows_with("turn"))
-    measured = f"the slip turns at {places}; {len(whole.events)} rows"
-    yield Trial("whole branch, RP-16", True, whole.code == 0, measured)
+    places = ", ".join(f"{whole['s_Tx'][turn]:.4f} mm" for turn in rows_with(whole, "turn"))
+    measured = f"the slip turns at {places}; {len(whole['event'])} rows"
+    yield Trial("whole branch, RP-16", True, "lost" not in whole["event"][-1], measured)
     for mu in (0.0, 0.5):
         steep = steep_snap(mu)
         measured = (
@@ -83,7 +83,7 @@ def snap() -> Iterator[Trial]:
     for steps in (100, 1000):
         study = newton_study(viscous, 0.0, ramp(0.0, S_F, steps=steps), 0.0, preload=1, dt=1.0 / steps)
         work = work_along(study.separation, study.traction)[-1]
-        more = 100.0 * (work / run.last("work") - 1.0)
+        more = 100.0 * (work / run["work"][-1] - 1.0)
         label = f"plain Newton, RP-16, {steps} steps, tau_v = 0.003 times the duration of the test"
         yield plain(label, study, True, f"{more:.1f} % more work")
 
@@ -104,8 +104,8 @@ def chatter() -> Iterator[Trial]:
         return newton_path(flat, [[-1.0, 0.0, 0.0]], tangent=tangent, most=400)
 
     run = drive("chatter")
-    row = run.rows_with("snap")[-1]
-    s_n = run.columns["s_N"]
+    row = rows_with(run, "snap")[-1]
+    s_n = run["s_N"]
     yield Trial(
         "plain Newton, RP-6, 50°, -0.05 MPa",
         False,
@@ -119,9 +119,9 @@ def chatter() -> Iterator[Trial]:
     yield Trial(
         "solver, RP-6, 50°, -0.05 MPa",
         True,
-        run.code == 0,
+        "lost" not in run["event"][-1],
         f"event snap from s_N = {s_n[row - 1]:.3f} to {s_n[row]:.3f} mm; the path goes on to s_L = "
-        f"{run.last('s_Tx'):g} mm",
+        f"{run['s_Tx'][-1]:g} mm",
     )
 
 
@@ -144,10 +144,10 @@ def full_damage() -> Iterator[Trial]:
     found = f"no solution: the largest t_N over {len(s)} openings from -10 to 10^4 mm is {best:g} MPa"
     yield Trial("any method, t_N = +0.1 MPa", False, best >= 0.1, found)
     yield plain("plain Newton, -1 MPa on the open, fully damaged interface", pressed, False)
-    found = f"reports the event lost and writes all {len(lost.events)} rows"
-    yield Trial("solver, t_N = +0.1 MPa", False, "lost" not in lost.events[-1], found)
-    found = f"closes: s_N = {closes.last('s_N'):.5f} mm, t_N = {closes.last('t_N'):.6f} MPa"
-    yield Trial("solver, t_N = -1 MPa from s_N = 1 mm", True, closes.code == 0, found)
+    found = f"reports the event lost and writes all {len(lost['event'])} rows"
+    yield Trial("solver, t_N = +0.1 MPa", False, "lost" not in lost["event"][-1], found)
+    found = f"closes: s_N = {closes['s_N'][-1]:.5f} mm, t_N = {closes['t_N'][-1]:.6f} MPa"
+    yield Trial("solver, t_N = -1 MPa from s_N = 1 mm", True, "lost" not in closes["event"][-1], found)
 
 
 @mode(
@@ -177,8 +177,8 @@ def unloading() -> Iterator[Trial]:
     label = "with a spring of 1e-6 K beside the joint, steps of 0.004 mm"
     yield plain(label, soft, True, f"error of t_N {error:.0e} MPa")
     run = drive("unloading")
-    measured = f"exit code {run.code}, t_N = {run.last('t_N'):.6f} MPa at s_L = {run.last('s_Tx'):g} mm"
-    yield Trial("solver, steps of 0.004 mm", True, run.code == 0, measured)
+    measured = f"t_N = {run['t_N'][-1]:.6f} MPa at s_L = {run['s_Tx'][-1]:g} mm"
+    yield Trial("solver, steps of 0.004 mm", True, "lost" not in run["event"][-1], measured)
 
 
 @mode(
@@ -199,8 +199,8 @@ def softening() -> Iterator[Trial]:
         return newton_path(flat, targets, spring=(k, 0.0, 0.0), dt=1.0 / steps)
 
     run = drive("softening_traction")
-    measured = f"event lost at t_N = {run.last('t_N'):.3f} MPa, the strength"
-    yield Trial("traction control to 1.1 sigma0", False, "lost" not in run.events[-1], measured)
+    measured = f"event lost at t_N = {run['t_N'][-1]:.3f} MPa, the strength"
+    yield Trial("traction control to 1.1 sigma0", False, "lost" not in run["event"][-1], measured)
     for share, steps, survives in ((0.9, 20, False), (0.9, 2000, False), (1.1, 20, True), (1.1, 2000, True)):
         study = through(share, steps)
         yield plain(f"plain Newton, spring of {share:g} K_s, {steps} steps", study, survives)
@@ -209,8 +209,8 @@ def softening() -> Iterator[Trial]:
     label = "plain Newton, spring of 0.9 K_s, 20 steps, tau_v = 0.01 times the duration of the test"
     yield plain(label, study, True, peak)
     run = drive("softening_separation")
-    measured = f"rupture energy {run.last('rupture'):.5f} N/mm, Gc = {TABLE_2.Gc:g} N/mm"
-    yield Trial("separation control", True, run.code == 0, measured)
+    measured = f"rupture energy {run['rupture'][-1]:.5f} N/mm, Gc = {TABLE_2.Gc:g} N/mm"
+    yield Trial("separation control", True, "lost" not in run["event"][-1], measured)
 
 
 FRICTIONS, SLOPES = (0.1, 0.5, 1.3), (0.0, 10.0, 45.0)

@@ -14,12 +14,11 @@ from asperity.fit.constants import from_scale, plausible, to_scale
 from asperity.fit.fitting import minimise
 from asperity.interface import Interface
 from asperity.material import Material
-from asperity.options import add_options
 from asperity.pattern import Pattern
 from asperity.style import printed, save
 from matplotlib.figure import Figure
 
-from ..program import DIFFERS, run
+from ..program import DIFFERS, program
 from ..tables import refresh
 
 DATA = Path(__file__).parent / "data"
@@ -132,13 +131,9 @@ class Study:
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
         """Run the program."""
-        return run(self.add_arguments, arguments)
-
-    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Add the arguments of the program."""
+        fit = ("--fit", "repeat the fits; else use what they found")
         check = ("--check", "write nothing; exit with 1 if the page differs")
-        add_options(parser, ("--fit", "repeat the fits; else use what they found"), check)
-        parser.set_defaults(action=self._action)
+        return program(self._action, fit, check)(arguments)
 
     def _action(self, options: argparse.Namespace) -> int:
         """Fill the page and draw its picture, or check the page."""

@@ -5,18 +5,16 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 from asperity.contract import Floats
-from asperity.options import add_options
 from asperity.style import COLOURS, TWO, new_figure, printed, save
 from asperity.tables import markdown
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from ..program import DIFFERS, run
+from ..program import DIFFERS, program
 from ..tables import refresh
 from . import wall_runs
 from .common import DOCS, rows
@@ -324,16 +322,6 @@ def tables() -> dict[str, str]:
     }
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the program."""
-    add_options(
-        parser,
-        ("--run", "run the walls whose rows are not in build/walls; else use the stored rows"),
-        ("--check", "write nothing; exit with 1 if the page differs"),
-    )
-    parser.set_defaults(action=_action)
-
-
 def _action(options: argparse.Namespace) -> int:
     """Run the walls, fill the page and draw its pictures, or check the page."""
     folder = wall_runs.BUILD / "walls"
@@ -355,7 +343,11 @@ def _action(options: argparse.Namespace) -> int:
     return 0
 
 
-main = partial(run, add_arguments)
+main = program(
+    _action,
+    ("--run", "run the walls whose rows are not in build/walls; else use the stored rows"),
+    ("--check", "write nothing; exit with 1 if the page differs"),
+)
 
 if __name__ == "__main__":
     sys.exit(main())
