@@ -26,14 +26,10 @@ Floats = NDArray[np.float64]
 STYLES = ("C0-", "C1--", "k:")
 """Colours and lines of the joints from below."""
 
-SHOWN = {"damage": "damage [-]", "slip": "slip [mm]", "traction": "shear traction [MPa]"}
-"""Fields of the picture, with their units in the examples."""
+SHOWN = {"damage": "damage [-]", "separation": "slip [mm]", "traction": "shear traction [MPa]"}
+"""Fields of the picture, with their units in the examples; of vectors the part along the joint."""
 
-CURVES = {
-    "slip": "slip [mm]",
-    "force": "force [N]",
-    "rise": "rise [mm]",
-}
+CURVES = {"slip": "slip [mm]", "force": "force [N]", "rise": "rise [mm]"}
 """Columns of --curves, with their units in the examples."""
 
 
@@ -51,24 +47,7 @@ def read(pvd: Path) -> list[tuple[float, meshio.Mesh, meshio.Mesh]]:
 def field(joints: meshio.Mesh, name: str) -> Floats:
     """Values of a field of the joints; of a vector the length of its part along the joint."""
     (values,) = joints.cell_data[name]
-    along = values[:, 1:] if name == "traction" else values
-    return np.linalg.norm(along, axis=1) if values.ndim > 1 else values
-
-
-def unrolled(joints: meshio.Mesh, apart: float) -> dict[float, list[NDArray[np.intp]]]:
-    """Height of every joint, and its cells along x: those of the same x together.
-
-    Joints are at least `apart` from each other; the layers of cells of a joint are nearer.
-    """
-    (block,) = joints.cells
-    centres = joints.points[block.data].mean(axis=1)
-    order = np.argsort(centres[:, 1])
-    starts = np.flatnonzero(np.diff(centres[order, 1]) > apart) + 1
-    found = {}
-    for cells in np.split(order, starts):
-        _, of_x = np.unique(np.round(centres[cells, 0] / (1e-6 * np.ptp(joints.points))), return_inverse=True)
-        found[float(centres[cells, 1].mean())] = [cells[of_x == i] for i in range(of_x.max() + 1)]
-    return found
+    return np.linalg.norm(values[:, 1:], axis=1) if values.ndim > 1 else values
 
 
 def read_curves(csv: Path) -> dict[str, Floats]:
@@ -108,27 +87,23 @@ def draw(
     mesh.autoscale_view()
     mesh.set(xlabel="x [mm]", ylabel="y [mm]")
     mesh.set_title(f"displacements times {scale:g}", fontsize="small")
-    x = joints.points[joints.cells[0].data].mean(axis=1)[:, 0]
-    lines = unrolled(joints, 0.05 * np.ptp(solids.points[:, 1]))
+    # joints are farther from each other than the thickness of their cells
+    x, y = joints.points[joints.cells[0].data].mean(axis=1)[:, :2].T
+    order = np.argsort(y)
+    lines = np.split(order, np.flatnonzero(np.diff(y[order]) > 0.05 * np.ptp(solids.points[:, 1])) + 1)
     for name, label in SHOWN.items():
         ax, values = axes[name], field(joints, name)
-        for (height, groups), style in zip(lines.items(), STYLES, strict=False):
-            along, means, lowest, highest = (
-                [f(of[cells]) for cells in groups]
-                for of, f in ((x, np.mean), (values, np.mean), (values, np.min), (values, np.max))
-            )
-            ax.plot(along, means, style, label=f"y = {height:.4g} mm")
-            ax.fill_between(along, lowest, highest, color=style[:2], alpha=0.2, linewidth=0.0)
+        for line, style in zip(lines, STYLES, strict=False):
+            along = line[np.argsort(x[line])]
+            ax.plot(x[along], values[along], style, label=f"y = {y[line].mean():.4g} mm")
         ax.set_ylabel(label, fontsize="small")
         ax.set_ylim(*((0.0, 1.02) if name == "damage" else (0.0, None)))
         ax.grid(alpha=0.3)
-    *upper, last = (axes[name] for name in SHOWN)
-    for ax in upper:
-        ax.sharex(last)
-        ax.tick_params(labelbottom=False)
-    last.set_xlabel("x [mm]")
-    if len(lines) > 1:
-        axes["damage"].legend(fontsize="x-small")
+        if ax is not axes["traction"]:
+            ax.sharex(axes["traction"])
+            ax.tick_params(labelbottom=False)
+    axes["traction"].set_xlabel("x [mm]")
+    axes["damage"].legend(fontsize="x-small")
     figure.suptitle(title, fontsize="medium")
     png.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(png, dpi=150)

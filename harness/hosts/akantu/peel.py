@@ -66,8 +66,7 @@ model solid_mechanics_model_cohesive [
 KINDS = {4: "tetra", 8: "hexahedron"}
 """Names of cells in meshio by their number of nodes in three dimensions."""
 
-STORED, RUPTURE, FRICTION = (contract.statev_index(name) for name in paraview.ENERGIES)
-DAMAGE = contract.statev_index("damage")
+DAMAGE, *ENERGIES = (contract.statev_index(name) for name in paraview.OF_STATE)
 
 
 @dataclass(frozen=True)
@@ -89,7 +88,7 @@ class Result:
     @property
     def elements(self) -> list[int]:
         """Number of elements of the joint."""
-        return [len(step.state) // 2 for step in self.steps]
+        return [len(step.state) for step in self.steps]
 
 
 def run(folder: Path, extrinsic: bool = True, opening: float = OPENING) -> Result:
@@ -115,12 +114,12 @@ def run(folder: Path, extrinsic: bool = True, opening: float = OPENING) -> Resul
         at = joint.points(CELL) if CELL in joint.types() else None
         if at is not None and len(at.state) > points:
             # a new element begins with the energy of its initial stress
-            given += AREA * float(at.state[points:, STORED].sum())
+            given += AREA * float(at.state[points:, ENERGIES[0]].sum())
             points = len(at.state)
         joint.commit()
         if k in shown:
             step = step_of(mesh, model, at, SPEED * k * dt)
-            of_joint = AREA * float(step.state[:, [STORED, RUPTURE, FRICTION]].sum()) - given
+            of_joint = AREA * float(step.state[..., ENERGIES].sum()) - given
             of_arms = model.getEnergy("kinetic") + model.getEnergy("potential")
             rows.append((step.time, force, work, of_arms, of_joint))
             steps.append(step)
@@ -166,22 +165,16 @@ def read(folder: Path, text: str, points: Floats, cells: ArrayLike) -> aka.Mesh:
     return mesh
 
 
-def structure_of(mesh: aka.Mesh) -> paraview.Structure:
-    """Structure for ParaView; the two sides of a joint have the same direction in Akantu."""
-    solids, joints = (np.array(mesh.getConnectivity(kind)) for kind in (aka._quadrangle_4, CELL))
-    return paraview.Structure(np.array(mesh.getNodes()), solids, joints[:, [0, 1, 3, 2]], (2, 1))
-
-
 def step_of(
     mesh: aka.Mesh, model: aka.SolidMechanicsModelCohesive, points: Points | None, time: float
 ) -> paraview.Step:
-    """Step for ParaView with the structure of the moment."""
-    u = np.array(model.getDisplacement())
-    if points is None:
-        empty = np.zeros((0, 3))
-        return paraview.Step(time, u, empty, empty, np.zeros((0, JOINT.nstatv)), structure_of(mesh))
-    values = (points.separation.copy(), points.traction.copy(), points.state.copy())
-    return paraview.Step(time, u, *values, structure_of(mesh))
+    """Step for ParaView; the two sides of a joint have the same direction in Akantu."""
+    solids, joints = (np.array(mesh.getConnectivity(kind)) for kind in (aka._quadrangle_4, CELL))
+    nodes, u = np.array(mesh.getNodes()), np.array(model.getDisplacement())
+    empty = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, JOINT.nstatv))
+    values = empty if points is None else (points.separation, points.traction, points.state)
+    of_joints = (one.reshape(-1, 2, one.shape[1]).copy() for one in values)
+    return paraview.Step(time, nodes, u, "quad", solids, joints[:, [0, 1, 3, 2]], *of_joints)
 
 
 def main() -> None:
@@ -197,7 +190,7 @@ def main() -> None:
     print(f"work {result.work[-1]:.5f} N mm: arms {result.arms[-1]:.5f}, joint {result.joint[-1]:.5f}")
     print(f"difference of work and energies {result.unbalanced:.1e} of the work")
     if options.pvd is not None:
-        paraview.write(options.pvd, result.steps[-1].structure, result.steps)
+        paraview.write(options.pvd, result.steps)
         print(options.pvd)
 
 

@@ -15,7 +15,6 @@ from pathlib import Path
 from mpi4py import MPI  # isort: skip  # loads the library of MPI that dolfinx needs
 import basix.ufl
 import dolfinx.fem.petsc as fp
-import meshio
 import numpy as np
 import ufl
 from asperity import contract
@@ -456,35 +455,23 @@ class Output:
         """Make the folder; FILE must end with .pvd."""
         self.model, self.pvd, self.names, m = model, pvd, [], model
         self.folder = paraview_files.folder_of(pvd)
-        self.place = np.pad(m.V.tabulate_dof_coordinates()[:, : m.d], ((0, 0), (0, 3 - m.d)))
-        kind = {"quadrilateral": "quad", "tetrahedron": "tetra"}.get(
-            name := m.mesh.topology.cell_name(), name
-        )
+        kind = {there: here for here, there in NAMES.items()}
+        self.kind = kind.get(name := m.mesh.topology.cell_name(), name)
         own = m.mesh.topology.index_map(m.d).size_local
-        self.solids = [(kind, m.V.dofmap.list[:own][:, np.argsort(BASIX[kind])])]
+        self.solids = m.V.dofmap.list[:own][:, np.argsort(BASIX[self.kind])]
         low, high = m.sides
-        joints = np.concatenate([low, high[:, ::-1] if m.d == 2 else high], 1)
-        self.joints = [({2: "quad", 3: "wedge", 4: "hexahedron"}[low.shape[1]], joints)]
+        self.joints = np.concatenate([low, high[:, ::-1] if m.d == 2 else high], 1)
 
     def write(self, time: float) -> None:
-        """Write a step: displacements; damage, separation and traction (N, Tx, Ty), means over a face."""
-        m, step = self.model, len(self.names)
-        moved = {"displacement": np.pad(self._displacement(), ((0, 0), (0, 3 - m.d)))}
+        """Write a step: displacements; damage, separation, traction and energies of the joints."""
+        m = self.model
+        nodes, u = m.V.tabulate_dof_coordinates()[:, : m.d], m.spread(m.u).reshape(-1, m.d)
         results = [law.update(s, state, s, 1.0) for law, s, state in zip(m.laws, m.s, m.state, strict=True)]
-        damage = contract.statev_index("damage")
-        fields = {
-            "damage": np.concatenate([state[:, damage] for state in m.state]),
-            "separation": np.concatenate(m.s),
-            "traction": np.concatenate([r.traction for r in results]),
-        }
-        of_faces = {name: [field[m.face_points].mean(1)] for name, field in fields.items()}
-        files = {}
-        for name, cells, data in (("solids", self.solids, {}), ("joints", self.joints, of_faces)):
-            files[name] = f"{name}_{step:04}_{COMM.rank}.vtu"
-            meshio.Mesh(self.place, cells, moved, data).write(self.folder / files[name])
-        self.names.append((time, [*itertools.chain(*COMM.allgather(list(files.values())))]))
+        room = contract.N_POINT_STATEV  # laws may have another number of planes
+        values = m.s, [r.traction for r in results], [state[:, :room] for state in m.state]
+        of_faces = (np.concatenate(one)[m.face_points] for one in values)
+        step = paraview_files.Step(time, nodes, u, self.kind, self.solids, self.joints, *of_faces)
+        files = step.write(self.folder, f"{len(self.names):04}_{COMM.rank}")
+        self.names.append((time, [*itertools.chain(*COMM.allgather(files))]))
         if COMM.rank == 0:
             paraview_files.write_collection(self.pvd, self.names)
-
-    def _displacement(self) -> Floats:
-        return self.model.spread(self.model.u).reshape(-1, self.model.d).copy()

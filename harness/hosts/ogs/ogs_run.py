@@ -87,25 +87,31 @@ def with_points(interface: Interface) -> str:
     return changed(("add", "/*/time_loop/output/variables", lines))
 
 
-def write_paraview(pvd: Path, mesh: Path, run: Run, interface: Interface, h: float) -> None:
-    """Write the steps of a run on a plane mesh, whose joints are horizontal layers (material 1).
+def of_points(
+    step: Mapping[str, Floats], layer: NDArray[np.bool_], interface: Interface, h: float
+) -> list[Floats]:
+    """Separation, traction (N, Tx, Ty) and state of the points of horizontal layers, (cells, 4, components).
 
-    The run needs the patch `with_points`.
+    layer: which cells of a plane mesh of quadrilaterals they are.  The run needs the patch `with_points`.
     """
+    # components of OpenGeoSys: xx, yy, zz, xy; Tx of the layer is -x
+    at, sign = [1, 3, 2], np.array([1.0, -1.0, 0.0])
+    names = [f"{STATE}{name}_ip" for name in contract.statev_names(interface.n_planes, True)]
+    state = np.stack([step[name] for name in names], axis=1)  # of the layers only
+    found = (step[f"{name}_ip"][:, at].reshape(-1, 4, 3)[layer] for name in ("epsilon", "sigma"))
+    strain, traction = (values * sign for values in found)
+    return [h * strain * [1.0, 2.0, 2.0], traction, state.reshape(-1, 4, len(names))]
+
+
+def write_paraview(pvd: Path, mesh: Path, run: Run, interface: Interface, h: float) -> None:
+    """Write the steps of a run on a plane mesh, whose joints are horizontal layers (material 1)."""
     whole = meshio.read(mesh)
     cells, layer = whole.cells_dict[QUADRILATERAL], np.concatenate(whole.cell_data["MaterialIDs"]) == 1
-    # components of OpenGeoSys: xx, yy, zz, xy; Tx of the layer is -x
-    at, sign = [1, 3, 2], [1.0, -1.0, 0.0]
-    of_layer = np.repeat(layer, 4)
-    structure = paraview.Structure(whole.points[:, :2], cells[~layer], cells[layer], (2, 2))
-    names = [f"{STATE}{name}_ip" for name in contract.statev_names(interface.n_planes, True)]
-    rows = []
+    nodes, rows = whole.points[:, :2], []
     for time, step in zip(*run.steps(), strict=True):
-        separation = h * step["epsilon_ip"][of_layer][:, at] * sign * [1.0, 2.0, 2.0]
-        traction = step["sigma_ip"][of_layer][:, at] * sign
-        state = np.stack([step[name] for name in names], axis=1)
-        rows.append(paraview.Step(float(time), step["displacement"], separation, traction, state))
-    paraview.write(pvd, structure, rows)
+        mesh = nodes, step["displacement"], QUADRILATERAL, cells[~layer], cells[layer]
+        rows.append(paraview.Step(float(time), *mesh, *of_points(step, layer, interface, h)))
+    paraview.write(pvd, rows)
 
 
 def program() -> Path:
