@@ -283,7 +283,7 @@ def single() -> Iterator[Trial]:
         for _ in range(n):
             after = point.step(np.array([0.0, -back / n, 0.0]))
         change, exact = float(before[1]) - float(after[1]), K * back
-        found = f"traction falls by {change:.4f} instead of {exact:.4f} MPa"
+        found = f"the traction falls by {100 * change / exact:.1f} % of the exact {exact:.4f} MPa"
         kind = "single" if is_single else "double"
         label = f"{kind} precision, slip of {far:g} mm, then back by {back:g} mm in steps of {back / n:g} mm"
         yield Trial(label, survives, abs(change - exact) < 0.1 * exact, found)

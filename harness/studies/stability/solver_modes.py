@@ -50,7 +50,7 @@ def pulled(
 )
 def snap() -> Iterator[Trial]:
     """Compare plain Newton and the solver at the fold."""
-    for sides, steps, survives in ((16, 100, False), (16, 1000, False), (32, 100, True), (32, 1500, False)):
+    for sides, steps, survives in ((32, 100, True), (32, 1500, False), (16, 100, False), (16, 1000, False)):
         rough = Interface(TABLE_2, Pattern.regular(sides, 30.0))
         study = newton_study(rough, 0.0, ramp(0.0, S_F, steps=steps), 0.0, preload=1)
         place = (

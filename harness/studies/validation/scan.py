@@ -1,4 +1,4 @@
-"""Profiles of fractures in granite and a map of a joint: slopes by sampling length and direction."""
+"""A profile of a fracture in granite and a map of a joint: slopes by sampling length and direction."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from . import granite
 from .common import DATA, Constants, Study
 
 FILE = DATA / "inada.csv"
-SMOOTH, SAMPLE = "inada_smooth_profile.npz", "example_surface.stl"
+SAMPLE = "example_surface.stl"
 MEASURE = "θ*max/(C + 1) [°]"
-STEPS = (1, 4, 21, 64, 214)
+STEPS = (1, 21, 214)
 """Sampling lengths as multiples of the spacing of the profile, 0.0234 mm."""
 
 DIRECTIONS = {"+x": 0.0, "-x": np.pi}
@@ -62,19 +62,17 @@ def by_length(scan: Scan, step: int) -> Constants:
     found = sampled(scan, step)
     row = {"sampling [mm]": step * scan.spacing, "rms slope": found.rms_slope}
     for name, direction in DIRECTIONS.items():
-        row |= {f"{name}: {what}": value for what, value in by_direction(found, direction).items()}
+        row[f"{name}: rms uphill"] = float(found.uphill(np.array([direction]))[1][0])
     return row | {"theta of RT [°]": nearest_regular(found, None, 2).theta}
 
 
 def measured() -> dict[str, Constants]:
-    """Measures of the two surfaces that are no part of the project: the current folder has their files."""
+    """Measures of the surface that is no part of the project: the current folder has its file."""
     try:
         from surface_roughness import Surface
     except ImportError:
         raise ValueError("--fit: expected surface-roughness: pip install surface-roughness") from None
-    with np.load(SMOOTH) as file:
-        smooth = Scan(file["x_mm"], None, file["footwall_mm"][None])
-    rows = {f"smooth {step}": by_length(smooth, step) for step in STEPS}
+    rows = {}
     peer = np.ravel(Surface(SAMPLE, verbose=False).thetamax_cp1("thetamax_cp1"))
     found = facets(read_scan(Path(SAMPLE)))
     for angle in range(0, 360, 30):
@@ -89,11 +87,7 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
     """Tables of the measures by sampling length and direction."""
     scan = read_scan(FILE)
     rough = [by_length(scan, step) for step in STEPS]
-    smooth, sample = ([row for name, row in found.items() if kind in name] for kind in ("smooth", "sample"))
-    profiles = {"scan": rough, "smooth": smooth}
-    for rows in profiles.values():
-        rows[:] = [{name: value for name, value in row.items() if MEASURE not in name} for row in rows]
-    return {name: _table(rows[::2]) for name, rows in (profiles | {"sample": sample}).items()}
+    return {"scan": _table(rough), "sample": _table([*found.values()][::2])}
 
 
 def _table(rows: Sequence[Constants]) -> str:
