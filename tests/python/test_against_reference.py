@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 import warnings
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +35,6 @@ ALONG, FOLLOWED = 1e-12, 1e-10
 
 SEED = 20150131
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
-GUARDED = replace(TABLE_2, guard=True)
 BRANCHES = list(itertools.product((reference.OPEN, reference.STICK, reference.SLIP), (False, True)))
 
 
@@ -190,33 +188,4 @@ def test_slip_tests_of_the_driver(name: str, tmp_path: Path) -> None:
         assert_within("s_N", s[part, :1], own.separation[whole, :1], 10.0 * FOLLOWED * largest[part])
 
 
-# --- the guard (PROPS 17) -----------------------------------------------------------------------------------
 
-
-def clamped_path(seed: int, rows: int) -> np.ndarray:
-    """Slip without pressure, then reversals under closure: Y has either sign and damage grows."""
-    rng, s_0 = np.random.default_rng([18, seed]), TABLE_2.s_0
-    S = np.cumsum(s_0 * rng.standard_normal((rows, 3)), axis=0) * np.linspace(0.3, 1.2, rows)[:, None]
-    S[:, 0] = -20 * s_0 - 2 * np.abs(S[:, 0])
-    S[0] = s_0 * np.array([0.1, 2.0, 1.0])
-    return S
-
-
-@pytest.mark.parametrize("sides", [0, 4])
-def test_guard_is_the_reference(sides: int) -> None:
-    """Histories with the guard have traction, state and tangent of the reference; the guard acts often."""
-    pattern, planes = Pattern.regular(sides, 30.0), reference.regular_pattern(sides, 30.0)
-    p, K = reference.Parameters(**GUARDED.values()), TABLE_2.K
-    guarded, plain = Interface(GUARDED, pattern), Interface(TABLE_2, pattern)
-    differ = 0
-    for seed in range(20):
-        S = clamped_path(seed, 40)
-        ours, theirs = guarded.replay(S), reference.replay(p, planes, S)
-        np.testing.assert_allclose(ours.traction, theirs.traction, rtol=0, atol=TRACTION * K)
-        np.testing.assert_allclose(ours.state, theirs.state, rtol=0, atol=TRACTION * K)
-        tangent = guarded.update(S[1:], ours.state[:-1], S[:-1]).tangent
-        np.testing.assert_allclose(tangent, theirs.tangent[1:], rtol=0, atol=1e-8 * K)
-        assert np.all(np.diff(ours.state[:, 2]) >= 0.0)
-        differ += int(np.any(plain.replay(S).state != ours.state))
-    assert differ >= 5
-    assert guarded != plain and guarded.props()[contract.index("guard")] == 1.0

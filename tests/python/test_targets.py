@@ -25,17 +25,6 @@ def run(*command: str | Path) -> str:
     return done.stdout
 
 
-def test_targets_exist() -> None:
-    """Make has rules for all of them, and the programs and scripts that they call exist."""
-    page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    targets = re.findall(r"`make ([\w-]+)`", page)
-    assert len(targets) >= 10
-    commands = "\n".join(run("make", "--dry-run", target) for target in targets)
-    scripts = set(re.findall(r"\btools/[\w/.-]+\.(?:sh|py)\b", commands))
-    assert {"tools/soak.sh", "tools/mutants.py", "tools/release.sh"} <= scripts
-    assert [script for script in scripts if not (ROOT / script).is_file()] == []
-
-
 @pytest.mark.long
 def test_mutants() -> None:
     """A changed line of the law is compiled, and a suite notices it."""
