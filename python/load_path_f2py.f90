@@ -79,7 +79,6 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   type(point_type) :: point
   type(run_type) :: run
   type(row_type) :: row
-  type(row_type), allocatable :: rows(:)
   character(len=:), allocatable :: text
   integer :: first, i, j
   logical :: found
@@ -118,7 +117,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   point = new_point(law, state, start(:3))
   if (abs(start(4)) <= huge(start)) point%work = start(4)
   if (refines == 1) then
-    call refine_path(law, steps, point, tolerance, rows, run, text)
+    call refine_path(law, steps, point, tolerance, run, text)
     if (len(text) > 0) then
       status = status_separation
       call fail_lines(errors, error_type(), text)
@@ -129,12 +128,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
     call start_run(law, steps, run, point)
   end if
   do
-    if (allocated(rows)) then
-      found = n_rows < size(rows)
-      if (found) row = rows(n_rows + 1)
-    else
-      call next_row(run, row, found)
-    end if
+    call next_row(run, row, found)
     if (.not. found) exit
     n_rows = n_rows + 1
     if (n_rows > room) cycle

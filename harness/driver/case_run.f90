@@ -1,27 +1,30 @@
-!> Run of one case: rows, comparison with the expected end, summary, and warnings about what is admissible but outside
-!> the law's range of validity.
+!> Run of one case: rows, comparison with the expected end, summary, case of a failed increment, and warnings about what
+!> is admissible but outside the law's range of validity.
 module case_run
-  use asperity_text, only: integer_text, short
-  use asperity_control_point, only: new_point
-  use asperity_kinds, only: wp
-  use asperity_load_path, only: run_type
-  use asperity_case, only: case_type
+  use asperity_case, only: case_type, write_case
   use asperity_case_expect, only: explain_unexpected
-  use asperity_foreign_umat, only: foreign_law
-  use asperity_warnings, only: increment_text, m_tension, measures, n_measures, warned, warning_text
-  use driver_messages, only: exit_input, exit_ok, exit_solve, say
-  use failed_case, only: write_failed_case
-  use history, only: close_history, history_type, open_history, start_from
+  use asperity_contract, only: p_tau_v
+  use asperity_control_point, only: new_point, point_type
+  use asperity_foreign_umat, only: foreign_law, umat_name
+  use asperity_kinds, only: wp
+  use asperity_load_path, only: explain_loss, next_row, row_type, run_type, start_run
   use asperity_mixed_control, only: ended_rejected
   use asperity_point_law, only: point_law
-  use path_run, only: run_path, run_umat_path
-  use progress_line, only: start_progress, clear_progress, progress_type
-  use recorded_strains, only: strains_type
-  use replay_run, only: run_replay
-  use run_report, only: write_report
+  use asperity_refine, only: refine_path
+  use asperity_steps, only: e_arc, e_follow, e_increments, e_k, e_s, e_t, e_time
+  use asperity_text, only: integer_text, set_text, short
+  use asperity_umat_run, only: end_umat_run, next_umat_row, start_umat_run, umat_run_type
+  use asperity_warnings, only: increment_text, m_tension, measures, n_measures, warned, warning_text
+  use driver_output, only: close_file, create_file, exit_input, exit_ok, exit_solve, say, write_line, write_report
+  use history, only: add_row, close_history, history_type, open_history, start_from
+  use progress_line, only: clear_progress, progress_type, show_progress, start_progress
+  use replay, only: run_replay, strains_type
   implicit none
   private
   public :: run_case, failed_file, warn_of, measures_of_case
+
+  !> Start of every case of a failed increment.
+  character(len=*), parameter, public :: failed_title = "&case title = 'failed increment "
 
 contains
 
@@ -51,17 +54,10 @@ contains
     if (table%good) then
       call start_progress(progress, "rie_driver", "increments", quiet)
       if (size(case%steps) > 0) then
-        select type (law)
-        type is (foreign_law)
-          call run_umat_path(case, law, label, table, progress, run, failure, why)
-          broken = len(failure) > 0
-        class default
-          call run_path(case, law, label, table, progress, run, failure, why)
-        end select
+        call run_path(case, law, label, table, progress, run, failure, broken, why)
       else
         if (case%initial%given) call start_from(table, law, new_point(law, case%initial%carried))
-        call run_replay(case%joint, case%props, case%replay%ntens, case%initial, strains, label, table, &
-          progress, failure)
+        call run_replay(case, strains, label, table, progress, failure)
       end if
       call clear_progress(progress)
       call close_history(table)
@@ -103,14 +99,96 @@ contains
     if (len(text) > 0) call say(label // ": " // text)
   end subroutine run_case
 
+  !> Run all steps, or up to a loss of equilibrium or the failure of a UMAT of others, which has a process of its own.
+  subroutine run_path(case, law, label, table, progress, run, failure, broken, why)
+    type(case_type), intent(in) :: case              !! the case
+    class(point_law), intent(in) :: law              !! its law
+    character(len=*), intent(in) :: label            !! name of the run, for the progress line
+    type(history_type), intent(inout) :: table       !! rows are added; the last one says whether equilibrium was lost
+    type(progress_type), intent(inout) :: progress   !! clock
+    type(run_type), intent(out) :: run               !! at its end
+    character(len=:), allocatable, intent(inout) :: failure   !! set if the UMAT fails or the tolerance is not reached
+    logical, intent(out) :: broken                            !! whether the UMAT has failed
+    character(len=:), allocatable, intent(out) :: why         !! why equilibrium was lost
+    type(point_type) :: start
+    type(row_type) :: row
+    type(umat_run_type) :: child
+    character(len=:), allocatable :: name
+    logical :: found
+    call set_text(why, "")
+    call set_text(name, "")
+    broken = .false.
+    select type (law)
+    type is (foreign_law)
+      call start_umat_run(law, case, child)
+      run = child%run
+      start = run%before
+      call set_text(name, umat_name(law))
+    class default
+      start = new_point(law)
+      if (case%state%given) start = new_point(law, case%state%statev, case%state%s)
+      if (case%state%has_work) start%work = case%state%work
+      if (case%refines) then
+        call refine_path(law, case%steps, start, case%tolerance, run, failure)
+      else
+        call start_run(law, case%steps, run, start)
+      end if
+    end select
+    if (case%state%given) call start_from(table, law, start)
+    do
+      if (case%umat%given) then
+        call next_umat_row(child, row, found)
+        run%done = child%run%done
+      else
+        call next_row(run, row, found)
+      end if
+      if (.not. found) exit
+      if (row%report%snaps > 0 .and. .not. progress%quiet) call report_snap(label, row, table%snaps, progress)
+      call add_row(table, row)
+      if (.not. table%good) exit
+      call show_progress(progress, label, run%done, run%total)
+    end do
+    if (case%umat%given) then
+      if (found) call end_umat_run(child)
+      run = child%run
+      why = child%reason
+      broken = len(child%failure) > 0
+      if (broken) failure = name // ": " // child%failure
+      if (.not. (broken .or. row%lost)) failure = why
+    else if (row%lost) then
+      call explain_loss(run, row, why)
+    end if
+  end subroutine run_path
+
+  !> Report a snap on standard error.
+  subroutine report_snap(label, row, earlier, progress)
+    character(len=*), intent(in) :: label            !! of the run
+    type(row_type), intent(in) :: row                !! the increment
+    integer, intent(in) :: earlier                   !! snaps before it
+    type(progress_type), intent(inout) :: progress   !! clock
+    !> Number of snaps that are reported one by one.
+    integer, parameter :: most = 20
+    if (earlier >= most) return
+    call clear_progress(progress)
+    call say(label // ": step " // integer_text(row%step) // " increment " // integer_text(row%increment) // &
+      ": snap from s = " // vector_text(row%report%before) // " to " // vector_text(row%report%after) // ", " // &
+      short(row%report%released) // " released")
+  end subroutine report_snap
+
+  !> Text of a vector.
+  pure function vector_text(vector) result(text)
+    real(wp), intent(in) :: vector(3)   !! components N, Tx, Ty
+    character(len=:), allocatable :: text
+    text = "(" // short(vector(1)) // ", " // short(vector(2)) // ", " // short(vector(3)) // ")"
+  end function vector_text
+
   !> Text of the last row of a run: step, increment, separation and traction.
   function last_row(table) result(text)
     type(history_type), intent(in) :: table   !! rows
     character(len=:), allocatable :: text
     associate (row => table%last)
-      text = "step " // integer_text(row%step) // " increment " // integer_text(row%increment) // ", s = (" // &
-        short(row%s(1)) // ", " // short(row%s(2)) // ", " // short(row%s(3)) // "), t = (" // &
-        short(row%traction(1)) // ", " // short(row%traction(2)) // ", " // short(row%traction(3)) // ")"
+      text = "step " // integer_text(row%step) // " increment " // integer_text(row%increment) // ", s = " // &
+        vector_text(row%s) // ", t = " // vector_text(row%traction)
     end associate
   end function last_row
 
@@ -124,17 +202,52 @@ contains
       trim(merge(" snap ", " snaps", table%snaps == 1)) // " that released " // short(table%released) // ", "
   end function updates_and_snaps
 
-  !> Write the failed increment as a case of its own.
+  !> Write the failed increment as a case of its own: the law, the state at its start, and the prescribed values at its
+  !> end. Numbers read back exactly.
   subroutine keep_failed(case, run, label, output)
     type(case_type), intent(in) :: case        !! the case
     type(run_type), intent(in) :: run          !! the run, at its end
     character(len=*), intent(in) :: label      !! of the run
     character(len=*), intent(in) :: output     !! file with the rows
-    character(len=:), allocatable :: path
-    logical :: written
-    path = failed_file(output)
-    call write_failed_case(path, case, run, written)
-    if (written) call say(label // ": the failed increment was written to " // path)
+    type(case_type) :: failed
+    character(len=:), allocatable :: text
+    integer :: i
+    logical :: timed, written
+    failed%title = "failed increment " // integer_text(run%law%increment) // " of step " // integer_text(run%law%step)
+    failed%props = case%props
+    failed%stiffness = case%stiffness
+    failed%umat = case%umat
+    failed%state%given = .true.
+    failed%state%s = run%before%s
+    failed%state%statev = run%before%state
+    failed%state%has_work = .true.
+    failed%state%work = run%before%work
+    timed = case%umat%given
+    if (.not. timed) timed = case%props(p_tau_v) > 0.0_wp
+    allocate (failed%steps(1))
+    associate (given => failed%steps(1)%given, control => run%control, arc => run%steps(run%law%step)%arc)
+      do i = 1, 3
+        if (control%traction(i)) then
+          ! the force of a spring is zero at the start of the step
+          given(e_t + i)%values = [run%given(i) - control%spring(i)*run%before%s(i)]
+          if (control%spring(i) > 0.0_wp) given(e_k + i)%values = control%spring(i:i)
+        else
+          given(e_s + i)%values = run%given(i:i)
+        end if
+      end do
+      if (timed) given(e_time)%values = [control%dt]
+      if (arc > 0.0_wp) then
+        given(e_follow)%values = [1.0_wp]
+        given(e_arc)%values = [arc]
+      else
+        given(e_increments)%values = [1.0_wp]
+      end if
+    end associate
+    call write_case(failed, text)
+    written = create_file(failed_file(output))
+    if (written) written = write_line(text(:len(text) - 1))
+    if (written) written = close_file()
+    if (written) call say(label // ": the failed increment was written to " // failed_file(output))
   end subroutine keep_failed
 
   !> Name of the case file of a failed increment.

@@ -14,7 +14,7 @@ module history
   use asperity_load_path, only: name_events, row_type
   use asperity_point_law, only: event_length, point_law
   use asperity_rows, only: csv_header, csv_line
-  use row_file, only: close_file, create_file, write_line
+  use driver_output, only: close_file, create_file, write_line
   implicit none
   private
   public :: open_history, start_from, add_replayed_row, add_row, close_history
@@ -31,8 +31,6 @@ module history
     real(wp) :: least_traction = 0.0_wp    !! smallest t_N
     real(wp) :: largest_slip = 0.0_wp      !! largest norm of (s_Tx, s_Ty)
     logical :: good = .true.               !! false: the file cannot be written, the reason is on standard error
-    integer, private :: file = 0           !! descriptor
-    character(len=:), allocatable, private :: path
     logical, private :: every = .false.    !! whether all numbers of a row have columns
     integer, private :: first = huge(1)    !! first number of the state that has a column
     logical, allocatable, private :: regime(:, :)   !! of the law at the last row
@@ -51,8 +49,7 @@ contains
     integer :: i
 
     allocate (table%last%state(law%n_state), source=0.0_wp)
-    table%path = path
-    call create_file(path, table%file, table%good)
+    table%good = create_file(path)
     if (.not. table%good) return
     call csv_header(header, every)
     table%every = every
@@ -60,7 +57,7 @@ contains
     do i = table%first, law%n_state
       header = header // "," // law%state_name(i)
     end do
-    call write_line(table%file, path, header, table%good)
+    table%good = write_line(header)
   end subroutine open_history
 
   !> Set the state from which work and events are counted, for a run that does not start from a virgin point.
@@ -91,7 +88,7 @@ contains
     type(row_type), intent(in) :: row               !! the row
     character(len=:), allocatable :: line
     call csv_line(row, table%every, table%first, line)
-    call write_line(table%file, table%path, line, table%good)
+    table%good = write_line(line)
     if (.not. table%good) return
     table%last = row
     table%n_rows = table%n_rows + 1
@@ -108,7 +105,7 @@ contains
   subroutine close_history(table)
     type(history_type), intent(inout) :: table   !! the file
     logical :: closed
-    call close_file(table%file, table%path, closed)
+    closed = close_file()
     table%good = table%good .and. closed
   end subroutine close_history
 

@@ -9,14 +9,10 @@ program rie_driver
   use asperity_rows, only: csv_header
   use asperity_text, only: integer_text, to_text
   use asperity_warnings, only: n_measures
-  use case_law, only: get_law, law_type
-  use case_run, only: failed_file, measures_of_case, run_case, warn_of
-  use case_check, only: check_case
-  use driver_messages, only: exit_input, exit_ok, finish, say
-  use failed_case, only: failed_title
-  use recorded_strains, only: read_replayed, strains_type
-  use row_file, only: may_replace, same_file
-  use run_report, only: report_start, write_report
+  use case_law, only: check_case, get_law, law_type
+  use case_run, only: failed_file, failed_title, measures_of_case, run_case, warn_of
+  use driver_output, only: exit_input, exit_ok, finish, may_replace, report_start, same_file, say, write_report
+  use replay, only: read_replayed, strains_type
   implicit none
 
   character(len=*), parameter :: usage(12) = [character(len=96) :: &

@@ -42,6 +42,8 @@ module asperity_load_path
     real(wp), private :: start(3) = 0.0_wp           !! prescribed values at the start of the last increment
     real(wp), private :: offset(3) = 0.0_wp          !! spring*separation at the start of the step
     type(branch_type), private :: branch             !! progress along the branch
+    type(row_type), allocatable :: rows(:)           !! if they have been computed before, as those of a refined path
+    integer, private :: given_rows = 0               !! of them
     logical, allocatable, private :: regime(:, :)    !! for the events
     character(len=:), allocatable, private :: reason !! why the law has failed
   end type run_type
@@ -81,6 +83,10 @@ contains
     type(row_type), intent(inout) :: row    !! the last row; at a new step its increments count from 0
     logical, intent(out) :: found           !! false: the path has ended
     integer :: parts
+    if (allocated(run%rows)) then
+      found = run%given_rows < size(run%rows)
+      return
+    end if
     found = .not. row%lost .and. run%step <= size(run%steps)
     if (found .and. .not. run%fraction < 1.0_wp) call next_target(run, row, found)
     if (.not. found) return
@@ -106,6 +112,11 @@ contains
     real(wp) :: asked, reached
     integer :: parts
     logical :: branches
+    if (allocated(run%rows)) then
+      run%given_rows = run%given_rows + 1
+      row = run%rows(run%given_rows)
+      return
+    end if
     parts = run%steps(run%step)%increments(run%target)
     branches = run%steps(run%step)%arc > 0.0_wp
     if (branches) then

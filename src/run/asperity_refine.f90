@@ -55,13 +55,12 @@ contains
   !> The tolerance is relative to the largest traction (at least the strength), separation (at least s_f) and work (at
   !> least that of the bond). The distance is that between the curves, so that a jump may move by a small part of the
   !> path.
-  subroutine refine_path(law, steps, start, tolerance, rows, run, message)
+  subroutine refine_path(law, steps, start, tolerance, run, message)
     class(point_law), intent(in) :: law                       !! the law
     type(step_type), intent(in) :: steps(:)                   !! the load path, checked
     type(point_type), intent(in) :: start                     !! the point at its start
     real(wp), intent(in) :: tolerance                         !! admissible
-    type(row_type), allocatable, intent(out) :: rows(:)       !! the rows
-    type(run_type), intent(out) :: run                        !! the finest run, at its end
+    type(run_type), intent(out) :: run                        !! the finest run, at its end, with the rows that stay
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended if the tolerance is not reached
     type(step_type) :: finer(size(steps))
     type(row_type), allocatable :: coarse(:), fine(:)
@@ -97,7 +96,7 @@ contains
         exit
       end if
     end do
-    call compress_rows(fine, values, thinned_part*tolerance, rows)
+    call compress_rows(fine, values, thinned_part*tolerance, run%rows)
   end subroutine refine_path
 
   !> The start of a path and its rows.

@@ -121,13 +121,13 @@ contains
     if (status /= status_initial) return
 
     dead = count(plane_damage(joint, state) >= 1.0_wp)
-    if (.not. endless) then
+    if (dead == joint%pattern%n .and. target(1) > 0.0_wp) then
+      call set_text(reason, "tension on a crack, every plane being fully damaged")
+    else if (.not. endless) then
       call set_text(reason, "no equilibrium was found")
     else if (dead < joint%pattern%n) then
       call set_text(reason, "beyond the strength of the planes, of which " // integer_text(dead) // " of " // &
         integer_text(joint%pattern%n) // " are fully damaged")
-    else if (target(1) > 0.0_wp) then
-      call set_text(reason, "tension on a crack, every plane being fully damaged")
     else
       call set_text(reason, "outside the friction of the pattern")
     end if

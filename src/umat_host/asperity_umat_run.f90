@@ -1,13 +1,14 @@
 !> Run of a UMAT along a load path in a child: every call gives the next row that the child has sent.
 module asperity_umat_run
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_loc, c_null_char, c_ptr
+  use asperity_case, only: case_type
   use asperity_control_point, only: new_point, point_type, report_type
-  use asperity_foreign_umat, only: foreign_law, n_header, open_umat, umat_name
+  use asperity_foreign_umat, only: foreign_law, n_header, open_umat
   use asperity_kinds, only: wp
   use asperity_load_path, only: begin_row, end_row, explain_loss, row_type, run_type, start_run
   use asperity_point_law, only: event_length
   use asperity_refine, only: refine_path
-  use asperity_steps, only: step_type
+  use asperity_text, only: set_text
   use asperity_umat_worker, only: end_worker, leave_notes, receive_row, send_row, start_worker, worker_type
   implicit none
   private
@@ -25,50 +26,50 @@ module asperity_umat_run
   integer, parameter :: n_fixed = ceiling(real(storage_size(nothing), wp)/real(storage_size(1.0_wp), wp))
 
   !> What a child is to do.
-  type, public :: umat_path_type
+  type :: task_type
     type(foreign_law) :: law                         !! the law
-    type(step_type), allocatable :: steps(:)         !! the load path, checked
-    real(wp) :: s(3) = 0.0_wp                        !! separation at the start
-    real(wp), allocatable :: state(:)                !! state at the start
-    logical :: has_work = .false.                    !! false: the work is that of the energies
-    real(wp) :: work = 0.0_wp                        !! work so far
-    real(wp) :: tolerance = 0.0_wp                   !! 0: increments as they are given
-  end type umat_path_type
+    type(case_type) :: case                          !! load path and start
+  end type task_type
 
   !> A child and its run.
   type, public :: umat_run_type
-    type(worker_type) :: worker
     type(run_type) :: run                            !! at the end: of its increment what a caller may repeat
-    character(len=:), allocatable :: failure         !! why the UMAT has failed, with its name; empty: it has not
+    character(len=:), allocatable :: failure         !! why the UMAT has failed; empty: it has not
     character(len=:), allocatable :: reason          !! why the path ends before its end, empty: it does not
+    type(task_type), private :: task
     real(wp), allocatable, private :: numbers(:)     !! a row
   end type umat_run_type
 
 contains
 
-  !> Start of a path. Its traction is STRESS, as only the child may call the UMAT.
-  pure function start_of(path) result(start)
-    type(umat_path_type), intent(in) :: path   !! the path
+  !> Begin a run in a child. The traction at its start is STRESS, as only the child may call the UMAT.
+  subroutine start_umat_run(law, case, run)
+    type(foreign_law), intent(in) :: law               !! the law
+    type(case_type), intent(in) :: case                !! the case, with a state
+    type(umat_run_type), intent(out), target :: run    !! no row yet
     type(point_type) :: start
     integer :: i
-    start%s = path%s
-    allocate (start%state, source=path%state)
+    run%task%law = law
+    run%task%case = case
+    call set_text(run%failure, "")
+    start%s = case%state%s
+    start%state = case%state%statev
     do i = 1, 3
-      if (path%law%umat%position(i) > 0) start%traction(i) = path%state(n_header + path%law%umat%position(i))
+      if (law%umat%position(i) > 0) start%traction(i) = start%state(n_header + law%umat%position(i))
     end do
-    start%work = sum(path%law%energies(path%state))
-    if (path%has_work) start%work = path%work
-  end function start_of
-
-  !> Begin a run in a child.
-  subroutine start_umat_run(path, run)
-    type(umat_path_type), intent(in), target :: path   !! what to do
-    type(umat_run_type), intent(out) :: run            !! no row yet
-    call start_run(path%law, path%steps, run%run, start_of(path))
-    run%run%before = run%run%point
-    allocate (run%numbers(n_fixed + path%law%n_state))
-    call start_worker(c_funloc(follow_path), c_loc(path), path%law%umat%limit)
+    start%work = sum(law%energies(start%state))
+    if (case%state%has_work) start%work = case%state%work
+    call start_run(law, case%steps, run%run, start)
+    run%run%before = start
+    allocate (run%numbers(n_fixed + law%n_state))
+    call start_child(run%task)
   end subroutine start_umat_run
+
+  !> Begin the work of a child, which has a copy of the task.
+  subroutine start_child(task)
+    type(task_type), intent(in), target :: task   !! what to do
+    call start_worker(c_funloc(follow_path), c_loc(task), task%law%umat%limit)
+  end subroutine start_child
 
   !> Wait for the next row.
   subroutine next_umat_row(run, row, found)
@@ -78,7 +79,14 @@ contains
     type(row_type) :: next
     do
       found = receive_row(run%numbers, size(run%numbers)) /= 0
-      if (.not. found) exit
+      if (.not. found) then
+        call end_umat_run(run)
+        if (len(run%failure) == 0 .or. .not. run%task%case%refines) return
+        ! a path with a tolerance has its rows at its end only: it is taken again as far as it goes
+        run%task%case%refines = .false.
+        call start_child(run%task)
+        cycle
+      end if
       call unpack_row(run%numbers, next, run%run%done)
       if (next%step > 0) then
         row = next
@@ -87,14 +95,14 @@ contains
       end if
       run%run%before = next%point_type
     end do
-    call end_umat_run(run)
   end subroutine next_umat_row
 
   !> End a run, also before its last row.
   subroutine end_umat_run(run)
     type(umat_run_type), intent(inout) :: run   !! the run -> why it has ended
-    call end_worker(run%worker)
-    associate (control => run%run%control, notes => run%worker%notes)
+    type(worker_type) :: worker
+    call end_worker(worker)
+    associate (control => run%run%control, notes => worker%notes)
       run%run%given = notes(1:3)
       control%spring = notes(4:6)
       control%traction = notes(7:9) > 0.0_wp
@@ -102,47 +110,40 @@ contains
       run%run%law%step = nint(notes(11))
       run%run%law%increment = nint(notes(12))
     end associate
-    run%reason = run%worker%text
-    run%failure = run%worker%failure
-    select type (law => run%run%law)
-    type is (foreign_law)
-      if (len(run%failure) > 0) run%failure = umat_name(law) // ": " // run%failure
-    end select
+    run%reason = worker%text
+    if (len(run%failure) == 0) run%failure = worker%failure
   end subroutine end_umat_run
 
   !> The work of the child: rows, and if equilibrium is lost the start of the last increment, with step 0.
   subroutine follow_path(data) bind(c, name="asperity_umat_follow_path")
-    type(c_ptr), value :: data   !! path
-    type(umat_path_type), pointer :: path
+    type(c_ptr), value :: data   !! task
+    type(task_type), pointer :: task
     type(point_type) :: start
     type(run_type) :: run
     type(row_type) :: row
-    type(row_type), allocatable :: rows(:)
     character(len=:), allocatable :: text
-    integer :: i, n
+    integer :: n
     logical :: found
-    call c_f_pointer(data, path)
-    call open_umat(path%law)
-    start = new_point(path%law, path%state, path%s)
-    if (path%has_work) start%work = path%work
-    text = ""
-    n = n_fixed + path%law%n_state
-    if (path%tolerance > 0.0_wp) then
-      call refine_path(path%law, path%steps, start, path%tolerance, rows, run, text)
-      do i = 1, size(rows)
-        row = rows(i)
-        call send_row(packed(row, run%total), n)
-      end do
-    else
-      call start_run(path%law, path%steps, run, start)
-      do
-        call begin_row(run, row, found)
-        if (.not. found) exit
-        call leave_notes(prescribed(run), 12, c_null_char)
-        call end_row(run, row)
-        call send_row(packed(row, run%done), n)
-      end do
-    end if
+    call c_f_pointer(data, task)
+    call open_umat(task%law)
+    call set_text(text, "")
+    associate (law => task%law, case => task%case)
+      n = n_fixed + law%n_state
+      start = new_point(law, case%state%statev, case%state%s)
+      if (case%state%has_work) start%work = case%state%work
+      if (case%refines) then
+        call refine_path(law, case%steps, start, case%tolerance, run, text)
+      else
+        call start_run(law, case%steps, run, start)
+      end if
+    end associate
+    do
+      call begin_row(run, row, found)
+      if (.not. found) exit
+      call leave_notes(prescribed(run), 12, c_null_char)
+      call end_row(run, row)
+      call send_row(packed(row, run%done), n)
+    end do
     if (row%lost .and. len(text) == 0) call explain_loss(run, row, text)
     row%step = 0
     row%point_type = run%before

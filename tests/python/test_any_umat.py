@@ -315,6 +315,13 @@ def test_an_interrupt_ends_the_child(driver: Path, attacker, tmp_path: Path) -> 
     wait_for(lambda: not Path(f"/proc/{child}").exists())
 
 
+def test_a_tolerance_that_is_not_reached(run, library: Path) -> None:
+    """The rows are written, and the run does not count as complete."""
+    result = run("&case tolerance = 1e-8 /\n" + planted(library) + MIXED, code=2)
+    assert re.search("tolerance = 1e-8: the rows of .* still differ by", result.messages)
+    assert result["s_N"][-1] == 0.02
+
+
 def test_a_path_with_a_tolerance_keeps_rows(run, attacker) -> None:
     """A UMAT that fails while increments are refined: the rows of the increments as they are given."""
     result = run("&case tolerance = 1e-3 /\n" + attacker("abort();"), code=1)

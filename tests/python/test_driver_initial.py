@@ -117,6 +117,7 @@ def test_cracked_without_traction(run) -> None:
             "traction = 0.1, 0, 0, damage = 1",
             ["traction = 0.1, 0, 0: initial t_N = 0.1: tension on a crack", "it carries t_N = 0"],
         ),
+        (RP_4, "traction = 1e-8, 0, 0, damage = 1", ["initial t_N = 1e-8: tension on a crack"]),
         (
             FLAT,
             "traction = -10, 7.5, 0, damage = 1",

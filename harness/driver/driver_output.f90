@@ -1,0 +1,140 @@
+!> What the driver writes: messages on standard error, and files, one at a time (driver_output.c).
+!>
+!> The Fortran run-time libraries do not report a full disk. On a full tmpfs and on /dev/full, iostat of write, flush
+!> and close is 0 with gfortran 12, whether a unit stays open or is opened for each line; with flang 16 flush reports
+!> the error, and the close after it ends the program.
+module driver_output
+  use, intrinsic :: iso_c_binding, only: c_bool, c_char, c_int, c_null_char, c_size_t
+  use, intrinsic :: iso_fortran_env, only: error_unit
+  use asperity_text, only: integer_text
+  implicit none
+  private
+  public :: say, finish, same_file, may_replace, create_file, write_line, close_file, write_report
+
+  integer, parameter, public :: exit_ok = 0      !! the run ended as expected
+  integer, parameter, public :: exit_input = 1   !! bad input
+  integer, parameter, public :: exit_solve = 2   !! equilibrium lost, or an unexpected end
+
+  !> Start of every report.
+  character(len=*), parameter, public :: report_start = "{""code"": "
+
+  ! where a function is false the reason is on standard error
+  interface
+    !> Standard C: end the program with an exit code (`stop` would print).
+    subroutine c_exit(code) bind(c, name="exit")
+      import :: c_int
+      implicit none
+      integer(c_int), value :: code
+    end subroutine c_exit
+    !> Create or empty a file.
+    function c_create(path) bind(c, name="output_create") result(good)
+      import :: c_bool, c_char
+      implicit none
+      ! allow(C071): the interface is that of C
+      character(kind=c_char), intent(in) :: path(*)
+      logical(c_bool) :: good
+    end function c_create
+    !> Write all bytes or none.
+    function c_write(bytes, n) bind(c, name="output_write") result(good)
+      import :: c_bool, c_char, c_size_t
+      implicit none
+      ! allow(C071): the interface is that of C
+      character(kind=c_char), intent(in) :: bytes(*)
+      integer(c_size_t), value :: n
+      logical(c_bool) :: good
+    end function c_write
+    !> Close the file.
+    function close_file() bind(c, name="output_close") result(good)
+      import :: c_bool
+      implicit none
+      logical(c_bool) :: good
+    end function close_file
+  end interface
+  abstract interface
+    !> A question about a file.
+    function c_question(path, text) bind(c) result(yes)
+      import :: c_bool, c_char
+      implicit none
+      ! allow(C071): the interface is that of C
+      character(kind=c_char), intent(in) :: path(*), text(*)
+      logical(c_bool) :: yes
+    end function c_question
+  end interface
+  procedure(c_question), bind(c, name="output_same_file") :: c_same_file
+  procedure(c_question), bind(c, name="output_may_replace") :: c_may_replace
+
+contains
+
+  !> Write one or more lines to standard error.
+  subroutine say(text)
+    character(len=*), intent(in) :: text   !! lines
+    write (error_unit, "(2a)") "rie_driver: ", text
+    flush (error_unit)
+  end subroutine say
+
+  !> End the program.
+  subroutine finish(code)
+    integer, intent(in) :: code   !! exit_ok, exit_input or exit_solve
+    call c_exit(int(code, c_int))
+  end subroutine finish
+
+  !> Whether two names denote the same existing file, also through a symbolic or a hard link.
+  function same_file(first, second) result(same)
+    character(len=*), intent(in) :: first, second   !! names
+    logical :: same
+    same = c_same_file(first // c_null_char, second // c_null_char)
+  end function same_file
+
+  !> Whether a file is new or empty, or one that this program wrote; "-" is standard output.
+  function may_replace(path, start) result(may)
+    character(len=*), intent(in) :: path    !! file
+    character(len=*), intent(in) :: start   !! text with which this program begins such files
+    logical :: may
+    may = path == "-"
+    if (.not. may) may = c_may_replace(path // c_null_char, start // c_null_char)
+  end function may_replace
+
+  !> Create or empty a file for writing, which no other run writes; "-" is standard output.
+  function create_file(path) result(good)
+    character(len=*), intent(in) :: path   !! file
+    logical :: good
+    good = c_create(path // c_null_char)
+  end function create_file
+
+  !> Write a line to this file: a run that is ended leaves complete lines.
+  function write_line(line) result(good)
+    character(len=*), intent(in) :: line   !! without line end
+    logical :: good
+    good = c_write(line // new_line("a"), int(len(line) + 1, c_size_t))
+  end function write_line
+
+  !> Write the result of a run as JSON, for programs that call the driver.
+  subroutine write_report(path, code, message, lost)
+    character(len=*), intent(in) :: path      !! file, replaced if it exists; empty: no report
+    integer, intent(in) :: code               !! exit code
+    character(len=*), intent(in) :: message   !! why the run has not ended as expected, a line per reason, or empty
+    logical, intent(in) :: lost               !! whether the last row is that of a lost equilibrium
+    character(len=:), allocatable :: escaped
+    integer :: i
+    logical :: good
+    if (len(path) == 0) return
+    escaped = ""
+    do i = 1, len(message)
+      select case (message(i:i))
+      case ("""", "\")
+        escaped = escaped // "\" // message(i:i)
+      case (achar(10))
+        escaped = escaped // "\n"
+      case (achar(0):achar(9), achar(11):achar(31))
+        escaped = escaped // " "
+      case default
+        escaped = escaped // message(i:i)
+      end select
+    end do
+    good = create_file(path)
+    if (good) good = write_line(report_start // integer_text(code) // ", ""message"": """ // escaped // &
+      """, ""lost"": " // trim(merge("true ", "false", lost)) // "}")
+    if (good) good = close_file()
+  end subroutine write_report
+
+end module driver_output

@@ -1,0 +1,276 @@
+!> Replay of recorded strains through `umat`, called as an FE code calls it.
+!>
+!> Every increment has four calls: a zero strain increment (as in a first iteration that needs the tangent), a larger
+!> trial increment, the increment itself, and the same increment again (as if stress and tangent were computed
+!> separately). STATEV and STRESS are committed only at the end of the increment. Arguments that the host does not
+!> define have the value `garbage`. An initial state is passed as initial conditions of a host: planes in STATEV, status
+!> 0, traction in STRESS.
+!>
+!> The strains are in a CSV file. A header line names the columns: `e_1` ... `e_<ntens>` (strains in the host's order)
+!> or `s_N`, `s_Tx`, `s_Ty` (separations, as in an output file of the driver), and optionally `time`; other columns are
+!> ignored. A file without a header has the NTENS strains only. Time must not decrease. Blank lines and lines that start
+!> with # are skipped.
+module replay
+  use asperity_case, only: case_type
+  use asperity_checks, only: bounded
+  use asperity_contract, only: v_friction, v_rupture, v_stored
+  use asperity_control_point, only: work_between
+  use asperity_errors, only: error_type, errors_type, fail
+  use asperity_host, only: component_map
+  use asperity_interface, only: separation_bound
+  use asperity_kinds, only: wp
+  use asperity_load_path, only: row_type
+  use asperity_rie_law, only: new_rie_law, rie_law
+  use asperity_text, only: integer_text, set_text, to_text
+  use asperity_text_file, only: blanks, line_end, load_file, lower, most_lines, newline, printable, to_real
+  use history, only: add_replayed_row, history_type
+  use host_routines, only: umat
+  use progress_line, only: progress_type, show_progress
+  implicit none
+  private
+  public :: read_replayed, run_replay
+
+  !> A record of one point.
+  type, public :: strains_type
+    real(wp), allocatable :: strain(:, :)   !! (ntens, n) total strains
+    real(wp), allocatable :: time(:)        !! (n) times
+  end type strains_type
+
+  !> Longest field of the file that is distinguished; no number is longer.
+  integer, parameter :: longest = 80
+
+  !> Calls of an increment: their fractions of the strain increment.
+  real(wp), parameter :: shares(4) = [0.0_wp, 1.5_wp, 1.0_wp, 1.0_wp]
+  !> Value of arguments that a host does not define.
+  real(wp), parameter :: garbage = -7.7e77_wp
+  !> Relative rounding error of a division by h and a multiplication.
+  real(wp), parameter :: rounding = 4.0_wp*epsilon(1.0_wp)
+
+contains
+
+  !> Read the record that a case replays.
+  subroutine read_replayed(case, record, errors)
+    type(case_type), intent(in) :: case          !! the case
+    type(strains_type), intent(out) :: record    !! the record
+    type(errors_type), intent(inout) :: errors   !! errors are added
+    character(len=:), allocatable :: source
+    character(len=longest), allocatable :: list(:)
+    type(error_type) :: place
+    integer, allocatable :: column(:)
+    real(wp), allocatable :: numbers(:)
+    real(wp) :: bound, now
+    integer :: bad, earlier, first, i, last, n, ntens, position(3)
+    logical :: good, named, separations
+
+    earlier = errors%n
+    place%file = case%replay%file
+    call set_text(source, "")
+    call load_file(case%replay%file, source, errors)
+    if (errors%n > earlier) return
+    ntens = case%replay%ntens
+    position = component_map(ntens, case%joint%map)
+    n = count([(source(i:i) == newline, i=1, len(source))]) + 1
+    allocate (record%strain(ntens, n), record%time(n))
+    record%strain = 0.0_wp
+    bound = 0.25_wp*separation_bound(case%joint)/case%joint%h
+    separations = .false.
+    named = .false.
+    bad = 0
+    n = 0
+    now = 0.0_wp
+    place%line = 0
+    first = 1
+    do while (first <= len(source))
+      last = line_end(source, first)
+      list = fields(source(first:last))
+      first = last + 2
+      place%line = place%line + 1
+      if (list(1)(1:1) == "#" .or. size(list) == 1 .and. len_trim(list(1)) == 0) cycle
+      if (.not. allocated(column)) then
+        named = scan(lower(list(1)(1:1)), "abcdefghijklmnopqrstuvwxyz""'") == 1 .and. &
+          all(lower(list(1)) /= ["nan     ", "inf     ", "infinity"])
+        column = [(i, i=1, ntens), 0]
+        if (named) call find_columns()
+        if (errors%n > earlier) return
+        if (named) cycle
+      end if
+      good = .true.
+      numbers = spread(0.0_wp, 1, size(column))
+      do i = 1, size(column)
+        if (column(i) == 0 .or. .not. good) cycle
+        call to_real(trim(list(min(column(i), size(list)))), numbers(i), good)
+        good = good .and. column(i) <= size(list)
+        call require(good, "column " // integer_text(column(i)) // " = """ // text_of(column(i)) // &
+          """: expected a number")
+      end do
+      if (.not. named) call require(size(list) <= ntens, integer_text(size(list)) // " columns: expected " // &
+        integer_text(ntens) // " (ntens), or a header")
+      if (good) then
+        n = n + 1
+        record%time(n) = merge(numbers(size(numbers)), real(n, wp)*case%replay%dtime, column(size(column)) > 0)
+        call require(record%time(n) >= now, "time = " // to_text(record%time(n)) // ": expected at least " // &
+          to_text(now) // ", the time before (0 at the start)")
+        now = max(now, record%time(n))
+        if (separations) then
+          if (position(3) == 0) call require(.not. abs(numbers(3)) > 0.0_wp, "s_Ty = " // to_text(numbers(3)) // &
+            ": expected 0 with ntens = 2")
+          do i = 1, 3
+            if (position(i) > 0) record%strain(position(i), n) = numbers(i)/case%joint%h
+          end do
+        else
+          record%strain(:, n) = numbers(:ntens)
+        end if
+        call require(all(bounded(record%strain(:, n), bound)), "expected strains of a magnitude up to " // &
+          to_text(bound))
+      end if
+      if (.not. good) bad = bad + 1
+    end do
+    place%line = -1
+    if (bad > most_lines) call fail(errors, place, "... and " // integer_text(bad - most_lines) // " more bad lines")
+    if (n == 0 .and. errors%n == earlier) call fail(errors, place, "no line of numbers")
+    record%strain = record%strain(:, :n)
+    record%time = record%time(:n)
+
+  contains
+
+    !> Add an error about a line, unless there are too many bad lines.
+    subroutine require(yes, text)
+      logical, intent(in) :: yes             !! whether there is none
+      character(len=*), intent(in) :: text   !! what is wrong
+      if (.not. yes .and. bad < most_lines) call fail(errors, place, text)
+      good = good .and. yes
+    end subroutine require
+
+    !> Text of a field in a message.
+    function text_of(i) result(text)
+      integer, intent(in) :: i   !! number of the field
+      character(len=:), allocatable :: text
+      call set_text(text, "")
+      if (i <= size(list)) call set_text(text, printable(trim(list(i))))
+    end function text_of
+
+    !> Numbers of the columns from the header; the last one is that of time (0: none).
+    subroutine find_columns()
+      character(len=4) :: names(7)
+      integer :: k, n_names
+      do k = 1, size(list)
+        list(k) = lower(list(k))
+      end do
+      separations = any(list == "s_n")
+      n_names = merge(3, ntens, separations)
+      names(:3) = ["s_n ", "s_tx", "s_ty"]
+      do k = 1, merge(0, ntens, separations)
+        names(k) = "e_" // integer_text(k)
+      end do
+      names(n_names + 1) = "time"
+      column = [(findloc(list, names(k), dim=1), k=1, n_names + 1)]
+      do k = 1, n_names
+        if (column(k) == 0) call fail(errors, place, "no column " // trim(names(k)) // &
+          ": expected s_N, s_Tx, s_Ty or e_1 to e_" // integer_text(ntens))
+      end do
+    end subroutine find_columns
+
+  end subroutine read_replayed
+
+  !> Fields of a line, which commas separate.
+  pure function fields(line) result(list)
+    character(len=*), intent(in) :: line   !! text
+    character(len=longest), allocatable :: list(:)
+    character(len=len(line)) :: clean
+    integer :: first, i, last
+    clean = line
+    do i = 1, len(line)
+      if (scan(line(i:i), blanks) > 0) clean(i:i) = " "
+    end do
+    allocate (list(count([(line(i:i) == ",", i=1, len(line))]) + 1))
+    first = 1
+    do i = 1, size(list)
+      last = first + index(clean(first:) // ",", ",") - 2
+      list(i) = adjustl(clean(first:last))
+      first = last + 2
+    end do
+  end function fields
+
+  !> Replay a record. Each of its increments gives a row, whose `iterations` are the calls of umat. Components that the
+  !> host does not have are 0, also t_Ty with NTENS = 2.
+  subroutine run_replay(case, record, label, table, progress, failure)
+    type(case_type), intent(in) :: case                      !! the case
+    type(strains_type), intent(in) :: record                 !! strains
+    character(len=*), intent(in) :: label                    !! name of the run, for the progress line
+    type(history_type), intent(inout) :: table               !! rows are added
+    type(progress_type), intent(inout) :: progress           !! clock
+    character(len=:), allocatable, intent(out) :: failure    !! not empty: error of umat
+    type(row_type) :: row
+    type(rie_law) :: law
+    character(len=80), parameter :: name = "ASPERITY"
+    real(wp), dimension(case%replay%ntens) :: stran, dstran, stress, first_stress, committed_stress
+    real(wp), dimension(case%joint%n_statev) :: statev, committed
+    real(wp) :: ddsdde(case%replay%ntens, case%replay%ntens), thermal(2*case%replay%ntens + 2), energies(3), &
+      in_state(3), unset(9), pnewdt, dtime
+    integer :: call_number, i, n, ntens, position(3)
+
+    failure = ""
+    law = new_rie_law(case%joint)
+    ntens = case%replay%ntens
+    position = component_map(ntens, case%joint%map)
+    stran = 0.0_wp
+    committed_stress = 0.0_wp
+    do i = 1, 3
+      if (position(i) > 0) committed_stress(position(i)) = case%initial%traction(i)
+    end do
+    committed = case%initial%planes
+    unset = garbage
+    row%step = 1
+    row%report%iterations = size(shares)
+    do n = 1, size(record%time)
+      dstran = record%strain(:, n) - stran
+      dtime = record%time(n) - row%time
+      stress = committed_stress
+      do call_number = 1, size(shares)
+        first_stress = stress
+        stress = committed_stress
+        statev = committed
+        ddsdde = garbage
+        energies = garbage
+        thermal = garbage
+        pnewdt = 1.0_wp
+        call umat(stress, statev, ddsdde, energies(1), energies(2), energies(3), thermal(1), thermal(2:ntens + 1), &
+          thermal(ntens + 2:2*ntens + 1), thermal(2*ntens + 2), stran, shares(call_number)*dstran, &
+          [row%time, row%time], dtime, unset(1), unset(1), unset, unset, name, 1, ntens - 1, ntens, size(statev), &
+          case%props, size(case%props), unset, unset, pnewdt, unset(1), unset, unset, 1, 1, 1, 1, 1, n)
+        if (.not. all(bounded(stress, huge(1.0_wp)))) then
+          failure = "umat rejected call " // integer_text(call_number) // " of increment " // integer_text(n)
+          return
+        end if
+      end do
+      if (any(abs(stress - first_stress) > 0.0_wp)) failure = "two equal calls of umat differ"
+      in_state = statev([v_stored, v_friction, v_rupture])
+      if (any(abs(energies*case%joint%h - in_state) > rounding*abs(in_state))) then
+        failure = "SSE, SPD, SCD are not the energies of STATEV"
+      end if
+      if (any(abs(ddsdde - garbage) <= 0.0_wp)) failure = "DDSDDE is not defined"
+      if (len(failure) > 0) then
+        failure = "umat, increment " // integer_text(n) // ": " // failure
+        return
+      end if
+
+      stran = stran + dstran
+      committed = statev
+      committed_stress = stress
+      row%increment = n
+      row%time = record%time(n)
+      do i = 1, 3
+        if (position(i) == 0) cycle
+        row%s(i) = case%joint%h*stran(position(i))
+        row%traction(i) = stress(position(i))
+      end do
+      row%state = statev
+      row%work = table%last%work + work_between(table%last%s, table%last%traction, row%s, row%traction)
+      row%report%cut = pnewdt < 1.0_wp
+      call add_replayed_row(table, law, row)
+      if (.not. table%good) return
+      call show_progress(progress, label, n, size(record%time))
+    end do
+  end subroutine run_replay
+
+end module replay
