@@ -7,10 +7,9 @@ across it).  docs/how-to/select.md describes the command.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, fields
-from functools import cached_property
+from dataclasses import astuple, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +53,7 @@ FULLY_DAMAGED = 1.0 - 1.0e-9
 """The residual strength counts if the damage of the reference at the end is at least this."""
 
 Tick = Callable[[str], object]
-"""Function that is called with the name of a pattern before its run, for a progress bar."""
+"""Function that is called with the name of a pattern after its run, for a progress bar."""
 
 
 @dataclass(frozen=True)
@@ -99,11 +98,6 @@ class LoadCase:
         """Whether the surface is flat."""
         return self.theta == 0.0 or self.flat == 1.0
 
-    @property
-    def curved(self) -> bool:
-        """Whether asperities end or wear, so that the strength ends at mu in every direction."""
-        return self.material.height > 0.0 or self.material.W0 > 0.0
-
     def regular(self, sides: int, turn: float = 0.0) -> Pattern:
         """Regular pattern of the surface; 0 sides give the flat plane."""
         return Pattern.regular(sides, self.theta if sides else 0.0, self.flat, turn)
@@ -138,11 +132,12 @@ class Errors:
     @property
     def worst(self) -> float:
         """Largest of the errors."""
-        return float(np.nanmax([getattr(self, field.name) for field in fields(self)]))
+        return float(np.nanmax(astuple(self)))
 
-    def joined(self, other: Errors) -> Errors:
-        """Larger of two values of each error."""
-        return Errors(*(float(np.fmax(getattr(self, f.name), getattr(other, f.name))) for f in fields(self)))
+    @classmethod
+    def largest(cls, several: Iterable[Errors]) -> Errors:
+        """Largest of several values of each error."""
+        return cls(*np.max([astuple(one) for one in several], axis=0).tolist())
 
 
 @dataclass(frozen=True)
@@ -195,66 +190,58 @@ class NoPatternError(ValueError):
         self.best = best
 
 
-class DenseRun:
-    """Reference along a path: mean curves of the fine pattern over directions; planar: the three planes."""
+class Reference:
+    """Mean curves of the fine pattern over directions along a path; planar: those of the three planes.
+
+    means: traction along the slip and dilation (2, n) for each normal traction, up to a loss of equilibrium.
+    fully_damaged: whether the load case reaches the residual strength.
+    """
 
     def __init__(
-        self,
-        case: LoadCase,
-        finer: float = 1.0,
-        average: Sequence[float] = SEARCH_AVERAGE,
-        executor: Executor | None = None,
+        self, case: LoadCase, finer: float, average: Sequence[float], executor: Executor | None = None
     ) -> None:
         """Run refined increments in directions that are fractions of the angle between planes."""
-        self.case = case
-        self.executor = executor
-        self.slips = case.slips(finer)
+        self.case, self.executor, self.slips = case, executor, case.slips(finer)
         if case.planar:
-            angles, pattern = np.array([case.direction]), case.regular(2, case.direction)
+            run = self._run(case.regular(2, case.direction), np.array([case.direction]))
         else:
-            angles, pattern = 360.0 / REFERENCE_SIDES * np.array(average), case.regular(REFERENCE_SIDES)
-        run = self._run(pattern, angles)
-        means: list[Floats] = []
-        for part in self._of_tractions(run):
+            run = self._run(case.regular(REFERENCE_SIDES), 360.0 / REFERENCE_SIDES * np.array(average))
+        self.means: list[Floats] = []
+        self.fully_damaged = False
+        for sigma_N in case.sigma_N:
+            part = run.sigma_N == sigma_N
             rows = int(run.rows[part].min())
             if rows < 1:
                 raise ValueError(
-                    f"sigma_N = {run.sigma_N[part][0]:g}: expected a normal traction under which the surface "
-                    "can slip, the reference has no equilibrium"
+                    f"sigma_N = {sigma_N:g}: expected a normal traction under which the surface can slip, "
+                    "the reference has no equilibrium"
                 )
-            means.append(np.stack([values[part, :rows].mean(axis=0) for values in (run.tau_L, run.s_N)]))
-        self.means = means
-        ends = [run.damage[part, -1].min() for part in self._of_tractions(run) if run.sigma_N[part][0] < 0.0]
-        self.fully_damaged = any(end >= FULLY_DAMAGED for end in ends)
-
-    def _of_tractions(self, run: SlipCurves) -> list[NDArray[np.bool_]]:
-        return [run.sigma_N == sigma_N for sigma_N in self.case.sigma_N]
+            self.means.append(np.stack([one[part, :rows].mean(axis=0) for one in (run.tau_L, run.s_N)]))
+            self.fully_damaged |= bool(sigma_N < 0.0 and run.damage[part, -1].min() >= FULLY_DAMAGED)
 
     @property
     def lost(self) -> tuple[tuple[float, float], ...]:
         """sigma_N and length of path at which equilibrium is lost before the end of the path."""
         length = np.cumsum(np.abs(np.diff(self.slips, prepend=0.0)))
-        return tuple(
-            (sigma_N, float(length[mean.shape[1] - 1]))
-            for sigma_N, mean in zip(self.case.sigma_N, self.means, strict=True)
-            if mean.shape[1] < self.slips.size
-        )
+        ends = zip(self.case.sigma_N, (mean.shape[1] for mean in self.means), strict=True)
+        return tuple((sigma_N, float(length[n - 1])) for sigma_N, n in ends if n < self.slips.size)
 
-    def mean_error(self, other: DenseRun) -> float:
+    def mean_error(self, other: Reference) -> float:
         """Difference from the mean curves of another reference with the same increments."""
-        total = Errors()
-        for own, mean in zip(self.means, other.means, strict=True):
-            columns = mean[:1], 0.0 * mean[:1], mean[1:]
-            total = total.joined(self._error(own, np.array([mean.shape[1]]), *columns))
-        return total.worst
+        pairs = zip(self.means, other.means, strict=True)
+        return Errors.largest(
+            self._error(own, np.array([mean.shape[1]]), mean[:1], 0.0 * mean[:1], mean[1:])
+            for own, mean in pairs
+        ).worst
 
     def errors(self, pattern: Pattern, angles: Floats) -> Errors:
         """Errors of a pattern in directions (degrees), without the residual strength."""
-        run, total = self._run(pattern, angles), Errors()
-        for part, mean in zip(self._of_tractions(run), self.means, strict=True):
-            columns = (values[part] for values in (run.tau_L, run.tau_across, run.s_N))
-            total = total.joined(self._error(mean, run.rows[part], *columns))
-        return total
+        run = self._run(pattern, angles)
+        parts = [run.sigma_N == sigma_N for sigma_N in self.case.sigma_N]
+        return Errors.largest(
+            self._error(mean, run.rows[part], run.tau_L[part], run.tau_across[part], run.s_N[part])
+            for part, mean in zip(parts, self.means, strict=True)
+        )
 
     def _run(self, pattern: Pattern, angles: Floats) -> SlipCurves:
         sigma_N, directions = (one.ravel() for one in np.meshgrid(self.case.sigma_N, angles))
@@ -282,7 +269,7 @@ def residual_error(case: LoadCase, sides: int) -> float:
     Asperities that end or wear end at the strength mu in every direction; before, the curves differ.
     """
     material = case.material
-    if case.smooth or case.curved:
+    if case.smooth or material.height > 0.0 or material.W0 > 0.0:
         return 0.0
     dense = float(material.residual_strength(case.theta))
     weakest = float(material.residual_strength(case.theta, 180.0 / sides)) if sides else material.mu
@@ -291,78 +278,11 @@ def residual_error(case: LoadCase, sides: int) -> float:
     return abs(1.0 - weakest / dense) if dense > 0.0 else 0.0
 
 
-def patterns(case: LoadCase) -> Iterator[tuple[str, int, Pattern]]:
-    """Candidates by increasing number of planes: name, sides, pattern."""
-    yield "flat", 0, case.regular(0)
-    if case.smooth:
-        return
-    yield "RT", 2, case.regular(2, case.direction if case.planar else 0.0)
-    if not case.planar:
-        for sides in range(3, REFERENCE_SIDES):
-            yield f"RP-{sides}", sides, case.regular(sides)
-
-
 def directions(case: LoadCase, sides: int, shares: Sequence[float]) -> Floats:
     """Directions in which a pattern is run, degrees: from a plane of symmetry to the next."""
     if case.planar:
         return np.array([case.direction])
     return np.array([0.0]) if sides == 0 else 180.0 / sides * np.array(shares)
-
-
-class Search:
-    """Errors of the candidates of a load case; reference and check are run once."""
-
-    def __init__(self, case: LoadCase, executor: Executor | None = None) -> None:
-        """Run the reference."""
-        self.case = case
-        self.executor = executor
-        self.dense = DenseRun(case, executor=executor)
-
-    @cached_property
-    def check(self) -> DenseRun:
-        """Reference of the check, with finer increments and other directions."""
-        return DenseRun(self.case, FINER, CHECK_AVERAGE, self.executor)
-
-    @cached_property
-    def uncertainty(self) -> float:
-        """Difference between the reference and its mean over other directions; 0 for a planar surface."""
-        if self.case.planar:
-            return 0.0
-        return self.dense.mean_error(DenseRun(self.case, 1.0, CHECK_AVERAGE, self.executor))
-
-    def candidate(self, name: str, sides: int, pattern: Pattern, most: float = np.inf) -> Candidate:
-        """Errors of a pattern; if that of the residual strength exceeds `most`, the others are NaN."""
-        exact = self.case.planar and sides == 2
-        left = residual_error(self.case, sides) if self.dense.fully_damaged and not exact else 0.0
-        errors = Errors(np.nan, np.nan, np.nan, left)
-        if left <= most:
-            errors = errors.joined(self.dense.errors(pattern, directions(self.case, sides, SEARCH)))
-        return Candidate(name, pattern, errors)
-
-    def select(self, tolerance: float, tick: Tick = lambda name: None) -> Selection:
-        """First candidate that meets the tolerance in search and check; raises NoPatternError without one."""
-        tried, missed = [], []
-        for name, sides, pattern in patterns(self.case):
-            tick(name)
-            candidate = self.candidate(name, sides, pattern, tolerance)
-            if candidate.errors.worst <= tolerance:
-                again = self.check.errors(pattern, directions(self.case, sides, CHECK))
-                candidate = Candidate(name, pattern, candidate.errors.joined(again))
-                missed.append(candidate)
-            tried.append(candidate)
-            if candidate.errors.worst + self.uncertainty <= tolerance:
-                rest = (self.uncertainty, tuple(tried), self.dense.lost)
-                if not self.case.planar and pattern.across(self.case.direction):
-                    pattern = pattern.turned_from(self.case.direction)
-                return Selection(name, pattern, candidate.errors, self.case, tolerance, *rest)
-        # patterns that the residual strength excludes have no curves
-        finest = self.candidate(*list(patterns(self.case))[-1])
-        best = min([*missed, finest], key=lambda one: one.errors.worst)
-        raise NoPatternError(
-            f"no pattern up to {best.name} meets the tolerance {tolerance:g}: {best.name} has an error of "
-            f"{best.errors.worst:.2g}, the reference one of {self.uncertainty:.2g}",
-            best,
-        )
 
 
 def select(
@@ -379,4 +299,43 @@ def select(
     """
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"tolerance = {tolerance!r}: expected 0 < tolerance < 1")
-    return Search(case, executor).select(tolerance, tick)
+    dense = Reference(case, 1.0, SEARCH_AVERAGE, executor)
+    check = Reference(case, FINER, CHECK_AVERAGE, executor)
+    others = dense if case.planar else Reference(case, 1.0, CHECK_AVERAGE, executor)
+    uncertainty = dense.mean_error(others)
+
+    def candidate(sides: int, most: float = np.inf) -> Candidate:
+        """Errors of a pattern; where that of the residual strength exceeds `most`, the others are NaN."""
+        name = {0: "flat", 2: "RT"}.get(sides, f"RP-{sides}")
+        pattern = case.regular(sides, case.direction if case.planar else 0.0)
+        exact = case.planar and sides == 2
+        left = residual_error(case, sides) if dense.fully_damaged and not exact else 0.0
+        if left > most:
+            return Candidate(name, pattern, Errors(np.nan, np.nan, np.nan, left))
+        angles = directions(case, sides, SEARCH)
+        errors = Errors.largest([Errors(residual=left), dense.errors(pattern, angles)])
+        if errors.worst <= most:
+            again = check.errors(pattern, directions(case, sides, CHECK))
+            errors = Errors.largest([errors, again])
+        return Candidate(name, pattern, errors)
+
+    tried: list[Candidate] = []
+    inclined = () if case.smooth else (2,) if case.planar else range(2, REFERENCE_SIDES)
+    for sides in (0, *inclined):
+        one = candidate(sides, tolerance)
+        tick(one.name)
+        tried.append(one)
+        if one.errors.worst + uncertainty <= tolerance:
+            pattern = one.pattern
+            if not case.planar and pattern.across(case.direction):
+                pattern = pattern.turned_from(case.direction)
+            rest = case, tolerance, uncertainty, tuple(tried), dense.lost
+            return Selection(one.name, pattern, one.errors, *rest)
+    # patterns that the residual strength excludes have no curves
+    best = min([*(one for one in tried if not np.isnan(one.errors.tau_L)), candidate(sides)],
+               key=lambda one: one.errors.worst)  # fmt: skip
+    raise NoPatternError(
+        f"no pattern up to {best.name} meets the tolerance {tolerance:g}: {best.name} has an error of "
+        f"{best.errors.worst:.2g}, the reference one of {uncertainty:.2g}",
+        best,
+    )
