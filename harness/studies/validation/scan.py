@@ -54,7 +54,8 @@ def grasselli(angles: Floats, shares: Floats) -> tuple[float, float]:
 def by_direction(found: Facets, direction: float) -> Constants:
     """Grasselli's measure in degrees, and the rms slope that faces a slip."""
     largest, C = grasselli(*facing(found, direction))
-    return {MEASURE: largest / (C + 1.0), "rms uphill": float(found.uphill(np.array([direction]))[1][0])}
+    uphill = found.slips(np.array([direction]), 0.0).uphill
+    return {MEASURE: largest / (C + 1.0), "rms uphill": float(uphill[1, 0])}
 
 
 def by_length(scan: Scan, step: int) -> Constants:

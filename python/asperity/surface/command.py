@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
-from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +22,7 @@ from . import slopes
 from .report import ROUNDING, remarks, report
 from .scan import Scan, lengths_of
 from .scan_files import read_scan
-from .slopes import Facets, Planes, Slips
+from .slopes import Facets, Planes
 
 MU = 0.5
 """Friction for the residual strength where no material is given (Table 2 of the paper)."""
@@ -111,17 +110,15 @@ def _run(options: argparse.Namespace) -> int:
     listed, label = _listed(options, found, directions)
     angles = slopes.directions_of(found, options.direction)
     lengths = lengths_of(smooth)
-    total = 2 * len(angles) + len(lengths)
-    with progress_bar(total, "step") as bar:
-        slips = Slips.of(found, angles, mu, bar.update)
+    with progress_bar(len(angles) + len(lengths), "step") as bar:
+        slips = found.slips(angles, mu, bar.update)
         regular = slopes.nearest_regular(found, slips, options.sides or 0, options.direction)
         scales = np.array(list(_scales(smooth, lengths, regular, options.direction, bar.update)))
     print("\n".join(report(original, scan, found, slips, options)))
     print(f"\n{'pattern':<22}planes  mean slope    fabric    uphill  residual    listed")
-    of_listed = Planes.of(listed).residual(angles, slips.mu)
+    of_listed = Planes.of(listed).slips(angles, mu).residual
     for pattern in (listed, regular):
-        errors = slopes.compare(pattern, found, slips, of_listed)
-        texts = [_shown(getattr(errors, field.name)) for field in fields(errors)]
+        texts = [*map(_shown, slopes.compare(pattern, found, slips, of_listed).values())]
         start = f"{_name(pattern):<22}{len(pattern.weights):>6}{texts[0]:>12}"
         print(start + "".join(f"{text:>10}" for text in texts[1:]))
     print(f"\n{f'sampling, {scan.unit}':>14}{'mean slope':>12}{'rms slope':>12}{'theta':>8}{'flat':>8}")

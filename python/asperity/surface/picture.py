@@ -182,11 +182,11 @@ def _strengths(ax: Axes, planes: Planes, regular: Planes, slips: Slips) -> None:
     """Draw the residual strength over the direction of slip, without a line where the joint locks."""
     angles, mu = slips.angles, slips.mu
     degrees = np.degrees(np.append(angles, angles[0] + 2.0 * np.pi))
-    for values, style, colour, label in (
-        (slips.residual, "-", COLOURS[3], "facets"),
-        (planes.residual(angles, mu), "-", COLOURS[1], "listed planes"),
-        (regular.residual(angles, mu), "--", COLOURS[0], f"nearest regular, {len(regular.gamma)} planes"),
-    ):
+    found = (slips, *(one.slips(angles, mu) for one in (planes, regular)))
+    labels = ("facets", "listed planes", f"nearest regular, {len(regular.gamma)} planes")
+    colours = (COLOURS[3], COLOURS[1], COLOURS[0])
+    for one, style, colour, label in zip(found, ("-", "-", "--"), colours, labels, strict=True):
+        values = one.residual
         shown = np.where(np.isinf(values), np.nan, values)
         ax.plot(degrees, np.append(shown, shown[0]), style, color=colour, label=label)
     if np.isfinite(slips.residual).any():

@@ -17,7 +17,7 @@ from ..material import ModelWarning
 from ..pattern import Pattern
 from ..tables import read_table
 from .scan import EVEN, LEAST_POINTS, Scan, even
-from .slopes import FLATNESS, Slips, bin_facets, directions_of, facets, nearest_regular
+from .slopes import FLATNESS, bin_facets, directions_of, facets, nearest_regular
 
 MESHES = (".stl", ".ply", ".obj", ".vtk", ".vtu", ".msh")
 """Endings of the files of triangles that meshio reads."""
@@ -134,8 +134,7 @@ def planes_from_scan(
     if not regular:
         sectors = 2 if found.profile else directions
         return bin_facets(found, sectors, bins, direction, flat_below)[0]
-    slips = Slips.of(found, directions_of(found, direction), mu=0.0)
-    return nearest_regular(found, slips, 0, direction)
+    return nearest_regular(found, found.slips(directions_of(found, direction), 0.0), 0, direction)
 
 
 def _profile(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Scan:

@@ -93,36 +93,26 @@ class Planes:
         found: Floats = self.gradients.T @ (self.nominal[:, None] * self.gradients)
         return found
 
-    def uphill(self, angles: Floats, tick: Tick = lambda: None) -> tuple[Floats, Floats]:
-        """Mean and root mean square of the slope that faces a slip, over the nominal area, for each angle."""
-        mean, square = np.empty(len(angles)), np.empty(len(angles))
-        for i, angle in enumerate(angles):  # one angle at a time saves memory: a map has millions of facets
-            up = np.maximum(self.gradients @ unit_vector(angle), 0.0)
-            mean[i] = self.nominal @ up
-            up *= up
-            square[i] = self.nominal @ up
-            tick()
-        return mean, np.sqrt(square)
+    def slips(self, angles: Floats, mu: float, tick: Tick = lambda: None) -> Slips:
+        """Slips along angles (n,), radians, with friction mu; tick is called after each of them.
 
-    def residual(self, angles: Floats, mu: float, tick: Tick = lambda: None) -> Floats:
-        """Residual strength over |sigma_N| for slip along each angle (radians); inf: the joint locks.
-
-        Only the planes that are steepest along the slip are in contact.  The closure of each is n_N times a
-        common value, so they share the load in proportion to gamma n_N; a single plane gives the closed form
-        of docs/theory.md, section 8.
+        Only the planes that are steepest along a slip are in contact at large slips.  The closure of each is
+        n_N times a common value, so they share the load in proportion to gamma n_N; a single plane gives the
+        closed form of docs/theory.md, section 8.
         """
-        found = np.empty(len(angles))
-        for i, angle in enumerate(angles):
+        rows = np.empty((3, len(angles)))
+        for i, angle in enumerate(angles):  # one angle at a time saves memory: a map has millions of facets
             along = self.gradients @ unit_vector(angle)
             top = along.max()
             touching = along >= top - TIE * (1.0 + abs(top))
             n_N = self.normals[touching, 0]
-            load = self.gamma[touching] * n_N
-            w = np.hypot(1.0, top)
+            load, w = self.gamma[touching] * n_N, np.hypot(1.0, top)
             pressed = load @ (n_N - mu * top / w)
-            found[i] = load @ (n_N * along[touching] + mu / w) / pressed if pressed > 0.0 else np.inf
+            residual = load @ (n_N * along[touching] + mu / w) / pressed if pressed > 0.0 else np.inf
+            up = np.maximum(along, 0.0)
+            rows[:, i] = self.nominal @ up, np.sqrt(self.nominal @ (up * up)), residual
             tick()
-        return found
+        return Slips(angles, mu, rows[:2], rows[2])
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,37 +130,16 @@ class Facets(Planes):
 
 @dataclass(frozen=True, eq=False)
 class Slips:
-    """Properties of facets for slips along angles (n,), radians, with friction mu.
+    """Properties of facets or planes for slips along angles (n,), radians, with friction mu.
 
-    uphill: mean and root mean square of the slope that faces each slip, (n,) each.  residual: residual
-    strength over |sigma_N|, (n,).
+    uphill (2, n): mean and root mean square, over the nominal area, of the slope that faces a slip.
+    residual (n,): residual strength over |sigma_N|; inf: the joint locks.
     """
 
     angles: Floats
     mu: float
-    uphill: tuple[Floats, Floats]
+    uphill: Floats
     residual: Floats
-
-    @classmethod
-    def of(cls, found: Planes, angles: Floats, mu: float, tick: Tick = lambda: None) -> Slips:
-        """Compute the slips of facets or planes; tick is called twice for each angle."""
-        return cls(angles, mu, found.uphill(angles, tick), found.residual(angles, mu, tick))
-
-
-@dataclass(frozen=True)
-class Errors:
-    """Differences between a pattern and the facets.
-
-    mean_slope, fabric: relative (of tensors, Frobenius norm).  uphill: largest difference over directions of
-    the mean or rms slope that faces a slip, over its largest value.  residual: largest relative difference of
-    the residual strength, inf if only one of the two locks.  listed: the same, from the listed planes.
-    """
-
-    mean_slope: float
-    fabric: float
-    uphill: float
-    residual: float
-    listed: float
 
 
 def facets(scan: Scan, direction: float = 0.0) -> Facets:
@@ -271,24 +240,28 @@ def nearest_regular(found: Facets, slips: Slips | None = None, sides: int = 0, s
         raise ValueError("sides = 0: expected the slips under which sides are compared")
     turns = _turns(found, range(2, contract.MAX_INCLINED + 1))
     tried = [_of_moments(found, m, turn) for m, turn in turns.items()]
-    errors = [_difference(Planes.of(pattern).uphill(slips.angles), slips.uphill) for pattern in tried]
+    own = (Planes.of(pattern).slips(slips.angles, slips.mu) for pattern in tried)
+    errors = [_difference(one.uphill, slips.uphill) for one in own]
     return next(p for p, error in zip(tried, errors, strict=True) if error <= min(errors) + AS_GOOD)
 
 
-def compare(pattern: Pattern, found: Facets, slips: Slips, of_listed: Floats) -> Errors:
+def compare(pattern: Pattern, found: Facets, slips: Slips, of_listed: Floats) -> dict[str, float]:
     """Differences between a pattern and the facets; slips: properties of the facets.
 
-    of_listed: residual strength of the listed planes for the same slips.
+    mean slope, fabric: relative (of tensors, Frobenius norm).  uphill: largest difference over directions of
+    the mean or rms slope that faces a slip, over its largest value.  residual: largest relative difference of
+    the residual strength, inf if only one of the two locks.  listed: the same, from that of the listed planes
+    for the same slips, of_listed.
     """
     planes = Planes.of(pattern)
-    own = Slips.of(planes, slips.angles, slips.mu)
-    return Errors(
-        _relative(planes.mean_slope, found.mean_slope),
-        _relative(planes.fabric, found.fabric),
-        _difference(own.uphill, slips.uphill),
-        _of_strength(own.residual, slips.residual),
-        _of_strength(own.residual, of_listed),
-    )
+    own = planes.slips(slips.angles, slips.mu)
+    return {
+        "mean slope": _relative(planes.mean_slope, found.mean_slope),
+        "fabric": _relative(planes.fabric, found.fabric),
+        "uphill": _difference(own.uphill, slips.uphill),
+        "residual": _of_strength(own.residual, slips.residual),
+        "listed": _of_strength(own.residual, of_listed),
+    }
 
 
 def directions_of(found: Facets, start: float = 0.0, count: int = 72) -> Floats:
@@ -359,12 +332,10 @@ def _ranks(values: Floats, weights: Floats) -> Floats:
     return ranks
 
 
-def _difference(one: tuple[Floats, Floats], other: tuple[Floats, Floats]) -> float:
-    """Largest difference of the means or of the rms, over the largest value of the expected ones."""
-    parts = zip(one, other, strict=True)
-    return max(
-        float(np.abs(a - b).max() / b.max()) if b.max() > 0.0 else float(a.max() > 0.0) for a, b in parts
-    )
+def _difference(one: Floats, other: Floats) -> float:
+    """Largest difference of the means or of the rms (2, n), over the largest value of the expected ones."""
+    away, size = np.abs(one - other).max(axis=1), other.max(axis=1)
+    return float(np.divide(away, size, out=(one.max(axis=1) > 0.0).astype(float), where=size > 0.0).max())
 
 
 def _of_strength(values: Floats, expected: Floats) -> float:
