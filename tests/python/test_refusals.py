@@ -204,7 +204,7 @@ SURFACE = [
     ("--bins 0", "--bins 0: expected 1 to 64"),
     ("--bins 2 --planes 20", "expected one of them"),
     ("--regular --bins 2", "--regular: expected without"),
-    ("--directions 1", "--directions 1: expected 2 or more"),
+    ("--directions 1", "--directions 1: expected 2 to 64"),
     ("--regular --sides 0", "--sides 0: expected 2 to 64"),
     ("--sides 4", "--sides: expected with --regular"),
     ("--direction nan", "--direction nan: expected a finite angle"),

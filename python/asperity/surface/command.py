@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,6 @@ import numpy as np
 from .. import contract
 from ..case_files import read_case
 from ..case_writer import pattern_text
-from ..contract import Floats
 from ..fit.units import size
 from ..interface import Interface
 from ..material import Material
@@ -20,7 +18,7 @@ from ..pattern import Pattern
 from ..remarks import shown_warnings
 from . import slopes
 from .report import ROUNDING, remarks, report
-from .scan import Scan, lengths_of
+from .scan import lengths_of
 from .scan_files import read_scan
 from .slopes import Facets, Planes
 
@@ -106,14 +104,20 @@ def _run(options: argparse.Namespace) -> int:
     found = slopes.facets(scan, options.direction)
     if found.profile and options.sides not in (None, 2):
         raise ValueError(f"--sides {options.sides}: expected 2 for a profile, which knows one direction")
-    directions = _directions(options, found)
-    listed, label = _listed(options, found, directions)
+    listed, label, fewer = _listed(options, found)
     angles = slopes.directions_of(found, options.direction)
     lengths = lengths_of(smooth)
     with progress_bar(len(angles) + len(lengths), "step") as bar:
         slips = found.slips(angles, mu, bar.update)
         regular = slopes.nearest_regular(found, slips, options.sides or 0, options.direction)
-        scales = np.array(list(_scales(smooth, lengths, regular, options.direction, bar.update)))
+        rows = []
+        for length in lengths:
+            part = slopes.facets(smooth.sampled(length), options.direction)
+            like = slopes.nearest_regular(part, None, regular.m or 2, options.direction)
+            angle, flat = (like.theta, like.flat) if like.m else (0.0, 1.0)
+            rows.append((length, part.mean_slope, part.rms_slope, angle, flat))
+            bar.update()
+        scales = np.array(rows)
     print("\n".join(report(original, scan, found, slips, options)))
     print(f"\n{'pattern':<22}planes  mean slope    fabric    uphill  residual    listed")
     of_listed = Planes.of(listed).slips(angles, mu).residual
@@ -124,14 +128,7 @@ def _run(options: argparse.Namespace) -> int:
     print(f"\n{f'sampling, {scan.unit}':>14}{'mean slope':>12}{'rms slope':>12}{'theta':>8}{'flat':>8}")
     for length, mean, rms, theta, flat in scales:
         print(f"{length:>14.4g}{mean:>12.4f}{rms:>12.4f}{theta:>8.2f}{flat:>8.3f}")
-    doubts = [f"remark      {text}" for text in remarks(scan, found, options.direction)]
-    if options.planes is not None and len(listed.weights) < options.planes:
-        bins = (options.planes - 1) // directions
-        doubts.append(
-            f"remark      --planes {options.planes} gives {len(listed.weights)}: {bins} bins in each of "
-            f"{directions} directions and a flat plane are {directions * bins + 1}, less those of bins with "
-            "hardly any facets; --directions changes this"
-        )
+    doubts = [f"remark      {text}" for text in (*remarks(scan, found, options.direction), *fewer)]
     print("\n".join(["", *doubts, ""]) if doubts else "")
     chosen = regular if options.regular else listed
     written = [table, png]
@@ -143,8 +140,10 @@ def _run(options: argparse.Namespace) -> int:
     _write(table, chosen)
     from .picture import draw
 
-    shown = label if chosen is listed else _nearest(found, chosen)
-    draw(scan, found, (listed, regular), chosen, shown, slips, scales, png, options.scan.name)
+    if chosen is regular:  # the plane that is nearest to each facet in slope
+        away = [np.hypot(*(found.gradients - one).T) for one in Planes.of(regular).gradients]
+        label = np.argmin(away, axis=0)
+    draw(scan, found, (listed, regular), chosen, label, slips, scales, png, options.scan.name)
     print("\n".join(map(str, written)))
     return 0
 
@@ -192,34 +191,15 @@ def _shown(error: float) -> str:
     return f"{error:.1e}" if error > ROUNDING else "0"
 
 
-def _scales(
-    scan: Scan, lengths: Floats, regular: Pattern, direction: float, tick: slopes.Tick
-) -> Iterator[tuple[float, ...]]:
-    """Sampling length, mean and rms slope, theta and flat weight of the regular pattern of as many planes."""
-    for length in lengths:
-        found = slopes.facets(scan.sampled(length), direction)
-        pattern = slopes.nearest_regular(found, None, regular.m or 2, direction)
-        theta, flat = (pattern.theta, pattern.flat) if pattern.m else (0.0, 1.0)
-        yield float(length), found.mean_slope, found.rms_slope, theta, flat
-        tick()
-
-
-def _directions(options: argparse.Namespace, found: Facets) -> int:
-    if found.profile:
-        if options.directions not in (None, 2):
-            raise ValueError(f"--directions {options.directions}: expected 2 for a profile")
-        return 2
-    if options.directions is not None and options.directions < 2:
-        raise ValueError(f"--directions {options.directions}: expected 2 or more")
-    return options.directions or 8
-
-
-def _listed(options: argparse.Namespace, found: Facets, directions: int) -> tuple[Pattern, np.ndarray]:
-    """Listed planes according to the options."""
-    for name in ("bins", "planes"):
+def _listed(options: argparse.Namespace, found: Facets) -> tuple[Pattern, np.ndarray, list[str]]:
+    """Listed planes according to the options, the plane of every facet, and a remark if planes are fewer."""
+    directions = options.directions or (2 if found.profile else 8)
+    if found.profile and directions != 2:
+        raise ValueError(f"--directions {directions}: expected 2 for a profile")
+    for name, least in (("directions", 2), ("bins", 1), ("planes", 1)):
         value = getattr(options, name)
-        if value is not None and not 1 <= value <= contract.MAX_INCLINED:
-            raise ValueError(f"--{name} {value}: expected 1 to {contract.MAX_INCLINED}")
+        if value is not None and not least <= value <= contract.MAX_INCLINED:
+            raise ValueError(f"--{name} {value}: expected {least} to {contract.MAX_INCLINED}")
     flat = 0.0 if options.flat_below is None else options.flat_below
     if not 0.0 <= flat < 90.0:
         raise ValueError(f"--flat-below {flat:g}: expected an angle from 0 to below 90 degrees")
@@ -235,13 +215,13 @@ def _listed(options: argparse.Namespace, found: Facets, directions: int) -> tupl
             f"{directions} directions of {bins} bins and the flat plane are {directions * bins + 1} planes: "
             f"expected at most {contract.MAX_INCLINED}"
         )
-    return slopes.bin_facets(found, directions, bins, options.direction, flat)
-
-
-def _nearest(found: Facets, pattern: Pattern) -> np.ndarray:
-    """Plane of a pattern that is nearest to each facet in slope, (n,)."""
-    planes = Planes.of(pattern).gradients
-    return np.array([np.hypot(*(found.gradients - g).T) for g in planes]).argmin(axis=0)
+    listed, label = slopes.bin_facets(found, directions, bins, options.direction, flat)
+    fewer = (
+        f"--planes {options.planes} gives {len(listed.weights)}: {bins} bins in each of {directions} "
+        f"directions and a flat plane are {directions * bins + 1}, less those of bins with hardly any facets;"
+        " --directions changes this"
+    )
+    return listed, label, [fewer] * (len(listed.weights) < (options.planes or 0))
 
 
 def _name(pattern: Pattern) -> str:

@@ -141,9 +141,9 @@ def _profile(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -
     """Profile with increasing x; a profile with decreasing x is reversed."""
     x, z = data["x"], data["z"]
     _enough(path, "points", len(x))
+    if (np.diff(x) < 0.0).all():
+        x, z, lines = x[::-1], z[::-1], lines[::-1]
     steps = np.diff(x)
-    if (steps < 0.0).all():
-        x, z, lines, steps = x[::-1], z[::-1], lines[::-1], -steps[::-1]
     if not (steps > 0.0).all():
         i = int((steps <= 0.0).argmax())
         what = "vertical" if steps[i] == 0.0 else "overhang, or the points are not in order"
@@ -158,35 +158,31 @@ def _map(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Sc
     axes, places = [], []
     for name in ("x", "y"):
         given = data[name]
-        order = np.argsort(given, kind="stable")
-        sizes = np.diff(given[order])
-        # The values of a grid line may differ by rounding.
-        new = sizes > EVEN * max(sizes.max(initial=0.0), 0.0)
-        place = np.empty(len(given), dtype=int)
-        place[order] = np.concatenate([[0], np.cumsum(new)])
+        ordered = np.sort(given)
+        sizes = np.diff(ordered)
+        # The values of a grid line may differ by rounding: a new line starts at a larger step.
+        starts = ordered[1:][sizes > EVEN * sizes.max(initial=0.0)]
+        place = np.searchsorted(starts, given, side="right")
         axis = np.bincount(place, given) / np.bincount(place)
         if len(axis) == 1:
             raise ValueError(f"{path}: {name} = {axis[0]:g} throughout: expected a map; a profile is x, z")
         _enough(path, f"different {name}", len(axis))
-        steps = np.diff(axis)
-        if np.abs(axis - even(axis)).max() > EVEN * steps.mean():
+        if np.abs(axis - even(axis)).max() > EVEN * np.diff(axis).mean():
             return _cloud(path, data, unit)
         axes.append(even(axis))
         places.append(place)
     x, y = axes
-    count = np.zeros((len(y), len(x)), dtype=int)
-    np.add.at(count, (places[1], places[0]), 1)
+    cells = places[1] * len(x) + places[0]
+    count = np.bincount(cells, minlength=len(x) * len(y))
     if (count > 1).any():
-        j, i = np.argwhere(count > 1)[0]
-        second = lines[np.flatnonzero((places[0] == i) & (places[1] == j))[1]]
-        raise ValueError(
-            f"{path}, line {second}: x = {x[i]:g}, y = {y[j]:g} again: expected one height a point"
-        )
+        second = np.flatnonzero(cells == np.argmax(count > 1))[1]
+        at = f"x = {x[places[0][second]]:g}, y = {y[places[1][second]]:g}"
+        raise ValueError(f"{path}, line {lines[second]}: {at} again: expected one height a point")
     if np.mean(count == 0) > MOST_MISSING:
         return _cloud(path, data, unit)
-    z = np.full((len(y), len(x)), np.nan)
-    z[places[1], places[0]] = data["z"]
-    return _filled(path, *np.meshgrid(x, y), z, unit)
+    z = np.full(count.size, np.nan)
+    z[cells] = data["z"]
+    return _filled(path, *np.meshgrid(x, y), z.reshape(len(y), len(x)), unit)
 
 
 def _cloud(path: Path, data: dict[str, Floats], unit: str) -> Scan:
