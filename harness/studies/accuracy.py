@@ -16,6 +16,7 @@ from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.paper.fracture_energy import fracture_energy
+from asperity.paper.outcome import signed
 from asperity.pattern import Pattern
 from asperity.slip_curves import SlipCurves, slip_curves
 from asperity.style import COLOURS, TWO, new_figure, printed, save
@@ -72,11 +73,6 @@ def log_axes(ax: Axes, x_label: str, y_label: str) -> None:
     ax.set(xscale="log", yscale="log", xlabel=x_label, ylabel=y_label)
     ax.xaxis.set_minor_formatter(NullFormatter())
     ax.grid(alpha=0.3, which="major")
-
-
-def signed(value: float) -> str:
-    """Text of a number, with a minus sign instead of a hyphen."""
-    return f"{value:g}".replace("-", "−")
 
 
 # --- increments ---------------------------------------------------------------------------------------------

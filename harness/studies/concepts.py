@@ -16,7 +16,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from asperity import contract, masonry
+from asperity import masonry
 from asperity.contract import Floats
 from asperity.curve_pictures import DILATION, SLIP, TRACTION
 from asperity.interface import History, Interface
@@ -33,9 +33,7 @@ from .program import program
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0)
 """Table 2, with a contact 20 times as stiff as the bond."""
 
-S_F = 2.0 * MATERIAL.Gc / MATERIAL.sigma0
-S_0 = (1.0 - MATERIAL.eta) * S_F
-K = MATERIAL.sigma0 / S_0
+S_F = MATERIAL.s_f
 
 PAPER = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}
 """Background of a text on curves."""
@@ -53,15 +51,9 @@ def ramp(*corners: float, steps: int = 200) -> Floats:
     return np.append(np.concatenate(parts), corners[-1])
 
 
-def plane_column(history: History, interface: Interface, name: str, plane: int = 1) -> Floats:
-    """Column of STATEV of a plane, counted from 1: "alpha", "s_dit" or "s_dih"."""
-    return history.state[:, contract.statev_names(interface.n_planes).index(f"{name}_{plane}")]
-
-
-def parts(history: History, interface: Interface, stiffness: float = K) -> tuple[Floats, Floats]:
+def parts(history: History, stiffness: float = MATERIAL.K) -> tuple[Floats, Floats]:
     """Shear traction along Tx of bond and contact of a flat interface, (22); stiffness: in shear."""
-    alpha, slipped = (plane_column(history, interface, name) for name in ("alpha", "s_dit"))
-    slip = history.separation[:, 1]
+    alpha, slipped, slip = history.alpha(1), history.slip(1)[:, 0], history.separation[:, 1]
     return (1.0 - alpha) * stiffness * slip, alpha * stiffness * (slip - slipped)
 
 
@@ -80,7 +72,7 @@ def plane() -> Figure:
         inside = pressed > -3.2
         normal.plot(closing[inside], pressed[inside], style, color=ORANGE, label=f"contact, kc = {kc:g}")
     line = {"arrowstyle": "-"}
-    normal.annotate(r"$\sigma_0$ at $s_0$", (S_0, 3.0), (0.06, 3.0), va="center", arrowprops=line)
+    normal.annotate(r"$\sigma_0$ at $s_0$", (MATERIAL.s_0, 3.0), (0.06, 3.0), va="center", arrowprops=line)
     normal.annotate("$s_f$", (S_F, 0.0), (S_F, 0.9), ha="center", arrowprops=line)
     normal.annotate("unloading\nto the origin", (0.045, 1.39), (0.12, 1.9), fontsize="small", arrowprops=line)
     normal.text(0.085, 0.35, "area $G_c$", color=BLUE)
@@ -103,7 +95,7 @@ def plane() -> Figure:
     flat = Interface(MATERIAL, Pattern.regular(0, 0.0))
     slips = ramp(0.0, 0.26, 0.12, steps=400)
     history = flat.confined_slip(0.0, slips, PRESSURE)
-    bond, contact = parts(history, flat)
+    bond, contact = parts(history)
     forth = slips.argmax() + 1
     shear.stackplot(slips[:forth], contact[:forth], bond[:forth], colors=(ORANGE, BLUE), alpha=0.25)
     shear.plot(slips, history.traction[:, 1], color=BLACK)
@@ -153,14 +145,9 @@ def slip_test_with_names() -> Figure:
     tau.set_ylim(-0.2, 5.3)
     dilation.plot([0.22, 0.34], [0.05, 0.05 + 0.12 * slope], color=ORANGE)
     dilation.text(0.29, 0.06, r"slope $\tan\theta$", color=ORANGE, fontsize="small")
-    columns = [
-        contract.statev_names(rough.n_planes).index(name) for name in ("stored", "rupture", "friction")
-    ]
-    there = slice(0, turn + 1)
-    energy.stackplot(
-        slips[there], *history.state[there, columns].T, colors=(GREEN, BLUE, ORANGE), alpha=0.35,
-        labels=("stored", "rupture", "friction"),
-    )  # fmt: skip
+    names, there = ("stored", "rupture", "friction"), slice(0, turn + 1)
+    parts_of_work = [getattr(history, name)[there] for name in names]
+    energy.stackplot(slips[there], *parts_of_work, colors=(GREEN, BLUE, ORANGE), alpha=0.35, labels=names)
     energy.legend(loc="upper left")
     for ax, label, title in (
         (tau, TRACTION, "(a) shear traction"),
@@ -282,7 +269,7 @@ def envelope() -> Figure:
     joint = Interface(MORTAR, flat)
     slips = np.linspace(0.0, 0.6, 1201)
     history = joint.confined_slip(0.0, slips, MET)
-    bond, contact = parts(history, joint, c**2 / (2.0 * MORTAR.Gc2 * (1.0 - MORTAR.eta)))
+    bond, contact = parts(history, c**2 / (2.0 * MORTAR.Gc2 * (1.0 - MORTAR.eta)))
     shares.stackplot(slips, contact, bond, colors=(ORANGE, BLUE), alpha=0.25)
     shares.plot(slips, history.traction[:, 1], color=BLACK)
     shares.axhline(c - mu * MET, linestyle="--", color=BLACK)

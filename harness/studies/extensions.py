@@ -11,14 +11,16 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from asperity import Step, contract
+from asperity import Step
 from asperity.barton.envelope import strength
 from asperity.barton.joint import Joint
 from asperity.contract import Floats
 from asperity.curve_pictures import DILATION, SLIP, TRACTION, curves
 from asperity.interface import History, Interface
 from asperity.material import Material, ModelWarning
+from asperity.paper.outcome import FIVE
 from asperity.pattern import Pattern
+from asperity.steps import turns_of
 from asperity.style import TWO, new_figure
 from matplotlib import colormaps
 from matplotlib.figure import Figure
@@ -28,9 +30,6 @@ from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE, panel
 from .validation import sandstone
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
-
-FIVE = Pattern.regular(4, 30.0, flat=0.2)
-"""The five planes of Table 3."""
 
 RT = Pattern.regular(2, 30.0)
 SLOPE = float(np.tan(np.radians(30.0)))
@@ -43,12 +42,11 @@ VARIANTS = (
 )
 """Asperities without end, with a height, and with a height and wear."""
 
+
 def path(*turns: float, step: float = 0.001) -> Floats:
     """Slips from 0 to each of the turns in increments of about a step."""
-    parts = [np.zeros(1)]
-    for a, b in pairwise((0.0, *turns)):
-        parts.append(np.linspace(a, b, round(abs(b - a) / step) + 1)[1:])
-    return np.concatenate(parts)
+    parts = [np.linspace(a, b, round(abs(b - a) / step) + 1)[1:] for a, b in pairwise((0.0, *turns))]
+    return np.concatenate([[0.0], *parts])
 
 
 FIGURES = (
@@ -89,24 +87,6 @@ ROUGH_LEFT = 0.05
 """Share of the slope at which asperities count as worn out."""
 
 
-def cycles(material: Material, count: int) -> History:
-    """Cycles of RT between the amplitudes, from zero slip on, under PRESSURE."""
-    turns = [AMPLITUDE, -AMPLITUDE] * count
-    return Interface(material, RT).confined_slip(0.0, path(*turns), PRESSURE)
-
-
-def turning_rows(slips: Floats) -> list[int]:
-    """Rows of the reversals of a path, and the last row."""
-    steps = np.sign(np.diff(slips))
-    return [*(np.flatnonzero(np.diff(steps)) + 1).tolist(), slips.size - 1]
-
-
-def worn(history: History, plane: int) -> Floats:
-    """Wear omega of the facet of a plane (from 1) of RT, in every row."""
-    names = contract.statev_names(len(RT.weights), wears=True)
-    return history.state[:, names.index(f"worn_{plane}")]
-
-
 def plesha(
     slips: Floats, mu: float, slope: float, c: float, pressure: float
 ) -> tuple[Floats, Floats, Floats]:
@@ -141,9 +121,9 @@ def wear_out(share: Floats, slips: Floats) -> float:
 def wear() -> Figure:
     """Draw cycles of a worn joint, and its wear beside that of Plesha's law."""
     figure, (tau, dilation, left) = new_figure(TWO, 2.7, ncols=3)
-    history = cycles(WORN, 5)
-    slips = history.separation[:, 1]
-    ends = [0, *turning_rows(slips)]
+    slips = path(*[AMPLITUDE, -AMPLITUDE] * 5)
+    history = Interface(WORN, RT).confined_slip(0.0, slips, PRESSURE)
+    ends = turns_of(slips)
     for i in range(0, len(ends) - 1, 2):
         part = slice(ends[i], ends[min(i + 2, len(ends) - 1)] + 1)
         shade = colormaps["viridis"](0.2 * i / 2)
@@ -180,7 +160,7 @@ def shares(sigma_N: float, count: int = 20) -> tuple[Floats, Floats, Floats]:
     material = replace(WORN, height=0.0, W0=SLOW)
     slips = path(*([AMPLITUDE, -AMPLITUDE] * count))
     history = Interface(material, RT).confined_slip(0.0, slips, sigma_N)
-    share = 1.0 - 0.5 * (worn(history, 2) + worn(history, 3))
+    share = 1.0 - 0.5 * (history.worn(2) + history.worn(3))
     c = 0.5 / (RT.weights[1] * material.W0)
     _, _, angle = plesha(slips, material.mu, SLOPE, c, -sigma_N)
     return slips, share, angle / np.arctan(SLOPE)

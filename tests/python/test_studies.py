@@ -81,7 +81,7 @@ def test_bond_and_contact_add_up() -> None:
     """The two contributions add up to the traction of the library, before and after a reversal."""
     flat = Interface(concepts.MATERIAL, Pattern.regular(0, 0.0))
     history = flat.confined_slip(0.0, concepts.ramp(0.0, 0.26, 0.12), concepts.PRESSURE)
-    bond, contact = concepts.parts(history, flat)
+    bond, contact = concepts.parts(history)
     assert bond + contact == pytest.approx(history.traction[:, 1], abs=1e-12)
     assert min(bond) >= 0.0 and min(contact) == pytest.approx(concepts.MATERIAL.mu * concepts.PRESSURE)
 
@@ -206,7 +206,6 @@ def test_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
     assert "fails    single precision, slip of 100 mm" in capsys.readouterr().out
     assert stability(["run", "unheard-of"]) == 1
     assert "unheard-of: expected all or names of snap, " in capsys.readouterr().err
-    assert stability(["run", "single-precision", "--check"]) == 1
 
 
 # --- speed --------------------------------------------------------------------------------------------------

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import sys
 import textwrap
 import time
@@ -15,7 +14,7 @@ from tqdm import tqdm
 
 from ..program import DIFFERS, program_of
 from ..tables import refresh
-from .catalogue import MODES, agree, find, shown, table
+from .catalogue import MODES, find, shown, table
 
 
 def add_arguments(stability: argparse.ArgumentParser) -> None:
@@ -29,7 +28,6 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
         single,
         ("names NAME", "an entry that `list` prints, or all", str, {"nargs": "+"}),
         ("--fill FILE.md", "fill the table between <!-- stability --> markers; no pictures", Path),
-        ("--check", "with --fill: change nothing; exit with 1 if the table differs"),
         folder,
     )
     single.set_defaults(action=_run)
@@ -50,8 +48,6 @@ def _list(options: argparse.Namespace) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     """Run entries and print each result."""
-    if options.check and options.fill is None:
-        raise ValueError("--check: expected with --fill FILE.md")
     quiet = options.fill is not None
     results, bad = [], []
     for mode in tqdm(find(options.names), unit="entry", disable=None, delay=2.0, leave=False):
@@ -73,24 +69,9 @@ def _run(options: argparse.Namespace) -> int:
             options.folder.mkdir(parents=True, exist_ok=True)
             mode.draw().savefig(path, dpi=150)
             tqdm.write(str(path))
-    if options.fill is not None:
-        bad += _fill(options.fill, table(results), options.check)
+    if options.fill is not None and not refresh(options.fill, False, {"stability": table(results)}):
+        print(f"{options.fill}: table filled")
     return DIFFERS if bad else 0
-
-
-def _fill(path: Path, text: str, check: bool) -> list[str]:
-    """Fill or compare the table of a file; return what is wrong with the file."""
-    if not check:
-        if not refresh(path, False, {"stability": text}):
-            print(f"{path}: table filled")
-        return []
-    found = re.search(
-        r"<!-- stability -->\n(.*?)\n<!-- /stability -->", path.read_text(encoding="utf-8"), re.DOTALL
-    )
-    if found and agree(found[1], text):
-        return []
-    print(f"{path}: the table is not up to date")
-    return ["table"]
 
 
 def _map(options: argparse.Namespace) -> int:
