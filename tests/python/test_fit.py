@@ -264,6 +264,7 @@ def test_doubts_are_told(three_percent: outcome.Fit, monkeypatch: pytest.MonkeyP
         ({"fixed": SOME, "model_error": -0.1}, "model_error = -0.1: expected a fraction of the range, 0 to "),
         ({"free": ("sigma0", "Gc", "mu")}, "theta: expected it among the free ones, or a value, --set theta"),
         ({"free": ("sigma0", "Gc", "mu", "theta"), "sides": 0}, "expected inclined planes"),
+        ({"fixed": {"theta": 18.0}, "sides": 0}, "set: theta: expected inclined planes"),
         ({"fixed": {"eta": 1.5}}, "eta = 1.5"),
         ({"bounds": {"mu": (0.5, 0.1)}}, "bounds: mu = 0.5, 0.1: expected 0 < low < high"),
         ({"fixed": SOME, "start": {"eta": 0.5}}, "start: eta: expected one of the free ones, sigma0, Gc"),

@@ -138,6 +138,40 @@ def test_several_tests_and_files(tmp_path: Path) -> None:
     assert ShearTest("", np.array([0, 1, 2, 1, -1, 0.5]), a.tau, None, -1.0).turns == [2.0, -1.0, 0.5]
 
 
+@pytest.mark.parametrize(
+    ("rows", "tests"),
+    [
+        ([(1.0, ROWS), (1.0, ROWS)], 2),
+        ([(1.0, ROWS), (2.0, ROWS), (1.0, ROWS)], 3),
+        # a cycle, whose return stroke reverses tau, in a few rows or in one
+        ([(1.0, ROWS), (1.0, "0.4,-0.8,0.08,-1\n0,-0.8,0,-1\n"), (1.0, ROWS)], 1),
+        ([(1.0, ROWS), (1.0, "0,-0.8,0,-1\n"), (1.0, ROWS)], 1),
+    ],
+)
+def test_tests_below_each_other(rows: list[tuple[float, str]], tests: int, tmp_path: Path) -> None:
+    """Where the slip jumps back to its start the next test begins, with a warning; a cycle is one test."""
+    text = "".join(part.replace(",-1\n", f",{-sigma_N:g}\n") for sigma_N, part in rows)
+    path = write(tmp_path, HEADER + text)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = read_tests(path)
+    assert [test.sigma_N for test in found] == [-sigma_N for sigma_N, _ in rows[:tests]]
+    lines = ", ".join(str(2 + 7 * i) for i in range(1, tests))
+    told = f"the slip jumps back to its start in line {lines}: read as the next test" if tests > 1 else ""
+    assert [told in str(one.message) for one in caught] == [True] * (tests > 1)
+    # a specimen may have several tests; the rows of a test are one
+    for name, count in (("Specimen No.", tests), ("test", 1)):
+        labelled = f"{name},{HEADER}" + "".join(f"7,{line}\n" for line in text.splitlines())
+        path = write(tmp_path, labelled)
+        if len({sigma_N for sigma_N, _ in rows}) > count:
+            with pytest.raises(ValueError, match="a column test for several tests"):
+                read_tests(path)
+            continue
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            assert len(read_tests(path)) == count
+
+
 def test_normal_tractions_of_the_command(tmp_path: Path) -> None:
     """Files without sigma_N have that of the argument, one for each or one for all."""
     paths = [write(tmp_path, "slip,tau\n" + seven(lambda i, k=k: f"{i},{i * k}"), f"{k}.csv") for k in (1, 2)]

@@ -102,7 +102,9 @@ def test_plain_fit_is_right(command: Command) -> None:
         # a value that contradicts the tests
         pytest.param({}, "--sides 8 --set eta=0.95 --set flat=0.3", "--sides 8", marks=pytest.mark.long),
         # inclined planes on a flat joint
-        pytest.param({"sides": 0, "dilation": False}, "--set theta=18", "--sides 0", marks=pytest.mark.long),
+        pytest.param(
+            {"sides": 0, "dilation": False}, "--set theta=18", "fit record.csv", marks=pytest.mark.long
+        ),
     ],
 )
 def test_proposal(command: Command, changes: dict[str, Any], options: str, proposed: str) -> None:

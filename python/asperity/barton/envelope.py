@@ -25,13 +25,10 @@ PARTED = 0.03
 PASSES = 8
 """Passes in which the constants are corrected: always as many, so that the constants change smoothly."""
 
-BESIDE, DIVERGED = 0.1, 3.0
-"""Weight of slip and opening beside the strengths in the cost of a pass, and ratio of the last cost to the
-smallest one above which the passes have not converged, so that the best one is taken.
+STEEPEST, STEEPER = 2.5, 1.2
+"""Largest tangent of the inclination, 68 degrees, and largest inclination over what roughness adds to phi_r
+at the lowest stress: steeper planes that are crushed at once meet the strengths in the closed form only.
 """
-
-STEEPEST = 2.5
-"""Largest tangent of the inclination: 68 degrees."""
 
 ROWS = 200
 """Rows of a curve, half of them up to twice the slip at the peak."""
@@ -159,7 +156,12 @@ def envelope(
     mu, weight = float(np.tan(np.radians(joint.phi_r))), (1.0 - flat) / sides
     stresses, slips = np.geomspace(low, high, STRESSES), slips_of(joint, reach)
     peaks = np.array([joint.peak_strength(one) for one in stresses])
-    middle, ends = STRESSES // 2, np.log([[1e-3, 0.01 * low / weight], [STEEPEST, 100.0 * high / weight]])
+    angle = joint.roughness_angle(low)
+    steepest = min(STEEPEST, float(np.tan(np.radians(min(STEEPER * angle, 80.0)))))
+    middle, ends = (
+        STRESSES // 2,
+        np.log([[0.01 * steepest, 0.01 * low / weight], [steepest, 100.0 * high / weight]]),
+    )
 
     def closed(x: Floats) -> Floats:
         slope, crush = np.exp(x)
@@ -173,22 +175,18 @@ def envelope(
         return Envelope(joint, interface, stresses, slips, values | {"theta": theta, "flat": flat})
 
     # theta and crush from the closed form, times the ratio of the law to it; ks and height by proportion
-    x = np.log([np.tan(np.radians(min(joint.roughness_angle(low), 45.0))), high / weight])
+    x = np.log([np.tan(np.radians(min(angle, 45.0))), high / weight])
     height = float(joint.dilation(slips[-1:], stresses[middle])[0])
     ks = 2.0 * float(peaks[middle]) / joint.peak_slip
-    ratio, passes = np.ones(STRESSES), []
+    ratio = np.ones(STRESSES)
     for _ in range(PASSES):
         x = least_squares(lambda x, ratio=ratio: np.log(closed(x) * ratio / peaks), x, bounds=ends).x
         one = found(x, height, ks)
         barton, law = one.numbers
-        off = (law / barton)[middle, 1:]
-        cost = np.square(np.log(law[:, 0] / peaks)).sum() + np.square(BESIDE * (off - 1.0)).sum()
-        passes.append((float(cost), one))
         ratio = law[:, 0] / closed(x)
-        factors = np.clip(off, 0.5, 2.0).tolist()
+        factors = np.clip((law / barton)[middle, 1:], 0.5, 2.0).tolist()
         ks, height = ks * factors[0], height / factors[1]
-    best = min(passes, key=lambda one: one[0])
-    return (passes[-1] if passes[-1][0] < DIVERGED * best[0] else best)[1]
+    return one
 
 
 def table(found: Envelope) -> str:

@@ -324,8 +324,11 @@ def _problem(
     for what, names in (("bounds", bounds), ("start", start)):
         other = next((name for name in names if name not in free), "")
         refuse(other, f"{what}: {other}: expected one of the free ones, {', '.join(free)}")
-    inclined = [name for name in INCLINED if name in free and sides == 0]
-    refuse(inclined, f"free: {', '.join(inclined)}: expected inclined planes, which sides = 0 does not have")
+    of_planes = {"free": free, "set": [name for name, value in fixed.items() if value and name != "flat"]}
+    for what, names in of_planes.items():
+        inclined = ", ".join(name for name in INCLINED if name in names)
+        wanted_planes = "expected inclined planes, which sides = 0 does not have"
+        refuse(inclined and sides == 0, f"{what}: {inclined}: {wanted_planes}")
     known = DEFAULTS | (ROCK_VALUES if form == ROCK else {}) | ({"theta": 0.0} if sides == 0 else {}) | fixed
     names = [name for name in SCALES if name not in (BOND if form == ROCK else (KS,))]
     missing = next((name for name in names if name not in free and name not in known), "")

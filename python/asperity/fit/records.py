@@ -28,6 +28,12 @@ KNOWN = tuple(dict.fromkeys(REQUIRED + ENVELOPE + OPTIONAL))
 LEAST_ROWS = 5
 """Smallest number of rows of a test: fewer show no stiffness, peak or residual strength."""
 
+LEAP, RETURN, NEAR, REVERSED = 3.0, 0.5, 0.1, -0.1
+"""Where the slip jumps back to its start the next test begins: smallest jump over the usual step and over the
+way so far, distance from the start over this way, and smallest tau over the largest one, because the return
+stroke of a cycle reverses tau.
+"""
+
 SHEAR = r"(?=.*(shear|horizontal|tangen|scher|schub|cisail|taglio|orizzontal|corte|cortant|cisalha))"
 NORMAL = r"(?=.*(normal|vertical|vertikal|confin))"
 PATH = r"(?=.*(disp|verschieb|weg\b|deplac|sposta|desplaza|desloca|slip))"
@@ -42,7 +48,8 @@ RULES = {
     "sigma_N": rf"{NORMAL}{STRESS}|sigma_?n?\b",
     "dilation": rf"{NORMAL}{PATH}|s_n\b|dilat",
     "k_N": rf"{NORMAL}(?=.*(stiff|steif|rigid))",
-    "test": r"(specimen|sample|versuch|probe|essai|prova|provino|ensayo|ensaio)\b",
+    "test": r"(test|specimen|sample|versuchs?|proben?|essai|prova|provino|ensayo|ensaio)\W*"
+    r"(id|name|no|nr|number|nummer|n|code|label)?\W*$",
 }
 """Names of the columns in English, German, French, Italian, Spanish and Portuguese."""
 
@@ -146,19 +153,47 @@ def _read(
         rows["sigma_N"] *= sign
     labels = target or (units.DEFAULT if any(measured.values()) else ())
     of_test = table.cells[names.index("test")] if "test" in names else [""] * len(rows)
-    found, left_out = [], []
+    # only a column with this very name says that its rows are one test, also where the slip starts again
+    apart = "test" not in {*map(str.lower, table.names), *renamed}
+    found, left_out, returns = [], [], []
     for test, group in rows.groupby(np.array(of_test, dtype=object), sort=False):
         # a column without any number in a test is not measured in it
         unused = [name for name in ("dilation", "k_N") if name in group and group[name].isna().all()]
         group = group.drop(columns=unused)
         kept = group.dropna(subset=[name for name in group if name != "k_N"]).copy()
         left_out += sorted({*group.index} - {*kept.index})
-        name = f"{path}: test {test}" if test else str(path)
-        kept.attrs = {"name": name, "path": str(path), "units": dict(zip(units.NONE, labels, strict=False))}
-        found.append(kept)
+        starts = [0, *(_starts(kept) if apart and {"slip", "tau"} <= {*kept} else [])]
+        returns += [str(kept.index[start]) for start in starts[1:]]
+        for number, (start, end) in enumerate(zip(starts, [*starts[1:], len(kept)], strict=True), 1):
+            label = ".".join([test] * bool(test) + [str(number)] * (len(starts) > 1))
+            part, name = kept[start:end], f"{path}: test {label}" if label else str(path)
+            part.attrs = {
+                "name": name,
+                "path": str(path),
+                "units": dict(zip(units.NONE, labels, strict=False)),
+            }
+            found.append(part)
+    doubt(
+        returns,
+        f"{path}: the slip jumps back to its start in line {', '.join(returns)}: read as the next test; a "
+        "column test with the same entry in all rows makes them one",
+    )
     places = ", ".join(map(str, left_out[:10])) + ", ..." * (len(left_out) > 10)
     doubt(left_out, f"{path}: rows left out, because a cell is empty: {len(left_out)} (line {places})")
     return found
+
+
+def _starts(rows: DataFrame) -> list[int]:
+    """First rows of the tests below the first: the slip has jumped back there, and tau is not reversed."""
+    slip, tau, starts = rows.slip.to_numpy(), rows.tau.to_numpy(), [0]
+    steps = np.abs(np.diff(slip))
+    for i in (np.flatnonzero(steps > LEAP * np.median(steps)) + 1).tolist() if len(steps) else ():
+        way = slip[starts[-1] : i + 1] - slip[starts[-1]]
+        reach = float(np.abs(way).max())
+        back = steps[i - 1] > RETURN * reach and abs(way[-1]) < NEAR * reach
+        if back and tau[i] * np.sign(way[-2]) > REVERSED * np.abs(tau).max():
+            starts.append(i)
+    return starts[1:]
 
 
 def standard(name: str) -> str:
@@ -188,7 +223,8 @@ def _columns(where: str, table: Table, renamed: Mapping[str, str], optional: boo
     refuse(
         missing,
         f"{there} {', '.join(missing)}, too (needed: {', '.join(required)}; as measured: "
-        f"{', '.join(OPTIONAL)}; --columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column "
+        f"{', '.join(OPTIONAL)}; forces over the area; "
+        f"--columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column "
         "with another name; --sigma-N VALUE for files without sigma_N)",
     )
     twice = next((name for name in KNOWN if names.count(name) > 1), "")
@@ -237,8 +273,8 @@ def _test(rows: DataFrame, k_T: float | None, sigma_N_path: bool, sign: float) -
     refuse(
         stiffness == 0.0 and not sigma_N_path and abs(sigma_N[worst] - held) > checks.HELD * abs(held),
         f"{path}: line {lines[worst]}, column sigma_N: {sign * sigma_N[worst]:g} is more than "
-        f"{checks.HELD:.0%} off the mean {sign * held:g}: expected a constant normal traction, k_N, or "
-        "--sigma-N-path",
+        f"{checks.HELD:.0%} off the mean {sign * held:g}: expected a constant normal traction, k_N, a "
+        "column test for several tests, or --sigma-N-path",
     )
     if stiffness > 0.0 and np.ptp(sigma_N) > 0.0:
         # sigma_N at the start of the slip, extrapolated from the rows by k_N and the dilation
