@@ -1,206 +1,216 @@
 !> Cost of the update, compared with a textbook version of the law and with the limits of the hardware:
-!> bench [--csv FILE] [--quick], or bench --profile PATTERN KERNEL yes|no for one kernel with or without
-!> tangent.
+!> bench [--csv FILE] [--quick]
 program bench
-  use, intrinsic :: iso_fortran_env, only: compiler_version, error_unit, real64
-  use array_work, only: array_work_type, most_threads, new_array_work
+  use, intrinsic :: iso_fortran_env, only: compiler_version, error_unit, int64, output_unit, real64
+  !$ use omp_lib, only: omp_get_max_threads
   use asperity_contract, only: p_guard, p_turn, p_w0, prop_table
   use asperity_instruction_set, only: instruction_set
-  use block_work_double, only: double_type => block_work_type, double_large_type => large_work_type, &
-    new_double => new_block_work, new_double_large => new_large_work
-  use block_work_single, only: single_type => block_work_type, single_large_type => large_work_type, &
-    new_single => new_block_work, new_single_large => new_large_work
-  use measure, only: median, row_type, take_turns, work_type
-  use point_work, only: new_point_work, new_test_work, point_work_type
-  use start_states, only: slip, state_names
+  use block_work_double, only: double_type => block_work_type, new_double => new_block_work, run_double => run
+  use block_work_single, only: single_type => block_work_type, new_single => new_block_work, run_single => run
+  use point_work, only: n_increments, new_point_work, point_work_type, run_points => run
+  use start_states, only: n_states, new_start, slip, start_type, state_names
   implicit none
-  !> A pattern: name, inclined planes, weight of the flat plane, height and W0, whether it is measured with many points.
+  !> A row of the table: what was measured, and its time.
+  type :: row_type
+    character(len=8) :: kernel            !! textbook, point, umat, test, block, roots, vumat, stream, points, copy
+    logical :: tangent                    !! whether the kernel computes the tangent
+    character(len=6) :: precision = "double"
+    character(len=8) :: pattern = ""      !! name of the pattern
+    integer :: planes = 0                 !! number of planes
+    character(len=9) :: states = "slip"   !! states of the points at the start
+    integer :: points = 0                 !! number of points (test: increments)
+    integer :: threads = 1                !! number of threads
+    real(real64) :: ns = 0.0_real64       !! nanoseconds per point
+  end type row_type
+  !> A pattern: name, inclined planes, height and W0, whether it is measured with many points. All have a flat plane
+  !> with the weight 1/3 except for "2 planes".
   type :: pattern_type
     character(len=8) :: name
-    real(real64) :: m, flat, height, w0
-    logical :: large
+    real(real64) :: m
+    logical :: large = .false.
+    real(real64) :: height = 0.0_real64, w0 = 0.0_real64
   end type pattern_type
-  real(real64), parameter :: third = 1.0_real64/3.0_real64, none = 0.0_real64, high = 0.3_real64
+  real(real64), parameter :: high = 0.3_real64
   type(pattern_type), parameter :: patterns(15) = [ &
-    pattern_type("2 planes", 2.0_real64, none, none, none, .false.), &
-    pattern_type("RT", 2.0_real64, third, none, none, .true.), &
-    pattern_type("RP-3", 3.0_real64, third, none, none, .true.), &
-    pattern_type("RP-4", 4.0_real64, third, none, none, .true.), &
-    pattern_type("RP-6", 6.0_real64, third, none, none, .true.), &
-    pattern_type("RP-8", 8.0_real64, third, none, none, .false.), &
-    pattern_type("RP-16", 16.0_real64, third, none, none, .false.), &
-    pattern_type("RP-32", 32.0_real64, third, none, none, .true.), &
-    pattern_type("RP-63", 63.0_real64, third, none, none, .false.), &
-    pattern_type("RP-4 HW0", 4.0_real64, third, high, 1.0_real64, .false.), &
-    pattern_type("RT H", 2.0_real64, third, high, none, .false.), &
-    pattern_type("RP-4 H", 4.0_real64, third, high, none, .false.), &
-    pattern_type("RP-8 H", 8.0_real64, third, high, none, .false.), &
-    pattern_type("RP-16 H", 16.0_real64, third, high, none, .false.), &
-    pattern_type("RP-32 H", 32.0_real64, third, high, none, .false.)]
-  !> Material of Table 2 of the paper.
-  real(real64), parameter :: table_2(5) = [3.0_real64, 0.3_real64, 0.9_real64, 0.5_real64, 30.0_real64]
-  !> Points with data in the first-level cache, points with mixed states, and points of a VUMAT call.
-  integer, parameter :: n_small = 128, n_states = 640, width = 128
+    pattern_type("2 planes", 2.0_real64), pattern_type("RT", 2.0_real64, .true.), &
+    pattern_type("RP-3", 3.0_real64, .true.), pattern_type("RP-4", 4.0_real64, .true.), &
+    pattern_type("RP-6", 6.0_real64, .true.), pattern_type("RP-8", 8.0_real64), &
+    pattern_type("RP-16", 16.0_real64), pattern_type("RP-32", 32.0_real64, .true.), &
+    pattern_type("RP-63", 63.0_real64), pattern_type("RP-4 HW0", 4.0_real64, height=high, w0=1.0_real64), &
+    pattern_type("RT H", 2.0_real64, height=high), pattern_type("RP-4 H", 4.0_real64, height=high), &
+    pattern_type("RP-8 H", 8.0_real64, height=high), pattern_type("RP-16 H", 16.0_real64, height=high), &
+    pattern_type("RP-32 H", 32.0_real64, height=high)]
+
+  !> What is measured with a pattern. Rows of one group run in turn on the same points; the calls have many points.
+  integer, parameter :: points = 1, increments = 2, blocks = 3, calls = 4
+  logical, parameter :: yes = .true., no = .false.
+  type(row_type), parameter :: tasks(10) = [row_type("textbook", yes), row_type("textbook", no), &
+    row_type("point", yes), row_type("umat", yes), row_type("test", yes), row_type("block", yes), &
+    row_type("block", no), row_type("roots", no), row_type("vumat", no), row_type("stream", no)]
+  integer, parameter :: groups(10) = [points, points, points, points, increments, blocks, blocks, blocks, calls, calls]
+  !> Kernels that know no facets.
+  character(len=8), parameter :: straight(3) = [character(len=8) :: "textbook", "test", "roots"]
+
+  !> Points with data in the first-level cache, and of a VUMAT call.
+  integer, parameter :: n_small = 128
   type(row_type), allocatable :: rows(:)
-  type(row_type) :: profiled
-  real(real64), allocatable :: times(:, :)
   character(len=:), allocatable :: file
   real(real64) :: shortest, used
-  integer :: arrays(2), calls, i, pass, passes, turns, unit
+  integer :: i, large, n, pass, passes, sizes(2), threads, turns, unit
   logical :: quick
 
   used = 0.0_real64
-  call read_arguments(file, quick, profiled)
+  call read_arguments(file, quick)
   passes = merge(1, 5, quick)
   turns = merge(3, 5, quick)
   shortest = merge(2.0e4_real64, 1.0e5_real64, quick)
-  ! calls with data in memory; points of arrays in the second-level cache and in memory
-  calls = merge(8, 1600, quick)
-  arrays = [2048, merge(20000, 1000000, quick)]
-  if (profiled%kernel /= "") then
-    call profile(profiled)
-    stop
-  end if
+  ! points of VUMAT calls with data in memory; points of arrays in the second-level cache and in memory
+  large = n_small*merge(8, 1600, quick)
+  sizes = [2048, merge(20000, 1000000, quick)]
+  threads = 1
+  !$ threads = min(2, omp_get_max_threads())
   if (len(file) > 0) open (newunit=unit, file=file, status="replace", action="write")
   print "(2a, i0)", compiler_version(), ", asperity_isa() = ", instruction_set()
-  print "(2a)", "Table 2. Times are medians of runs taken in turn. ", &
+  print "(2a)", "Table 2 of the paper. Times are medians of runs taken in turn. ", &
     "Kernel test: time of an increment of confined slip, with iterations."
-  allocate (times(passes, 0))
+  allocate (rows(0))
   do pass = 1, passes
     call measure_all(rows)
-    if (pass == 1) times = spread(rows%ns, 1, passes)
-    times(pass, :) = rows%ns
   end do
-  do i = 1, size(rows)
-    rows(i)%ns = median(times(:, i))
+  n = size(rows)/passes
+  do i = 1, n
+    rows(i)%ns = median(rows(i::n)%ns)
   end do
-  call print_table(rows)
-  if (len(file) > 0) call write_csv(unit, rows)
+  rows = rows(:n)
+  call write_rows(rows, output_unit)
+  if (len(file) > 0) call write_rows(rows, unit)
   if (.not. abs(used) <= huge(used)) error stop "bench: results are not finite"   ! uses all results
 
 contains
 
-  !> Measure all patterns and all choices of start states once.
+  !> Measure all patterns, arrays and choices of start states once.
   subroutine measure_all(rows)
-    type(row_type), allocatable, intent(out) :: rows(:)   !! with the medians of this pass
+    type(row_type), allocatable, intent(inout) :: rows(:)   !! those of the passes so far
     character(len=6), parameter :: precisions(2) = ["double", "single"]
-    type(row_type), allocatable :: points(:), blocks(:)
-    type(pattern_type) :: p
-    integer :: i, j, k
-    logical :: straight
+    type(row_type), allocatable :: some(:)
+    integer :: group, i, j, k
 
-    allocate (rows(0))
     do i = 1, size(patterns)
-      p = patterns(i)
-      straight = .not. p%height > 0.0_real64
-      points = [row_type(kernel="point", tangent=.true.), row_type(kernel="umat", tangent=.true.)]
-      if (straight) points = [row_type(kernel="textbook", tangent=.true.), row_type(kernel="textbook"), points]
-      call add(rows, p, points)
-      if (straight) call add(rows, p, [row_type(kernel="test", tangent=.true.)])
       do k = 1, size(precisions)
-        blocks = [row_type(kernel="block", tangent=.true.), row_type(kernel="block"), row_type(kernel="roots")]
-        blocks%precision = precisions(k)
-        call add(rows, p, blocks(:merge(3, 2, straight)))
-        if (.not. p%large) cycle
-        blocks = [row_type(kernel="vumat"), row_type(kernel="stream")]
-        blocks%precision = precisions(k)
-        call add(rows, p, blocks)
+        do group = points, calls
+          ! points and increments have no single precision
+          if (group < blocks .and. k > 1 .or. group == calls .and. .not. patterns(i)%large) cycle
+          some = pack(tasks, groups == group .and. [(.not. (patterns(i)%height > 0.0_real64 .and. &
+            any(straight == tasks(j)%kernel)), j=1, size(tasks))])
+          some%precision = precisions(k)
+          if (size(some) > 0) call add(rows, patterns(i), some, merge(large, n_small, group == calls), slip)
+        end do
       end do
     end do
-    p = patterns(4)
-    do i = 1, size(arrays)
-      points = [(row_type(kernel="points", points=arrays(i), threads=j), row_type(kernel="points", tangent=.true., &
-        points=arrays(i), threads=j), row_type(kernel="copy", points=arrays(i), threads=j), &
-        j=1, min(2, most_threads()))]
-      call add(rows, p, points)
+    do i = 1, size(sizes)
+      some = [(row_type("points", no, threads=j), row_type("points", yes, threads=j), row_type("copy", no, threads=j), &
+        j=1, threads)]
+      call add(rows, patterns(4), some, sizes(i), slip)
     end do
     do k = 1, size(state_names)
-      blocks = [row_type(kernel="block"), row_type(kernel="block", tangent=.true.)]
-      blocks%states = merge("all slip ", state_names(k), k == slip)   ! other points than those of the pattern
-      call add(rows, p, blocks, kind=k)
+      some = [row_type("block", no), row_type("block", yes)]
+      some%states = merge("all slip ", state_names(k), k == slip)   ! other points than those of the pattern
+      call add(rows, patterns(4), some, n_states, k)
     end do
   end subroutine measure_all
 
-  !> Measure rows that share their points, and append them.
-  subroutine add(rows, pattern, some, kind)
+  !> Measure rows that share their points, and append them with their median times. The rows run alternately, and each
+  !> run repeats its kernel until it lasts `shortest`.
+  subroutine add(rows, pattern, some, n, kind)
     type(row_type), allocatable, intent(inout) :: rows(:)   !! all rows so far
     type(pattern_type), intent(in) :: pattern               !! their pattern
     type(row_type), intent(in) :: some(:)                   !! what to measure
-    integer, intent(in), optional :: kind                   !! of the states of many points; absent: few, all slip
-    class(work_type), allocatable :: work
+    integer, intent(in) :: n                                !! points
+    integer, intent(in) :: kind                             !! of their states
+    !> Material of Table 2 of the paper, with the inclination of the planes.
+    real(real64), parameter :: table_2(5) = [3.0_real64, 0.3_real64, 0.9_real64, 0.5_real64, 30.0_real64]
     type(row_type) :: timed(size(some))
+    type(start_type) :: start
+    type(double_type) :: double
+    type(point_work_type) :: point
+    type(single_type) :: single
+    real(real64) :: flat, ns(0:turns, size(some)), since
+    integer :: given, i, loop, loops(size(some)), turn, width
+    logical :: by_points
+
+    flat = merge(0.0_real64, 1.0_real64/3.0_real64, pattern%name == "2 planes")
+    ! a UMAT of straight planes gets PROPS up to turn
+    given = merge(p_w0, p_turn, pattern%height > 0.0_real64)
+    associate (props => [table_2, pattern%m, flat, prop_table(p_turn:p_guard)%default, pattern%height, pattern%w0])
+      call new_start(props(:given), kind, n, start)
+    end associate
+    by_points = all(some(1)%kernel /= ["block", "vumat"])
+    width = merge(n_small, n, some(1)%kernel == "vumat")
+    if (by_points) then
+      call new_point_work(start, point)
+    else if (some(1)%precision == "double") then
+      call new_double(start, width, double)
+    else
+      call new_single(start, width, single)
+    end if
     timed = some
     timed%pattern = pattern%name
-    call new_work(pattern, timed(1), work, kind)
-    call take_turns(work, timed, turns, shortest, used)
+    timed%planes = start%joint%pattern%n
+    timed%points = merge(n_increments, n, some%kernel == "test")
+    loops = 1
+    ! the first turn warms up, the next one finds the number of loops
+    do turn = -1, turns
+      do i = 1, size(timed)
+        since = now()
+        do loop = 1, loops(i)
+          if (by_points) then
+            call run_points(point, timed(i)%kernel, timed(i)%tangent, timed(i)%threads, used)
+          else if (timed(i)%precision == "double") then
+            call run_double(double, timed(i)%kernel, timed(i)%tangent, used)
+          else
+            call run_single(single, timed(i)%kernel, timed(i)%tangent, used)
+          end if
+        end do
+        ns(max(turn, 0), i) = (now() - since)/real(loops(i), real64)
+        if (turn == 0) loops(i) = 1 + int(shortest/max(ns(0, i), 1.0_real64))
+      end do
+    end do
+    do i = 1, size(timed)
+      timed(i)%ns = median(ns(1:, i))/real(timed(i)%points, real64)
+    end do
     rows = [rows, timed]
   end subroutine add
 
-  !> Points for the kernel of a row.
-  subroutine new_work(pattern, row, work, kind)
-    type(pattern_type), intent(in) :: pattern              !! their pattern
-    type(row_type), intent(in) :: row                      !! kernel, precision, points of an array
-    class(work_type), allocatable, intent(out) :: work     !! the points
-    integer, intent(in), optional :: kind                  !! of the states of many points; absent: few, all slip
-    type(array_work_type), allocatable :: array
-    type(double_type), allocatable :: double
-    type(double_large_type), allocatable :: double_large
-    type(point_work_type), allocatable :: point
-    type(single_type), allocatable :: single
-    type(single_large_type), allocatable :: single_large
-    ! a UMAT of straight planes gets PROPS up to turn
-    real(real64) :: props(p_w0)
-    integer :: given, n, states
+  !> Time from an arbitrary start, nanoseconds.
+  function now() result(t)
+    real(real64) :: t
+    integer(int64) :: count, rate
+    call system_clock(count, rate)
+    t = 1.0e9_real64*real(count, real64)/real(rate, real64)
+  end function now
 
-    props = [table_2, pattern%m, pattern%flat, prop_table(p_turn:p_guard)%default, pattern%height, pattern%w0]
-    given = merge(p_w0, p_turn, pattern%height > 0.0_real64)
-    n = n_small
-    states = slip
-    if (present(kind)) then
-      n = n_states
-      states = kind
-    end if
-    select case (trim(row%kernel) // " " // row%precision)
-    case ("block double", "roots double")
-      allocate (double)
-      call new_double(props(:given), states, n, double)
-      call move_alloc(double, work)
-    case ("block single", "roots single")
-      allocate (single)
-      call new_single(props(:given), states, n, single)
-      call move_alloc(single, work)
-    case ("vumat double", "stream double")
-      allocate (double_large)
-      call new_double_large(props(:given), width, calls, double_large)
-      call move_alloc(double_large, work)
-    case ("vumat single", "stream single")
-      allocate (single_large)
-      call new_single_large(props(:given), width, calls, single_large)
-      call move_alloc(single_large, work)
-    case ("points double", "copy double")
-      allocate (array)
-      call new_array_work(props(:given), row%points, array)
-      call move_alloc(array, work)
-    case default
-      allocate (point)
-      if (row%kernel == "test") call new_test_work(props(:given), point)
-      if (row%kernel /= "test") call new_point_work(props(:given), slip, n, point)
-      call move_alloc(point, work)
-    end select
-  end subroutine new_work
+  !> The lower median: at least half of the values are not larger, at least half not smaller.
+  pure function median(x) result(middle)
+    real(real64), intent(in) :: x(:)   !! values, at least one
+    real(real64) :: middle
+    integer :: i, half
+    half = (size(x) + 1)/2
+    middle = x(1)
+    do i = 1, size(x)
+      if (count(x < x(i)) < half .and. count(x <= x(i)) >= half) middle = x(i)
+    end do
+  end function median
 
   !> Read the arguments; the program stops with a message if one is unknown.
-  subroutine read_arguments(file, quick, profiled)
+  subroutine read_arguments(file, quick)
     character(len=:), allocatable, intent(out) :: file   !! name of the CSV, empty: none
     logical, intent(out) :: quick                        !! few repetitions and points, to test the program
-    type(row_type), intent(out) :: profiled              !! the kernel of --profile; no kernel: all
     character(len=4096) :: text
     integer :: k
     file = ""
     quick = .false.
-    k = 0
-    do while (k < command_argument_count())
-      k = k + 1
+    k = 1
+    do while (k <= command_argument_count())
       call get_command_argument(k, text)
       if (text == "--quick") then
         quick = .true.
@@ -208,46 +218,23 @@ contains
         k = k + 1
         call get_command_argument(k, text)
         file = trim(text)
-      else if (text == "--profile" .and. k + 3 <= command_argument_count()) then
-        call get_command_argument(k + 1, profiled%pattern)
-        call get_command_argument(k + 2, profiled%kernel)
-        call get_command_argument(k + 3, text)
-        profiled%tangent = text == "yes"
-        k = k + 3
-        if (any(patterns%name == profiled%pattern) .and. (text == "yes" .or. text == "no")) cycle
-        write (error_unit, "(99a)") "bench: --profile: expected yes or no after PATTERN and KERNEL, and one of", &
-          (" """ // trim(patterns(i)%name) // """", i=1, size(patterns))
-        stop 1
       else
-        write (error_unit, "(3a)") "bench: ", trim(text), &
-          ": expected --csv FILE, --quick or --profile PATTERN KERNEL yes|no"
+        write (error_unit, "(3a)") "bench: ", trim(text), ": expected --csv FILE or --quick"
         stop 1
       end if
+      k = k + 1
     end do
   end subroutine read_arguments
 
-  !> Run one kernel often enough for a profiler that counts instructions.
-  subroutine profile(row)
-    type(row_type), intent(inout) :: row   !! pattern, kernel, tangent
-    integer, parameter :: runs = 1000
-    class(work_type), allocatable :: work
-    integer :: i
-    calls = 1
-    row%points = n_small
-    call new_work(patterns(findloc(patterns%name, row%pattern, 1)), row, work)
-    do i = 1, runs
-      call work%run(row, used)
-    end do
-    print "(i0, a)", runs*work%points, " points"
-  end subroutine profile
-
-  !> Print the table: with each time that of the textbook version over it, and it over that of what it consists of.
-  subroutine print_table(rows)
-    type(row_type), intent(in) :: rows(:)   !! what to print
+  !> Write the rows as CSV with columns of equal width: with each time that of the textbook version over it, and it over
+  !> that of what it consists of; 0 where there is none.
+  subroutine write_rows(rows, unit)
+    type(row_type), intent(in) :: rows(:)   !! what to write
+    integer, intent(in) :: unit             !! open for writing
     real(real64) :: parts
     integer :: i
-    print "(2a)", "pattern  planes kernel     precision tangent states      points threads  ns/point  ns/plane", &
-      "  textbook/ns  ns/parts"
+    write (unit, "(2a)") " pattern,planes,  kernel,precision,tangent,   states, points,threads,ns_per_point,isa,", &
+      "textbook/ns,ns/parts"
     do i = 1, size(rows)
       associate (row => rows(i))
         parts = 0.0_real64
@@ -255,12 +242,14 @@ contains
         if (row%kernel == "block") parts = time_of("roots", row)
         if (row%kernel == "vumat") parts = time_of("block", row) + time_of("stream", row)
         if (row%kernel == "points" .and. row%threads == 1) parts = time_of("block", row) + time_of("copy", row)
-        print "(a8, i7, 1x, a10, 1x, a9, 1x, a7, 1x, a9, i9, i8, f10.2, f10.3, a13, a10)", row%pattern, row%planes, &
-          row%kernel, row%precision, merge("yes", "no ", row%tangent), row%states, row%points, row%threads, row%ns, &
-          row%ns/real(row%planes, real64), ratio(time_of("textbook", row), row%ns), ratio(row%ns, parts)
+        if (parts > 0.0_real64) parts = row%ns/parts
+        write (unit, "(a8, ',', i6, ',', a8, ',', a9, ',', a7, ',', a9, ',', i7, ',', i7, ',', f12.3, ',', i3, ',', &
+          &f11.3, ',', f8.3)") adjustr(row%pattern), row%planes, adjustr(row%kernel), adjustr(row%precision // "   "), &
+          adjustr(merge("yes", "no ", row%tangent) // "    "), adjustr(row%states), row%points, row%threads, row%ns, &
+          instruction_set(), time_of("textbook", row)/row%ns, parts
       end associate
     end do
-  end subroutine print_table
+  end subroutine write_rows
 
   !> Time of another kernel with the pattern, precision and tangent of a row, 0: none. Limits have no tangent, copies
   !> have the points of the row, and the textbook version is in double precision.
@@ -268,40 +257,14 @@ contains
     character(len=*), intent(in) :: kernel   !! which one
     type(row_type), intent(in) :: row        !! what it is compared with
     real(real64) :: ns
-    integer :: j
     logical :: limit
+    integer :: j
     ns = 0.0_real64
     limit = any(kernel == ["copy  ", "roots ", "stream"])
-    do j = size(rows), 1, -1
-      if (rows(j)%pattern /= row%pattern .or. rows(j)%kernel /= kernel .or. rows(j)%threads /= 1) cycle
-      if (rows(j)%precision /= row%precision .and. kernel /= "textbook") cycle
-      if (kernel == "copy" .and. rows(j)%points /= row%points) cycle
-      if (limit .or. (rows(j)%tangent .eqv. row%tangent)) ns = rows(j)%ns
-    end do
+    j = findloc(rows%pattern == row%pattern .and. rows%kernel == kernel .and. rows%threads == 1 .and. &
+      (rows%precision == row%precision .or. kernel == "textbook") .and. &
+      (rows%points == row%points .or. kernel /= "copy") .and. (limit .or. (rows%tangent .eqv. row%tangent)), .true., 1)
+    if (j > 0) ns = rows(j)%ns
   end function time_of
-
-  !> a/b as a text, empty where one of them is missing.
-  pure function ratio(a, b) result(text)
-    real(real64), intent(in) :: a, b   !! ns, 0: none
-    character(len=10) :: text
-    text = ""
-    if (a > 0.0_real64 .and. b > 0.0_real64) write (text, "(f10.3)") a/b
-  end function ratio
-
-  !> Write the table as CSV.
-  subroutine write_csv(unit, rows)
-    integer, intent(in) :: unit             !! open for writing
-    type(row_type), intent(in) :: rows(:)   !! all rows
-    integer :: i
-    write (unit, "(a)") "pattern,planes,kernel,precision,tangent,states,points,threads,ns_per_point,isa"
-    do i = 1, size(rows)
-      associate (row => rows(i))
-        write (unit, "(a, ',', i0, 4(',', a), 2(',', i0), ',', f0.4, ',', i0)") trim(row%pattern), row%planes, &
-          trim(row%kernel), trim(row%precision), trim(merge("yes", "no ", row%tangent)), trim(row%states), row%points, &
-          row%threads, row%ns, instruction_set()
-      end associate
-    end do
-    close (unit)
-  end subroutine write_csv
 
 end program bench

@@ -3,12 +3,10 @@ module block_work_single
   use, intrinsic :: iso_fortran_env, only: wp => real32, real64
   use asperity_block_single, only: block_type, chunk, new_block, points_type, update_block
   use asperity_contract, only: status_ok, v_offset
-  use asperity_interface, only: interface_type
   use host_routines, only: vumat => vumat_single
-  use measure, only: row_type, work_type
-  use start_states, only: joint_of, new_start_states, slip
+  use start_states, only: start_type
   implicit none
   private
-  public :: block_work_type, new_block_work, large_work_type, new_large_work
+  public :: block_work_type, new_block_work, run
   include "block_work.inc"
 end module block_work_single

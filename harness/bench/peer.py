@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import statistics
 import sys
 import tempfile
@@ -22,78 +23,33 @@ os.environ["OMP_NUM_THREADS"] = "1"  # the library reads it when it is loaded
 
 from asperity import Interface, Material, Pattern
 
-LAW = """
-[Models]
-  [components]
-    type = VecComponents
-    from = 's'
-    to = 'N T1 T2'
-  []
-  [opening]
-    type = MacaulaySplit
-    from = 'N'
-    to_positive = 'open'
-    to_negative = 'shut'
-  []
-  [slip]
-    type = ScalarPNorm
-    from = 'T1 T2'
-    to = 'slip'
-    exponent = 2
-  []
-  [separation]
-    type = ScalarPNorm
-    from = 'open slip'
-    to = 'separation'
-    exponent = 2
-  []
-  [mixity]
-    type = ModeMixity
-    normal_separation = 'open'
-    tangential_separation = 'slip'
-    mode_mixity = 'beta'
-  []
-  [onset]
-    type = CamanhoDavilaCriticalSeparation
-    normal_separation = 'open'
-    critical_separation = 'onset'
-    mode_mixity = 'beta'
-    penalty_stiffness = {K}
-    normal_strength = {strength}
-    shear_strength = {strength}
-  []
-  [full]
-    type = BenzeggaghKenaneFullSeparation
-    normal_separation = 'open'
-    full_separation = 'full'
-    mode_mixity = 'beta'
-    critical_separation = 'onset'
-    penalty_stiffness = {K}
-    shear_strength = {strength}
-    mode_I_fracture_toughness = {Gc}
-    mode_II_fracture_toughness = {Gc}
-    eta = 2
-  []
-  [bilinear]
-    type = BilinearTraction
-    effective_separation = 'separation'
-    normal_separation = 'open'
-    normal_penetration = 'shut'
-    tangential_separation_1 = 'T1'
-    tangential_separation_2 = 'T2'
-    traction = 't'
-    damage = 'd'
-    penalty_stiffness = {K}
-    critical_separation = 'onset'
-    full_separation = 'full'
-  []
-  [law]
-    type = ComposedModel
-    models = 'components opening slip separation mixity onset full bilinear'
-  []
-[]
-"""
-"""NEML2's law from the separation to the traction."""
+MODELS = (
+    "components VecComponents from='s' to='N T1 T2'",
+    "opening MacaulaySplit from='N' to_positive='open' to_negative='shut'",
+    "slip ScalarPNorm from='T1 T2' to='slip' exponent=2",
+    "separation ScalarPNorm from='open slip' to='separation' exponent=2",
+    "mixity ModeMixity normal_separation='open' tangential_separation='slip' mode_mixity='beta'",
+    "onset CamanhoDavilaCriticalSeparation normal_separation='open' critical_separation='onset'"
+    " mode_mixity='beta' penalty_stiffness={K} normal_strength={strength} shear_strength={strength}",
+    "full BenzeggaghKenaneFullSeparation normal_separation='open' full_separation='full' mode_mixity='beta'"
+    " critical_separation='onset' penalty_stiffness={K} shear_strength={strength}"
+    " mode_I_fracture_toughness={Gc} mode_II_fracture_toughness={Gc} eta=2",
+    "bilinear BilinearTraction effective_separation='separation' normal_separation='open'"
+    " normal_penetration='shut' tangential_separation_1='T1' tangential_separation_2='T2' traction='t'"
+    " damage='d' penalty_stiffness={K} critical_separation='onset' full_separation='full'",
+    "law ComposedModel models='components opening slip separation mixity onset full bilinear'",
+)
+"""NEML2's law from the separation to the traction: name, type and values of its models."""
+
+
+def law_text(**constants: float) -> str:
+    """Input file of NEML2 for the law with K, strength and Gc."""
+    lines = ["[Models]"]
+    for model in MODELS:
+        name, kind, values = model.format(**constants).split(" ", 2)
+        pairs = re.findall(r"(\w+)=('[^']*'|\S+)", values)
+        lines += [f"[{name}]", f"type = {kind}", *(f"{key} = {value}" for key, value in pairs), "[]"]
+    return "\n".join([*lines, "[]", ""])
 
 
 def neml2_laws(material: Material, s: np.ndarray) -> dict[str, Callable[[], object]]:
@@ -107,7 +63,7 @@ def neml2_laws(material: Material, s: np.ndarray) -> dict[str, Callable[[], obje
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "law.i"
         stiffness = material.sigma0**2 / (2.0 * material.Gc * (1.0 - material.eta))
-        text = LAW.format(K=stiffness, strength=material.sigma0, Gc=material.Gc)
+        text = law_text(K=stiffness, strength=material.sigma0, Gc=material.Gc)
         file.write_text(text, encoding="utf-8")
         laws = {"NEML2": neml2.load_model(file, "law")}
         laws["NEML2, compiled"] = neml2.load_model(

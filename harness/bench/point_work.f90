@@ -1,103 +1,123 @@
-!> The update point by point: textbook, the library's point kernel, UMAT and driver.
+!> Points whose values stand together: the textbook version, the library's point kernel, UMAT and driver one point after
+!> the other, and the arrays of C and Python, processed by one or more threads.
 module point_work
+  !$ use omp_lib, only: omp_set_num_threads
+  use asperity_contract, only: status_ok
   use asperity_control_point, only: new_point
   use asperity_errors, only: errors_type
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_load_path, only: next_row, path_row_type => row_type, run_type, start_run
+  use asperity_load_path, only: next_row, row_type, run_type, start_run
   use asperity_point, only: update_point
+  use asperity_points, only: update_points
   use asperity_rie_law, only: new_rie_law
   use asperity_steps, only: complete_steps, step_table, step_type
   use host_routines, only: umat
-  use measure, only: row_type, work_type
-  use start_states, only: joint_of, new_start_states
+  use start_states, only: n_states, start_type
   use textbook, only: textbook_update
   implicit none
   private
-  public :: point_work_type, new_point_work, new_test_work
+  public :: point_work_type, new_point_work, run
 
   !> Increments of the confined slip test: preload, then slips.
   integer, parameter :: n_preload = 10, n_slips = 240
+  integer, parameter, public :: n_increments = n_preload + n_slips
 
-  !> Points at the start and at the end of their increment.
-  type, extends(work_type) :: point_work_type
-    type(interface_type) :: joint
-    real(wp), allocatable :: props(:), s_old(:, :), s(:, :), ds(:, :), old(:, :), new(:, :)
-  contains
-    procedure :: run
+  !> Points with their results.
+  type :: point_work_type
+    type(start_type) :: start
+    real(wp), allocatable :: ds(:, :), new(:, :), traction(:, :), tangent(:, :, :)
   end type point_work_type
 
 contains
 
-  !> Allocate and fill n points; the textbook version and the point kernel must agree.
-  subroutine new_point_work(props, kind, n, work)
-    real(wp), intent(in) :: props(:)                !! PROPS
-    integer, intent(in) :: kind                     !! slip, zones or scattered
-    integer, intent(in) :: n                        !! points
+  !> Make the work for points; the textbook version and the point kernel must agree.
+  subroutine new_point_work(start, work)
+    type(start_type), intent(in) :: start            !! the points
     type(point_work_type), intent(out) :: work
     !> Largest difference of traction over K |s| and of tangent over K, far above the rounding errors of the law.
     real(wp), parameter :: rounding = 1.0e-12_wp
     real(wp) :: t(3), t_point(3), d(3, 3), d_point(3, 3), k
-    integer :: p
-    call new_test_work(props, work)
-    work%props = props
-    work%points = n
-    call new_start_states(work%joint, kind, n, work%s_old, work%s, work%old)
-    work%ds = work%s - work%s_old
-    work%new = work%old
-    if (work%joint%material%curved) return   ! the textbook version has no facets
-    k = max(work%joint%material%k_n, work%joint%material%k_t, work%joint%material%k_c)
+    integer :: n, p
+    work%start = start
+    work%ds = start%s - start%s_old
+    n = size(start%s, 2)
+    allocate (work%new, mold=start%state)
+    allocate (work%traction(3, n), work%tangent(3, 3, n))
+    !$omp parallel do schedule(static)
     do p = 1, n
-      call textbook_update(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t, d)
-      call update_point(work%joint, work%s_old(:, p), work%s(:, p), work%old(:, p), work%new(:, p), t_point, d_point)
-      if (.not. (maxval(abs(t - t_point)) <= rounding*k*maxval(abs(work%s(:, p))) .and. &
+      work%new(:, p) = start%state(:, p)
+      work%traction(:, p) = 0.0_wp
+      work%tangent(:, :, p) = 0.0_wp
+    end do
+    !$omp end parallel do
+    if (start%joint%material%curved) return   ! the textbook version has no facets
+    k = max(start%joint%material%k_n, start%joint%material%k_t, start%joint%material%k_c)
+    do p = 1, min(n_states, n)
+      call textbook_update(start%joint, start%s(:, p), start%state(:, p), work%new(:, p), t, d)
+      call update_point(start%joint, start%s_old(:, p), start%s(:, p), start%state(:, p), work%new(:, p), t_point, &
+        d_point)
+      if (.not. (maxval(abs(t - t_point)) <= rounding*k*maxval(abs(start%s(:, p))) .and. &
                  maxval(abs(d - d_point)) <= rounding*k)) error stop "bench: textbook and point kernel disagree"
     end do
   end subroutine new_point_work
 
-  !> The interface for the test, whose points are increments.
-  subroutine new_test_work(props, work)
-    real(wp), intent(in) :: props(:)                !! PROPS
-    type(point_work_type), intent(out) :: work
-    work%joint = joint_of(props)
-    work%planes = work%joint%pattern%n
-    work%points = n_preload + n_slips
-  end subroutine new_test_work
-
-  !> Run a kernel for all points.
-  subroutine run(work, row, used)
-    class(point_work_type), intent(inout) :: work   !! the points
-    type(row_type), intent(in) :: row               !! kernel, tangent
-    real(wp), intent(inout) :: used                 !! sum of results
+  !> Run a kernel once for all points. Arrays are updated in place; a copy moves the bytes of their update (reads of
+  !> separation and state, writes of state and traction) as the hardware limit.
+  subroutine run(work, kernel, with_tangent, threads, used)
+    type(point_work_type), intent(inout) :: work   !! the points
+    character(len=*), intent(in) :: kernel         !! which one
+    logical, intent(in) :: with_tangent            !! whether arrays and the textbook version compute the tangent
+    integer, intent(in) :: threads                 !! number of threads of arrays and copies
+    real(wp), intent(inout) :: used                !! sum of results
     character(len=80), parameter :: name = "BENCH"
-    real(wp) :: t(3), d(3, 3), sse, spd, scd
-    integer :: p
-    logical :: hosted, point
-    if (row%kernel == "test") then
-      call run_test(work%joint, used)
-      return
-    end if
-    point = row%kernel == "point"
-    hosted = row%kernel == "umat"
+    real(wp) :: t(3), d(3, 3), e(3)
+    integer :: failed, p, status
+    !$ call omp_set_num_threads(threads)
+    status = status_ok
     t = 0.0_wp
     d = 0.0_wp
-    sse = 0.0_wp
-    spd = 0.0_wp
-    scd = 0.0_wp
-    do p = 1, size(work%s, 2)
-      if (point) then
-        call update_point(work%joint, work%s_old(:, p), work%s(:, p), work%old(:, p), work%new(:, p), t, d)
-      else if (hosted) then
-        work%new(:, p) = work%old(:, p)
-        call umat(t, work%new(:, p), d, sse, spd, scd, stran=work%s_old(:, p), dstran=work%ds(:, p), cmname=name, &
-          ndi=1, nshr=2, ntens=3, nstatv=size(work%new, 1), props=work%props, nprops=size(work%props))
-      else if (row%tangent) then
-        call textbook_update(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t, d)
-      else
-        call textbook_update(work%joint, work%s(:, p), work%old(:, p), work%new(:, p), t)
-      end if
-      used = used + t(1) + d(1, 1)
-    end do
+    e = 0.0_wp
+    associate (start => work%start, new => work%new)
+      select case (kernel)
+      case ("copy")
+        !$omp parallel do schedule(static)
+        do p = 1, size(new, 2)
+          work%traction(:, p) = start%s(:, p) + start%s_old(:, p)
+          new(:, p) = start%state(:, p)
+        end do
+        !$omp end parallel do
+      case ("points")
+        if (with_tangent) then
+          call update_points(start%joint, start%s, new, work%traction, status, failed, start%s_old, work%tangent, &
+            by_rows=.true.)
+        else
+          call update_points(start%joint, start%s, new, work%traction, status, failed, start%s_old)
+        end if
+      case ("test")
+        call run_test(start%joint, used)
+      case ("point")
+        do p = 1, size(new, 2)
+          call update_point(start%joint, start%s_old(:, p), start%s(:, p), start%state(:, p), new(:, p), t, d)
+          used = used + t(1) + d(1, 1)
+        end do
+      case ("umat")
+        do p = 1, size(new, 2)
+          new(:, p) = start%state(:, p)
+          call umat(t, new(:, p), d, e(1), e(2), e(3), stran=start%s_old(:, p), dstran=work%ds(:, p), cmname=name, &
+            ndi=1, nshr=2, ntens=3, nstatv=size(new, 1), props=start%props, nprops=size(start%props))
+          used = used + t(1) + d(1, 1)
+        end do
+      case default
+        do p = 1, size(new, 2)
+          if (with_tangent) call textbook_update(start%joint, start%s(:, p), start%state(:, p), new(:, p), t, d)
+          if (.not. with_tangent) call textbook_update(start%joint, start%s(:, p), start%state(:, p), new(:, p), t)
+          used = used + t(1) + d(1, 1)
+        end do
+      end select
+    end associate
+    if (status /= status_ok) error stop "bench: a point was rejected"
+    used = used + work%traction(1, 1) + work%new(1, 1)
   end subroutine run
 
   !> Run a confined slip test with a reversal by the solver of the driver, with all Newton iterations.
@@ -106,7 +126,7 @@ contains
     real(wp), intent(inout) :: used             !! sum of results
     type(step_type), allocatable :: steps(:)
     type(run_type) :: path
-    type(path_row_type) :: row
+    type(row_type) :: row
     type(errors_type) :: errors
     integer :: i
     logical :: found

@@ -27,7 +27,12 @@ def read_timings(path: Path) -> pandas.DataFrame:
     """Rows of a CSV of the benchmark; raises ValueError for another file."""
     try:
         found = pandas.read_csv(
-            path, usecols=[*COLUMNS], dtype=COLUMNS, true_values=["yes"], false_values=["no"]
+            path,
+            usecols=[*COLUMNS],
+            dtype=COLUMNS,
+            true_values=["yes"],
+            false_values=["no"],
+            skipinitialspace=True,
         )
         if found.empty:
             raise ValueError("no rows")
