@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
 from asperity.export.element import Element
-from asperity.hosts.oofem.kit import H, text
+from asperity.hosts.kits import KITS, filled
 from numpy.typing import NDArray
 
 pytest.importorskip("oofem", reason="asperity[oofem] is not installed")
@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 HERE = Path(__file__).parent
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
-PRESSURE, THICKNESS, PRELOAD_STEPS = 1.0, H, 10
+PRESSURE, THICKNESS, PRELOAD_STEPS = 1.0, KITS["oofem"][0]["h"], 10
 PATH = f"""&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /
 &pattern sides = 2, theta = 30.0 /
 &step t_N = {-PRESSURE}, increments = {PRELOAD_STEPS} /
@@ -52,7 +52,8 @@ class Run:
 def box(folder: Path, card: str) -> Run:
     """Run the input of the kit with the material of a card."""
     (folder / "box.nml").write_text(PATH, encoding="utf-8")
-    (folder / "box.in").write_text(text(Element.of_case(folder / "box.nml"), card), encoding="utf-8")
+    text = filled("oofem", Element.of_case(folder / "box.nml"), card)
+    (folder / "box.in").write_text(text, encoding="utf-8")
     command = [sys.executable, HERE / "kit" / "oofem_run.py", "box.in", "box.npz"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     rows = np.load(folder / "box.npz")

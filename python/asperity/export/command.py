@@ -50,7 +50,7 @@ def _export(options: argparse.Namespace) -> int:
 
 def files(host: str, element: object, examples: bool = True) -> dict[str, bytes]:
     """Contents of the kit of a host by file name; examples: whether it has other models, too."""
-    texts = import_module(f"asperity.hosts.{host}.kit").files(element, examples)
+    texts = import_module("asperity.hosts.kits").files(host, element, examples)
     return {name: text if isinstance(text, bytes) else text.encode() for name, text in texts.items()}
 
 
