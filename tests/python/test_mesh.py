@@ -190,6 +190,9 @@ def test_quadratic_joint() -> None:
     mesh = meshio.Mesh(points, [("triangle6", cells)], cell_data={"part": [np.array([1, 2])]})
     found = split(mesh)
     joint = only(found)
+    for host in ("abaqus", "ogs"):
+        with pytest.raises(ValueError, match=f"1 faces of 3 nodes: expected linear ones for {host}"):
+            write(Path("wall"), found, host, layer=0.1 * (host == "ogs"))
     assert len(found.points) == 12 and joint.area[0] == pytest.approx(8**0.5)
     assert found.origin[joint.minus].tolist() == found.origin[joint.plus].tolist() == [[6, 2, 4]]
 
@@ -214,7 +217,7 @@ def test_groups_follow_their_cells() -> None:
     ("joints", "words"),
     [
         ({"block_1": ("*", "*")}, "joint block_1: a block has this name: expected another one"),
-        ({"bed": None}, "joint bed: no group of faces has this name: expected one of top"),
+        ({"bed": None}, "joint bed: bed: no such group of faces: expected one of top"),
         ({"top": None}, "joint top: 2 of its 2 faces have a cell on one side only"),
         ({"bed": ("brick", "*")}, r"joint bed: 0 of the 2 faces between blocks.*Blocks: block_1, block_2"),
     ],
@@ -238,6 +241,43 @@ def test_thickness_of_layers() -> None:
     gap = moved[only(found).plus] - moved[only(found).minus]
     assert np.abs(np.einsum("fkd,fd->fk", gap, only(found).axes[:, 0]) - 0.1).max() <= DIGITS
     assert (moved.min(), moved.max()) == (0.0, 4.0)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_joint_across_a_period(d: int) -> None:
+    """Each node on the right has that on the left as its partner, N points out, inner joints stay."""
+    mesh = periodic(d)
+    found = split(mesh, {"head": {"right": "left"}, "bed": ("*", "*")})
+    ((head,), (bed,)) = found.joints.values()
+    minus, plus = found.points[head.minus], found.points[head.plus]
+    assert (minus[..., 0] == 4.0).all() and (minus - plus == 4.0 * np.eye(d)[0]).all()
+    assert head.area.sum() == 2.0 ** (d - 1) and (head.axes[:, 0] == np.eye(d)[0]).all()
+    assert bed.area.sum() == 4.0 * 2.0 ** (d - 2) and len(found.points) == len(split(mesh).points)
+    centres = [found.points[next(iter(found.cells.values()))].mean(1)[k] for k in head.cells.T]
+    assert (centres[0][:, 0] == 3.5).all() and (centres[1][:, 0] == 0.5).all()
+    # the other sense of Tx has the sides in the other order in the plane
+    if d == 2:
+        turned = split(mesh, {"head": {"right": "left"}}, direction=(0.0, 1.0)).joints["head"][0]
+        assert (found.points[turned.minus][..., 0] == 0.0).all() and (turned.axes[:, 0, 0] == -1.0).all()
+    for host in ("abaqus", "ogs"):
+        with pytest.raises(ValueError, match=f"joint head: its sides are a period apart.*for {host}"):
+            write(Path("wall"), found, host, layer=0.1 * (host == "ogs"))
+    mesh.points[mesh.points[:, 0] == 0.0, 1] *= 1.1
+    with pytest.raises(ValueError, match=r"joint head: \d of the \d faces of right and left have no partner"):
+        split(mesh, {"head": {"right": "left"}})
+    with pytest.raises(ValueError, match="joint head: base: no such group of faces"):
+        split(mesh, {"head": {"right": "base"}})
+
+
+def periodic(d: int) -> meshio.Mesh:
+    """A grid of two blocks, one on the other, with the groups left and right."""
+    mesh = grid((4, 2, 2)[:d], (1, 2, 1)[:d])
+    kind, x = ("line", "quad")[d - 2], mesh.points[mesh.cells[0].data]
+    ends = [mesh.cells[0].data[x[..., 0] == at].reshape(-1, 2 ** (d - 1)) for at in (0.0, 4.0)]
+    tags = [mesh.cell_data["block"][0] + 1, *(np.full(len(end), k) for k, end in enumerate(ends, 7))]
+    names = {"left": np.array([7, d - 1]), "right": np.array([8, d - 1])}
+    cells = [*mesh.cells, *((kind, end) for end in ends)]
+    return meshio.Mesh(mesh.points, cells, cell_data={"gmsh:physical": tags}, field_data=names)
 
 
 # --- files ------------------------------------------------------------------------------------------------
@@ -402,7 +442,7 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         "8 cells in 2 blocks, 15 nodes, 18 with joints", "joint bed: 2 faces, length 2, 0 tips"
     ]  # fmt: skip
     assert main([*words, "--joint", "bed"]) == 1
-    assert "joint bed: no group of faces has this name" in capsys.readouterr().err
+    assert "joint bed: bed: no such group of faces" in capsys.readouterr().err
     assert main([*words, "--law", "bed=case.nml"]) == 1
     assert main(words) == 0
     assert main([*words[:2], "-o", words[1]]) == 1

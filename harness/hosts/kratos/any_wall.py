@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 from pathlib import Path
 
-import KratosMultiphysics as Kratos
 import numpy as np
-from asperity.mesh import split, write
+from asperity.mesh import split
 from asperity.options import add_options
 from kratos_model import Floats, Lost, Structure
 
@@ -23,16 +21,7 @@ TOLERANCE = 1e-4
 def run(path: Path, to: float, most: float) -> Floats:
     """Rows of displacement in mm, horizontal and vertical force in kN."""
     s, mesh = Structure(2), split(path)
-    with tempfile.TemporaryDirectory() as folder:
-        (file,) = write(Path(folder, "wall.mdpa"), mesh)
-        Kratos.ModelPartIO(str(file.with_suffix(""))).ReadModelPart(s.part)
-    brick, joint = s.elastic(E, NU, "LinearElasticPlaneStress2DLaw"), s.umat(MORTAR)
-    for name in mesh.names:
-        for element in s.part.GetSubModelPart(name).Elements:
-            element.Properties = brick
-    for element in s.part.GetSubModelPart("joint").Elements:
-        element.Properties = joint
-        s.interfaces.append(element)
+    s.add_mesh(mesh, s.elastic(E, NU, "LinearElasticPlaneStress2DLaw"), s.umat(MORTAR))
     top, bottom = (mesh.nodes(name) + 1 for name in ("top", "bottom"))
     s.fix(np.r_[top, bottom], 0, 1)
     s.move(top, 1, -PRESS)

@@ -8,7 +8,9 @@ plane strain with thickness 1.
 from __future__ import annotations
 
 import json
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 
 import KratosMultiphysics as Kratos
 import KratosMultiphysics.GeoMechanicsApplication as Geo
@@ -17,6 +19,7 @@ import KratosMultiphysics.python_linear_solver_factory as solvers
 import KratosMultiphysics.StructuralMechanicsApplication as Structural
 import numpy as np
 from asperity import Interface
+from asperity.mesh import Jointed, write
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -95,6 +98,16 @@ class Structure:
             if value is not None:
                 properties.SetValue(Kratos.KratosGlobals.GetVariable(name), value)
         return properties
+
+    def add_mesh(self, mesh: Jointed, solid: Kratos.Properties, joint: Kratos.Properties) -> None:
+        """Add a mesh of `asperity.mesh`, by way of a .mdpa file; its nodes are numbered from 1."""
+        with tempfile.TemporaryDirectory() as folder:
+            (file,) = write(Path(folder, "mesh.mdpa"), mesh)
+            Kratos.ModelPartIO(str(file.with_suffix(""))).ReadModelPart(self.part)
+        for name in (*mesh.names, *mesh.joints):
+            for element in self.part.GetSubModelPart(name).Elements:
+                element.Properties = joint if name in mesh.joints else solid
+                self.interfaces += [element] * (name in mesh.joints)
 
     def add_solid(self, nodes: Sequence[int], properties: Kratos.Properties) -> None:
         """Add a quadrilateral (4, 9 nodes) or hexahedron (8)."""

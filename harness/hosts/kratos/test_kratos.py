@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, permutations
 
 import numpy as np
 import pytest
@@ -15,6 +15,8 @@ pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperi
 import exported
 import KratosMultiphysics as Kratos
 import KratosMultiphysics.GeoMechanicsApplication as Geo
+import meshio
+from asperity.mesh import split
 from exported import MATERIAL, PLANE, SOLID, STIFFNESS
 from kratos_model import Floats, Structure
 from paraview_files import grid_cells
@@ -211,6 +213,96 @@ def test_newton_is_quadratic() -> None:
     # the last residual is a rounding error of reactions of some N
     assert sum(after < 100.0 * before**2 for before, after in pairs if after > 1e-15) >= 10
     assert max(map(len, norms)) <= 6
+
+
+# --- meshes of asperity.mesh ------------------------------------------------
+
+QUADRATIC = {
+    "triangle": "01 12 20", "quad": "01 12 23 30", "tetra": "01 12 20 03 13 23",
+    "hexahedron": "01 12 23 30 45 56 67 74 04 15 26 37",
+}  # fmt: skip
+"""Edges of a cell in the order of the nodes in their middles, by the name of the linear cell."""
+
+
+def blocks(kind: str, width: int = 1) -> meshio.Mesh:
+    """Two blocks of quadratic cells, one on the other, each `width` cells wide and one high."""
+    d, simplex = 3 - (kind in ("triangle", "quad")), kind in ("triangle", "tetra")
+    n = (width, 2) if d == 2 else (width, 1, 2)
+    points = np.stack(np.meshgrid(*(np.arange(k + 1.0) for k in n), indexing="ij"), axis=-1).reshape(-1, d)
+    cells = grid_cells(n)
+    if simplex:  # a path of d edges from the first corner of a cell to the opposite one for each simplex
+        corner = {tuple(x): k for k, x in enumerate(points[cells[0]] - points[cells[0, 0]])}
+        orders = [np.eye(d)[list(order)] for order in permutations(range(d))]
+        paths = [[corner[tuple(x)] for x in np.cumsum([np.zeros(d), *one], axis=0)] for one in orders]
+        cells = cells[:, paths].reshape(-1, d + 1)
+        wrong = np.linalg.det(points[cells[:, 1:]] - points[cells[:, :1]]) < 0.0
+        cells[wrong, :2] = cells[wrong, 1::-1]
+    block = (points[cells].mean(axis=1)[:, -1] > 1.0).astype(int)
+    ends = np.sort(cells[:, [[int(k) for k in edge] for edge in QUADRATIC[kind].split()]], axis=2)
+    edges, middle = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)
+    cells = np.concatenate([cells, len(points) + middle.reshape(len(cells), -1)], axis=1)
+    name = f"{kind}{cells.shape[1]}"
+    points = np.concatenate([points, points[edges].mean(axis=1)])
+    return meshio.Mesh(points, [(name, cells)], cell_data={"block": [block]})
+
+
+@pytest.mark.parametrize("kind", QUADRATIC)
+def test_quadratic_cells(kind: str) -> None:
+    """Blocks without lateral strain are pressed, then all nodes are moved by an affine field.
+
+    In the plane all points close by the same amount. In space they do not, because the weights that Kratos
+    gives to corners and middles of quadratic faces are not those of a uniform pressure.
+    """
+    mesh, E, closure = split(blocks(kind)), 3000.0, -0.01
+    d, s = mesh.dimension, Structure(mesh.dimension)
+    law, error = (PLANE, 1e-9) if d == 2 else (SOLID, 0.15)
+    s.add_mesh(mesh, s.elastic(E, 0.0), s.umat(law))
+    top, bottom = (np.flatnonzero(mesh.points[:, -1] == y) + 1 for y in (2.0, 0.0))
+    s.fix(np.r_[top, bottom], *range(d))
+    traction = law.update([[closure, 0.0, 0.0]]).traction[0, 0]
+    s.move(top, d - 1, closure + 2.0 * traction / E)
+    s.step(1e-9)
+    assert s.points()[0][:, 0] == pytest.approx(closure, rel=error)
+    assert s.reaction(top)[-1] == pytest.approx(traction, rel=0.3 * error)
+    upper = np.unique(next(iter(mesh.cells.values()))[next(iter(mesh.block.values())) == 1])
+    s.fix(range(1, len(mesh.points) + 1), *range(d))
+    s.move(range(1, len(mesh.points) + 1), d - 1, 0.0)
+    slope = np.array([0.01, 0.02, 0.0])[3 - d :]
+    for node, opening in zip(upper, mesh.points[upper] @ slope, strict=True):
+        s.move([node + 1], d - 1, opening)
+    s.step(0.0)
+    places = np.concatenate([mesh.points[joint.minus].reshape(-1, d) for joint in mesh.joints["joint"]])
+    assert np.sort(s.points()[0][:, 0]) == pytest.approx(np.sort(places @ slope), abs=1e-14)
+
+
+def test_joint_across_a_period() -> None:
+    """A block that is pressed upright is held at its sides by itself: the next period is across a joint."""
+    n, E, nu, pressed = (3, 2), 3000.0, 0.2, -0.01
+    points = np.stack(np.meshgrid(*(np.arange(k + 1.0) for k in n), indexing="ij"), axis=-1).reshape(-1, 2)
+    number = np.arange(12).reshape(4, 3)
+    ends = [np.stack([line[:-1], line[1:]], axis=1) for line in number[[0, -1]]]
+    mesh = split(
+        meshio.Mesh(
+            points, [("quad", grid_cells(n)), *(("line", end) for end in ends)],
+            cell_data={"gmsh:physical": [np.full(6, 1), np.full(2, 2), np.full(2, 3)]},
+            field_data={"block": np.array([1, 2]), "left": np.array([2, 1]), "right": np.array([3, 1])},
+        ), {"head": {"right": "left"}},
+    )  # fmt: skip
+    s = Structure(2)
+    s.add_mesh(mesh, s.elastic(E, nu), s.umat(PLANE))
+    base, top = number[:, 0] + 1, number[:, -1] + 1
+    s.fix(np.r_[base, top], 1)
+    s.fix([number[1, 1] + 1], 0)
+    s.move(top, 1, 2.0 * pressed)
+    s.step(1e-9)
+    # plane strain: E/(1 - nu^2) strain x = stress x - nu/(1 - nu) stress y, and the same for y; stress x is
+    # the traction of the joint, which closes by the strain x times the period
+    stiffness = float(PLANE.update([[-1e-9, 0.0, 0.0]]).traction[0, 0]) / -1e-9
+    plane, ratio = E / (1.0 - nu**2), nu / (1.0 - nu)
+    matrix = [[1.0 + plane / (3.0 * stiffness), -ratio], [-ratio, 1.0]]
+    stress = np.linalg.solve(matrix, [0.0, plane * pressed])
+    assert s.points()[1][:, 0] == pytest.approx(stress[0], rel=1e-6) and stress[0] < 0.0
+    assert s.reaction(top)[1] == pytest.approx(3.0 * stress[1], rel=1e-6)
 
 
 # --- initial states ---------------------------------------------------------

@@ -18,6 +18,26 @@ CALCULIX_MAX_CONSTANTS = 21
 """Largest number of constants that CalculiX accepts; it does not check their number."""
 
 
+REGULAR = ("akantu", "fenicsx", "mtest", "ogs")
+"""Hosts that take no listed planes, m < 0."""
+
+ONLY: dict[str, dict[str, float]] = {
+    "akantu": {"h": 1, "map": 0, "dalpha": 0},
+    "calculix": {"map": 0, "dimension": 3},
+    "fenicsx": {"h": 1, "map": 0, "dalpha": 0},
+    "kratos": {"h": 1, "map": 0},
+    "mtest": {"h": 1, "map": 0, "r": 0, "dimension": 3},
+    "ogs": {"map": 0, "dalpha": 0},
+    "oofem": {"map": 0, "dalpha": 0, "dimension": 3},
+}
+"""Constants, and the dimension, of which a host takes one value only."""
+
+WHY = {
+    "h": ", whose joints pass separations", "map": ", whose order of components is fixed",
+    "dalpha": ", which ignores a request for a smaller step", "r": ", whose joint has no other stress",
+}  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Block:
     """Contents of a material block; props and statev are in the order of the library."""
@@ -53,6 +73,12 @@ def card(host: str, block: Block) -> str:
         raise ValueError(f"explicit, density: expected for abaqus only, not for {host}")
     if block.density is not None and not 0.0 < block.density < float("inf"):
         raise ValueError(f"density = {block.density:g}: expected > 0")
+    if host in REGULAR and block.prop("m") < 0.0:
+        raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for {host}, not listed planes")
+    for name, expected in ONLY.get(host, {}).items():
+        of_host = {"dimension": block.dimension, "h": block.thickness()}
+        if (value := of_host[name] if name in of_host else block.prop(name)) != expected:
+            raise ValueError(f"{name} = {value:g}: expected {expected:g} for {host}{WHY.get(name, '')}")
     return HOSTS[host](block)
 
 
@@ -110,8 +136,6 @@ def _calculix(block: Block) -> str:
         raise ValueError(
             f"name = {block.name!r}: expected none that begins with NL, which selects calculix' log strains"
         )
-    _only("calculix", "map", block.prop("map"), 0.0)
-    _only("calculix", "dimension", block.dimension, 3)
     return _text(
         _comments(block, "ccx with the UMAT of asperity linked in", len(props)),
         *(f"** SDV{i}: {text}" for i, text in enumerate(block.statev, 1)),
@@ -135,8 +159,6 @@ def _calculix(block: Block) -> str:
 
 def _kratos(block: Block) -> str:
     """Block for Kratos GeoMechanicsApplication: properties of the zero-thickness interface elements."""
-    _only("kratos' interface laws (1 is for its older elements)", "map", block.prop("map"), 0.0)
-    _only("kratos, whose interface elements pass separations", "h", block.thickness(), 1.0)
     if block.dimension == 3:
         law = "SmallStrainUMAT3DSurfaceInterfaceLaw"
         elements = ["Geo_USurfaceInterfaceElement4Plus4N", "Geo_USurfaceInterfaceElement3Plus3N"]
@@ -173,9 +195,6 @@ def _kratos(block: Block) -> str:
 
 def _ogs(block: Block) -> str:
     """OpenGeoSys: a patch of the project, `ogs -p CARD PROJECT`."""
-    _generic("ogs", block)
-    _only("ogs, whose axes are those of the layer", "map", block.prop("map"), 0.0)
-    _only("ogs, which ignores a request for a smaller step", "dalpha", block.prop("dalpha"), 0.0)
     law = opengeosys.behaviour(contract.check(block.props))
     comments = [
         *_remarks(block, "ogs -p THIS_FILE PROJECT.prj"),
@@ -189,26 +208,12 @@ def _ogs(block: Block) -> str:
 
 def _mtest(block: Block) -> str:
     """MTest: behaviour and properties; `asperity card` adds the load path of the case."""
-    _generic("mtest", block)
-    _only("mtest, which has the axes of the joint", "map", block.prop("map"), 0.0)
-    _only("mtest, which passes separations", "h", block.thickness(), 1.0)
-    _only("mtest, whose joint has no other stress", "r", block.prop("r"), 0.0)
-    _only("mtest", "dimension", block.dimension, 3)
     law = opengeosys.behaviour(contract.check(block.props), "mtest", "Joint")
     return mtest.head(law, block.props, _remarks(block, "mtest THIS_FILE.mtest"))
 
 
-def _generic(host: str, block: Block) -> None:
-    """Raise ValueError for constants that no "generic" behaviour has."""
-    if block.prop("m") < 0:
-        raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for {host}, not listed planes")
-
-
 def _oofem(block: Block) -> str:
     """OOFEM: the record of a material; it loads the UMAT of the library."""
-    _only("oofem, whose solids have the order 33, 13, 23", "map", block.prop("map"), 0.0)
-    _only("oofem, which ignores a request for a smaller step", "dalpha", block.prop("dalpha"), 0.0)
-    _only("oofem", "dimension", block.dimension, 3)
     names = ", ".join(f"{i} {text}" for i, text in enumerate(block.statev, 1))
     comments = [
         *_remarks(block, "NonLinearStatic with lstype 0 smtype 1 (unsymmetric), LSpace elements"),
@@ -226,11 +231,6 @@ def _oofem(block: Block) -> str:
 
 def _akantu(block: Block) -> str:
     """Akantu: the section of a material that asperity_akantu.py of `asperity export akantu` reads."""
-    if block.prop("m") < 0:
-        raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for akantu, not listed planes")
-    _only("akantu, whose cohesive elements pass separations", "h", block.thickness(), 1.0)
-    _only("akantu, whose axes are those of register(tx=...)", "map", block.prop("map"), 0.0)
-    _only("akantu, whose steps are those of the script", "dalpha", block.prop("dalpha"), 0.0)
     comments = [
         *_remarks(block, "in Python before aka.parseInput: joints = asperity_akantu.register()"),
         "at the end of every step: joints[0].commit()",
@@ -247,11 +247,6 @@ def _akantu(block: Block) -> str:
 
 def _fenicsx(block: Block) -> str:
     """FEniCSx: the law in Python, for harness/hosts/fenicsx/jointed.py."""
-    if block.prop("m") < 0:
-        raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for fenicsx")
-    _only("fenicsx, whose joints pass separations", "h", block.thickness(), 1.0)
-    _only("fenicsx, whose axes are those of asperity.mesh", "map", block.prop("map"), 0.0)
-    _only("fenicsx, whose steps are those of SNES", "dalpha", block.prop("dalpha"), 0.0)
     law, pattern = (
         ", ".join(f"{row.name}={block.prop(row.name)!r}" for row in contract.owned(owner) if row.name != "m")
         for owner in ("law", "pattern")
@@ -263,12 +258,6 @@ def _fenicsx(block: Block) -> str:
         "",
         f"{block.name} = Interface(Material({law}), Pattern({block.prop('m'):.0f}, {pattern}))",
     )
-
-
-def _only(host: str, name: str, value: float, expected: float) -> None:
-    """Raise ValueError for a value that a host cannot take."""
-    if value != expected:
-        raise ValueError(f"{name} = {value:g}: expected {expected:g} for {host}")
 
 
 def _comments(block: Block, run: str, count: int = contract.N_USED_PROPS) -> str:

@@ -20,7 +20,10 @@ def add_arguments(mesh: argparse.ArgumentParser) -> None:
         "Double the nodes of a mesh along joints. The joints are the faces between blocks (physical groups, "
         "cell sets), or the named faces of --joint."
     )
-    rules = "NAME: a group of faces; NAME=A:B: faces between blocks that match A and B (default: joint=*:*)"
+    rules = (
+        "NAME: a group of faces; NAME=A:B: faces between blocks that match A and B (default: joint=*:*); "
+        "NAME=A~B: faces of the group A and, a period away, of B"
+    )
     add_options(
         mesh,
         ("mesh MESH", "file that meshio reads: .msh of gmsh, .inp, .vtu", Path),
@@ -48,12 +51,13 @@ def _mesh(options: argparse.Namespace) -> int:
     if options.output is None:
         raise ValueError("-o: expected the name of the mesh to write, .inp, .mdpa or .vtu")
     check_outputs(options.force, [options.mesh], ("-o", options.output, START))
-    rules: dict[str, list[str] | None] = {}
+    rules: dict[str, list[str] | dict[str, str] | None] = {}
     for text in options.joint:
-        found = re.fullmatch(r"(\w+)(?:=([^:]+):([^:]+))?", text)
+        found = re.fullmatch(r"(\w+)(?:=([^:~]+)([:~])([^:~]+))?", text)
         if not found:
-            raise ValueError(f"--joint {text}: expected NAME or NAME=A:B")
-        rules[found[1]] = [found[2], found[3]] if found[2] else None
+            raise ValueError(f"--joint {text}: expected NAME, NAME=A:B or NAME=A~B")
+        name, one, sign, other = found.groups()
+        rules[name] = {one: other} if sign == "~" else [one, other] if one else None
     if options.direction is not None and not (
         len(options.direction) in (2, 3) and np.linalg.norm(options.direction) > 0.0
     ):

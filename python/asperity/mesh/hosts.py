@@ -74,9 +74,21 @@ def write(
             raise ValueError(
                 f"name {name!r}: expected a letter, then letters, digits, underscores, for {host}"
             )
+    if host not in ("kratos", "vtu"):
+        _check_faces(mesh, host)
     if plane not in ("strain", "stress"):
         raise ValueError(f"plane = {plane}: expected strain or stress")
     return WRITERS[host](path, mesh, laws, plane, layer)
+
+
+def _check_faces(mesh: Jointed, host: str) -> None:
+    """Raise ValueError for joints between faces that a host has no element for; Kratos has all of them."""
+    for name, joint in ((name, one) for name, parts in mesh.joints.items() for one in parts):
+        count, k = joint.minus.shape
+        if (mesh.dimension, k) not in COHESIVE:
+            raise ValueError(f"joint {name}: {count} faces of {k} nodes: expected linear ones for {host}")
+        if (mesh.points[joint.minus] != mesh.points[joint.plus]).any():
+            raise ValueError(f"joint {name}: its sides are a period apart: expected one place for {host}")
 
 
 def layer_points(mesh: Jointed, h: float) -> Floats:
@@ -138,10 +150,6 @@ def _inp(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, laye
         card, sets = "", []
         for joint in parts:
             k = joint.minus.shape[1]
-            if (d, k) not in COHESIVE:
-                raise ValueError(
-                    f"joint {name}: {len(joint.area)} faces of {k} nodes: expected linear elements here"
-                )
             N, Tx = joint.axes[:, 0], joint.axes[:, 1]
             if d == 3 and not layer and np.abs(Tx - default_tangent(N)).max() > 1e-6:
                 raise ValueError(

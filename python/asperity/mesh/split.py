@@ -21,10 +21,13 @@ if TYPE_CHECKING:
 Rule = Callable[[Integers, Integers, Floats, Floats], ArrayLike]
 """From blocks (f,) of both sides, centres and normals (f, d) of faces between blocks: which are a joint."""
 
-Joints = Mapping[str, "Rule | Sequence[str] | None"]
+Joints = Mapping[str, "Rule | Sequence[str] | Mapping[str, str] | None"]
 
 NEARLY_NORMAL = 0.001
 """Sine of the angle between a direction and a normal below which it gives no direction in the face."""
+
+SAME_PLACE = 1e-6
+"""Distance of two nodes a period apart from that period, over the size of the mesh."""
 
 
 @dataclass(frozen=True)
@@ -107,8 +110,9 @@ def split(
     joints
         names with rules: None, the faces of the group of this name; a pair of patterns, the faces between
         different blocks whose names they match ("*", "brick*"); a function of the blocks on both sides,
-        centres and normals of the faces between blocks.  The first rule that holds counts.  Default: all
-        faces between blocks, as "joint".
+        centres and normals of the faces between blocks; {"right": "left"}, two groups of faces on the outside
+        of a periodic mesh, joined by a joint whose N points out of the first one.  The first rule that holds
+        counts.  Default: all faces between blocks, as "joint".
     blocks
         cell data that have the number of the block of each cell, see `cells.tags`.
     direction
@@ -129,10 +133,13 @@ def split(
     points = old.points[origin]
     found: dict[str, list[Joint]] = {name: [] for name in rules}
     for face, which in zip(old.faces, chosen, strict=True):
-        for number, name in enumerate(rules):
-            at = np.flatnonzero(which == number)
-            if len(at):
-                found[name].append(_joint(old, face, at, own, points, direction, name))
+        for number, (name, rule) in enumerate(rules.items()):
+            if isinstance(rule, Mapping):
+                sides = _period(old, face, rule, name)
+            else:
+                sides = _inside(old, face, np.flatnonzero(which == number))
+            if len(sides[0]):
+                found[name].append(_joint(sides, own, points, direction, name))
     cells, block, place, cell = {}, {}, 0, 0
     for kind, one in old.cells.items():
         cells[kind] = own[place : place + one.size].reshape(one.shape)
@@ -144,19 +151,19 @@ def split(
 
 def _choose(joints: Joints, old: Solids) -> list[Integers]:
     """Number of the joint of each inner face, or -1."""
-    d, block, facets = old.dimension, old.block, old.facets
+    d, block = old.dimension, old.block
     chosen = [np.full(len(face.first), -1, np.int64) for face in old.faces]
     sides = [(block[face.cell[face.first]], block[face.cell[face.second]]) for face in old.faces]
     for number, (name, rule) in enumerate(joints.items()):
-        if rule is None and name not in facets:
-            known = ", ".join(facets) or "none"
-            raise ValueError(f"joint {name}: no group of faces has this name: expected one of {known}")
+        if isinstance(rule, Mapping):
+            continue
         count = 0
         for face, which, (a, b) in zip(old.faces, chosen, sides, strict=True):
             c = corners(d, face.nodes.shape[1])
             at = a != b
             if rule is None:
-                rows = [locate(face, one, d) for one in facets[name] if corners(d, one.shape[1]) == c]
+                named = _facets(old, name, name)
+                rows = [locate(face, one, d) for one in named if corners(d, one.shape[1]) == c]
                 row = np.concatenate([np.zeros(0, np.int64), *rows])
                 lost, outside = int((row < 0).sum()), int((face.number[row] < 0).sum())
                 if lost or outside:
@@ -236,30 +243,64 @@ def _area(x: Floats) -> tuple[Floats, Floats]:
     return normal / size[:, None], size
 
 
-def _joint(
-    old: Solids,
-    face: Faces,
-    at: Integers,
-    own: Integers,
-    points: Floats,
-    direction: ArrayLike | None,
-    name: str,
-) -> Joint:
-    """Faces of a joint, oriented; at: their pairs, own, points: nodes of the places, and where they are."""
-    first, second = face.first[at], face.second[at]
-    d, c, block = old.dimension, corners(old.dimension, face.nodes.shape[1]), old.block
-    normal, area = _area(points[own[face.place[first]]][:, :c])
+Sides = tuple[Integers, Integers, Integers, Floats]
+"""Places of the nodes of both sides, node on node, cells beside them (f, 2), and normals to the second."""
+
+
+def _inside(old: Solids, face: Faces, at: Integers) -> Sides:
+    """Sides of the pairs `at` of faces inside the mesh."""
+    first, second, block = face.first[at], face.second[at], old.block
     a, b = face.cell[first], face.cell[second]
+    normal, _ = _area(old.points[face.nodes[first][:, : corners(old.dimension, face.nodes.shape[1])]])
     normal *= np.sign(np.einsum("fd,fd->f", normal, old.centres[b] - old.centres[a]))[:, None]
     along = normal[:, np.abs(normal).sum(0).argmax()]
     turn = np.where(block[a] == block[b], along < 0.0, block[a] > block[b])
+    first, second = np.where(turn, second, first), np.where(turn, first, second)
+    plus = np.empty((len(at), face.nodes.shape[1]), np.int64)
+    np.put_along_axis(plus, np.argsort(face.nodes[first], axis=1), _in_order(face, second), axis=1)
+    cells = face.cell[np.stack([first, second], 1)]
+    return face.place[first], plus, cells, np.where(turn[:, None], -normal, normal)
+
+
+def _period(old: Solids, face: Faces, rule: Mapping[str, str], name: str) -> Sides:
+    """Sides on the outside that are a period apart, which is that of the middles of both groups."""
+    from scipy.spatial import KDTree
+
+    [pair] = rule.items()
+    groups = ([_outside(old, face, one) for one in _facets(old, group, name)] for group in pair)
+    first, second = map(np.concatenate, groups)
+    bad, all_ = abs(len(first) - len(second)), max(len(first), len(second))
+    if not all_:
+        return _inside(old, face, first)
+    x, y = (old.points[face.nodes[one]] for one in (first, second))
+    if not bad:
+        period = y.mean((0, 1)) - x.mean((0, 1))
+        _, partner = KDTree(y.mean(1)).query(x.mean(1) + period)
+        apart = np.linalg.norm((x + period)[:, :, None] - y[partner][:, None], axis=3)
+        bad = int((apart.min(2).max(1) > SAME_PLACE * np.ptp(old.points)).sum())
+    if bad:
+        raise ValueError(
+            f"joint {name}: {bad} of the {all_} faces of {pair[0]} and {pair[1]} have no partner a period "
+            "away: expected a periodic mesh"
+        )
+    cells = face.cell[np.stack([first, second[partner]], 1)]
+    normal, _ = _area(x[:, : corners(old.dimension, x.shape[1])])
+    normal *= np.sign(np.einsum("fd,fd->f", normal, x.mean(1) - old.centres[cells[:, 0]]))[:, None]
+    plus = np.take_along_axis(face.place[second[partner]], apart.argmin(2), axis=1)
+    return face.place[first], plus, cells, normal
+
+
+def _joint(sides: Sides, own: Integers, points: Floats, direction: ArrayLike | None, name: str) -> Joint:
+    """Faces of a joint, oriented; own, points: nodes of the places, and where they are."""
+    minus, plus, cells, normal = own[sides[0]], own[sides[1]], *sides[2:]
+    d, c = points.shape[1], corners(points.shape[1], minus.shape[1])
     if d == 2 and direction is not None:
         given = np.asarray(direction, float).ravel()[:2]
         part = normal[:, 1] * given[0] - normal[:, 0] * given[1]
         _in_face(np.abs(part) / max(float(np.linalg.norm(given)), 1e-300), name, given)
-        turn = part < 0.0
-    first, second = np.where(turn, second, first), np.where(turn, first, second)
-    normal = np.where(turn[:, None], -normal, normal)
+        turn = (part < 0.0)[:, None]
+        minus, plus = np.where(turn, plus, minus), np.where(turn, minus, plus)
+        cells, normal = np.where(turn, cells[:, ::-1], cells), np.where(turn, -normal, normal)
     if d == 2:
         axes = np.stack([normal, np.stack([normal[:, 1], -normal[:, 0]], 1)], 1)
     else:
@@ -272,12 +313,9 @@ def _joint(
             _in_face(size / max(float(np.linalg.norm(given)), 1e-300), name, given)
             tangent /= size[:, None]
         axes = np.stack([normal, tangent, np.cross(normal, tangent)], 1)
-    # nodes of the sides, node on node, and then in the order that hosts want
-    plus = np.empty((len(at), face.nodes.shape[1]), np.int64)
-    np.put_along_axis(plus, np.argsort(face.nodes[first], axis=1), own[_in_order(face, second)], axis=1)
-    minus = own[face.place[first]]
-    x = points[minus[:, :c]]
-    backward = np.einsum("fd,fd->f", _area(x)[0], normal) < 0.0
+    # nodes of the sides in the order that hosts want
+    across, area = _area(points[minus[:, :c]])
+    backward = np.einsum("fd,fd->f", across, normal) < 0.0
     back = np.r_[0, np.arange(c - 1, 0, -1), c + np.arange(minus.shape[1] - c)[::-1]]
     if d == 2:
         back[:2] = [1, 0]
@@ -289,7 +327,7 @@ def _joint(
         round_ = (start[:, None] + np.arange(c)) % c
         round_ = np.concatenate([round_, c + round_], 1)[:, : minus.shape[1]]
         minus, plus = (np.take_along_axis(side, round_, axis=1) for side in (minus, plus))
-    return Joint(minus, plus, np.stack([face.cell[first], face.cell[second]], 1), axes, area)
+    return Joint(minus, plus, cells, axes, area)
 
 
 def default_tangent(normal: Floats) -> Floats:
@@ -310,18 +348,30 @@ def _in_face(sine: Floats, name: str, given: Floats) -> None:
         )
 
 
+def _facets(old: Solids, group: str, joint: str) -> list[Integers]:
+    """Nodes of the faces of a group."""
+    if group not in old.facets:
+        known = ", ".join(old.facets) or "none"
+        raise ValueError(f"joint {joint}: {group}: no such group of faces: expected one of {known}")
+    return old.facets[group]
+
+
+def _outside(old: Solids, face: Faces, facets: Integers) -> Integers:
+    """Faces with a cell on one side among facets."""
+    if corners(old.dimension, facets.shape[1]) != corners(old.dimension, face.nodes.shape[1]):
+        return np.zeros(0, np.int64)
+    row = locate(face, facets, old.dimension)
+    return row[(row >= 0) & (face.number[row] < 0)]
+
+
 def _groups(
     point_sets: Mapping[str, ArrayLike], old: Solids, own: Integers, origin: Integers
 ) -> dict[str, list[Integers]]:
     """Faces on the outside by group, with their new nodes, and nodes of the sets of points."""
-    d = old.dimension
     groups: dict[str, list[Integers]] = {}
     for name, some in old.facets.items():
         for one, face in product(some, old.faces):
-            if corners(d, one.shape[1]) == corners(d, face.nodes.shape[1]):
-                row = locate(face, one, d)
-                row = row[(row >= 0) & (face.number[row] < 0)]
-                groups.setdefault(name, []).append(own[face.place[row]])
+            groups.setdefault(name, []).append(own[face.place[_outside(old, face, one)]])
     groups = {name: rows for name, rows in groups.items() if sum(map(len, rows))}
     for name, nodes in point_sets.items():
         groups.setdefault(name, []).append(np.flatnonzero(np.isin(origin, np.asarray(nodes)))[:, None])
