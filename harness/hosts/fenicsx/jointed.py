@@ -268,7 +268,7 @@ def _whole(jointed: Jointed, laws: Mapping[str, Interface]) -> tuple:
     """Cells and nodes of a mesh, and what all ranks need of it."""
     kind, d = ", ".join(jointed.cells), jointed.dimension
     if kind not in BASIX:
-        raise ValueError(f"cells of the types {kind}: expected one of {', '.join(BASIX)}")
+        raise ValueError(f"cells of the types {kind}: expected one of {', '.join(BASIX)} for fenicsx")
     if set(laws) != set(jointed.joints):
         raise ValueError(f"laws of {', '.join(laws)}: expected those of {', '.join(jointed.joints)}")
     rows: list[list[np.ndarray]] = [[] for _ in range(6)]

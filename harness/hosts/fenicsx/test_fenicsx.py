@@ -41,6 +41,14 @@ sys.exit(walls.main())
 """
 """The program with a law that returns errors in some of its calls."""
 
+MORTAR = """
+&material sigma0 = 0.25, Gc = 0.018, eta = 0.97882791327913, mu = 0.75,
+  sigma02 = 0.35, Gc2 = 0.125, tau_v = 0.002 /
+&pattern sides = 4, theta = 10.0 /
+&step slip = 1.0 /
+"""
+"""The law of window.py as a case."""
+
 SLOPE = """
 import sys
 import meshio, numpy as np
@@ -109,7 +117,10 @@ def test_window_in_kratos(tmp_path: Path) -> None:
     mesh = tmp_path / "window.msh"
     assert run(str(mesh), name="window_mesh")[0] == 0
     out = tmp_path / "rows.csv"
-    code, _, messages = run(f"{mesh} --to 0.6 --out {out} --pvd {tmp_path / 'window.pvd'}", name="window")
+    law = tmp_path / "mortar.nml"
+    law.write_text(MORTAR)
+    words = f"{mesh} --law {law} --to 0.6 --out {out} --pvd {tmp_path / 'window.pvd'}"
+    code, _, messages = run(words, name="window")
     assert code == 0, messages
     joints = meshio.read(next((tmp_path / "window").glob("joints_*.vtu")))
     moved = joints.point_data["displacement"][joints.cells[0].data]
@@ -139,6 +150,16 @@ def test_block_on_a_slope() -> None:
     code, output, messages = run("", code=SLOPE.format(folder=str(PROGRAM.parent)))
     assert code == 0, messages
     assert output.split() == ["True", "False"]
+
+
+def test_benchmarks() -> None:
+    """Cracks, the energy to separate two arms, and a joint across a period, on two ranks: closed forms."""
+    code, output, messages = run("", 2, name="benchmarks")
+    assert code == 0, messages
+    errors = {"friction": 0.005, "dilation": 0.005, "peel": 0.01, "period": 1e-5}
+    for name, found, expected in (line.split() for line in output.splitlines()):
+        assert float(found) == pytest.approx(float(expected), rel=errors.pop(name)), name
+    assert not errors
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from asperity.case_files import read_run
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.mesh import split
@@ -23,12 +24,14 @@ PRESS = 0.05
 """Displacement of the top downwards, mm, before it is moved sideways."""
 
 
-def run(path: Path, to: float, most: float, options: str = "", pvd: Path | None = None) -> np.ndarray:
+def run(
+    path: Path, law: Interface, to: float, most: float, options: str = "", pvd: Path | None = None
+) -> np.ndarray:
     """Rows of displacement in mm, horizontal and vertical force in kN."""
     from jointed import COMM, Follow, Model, Output, Steps, total
 
     mesh = split(path) if COMM.rank == 0 else None
-    model = Model(mesh, {"joint": MORTAR}, E, NU, THICKNESS)
+    model = Model(mesh, {"joint": law}, E, NU, THICKNESS)
     top, bottom = model.group("top")[0], model.group("bottom")[0]
     steps = Steps(model, model.dofs(np.r_[top, bottom], 0, 1), options=options)
     along, down = (np.isin(steps.fixed, model.dofs(top, k)) * 1.0 for k in (0, 1))
@@ -54,6 +57,7 @@ def main() -> None:
     add_options(
         parser,
         ("mesh MESH", "with the groups top and bottom, one group for each block", Path),
+        ("--law CASE.nml", "constants of the joints (default: a mortar)", Path),
         ("--to MM", "displacement of the top", 1.0),
         ("--most MM", "largest step", 0.05),
         ("--petsc OPTIONS", "of PETSc, in one word", str, {"default": ""}),
@@ -61,7 +65,8 @@ def main() -> None:
         ("--pvd FILE.pvd", "fields at the end for ParaView", Path),
     )
     o = parser.parse_args()
-    rows = run(o.mesh, o.to, o.most, o.petsc, o.pvd)
+    law = MORTAR if o.law is None else read_run(o.law).interface
+    rows = run(o.mesh, law, o.to, o.most, o.petsc, o.pvd)
     if len(rows):
         if o.out:
             np.savetxt(o.out, rows, "%.12g", ",", header="mm,horizontal [kN],vertical [kN]", comments="")

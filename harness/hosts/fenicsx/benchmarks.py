@@ -1,0 +1,122 @@
+"""Benchmarks with closed forms on FEniCSx, a line each: found and expected; mm, N, MPa.
+
+- friction, dilation: the slip of a crack under compression, flat or with planes of one slope, plane strain
+  (docs/validation/benchmarks.md; Phan 2003).
+- peel: two arms of a beam that moments at their ends peel apart. By the J integral the energy to separate is
+  12 M^2/(E h^3) at every length of the crack, whatever the law of the joint.
+- period: a block that is pressed between its own next periods, plane stress.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+
+import meshio
+import numpy as np
+from asperity import Interface, Material, Pattern
+from asperity.contract import Floats
+from asperity.mesh import split
+from asperity.mesh.split import Joints
+from jointed import COMM, Follow, Model, Steps, total
+from paraview_files import grid_cells
+
+PLANE_STRAIN = 25000.0 / (1.0 - 0.25**2)
+HALF, FRICTION, SLOPE = 1000.0, math.tan(math.radians(30.0)), math.tan(math.radians(10.0))
+ALONG = np.array([math.cos(math.radians(20.0)), -math.sin(math.radians(20.0))])
+"""Half of the crack; direction of the compression of 100 MPa."""
+
+ARM, E_ARM = 2.0, 30000.0
+BOND = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(0, 0.0))
+
+
+def rectangle(x: Floats, y: Floats, blocks: float, joints: Joints) -> object:
+    """Mesh with joints, and its sides as groups; blocks: y between block_100 and block_101."""
+    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    number = np.arange(len(points)).reshape(len(x), len(y))
+    sides = {"left": number[0], "right": number[-1], "bottom": number[:, 0], "top": number[:, -1]}
+    cells = [("quad", grid_cells(number.shape - np.ones(2, int)))]
+    tags = [100 + (points[cells[0][1]].mean(axis=1)[:, 1] > blocks)]
+    for k, nodes in enumerate(sides.values()):
+        cells.append(("line", np.stack([nodes[:-1], nodes[1:]], axis=1)))
+        tags.append(np.full(len(nodes) - 1, k))
+    names = {name: np.array([k, 1]) for k, name in enumerate(sides)}
+    return split(meshio.Mesh(points, cells, cell_data={"gmsh:physical": tags}, field_data=names), joints)
+
+
+def crack(slope: float, n: int = 64, domain: float = 100.0) -> tuple[float, float]:
+    """Largest slip of a crack of n elements; elements are small at its tips and grow away from it."""
+    half = 1.0 - np.linspace(1.0, 0.0, n // 2 + 1) ** 2
+    far = np.geomspace(half[-1] - half[-2], domain, n)
+    far = (domain - 1.0) * np.cumsum(np.diff(far, prepend=0.0)) / domain
+    right = HALF * np.r_[half, 1.0 + far]
+    up = HALF * np.r_[0.0, far]
+    inside = {"joint": lambda a, b, x, normal: np.abs(x[:, 0]) < HALF}
+    mesh = rectangle(np.r_[-right[:0:-1], right], np.r_[-up[:0:-1], up], 0.0, inside)
+    stiff = 1e3 * PLANE_STRAIN / HALF
+    pattern = Pattern.regular(2, math.degrees(math.atan(slope))) if slope else Pattern.regular(0, 0.0)
+    law = Interface(Material.from_joint(kn=stiff, ks=stiff, mu=FRICTION), pattern)
+    model = Model(mesh, {"joint": law}, 25000.0, 0.25, plane="strain")
+    load = np.zeros((model.n, 2))
+    for name, normal in {"left": (-1, 0), "right": (1, 0), "bottom": (0, -1), "top": (0, 1)}.items():
+        nodes, area = model.group(name)
+        load[nodes] -= 100.0 * (ALONG @ normal) * area[:, None] * ALONG
+    corners = (np.abs(model.x - [x, -up[-1]]).max(axis=1) < 1e-6 for x in (-right[-1], right[-1]))
+    left, right_ = (model.dofs(corner, 0, 1) for corner in corners)
+    steps = Steps(model, np.r_[left, right_[1:]], 1e-9)  # against rigid motions
+    if not steps.solve(np.zeros(len(steps.fixed)), load.ravel()):
+        raise RuntimeError(steps.message)
+    normal, shear = 100.0 * ALONG[1] ** 2, -100.0 * ALONG[0] * ALONG[1]
+    resistance = math.tan(math.atan(FRICTION) + math.atan(slope))
+    pressure = (normal + slope * shear) / (1.0 + slope * resistance)
+    found = COMM.allreduce(float(np.abs(model.s[0][:, 1]).max(initial=0.0)), max)
+    return found, 4.0 / PLANE_STRAIN * HALF * (shear - resistance * pressure)
+
+
+def peel(length: float = 50.0, parts: int = 8, angle: float = 0.08) -> tuple[float, float]:
+    """Energy to separate, by the moment at arms whose ends turn by an angle."""
+    x, y = np.linspace(0.0, length, round(length / ARM * parts) + 1), np.linspace(-ARM, ARM, 2 * parts + 1)
+    model = Model(rectangle(x, y, 0.0, {"joint": ("*", "*")}), {"joint": BOND}, E_ARM, 0.2)
+    nodes, _ = model.group("left")
+    side = np.where(model.solid("block_101").reshape(-1, 2)[nodes, 0], 1.0, -1.0)
+    turned = np.zeros((model.n, 2))
+    turned[nodes, 0] = side * (model.x[nodes, 1] - 0.5 * side * ARM)
+    steps = Steps(model, np.r_[model.dofs(nodes, 0), model.dofs(model.group("right")[0], 0, 1)])
+    follow = Follow(steps, lambda t: (t * turned.ravel()[steps.fixed], 0.0 * model.u), 0.002, 0.004)
+    while follow.at < angle and not follow.reason:
+        follow.advance(angle)
+    if follow.reason:
+        raise RuntimeError(follow.reason)
+    moment = 0.5 * total(steps.reaction @ turned.ravel())
+    return 12.0 * moment**2 / (E_ARM * ARM**3), BOND.material.Gc
+
+
+def period(width: float = 3.0, nu: float = 0.2, strain: float = -0.01) -> tuple[float, float]:
+    """Stress across a block whose right side presses on its left side, a period away."""
+    lines = np.linspace(0.0, width, 4), np.linspace(0.0, 2.0, 3)
+    model = Model(rectangle(*lines, -1.0, {"joint": {"right": "left"}}), {"joint": BOND}, E_ARM, nu)
+    (bottom, _), (top, _) = model.group("bottom"), model.group("top")
+    middle = np.abs(model.x - [1.0, 1.0]).max(axis=1) < 1e-9
+    steps = Steps(model, np.r_[model.dofs(np.r_[bottom, top], 1), model.dofs(middle, 0)], 1e-9)
+    if not steps.solve(2.0 * strain * np.isin(steps.fixed, model.dofs(top, 1)), 0.0 * model.u):
+        raise RuntimeError(steps.message)
+    traction = BOND.update(model.s[0]).traction[:, 0]
+    found = total(traction @ model.area) / total(model.area.sum())
+    closing = float(BOND.update([[-1e-9, 0.0, 0.0]]).traction[0, 0]) / -1e-9
+    # strain x = (stress x - nu stress y)/E closes the joint by width times it, strain y is given
+    return found, nu * E_ARM * strain / (1.0 + E_ARM / (width * closing) - nu**2)
+
+
+def main() -> None:
+    """Run all."""
+    warnings.simplefilter("ignore")
+    results: Sequence[tuple[str, tuple[float, float]]] = (
+        ("friction", crack(0.0)), ("dilation", crack(SLOPE)), ("peel", peel()), ("period", period()),
+    )  # fmt: skip
+    for name, (found, expected) in results if COMM.rank == 0 else ():
+        print(f"{name} {found:.6g} {expected:.6g}")
+
+
+if __name__ == "__main__":
+    main()
