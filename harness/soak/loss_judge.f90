@@ -19,19 +19,6 @@ module loss_judge
   !> discontinuous.
   integer, parameter, public :: loss_none_found = 1, loss_elsewhere = 2, loss_discontinuous = 3
 
-  !> Result of a scan.
-  type, public :: scan_type
-    integer :: n = 0                       !! free separations
-    integer :: free = 0                    !! component of the first of them, 1 to 3
-    integer :: samples = 0                 !! updates of the law
-    logical :: found = .false.             !! whether there is an equilibrium
-    real(wp) :: place(3) = 0.0_wp          !! separation of the equilibrium or of the extreme, length
-    real(wp) :: lower = 0.0_wp, upper = 0.0_wp   !! range of every free separation, length
-    logical :: short = .true.              !! one free: the traction is too small everywhere (false: too large)
-    real(wp) :: extreme = 0.0_wp           !! one free: largest (smallest) traction + spring*separation; several:
-                                           !! smallest residual; stress
-  end type scan_type
-
 contains
 
   !> Examine the loss of a point under prescribed values: kind of the loss, and the place of an equilibrium.
@@ -47,27 +34,21 @@ contains
     real(wp), parameter :: around = 5.0_wp, share = 0.5_wp
     type(control_type) :: at_once
     type(equations_type) :: equations
-    type(scan_type) :: scan
     real(wp) :: reach
     logical :: found
     at_once = control
     at_once%dt = 0.0_wp
     call new_equations(at_once, given, given, point, equations)
     equations%moved = 0.0_wp
-    scan%n = count(control%traction)
-    scan%free = findloc(control%traction, .true., 1)
     reach = around*(law%reach + law%magnitude(point%s, point%state)/law%stiffness + &
       maxval(merge(abs(given)/law%softest, abs(given), control%traction)))
     reach = min(reach, farthest_equilibrium(law, equations, share))
-    scan%upper = reach
-    scan%lower = -reach
-    if (scan%n == 1) then
-      call scan_line(law, equations, point, scan)
+    if (count(control%traction) == 1) then
+      call scan_line(law, equations, point, reach, found, place)
     else
-      call scan_grid(law, equations, point, scan)
+      call scan_grid(law, equations, point, reach, found, place)
     end if
-    kind = merge(loss_elsewhere, loss_none_found, scan%found)
-    place = scan%place
+    kind = merge(loss_elsewhere, loss_none_found, found)
     if (.not. law%jumps) return
     call new_equations(at_once, given, given, point, equations)
     equations%moved = 0.0_wp
@@ -77,53 +58,41 @@ contains
   end subroutine examine_loss
 
   !> One free separation.
-  subroutine scan_line(law, equations, point, scan)
+  subroutine scan_line(law, equations, point, reach, found, place)
     class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(inout) :: equations   !! the equation
     type(point_type), intent(in) :: point           !! where the search ended
-    type(scan_type), intent(inout) :: scan          !! range -> findings
-    integer, parameter :: steps = 20000, refinements = 60
-    real(wp), parameter :: golden = 0.5_wp*(sqrt(5.0_wp) - 1.0_wp)
+    real(wp), intent(in) :: reach                   !! range of the separation to both sides, length
+    logical, intent(out) :: found                   !! whether there is an equilibrium
+    real(wp), intent(out) :: place(3)               !! separation of the equilibrium or of the extreme, length
+    !> Values in a scan of the range, then of that around the best value.
+    integer, parameter :: steps(5) = [20000, 100, 100, 100, 100]
     type(point_type) :: at
-    real(wp) :: a, b, best, f(2), here, sense, width, x(2)
-    integer :: i
+    real(wp) :: best, ends(2), middle, sense, surplus, width, x
+    integer :: free, i, k
 
+    free = findloc(equations%control%traction, .true., 1)
+    ! the sense of the missing traction at the point, or at the end of the range if the point is beyond it
     sense = 1.0_wp
-    ! at the point, or at the end of the range if the point is beyond it
-    x(2) = min(max(point%s(scan%free), scan%lower), scan%upper)
-    call look(x(2), at, here)
-    scan%short = here < 0.0_wp
-    sense = merge(1.0_wp, -1.0_wp, scan%short)
-    best = sense*here
-    a = x(2)
-    width = (scan%upper - scan%lower)/real(steps, wp)
-    do i = 0, steps
-      x(1) = scan%lower + width*real(i, wp)
-      call look(x(1), at, f(1))
-      if (f(1) > best) then
-        best = f(1)
-        a = x(1)
-      end if
+    middle = min(max(point%s(free), -reach), reach)
+    call look(middle, at, best)
+    sense = merge(1.0_wp, -1.0_wp, best < 0.0_wp)
+    best = sense*best
+    ends = [-reach, reach]
+    do k = 1, size(steps)
+      width = (ends(2) - ends(1))/real(steps(k), wp)
+      do i = 0, steps(k)
+        x = ends(1) + width*real(i, wp)
+        call look(x, at, surplus)
+        if (surplus <= best) cycle
+        best = surplus
+        middle = x
+      end do
+      ends = [max(middle - width, -reach), min(middle + width, reach)]
     end do
-    scan%samples = steps + 2 + 2*refinements
-    b = min(a + width, scan%upper)
-    a = max(a - width, scan%lower)
-    ! refine the extreme between the neighbours of the best sample
-    do i = 1, refinements
-      x = [b - golden*(b - a), a + golden*(b - a)]
-      call look(x(1), at, f(1))
-      call look(x(2), at, f(2))
-      if (f(1) > f(2)) then
-        b = x(2)
-      else
-        a = x(1)
-      end if
-    end do
-    best = max(best, maxval(f))
-    scan%place = point%s
-    scan%place(scan%free) = 0.5_wp*(a + b)
-    scan%extreme = equations%target(scan%free) + sense*best
-    scan%found = best >= 0.0_wp
+    place = point%s
+    place(free) = middle
+    found = best >= 0.0_wp
 
   contains
 
@@ -136,17 +105,19 @@ contains
       real(wp) :: error, r(3)
       call evaluate(law, equations, [s, s, s], 0.0_wp, at, r, error)
       surplus = -huge(surplus)
-      if (error < huge(error)) surplus = sense*r(scan%free)
+      if (error < huge(error)) surplus = sense*r(free)
     end subroutine look
 
   end subroutine scan_line
 
   !> Several free separations.
-  subroutine scan_grid(law, equations, point, scan)
+  subroutine scan_grid(law, equations, point, reach, found, place)
     class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(inout) :: equations   !! the equations
     type(point_type), intent(in) :: point           !! where the search ended
-    type(scan_type), intent(inout) :: scan          !! range -> findings
+    real(wp), intent(in) :: reach                   !! range of the separations to both sides, length
+    logical, intent(out) :: found                   !! whether there is an equilibrium
+    real(wp), intent(out) :: place(3)               !! separation of the equilibrium or of the best grid point, length
     !> Grid points for each of two and of three separations; number of best points from which Newton's method starts.
     integer, parameter :: points(3) = [1, 201, 41], starts = 20
     type(point_type) :: at
@@ -156,7 +127,8 @@ contains
     real(wp) :: best(starts), error, here, r(3), seeds(3, starts), size_of, x(3)
     integer :: i, j, k, n
 
-    n = scan%n
+    found = .false.
+    n = count(equations%control%traction)
     best = huge(best)
     seeds = 0.0_wp
     x = point%s
@@ -166,7 +138,7 @@ contains
       k = i
       do j = 1, size(x)
         if (.not. equations%control%traction(j)) cycle
-        x(j) = scan%lower + (scan%upper - scan%lower)*real(modulo(k, points(n)), wp)/real(points(n) - 1, wp)
+        x(j) = reach*(2.0_wp*real(modulo(k, points(n)), wp)/real(points(n) - 1, wp) - 1.0_wp)
         k = k/points(n)
       end do
       call evaluate(law, equations, x, 0.0_wp, at, r, error)
@@ -178,20 +150,18 @@ contains
         seeds(:, k) = x
       end if
     end do
-    scan%samples = points(n)**n
-    scan%extreme = minval(best)
-    scan%place = merge(seeds(:, minloc(best, 1)), equations%target, equations%control%traction)
+    place = merge(seeds(:, minloc(best, 1)), equations%target, equations%control%traction)
     do i = 1, starts
       if (.not. best(i) < huge(best)) cycle
       at%s = seeds(:, i)
       call newton_solve(law, equations, 0.0_wp, huge(1.0_wp), at, result)
       x = at%s
-      if (.not. result%converged .or. maxval(abs(x), mask=equations%control%traction) > scan%upper) cycle
+      if (.not. result%converged .or. maxval(abs(x), mask=equations%control%traction) > reach) cycle
       if (unstable(result%last, law%stiffness)) cycle
       call evaluate(law, equations, x, 0.0_wp, at, r, error)
       if (maxval(abs(r)) > closer*here) cycle
-      scan%found = .true.
-      scan%place = at%s
+      found = .true.
+      place = at%s
       exit
     end do
   end subroutine scan_grid

@@ -3,8 +3,8 @@ module solver_sample
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_checks, only: bounded
   use asperity_text, only: integer_text, to_text
-  use asperity_contract, only: n_fixed_props, p_closure, p_eta, p_flat, p_gc, p_guard, p_height, p_kc, p_m, p_mu, &
-    p_sigma0, p_theta, p_turn, p_w0, plane_statev, prop_table, status_ok
+  use asperity_contract, only: n_fixed_props, p_crush, p_eta, p_flat, p_gc, p_guard, p_m, p_mu, p_sigma0, p_tau_v, &
+    p_theta, p_turn, p_w0, plane_statev, prop_table, status_ok
   use asperity_initial, only: carry_traction
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
@@ -26,13 +26,11 @@ module solver_sample
   integer, parameter, public :: confined = 1, free_across = 2, sprung = 3, all_tractions = 4, twice_sprung = 5
   character(len=*), parameter :: load_names(5) = [character(len=13) :: "confined", "free across", "sprung", &
     "all tractions", "twice sprung"]
-  !> Kinds of samples: any, or all of them such that tend to end in a fold or have a contact near its largest closure.
-  integer, parameter, public :: any_kind = 0, folds = 1, closed = 2
   !> Cumulative percentages of the first four loads.
   integer, parameter :: shares(4) = [70, 80, 90, 100]
 
   !> Material of the paper's Table 2, and its s_f.
-  real(wp), parameter :: sigma0 = 3.0_wp, gc = 0.3_wp, sf = 2.0_wp*gc/sigma0
+  real(wp), parameter, public :: sigma0 = 3.0_wp, gc = 0.3_wp, sf = 2.0_wp*gc/sigma0
   !> Stiffness of the springs, sigma0/s_f.
   real(wp), parameter :: rigidity = 0.5_wp
 
@@ -51,34 +49,31 @@ module solver_sample
     type(rie_law) :: law                !! the law of the interface
   end type sample_type
 
-  !> Result of a method.
+  !> What is counted of a sample: paths followed to their end; losses where a scan finds no equilibrium, where the
+  !> motion stops as the law is discontinuous, and without either cause; increments that met the limit of updates; those
+  !> of them with another equilibrium; viscous losses, which the prescribed values open without bound; rows that are not
+  !> finite or no equilibrium, that jump without a reported snap, whose energies do not balance; snaps; increments
+  !> solved, and of the path; updates of the law.
+  integer, parameter, public :: n_counts = 14, completed = 1, none_found = 2, stopped = 3, unexplained = 4, &
+    limited = 5, stuck = 6, away = 7, wrong = 8, unreported = 9, unbalanced = 10, snaps = 11, increments = 12, &
+    all_increments = 13, updates = 14
+
+  !> Result of a sample.
   type, public :: outcome_type
-    logical :: completed = .false.      !! the path was followed to its end
-    integer :: increments = 0           !! solved
-    integer :: all_increments = 0       !! of the path
-    integer(int64) :: updates = 0       !! of the law
+    integer(int64) :: counts(n_counts) = 0_int64
     integer :: most_updates = 0         !! of one increment
-    integer :: snaps = 0
-    logical :: none_found = .false.     !! not completed, and a scan finds no equilibrium
-    logical :: stopped = .false.        !! not completed, and the motion stops where the law is discontinuous
-    logical :: explained = .false.      !! completed, or the loss has one of these two causes
-    logical :: limited = .false.        !! an increment met the limit of updates
     logical :: slow = .false.           !! viscous damage, guard or wear, where the point may stick and slip in steps
                                         !! that are too short for the limit of updates
-    logical :: away = .false.           !! lost with viscous damage: the given values open it without bound
-    logical :: wrong = .false.          !! a row is not finite or not an equilibrium
-    integer :: unreported = 0           !! rows that jump without a reported snap
-    integer :: unbalanced = 0           !! rows whose energies do not balance
     character(len=300) :: why = ""      !! what is wrong or not explained
   end type outcome_type
 
 contains
 
   !> Draw a sample.
-  subroutine draw_sample(seed, kind, sample)
+  subroutine draw_sample(seed, sample, branch)
     integer(int64), intent(inout) :: seed       !! 1..largest_seed
-    integer, intent(in) :: kind                 !! of all samples: any, folds or closed
     type(sample_type), intent(out) :: sample    !! the sample
+    logical, intent(in), optional :: branch     !! with constants that a branch admits, and virgin; absent: any
     real(wp), parameter :: thetas(6) = [0.0_wp, 15.0_wp, 25.0_wp, 30.0_wp, 35.0_wp, 45.0_wp]
     real(wp), parameter :: mus(4) = [0.0_wp, 0.5_wp, 0.5_wp, 1.2_wp], etas(3) = [0.9_wp, 0.9_wp, 0.99_wp]
     !> Smallest and largest pressure, relative to sigma0, and step, relative to s_f, of the logarithmic distributions.
@@ -114,8 +109,11 @@ contains
       end select
       sample%step = sf*steps(1)*(steps(2)/steps(1))**uniform(seed)
       call vary(other, sample)
-      if (kind == folds) call steepen(other, sample)
-      if (kind == closed) call close_contact(other, sample)
+      if (present(branch)) then
+        ! a branch takes no time and no wear
+        props([p_tau_v, p_guard, p_w0, p_crush]) = 0.0_wp
+        sample%initial = 0
+      end if
       ! the slip is along Tx, and the pattern is rotated instead
       if (sample%load /= confined) props(p_turn) = -real(sample%direction, wp)
     end associate
@@ -162,31 +160,12 @@ contains
     if (i > 2) sample%sigma_n = 0.0_wp
   end subroutine steepen
 
-  !> Draw a sample whose contact is near its largest closure, where it is up to 1e4 times stiffer than open: confined
-  !> under a pressure, for which there always is an equilibrium.
-  subroutine close_contact(seed, sample)
-    integer(int64), intent(inout) :: seed           !! 1..largest_seed
-    type(sample_type), intent(inout) :: sample      !! the sample, its interface not set
-    !> Smallest and largest part of the largest closure that remains on a flat joint; pressures, relative to sigma0.
-    real(wp), parameter :: rest(2) = [1.0e-3_wp, 0.5_wp], pressures(2) = [0.01_wp, 100.0_wp]
-    real(wp) :: remains
-    sample%load = confined
-    sample%initial = 0
-    sample%sigma_n = -sigma0*pressures(1)*(pressures(2)/pressures(1))**uniform(seed)
-    remains = rest(1)*(rest(2)/rest(1))**uniform(seed)
-    associate (props => sample%props)
-      ! the guard and a finite height make the law discontinuous
-      props([p_guard, p_height, p_w0]) = 0.0_wp
-      props(p_closure) = -sample%sigma_n*remains/(1.0_wp - remains)*sf*(1.0_wp - props(p_eta))/(props(p_kc)*sigma0)
-    end associate
-  end subroutine close_contact
-
   !> Draw a sample with an initial state that carries a traction.
   subroutine draw_state(seed, sample)
     integer(int64), intent(inout) :: seed       !! 1..largest_seed
     type(sample_type), intent(out) :: sample    !! the sample
     do
-      call draw_sample(seed, any_kind, sample)
+      call draw_sample(seed, sample)
       if (.not. allocated(sample%state)) then
         sample%initial = 2
         call crack(seed, sample)
@@ -251,7 +230,7 @@ contains
     type(control_type) :: control
     type(point_type) :: point
     real(wp) :: e(2), start(3), share, target(3)
-    integer :: i, n
+    integer :: i, n, n_all
 
     control%traction = [.true., sample%load == all_tractions, &
       any(sample%load == [free_across, all_tractions, twice_sprung])]
@@ -261,15 +240,16 @@ contains
     e = [1.0_wp, 0.0_wp]
     if (sample%load == confined) e = direction_vector(real(sample%direction, wp))
     n = ceiling(farthest/sample%step)
-    outcome%all_increments = preload + 2*n
-    if (sample%load == all_tractions) outcome%all_increments = preload + n
+    n_all = preload + merge(1, 2, sample%load == all_tractions)*n
+    outcome%counts(all_increments) = n_all
+    outcome%counts(unexplained) = 1
     if (allocated(sample%state)) then
       point = new_point(sample%law, sample%state)
     else
       point = new_point(sample%law)
     end if
     target = merge(sample%traction, 0.0_wp, control%traction)
-    do i = 1, outcome%all_increments
+    do i = 1, n_all
       start = target
       if (i <= preload) then
         share = real(i, wp)/real(preload, wp)
@@ -281,10 +261,9 @@ contains
         target(2:3) = e*farthest*(1.0_wp - abs(real(i - preload - n, wp))/real(n, wp))
       end if
       call take(sample, control, start, target, point, outcome)
-      if (outcome%wrong .or. outcome%increments < i) return
+      if (outcome%counts(wrong) > 0 .or. outcome%counts(increments) < i) return
     end do
-    outcome%completed = .true.
-    outcome%explained = .true.
+    outcome%counts([completed, unexplained]) = [1, 0]
   end subroutine run_sample
 
   !> Solve one increment and check its result.
@@ -303,27 +282,28 @@ contains
 
     old = point
     call advance(sample%law, control, start, target, point, reached, report)
-    outcome%updates = outcome%updates + report%updates
-    outcome%most_updates = max(outcome%most_updates, report%updates)
-    outcome%snaps = outcome%snaps + report%snaps
-    ! the last point is an equilibrium, also if the next one is lost; with the guard an initial state may not be one
-    ! before the first increment
-    values = start + reached*(target - start)
-    if (reached > 0.0_wp .or. outcome%increments > 0) call judge(sample, control, values, old, point, outcome)
-    if (outcome%wrong) return
-    if (reached >= 1.0_wp) then
-      outcome%increments = outcome%increments + 1
-      call judge_row(sample%law, control, start, target, old, point, report%snaps, verdict)
-      if (verdict%jump > 0.0_wp) outcome%unreported = outcome%unreported + 1
-      if (verdict%defect > 0.0_wp) outcome%unbalanced = outcome%unbalanced + 1
-      if (verdict%jump > 0.0_wp .or. verdict%defect > 0.0_wp) outcome%why = "increment " // &
-        integer_text(outcome%increments) // ": jump without a report " // &
-        to_text(verdict%jump) // " s0, energy not balanced " // to_text(verdict%defect)
-      return
-    end if
-    outcome%limited = report%ended == ended_limit
-    outcome%slow = sample%law%relaxes .or. sample%joint%material%guard .or. sample%law%wears
-    outcome%away = sample%law%relaxes .and. report%ended == ended_lost
+    associate (counts => outcome%counts)
+      counts([updates, snaps]) = counts([updates, snaps]) + [report%updates, report%snaps]
+      outcome%most_updates = max(outcome%most_updates, report%updates)
+      ! the last point is an equilibrium, also if the next one is lost; with the guard an initial state may not be one
+      ! before the first increment
+      values = start + reached*(target - start)
+      if (reached > 0.0_wp .or. counts(increments) > 0) call judge(sample, control, values, old, point, outcome)
+      if (counts(wrong) > 0) return
+      if (reached >= 1.0_wp) then
+        counts(increments) = counts(increments) + 1
+        call judge_row(sample%law, control, start, target, old, point, report%snaps, verdict)
+        counts([unreported, unbalanced]) = counts([unreported, unbalanced]) + &
+          merge(1, 0, [verdict%jump, verdict%defect] > 0.0_wp)
+        if (verdict%jump > 0.0_wp .or. verdict%defect > 0.0_wp) outcome%why = "increment " // &
+          integer_text(int(counts(increments))) // ": jump without a report " // &
+          to_text(verdict%jump) // " s0, energy not balanced " // to_text(verdict%defect)
+        return
+      end if
+      outcome%slow = sample%law%relaxes .or. sample%joint%material%guard .or. sample%law%wears
+      counts([limited, away]) = merge(1, 0, [report%ended == ended_limit, sample%law%relaxes .and. &
+        report%ended == ended_lost])
+    end associate
     if (all(report%ended /= [ended_lost, ended_limit])) then
       outcome%why = "ended with " // integer_text(report%ended) // " after " // integer_text(report%updates) // &
         " updates of the law"
@@ -332,17 +312,17 @@ contains
     ! just beyond the fold
     values = ramp(start, target, reached + 2.0_wp*smallest_share)
     call examine_loss(sample%law, control, values, point, kind, place)
-    outcome%none_found = kind == loss_none_found   ! also if the limit of updates was reached
-    outcome%stopped = kind == loss_discontinuous
-    outcome%explained = kind /= loss_elsewhere
+    outcome%counts([none_found, stopped, unexplained]) = merge(1, 0, kind == [loss_none_found, loss_discontinuous, &
+      loss_elsewhere])
+    outcome%counts(stuck) = outcome%counts(limited)*outcome%counts(unexplained)
     why = ""
-    if (outcome%limited) why = " limit of updates reached;"
+    if (report%ended == ended_limit) why = " limit of updates reached;"
     if (kind == loss_elsewhere) why = trim(why) // " there is an equilibrium at s = " // &
       to_text(place(1)) // ", " // to_text(place(2)) // ", " // to_text(place(3))
     if (len_trim(why) == 0) return
     ! rows before it may have a complaint, too
     if (len_trim(outcome%why) > 0) outcome%why = trim(outcome%why) // "; "
-    outcome%why = trim(outcome%why) // "increment " // integer_text(outcome%increments + 1) // ":" // why
+    outcome%why = trim(outcome%why) // "increment " // integer_text(int(outcome%counts(increments)) + 1) // ":" // why
   end subroutine take
 
   !> Check that the point has the given values and that its state is admissible.
@@ -359,26 +339,25 @@ contains
     type(point_type) :: again
     type(rie_law) :: still
     real(wp) :: alpha(sample%joint%pattern%n), gap(3), most
+    logical :: bad
     integer :: k
 
-    outcome%wrong = .not. (all(bounded(point%s, huge(most))) .and. all(bounded(point%traction, huge(most))) .and. &
-      all(bounded(point%state, huge(most))) .and. all([(all(bounded(point%tangent(:, k), huge(most))), k = 1, 3)]))
-    if (outcome%wrong) then
+    outcome%counts(wrong) = 1
+    if (.not. all(bounded([point%s, point%traction, point%state, point%tangent], huge(most)))) then
       outcome%why = "not finite"
       return
     end if
     alpha = [(point%state(plane_statev(k)), k = 1, size(alpha))]
-    outcome%wrong = any(alpha < [(old%state(plane_statev(k)), k = 1, size(alpha))]) .or. any(alpha > 1.0_wp)
-    if (outcome%wrong) then
+    if (any(alpha < [(old%state(plane_statev(k)), k = 1, size(alpha))]) .or. any(alpha > 1.0_wp)) then
       outcome%why = "damage decreases or is above 1"
       return
     end if
     most = tolerance*(sigma0 + maxval([0.0_wp, pack(abs(values), control%traction)]))
     gap = merge(point%traction + control%spring*point%s - values, &
       sample%joint%material%k_n*(point%s - values), control%traction)
-    outcome%wrong = any(abs(gap) > most .and. (control%traction .or. &
+    bad = any(abs(gap) > most .and. (control%traction .or. &
       abs(gap) > rounding*sample%joint%material%k_n*abs(values)))
-    if (.not. outcome%wrong .and. .not. sample%joint%material%guard) then
+    if (.not. bad .and. .not. sample%joint%material%guard) then
       ! a zero increment from this state gives the same traction, as nothing slides or is damaged (not so with the
       ! guard)
       ! nor do the facets wear further
@@ -386,9 +365,10 @@ contains
       still%joint%material%inv_w0 = 0.0_wp
       again = new_point(still, point%state, point%s)
       gap = again%traction - point%traction
-      outcome%wrong = any(abs(gap) > most .and. control%traction)
+      bad = any(abs(gap) > most .and. control%traction)
     end if
-    if (outcome%wrong) outcome%why = "no equilibrium in a row: gap " // to_text(maxval(abs(gap))) // " at s = " // &
+    if (.not. bad) outcome%counts(wrong) = 0
+    if (bad) outcome%why = "no equilibrium in a row: gap " // to_text(maxval(abs(gap))) // " at s = " // &
       to_text(point%s(1)) // ", " // to_text(point%s(2)) // ", " // to_text(point%s(3))
   end subroutine judge
 
