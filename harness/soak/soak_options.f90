@@ -31,10 +31,10 @@ contains
       call get_command_argument(a, option)
       call get_command_argument(a + 1, argument)
       a = a + 1
-      status = 0
       number = 1_int64
       if (any(option == [character(len=9) :: "--samples", "--only", "--seed"])) then
         read (argument, *, iostat=status) number
+        if (status /= 0) number = 0_int64
         a = a + 1
       end if
       select case (option)
@@ -47,9 +47,9 @@ contains
       case ("--quiet")
         options%quiet = .true.
       case default
-        status = 1
+        number = 0_int64
       end select
-      if (status /= 0 .or. number < 1_int64 .or. number > largest_seed .or. &
+      if (number < 1_int64 .or. number > largest_seed .or. &
         (a > command_argument_count() .and. options%only > options%samples)) then
         write (error_unit, "(a)") program // ": " // trim(option) // " " // trim(argument) // ": usage: " // &
           program // " [--samples N] [--only I] [--seed S] [--quiet], N >= 1 (" // &
