@@ -119,6 +119,18 @@ def test_bad_states(routine: Routine, kind: type) -> None:
 
 
 @ADAPTERS
+def test_bad_times(routine: Routine, kind: type) -> None:
+    """With viscous damage a time increment has to be finite and not negative."""
+    for value in (np.nan, SIGNALLING, np.inf, -1.0):
+        call = virgin(routine, kind, 3)
+        call.props[12], call.times = 0.5, (1.0, value)
+        with errors() as said, np.errstate(all="ignore"):
+            out = routine(np.random.default_rng(1), call)
+            out.message = out.message or said()
+        assert judge(routine, call, out, True, False) and "expected a finite time increment" in out.message
+
+
+@ADAPTERS
 def test_negative_sizes(routine: Routine, kind: type) -> None:
     """A negative size is named as it was passed; an array of that size is empty."""
     state = {call_umat: "NSTATV", call_vumat: "nstatev", call_c: "NSTATV"}[routine]
