@@ -21,7 +21,6 @@ from asperity import (
     Interface,
     Material,
     Pattern,
-    Step,
     case_files,
     doctor,
     installed,
@@ -30,7 +29,7 @@ from asperity import (
     style,
 )
 from asperity.cli import COMMANDS, main
-from asperity.installed import all_cases, named_case
+from asperity.installed import all_cases
 
 RT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(2, 30.0))
 LAW = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /\n"
@@ -303,28 +302,6 @@ def test_picture_of_an_opening() -> None:
 # --- cases and comparison -------------------------------------------------
 
 
-def test_case_is_read() -> None:
-    """Material, pattern, slips and preload of the shipped Figure 5(b)."""
-    case = case_files.read_case(named_case("figure05b"))
-    (test,) = case_files.slip_tests(case)
-    assert (test.material, test.pattern) == (RT.material, RT.pattern)
-    assert (test.value, test.preload, test.sigma_N, test.direction) == (None, 100, -10.0, 0.0)
-    assert len(test.slips) == 800 and test.slips[[159, 479, 799]].tolist() == [0.4, -0.4, 0.4]
-    assert np.allclose(np.abs(np.diff(test.slips)), 0.0025, rtol=0, atol=1e-15)
-    assert case.sweep == "" and case.title == "Figure 5(b): cyclic slip, with kc = 1 as in the paper"
-    assert case.before + b"&pattern sides = 2, theta = 30.0 /" + case.after == case.path.read_bytes()
-
-
-def test_sweep_is_read() -> None:
-    """Values of the sweep replace its name; comments and line breaks have no effect."""
-    text = SWEEP.replace("s_Tx", "! slip = 7\n  t_N = 0.0, slip").replace("0.0, 45.0,", "0.0,\n 45.0,")
-    case = case_files.read_case(write("sweep.nml", text))
-    found = list(case_files.slip_tests(case))
-    assert [test.value for test in found] == [test.pattern.theta for test in found] == [0.0, 45.0, 30.0]
-    assert [test.slips[-1] for test in found] == [0.1] * 3
-    assert (case.title, case.sweep) == ("sweep", "theta_m")
-
-
 def test_case_file_strings() -> None:
     """A string may contain !, /, =, & and commas, a doubled quote is one quote; other encodings are read."""
     text = CASE.replace("'Slip and back'", "'Don''t stop! a=1, &b /c' ! isn't \"read\" &x /\n")
@@ -339,31 +316,6 @@ def test_case_file_strings() -> None:
     case = case_files.read_case(Path("latin.nml"))
     assert case.title == "Schlupf in D\N{REPLACEMENT CHARACTER}sen and back"
     assert case.before.endswith(b"mu = 0.5 /\n") and case.after.startswith(b"\n&step t_N")
-
-
-def test_steps_are_explicit(folder: Path) -> None:
-    """Lists repeat in cycles and a shorter list repeats its last value; steps have control and springs."""
-    groups = """&step t_N = -1.0, t_Ty = 0.0, increments = 7 /
-&step s_Tx = 0.1, -0.1, k_N = 5.0, t_N = -2.0, increments = 3, cycles = 2, time = 4.0 /
-&step slip = 0.2, direction = 30.0 /
-&step s_Ty = 0.0, follow = 'branch' /
-"""
-    start = CASE.split("&step")[0] + "&state separation = 3*0.0, statev = 17*0.0 /\n"
-    (run,) = case_files.read_case(write("case.nml", start + groups)).runs
-    assert run.start == "state" and list(run.props) == RT.props().tolist()
-    assert run.state is not None and run.state.separation == (0.0, 0.0, 0.0) and not run.state.state.any()
-    assert run.tolerance is None
-    kept = {"k_N": 5.0, "time": [1.0]}
-    assert run.steps == (
-        Step(t_N=[-1], t_Ty=[0], k_N=0, k_Ty=0, increments=[7], time=[1.0]),
-        Step(
-            t_N=[-2, -2, -2, -2], s_Tx=[0.1, -0.1, 0.1, -0.1], k_N=5.0, k_Ty=0.0,
-            increments=[3, 3, 3, 3], time=[1.0, 1.0, 1.0, 1.0],
-        ),
-        Step(slip=[0.2], direction=30, increments=[100], **kept),
-        Step(s_Ty=[0], follow="branch", arc=0.05, **kept),
-    )  # fmt: skip
-    assert [path.name for path in folder.iterdir()] == ["case.nml"]  # the case is read without a run
 
 
 @pytest.mark.parametrize(

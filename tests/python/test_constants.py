@@ -18,23 +18,6 @@ JOINT = "kn=82 ks=36 ft=.25 GfI=.018 c=.35 GfII=.125 tan_phi=.75"
 PATH = "&step t_N = -1.0, increments = 20 /\n&step slip = {}, increments = {} /\n"
 
 
-@pytest.mark.parametrize("unit", [1.0, 1e-3], ids=["mm", "m"])
-def test_joint_without_bond(unit: float) -> None:
-    """The flat joint closes by kn and slips by ks up to mu |sigma_N|, in any unit."""
-    material = Material.from_joint(kn=1500.0 / unit, ks=150.0 / unit, mu=0.5)
-    path = [Step(t_N=-1.0, increments=20), Step(slip=0.02 * unit, increments=200)]
-    flat = Interface(material, Pattern.regular(0, 0.0)).run(path)
-    s, t = flat.separation / unit, flat.traction
-    assert s[-1, 0] == pytest.approx(-1.0 / 1500.0, rel=1e-9)
-    assert np.allclose(t[20:, 1], np.minimum(150.0 * s[20:, 1], 0.5), rtol=0.0, atol=1e-9)
-    assert flat.work[-1] / unit == pytest.approx(0.00949983, abs=5e-9)
-    assert flat.state[-1, 2] == 0.0  # nothing ruptures
-    stiff = Interface(Material.from_joint(kn=15000.0 / unit, ks=150.0 / unit, mu=0.5), RT)
-    found = stiff.run([Step(t_N=-1.0, increments=20), Step(slip=0.1 * unit, increments=100)])
-    assert found.separation[-1, 0] / unit == pytest.approx(0.057360, abs=5e-7)
-    assert found.traction[-1, 1] == pytest.approx(1.514569, abs=5e-7)
-
-
 def test_case_with_kn_and_ks_is_that_of_python(run) -> None:
     """The driver gives the rows of Material.from_joint."""
     case = "&material kn = 20.0, ks = 5.0, mu = 0.6, closure = 0.2, height = 0.5 /\n"

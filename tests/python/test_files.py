@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -142,31 +141,6 @@ def test_pictures_of_other_programs_are_kept() -> None:
         with mpl.rc_context({"savefig.format": ending[1:]}):
             figure.savefig(other)
         assert may_replace(own, start) and not may_replace(other, start)
-
-
-def test_refused_values_name_no_file(capsys: pytest.CaptureFixture[str]) -> None:
-    """`asperity new` writes nothing for a bad value, so its message has no file and no line."""
-    assert main(["new", "sigma=1", "mu=-1", "-o", "mine.nml"]) == 1
-    lines = capsys.readouterr().err.splitlines()
-    assert lines[0].startswith("asperity: &material: ") and all("nml" not in line for line in lines)
-    assert not Path("mine.nml").exists()
-
-
-def test_fewer_planes_than_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
-    """`surface --planes` says why it gives fewer."""
-    assert main(["surface", "scan.csv", "--spacing", "1", "--planes", "20"]) == 0
-    printed = capsys.readouterr().out
-    found = len(Path("scan_planes.csv").read_text(encoding="utf-8").splitlines()) - 1
-    assert found <= 17 and f"--planes 20 gives {found}: " in printed
-    assert "2 bins in each of 8 directions and a flat plane are 17" in printed
-
-
-def test_jobs_are_described_once(capsys: pytest.CaptureFixture[str]) -> None:
-    """The usage of a command has no --jobs, the help of all commands has."""
-    for command in ([], ["run"], ["fit"]):
-        with pytest.raises(SystemExit):
-            main([*command, "--help"])
-        assert bool(re.search("--jobs N", capsys.readouterr().out)) == (not command)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ import doctest
 import pickle
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
@@ -67,23 +66,6 @@ def test_a_run_goes_on() -> None:
     rest = JOINT.run(Step(t_N=-0.4, slip=0.2, direction=20.0, increments=20), first.end)
     for name in ("separation", "traction", "state", "work"):
         np.testing.assert_allclose(getattr(rest, name), getattr(whole, name)[30:], rtol=0, atol=1e-9)
-
-
-def test_traction_control_with_a_loss() -> None:
-    """A traction beyond what the joint carries: the rows before, and the reason."""
-    with pytest.raises(EquilibriumLost, match=r"step 1 increment \d+, s = .*: no equilibrium exists") as lost:
-        JOINT.run(Step(t_N=3.5, increments=70))
-    rows, text = JOINT.rows(Step(t_N=3.5, increments=70))
-    assert text == str(lost.value) and 50 < len(rows) == len(lost.value.history) == lost.value.row < 70
-
-
-def test_runs_in_threads() -> None:
-    """Many runs at once give the bits of single runs."""
-    paths = [[Step(t_N=-p, increments=10), Step(slip=0.3, increments=60)] for p in (0.1, 0.2, 0.3, 0.4)]
-    with ThreadPoolExecutor(4) as threads:
-        found = list(threads.map(JOINT.rows, paths))
-    for path, (rows, lost) in zip(paths, found, strict=True):
-        assert lost == "" and np.array_equal(rows.state, JOINT.run(path).state)
 
 
 # --- results ----------------------------------------------------------------------------------------------

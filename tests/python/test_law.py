@@ -218,16 +218,6 @@ def test_damage_of_a_broken_joint_is_1() -> None:
         assert history.damage.max() <= 1.0
 
 
-def test_bad_values() -> None:
-    """Both are named at once, with what was expected; a reserved constant has no name in Python."""
-    with pytest.raises(ValueError) as error:
-        Material(3.0, 0.3, 0.9, 0.5, damage0=1.5, closure=-1.0)
-    assert "damage0 = 1.5: expected 0 to 1" in str(error.value)
-    assert "closure = -1: expected >= 0" in str(error.value)
-    with pytest.raises(TypeError):
-        Material(3.0, 0.3, 0.9, 0.5, slot22=0.0)
-
-
 # --- asperities that the pressure crushes ---
 
 CRUSH, THETA, MU = 2.0, 30.0, 0.6

@@ -111,21 +111,6 @@ def test_props_by_name() -> None:
     assert listed[contract.N_FIXED_PROPS :].tolist() == [1, 0, 0, 0.25, 2, 0, 1, 0.75]
 
 
-def test_tables() -> None:
-    """The rows of the tables are numbered from 1; the required constants are the first ones."""
-    props, statev = contract.props_table(), contract.statev_table()
-    assert [row.index for row in props] == list(range(1, contract.N_FIXED_PROPS + 1))
-    assert [row.name for row in props if row.default is None] == ["sigma0", "Gc", "eta", "mu"]
-    assert [row.index for row in statev] == list(range(1, 14))
-    assert contract.statev_names(2)[-6:] == ("alpha_1", "s_dit_1", "s_dih_1", "alpha_2", "s_dit_2", "s_dih_2")
-    assert len(contract.statev_names(2)) == contract.n_statev(2) == 14
-    facets = contract.statev_names(2, wears=True)[14:]
-    assert facets == ("worn_1", "wear_work_1", "worn_2", "wear_work_2")
-    assert contract.n_statev(2, wears=True) == 18
-    with pytest.raises(ValueError, match="sigma0 has no default"):
-        contract.default("sigma0")
-
-
 # --- arrays ---------------------------------------------------------------
 
 
