@@ -14,17 +14,7 @@ from ..pattern_pictures import plan, space
 from ..steps import turns_of
 from ..style import COLOURS, ONE, TWO, label_ends, new_figure
 from ..tables import markdown
-from .fracture_energy import (
-    MATERIAL,
-    PATTERNS,
-    SAMPLING,
-    TABLE_5,
-    fracture_energy,
-    pattern,
-    printed,
-    sampled,
-    table_5_curves,
-)  # fmt: skip
+from .fracture_energy import MATERIAL, PATTERNS, TABLE_5, fracture_energy, pattern, sampled
 from .outcome import (
     FIVE,
     Case,
@@ -32,7 +22,6 @@ from .outcome import (
     Outcome,
     curves_csv,
     energy_range,
-    listed,
     loop_work,
     numbers,
     pattern_csv,
@@ -160,7 +149,7 @@ def _found_4a(case: Case) -> Iterable[str]:
     (lost,) = (c for c in case.curves if c.lost)
     yield f"The slope of the first increment is $K$; the relative difference is {small(slope)}."
     yield (
-        f"The curves end at $\\mu |\\sigma_N|$ = {listed(f'{c.tau_L[-1]:.4g}' for c in whole)} MPa; the "
+        f"The curves end at $\\mu |\\sigma_N|$ = {', '.join(f'{c.tau_L[-1]:.4g}' for c in whole)} MPa; the "
         f"difference is {small(residual)} MPa."
     )
     yield (
@@ -174,13 +163,13 @@ def _found_4b(case: Case) -> Iterable[str]:
     shares = (
         f"{c.test.value:g}° {c.tau_L[-1]:.2f} of {10.0 * strength(c.test.value):.2f}" for c in case.curves
     )
-    yield f"$\\tau_L$ at 0.6 mm and the residual strength, MPa: {listed(shares)}."
+    yield f"$\\tau_L$ at 0.6 mm and the residual strength, MPa: {', '.join(shares)}."
 
 
 def _found_5a(case: Case) -> Iterable[str]:
     ratio = case.curves[0].test.material.residual_strength(35.0)
     values = ((c.test.value, c.tau_L[-1]) for c in case.curves if c.test.value != 0.0)
-    shares = listed(f"{signed(v)}: {end:.3f} of {abs(v) * ratio:.3f}" for v, end in values)
+    shares = ", ".join(f"{signed(v)}: {end:.3f} of {abs(v) * ratio:.3f}" for v, end in values)
     yield f"$\\tau_L$ at 0.6 mm and the residual strength, MPa: {shares}."
 
 
@@ -191,8 +180,8 @@ def _figure_5b(case: Case) -> Outcome:
     curves(axes[1], [("", curve.s_L, curve.s_N, False)], SLIP, DILATION)
     ends = turns_of(curve.s_L)[1:]
     found = (
-        f"At the ends of the strokes $\\tau_L$ is {listed(f'{curve.tau_L[i]:.3f}' for i in ends)} MPa, the "
-        f"dilation {listed(f'{curve.s_N[i]:.4f}' for i in ends)} mm. The work of the last loop is "
+        f"At the ends of the strokes $\\tau_L$ is {', '.join(f'{curve.tau_L[i]:.3f}' for i in ends)} MPa, "
+        f"the dilation {', '.join(f'{curve.s_N[i]:.4f}' for i in ends)} mm. The work of the last loop is "
         f"{loop_work(curve):.3f} N/mm.",
     )
     return Outcome(figure, found, *curves_csv([((curve.test.sigma_N,), curve)], "sigma_N"))
@@ -221,7 +210,7 @@ def _found_7(*pair: Case) -> Iterable[str]:
     for direction, case in zip(DIRECTIONS, pair, strict=True):
         yield (
             f"{direction:g}°: $\\tau_L$ at 0.6 mm "
-            f"{listed(f'{c.tau_L[-1]:.3f}' for c in case.curves if not c.lost)} MPa; "
+            f"{', '.join(f'{c.tau_L[-1]:.3f}' for c in case.curves if not c.lost)} MPa; "
             f"equilibrium under 2 MPa ends at $s_L$ = {case.at(2.0).s_L[-1]:.4f} mm."
         )
     zero = max(abs(case.at(0.0).tau_L[-1]) for case in pair)
@@ -241,7 +230,7 @@ def _found_8(*pair: Case) -> Iterable[str]:
 def _found_9(*pair: Case) -> Iterable[str]:
     for direction, case in zip(DIRECTIONS, pair, strict=True):
         for c in case.curves[1:]:
-            ends = listed(f"{c.tau_L[i]:.3f}" for i in turns_of(c.s_L)[1:])
+            ends = ", ".join(f"{c.tau_L[i]:.3f}" for i in turns_of(c.s_L)[1:])
             yield (
                 f"{direction:g}°, {signed(c.test.value)} MPa: $\\tau_L$ at the ends {ends} MPa, work of the "
                 f"last loop {loop_work(c):.3f} N/mm."
@@ -265,7 +254,8 @@ def _figure_10(*cases: Case) -> Outcome:
         label_ends(ax, SIGMA_N)
         ratios = (f"{signed(v)}: {pair[0].at(v).tau_L.max() / pair[1].at(v).tau_L.max():.3f}" for v in values)
         found.append(
-            f"{title}, largest $\\tau_L$ along 0° over that along 45°, $\\sigma_N$ in MPa: {listed(ratios)}."
+            f"{title}, largest $\\tau_L$ along 0° over that along 45°, $\\sigma_N$ in MPa: "
+            f"{', '.join(ratios)}."
         )
         for d, case in zip(DIRECTIONS, pair, strict=True):
             parts += [((cyclic, d, c.test.value), c) for c in case.curves]
@@ -276,7 +266,7 @@ def _found_11(case: Case) -> Iterable[str]:
     ends = {c.test.value: float(c.tau_L[-1]) for c in case.curves}
     mirrored = max(float(np.abs(case.at(a).tau_L - case.at(90.0 - a).tau_L).max()) for a in (0.0, 15.0, 30.0))
     yield (
-        f"$\\tau_L$ at 0.6 mm in MPa is {listed(f'{t:.3f} ({a:g}°)' for a, t in ends.items())}, the ratio "
+        f"$\\tau_L$ at 0.6 mm in MPa is {', '.join(f'{t:.3f} ({a:g}°)' for a, t in ends.items())}, the ratio "
         f"of the largest to the smallest {max(ends.values()) / min(ends.values()):.3f}."
     )
     yield (
@@ -300,10 +290,10 @@ def _figure_12(case: Case) -> Outcome:
 def _found_13(*pair: Case) -> Iterable[str]:
     for direction, case in zip(DIRECTIONS, pair, strict=True):
         tests = [c.test for c in case.curves]
-        converged = (fracture_energy(t.material, t.pattern, np.array([direction])).largest for t in tests)
+        converged = (fracture_energy(t.material, t.pattern, np.array([direction])).values[0] for t in tests)
         yield (
-            f"{direction:g}°: converged $G_T$ for $\\theta_m$ = {listed(f'{t.value:g}°' for t in tests)} "
-            f"{listed(f'{e:.6f}' for e in converged)} N/mm."
+            f"{direction:g}°: converged $G_T$ for $\\theta_m$ = {', '.join(f'{t.value:g}°' for t in tests)} "
+            f"{', '.join(f'{e:.6f}' for e in converged)} N/mm."
         )
     if pair[0].curves[0].test.material.mu == 0.0:
         worst = max(abs(c.energy - c.test.material.Gc) for case in pair for c in case.curves)
@@ -316,15 +306,15 @@ def _figure_14() -> Outcome:
         plan(ax, pattern(name), name)
     weights = [f"{pattern(name).weights[-1]:.5f}" for name in PATTERNS]
     same = weights == ["0.33333", "0.22222", "0.16667", "0.11111", "0.02083"]
-    named = listed(f"{w} ({n})" for n, w in zip(PATTERNS, weights, strict=True))
+    named = ", ".join(f"{w} ({n})" for n, w in zip(PATTERNS, weights, strict=True))
     found = f"The weights of an inclined plane are {named}; Table 4 has {'the same' if same else 'others'}."
     return Outcome(figure, (found,), *pattern_csv([(name, pattern(name)) for name in PATTERNS]))
 
 
 def _table_5() -> Outcome:
     found = {name: fracture_energy(MATERIAL, pattern(name)) for name in PATTERNS}
-    inferred = {name: printed(*sampled(table_5_curves(name), *SAMPLING)) for name in PATTERNS}
-    converged = {n: (e.largest, e.smallest, e.spread + 1.0) for n, e in found.items()}
+    inferred = {name: sampled(name) for name in PATTERNS}
+    converged = {n: (e.values.max(), e.values.min(), e.spread + 1.0) for n, e in found.items()}
     equal = sum(inferred[n][i] == TABLE_5[n][i] for n in PATTERNS for i in range(3))
     rows: list[Sequence[str]] = []
     for i, what in enumerate(("max", "min", "ratio")):

@@ -59,19 +59,9 @@ class Energies:
     error: Floats
 
     @property
-    def largest(self) -> float:
-        """Largest over the directions."""
-        return float(self.values.max())
-
-    @property
-    def smallest(self) -> float:
-        """Smallest over the directions."""
-        return float(self.values.min())
-
-    @property
     def spread(self) -> float:
         """Largest over smallest, minus 1."""
-        return self.largest / self.smallest - 1.0
+        return float(self.values.max() / self.values.min()) - 1.0
 
 
 def pattern(name: str) -> Pattern:
@@ -121,25 +111,20 @@ def fracture_energy(
     )
 
 
-def table_5_curves(name: str) -> SlipCurves:
-    """Curves of a pattern with the steps of the paper, for the distinct ones of the 64 directions."""
+def sampled(name: str) -> tuple[str, str, str]:
+    """Largest and smallest energy of a pattern of Table 5, and their ratio, as the paper prints them.
+
+    The area is by the trapezoid rule over s_L = 0 and the rows of SAMPLING, with the steps of the paper, for
+    the distinct ones of the 64 directions.
+    """
+    first, interval = SAMPLING
+    n = int(np.ceil(SPAN * MATERIAL.s_f / STEP)) + 2 * interval
     angles, _ = distinct(pattern(name), DIRECTIONS)
-    n = int(np.ceil(SPAN * MATERIAL.s_f / STEP)) + 2 * SAMPLING[1]
-    return slip_curves(Interface(MATERIAL, pattern(name)), angles, STEP * np.arange(1, n + 1), preload=1)
-
-
-def sampled(curves: SlipCurves, first: int, interval: int) -> tuple[float, float]:
-    """Largest and smallest area by the trapezoid rule over s_L = 0 and every interval-th row from `first`."""
-    rows = np.arange(first - 1, curves.slips.size, interval)
-    slips = np.concatenate([[0.0], curves.slips[rows]])
+    curves = slip_curves(Interface(MATERIAL, pattern(name)), angles, STEP * np.arange(1, n + 1), preload=1)
+    rows = np.s_[first - 1 :: interval]
     tau = np.pad(curves.tau_L[:, rows], ((0, 0), (1, 0)))
-    areas = trapezoid(tau, slips)
-    return float(areas.max()), float(areas.min())
-
-
-def printed(largest: float, smallest: float) -> tuple[str, str, str]:
-    """Energies and their ratio in the digits of Table 5."""
-    return f"{largest:.4f}", f"{smallest:.4f}", f"{largest / smallest:.4f}"
+    areas = trapezoid(tau, np.append(0.0, curves.slips[rows]))
+    return f"{areas.max():.4f}", f"{areas.min():.4f}", f"{areas.max() / areas.min():.4f}"
 
 
 def _check_end(material: Material, curves: SlipCurves) -> None:

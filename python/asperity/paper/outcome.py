@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -156,11 +156,6 @@ def pattern_csv(parts: Sequence[tuple[str, Pattern]]) -> tuple[str, tuple[str, .
     return "pattern,k,n_N,n_Tx,n_Ty,gamma", tuple(lines)
 
 
-def listed(texts: Iterable[str]) -> str:
-    """Text of a list."""
-    return ", ".join(texts)
-
-
 def signed(value: float) -> str:
     """Text of a number, with a minus sign instead of a hyphen."""
     return f"{value:g}".replace("-", "−")
@@ -182,7 +177,6 @@ spread may be an error of the steps.
 
 def energy_range(energies: Energies) -> str:
     """Text of the largest and smallest energy, and their spread."""
-    spread = f"spread {100.0 * energies.spread:.2g} %"
-    if energies.spread < SURE:
-        spread = f"spread below {100.0 * SURE:g} %"
-    return f"{energies.largest:.6f} to {energies.smallest:.6f} N/mm, {spread}"
+    sure = energies.spread >= SURE
+    spread = f"spread {100.0 * energies.spread:.2g} %" if sure else f"spread below {100.0 * SURE:g} %"
+    return f"{energies.values.max():.6f} to {energies.values.min():.6f} N/mm, {spread}"
