@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from itertools import product
 from pathlib import Path
 
 import numpy as np
+import pandas
 from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.material import Material
@@ -84,68 +85,53 @@ FINER = 8
 """Factor from the increments of the finest run to those of the reference."""
 
 QUANTITIES = (("tau_L", r"$\tau_L$", "τ_L"), ("s_N", "$s_N$", "s_N"), ("work", "work", "work"))
-"""Fields of a StepError and their names in pictures and tables."""
+"""Columns of `step_errors` and their names in pictures and tables."""
 
 
-@dataclass(frozen=True)
-class StepError:
-    """Errors of one curve in tau_L, s_N and work, each relative to the largest value of the curve."""
+def step_errors(increments: Sequence[int] = INCREMENTS) -> pandas.DataFrame:
+    """Errors of RP-4, 30 degrees, by path, sigma_N and number of increments (rows).
 
-    path: str
-    sigma_N: float
-    rows: int
-    tau_L: float
-    s_N: float
-    work: float
-
-
-def step_errors(increments: Sequence[int] = INCREMENTS) -> Iterator[StepError]:
-    """Errors of RP-4, 30 degrees, with different numbers of increments."""
+    Those of tau_L, s_N and work are relative to the largest value of the curve.
+    """
     interface = Interface(material(), Pattern.regular(4, 30.0))
-
-    for path, slips in PATHS.items():
-        for sigma_N in SIGMA_N:
-            fine = slip_curves(interface, DIRECTION, slips(FINER * increments[-1]), sigma_N, PRELOAD)
-            for n in increments:
-                coarse = slip_curves(interface, DIRECTION, slips(n), sigma_N, PRELOAD)
-                rows = slice(fine.slips.size // n - 1, None, fine.slips.size // n)
-                pairs = (coarse.tau_L[0], fine.tau_L[0]), (coarse.s_N[0], fine.s_N[0])
-                errors = (float(np.abs(a - b[rows]).max() / np.abs(b).max()) for a, b in pairs)
-                work = abs(coarse.work[0, -1] / fine.work[0, -1] - 1.0)
-                yield StepError(path, sigma_N, n, *errors, work)
+    found = []
+    for (path, slips), sigma_N in product(PATHS.items(), SIGMA_N):
+        fine = slip_curves(interface, DIRECTION, slips(FINER * increments[-1]), sigma_N, PRELOAD)
+        for n in increments:
+            coarse = slip_curves(interface, DIRECTION, slips(n), sigma_N, PRELOAD)
+            rows = slice(fine.slips.size // n - 1, None, fine.slips.size // n)
+            pairs = {"tau_L": (coarse.tau_L[0], fine.tau_L[0]), "s_N": (coarse.s_N[0], fine.s_N[0])}
+            errors = {key: np.abs(a - b[rows]).max() / np.abs(b).max() for key, (a, b) in pairs.items()}
+            errors["work"] = abs(coarse.work[0, -1] / fine.work[0, -1] - 1.0)
+            found.append({"path": path, "sigma_N": sigma_N, "rows": n, **errors})
+    return pandas.DataFrame(found)
 
 
 def draw_increments(quick: bool) -> tuple[Figure, str]:
     """Run the study of increments; return its picture and its table."""
     sizes = (30, 60) if quick else INCREMENTS
-    errors = list(step_errors(sizes))
+    errors = step_errors(sizes)
+    worst = errors.groupby(["path", "rows"])[[name for name, _, _ in QUANTITIES]].max()
     figure, (ax,) = new_figure(0.6 * TWO, 3.2)
     for (name, label, _), colour in zip(QUANTITIES, COLOURS, strict=False):
         for path, line in zip(PATHS, ("o-", "D--"), strict=True):
-            worst = [max(getattr(e, name) for e in errors if (e.path, e.rows) == (path, n)) for n in sizes]
             style = {"color": colour, "markersize": 3.0, "linewidth": 1.0}
-            ax.plot(sizes, worst, line, label=f"{label}, {path}", **style)
+            ax.plot(sizes, worst.loc[path][name], line, label=f"{label}, {path}", **style)
     log_axes(ax, "increments of the path", "largest relative error of four pressures")
     ax.set_title("twice the increments, half the error")
     ax.legend()
     lines = []
-    for path in PATHS:
-        for sigma_N in SIGMA_N:
-            here = [e for e in errors if (e.path, e.sigma_N) == (path, sigma_N)]
-            cells = [_needed(here, name, aim) for name, _, _ in QUANTITIES for aim in AIMS[1:2]]
-            lines.append([path, signed(sigma_N), *cells])
-    head = ["path", "σ_N [MPa]", *(f"{name} to {aim:.0e}" for _, _, name in QUANTITIES for aim in AIMS[1:2])]
+    for (path, sigma_N), here in errors.groupby(["path", "sigma_N"], sort=False):
+        cells = [_needed(here, name, AIMS[1]) for name, _, _ in QUANTITIES]
+        lines.append([path, signed(sigma_N), *cells])
+    head = ["path", "σ_N [MPa]", *(f"{name} to {AIMS[1]:.0e}" for _, _, name in QUANTITIES)]
     return figure, markdown(head, lines, numbers=True)
 
 
-def _needed(chosen: Sequence[StepError], name: str, aim: float) -> str:
+def _needed(errors: pandas.DataFrame, name: str, aim: float) -> str:
     """Fewest increments such that their error and those of all finer runs are below the target."""
-    found = ""
-    for e in reversed(chosen):
-        if getattr(e, name) > aim:
-            break
-        found = str(e.rows)
-    return found or f"> {chosen[-1].rows}"
+    good = (errors[name] <= aim)[::-1].cummin()
+    return str(errors.rows[good[good].index[-1]]) if good.any() else f"> {errors.rows.max()}"
 
 
 # --- planes -------------------------------------------------------------------------------------------------
@@ -171,28 +157,10 @@ ENERGY_TOLERANCE = 1.0e-5
 MEASURES = {
     "tau_L": "τ_L", "across": "across", "s_N": "s_N", "work": "spread of work", "loop": "spread of loops",
 }  # fmt: skip
-"""Fields of a PlaneError and their names in the tables."""
+"""Columns of `plane_errors` and their names in the tables."""
 
 PLANE_TICKS = (4, 8, 16, 32, 64)
 """Numbers of planes with a label; the axis is logarithmic."""
-
-
-@dataclass(frozen=True)
-class PlaneError:
-    """Errors of RP-m against RP-64 of the same flat weight in the worst direction, and spreads.
-
-    tau_L, across, s_N: L2 norms over the monotonic path, relative to tau_L and s_N of the reference. work:
-    spread (largest over smallest, minus 1) over the directions of the work of that path, which is G_T at
-    sigma_N = 0. loop: the same for the work of a closed loop of a cycle, NaN at sigma_N = 0.
-    """
-
-    sides: int
-    sigma_N: float
-    tau_L: float
-    across: float
-    s_N: float
-    work: float
-    loop: float
 
 
 def residual_spread(sides: int, theta: float, mu: float) -> float:
@@ -206,8 +174,14 @@ def plane_errors(
     theta: float = THETA,
     mu: float = MU,
     tractions: Sequence[float] = SIGMA_N,
-) -> Iterator[PlaneError]:
-    """Errors of regular patterns at each of the normal tractions."""
+) -> pandas.DataFrame:
+    """Errors of RP-m (sides) against RP-64 of the same flat weight in the worst direction, and spreads.
+
+    tau_L, across, s_N: L2 norms over the monotonic path, relative to tau_L and s_N of the reference. work:
+    spread (largest over smallest, minus 1) over the directions of the work of that path, which is G_T at
+    sigma_N = 0. loop: the same for the work of a closed loop of a cycle, NaN at sigma_N = 0.
+    """
+    found = []
     slips, loops = monotonic(PLANE_INCREMENTS["monotonic"]), cycle(PLANE_INCREMENTS["cyclic"])
     dense = Interface(material(mu), Pattern.regular(REFERENCE_SIDES, theta, FLAT))
     reference = slip_curves(dense, 0.0, slips, np.array(tractions), PRELOAD)
@@ -223,8 +197,10 @@ def plane_errors(
                 # here the error of the increments exceeds the spread of fine patterns
                 work = fracture_energy(material(mu), interface.pattern, angles, ENERGY_TOLERANCE).spread
                 loop = np.nan
-            off = relative_error(curves.tau_L - tau, tau), relative_error(curves.tau_across, tau)
-            yield PlaneError(m, sigma_N, *off, relative_error(curves.s_N - s_N, s_N), work, loop)
+            row = {"sides": m, "sigma_N": sigma_N, "tau_L": relative_error(curves.tau_L - tau, tau)}
+            row |= {"across": relative_error(curves.tau_across, tau)}
+            found.append(row | {"s_N": relative_error(curves.s_N - s_N, s_N), "work": work, "loop": loop})
+    return pandas.DataFrame(found)
 
 
 def relative_error(error: Floats, reference: Floats) -> float:
@@ -245,14 +221,12 @@ def _loops(curves: SlipCurves) -> Floats:
 def draw_planes(quick: bool) -> tuple[Figure, str]:
     """Run the study of planes; return its picture and its tables."""
     sides, tractions = ((3, 4, 5), (0.0, -5.0)) if quick else (SIDES, SIGMA_N)
-    errors = list(plane_errors(sides, tractions=tractions))
+    errors = plane_errors(sides, tractions=tractions)
+    worst = errors.groupby("sides").max()  # at sigma_N = 0 there is no loop
     figure, (ax,) = new_figure(0.6 * TWO, 3.2)
     for (name, label), colour in zip(MEASURES.items(), COLOURS, strict=False):
-        # at sigma_N = 0 there is no loop
-        worst = [np.nanmax([getattr(e, name) for e in errors if e.sides == m]) for m in sides]
         what = "error, " * (name in SHARED) + label
-        planes = [m + 1 for m in sides]
-        ax.plot(planes, worst, "o-", color=colour, markersize=3.0, linewidth=1.0, label=what)
+        ax.plot(worst.index + 1, worst[name], "o-", color=colour, markersize=3.0, linewidth=1.0, label=what)
     log_axes(ax, "number of planes", "largest of all directions and four pressures")
     ax.set_xticks(PLANE_TICKS, [str(n) for n in PLANE_TICKS])
     ax.set_xticks([], minor=True)
@@ -260,29 +234,23 @@ def draw_planes(quick: bool) -> tuple[Figure, str]:
     ax.set_title("26 planes: everything within 1 %")
     ax.legend()
     needs = []
-    for sigma_N in tractions:
-        here = [e for e in errors if e.sigma_N == sigma_N]
+    for sigma_N, here in errors.groupby("sigma_N", sort=False):
         names = [name for name in MEASURES if not (name == "loop" and sigma_N == 0.0)]
         for aim in AIMS[:2]:
-            needs.append([signed(sigma_N), f"{100 * aim:g} %", *(_fewest(here, n, aim) for n in names)])
+            good = [here.sides[here[name] <= aim] for name in names]
+            fewest = [str(one.min()) if len(one) else f"> {here.sides.max()}" for one in good]
+            needs.append([signed(sigma_N), f"{100 * aim:g} %", *fewest])
     for aim in AIMS[:2]:
         enough = next(m for m in range(3, 1000) if residual_spread(m, THETA, MU) <= aim)
         needs.append(["< 0, residual strength", f"{100 * aim:g} %", str(enough)])
     head = ["σ_N [MPa]", "aim", *MEASURES.values()]
     filled = [[*row, *[""] * (len(head) - len(row))] for row in needs]
-    text = "Fewest sides m that meet an aim:\n\n" + markdown(head, filled, numbers=True)
+    text = "Fewest inclined planes m that meet an aim:\n\n" + markdown(head, filled, numbers=True)
     return figure, text
 
 
 SHARED = ("tau_L", "across", "s_N")
 """Measures that are errors; the others are spreads over the directions."""
-
-
-def _fewest(tried: Sequence[PlaneError], name: str, aim: float) -> str:
-    """Smallest number of sides that meets the target."""
-    good = [e.sides for e in tried if getattr(e, name) <= aim]
-    return str(min(good)) if good else f"> {max(e.sides for e in tried)}"
-
 
 # --- program ------------------------------------------------------------------------------------------------
 

@@ -36,7 +36,7 @@ def is_drawn(path: Path) -> bool:
 
 def test_errors_fall_with_the_increments() -> None:
     """All errors decrease with eight times as many increments; tractions converge at about first order."""
-    errors = list(accuracy.step_errors((60, 480)))
+    errors = list(accuracy.step_errors((60, 480)).itertuples())
     assert len(errors) == 2 * len(accuracy.PATHS) * len(accuracy.SIGMA_N)
     for coarse, fine in zip(errors[::2], errors[1::2], strict=True):
         assert (coarse.path, coarse.sigma_N) == (fine.path, fine.sigma_N)

@@ -33,8 +33,7 @@ SIZE = (10.0, 0.13)
 @cache
 def measured(part: str) -> Floats:
     """Pressure, MPa, and closure since the first reading, mm, of loading or unloading, (n, 2)."""
-    found = [row for row in rows("closure") if row["part"] == part]
-    return np.array([[float(row["sigma"]), float(row["closure"])] for row in found])
+    return rows("closure").query("part == @part")[["sigma", "closure"]].to_numpy()
 
 
 def closures(constants: Mapping[str, float], pressures: Floats) -> Floats:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import csv
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas
 from asperity.contract import Floats
 from asperity.fit.constants import from_scale, plausible, to_scale
 from asperity.fit.fitting import minimise
@@ -34,10 +34,9 @@ Constants = dict[str, float]
 """Constants of a joint by name."""
 
 
-def rows(name: str) -> list[dict[str, str]]:
-    """Rows of a file of the folder `data`, without its comments."""
-    with (DATA / f"{name}.csv").open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+def rows(name: str, **options: object) -> pandas.DataFrame:
+    """Rows of a file of the folder `data`, without its comments; options: of pandas.read_csv."""
+    return pandas.read_csv(DATA / f"{name}.csv", comment="#", **options)
 
 
 def joint(constants: Mapping[str, float]) -> Interface:
@@ -108,10 +107,8 @@ class Study:
         """Constants that the fits have found, from the folder `data`; none if there are no fits."""
         if not self._constants_file.exists():
             return {}
-        return {
-            row.pop("fit"): {name: float(value) for name, value in row.items() if value}
-            for row in rows(f"{self.name}_constants")
-        }
+        found = rows(f"{self.name}_constants").set_index("fit").astype(float)
+        return {fit: row.dropna().to_dict() for fit, row in found.iterrows()}
 
     @property
     def _constants_file(self) -> Path:

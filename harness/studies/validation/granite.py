@@ -52,9 +52,10 @@ MARKS = {"tau": 5.3, "dn": 3.5, "ds": 2.7}
 @cache
 def measured(name: str) -> dict[str, Floats]:
     """sn, tau, dn (opening positive) and ds of the stages, (11,) each."""
-    found = [row for row in rows("granite") if row["specimen"] == name]
-    table = {key: np.array([float(row[key]) for row in found]) for key in ("sn", "tau", "dn", "ds")}
-    return table | {"dn": -table["dn"]}
+    found = rows("granite").query("specimen == @name")
+    return {key: found[key].to_numpy(float) for key in ("sn", "tau", "ds")} | {
+        "dn": -found.dn.to_numpy(float)
+    }
 
 
 def machine(name: str) -> tuple[float, float]:

@@ -74,12 +74,10 @@ class Specimen:
 @cache
 def specimen(name: str) -> Specimen:
     """Read a specimen."""
-    found: dict[str, list[tuple[float, float]]] = {}
-    for row in rows("push-off"):
-        if row["specimen"] == name:
-            found.setdefault(row["quantity"], []).append((float(row["slip"] or 0.0), float(row["value"])))
-    single = {key: found[key][0][1] for key in ("cube", "p0", "k_N")}
-    return Specimen(np.array(found["opening"]), np.array(found["shear"]), **single)
+    parts = rows("push-off").query("specimen == @name").groupby("quantity")[["slip", "value"]]
+    found = {quantity: part.to_numpy() for quantity, part in parts}
+    single = {key: float(found[key][0, 1]) for key in ("cube", "p0", "k_N")}
+    return Specimen(found["opening"], found["shear"], **single)
 
 
 def curves(constants: Mapping[str, float], name: str) -> tuple[Floats, Floats]:

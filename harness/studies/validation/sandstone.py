@@ -63,8 +63,7 @@ STEP = 2e-2
 @cache
 def measured(name: str) -> Floats:
     """Pressure and the numbers of the tests of a joint, (5, 4)."""
-    found = [row for row in rows("sandstone") if row["joint"] == name]
-    return np.array([[float(row[key]) for key in ("sigma", *NUMBERS)] for row in found])
+    return rows("sandstone").query("joint == @name")[["sigma", *NUMBERS]].to_numpy(float)
 
 
 def numbers(constants: Mapping[str, float], pressure: float) -> Floats:

@@ -62,8 +62,8 @@ def by_length(scan: Scan, step: int) -> Constants:
     """Measures of a profile at a sampling length."""
     found = sampled(scan, step)
     row = {"sampling [mm]": step * scan.spacing, "rms slope": found.rms_slope}
-    for name, direction in DIRECTIONS.items():
-        row[f"{name}: rms uphill"] = float(found.uphill(np.array([direction]))[1][0])
+    uphill = found.slips(np.array([*DIRECTIONS.values()]), 0.0).uphill[1]
+    row |= {f"{name}: rms uphill": float(one) for name, one in zip(DIRECTIONS, uphill, strict=True)}
     return row | {"theta of RT [°]": nearest_regular(found, None, 2).theta}
 
 

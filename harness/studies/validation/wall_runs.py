@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
+import pandas
 from asperity.contract import Floats
 
 from .common import DATA, rows
@@ -174,13 +175,10 @@ def store(folder: Path) -> None:
 
 def curves() -> dict[str, Floats]:
     """Stored rows of every run: displacement, horizontal and vertical force."""
-    found: dict[str, list[list[float]]] = {}
-    for row in rows("walls_runs"):
-        values = [float(row[key]) for key in ("displacement", "horizontal", "vertical")]
-        found.setdefault(row["run"], []).append(values)
-    return {name: np.array(values) for name, values in found.items()}
+    parts = rows("walls_runs").groupby("run", sort=False)
+    return {name: part[["displacement", "horizontal", "vertical"]].to_numpy(float) for name, part in parts}
 
 
-def summaries() -> dict[str, dict[str, str]]:
-    """Stored summary of every run."""
-    return {row["run"]: row for row in rows("walls_summaries")}
+def summaries() -> pandas.DataFrame:
+    """Stored summary of every run, by its name."""
+    return rows("walls_summaries").set_index("run")

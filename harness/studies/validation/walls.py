@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import pandas
 from asperity.contract import Floats
 from asperity.style import COLOURS, TWO, new_figure, printed, save
 from asperity.tables import markdown
@@ -56,11 +57,8 @@ def until(name: str) -> float:
 
 def measured(wall: str) -> dict[str, Floats]:
     """Displacements and forces (n, 2) of the tests of a wall."""
-    found: dict[str, list[tuple[float, float]]] = {}
-    for row in rows("walls"):
-        if row["wall"] == wall:
-            found.setdefault(row["test"], []).append((float(row["displacement"]), float(row["force"])))
-    return {test: np.array(points) for test, points in found.items()}
+    parts = rows("walls").query("wall == @wall").groupby("test", sort=False)
+    return {test: part[["displacement", "force"]].to_numpy(float) for test, part in parts}
 
 
 def most(curve: Floats, limit: float) -> float:
@@ -74,7 +72,8 @@ def strengths(wall: str) -> list[float]:
     if wall in FORCES:
         return [most(one, until(wall)) for one in measured(wall).values()]
     names = ("J4D", "J5D") if wall == "J4D" else (wall,)
-    return [float(row["peak"]) for row in rows("walls_mortar") if row["test"] in names]
+    found = rows("walls_mortar")
+    return found.peak[found.test.isin(names)].tolist()
 
 
 def errors(curves: dict[str, Floats]) -> dict[str, float]:
@@ -163,15 +162,13 @@ def work(curve: Floats) -> float:
     return float(np.trapezoid(np.interp(x, curve[:, 0], curve[:, 1]), x))
 
 
-def methods(summaries: dict[str, dict[str, str]]) -> str:
+def methods(summaries: pandas.DataFrame) -> str:
     """Table of the methods that carry J4D over the snaps of its bricks."""
     body = []
     for name, label in METHODS.items():
-        one = summaries[name]
-        end = "passes" if float(one["end"]) >= 4.0 else f"stops at {float(one['end']):.2f} mm"
-        body.append(
-            [label, f"{float(one['peak']):.1f}", one["iterations"], f"{float(one['seconds']):.0f}", end]
-        )
+        one = summaries.loc[name]
+        end = "passes" if one.end >= 4.0 else f"stops at {one.end:.2f} mm"
+        body.append([label, f"{one.peak:.1f}", f"{one.iterations:.0f}", f"{one.seconds:.0f}", end])
     head = ["method", "peak, kN", "iterations", "seconds", "end"]
     return markdown(head, body)
 
@@ -182,14 +179,14 @@ SOLID = {
 }
 
 
-def solid(summaries: dict[str, dict[str, str]]) -> str:
+def solid(summaries: pandas.DataFrame) -> str:
     """Table of J4D in three dimensions."""
     body = []
     for name, label in SOLID.items():
-        if name in summaries:
-            one = summaries[name]
-            end = "passes" if float(one["end"]) >= 3.5 else f"stops at {float(one['end']):.2f} mm"
-            body.append([label, f"{float(one['peak']):.1f}", one["iterations"], one["cuts"], end])
+        if name in summaries.index:
+            one = summaries.loc[name]
+            end = "passes" if one.end >= 3.5 else f"stops at {one.end:.2f} mm"
+            body.append([label, f"{one.peak:.1f}", f"{one.iterations:.0f}", f"{one.cuts:.0f}", end])
     return markdown(["pattern", "peak, kN", "iterations", "cuts", "to 3.5 mm"], body)
 
 
@@ -206,9 +203,8 @@ def draw_curves(curves: dict[str, Floats]) -> Figure:
     for name, colour in zip(MORTAR, COLOURS, strict=False):
         axes[2].plot(*curves[name][:, :2].T, color=colour, label=f"{name}, flat")
         axes[2].plot(*curves[f"{name} 10 0.1"][:, :2].T, color=colour, linestyle=":", label=f"{name}, 10°")
-        for row in rows("walls_mortar"):
-            if row["test"] == name or (name, row["test"]) == ("J4D", "J5D"):
-                axes[2].axhline(float(row["peak"]), color=colour, linestyle="--", linewidth=0.8)
+        for one in strengths(name):
+            axes[2].axhline(one, color=colour, linestyle="--", linewidth=0.8)
     axes[2].set_title("Eindhoven: lines model, dashed measured peaks")
     if "cyclic WS100" in curves:
         for one in measured("cyclic WS100").values():
@@ -225,14 +221,14 @@ def draw_curves(curves: dict[str, Floats]) -> Figure:
     return figure
 
 
-def draw_speed(curves: dict[str, Floats], summaries: dict[str, dict[str, str]]) -> Figure:
+def draw_speed(curves: dict[str, Floats], summaries: pandas.DataFrame) -> Figure:
     """Draw the errors of peak and work of J4D over the processor time of the runs."""
     figure, axes = new_figure(TWO, 3.0, ncols=2)
     places = [((4, -7), "left"), ((-4, -6), "right"), ((4, -2), "left"), ((5, -3), "left"), ((4, 2), "left")]
     for (title, (reference, points)), colour, (place, side) in zip(
         SPEED.items(), COLOURS, places, strict=False
     ):
-        seconds = [float(summaries[name]["seconds"]) for name in points]
+        seconds = summaries.loc[[*points], "seconds"].tolist()
         for ax, size in zip(axes, (peak, work), strict=True):
             errors = [100.0 * abs(size(curves[name]) / size(curves[reference]) - 1.0) for name in points]
             errors = np.maximum(errors, LEAST_ERROR).tolist()
@@ -253,12 +249,11 @@ def draw_speed(curves: dict[str, Floats], summaries: dict[str, dict[str, str]]) 
 
 def arches() -> str:
     """Table of the arches."""
-    limits, found = {}, {}
-    for row in rows("arches"):
-        key = row["ratio"], row["mu"], row["tan_psi"]
-        limits[key] = row["limit"]
-        found[(*key, row["dim"])] = row["found"]
-    body = [[*key, limit, *(found.get((*key, dim), "") for dim in "23")] for key, limit in limits.items()]
+    keys = ["ratio", "mu", "tan_psi", "limit"]
+    body = []
+    for key, part in rows("arches", dtype=str).groupby(keys, sort=False):
+        found = dict(zip(part.dim, part.found, strict=True))
+        body.append([*key, *(found.get(dim, "") for dim in "23")])
     return markdown(["t/R", "mu", "tan(theta)", "limit analysis, g", "model in 2D, g", "in 3D, g"], body)
 
 
