@@ -14,10 +14,10 @@ from asperity.case_files import read_case, slip_tests
 from asperity.cli import main
 from asperity.fit import ShearTest, fit, fitting, outcome, read_tests
 from asperity.fit import model as fit_model
+from asperity.fit.command import COVARIANCE, HEADING
 from asperity.fit.constants import to_scale
 from asperity.fit.outcome import residual_ratio
 from asperity.fit.report import case_of, report
-from asperity.fit.search import COVARIANCE, HEADING
 from asperity.fit.verdict import doubts, refusals
 from asperity.options import PICTURES, may_replace
 

@@ -20,9 +20,8 @@ from asperity import Interface, Material, Pattern
 from asperity.case_files import read_case
 from asperity.cli import main
 from asperity.fit import fit, read_tests
-from asperity.fit.command import add_arguments
+from asperity.fit.command import HEADING, add_arguments
 from asperity.fit.outcome import Fit
-from asperity.fit.search import HEADING
 from asperity.fit.verdict import outliers, propose, refusals
 from asperity.options import command_line
 from asperity.uncertainty import uncertainty

@@ -48,7 +48,7 @@ BY_NATURE = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    from ..fit.search import add_search
+    from ..fit.command import add_search
 
     needed = {"required": True}
     stresses = "normal stress of the curves, or LOW,HIGH of an envelope; compression > 0"
@@ -67,7 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from ..fit.search import check_search
+    from ..fit.command import check_search
 
     check_search(options)
     stresses = [contract.number("--sigma-n", text) for text in options.sigma_n.split(",")]
@@ -79,10 +79,10 @@ def _run(options: argparse.Namespace) -> int:
 
 def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> int:
     """Print and write the law that comes closest to the curves under one normal stress."""
+    from ..fit.command import arguments_of, searching, write
     from ..fit.constants import BOND, KS
     from ..fit.picture import draw as draw_fit
     from ..fit.report import case_of, lines_of, report
-    from ..fit.search import arguments_of, searching, write
     from ..fit.units import DEFAULT
 
     names = {*options.free.split(","), *numbers("--set", options.set, 1)}
@@ -103,8 +103,8 @@ def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> int:
 
 def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float) -> int:
     """Print and write the law that meets an envelope."""
+    from ..fit.command import write
     from ..fit.report import slip_case
-    from ..fit.search import write
 
     given = {name: value for name, (value,) in numbers("--set", options.set, 1).items()}
     unused = ["--free"] if options.free != ",".join(FREE) else []

@@ -1,27 +1,145 @@
-"""Command `asperity fit`: constants from shear-box tests."""
+"""Command `asperity fit`: constants from shear-box tests, and what all commands share that fit curves."""
 
 from __future__ import annotations
 
 import argparse
 import re
 import shlex
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
 from .. import contract
-from ..options import add_options, assigned, command_line
+from ..cards.blocks import HOSTS
+from ..interface import Interface
+from ..options import (
+    add_options,
+    add_output,
+    add_workers,
+    assigned,
+    check_outputs,
+    command_line,
+    numbers,
+    progress_bar,
+    workers,
+)
 from ..remarks import doubts, shown_warnings
-from .constants import AUTO, MORTAR, ROCK
+from .constants import AUTO, MORTAR, ROCK, SCALES
+from .fitting import STARTS_TRIED, fit
+from .model import INCREMENTS, SIDES
 from .outcome import Fit
 from .picture import draw
 from .records import read_tests
-from .report import accepted_text, case_of, covariance_text, props_line, report
-from .search import add_search, arguments_of, check_search, searching, write
+from .report import accepted_text, case_of, covariance_text, file_of, props_line, report
+from .shear_test import ShearTest
 from .units import DEFAULT, NONE, check_target
-from .verdict import MOVED, Arguments, outliers, propose, refusals
+from .verdict import MOVED, Arguments, Fitted, outliers, propose, refusals
 
 NO_RESULT = 3
 """Exit code where numbers must not be used: of a fit, or of too few samples."""
+
+HEADING = "! Identified by asperity fit."
+COVARIANCE = r'\{\s+"parameters"'
+"""Starts of the files that a search writes."""
+
+
+def add_search(
+    parser: argparse.ArgumentParser, free: str | None = None, fixed: Mapping[str, float] | None = None
+) -> None:
+    """Add the options of the search and of its results; free and fixed: the defaults, for the help."""
+    known = ", ".join(f"{name}={value:.4g}" for name, value in (fixed or {}).items())
+    unset = "those that the tests can show; +height adds height to them"
+    of_all = f"constants to identify, of {','.join(SCALES)} (default: {unset if free is None else free})"
+    planes = "inclined planes: 2 for a ridge across the slip (RT), 0 for a flat joint"
+    drawn = {"nargs": "?", "const": Path("fit.png")}
+    add_options(
+        parser,
+        ("--free NAMES", of_all, str, {"default": free}),
+        ("--set NAME=VALUE", f"constants that are known{f' (default: {known})' if known else ''}", list),
+        ("--start NAME=VALUE", "additional start of the search", list),
+        ("--bounds NAME=LOW,HIGH", "bounds of a free constant", list),
+        ("--sides SIDES", f"{planes} (default: {SIDES}, or 0 for tests without dilation)", int),
+        ("--direction DEGREES", "direction of the slip, from Tx", 0.0),
+        ("--increments N", "smallest number along a test, refined until the constants converge", INCREMENTS),
+        ("--starts STARTS", "number of starts of the least squares", STARTS_TRIED),
+        ("--seed SEED", "seed of the random starts", 0),
+        ("--plot FILE", "plot of tests and fit, .png or .pdf (default: fit.png)", Path, drawn),
+        ("--card", "also print the material block of a host", str, {"choices": tuple(HOSTS)}),
+    )
+    add_output(parser, "CASE.nml", "write a case, and the covariance for uncertainty, CASE.fit.json")
+    add_workers(parser)
+    parser.set_defaults(confidence=0.95, model_error=0.0, accept=False, joint=AUTO)
+
+
+def check_search(options: argparse.Namespace) -> None:
+    """Raise ValueError for options of the search that can be refused before the work starts."""
+    beside = None if options.output is None else file_of(options.output)
+    written = ("--plot", options.plot), ("-o", options.output, HEADING), ("-o", beside, COVARIANCE)
+    check_outputs(options.force, getattr(options, "records", ()), *written)
+
+
+def arguments_of(options: argparse.Namespace, assumed: Mapping[str, float] | None = None) -> Arguments:
+    """Arguments of `fit` of the options; assumed: values of constants neither free nor set."""
+    free = options.free and tuple(name.strip() for name in options.free.split(",") if name.strip())
+    names = [name.removeprefix("+") for name in free or ()]
+    known = {name: one for name, one in (assumed or {}).items() if name not in names}
+    values = {what: numbers(f"--{what}", getattr(options, what), 1) for what in ("set", "start")}
+    same = ("sides", "direction", "increments", "starts", "seed", "confidence", "model_error", "joint")
+    return {
+        "free": free,
+        "fixed": known | {name: one for name, (one,) in values["set"].items()},
+        "start": {name: one for name, (one,) in values["start"].items()},
+        "bounds": {name: (low, high) for name, (low, high) in numbers("--bounds", options.bounds, 2).items()},
+        **{name: getattr(options, name) for name in same},
+    }
+
+
+@contextmanager
+def searching(options: argparse.Namespace, tests: Sequence[ShearTest]) -> Iterator[Fitted]:
+    """Function that fits tests with arguments and shows its stages and the remaining time."""
+    with workers(options) as executor, progress_bar(options.starts + 2, "stage") as bar:
+
+        def tick(label: str) -> None:
+            bar.set_description(label, refresh=False)
+            bar.update()
+
+        def fitted(given: Arguments) -> Fit:
+            # what a proposal has set has no start and no bounds
+            known = {*given["fixed"]}
+            left = {
+                what: {name: given[what][name] for name in given[what] if name not in known}
+                for what in ("start", "bounds")
+            }
+            return fit(tests, **given | left, tick=tick, executor=executor)
+
+        yield fitted
+
+
+def write(
+    options: argparse.Namespace,
+    interface: Interface,
+    draw: Callable[[Path], object],
+    case: str,
+    accepted: str = "",
+    covariance: str = "",
+) -> None:
+    """Print the card and write picture, case file and covariance, as far as the options ask for them.
+
+    draw: draws the picture into a file.  case, covariance: texts.  accepted: what the user has accepted.
+    """
+    if options.card is not None:
+        print("\n" + interface.card(options.card, notes=[accepted] if accepted else []), end="")
+    if options.plot is not None:
+        draw(options.plot)
+        print(options.plot)
+    if options.output is not None:
+        note = f"! {accepted[0].upper()}{accepted[1:]}.\n" if accepted else ""
+        files = {options.output: f"{HEADING}\n{note}{case}", file_of(options.output): covariance}
+        for path, text in files.items():
+            if text:
+                path.write_text(text, encoding="utf-8")
+                print(path)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -95,17 +213,15 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
                 (given, found), reasons = better, []
                 print()
                 _print(found, units)
-    accepted = ""
-    if given["model_error"] or (options.accept and reasons):
-        accepted = accepted_text(found, reasons)
-    left = [] if options.accept else reasons
-    if not left:
-        print(f"\n{accepted}" if accepted else "", f"{props_line(found.interface)}", sep="\n")
-    if left:
+    accepted = accepted_text(found, reasons) if given["model_error"] or (options.accept and reasons) else ""
+    refused = reasons and not options.accept
+    if refused:
         options.card = options.output = None
-    case, covariance = (case_of(found), covariance_text(found, accepted)) if options.output else ("", "")
-    write(options, found.interface, partial(draw, found, units), case, accepted, covariance)
-    return NO_RESULT if left else 0
+    else:
+        print(f"\n{accepted}" if accepted else "", f"{props_line(found.interface)}", sep="\n")
+    texts = (case_of(found), accepted, covariance_text(found, accepted)) if options.output else ("", accepted)
+    write(options, found.interface, partial(draw, found, units), *texts)
+    return NO_RESULT if refused else 0
 
 
 def _print(found: Fit, units: tuple[str, str]) -> list[str]:
@@ -128,34 +244,29 @@ def _next(
     """Text with the command to run next, which is never that which was refused."""
 
     def command(changed: Arguments, **others: object) -> str:
-        values = {"free": changed["free"] and ",".join(changed["free"]), "auto": False}
-        values["set"] = [
-            f"{name}={one}" if isinstance(one, str) else f"{name}={one:.10g}"
+        pairs = [
+            f"{name}={one if isinstance(one, str) else f'{one:.10g}'}"
             for name, one in changed["fixed"].items()
         ]
+        values = {"free": changed["free"] and ",".join(changed["free"]), "auto": False, "set": pairs}
         same = {name: changed[name] for name in ("sides", "model_error")}
-        return shlex.join(command_line(parser, options, values | same | others))
+        return "next: " + shlex.join(command_line(parser, options, values | same | others))
 
     if proposal is not None:
         sums = f"{proposal[1].costs[0]:.4g} after {found.costs[0]:.4g}"
-        return f"next: {command(proposal[0])}\n      it has a result (sum of squares {sums})"
-    moving = [one.place for one in outliers(found) if one.moves > MOVED]
+        return f"{command(proposal[0])}\n      it has a result (sum of squares {sums})"
+    moving = ", ".join(one.place for one in outliers(found) if one.moves > MOVED)
     if moving:
-        lines = f"next: put # before these lines if they are errors of reading: {', '.join(moving)}"
-        return f"{lines}\n      {command(given)}"
+        again = command(given).replace("next:", "     ", 1)
+        return f"next: put # before these lines if they are errors of reading: {moving}\n{again}"
     flat = not found.problem.is_dilation.any() and not found.problem.values(found.x)["theta"]
     unshown = flat and given["sides"] is None
     unknown = ["theta"] if found.inseparable or unshown else []
     unknown += [name for name in found.undetermined if name not in found.at_bounds]
     if unknown and (unshown or not found.dependent):
         free = tuple(name for name in given["free"] or () if name.removeprefix("+") != unknown[0])
-        one = given | {"free": free or None, "fixed": given["fixed"] | {unknown[0]: "VALUE"}}
-        return (
-            f"next: {command(one)}\n      with the value of {unknown[0]} from another test: these tests do "
-            "not contain it"
-        )
-    return (
-        f"next: {command(given, plot=options.plot or Path('fit.png'), accept=True)}\n      takes these "
-        "constants as they are; look first where test and fit differ: units, signs, pattern (--sides), rows "
-        "to leave out"
-    )
+        one = command(given | {"free": free or None, "fixed": given["fixed"] | {unknown[0]: "VALUE"}})
+        return f"{one}\n      with the value of {unknown[0]} from another test: these tests do not contain it"
+    one = command(given, plot=options.plot or Path("fit.png"), accept=True)
+    look = "look first where test and fit differ: units, signs, pattern (--sides), rows to leave out"
+    return f"{one}\n      takes these constants as they are; {look}"

@@ -50,8 +50,10 @@ DEFAULTS = {"eta": 0.9} | {
 }
 """Values of constants that are neither free nor set."""
 
-ROCK_VALUES = {"kc": 20.0}
-"""The same for a joint without bond."""
+
+def defaults(form: str) -> dict[str, float]:
+    """Values of constants that are neither free nor set; the contact of a joint without bond is stiff."""
+    return DEFAULTS | ({"kc": 20.0} if form == ROCK else {})
 
 
 def to_scale(name: str, value: ArrayLike) -> Floats:

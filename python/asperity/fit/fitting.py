@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any
@@ -12,24 +12,9 @@ import numpy as np
 from .. import contract
 from ..contract import Floats
 from ..parallel import map_in_order
+from . import constants
 from .checks import LARGEST_RATIO, refuse
-from .constants import (
-    AUTO,
-    BOND,
-    DEFAULTS,
-    INCLINED,
-    KS,
-    ROCK,
-    ROCK_VALUES,
-    SCALES,
-    default_free,
-    from_scale,
-    joints,
-    plausible,
-    sizes,
-    start_range,
-    to_scale,
-)
+from .constants import BOND, INCLINED, KS, ROCK, SCALES, from_scale, sizes, to_scale
 from .model import INCREMENTS, SIDES, Problem
 from .outcome import ENOUGH, REFINE, SAME, Fit
 from .shear_test import ShearTest
@@ -44,32 +29,27 @@ solver, 1e-13 to 1e-12 over STEP, is far below.
 SAMPLES = 48
 """Points of a Latin hypercube; the best of them are the starts."""
 
-STARTS_TRIED = 5
-"""Number of starts. About one in four ends in the local minimum of a curve that never softens (small s_f)."""
+STARTS_TRIED, AGREEING, MORE_STARTS = 5, 3, 3
+"""Number of starts; where fewer than AGREEING reach the smallest sum, up to MORE_STARTS times as many.
 
-AGREEING, MORE_STARTS = 3, 3
-"""Where fewer starts reach the smallest sum of squares, up to MORE_STARTS times as many starts are tried."""
+About one in four ends in the local minimum of a curve that never softens (small s_f).
+"""
 
-FOUND, SEARCHED = 1.0e-8, 1.0e-4
-"""Relative change of the sum of squares at which the least squares end, and a search from a start."""
+FOUND, SEARCHED, MOST_EVALUATIONS = 1.0e-8, 1.0e-4, 60
+"""Relative change of the sum of squares at which the least squares end, and a search from a start; largest
+number of evaluations of the model in each, besides those for derivatives.
+"""
 
 MOST_WEIGHT = 5.0
 """Largest weight of the dilation beside tau, which weighs each by its own scatter, and its inverse."""
 
-REFINEMENTS = 3
-"""Largest number of refinements, which divide an increment by at most 64."""
+REFINEMENTS, MOST_ROWS = 3, 400000
+"""Largest number of refinements, which divide an increment by at most 64, and of increments of a test in the
+finest model: 150 MB of state for nine planes.
+"""
 
-MOST_INCREMENTS = 10000
-"""Largest number of increments that can be requested along a test."""
-
-MOST_SEED = 2**32 - 1
-"""Largest seed."""
-
-MOST_ROWS = 400000
-"""Largest number of increments of a test in the finest model: 150 MB of state for nine planes."""
-
-MOST_EVALUATIONS = 60
-"""Largest number of residual evaluations of one least-squares solution, without those for derivatives."""
+MOST = {"starts": SAMPLES, "increments": 10000, "seed": 2**32 - 1}
+"""Largest whole numbers."""
 
 
 def fit(
@@ -87,7 +67,7 @@ def fit(
     tick: Callable[[str], object] = lambda _: None,
     model_error: float = 0.0,
     executor: Executor | None = None,
-    joint: str = AUTO,
+    joint: str = constants.AUTO,
 ) -> Fit:
     """Least-squares constants of measured tests.
 
@@ -101,24 +81,18 @@ def fit(
     start, bounds
         An additional start, and (low, high), by name.
     sides, direction
-        Inclined planes of the pattern (None: 8, or 0 for tests without dilation and theta), and the direction
-        of the slip, degrees.
+        Inclined planes (None: 8, or 0 for tests without dilation and theta), direction of the slip, degrees.
     increments
         Smallest number along a test at first; they are refined until the constants converge.
     starts, seed
         Number of starts, and seed of their Latin hypercube.
-    confidence
-        Of the intervals.
-    tick
-        Called with the name of every part of a fit when it is done.
-    model_error
-        Accepted scatter, as a fraction of the range, of a model that differs from the tests by more than
-        noise; the intervals are then wider.
-    executor
-        As in `parallel.map_in_order`; the result is the same with any.
+    confidence, model_error
+        Of the intervals; accepted scatter, as a fraction of the range, of a model that differs from the tests
+        by more than noise, for which the intervals are widened.
+    tick, executor
+        Called with the name of every part of a fit when it is done; as in `parallel.map_in_order`.
     joint
-        "mortar" with a bond, "rock" without, or "auto": that of the two with the smaller information
-        criterion.
+        "mortar" with a bond, "rock" without, or "auto": that with the smaller information criterion.
 
     Returns
     -------
@@ -144,24 +118,26 @@ def fit(
     >>> {name: round(one.value, 3) for name, one in found.estimates.items()}
     {'mu': 0.5, 'theta': 20.0}
     """
-    for name, value, least, most in (
-        ("starts", starts, 1, SAMPLES),
-        ("increments", increments, 1, MOST_INCREMENTS),
-        ("seed", seed, 0, MOST_SEED),
-    ):
+    for name, value in (("starts", starts), ("increments", increments), ("seed", seed)):
+        least, most = int(name != "seed"), MOST[name]
         whole = least <= contract.number(name, value) <= most and value == int(value)
         refuse(not whole, f"{name} = {value!r}: expected {least} to {most}, a whole number")
     proper = not isinstance(tests, ShearTest | str) and all(isinstance(one, ShearTest) for one in tests)
-    refuse(not proper, f"tests = {contract.shown(tests)}: expected tests, as those of read_tests")
-    refuse(not tests, "no tests: expected at least one")
-    refuse(isinstance(free, str), f"free = {free!r}: expected a sequence of names")
-    wanted = "expected a fraction of the range, 0 to 1"
-    refuse(not 0.0 <= model_error < 1.0, f"model_error = {model_error:g}: {wanted}")
-    refuse(not 0.0 < confidence < 1.0, f"confidence = {confidence:g}: expected between 0 and 1")
-    refuse(not np.isfinite(direction), f"direction = {direction:g}: expected a finite angle in degrees")
+    for wrong, text in (
+        (not proper, f"tests = {contract.shown(tests)}: expected tests, as those of read_tests"),
+        (not tests, "no tests: expected at least one"),
+        (isinstance(free, str), f"free = {free!r}: expected a sequence of names"),
+        (
+            not 0.0 <= model_error < 1.0,
+            f"model_error = {model_error:g}: expected a fraction of the range, 0 to 1",
+        ),
+        (not 0.0 < confidence < 1.0, f"confidence = {confidence:g}: expected between 0 and 1"),
+        (not np.isfinite(direction), f"direction = {direction:g}: expected a finite angle in degrees"),
+    ):
+        refuse(wrong, text)
     fixed, start, bounds = dict(fixed or {}), dict(start or {}), dict(bounds or {})
     given = {*(name.lstrip("+") for name in free or ()), *fixed, *start}
-    forms = joints(given, joint)
+    forms = constants.joints(given, joint)
     empty = Problem(list(tests), (), {}, {}, SIDES, float(direction), int(increments))
     problems = {form: _problem(empty, form, free, fixed, bounds, start, sides) for form in forms}
     rough: dict[str, Fit] = {}
@@ -216,8 +192,8 @@ def minimise(
     low, high = np.array([to_scale(name, bounds[name]) for name in names]).T
     margin = 1e-6 * (high - low)
     parameters = lmfit.Parameters()
-    for row in zip(names, np.clip(x, low + margin, high - margin), low, high, strict=True):
-        parameters.add(row[0], row[1], min=row[2], max=row[3])
+    for name, *row in zip(names, np.clip(x, low + margin, high - margin), low, high, strict=True):
+        parameters.add(name, row[0], min=row[1], max=row[2])
 
     def vector(parameters: Any) -> Floats:
         return np.array([*parameters.valuesdict().values()])
@@ -226,17 +202,15 @@ def minimise(
         return derivatives(x) if derivatives else differences(residuals, x, step, residuals(x))
 
     # the errors of constants without influence are no numbers
-    with np.errstate(invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         result = lmfit.minimize(
             lambda now: residuals(vector(now)),
             parameters,
             method="least_squares",
             jac=lambda now: jacobian(vector(now)),
             x_scale="jac",
-            ftol=tolerance,
-            xtol=10.0 * tolerance,
-            gtol=tolerance,
             max_nfev=MOST_EVALUATIONS,
+            **{"ftol": tolerance, "xtol": 10.0 * tolerance, "gtol": tolerance},
         )
     if result.aborted:
         result.x = vector(result.params)
@@ -288,11 +262,11 @@ def _hypercube(problem: Problem, seed: int) -> list[Floats]:
     from scipy.stats import qmc
 
     names, size = problem.free, sizes(problem.tests)
-    low, high = np.array([start_range("s_f" if name == "Gc" else name, *size) for name in names]).T
-    points = qmc.scale(qmc.LatinHypercube(len(names), rng=seed).random(SAMPLES), low, high)
+    ranges = [constants.start_range("s_f" if name == "Gc" else name, *size) for name in names]
+    points = qmc.scale(qmc.LatinHypercube(len(names), rng=seed).random(SAMPLES), *np.transpose(ranges))
     if "Gc" in names:
         points[:, names.index("Gc")] += [np.log(0.5 * problem.values(x)["sigma0"]) for x in points]
-    ends = np.array([to_scale(name, problem.bounds[name]) for name in names]).T
+    ends = np.transpose([to_scale(name, problem.bounds[name]) for name in names])
     return list(np.clip(points, *ends))
 
 
@@ -306,66 +280,64 @@ def _problem(
     sides: int | None,
 ) -> Problem:
     """Problem of a fit; raises ValueError for inadmissible names, values, bounds and too few data."""
+
+    def only(what: str, names: Collection[str], allowed: Collection[str], text: str) -> None:
+        other = ", ".join(name for name in names if name not in allowed)
+        refuse(other, f"{what}: {other}{text}")
+
     tests, plain = empty.tests, [name.removeprefix("+") for name in wanted or ()]
     for what, names in (("free", plain), ("set", fixed), ("bounds", bounds), ("start", start)):
-        unknown = next((name for name in names if name not in SCALES), "")
-        refuse(unknown, f"{what}: {unknown} is unknown: expected one of {', '.join(SCALES)}")
-    both = next((name for name in plain if name in fixed), "")
-    refuse(both, f"free, set: {both}: expected it free or set, not both")
+        only(what, names, SCALES, f" is unknown: expected one of {', '.join(SCALES)}")
+    only("free, set", plain, {*SCALES} - {*fixed}, ": expected it free or set, not both")
+    sloped = [name for name, value in fixed.items() if value and name != "flat"]
     if sides is None:
-        inclines = {"theta", *INCLINED} & {*plain, *(name for name, value in fixed.items() if value)}
+        inclines = {"theta", *INCLINED} & {*plain, *sloped}
         sides = SIDES if inclines or any(test.s_N is not None for test in tests) else 0
     free = plain
     if wanted is None or any(name.startswith("+") for name in wanted):
-        usual = default_free(tests, form, sides, fixed)
+        usual = constants.default_free(tests, form, sides, fixed)
         free = [name for name in usual if name not in fixed and name not in plain] + plain
     once = free and len(set(free)) == len(free)
     refuse(not once, f"free: {', '.join(free) or 'none'}: expected names, each once")
     for what, names in (("bounds", bounds), ("start", start)):
-        other = next((name for name in names if name not in free), "")
-        refuse(other, f"{what}: {other}: expected one of the free ones, {', '.join(free)}")
-    of_planes = {"free": free, "set": [name for name, value in fixed.items() if value and name != "flat"]}
-    for what, names in of_planes.items():
-        inclined = ", ".join(name for name in INCLINED if name in names)
-        wanted_planes = "expected inclined planes, which sides = 0 does not have"
-        refuse(inclined and sides == 0, f"{what}: {inclined}: {wanted_planes}")
-    known = DEFAULTS | (ROCK_VALUES if form == ROCK else {}) | ({"theta": 0.0} if sides == 0 else {}) | fixed
+        only(what, names, free, f": expected one of the free ones, {', '.join(free)}")
+    if sides == 0:
+        for what, names in (("free", free), ("set", sloped)):
+            even = {*SCALES} - {*INCLINED}
+            only(what, names, even, ": expected inclined planes, which sides = 0 does not have")
+    known = constants.defaults(form) | ({"theta": 0.0} if sides == 0 else {}) | fixed
     names = [name for name in SCALES if name not in (BOND if form == ROCK else (KS,))]
     missing = next((name for name in names if name not in free and name not in known), "")
     why = " (no dilation was measured that shows it)" if missing == "theta" and wanted is None else ""
     refuse(missing, f"{missing}: expected it among the free ones, or a value, --set {missing}={why}")
     stress, length = sizes(tests)
-    flattest, theta = plausible("theta", stress, length)[0], known.get("theta", 0.0)
-    refuse(
-        0.0 < theta < flattest,
-        f"set: theta = {theta:g}: expected degrees, 0 or at least {flattest:g} (a radian is 57.3)",
-    )
-    within = {name: plausible(name, stress, length) for name in free}
+    within = {name: constants.plausible(name, stress, length) for name in free}
+    flattest, theta = constants.PLAUSIBLE["theta"][0], known.get("theta", 0.0)
+    angle = f"set: theta = {theta:g}: expected degrees, 0 or at least {flattest:g} (a radian is 57.3)"
+    refuse(0.0 < theta < flattest, angle)
     for name, (low, high) in bounds.items():
         top = {"logit": 1.0, "linear": 90.0}.get(SCALES[name], np.inf)
-        wanted_ends = f"expected 0 < low < high < {top:g}"
-        refuse(not 0.0 < low < high < top, f"bounds: {name} = {low:g}, {high:g}: {wanted_ends}")
+        ordered = 0.0 < low < high < top
+        refuse(not ordered, f"bounds: {name} = {low:g}, {high:g}: expected 0 < low < high < {top:g}")
         within[name] = (low, high)
     for name, value in start.items():
-        ends = "{:g} to {:g}".format(*within[name]) + ", its bounds" + " in degrees" * (name == "theta")
-        inside = within[name][0] <= contract.number(name, value) <= within[name][1]
+        low, high = within[name]
+        ends = f"{low:g} to {high:g}, its bounds" + " in degrees" * (name == "theta")
+        inside = low <= contract.number(name, value) <= high
         refuse(not inside, f"start: {name} = {value:g}: expected {ends}")
     values = {name: contract.number(name, known[name]) for name in names if name not in free}
     problem = replace(empty, free=tuple(free), fixed=values, bounds=within, sides=sides)
     middle = {name: float(from_scale(name, to_scale(name, ends).mean())) for name, ends in within.items()}
     problem.interface(values | middle)
     if form != ROCK:
-        Gc, sigma0 = (within.get(name, (values.get(name),) * 2) for name in ("Gc", "sigma0"))
-        shortest, longest = 2.0 * Gc[0] / sigma0[1], 2.0 * Gc[1] / sigma0[0]  # type: ignore[operator]
+        (a, b), (c, d) = (within.get(name) or (values[name], values[name]) for name in ("Gc", "sigma0"))
+        shortest, longest = 2.0 * a / d, 2.0 * b / c
         refuse(
             not shortest / LARGEST_RATIO <= length <= LARGEST_RATIO * longest,
             f"column slip: up to {length:g} where s_f = 2 Gc/sigma0 is {shortest:g} to {longest:g}: expected "
             f"the unit of Gc/sigma0 (a ratio from {1.0 / LARGEST_RATIO:g} to {LARGEST_RATIO:g})",
         )
-    count = problem.is_dilation.size
-    refuse(
-        count <= 2 * len(free),
-        f"{count} values in {len(tests)} tests: expected more than {2 * len(free)}, twice the {len(free)} "
-        "free constants",
-    )
+    count, least = problem.is_dilation.size, 2 * len(free)
+    few = f"{count} values in {len(tests)} tests: expected more than {least}, twice the {len(free)} free"
+    refuse(count <= least, f"{few} constants")
     return problem

@@ -14,32 +14,24 @@ from ..interface import Interface
 from .constants import SCALES, from_scale, material_of, to_scale
 from .model import Problem, at_rows
 
-DEPENDENT = 0.3
-"""Correlation of neighbouring residuals above which the model differs from the tests by more than noise."""
-
-DEVIATIONS = 3.0
-"""Standard deviations of the correlation of independent residuals, 1/sqrt(n), that count as none."""
+DEPENDENT, DEVIATIONS = 0.3, 3.0
+"""Correlation of neighbouring residuals above which the model differs from the tests by more than noise, and
+standard deviations of that of independent residuals, 1/sqrt(n), up to which it counts as none.
+"""
 
 SAME = 1.01
 """Largest ratio of two sums of squares that count as the same minimum."""
 
-UNDETERMINED = 2.0
-"""A constant is not determined if its value and an end of its interval differ by more than this factor."""
-
-COUPLED = 0.99
-"""Correlation above which two constants are called not separable."""
-
-REFINE = 4
-"""Sub-increments per increment of the next finer model."""
-
-ENOUGH = 0.1
-"""Accepted shift of a constant by finer increments, in standard errors.
-
-This shift turns a 95 % interval into one of 94.8 %.
+UNDETERMINED, COUPLED = 2.0, 0.99
+"""A constant is not determined if its value and an end of its interval differ by more than this factor; two
+are not separable above this correlation.
 """
 
-LEAST_ERROR = 1.0e-3
-"""Smallest relative standard error in which a shift is measured: no two boxes agree to a thousandth."""
+REFINE, ENOUGH, LEAST_ERROR = 4, 0.1, 1.0e-3
+"""Sub-increments per increment of the next finer model; the shift of a constant by them that is accepted, in
+standard errors, which turns a 95 % interval into one of 94.8 %; and the smallest relative standard error in
+which it is measured, as no two boxes agree to a thousandth.
+"""
 
 RANK = 1.0e-10
 """Singular values below this fraction of the largest one are rounding errors."""
@@ -173,10 +165,11 @@ class Fit:
 
     def of(self, function: Callable[[Mapping[str, float]], float]) -> Estimate:
         """Interval of a positive function of the constants, from the gradient of its logarithm."""
-        step = 1e-4
-        points = self.x + step * np.vstack([np.zeros_like(self.x), np.eye(self.x.size), -np.eye(self.x.size)])
-        value, *beside = (float(np.log(function(self.problem.values(x)))) for x in points)
-        gradient = np.subtract(*np.split(np.array(beside), 2)) / (2.0 * step)
+        step = 1e-4 * np.eye(self.x.size)
+        value, *beside = (
+            float(np.log(function(self.problem.values(x)))) for x in (self.x, *self.x + step, *self.x - step)
+        )
+        gradient = np.subtract(*np.split(np.array(beside), 2)) / (2.0 * step.max())
         half = self.quantile * float(np.sqrt(gradient @ self.covariance @ gradient))
         return Estimate(*from_scale("", [value, value - half, value + half]).tolist())
 
@@ -206,11 +199,10 @@ class Fit:
     @property
     def undetermined(self) -> list[str]:
         """Free constants whose intervals are wider than UNDETERMINED to either side, the widest first."""
-        widths = {}
-        for name, x, error in zip(self.problem.free, self.x, self.errors, strict=True):
-            most = abs(x) / UNDETERMINED if SCALES[name] == "linear" else np.log(UNDETERMINED)
-            widths[name] = float(self.quantile * error / most)
-        return sorted((name for name, width in widths.items() if width > 1.0), key=lambda name: -widths[name])
+        linear = [SCALES[name] == "linear" for name in self.problem.free]
+        most = np.where(linear, np.abs(self.x) / UNDETERMINED, np.log(UNDETERMINED))
+        widths = dict(zip(self.problem.free, self.quantile * self.errors / most, strict=True))
+        return sorted((name for name in widths if widths[name] > 1.0), key=lambda name: -widths[name])
 
     @property
     def at_bounds(self) -> list[str]:
