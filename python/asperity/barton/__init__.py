@@ -1,3 +1,3 @@
 """Bridge from the parameters of rock engineers (JRC, JCS, phi_r) to the constants of the law."""
 
-from .command import barton as barton
+from .joint import Joint as Joint

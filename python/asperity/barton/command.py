@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from .envelope import Envelope, draw, envelope, table
 from .joint import SAMPLE, Joint, check_reach
 
 if TYPE_CHECKING:
-    from ..fit.outcome import Fit
     from ..fit.shear_test import ShearTest
 
 FREE = ("ks", "mu", "theta", "height")
@@ -67,19 +67,43 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from ..fit.command import check_search
+    """Print both laws under one stress or over a range, with warnings and PROPS, and write the files."""
+    from ..fit.command import check_search, write
+    from ..fit.report import props_line
 
     check_search(options)
     stresses = [contract.number("--sigma-n", text) for text in options.sigma_n.split(",")]
     if len(stresses) > 2:
         raise ValueError(f"--sigma-n {options.sigma_n}: expected one normal stress, or LOW,HIGH")
-    joint = Joint(options.jrc, options.jcs, options.phi_r, options.length, options.sample)
-    return (_curve if len(stresses) == 1 else _envelope)(options, joint, *stresses)
+    joint, reach = (
+        Joint(options.jrc, options.jcs, options.phi_r, options.length, options.sample),
+        options.reach,
+    )
+    found, more, case, picture = (_curve if len(stresses) == 1 else _envelope)(options, joint, *stresses)
+    print(
+        f"joint       JRC {joint.jrc:g}, JCS {joint.jcs:g} MPa on samples of {joint.sample:g} m, "
+        f"phi_r {joint.phi_r:g} degrees\n"
+        f"length      {joint.length:g} m: JRC {joint.jrc_n:.4g}, JCS {joint.jcs_n:.4g} MPa, slip at "
+        f"the peak {joint.peak_slip:.4g} mm\n"
+        f"curves      to {reach:g} slips at the peak, {found.slips[-1]:.4g} mm, {found.slips.size - 1} rows "
+        f"each\n\n{table(found)}\n\n{more}"
+    )
+    interface, pressure = found.interface, -float(found.stresses[-1])
+    for text in doubts(interface.material, interface.pattern, pressure, slip=float(found.slips[-1])):
+        print(f"warning: {text}")
+    print(f"\n{props_line(interface)}")
+    # without scatter there is no covariance
+    write(options, interface, picture, case)
+    return 0
 
 
-def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> int:
-    """Print and write the law that comes closest to the curves under one normal stress."""
-    from ..fit.command import arguments_of, searching, write
+Found = tuple[Envelope, str, str, Callable[[Path], object]]
+"""Both laws, lines of the report, text of a case and function that draws."""
+
+
+def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> Found:
+    """Law that comes closest to the curves under one normal stress."""
+    from ..fit.command import arguments_of, searching
     from ..fit.constants import BOND, KS
     from ..fit.picture import draw as draw_fit
     from ..fit.report import case_of, lines_of, report
@@ -94,16 +118,17 @@ def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> int:
         found = fitted(arguments_of(options, FIXED))
     slips = np.append(0.0, tests[0].slip)
     both = Envelope(joint, found.interface, np.array([sigma_n]), slips, found.values)
-    _print(both, options.reach, f"{lines_of(BY_NATURE)}\n\n{report(found, DEFAULT)}")
-    # without scatter there is no covariance
-    picture = partial(draw_fit, found, DEFAULT, of_tests=f"Barton, JRC {joint.jrc:g}")
-    write(options, found.interface, picture, case_of(found))
-    return 0
+    more = f"{lines_of(BY_NATURE)}\n\n{report(found, DEFAULT)}"
+    return (
+        both,
+        more,
+        case_of(found),
+        partial(draw_fit, found, DEFAULT, of_tests=f"Barton, JRC {joint.jrc:g}"),
+    )
 
 
-def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float) -> int:
-    """Print and write the law that meets an envelope."""
-    from ..fit.command import write
+def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float) -> Found:
+    """Law that meets an envelope."""
     from ..fit.report import slip_case
 
     given = {name: value for name, (value,) in numbers("--set", options.set, 1).items()}
@@ -120,81 +145,10 @@ def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float
     found = envelope(joint, low, high, reach=options.reach, **given)
     units = {"ks": "MPa/mm", "mu": "-", "theta": "degree", "height": "mm", "crush": "MPa"}
     values = [f"{name:<12}{found.values[name]:>12.5g}  {unit}" for name, unit in units.items()]
-    _print(found, options.reach, "\n".join(values))
     material = {name: value for name, value in found.values.items() if name not in ("theta", "flat")}
-    slips = [float(found.slips[-1])]
-    text = slip_case("Joint of Barton", material, found.interface.pattern, -found.stresses, slips)
-    write(options, found.interface, partial(draw, found), text)
-    return 0
-
-
-def _print(found: Envelope, reach: float, more: str) -> None:
-    """Print the joint with its scaled values, both laws at each stress, more, warnings and PROPS."""
-    from ..fit.report import props_line
-
-    joint, interface = found.joint, found.interface
-    print(
-        f"joint       JRC {joint.jrc:g}, JCS {joint.jcs:g} MPa on samples of {joint.sample:g} m, "
-        f"phi_r {joint.phi_r:g} degrees\n"
-        f"length      {joint.length:g} m: JRC {joint.jrc_n:.4g}, JCS {joint.jcs_n:.4g} MPa, slip at "
-        f"the peak {joint.peak_slip:.4g} mm\n"
-        f"curves      to {reach:g} slips at the peak, {found.slips[-1]:.4g} mm, {found.slips.size - 1} rows "
-        f"each\n\n{table(found)}\n\n{more}"
-    )
-    pressure, slip = -float(found.stresses[-1]), float(found.slips[-1])
-    for text in doubts(interface.material, interface.pattern, pressure, slip=slip):
-        print(f"warning: {text}")
-    print(f"\n{props_line(interface)}")
-
-
-def barton(
-    jrc: float,
-    jcs: float,
-    phi_r: float,
-    length: float,
-    sigma_n: Sequence[float],
-    sample: float = SAMPLE,
-    reach: float = REACH,
-    **search: Any,
-) -> Fit:
-    """Constants of the law whose curves come closest to those of a joint of Barton.
-
-    Parameters
-    ----------
-    jrc, jcs, phi_r
-        Roughness, wall strength (MPa) and residual friction angle (degrees) of samples.
-    length, sample
-        Length of the joint and of the samples, m.
-    sigma_n
-        Normal stresses of the curves, MPa, compression positive.
-    reach
-        End of the curves over the slip at the peak.
-    search
-        Arguments of `asperity.fit.fit`, such as sides, free and fixed.
-
-    Returns
-    -------
-    Fit
-        Its `interface` is the joint in mm and MPa; the intervals say which constants the curves determine.
-
-    Raises
-    ------
-    ValueError
-        For values out of range.
-
-    Examples
-    --------
-    >>> from asperity.barton import barton
-    >>> found = barton(10.0, 100.0, 30.0, 0.1, [1.0], sides=2, starts=1)
-    >>> 0.2 < found.values["mu"] < 0.7
-    True
-    """
-    from ..fit.fitting import fit
-
-    tests = curves(Joint(jrc, jcs, phi_r, length, sample), list(sigma_n), reach)
-    free = search.pop("free", FREE)
-    fixed = {name: value for name, value in FIXED.items() if name not in free}
-    return fit(tests, free, fixed | dict(search.pop("fixed", {})), **search)
+    slips, tractions = [float(found.slips[-1])], -found.stresses
+    case = slip_case("Joint of Barton", material, found.interface.pattern, tractions, slips)
+    return found, "\n".join(values), case, partial(draw, found)
 
 
 def curves(joint: Joint, stresses: Sequence[float], reach: float = REACH) -> list[ShearTest]:
@@ -207,8 +161,7 @@ def curves(joint: Joint, stresses: Sequence[float], reach: float = REACH) -> lis
     check_reach(reach)
     if not stresses:
         raise ValueError("sigma_n: expected at least one normal stress")
-    for sigma_n in stresses:
-        joint.check_stress(sigma_n)
+    joint.check_stresses(*stresses)
     if len(set(stresses)) < len(stresses):
         raise ValueError(f"sigma_n = {', '.join(f'{one:g}' for one in stresses)}: expected each stress once")
     slip = np.linspace(0.0, reach * joint.peak_slip, ROWS + 1)[1:]

@@ -16,14 +16,13 @@ from ..material import Material
 from ..pattern import Pattern
 from .joint import Joint, check_reach
 
-STRESSES = 5
-"""Normal stresses of an envelope, in equal ratios from the lowest to the highest."""
+STRESSES, PASSES = 5, 8
+"""Normal stresses of an envelope, in equal ratios from the lowest to the highest, and passes in which the
+constants are corrected: always as many, so that the constants change smoothly.
+"""
 
 PARTED = 0.03
 """Relative difference of the strengths that is reported."""
-
-PASSES = 8
-"""Passes in which the constants are corrected: always as many, so that the constants change smoothly."""
 
 STEEPEST, STEEPER = 2.5, 1.2
 """Largest tangent of the inclination, 68 degrees, and largest inclination over what roughness adds to phi_r
@@ -105,12 +104,6 @@ def peak(slips: Floats, tau: Floats) -> tuple[float, float]:
     return float(tau.max()), float(np.clip(slips[i] - 0.5 * b / a, slips[i - 1], slips[i + 1]))
 
 
-def slips_of(joint: Joint, reach: float) -> Floats:
-    """Slips of the curves from 0 on, (ROWS + 1,)."""
-    ends = np.array([0.0, min(2.0, 0.5 * (1.0 + reach)), reach]) * joint.peak_slip
-    return np.interp(np.linspace(0.0, 2.0, ROWS + 1), [0.0, 1.0, 2.0], ends)
-
-
 def envelope(
     joint: Joint,
     low: float,
@@ -140,28 +133,26 @@ def envelope(
     >>> bool(abs(found.parted).max() < 0.05)
     True
     """
-    for sigma_n in (low, high):
-        joint.check_stress(sigma_n)
-    if not low < high:
-        raise ValueError(f"sigma_n = {low:g}, {high:g}: expected the lower normal stress first")
+    joint.check_stresses(low, high)
     check_reach(reach)
-    if not 2 <= sides:
-        raise ValueError(f"sides = {sides}: expected at least 2, as the strength depends on inclined planes")
-    if not 0.0 <= flat < 1.0:
-        raise ValueError(f"flat = {flat:g}: expected >= 0 and < 1")
-    if not 0.0 < kc < np.inf:
-        raise ValueError(f"kc = {kc:g}: expected kn/ks > 0")
+    for wrong, text in (
+        (not low < high, f"sigma_n = {low:g}, {high:g}: expected the lower normal stress first"),
+        (sides < 2, f"sides = {sides}: expected at least 2, as the strength depends on inclined planes"),
+        (not 0.0 <= flat < 1.0, f"flat = {flat:g}: expected >= 0 and < 1"),
+        (not 0.0 < kc < np.inf, f"kc = {kc:g}: expected kn/ks > 0"),
+    ):
+        if wrong:
+            raise ValueError(text)
     from scipy.optimize import least_squares
 
     mu, weight = float(np.tan(np.radians(joint.phi_r))), (1.0 - flat) / sides
-    stresses, slips = np.geomspace(low, high, STRESSES), slips_of(joint, reach)
+    stresses = np.geomspace(low, high, STRESSES)
+    ends = np.array([0.0, min(2.0, 0.5 * (1.0 + reach)), reach]) * joint.peak_slip
+    slips = np.interp(np.linspace(0.0, 2.0, ROWS + 1), [0.0, 1.0, 2.0], ends)
     peaks = np.array([joint.peak_strength(one) for one in stresses])
-    angle = joint.roughness_angle(low)
-    steepest = min(STEEPEST, float(np.tan(np.radians(min(STEEPER * angle, 80.0)))))
-    middle, ends = (
-        STRESSES // 2,
-        np.log([[0.01 * steepest, 0.01 * low / weight], [steepest, 100.0 * high / weight]]),
-    )
+    steepest = min(STEEPEST, float(np.tan(np.radians(min(STEEPER * joint.roughness_angle(low), 80.0)))))
+    bounds = np.log([[0.01 * steepest, 0.01 * low / weight], [steepest, 100.0 * high / weight]])
+    middle = STRESSES // 2
 
     def closed(x: Floats) -> Floats:
         slope, crush = np.exp(x)
@@ -175,12 +166,12 @@ def envelope(
         return Envelope(joint, interface, stresses, slips, values | {"theta": theta, "flat": flat})
 
     # theta and crush from the closed form, times the ratio of the law to it; ks and height by proportion
-    x = np.log([np.tan(np.radians(min(angle, 45.0))), high / weight])
+    x = np.log([np.tan(np.radians(min(joint.roughness_angle(low), 45.0))), high / weight])
     height = float(joint.dilation(slips[-1:], stresses[middle])[0])
     ks = 2.0 * float(peaks[middle]) / joint.peak_slip
     ratio = np.ones(STRESSES)
     for _ in range(PASSES):
-        x = least_squares(lambda x, ratio=ratio: np.log(closed(x) * ratio / peaks), x, bounds=ends).x
+        x = least_squares(lambda x, ratio=ratio: np.log(closed(x) * ratio / peaks), x, bounds=bounds).x
         one = found(x, height, ks)
         barton, law = one.numbers
         ratio = law[:, 0] / closed(x)

@@ -75,9 +75,7 @@ class Joint:
             ("sample", self.sample, 0.0 < self.sample < np.inf, "a length in m, > 0"),
             ("length", self.length, self.sample <= self.length < np.inf, f"m, >= sample = {self.sample:g}"),
         )
-        bad = [
-            f"{name} = {value:g}: expected {expected}" for name, value, good, expected in rules if not good
-        ]
+        bad = [f"{name} = {value:g}: expected {wanted}" for name, value, good, wanted in rules if not good]
         if bad:
             raise ValueError("\n".join(bad))
 
@@ -96,30 +94,26 @@ class Joint:
         """Slip at the peak strength, L/500 (JRC/L)^0.33 with L in m; the result is in mm."""
         return float(MILLIMETRES * self.length / 500.0 * (self.jrc_n / self.length) ** 0.33)
 
-    def check_stress(self, sigma_n: float) -> None:
+    def check_stresses(self, *stresses: float) -> None:
         """Raise ValueError for a normal stress that the criterion is not meant for."""
-        if not 0.0 < sigma_n < self.jcs_n:
-            raise ValueError(
-                f"sigma_n = {sigma_n:g}: expected compression > 0 and < {self.jcs_n:.4g} MPa, "
-                "JCS of the length"
-            )
-        if self.peak_angle(sigma_n) > STEEPEST:
-            raise ValueError(
-                f"sigma_n = {sigma_n:g}: the peak angle phi_r + JRC log10(JCS/sigma_n) is "
-                f"{self.peak_angle(sigma_n):.4g} degrees: expected at most {STEEPEST:g}, a larger sigma_n"
-            )
+        for sigma_n in stresses:
+            if not 0.0 < sigma_n < self.jcs_n:
+                wanted = f"expected compression > 0 and < {self.jcs_n:.4g} MPa, JCS of the length"
+                raise ValueError(f"sigma_n = {sigma_n:g}: {wanted}")
+            angle = self.phi_r + self.roughness_angle(sigma_n)
+            if angle > STEEPEST:
+                raise ValueError(
+                    f"sigma_n = {sigma_n:g}: the peak angle phi_r + JRC log10(JCS/sigma_n) is {angle:.4g} "
+                    f"degrees: expected at most {STEEPEST:g}, a larger sigma_n"
+                )
 
     def roughness_angle(self, sigma_n: float) -> float:
         """JRC log10(JCS/sigma_n), degrees: what roughness adds to phi_r at the peak."""
         return float(self.jrc_n * np.log10(self.jcs_n / sigma_n))
 
-    def peak_angle(self, sigma_n: float) -> float:
-        """arctan(tau/sigma_n) at the peak, degrees."""
-        return self.phi_r + self.roughness_angle(sigma_n)
-
     def peak_strength(self, sigma_n: float) -> float:
         """Peak shear strength sigma_n tan(phi_r + JRC log10(JCS/sigma_n)), MPa."""
-        return float(sigma_n * np.tan(np.radians(self.peak_angle(sigma_n))))
+        return float(sigma_n * np.tan(np.radians(self.phi_r + self.roughness_angle(sigma_n))))
 
     def damage_coefficient(self, sigma_n: float) -> float:
         """M = JRC/(12 log10(JCS/sigma_n)) + 0.70, which lowers the dilation angle."""
