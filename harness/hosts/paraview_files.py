@@ -5,7 +5,7 @@ Writing needs meshio (`pip install "asperity[paraview]"`).  A script of your own
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,21 +21,6 @@ JOINTS = {4: "quad", 6: "wedge", 8: "hexahedron"}
 
 OF_STATE = ("damage", "stored", "rupture", "friction")
 """State variables that are fields: the damage, and energies per area."""
-
-AROUND = {
-    2: ((0,), (1,)),
-    4: ((0, 0), (1, 0), (1, 1), (0, 1)),
-    8: tuple((a, b, c) for c in (0, 1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))),
-}
-"""Corners of a cell in the order of its nodes, by position along each axis of the cell."""
-
-
-def grid_cells(parts: Sequence[int]) -> Integers:
-    """Nodes of the cells of a grid, whose nodes along the last axis change fastest."""
-    shape = [n + 1 for n in parts]
-    grid = np.arange(np.prod(shape)).reshape(shape)
-    cut = slice(None, -1), slice(1, None)
-    return np.stack([grid[tuple(cut[a] for a in at)].ravel() for at in AROUND[2 ** len(shape)]], axis=-1)
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,8 @@ from asperity.mesh.cells import FACES
 from asperity.mesh.hosts import layer_points
 from scipy.spatial import Delaunay
 
-from harness.hosts.paraview_files import grid_cells
+from harness.hosts import structured
+from harness.hosts.structured import grid_cells
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "harness" / "hosts" / "abaqus"))
 from deck_check import model
@@ -246,7 +247,7 @@ def test_thickness_of_layers() -> None:
 @pytest.mark.parametrize("d", [2, 3])
 def test_joint_across_a_period(d: int) -> None:
     """Each node on the right has that on the left as its partner, N points out, inner joints stay."""
-    mesh = periodic(d)
+    mesh = structured.grid(*(range(5), range(3), range(3))[:d], block=[[0], [1]] if d == 3 else [0, 1])
     found = split(mesh, {"head": {"right": "left"}, "bed": ("*", "*")})
     ((head,), (bed,)) = found.joints.values()
     minus, plus = found.points[head.minus], found.points[head.plus]
@@ -267,17 +268,6 @@ def test_joint_across_a_period(d: int) -> None:
         split(mesh, {"head": {"right": "left"}})
     with pytest.raises(ValueError, match="joint head: base: no such group of faces"):
         split(mesh, {"head": {"right": "base"}})
-
-
-def periodic(d: int) -> meshio.Mesh:
-    """A grid of two blocks, one on the other, with the groups left and right."""
-    mesh = grid((4, 2, 2)[:d], (1, 2, 1)[:d])
-    kind, x = ("line", "quad")[d - 2], mesh.points[mesh.cells[0].data]
-    ends = [mesh.cells[0].data[x[..., 0] == at].reshape(-1, 2 ** (d - 1)) for at in (0.0, 4.0)]
-    tags = [mesh.cell_data["block"][0] + 1, *(np.full(len(end), k) for k, end in enumerate(ends, 7))]
-    names = {"left": np.array([7, d - 1]), "right": np.array([8, d - 1])}
-    cells = [*mesh.cells, *((kind, end) for end in ends)]
-    return meshio.Mesh(mesh.points, cells, cell_data={"gmsh:physical": tags}, field_data=names)
 
 
 # --- files ------------------------------------------------------------------------------------------------

@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 sys.path.insert(0, str(Path(__file__).parent.parent))
 sys.path.insert(0, str(Path(__file__).parent / "kit"))
 import paraview_files as paraview
+import structured
 from asperity_akantu import Joint, Points, register
 
 Floats = NDArray[np.float64]
@@ -144,8 +145,8 @@ def start(folder: Path, extrinsic: bool) -> tuple[aka.SolidMechanicsModelCohesiv
 
 def grid(*axes: Floats) -> tuple[Floats, Integers]:
     """Nodes and cells (quadrilaterals or hexahedra) between the lines of the axes, the vertical axis last."""
-    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
-    return places, paraview.grid_cells([len(axis) - 1 for axis in axes])
+    mesh = structured.grid(*axes)
+    return mesh.points, mesh.cells[0].data
 
 
 def read(folder: Path, text: str, points: Floats, cells: ArrayLike) -> aka.Mesh:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from itertools import permutations
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +19,7 @@ import paraview_files as paraview
 import peel
 from asperity_akantu import Joint, register
 from exported import PLANE, SOLID
+from structured import simplices
 
 CELL = {2: aka._cohesive_2d_4, 3: aka._cohesive_3d_8}
 CUBE = {2: aka._quadrangle_4, 3: aka._hexahedron_8}
@@ -243,20 +243,10 @@ def input_between(law: str, young: float) -> str:
     return peel.INPUT.format(box=box, density=1e-9, young=young, poisson=0.0, law=law)
 
 
-def tetrahedra() -> tuple[np.ndarray, list[list[int]]]:
+def tetrahedra() -> tuple[np.ndarray, np.ndarray]:
     """Nodes and cells of two cubes of six tetrahedra each, one above the other."""
-    points, _ = peel.grid(np.arange(2.0), np.arange(2.0), np.arange(3.0))
-    number = np.arange(12).reshape(2, 2, 3)
-    cells = []
-    for k in (0, 1):
-        for order in permutations(range(3)):
-            at, cell = np.array([0, 0, k]), [number[0, 0, k]]
-            for axis in order:
-                at[axis] += 1
-                cell.append(number[tuple(at)])
-            edges = points[cell[1:]] - points[cell[0]]
-            cells.append(cell if np.linalg.det(edges) > 0.0 else [cell[1], cell[0], *cell[2:]])
-    return points, cells
+    points, cells = peel.grid(np.arange(2.0), np.arange(2.0), np.arange(3.0))
+    return points, simplices(points, cells)
 
 
 def test_insertion_between_hexahedra_is_refused(tmp_path: Path) -> None:

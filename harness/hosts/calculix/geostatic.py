@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import calculix_run
-import meshio
 import numpy as np
 from asperity import Interface, Material, Pattern, contract
 from asperity.mesh import split, write
@@ -23,7 +22,7 @@ from calculix_run import TX, TY, Floats, N, Run
 from numpy.typing import ArrayLike
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
-import paraview_files
+from structured import grid
 
 LENGTH, WIDTH, HEIGHT = 4.0, 2.0, 10.0
 
@@ -82,14 +81,12 @@ def crack() -> Floats:
 def run(
     program: Path, folder: Path, slide: float = 0.0, increments: int = 40, rock: bool = True,
     traction: ArrayLike = TRACTION, state: Floats | None = None, moved: str = "FOOT",
-    parts: int = 1, at_once: bool = True,
 ) -> Result:  # fmt: skip
     """Run a step under the weight and, if slide > 0 (m), a step that moves the slab down the slope.
 
     rock: whether the rock has its initial stress; traction: initial stress of the joint (TYPE=STRESS), zeros
     for none; state (nstatv,): of its points (TYPE=SOLUTION), None for virgin; moved: the nodes, FOOT or TOP
-    of the slab.  parts: increments of the first step; at_once: whether its load is complete from the first
-    increment on; otherwise the load grows with time, which is the default of CalculiX.
+    of the slab.
     """
     text, solids, layer = _model()
     rows = []
@@ -108,8 +105,8 @@ def run(
         calculix_run.write_states(folder, {number: state for number in numbers})
 
     fall = ", ".join(f"{value:.15g}" for value in PULL / WEIGHT)
-    text += f"*AMPLITUDE, NAME=NOW\n0., 1., 1., 1.\n*STEP, INC=100\n*STATIC, DIRECT\n{1.0 / parts!r}, 1.\n"
-    text += f"*DLOAD{', AMPLITUDE=NOW' if at_once else ''}\nROCK, GRAV, 1., {fall}\n"
+    text += "*AMPLITUDE, NAME=NOW\n0., 1., 1., 1.\n*STEP, INC=100\n*STATIC, DIRECT\n1., 1.\n"
+    text += f"*DLOAD, AMPLITUDE=NOW\nROCK, GRAV, 1., {fall}\n"
     text += "*NODE PRINT, NSET=NALL\nU\n*NODE PRINT, NSET=GROUND\nRF\n*EL PRINT, ELSET=ROUGH_1\nE, S, SDV\n"
     text += "*END STEP\n"
     if slide > 0.0:
@@ -135,11 +132,8 @@ def _model() -> tuple[str, range, range]:
     """Input up to the boundary conditions; numbers of the elements of rock, by columns, and of the layer."""
     z = np.r_[-1.0, 0.5 * THICKNESS, THICKNESS + np.linspace(0.0, HEIGHT, ROWS + 1)[1:]]
     axes = np.linspace(0.0, LENGTH, COLUMNS + 1), [0.0, WIDTH], z
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    cells = [("hexahedron", paraview_files.grid_cells((COLUMNS, 1, ROWS + 1)))]
-    tags = {"gmsh:physical": [np.tile([0] + [1] * ROWS, COLUMNS)]}
-    names = {"BASE": np.array([0, 3]), "ROCK": np.array([1, 3])}
-    mesh = split(meshio.Mesh(points, cells, cell_data=tags, field_data=names), {"ROUGH": ("BASE", "ROCK")})
+    whole = grid(*axes, block=[0] + [1] * ROWS, names={"BASE": 0, "ROCK": 1}, sides=())
+    mesh = split(whole, {"ROUGH": ("BASE", "ROCK")})
     with tempfile.TemporaryDirectory() as folder:
         [file] = write(Path(folder, "slab.inp"), mesh, "calculix", {"ROUGH": JOINT}, layer=THICKNESS)
         text = file.read_text(encoding="utf-8")
@@ -159,7 +153,7 @@ def _model() -> tuple[str, range, range]:
     text += f"*MATERIAL, NAME=ROCK\n*ELASTIC\n{YOUNG}, {POISSON}\n*DENSITY\n{WEIGHT!r}\n"
     text += "".join(f"*SOLID SECTION, ELSET={name}, MATERIAL=ROCK\n" for name in mesh.names)
     text += "*BOUNDARY\nGROUND, 1, 3\nNALL, 2\n"
-    count = len(cells[0][1])
+    count = len(whole.cells[0].data)
     return text, range(COLUMNS + 1, count + 1), range(count + 1, count + COLUMNS + 1)
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import calculix_run
 import exported
-import meshio
 import numpy as np
 import pytest
 from asperity import contract
@@ -14,7 +13,7 @@ from asperity.mesh import split, write
 from calculix_run import DIGITS, TX, TY, Floats, N
 from exported import LEGS
 from exported import SOLID as ROUGH
-from paraview_files import grid_cells
+from structured import grid, grid_cells
 
 Legs = tuple[tuple[int, tuple[float, float, float]], ...]
 
@@ -61,9 +60,7 @@ def test_layer_is_the_driver(ccx: Path, h: float, tmp_path: Path) -> None:
 
 def test_upright_joint_of_a_mesh(ccx: Path, tmp_path: Path) -> None:
     """A joint of `asperity mesh` with the normal x follows the library, in the axes of its orientation."""
-    x = np.stack(np.meshgrid(np.arange(3.0), [0.0, 1.0], [0.0, 1.0], indexing="ij"), axis=-1).reshape(-1, 3)
-    cells = [("hexahedron", grid_cells((2, 1, 1)))]
-    whole = meshio.Mesh(x, cells, cell_data={"block": [np.array([0, 1])]})
+    whole = grid(range(3), range(2), range(2), block=[[[0]], [[1]]], sides=())
     mesh = split(whole, direction=(0.0, 1.0, 2.0))
     [file] = write(tmp_path / "mesh.inp", mesh, "calculix", {"joint": ROUGH}, layer=1e-3)
     [joint] = mesh.joints["joint"]
@@ -134,10 +131,7 @@ def test_a_rejected_call_cuts_the_increment(ccx: Path, tmp_path: Path) -> None:
 
 def test_damage_growth_cuts_the_increment(ccx: Path, tmp_path: Path) -> None:
     """PROPS 14: an increment in which damage grows too much is repeated with a smaller one."""
-    try:
-        card = ROUGH.card("calculix", h=1.0, name="ROUGH", dalpha=0.1)
-    except ValueError as error:
-        pytest.skip(str(error))
+    card = ROUGH.card("calculix", h=1.0, name="ROUGH", dalpha=0.1)
     legs = ((10, (0.3, 0.0, 0.0)),)
     free = calculix_run.run(ccx, tmp_path, layer(ROUGH.card("calculix", h=1.0, name="ROUGH"), 1.0, legs, ""))
     cut = calculix_run.run(ccx, tmp_path, layer(card, 1.0, legs, ""))

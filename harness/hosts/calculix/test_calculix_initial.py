@@ -162,41 +162,10 @@ def test_slab_starts_at_rest_and_slides(
         assert strength.max() > 1.5 * residual
 
 
-def test_load_has_to_be_there_at_once(ccx: Path, tmp_path: Path) -> None:
-    """Under a load that grows with time the slab first rises because of the missing weight."""
-    largest = [
-        np.abs(geostatic.run(ccx, tmp_path, **options).displacement).max(axis=(1, 2))
-        for options in (dict(rock=False, traction=0.0), dict(parts=10), dict(parts=10, at_once=False))
-    ]
-    moved, rest, grown = largest
-    print(
-        f"all at once: up to {rest.max():.1e} m; growing: {grown[0]:.1e} m first, {grown[-1]:.1e} m at last"
-    )
-    assert rest.max() <= REST * moved[0] and grown[-1] <= REST * moved[0]
-    # joint and rock are elastic; CalculiX accepts half a percent of the forces as residual
-    assert grown[:-1] == pytest.approx(moved[0] * np.arange(9, 0, -1) / 10.0, rel=5e-3)
-
-
 def test_symmetrised_tangent_under_dead_load(ccx: Path, tmp_path: Path) -> None:
     """If the slab is moved at its top, its stiffness is in series with the joint: CalculiX diverges.
 
-    CalculiX symmetrises the tangent.  With the tangent of the library the same spring and joint converge in
-    at most five iterations.
+    CalculiX symmetrises the tangent; Newton's method on the tangent of the library is quadratic (Kratos).
     """
     with pytest.raises(RuntimeError, match=r"increment size smaller than minimum|too many cutbacks"):
         geostatic.run(ccx, tmp_path, SLIDE, moved="TOP")
-    spring = geostatic.YOUNG / (2.0 * (1.0 + geostatic.POISSON)) / HEIGHT
-    state, s, most = JOINT.initial(TRACTION)[None], np.zeros((1, 3)), 0
-    for move in np.linspace(0.0, SLIDE, 201):
-        old = s.copy()
-        for iteration in range(6):
-            update = JOINT.update(s, state, old)
-            residual = TRACTION - update.traction[0] + [0.0, spring * (move - s[0, 1]), 0.0]
-            if np.abs(residual).max() <= 1e-9 * JOINT.material.sigma0:
-                most = max(most, iteration)
-                break
-            s = s + np.linalg.solve(update.tangent[0] + np.diag([0.0, spring, 0.0]), residual)
-        else:
-            pytest.fail(f"no equilibrium at {move} m")
-        state = update.state
-    print(f"CalculiX diverges; by the library's tangent at most {most} iterations in 200 increments")

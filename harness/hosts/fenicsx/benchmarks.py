@@ -5,6 +5,7 @@
 - peel: two arms of a beam that moments at their ends peel apart. By the J integral the energy to separate is
   12 M^2/(E h^3) at every length of the crack, whatever the law of the joint.
 - period: a block that is pressed between its own next periods, plane stress.
+- slope: 1 where a block rests 0.2 degrees below the angle of friction and slides 0.2 degrees above it.
 """
 
 from __future__ import annotations
@@ -13,14 +14,12 @@ import math
 import warnings
 from collections.abc import Sequence
 
-import meshio
 import numpy as np
+from arch import stands
 from asperity import Interface, Material, Pattern
-from asperity.contract import Floats
 from asperity.mesh import split
-from asperity.mesh.split import Joints
 from jointed import COMM, Follow, Model, Steps, total
-from paraview_files import grid_cells
+from structured import grid
 
 PLANE_STRAIN = 25000.0 / (1.0 - 0.25**2)
 HALF, FRICTION, SLOPE = 1000.0, math.tan(math.radians(30.0)), math.tan(math.radians(10.0))
@@ -31,20 +30,6 @@ ARM, E_ARM = 2.0, 30000.0
 BOND = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(0, 0.0))
 
 
-def rectangle(x: Floats, y: Floats, blocks: float, joints: Joints) -> object:
-    """Mesh with joints, and its sides as groups; blocks: y between block_100 and block_101."""
-    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    number = np.arange(len(points)).reshape(len(x), len(y))
-    sides = {"left": number[0], "right": number[-1], "bottom": number[:, 0], "top": number[:, -1]}
-    cells = [("quad", grid_cells(number.shape - np.ones(2, int)))]
-    tags = [100 + (points[cells[0][1]].mean(axis=1)[:, 1] > blocks)]
-    for k, nodes in enumerate(sides.values()):
-        cells.append(("line", np.stack([nodes[:-1], nodes[1:]], axis=1)))
-        tags.append(np.full(len(nodes) - 1, k))
-    names = {name: np.array([k, 1]) for k, name in enumerate(sides)}
-    return split(meshio.Mesh(points, cells, cell_data={"gmsh:physical": tags}, field_data=names), joints)
-
-
 def crack(slope: float, n: int = 64, domain: float = 100.0) -> tuple[float, float]:
     """Largest slip of a crack of n elements; elements are small at its tips and grow away from it."""
     half = 1.0 - np.linspace(1.0, 0.0, n // 2 + 1) ** 2
@@ -53,7 +38,8 @@ def crack(slope: float, n: int = 64, domain: float = 100.0) -> tuple[float, floa
     right = HALF * np.r_[half, 1.0 + far]
     up = HALF * np.r_[0.0, far]
     inside = {"joint": lambda a, b, x, normal: np.abs(x[:, 0]) < HALF}
-    mesh = rectangle(np.r_[-right[:0:-1], right], np.r_[-up[:0:-1], up], 0.0, inside)
+    x, y = (np.r_[-one[:0:-1], one] for one in (right, up))
+    mesh = split(grid(x, y, block=y[:-1] >= 0.0), inside)
     stiff = 1e3 * PLANE_STRAIN / HALF
     pattern = Pattern.regular(2, math.degrees(math.atan(slope))) if slope else Pattern.regular(0, 0.0)
     law = Interface(Material.from_joint(kn=stiff, ks=stiff, mu=FRICTION), pattern)
@@ -77,9 +63,9 @@ def crack(slope: float, n: int = 64, domain: float = 100.0) -> tuple[float, floa
 def peel(length: float = 50.0, parts: int = 8, angle: float = 0.08) -> tuple[float, float]:
     """Energy to separate, by the moment at arms whose ends turn by an angle."""
     x, y = np.linspace(0.0, length, round(length / ARM * parts) + 1), np.linspace(-ARM, ARM, 2 * parts + 1)
-    model = Model(rectangle(x, y, 0.0, {"joint": ("*", "*")}), {"joint": BOND}, E_ARM, 0.2)
+    model = Model(split(grid(x, y, block=y[:-1] >= 0.0)), {"joint": BOND}, E_ARM, 0.2)
     nodes, _ = model.group("left")
-    side = np.where(model.solid("block_101").reshape(-1, 2)[nodes, 0], 1.0, -1.0)
+    side = np.where(model.solid("block_1").reshape(-1, 2)[nodes, 0], 1.0, -1.0)
     turned = np.zeros((model.n, 2))
     turned[nodes, 0] = side * (model.x[nodes, 1] - 0.5 * side * ARM)
     steps = Steps(model, np.r_[model.dofs(nodes, 0), model.dofs(model.group("right")[0], 0, 1)])
@@ -94,8 +80,8 @@ def peel(length: float = 50.0, parts: int = 8, angle: float = 0.08) -> tuple[flo
 
 def period(width: float = 3.0, nu: float = 0.2, strain: float = -0.01) -> tuple[float, float]:
     """Stress across a block whose right side presses on its left side, a period away."""
-    lines = np.linspace(0.0, width, 4), np.linspace(0.0, 2.0, 3)
-    model = Model(rectangle(*lines, -1.0, {"joint": {"right": "left"}}), {"joint": BOND}, E_ARM, nu)
+    mesh = split(grid(np.linspace(0.0, width, 4), range(3)), {"joint": {"right": "left"}})
+    model = Model(mesh, {"joint": BOND}, E_ARM, nu)
     (bottom, _), (top, _) = model.group("bottom"), model.group("top")
     middle = np.abs(model.x - [1.0, 1.0]).max(axis=1) < 1e-9
     steps = Steps(model, np.r_[model.dofs(np.r_[bottom, top], 1), model.dofs(middle, 0)], 1e-9)
@@ -108,11 +94,24 @@ def period(width: float = 3.0, nu: float = 0.2, strain: float = -0.01) -> tuple[
     return found, nu * E_ARM * strain / (1.0 + E_ARM / (width * closing) - nu**2)
 
 
+def slope(mu: float = 0.7) -> tuple[float, float]:
+    """Whether a block of 300 x 100 mm rests below the angle of friction and not above it."""
+    mesh = split(grid(np.arange(4) * 100.0, np.arange(3) * 100.0, block=[0, 1]))
+    law, rests = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=mu), Pattern.regular(0, 0.0)), []
+    for angle in math.atan(mu) + np.radians([-0.2, 0.2]):
+        model = Model(mesh, {"joint": law}, 2e4, 0.2)
+        down = model.body([2.4e-5 * math.sin(angle), -2.4e-5 * math.cos(angle)])
+        fixed = model.dofs(model.x[:, 1] < 1e-6, 0, 1)
+        rests.append(stands(Steps(model, fixed, drag=np.abs(down)), down))
+    return float(rests == [True, False]), 1.0
+
+
 def main() -> None:
     """Run all."""
     warnings.simplefilter("ignore")
     results: Sequence[tuple[str, tuple[float, float]]] = (
         ("friction", crack(0.0)), ("dilation", crack(SLOPE)), ("peel", peel()), ("period", period()),
+        ("slope", slope()),
     )  # fmt: skip
     for name, (found, expected) in results if COMM.rank == 0 else ():
         print(f"{name} {found:.6g} {expected:.6g}")

@@ -49,28 +49,6 @@ MORTAR = """
 """
 """The law of window.py as a case."""
 
-SLOPE = """
-import sys
-import meshio, numpy as np
-sys.path.insert(0, {folder!r})
-from arch import stands
-from jointed import Model, Steps
-from asperity import Interface, Material, Pattern
-from asperity.mesh import split
-
-x = np.array([[a, b] for b in (0, 1, 2) for a in range(4)], float) * 100.0
-cells = [[4 * j + i, 4 * j + i + 1, 4 * j + i + 5, 4 * j + i + 4] for j in range(2) for i in range(3)]
-mesh = split(meshio.Mesh(x, [("quad", cells)], cell_data={{"block": [np.repeat([0, 1], 3)]}}))
-law = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=0.7), Pattern.regular(0, 0.0))
-for angle in np.degrees(np.arctan(0.7)) + np.array([-0.2, 0.2]):
-    model = Model(mesh, {{"joint": law}}, 2e4, 0.2)
-    down = model.body([2.4e-5 * np.sin(np.radians(angle)), -2.4e-5 * np.cos(np.radians(angle))])
-    fixed = model.dofs(model.x[:, 1] < 1e-6, 0, 1)
-    print(stands(Steps(model, fixed, drag=np.abs(down)), down))
-"""
-"""A block of 300 x 100 mm on a joint of the friction 0.7, at an angle below that of friction and above it."""
-
-
 def run(words: str, ranks: int = 1, code: str = "", name: str = "walls") -> tuple[int, str, str]:
     """Exit status, output and messages of a program, or of a code with its options."""
     mpiexec = [PYTHON.parent / "mpiexec", "-n", str(ranks)] if ranks > 1 else []
@@ -145,18 +123,11 @@ def test_arch(tmp_path: Path, words: str) -> None:
         assert float(found) == pytest.approx(float(limit), rel=0.01)
 
 
-def test_block_on_a_slope() -> None:
-    """It rests 0.2 degrees below the angle of friction, and slides 0.2 degrees above it."""
-    code, output, messages = run("", code=SLOPE.format(folder=str(PROGRAM.parent)))
-    assert code == 0, messages
-    assert output.split() == ["True", "False"]
-
-
 def test_benchmarks() -> None:
-    """Cracks, the energy to separate two arms, and a joint across a period, on two ranks: closed forms."""
+    """Cracks, the energy to separate two arms, a joint across a period, a block on a slope, on two ranks."""
     code, output, messages = run("", 2, name="benchmarks")
     assert code == 0, messages
-    errors = {"friction": 0.005, "dilation": 0.005, "peel": 0.01, "period": 1e-5}
+    errors = {"friction": 0.005, "dilation": 0.005, "peel": 0.01, "period": 1e-5, "slope": 0.0}
     for name, found, expected in (line.split() for line in output.splitlines()):
         assert float(found) == pytest.approx(float(expected), rel=errors.pop(name)), name
     assert not errors

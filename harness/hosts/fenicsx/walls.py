@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import meshio
 import numpy as np
 from asperity.interface import Interface
 from asperity.material import Material
@@ -24,7 +23,7 @@ from asperity.mesh import Jointed, split
 from asperity.options import add_options
 from asperity.pattern import Pattern
 from jointed import COMM, Follow, Model, Output, Steps, total
-from paraview_files import grid_cells
+from structured import grid
 
 HEAD = "displacement [mm],horizontal [kN],vertical [kN],dissipated [kN mm],iterations"
 
@@ -124,25 +123,16 @@ def mesh(wall: Masonry, elements: Sequence[int]) -> Jointed:
     if d == 3:
         axes.insert(1, np.arange(elements[1] + 1) * thickness / elements[1])
     parts = [len(a) - 1 for a in axes]
-    number = np.arange(np.prod([len(a) for a in axes])).reshape([len(a) for a in axes])
-    points = np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], 1)
-    cells, face = grid_cells(parts), grid_cells(parts[:-1])
     i, *_, j = np.indices(parts).reshape(d, -1)
     i, j = i // elements[0], j // n
     stiff = (wall.beam > 0.0) & ((j == 0) | (j == nr - 1))
     brick = np.where(stiff, 0, i if wall.crack else (i + j % 2) // 2)
-    kinds = ("line", "quad") if d == 2 else ("quad", "hexahedron")
-    base, top = (number[..., k].ravel()[face] for k in (0, -1))
-    tags = [np.full(len(base), -1), np.full(len(top), -2), j * (nc + 1) + brick]
-    names = {"bottom": (-1, d - 1), "top": (-2, d - 1)}
-    names |= {f"beam_{k}": (k * (nc + 1), d) for k in (0, nr - 1) if wall.beam}
-    whole = meshio.Mesh(
-        points, [(kinds[0], base), (kinds[0], top), (kinds[1], cells)],
-        cell_data={"gmsh:physical": tags}, field_data={k: np.array(v) for k, v in names.items()},
-    )  # fmt: skip
+    tags = j * (nc + 1) + brick
+    names = {f"beam_{k}": k * (nc + 1) for k in (0, nr - 1) if wall.beam}
+    whole = grid(*axes, block=tags.reshape(parts), names=names)
     if not wall.crack:
         return split(whole)
-    block = np.unique(tags[2])
+    block = np.unique(tags)
 
     def cracks(a: np.ndarray, b: np.ndarray, x: np.ndarray, normal: np.ndarray) -> np.ndarray:
         row, column = np.divmod(block[a], nc + 1)

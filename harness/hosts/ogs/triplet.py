@@ -20,7 +20,8 @@ from asperity.case_files import read_run
 from asperity.mesh import Jointed, split, write
 from asperity.mesh.hosts import layer_points
 from asperity.options import add_options
-from ogs_run import Floats, paraview
+from ogs_run import Floats
+from structured import grid_cells
 
 PROJECT = Path(__file__).parent / "triplet.prj"
 HYDRO = Path(__file__).parent / "hydro.xml"
@@ -70,7 +71,7 @@ def jointed(nx: int, ny: int, h: float) -> Jointed:
         "joint": [n[:-1, [ny, 2 * ny]], n[1:, [ny, 2 * ny]]],
         "top": [n[:-1, -1], n[1:, -1]],
     }
-    cells = [("quad", paraview.grid_cells((nx, 3 * ny)))]
+    cells = [("quad", grid_cells((nx, 3 * ny)))]
     cells += [("line", np.stack(one, axis=-1).reshape(-1, 2)) for one in lines.values()]
     tags = {"gmsh:physical": [np.full(len(one), k) for k, (_, one) in enumerate(cells)]}
     names = {name: np.array([k, 1]) for k, name in enumerate(lines, 1)}
