@@ -2,7 +2,7 @@
 !> is admissible but outside the law's range of validity.
 module case_run
   use asperity_case, only: case_type, write_case
-  use asperity_case_expect, only: explain_unexpected
+  use asperity_case_groups, only: explain_unexpected
   use asperity_contract, only: p_tau_v
   use asperity_control_point, only: new_point, point_type
   use asperity_foreign_umat, only: foreign_law, umat_name
@@ -267,11 +267,11 @@ contains
   subroutine warn_of(path, values)
     character(len=*), intent(in) :: path             !! case file, for the messages
     real(wp), intent(in) :: values(n_measures)       !! the largest ones of all values of the sweep
-    logical :: doubtful(n_measures)
+    logical :: beyond(n_measures)
     integer :: i
-    doubtful = warned(values)
+    beyond = warned(values)
     do i = 1, n_measures
-      if (doubtful(i)) call say(path // ": warning: " // trim(warning_text(i, values(i))))
+      if (beyond(i)) call say(path // ": warning: " // trim(warning_text(i, values(i))))
     end do
   end subroutine warn_of
 

@@ -12,6 +12,7 @@
 !> with # are skipped.
 module replay
   use asperity_case, only: case_type
+  use asperity_case_text, only: blanks, line_end, load_file, lower, most_lines, newline, printable, to_real
   use asperity_checks, only: bounded
   use asperity_contract, only: v_friction, v_rupture, v_stored
   use asperity_control_point, only: work_between
@@ -22,7 +23,6 @@ module replay
   use asperity_load_path, only: row_type
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_text, only: integer_text, set_text, to_text
-  use asperity_text_file, only: blanks, line_end, load_file, lower, most_lines, newline, printable, to_real
   use history, only: add_replayed_row, history_type
   use host_routines, only: umat
   use progress_line, only: progress_type, show_progress
@@ -40,7 +40,7 @@ module replay
   integer, parameter :: longest = 80
 
   !> Calls of an increment: their fractions of the strain increment.
-  real(wp), parameter :: shares(4) = [0.0_wp, 1.5_wp, 1.0_wp, 1.0_wp]
+  real(wp), parameter :: fractions(4) = [0.0_wp, 1.5_wp, 1.0_wp, 1.0_wp]
   !> Value of arguments that a host does not define.
   real(wp), parameter :: garbage = -7.7e77_wp
   !> Relative rounding error of a division by h and a multiplication.
@@ -221,12 +221,12 @@ contains
     committed = case%initial%planes
     unset = garbage
     row%step = 1
-    row%report%iterations = size(shares)
+    row%report%iterations = size(fractions)
     do n = 1, size(record%time)
       dstran = record%strain(:, n) - stran
       dtime = record%time(n) - row%time
       stress = committed_stress
-      do call_number = 1, size(shares)
+      do call_number = 1, size(fractions)
         first_stress = stress
         stress = committed_stress
         statev = committed
@@ -235,7 +235,7 @@ contains
         thermal = garbage
         pnewdt = 1.0_wp
         call umat(stress, statev, ddsdde, energies(1), energies(2), energies(3), thermal(1), thermal(2:ntens + 1), &
-          thermal(ntens + 2:2*ntens + 1), thermal(2*ntens + 2), stran, shares(call_number)*dstran, &
+          thermal(ntens + 2:2*ntens + 1), thermal(2*ntens + 2), stran, fractions(call_number)*dstran, &
           [row%time, row%time], dtime, unset(1), unset(1), unset, unset, name, 1, ntens - 1, ntens, size(statev), &
           case%props, size(case%props), unset, unset, pnewdt, unset(1), unset, unset, 1, 1, 1, 1, 1, n)
         if (.not. all(bounded(stress, huge(1.0_wp)))) then

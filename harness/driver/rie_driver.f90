@@ -114,9 +114,9 @@ contains
   end function argument_text
 
   !> Report an error in the command and end.
-  subroutine reject(complaint)
-    character(len=*), intent(in) :: complaint   !! what is wrong
-    call say(complaint // "; rie_driver --help shows the usage")
+  subroutine reject(reason)
+    character(len=*), intent(in) :: reason   !! what is wrong
+    call say(reason // "; rie_driver --help shows the usage")
     call finish(exit_input)
   end subroutine reject
 

@@ -3,11 +3,10 @@
 module asperity_case
   use asperity_case_entries, only: case_io, close_group, integer_entry, logical_entry, open_group, real_entry, &
     reals_entry, require, string_entry, written_text
-  use asperity_case_expect, only: expect_group, expect_type, sweep_group
+  use asperity_case_groups, only: carry_initial, check_state, expect_group, expect_type, initial_group, initial_type, &
+    state_group, state_type, sweep_group, umat_group, umat_type
   use asperity_case_material, only: prop_entries, props_groups
-  use asperity_case_start, only: carry_initial, check_state, initial_group, initial_type, state_group, state_type
-  use asperity_case_text, only: beside, group_index, listed, name_index, of_file, of_group, read_text, text_type
-  use asperity_case_umat, only: umat_group, umat_type
+  use asperity_case_text, only: beside, group_index, listed, lower, name_index, of_file, of_group, read_text, text_type
   use asperity_checks, only: review_props
   use asperity_contract, only: n_fixed_props, status_ok
   use asperity_errors, only: errors_type, fail, fail_lines, sort_lines
@@ -17,7 +16,6 @@ module asperity_case
   use asperity_rie_law, only: new_rie_law
   use asperity_steps, only: check_steps, complete_steps, e_follow, step_table, step_type
   use asperity_text, only: integer_text, set_text
-  use asperity_text_file, only: lower
   implicit none
   private
   public :: read_cases, write_case

@@ -1,4 +1,4 @@
-!> Text of a case file: namelist groups, their entries and values, each with its line.
+!> Text of a case file: namelist groups, their entries and values, each with its line; words and numbers of text files.
 !>
 !> This module reads the namelist instead of the compiler's run-time library, so that the messages name file, line,
 !> group, name and value of an error, and are the same with every compiler. Admissible syntax: `&group name = value,
@@ -8,11 +8,17 @@ module asperity_case_text
   use asperity_errors, only: error_type, errors_type, fail
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text
-  use asperity_text_file, only: blanks, check_bytes, line_end, load_file, lower, newline, printable
   implicit none
   private
-  public :: read_text, group_index, name_index, of_file, of_group, of_entry, listed, beside
-  public :: token_text, value_text
+  public :: check_bytes, load_file, line_end, lower, printable, to_real, read_text, group_index, name_index, of_file
+  public :: of_group, of_entry, listed, beside, token_text, value_text
+
+  character(len=*), parameter, public :: newline = achar(10)
+  character(len=*), parameter, public :: blanks = " " // achar(9) // newline // achar(13)
+  !> Largest number of messages about one kind of error; the number of further ones is reported.
+  integer, parameter, public :: most_lines = 20
+  !> Largest file that is read, bytes.
+  integer, parameter :: largest_file = 100000000
 
   integer, parameter, public :: name_length = 32
   !> A value: its position in the source.
@@ -55,12 +61,157 @@ module asperity_case_text
 
 contains
 
+  !> Read the bytes of a text file.
+  subroutine load_file(path, source, errors)
+    character(len=*), intent(in) :: path                      !! file
+    character(len=:), allocatable, intent(inout) :: source    !! its bytes
+    type(errors_type), intent(inout) :: errors                !! errors are added
+    character(len=200) :: reason
+    type(error_type) :: place
+    integer :: unit, status, bytes
+
+    place%file = path
+    open (newunit=unit, file=path, access="stream", form="unformatted", action="read", status="old", &
+      iostat=status, iomsg=reason)
+    if (status /= 0) then
+      call fail(errors, place, "cannot be opened: " // trim(reason))
+      return
+    end if
+    inquire (unit=unit, size=bytes)
+    if (bytes < 1 .or. bytes > largest_file) then
+      call fail(errors, place, integer_text(bytes) // " bytes: expected a case file of 1 to " // &
+        integer_text(largest_file) // " bytes")
+      close (unit)
+      return
+    end if
+    deallocate (source)
+    allocate (character(len=bytes) :: source)
+    read (unit, iostat=status, iomsg=reason) source
+    close (unit)
+    if (status /= 0) then
+      call fail(errors, place, "cannot be read: " // trim(reason))
+      return
+    end if
+    call check_bytes(path, source, errors)
+    if (bytes >= 3) then
+      if (source(1:3) == char(239) // char(187) // char(191)) source(1:3) = ""   ! byte-order mark of an editor
+    end if
+  end subroutine load_file
+
+  !> Add an error for the first byte that a text file does not have.
+  pure subroutine check_bytes(path, source, errors)
+    character(len=*), intent(in) :: path                      !! file
+    character(len=*), intent(in) :: source                    !! its bytes
+    type(errors_type), intent(inout) :: errors                !! errors are added
+    type(error_type) :: place
+    integer :: i, line
+    place%file = path
+    line = 1
+    do i = 1, len(source)
+      if (source(i:i) == newline) line = line + 1
+      if ((iachar(source(i:i)) < 32 .and. scan(source(i:i), blanks) == 0) .or. iachar(source(i:i)) == 127) then
+        place%line = line
+        call fail(errors, place, "byte " // integer_text(iachar(source(i:i))) // ": expected a text file")
+        return
+      end if
+    end do
+  end subroutine check_bytes
+
+  !> Last position of the line that contains position i.
+  pure function line_end(source, i) result(last)
+    character(len=*), intent(in) :: source   !! text
+    integer, intent(in) :: i                 !! position
+    integer :: last
+    last = index(source(i:), newline)
+    last = merge(i + last - 2, len(source), last > 0)
+  end function line_end
+
+  !> Start of a text, with a question mark for each character that is not ASCII.
+  pure function printable(piece) result(clean)
+    character(len=*), intent(in) :: piece   !! text
+    character(len=:), allocatable :: clean
+    integer, parameter :: most = 60
+    integer :: i
+    clean = piece(:min(len(piece), most))
+    do i = 1, len(clean)
+      if (iachar(clean(i:i)) < 32 .or. iachar(clean(i:i)) > 126) clean(i:i) = "?"
+    end do
+    clean = trim(clean)
+    if (len(piece) > most) clean = clean // "..."
+  end function printable
+
+  !> A text in lower case.
+  pure function lower(name) result(low)
+    character(len=*), intent(in) :: name   !! any case
+    character(len=len(name)) :: low
+    integer :: i
+    low = name
+    do i = 1, len(name)
+      if (name(i:i) >= "A" .and. name(i:i) <= "Z") low(i:i) = achar(iachar(name(i:i)) + 32)
+    end do
+  end function lower
+
+  !> Read a finite decimal number, with or without exponent; every other text is rejected.
+  pure subroutine to_real(word, value, good)
+    character(len=*), intent(in) :: word   !! without blanks
+    real(wp), intent(out) :: value         !! 0 if it is no number
+    logical, intent(out) :: good           !! whether it is one
+    integer, parameter :: most_digits = 60, largest_exponent = 300
+    character(len=most_digits + 8) :: mantissa
+    integer :: e, exponent, status
+    character(len=8) :: power
+
+    value = 0.0_wp
+    exponent = 0
+    power = ""
+    e = scan(word, "eEdD")
+    good = e /= 1 .and. e /= len(word) .and. len(word) > 0 .and. len(word) <= most_digits
+    if (.not. good) return
+    if (e > 0) then
+      good = len(word) - e <= 5 .and. is_digits(word(e + 1:), .false.)
+      if (.not. good) return
+      power = word(e + 1:)
+      read (power, "(i8)", iostat=status) exponent
+      good = status == 0
+      mantissa = word(:e - 1)
+    else
+      mantissa = word
+    end if
+    ! rejected before it is read, as an overflow would raise a floating-point exception
+    good = good .and. is_digits(trim(mantissa), .true.) .and. exponent + len_trim(mantissa) <= largest_exponent
+    if (.not. good) return
+    write (power, "(i0)") exponent
+    mantissa = trim(mantissa) // "e" // power
+    read (mantissa, "(f68.0)", iostat=status) value
+    good = status == 0
+  end subroutine to_real
+
+  !> Whether a word is an optional sign and digits, with one decimal point if that is admissible.
+  pure function is_digits(word, point) result(yes)
+    character(len=*), intent(in) :: word   !! text
+    logical, intent(in) :: point           !! allow a decimal point
+    logical :: yes
+    integer :: first
+    first = 1
+    if (len(word) > 0) then
+      if (scan(word(1:1), "+-") > 0) first = 2
+    end if
+    if (point) then
+      yes = verify(word(first:), "0123456789.") == 0 .and. scan(word(first:), "0123456789") > 0
+      if (yes) yes = index(word, ".") == index(word, ".", back=.true.)
+    else
+      yes = verify(word(first:), "0123456789") == 0 .and. len(word) >= first
+    end if
+  end function is_digits
+
   !> Split a file, or a text, into groups, entries and values.
   subroutine read_text(path, text, errors, source)
     character(len=*), intent(in) :: path                      !! file, or the name of the text in messages; may be empty
     type(text_type), intent(out) :: text                      !! its contents
-    type(errors_type), intent(inout) :: errors   !! errors are added
+    type(errors_type), intent(inout) :: errors                !! errors are added
     character(len=*), intent(in), optional :: source          !! the text, instead of the file
+    integer :: i, last, line
+    logical :: comma, inside
 
     text%path = path
     text%source = ""
@@ -71,22 +222,12 @@ contains
     else
       call load_file(path, text%source, errors)
     end if
-    if (errors%n == 0) call split(text, errors)
-  end subroutine read_text
-
-  !> Find groups, entries and values.
-  pure subroutine split(text, errors)
-    type(text_type), intent(inout) :: text                    !! source -> tokens, entries, groups
-    type(errors_type), intent(inout) :: errors   !! errors are added
-    integer :: i, last, line, n
-    logical :: inside, comma
-
-    n = len(text%source)
+    if (errors%n > 0) return
     i = 1
     line = 1
-    inside = .false.
-    comma = .false.
-    do while (i <= n)
+    inside = .false.   ! whether a group is open
+    comma = .false.    ! whether a comma would mean an empty value
+    do while (i <= len(text%source))
       last = i
       select case (text%source(i:i))
       case (" ", achar(9), achar(13))
@@ -98,83 +239,115 @@ contains
         last = end_of_word(text%source, i + 1)
         if (inside) call fail(errors, of_group(text, text%n_groups), "no closing / before &" // &
           text%source(i + 1:last) // " in line " // integer_text(line))
-        call add_group(text, text%source(i + 1:last), line, i)
+        if (text%n_groups == size(text%groups)) text%groups = [text%groups, text%groups]
+        text%n_groups = text%n_groups + 1
+        text%groups(text%n_groups) = group_type(lower(text%source(i + 1:last)), line, text%n_entries + 1, &
+          text%n_entries, i, i)
         inside = .true.
         comma = .true.
       case default
-        if (.not. inside) then
+        if (inside) then
+          call take_item()
+        else
           last = line_end(text%source, i)
           call fail(errors, of_file(text, line), """" // printable(text%source(i:last)) // &
             """ outside a group: expected &name, or ! before a comment")
-        else
-          call split_inside(text, i, last, line, inside, comma, errors)
         end if
       end select
       i = last + 1
     end do
     if (inside) call fail(errors, of_group(text, text%n_groups), "no closing / before the end of the file")
-  end subroutine split
 
-  !> Read one item of a group from position i: a value, a name with `=`, a comma or the closing `/`.
-  pure subroutine split_inside(text, i, last, line, inside, comma, errors)
-    type(text_type), intent(inout) :: text                    !! tokens, entries, groups so far
-    integer, intent(in) :: i                                  !! position in the source
-    integer, intent(out) :: last                              !! last position used
-    integer, intent(inout) :: line                            !! line number
-    logical, intent(inout) :: inside                          !! whether a group is open
-    logical, intent(inout) :: comma                           !! whether a comma here would mean an empty value
-    type(errors_type), intent(inout) :: errors   !! errors are added
-    type(error_type) :: place
-    character(len=1) :: c
-    integer :: k, next
+  contains
 
-    c = text%source(i:i)
-    last = i
-    select case (c)
-    case ("/")
-      inside = .false.
-      text%groups(text%n_groups)%to = i
-    case (",")
-      place = of_group(text, text%n_groups, line)
-      if (text%groups(text%n_groups)%last >= text%groups(text%n_groups)%first) then
-        place%name = trim(text%entries(text%n_entries)%shown)
-      end if
-      if (comma) call fail(errors, place, "empty value before a comma")
-      comma = .true.
-    case ("=")
-      call fail(errors, of_group(text, text%n_groups, line), "= without a name before it")
-    case ("'", """")
-      do
-        next = index(text%source(last + 1:), c)
-        if (next == 0 .or. index(text%source(last + 1:last + next), newline) > 0) then
-          call fail(errors, of_group(text, text%n_groups, line), "string without its closing " // c)
-          last = line_end(text%source, i)
-          exit
+    !> Add an error in this line.
+    subroutine reject(message)
+      character(len=*), intent(in) :: message   !! what is wrong
+      call fail(errors, of_group(text, text%n_groups, line), message)
+    end subroutine reject
+
+    !> Read one item of a group from position i: a value, a name with `=`, a comma or the closing `/`.
+    subroutine take_item()
+      type(error_type) :: place
+      character(len=1) :: c
+      integer :: k, next
+      c = text%source(i:i)
+      select case (c)
+      case ("/")
+        inside = .false.
+        text%groups(text%n_groups)%to = i
+      case (",")
+        place = of_group(text, text%n_groups, line)
+        if (text%groups(text%n_groups)%last >= text%groups(text%n_groups)%first) then
+          place%name = trim(text%entries(text%n_entries)%shown)
         end if
-        last = last + next
-        if (last == len(text%source)) exit
-        if (text%source(last + 1:last + 1) /= c) exit
-        last = last + 1
-      end do
-      call add_token(text, i + 1, last - 1, line, .true., errors)
-      comma = .false.
-    case default
-      last = end_of_word(text%source, i)
-      next = verify(text%source(last + 1:), blanks)
-      if (next > 0) then
-        if (text%source(last + next:last + next) /= "=") next = 0
-      end if
-      if (next > 0) then
-        call add_entry(text, text%source(i:last), line, errors)
-        line = line + count([(text%source(k:k) == newline, k=last + 1, last + next)])
-        last = last + next
+        if (comma) call fail(errors, place, "empty value before a comma")
         comma = .true.
-      else
-        call add_token(text, i, last, line, .false., errors)
-        comma = .false.
+      case ("=")
+        call reject("= without a name before it")
+      case ("'", """")
+        do
+          next = index(text%source(last + 1:), c)
+          if (next == 0 .or. index(text%source(last + 1:last + next), newline) > 0) then
+            call reject("string without its closing " // c)
+            last = line_end(text%source, i)
+            exit
+          end if
+          last = last + next
+          if (last == len(text%source)) exit
+          if (text%source(last + 1:last + 1) /= c) exit
+          last = last + 1
+        end do
+        call add_token(i + 1, last - 1, .true.)
+      case default
+        last = end_of_word(text%source, i)
+        next = verify(text%source(last + 1:), blanks)
+        if (next > 0) then
+          if (text%source(last + next:last + next) /= "=") next = 0
+        end if
+        if (next > 0) then
+          call add_entry(text%source(i:last))
+          line = line + count([(text%source(k:k) == newline, k=last + 1, last + next)])
+          last = last + next
+        else
+          call add_token(i, last, .false.)
+        end if
+      end select
+    end subroutine take_item
+
+    !> Start an entry of the open group.
+    subroutine add_entry(name)
+      character(len=*), intent(in) :: name   !! of the entry
+      integer :: e
+      if (text%n_entries == size(text%entries)) text%entries = [text%entries, text%entries]
+      if (index(name, "(") > 0) call reject(name // ": subscripts are not read, expected a name and its whole list")
+      do e = text%groups(text%n_groups)%first, text%n_entries
+        if (text%entries(e)%name == lower(name)) call reject(name // " is given twice, first in line " // &
+          integer_text(text%entries(e)%line))
+      end do
+      text%n_entries = text%n_entries + 1
+      text%entries(text%n_entries) = entry_type(lower(name), name, line, text%n_tokens + 1, text%n_tokens, &
+        text%n_groups)
+      text%groups(text%n_groups)%last = text%n_entries
+      comma = .true.
+    end subroutine add_entry
+
+    !> Add a value to the open entry.
+    subroutine add_token(from, to, is_string)
+      integer, intent(in) :: from, to      !! in the source, without quotes
+      logical, intent(in) :: is_string     !! in quotes
+      comma = .false.
+      if (text%groups(text%n_groups)%last < text%groups(text%n_groups)%first) then
+        call reject("""" // printable(text%source(from:to)) // """ without a name: expected name = value")
+        return
       end if
-    end select
-  end subroutine split_inside
+      if (text%n_tokens == size(text%tokens)) text%tokens = [text%tokens, text%tokens]
+      text%n_tokens = text%n_tokens + 1
+      text%tokens(text%n_tokens) = token_type(from, to, line, is_string)
+      text%entries(text%n_entries)%last = text%n_tokens
+    end subroutine add_token
+
+  end subroutine read_text
 
   !> Last position of the word that starts at i; i - 1 if there is none.
   pure function end_of_word(source, i) result(last)
@@ -184,55 +357,6 @@ contains
     last = scan(source(i:), word_end)
     last = merge(len(source), i + last - 2, last == 0)
   end function end_of_word
-
-  !> Open a group.
-  pure subroutine add_group(text, name, line, from)
-    type(text_type), intent(inout) :: text   !! groups so far
-    character(len=*), intent(in) :: name     !! of the group
-    integer, intent(in) :: line              !! where it opens
-    integer, intent(in) :: from              !! the same in the source
-    if (text%n_groups == size(text%groups)) text%groups = [text%groups, text%groups]
-    text%n_groups = text%n_groups + 1
-    text%groups(text%n_groups) = group_type(lower(name), line, text%n_entries + 1, text%n_entries, from, from)
-  end subroutine add_group
-
-  !> Start an entry of the open group.
-  pure subroutine add_entry(text, name, line, errors)
-    type(text_type), intent(inout) :: text                    !! entries so far
-    character(len=*), intent(in) :: name                      !! of the entry
-    integer, intent(in) :: line                               !! where it is
-    type(errors_type), intent(inout) :: errors   !! errors are added
-    integer :: i
-    if (text%n_entries == size(text%entries)) text%entries = [text%entries, text%entries]
-    if (index(name, "(") > 0) call fail(errors, of_group(text, text%n_groups, line), name // &
-      ": subscripts are not read, expected a name and its whole list")
-    do i = text%groups(text%n_groups)%first, text%n_entries
-      if (text%entries(i)%name == lower(name)) call fail(errors, of_group(text, text%n_groups, line), name // &
-        " is given twice, first in line " // integer_text(text%entries(i)%line))
-    end do
-    text%n_entries = text%n_entries + 1
-    text%entries(text%n_entries) = entry_type(lower(name), name, line, text%n_tokens + 1, text%n_tokens, &
-      text%n_groups)
-    text%groups(text%n_groups)%last = text%n_entries
-  end subroutine add_entry
-
-  !> Add a value to the open entry.
-  pure subroutine add_token(text, first, last, line, is_string, errors)
-    type(text_type), intent(inout) :: text                    !! tokens so far
-    integer, intent(in) :: first, last                        !! in the source, without quotes
-    integer, intent(in) :: line                               !! where it is
-    logical, intent(in) :: is_string                          !! in quotes
-    type(errors_type), intent(inout) :: errors   !! errors are added
-    if (text%groups(text%n_groups)%last < text%groups(text%n_groups)%first) then
-      call fail(errors, of_group(text, text%n_groups, line), """" // printable(text%source(first:last)) // &
-        """ without a name: expected name = value")
-      return
-    end if
-    if (text%n_tokens == size(text%tokens)) text%tokens = [text%tokens, text%tokens]
-    text%n_tokens = text%n_tokens + 1
-    text%tokens(text%n_tokens) = token_type(first, last, line, is_string)
-    text%entries(text%n_entries)%last = text%n_tokens
-  end subroutine add_token
 
   !> Place of an error in the whole file, or in a line; a text that is not in a file has no place.
   pure function of_file(text, line) result(place)

@@ -116,33 +116,25 @@ contains
     type(errors_type), intent(in) :: errors                !! the errors
     character(len=:), allocatable, intent(inout) :: text   !! lines are appended
     !> Unit separator of ASCII, which no text file has.
-    character(len=1), parameter :: between = achar(31)
+    character(len=1), parameter :: next = achar(31)
     character(len=:), allocatable :: line
     integer :: i
     do i = 1, errors%n
       call word(errors%list(i), line)
       associate (e => errors%list(i))
-        call add_field(line, between, e%file)
-        call set_text(line, line // between // integer_text(e%line))
-        call add_field(line, between, e%group)
-        call set_text(line, line // between // integer_text(e%step))
-        call add_field(line, between, e%name)
-        call set_text(line, line // between // integer_text(e%at))
-        call add_field(line, between, e%value)
-        call add_field(line, between, e%text)
+        call append(text, line // next // field(e%file) // next // integer_text(e%line) // next // field(e%group) // &
+          next // integer_text(e%step) // next // field(e%name) // next // integer_text(e%at) // next // &
+          field(e%value) // next // field(e%text))
       end associate
-      call append(text, line)
     end do
-
   end subroutine put_records
 
-  !> Add a field to a line.
-  pure subroutine add_field(line, between, field)
-    character(len=:), allocatable, intent(inout) :: line   !! fields so far
-    character(len=*), intent(in) :: between                !! separator
-    character(len=:), allocatable, intent(in) :: field     !! not allocated: it is empty
-    call set_text(line, line // between)
-    if (allocated(field)) call set_text(line, line // field)
-  end subroutine add_field
+  !> A text, empty if it is not known.
+  pure function field(text) result(known)
+    character(len=:), allocatable, intent(in) :: text   !! may be not allocated
+    character(len=:), allocatable :: known
+    call set_text(known, "")
+    if (allocated(text)) call set_text(known, text)
+  end function field
 
 end module asperity_errors

@@ -119,9 +119,9 @@ contains
         bad = first_bad(values, limits)
         miscounted = size(values) == 0 .or. (limits%single .and. size(values) > 1)
         if (bad > 0) then
-          call complain(step, i, bad, trim(limits%expected), errors)
+          call entry_error(step, i, bad, trim(limits%expected), errors)
         else if (miscounted .and. .not. (size(values) == 0 .and. allocated(step%given(i)%place%name))) then
-          call complain(step, i, 0, trim(merge("one number ", "one or more", limits%single)), errors)
+          call entry_error(step, i, 0, trim(merge("one number ", "one or more", limits%single)), errors)
         end if
         good = good .and. bad == 0 .and. .not. miscounted
       end associate
@@ -144,7 +144,7 @@ contains
   end function first_bad
 
   !> Append an error about an entry: its name and value, and what is expected.
-  pure subroutine complain(step, i, j, expected, errors)
+  pure subroutine entry_error(step, i, j, expected, errors)
     type(step_type), intent(in) :: step                       !! the step
     integer, intent(in) :: i                                  !! entry
     integer, intent(in) :: j                                  !! its bad value, 0: all
@@ -165,7 +165,7 @@ contains
       end if
     end associate
     call fail(errors, place, "expected " // expected)
-  end subroutine complain
+  end subroutine entry_error
 
   !> Set control, targets, increments and durations of a step whose entries are good.
   pure subroutine complete_step(step, control, direction, errors)
@@ -177,7 +177,7 @@ contains
     type(list_type) :: given(size(step_table))
     real(wp) :: factors(3)
     character(len=:), allocatable :: name
-    integer :: entries(3), i
+    integer :: cycles, entries(3), i, n
     logical :: has(size(step_table))
 
     last = control
@@ -219,18 +219,7 @@ contains
     step%control = control
     step%changed = (control%traction .neqv. last%traction) .or. abs(control%spring - last%spring) > 0.0_wp
     step%has_target = entries > 0
-    call set_targets(step, given, entries, factors, errors)
-  end subroutine complete_step
-
-  !> Set targets, increments and durations of a step from its lists.
-  pure subroutine set_targets(step, given, entries, factors, errors)
-    type(step_type), intent(inout) :: step                    !! the step
-    type(list_type), intent(in) :: given(:)                   !! its entries, with the defaults
-    integer, intent(in) :: entries(3)                         !! the one that gives a component, 0: constant
-    real(wp), intent(in) :: factors(3)                        !! of their values
-    type(errors_type), intent(inout) :: errors                !! errors are added
-    integer :: cycles, i, n
-
+    ! targets, increments and durations from the lists
     n = 1
     do i = 1, 3
       if (entries(i) > 0) n = max(n, size(given(entries(i))%values))
@@ -257,7 +246,7 @@ contains
         if (size(times) == 1) step%durations = times(1)*(real(step%increments, wp)/sum(real(step%increments, wp)))
       end if
     end associate
-  end subroutine set_targets
+  end subroutine complete_step
 
   !> Repeat a list of up to n values several times; a shorter list repeats its last value.
   pure function run_through(list, n, cycles) result(values)
@@ -326,7 +315,7 @@ contains
       do i = 1, size(separations)
         if (.not. allocated(steps(n)%given(separations(i))%values)) cycle
         bad = first_bad(steps(n)%given(separations(i))%values, limits)
-        if (bad > 0) call complain(steps(n), separations(i), bad, "a magnitude up to " // to_text(limits%upper) // &
+        if (bad > 0) call entry_error(steps(n), separations(i), bad, "a magnitude up to " // to_text(limits%upper) // &
           ", beyond which rounding errors are too large", errors)
       end do
     end do

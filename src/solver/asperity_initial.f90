@@ -50,7 +50,7 @@ contains
     type(rie_law) :: law
     type(point_type) :: point
     type(report_type) :: report
-    real(wp) :: old(joint%n_statev), first(3), last(3), reached, s(3), start(3), told(3)
+    real(wp) :: old(joint%n_statev), first(3), last(3), reached, s(3), start(3), wanted(3)
     integer :: i, repeats
 
     if (present(carried)) carried = 0.0_wp
@@ -61,8 +61,9 @@ contains
     if (any(prescribed .and. .not. bounded(target, law%stiffness*law%bound))) status = status_initial
     if (status /= status_ok) return
     ! a rounding error of the host is no tension; the strength of a joint without bond is a number in name only
-    told = target
-    if (start_damage(joint, 0.0_wp) < 1.0_wp) told = merge(0.0_wp, target, abs(target) <= residual_tolerance*law%stress)
+    wanted = target
+    if (start_damage(joint, 0.0_wp) < 1.0_wp) wanted = merge(0.0_wp, target, &
+      abs(target) <= residual_tolerance*law%stress)
     old = state(:joint%n_statev)
     s = old(v_offset:v_offset + 2)
     if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(joint, old, prescribed)
@@ -71,8 +72,8 @@ contains
     do repeats = 0, most_repeats
       start = point%traction
       do i = 1, initial_increments
-        first = merge(ramp(start, told, real(i - 1, wp)/real(initial_increments, wp)), point%s, prescribed)
-        last = merge(ramp(start, told, real(i, wp)/real(initial_increments, wp)), point%s, prescribed)
+        first = merge(ramp(start, wanted, real(i - 1, wp)/real(initial_increments, wp)), point%s, prescribed)
+        last = merge(ramp(start, wanted, real(i, wp)/real(initial_increments, wp)), point%s, prescribed)
         call advance(law, control_type(prescribed), first, last, point, reached, report)
         if (reached < 1.0_wp) exit
       end do

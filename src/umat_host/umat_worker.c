@@ -272,27 +272,27 @@ int umat_worker_receive(double *numbers, int n) {
 /* End the child, if it has not ended: why the work is not complete (empty: it is), the last increment that began (step
  * -1: none), and the notes. Both texts have `length` bytes. */
 void umat_worker_end(double *notes, int n, int *counts, char *text, char *reason, int length) {
-  const board_type *const told = child.board;
+  const board_type *const left = child.board;
   char why[TEXT + 100] = "", printed[LINE + 30] = "";
-  if (!child.over && !told->done) kill(-child.id, SIGKILL);
+  if (!child.over && !left->done) kill(-child.id, SIGKILL);
   do child.filled = child.taken = 0;
   while (wait_some());
   treat(interrupted, SIG_DFL);
-  if (told->reason[0] != '\0') {
-    snprintf(why, sizeof why, "%.*s", TEXT, told->reason);
-  } else if (child.late && !told->done) {
+  if (left->reason[0] != '\0') {
+    snprintf(why, sizeof why, "%.*s", TEXT, left->reason);
+  } else if (child.late && !left->done) {
     snprintf(why, sizeof why, "it did not complete the increment within the limit of %g s", child.limit);
-  } else if (WIFSIGNALED(child.status) && !told->done) {
+  } else if (WIFSIGNALED(child.status) && !left->done) {
     snprintf(why, sizeof why, "it ended by signal %d (%s)", WTERMSIG(child.status), strsignal(WTERMSIG(child.status)));
-  } else if (!told->done) {
+  } else if (!left->done) {
     snprintf(why, sizeof why, "it ended the program with exit code %d, as STOP or exit do", WEXITSTATUS(child.status));
   }
   if (child.length > 0) snprintf(printed, sizeof printed, "; it printed last: %.*s", (int)child.length, child.line);
   snprintf(reason, (size_t)length, "%s%s", why, why[0] != '\0' ? printed : "");
-  snprintf(text, (size_t)length, "%.*s%s", TEXT, told->text, told->text[0] != '\0' ? printed : "");
-  counts[0] = told->begun > 0 ? told->step : -1;
-  counts[1] = told->increment;
-  memcpy(notes, told->notes, (size_t)n * sizeof *notes);
+  snprintf(text, (size_t)length, "%.*s%s", TEXT, left->text, left->text[0] != '\0' ? printed : "");
+  counts[0] = left->begun > 0 ? left->step : -1;
+  counts[1] = left->increment;
+  memcpy(notes, left->notes, (size_t)n * sizeof *notes);
   if (child.rows >= 0) close(child.rows);
   if (child.text >= 0) close(child.text);
   munmap(child.board, sizeof *child.board);

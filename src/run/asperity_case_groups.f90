@@ -1,0 +1,457 @@
+!> The groups &umat, &initial, &state, &sweep and &expect of a case file: a UMAT in a shared library instead of
+!> &material and &pattern; the state of the planes and the traction that they carry at separation zero, or a whole
+!> state, which the case of a failed increment has; a number that varies from run to run, and the expected end.
+module asperity_case_groups
+  use asperity_call_checks, only: explain_point, point_status
+  use asperity_case_entries, only: case_io, close_group, integer_entry, logical_entry, open_group, real_entry, &
+    reals_entry, require, string_entry
+  use asperity_case_text, only: beside, group_index, lower, name_length, text_type, token_text
+  use asperity_checks, only: bounded
+  use asperity_contract, only: plane_statev, status_ok, v_damage, v_friction, v_rupture, v_stored
+  use asperity_control_point, only: point_type
+  use asperity_errors, only: error_type, errors_type, fail, fail_lines
+  use asperity_initial, only: carry_traction, explain_initial
+  use asperity_interface, only: interface_type, separation_bound, slip_factor
+  use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text, set_text, to_text
+  implicit none
+  private
+  public :: umat_group, initial_group, state_group, carry_initial, check_state, sweep_group, expect_group
+  public :: explain_unexpected
+
+  real(wp), parameter :: default_limit = 60.0_wp
+  character(len=*), parameter :: default_symbol = "umat_", default_order = "N,Tx,Ty"
+  !> Numbers of components that a UMAT can have.
+  integer, parameter :: any_ntens(3) = [2, 3, 6]
+
+  !> What a case says of its UMAT; nothing of it has been opened.
+  type, public :: umat_type
+    logical :: given = .false.                       !! false: the law is that of this project
+    type(error_type) :: place                        !! of the group
+    character(len=:), allocatable :: library         !! file, with a folder
+    character(len=:), allocatable :: symbol, order   !! as given
+    real(wp), allocatable :: props(:)                !! PROPS
+    real(wp), allocatable :: first(:)                !! (nstatv) STATEV of a virgin point
+    integer :: nstatv = 0                            !! its state variables
+    integer :: ntens = 3                             !! its components
+    integer :: position(3) = [1, 2, 3]               !! of N, Tx and Ty among them, 0: it has no such component
+    integer :: damage = 0                            !! its state variable that is the damage, 0: none
+    real(wp) :: length = 0.0_wp                      !! separation at which the strength is reached, length
+    real(wp) :: stiffness = 0.0_wp                   !! elastic stiffness of the bond, stress/length
+    real(wp) :: thickness = 1.0_wp                   !! by which separations are divided, length
+    real(wp) :: limit = default_limit                !! longest time without a new increment, s
+    integer :: declared(3) = any_ntens               !! numbers of components that it can have
+    logical :: has_energies = .true.                 !! whether it gives SSE, SPD and SCD
+  end type umat_type
+
+  !> Smallest and largest strength and energy that length and stiffness may give: no product leaves the range of a
+  !> double.
+  real(wp), parameter :: smallest = 1.0e-50_wp, largest = 1.0e50_wp
+
+  !> The group &initial.
+  type, public :: initial_type
+    logical :: given = .false.                      !! false: virgin, without traction
+    real(wp) :: traction(3) = 0.0_wp                !! (N, Tx, Ty), stress
+    real(wp), allocatable :: damage(:)              !! of all planes or of each, size 0: none
+    real(wp), allocatable :: slip(:)                !! s_dit, s_dih of all planes or of each, length, size 0: none
+    type(error_type) :: of_traction, of_damage, of_slip   !! places of errors in them
+    real(wp), allocatable :: planes(:)              !! STATEV as of a host before the first call: planes only
+    real(wp), allocatable :: carried(:)             !! STATEV with the offset at which they carry the traction
+  end type initial_type
+
+  !> The group &state.
+  type, public :: state_type
+    logical :: given = .false.              !! false: virgin, separation zero
+    real(wp) :: s(3) = 0.0_wp               !! separation (N, Tx, Ty), length
+    real(wp), allocatable :: statev(:)      !! STATEV
+    logical :: has_work = .false.           !! false: the work is the sum of stored and dissipated energy
+    real(wp) :: work = 0.0_wp               !! work of the traction so far, stress*length
+    type(error_type) :: place               !! of an error in it
+  end type state_type
+
+  !> Values that &expect may state, in this order.
+  character(len=8), parameter, public :: expect_names(12) = [character(len=8) :: "s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", &
+    "t_Ty", "damage", "stored", "rupture", "friction", "work", "slip"]
+
+  !> Expected end of a case.
+  type, public :: expect_type
+    integer :: line = 0                            !! in the case file, 0: no such group
+    logical :: lost = .false.                      !! equilibrium is lost (false: the path is completed)
+    logical :: given(size(expect_names)) = .false.
+    real(wp) :: values(size(expect_names)) = 0.0_wp
+    real(wp) :: tolerance = 0.0_wp                 !! absolute, for all values
+  end type expect_type
+
+contains
+
+  !> The group &umat; the UMAT is not `given` without it.
+  subroutine umat_group(io, umat)
+    type(case_io), intent(inout) :: io           !! the file
+    type(umat_type), intent(inout) :: umat       !! its UMAT
+    integer, parameter :: most = 1000000
+    real(wp), allocatable :: declared(:)
+    real(wp) :: sizes(2)
+    integer :: earlier, i
+
+    call open_group(io, "umat", umat%given)
+    if (.not. umat%given) return
+    if (io%writes) then
+      if (any(umat%declared /= any_ntens)) declared = real(umat%declared, wp)
+    else
+      umat%place = io%place
+      call set_text(umat%library, "")
+      call set_text(umat%symbol, default_symbol)
+      call set_text(umat%order, default_order)
+      allocate (umat%props(0), umat%first(0), declared(0))
+    end if
+    earlier = io%errors%n
+    call string_entry(io, "library", umat%library, "")
+    call string_entry(io, "symbol", umat%symbol, default_symbol)
+    call reals_entry(io, "props", umat%props)
+    call integer_entry(io, "nstatv", umat%nstatv, 0, most, 0)
+    call positive_entry("length", umat%length, 0.0_wp)
+    call positive_entry("stiffness", umat%stiffness, 0.0_wp)
+    call string_entry(io, "order", umat%order, default_order)
+    call positive_entry("thickness", umat%thickness, 1.0_wp)
+    call reals_entry(io, "state", umat%first)
+    call integer_entry(io, "damage", umat%damage, 1, most, 0)
+    call positive_entry("limit", umat%limit, default_limit)
+    call reals_entry(io, "ntens", declared)
+    if (io%found) call require(io, all([(any(abs(declared(i) - real(any_ntens, wp)) <= 0.0_wp), &
+      i=1, size(declared))]), "expected 2, 3 or 6, one or more of them")
+    call logical_entry(io, "energies", umat%has_energies, .true.)
+    call close_group(io)
+    if (io%errors%n > earlier .or. io%writes) return
+    if (len(umat%library) == 0 .or. .not. (umat%length > 0.0_wp .and. umat%stiffness > 0.0_wp)) then
+      call group_error("expected library, length (separation at which the strength is reached) and stiffness (of " // &
+        "the elastic bond)")
+    else
+      sizes = umat%length*umat%stiffness*[1.0_wp, umat%length]
+      if (any(sizes < smallest .or. sizes > largest)) call group_error("length and stiffness are out of range: " // &
+        "expected other units")
+    end if
+    if (size(umat%first) == 0) umat%first = spread(0.0_wp, 1, umat%nstatv)
+    if (size(umat%first) /= umat%nstatv) call group_error(integer_text(size(umat%first)) // &
+      " values of state: expected nstatv = " // integer_text(umat%nstatv))
+    if (umat%damage > umat%nstatv) call group_error("damage = " // integer_text(umat%damage) // &
+      ": expected at most nstatv = " // integer_text(umat%nstatv))
+    call set_order(lower(umat%order), umat)
+    if (umat%ntens == 0) call group_error("order = '" // umat%order // "': expected the names N, Tx, Ty (or N, " // &
+      "Tx) in the order of the UMAT, '-' for another component; 2, 3 or 6 in all")
+    if (umat%ntens > 0 .and. size(declared) > 0) then
+      umat%declared = nint(declared(1))
+      umat%declared(:min(3, size(declared))) = nint(declared(:min(3, size(declared))))
+      if (all(umat%declared /= umat%ntens)) call group_error("ntens without " // integer_text(umat%ntens) // &
+        ", the number of components of order = '" // umat%order // "'")
+    end if
+    umat%library = beside(io%text%path, umat%library)
+    if (index(umat%library, "/") == 0) umat%library = "./" // umat%library
+
+  contains
+
+    !> A number above zero.
+    subroutine positive_entry(name, value, default)
+      character(len=*), intent(in) :: name   !! of the entry
+      real(wp), intent(inout) :: value       !! unchanged if it cannot be read
+      real(wp), intent(in) :: default        !! value without the entry
+      integer :: before
+      before = io%errors%n
+      call real_entry(io, name, value, default)
+      if (io%errors%n == before) call require(io, value > 0.0_wp, "expected > 0")
+    end subroutine positive_entry
+
+    !> Add an error about the group.
+    subroutine group_error(text)
+      character(len=*), intent(in) :: text   !! what is wrong
+      call fail(io%errors, umat%place, text)
+    end subroutine group_error
+
+  end subroutine umat_group
+
+  !> Positions of the components; NTENS is 0 for an order that is not admissible.
+  pure subroutine set_order(order, umat)
+    character(len=*), intent(in) :: order    !! lower case
+    type(umat_type), intent(inout) :: umat   !! ntens and position are set
+    character(len=2), parameter :: names(3) = ["n ", "tx", "ty"]
+    character(len=:), allocatable :: rest, word
+    integer :: comma, i
+    logical :: good
+    umat%ntens = 0
+    umat%position = 0
+    rest = order // ","
+    good = .true.
+    do while (len(rest) > 0)
+      comma = index(rest, ",")
+      word = trim(adjustl(rest(:comma - 1)))
+      rest = rest(comma + 1:)
+      umat%ntens = umat%ntens + 1
+      i = findloc(names == word, .true., dim=1)
+      if (i == 0) good = good .and. word == "-"
+      if (i == 0) cycle
+      good = good .and. umat%position(i) == 0
+      umat%position(i) = umat%ntens
+    end do
+    good = good .and. any(umat%ntens == any_ntens) .and. all(umat%position(:2) > 0)
+    if (.not. good) umat%ntens = 0
+  end subroutine set_order
+
+  !> The group &initial, if there is one.
+  subroutine initial_group(io, initial)
+    type(case_io), intent(inout) :: io                        !! the file
+    type(initial_type), intent(inout) :: initial              !! initial state
+    real(wp), allocatable :: traction(:)
+
+    if (.not. io%writes) allocate (initial%damage(0), initial%slip(0))
+    call open_group(io, "initial", initial%given)
+    if (.not. initial%given) return
+    traction = initial%traction
+    call reals_entry(io, "traction", traction)
+    initial%of_traction = io%place
+    call require(io, any(size(traction) == [0, 3]), integer_text(size(traction)) // &
+      " values: expected three (t_N, t_Tx, t_Ty)")
+    if (size(traction) == size(initial%traction)) initial%traction = traction
+    call reals_entry(io, "damage", initial%damage)
+    initial%of_damage = io%place
+    call require(io, all(initial%damage >= 0.0_wp .and. initial%damage <= 1.0_wp), "expected 0 to 1")
+    call reals_entry(io, "slip", initial%slip)
+    initial%of_slip = io%place
+    call close_group(io)
+    if (io%writes) return
+    if (io%text%groups(io%group)%last < io%text%groups(io%group)%first) call fail(io%errors, io%place, &
+      "nothing given: expected traction, damage or slip")
+    if (group_index(io%text, "state") > 0) call fail(io%errors, io%place, &
+      "a run starts from &initial or from &state, in line " // &
+      integer_text(io%text%groups(group_index(io%text, "state"))%line) // ": expected the one or the other")
+  end subroutine initial_group
+
+  !> The group &state, if there is one.
+  subroutine state_group(io, state)
+    type(case_io), intent(inout) :: io                        !! the file
+    type(state_type), intent(inout) :: state                  !! state at the start
+    real(wp), allocatable :: s(:)
+
+    if (.not. io%writes) allocate (state%statev(0))
+    call open_group(io, "state", state%given)
+    if (.not. state%given) return
+    allocate (s(0))
+    if (io%writes) s = state%s
+    call reals_entry(io, "separation", s)
+    call reals_entry(io, "statev", state%statev)
+    call real_entry(io, "work", state%work, given=state%has_work)
+    call close_group(io)
+    if (io%writes) return
+    state%place = io%place
+    if (size(s) == size(state%s)) then
+      state%s = s
+    else
+      call fail(io%errors, state%place, integer_text(size(s)) // " values of separation: expected three (N, Tx, Ty)")
+    end if
+    if (group_index(io%text, "replay") > 0) call fail(io%errors, state%place, &
+      "a replay starts from the virgin state: expected &state with &step only")
+  end subroutine state_group
+
+  !> Compute the states of &initial, or of a virgin point without this group; the planes must be able to carry the
+  !> traction.
+  subroutine carry_initial(joint, prescribed, replays, initial, errors)
+    type(interface_type), intent(in) :: joint                 !! the interface
+    logical, intent(in) :: prescribed(3)                      !! components that the host has
+    logical, intent(in) :: replays                            !! whether the host adapter computes the offset
+    type(initial_type), intent(inout) :: initial              !! planes and carried are set
+    type(errors_type), intent(inout) :: errors   !! errors are added
+    character(len=:), allocatable :: reasons
+    real(wp) :: largest
+    integer :: earlier, i, k, status
+    logical :: loaded
+
+    allocate (initial%planes(joint%n_statev))
+    initial%planes = 0.0_wp
+    initial%carried = initial%planes
+    if (.not. initial%given) return
+    earlier = errors%n
+    associate (n => joint%pattern%n, damage => initial%damage, slip => initial%slip)
+      if (all(size(damage) /= [0, 1, n])) call fail(errors, initial%of_damage, &
+        integer_text(size(damage)) // " values: expected " // one_or(n, 1))
+      if (all(size(slip) /= [0, 2, 2*n])) call fail(errors, initial%of_slip, &
+        integer_text(size(slip)) // " values: expected " // one_or(n, 2) // ", in pairs s_dit, s_dih")
+      if (errors%n > earlier) return
+      do k = 1, n
+        i = plane_statev(k)
+        if (size(damage) > 0) initial%planes(i) = damage(min(k, size(damage)))
+        if (size(slip) > 0) initial%planes(i + 1:i + 2) = slip(min(2*k, size(slip)) - 1:min(2*k, size(slip)))
+      end do
+    end associate
+    largest = slip_factor*separation_bound(joint)
+    if (.not. all(bounded(initial%slip, largest))) call fail(errors, initial%of_slip, &
+      "expected a magnitude up to " // to_text(largest))
+    loaded = any(abs(initial%traction) > 0.0_wp)
+    if (any(abs(initial%traction) > 0.0_wp .and. .not. prescribed)) call fail(errors, &
+        initial%of_traction, "expected t_Ty = 0 with ntens = 2")
+    if (replays .and. .not. loaded .and. size(initial%slip) > 0) call fail(errors, &
+        initial%of_slip, "expected a traction with it: a host's routine computes the " // &
+      "offset of a slip only if the stress is not zero")
+    if (errors%n > earlier) return
+    initial%carried = initial%planes
+    call carry_traction(joint, initial%traction, prescribed, initial%carried, status)
+    allocate (character(len=0) :: reasons)
+    if (status == status_ok) return
+    call explain_initial(joint, initial%traction, prescribed, initial%planes, reasons)
+    if (allocated(initial%of_traction%name)) call fail_lines(errors, initial%of_traction, reasons)
+    if (.not. allocated(initial%of_traction%name)) call fail_lines(errors, initial%of_slip, reasons)
+  end subroutine carry_initial
+
+  !> Text of the admissible numbers of values: for all planes, or for each plane.
+  pure function one_or(n, each) result(text)
+    integer, intent(in) :: n      !! planes
+    integer, intent(in) :: each   !! values of a plane
+    character(len=:), allocatable :: text
+    text = integer_text(each) // " for all planes"
+    if (n > 1) text = text // " or " // integer_text(each*n) // " for " // integer_text(n) // " planes"
+  end function one_or
+
+  !> Check that the state is admissible for the interface.
+  subroutine check_state(joint, state, errors)
+    type(interface_type), intent(in) :: joint                 !! the interface
+    type(state_type), intent(in) :: state                     !! state at the start
+    type(errors_type), intent(inout) :: errors   !! errors are added
+    character(len=:), allocatable :: reasons
+    if (.not. state%given) return
+    if (size(state%statev) /= joint%n_statev) then
+      call fail(errors, state%place, integer_text(size(state%statev)) // &
+        " values of statev: expected " // integer_text(joint%n_statev))
+    else if (point_status(joint, state%s, state%s, state%statev) /= status_ok) then
+      allocate (character(len=0) :: reasons)
+      call explain_point(joint, state%s, state%s, state%statev, reasons)
+      call fail_lines(errors, state%place, reasons)
+    end if
+  end subroutine check_state
+
+  !> Name and values of the sweep of a case; no values: the case runs once.
+  subroutine sweep_group(io, name, values)
+    type(case_io), intent(inout) :: io                           !! the file
+    character(len=:), allocatable, intent(inout) :: name         !! as it is written
+    real(wp), allocatable, intent(inout) :: values(:)            !! of the name
+    character(len=*), parameter :: letters = "abcdefghijklmnopqrstuvwxyz"
+    integer :: earlier, i, j
+    logical :: given
+
+    if (.not. io%writes) call set_text(name, "")
+    if (.not. io%writes) allocate (values(0))
+    earlier = io%errors%n
+    given = size(values) > 0
+    call open_group(io, "sweep", given)
+    if (.not. given) return
+    call string_entry(io, "name", name, "")
+    call require(io, verify(lower(name), letters // "_0123456789") == 0 .and. scan(lower(name), letters) == 1 .and. &
+      len(name) <= name_length, "expected a name of letters, digits and _")
+    call reals_entry(io, "values", values)
+    do i = 2, size(values)
+      do j = 1, i - 1
+        call require(io, to_text(values(i)) /= to_text(values(j)), to_text(values(i)) // " is given twice")
+      end do
+    end do
+    call close_group(io)
+    if (io%errors%n > earlier .or. io%writes) return
+    if (len(name) == 0 .or. size(values) == 0) then
+      call fail(io%errors, io%place, "expected name and values")
+    else if (.not. any([(stands_for(io%text, i, name), i=1, io%text%n_tokens)])) then
+      call fail(io%errors, io%place, "name = '" // name // "' stands for no number of the case: " // &
+        "expected " // name // " as a value of another group")
+    end if
+  end subroutine sweep_group
+
+  !> Whether a value of a case is the name of its sweep.
+  pure function stands_for(text, token, name) result(yes)
+    type(text_type), intent(in) :: text     !! the file
+    integer, intent(in) :: token            !! which value
+    character(len=*), intent(in) :: name    !! of the sweep
+    logical :: yes
+    character(len=:), allocatable :: word
+    word = token_text(text, token)
+    yes = .not. text%tokens(token)%is_string .and. lower(word(index(word, "*") + 1:)) == lower(name)
+  end function stands_for
+
+  !> The group &expect for the current value of the sweep: the group with this value of `when`, else the one without
+  !> `when`.
+  subroutine expect_group(io, sweep_values, expect)
+    type(case_io), intent(inout) :: io                        !! the file
+    real(wp), intent(in) :: sweep_values(:)                   !! of the variable, size 0: no sweep
+    type(expect_type), intent(inout) :: expect                !! what is expected
+    type(expect_type) :: found
+    real(wp) :: when
+    logical :: is_there, specific, is_specific
+    integer :: g
+
+    if (io%writes) then
+      is_there = expect%lost .or. any(expect%given)
+      call open_group(io, "expect", is_there)
+      if (is_there) call expect_entries(io, expect, when)
+      if (is_there) call close_group(io)
+      return
+    end if
+    specific = .false.
+    do g = 1, io%text%n_groups
+      if (io%text%groups(g)%name /= "expect") cycle
+      call open_group(io, "expect", is_there, g)
+      found = expect_type(line=io%text%groups(g)%line)
+      call expect_entries(io, found, when, is_specific)
+      call require(io, any(abs(sweep_values - when) <= 0.0_wp), "expected a value of &sweep")
+      call close_group(io)
+      if (any(found%given) .and. .not. found%tolerance > 0.0_wp) call fail(io%errors, io%place, &
+        "values without a tolerance: expected tolerance > 0")
+      if (is_specific .and. abs(when - io%text%variable_value) > 0.0_wp) cycle
+      if (expect%line > 0 .and. (specific .eqv. is_specific)) then
+        call fail(io%errors, io%place, "given twice for the same run, first in line " // integer_text(expect%line))
+      else if (is_specific .or. .not. specific) then
+        expect = found
+        specific = is_specific
+      end if
+    end do
+  end subroutine expect_group
+
+  !> Entries of &expect; the last one is `when`.
+  subroutine expect_entries(io, expect, when, specific)
+    type(case_io), intent(inout) :: io                        !! the file
+    type(expect_type), intent(inout) :: expect                !! what is expected
+    real(wp), intent(out) :: when                             !! value of the sweep, 0: none
+    logical, intent(out), optional :: specific                !! whether it is given; absent: it is not written
+    character(len=:), allocatable :: word
+    integer :: earlier, i
+    call set_text(word, "")
+    if (io%writes) call set_text(word, trim(merge("lost    ", "complete", expect%lost)))
+    call string_entry(io, "end", word, "complete")
+    expect%lost = lower(word) == "lost"
+    call require(io, any(lower(word) == ["lost    ", "complete"]), "expected 'complete' or 'lost'")
+    earlier = io%errors%n
+    call real_entry(io, "tolerance", expect%tolerance, 0.0_wp)
+    call require(io, expect%tolerance >= 0.0_wp, "expected >= 0")
+    ! an admissible value remains if the given one is no number
+    if (io%errors%n > earlier) expect%tolerance = 1.0_wp
+    do i = 1, size(expect_names)
+      call real_entry(io, trim(expect_names(i)), expect%values(i), given=expect%given(i))
+    end do
+    when = 0.0_wp
+    if (present(specific)) call real_entry(io, "when", when, given=specific)
+  end subroutine expect_entries
+
+  !> Append the values of the last row of a run that are not as expected, in one line.
+  pure subroutine explain_unexpected(expect, last, message)
+    type(expect_type), intent(in) :: expect                   !! what is expected
+    class(point_type), intent(in) :: last                     !! the last row
+    character(len=:), allocatable, intent(inout) :: message   !! a line is appended where values differ
+    character(len=:), allocatable :: line
+    real(wp) :: values(size(expect_names))
+    integer :: i
+    values = [last%s, last%traction, last%state([v_damage, v_stored, v_rupture, v_friction]), last%work, &
+              sqrt(last%s(2)**2 + last%s(3)**2)]
+    line = ""
+    do i = 1, size(values)
+      if (.not. expect%given(i)) cycle
+      if (abs(values(i) - expect%values(i)) <= expect%tolerance) cycle
+      if (len(line) > 0) line = line // ", "
+      line = line // trim(expect_names(i)) // " = " // to_text(values(i)) // ", expected " // &
+        to_text(expect%values(i)) // " within " // to_text(expect%tolerance)
+    end do
+    if (len(line) > 0) call append(message, line)
+  end subroutine explain_unexpected
+
+end module asperity_case_groups
