@@ -12,7 +12,7 @@ module solver_sample
   use asperity_mixed_control, only: advance, ended_limit, ended_lost, report_type
   use asperity_pattern, only: direction_vector
   use asperity_rie_law, only: new_rie_law, rie_law
-  use asperity_tolerances, only: smallest_share
+  use asperity_tolerances, only: smallest_fraction
   use loss_judge, only: examine_loss, loss_discontinuous, loss_elsewhere, loss_none_found
   use solver_judge, only: judge_row, verdict_type
   use random_constants, only: constants_text, draw_constants
@@ -310,7 +310,7 @@ contains
       return
     end if
     ! just beyond the fold
-    values = ramp(start, target, reached + 2.0_wp*smallest_share)
+    values = ramp(start, target, reached + 2.0_wp*smallest_fraction)
     call examine_loss(sample%law, control, values, point, kind, place)
     outcome%counts([none_found, stopped, unexplained]) = merge(1, 0, kind == [loss_none_found, loss_discontinuous, &
       loss_elsewhere])

@@ -1,5 +1,6 @@
 !> The door between a law and the solver: all that the solver knows of a law at a material point.
 module asperity_point_law
+  use asperity_checks, only: all_bounded
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text, set_text
   implicit none
@@ -31,19 +32,19 @@ module asperity_point_law
     integer :: step = 0, increment = 0   !! of the load path, for routines of a host
     integer :: attempt = 0               !! at an increment or a part of it, counted along the path
     real(wp) :: began = 0.0_wp           !! time at which the step of the load path began
-    real(wp) :: asked = 1.0_wp           !! share of an increment that every law asks for which does not override `ask`
+    real(wp) :: asked = 1.0_wp           !! fraction of an increment that a law asks for which does not override `ask`
   contains
+    procedure :: admissible
     procedure :: ask
     procedure :: beyond_strength
+    procedure :: cannot_soften
+    procedure :: contact_opening
     procedure :: explain_branch
     procedure :: find_events
     procedure :: state_name
     procedure(update_procedure), deferred :: update
     procedure(energies_procedure), deferred, nopass :: energies
-    procedure(state_test), deferred :: cannot_soften
-    procedure(state_test), deferred :: admissible
     procedure(magnitude_procedure), deferred :: magnitude
-    procedure(opening_procedure), deferred :: contact_opening
   end type point_law
 
   abstract interface
@@ -72,15 +73,6 @@ module asperity_point_law
       real(wp) :: energies(2)
     end function energies_procedure
 
-    !> Whether a state has a property.
-    pure function state_test(law, state) result(yes)
-      import :: point_law, wp
-      implicit none
-      class(point_law), intent(in) :: law   !! the law
-      real(wp), intent(in) :: state(:)      !! state
-      logical :: yes
-    end function state_test
-
     !> Size of the terms whose sum is the traction, stress. Rounding errors are proportional to it.
     pure function magnitude_procedure(law, s, state) result(size)
       import :: point_law, wp
@@ -91,28 +83,45 @@ module asperity_point_law
       real(wp) :: size
     end function magnitude_procedure
 
-    !> Smallest separation N, not below zero, at which no part of the joint is in contact, length.
-    pure function opening_procedure(law, s, state) result(opening)
-      import :: point_law, wp
-      implicit none
-      class(point_law), intent(in) :: law   !! the law
-      real(wp), intent(in) :: s(3)          !! separation, of which Tx and Ty are used, length
-      real(wp), intent(in) :: state(:)      !! state
-      real(wp) :: opening
-    end function opening_procedure
-
   end interface
 
 contains
 
-  !> Share of the increment that the law asks for, after an attempt at it: 1 if it is content, less if the increment is
-  !> to be divided, 0 if the law has failed.
-  pure subroutine ask(law, share, reason)
+  !> Whether an update may start from a state; by default from any that is finite.
+  pure function admissible(law, state) result(yes)
+    class(point_law), intent(in) :: law   !! the law
+    real(wp), intent(in) :: state(:)      !! state
+    logical :: yes
+    yes = size(state) == law%n_state
+    if (yes) yes = all_bounded(size(state), state, huge(1.0_wp))
+  end function admissible
+
+  !> Whether a state cannot soften; a law that does not know may soften in every state.
+  pure function cannot_soften(law, state) result(yes)
+    class(point_law), intent(in) :: law   !! the law
+    real(wp), intent(in) :: state(:)      !! state
+    logical :: yes
+    yes = .false.
+  end function cannot_soften
+
+  !> Smallest separation N, not below zero, at which no part of the joint is in contact, length; a law that does not
+  !> know takes zero.
+  pure function contact_opening(law, s, state) result(opening)
+    class(point_law), intent(in) :: law   !! the law
+    real(wp), intent(in) :: s(3)          !! separation, of which Tx and Ty are used, length
+    real(wp), intent(in) :: state(:)      !! state
+    real(wp) :: opening
+    opening = 0.0_wp
+  end function contact_opening
+
+  !> Fraction of the increment that the law asks for, after an attempt at it: 1 if it is content, less if the increment
+  !> is to be divided, 0 if the law has failed.
+  pure subroutine ask(law, fraction, reason)
     class(point_law), intent(in) :: law                         !! the law
-    real(wp), intent(out) :: share                              !! 0 to 1
+    real(wp), intent(out) :: fraction                              !! 0 to 1
     character(len=:), allocatable, intent(inout) :: reason      !! set if the law has failed
-    share = law%asked
-    if (share <= 0.0_wp) call set_text(reason, "the law has failed")
+    fraction = law%asked
+    if (fraction <= 0.0_wp) call set_text(reason, "the law has failed")
   end subroutine ask
 
   !> In which direction prescribed tractions are beyond what the law can carry from a state on, and how much it carries

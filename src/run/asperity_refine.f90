@@ -10,7 +10,7 @@ module asperity_refine
   use asperity_steps, only: step_type
   use asperity_text, only: append, integer_text, short, to_text
   use asperity_tolerances, only: largest_tolerance, least_parts, least_tolerance, measured_part, most_parts, &
-    most_values, thinned_part, unbonded, values_of_row
+    most_values, compressed_part, unbonded, values_of_row
   implicit none
   private
   public :: refine_path, explain_tolerance
@@ -96,7 +96,7 @@ contains
         exit
       end if
     end do
-    call compress_rows(fine, values, thinned_part*tolerance, run%rows)
+    call compress_rows(fine, values, compressed_part*tolerance, run%rows)
   end subroutine refine_path
 
   !> The start of a path and its rows.

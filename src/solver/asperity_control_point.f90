@@ -1,5 +1,5 @@
 !> A point under mixed control and its equations: the prescribed value of each component, and the residual of the
-!> prescribed tractions at a share of an increment.
+!> prescribed tractions at a fraction of an increment.
 !>
 !> The unknowns are the free separations, those of prescribed tractions. Vectors and matrices have all three components;
 !> those of prescribed separations are decoupled: their residual and their change are zero.
@@ -47,12 +47,12 @@ module asperity_control_point
     real(wp) :: released = 0.0_wp        !! energy released by all of them, stress*length
   end type report_type
 
-  !> Equations of an increment at any share of it: one update of the law from the state at a share that was reached.
+  !> Equations of an increment at any fraction of it: one update of the law from the state at a fraction reached before.
   type, public :: equations_type
     type(control_type) :: control
-    real(wp) :: start(3) = 0.0_wp, target(3) = 0.0_wp   !! prescribed values at the shares 0 and 1
-    type(point_type) :: old            !! the point at the share `done`
-    real(wp) :: done = 0.0_wp          !! share of the increment that was reached
+    real(wp) :: start(3) = 0.0_wp, target(3) = 0.0_wp   !! prescribed values at the fractions 0 and 1
+    type(point_type) :: old            !! the point at the fraction `done`
+    real(wp) :: done = 0.0_wp          !! fraction of the increment that was reached
     real(wp) :: moved = 0.0_wp         !! largest separation at the start of the increment, length
     real(wp) :: damping = 0.0_wp       !! resistance to the motion from the point at `done`, stress/length
     type(report_type) :: report        !! so far
@@ -90,21 +90,21 @@ contains
   end subroutine new_equations
 
   !> Linear interpolation, exact at both ends.
-  pure elemental function ramp(from, to, share) result(value)
-    real(wp), intent(in) :: from, to   !! values at the shares 0 and 1
-    real(wp), intent(in) :: share      !! 0 to 1
+  pure elemental function ramp(from, to, fraction) result(value)
+    real(wp), intent(in) :: from, to   !! values at the fractions 0 and 1
+    real(wp), intent(in) :: fraction      !! 0 to 1
     real(wp) :: value
-    value = from + share*(to - from)
-    if (share >= 1.0_wp) value = to
+    value = from + fraction*(to - from)
+    if (fraction >= 1.0_wp) value = to
   end function ramp
 
-  !> Update the point for free separations x at a share of the increment, and compute the residual of the prescribed
-  !> tractions. Time and wear grow with the share.
-  pure subroutine evaluate(law, equations, x, share, point, residual, error)
+  !> Update the point for free separations x at a fraction of the increment, and compute the residual of the prescribed
+  !> tractions. Time and wear grow with the fraction.
+  pure subroutine evaluate(law, equations, x, fraction, point, residual, error)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; the update is counted
     real(wp), intent(in) :: x(3)                        !! separations, of which the free ones are used, length
-    real(wp), intent(in) :: share                       !! of the increment, from `done` to 1
+    real(wp), intent(in) :: fraction                       !! of the increment, from `done` to 1
     type(point_type), intent(inout) :: point            !! -> the point with these separations
     real(wp), intent(out) :: residual(3)                !! traction + spring*separation + damping*move - value, stress
     real(wp), intent(out) :: error                      !! largest residual relative to the traction scale of
@@ -113,13 +113,13 @@ contains
 
     residual = 0.0_wp
     error = huge(error)
-    values = ramp(equations%start, equations%target, share)
+    values = ramp(equations%start, equations%target, fraction)
     associate (control => equations%control, old => equations%old)
       point%s = merge(x, values, control%traction)
       if (.not. all_bounded(size(point%s), point%s, law%bound)) return
       if (.not. allocated(point%state)) allocate (point%state(law%n_state))
       equations%report%updates = equations%report%updates + 1
-      part = share - equations%done
+      part = fraction - equations%done
       worn = part/max(1.0_wp - equations%done, tiny(part))
       call law%update(old%s, point%s, old%state, point%state, point%traction, point%tangent, part*control%dt, worn)
       point%work = old%work + work_between(old%s, old%traction, point%s, point%traction)
@@ -211,16 +211,16 @@ contains
   !> Separation beyond which an equilibrium counts as one without bound, length: a multiple of s_f plus the elastic
   !> separation of the prescribed values, or the separation at the start of the increment. With viscous damage the bond
   !> decreases with time, but never to zero; without it a joint that is far away may move elastically.
-  pure function farthest_equilibrium(law, equations, share) result(far)
+  pure function farthest_equilibrium(law, equations, fraction) result(far)
     class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(in) :: equations   !! the equations
-    real(wp), intent(in) :: share                   !! of `farthest`
+    real(wp), intent(in) :: fraction                   !! of `farthest`
     real(wp) :: far
     real(wp) :: elastic, values(3)
     values = max(abs(equations%start), abs(equations%target))
     elastic = maxval(merge(min(values, law%softest*law%bound)/law%softest, values, equations%control%traction))
-    far = merge(share*equations%moved, equations%moved + 2.0_wp*elastic, law%relaxes)
-    far = min(max(far, share*farthest*(law%reach + elastic)), 0.5_wp*law%bound)
+    far = merge(fraction*equations%moved, equations%moved + 2.0_wp*elastic, law%relaxes)
+    far = min(max(far, fraction*farthest*(law%reach + elastic)), 0.5_wp*law%bound)
   end function farthest_equilibrium
 
   !> Work of the traction on the separation between two points, by the trapezoidal rule, stress*length.

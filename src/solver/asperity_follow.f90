@@ -1,5 +1,5 @@
-!> The curve of equilibria of one update: the shares of an increment from 0 to 1, each computed from the state at the
-!> share that was reached before. Time and wear grow with the share. The result does not depend on the steps.
+!> The curve of equilibria of one update: the fractions of an increment from 0 to 1, each computed from the state at the
+!> fraction that was reached before. Time and wear grow with the fraction. The result does not depend on the steps.
 module asperity_follow
   use asperity_control_point, only: equations_type, evaluate, farthest_equilibrium, free_matrix, &
     largest_move, point_type, predict, ramp, unstable
@@ -7,8 +7,8 @@ module asperity_follow
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: closer, longest_change, most_updates, residual_tolerance, smallest_share, &
-    least_rupture, rounding_scale, unexplained, unexplained_share
+  use asperity_tolerances, only: closer, longest_change, most_updates, residual_tolerance, smallest_fraction, &
+    least_rupture, rounding_scale, unexplained, unexplained_fraction
   implicit none
   private
   public :: follow, open_joint
@@ -24,27 +24,27 @@ contains
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations, the point at `done` -> at the new `done`
     type(point_type) :: here, trial
-    real(wp) :: next, share, step
+    real(wp) :: next, fraction, step
     logical :: good
     here%s = equations%old%s
     here%traction = equations%old%traction
     here%tangent = equations%old%tangent
-    share = equations%done
+    fraction = equations%done
     step = 1.0_wp
-    do while (share < 1.0_wp .and. step >= smallest_share .and. equations%report%updates < most_updates)
-      next = min(1.0_wp, share + step)
-      call solve_step(law, equations, [share, next], here, trial, good)
+    do while (fraction < 1.0_wp .and. step >= smallest_fraction .and. equations%report%updates < most_updates)
+      next = min(1.0_wp, fraction + step)
+      call solve_step(law, equations, [fraction, next], here, trial, good)
       if (good) then
         here = trial
-        share = next
+        fraction = next
         step = 2.0_wp*step
       else
-        step = 0.5_wp*min(step, 1.0_wp - share)
+        step = 0.5_wp*min(step, 1.0_wp - fraction)
       end if
     end do
-    if (share <= equations%done) return
+    if (fraction <= equations%done) return
     equations%old = here
-    equations%done = share
+    equations%done = fraction
     equations%report%parts = equations%report%parts + 1
   end subroutine follow
 
@@ -53,10 +53,10 @@ contains
   !> under a small pressure. A broken joint that carries nothing is opened instead. The smallest step is also tried
   !> from the closing side, as the tangent at a peak of the traction may be that of the side where the equilibrium is
   !> unstable.
-  pure subroutine solve_step(law, equations, shares, here, trial, good)
+  pure subroutine solve_step(law, equations, fractions, here, trial, good)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates are counted
-    real(wp), intent(in) :: shares(2)                   !! at both ends of the step
+    real(wp), intent(in) :: fractions(2)                   !! at both ends of the step
     type(point_type), intent(in) :: here                !! separation and tangent at its start
     type(point_type), intent(inout) :: trial            !! -> the point at its end
     logical, intent(out) :: good                        !! whether the step is accepted
@@ -64,8 +64,8 @@ contains
     real(wp) :: change(3), matrix(3, 3), predicted(3)
     integer :: attempt
     logical :: last
-    last = shares(2) - shares(1) < 2.0_wp*smallest_share
-    change = (shares(2) - shares(1))*(equations%target - equations%start)
+    last = fractions(2) - fractions(1) < 2.0_wp*smallest_fraction
+    change = (fractions(2) - fractions(1))*(equations%target - equations%start)
     do attempt = 1, merge(4, 2, equations%control%traction(1))
       trial%s = here%s
       if (attempt == 2) then
@@ -74,11 +74,11 @@ contains
         call eliminate(3, matrix, predicted, good)
         if (.not. good) cycle
         if (law%wears .and. equations%control%traction(1)) predicted(1) = predicted(1) + &
-          worn_retreat(law, equations, shares, here%s + predicted)
+          worn_retreat(law, equations, fractions, here%s + predicted)
         trial%s = here%s + predicted
       else if (attempt == 3) then
         good = carries_nothing(law, equations, here)
-        if (good) call open_joint(law, equations, shares(2), trial, good)
+        if (good) call open_joint(law, equations, fractions(2), trial, good)
         if (good) good = all(abs(law%energies(trial%state) - law%energies(equations%old%state)) <= &
           least_rupture*law%stress*law%length)
         if (good) return
@@ -87,38 +87,38 @@ contains
         if (.not. last) exit
         trial%s(1) = trial%s(1) - closer*law%length
       end if
-      call newton_solve(law, equations, shares(2), huge(1.0_wp), trial, result)
+      call newton_solve(law, equations, fractions(2), huge(1.0_wp), trial, result)
       if (attempt == 2) then
         result%step = predicted
         result%first = free_matrix(law, equations, here)
       end if
       good = result%converged
-      if (good) call judge(law, equations, shares, result, here, trial, good)
+      if (good) call judge(law, equations, fractions, result, here, trial, good)
       if (good) return
     end do
   end subroutine solve_step
 
   !> Change of the opening at which the joint is just out of contact, by the wear of a step: the contact may be so stiff
   !> that facets which retreat by more than their closure leave no residual to find them by.
-  pure function worn_retreat(law, equations, shares, s) result(retreat)
+  pure function worn_retreat(law, equations, fractions, s) result(retreat)
     class(point_law), intent(in) :: law               !! the law
     type(equations_type), intent(in) :: equations     !! the equations
-    real(wp), intent(in) :: shares(2)                 !! at both ends of the step
+    real(wp), intent(in) :: fractions(2)                 !! at both ends of the step
     real(wp), intent(in) :: s(3)                      !! separation, length
     type(equations_type) :: local
     type(point_type) :: ends(2)
     real(wp) :: error, r(3), retreat
     local = equations
-    call evaluate(law, local, s, shares(1), ends(1), r, error)
-    call evaluate(law, local, s, shares(2), ends(2), r, error)
+    call evaluate(law, local, s, fractions(1), ends(1), r, error)
+    call evaluate(law, local, s, fractions(2), ends(2), r, error)
     retreat = law%contact_opening(s, ends(2)%state) - law%contact_opening(s, ends(1)%state)
   end function worn_retreat
 
   !> Whether a converged step continues the curve.
-  pure subroutine judge(law, equations, shares, result, old, new, good)
+  pure subroutine judge(law, equations, fractions, result, old, new, good)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates are counted
-    real(wp), intent(in) :: shares(2)                   !! at both ends of the step
+    real(wp), intent(in) :: fractions(2)                   !! at both ends of the step
     type(newton_type), intent(in) :: result             !! of Newton's method; its step is the predicted one
     type(point_type), intent(in) :: old, new            !! both ends of the step
     logical, intent(out) :: good                        !! whether the step is accepted
@@ -130,7 +130,7 @@ contains
       if (.not. any(traction)) return
       good = .not. unstable(result%last, law%stiffness) .and. &
         maxval(abs(new%s)) <= farthest_equilibrium(law, equations, 1.0_wp)
-      change = (shares(2) - shares(1))*(equations%target - equations%start)
+      change = (fractions(2) - fractions(1))*(equations%target - equations%start)
       ! damage that takes time releases a traction without a move
       if (good .and. .not. (law%relaxes .and. equations%control%dt > 0.0_wp)) then
         if (carries_nothing(law, equations, new)) good = .not. stays_closed(law, equations, change, old)
@@ -144,40 +144,40 @@ contains
       extent = law%length
       if (law%relaxes .and. equations%control%dt > 0.0_wp) extent = max(extent, maxval(abs(old%s), mask=traction))
       ! a step that cannot be halved may be longer than this in the prescribed values themselves
-      if (shares(2) - shares(1) < 2.0_wp*smallest_share .and. prescribed > unexplained*law%length) return
+      if (fractions(2) - fractions(1) < 2.0_wp*smallest_fraction .and. prescribed > unexplained*law%length) return
       far = move > longest_change*extent
       if (far) good = alike(result%first, result%last)
       if (.not. good) return
       if (law%relaxes .or. law%wears) then
         ! the step back, as the tangent does not have the effect of time and wear
-        call evaluate(law, equations, new%s, shares(1), back, ending, error)
+        call evaluate(law, equations, new%s, fractions(1), back, ending, error)
       else
         ending = predict(equations, new, change)
       end if
       matrix = result%last
       call eliminate(3, matrix, ending, good)
       if (good) good = maxval(abs(new%s - old%s - 0.5_wp*(result%step + ending)), mask=traction) <= &
-        max(unexplained*extent, unexplained_share*prescribed)
+        max(unexplained*extent, unexplained_fraction*prescribed)
       ! the mean of two predictions that differ may agree by chance
       if (good .and. far) good = maxval(abs(result%step - ending), mask=traction) <= 0.5_wp*move
     end associate
   end subroutine judge
 
   !> The smallest opening, from zero on, at which the joint carries nothing, and its free separations across stay.
-  pure subroutine open_joint(law, equations, share, point, found)
+  pure subroutine open_joint(law, equations, fraction, point, found)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates are counted
-    real(wp), intent(in) :: share                       !! of the increment
+    real(wp), intent(in) :: fraction                       !! of the increment
     type(point_type), intent(inout) :: point            !! with its separations -> the open joint
     logical, intent(out) :: found                       !! whether it is an equilibrium
     real(wp) :: error, r(3), step
     logical :: rounding
     found = .false.
-    point%s = merge(point%s, ramp(equations%start, equations%target, share), equations%control%traction)
+    point%s = merge(point%s, ramp(equations%start, equations%target, fraction), equations%control%traction)
     point%s(1) = law%contact_opening(point%s, equations%old%state)
     step = spacing(max(abs(point%s(1)), law%length))
     do
-      call evaluate(law, equations, point%s, share, point, r, error)
+      call evaluate(law, equations, point%s, fraction, point, r, error)
       if (error >= huge(error)) return
       ! prescribed tractions may be what is left of a release
       rounding = maxval(abs(r)) <= rounding_scale*residual_tolerance*law%magnitude(point%s, point%state)

@@ -12,7 +12,7 @@ module asperity_mixed_control
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
   use asperity_tolerances, only: fast_growth, first_motion, largest_target, least_damping, least_rupture, &
-    less_damping, more_damping, most_tries, most_updates, shortest_motion, slow_growth, smallest_share, &
+    less_damping, more_damping, most_tries, most_updates, shortest_motion, slow_growth, smallest_fraction, &
     snap_resolution, unbalanced
   implicit none
   private
@@ -32,7 +32,7 @@ contains
     real(wp), intent(in) :: start(3)                !! values at the start: separation or traction + spring*separation
     real(wp), intent(in) :: target(3)               !! values at the end
     type(point_type), intent(inout) :: point        !! the point, start -> end
-    real(wp), intent(out) :: reached                !! share of the increment that converged, 1: complete
+    real(wp), intent(out) :: reached                !! fraction of the increment that converged, 1: complete
     type(report_type), intent(out) :: report        !! report
     type(equations_type) :: equations
     type(point_type) :: before, begin, lifted
@@ -53,7 +53,7 @@ contains
       if (reached >= 1.0_wp) exit
       ! the fold lies within the smallest step; just beyond it two equilibria may be too close to be told apart
       before = equations%old
-      equations%done = min(1.0_wp, reached + 2.0_wp*smallest_share)
+      equations%done = min(1.0_wp, reached + 2.0_wp*smallest_fraction)
       found = any(control%traction) .and. equations%report%updates < most_updates
       if (found) call snap(law, equations, found)
       if (.not. found .and. control%traction(1)) then
@@ -83,8 +83,8 @@ contains
   !> a discontinuity of the law.
   pure subroutine snap(law, equations, found)
     class(point_law), intent(in) :: law                 !! the law
-    type(equations_type), intent(inout) :: equations    !! prescribed values at the share `done`, the point at the end
-                                                        !! of the curve -> at the equilibrium, or where the motion ended
+    type(equations_type), intent(inout) :: equations    !! prescribed values at the fraction `done`, the point at the
+                                                        !! end of the curve -> at the equilibrium, or where it ended
     logical, intent(out) :: found                       !! whether there is an equilibrium
     type(newton_type) :: result
     type(point_type) :: trial

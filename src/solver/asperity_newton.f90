@@ -21,15 +21,15 @@ module asperity_newton
 
 contains
 
-  !> Solve the equations at a share of the increment from the separations of `point` on.
+  !> Solve the equations at a fraction of the increment from the separations of `point` on.
   !>
   !> A step is halved until the largest residual decreases; if it never decreases, the method stops without a solution.
   !> The first step is made in full: its tangent may be that of the other side of a kink, for example where a plane is
   !> about to slide.
-  pure subroutine newton_solve(law, equations, share, reach, point, result)
+  pure subroutine newton_solve(law, equations, fraction, reach, point, result)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates and iterations are counted
-    real(wp), intent(in) :: share                       !! of the increment
+    real(wp), intent(in) :: fraction                       !! of the increment
     real(wp), intent(in) :: reach                       !! length from the guess beyond which no solution is wanted
     type(point_type), intent(inout) :: point            !! guess -> the point at the end
     type(newton_type), intent(out) :: result            !! result
@@ -39,7 +39,7 @@ contains
 
     x_0 = point%s
     x = x_0
-    call evaluate(law, equations, x, share, point, r, error)
+    call evaluate(law, equations, x, fraction, point, r, error)
     if (error >= huge(error)) return
     do i = 0, most_iterations
       result%last = free_matrix(law, equations, point)
@@ -57,7 +57,7 @@ contains
         trial = x + length*step
         ! a facet starts to curve at its foot, which separations of zero must meet exactly
         where (abs(trial) <= epsilon(1.0_wp)*maxval(abs(point%s))) trial = 0.0_wp
-        call evaluate(law, equations, trial, share, point, r, next_error)
+        call evaluate(law, equations, trial, fraction, point, r, next_error)
         if (next_error <= max(residual_tolerance, (1.0_wp - decrease*length)*error)) exit
         if (i == 0 .and. next_error < huge(next_error)) exit
         length = 0.5_wp*length

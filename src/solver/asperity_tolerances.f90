@@ -29,15 +29,15 @@ module asperity_tolerances
   real(wp), parameter, public :: instability = 1.0e-12_wp
 
   ! --- following a curve of equilibria -------------------------------------------------------------------------------
-  !> Smallest share of an increment that is tried; a fold is located to this accuracy.
-  real(wp), parameter, public :: smallest_share = 2.0_wp**(-20)
+  !> Smallest fraction of an increment that is tried; a fold is located to this accuracy.
+  real(wp), parameter, public :: smallest_fraction = 2.0_wp**(-20)
   !> Longest change of a free separation in a step at whose ends the tangents differ, relative to s0: a jump that is
   !> longer cannot be hidden in such a step. RP-32 jumps by 0.1 s0.
   real(wp), parameter, public :: longest_change = 0.1_wp
   !> Change of the free separations that needs no agreement with the tangents, and tolerated difference between a
   !> longer change and the mean of the predictions by both tangents, relative to s0. The difference may also be this
-  !> share of the change of the prescribed values.
-  real(wp), parameter, public :: unexplained = 0.01_wp, unexplained_share = 0.025_wp
+  !> fraction of the change of the prescribed values.
+  real(wp), parameter, public :: unexplained = 0.01_wp, unexplained_fraction = 0.025_wp
   !> Distance from a kink at which Newton's method starts on its closing side, relative to s0.
   real(wp), parameter, public :: closer = 1.0e-4_wp
   !> Largest number of updates of the law in an increment: a second of work.
@@ -108,7 +108,7 @@ module asperity_tolerances
   integer, parameter, public :: initial_increments = 32
   !> Largest number of times that damage which the guard prevented on the load path may grow at its end.
   integer, parameter, public :: most_repeats = 100
-  !> Smallest and largest share of an attempt that a law obtains at once, and smallest one of an increment at all.
+  !> Smallest and largest fraction of an attempt that a law obtains at once, and smallest one of an increment at all.
   real(wp), parameter, public :: least_cut = 0.01_wp, most_cut = 0.9_wp, smallest_part = 1.0e-6_wp
 
   ! --- load paths to a tolerance -------------------------------------------------------------------------------------
@@ -121,7 +121,7 @@ module asperity_tolerances
   real(wp), parameter, public :: most_values = 4.0e7_wp, values_of_row = 60.0_wp
   !> Parts of the tolerance for the distance between two runs and for the rows that are left out; the rest is for what
   !> both runs have in common.
-  real(wp), parameter, public :: measured_part = 0.4_wp, thinned_part = 0.4_wp
+  real(wp), parameter, public :: measured_part = 0.4_wp, compressed_part = 0.4_wp
   !> A joint without bond has neither s_f nor strength: this part of them only keeps the scales above zero.
   real(wp), parameter, public :: unbonded = 1.0e-9_wp
 

@@ -5,7 +5,6 @@
 module asperity_foreign_umat
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funloc, c_int, c_loc, c_null_char, c_ptr
   use asperity_case_groups, only: umat_type
-  use asperity_checks, only: all_bounded
   use asperity_contract, only: v_damage, v_friction, v_rupture, v_stored
   use asperity_kinds, only: wp
   use asperity_point_law, only: point_law
@@ -40,10 +39,7 @@ module asperity_foreign_umat
   contains
     procedure :: update
     procedure, nopass :: energies
-    procedure :: cannot_soften
-    procedure :: admissible
     procedure :: magnitude
-    procedure :: contact_opening
     procedure :: ask
     procedure :: state_name
     procedure :: virgin
@@ -72,11 +68,11 @@ module asperity_foreign_umat
       character(kind=c_char), intent(inout) :: path(*)
       integer(c_int), value :: length
     end subroutine c_whole_path
-    !> Share of the increment that the routine asks for.
-    pure subroutine c_ask(share) bind(c, name="umat_ask")
+    !> Fraction of the increment that the routine asks for.
+    pure subroutine c_ask(fraction) bind(c, name="umat_ask")
       import :: c_double
       implicit none
-      real(c_double), intent(out) :: share
+      real(c_double), intent(out) :: fraction
     end subroutine c_ask
     !> Call a routine.
     pure subroutine c_call(attempt, ntens, nstatv, nprops, props, stran, dstran, time, dtime, counts, stress, statev, &
@@ -256,23 +252,6 @@ contains
     energies = [state(v_stored), state(u_work) - state(v_stored)]
   end function energies
 
-  !> A UMAT may soften in every state.
-  pure function cannot_soften(law, state) result(yes)
-    class(foreign_law), intent(in) :: law   !! not used
-    real(wp), intent(in) :: state(:)        !! not used
-    logical :: yes
-    yes = .false.
-  end function cannot_soften
-
-  !> Whether an update may start from a state.
-  pure function admissible(law, state) result(yes)
-    class(foreign_law), intent(in) :: law   !! the law
-    real(wp), intent(in) :: state(:)        !! state
-    logical :: yes
-    yes = size(state) == law%n_state
-    if (yes) yes = all_bounded(size(state), state, huge(1.0_wp))
-  end function admissible
-
   !> Size of the terms whose sum is the traction, stress.
   pure function magnitude(law, s, state) result(size)
     class(foreign_law), intent(in) :: law   !! the law
@@ -282,21 +261,12 @@ contains
     size = max(law%stiffest*maxval(abs(s)), maxval(abs(state(n_header + 1:n_header + law%umat%ntens))))
   end function magnitude
 
-  !> Where the contact of a UMAT ends is not known; it is taken for zero.
-  pure function contact_opening(law, s, state) result(opening)
-    class(foreign_law), intent(in) :: law   !! not used
-    real(wp), intent(in) :: s(3)            !! not used
-    real(wp), intent(in) :: state(:)        !! not used
-    real(wp) :: opening
-    opening = 0.0_wp
-  end function contact_opening
-
-  !> Share of the increment that the UMAT asks for by PNEWDT; one that fails ends the process.
-  pure subroutine ask(law, share, reason)
+  !> Fraction of the increment that the UMAT asks for by PNEWDT; one that fails ends the process.
+  pure subroutine ask(law, fraction, reason)
     class(foreign_law), intent(in) :: law                    !! not used
-    real(wp), intent(out) :: share                           !! above 0, to 1
+    real(wp), intent(out) :: fraction                           !! above 0, to 1
     character(len=:), allocatable, intent(inout) :: reason   !! not changed
-    call c_ask(share)
+    call c_ask(fraction)
   end subroutine ask
 
 end module asperity_foreign_umat

@@ -122,8 +122,8 @@ void umat_open(const char *library, const char *symbol, int checked, int strictl
   memcpy(&routine, &found, sizeof found);
 }
 
-/* Share of the increment that the routine asks for by PNEWDT: 1, or less. */
-void umat_ask(double *share) { *share = own.pnewdt < 1.0 ? fmax(own.pnewdt, 1e-3) : 1.0; }
+/* Fraction of the increment that the routine asks for by PNEWDT: 1, or less. */
+void umat_ask(double *fraction) { *fraction = own.pnewdt < 1.0 ? fmax(own.pnewdt, 1e-3) : 1.0; }
 
 /* Place the arguments of this thread; the block ends where a page without access begins. */
 static void place_arguments(int ntens, int nstatv, int nprops) {
