@@ -6,64 +6,52 @@
 ! interpreter.
 
 !> Sizes of the contract.
-subroutine contract_sizes(n_fixed, n_required, n_listed, n_point, n_plane, n_facet, n_inclined)
+subroutine contract_sizes(sizes)
   use asperity_contract, only: max_inclined, n_facet_statev, n_fixed_props, n_listed_values, n_plane_statev, &
     n_point_statev, n_required_props
   implicit none
-  integer, intent(out) :: n_fixed      !! PROPS before the listed planes
-  integer, intent(out) :: n_required   !! PROPS without a default
-  integer, intent(out) :: n_listed     !! PROPS of a listed plane
-  integer, intent(out) :: n_point      !! state variables before those of the planes
-  integer, intent(out) :: n_plane      !! state variables of a plane
-  integer, intent(out) :: n_facet      !! state variables of a facet, with wear
-  integer, intent(out) :: n_inclined   !! most inclined planes
-  n_fixed = n_fixed_props
-  n_required = n_required_props
-  n_listed = n_listed_values
-  n_point = n_point_statev
-  n_plane = n_plane_statev
-  n_facet = n_facet_statev
-  n_inclined = max_inclined
+  integer, intent(out) :: sizes(7)   !! in the order of the names in contract.py
+  sizes = [n_fixed_props, n_required_props, n_listed_values, n_point_statev, n_plane_statev, n_facet_statev, &
+    max_inclined]
 end subroutine contract_sizes
 
-!> Entry i of PROPS.
-subroutine contract_prop(i, name, owner, meaning, unit, admissible, scale, lower, upper, default_value, plausible)
-  use asperity_contract, only: prop_table
+!> Row i of a table of the library.
+subroutine table_row(table, i, texts, numbers)
+  use asperity_contract, only: prop_table, statev_table
+  use asperity_rows, only: row_columns
+  use asperity_steps, only: step_table
   implicit none
-  integer, intent(in) :: i                        !! 1..n_fixed
-  character(len=8), intent(out) :: name           !! symbol
-  character(len=8), intent(out) :: owner          !! law, pattern, host or numerics
-  character(len=64), intent(out) :: meaning       !! one line
-  character(len=14), intent(out) :: unit          !! in the user's consistent set
-  character(len=40), intent(out) :: admissible    !! expectation in an error message
-  character(len=6), intent(out) :: scale          !! linear, log, logit or whole
-  double precision, intent(out) :: lower, upper   !! ends of the range
-  double precision, intent(out) :: default_value  !! value where none is given
-  double precision, intent(out) :: plausible(2)   !! ends of what joints have, in multiples of the size of the unit
-  name = prop_table(i)%name
-  owner = prop_table(i)%owner
-  meaning = prop_table(i)%meaning
-  unit = prop_table(i)%unit
-  admissible = prop_table(i)%admissible
-  lower = prop_table(i)%lower
-  upper = prop_table(i)%upper
-  default_value = prop_table(i)%default
-  scale = prop_table(i)%scale
-  plausible = prop_table(i)%plausible
-end subroutine contract_prop
-
-!> State variable i; those of a plane and of a facet follow those of the point once.
-subroutine contract_statev(i, name, meaning, unit)
-  use asperity_contract, only: statev_table
-  implicit none
-  integer, intent(in) :: i                        !! 1..n_point + n_plane + n_facet
-  character(len=10), intent(out) :: name          !! symbol
-  character(len=64), intent(out) :: meaning       !! one line
-  character(len=14), intent(out) :: unit          !! in the user's consistent set
-  name = statev_table(i)%name
-  meaning = statev_table(i)%meaning
-  unit = statev_table(i)%unit
-end subroutine contract_statev
+  integer, intent(in) :: table                  !! 1 PROPS, 2 STATEV, 3 columns of rows, 4 entries of a step
+  integer, intent(in) :: i                      !! from 1
+  character(len=64), intent(out) :: texts(6)    !! name first; all blank beyond the last row
+  double precision, intent(out) :: numbers(5)   !! lower, upper, default, plausible, or whether single, default
+  texts = ""
+  numbers = 0.0d0
+  select case (table)
+  case (1)
+    if (i > size(prop_table)) return
+    texts(1) = prop_table(i)%name
+    texts(2) = prop_table(i)%owner
+    texts(3) = prop_table(i)%meaning
+    texts(4) = prop_table(i)%unit
+    texts(5) = prop_table(i)%admissible
+    texts(6) = prop_table(i)%scale
+    numbers = [prop_table(i)%lower, prop_table(i)%upper, prop_table(i)%default, prop_table(i)%plausible]
+  case (2)
+    if (i > size(statev_table)) return
+    texts(1) = statev_table(i)%name
+    texts(2) = statev_table(i)%meaning
+    texts(3) = statev_table(i)%unit
+  case (3)
+    if (i > size(row_columns)) return
+    texts(1) = row_columns(i)%name
+  case default
+    if (i > size(step_table)) return
+    texts(1) = step_table(i)%name
+    texts(2) = step_table(i)%expected
+    numbers(:2) = [merge(1.0d0, 0.0d0, step_table(i)%single), step_table(i)%default]
+  end select
+end subroutine table_row
 
 !> Version of the library.
 subroutine contract_version(text)

@@ -1,39 +1,5 @@
 ! Load paths in the shape f2py reads (see asperity_f2py.f90).
 
-!> Entry i of a step.
-subroutine step_entry(i, name, single, default_value, expected)
-  use asperity_steps, only: step_table
-  implicit none
-  integer, intent(in) :: i                          !! from 1
-  character(len=10), intent(out) :: name            !! padded with blanks; blank beyond the last entry
-  integer, intent(out) :: single                    !! 1: one value, 0: a list
-  double precision, intent(out) :: default_value    !! where none is given
-  character(len=40), intent(out) :: expected        !! range in messages
-  name = ""
-  if (i > size(step_table)) return
-  name = step_table(i)%name
-  single = merge(1, 0, step_table(i)%single)
-  default_value = step_table(i)%default
-  expected = step_table(i)%expected
-end subroutine step_entry
-
-!> Column i of the rows of a load path.
-subroutine row_column(i, name, meaning, unit)
-  use asperity_rows, only: row_columns
-  implicit none
-  integer, intent(in) :: i                          !! from 1
-  character(len=10), intent(out) :: name            !! padded with blanks; blank beyond the last column
-  character(len=64), intent(out) :: meaning         !! one line
-  character(len=14), intent(out) :: unit            !! in the user's consistent set
-  name = ""
-  meaning = ""
-  unit = ""
-  if (i > size(row_columns)) return
-  name = row_columns(i)%name
-  meaning = row_columns(i)%meaning
-  unit = row_columns(i)%unit
-end subroutine row_column
-
 !> Rows of a load path.
 subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values, values, start, state, refines, &
                      tolerance, n_columns, room, numbers, states, events, n_rows, lost, status, message)
@@ -63,7 +29,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   integer, intent(in) :: refines                            !! 1: increments to a tolerance; 0: as they are given
   double precision, intent(in) :: tolerance                 !! relative
   integer, intent(in) :: room                               !! size of the arrays of rows
-  integer, intent(in) :: n_columns                          !! columns, as row_column names them
+  integer, intent(in) :: n_columns                          !! columns, as table_row names them
   double precision, intent(inout) :: numbers(n_columns, room)   !! numbers of each row
   double precision, intent(inout) :: states(nstatv, room)   !! STATEV
   character(len=64), intent(inout) :: events(room)          !! names joined by +, blank: none

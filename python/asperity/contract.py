@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
+from itertools import count
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,7 +23,7 @@ Floats = NDArray[np.float64]
     N_PLANE_STATEV,
     N_FACET_STATEV,
     MAX_INCLINED,
-) = _core.contract_sizes()
+) = _core.contract_sizes().tolist()
 """Numbers of PROPS before the listed planes, without a default, and of a listed plane; numbers of state
 variables of a point, of a plane and, with wear, of its facet; largest number of inclined planes.
 """
@@ -69,14 +70,22 @@ def _text(value: bytes) -> str:
     return value.decode("ascii").rstrip()
 
 
+def table_rows(table: int) -> Iterator[tuple[list[str], list[float]]]:
+    """Texts and numbers of the rows of a table of the library: PROPS, STATEV, columns, entries of a step."""
+    for i in count(1):
+        texts, numbers = _core.table_row(table, i)
+        if not texts[0].strip():
+            return
+        yield [*map(_text, texts.tolist())], numbers.tolist()
+
+
 @cache
 def props_table() -> tuple[Prop, ...]:
     """Entries of PROPS before the listed planes, in their order."""
     rows = []
-    for index in range(1, N_FIXED_PROPS + 1):
-        *texts, lower, upper, default, plausible = _core.contract_prop(index)
+    for index, (texts, (lower, upper, default, *plausible)) in enumerate(table_rows(1), 1):
         given = None if index <= N_REQUIRED_PROPS else default
-        rows.append(Prop(index, *map(_text, texts), lower, upper, given, tuple(plausible.tolist())))
+        rows.append(Prop(index, *texts, lower, upper, given, tuple(plausible)))
     return tuple(rows)
 
 
@@ -92,10 +101,7 @@ def owned(*owners: str) -> tuple[Prop, ...]:
 @cache
 def statev_table() -> tuple[Statev, ...]:
     """State variables of a point, of the first plane and of its facet (only with wear), in their order."""
-    return tuple(
-        Statev(index, *map(_text, _core.contract_statev(index)))
-        for index in range(1, N_POINT_STATEV + N_PLANE_STATEV + N_FACET_STATEV + 1)
-    )
+    return tuple(Statev(index, *texts[:3]) for index, (texts, _) in enumerate(table_rows(2), 1))
 
 
 @cache

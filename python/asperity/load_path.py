@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from itertools import count, takewhile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +21,7 @@ FIRST_ROOM, MOST_ROOM = 2048, 1_000_000
 @cache
 def column_names() -> tuple[str, ...]:
     """Names of the numbers of a row, from the table of the library."""
-    names = (_core.row_column(i)[0].decode("ascii").rstrip() for i in count(1))
-    return tuple(takewhile(bool, names))
+    return tuple(texts[0] for texts, _ in contract.table_rows(3))
 
 
 def _column(numbers: Floats, name: str) -> Floats:

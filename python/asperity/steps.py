@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cache
-from itertools import count
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, contract
+from . import contract
 from .contract import Floats
 
 FOLLOW = ("stable", "branch")
@@ -30,14 +29,8 @@ class Entry(NamedTuple):
 @cache
 def entries() -> tuple[Entry, ...]:
     """Entries of a step, from the table of the library."""
-    found = []
-    for i in count(1):
-        name, single, default, expected = _core.step_entry(i)
-        if not name.strip():
-            return tuple(found)
-        texts = (text.decode("ascii").rstrip() for text in (name, expected))
-        found.append(Entry(next(texts), bool(single), default, next(texts)))
-    raise AssertionError  # pragma: no cover
+    rows = contract.table_rows(4)
+    return tuple(Entry(name, bool(single), default, text) for (name, text, *_), (single, default, *_) in rows)
 
 
 @dataclass(frozen=True, repr=False)
