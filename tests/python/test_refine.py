@@ -143,7 +143,7 @@ def test_fracture_energy_of_rp_4(direction: float, converged: float):
 
 
 def test_jumps_are_sharp() -> None:
-    """RP-16 without normal traction jumps once: the rows beside the jump are as close as the tolerance asks."""
+    """RP-16 without normal traction jumps once: the rows beside it are as close as the tolerance asks."""
     interface = asperity.Interface(asperity.Material(SIGMA0, GC, ETA, MU), asperity.Pattern.regular(16, 30.0))
     history = interface.confined_slip(0.0, [0.2], 0.0, tolerance=1e-3)
     [snap] = history.snaps
