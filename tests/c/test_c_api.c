@@ -146,8 +146,9 @@ static int rejected(int expected, const char *culprit, const double *props, int 
 }
 
 static int errors_write_nothing_but_the_message(void) {
-  const double good[] = FLAT_PROPS, negative[] = {SIGMA0, -GC, ETA, MU};
+  const double good[] = FLAT_PROPS, negative[] = {SIGMA0, -GC, ETA, MU}, alone[] = {-1.0};
   int bad = rejected(ASPERITY_BAD_PROPS, "Gc", negative, N_FLAT_PROPS, 1, S0, FLAT_STATEV, 0.0);
+  bad += rejected(ASPERITY_BAD_PROPS, "sigma0 = -1", alone, 1, 1, S0, FLAT_STATEV, 0.0);
   bad += rejected(ASPERITY_FEW_PROPS, "3", good, 3, 1, S0, FLAT_STATEV, 0.0);
   bad += rejected(ASPERITY_FEW_STATEV, "11", good, N_FLAT_PROPS, 1, S0, FLAT_STATEV - 1, 0.0);
   bad += rejected(ASPERITY_BAD_SEPARATION, "s_N", good, N_FLAT_PROPS, 1, nan(""), FLAT_STATEV, 0.0);
