@@ -42,8 +42,8 @@ build: dependencies
 help:
 	@sed '/^[^#]/Q; s/^# //' Makefile
 demo: .venv/installed
-	@$(step) "Figure 5(b): sigma_N = -10 MPa, 30 degrees" $(log) tools/demo.sh
-	@$(venv)/python tools/demo_numbers.py build/demo/figure05b.csv
+	@mkdir -p build/demo
+	@$(venv)/asperity run harness/cases/figure05b.nml -o build/demo/figure05b.csv --force --plot build/demo/figure05b.png
 test:
 	@$(side_by_side) $(passed)/suites $(passed)/fast
 check:

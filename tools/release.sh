@@ -1,6 +1,7 @@
 #!/bin/sh
 # release.sh: what a release consists of, in build/release-VERSION, made from a clean clone of the last commit: sdist,
 # wheel, single-file sources for Abaqus and checksums. Then the sdist is tested in a bare Debian root with compilers.
+# ADDRESS is that of the repository, which replaces its placeholder in the README.
 # With --dry it makes the sdist only, in build/release-dry-VERSION, from a tree in any state.
 set -eu
 dry=${1:-}
@@ -16,11 +17,15 @@ stop() {
 [ -n "$dry" ] || [ -z "$(git status --porcelain)" ] || stop "the tree has changes that are not committed: expected a clean tree"
 grep -q "^## $version ([0-9]*-[0-9]*-[0-9]*)$" CHANGELOG.md ||
   stop "CHANGELOG.md: expected the heading '## $version (YYYY-MM-DD)', the version with the date of the release"
+[ -n "$dry${ADDRESS:-}" ] || stop "ADDRESS is not set: expected the address of the repository, for the README"
 tag=$(git describe --exact-match --tags --match 'v*' 2>/dev/null || echo "v$version")
 [ "$tag" = "v$version" ] || stop "tag $tag: expected v$version, the version of the library"
 
 rm -rf "$out"
 git clone --quiet --no-local ${dry:+--depth=1} . "$clone"
+[ -n "$dry" ] || sed -i "s|git clone ADDRESS asperity && cd asperity .*|git clone $ADDRESS asperity \&\& cd asperity|" "$clone/README.md"
+[ -n "$dry" ] || grep -q "^git clone $ADDRESS asperity && cd asperity$" "$clone/README.md" ||
+  stop "README.md: expected the line 'git clone ADDRESS asperity && cd asperity'"
 export PATH="$top/.venv/bin:$PATH"
 (cd "$clone" && tools/wheel.sh $dry)
 if [ -n "$dry" ]; then

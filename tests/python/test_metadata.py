@@ -76,7 +76,7 @@ COPIES = {
     CODE: r'"version": "([^"]*)"',
     FPM: r'^version = "([^"]*)"$',
     RECIPE: r"^  version: (\d\S*)$",
-    SPACK: r'^    version\("([^"]*)"\)$',
+    SPACK: r'^    version\("([^"]*)", url=f"file://\{os\.getcwd\(\)\}/asperity-\1\.tar\.gz"\)$',
 }
 """The file that defines the version, and those that are read without a build and so have a copy of it."""
 

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
+from conftest import SITE
 from links import Page, broken, from_elsewhere, reachable, read_pages
 
 ROOT = Path(__file__).parents[2]
@@ -18,66 +19,57 @@ def test_links_and_anchors(pages: dict[Path, Page]) -> None:
     assert broken(pages) == []
 
 
-def test_nothing_is_loaded_from_elsewhere(newest: Path, pages: dict[Path, Page]) -> None:
+def test_nothing_is_loaded_from_elsewhere(pages: dict[Path, Page]) -> None:
     """Pages and style sheets load files of the site only."""
-    assert from_elsewhere(newest, pages) == []
+    assert from_elsewhere(SITE, pages) == []
 
 
-def test_every_page_of_the_repository_is_there(newest: Path, pages: dict[Path, Page]) -> None:
+def test_every_page_of_the_repository_is_there(pages: dict[Path, Page]) -> None:
     """Each Markdown page has a page of the site, and each installed module a page of the reference."""
-    sources = [*ROOT.glob("[A-Z]*.md"), *(ROOT / "docs").rglob("*.md")]
+    sources = {*ROOT.glob("[A-Z]*.md"), *(ROOT / "docs").rglob("*.md")} - {ROOT / "docs/paper/paper.md"}
     names = [re.sub(r"(^|/)README$", r"\1index", str(s.relative_to(ROOT).with_suffix(""))) for s in sources]
     modules = ("interface", "contract", "points", "initial", "kinds", "umat", "vumat")
-    names += [f"api/fortran/asperity_{name}" for name in modules] + ["api/c", "api/python"]
-    wanted = {newest / (f"{name}.html" if name.endswith("index") else f"{name}/index.html") for name in names}
+    names += [f"api/fortran/asperity_{name}" for name in modules] + ["api/python", "files/src/asperity.h"]
+    wanted = {SITE / (f"{name}.html" if name.endswith("index") else f"{name}/index.html") for name in names}
     assert len(wanted) > 50 and wanted - set(pages) == set()
 
 
-def test_every_page_is_reachable(newest: Path, pages: dict[Path, Page]) -> None:
+def test_every_page_is_reachable(pages: dict[Path, Page]) -> None:
     """Links lead from the first page to every other."""
-    assert set(pages) - reachable(newest / "index.html", pages) == set()
+    assert set(pages) - reachable(SITE / "index.html", pages) == set()
 
 
-def test_search_knows_every_page(newest: Path, pages: dict[Path, Page]) -> None:
+def test_search_knows_every_page(pages: dict[Path, Page]) -> None:
     """The index of the search has an entry of each page."""
-    entries = json.loads((newest / "search" / "search_index.json").read_text(encoding="utf-8"))["docs"]
+    entries = json.loads((SITE / "search" / "search_index.json").read_text(encoding="utf-8"))["docs"]
     found = {entry["location"].partition("#")[0] for entry in entries}
-    assert {str(file.relative_to(newest).parent).rstrip(".") for file in pages} == {
+    assert {str(file.relative_to(SITE).parent).rstrip(".") for file in pages} == {
         name.rstrip("/") for name in found
     }
 
 
-def test_versions(newest: Path) -> None:
-    """The first page of the site leads to the newest version, which is that of the library."""
-    contract = (ROOT / "src" / "law" / "asperity_contract.f90").read_text(encoding="utf-8")
-    assert f'version = "{newest.name}"' in contract
-    versions = json.loads((newest.parent / "versions.json").read_text(encoding="utf-8"))
-    assert versions[0]["version"] == newest.name
-    assert f"url={newest.name}/" in (newest.parent / "index.html").read_text(encoding="utf-8")
-
-
-def test_gallery_has_small_pictures(newest: Path, pages: dict[Path, Page]) -> None:
+def test_gallery_has_small_pictures(pages: dict[Path, Page]) -> None:
     """The gallery has a small picture of each entry."""
     entries = (ROOT / "docs" / "gallery" / "README.md").read_text(encoding="utf-8").split("\n## ")[1:]
     drawn = [entry for entry in entries if "![" in entry]
-    text = (newest / "docs" / "gallery" / "index.html").read_text(encoding="utf-8")
+    text = (SITE / "docs" / "gallery" / "index.html").read_text(encoding="utf-8")
     grid = re.findall(r'<div class="gallery">(.*?)</div>', text, re.DOTALL)
     assert len(grid) == 1 and grid[0].count("<img") == len(drawn) > 10
     assert len(re.findall(r"<h2 ", text)) == len(entries)
 
 
-def test_api_has_comments(newest: Path) -> None:
-    """Comments of Fortran, C and Python are in the reference; no bracket of Markdown is left."""
+def test_api_has_comments() -> None:
+    """Comments of Fortran, C and Python are in the reference."""
     for name, words in {
-        "fortran/asperity_points": [
+        "api/fortran/asperity_points": [
             "Checked entry to the law",
             "number of the first bad point",
             "pure function",
         ],
-        "c": ["Update n points over one increment", "tangent", "asperity_update"],
-        "python": ["Take n points over one increment", "EquilibriumLost", "confined_slip"],
+        "files/src/asperity.h": ["Update n points over one increment", "tangent", "asperity_update"],
+        "api/python": ["Take n points over one increment", "EquilibriumLost", "confined_slip"],
     }.items():
-        text = (newest / "api" / name / "index.html").read_text(encoding="utf-8")
+        text = (SITE / name / "index.html").read_text(encoding="utf-8")
         assert [word for word in words if word not in text] == [], name
 
 

@@ -1,5 +1,5 @@
 #!/bin/sh
-# build.sh: the static site in build/site, a folder for each version. Its tools live in build/site-tools: MkDocs (group
+# build.sh: the static site in build/site. Its tools live in build/site-tools: MkDocs (group
 # `site` of pyproject.toml), FORD, which needs another version of the Markdown parser (`site-fortran`), KaTeX from npm.
 set -eu
 cd "$(dirname "$0")/../.."
@@ -33,10 +33,9 @@ fi
 
 rm -rf "$work/fortran"
 "$work/site-fortran/bin/python" $here/fortran_pages.py "$work/fortran"
-version=$("$work/site/bin/python" $here/stage.py "$work")
-out=build/site/$version
+"$work/site/bin/python" $here/stage.py "$work"
+out=build/site
 "$work/site/bin/mkdocs" build --strict --config-file "$work/mkdocs.yml" --site-dir "$PWD/$out"
 # the page for missing pages needs the address of the site
 rm "$out/404.html"
-"$work/site/bin/python" $here/versions.py build/site
 echo "$out"

@@ -12,7 +12,6 @@ from pathlib import Path
 
 from ford.fortran_project import Project
 from ford.settings import ProjectSettings
-from headers import plain
 
 ROOT = Path(__file__).resolve().parents[2]
 KINDS = {
@@ -23,6 +22,12 @@ KINDS = {
     "absinterfaces": "Abstract interfaces",
     "variables": "Constants",
 }
+
+
+def plain(comment: str) -> str:
+    """Text of a comment that Markdown does not change: what it would read as markup is escaped."""
+    parts = re.split(r"(`[^`\n]*`)", comment)
+    return "".join(p if i % 2 else re.sub(r"([\[\]*<$])", r"\\\1", p) for i, p in enumerate(parts))
 
 
 def text_of(entity: object) -> str:

@@ -1,9 +1,9 @@
 """stage.py WORK: gather what the site is made of in WORK/pages, and write WORK/mkdocs.yml.
 
 The pages of the repository keep their paths, so that links hold. Navigation comes from docs/README.md. A
-source file that a page links to becomes a page of its own, a linked folder a list of its files. The gallery
-starts with small pictures. The Python reference has the public names of the package, the C reference is made
-from the header.
+source file that a page links to becomes a page of its own, as do the C header and the paper, a linked folder
+a list of its files. The gallery starts with small pictures. The Python reference has the public names of the
+package.
 """
 
 from __future__ import annotations
@@ -16,8 +16,6 @@ import sys
 from pathlib import Path
 
 import yaml
-from citations import with_references
-from headers import c_page
 
 ROOT = Path(__file__).resolve().parents[2]
 TOP_PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "CODE_OF_CONDUCT.md", "SECURITY.md")
@@ -32,6 +30,7 @@ LANGUAGES = {
     ".h": "c",
     ".xml": "xml",
 }
+HEADER, PAPER = ROOT / "src" / "asperity.h", ROOT / "docs" / "paper" / "paper.md"
 KEPT = {".md", ".png", ".csv"}
 """Files of docs and of the top folder that the site has as they are."""
 
@@ -56,14 +55,13 @@ class Stage:
         text = source.read_text(encoding="utf-8")
         if source.parent.name == "gallery":
             text = with_thumbnails(text)
-        if source.with_suffix(".bib").exists():
-            text = with_references(text, source.with_suffix(".bib").read_text(encoding="utf-8"))
 
         def follow(m: re.Match[str]) -> str:
             target = Path(os.path.normpath(source.parent / m[2]))
             if "://" in m[2] or not target.is_relative_to(ROOT) or not target.exists():
                 return m[0]
-            if target.suffix in KEPT and target.parts[len(ROOT.parts)] in ("docs", target.name):
+            kept = target.suffix in KEPT and target != PAPER
+            if kept and target.parts[len(ROOT.parts)] in ("docs", target.name):
                 return m[0]
             self.linked.add(target)
             path = os.path.relpath(ROOT / page_of(target), source.parent)
@@ -137,7 +135,8 @@ def navigation(text: str) -> list[object]:
         if section:
             entries = []
             nav.append({section[1]: entries})
-        entries += [os.path.normpath(f"docs/{target}") for target in re.findall(r"\]\(([^)#]+)\)", part)]
+        targets = [os.path.normpath(f"docs/{target}") for target in re.findall(r"\]\(([^)#]+)\)", part)]
+        entries += [target for target in targets if ROOT / target != PAPER]
     return nav
 
 
@@ -166,7 +165,7 @@ def main() -> None:
     work = Path(sys.argv[1]).resolve()
     stage = Stage(work / "pages")
     sources = [ROOT / name for name in TOP_PAGES if (ROOT / name).exists()]
-    sources += [f for f in sorted((ROOT / "docs").rglob("*")) if f.is_file()]
+    sources += [f for f in sorted((ROOT / "docs").rglob("*")) if f.is_file() and f != PAPER]
     for source in sources:
         if source.suffix == ".md":
             stage.page(source)
@@ -174,9 +173,9 @@ def main() -> None:
             target = stage.pages / source.relative_to(ROOT)
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(source, target)
+    stage.linked.add(HEADER)
     stage.follow_links()
     stage.write("api/python.md", python_page())
-    stage.write("api/c.md", c_page((ROOT / "src" / "asperity.h").read_text(encoding="utf-8")))
     modules = sorted((work / "fortran").glob("*.md"))
     shutil.copytree(work / "fortran", stage.pages / "api" / "fortran")
     shutil.copytree(Path(__file__).parent / "assets", stage.pages / "assets", dirs_exist_ok=True)
@@ -184,7 +183,7 @@ def main() -> None:
 
     nav = navigation((ROOT / "docs" / "README.md").read_text(encoding="utf-8"))
     fortran = [f"api/fortran/{page.name}" for page in modules]
-    nav.append({"API": [{"Python": "api/python.md"}, {"C": "api/c.md"}, {"Fortran": fortran}]})
+    nav.append({"API": [{"Python": "api/python.md"}, {"C": str(page_of(HEADER))}, {"Fortran": fortran}]})
     listed = yaml.safe_dump(nav)
     about = [{name.removesuffix(".md").capitalize().replace("_", " "): name} for name in TOP_PAGES[2:]]
     nav.append({"Project": [entry for entry in about if (stage.pages / next(iter(entry.values()))).exists()]})
@@ -196,7 +195,6 @@ def main() -> None:
         {"nav": nav, "docs_dir": str(stage.pages), "copyright": f"asperity {version()}, BSD-3-Clause"}
     )
     (work / "mkdocs.yml").write_text(config, encoding="utf-8")
-    print(version())
 
 
 if __name__ == "__main__":

@@ -1,4 +1,6 @@
-"""Spack package of the library, the driver and, on request, the Python package."""
+"""Spack package of the library and the driver: `spack install --no-checksum asperity`, beside the sdist."""
+
+import os
 
 from spack.package import depends_on, license, variant, version
 from spack_repo.builtin.build_systems.cmake import CMakePackage
@@ -7,12 +9,11 @@ from spack_repo.builtin.build_systems.cmake import CMakePackage
 class Asperity(CMakePackage):
     """Interface law for rough quasi-brittle interfaces: damage, friction, interlocking."""
 
-    # put the sdist of a release into the folder in which spack is called
     manual_download = True
 
     license("BSD-3-Clause")
 
-    version("0.1.0")
+    version("0.1.0", url=f"file://{os.getcwd()}/asperity-0.1.0.tar.gz")
 
     variant("openmp", default=True, description="Spread arrays of points over threads")
 
@@ -20,10 +21,6 @@ class Asperity(CMakePackage):
     depends_on("cxx", type="build")
     depends_on("fortran", type="build")
     depends_on("cmake@3.22:", type="build")
-
-    def url_for_version(self, version):
-        """Return the sdist of a version, in the current folder."""
-        return f"file:asperity-{version}.tar.gz"
 
     def cmake_args(self):
         """Return the options of CMake."""
