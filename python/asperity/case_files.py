@@ -16,7 +16,7 @@ from .contract import Floats
 from .errors import input_error
 from .history import History
 from .interface import Interface
-from .load_path import all_rows_of
+from .load_path import rows_of
 from .material import Material
 from .pattern import Pattern
 from .steps import TARGETS, Point, Step, entries, prescribed, step_of
@@ -188,7 +188,7 @@ def drive(case: Path) -> dict[float | None, History]:
     for run in read_case(case).runs:
         start = run.state or Point(np.zeros(run.interface.nstatv))
         joint = run.interface
-        history, lost = all_rows_of(joint.props(), joint.n_planes, run.steps, start, run.tolerance)
+        history, lost = rows_of(joint.props(), joint.n_planes, run.steps, start, run.tolerance, True)
         if bool(lost) != run.loses:
             raise ValueError(f"{case}: {lost or 'the run ended where a loss of equilibrium was expected'}")
         found[run.value] = history

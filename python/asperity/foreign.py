@@ -110,14 +110,13 @@ class ForeignUmat:
             # what the UMAT prints last is in the message
             command = [driver(), case, "-o", output, "--planes", "--quiet", "--report", report]
             subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
-            told = json.loads(report.read_text(encoding="utf-8"))
-            if not output.is_file():
-                raise ValueError(told["message"])
-            history = _rows(output, told["lost"])
-        if told["code"] == 2 and not told["lost"]:
-            raise ValueError(told["message"])
-        if told["code"] != 0:
-            raise EquilibriumLost(told["message"], history.ended(told["message"]))
+            result = json.loads(report.read_text(encoding="utf-8"))
+            message, lost = result["message"], result["lost"]
+            if not output.is_file() or (result["code"] == 2 and not lost):
+                raise ValueError(message)
+            history = _rows(output, lost, message)
+        if result["code"] != 0:
+            raise EquilibriumLost(message, history)
         return history
 
     def _given(self) -> dict[str, object]:
@@ -129,8 +128,8 @@ class ForeignUmat:
         return given | {"library": str(Path(self.library).resolve())}
 
 
-def _rows(output: Path, lost: bool) -> History:
-    """Rows of the driver with all columns, without the row of a lost equilibrium."""
+def _rows(output: Path, lost: bool, message: str) -> History:
+    """Rows of the driver with all columns; the message is an event, instead of a lost row."""
     with output.open(encoding="utf-8", newline="") as file:
         names, *rows = csv.reader(file)
     rows = rows[: len(rows) - lost]
@@ -140,4 +139,4 @@ def _rows(output: Path, lost: bool) -> History:
         np.array([[float(row[i]) for i in some] for row in rows]).reshape(len(rows), len(some))
         for some in (range(n), places)
     )
-    return history_of(numbers, states, np.array([row[n] for row in rows], "S64"), 0, "")
+    return history_of(numbers, states, np.array([row[n] for row in rows], "S64"), 0, message)

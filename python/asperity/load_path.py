@@ -35,29 +35,18 @@ def _vector(numbers: Floats, letter: str) -> Floats:
 
 
 def rows_of(
-    props: Floats, n_planes: int, steps: Sequence[Step], start: Point, tolerance: float | None = None
+    props: Floats,
+    n_planes: int,
+    steps: Sequence[Step],
+    start: Point,
+    tolerance: float | None = None,
+    keep_lost: bool = False,
 ) -> tuple[History, str]:
-    """Rows in equilibrium for admissible PROPS, and why the path ends before its end ("" if it does not).
+    """Rows for admissible PROPS, and why the path ends before its end ("" if it does not).
 
-    Raises ValueError for every value of the steps, the start and the tolerance that is out of range.
+    keep_lost: the row beyond which there is no equilibrium is the last one, instead of an event after the
+    last one. Raises ValueError for every value of steps, start and tolerance that is out of range.
     """
-    numbers, states, names, lost = _rows(props, steps, start, tolerance)
-    n = len(numbers) - bool(lost)
-    return history_of(numbers[:n], states[:n], names[:n], n_planes, lost), lost
-
-
-def all_rows_of(
-    props: Floats, n_planes: int, steps: Sequence[Step], start: Point, tolerance: float | None = None
-) -> tuple[History, str]:
-    """As `rows_of`, with the row beyond which there is no equilibrium as the last one."""
-    numbers, states, names, lost = _rows(props, steps, start, tolerance)
-    return history_of(numbers, states, names, n_planes, ""), lost
-
-
-def _rows(
-    props: Floats, steps: Sequence[Step], start: Point, tolerance: float | None
-) -> tuple[Floats, Floats, NDArray[np.bytes_], str]:
-    """Numbers, states and events of all rows, and what is said of an equilibrium that is lost."""
     steps = list(steps)
     if not steps or not all(isinstance(step, Step) for step in steps):
         raise ValueError("steps: expected one asperity.Step or more")
@@ -90,7 +79,8 @@ def _rows(
         place = "step {:g} increment {:g}".format(*(_column(last, name)[0] for name in ("step", "increment")))
         text = message.decode("ascii").rstrip()
         lost = f"equilibrium lost beyond {place}, s = ({s}), t = ({t}): {text}"
-    return numbers[:n], states[:n], names[:n], lost
+    kept = slice(n if keep_lost else n - bool(lost))
+    return history_of(numbers[kept], states[kept], names[kept], n_planes, "" if keep_lost else lost), lost
 
 
 def no_rows(nstatv: int, n_planes: int) -> History:

@@ -16,9 +16,14 @@ module asperity_umat_checks
   character(len=*), parameter, public :: passed = "passed", failed = "FAILED", stated = "stated", &
     not_judged = "not judged", not_declared = "not declared"
 
+  !> Checks in their order; from `first_judged` on they are of no meaning if a UMAT has hidden state, which the
+  !> comparisons from `first_hidden` on find.
+  character(len=*), parameter, public :: check_names(11) = [character(len=12) :: "arguments", "repeated", "cut", &
+    "alternating", "threads", "absent", "components", "tangent", "symmetry", "energies", "dissipation"]
+  integer, parameter :: first_hidden = 2, first_judged = 6
+
   !> A check that compares the results of two walks to the last bit: in what the walks differ.
   type :: comparison_type
-    character(len=12) :: name
     character(len=48) :: when                 !! results are the same, or others
     integer :: parts = 1                      !! of an increment in both
     logical :: strict = .false.               !! whether arguments that are the host's must not change in both
@@ -27,19 +32,15 @@ module asperity_umat_checks
     logical :: two = .false.                  !! whether the second has two points, which the first has one by one
     logical :: threads = .false.              !! whether these are in two threads
   end type comparison_type
-  type(comparison_type), parameter :: comparisons(6) = [ &
-    comparison_type("arguments", "with other numbers outside its arguments", strict=.true., ones=.true.), &
-    comparison_type("repeated", "when a call is repeated", tries=.true.), &
-    comparison_type("cut", "after a larger increment that is tried first", parts=2, tries=.true.), &
-    comparison_type("alternating", "beside another point", two=.true.), &
-    comparison_type("threads", "from two threads", two=.true., threads=.true.), &
-    comparison_type("absent", "where arguments that hosts may not have are NULL")]
+  !> The first checks.
+  type(comparison_type), parameter :: comparisons(first_judged) = [ &
+    comparison_type("with other numbers outside its arguments", strict=.true., ones=.true.), &
+    comparison_type("when a call is repeated", tries=.true.), &
+    comparison_type("after a larger increment that is tried first", parts=2, tries=.true.), &
+    comparison_type("beside another point", two=.true.), &
+    comparison_type("from two threads", two=.true., threads=.true.), &
+    comparison_type("where arguments that hosts may not have are NULL")]
 
-  !> Checks in their order; from `first_judged` on they are of no meaning if a UMAT has hidden state, which the
-  !> comparisons from `first_hidden` on find.
-  character(len=*), parameter, public :: check_names(11) = [character(len=12) :: comparisons%name, "components", &
-    "tangent", "symmetry", "energies", "dissipation"]
-  integer, parameter :: first_hidden = 2, first_judged = 6
   !> Step of a difference, relative to `length`; largest error of DDSDDE and, at a kink, of a one-sided difference,
   !> relative to the stiffness; largest error of the energies, relative to the largest work, with each increment in
   !> parts; what is a rounding error, and that of a result with another number of components.
