@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pandas import DataFrame
+    from pandas import DataFrame, Series
 
     from .contract import Floats
 
@@ -79,34 +79,30 @@ class Table:
         decimal, allowed = ".", np.False_
         if not np.isfinite(found).all():
             texts = texts.replace(r"(?<=\d)['\u2019\s](?=\d{3})", "", regex=True)
-            empty = texts.apply(lambda one: one.str.fullmatch(EMPTY)).to_numpy(dtype=bool)
-            allowed = empty & np.isin(list(names), list(gaps))
-            good = texts.apply(lambda one: one.str.fullmatch(NUMBER))
-            decimal = self._decimal_mark(texts.where(good, ""))
-            other = {",": ".", ".": ","}[decimal]
-            plain = texts.apply(lambda one: one.str.replace(other, "").str.replace(decimal, "."))
+            empty, good = (
+                texts.apply(lambda one, form=form: one.str.fullmatch(form)) for form in (EMPTY, NUMBER)
+            )
+            allowed = empty.to_numpy(dtype=bool) & np.isin(list(names), list(gaps))
+            decimal = self._decimal_mark(texts.where(good, "").stack())
+            thousands = {",": ".", ".": ","}[decimal]
+            plain = texts.apply(lambda one: one.str.replace(thousands, "").str.replace(decimal, "."))
             found = plain.where(good).apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
         for name, column in texts.items():
             marked = column[column.str.contains(decimal, regex=False)]
-            whole = column.str.fullmatch(r"[-+]?\d{3}")
-            if len(marked) and whole.any() and marked.str.fullmatch(GROUPED).all():
-                pair = f"{column[whole].iloc[0]} beside {marked.iloc[0]}"
+            whole = column[column.str.fullmatch(r"[-+]?\d{3}")]
+            if len(marked) and len(whole) and marked.str.fullmatch(GROUPED).all():
+                pair = f"{whole.iloc[0]} beside {marked.iloc[0]}"
                 raise ValueError(f"{self.path}: column {name}: {pair}: expected no separators of thousands")
-        raise_all(
-            [
-                f"{self.path}: line {self.lines[i]}, column {names[j]}: {texts.iat[i, j] or 'empty'}: "
-                "expected a finite number"
-                for i, j in np.argwhere(~np.isfinite(found) & ~allowed).tolist()
-            ]
-        )
+        places = np.argwhere(~np.isfinite(found) & ~allowed).tolist()
+        wrong = [f"line {self.lines[i]}, column {names[j]}: {texts.iat[i, j] or 'empty'}" for i, j in places]
+        raise_all([f"{self.path}: {text}: expected a finite number" for text in wrong])
         return found
 
-    def _decimal_mark(self, texts: DataFrame) -> str:
+    def _decimal_mark(self, cells: Series) -> str:
         """Decimal mark with which all cells are numbers, the one that is there; raises ValueError."""
-        cells = texts.stack()
         odd = {mark: cells[~cells.str.fullmatch(one)] for mark, one in WITH_MARK.items()}
-        fitting = [mark for mark, one in odd.items() if one.empty]
         with_mark = {mark: cells[cells.str.contains(mark, regex=False)] for mark in WITH_MARK}
+        fitting = [mark for mark in odd if odd[mark].empty]
         seen = [mark for mark in fitting if len(with_mark[mark])]
         if len(fitting) == 1 or len(fitting) > len(seen):
             return [*seen, *fitting][0]

@@ -18,7 +18,7 @@ from asperity.fit.command import COVARIANCE, HEADING
 from asperity.fit.constants import to_scale
 from asperity.fit.outcome import residual_ratio
 from asperity.fit.report import case_of, report
-from asperity.fit.verdict import doubts, refusals
+from asperity.fit.verdict import refusals
 from asperity.options import PICTURES, may_replace
 
 from harness.studies import synthetic as study
@@ -31,11 +31,6 @@ RT = {"theta": 20.0, "flat": 0.3333}
 SLIP = np.linspace(0.0, 0.6, 61)[1:]
 SHORT, ENVELOPE = "slip,tau,sigma_N\n", "sigma_N,peak,residual,slip\n"
 ROWS = "".join(f"{0.1 * i:.1f},{min(i, 4) * 0.2:.1f},{0.02 * i:.2f},-1\n" for i in range(1, 8))
-
-
-def texts_of(found: outcome.Fit) -> str:
-    """Sentences of the report."""
-    return "\n".join(one.text for one in doubts(found))
 
 
 def rows(*columns: Any) -> str:
@@ -148,7 +143,7 @@ def test_increments_of_a_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
     coarse = fit(tests, fixed=SOME, start=start, starts=1)
     assert coarse.problem.refinement == 1 and coarse.shift > outcome.ENOUGH
     assert abs(coarse.values["mu"] / TRUTH["mu"] - 1.0) > 0.003
-    assert "the increments are too long: finer ones change" in texts_of(coarse)
+    assert "the increments are too long: finer ones change" in report(coarse)
 
 
 @pytest.mark.slow
@@ -238,15 +233,15 @@ def test_doubts_are_told(three_percent: outcome.Fit, monkeypatch: pytest.MonkeyP
     """A constant at its bound, a model that cannot fit, and a fit that did not converge are reported."""
     tests = three_percent.problem.tests
     found = fit(tests, fixed=SOME, bounds={"mu": (0.6, 0.9)}, starts=2)
-    assert "mu = 0.6 is at one of its bounds, 0.6 to 0.9" in texts_of(found) and found.converged
+    assert "mu = 0.6 is at one of its bounds, 0.6 to 0.9" in report(found) and found.converged
     assert "mu is at its lower (0.6) bound" in refusals(found)
     # a flat joint cannot dilate, so that neighbouring residuals are correlated
     found = fit(study.synthetic(0.01, 0), ("sigma0", "Gc", "mu"), sides=0, starts=1)
-    text = texts_of(found)
+    text = report(found)
     assert found.neighbours > 0.9 and "intervals are too narrow" in text
     assert "the fit is poor: the residuals are" in text
     monkeypatch.setattr(fitting, "MOST_EVALUATIONS", 2)
-    assert "ended before they converged" in texts_of(fit(tests, fixed=SOME, starts=1))
+    assert "ended before they converged" in report(fit(tests, fixed=SOME, starts=1))
 
 
 # --- arguments and command ----------------------------------------------------------------------------------
@@ -358,30 +353,3 @@ def test_case_without_a_sweep() -> None:
     assert "&sweep" not in text and "this case keeps their initial normal traction constant" in text
     assert "&step t_N = -2," in text and "slip = 0.5, -0.5, 0.5," in text
     assert "1 reversal" not in report(found) and "2 reversals" in report(found)
-
-
-@pytest.mark.slow
-def test_units_of_the_results(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """The results have the units of the option, which are those of numbers without units."""
-    monkeypatch.chdir(tmp_path)
-    study.write_record(Path("record.csv"), study.synthetic(0.01, 0))
-    text = Path("record.csv").read_text(encoding="utf-8")
-    written(tmp_path, re.sub(r" \[[^]]*\]", "", text), "plain.csv")
-    found = {}
-    for file, units, unit in (
-        ("record.csv", "mm,MPa", "MPa mm"),
-        ("record.csv", "m,kPa", "kPa m"),
-        ("record.csv", "in,psi", "psi in"),
-        ("plain.csv", "", "stress length"),
-        ("plain.csv", "m,kPa", "kPa m"),
-    ):
-        options = ["--set", "kc=20 eta=0.9 flat=0.3333", "--starts", "1", "--increments", "60"]
-        assert main(["fit", file, *options, *(["--units", units] if units else [])]) == 0
-        line = re.search(rf"^Gc +(\S+) .* {unit}$", capsys.readouterr().out, re.MULTILINE)
-        assert line
-        found.setdefault(unit, float(line[1]))
-    # five digits are printed; 1 kPa m is 1 MPa mm, 1 MPa mm is 1e3 J/m2, a psi in is 175.127 J/m2
-    assert found["kPa m"] == pytest.approx(found["MPa mm"], rel=1e-4)
-    assert found["psi in"] == pytest.approx(found["MPa mm"] * 1e3 / 175.127, rel=1e-4)

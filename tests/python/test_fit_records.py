@@ -220,6 +220,10 @@ def test_units_are_converted(units: tuple[str, ...], factors: tuple[float, ...],
     assert test.units == {"length": "m", "stress": "kPa"} and test.k_N == pytest.approx(1e6 * k_N, rel=1e-6)
     assert test.slip == pytest.approx(1e-3 * SLIP, rel=1e-6)
     assert test.tau == pytest.approx(1e3 * TAU, rel=1e-6)
+    # numbers without units have those of the target
+    [test] = read_tests(write(tmp_path, HEADER + ROWS), target=("in", "psi"))
+    same(test)
+    assert test.units == {"length": "in", "stress": "psi"}
 
 
 def test_headers(tmp_path: Path) -> None:

@@ -29,28 +29,28 @@ CASE_INCREMENTS = 100
 FORMS = {MORTAR: "mortar joint, with bond", ROCK: "rock joint, without bond"}
 
 SHOWN_BY = {
-    "sigma0": "rows at the peak",
-    "Gc": "rows between peak and residual strength",
-    "eta": "rows before the peak",
-    "mu": "rows after the peak",
-    "theta": "the dilation",
-    "flat": "tests at several pressures with the dilation",
-    "kc": "the closure under pressure",
-    KS: "rows before the peak",
-    "height": "a slip until the dilation ends",
-    "W0": "cycles",
-    "closure": "the closure under pressure",
-    "crush": "tests at several pressures",
-    "damage0": "rows before the peak",
-    "sigma02": "a tension test",
-    "Gc2": "a tension test",
+    name: text
+    for text, names in (
+        ("rows before the peak", ("eta", KS, "damage0")),
+        ("rows at the peak", ("sigma0",)),
+        ("rows between peak and residual strength", ("Gc",)),
+        ("rows after the peak", ("mu",)),
+        ("the dilation", ("theta",)),
+        ("tests at several pressures with the dilation", ("flat",)),
+        ("tests at several pressures", ("crush",)),
+        ("the closure under pressure", ("kc", "closure")),
+        ("a slip until the dilation ends", ("height",)),
+        ("cycles", ("W0",)),
+        ("a tension test", ("sigma02", "Gc2")),
+    )
+    for name in names
 }
 """What in the test data determines a constant."""
 
 
 def report(found: Fit, units: tuple[str, str] = NONE) -> str:
     """Lines of the report: tests, assumptions, constants with intervals, correlations, doubts."""
-    problem, lines = found.problem, []
+    problem, criteria, lines = found.problem, found.criteria, []
     for test in problem.tests:
         load = f"sigma_N {test.sigma_N:g}" + (f", k_N {test.k_N:g}" if test.k_N > 0.0 else "")
         load += "" if test.path_N is None else f" to {test.path_N[-1]:g} as measured"
@@ -59,17 +59,26 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
         if test.envelope:
             rows = f"peak {test.tau[0]:g}, residual {test.tau[1]:g}, {load}"
         lines.append(f"test        {test.name}: {rows}")
+    of_others = "".join(
+        f": the information criterion (BIC) is {criteria[found.form]:.5g}, that of a {FORMS[name]}, {one:.5g}"
+        for name, one in criteria.items()
+        if name != found.form
+    )
+    lines += [f"form        {FORMS[found.form]}{of_others}"] * bool(found.form)
+    if not problem.is_dilation.any() and "theta" not in problem.free and not problem.fixed["theta"]:
+        lines.append(
+            "theta       is not fitted, as no dilation was measured: mu contains the slope of the planes; "
+            "give --set theta="
+        )
     pattern = f"RP-{problem.sides}" if problem.sides > 2 else ("RT" if problem.sides == 2 else "flat")
-    given = {
-        name: value
+    given = [
+        f", {name} = {value:g}"
         for name, value in problem.fixed.items()
         if (problem.sides > 0 or name not in ("theta", "flat")) and (value or DEFAULTS.get(name) != 0.0)
-    }
+    ]
     tau, dilation = (f"{one:.2%}" for one in found.scatter)
     lines += [
-        *_form(found),
-        f"assumed     {pattern}, slip along {problem.direction:g} degrees"
-        + "".join(f", {name} = {value:g}" for name, value in given.items()),
+        f"assumed     {pattern}, slip along {problem.direction:g} degrees{''.join(given)}",
         f"scatter     of the residuals, relative to the range of each test: tau {tau}"
         + (f", dilation {dilation}" if problem.is_dilation.any() else ""),
         f"starts      sums of squares {', '.join(f'{cost:.4g}' for cost in found.costs)}",
@@ -84,33 +93,17 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
             change = f"{fitted / measured - 1.0:>13.1%}" if measured else ""
             lines.append(f"  {name:<12}{measured:>12.5g}{fitted:>12.5g}{change}")
     lines += ["", f"{'':<12}{'value':>12}{'low':>12}{'high':>12}  {found.confidence:g} intervals"]
-    for name, estimate in (found.estimates | _derived(found)).items():
+    for name, (value, low, high) in (found.estimates | _derived(found)).items():
         unit = UNITS[name].replace("stress", units[1]).replace("length", units[0]).replace("*", " ")
-        ends = f"{estimate.low:>12.5g}{estimate.high:>12.5g}  {unit}"
-        if name in found.undetermined or not 0.0 < estimate.high < 1e6 * max(estimate.low, 1e-300):
+        ends = f"{low:>12.5g}{high:>12.5g}  {unit}"
+        if name in found.undetermined or not 0.0 < high < 1e6 * max(low, 1e-300):
             would = f"; {SHOWN_BY[name]} would" if name in SHOWN_BY else ""
             ends = f"{'not determined':>24}  {unit}{would}"
-        lines.append(f"{name:<12}{estimate.value:>12.5g}{ends}")
+        lines.append(f"{name:<12}{value:>12.5g}{ends}")
     lines += ["", "correlation " + "".join(f"{name:>9}" for name in problem.free)]
     for name, row in zip(problem.free, found.correlation, strict=True):
         lines.append(f"{name:<12}" + "".join(f"{value:>9.3f}" for value in row))
     return "\n".join([*lines, "", lines_of(one.text for one in doubts(found) if one.text)]).rstrip()
-
-
-def _form(found: Fit) -> list[str]:
-    """Line with the form of the joint and why it is this one, and that theta is not fitted."""
-    criteria, problem = found.criteria, found.problem
-    lines = [f"form        {FORMS[found.form]}"] if found.form else []
-    for name in criteria:
-        if name != found.form:
-            lines[0] += f": the information criterion (BIC) is {criteria[found.form]:.5g}, that of a "
-            lines[0] += f"{FORMS[name]}, {criteria[name]:.5g}"
-    if not problem.is_dilation.any() and "theta" not in problem.free and not problem.fixed["theta"]:
-        lines.append(
-            "theta       is not fitted, as no dilation was measured: mu contains the slope of the planes; "
-            "give --set theta="
-        )
-    return lines
 
 
 def lines_of(texts: Iterable[str]) -> str:

@@ -124,18 +124,18 @@ def outliers(found: Fit) -> list[Outlier]:
         padded = np.abs(np.concatenate([residuals[1:2], residuals, residuals[-2:-1]]))
         beside = np.maximum(padded[:-2], padded[2:])
         far = (np.abs(residuals) > OUTLYING * scale) & (beside < ALONE * np.abs(residuals))
-        rows += [(part, i, scale) for i in np.flatnonzero(far).tolist()]
-    good = np.delete(found.residuals, [part.place.start + i for part, i, _ in rows])
+        rows += [(part, i, part.place.start + i, scale) for i in np.flatnonzero(far).tolist()]
+    good = np.delete(found.residuals, [place for *_, place, _ in rows])
     noise = ROBUST * float(np.median(np.abs(good)))
     errors = np.maximum(noise * np.linalg.norm(found.inverse, axis=1), np.finfo(float).tiny)
     told = []
-    for part, i, scale in rows:
-        place, test = part.place.start + i, found.problem.tests[part.number]
-        moves = float(np.max(np.abs(found.inverse[:, place] * found.residuals[place]) / errors))
+    for part, i, place, scale in rows:
+        test, residual = found.problem.tests[part.number], found.residuals[place]
+        moves = float(np.max(np.abs(found.inverse[:, place] * residual) / errors))
         line = f"{test.name}: line {test.lines[i]}" if test.lines else f"{test.name}: row {i + 1}"
-        size = abs(found.residuals[place]) / scale if scale > 0.0 else np.inf
         text = (
-            f"outlier: {line}, {part.name} {part.measured[i]:g} is {size:.0f} standard deviations off the "
+            f"outlier: {line}, {part.name} {part.measured[i]:g} is "
+            f"{abs(residual) / scale if scale > 0.0 else np.inf:.0f} standard deviations off the "
             f"fit and moves a constant by {moves:.1g} standard errors"
         )
         told.append(Outlier(line, text, moves))
@@ -150,13 +150,11 @@ def propose(found: Fit, given: Arguments, fitted: Fitted) -> tuple[Arguments, Fi
     values of constants that the tests do not tell, then the acceptance of a model error.
     """
     problem, tests = found.problem, found.problem.tests
-    freed: list[tuple[str, ...]] = []
-    pressures = np.abs([test.pressed for test in tests])
-    if problem.sides > 0 and pressures.max() > SEVERAL * pressures.min():
-        freed = [("crush",), ("crush", "height")]
-    steps = [freed]
-    if problem.sides > 0 and any(test.saturates for test in tests):
-        steps += [[("height",)], [("W0",)] if any(len(test.turns) > 1 for test in tests) else []]
+    pressures, inclined = np.abs([test.pressed for test in tests]), problem.sides > 0
+    several = inclined and bool(pressures.max() > SEVERAL * pressures.min())
+    ends = inclined and any(test.saturates for test in tests)
+    worn = ends and any(len(test.turns) > 1 for test in tests)
+    steps = [[("crush",), ("crush", "height")] * several, [("height",)] * ends, [("W0",)] * worn]
     ways: list[Callable[[Arguments], list[Arguments]]] = [
         lambda now, names=names: [one for several in names for one in _freeing(found, now, *several)]
         for names in steps
