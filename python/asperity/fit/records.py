@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from .checks import doubt, refuse
 from .shear_test import ShearTest
 
 if TYPE_CHECKING:
-    from pandas import DataFrame
+    from pandas import DataFrame, Series
 
 REQUIRED = ("slip", "tau", "sigma_N")
 ENVELOPE = ("slip", "peak", "residual", "sigma_N")
@@ -87,16 +87,11 @@ def read_tests(
     refuse(not np.isfinite(held).all(), f"{shown}: expected finite tractions")
     files = [Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)]
     refuse(not files, "no test: expected a file")
-    sign, bad = -1.0 if compression_positive else 1.0, []
-    found: list[DataFrame] = []
+    sign = -1.0 if compression_positive else 1.0
     for path in files:
         same = [one.resolve() for one in files].count(path.resolve()) > 1
         refuse(same, f"{path}: given twice: expected each file once")
-        try:
-            found += _read(path, target, columns or {}, sign, bool(held))
-        except ValueError as error:
-            bad.append(str(error))
-    raise_all(bad)
+    found = _of_all(files, lambda path: _read(path, target, columns or {}, sign, bool(held)))
     without = [rows for rows in found if "sigma_N" not in rows]
     both = held and not without
     refuse(both, f"{shown}: expected no value beside a column sigma_N, which every file has")
@@ -107,23 +102,24 @@ def read_tests(
     )
     for rows, value in zip(without, held * (len(without) if len(held) == 1 else 1), strict=True):
         rows["sigma_N"] = -abs(value)
-    tests: list[ShearTest] = []
     for rows in found:
+        if "k_N" not in rows or rows.k_N.isna().all():
+            rows["k_N"] = k_N or 0.0
+    tests: list[ShearTest] = _of_all(found, lambda rows: _tests(rows, k_T, sigma_N_path, sign))
+    checks.of_all(tests)
+    return tests
+
+
+def _of_all(items: Sequence[Any], function: Callable[[Any], list[Any]]) -> list[Any]:
+    """What a function finds for all items; raises ValueError with the errors of all."""
+    found, bad = [], []
+    for item in items:
         try:
-            if "k_N" not in rows or rows.k_N.isna().all():
-                rows["k_N"] = k_N or 0.0
-            _check(rows, sign)
-            if "peak" in rows:
-                wanted = f"expected columns {', '.join(REQUIRED)}"
-                refuse(k_T or sigma_N_path, f"{rows.attrs['name']}: k_T, sigma_N_path: {wanted}")
-                tests += _envelope(rows)
-            else:
-                tests.append(_test(rows, k_T, sigma_N_path, sign))
+            found += function(item)
         except ValueError as error:
             bad.append(str(error))
     raise_all(bad)
-    checks.of_all(tests)
-    return tests
+    return found
 
 
 def _read(
@@ -160,13 +156,13 @@ def _read(
         # a column without any number in a test is not measured in it
         unused = [name for name in ("dilation", "k_N") if name in group and group[name].isna().all()]
         group = group.drop(columns=unused)
-        kept = group.dropna(subset=[name for name in group if name != "k_N"]).copy()
+        kept = group.dropna(subset=[name for name in group if name != "k_N"])
         left_out += sorted({*group.index} - {*kept.index})
         starts = [0, *(_starts(kept) if apart and {"slip", "tau"} <= {*kept} else [])]
         returns += [str(kept.index[start]) for start in starts[1:]]
         for number, (start, end) in enumerate(zip(starts, [*starts[1:], len(kept)], strict=True), 1):
             label = ".".join([test] * bool(test) + [str(number)] * (len(starts) > 1))
-            part, name = kept[start:end], f"{path}: test {label}" if label else str(path)
+            part, name = kept[start:end].copy(), f"{path}: test {label}" if label else str(path)
             part.attrs = {
                 "name": name,
                 "path": str(path),
@@ -235,23 +231,29 @@ def _columns(where: str, table: Table, renamed: Mapping[str, str], optional: boo
     return [name if name in used else "" for name in names]
 
 
-def _check(rows: DataFrame, sign: float) -> None:
-    """Raise ValueError where sigma_N is tension or k_N is no stiffness."""
-    stiffness, path = rows.k_N.dropna(), rows.attrs["path"]
-    several = stiffness.nunique() > 1 and "tau" in rows
-    refuse(several, f"{path}: column k_N: {stiffness.nunique()} values: expected one a test")
+def _tests(rows: DataFrame, k_T: float | None, sigma_N_path: bool, sign: float) -> list[ShearTest]:
+    """Test from its rows, or a test for each row of an envelope, after checks of the rows."""
+    name, path, stiffness = rows.attrs["name"], rows.attrs["path"], rows.k_N.dropna()
+    envelope = "tau" not in rows
+    several = f"{path}: column k_N: {stiffness.nunique()} values: expected one a test"
+    refuse(stiffness.nunique() > 1 and not envelope, several)
     unit = f" {rows.attrs['units']['stress']}" if rows.attrs["units"] else ""
     wanted = f"expected compression, <= 0 ({'leave out' if sign < 0.0 else 'or give'} --compression-positive)"
     for line, value in rows.sigma_N[rows.sigma_N > 0.0].items():
         raise ValueError(f"{path}: line {line}, column sigma_N: {sign * value:g}{unit} is tension: {wanted}")
     for line, value in stiffness[stiffness < 0.0].items():
         raise ValueError(f"{path}: line {line}, column k_N: {value:g}: expected a stiffness >= 0")
+    least = 1 if envelope else LEAST_ROWS
+    refuse(len(rows) < least, f"{name}: {len(rows)} rows: expected at least {least}")
+    if not envelope:
+        return [_test(rows, k_T, sigma_N_path, sign)]
+    refuse(k_T or sigma_N_path, f"{name}: k_T, sigma_N_path: expected columns {', '.join(REQUIRED)}")
+    return [_of_envelope(rows, row, f"{path}: line {line}", line) for line, row in rows.iterrows()]
 
 
 def _test(rows: DataFrame, k_T: float | None, sigma_N_path: bool, sign: float) -> ShearTest:
     """Test from its rows, after checks of the rows against each other."""
     name, path, lines = rows.attrs["name"], rows.attrs["path"], tuple(rows.index.tolist())
-    refuse(len(rows) < LEAST_ROWS, f"{name}: {len(rows)} rows: expected at least {LEAST_ROWS}")
     slip, tau, sigma_N = (rows[column].to_numpy() for column in REQUIRED)
     s_N = rows["dilation"].to_numpy() if "dilation" in rows else None
     stiffness = float(rows.k_N.dropna().iloc[0])
@@ -264,11 +266,9 @@ def _test(rows: DataFrame, k_T: float | None, sigma_N_path: bool, sign: float) -
             f"{slip[first]:g}: expected more than tau/slip = {tau[first] / (slip[first] or np.nan):g}",
         )
         slip = slip - tau / k_T
+    beside = f"{name}: k_N = {stiffness:g}: expected no stiffness beside a prescribed sigma_N"
+    refuse(sigma_N_path and stiffness > 0.0, beside)
     held = float(sigma_N[0] if sigma_N_path else np.mean(sigma_N))
-    refuse(
-        sigma_N_path and stiffness > 0.0,
-        f"{name}: k_N = {stiffness:g}: expected no stiffness beside a prescribed sigma_N",
-    )
     worst = int(np.argmax(np.abs(sigma_N - held)))
     refuse(
         stiffness == 0.0 and not sigma_N_path and abs(sigma_N[worst] - held) > checks.HELD * abs(held),
@@ -285,19 +285,13 @@ def _test(rows: DataFrame, k_T: float | None, sigma_N_path: bool, sign: float) -
     return test
 
 
-def _envelope(rows: DataFrame) -> list[ShearTest]:
-    """Tests of which peak and residual strength are known, and the slip of the latter: one for each row."""
-    refuse(not len(rows), f"{rows.attrs['name']}: 0 rows: expected at least 1")
-    tests = []
-    for line, row in rows.iterrows():
-        place = f"{rows.attrs['path']}: line {line}"
-        for column, least in (("slip", 0.0), ("residual", 0.0), ("peak", row.residual)):
-            wanted = f"at least the residual strength, {least:g}" if column == "peak" else "> 0"
-            wrong = row[column] < least or row[column] == 0.0
-            refuse(wrong, f"{place}, column {column}: {row[column]:g}: expected {wanted}")
-        # the slip of the peak is not read
-        slips, tau = np.array([0.5, 1.0]) * row.slip, np.array([row.peak, row.residual])
-        stiffness = 0.0 if np.isnan(row.k_N) else row.k_N
-        given = slips, tau, None, row.sigma_N, stiffness, rows.attrs["units"], (line, line)
-        tests.append(ShearTest(place, *given, envelope=True))
-    return tests
+def _of_envelope(rows: DataFrame, row: Series, place: str, line: int) -> ShearTest:
+    """Test of which peak and residual strength are known, and the slip of the latter."""
+    for column, least in (("slip", 0.0), ("residual", 0.0), ("peak", row.residual)):
+        wanted = f"at least the residual strength, {least:g}" if column == "peak" else "> 0"
+        wrong = row[column] < least or row[column] == 0.0
+        refuse(wrong, f"{place}, column {column}: {row[column]:g}: expected {wanted}")
+    # the slip of the peak is not read
+    slips, tau = np.array([0.5, 1.0]) * row.slip, np.array([row.peak, row.residual])
+    given = slips, tau, None, row.sigma_N, 0.0 if np.isnan(row.k_N) else row.k_N, rows.attrs["units"]
+    return ShearTest(place, *given, lines=(line, line), envelope=True)
