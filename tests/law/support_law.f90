@@ -169,21 +169,20 @@ contains
 
   !> Steps of a confined slip: sigma_N is applied at zero slip and kept constant, then slips are prescribed along a
   !> direction, one increment each. The transverse slip is zero.
-  subroutine slip_steps(direction, slips, sigma_n, preload, durations, steps)
+  subroutine slip_steps(direction, slips, sigma_n, preload, steps)
     real(wp), intent(in) :: direction                         !! from Tx towards Ty, degrees
     real(wp), intent(in) :: slips(:)                          !! mm
     real(wp), intent(in) :: sigma_n                           !! normal traction, MPa
     integer, intent(in) :: preload                            !! increments of sigma_N
-    real(wp), intent(in) :: durations(2)                      !! of the preload and of the slip
     type(step_type), intent(out) :: steps(2)                  !! complete
     type(errors_type) :: errors
     steps(1)%given(entry_of("t_N"))%values = [sigma_n]
     steps(1)%given(entry_of("increments"))%values = [real(preload, wp)]
-    steps(1)%given(entry_of("time"))%values = durations(:1)
+    steps(1)%given(entry_of("time"))%values = [0.0_wp]
     steps(2)%given(entry_of("slip"))%values = slips
     steps(2)%given(entry_of("direction"))%values = [direction]
     steps(2)%given(entry_of("increments"))%values = [1.0_wp]
-    steps(2)%given(entry_of("time"))%values = durations(2:)
+    steps(2)%given(entry_of("time"))%values = [0.0_wp]
     call complete_steps(steps, errors)
     if (errors%n > 0) error stop "support_law: a test has bad steps"
   end subroutine slip_steps
@@ -198,28 +197,25 @@ contains
   end function entry_of
 
   !> Confined slip; slips from the loss of equilibrium on are not in the arrays.
-  function slip_path(joint, direction, slips, sigma_n, preload, durations, spring) result(path)
+  function slip_path(joint, direction, slips, sigma_n, preload, spring) result(path)
     type(interface_type), intent(in) :: joint             !! the interface
     real(wp), intent(in) :: direction                     !! from Tx towards Ty, degrees
     real(wp), intent(in) :: slips(:)                      !! mm
     real(wp), intent(in) :: sigma_n                       !! normal traction, MPa
     integer, intent(in), optional :: preload              !! increments of sigma_N
-    real(wp), intent(in), optional :: durations(2)        !! of the preload and of the slip; absent: no time passes
     real(wp), intent(in), optional :: spring              !! normal stiffness of the surroundings in the slip, MPa/mm
     type(path_type) :: path
     type(step_type) :: steps(2)
     type(run_type) :: run
     type(row_type) :: row
-    real(wp) :: e(2), times(2)
+    real(wp) :: e(2)
     integer :: n, parts
     logical :: found
     parts = n_preload
     if (present(preload)) parts = preload
-    times = 0.0_wp
-    if (present(durations)) times = durations
     n = size(slips)
     allocate (path%s(3, n), path%t(3, n), path%state(joint%n_statev, n), path%work(n), path%reports(n))
-    call slip_steps(direction, slips, sigma_n, parts, times, steps)
+    call slip_steps(direction, slips, sigma_n, parts, steps)
     if (present(spring)) then
       steps(2)%control%spring(1) = spring
       steps(2)%changed(1) = .true.

@@ -84,16 +84,3 @@ def from_elsewhere(folder: Path, pages: dict[Path, Page]) -> list[str]:
         local = [sheet.parent / re.sub(r"[?#].*", "", url) for url in urls if not re.match(r"\w+:|//|#", url)]
         bad += [f"{sheet}: {file.name}: no such file" for file in local if not file.is_file()]
     return bad
-
-
-def reachable(start: Path, pages: dict[Path, Page]) -> set[Path]:
-    """Return the pages that links lead to, one after the other."""
-    found, waiting = {start}, [start]
-    while waiting:
-        file = waiting.pop()
-        for link in pages[file].links:
-            target = target_of(file, link)
-            if target and target[0] in pages and target[0] not in found:
-                found.add(target[0])
-                waiting.append(target[0])
-    return found
