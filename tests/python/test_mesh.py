@@ -19,7 +19,6 @@ from asperity.mesh.hosts import layer_points
 from scipy.spatial import Delaunay
 
 from harness.hosts import structured
-from harness.hosts.structured import grid_cells
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "harness" / "hosts" / "abaqus"))
 from deck_check import model
@@ -32,12 +31,9 @@ LAW = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(0
 
 def grid(n: tuple[int, ...], parts: tuple[int, ...]) -> meshio.Mesh:
     """n cells of length 1 along each axis, in parts x parts (x parts) blocks."""
-    axes = np.meshgrid(*(np.arange(k + 1.0) for k in n), indexing="ij")
-    places = np.indices(n).reshape(len(n), -1).T * parts // n
-    block = np.ravel_multi_index(tuple(places.T), parts)
-    kind = "quad" if len(n) == 2 else "hexahedron"
-    points = np.stack([a.ravel() for a in axes], 1)
-    return meshio.Mesh(points, [(kind, grid_cells(n))], cell_data={"block": [block]})
+    places = (place * count // size for place, count, size in zip(np.indices(n), parts, n, strict=True))
+    block = np.ravel_multi_index(tuple(places), parts)
+    return structured.grid(*(range(k + 1) for k in n), block=block, sides=())
 
 
 def random_mesh(d: int, seed: int) -> meshio.Mesh:
@@ -118,7 +114,8 @@ def test_t_junctions() -> None:
     """Bricks in running bond have nodes of their own, where a head joint ends at a bed joint, too."""
     mesh = grid((8, 2), (1, 2))
     x = mesh.points[mesh.cells[0].data].mean(1)
-    mesh.cell_data["block"] = [np.where(x[:, 1] < 1.0, x[:, 0] // 4, 2 + (x[:, 0] + 2) // 4).astype(int)]
+    block = np.where(x[:, 1] < 1.0, x[:, 0] // 4, 2 + (x[:, 0] + 2) // 4)
+    mesh.cell_data["gmsh:physical"] = [block.astype(int)]
     found = split(mesh)
     assert len(found.points) == (2 * 5 + 3 + 5 + 3) * 2
     assert only(found).area.sum() == 8.0 + 1.0 + 2.0
@@ -200,17 +197,11 @@ def test_quadratic_joint() -> None:
 
 def test_groups_follow_their_cells() -> None:
     """Faces of a group on the outside have the nodes of the cell beside them."""
-    mesh = grid((4, 2), (2, 1))
-    top = np.stack([np.arange(4), np.arange(1, 5)], 1) * 3 + 2
-    mesh = meshio.Mesh(
-        mesh.points, [*mesh.cells, ("line", top)],
-        cell_data={"gmsh:physical": [mesh.cell_data["block"][0] + 1, np.full(4, 7)]},
-        field_data={"top": np.array([7, 1])},
-    )  # fmt: skip
+    mesh = structured.grid(range(5), range(3), block=[[1], [1], [2], [2]])
     found = split(mesh)
     assert found.names == ["block_1", "block_2"]
     assert len(found.nodes("top")) == 6 and (found.points[found.nodes("top"), 1] == 2.0).all()
-    with pytest.raises(ValueError, match="base: no such group: expected one of top"):
+    with pytest.raises(ValueError, match="base: no such group: expected one of left, right, bottom, top"):
         found.nodes("base")
 
 
@@ -218,19 +209,14 @@ def test_groups_follow_their_cells() -> None:
     ("joints", "words"),
     [
         ({"block_1": ("*", "*")}, "joint block_1: a block has this name: expected another one"),
-        ({"bed": None}, "joint bed: bed: no such group of faces: expected one of top"),
+        ({"bed": None}, "joint bed: bed: no such group of faces: expected one of left"),
         ({"top": None}, "joint top: 2 of its 2 faces have a cell on one side only"),
         ({"bed": ("brick", "*")}, r"joint bed: 0 of the 2 faces between blocks.*Blocks: block_1, block_2"),
     ],
 )
 def test_errors(joints: dict[str, object], words: str) -> None:
     """They name the joint, the group and the number of faces."""
-    mesh = grid((2, 2), (1, 2))
-    mesh = meshio.Mesh(
-        mesh.points, [*mesh.cells, ("line", [[2, 5], [5, 8]])],
-        cell_data={"gmsh:physical": [mesh.cell_data["block"][0] + 1, np.full(2, 9)]},
-        field_data={"top": np.array([9, 1])},
-    )  # fmt: skip
+    mesh = structured.grid(range(3), range(3), block=[1, 2])
     with pytest.raises(ValueError, match=words):
         split(mesh, joints)  # type: ignore[arg-type]
 

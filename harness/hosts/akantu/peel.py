@@ -19,7 +19,7 @@ import akantu as aka
 import meshio
 import numpy as np
 from asperity import Interface, Material, Pattern, contract
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 sys.path.insert(0, str(Path(__file__).parent / "kit"))
@@ -28,7 +28,6 @@ import structured
 from asperity_akantu import Joint, Points, register
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 JOINT = Interface(Material(sigma0=3.0, Gc=0.003, eta=0.9, mu=0.5), Pattern.regular(4, theta=30.0))
 LENGTH, HEIGHT, SIZE = 40.0, 4.0, 1.0
@@ -63,9 +62,6 @@ model solid_mechanics_model_cohesive [
   ]
 ]
 """
-
-KINDS = {4: "tetra", 8: "hexahedron"}
-"""Names of cells in meshio by their number of nodes in three dimensions."""
 
 DAMAGE, *ENERGIES = (contract.statev_index(name) for name in paraview.OF_STATE)
 
@@ -132,10 +128,9 @@ def start(folder: Path, extrinsic: bool) -> tuple[aka.SolidMechanicsModelCohesiv
     name = f"asperity_{next(RUNS)}"
     made = register(JOINT, name)
     x, y = (np.linspace(0.0, side, round(side / SIZE) + 1) for side in (LENGTH, 2.0 * HEIGHT))
-    points, cells = grid(x, y)
     middle = f"[-1, {LENGTH + 1}], [{HEIGHT - 0.1}, {HEIGHT + 0.1}]"
     text = INPUT.format(box=middle, density=DENSITY, young=YOUNG, poisson=POISSON, law=name)
-    mesh = read(folder, text, points, cells)
+    mesh = read(folder, text, structured.grid(x, y, sides=()))
     model = aka.SolidMechanicsModelCohesive(mesh)
     model.initFull(_analysis_method=aka._explicit_lumped_mass, _is_extrinsic=extrinsic)
     if extrinsic:
@@ -143,27 +138,21 @@ def start(folder: Path, extrinsic: bool) -> tuple[aka.SolidMechanicsModelCohesiv
     return model, mesh, made[0]
 
 
-def grid(*axes: Floats) -> tuple[Floats, Integers]:
-    """Nodes and cells (quadrilaterals or hexahedra) between the lines of the axes, the vertical axis last."""
-    mesh = structured.grid(*axes)
-    return mesh.points, mesh.cells[0].data
-
-
-def read(folder: Path, text: str, points: Floats, cells: ArrayLike) -> aka.Mesh:
+def read(folder: Path, text: str, mesh: meshio.Mesh) -> aka.Mesh:
     """Mesh of one kind of cells, after Akantu has read an input."""
     (folder / "input.dat").write_text(text, encoding="utf-8")
-    dimension, nodes = points.shape[1], np.shape(cells)[1]
-    kind = "quad" if dimension == 2 else KINDS[nodes]
-    space = np.zeros((len(points), 3))
-    space[:, :dimension] = points
-    tags = {f"gmsh:{name}": [np.ones(len(cells), dtype=int)] for name in ("physical", "geometrical")}
-    named = {"blocks": np.array([1, dimension])}
-    whole = meshio.Mesh(space, [(kind, np.asarray(cells))], cell_data=tags, field_data=named)
+    dimension = mesh.points.shape[1]
+    tags = [np.ones(len(mesh.cells[0].data), dtype=int)]
+    whole = meshio.Mesh(
+        np.pad(mesh.points, ((0, 0), (0, 3 - dimension))), mesh.cells,
+        cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
+        field_data={"blocks": np.array([1, dimension])},
+    )  # fmt: skip
     whole.write(folder / "mesh.msh", file_format="gmsh22", binary=False)
     aka.parseInput(str(folder / "input.dat"))
-    mesh = aka.Mesh(dimension)
-    mesh.read(str(folder / "mesh.msh"))
-    return mesh
+    found = aka.Mesh(dimension)
+    found.read(str(folder / "mesh.msh"))
+    return found
 
 
 def step_of(

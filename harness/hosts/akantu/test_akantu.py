@@ -15,11 +15,12 @@ pytest.importorskip("akantu", reason="asperity[akantu] is not installed")
 import akantu as aka
 import exported
 import joint_picture
+import meshio
 import paraview_files as paraview
 import peel
 from asperity_akantu import Joint, register
 from exported import PLANE, SOLID
-from structured import simplices
+from structured import grid, simplices
 
 CELL = {2: aka._cohesive_2d_4, 3: aka._cohesive_3d_8}
 CUBE = {2: aka._quadrangle_4, 3: aka._hexahedron_8}
@@ -51,7 +52,7 @@ def cubes(
     if of_card:
         card = interface.card("akantu", name="joint").replace("material asperity [", f"material {name} [")
         text = text.replace(f"material {name} [\n    name = joint\n  ]", card)
-    mesh = peel.read(folder, text, *peel.grid(*[np.arange(2.0)] * (dimension - 1), np.arange(3.0)))
+    mesh = peel.read(folder, text, grid(*[range(2)] * (dimension - 1), range(3), sides=()))
     model = aka.SolidMechanicsModelCohesive(mesh)
     model.initFull(_analysis_method=method, _is_extrinsic=False)
     x, cells = np.array(mesh.getNodes()), np.array(mesh.getConnectivity(CUBE[dimension]))
@@ -212,7 +213,7 @@ def test_insertion_is_a_part_of_the_strength() -> None:
 def test_insertion_in_space(tmp_path: Path) -> None:
     """Elements between tetrahedra: the forces of the top are the tractions of the points."""
     made = register(peel.JOINT, "asperity_tetrahedra")
-    mesh = peel.read(tmp_path, input_between("asperity_tetrahedra", 30000.0), *tetrahedra())
+    mesh = peel.read(tmp_path, input_between("asperity_tetrahedra", 30000.0), tetrahedra())
     model = aka.SolidMechanicsModelCohesive(mesh)
     model.initFull(_analysis_method=aka._explicit_lumped_mass, _is_extrinsic=True)
     model.updateAutomaticInsertion()
@@ -243,10 +244,10 @@ def input_between(law: str, young: float) -> str:
     return peel.INPUT.format(box=box, density=1e-9, young=young, poisson=0.0, law=law)
 
 
-def tetrahedra() -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and cells of two cubes of six tetrahedra each, one above the other."""
-    points, cells = peel.grid(np.arange(2.0), np.arange(2.0), np.arange(3.0))
-    return points, simplices(points, cells)
+def tetrahedra() -> meshio.Mesh:
+    """Two cubes of six tetrahedra each, one above the other."""
+    cubes = grid(range(2), range(2), range(3), sides=())
+    return meshio.Mesh(cubes.points, [("tetra", simplices(cubes.points, cubes.cells[0].data))])
 
 
 def test_insertion_between_hexahedra_is_refused(tmp_path: Path) -> None:
@@ -254,9 +255,9 @@ def test_insertion_between_hexahedra_is_refused(tmp_path: Path) -> None:
     errors = in_process(
         "import akantu as aka, numpy as np\n"
         "test_akantu.register(test_akantu.SOLID, 'joints')\n"
-        "nodes = peel.grid(*[np.linspace(0, 1, 3)] * 2, np.linspace(0, 2, 3))\n"
+        "cubes = test_akantu.grid(*[np.linspace(0, 1, 3)] * 2, np.linspace(0, 2, 3), sides=())\n"
         "text = test_akantu.input_between('joints', 1.0)\n"
-        f"mesh = peel.read(pathlib.Path({str(tmp_path)!r}), text, *nodes)\n"
+        f"mesh = peel.read(pathlib.Path({str(tmp_path)!r}), text, cubes)\n"
         "model = aka.SolidMechanicsModelCohesive(mesh)\n"
         "model.initFull(_analysis_method=aka._explicit_lumped_mass, _is_extrinsic=True)\n"
         "model.updateAutomaticInsertion()\n"

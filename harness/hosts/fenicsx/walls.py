@@ -191,14 +191,8 @@ class Run:
         """Displacement, forces at the base, energy of rupture and friction, iterations."""
         m = self.model
         F = self.steps.reaction.reshape(-1, m.d)[self.bottom]
-        spent = m.spent() / 1e3
-        return (
-            self.follow.at,
-            -total(F[:, 0].sum()) / 1e3,
-            total(F[:, -1].sum()) / 1e3,
-            spent,
-            self.steps.iterations,
-        )
+        along, up = (total(F[:, k].sum()) / 1e3 for k in (0, -1))
+        return self.follow.at, -along, up, m.spent() / 1e3, self.steps.iterations
 
 
 def options() -> argparse.Namespace:

@@ -83,14 +83,13 @@ class Structure:
         properties.SetValue(Kratos.DENSITY, 0.0)
         return properties
 
-    def umat(self, interface: Interface, law: str = "", **other: object) -> Kratos.Properties:
+    def umat(self, interface: Interface, **other: object) -> Kratos.Properties:
         """Return the properties of an interface according to its card.
 
         Further arguments replace variables of the card; None removes a variable.
         """
         card = json.loads(interface.card("kratos", dimension=self.dimension))
         material = card["properties"][0]["Material"]
-        material["constitutive_law"]["name"] = law or material["constitutive_law"]["name"]
         properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
         properties.SetValue(Kratos.CONSTITUTIVE_LAW, _law(material["constitutive_law"]["name"]))
         for name, value in (material["Variables"] | other).items():

@@ -93,37 +93,6 @@ def test_without_the_adapter_damage_heals(interface: Interface) -> None:
     assert worst > MATERIAL.sigma0
 
 
-def test_another_law_swaps_normal_and_shear() -> None:
-    """Smallest case of a wrong pair: a new element with the law of the older ones gives a wrong result.
-
-    The traction of an opening is that of a slip along t.
-    """
-    s, upper = one_element(law="SmallStrainUMAT3DInterfaceLaw")
-    s.move(upper, 2, 0.05)
-    s.step(0.0)
-    separation, traction = s.points()
-    right, shear = SOLID.update([separation[0], [0.0, 0.0, 0.05]]).traction
-    assert separation[0] == pytest.approx([0.05, 0.0, 0.0], abs=1e-15)
-    print(f"opening 0.05: t_N = {traction[0, 0]:.3f}, expected {right[0]:.3f}, slip 0.05: {shear[2]:.3f}")
-    assert traction[0] == pytest.approx(shear[[2, 1, 0]], abs=1e-12)
-    assert abs(traction[0, 0] - right[0]) > 0.1 * MATERIAL.sigma0
-
-
-def test_the_axes_do_not_turn() -> None:
-    """A sheared joint that is turned by 90 degrees opens for Kratos, even where the mesh moves."""
-    s, upper = one_element(PLANE)
-    s.solver().SetMoveMeshFlag(True)
-    slip = np.array([0.08, 0.0])
-    for turn in (np.eye(2), np.array([[0.0, -1.0], [1.0, 0.0]])):
-        for nodes, jump in ((upper - 2, 0.0 * slip), (upper, slip)):
-            for node, place in zip(nodes, CORNERS[:2, :2], strict=True):
-                for axis, value in enumerate((turn @ (place + jump) - place).tolist()):
-                    s.move([node], axis, value)
-        s.step(0.0)
-        # N is y and Tx is x, before and after
-        assert s.points()[0] == pytest.approx(np.tile([*(turn @ slip)[::-1], 0.0], (2, 1)), abs=1e-12)
-
-
 @pytest.mark.parametrize("drainage", ["drained", "constant_pw_field"])
 def test_rows_of_the_water_pressure(drainage: str) -> None:
     """Only a constant water pressure, which the card sets, leaves no 0/0 in its rows of the matrix."""
@@ -132,23 +101,18 @@ def test_rows_of_the_water_pressure(drainage: str) -> None:
     assert np.isnan(s.solver().GetSystemMatrix().value_data()).any() == (drainage == "drained")
 
 
-@pytest.mark.parametrize("biot", [1.0, 0.0])
-def test_a_held_node_under_an_open_joint(biot: float) -> None:
-    """If a block is torn off fixed nodes that only an interface has, Kratos leaves a column without entries.
+def test_a_held_node_under_an_open_joint() -> None:
+    """A block is torn off fixed nodes that only an interface has.
 
-    It sets the diagonal of rows without entries, and then drops the coupling with the fixed water pressure,
-    the only entry there. The coupling is the Biot coefficient: 1 where none is set; the card has 0.
+    Kratos sets the diagonal of rows without entries, and then drops the coupling with the fixed water
+    pressure. With a Biot coefficient of 1, where none is set, a row without entries is left; the card has 0.
     """
     s = Structure(2)
     base, bottom, top = (s.add_nodes(np.array([[0.0, y], [1.0, y]])) for y in (0.0, 0.0, 1.0))
     s.add_solid([*bottom, *top[::-1]], s.elastic(3000.0, 0.2))
-    s.add_interface(base, bottom, s.umat(PLANE, BIOT_COEFFICIENT=biot))
+    s.add_interface(base, bottom, s.umat(PLANE))
     s.fix([*base, *top], 0, 1)
     s.move(top, 1, 1.0)
-    if biot == 1.0:
-        with pytest.raises(RuntimeError, match="STRUCTURALLY SINGULAR"):
-            s.step(1e-10)
-        return
     s.step(1e-10)
     # the residual is 1e-10 N, as a root mean square over four free components
     assert s.reaction(top) == pytest.approx([0.0, 0.0], abs=1e-9)

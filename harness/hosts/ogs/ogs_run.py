@@ -21,9 +21,6 @@ import paraview_files as paraview
 
 Floats = NDArray[np.float64]
 
-LINE, QUADRILATERAL, HEXAHEDRON = "line", "quad", "hexahedron"
-"""Names of cells in meshio."""
-
 STATE = "material_state_variable_"
 """Beginning of the names of state variables at integration points."""
 
@@ -106,10 +103,10 @@ def of_points(
 def write_paraview(pvd: Path, mesh: Path, run: Run, interface: Interface, h: float) -> None:
     """Write the steps of a run on a plane mesh, whose joints are horizontal layers (material 1)."""
     whole = meshio.read(mesh)
-    cells, layer = whole.cells_dict[QUADRILATERAL], np.concatenate(whole.cell_data["MaterialIDs"]) == 1
+    cells, layer = whole.cells_dict["quad"], np.concatenate(whole.cell_data["MaterialIDs"]) == 1
     nodes, rows = whole.points[:, :2], []
     for time, step in zip(*run.steps(), strict=True):
-        mesh = nodes, step["displacement"], QUADRILATERAL, cells[~layer], cells[layer]
+        mesh = nodes, step["displacement"], "quad", cells[~layer], cells[layer]
         rows.append(paraview.Step(float(time), *mesh, *of_points(step, layer, interface, h)))
     paraview.write(pvd, rows)
 

@@ -47,9 +47,9 @@ def box(
     square = np.array([[0.0, 0.0], [WIDTH, 0.0], [WIDTH, WIDTH], [0.0, WIDTH]])
     points = np.vstack([np.column_stack([square, np.full(4, z)]) for z in (0.0, h)])
     ids = {"MaterialIDs": [np.array([1], dtype="i4")]}
-    ogs_run.write_mesh(folder / "layer.vtu", points, [range(8)], ogs_run.HEXAHEDRON, cell_data=ids)
+    ogs_run.write_mesh(folder / "layer.vtu", points, [range(8)], "hexahedron", cell_data=ids)
     for name, face in {"bottom": range(4), "top": range(4, 8)}.items():
-        ogs_run.write_part(folder / f"{name}.vtu", points, [face], ogs_run.QUADRILATERAL)
+        ogs_run.write_part(folder / f"{name}.vtu", points, [face], "quad")
     return ogs_run.run(LAYER, folder, interface.card("ogs", h=h, r=r), changed(*changes))
 
 
@@ -201,15 +201,6 @@ def test_without_axes_the_normal_is_x(tmp_path: Path) -> None:
     assert separation[0, 0] == pytest.approx(-PRESSURE / MATERIAL.K, rel=1e-3)
     assert np.abs(right[0][:, 0] - separation[:, 0]).max() > 0.1 * MATERIAL.s_f
     assert np.abs(right[1][:, 1] - traction[:, 1]).max() > 0.1 * MATERIAL.sigma0
-
-
-def test_state_variables_need_material_0(tmp_path: Path) -> None:
-    """Smallest case of an error of OpenGeoSys: without a material 0 the output of state variables is 0."""
-    run = box(tmp_path, RT, ("remove", "/*/processes/process/constitutive_relation[@id='0']", ""))
-    _, traction, fields = path(run)
-    _, expected, right = path(box(tmp_path, RT))
-    assert np.array_equal(traction, expected)
-    assert np.all(fields[-1]["damage"] == 0.0) and right[-1]["damage"] == pytest.approx(1.0)
 
 
 # --- refused calls ----------------------------------------------------------

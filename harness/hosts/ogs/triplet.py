@@ -21,7 +21,7 @@ from asperity.mesh import Jointed, split, write
 from asperity.mesh.hosts import layer_points
 from asperity.options import add_options
 from ogs_run import Floats
-from structured import grid_cells
+from structured import grid
 
 PROJECT = Path(__file__).parent / "triplet.prj"
 HYDRO = Path(__file__).parent / "hydro.xml"
@@ -62,20 +62,15 @@ def jointed(nx: int, ny: int, h: float) -> Jointed:
     bricks = [np.linspace(0.0, HEIGHT, ny + 1) + k * (HEIGHT + h) for k in range(3)]
     below, above = HEIGHT + 0.5 * h, 2.0 * HEIGHT + 1.5 * h
     y = np.r_[bricks[0][:-1], below, bricks[1][1:-1], above, bricks[2][1:]]
-    points = np.stack(np.meshgrid(np.linspace(0.0, LENGTH, nx + 1), y, indexing="ij"), axis=-1)
-    n = np.arange(points.size // 2).reshape(points.shape[:2])
-    ends = n[[0, -1], ny : 2 * ny + 1]
-    lines = {
-        "bottom": [n[:-1, 0], n[1:, 0]],
-        "middle": [ends[:, :-1], ends[:, 1:]],
-        "joint": [n[:-1, [ny, 2 * ny]], n[1:, [ny, 2 * ny]]],
-        "top": [n[:-1, -1], n[1:, -1]],
-    }
-    cells = [("quad", grid_cells((nx, 3 * ny)))]
-    cells += [("line", np.stack(one, axis=-1).reshape(-1, 2)) for one in lines.values()]
-    tags = {"gmsh:physical": [np.full(len(one), k) for k, (_, one) in enumerate(cells)]}
-    names = {name: np.array([k, 1]) for k, name in enumerate(lines, 1)}
-    mesh = meshio.Mesh(points.reshape(-1, 2), cells, cell_data=tags, field_data=names)
+    mesh = grid(np.linspace(0.0, LENGTH, nx + 1), y)
+    n = np.arange(len(mesh.points)).reshape(nx + 1, -1)
+    ends, beds = n[[0, -1], ny : 2 * ny + 1], n[:, [ny, 2 * ny]]
+    more = {"middle": (ends[:, :-1], ends[:, 1:]), "joint": (beds[:-1], beds[1:])}
+    for k, (name, sides) in enumerate(more.items(), 1):
+        lines = np.stack(sides, axis=-1).reshape(-1, 2)
+        mesh.cells.append(meshio.CellBlock("line", lines))
+        mesh.cell_data["gmsh:physical"].append(np.full(len(lines), k))
+        mesh.field_data[name] = np.array([k, 1])
     return split(mesh, {"joint": None})
 
 
@@ -87,7 +82,7 @@ def write_meshes(folder: Path, mesh: Jointed, h: float) -> None:
     at_end = np.isin(mesh.points[across[:, 0], 0], (0.0, LENGTH))
     parts = {name: np.concatenate(mesh.groups[name]) for name in ("bottom", "middle", "top")}
     for name, lines in (parts | {"ends": across[at_end]}).items():
-        ogs_run.write_part(folder / f"{name}.vtu", layer_points(mesh, h), lines, ogs_run.LINE)
+        ogs_run.write_part(folder / f"{name}.vtu", layer_points(mesh, h), lines, "line")
 
 
 def run(

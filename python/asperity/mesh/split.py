@@ -294,28 +294,20 @@ def _joint(sides: Sides, own: Integers, points: Floats, direction: ArrayLike | N
     """Faces of a joint, oriented; own, points: nodes of the places, and where they are."""
     minus, plus, cells, normal = own[sides[0]], own[sides[1]], *sides[2:]
     d, c = points.shape[1], corners(points.shape[1], minus.shape[1])
-    if d == 2 and direction is not None:
-        given = np.asarray(direction, float).ravel()[:2]
-        part = normal[:, 1] * given[0] - normal[:, 0] * given[1]
-        _in_face(np.abs(part) / max(float(np.linalg.norm(given)), 1e-300), name, given)
-        turn = (part < 0.0)[:, None]
-        minus, plus = np.where(turn, plus, minus), np.where(turn, minus, plus)
-        cells, normal = np.where(turn, cells[:, ::-1], cells), np.where(turn, -normal, normal)
-    if d == 2:
-        axes = np.stack([normal, np.stack([normal[:, 1], -normal[:, 0]], 1)], 1)
+    if direction is not None:
+        tangent = _projected(normal, direction, name)
     else:
-        if direction is None:
-            tangent = default_tangent(normal)
-        else:
-            given = np.asarray(direction, float)
-            tangent = given - normal * (normal @ given)[:, None]
-            size = np.linalg.norm(tangent, axis=1)
-            _in_face(size / max(float(np.linalg.norm(given)), 1e-300), name, given)
-            tangent /= size[:, None]
-        axes = np.stack([normal, tangent, np.cross(normal, tangent)], 1)
+        tangent = default_tangent(normal) if d == 3 else np.stack([normal[:, 1], -normal[:, 0]], 1)
+    if d == 2:
+        turned = np.stack([-tangent[:, 1], tangent[:, 0]], 1)
+        turn = (np.einsum("fd,fd->f", turned, normal) < 0.0)[:, None]
+        minus, plus = np.where(turn, plus, minus), np.where(turn, minus, plus)
+        cells, normal = np.where(turn, cells[:, ::-1], cells), turned
+    across = [] if d == 2 else [np.cross(normal, tangent)]
+    axes = np.stack([normal, tangent, *across], 1)
     # nodes of the sides in the order that hosts want
-    across, area = _area(points[minus[:, :c]])
-    backward = np.einsum("fd,fd->f", across, normal) < 0.0
+    right, area = _area(points[minus[:, :c]])
+    backward = np.einsum("fd,fd->f", right, normal) < 0.0
     back = np.r_[0, np.arange(c - 1, 0, -1), c + np.arange(minus.shape[1] - c)[::-1]]
     if d == 2:
         back[:2] = [1, 0]
@@ -336,16 +328,19 @@ def default_tangent(normal: Floats) -> Floats:
     tangent = x - normal * normal[:, :1]
     upright = np.linalg.norm(tangent, axis=1) < np.sin(np.radians(0.1))
     tangent[upright] = z - normal[upright] * normal[upright, 2:]
-    found: Floats = tangent / np.linalg.norm(tangent, axis=1)[:, None]
-    return found
+    return np.asarray(tangent / np.linalg.norm(tangent, axis=1)[:, None])
 
 
-def _in_face(sine: Floats, name: str, given: Floats) -> None:
-    """Raise ValueError where a direction is normal to faces."""
-    if (bad := int((sine < NEARLY_NORMAL).sum())) > 0:
+def _projected(normal: Floats, direction: ArrayLike, name: str) -> Floats:
+    """Tx (f, d), the projection of a direction onto faces; ValueError where it is normal to them."""
+    given = np.asarray(direction, float).ravel()[: normal.shape[1]]
+    part = given - normal * (normal @ given)[:, None]
+    size = np.linalg.norm(part, axis=1)
+    if (bad := int((size < NEARLY_NORMAL * np.linalg.norm(given)).sum())) > 0:
         raise ValueError(
-            f"joint {name}: direction {given.tolist()} is normal to {bad} of its {len(sine)} faces"
+            f"joint {name}: direction {given.tolist()} is normal to {bad} of its {len(size)} faces"
         )
+    return np.asarray(part / size[:, None])
 
 
 def _facets(old: Solids, group: str, joint: str) -> list[Integers]:
