@@ -40,7 +40,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   type(interface_type) :: joint
   real(wp) :: from(3), to(3), traction(3), tangent(3, 3), layer_stiffness, damage(max_planes)
   character(len=:), allocatable :: message
-  integer :: i, j, n, position(3), status
+  integer :: i, n, position(3), status
 
   call new_interface(props, joint, status)
   position = component_map(ntens, joint%map)
@@ -48,10 +48,12 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   if (status == status_ok) then
     traction = 0.0_wp
     from = 0.0_wp
+    to = 0.0_wp
     do i = 1, 3
       if (position(i) == 0) cycle
       traction(i) = stress(position(i))
       from(i) = joint%h*stran(position(i))
+      to(i) = joint%h*(stran(position(i)) + dstran(position(i)))
     end do
     if (first_traction(traction, statev)) then
       call carry_traction(joint, traction, position > 0, statev, status)
@@ -69,11 +71,6 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     return
   end if
 
-  to = 0.0_wp
-  do i = 1, 3
-    if (position(i) == 0) cycle
-    to(i) = joint%h*(stran(position(i)) + dstran(position(i)))
-  end do
   n = joint%pattern%n
   if (joint%dalpha > 0.0_wp) damage(:n) = plane_damage(joint, statev)
   call update_point_in_place(joint, from, to, statev, traction, tangent, dtime)
@@ -83,17 +80,16 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     ! the three components of a solid layer that an interface does not have
     layer_stiffness = joint%r*joint%material%k_n*joint%h
     stress = layer_stiffness*(stran + dstran)
+    stress(position) = traction
     ddsdde = 0.0_wp
     do i = 1, ntens
       ddsdde(i, i) = layer_stiffness
     end do
+    ddsdde(position, position) = joint%h*tangent
+  else
+    stress = traction(:ntens)
+    ddsdde = joint%h*tangent(:ntens, :ntens)
   end if
-  do j = 1, min(3, ntens)
-    stress(position(j)) = traction(j)
-    do i = 1, min(3, ntens)
-      ddsdde(position(i), position(j)) = joint%h*tangent(i, j)
-    end do
-  end do
   sse = statev(v_stored)/joint%h
   spd = statev(v_friction)/joint%h
   scd = statev(v_rupture)/joint%h
