@@ -146,6 +146,9 @@ def test_several_tests_and_files(tmp_path: Path) -> None:
         # a cycle, whose return stroke reverses tau, in a few rows or in one
         ([(1.0, ROWS), (1.0, "0.4,-0.8,0.08,-1\n0,-0.8,0,-1\n"), (1.0, ROWS)], 1),
         ([(1.0, ROWS), (1.0, "0,-0.8,0,-1\n"), (1.0, ROWS)], 1),
+        # noise at the start, and a slip that is misread
+        ([(1.0, "0,0,0,-1\n0.001,0,0,-1\n0,0,0,-1\n" + ROWS)], 1),
+        ([(1.0, ROWS.replace("0.5,", "0.0,"))], 1),
     ],
 )
 def test_tests_below_each_other(rows: list[tuple[float, str]], tests: int, tmp_path: Path) -> None:

@@ -30,8 +30,8 @@ LEAST_ROWS = 5
 
 LEAP, RETURN, NEAR, REVERSED = 3.0, 0.5, 0.1, -0.1
 """Where the slip jumps back to its start the next test begins: smallest jump over the usual step and over the
-way so far, distance from the start over this way, and smallest tau over the largest one, because the return
-stroke of a cycle reverses tau.
+way so far; distance from the start over this way, and smallest way over that of the file; and smallest tau
+over the largest one, because the return stroke of a cycle reverses tau.
 """
 
 SHEAR = r"(?=.*(shear|horizontal|tangen|scher|schub|cisail|taglio|orizzontal|corte|cortant|cisalha))"
@@ -183,11 +183,15 @@ def _starts(rows: DataFrame) -> list[int]:
     """First rows of the tests below the first: the slip has jumped back there, and tau is not reversed."""
     slip, tau, starts = rows.slip.to_numpy(), rows.tau.to_numpy(), [0]
     steps = np.abs(np.diff(slip))
-    for i in (np.flatnonzero(steps > LEAP * np.median(steps)) + 1).tolist() if len(steps) else ():
+    usual = np.median(steps[steps > 0.0]) if steps.any() else 0.0
+    for i in (np.flatnonzero(steps > LEAP * usual) + 1).tolist():
         way = slip[starts[-1] : i + 1] - slip[starts[-1]]
         reach = float(np.abs(way).max())
-        back = steps[i - 1] > RETURN * reach and abs(way[-1]) < NEAR * reach
-        if back and tau[i] * np.sign(way[-2]) > REVERSED * np.abs(tau).max():
+        # a row that is misread is followed by a jump forward
+        jumps = (steps[i - 1 : i + 1] > RETURN * reach).tolist()
+        back = jumps in ([True], [True, False]) and abs(way[-1]) < NEAR * reach
+        upright = tau[i] * np.sign(way[-2]) > REVERSED * np.abs(tau).max()
+        if back and upright and reach > NEAR * np.ptp(slip):
             starts.append(i)
     return starts[1:]
 
