@@ -1,16 +1,15 @@
-"""Finite asperity height and wear: the statements of docs/extensions.md, warnings, fit, select."""
+"""Finite asperity height and wear: the statements of docs/extensions.md, warnings, fit."""
 
 from __future__ import annotations
 
 import re
 import subprocess
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, ModelWarning, Pattern, contract, read_case
+from asperity import Interface, Material, ModelWarning, Pattern, read_case
 from asperity.fit.fitting import fit
 from asperity.fit.report import case_of, report
 from asperity.fit.shear_test import ShearTest
@@ -177,21 +176,3 @@ def test_constants_that_exclude_each_other(free: tuple, fixed: dict[str, float],
     tests = slip_tests_of(WITHOUT_BOND, np.linspace(0.0, 0.02, 9))
     with pytest.raises(ValueError, match=message):
         fit(tests, free=free, fixed=fixed, starts=1)
-
-
-# --- select -------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("folder")
-def test_select_with_a_height(said: Callable) -> None:
-    """A ridge with a height needs the three planes; PROPS keep the height."""
-    Path("case.nml").write_text(
-        "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 50.0, height = 0.3 /\n"
-        "&pattern sides = 4, theta = 30.0 /\n&step t_N = -2.0, increments = 50 /\n"
-        "&step slip = 0.4, increments = 200 /\n"
-    )
-    text, _ = said("select case.nml --planar")
-    assert "reference  RT, the surface itself" in text and "meets it, checked" in text
-    [props] = re.findall(r"^PROPS\(\d+\) +(.*)$", text, re.MULTILINE)
-    assert float(props.split(",")[contract.index("height")]) == 0.3

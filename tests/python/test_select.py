@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, LoadCase, Material, NoPatternError, Pattern, Selection, select
+from asperity import Interface, LoadCase, Material, NoPatternError, Pattern, Selection, contract, select
 from asperity.case_files import read_case
 from asperity.selection.command import read_load_case, report
 from asperity.selection.search import residual_error
@@ -127,13 +128,16 @@ def test_no_plane_faces_across_the_slip(direction: float, turn: float) -> None:
 
 
 def test_planar_case_gets_three_planes() -> None:
-    """The planar pattern is rotated to the slip, and is the surface itself."""
-    answer = select(LoadCase(TABLE_2, 30.0, (-1.0, 0.0), (0.3, -0.1), planar=True, direction=25.0), 0.001)
-    assert (answer.name, answer.planes, answer.pattern.turn) == ("RT", 3, 25.0)
-    assert answer.errors.worst < 1e-12 and answer.uncertainty == 0.0
-    history = Interface(TABLE_2, answer.pattern).confined_slip(25.0, [0.1, 0.2], -1.0)
-    along_x = Interface(TABLE_2, Pattern.regular(2, 30.0)).confined_slip(0.0, [0.1, 0.2], -1.0)
-    assert history.separation[:, 0] == pytest.approx(along_x.separation[:, 0], rel=1e-9)
+    """The planar pattern is rotated to the slip, is the surface itself, and keeps its height."""
+    for law in (TABLE_2, replace(TABLE_2, kc=50.0, height=0.3, W0=4.0)):
+        answer = select(LoadCase(law, 30.0, (-1.0, 0.0), (0.3, -0.1), planar=True, direction=25.0), 0.001)
+        assert (answer.name, answer.planes, answer.pattern.turn) == ("RT", 3, 25.0)
+        assert answer.errors.worst < 1e-12 and answer.uncertainty == 0.0
+        assert "reference  RT, the surface itself" in report(answer)
+        history = Interface(law, answer.pattern).confined_slip(25.0, [0.1, 0.2], -1.0)
+        along_x = Interface(law, Pattern.regular(2, 30.0)).confined_slip(0.0, [0.1, 0.2], -1.0)
+        assert history.separation[:, 0] == pytest.approx(along_x.separation[:, 0], rel=1e-9)
+        assert answer.interface.props()[contract.index("height")] == law.height
 
 
 def test_lost_equilibrium_is_reported() -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas
 from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.options import progress_bar
@@ -21,9 +21,6 @@ from matplotlib.lines import Line2D
 
 from .modes import TABLE_2, K
 from .solver_modes import SPRING, pulled
-
-Row = dict[str, float]
-"""Values of one cell of the map by the columns of its CSV."""
 
 DIRECTION = 20.0
 """Direction of the shear in the map of tangents, degrees."""
@@ -41,20 +38,13 @@ def draw_map(folder: Path, size: int, executor: Executor | None = None) -> list[
     slopes, frictions = np.linspace(0.0, 60.0, size), np.linspace(0.0, 1.6, size)
     places = [(float(mu), float(theta)) for theta in slopes for mu in frictions]
     with progress_bar(len(places), "cell of the map") as bar:
-        rows = map_in_order(cell, places, executor or ThreadPoolExecutor(1), bar.update)
+        rows = pandas.DataFrame(map_in_order(cell, places, executor or ThreadPoolExecutor(1), bar.update))
     table, picture = folder / "map_tangents.csv", folder / "map_tangents.png"
-    lines = [",".join(map(str, row.values())) for row in rows]
-    table.write_text("\n".join([",".join(rows[0]), *lines, ""]), encoding="utf-8")
+    rows.to_csv(table, index=False, na_rep="nan")
     figure = draw(rows)
     figure.savefig(picture, dpi=130)
     plt.close(figure)
     return [table, picture]
-
-
-def grid_of(rows: Sequence[Row], name: str) -> tuple[Floats, Floats, Floats]:
-    """Friction, inclination, and the value of every cell (inclinations, frictions)."""
-    mu, theta = (np.array(sorted({row[key] for row in rows})) for key in ("mu", "theta"))
-    return mu, theta, np.array([row[name] for row in rows]).reshape(len(theta), len(mu))
 
 
 SHOWN_TANGENTS = ("consistent", "symmetrised", "secant")
@@ -63,10 +53,10 @@ MOST = 100
 """Largest number of iterations of an increment in the map of tangents."""
 
 
-def cell(place: tuple[float, float]) -> Row:
+def cell(place: tuple[float, float]) -> dict[str, float]:
     """Iterations with three tangents, and signs of the tangent along the path, at a friction and slope."""
     mu, theta = place
-    row: Row = {"mu": mu, "theta": theta}
+    row = {"mu": mu, "theta": theta}
     for tangent in SHOWN_TANGENTS:
         study = pulled(mu, theta, tangent, most=MOST, direction=DIRECTION)
         row[tangent] = float(np.mean(study.iterations)) if study.converged else np.nan
@@ -86,13 +76,15 @@ def _symmetric(matrices: Floats) -> float:
     return float(np.linalg.eigvalsh(0.5 * (matrices + matrices.transpose(0, 2, 1))).min())
 
 
-def draw(rows: Sequence[Row]) -> Figure:
+def draw(rows: pandas.DataFrame) -> Figure:
     """Draw the iterations per tangent, and where the symmetric part and the determinant change their sign."""
     figure, axes = plt.subplots(2, 2, figsize=(9.5, 8.2), layout="constrained", sharex=True, sharey=True)
+    cells = rows.pivot(index="theta", columns="mu")
+    theta, mu = cells.index.to_numpy(), np.unique(rows.mu)
     norm = BoundaryNorm([1, 2, 3, 4, 6, 10, 20, 40, 100], 256)
     image = None
     for ax, tangent in zip(axes.flat, SHOWN_TANGENTS, strict=False):
-        mu, theta, grid = grid_of(rows, tangent)
+        grid = cells[tangent].to_numpy()
         image = ax.pcolormesh(mu, theta, grid, norm=norm, cmap="cividis", shading="nearest")
         ax.set_facecolor(FAILED)
         i, j = np.nonzero(np.isnan(grid))
@@ -102,7 +94,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     assert image is not None
     figure.colorbar(image, ax=axes[:, 0], location="left", label="iterations per increment [-]", shrink=0.7)
     ax = axes[1, 1]
-    mu, theta, system = grid_of(rows, "system")
+    system = cells["system"].to_numpy()
     limit = np.nanpercentile(np.abs(system), 80)
     signs = ax.pcolormesh(
         mu, theta, system, norm=TwoSlopeNorm(0.0, -limit, limit), cmap="PuOr", shading="nearest"
@@ -112,7 +104,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     )
     ax.set_title("signs along the path", fontsize="medium")
     for name, style in (("system", "-"), ("determinant", "--")):
-        grid = grid_of(rows, name)[2]
+        grid = cells[name].to_numpy()
         if grid.min() < 0.0 < grid.max():
             ax.contour(mu, theta, grid, [0.0], colors="black", linestyles=style, linewidths=1.2)
     slopes = np.linspace(1.0, 60.0, 200)

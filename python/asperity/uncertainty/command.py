@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import os
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
+from .. import contract
 from ..case_files import Case, read_case
 from ..fit.command import NO_RESULT
 from ..fit.report import file_of
@@ -26,7 +26,7 @@ from ..options import (
 from ..remarks import shown_warnings
 from .distribution import CONSTANTS, Distribution, distribution_of
 from .paths import CURVES
-from .spread import BATCH, MOST_SAMPLES, RESULTS, Spread, spreads
+from .spread import BATCH, RESULTS, Spread, check_samples, spreads
 
 MOST_LEFT_OUT = 0.01
 """Fraction of samples without a result above which the quantiles must not be used."""
@@ -60,11 +60,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    levels = _levels(options.quantiles)
-    if not 2 <= options.samples <= MOST_SAMPLES:
-        raise ValueError(f"--samples {options.samples}: expected 2 to {MOST_SAMPLES}")
-    if options.seed < 0:
-        raise ValueError(f"--seed {options.seed}: expected >= 0")
+    levels = [contract.number("--quantiles", text) for text in options.quantiles.split(",")]
+    check_samples(options.samples, options.seed, levels)
     units = units_of(options.label_units)
     read = options.case, options.fit or file_of(options.case)
     table = rf"(\w+,)?(slip|opening),{CURVES[0]}_case,"
@@ -99,26 +96,15 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _levels(text: str) -> list[float]:
-    try:
-        levels = [float(level) for level in text.split(",")]
-    except ValueError:
-        levels = []
-    if not levels or any(not 0.0 < level < 1.0 for level in levels) or sorted(set(levels)) != levels:
-        raise ValueError(f"--quantiles {text}: expected increasing numbers between 0 and 1, as 0.05,0.5,0.95")
-    return levels
-
-
 def _correlations(texts: Sequence[str]) -> dict[tuple[str, str], float]:
     """Correlations by the pair of names."""
-    correlations: dict[tuple[str, str], float] = {}
+    found = {}
     for name, (value,) in numbers("--correlation", texts, 1).items():
         first, comma, second = name.partition(",")
         if not comma:
             raise ValueError(f"--correlation {name}={value:g}: expected NAME,NAME=VALUE")
-        pair = first.strip(), second.strip()
-        correlations[pair] = value
-    return correlations
+        found[first.strip(), second.strip()] = value
+    return found
 
 
 def report(
@@ -159,11 +145,11 @@ def write_curves(path: Path, sweep: str, found: Sequence[Spread]) -> None:
     """Write the quantiles of the curves: a row for each point, a column for each curve and level."""
     names = [f"{curve}_{level:g}" for curve in CURVES for level in found[0].levels]
     start = ["slip" if found[0].path.slips else "opening", *(f"{curve}_case" for curve in CURVES)]
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([*([sweep] if sweep else []), *start, *names])
-        for one in found:
-            for i, row in enumerate(one.points):
-                cells = [one.path.x[row], *one.case[0][row], *one.curves[:, i].T.ravel()]
-                value = [] if one.path.value is None else [one.path.value]
-                writer.writerow([f"{cell:.7g}" for cell in [*value, *cells]])
+    parts = []
+    for one in found:
+        curves = one.curves.transpose(1, 2, 0).reshape(len(one.points), -1)
+        rows = np.column_stack([one.path.x[one.points], one.case[0][one.points], curves])
+        value = [] if one.path.value is None else [one.path.value]
+        parts.append(np.insert(rows, [0] * len(value), value, axis=1))
+    header = ",".join([*([sweep] if sweep else []), *start, *names])
+    np.savetxt(path, np.vstack(parts), "%.7g", ",", header=header, comments="", encoding="utf-8")

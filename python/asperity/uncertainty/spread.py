@@ -152,16 +152,22 @@ def uncertainty(
     >>> found.curves.shape[0], len(found.results), found.left_out
     (3, 50, 0.0)
     """
+    check_samples(samples, seed, levels)
+    one = case if isinstance(case, Case) else read_case(case)
+    distribution, _ = distribution_of(one, None if fit is None else Path(fit), sd, correlations)
+    return spreads(one, distribution, int(samples), int(seed), [*map(float, levels)], executor)
+
+
+def check_samples(samples: int, seed: int, levels: Sequence[float]) -> None:
+    """Raise ValueError for a number of samples, a seed or levels of quantiles that are out of range."""
     if not 2 <= contract.number("samples", samples) <= MOST_SAMPLES or samples != int(samples):
         raise ValueError(f"samples = {samples!r}: expected a whole number, 2 to {MOST_SAMPLES}")
     if not 0 <= contract.number("seed", seed) < np.inf or seed != int(seed):
         raise ValueError(f"seed = {seed!r}: expected a whole number >= 0")
     wanted = contract.array("levels", levels)
     if wanted.ndim != 1 or not wanted.size or not (np.diff([0.0, *wanted, 1.0]) > 0.0).all():
-        raise ValueError(f"levels = {contract.shown(levels)}: expected increasing numbers between 0 and 1")
-    one = case if isinstance(case, Case) else read_case(case)
-    distribution, _ = distribution_of(one, None if fit is None else Path(fit), sd, correlations)
-    return spreads(one, distribution, int(samples), int(seed), wanted.tolist(), executor)
+        text = "expected increasing numbers between 0 and 1, for quantiles"
+        raise ValueError(f"levels = {contract.shown(levels)}: {text}")
 
 
 def _batch(
