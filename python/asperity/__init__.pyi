@@ -6,12 +6,12 @@ from . import fit as fit
 from . import surface as surface
 from . import uncertainty as uncertainty
 from .case_files import read_case as read_case
+from .errors import EquilibriumLost as EquilibriumLost
 from .foreign import ForeignUmat as ForeignUmat
 from .history import History as History
 from .history import Snap as Snap
 from .history import Update as Update
 from .installed import library as library
-from .interface import EquilibriumLost as EquilibriumLost
 from .interface import Interface as Interface
 from .material import Material as Material
 from .material import ModelWarning as ModelWarning

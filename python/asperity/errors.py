@@ -1,9 +1,12 @@
-"""Errors of the library as records: where they are, the value, and what was expected."""
+"""Errors of the library as records: where they are, the value, and what was expected; lost equilibria."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from .history import History
 
 _BETWEEN = "\x1f"
 
@@ -49,3 +52,41 @@ def input_error(message: bytes) -> InputError:
             Record(words, file, int(number or -1), group, int(step or -1), name, int(at or -1), value, text)
         )
     return InputError(records)
+
+
+SLIP_NAMES = {
+    (0, "t_N"): "sigma_N", (0, "increments"): "preload", (1, "slip"): "slips", (1, "k_N"): "stiffness",
+}  # fmt: skip
+"""Arguments of `Interface.confined_slip` by the number of the step of `steps.slip_path` and its entry."""
+
+
+def slip_words(error: Record) -> str:
+    """Words of an error for `Interface.confined_slip`; those of the second t_N, the same value, are empty."""
+    if (error.step, error.name) == (1, "t_N"):
+        return ""
+    if error.step < 0 or not error.name:
+        return error.text if error.step == 1 else error.words
+    name = SLIP_NAMES.get((error.step, error.name), error.name)
+    at = f"[{error.at}]" if error.at >= 0 else ""
+    return f"{name}{at} = {error.value}: {error.text}"
+
+
+class EquilibriumLost(RuntimeError):
+    """No equilibrium was found for the row with number `row`; `history` holds the rows before it.
+
+    If the preload has no equilibrium, there are no rows and `row` is 0.
+    """
+
+    def __init__(self, message: str, history: History) -> None:
+        """Message and converged rows."""
+        super().__init__(message)
+        self.history = history
+
+    @property
+    def row(self) -> int:
+        """Number of the row without equilibrium, from 0."""
+        return len(self.history.damage)
+
+    def __reduce__(self) -> tuple[type[EquilibriumLost], tuple[str, History]]:
+        """Arguments for pickle, which sends the exception between processes."""
+        return type(self), (str(self), self.history)

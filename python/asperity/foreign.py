@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike
 
 from . import contract
 from .case_writer import case_text
+from .errors import EquilibriumLost
 from .history import ENERGIES, History
 from .installed import driver
-from .interface import EquilibriumLost
 from .load_path import history_of
 from .steps import Point, Step
 

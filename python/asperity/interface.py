@@ -12,34 +12,13 @@ from numpy.typing import ArrayLike
 from . import _core, contract
 from .cards import blocks as cards
 from .contract import Floats
-from .errors import InputError, Record
+from .errors import EquilibriumLost, InputError, slip_words
 from .history import History, Update
 from .load_path import no_rows, rows_of
 from .material import Material, ModelWarning
 from .pattern import Pattern
 from .remarks import remarks, warn_of_physics
-from .steps import Point, Step
-
-
-class EquilibriumLost(RuntimeError):
-    """No equilibrium was found for the row with number `row`; `history` holds the rows before it.
-
-    If the preload has no equilibrium, there are no rows and `row` is 0.
-    """
-
-    def __init__(self, message: str, history: History) -> None:
-        """Message and converged rows."""
-        super().__init__(message)
-        self.history = history
-
-    @property
-    def row(self) -> int:
-        """Number of the row without equilibrium, from 0."""
-        return len(self.history.damage)
-
-    def __reduce__(self) -> tuple[type[EquilibriumLost], tuple[str, History]]:
-        """Arguments for pickle, which sends the exception between processes."""
-        return type(self), (str(self), self.history)
+from .steps import Point, Step, slip_path
 
 
 @dataclass(frozen=True)
@@ -389,7 +368,7 @@ class Interface:
         try:
             history, lost = self.rows(path, tolerance=tolerance)
         except InputError as error:
-            raise ValueError("\n".join(filter(None, map(_slip_words, error.records)))) from None
+            raise ValueError("\n".join(filter(None, map(slip_words, error.records)))) from None
         slip = abs(slips).max(initial=0.0)
         pressed = history.traction[:, 0].min(initial=0.0)
         warn_of_physics(self.material, self.pattern, sigma_N, pressed, slip=slip)
@@ -498,51 +477,6 @@ class Interface:
                 f"times[{i}] = {array[i]:g}: expected a finite number from {before[i]:g}, the time before, on"
             )
         return array
-
-
-def slip_path(
-    direction: float,
-    slips: ArrayLike,
-    sigma_N: float,
-    preload: int,
-    stiffness: float = 0.0,
-    times: ArrayLike = 0.0,
-    preload_time: float = 0.0,
-    follow: str = "stable",
-    arc: float | None = None,
-    each: bool = True,
-) -> list[Step]:
-    """Steps of `Interface.confined_slip`; each: whether every slip is one increment of the stable path."""
-    held = Step(t_N=sigma_N, increments=preload, time=preload_time)
-    durations = np.diff(np.atleast_1d(times), prepend=0.0)
-    slide = Step(
-        t_N=sigma_N,
-        k_N=stiffness,
-        slip=slips,
-        direction=direction,
-        increments=1 if each and follow == "stable" else None,
-        time=durations if durations.any() else 0.0,
-        follow=follow,
-        arc=arc,
-    )
-    return [held, slide]
-
-
-SLIP_NAMES = {
-    (0, "t_N"): "sigma_N", (0, "increments"): "preload", (1, "slip"): "slips", (1, "k_N"): "stiffness",
-}  # fmt: skip
-"""Arguments of `Interface.confined_slip` by the number of the step of `slip_path` and its entry."""
-
-
-def _slip_words(error: Record) -> str:
-    """Words of an error for `Interface.confined_slip`; those of the second t_N, the same value, are empty."""
-    if (error.step, error.name) == (1, "t_N"):
-        return ""
-    if error.step < 0 or not error.name:
-        return error.text if error.step == 1 else error.words
-    name = SLIP_NAMES.get((error.step, error.name), error.name)
-    at = f"[{error.at}]" if error.at >= 0 else ""
-    return f"{name}{at} = {error.value}: {error.text}"
 
 
 def _array(name: str, value: ArrayLike, columns: int, rows: int | None = None) -> Floats:

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import contract
 from .contract import Floats
-from .interface import Interface, slip_path
+from .interface import Interface
 from .parallel import map_in_order
+from .steps import slip_path
 
 COLUMNS = 5
 """Columns of a curve: s_N, tau_L, tau_across, damage, work."""

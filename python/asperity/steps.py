@@ -178,6 +178,34 @@ def step_of(values: dict[str, list[float]]) -> Step:
     return Step(**given)
 
 
+def slip_path(
+    direction: float,
+    slips: ArrayLike,
+    sigma_N: float,
+    preload: int,
+    stiffness: float = 0.0,
+    times: ArrayLike = 0.0,
+    preload_time: float = 0.0,
+    follow: str = "stable",
+    arc: float | None = None,
+    each: bool = True,
+) -> list[Step]:
+    """Steps of `Interface.confined_slip`; each: whether every slip is one increment of the stable path."""
+    held = Step(t_N=sigma_N, increments=preload, time=preload_time)
+    durations = np.diff(np.atleast_1d(times), prepend=0.0)
+    slide = Step(
+        t_N=sigma_N,
+        k_N=stiffness,
+        slip=slips,
+        direction=direction,
+        increments=1 if each and follow == "stable" else None,
+        time=durations if durations.any() else 0.0,
+        follow=follow,
+        arc=arc,
+    )
+    return [held, slide]
+
+
 def prescribed(steps: Sequence[Step]) -> list[tuple[bool, ...]]:
     """For each step and component (N, Tx, Ty): whether its traction is prescribed (or its separation)."""
     traction = [False, False, False]

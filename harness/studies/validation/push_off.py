@@ -9,7 +9,7 @@ from functools import cache, partial
 
 import numpy as np
 from asperity.contract import Floats
-from asperity.interface import slip_path
+from asperity.steps import slip_path
 from asperity.style import TWO, new_figure
 from asperity.tables import markdown
 from matplotlib.figure import Figure

@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 from asperity.barton.envelope import strength
 from asperity.contract import Floats
-from asperity.interface import slip_path
+from asperity.steps import slip_path
 from asperity.style import TWO, new_figure
 from asperity.tables import markdown
 from matplotlib.figure import Figure

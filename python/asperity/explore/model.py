@@ -12,9 +12,10 @@ import numpy as np
 from .. import contract
 from ..case_writer import case_text
 from ..contract import Floats
+from ..errors import EquilibriumLost
 from ..fit.constants import SCALES, plausible
 from ..history import History
-from ..interface import EquilibriumLost, Interface
+from ..interface import Interface
 from ..material import Material, ModelWarning
 from ..pattern import Pattern, direction_vector
 from ..pattern_pictures import outlines

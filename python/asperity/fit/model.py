@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..contract import Floats
-from ..interface import Interface, slip_path
+from ..interface import Interface
 from ..pattern import Pattern
-from ..steps import thinned
+from ..steps import slip_path, thinned
 from .constants import from_scale, material_of
 from .shear_test import ShearTest
 
