@@ -19,9 +19,9 @@ from asperity.history import COLUMNS, ENERGIES
 JOINT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0), Pattern.regular(4, theta=30.0))
 SLIPS = np.concatenate([np.linspace(0.0, 0.3, 61)[1:], np.linspace(0.3, -0.3, 121)[1:]])
 NAMES = contract.statev_names(5)
-EXAMPLES = ("interface", "steps", "case_files", "history", "material", "fit.fitting", "barton.command",
+EXAMPLES = ("interface", "steps", "case_files", "history", "material", "fit.fitting", "barton.envelope",
             "surface.scan_files", "uncertainty.spread")  # fmt: skip
-TOOLS = {"fit": "fit", "barton": "barton", "surface": "planes_from_scan", "uncertainty": "uncertainty"}
+TOOLS = {"fit": "fit", "surface": "planes_from_scan", "uncertainty": "uncertainty"}
 
 
 @pytest.fixture(scope="module")

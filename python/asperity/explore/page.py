@@ -160,11 +160,8 @@ class Page:
         top = float(z.max()) + depth
         lower = [[*x, x[-1], x[0]], [*z, -depth, -depth]]
         upper = [[*(x + slip), x[-1] + slip, x[0] + slip], [*(z + s_N), top + s_N, top + s_N]]
-        self.section.data = {
-            "xs": [upper[0], lower[0]],
-            "ys": [upper[1], lower[1]],
-            "colour": [UPPER, LOWER],
-        }
+        xs, ys = zip(upper, lower, strict=True)
+        self.section.data = {"xs": [*xs], "ys": [*ys], "colour": [UPPER, LOWER]}
 
     def _show_text(self) -> None:
         if self.found is not None:
@@ -199,37 +196,18 @@ class Page:
         )
 
     def _curve(self, name: str, label: str) -> figure:
-        plot = figure(
-            width=335,
-            height=300,
-            x_axis_label="slip [mm]",
-            y_axis_label=label,
-            tools="pan,wheel_zoom,box_zoom,reset,hover,save",
-            tooltips=[("slip", "@slip{0.0000}"), (name, f"@{name}{{0.0000}}")],
-            toolbar_location="above",
-        )
+        tools, tips = "pan,wheel_zoom,box_zoom,reset,hover,save", [("slip", "@slip{0.0000}")]
+        tips.append((name, f"@{name}{{0.0000}}"))
+        plot = _figure(tools, height=300, x_axis_label="slip [mm]", y_axis_label=label, tooltips=tips)
         plot.line("slip", name, source=self.curves, color=BLUE, line_width=1.8)
         plot.scatter("slip", name, source=self.here, color=ORANGE, size=9)
         return plot
 
     def _plan(self) -> figure:
-        plot = figure(
-            width=335,
-            height=330,
-            match_aspect=True,
-            title="planes from above, dots: the sides touch",
-            tools="",
-            toolbar_location=None,
-        )
+        plot = _figure("", match_aspect=True, title="planes from above, dots: the sides touch")
         colours = LinearColorMapper(palette=Cividis256, low=0.0, high=1.0)
-        plot.patches(
-            "xs",
-            "ys",
-            source=self.planes,
-            fill_color={"field": "alpha", "transform": colours},
-            line_color="white",
-            line_width=2,
-        )
+        fill = {"fill_color": {"field": "alpha", "transform": colours}}
+        plot.patches("xs", "ys", source=self.planes, line_color="white", line_width=2, **fill)
         plot.scatter("x", "y", source=self.touching, color="white", line_color="black", size=11)
         plot.line("x", "y", source=self.arrow, color=ORANGE, line_width=3)
         plot.axis.visible = False
@@ -238,18 +216,17 @@ class Page:
         return plot
 
     def _section(self) -> figure:
-        plot = figure(
-            width=335,
-            height=330,
-            match_aspect=True,
-            title="section along the slip, true to scale",
-            x_axis_label="along the slip [mm]",
-            y_axis_label="N [mm]",
-            tools="pan,wheel_zoom,reset",
-            toolbar_location="above",
-        )
+        labels = {"x_axis_label": "along the slip [mm]", "y_axis_label": "N [mm]"}
+        title = "section along the slip, true to scale"
+        plot = _figure("pan,wheel_zoom,reset", match_aspect=True, title=title, **labels)
         plot.patches("xs", "ys", source=self.section, fill_color="colour", line_color="black")
         return plot
+
+
+def _figure(tools: str, height: int = 330, **more: object) -> figure:
+    """Figure of the width of a column; without tools it has no bar of them."""
+    location = "above" if tools else None
+    return figure(width=335, height=height, tools=tools, toolbar_location=location, **more)
 
 
 def _rows(found: Answer, part: slice) -> dict[str, Floats]:
@@ -268,16 +245,8 @@ def _slider(name: str, value: float) -> Slider:
         more["format"] = CustomJSTickFormatter(code=f"return {none}{number}")
     elif step < 0.1:
         more["format"] = "0.000"
-    return Slider(
-        title=title,
-        start=min(low, value),
-        end=max(high, value),
-        step=step,
-        value=value,
-        name=name,
-        width=280,
-        **more,
-    )
+    ends = {"start": min(low, value), "end": max(high, value)}
+    return Slider(title=title, step=step, value=value, name=name, width=280, **ends, **more)
 
 
 def _source(name: str, *columns: str) -> ColumnDataSource:
