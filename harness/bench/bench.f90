@@ -41,13 +41,16 @@ program bench
     pattern_type("RP-8 H", 8.0_real64, height=high), pattern_type("RP-16 H", 16.0_real64, height=high), &
     pattern_type("RP-32 H", 32.0_real64, height=high)]
 
-  !> What is measured with a pattern. Rows of one group run in turn on the same points; the calls have many points.
-  integer, parameter :: points = 1, increments = 2, blocks = 3, calls = 4
+  !> What is measured with a pattern. Rows of one group run in turn on the same points; arrays and calls
+  !> have many points.
+  integer, parameter :: points = 1, increments = 2, arrays = 3, blocks = 4, calls = 5
   logical, parameter :: yes = .true., no = .false.
-  type(row_type), parameter :: tasks(10) = [row_type("textbook", yes), row_type("textbook", no), &
-    row_type("point", yes), row_type("umat", yes), row_type("test", yes), row_type("block", yes), &
-    row_type("block", no), row_type("roots", no), row_type("vumat", no), row_type("stream", no)]
-  integer, parameter :: groups(10) = [points, points, points, points, increments, blocks, blocks, blocks, calls, calls]
+  type(row_type), parameter :: tasks(13) = [row_type("textbook", yes), row_type("textbook", no), &
+    row_type("point", yes), row_type("umat", yes), row_type("test", yes), row_type("points", no), &
+    row_type("points", yes), row_type("copy", no), row_type("block", yes), row_type("block", no), row_type("roots", no), &
+    row_type("vumat", no), row_type("stream", no)]
+  integer, parameter :: groups(13) = [points, points, points, points, increments, arrays, arrays, arrays, blocks, &
+    blocks, blocks, calls, calls]
   !> Kernels that know no facets.
   character(len=8), parameter :: straight(3) = [character(len=8) :: "textbook", "test", "roots"]
 
@@ -56,7 +59,7 @@ program bench
   type(row_type), allocatable :: rows(:)
   character(len=:), allocatable :: file
   real(real64) :: shortest, used
-  integer :: i, large, n, pass, passes, sizes(2), threads, turns, unit
+  integer :: i, n, pass, passes, sizes(calls), threads, turns, unit
   logical :: quick
 
   used = 0.0_real64
@@ -64,9 +67,8 @@ program bench
   passes = merge(1, 5, quick)
   turns = merge(3, 5, quick)
   shortest = merge(2.0e4_real64, 1.0e5_real64, quick)
-  ! points of VUMAT calls with data in memory; points of arrays in the second-level cache and in memory
-  large = n_small*merge(8, 1600, quick)
-  sizes = [2048, merge(20000, 1000000, quick)]
+  ! arrays in the second-level cache, VUMAT calls in memory
+  sizes = [n_small, n_small, 2048, n_small, n_small*merge(8, 1600, quick)]
   threads = 1
   !$ threads = min(2, omp_get_max_threads())
   if (len(file) > 0) open (newunit=unit, file=file, status="replace", action="write")
@@ -98,20 +100,20 @@ contains
     do i = 1, size(patterns)
       do k = 1, size(precisions)
         do group = points, calls
-          ! points and increments have no single precision
-          if (group < blocks .and. k > 1 .or. group == calls .and. .not. patterns(i)%large) cycle
+          ! points have no single precision
+          if (group < blocks .and. k > 1) cycle
+          if (any(group == [arrays, calls]) .and. .not. patterns(i)%large) cycle
           some = pack(tasks, groups == group .and. [(.not. (patterns(i)%height > 0.0_real64 .and. &
             any(straight == tasks(j)%kernel)), j=1, size(tasks))])
           some%precision = precisions(k)
-          if (size(some) > 0) call add(rows, patterns(i), some, merge(large, n_small, group == calls), slip)
+          if (size(some) > 0) call add(rows, patterns(i), some, sizes(group), slip)
         end do
       end do
     end do
-    do i = 1, size(sizes)
-      some = [(row_type("points", no, threads=j), row_type("points", yes, threads=j), row_type("copy", no, threads=j), &
-        j=1, threads)]
-      call add(rows, patterns(4), some, sizes(i), slip)
-    end do
+    ! arrays in memory
+    some = [(row_type("points", no, threads=j), row_type("points", yes, threads=j), row_type("copy", no, threads=j), &
+      j=1, threads)]
+    call add(rows, patterns(4), some, merge(20000, 1000000, quick), slip)
     do k = 1, size(state_names)
       some = [row_type("block", no), row_type("block", yes)]
       some%states = merge("all slip ", state_names(k), k == slip)   ! other points than those of the pattern
