@@ -7,8 +7,8 @@
 # driver), the parts of check by name, bench, soak (long runs), mutants (which changes of the library do the tests notice?),
 # wheel (sdist and wheel, tried in a bare Debian root), release (these and the sources for Abaqus, from a clean clone), site
 # (the pages as a web site) and site-test (its tests in Chromium), clean (build/), distclean (and .venv/). What has passed runs again when a
-# file has changed. Variables: PYTHON, FLANG, JOBS, PFUNIT_DIR (of PFUNITConfig.cmake). CMakePresets.json names the builds;
-# what a step printed is in build/logs.
+# file has changed. Variables: PYTHON, FLANG, JOBS, PFUNIT_DIR (of PFUNITConfig.cmake), ADDRESS (of the repository,
+# for release). CMakePresets.json names the builds; what a step printed is in build/logs.
 ifneq ($(words $(CURDIR)),1)
 $(error $(CURDIR): expected a path without spaces (f2py splits it))
 endif

@@ -9,6 +9,8 @@ from spack_repo.builtin.build_systems.cmake import CMakePackage
 class Asperity(CMakePackage):
     """Interface law for rough quasi-brittle interfaces: damage, friction, interlocking."""
 
+    # built with Spack 0.23, where CMakePackage was imported from spack.build_systems.cmake
+
     manual_download = True
 
     license("BSD-3-Clause")
