@@ -9,13 +9,13 @@ plane is then a curved facet (facet.py), while bond and damage are those of the 
 A pattern is the pair ``(normals, weights)`` of shapes (k, 3) and (k,).  A state has 8 + 3 k entries: damage,
 stored, rupture and friction (with wear) per unit area, status, the three offsets of the separation, and then
 (alpha, s_dit, s_dih) of every plane.  With wear, (omega, frictional work) of every plane follow them.
-Zeros are a virgin point.  Floating-point types wider than double precision are preserved.
+Zeros are a virgin point.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -114,8 +114,7 @@ class Parameters:
 class Response:
     """Result of the law: traction (..., 3), state (..., 8+3k or 8+5k), tangent (..., 3, 3).
 
-    Per plane (..., k): the branch of its contact (OPEN, STICK or SLIP), whether its damage grew, and the
-    energies dissipated by friction and wear in the increment, per unit area of the plane.
+    Per plane (..., k): the branch of its contact (OPEN, STICK or SLIP), and whether its damage grew.
     """
 
     traction: Floats
@@ -123,8 +122,6 @@ class Response:
     tangent: Floats
     branch: NDArray[np.int8]
     damaging: NDArray[np.bool_]
-    friction: Floats
-    wear: Floats
 
 
 @dataclass(frozen=True)
@@ -132,7 +129,7 @@ class SlipHistory:
     """Confined slip: separation and traction (T, [B,] 3), damage (T, [B]), state (T, [B,] 8+3k);
     work (T, [B]) of the traction on the separation, by the trapezoidal rule, the preload included.
 
-    Rows after a lost equilibrium are NaN.  events holds (row, lane, text), row -1 being the preload.
+    Rows after a lost equilibrium are NaN.
     """
 
     separation: Floats
@@ -140,7 +137,6 @@ class SlipHistory:
     damage: Floats
     state: Floats
     work: Floats
-    events: list[tuple[int, int, str]] = field(default_factory=list)
 
 
 # --- patterns ------------------------------------------------------------
@@ -211,7 +207,7 @@ def update(
     """
     gamma = pattern[1]
     frame = frames(pattern[0])
-    s = _floats(s)
+    s = np.asarray(s, dtype=float)
     lead = s.shape[:-1]
     blank = virgin(pattern, parameters.wears)
     state = np.broadcast_to(blank if state is None else state, (*lead, len(blank)))
@@ -253,7 +249,7 @@ def update(
     if parameters.wears:
         entries.append(np.stack([start.omega, work], axis=-1))
     out[..., HEADER:] = np.concatenate([entry.reshape(*lead, -1) for entry in entries], axis=-1)
-    return Response(traction, out, tangent, branch, alpha > alpha_old, friction, wear)
+    return Response(traction, out, tangent, branch, alpha > alpha_old)
 
 
 def replay(
@@ -263,7 +259,7 @@ def replay(
 
     times (T,) are the ends of the increments, the first of which starts at 0; None: all durations are 0.
     """
-    S = _floats(S)
+    S = np.asarray(S, dtype=float)
     state = np.zeros((*S.shape[1:-1], len(virgin(pattern, parameters.wears))))
     s_old = np.zeros(S.shape[1:])
     steps = []
@@ -273,12 +269,6 @@ def replay(
         state, s_old = steps[-1].state, s
     names = (entry.name for entry in fields(Response))
     return Response(*(np.stack([getattr(step, name) for step in steps]) for name in names))
-
-
-def _floats(values: ArrayLike) -> Floats:
-    """Array in double precision, or in the wider type that it has."""
-    array = np.asarray(values)
-    return array.astype(np.result_type(array.dtype, float))
 
 
 def _histories(parameters: Parameters, state: Floats, count: int) -> tuple[Floats, Floats]:
@@ -555,10 +545,6 @@ def _closing(parameters: Parameters, s: Floats) -> Floats:
 TOLERANCE = 1.0e-12
 """Accepted residual of the normal traction, as a fraction of sigma0 + |sigma_N|."""
 
-LARGE_MOVE = 10.0
-"""Change of s_N over the slip of a row beyond which the row has an event: a snap, or a fold is near."""
-
-
 def confined_slip(
     parameters: Parameters,
     pattern: Pattern,
@@ -566,17 +552,12 @@ def confined_slip(
     slips: ArrayLike,
     sigma_N: ArrayLike,
     preload_increments: int = 20,
-    times: ArrayLike | None = None,
-    preload_time: float = 0.0,
-    state: ArrayLike | None = None,
 ) -> SlipHistory:
     """Slip (T,) prescribed along direction in the Tx-Ty plane under a constant normal traction sigma_N.
 
     sigma_N is first applied at zero slip in preload_increments equal increments (not rows of the result).
-    direction and sigma_N may be arrays (B,): the result then has a second axis B.  With viscous damage
-    the preload takes preload_time and times (T,) are those of the slips after it.  state is the state before
-    the preload, without offset; None: virgin.  The test of Sections 4.1 and 4.2; docs/solver.md says which
-    root is followed.
+    direction and sigma_N may be arrays (B,): the result then has a second axis B.  No time passes.  The test
+    of Sections 4.1 and 4.2; docs/solver.md says which root is followed.
     """
     direction, target = np.broadcast_arrays(
         np.radians(np.asarray(direction, float)), np.asarray(sigma_N, float)
@@ -585,21 +566,17 @@ def confined_slip(
     direction, target = np.atleast_1d(direction), np.atleast_1d(target)
     lanes = len(direction)
     along = np.stack([np.cos(direction), np.sin(direction)], axis=-1)
-    point = _HeldPoint(parameters, pattern, lanes, state)
+    point = _HeldPoint(parameters, pattern, lanes)
     for part in range(1, preload_increments + 1):
-        point.dt = preload_time / preload_increments
-        point.advance(-1, np.zeros((lanes, 2)), target * part / preload_increments)
+        point.advance(np.zeros((lanes, 2)), target * part / preload_increments)
     rows = []
-    slips = np.asarray(slips, float)
-    durations = np.diff(np.zeros(len(slips)) if times is None else np.asarray(times, float), prepend=0.0)
-    for row, (slip, dt) in enumerate(zip(slips, durations, strict=True)):
-        point.dt = float(dt)
-        point.advance(row, slip * along, target)
+    for slip in np.asarray(slips, float):
+        point.advance(slip * along, target)
         rows.append((point.s, point.traction, point.state, point.work))
     separation, traction, state, work = (np.stack(column) for column in zip(*rows, strict=True))
     if single:
         separation, traction, state, work = separation[:, 0], traction[:, 0], state[:, 0], work[:, 0]
-    return SlipHistory(separation, traction, state[..., 0], state, work, point.events)
+    return SlipHistory(separation, traction, state[..., 0], state, work)
 
 
 class _HeldPoint:
@@ -609,21 +586,17 @@ class _HeldPoint:
     otherwise s_N moves in steps from the last root in the sign of (sigma_N - t_N) to the first equilibrium.
     """
 
-    def __init__(
-        self, parameters: Parameters, pattern: Pattern, lanes: int, state: ArrayLike | None = None
-    ) -> None:
+    def __init__(self, parameters: Parameters, pattern: Pattern, lanes: int) -> None:
         self.parameters = parameters
         self.pattern = pattern
-        self.dt = 0.0
         self.frame = frames(pattern[0])
         self.s = np.zeros((lanes, 3))
         self.traction = np.zeros((lanes, 3))
         self.work = np.zeros(lanes)
         self.omega = np.zeros((lanes, len(pattern[1])))
-        self.state = np.tile(virgin(pattern, parameters.wears) if state is None else state, (lanes, 1))
-        self.events: list[tuple[int, int, str]] = []
+        self.state = np.tile(virgin(pattern, parameters.wears), (lanes, 1))
 
-    def advance(self, row: int, s_T: Floats, sigma_N: Floats) -> None:
+    def advance(self, s_T: Floats, sigma_N: Floats) -> None:
         """Move every lane to s_T (B, 2) and sigma_N (B,); a lane without equilibrium is NaN from then on."""
         alive = np.isfinite(self.s[:, 0])
         self.omega = _start(self.parameters, self.frame, self.s, self.state).omega
@@ -631,14 +604,12 @@ class _HeldPoint:
         trusted = np.zeros(len(s), dtype=bool)
         trusted[alive] = self._newton(s, sigma_N, np.flatnonzero(alive))
         for lane in np.flatnonzero(alive & ~trusted):
-            s[lane, 0] = self._march(row, lane, s_T[lane], sigma_N[lane])
+            s[lane, 0] = self._march(lane, s_T[lane], sigma_N[lane])
         found = np.isfinite(s[:, 0])
         s[~found] = np.nan
         state, traction = np.full_like(self.state, np.nan), np.full_like(self.traction, np.nan)
         if found.any():
-            answer = update(
-                self.parameters, self.pattern, s[found], self.state[found], self.s[found], self.dt
-            )
+            answer = update(self.parameters, self.pattern, s[found], self.state[found], self.s[found])
             state[found], traction[found] = answer.state, answer.traction
         self.work = self.work + 0.5 * ((self.traction + traction) * (s - self.s)).sum(-1)
         self.s, self.traction, self.state = s, traction, state
@@ -647,7 +618,7 @@ class _HeldPoint:
         """Normal traction (...) and its slope dt_N/ds_N at trial separations (..., 3) of lanes."""
         alpha_old, slip_old = _histories(self.parameters, self.state[lanes], len(self.pattern[1]))
         kinematics = straight, contact, _ = _kinematics(self.parameters, self.frame, s, self.omega[lanes])
-        damage = _damage(self.parameters, straight, alpha_old, self.dt)
+        damage = _damage(self.parameters, straight, alpha_old)
         friction = _friction(self.parameters, contact, slip_old)
         gamma = self.pattern[1]
         traction, tangent = _assemble(self.parameters, self.frame, gamma, kinematics, damage, friction)
@@ -679,7 +650,7 @@ class _HeldPoint:
                 break
         return good & ~busy
 
-    def _march(self, row: int, lane: int, s_T: Floats, sigma_N: float) -> float:
+    def _march(self, lane: int, s_T: Floats, sigma_N: float) -> float:
         """First equilibrium from the last s_N on, in the direction of the residual; NaN if there is none."""
         tolerance = float(self._tolerance(np.asarray(sigma_N)))
         old = self.s[lane]
@@ -702,41 +673,17 @@ class _HeldPoint:
         while (here <= far) if step > 0.0 else (here >= -1.0e6 * far):
             there = here + step
             if residual(there)[0] * r_here <= 0.0:
-                root = _next_root(residual, here, there)
-                slip = float(np.linalg.norm(s_T - old[1:]))
-                if row >= 0 and abs(root - old[0]) > LARGE_MOVE * slip:
-                    text = f"s_N moved from {old[0]:.6g} to {root:.6g} in a slip of {slip:.6g}"
-                    self.events.append((row, int(lane), text))
-                return root
+                return _next_root(residual, here, there)
             here, step = there, 1.05 * step
-        self.events.append((row, int(lane), f"no equilibrium at sigma_N = {sigma_N:.6g}"))
         return float("nan")
 
 
 def _next_root(residual: Callable[[float], tuple[float, float]], start: float, end: float) -> float:
-    """Root nearest to start; the residual changes its sign, or becomes zero, between start and end.
-
-    Regula falsi (Illinois) up to a zero with a slope; bisection where states without a slope are equilibria.
-    """
-    r_start, r_end = residual(start)[0], residual(end)[0]
-    sign = np.sign(r_start)
-    kept = 0
-    while True:
-        middle = 0.5 * (start + end)
-        if r_end != 0.0 and kept < 8:
-            middle = end - r_end * (end - start) / (r_end - r_start)
-        if middle in (start, end) or not min(start, end) < middle < max(start, end):
-            middle = 0.5 * (start + end)
-            if middle in (start, end):
-                return end
-        r_middle, slope = residual(middle)
-        if r_middle == 0.0 and slope != 0.0:
-            return middle
-        if r_middle * sign > 0.0:
-            kept = kept + 1 if kept > 0 else 1
-            start, r_start = middle, r_middle
-            r_end = 0.5 * r_end if kept > 1 else r_end
+    """Root nearest to start, by bisection; the residual changes its sign, or becomes zero, before end."""
+    sign = np.sign(residual(start)[0])
+    while (middle := 0.5 * (start + end)) not in (start, end):
+        if residual(middle)[0] * sign > 0.0:
+            start = middle
         else:
-            kept = kept - 1 if kept < 0 else -1
-            end, r_end = middle, r_middle
-            r_start = 0.5 * r_start if kept < -1 else r_start
+            end = middle
+    return end
