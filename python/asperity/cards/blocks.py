@@ -18,6 +18,12 @@ CALCULIX_MAX_CONSTANTS = 21
 """Largest number of constants that CalculiX accepts; it does not check their number."""
 
 
+KRATOS = {
+    2: ("SmallStrainUMAT2DLineInterfaceLaw", "Geo_ULineInterfacePlaneStrainElement", (2, 3)),
+    3: ("SmallStrainUMAT3DSurfaceInterfaceLaw", "Geo_USurfaceInterfaceElement", (4, 3, 8, 6)),
+}
+"""Law and interface element of Kratos by dimension, and the numbers of nodes of its faces."""
+
 REGULAR = ("akantu", "fenicsx", "mtest", "ogs")
 """Hosts that take no listed planes, m < 0."""
 
@@ -84,12 +90,7 @@ def card(host: str, block: Block) -> str:
 
 def _abaqus(block: Block) -> str:
     """Block for Abaqus, with the unsymmetric solver that friction needs and names of the state variables."""
-    if block.explicit:
-        run = "abaqus job=NAME user=asperity_abaqus.f90 double=both"
-        solver = ""
-    else:
-        run = "abaqus job=NAME user=asperity_abaqus.f90"
-        solver = ", unsymm"
+    run = f"abaqus job=NAME user=asperity_abaqus.f90{' double=both' if block.explicit else ''}"
     if block.explicit and block.density is None:
         raise ValueError("density is missing: expected a density (> 0) for Abaqus/Explicit")
     # A VUMAT stores the separation there, because the host passes none.
@@ -100,13 +101,12 @@ def _abaqus(block: Block) -> str:
         _comments(block, run),
         f"*Material, name={block.name}",
         *density,
-        f"*User Material, constants={len(block.props)}{solver}",
+        f"*User Material, constants={len(block.props)}{'' if block.explicit else ', unsymm'}",
         *_constants(block.props),
-        "** There is no DELETE, because contact survives rupture. status is 1 after the first call of a "
-        "point.",
+        "** No DELETE, because contact survives rupture. status is 1 after the first call of a point.",
         "** Zero state variables are the initial state of the joint, so no initial conditions are needed.",
-        "** The first call of a point reads an initial stress (TYPE=STRESS); TYPE=SOLUTION gives cracked "
-        "planes.",
+        "** The first call of a point reads an initial stress (TYPE=STRESS).",
+        "** TYPE=SOLUTION gives cracked planes.",
         "*Depvar",
         f"{len(block.statev)},",
         *(f"{i}, {text}, {text}" for i, text in enumerate(names, 1)),
@@ -140,8 +140,7 @@ def _calculix(block: Block) -> str:
         _comments(block, "ccx with the UMAT of asperity linked in", len(props)),
         *(f"** SDV{i}: {text}" for i, text in enumerate(block.statev, 1)),
         f"*MATERIAL, NAME=ABAQUS{name}",
-        "** All constants but the reserved ones are given, because 8 or 16 of them would need a further "
-        "line, with the temperature.",
+        "** All constants are given: 8 or 16 of them would need a further line, with the temperature.",
         f"*USER MATERIAL, CONSTANTS={len(props)}",
         *_constants(props),
         "** Zero state variables are the initial state of the joint, so no initial conditions are needed.",
@@ -151,20 +150,14 @@ def _calculix(block: Block) -> str:
         f"{len(block.statev)}",
         "** The section is one layer of C3D8 (not C3D8R or C3D8I) with its normal along z, without NLGEOM, "
         f"of the thickness h = {block.thickness()!r}.",
-        f"** r = {block.prop('r')!r}: 0 suits a layer that is bonded on both faces, 1e-9 a face that can "
-        "stretch freely.",
+        f"** r = {block.prop('r')!r}: 0 suits a layer bonded on both faces, 1e-9 one that stretches freely.",
         f"*SOLID SECTION, ELSET={name}, MATERIAL=ABAQUS{name}",
     )
 
 
 def _kratos(block: Block) -> str:
     """Block for Kratos GeoMechanicsApplication: properties of the zero-thickness interface elements."""
-    if block.dimension == 3:
-        law = "SmallStrainUMAT3DSurfaceInterfaceLaw"
-        elements = ["Geo_USurfaceInterfaceElement4Plus4N", "Geo_USurfaceInterfaceElement3Plus3N"]
-    else:
-        law = "SmallStrainUMAT2DLineInterfaceLaw"
-        elements = ["Geo_ULineInterfacePlaneStrainElement2Plus2N"]
+    law, element, nodes = KRATOS[block.dimension]
     material = {
         "model_part_name": block.name,
         "properties_id": 1,
@@ -189,6 +182,7 @@ def _kratos(block: Block) -> str:
         "Zero STATE_VARIABLES are the initial state of the joint. Kratos passes no initial stress to a UMAT; "
         "a state of Interface.initial in place of the zeros has an initial stress"
     )
+    elements = [f"{element}{k}Plus{k}N" for k in nodes]
     notes = {"elements": elements, "remarks": [*block.remarks, history, initial], "state_variables": names}
     return json.dumps(notes | {"properties": [material]}, indent=2) + "\n"
 

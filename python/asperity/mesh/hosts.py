@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cards.blocks import KRATOS
 from ..contract import Floats
-from .cells import Integers
+from .cells import Integers, corners
 from .split import Joint, Jointed, default_tangent
 
 if TYPE_CHECKING:
@@ -27,9 +28,6 @@ ABAQUS = {
     "tetra10": "C3D10", "wedge": "C3D6", "hexahedron": "C3D8", "hexahedron20": "C3D20",
 }  # fmt: skip
 """Solids of Abaqus and CalculiX; in plane stress CPS instead of CPE."""
-
-KRATOS_JOINTS = {2: "Geo_ULineInterfacePlaneStrainElement", 3: "Geo_USurfaceInterfaceElement"}
-"""Interface elements of Kratos by dimension, without the numbers of their nodes."""
 
 COHESIVE = {(2, 2): "COH2D4", (3, 3): "COH3D6", (3, 4): "COH3D8"}
 """Cohesive elements of Abaqus by dimension and number of nodes of a face."""
@@ -116,7 +114,7 @@ def _blocks(mesh: Jointed) -> Iterator[tuple[str, str, Integers]]:
 
 def _between(joint: Joint, d: int) -> Integers:
     """Nodes of the cells between the corners of both faces, in the order of VTK."""
-    c = 2 if d == 2 else {3: 3, 4: 4, 6: 3, 8: 4}[joint.minus.shape[1]]
+    c = corners(d, joint.minus.shape[1])
     plus = joint.plus[:, :c]
     return np.concatenate([joint.minus[:, :c], plus[:, ::-1] if d == 2 else plus], 1)
 
@@ -213,7 +211,7 @@ def _mdpa(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, lay
     for name, some in mesh.joints.items():
         for joint in some:
             k = joint.minus.shape[1]
-            add(name, f"{KRATOS_JOINTS[d]}{k}Plus{k}N", np.concatenate([joint.minus, joint.plus], 1))
+            add(name, f"{KRATOS[d][1]}{k}Plus{k}N", np.concatenate([joint.minus, joint.plus], 1))
     parts |= {name: (mesh.nodes(name), [np.zeros(0, np.int64)]) for name in mesh.groups if name not in parts}
     for name, (nodes, numbers) in parts.items():
         text += [f"Begin SubModelPart {name}\nBegin SubModelPartNodes\n", _lines("%d\n", nodes + 1)]
