@@ -15,7 +15,8 @@ module case_run
   use asperity_text, only: integer_text, set_text, short
   use asperity_umat_run, only: end_umat_run, next_umat_row, start_umat_run, umat_run_type
   use asperity_warnings, only: increment_text, m_tension, measures, n_measures, warned, warning_text
-  use driver_output, only: close_file, create_file, exit_input, exit_ok, exit_solve, say, write_line, write_report
+  use driver_output, only: close_file, create_file, exit_input, exit_ok, exit_solve, say, without, write_line, &
+    write_report
   use history, only: add_row, close_history, history_type, open_history, start_from
   use progress_line, only: clear_progress, progress_type, show_progress, start_progress
   use replay, only: run_replay, strains_type
@@ -254,12 +255,8 @@ contains
   pure function failed_file(output) result(path)
     character(len=*), intent(in) :: output   !! file with the rows
     character(len=:), allocatable :: path
-    character(len=*), parameter :: ending = ".csv"
-    path = output
+    path = without(output, ".csv")
     if (output == "-") path = "rie_driver"
-    if (len(path) > len(ending)) then
-      if (path(len(path) - len(ending) + 1:) == ending) path = path(:len(path) - len(ending))
-    end if
     path = path // ".failed.nml"
   end function failed_file
 

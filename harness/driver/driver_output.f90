@@ -9,7 +9,7 @@ module driver_output
   use asperity_text, only: integer_text
   implicit none
   private
-  public :: say, finish, same_file, may_replace, create_file, write_line, close_file, write_report
+  public :: say, finish, same_file, may_replace, create_file, write_line, close_file, without, write_report
 
   integer, parameter, public :: exit_ok = 0      !! the run ended as expected
   integer, parameter, public :: exit_input = 1   !! bad input
@@ -107,6 +107,16 @@ contains
     logical :: good
     good = c_write(line // new_line("a"), int(len(line) + 1, c_size_t))
   end function write_line
+
+  !> Name without its ending.
+  pure function without(name, ending) result(stem)
+    character(len=*), intent(in) :: name     !! of a file
+    character(len=*), intent(in) :: ending   !! ending that is removed
+    character(len=:), allocatable :: stem
+    stem = name
+    if (len(name) <= len(ending)) return
+    if (name(len(name) - len(ending) + 1:) == ending) stem = name(:len(name) - len(ending))
+  end function without
 
   !> Write the result of a run as JSON, for programs that call the driver.
   subroutine write_report(path, code, message, lost)

@@ -11,13 +11,13 @@
 module history
   use asperity_kinds, only: wp
   use asperity_control_point, only: point_type
-  use asperity_load_path, only: name_events, row_type
+  use asperity_load_path, only: row_type
   use asperity_point_law, only: event_length, point_law
   use asperity_rows, only: csv_header, csv_line
   use driver_output, only: close_file, create_file, write_line
   implicit none
   private
-  public :: open_history, start_from, add_replayed_row, add_row, close_history
+  public :: open_history, start_from, add_row, close_history
 
   !> The file, its last row and totals over its rows.
   type, public :: history_type
@@ -33,7 +33,7 @@ module history
     logical :: good = .true.               !! false: the file cannot be written, the reason is on standard error
     logical, private :: every = .false.    !! whether all numbers of a row have columns
     integer, private :: first = huge(1)    !! first number of the state that has a column
-    logical, allocatable, private :: regime(:, :)   !! of the law at the last row
+    logical, allocatable :: regime(:, :)   !! of the law at the last row of a replay
   end type history_type
 
 contains
@@ -72,15 +72,6 @@ contains
     table%last%state = point%state
     table%last%work = point%work
   end subroutine start_from
-
-  !> Write a row of a replay, with its events.
-  subroutine add_replayed_row(table, law, row)
-    type(history_type), intent(inout) :: table      !! the file
-    class(point_law), intent(in) :: law             !! the law
-    type(row_type), intent(inout) :: row            !! the row -> with its events
-    call name_events(law, table%last%state, row%state, table%regime, row)
-    call add_row(table, row)
-  end subroutine add_replayed_row
 
   !> Write a row by one system call, so that a run that is ended leaves complete rows.
   subroutine add_row(table, row)

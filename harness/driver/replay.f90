@@ -20,10 +20,10 @@ module replay
   use asperity_host, only: component_map
   use asperity_interface, only: separation_bound
   use asperity_kinds, only: wp
-  use asperity_load_path, only: row_type
+  use asperity_load_path, only: name_events, row_type
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_text, only: integer_text, set_text, to_text
-  use history, only: add_replayed_row, history_type
+  use history, only: add_row, history_type
   use host_routines, only: umat
   use progress_line, only: progress_type, show_progress
   implicit none
@@ -267,7 +267,8 @@ contains
       row%state = statev
       row%work = table%last%work + work_between(table%last%s, table%last%traction, row%s, row%traction)
       row%report%cut = pnewdt < 1.0_wp
-      call add_replayed_row(table, law, row)
+      call name_events(law, table%last%state, row%state, table%regime, row)
+      call add_row(table, row)
       if (.not. table%good) return
       call show_progress(progress, label, n, size(record%time))
     end do

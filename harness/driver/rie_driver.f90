@@ -1,17 +1,16 @@
 !> Driver of one interface point: runs a case file and writes its history as CSV.
 program rie_driver
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use asperity_case, only: case_file_type, read_cases
-  use asperity_case_format, only: case_format, format_line
+  use asperity_case, only: case_file_type, case_format, format_line, read_cases
   use asperity_contract, only: version
-  use asperity_errors, only: error_type, errors_type, fail, place_of, put_words, word
+  use asperity_errors, only: errors_type, fail, place_of, put_words, word
   use asperity_kinds, only: wp
   use asperity_rows, only: csv_header
-  use asperity_text, only: integer_text, to_text
+  use asperity_text, only: integer_text, set_text, to_text
   use asperity_warnings, only: n_measures
   use case_law, only: check_case, get_law, law_type
   use case_run, only: failed_file, failed_title, measures_of_case, run_case, warn_of
-  use driver_output, only: exit_input, exit_ok, finish, may_replace, report_start, same_file, say, write_report
+  use driver_output, only: exit_input, exit_ok, finish, may_replace, report_start, same_file, say, without, write_report
   use replay, only: read_replayed, strains_type
   implicit none
 
@@ -221,39 +220,21 @@ contains
     end if
   end function result_file
 
-  !> Name without its ending.
-  pure function without(name, ending) result(stem)
-    character(len=*), intent(in) :: name     !! of a file
-    character(len=*), intent(in) :: ending   !! ending that is removed
-    character(len=:), allocatable :: stem
-    stem = name
-    if (len(name) <= len(ending)) return
-    if (name(len(name) - len(ending) + 1:) == ending) stem = name(:len(name) - len(ending))
-  end function without
-
-  !> End if the input has an error.
+  !> End if the input has an error. A report does not name the file.
   subroutine end_on_errors(errors)
-    type(errors_type), intent(in) :: errors   !! of the input
-    type(errors_type) :: in_place
-    type(error_type) :: place
+    type(errors_type), intent(inout) :: errors   !! of the input; their places in the file are removed
     character(len=:), allocatable :: line
     integer :: i
     if (errors%n == 0) return
-    if (len(report) > 0) then
-      do i = 1, errors%n
-        place = errors%list(i)
-        if (allocated(place%file)) deallocate (place%file)
-        place%line = -1
-        call fail(in_place, place, place%text)
-      end do
-      line = ""
-      call put_words(in_place, line)
-      call write_report(report, exit_input, line, .false.)
-    end if
     do i = 1, errors%n
       call word(errors%list(i), line)
       call say(line)
+      if (allocated(errors%list(i)%file)) deallocate (errors%list(i)%file)
+      errors%list(i)%line = -1
     end do
+    call set_text(line, "")
+    call put_words(errors, line)
+    call write_report(report, exit_input, line, .false.)
     call finish(exit_input)
   end subroutine end_on_errors
 

@@ -159,16 +159,12 @@ contains
     character(len=*), intent(in) :: name         !! of the entry
     real(wp), intent(inout) :: value             !! read: unchanged if it is not given, or on error
     real(wp), intent(in) :: default              !! it is not written
-    type(errors_type) :: earlier
+    integer :: earlier
     logical :: good, yes
-    if (io%writes) then
-      call real_entry(io, name, value, default)
-      return
-    end if
-    earlier = io%errors
-    call real_entry(io, name, value)
-    if (io%errors%n == earlier%n) return
-    io%errors = earlier
+    earlier = io%errors%n
+    call real_entry(io, name, value, default)
+    if (io%errors%n == earlier) return
+    io%errors%n = earlier
     yes = .false.
     call read_logical(io, yes, good)
     if (good) value = merge(1.0_wp, 0.0_wp, yes)

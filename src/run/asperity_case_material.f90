@@ -76,16 +76,9 @@ contains
     integer, intent(in) :: i                 !! index in PROPS
     character(len=*), intent(in) :: group    !! name of the group
     logical :: yes
-    select case (prop_table(i)%owner)
-    case ("law")
-      yes = group == "material"
-    case ("pattern")
-      yes = group == "pattern" .and. i /= p_m
-    case ("host", "numerics")
-      yes = group == "replay"
-    case default
-      yes = .false.
-    end select
+    character(len=8), parameter :: owners(4) = ["law     ", "pattern ", "host    ", "numerics"]
+    character(len=8), parameter :: groups(4) = ["material", "pattern ", "replay  ", "replay  "]
+    yes = any(owners == prop_table(i)%owner .and. groups == group) .and. i /= p_m
   end function in_group
 
   !> Names of the constants of a group, in the order of PROPS, with the defaults of those that have one.
