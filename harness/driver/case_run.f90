@@ -45,7 +45,7 @@ contains
     type(progress_type) :: progress
     type(run_type) :: run
     character(len=:), allocatable :: failure, text, why
-    logical :: broken
+    logical :: broken, keeps
 
     worst = 0.0_wp
     broken = .false.
@@ -84,9 +84,9 @@ contains
       end if
     end if
     if (len(failure) > 0) call say(label // ": " // failure)
-    if (broken .and. run%law%step > 0 .or. table%last%lost .and. .not. case%expect%lost) then
-      call keep_failed(case, run, label, output)
-    end if
+    keeps = table%last%lost .and. .not. case%expect%lost
+    if (broken) keeps = keeps .or. run%law%step > 0
+    if (keeps) call keep_failed(case, run, label, output)
     call write_report(report, code, failure, table%last%lost)
     if (quiet) return
     call say(label // ": " // integer_text(table%n_rows) // " increments, " // integer_text(table%iterations) // &
