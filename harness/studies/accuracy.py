@@ -16,7 +16,7 @@ import pandas
 from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.material import Material
-from asperity.paper.fracture_energy import fracture_energy
+from asperity.paper.fracture_energy import MATERIAL, THETA, fracture_energy
 from asperity.paper.outcome import signed
 from asperity.pattern import Pattern
 from asperity.slip_curves import SlipCurves, slip_curves
@@ -46,11 +46,6 @@ PRELOAD = 4
 
 AIMS = (1.0e-2, 1.0e-3, 1.0e-4)
 """Target errors of the tables."""
-
-
-def material(mu: float = 0.5) -> Material:
-    """Material of Table 2 with another friction coefficient."""
-    return Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=mu)
 
 
 def monotonic(increments: int) -> Floats:
@@ -93,7 +88,7 @@ def step_errors(increments: Sequence[int] = INCREMENTS) -> pandas.DataFrame:
 
     Those of tau_L, s_N and work are relative to the largest value of the curve.
     """
-    interface = Interface(material(), Pattern.regular(4, 30.0))
+    interface = Interface(MATERIAL, Pattern.regular(4, THETA))
     found = []
     for (path, slips), sigma_N in product(PATHS.items(), SIGMA_N):
         fine = slip_curves(interface, DIRECTION, slips(FINER * increments[-1]), sigma_N, PRELOAD)
@@ -136,8 +131,8 @@ def _needed(errors: pandas.DataFrame, name: str, aim: float) -> str:
 
 # --- planes -------------------------------------------------------------------------------------------------
 
-THETA, MU, FLAT = 30.0, 0.5, 1.0 / 3.0
-"""Inclination, friction and weight of the flat plane, as in Table 4."""
+FLAT = 1.0 / 3.0
+"""Weight of the flat plane, as in Table 4."""
 
 REFERENCE_SIDES = 64
 """Sides of the reference; its spread over directions is 0.09 % at 30 degrees and mu = 0.5."""
@@ -163,17 +158,16 @@ PLANE_TICKS = (4, 8, 16, 32, 64)
 """Numbers of planes with a label; the axis is logarithmic."""
 
 
-def residual_spread(sides: int, theta: float, mu: float) -> float:
+def residual_spread(sides: int) -> float:
     """Ratio of the residual strengths up a plane and between two planes, minus 1."""
-    facing, between = material(mu).residual_strength(theta, [0.0, 180.0 / sides])
+    facing, between = MATERIAL.residual_strength(THETA, [0.0, 180.0 / sides])
     return float(facing / between - 1.0)
 
 
 def plane_errors(
     sides: Iterable[int],
-    theta: float = THETA,
-    mu: float = MU,
     tractions: Sequence[float] = SIGMA_N,
+    law: Material = MATERIAL,
 ) -> pandas.DataFrame:
     """Errors of RP-m (sides) against RP-64 of the same flat weight in the worst direction, and spreads.
 
@@ -183,10 +177,10 @@ def plane_errors(
     """
     found = []
     slips, loops = monotonic(PLANE_INCREMENTS["monotonic"]), cycle(PLANE_INCREMENTS["cyclic"])
-    dense = Interface(material(mu), Pattern.regular(REFERENCE_SIDES, theta, FLAT))
+    dense = Interface(law, Pattern.regular(REFERENCE_SIDES, THETA, FLAT))
     reference = slip_curves(dense, 0.0, slips, np.array(tractions), PRELOAD)
     for m in sides:
-        interface = Interface(material(mu), Pattern.regular(m, theta, FLAT))
+        interface = Interface(law, Pattern.regular(m, THETA, FLAT))
         angles = np.linspace(0.0, 180.0 / m, DIRECTIONS)
         for tau, s_N, sigma_N in zip(reference.tau_L, reference.s_N, tractions, strict=True):
             curves = slip_curves(interface, angles, slips, sigma_N, PRELOAD)
@@ -195,7 +189,7 @@ def plane_errors(
                 loop = _spread(_loops(slip_curves(interface, angles, loops, sigma_N, PRELOAD)))
             else:
                 # here the error of the increments exceeds the spread of fine patterns
-                work = fracture_energy(material(mu), interface.pattern, angles, ENERGY_TOLERANCE).spread
+                work = fracture_energy(law, interface.pattern, angles, ENERGY_TOLERANCE).spread
                 loop = np.nan
             row = {"sides": m, "sigma_N": sigma_N, "tau_L": relative_error(curves.tau_L - tau, tau)}
             row |= {"across": relative_error(curves.tau_across, tau)}
@@ -241,7 +235,7 @@ def draw_planes(quick: bool) -> tuple[Figure, str]:
             fewest = [str(one.min()) if len(one) else f"> {here.sides.max()}" for one in good]
             needs.append([signed(sigma_N), f"{100 * aim:g} %", *fewest])
     for aim in AIMS[:2]:
-        enough = next(m for m in range(3, 1000) if residual_spread(m, THETA, MU) <= aim)
+        enough = next(m for m in range(3, 1000) if residual_spread(m) <= aim)
         needs.append(["< 0, residual strength", f"{100 * aim:g} %", str(enough)])
     head = ["σ_N [MPa]", "aim", *MEASURES.values()]
     filled = [[*row, *[""] * (len(head) - len(row))] for row in needs]

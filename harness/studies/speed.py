@@ -7,27 +7,13 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pandas
-from asperity.interface import Interface
-from asperity.pattern import Pattern
-from asperity.slip_curves import slip_curves
+from asperity.paper.fracture_energy import MATERIAL
 from asperity.style import COLOURS, TWO, new_figure, printed, save
 from asperity.tables import markdown
 from matplotlib.axes import Axes
 
-from .accuracy import (
-    DIRECTIONS,
-    FLAT,
-    PLANE_INCREMENTS,
-    PRELOAD,
-    REFERENCE_SIDES,
-    THETA,
-    log_axes,
-    material,
-    monotonic,
-    relative_error,
-)
+from .accuracy import log_axes, plane_errors
 from .program import program
 from .timings import measure, read_timings
 
@@ -71,17 +57,8 @@ def draw_speed(timings: pandas.DataFrame, path: Path) -> None:
 
 def pattern_errors(height: float) -> dict[str, float]:
     """Errors of the patterns in tau_L against RP-64: L2 norm over a monotonic path, the worst direction."""
-    law, slips = replace(material(), height=height), monotonic(PLANE_INCREMENTS["monotonic"])
-    dense = Interface(law, Pattern.regular(REFERENCE_SIDES, THETA, FLAT))
-    reference = slip_curves(dense, 0.0, slips, SIGMA_N, PRELOAD).tau_L[0]
-    errors = {}
-    for name, sides in SIDES.items():
-        angles = np.linspace(0.0, 180.0 / sides, DIRECTIONS)
-        pattern = Interface(law, Pattern.regular(sides, THETA, FLAT))
-        errors[name] = relative_error(
-            slip_curves(pattern, angles, slips, SIGMA_N, PRELOAD).tau_L - reference, reference
-        )
-    return errors
+    errors = plane_errors(SIDES.values(), (SIGMA_N,), replace(MATERIAL, height=height))
+    return dict(zip(SIDES, errors.tau_L, strict=True))
 
 
 def _curve(

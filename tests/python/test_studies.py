@@ -15,10 +15,9 @@ from asperity import Interface, Material, Pattern
 
 from harness.studies import accuracy, concepts, speed, timings
 from harness.studies.newton import NewtonStudy, newton_path
-from harness.studies.stability import MODES, find, shown, table
 from harness.studies.stability.__main__ import main as stability
 from harness.studies.stability.branches import steep_snap
-from harness.studies.stability.catalogue import agree
+from harness.studies.stability.catalogue import MODES, agree, find, shown, table
 
 DOCS = Path(__file__).parents[2] / "docs"
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
