@@ -55,32 +55,28 @@ def report(
 ) -> list[str]:
     """Lines that describe the scan."""
     unit = scan.unit
-    points = (
-        f"{len(original.x)} points" if original.y is None else f"{len(original.x)} x {len(original.y)} points"
-    )
-    extent = f"{np.ptp(original.x):g} {unit}" if original.y is None else (
-        f"{np.ptp(original.x):g} x {np.ptp(original.y):g} {unit}")  # fmt: skip
+    points = " x ".join(f"{len(axis)}" for axis in original.axes)
+    extent = " x ".join(f"{np.ptp(axis):g}" for axis in original.axes)
     order = np.argsort(found.slopes)
     below = np.cumsum(found.nominal[order])
-    at = [
-        found.slopes[order][min(np.searchsorted(below, p / 100 * below[-1]), len(order) - 1)] for p in PERCENT
-    ]
-    steep = ", ".join(f"{p} %: {np.degrees(np.arctan(t)):.2f}" for p, t in zip(PERCENT, at, strict=True))
+    at = np.searchsorted(below, np.array(PERCENT) / 100 * below[-1]).clip(max=len(order) - 1)
+    angles = np.degrees(np.arctan(found.slopes[order][at]))
+    steep = ", ".join(f"{p} %: {angle:.2f}" for p, angle in zip(PERCENT, angles, strict=True))
     heights = scan.heights()
     tilt = found.tilt if found.tilt > ROUNDING else 0.0
     lean = lean if (lean := scan.lean()) > ROUNDING else 0.0
-    low, high = slips.residual.min(), slips.residual.max()
-    shown = ["locks" if np.isinf(value) else f"{value:.4f}" for value in (low, high)]
+    ends = slips.residual.min(), slips.residual.max()
+    low, high = ("locks" if np.isinf(value) else f"{value:.4f}" for value in ends)
     filtered = "" if options.smooth is None else f", smoothed over {options.smooth:g}"
     return [
-        f"scan        {'profile' if scan.is_profile else 'map'}, {points}, {extent}{filtered}",
+        f"scan        {'profile' if scan.is_profile else 'map'}, {points} points, {extent} {unit}{filtered}",
         f"level       average plane inclined by {tilt:.4g} degrees, rotated to level; "
         f"{lean:.3g} degrees from the least-squares plane",
         f"facets      {len(found.gamma)} at {_apart(scan)} {unit}; true/nominal area {found.ratio:.4f}",
         f"heights     rms {heights.std():.4g} {unit}, range {np.ptp(heights):.4g} {unit}",
         f"slopes      mean {found.mean_slope:.4f}, rms {found.rms_slope:.4f} (tangent)",
         f"inclined    {steep} degrees (fraction of the nominal area)",
-        f"residual    {shown[0]} to {shown[1]} |sigma_N| over {len(slips.angles)} directions, "
+        f"residual    {low} to {high} |sigma_N| over {len(slips.angles)} directions, "
         f"mu = {slips.mu:g}: set by the steepest facet along the slip",
     ]
 

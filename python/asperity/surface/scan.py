@@ -35,14 +35,12 @@ class Scan:
 
     def __post_init__(self) -> None:
         """Check shapes and values."""
-        axes = {"x": self.x} if self.y is None else {"x": self.x, "y": self.y}
-        for name, values in ({**axes, "z": self.z}).items():
-            numbers = contract.array(name, values)
+        for name in ("x", "z") if self.y is None else ("x", "y", "z"):
+            numbers = contract.array(name, getattr(self, name))
             if not np.isfinite(numbers).all():
                 raise ValueError(f"{name}: expected finite numbers")
             object.__setattr__(self, name, numbers)
-        for name in axes:
-            positions = getattr(self, name)
+        for name, positions in zip("xy", self.axes, strict=False):
             if positions.ndim != 1 or len(positions) < 2 or not (np.diff(positions) > 0.0).all():
                 raise ValueError(f"{name}: expected two or more positions that increase")
         expected = (1 if self.y is None else len(self.y), len(self.x))
@@ -57,16 +55,16 @@ class Scan:
     @property
     def spacing(self) -> float:
         """Largest distance of neighbouring points along an axis, length."""
-        return max(float(np.diff(axis).max()) for axis in self._axes())
+        return max(float(np.diff(axis).max()) for axis in self.axes)
 
     @property
     def extent(self) -> float:
         """Shortest side, length."""
-        return min(float(axis[-1] - axis[0]) for axis in self._axes())
+        return min(float(axis[-1] - axis[0]) for axis in self.axes)
 
     def steps(self) -> tuple[float, float]:
         """Smallest and largest distance of neighbouring points along an axis, length."""
-        return min(float(np.diff(axis).min()) for axis in self._axes()), self.spacing
+        return min(float(np.diff(axis).min()) for axis in self.axes), self.spacing
 
     def sampled(self, length: float) -> Scan:
         """Scan with points `length` apart, by straight lines between the given points.
@@ -114,7 +112,9 @@ class Scan:
         fitted, average = np.array([[1.0, a, b], [1.0, *_mean_gradient(self)]])
         return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(fitted, average)), fitted @ average)))
 
-    def _axes(self) -> tuple[Floats, ...]:
+    @property
+    def axes(self) -> tuple[Floats, ...]:
+        """Positions along x and, of a map, along y."""
         return (self.x,) if self.y is None else (self.x, self.y)
 
 
