@@ -91,8 +91,8 @@ def test_constants_change_smoothly() -> None:
         values = np.array([one.values[name] for one in found])
         assert np.abs(np.diff(np.log(values))).max() < most, name
     # of the roughest joints
-    for jrc, most in ((18.0, 0.11), (20.0, 0.16)):
-        assert np.abs(envelope(Joint(jrc, 50.0, 30.0, 0.1), 0.5, 5.0).parted).max() < most
+    for jrc, low, high, most in ((18.0, 0.5, 5.0, 0.11), (20.0, 0.5, 5.0, 0.16), (20.0, 3.0, 20.0, 0.14)):
+        assert np.abs(envelope(Joint(jrc, 50.0, 30.0, 0.1), low, high).parted).max() < most
     one = Envelope(SAMPLE, found[1].interface, np.array([1.0]), np.linspace(0.0, 9.0, 181), {})
     path = one.interface.confined_slip(0.0, one.slips, -1.0)
     barton, law = one.numbers[:, 0]

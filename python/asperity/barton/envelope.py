@@ -24,9 +24,9 @@ constants are corrected: always as many, so that the constants change smoothly.
 PARTED = 0.03
 """Relative difference of the strengths that is reported."""
 
-STEEPEST, STEEPER = 2.5, 1.2
-"""Largest tangent of the inclination, 68 degrees, and largest inclination over what roughness adds to phi_r
-at the lowest stress: steeper planes that are crushed at once meet the strengths in the closed form only.
+STEEPEST, STEEPER = 2.5, 8.0
+"""Largest tangent of the inclination, 68 degrees, and how much steeper it may be than what roughness adds to
+phi_r at the lowest stress, degrees: steeper planes, which are crushed at once, meet the closed form only.
 """
 
 ROWS = 200
@@ -150,7 +150,7 @@ def envelope(
     ends = np.array([0.0, min(2.0, 0.5 * (1.0 + reach)), reach]) * joint.peak_slip
     slips = np.interp(np.linspace(0.0, 2.0, ROWS + 1), [0.0, 1.0, 2.0], ends)
     peaks = np.array([joint.peak_strength(one) for one in stresses])
-    steepest = min(STEEPEST, float(np.tan(np.radians(min(STEEPER * joint.roughness_angle(low), 80.0)))))
+    steepest = min(STEEPEST, float(np.tan(np.radians(min(STEEPER + joint.roughness_angle(low), 80.0)))))
     bounds = np.log([[0.01 * steepest, 0.01 * low / weight], [steepest, 100.0 * high / weight]])
     middle = STRESSES // 2
 
