@@ -19,7 +19,7 @@ module support_law
   implicit none
   private
   public :: table2_with, interface_of, regular_interface, listed_interface, kind_of, path_type, slip_path, even_steps, &
-    replay, entry_of, work_along, tangent_by_differences, plane_axes, local_separation, length, draw, &
+    replay, entry_of, give, complete, work_along, tangent_by_differences, plane_axes, local_separation, length, draw, &
     random_history, random_walk, samples, same_bits, is_nan
 
   !> Strength, rupture energy, ductility and friction coefficient of Table 2 (MPa, mm).
@@ -168,24 +168,39 @@ contains
   end function rp_4
 
   !> Steps of a confined slip: sigma_N is applied at zero slip and kept constant, then slips are prescribed along a
-  !> direction, one increment each. The transverse slip is zero.
+  !> direction, one increment each, in which no time passes. The transverse slip is zero.
   subroutine slip_steps(direction, slips, sigma_n, preload, steps)
     real(wp), intent(in) :: direction                         !! from Tx towards Ty, degrees
     real(wp), intent(in) :: slips(:)                          !! mm
     real(wp), intent(in) :: sigma_n                           !! normal traction, MPa
     integer, intent(in) :: preload                            !! increments of sigma_N
     type(step_type), intent(out) :: steps(2)                  !! complete
+    call give(steps(1), "t_N", [sigma_n])
+    call give(steps(1), "increments", [real(preload, wp)])
+    call give(steps(1), "time", [0.0_wp])
+    call give(steps(2), "slip", slips)
+    call give(steps(2), "direction", [direction])
+    call give(steps(2), "increments", [1.0_wp])
+    call give(steps(2), "time", [0.0_wp])
+    call complete(steps)
+  end subroutine slip_steps
+
+  !> Give an entry of a step its values.
+  subroutine give(step, name, values)
+    type(step_type), intent(inout) :: step    !! the step
+    character(len=*), intent(in) :: name      !! of the entry
+    real(wp), intent(in) :: values(:)         !! its values
+    step%place%group = "here"
+    step%given(entry_of(name))%values = values
+  end subroutine give
+
+  !> Complete steps that must be good.
+  subroutine complete(steps)
+    type(step_type), intent(inout) :: steps(:)   !! with their entries -> complete
     type(errors_type) :: errors
-    steps(1)%given(entry_of("t_N"))%values = [sigma_n]
-    steps(1)%given(entry_of("increments"))%values = [real(preload, wp)]
-    steps(1)%given(entry_of("time"))%values = [0.0_wp]
-    steps(2)%given(entry_of("slip"))%values = slips
-    steps(2)%given(entry_of("direction"))%values = [direction]
-    steps(2)%given(entry_of("increments"))%values = [1.0_wp]
-    steps(2)%given(entry_of("time"))%values = [0.0_wp]
     call complete_steps(steps, errors)
     if (errors%n > 0) error stop "support_law: a test has bad steps"
-  end subroutine slip_steps
+  end subroutine complete
 
   !> Position of an entry of a step.
   pure function entry_of(name) result(i)
