@@ -132,15 +132,6 @@ def test_lengths_are_compared_with_those_of_the_same_case(tmp_path: Path, length
     assert not read_case(case).runs[0].history().lost
 
 
-def test_height_is_compared_with_the_constants_of_the_case(run) -> None:
-    """The ratio of height and s_f is that of the case, and an error names it."""
-    case = "&material sigma0 = {}, Gc = {}, eta = 0.9, mu = 0.5, height = {} /\n"
-    rest = "&pattern sides = 2, theta = 30.0 /\n&step s_N = {}, increments = 1 /\n"
-    assert len(run(case.format("3.0e3", "0.3e15", "1e12") + rest.format("1e3")).rows) == 1
-    messages = run(case.format("3.0e6", "1e-9", "1.0") + rest.format("1e-20"), code=1).messages
-    assert "height sigma0/(2 Gc) = 1.5" in messages and ": expected 1e-10 to 1e10" in messages
-
-
 def test_wear_of_a_huge_pressure_is_told() -> None:
     """A pressure whose square is beyond the range of a double gives the warning and no error of its own."""
     material = Material(3.0, 0.3, 0.9, 0.5, height=0.5, W0=1.0)
