@@ -83,9 +83,9 @@ program bench
   do i = 1, n
     rows(i)%ns = median(rows(i::n)%ns)
   end do
-  rows = rows(:n)
-  call write_rows(rows, output_unit)
-  if (len(file) > 0) call write_rows(rows, unit)
+  call write_rows(rows(:n), output_unit)
+  if (len(file) > 0) call write_rows(rows(:n), unit)
+  deallocate (rows, file)
   if (.not. abs(used) <= huge(used)) error stop "bench: results are not finite"   ! uses all results
 
 contains
