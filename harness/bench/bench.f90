@@ -47,8 +47,8 @@ program bench
   logical, parameter :: yes = .true., no = .false.
   type(row_type), parameter :: tasks(13) = [row_type("textbook", yes), row_type("textbook", no), &
     row_type("point", yes), row_type("umat", yes), row_type("test", yes), row_type("points", no), &
-    row_type("points", yes), row_type("copy", no), row_type("block", yes), row_type("block", no), row_type("roots", no), &
-    row_type("vumat", no), row_type("stream", no)]
+    row_type("points", yes), row_type("copy", no), row_type("block", yes), row_type("block", no), &
+    row_type("roots", no), row_type("vumat", no), row_type("stream", no)]
   integer, parameter :: groups(13) = [points, points, points, points, increments, arrays, arrays, arrays, blocks, &
     blocks, blocks, calls, calls]
   !> Kernels that know no facets.
