@@ -6,9 +6,7 @@ from typing import Any
 
 from asperity.export.element import Element
 
-Kit = tuple[dict[str, Any], str, str, str]
-
-KITS: dict[str, Kit] = {
+KITS: dict[str, tuple[dict[str, Any], str, str, str]] = {
     "akantu": ({"name": "joint"}, "", "material.dat", "single.py asperity_akantu.py single.msh"),
     "calculix": ({"name": "JOINT", "h": 1.0e-3}, "", "single.inp", ""),
     "kratos": ({}, "joint.json", "", "single.py kratos_model.py"),

@@ -417,6 +417,8 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert out[:2] == [
         "8 cells in 2 blocks, 15 nodes, 18 with joints", "joint bed: 2 faces, length 2, 0 tips"
     ]  # fmt: skip
+    assert main([*words[:2], "-o", "x.mdpa", "--joint", "head=right~left"]) == 1
+    assert "joint head: right: no such group of faces" in capsys.readouterr().err
     assert main([*words, "--joint", "bed"]) == 1
     assert "joint bed: bed: no such group of faces" in capsys.readouterr().err
     assert main([*words, "--law", "bed=case.nml"]) == 1

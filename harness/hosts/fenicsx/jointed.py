@@ -459,7 +459,9 @@ class Output:
         self.kind = kind.get(name := m.mesh.topology.cell_name(), name)
         own = m.mesh.topology.index_map(m.d).size_local
         self.solids = m.V.dofmap.list[:own][:, np.argsort(BASIX[self.kind])]
-        low, high = m.sides
+        x = m.V.tabulate_dof_coordinates()[m.sides]
+        self.near = np.ptp(x, axis=0).max((1, 2)) < 1e-9 * np.ptp(m.x)  # those across a period are not drawn
+        low, high = m.sides[:, self.near]
         self.joints = np.concatenate([low, high[:, ::-1] if m.d == 2 else high], 1)
 
     def write(self, time: float) -> None:
@@ -469,7 +471,7 @@ class Output:
         results = [law.update(s, state, s, 1.0) for law, s, state in zip(m.laws, m.s, m.state, strict=True)]
         room = contract.N_POINT_STATEV  # laws may have another number of planes
         values = m.s, [r.traction for r in results], [state[:, :room] for state in m.state]
-        of_faces = (np.concatenate(one)[m.face_points] for one in values)
+        of_faces = (np.concatenate(one)[m.face_points[self.near]] for one in values)
         step = paraview_files.Step(time, nodes, u, self.kind, self.solids, self.joints, *of_faces)
         files = step.write(self.folder, f"{len(self.names):04}_{COMM.rank}")
         self.names.append((time, [*itertools.chain(*COMM.allgather(files))]))
