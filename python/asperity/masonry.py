@@ -132,26 +132,23 @@ def _reach(material: Material) -> float:
 
 def _checked(options: argparse.Namespace) -> tuple[dict[str, float], list[float]]:
     """Constants by name and normal tractions; raises ValueError with a line for every bad one."""
+    known = (*REQUIRED, *OPTIONAL)
     stresses = " ".join(text for text in options.sigma_N if "=" not in text).replace(",", " ").split()
     texts = assigned([*options.values, *(text for text in options.sigma_N if "=" in text)])
     bad = [f"{name} is missing: expected {name}=VALUE" for name in REQUIRED if name not in texts]
     values, tractions = {}, []
-    for name, text in texts.items():
-        if name not in (*REQUIRED, *OPTIONAL):
-            bad.append(f"{name} = {text}: expected one of {', '.join((*REQUIRED, *OPTIONAL))}")
-            continue
+    for name, text in [*texts.items(), *(("--sigma-N", text) for text in stresses)]:
         try:
-            values[name] = contract.number(name, text)
+            if name in known:
+                values[name] = contract.number(name, text)
+            elif name in texts:
+                raise ValueError(f"{name} = {text}: expected one of {', '.join(known)}")
+            elif not -np.inf < contract.number(name, text) <= 0.0:
+                raise ValueError(f"--sigma-N = {text}: expected a normal traction <= 0")
+            else:
+                tractions.append(contract.number(name, text))
         except ValueError as error:
             bad.append(str(error))
-    for text in stresses:
-        try:
-            tractions.append(contract.number("--sigma-N", text))
-        except ValueError as error:
-            bad.append(str(error))
-            continue
-        if not -np.inf < tractions[-1] <= 0.0:
-            bad.append(f"--sigma-N = {text}: expected a normal traction <= 0")
     if bad:
         raise ValueError("\n".join(bad))
     return values, tractions
