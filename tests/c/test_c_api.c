@@ -80,14 +80,18 @@ static int tangent_comes_by_rows(void) {
 }
 
 static int null_start_and_null_tangent(void) {
-  const double props[] = FLAT_PROPS, zero[3] = {0}, s[3] = {2.0 * S0, S0, -S0};
+  const double props[] = FLAT_PROPS, zero[3] = {0}, s[3] = {2.0 * S0, S0, -S0}, unknown[3] = {nan(""), 0.0, 0.0};
   double state[2][FLAT_STATEV] = {{0}}, traction[2][3], tangent[3][3];
+  char message[256];
   int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, s, FLAT_STATEV, state[0], traction[0], NULL, NULL,
                                   0) == ASPERITY_OK);
   bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, zero, s, FLAT_STATEV, state[1], traction[1], tangent[0],
                                NULL, 0) == ASPERITY_OK);
   bad += FAILS(state[0][ALPHA] > 0.0);
   bad += FAILS(memcmp(state[0], state[1], sizeof state[0]) == 0);
+  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, unknown, s, FLAT_STATEV, state[1], traction[1], NULL,
+                               message, sizeof message) == ASPERITY_BAD_SEPARATION);
+  bad += FAILS(strstr(message, "s_N at the start = NaN") != NULL);
   return bad + FAILS(memcmp(traction[0], traction[1], sizeof traction[0]) == 0);
 }
 
