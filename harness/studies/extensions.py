@@ -11,7 +11,6 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from asperity import Step
 from asperity.barton.envelope import strength
 from asperity.barton.joint import Joint
 from asperity.contract import Floats
@@ -248,30 +247,9 @@ def envelope(joint: Joint, low: float, high: float, crushed: bool) -> tuple[Floa
     return stresses, peaks, law(least_squares(lambda x: np.log(law(x) / peaks), start).x)
 
 
-MU, THETA, CRUSH = 0.6, 30.0, 2.0
-
-
-PHASES = np.linspace(0.75, 1.25, 7)
-"""Multiples of an increment: where the sliding begins within one makes a difference."""
-
-
-def too_low(pressure: float, ratio: float) -> float:
-    """Largest share by which a strength is too low in increments of about ratio elastic slips."""
-    material = Material(3.0, 0.3, 0.99, MU, kc=100.0, damage0=1.0, crush=CRUSH)
-    joint = Interface(material, Pattern.regular(2, THETA, flat=0.0))
-    exact = strength(pressure, np.tan(np.radians(THETA)), MU, CRUSH, 0.5)
-    found = []
-    for one in ratio * PHASES:
-        count = int(60.0 / one) + 1
-        slide = Step(slip=count * one * MU * pressure / material.K, increments=count)
-        history = joint.run([Step(t_N=-pressure, increments=20), slide])
-        found.append(1.0 - history.traction[-1, 1] / exact)
-    return max(found)
-
-
 def crushed() -> Figure:
-    """Draw Barton's formula, sandstone and the law with and without crush, and the effect of increments."""
-    figure, (barton, rock, increments) = new_figure(TWO, 2.9, ncols=3)
+    """Draw Barton's formula, sandstone and the law with and without crush."""
+    figure, (barton, rock) = new_figure(TWO, 2.9, ncols=2)
     joint, low, high = JOINTS[1]
     for crush, style in ((False, "--"), (True, "-")):
         stresses, peaks, law = envelope(joint, low, high, crush)
@@ -292,14 +270,6 @@ def crushed() -> Figure:
         rock.plot(tests[:, 0], tests[:, 1] / tests[:, 0], mark, color=colour, markersize=4, label=name)
     rock.legend()
     panel(rock, "pressure [MPa]", ratio, "(b) sandstone, fitted to 1 and 5 MPa")
-    ratios = 2.0 ** np.arange(-4, 4)
-    for pressure, colour in ((0.05, GREEN), (0.5, BLUE), (5.0, ORANGE)):
-        off = [100.0 * too_low(pressure * CRUSH, one) for one in ratios]
-        increments.loglog(ratios, off, "o-", color=colour, markersize=3.5, label=f"{pressure:g} crush")
-    increments.axvline(0.1, color=BLACK, linewidth=0.8, linestyle=":")
-    increments.legend(loc="lower right", title=r"$|\sigma_N|$")
-    off = "strength too low by [%]"
-    panel(increments, "increment over elastic slip", off, "(c) long increments crush more", ylim=(1e-4, None))
     return figure
 
 

@@ -49,7 +49,7 @@ contains
       law%stiffens = m%bends
       law%stress = m%k_n*m%s0
       law%relaxes = m%tau_v > 0.0_wp
-      law%wears = m%wears
+      law%wears = m%inv_w0 > 0.0_wp
       law%jumps = m%curved .or. m%guard
     end associate
     law%bonded = start_damage(joint, 0.0_wp) < 1.0_wp

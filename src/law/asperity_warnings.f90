@@ -23,12 +23,11 @@ module asperity_warnings
     m_runaway = 8, &       !! elastic energy of the friction over W0
     m_let_go = 9, &        !! this energy over W0, times the climbed height over the closure, where planes share it
     m_steep = 10, &        !! closure over the largest closure Vm
-    m_crushed = 11, &      !! height that the pressure crushes over the closure, where planes share the pressure
-    n_measures = 11
+    n_measures = 10
 
   !> Limits: a larger measure gives a warning.
   real(wp), parameter, public :: limits(n_measures) = [0.0_wp, nearest(1.0_wp, -1.0_wp), 0.0_wp, 1.0_wp, &
-    nearest(1.0_wp, -1.0_wp), 0.1_wp, 0.1_wp, 0.01_wp, 1.0_wp, largest_closure_share, 1.0_wp]
+    nearest(1.0_wp, -1.0_wp), 0.1_wp, 0.1_wp, 0.01_wp, 1.0_wp, largest_closure_share]
   !> Length of a text that holds each sentence.
   integer, parameter, public :: text_size = 240
   !> Inclinations (degrees) below this may have been meant in radians: a right angle is 1.57.
@@ -73,9 +72,6 @@ contains
       values(m_runaway) = (material%mu*stress)**2/(2.0_wp*material%k_t)*material%inv_w0
       if (.not. (closure > 0.0_wp .and. shares_pressure(joint))) return
       values(m_let_go) = values(m_runaway)*(climbed_height(joint, slip)/closure)
-      associate (x => material%kt_crush*stress/material%k_t)
-        if (x > 0.0_wp) values(m_crushed) = (1.0_wp - log(1.0_wp + x)/x)*(climbed_height(joint, slip)/closure)
-      end associate
     end associate
   end function measures
 
@@ -121,7 +117,7 @@ contains
 
   !> Sentence about a measure that is beyond its limit.
   pure function warning_text(which, value) result(text)
-    integer, intent(in) :: which    !! m_modes..m_crushed
+    integer, intent(in) :: which    !! m_modes..m_steep
     real(wp), intent(in) :: value   !! of the measure
     character(len=text_size) :: text
     character(len=*), parameter :: alone = "a plane that carries the largest pressure alone"
@@ -152,9 +148,6 @@ contains
     case (m_steep)
       text = alone // " closes by " // short(value) // " of the largest closure Vm, " // expected(which) // &
         ": beyond it the contact follows the tangent of the hyperbola"
-    case (m_crushed)
-      text = alone // " is crushed by " // short(value) // " times its closure, " // expected(which) // &
-        ": planes that share the pressure may then jump, and the result depends on the increments"
     case default
       text = "the elastic slip of " // alone // " wears " // short(value) // " times its closure off, " // &
         expected(which) // ": planes that share the pressure may then wear off in jumps"
@@ -168,7 +161,7 @@ contains
     text = "expected at most " // short(limits(which))
   end function expected
 
-  !> Sentence with the largest increment of slip of an FE code; empty without wear and crushing. Where the slip is 0,
+  !> Sentence with the largest increment of slip of an FE code; empty without wear. Where the slip is 0,
   !> because it is not known, the climbed height is that of the asperities, or 1 where they are infinitely high.
   pure function increment_text(joint, pressure, slip) result(text)
     type(interface_type), intent(in) :: joint   !! the interface
@@ -179,14 +172,7 @@ contains
     real(wp) :: z
     text = ""
     if (.not. joint%pattern%steepest > 0.0_wp) return
-    if (.not. joint%material%inv_w0 > 0.0_wp) then
-      if (joint%material%kt_crush > 0.0_wp .and. pressure > 0.0_wp) then
-        text = "increment of slip in an FE code: expected at most a tenth of the elastic slip mu p/Kt, " // &
-          short(0.1_wp*joint%material%mu*pressure/joint%material%k_t) // &
-          ", because longer ones crush more: the strength is up to 7 % lower"
-      end if
-      return
-    end if
+    if (.not. joint%material%inv_w0 > 0.0_wp) return
     z = climbed_height(joint, slip)
     if (.not. z > 0.0_wp) z = merge(joint%material%height, 1.0_wp, joint%material%height > 0.0_wp)
     stiffness = "kc Kn"

@@ -25,12 +25,14 @@ class Facet:
     local: gap g, climbed arc s_t and s_h (..., k, 3), length.
     gradient: G, derivatives of these (rows) with respect to the separation (columns), (..., k, 3, 3).
     curvature: second derivatives of g and of s_t with respect to the separation, (..., k, 2, 3, 3), 1/length.
+    height: of the profile at the point of contact, (..., k), length.
     by_omega: derivatives of (g, s_t, s_h) with respect to omega at a constant separation (..., k, 3), length.
     """
 
     local: Floats
     gradient: Floats
     curvature: Floats
+    height: Floats
     by_omega: Floats
 
 
@@ -74,6 +76,7 @@ def facets(frame: Floats, s: Floats, height: float, omega: Floats) -> Facet:
         np.stack([g, s_t, v], axis=-1),
         gradient @ axes,
         axes[:, None].swapaxes(-1, -2) @ curvature @ axes[:, None],
+        z,
         np.stack([g_omega, s_t_omega, zero], axis=-1),
     )
 

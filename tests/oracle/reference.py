@@ -15,12 +15,12 @@ Zeros are a virgin point.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .facet import Facet, facets
+from .facet import Facet, facets, uphill_axes
 
 Floats = NDArray[np.floating]
 Pattern = tuple[Floats, Floats]
@@ -217,7 +217,8 @@ def update(
     omega_old, work_old = _wear_histories(state, len(gamma))
 
     start = _start(parameters, frame, s_old + offset, state)
-    kinematics = s_new, contact, facet = _kinematics(parameters, frame, s + offset, start.omega)
+    omega, pressed = _omega(parameters, frame, s + offset, start)
+    kinematics = s_new, contact, facet = _kinematics(parameters, frame, s + offset, omega)
 
     returned = tau_d, slip, _, branch = _friction(parameters, contact, slip_old)
     release = _release_rate(parameters, start.straight, start.contact, slip_old)
@@ -229,13 +230,16 @@ def update(
         slope = np.where(gives_back[..., None], 0.0, slope)
     damage = alpha, slope
     traction, tangent = _assemble(parameters, frame, gamma, kinematics, damage, returned)
+    if pressed.any():
+        whole = s + offset, omega, alpha, slip_old
+        tangent = tangent + _crushing_tangent(parameters, frame, gamma, *whole, pressed)
 
     # Energies per unit area; the start of the increment is evaluated from the given state.
     strength_before = parameters.mu * alpha_old * _pressure(parameters, start.contact)
     strength = parameters.mu * alpha * _pressure(parameters, contact)
     friction = 0.5 * (strength_before + strength) * np.linalg.norm(slip - slip_old, axis=-1)
     drive = _driving_force(parameters, facet, alpha, tau_d)
-    wear = 0.5 * (np.maximum(start.drive, 0.0) + np.maximum(drive, 0.0)) * (start.omega - omega_old)
+    wear = 0.5 * (np.maximum(start.drive, 0.0) + np.maximum(drive, 0.0)) * (omega - omega_old)
     work = work_old + np.where(drive > 0.0, friction, 0.0)
 
     out = np.empty(state.shape, traction.dtype)
@@ -247,7 +251,7 @@ def update(
     out[..., 5:8] = offset
     entries = [np.concatenate([alpha[..., None], slip], axis=-1)]
     if parameters.wears:
-        entries.append(np.stack([start.omega, work], axis=-1))
+        entries.append(np.stack([omega, work], axis=-1))
     out[..., HEADER:] = np.concatenate([entry.reshape(*lead, -1) for entry in entries], axis=-1)
     return Response(traction, out, tangent, branch, alpha > alpha_old)
 
@@ -318,9 +322,74 @@ def _crushed(parameters: Parameters, p: Floats) -> Floats:
     return np.where(x > 1e-2, 1.0 - np.log1p(x) / np.where(x > 0.0, x, 1.0), -series)
 
 
+def _omega(
+    parameters: Parameters, frame: Floats, s: Floats, start: _Start
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Worn share (..., k) of the facets after an increment to s, and whether the pressure there sets it.
+
+    The pressure of a facet and the share that it crushes belong together; bisection finds them.  A flank
+    below its foot is not crushed.
+    """
+    if parameters.crush == 0.0:
+        return start.omega, np.zeros(start.omega.shape, bool)
+
+    def missing(omega: Floats) -> Floats:
+        contact = _kinematics(parameters, frame, s, omega)[1]
+        return _crushed(parameters, _pressure(parameters, contact)) - omega
+
+    low, high = np.zeros_like(start.omega), np.ones_like(start.omega)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        more = missing(middle) > 0.0
+        low, high = np.where(more, middle, low), np.where(more, high, middle)
+    axes, _ = uphill_axes(frame)
+    above = np.einsum("ka,...a->...k", axes[:, 1], s) >= 0.0
+    pressed = start.crushable & above & (low > start.omega)
+    return np.where(pressed, low, start.omega), pressed
+
+
+def _crushing_tangent(
+    parameters: Parameters,
+    frame: Floats,
+    gamma: Floats,
+    s: Floats,
+    omega: Floats,
+    alpha: Floats,
+    slip_old: Floats,
+    pressed: NDArray[np.bool_],
+) -> Floats:
+    """Derivative (..., 3, 3) of the traction by the separation through the shares that its pressure crushes.
+
+    The traction is differentiated by omega with central differences, the pressure on the left of zero.
+    """
+    _, contact, facet = _kinematics(parameters, frame, s, omega)
+    p, step = _pressure(parameters, contact), 1e-6
+    by_gap = (_crushed(parameters, p * (1 + step)) - _crushed(parameters, p * (1 - step))) / np.where(
+        p > 0.0, 2.0 * step * p, 1.0
+    )
+    by_gap = by_gap * _stiffness(parameters, contact)
+    rate = np.where(pressed, -by_gap / (1.0 + by_gap * facet.by_omega[..., 0]), 0.0)
+
+    def tractions(omega: Floats) -> Floats:
+        _, contact, facet = _kinematics(parameters, frame, s, omega)
+        tau_d = _friction(parameters, contact, slip_old)[0]
+        sigma = np.concatenate([-_pressure(parameters, contact)[..., None], tau_d], axis=-1)
+        return np.einsum("...kab,...ka->...kb", facet.gradient, alpha[..., None] * sigma)
+
+    # a step that is small beside the gap and the elastic slip
+    length = np.abs(contact[..., 0]) + np.linalg.norm(contact[..., 1:] - slip_old, axis=-1)
+    size = np.abs(facet.by_omega).max(axis=-1)
+    step = 1e-5 * np.where(size > 0.0, length / np.where(size > 0.0, size, 1.0), 0.0) + 1e-12
+    slope = (tractions(omega + step) - tractions(omega - step)) / (2.0 * step)[..., None]
+    return np.einsum("k,...ka,...k,...kb->...ab", gamma, slope, rate, facet.gradient[..., 0, :])
+
+
 @dataclass(frozen=True)
 class _Start:
-    """Start of an increment: separations and facets there, friction traction, driving force, omega in it."""
+    """Start of an increment: separations and facets there, friction traction, driving force.
+
+    omega: of the frictional work so far; crushable: whether the pressure may crush a facet in the increment.
+    """
 
     straight: Floats
     contact: Floats
@@ -328,25 +397,24 @@ class _Start:
     tau_d: Floats
     drive: Floats
     omega: Floats
+    crushable: NDArray[np.bool_]
 
 
 def _start(parameters: Parameters, frame: Floats, s_old: Floats, state: Floats) -> _Start:
-    """Start of an increment at s_old (..., 3), the offset included; its wear is known there already."""
+    """Start of an increment at s_old (..., 3), the offset included; wear by work is known there already."""
     alpha, slip = _histories(parameters, state, len(frame))
     omega, work = _wear_histories(state, len(frame))
     straight, contact, facet = _kinematics(parameters, frame, s_old, omega)
     tau_d = parameters.Kt * (contact[..., 1:] - slip)
     drive = _driving_force(parameters, facet, alpha, tau_d)
-    if parameters.wears:
-        reached = np.maximum(omega, -np.expm1(-work / parameters.W0) if parameters.W0 > 0.0 else 0.0)
-        crushed = np.maximum(omega, _crushed(parameters, _pressure(parameters, contact)))
-        # a driving force that is zero but for rounding is not negative
-        slope = frame[:, 1, 0] / frame[:, 0, 0]
-        stress = _pressure(parameters, contact) + np.abs(tau_d[..., 0])
-        length = slope * (np.abs(contact[..., 0]) + np.linalg.norm(s_old, axis=-1)[..., None])
-        allowed = (drive >= -8.0 * np.finfo(float).eps * stress * length) & (slope > PARALLEL)
-        omega = np.maximum(np.where(drive > 0.0, reached, omega), np.where(allowed, crushed, omega))
-    return _Start(straight, contact, facet, tau_d, drive, omega)
+    if parameters.W0 > 0.0:
+        omega = np.where(drive > 0.0, np.maximum(omega, -np.expm1(-work / parameters.W0)), omega)
+    # a damaged facet must have been climbed, and its wear must open the contact
+    crushable = frame[:, 1, 0] / frame[:, 0, 0] > PARALLEL
+    if facet is not None:
+        climbed = (facet.height > 0.0) & (facet.by_omega[..., 0] >= 0.0)
+        crushable = crushable & (climbed | (alpha == 0.0))
+    return _Start(straight, contact, facet, tau_d, drive, omega, crushable)
 
 
 def _rounding(parameters: Parameters, s_before: Floats, s_new: Floats) -> Floats:
@@ -545,6 +613,7 @@ def _closing(parameters: Parameters, s: Floats) -> Floats:
 TOLERANCE = 1.0e-12
 """Accepted residual of the normal traction, as a fraction of sigma0 + |sigma_N|."""
 
+
 def confined_slip(
     parameters: Parameters,
     pattern: Pattern,
@@ -593,13 +662,12 @@ class _HeldPoint:
         self.s = np.zeros((lanes, 3))
         self.traction = np.zeros((lanes, 3))
         self.work = np.zeros(lanes)
-        self.omega = np.zeros((lanes, len(pattern[1])))
         self.state = np.tile(virgin(pattern, parameters.wears), (lanes, 1))
 
     def advance(self, s_T: Floats, sigma_N: Floats) -> None:
         """Move every lane to s_T (B, 2) and sigma_N (B,); a lane without equilibrium is NaN from then on."""
         alive = np.isfinite(self.s[:, 0])
-        self.omega = _start(self.parameters, self.frame, self.s, self.state).omega
+        self.start = _start(self.parameters, self.frame, self.s, self.state)
         s = np.concatenate([self.s[:, :1], s_T], axis=-1)
         trusted = np.zeros(len(s), dtype=bool)
         trusted[alive] = self._newton(s, sigma_N, np.flatnonzero(alive))
@@ -617,11 +685,16 @@ class _HeldPoint:
     def _normal(self, s: Floats, lanes: NDArray[np.intp] | int) -> tuple[Floats, Floats]:
         """Normal traction (...) and its slope dt_N/ds_N at trial separations (..., 3) of lanes."""
         alpha_old, slip_old = _histories(self.parameters, self.state[lanes], len(self.pattern[1]))
-        kinematics = straight, contact, _ = _kinematics(self.parameters, self.frame, s, self.omega[lanes])
+        start = replace(self.start, omega=self.start.omega[lanes], crushable=self.start.crushable[lanes])
+        omega, pressed = _omega(self.parameters, self.frame, s, start)
+        kinematics = straight, contact, _ = _kinematics(self.parameters, self.frame, s, omega)
         damage = _damage(self.parameters, straight, alpha_old)
         friction = _friction(self.parameters, contact, slip_old)
         gamma = self.pattern[1]
         traction, tangent = _assemble(self.parameters, self.frame, gamma, kinematics, damage, friction)
+        if pressed.any():
+            whole = s, omega, damage[0], slip_old, pressed
+            tangent = tangent + _crushing_tangent(self.parameters, self.frame, gamma, *whole)
         return traction[..., 0], tangent[..., 0, 0]
 
     def _tolerance(self, sigma_N: Floats) -> Floats:
