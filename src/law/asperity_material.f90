@@ -102,8 +102,8 @@ contains
       range(2)) return
     if (material%curved) then
       if (max(material%inv_w0, material%kt_crush, material%height, slope**2) > most) return
-      ! the squares of the pressure over `crush` and of its derivative by the closure
-      if (stiffer*material%kc_kt*max(1.0_wp, factor*reach)*material%kt_crush > most) return
+      ! the square of the pressure over `crush`
+      if (factor*stiffer*material%kc_kt*reach*material%kt_crush > most) return
       ! the curvature of the separation of a facet
       if (material%height > 0.0_wp .and. factor*slope**2*reach > range(2)*material%height**2) return
     end if

@@ -410,7 +410,7 @@ def _start(parameters: Parameters, frame: Floats, s_old: Floats, state: Floats) 
     if parameters.W0 > 0.0:
         omega = np.where(drive > 0.0, np.maximum(omega, -np.expm1(-work / parameters.W0)), omega)
     # a damaged facet must have been climbed, and its wear must open the contact
-    crushable = frame[:, 1, 0] / frame[:, 0, 0] > PARALLEL
+    crushable = np.broadcast_to(frame[:, 1, 0] / frame[:, 0, 0] > PARALLEL, alpha.shape)
     if facet is not None:
         climbed = (facet.height > 0.0) & (facet.by_omega[..., 0] >= 0.0)
         crushable = crushable & (climbed | (alpha == 0.0))
