@@ -1,6 +1,6 @@
 # Runs the shipped cases that ONLY names; one that expects an end (&expect) fails where it ends otherwise. Called by
 # CTest with DRIVER, CASES, ONLY, WORK.
-file(GLOB cases ${CASES}/${ONLY}.nml)
+file(GLOB cases ${CASES}/${ONLY}.nml ${CASES}/stability/${ONLY}.nml)
 file(REMOVE_RECURSE ${WORK})
 file(MAKE_DIRECTORY ${WORK})
 set(passed 0)

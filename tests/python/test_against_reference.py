@@ -186,6 +186,3 @@ def test_slip_tests_of_the_driver(name: str, tmp_path: Path) -> None:
         assert_rows(own.traction[whole], own.state[whole], own.work[whole], part, FOLLOWED)
         # t_N hardly depends on s_N near a loss
         assert_within("s_N", s[part, :1], own.separation[whole, :1], 10.0 * FOLLOWED * largest[part])
-
-
-

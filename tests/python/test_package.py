@@ -446,4 +446,3 @@ def test_c_update_is_the_package() -> None:
         assert (out.status, out.message) == (0, "")
         assert np.array_equal(out.stress.T, expected.traction) and np.array_equal(out.state.T, expected.state)
         assert given is None or np.array_equal(out.tangent.transpose(2, 1, 0), expected.tangent)
-

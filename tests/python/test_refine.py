@@ -189,4 +189,3 @@ def test_driver_finds_the_onset(run):
     result = run("&case tolerance = 1e-4 /\n" + MATERIAL + RP_4 + "&step t_N = 0.0, slip = 0.25 /\n")
     onset = next(i for i, events in enumerate(result.events) if "onset" in events)
     assert S_0 < result["s_Tx"][onset] < S_0 + 1e-2 * S_F
-

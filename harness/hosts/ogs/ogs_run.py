@@ -106,8 +106,8 @@ def write_paraview(pvd: Path, mesh: Path, run: Run, interface: Interface, h: flo
     cells, layer = whole.cells_dict["quad"], np.concatenate(whole.cell_data["MaterialIDs"]) == 1
     nodes, rows = whole.points[:, :2], []
     for time, step in zip(*run.steps(), strict=True):
-        mesh = nodes, step["displacement"], "quad", cells[~layer], cells[layer]
-        rows.append(paraview.Step(float(time), *mesh, *of_points(step, layer, interface, h)))
+        moved = nodes, step["displacement"], "quad", cells[~layer], cells[layer]
+        rows.append(paraview.Step(float(time), *moved, *of_points(step, layer, interface, h)))
     paraview.write(pvd, rows)
 
 
