@@ -134,7 +134,7 @@ def wait_for(browser: webdriver.Chrome, selector: str) -> list[str]:
     ("words", "page"),
     [
         ("snap", "docs/solver"),
-        ("new_interface", "api/fortran/asperity_interface"),
+        ("new_interface", "files/src/law/asperity_interface.f90"),
         ("OOFEM", "docs/how-to/fe-programs"),
     ],
 )

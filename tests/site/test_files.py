@@ -25,11 +25,12 @@ def test_nothing_is_loaded_from_elsewhere(pages: dict[Path, Page]) -> None:
 
 
 def test_every_page_of_the_repository_is_there(pages: dict[Path, Page]) -> None:
-    """Each Markdown page has a page of the site, and each installed module a page of the reference."""
+    """Each Markdown page has a page of the site, as have the C header and the public Fortran sources."""
     sources = {*ROOT.glob("[A-Z]*.md"), *(ROOT / "docs").rglob("*.md")} - {ROOT / "docs/paper/paper.md"}
     names = [re.sub(r"(^|/)README$", r"\1index", str(s.relative_to(ROOT).with_suffix(""))) for s in sources]
-    modules = ("interface", "contract", "points", "initial", "kinds", "umat", "vumat")
-    names += [f"api/fortran/asperity_{name}" for name in modules] + ["api/python", "files/src/asperity.h"]
+    fortran = [f"law/asperity_{name}" for name in ("interface", "points", "contract", "kinds")]
+    fortran += ["solver/asperity_initial", "adapters/asperity_umat", "adapters/asperity_vumat"]
+    names += [f"files/src/{name}.f90" for name in fortran] + ["files/src/asperity.h", "api/python"]
     wanted = {SITE / (f"{name}.html" if name.endswith("index") else f"{name}/index.html") for name in names}
     assert len(wanted) > 50 and wanted - set(pages) == set()
 
@@ -56,11 +57,7 @@ def test_gallery_has_small_pictures(pages: dict[Path, Page]) -> None:
 def test_api_has_comments() -> None:
     """Comments of Fortran, C and Python are in the reference."""
     for name, words in {
-        "api/fortran/asperity_points": [
-            "Checked entry to the law",
-            "number of the first bad point",
-            "pure function",
-        ],
+        "files/src/law/asperity_points.f90": ["Checked entry to the law", "first bad point", "update_points"],
         "files/src/asperity.h": ["Update n points over one increment", "tangent", "asperity_update"],
         "api/python": ["Take n points over one increment", "EquilibriumLost", "confined_slip"],
     }.items():
