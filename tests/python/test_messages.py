@@ -184,7 +184,7 @@ ROWS: list[tuple[Callable[[], object], str]] = [
     (lambda: spread(levels=[0.5, 0.1]), "expected increasing numbers between 0 and 1"),
     (lambda: spread(correlations={("mu", "theta"): 0.2, ("theta", "mu"): 0.9}), "given twice"),
     (lambda: planes_from_scan(BOWL, direction=NAN), "direction = nan: expected a finite angle"),
-    (lambda: planes_from_scan(BOWL, directions=0), "directions = 0: expected a whole number, 1 to"),
+    (lambda: planes_from_scan(BOWL, directions=0), "directions = 0: expected a whole number, 2 to"),
     (lambda: planes_from_scan(BOWL, bins=2.5), "bins = 2.5: expected a whole number"),
     (lambda: planes_from_scan(BOWL, flat_below=100.0), "flat_below = 100.0: expected degrees, 0 to below 90"),
     (lambda: planes_from_scan(np.zeros((9, 9))), r"scan = .*: expected a file, or Scan\(x, y, z\) of arrays"),

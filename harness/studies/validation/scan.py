@@ -34,7 +34,7 @@ LIMITS = np.linspace(0.0, 0.98, 50)
 
 def sampled(scan: Scan, step: int) -> Facets:
     """Facets of the profile at a sampling length."""
-    return facets(scan.sampled(step * scan.spacing))
+    return facets(scan.sampled(step * scan.steps[1]))
 
 
 def facing(found: Facets, direction: float) -> tuple[Floats, Floats]:
@@ -61,7 +61,7 @@ def by_direction(found: Facets, direction: float) -> Constants:
 def by_length(scan: Scan, step: int) -> Constants:
     """Measures of a profile at a sampling length."""
     found = sampled(scan, step)
-    row = {"sampling [mm]": step * scan.spacing, "rms slope": found.rms_slope}
+    row = {"sampling [mm]": step * scan.steps[1], "rms slope": found.rms_slope}
     uphill = found.slips(np.array([*DIRECTIONS.values()]), 0.0).uphill[1]
     row |= {f"{name}: rms uphill": float(one) for name, one in zip(DIRECTIONS, uphill, strict=True)}
     return row | {"theta of RT [°]": nearest_regular(found, None, 2).theta}
@@ -108,7 +108,7 @@ def draw(_: Mapping[str, Constants]) -> Figure:
     steps = np.unique(np.geomspace(1, 300, 16).round().astype(int))
     thetas = [nearest_regular(sampled(scan, int(step)), None, 2).theta for step in steps]
     label = "nearest RT of the profile"
-    angle.semilogx(steps * scan.spacing, thetas, "o-", color=BLUE, markersize=3, label=label)
+    angle.semilogx(steps * scan.steps[1], thetas, "o-", color=BLUE, markersize=3, label=label)
     for name, style in zip(granite.SPECIMENS, ("--", ":"), strict=True):
         theta = granite.closed_form(name)["theta"]
         angle.axhline(theta, linestyle=style, color=ORANGE, label=f"{name}, stages 5 and 6")

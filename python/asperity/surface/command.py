@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -10,17 +11,15 @@ import numpy as np
 from .. import contract
 from ..case_files import read_case
 from ..case_writer import pattern_text
-from ..fit.units import size
 from ..interface import Interface
 from ..material import Material
-from ..options import add_options, add_output, assigned, check_outputs, progress_bar, replace_file
+from ..options import add_options, add_output, check_outputs, numbers, progress_bar, replace_file
 from ..pattern import Pattern
 from ..remarks import shown_warnings
 from . import slopes
-from .report import ROUNDING, remarks, report
-from .scan import lengths_of
+from .scan import EVEN, Scan
 from .scan_files import read_scan
-from .slopes import Facets, Planes
+from .slopes import FLATNESS, Facets, Planes, Slips
 
 MU = 0.5
 """Friction for the residual strength where no material is given (Table 2 of the paper)."""
@@ -31,6 +30,21 @@ HEADING = "! Pattern of asperity surface.\n"
 
 REQUIRED = tuple(row.name for row in contract.props_table() if row.default is None)
 """Constants of a material that have no default."""
+
+ROUNDING = 1.0e-9
+"""Errors and angles (degrees) below this are shown as 0."""
+
+PLAUSIBLE = (3.0e-3, 3.0)
+"""Rms slopes beyond these give a remark, because z may be in another unit than x."""
+
+GROWTH = 1.1
+"""A remark is printed if half the sampling length raises the rms slope by this factor."""
+
+UNLIKE = 1.5
+"""Ratio of the largest to the smallest spacing that gives a remark, because slopes depend on the spacing."""
+
+PERCENT = (50, 90, 99, 100)
+"""Percentiles of the inclination that are printed."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,7 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--planes N", "largest number of listed planes; it sets the bins", int),
         ("--flat-below DEG", "facets inclined by at most this form the flat plane (default: 0)", float),
         ("--direction DEG", "direction of the profile, or of the first sector, from Tx towards Ty", 0.0),
-        ("--material NAME=VALUE,...", constants, _material),
+        ("--material NAME=VALUE,...", constants, str),
     )
     add_options(
         parser,
@@ -79,10 +93,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def props_line(pattern: Pattern, material: Material | None) -> str:
     """PROPS of a pattern; without a material the names of its constants stand for their values."""
     if material is not None:
-        values = Interface(material, pattern).props()
+        values, names = Interface(material, pattern).props(), ()
     else:
-        values = contract.pack(pattern.values(), pattern.constants())[len(REQUIRED) :]
-    return ", ".join([*(REQUIRED if material is None else ()), *(f"{value:.9g}" for value in values)])
+        values, names = contract.pack(pattern.values(), pattern.constants())[len(REQUIRED) :], REQUIRED
+    return ", ".join([*names, *(f"{value:.9g}" for value in values)])
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -90,35 +104,33 @@ def _run(options: argparse.Namespace) -> int:
     _check(options)
     table, png, case = _outputs(options)
     template = None if options.case is None else read_case(options.case)
-    material = options.material if template is None else template.runs[0].material
-    if template is not None and any(run.material != material for run in template.runs):
+    if template is not None and any(run.material != template.runs[0].material for run in template.runs):
         raise ValueError(f"{template.path}: &material: expected numbers, not the name of a sweep")
+    material = _material(options.material) if template is None else template.runs[0].material
     mu = MU if material is None else material.mu
     with shown_warnings():
-        original = scan = read_scan(options.scan, options.spacing, options.unit)
-    if options.smooth is not None:
-        scan = scan.smoothed(options.smooth)
-    smooth = scan
-    if options.sampling is not None:
-        scan = scan.sampled(options.sampling)
+        original = read_scan(options.scan, options.spacing, options.unit)
+    smooth = original if options.smooth is None else original.smoothed(options.smooth)
+    scan = smooth if options.sampling is None else smooth.sampled(options.sampling)
     found = slopes.facets(scan, options.direction)
     if found.profile and options.sides not in (None, 2):
         raise ValueError(f"--sides {options.sides}: expected 2 for a profile, which knows one direction")
-    listed, label, fewer = _listed(options, found)
+    listed, label = _listed(options, found)
     angles = slopes.directions_of(found, options.direction)
-    lengths = lengths_of(smooth)
-    with progress_bar(len(angles) + len(lengths), "step") as bar:
+    with progress_bar(len(angles) + len(smooth.lengths), "step") as bar:
         slips = found.slips(angles, mu, bar.update)
         regular = slopes.nearest_regular(found, slips, options.sides or 0, options.direction)
         rows = []
-        for length in lengths:
+        for length in smooth.lengths:
             part = slopes.facets(smooth.sampled(length), options.direction)
             like = slopes.nearest_regular(part, None, regular.m or 2, options.direction)
-            angle, flat = (like.theta, like.flat) if like.m else (0.0, 1.0)
-            rows.append((length, part.mean_slope, part.rms_slope, angle, flat))
+            rows.append((length, part.mean_slope, part.rms_slope, like.theta, like.flat if like.m else 1.0))
             bar.update()
-        scales = np.array(rows)
-    print("\n".join(report(original, scan, found, slips, options)))
+    points, extent = (" x ".join(f"{f(axis):g}" for axis in original.axes) for f in (len, np.ptp))
+    filtered = "" if options.smooth is None else f", smoothed over {options.smooth:g}"
+    kind = "profile" if scan.y is None else "map"
+    print(f"scan        {kind}, {points} points, {extent} {scan.unit}{filtered}")
+    print(report(scan, found, slips))
     print(f"\n{'pattern':<22}planes  mean slope    fabric    uphill  residual    listed")
     of_listed = Planes.of(listed).slips(angles, mu).residual
     for pattern in (listed, regular):
@@ -126,9 +138,9 @@ def _run(options: argparse.Namespace) -> int:
         start = f"{_name(pattern):<22}{len(pattern.weights):>6}{texts[0]:>12}"
         print(start + "".join(f"{text:>10}" for text in texts[1:]))
     print(f"\n{f'sampling, {scan.unit}':>14}{'mean slope':>12}{'rms slope':>12}{'theta':>8}{'flat':>8}")
-    for length, mean, rms, theta, flat in scales:
+    for length, mean, rms, theta, flat in rows:
         print(f"{length:>14.4g}{mean:>12.4f}{rms:>12.4f}{theta:>8.2f}{flat:>8.3f}")
-    doubts = [f"remark      {text}" for text in (*remarks(scan, found, options.direction), *fewer)]
+    doubts = [f"remark      {text}" for text in remarks(scan, found, options.direction)]
     print("\n".join(["", *doubts, ""]) if doubts else "")
     chosen = regular if options.regular else listed
     written = [table, png]
@@ -143,9 +155,49 @@ def _run(options: argparse.Namespace) -> int:
     if chosen is regular:  # the plane that is nearest to each facet in slope
         away = [np.hypot(*(found.gradients - one).T) for one in Planes.of(regular).gradients]
         label = np.argmin(away, axis=0)
-    draw(scan, found, (listed, regular), chosen, label, slips, scales, png, options.scan.name)
+    draw(scan, found, (listed, regular), chosen, label, slips, np.array(rows), png, options.scan.name)
     print("\n".join(map(str, written)))
     return 0
+
+
+def remarks(scan: Scan, found: Facets, direction: float) -> Iterator[str]:
+    """Remarks on units and scale."""
+    rms, unit, (low, high) = found.rms_slope, scan.unit, scan.steps
+    if rms > FLATNESS and not PLAUSIBLE[0] <= rms <= PLAUSIBLE[1]:
+        yield f"an rms slope of {rms:.2g} is unusual: are x and z in the same unit?"
+    if high > UNLIKE * low:
+        yield f"points are {low:g} to {high:g} {unit} apart; --sampling {high:g} gives them one scale"
+    if rms > FLATNESS and 2.0 * high <= scan.longest:
+        coarse = slopes.facets(scan.sampled(2.0 * high), direction).rms_slope
+        if rms > GROWTH * coarse:
+            yield (
+                f"the rms slope at {high:g} {unit} is {rms / coarse - 1.0:.0%} above that at {2.0 * high:g}: "
+                "there is no plateau, so the planes depend on the scale, which --sampling and --smooth set"
+            )
+
+
+def report(scan: Scan, found: Facets, slips: Slips) -> str:
+    """Lines that describe the facets of a scan."""
+    unit, (low, high), heights = scan.unit, scan.steps, scan.heights
+    apart = f"{high:g}" if high <= low * (1.0 + 2.0 * EVEN) else f"{low:g} to {high:g}"
+    order = np.argsort(found.slopes)
+    below = np.cumsum(found.nominal[order])
+    at = np.searchsorted(below, np.array(PERCENT) / 100 * below[-1]).clip(max=len(order) - 1)
+    angles = zip(PERCENT, found.inclination[order][at], strict=True)
+    steep = ", ".join(f"{p} %: {angle:.2f}" for p, angle in angles)
+    tilt, lean = (angle if angle > ROUNDING else 0.0 for angle in (found.tilt, scan.lean))
+    ends = (slips.residual.min(), slips.residual.max())
+    strengths = " to ".join("locks" if np.isinf(value) else f"{value:.4f}" for value in ends)
+    return "\n".join([
+        f"level       average plane inclined by {tilt:.4g} degrees, rotated to level; {lean:.3g} degrees "
+        "from the least-squares plane",
+        f"facets      {len(found.gamma)} at {apart} {unit}; true/nominal area {found.ratio:.4f}",
+        f"heights     rms {heights.std():.4g} {unit}, range {np.ptp(heights):.4g} {unit}",
+        f"slopes      mean {found.mean_slope:.4f}, rms {found.rms_slope:.4f} (tangent)",
+        f"inclined    {steep} degrees (fraction of the nominal area)",
+        f"residual    {strengths} |sigma_N| over {len(slips.angles)} directions, mu = {slips.mu:g}: set by "
+        "the steepest facet along the slip",
+    ])  # fmt: skip
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -157,19 +209,11 @@ def _check(options: argparse.Namespace) -> None:
         )
     if options.sides is not None and not options.regular:
         raise ValueError("--sides: expected with --regular, listed planes have no such number")
-    if options.bins is not None and options.planes is not None:
-        raise ValueError("--bins, --planes: expected one of them")
     if options.sides is not None and not 2 <= options.sides <= contract.MAX_INCLINED:
         raise ValueError(f"--sides {options.sides}: expected 2 to {contract.MAX_INCLINED}")
-    if not np.isfinite(options.direction):
-        raise ValueError(f"--direction {options.direction}: expected a finite angle")
-    if options.unit != "mm":
-        try:
-            size("length", options.unit)
-        except ValueError as error:
-            raise ValueError(f"--unit {error}") from None
-    if options.case is not None and options.material is not None:
-        raise ValueError("--case, --material: expected one of them, a case has its material")
+    for pair, why in (("bins planes", ""), ("case material", ", a case has its material")):
+        if all(getattr(options, name) is not None for name in pair.split()):
+            raise ValueError(f"--{pair.replace(' ', ', --')}: expected one of them{why}")
 
 
 def _outputs(options: argparse.Namespace) -> tuple[Path, Path, Path]:
@@ -185,50 +229,27 @@ def _outputs(options: argparse.Namespace) -> tuple[Path, Path, Path]:
     return table, png, case
 
 
+def _listed(options: argparse.Namespace, found: Facets) -> tuple[Pattern, np.ndarray]:
+    """Listed planes according to the options, and the plane of every facet."""
+    directions = (2 if found.profile else 8) if options.directions is None else options.directions
+    bins = 3 if options.bins is None else options.bins
+    if options.planes is not None:
+        if not directions < options.planes <= contract.MAX_INCLINED:
+            text = f"expected {directions + 1} to {contract.MAX_INCLINED} for {directions} directions"
+            raise ValueError(f"--planes {options.planes}: {text}")
+        bins = (options.planes - 1) // max(directions, 1)
+    return slopes.bin_facets(found, directions, bins, options.direction, options.flat_below or 0.0)
+
+
 def _shown(error: float) -> str:
     if np.isinf(error):
         return "locks"
     return f"{error:.1e}" if error > ROUNDING else "0"
 
 
-def _listed(options: argparse.Namespace, found: Facets) -> tuple[Pattern, np.ndarray, list[str]]:
-    """Listed planes according to the options, the plane of every facet, and a remark if planes are fewer."""
-    directions = options.directions or (2 if found.profile else 8)
-    if found.profile and directions != 2:
-        raise ValueError(f"--directions {directions}: expected 2 for a profile")
-    for name, least in (("directions", 2), ("bins", 1), ("planes", 1)):
-        value = getattr(options, name)
-        if value is not None and not least <= value <= contract.MAX_INCLINED:
-            raise ValueError(f"--{name} {value}: expected {least} to {contract.MAX_INCLINED}")
-    flat = 0.0 if options.flat_below is None else options.flat_below
-    if not 0.0 <= flat < 90.0:
-        raise ValueError(f"--flat-below {flat:g}: expected an angle from 0 to below 90 degrees")
-    bins = options.bins or 3
-    if options.planes is not None:
-        if options.planes < directions + 1:
-            raise ValueError(
-                f"--planes {options.planes}: expected at least {directions + 1} for {directions} directions"
-            )
-        bins = (options.planes - 1) // directions
-    if directions * bins + 1 > contract.MAX_INCLINED:
-        raise ValueError(
-            f"{directions} directions of {bins} bins and the flat plane are {directions * bins + 1} planes: "
-            f"expected at most {contract.MAX_INCLINED}"
-        )
-    listed, label = slopes.bin_facets(found, directions, bins, options.direction, flat)
-    fewer = (
-        f"--planes {options.planes} gives {len(listed.weights)}: {bins} bins in each of {directions} "
-        f"directions and a flat plane are {directions * bins + 1}, less those of bins with hardly any facets;"
-        " --directions changes this"
-    )
-    return listed, label, [fewer] * (len(listed.weights) < (options.planes or 0))
-
-
 def _name(pattern: Pattern) -> str:
-    if pattern.m < 0:
-        return "listed"
-    if pattern.m == 0:
-        return "flat"
+    if pattern.m <= 0:
+        return "listed" if pattern.m else "flat"
     return f"{'RT' if pattern.m == 2 else f'RP-{pattern.m}'}, {pattern.theta:.2f} deg"
 
 
@@ -249,11 +270,10 @@ def _lengths(text: str) -> tuple[float, ...]:
     return found
 
 
-def _material(text: str) -> Material:
-    try:
-        values = assigned(text.split(","))
-        if set(values) != set(REQUIRED):
-            raise ValueError("expected " + ",".join(f"{name}=VALUE" for name in REQUIRED))
-        return Material(**{name: contract.number(name, value) for name, value in values.items()})  # type: ignore[arg-type]
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"{text}: {error}") from None
+def _material(text: str | None) -> Material | None:
+    if text is None:
+        return None
+    values = {name: value for name, (value,) in numbers("--material", text.split(","), 1).items()}
+    if set(values) != set(REQUIRED):
+        raise ValueError(f"--material {text}: expected {','.join(f'{name}=VALUE' for name in REQUIRED)}")
+    return Material(**values)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import trapezoid
-from scipy.ndimage import correlate1d
+from scipy.ndimage import gaussian_filter1d
 
 from .. import contract
 from ..contract import Floats
@@ -17,8 +18,8 @@ LEAST_POINTS = 8
 EVEN = 0.05
 """Points count as evenly spaced if they deviate by at most this fraction of the spacing (rounded files)."""
 
-GAUSS = float(np.sqrt(np.log(2.0) / np.pi))
-"""Constant alpha of the Gaussian filter: a wave of the cut-off length is halved (ISO 16610-21)."""
+DEVIATION = float(np.sqrt(0.5 * np.log(2.0)) / np.pi)
+"""Of the Gaussian filter over its cut-off length, a wave of which it halves (ISO 16610-21)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,129 +49,112 @@ class Scan:
             raise ValueError(f"z has shape {self.z.shape}: expected (ny, nx) = {expected}")
 
     @property
-    def is_profile(self) -> bool:
-        """Whether the scan is a profile."""
-        return self.y is None
+    def axes(self) -> tuple[Floats, ...]:
+        """Positions along x and, of a map, along y."""
+        return (self.x,) if self.y is None else (self.x, self.y)
 
     @property
-    def spacing(self) -> float:
-        """Largest distance of neighbouring points along an axis, length."""
-        return max(float(np.diff(axis).max()) for axis in self.axes)
+    def steps(self) -> tuple[float, float]:
+        """Smallest and largest distance of neighbouring points along an axis, length."""
+        apart = np.concatenate([np.diff(axis) for axis in self.axes])
+        return float(apart.min()), float(apart.max())
 
     @property
     def extent(self) -> float:
         """Shortest side, length."""
-        return min(float(axis[-1] - axis[0]) for axis in self.axes)
+        return float(min(map(np.ptp, self.axes)))
 
-    def steps(self) -> tuple[float, float]:
-        """Smallest and largest distance of neighbouring points along an axis, length."""
-        return min(float(np.diff(axis).min()) for axis in self.axes), self.spacing
+    @property
+    def longest(self) -> float:
+        """Longest sampling length with LEAST_POINTS points, up to rounding."""
+        return self.extent / (LEAST_POINTS - 1) * (1.0 + 1.0e-9)
+
+    @property
+    def lengths(self) -> Floats:
+        """Sampling lengths: the largest distance of points, twice that, and so on."""
+        count = int(np.floor(np.log2(self.longest / self.steps[1]))) + 1
+        return self.steps[1] * 2.0 ** np.arange(max(count, 1))
+
+    @property
+    def gradient(self) -> tuple[float, float]:
+        """Slopes of the average plane along x and y; means are by the trapezoid rule, as for facets."""
+        along = (self.z[:, -1] - self.z[:, 0]) / np.ptp(self.x)
+        if self.y is None:
+            return float(along[0]), 0.0
+        across = (self.z[-1] - self.z[0]) / np.ptp(self.y)
+        return trapezoid(along, self.y) / np.ptp(self.y), trapezoid(across, self.x) / np.ptp(self.x)
+
+    @property
+    def plane(self) -> Floats:
+        """Heights (ny, nx) of the average plane, zero at the first point."""
+        a, b = self.gradient
+        y = np.zeros(1) if self.y is None else self.y - self.y[0]
+        return np.add.outer(b * y, a * (self.x - self.x[0]))
+
+    @property
+    def heights(self) -> Floats:
+        """Distances (ny, nx) from the average plane, perpendicular to it; their mean is 0."""
+        z = self.z - self.plane
+        return (z - z.mean()) / np.hypot(1.0, np.hypot(*self.gradient))
+
+    @property
+    def lean(self) -> float:
+        """Angle between the average plane and that of least squares, degrees, due to the ends of the scan."""
+        fitted = [np.polyfit(axis, self.z.mean(axis=k), 1)[0] for k, axis in enumerate(self.axes)]
+        one, other = (1.0, *fitted, 0.0)[:3], (1.0, *self.gradient)
+        return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(one, other)), np.dot(one, other))))
 
     def sampled(self, length: float) -> Scan:
         """Scan with points `length` apart, by straight lines between the given points.
 
         Raises ValueError for a length shorter than the spacing or one that leaves too few points.
         """
-        if not length >= self.spacing * (1.0 - 1.0e-9):
-            raise ValueError(f"sampling length {length:g}: expected at least the spacing, {self.spacing:g}")
-        if not length <= longest(self):
-            raise ValueError(
-                f"sampling length {length:g}: expected at most {longest(self):g}, for {LEAST_POINTS} points"
-            )
-        x, z = _interpolated(self.x, self.z, length)
-        if self.y is None:
-            return Scan(x, None, z, self.unit)
-        y, z = _interpolated(self.y, z.T, length)
-        return Scan(x, y, z.T, self.unit)
+        least = self.steps[1]
+        if not least * (1.0 - 1.0e-9) <= length <= self.longest:
+            limit = f"at least the spacing, {least:g}"
+            if length > least:
+                limit = f"at most {self.longest:g}, for {LEAST_POINTS} points"
+            raise ValueError(f"sampling length {length:g}: expected {limit}")
+
+        def interpolated(x: Floats, z: Floats) -> tuple[Floats, Floats]:
+            at = x[0] + length * np.arange(int(np.floor(np.ptp(x) / length + 1.0e-9)) + 1)
+            return at, np.array([np.interp(at, x, row) for row in z])
+
+        return self._along(self.z, interpolated)
 
     def smoothed(self, cut_off: float) -> Scan:
         """Scan after a Gaussian filter of this cut-off length, which preserves the mean plane.
 
-        Raises ValueError where the points are not evenly spaced or the length is not above the spacing.
+        Near the ends it is the mean of the points that are there.  Raises ValueError where the points are not
+        evenly spaced or the length is not above the spacing.
         """
-        if not self.spacing < cut_off <= self.extent:
+        if not self.steps[1] < cut_off <= self.extent:
             raise ValueError(
-                f"smoothing length {cut_off:g}: expected more than the spacing, {self.spacing:g}, "
+                f"smoothing length {cut_off:g}: expected more than the spacing, {self.steps[1]:g}, "
                 f"and at most {self.extent:g}"
             )
-        plane = _mean_plane(self)
-        z = _filtered(self.x, self.z - plane, cut_off)
-        if self.y is not None:
-            z = _filtered(self.y, z.T, cut_off).T
-        return Scan(self.x, self.y, z + plane, self.unit)
 
-    def heights(self) -> Floats:
-        """Distances (ny, nx) from the average plane, perpendicular to it; their mean is 0."""
-        z = self.z - _mean_plane(self)
-        levelled: Floats = (z - z.mean()) / np.hypot(1.0, np.hypot(*_mean_gradient(self)))
-        return levelled
+        def filtered(x: Floats, z: Floats) -> tuple[Floats, Floats]:
+            steps = np.diff(x)
+            if np.abs(x - even(x)).max() > EVEN * steps.mean():
+                apart = f"{steps.min():g} to {steps.max():g} apart"
+                raise ValueError(f"smoothing: the points are {apart}: expected even spacing")
+            size = DEVIATION * cut_off / steps.mean()
+            form = {"sigma": size, "mode": "constant", "truncate": 6.0}
+            return x, gaussian_filter1d(z, **form) / gaussian_filter1d(np.ones(len(x)), **form)
 
-    def lean(self) -> float:
-        """Angle between the average plane and that of least squares, degrees, due to the ends of the scan."""
-        a = np.polyfit(self.x - self.x.mean(), self.z.mean(axis=0), 1)[0]
-        b = 0.0 if self.y is None else np.polyfit(self.y - self.y.mean(), self.z.mean(axis=1), 1)[0]
-        fitted, average = np.array([[1.0, a, b], [1.0, *_mean_gradient(self)]])
-        return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(fitted, average)), fitted @ average)))
+        scan = self._along(self.z - self.plane, filtered)
+        return Scan(scan.x, scan.y, scan.z + self.plane, self.unit)
 
-    @property
-    def axes(self) -> tuple[Floats, ...]:
-        """Positions along x and, of a map, along y."""
-        return (self.x,) if self.y is None else (self.x, self.y)
+    def _along(self, z: Floats, change: Callable[[Floats, Floats], tuple[Floats, Floats]]) -> Scan:
+        """Scan with heights z after a change of positions and rows of heights along x, and along y."""
+        x, z = change(self.x, z)
+        if self.y is None:
+            return Scan(x, None, z, self.unit)
+        y, z = change(self.y, z.T)
+        return Scan(x, y, z.T, self.unit)
 
 
 def even(axis: Floats) -> Floats:
     """Evenly spaced positions from the first to the last; their number is the same."""
-    places: Floats = np.linspace(axis[0], axis[-1], len(axis))
-    return places
-
-
-def longest(scan: Scan) -> float:
-    """Longest sampling length with LEAST_POINTS points, up to rounding."""
-    return scan.extent / (LEAST_POINTS - 1) * (1.0 + 1.0e-9)
-
-
-def lengths_of(scan: Scan) -> Floats:
-    """Sampling lengths: the spacing, twice the spacing, and so on."""
-    count = int(np.floor(np.log2(longest(scan) / scan.spacing))) + 1
-    lengths: Floats = scan.spacing * 2.0 ** np.arange(max(count, 1))
-    return lengths
-
-
-def _mean_gradient(scan: Scan) -> tuple[float, float]:
-    """Slopes of the average plane along x and y."""
-    total = (scan.z[:, -1] - scan.z[:, 0]) / (scan.x[-1] - scan.x[0])
-    if scan.y is None:
-        return float(total[0]), 0.0
-    # the mean over a side is by the trapezoid rule, as for the facets
-    sides = (scan.z[-1] - scan.z[0]) / (scan.y[-1] - scan.y[0])
-    a, b = trapezoid(total, scan.y), trapezoid(sides, scan.x)
-    return float(a / (scan.y[-1] - scan.y[0])), float(b / (scan.x[-1] - scan.x[0]))
-
-
-def _mean_plane(scan: Scan) -> Floats:
-    """Heights of the average plane, zero at the first point, (ny, nx)."""
-    a, b = _mean_gradient(scan)
-    y = np.zeros(1) if scan.y is None else scan.y - scan.y[0]
-    plane: Floats = np.add.outer(b * y, a * (scan.x - scan.x[0]))
-    return plane
-
-
-def _interpolated(x: Floats, z: Floats, length: float) -> tuple[Floats, Floats]:
-    """Points at the distance `length` from each other, and the heights (..., n) there."""
-    at = x[0] + length * np.arange(int(np.floor((x[-1] - x[0]) / length + 1.0e-9)) + 1)
-    return at, np.array([np.interp(at, x, row) for row in z])
-
-
-def _filtered(x: Floats, z: Floats, cut_off: float) -> Floats:
-    """Gaussian mean along the rows; at the ends it is the mean of the existing points."""
-    steps = np.diff(x)
-    if np.abs(x - even(x)).max() > EVEN * steps.mean():
-        raise ValueError(
-            f"smoothing: the points are {steps.min():g} to {steps.max():g} apart: expected even spacing"
-        )
-    reach = min(int(np.ceil(cut_off / steps.mean())), len(x) - 1)
-    kernel = np.exp(-np.pi * (np.arange(-reach, reach + 1) * steps.mean() / (GAUSS * cut_off)) ** 2)
-    found: Floats = correlate1d(z, kernel, mode="constant") / correlate1d(
-        np.ones(len(x)), kernel, mode="constant"
-    )
-    return found
+    return np.linspace(axis[0], axis[-1], len(axis))

@@ -41,12 +41,13 @@ def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "m
     become heights on a grid of that spacing.  Holes are filled straight between the points around, and a
     ModelWarning has their number.  Raises ValueError with line and value.
     """
+    if unit != "mm":
+        _size(path, unit)
     if path.suffix.lower() in MESHES:
         return _surface(path, spacing, unit)
     table = read_table(path, "a CSV with a profile or a height map")
-    header = ", ".join(
-        name + (f" [{unit}]" if unit else "") for name, unit in zip(table.names, table.units, strict=True)
-    )
+    titles = zip(table.names, table.units, strict=True)
+    header = ", ".join(name + (f" [{given}]" if given else "") for name, given in titles)
     if not len(table.cells):
         raise ValueError(f"{path}: expected rows of numbers")
     places = range(table.cells.shape[1])
@@ -55,31 +56,34 @@ def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "m
             raise ValueError(f"{path}: {header}: expected a matrix of numbers, as --spacing says")
         names = [str(i + 1) for i in places]
         z = table.numbers(places, names, names)
-        dx, dy = spacing[0], spacing[-1]
-        _enough(path, "columns", z.shape[1])
-        _enough(path, "rows", z.shape[0])
-        return _filled(path, *np.meshgrid(dx * np.arange(z.shape[1]), dy * np.arange(z.shape[0])), z, unit)
-    if not header and len(places) not in (2, 3):
-        raise ValueError(f"{path}: {len(places)} columns without names: {EXPECTED}")
-    names = [name.lower() for name in table.names] or list("xyz" if len(places) == 3 else "xz")
+        x, y = (step * np.arange(n) for step, n in zip((spacing[0], spacing[-1]), z.shape[::-1], strict=True))
+        _enough(path, "columns", len(x))
+        _enough(path, "rows", len(y))
+        return _filled(path, *np.meshgrid(x, y), z, unit)
+    names = [name.lower() for name in table.names] or {2: ["x", "z"], 3: ["x", "y", "z"]}.get(len(places), [])
     if sorted(names) not in (["x", "z"], ["x", "y", "z"]):
-        raise ValueError(f"{path}: columns {header}: {EXPECTED}")
+        found = f"columns {header}" if header else f"{len(places)} columns without names"
+        raise ValueError(f"{path}: {found}: {EXPECTED}")
     if any(table.units) and not all(table.units):
         raise ValueError(f"{path}: columns {header}: expected a unit for all or none, as x [mm]")
     units = [given for given in table.units if given] or [unit] * len(names)
     unit = units[names.index("x")]
-    try:
-        factors = [1.0 if given == unit else size("length", given) / size("length", unit) for given in units]
-    except ValueError as error:
-        raise ValueError(f"{path}: unit {error}") from None
+    factors = [1.0 if given == unit else _size(path, given) / _size(path, unit) for given in units]
     numbers = table.numbers(places, names, ["z"] if "y" in names else []) * factors
     data = dict(zip(names, numbers.T, strict=True))
     return (_profile if len(names) == 2 else _map)(path, data, table.lines, unit)
 
 
+def _size(path: Path, unit: str) -> float:
+    try:
+        return size("length", unit)
+    except ValueError as error:
+        raise ValueError(f"{path}: unit {error}") from None
+
+
 def planes_from_scan(
     scan: Scan | str | Path,
-    directions: int = 8,
+    directions: int | None = None,
     bins: int = 3,
     flat_below: float = 0.0,
     smooth: float | None = None,
@@ -94,8 +98,8 @@ def planes_from_scan(
     scan
         Heights, or a file that `asperity surface` reads.
     directions, bins, flat_below
-        Sectors of azimuth (2 for a profile), classes of inclination in each, and the angle in degrees up to
-        which facets form the flat plane.
+        Sectors of azimuth (None: 8, of a profile 2), classes of inclination in each, and the angle in
+        degrees up to which facets form the flat plane.
     smooth, sampling
         Cut-off length of a Gaussian filter and length of the facets, in the unit of the scan.
     direction
@@ -119,21 +123,13 @@ def planes_from_scan(
     >>> round(planes_from_scan(ridges, regular=True).theta, 6)
     26.565051
     """
-    for name, count in (("directions", directions), ("bins", bins)):
-        if not 1 <= contract.number(name, count) <= contract.MAX_INCLINED or count != int(count):
-            raise ValueError(f"{name} = {count!r}: expected a whole number, 1 to {contract.MAX_INCLINED}")
-    if not 0.0 <= contract.number("flat_below", flat_below) < 90.0:
-        raise ValueError(f"flat_below = {flat_below!r}: expected degrees, 0 to below 90")
-    if not np.isfinite(contract.number("direction", direction)):
-        raise ValueError(f"direction = {direction!r}: expected a finite angle in degrees")
     if not isinstance(scan, Scan | str | Path):
         raise ValueError(f"scan = {contract.shown(scan)}: expected a file, or Scan(x, y, z) of arrays")
     one = scan if isinstance(scan, Scan) else read_scan(Path(scan))
     one = one if smooth is None else one.smoothed(smooth)
     found = facets(one if sampling is None else one.sampled(sampling), direction)
     if not regular:
-        sectors = 2 if found.profile else directions
-        return bin_facets(found, sectors, bins, direction, flat_below)[0]
+        return bin_facets(found, directions, bins, direction, flat_below)[0]
     return nearest_regular(found, found.slips(directions_of(found, direction), 0.0), 0, direction)
 
 
@@ -189,13 +185,24 @@ def _cloud(path: Path, data: dict[str, Floats], unit: str) -> Scan:
     """Map of points that lie on no grid, on one of their mean distance."""
     from scipy.interpolate import griddata
 
-    there = np.isfinite(data["z"])
-    x, y, z = (data[name][there] for name in "xyz")
-    step = float(np.sqrt(np.ptp(x) * np.ptp(y) / len(z)))
-    grid = np.meshgrid(*(np.arange(one.min(), one.max() + 0.5 * step, step) for one in (x, y)))
-    text = f"{path}: {len(z)} points on no grid: heights {step:.4g} apart, straight between them"
-    warnings.warn(text, ModelWarning, stacklevel=4)
-    return _filled(path, *grid, griddata((x, y), z, tuple(grid)), unit)
+    points = np.column_stack([data[name] for name in "xyz"])
+    points = points[np.isfinite(points[:, 2])]
+    x, y = _grid(path, points, float(np.ptp(points[:, :2], axis=0).prod()) / len(points))
+    apart = f"heights {x[0, 1] - x[0, 0]:.4g} apart, straight between them"
+    warnings.warn(f"{path}: {len(points)} points on no grid: {apart}", ModelWarning, stacklevel=4)
+    return _filled(path, x, y, griddata(points[:, :2], points[:, 2], (x, y)), unit)
+
+
+def _grid(path: Path, points: Floats, area: float, spacing: Sequence[float] | None = None) -> list[Floats]:
+    """Positions x and y (ny, nx) of a grid in the rectangle of points, in cells of about an area."""
+    low, sides = points[:, :2].min(axis=0), np.ptp(points[:, :2], axis=0)
+    steps = sides / np.maximum(1.0, np.round(sides / np.sqrt(area)))
+    steps = steps if spacing is None else np.array([spacing[0], spacing[-1]])
+    with np.errstate(over="ignore"):
+        counts = np.floor(sides / steps * (1.0 + FLATNESS)) + 1.0
+        if (count := counts.prod()) > MOST_POINTS:
+            raise ValueError(f"{path}: {count:.3g} points at --spacing: expected at most {MOST_POINTS:g}")
+    return np.meshgrid(*(low[i] + np.minimum(steps[i] * np.arange(counts[i]), sides[i]) for i in (0, 1)))
 
 
 def _filled(path: Path, x: Floats, y: Floats, z: Floats, unit: str) -> Scan:
@@ -241,19 +248,9 @@ def _surface(path: Path, spacing: Sequence[float] | None, unit: str) -> Scan:
             f"{path}: of {len(triangles)} triangles {flawed} are vertical, turned over, without area or not "
             f"finite, and {above} above others: expected a height field, one z for each x, y"
         )
-    low, size = corners.min(axis=(0, 1)), np.ptp(corners, axis=(0, 1))
-    # By default a cell has the mean area of two triangles.
-    steps = [side / max(1.0, np.round(side / np.sqrt(up.mean()))) for side in size[:2]]
-    steps = steps if spacing is None else [spacing[0], spacing[-1]]
-    with np.errstate(over="ignore"):
-        if (count := np.prod(size[:2] / steps)) > MOST_POINTS:
-            raise ValueError(f"{path}: {count:.3g} points at --spacing: expected at most {MOST_POINTS:g}")
-    x, y = np.meshgrid(*(
-        low[i] + np.minimum(step * np.arange(np.floor(size[i] / step * (1.0 + FLATNESS)) + 1), size[i])
-        for i, step in enumerate(steps)
-    ))  # fmt: skip
-    z = LinearTriInterpolator(sheet, points[:, 2])(x, y)
-    return _filled(path, x, y, z.filled(np.nan), unit)
+    # by default a cell has the mean area of two triangles
+    x, y = _grid(path, corners.reshape(-1, 3), up.mean(), spacing)
+    return _filled(path, x, y, LinearTriInterpolator(sheet, points[:, 2])(x, y).filled(np.nan), unit)
 
 
 def _triangles(path: Path) -> tuple[Floats, np.ndarray]:

@@ -7,11 +7,12 @@ gamma is a fraction of the true area: then a uniform pressure on all planes adds
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from .. import contract
 from ..contract import Floats
@@ -53,8 +54,7 @@ class Planes:
     @cached_property
     def gradients(self) -> Floats:
         """Slope vectors (n, 2): direction up the slope, length equal to the tangent."""
-        found: Floats = -self.normals[:, 1:] / self.normals[:, :1]
-        return found
+        return -self.normals[:, 1:] / self.normals[:, :1]
 
     @cached_property
     def slopes(self) -> Floats:
@@ -90,8 +90,7 @@ class Planes:
     @property
     def fabric(self) -> Floats:
         """Second moment of the slope vectors over the nominal area, (2, 2)."""
-        found: Floats = self.gradients.T @ (self.nominal[:, None] * self.gradients)
-        return found
+        return self.gradients.T @ (self.nominal[:, None] * self.gradients)
 
     def slips(self, angles: Floats, mu: float, tick: Tick = lambda: None) -> Slips:
         """Slips along angles (n,), radians, with friction mu; tick is called after each of them.
@@ -149,51 +148,65 @@ def facets(scan: Scan, direction: float = 0.0) -> Facets:
     cell into triangles, so that the result does not depend on a choice.  Raises ValueError where a facet
     overhangs.
     """
-    rise = np.diff(scan.z) / np.diff(scan.x)
+    if not np.isfinite(direction):
+        raise ValueError(f"direction = {direction!r}: expected a finite angle in degrees")
     if scan.y is None:
-        dx = np.diff(scan.x)
-        vectors = np.column_stack([dx, -rise[0] * dx, np.zeros(len(dx))])
+        vectors = np.column_stack([np.diff(scan.x), -np.diff(scan.z[0]), np.zeros(len(scan.x) - 1)])
     else:
+        rise = np.diff(scan.z) / np.diff(scan.x)
         climb = np.diff(scan.z, axis=0) / np.diff(scan.y)[:, None]
         cells = np.outer(np.diff(scan.y), np.diff(scan.x))
         pairs = [(gx, gy) for gx in (rise[:-1], rise[1:]) for gy in (climb[:, :-1], climb[:, 1:])]
-        corners = [
-            np.stack([np.ones_like(cells), -gx, -gy], axis=-1) * cells[..., None] / 4 for gx, gy in pairs
-        ]
+        corners = [np.stack([cells, -gx * cells, -gy * cells], axis=-1) / 4 for gx, gy in pairs]
         vectors = np.stack(corners, axis=-2).reshape(-1, 3)
     total = vectors.sum(axis=0)
-    nominal = float(np.linalg.norm(total))
-    vectors = vectors @ _rotation(total / nominal).T
-    if scan.is_profile and direction != 0.0:
-        c, s = direction_vector(direction)
-        vectors[:, 1:] = np.outer(vectors[:, 1], (c, s))
-    area = np.linalg.norm(vectors, axis=1)
-    over = vectors[:, 0] <= FLATNESS * area
-    if over.any():
-        raise ValueError(
-            f"{np.count_nonzero(over)} facets, the first at {_place(scan, int(over.argmax()))}, overhang the "
-            f"average plane, which is tilted by {np.degrees(np.arccos(total[0] / nominal)):.3g} degrees: "
-            "expected n_N > 0; is z in the unit of x, is there a step that a longer sampling would bridge?"
-        )
-    normals = vectors / area[:, None]
-    flat = np.hypot(*normals[:, 1:].T) <= FLATNESS * normals[:, 0]
-    normals[flat] = (1.0, 0.0, 0.0)
     tilt = float(np.degrees(np.arctan2(np.hypot(*total[1:]), total[0])))
-    return Facets(normals, area / area.sum(), float(area.sum() / nominal), tilt, scan.is_profile)
+    # the smallest rotation that takes the normal of the average plane to N
+    vectors = Rotation.align_vectors([[1.0, 0.0, 0.0]], [total])[0].apply(vectors)
+    if scan.y is None:
+        vectors[:, 1:] = np.outer(vectors[:, 1], direction_vector(direction))
+    area = np.linalg.norm(vectors, axis=1)
+    over = np.flatnonzero(vectors[:, 0] <= FLATNESS * area)
+    if len(over):
+        j, i = (0, over[0]) if scan.y is None else divmod(over[0] // 4, len(scan.x) - 1)
+        place = f"x = {scan.x[i]:g}" + ("" if scan.y is None else f", y = {scan.y[j]:g}")
+        raise ValueError(
+            f"{len(over)} facets, the first at {place}, overhang the average plane, which is tilted by "
+            f"{tilt:.3g} degrees: expected n_N > 0; is z in the unit of x, is there a step that a longer "
+            "sampling would bridge?"
+        )
+    ratio = float(area.sum() / np.linalg.norm(total))
+    return Facets(_levelled(vectors / area[:, None]), area / area.sum(), ratio, tilt, scan.y is None)
+
+
+def _levelled(normals: Floats) -> Floats:
+    """Unit normals (n, 3), those within FLATNESS of N equal to it."""
+    flat = np.hypot(*normals[:, 1:].T) <= FLATNESS * normals[:, 0]
+    return np.where(flat[:, None], (1.0, 0.0, 0.0), normals)
 
 
 def bin_facets(
-    found: Facets, directions: int, bins: int, start: float = 0.0, flat: float = 0.0
+    found: Facets, directions: int | None = None, bins: int = 3, start: float = 0.0, flat: float = 0.0
 ) -> tuple[Pattern, np.ndarray]:
     """Listed planes of facets, a flat plane first, and the plane of every facet (n,).
 
     Facets inclined by at most `flat` (degrees) are the first bin; the others fall into `directions` sectors
-    of azimuth, the first one centred at `start` (degrees), and in each into up to `bins` classes of
-    inclination of equal nominal area.  A bin below LEAST_SHARE joins the nearest one.  The vector area of a
-    plane is that of its facets.  Raises ValueError for more planes than the library accepts.
+    of azimuth (None: 8, of a profile 2), the first one centred at `start` (degrees), and in each into up to
+    `bins` classes of inclination of equal nominal area.  A bin below LEAST_SHARE joins the nearest one.  The
+    vector area of a plane is that of its facets.  Raises ValueError for numbers out of range.
     """
-    if not (directions >= 1 and bins >= 1):
-        raise ValueError(f"{directions} directions, {bins} bins: expected at least 1")
+    usual, most = 2 if found.profile else 8, contract.MAX_INCLINED
+    directions = usual if directions is None else directions
+    for name, count, least in (("directions", directions, 2), ("bins", bins, 1)):
+        if not least <= contract.number(name, count) <= most or count != int(count):
+            raise ValueError(f"{name} = {count!r}: expected a whole number, {least} to {most}")
+    if found.profile and directions != usual:
+        raise ValueError(f"directions = {directions}: expected 2 for a profile")
+    if (count := directions * bins + 1) > most:
+        planes = f"{directions} directions of {bins} bins and the flat plane are {count} planes"
+        raise ValueError(f"{planes}: expected at most {most}")
+    if not 0.0 <= contract.number("flat_below", flat) < 90.0:
+        raise ValueError(f"flat_below = {flat!r}: expected degrees, 0 to below 90")
     sector = 2.0 * np.pi / directions
     part = np.floor((found.azimuth - np.radians(start)) / sector + 0.5 + FLATNESS).astype(int) % directions
     part[found.slopes <= max(np.tan(np.radians(flat)), FLATNESS)] = -1
@@ -207,13 +220,8 @@ def bin_facets(
             label[inside] = k * bins + np.floor(ranks * classes).astype(int)
     label = np.unique(label, return_inverse=True)[1].ravel()
     vectors, label = _merged(found, label)
-    if len(vectors) > contract.MAX_INCLINED:
-        raise ValueError(
-            f"{len(vectors)} planes: expected at most {contract.MAX_INCLINED}, fewer bins or directions"
-        )
     area = np.linalg.norm(vectors, axis=1)
-    normals = vectors / area[:, None]
-    normals[np.hypot(*normals[:, 1:].T) <= FLATNESS * normals[:, 0]] = (1.0, 0.0, 0.0)
+    normals = _levelled(vectors / area[:, None])
     azimuth = np.arctan2(-normals[:, 2], -normals[:, 1]) - np.radians(start) + FLATNESS
     place = np.floor(azimuth / sector + 0.5) % directions
     place[normals[:, 0] == 1.0] = -1
@@ -234,14 +242,13 @@ def nearest_regular(found: Facets, slips: Slips | None = None, sides: int = 0, s
         return Pattern.regular(0, 0.0)
     if found.profile:
         return _of_moments(found, 2, start)
+    turns = _turns(found, sides or contract.MAX_INCLINED)
     if sides:
-        return _of_moments(found, sides, _turns(found, [sides])[sides])
+        return _of_moments(found, sides, turns[sides])
     if slips is None:
         raise ValueError("sides = 0: expected the slips under which sides are compared")
-    turns = _turns(found, range(2, contract.MAX_INCLINED + 1))
     tried = [_of_moments(found, m, turn) for m, turn in turns.items()]
-    own = (Planes.of(pattern).slips(slips.angles, slips.mu) for pattern in tried)
-    errors = [_difference(one.uphill, slips.uphill) for one in own]
+    errors = [_difference(Planes.of(one).slips(slips.angles, slips.mu).uphill, slips.uphill) for one in tried]
     return next(p for p, error in zip(tried, errors, strict=True) if error <= min(errors) + AS_GOOD)
 
 
@@ -267,23 +274,21 @@ def compare(pattern: Pattern, found: Facets, slips: Slips, of_listed: Floats) ->
 def directions_of(found: Facets, start: float = 0.0, count: int = 72) -> Floats:
     """Angles (radians) of the compared slips: both directions of a profile, `count` directions of a map."""
     turn = 2 if found.profile else count
-    angles: Floats = np.radians(start) + 2.0 * np.pi * np.arange(turn) / turn
-    return angles
+    return np.radians(start) + 2.0 * np.pi * np.arange(turn) / turn
 
 
-def _turns(found: Facets, numbers: Iterable[int]) -> dict[int, float]:
-    """Rotation (degrees) that agrees best with the azimuths, for each number of sides in increasing order."""
-    share = found.nominal * found.slopes**2
+def _turns(found: Facets, most: int) -> dict[int, float]:
+    """Rotation (degrees) that agrees best with the azimuths, for each number of sides from 2 to `most`."""
+    wave = share = found.nominal * found.slopes**2
     once = found.gradients @ (1.0, 1j) / np.maximum(found.slopes, FLATNESS)
-    wave, power = np.ones_like(once), 0
     turns = {}
-    for sides in numbers:
-        wave *= once ** (sides - power) if sides - power > 1 else once
-        power = sides
-        total = share @ wave
-        # Without a preferred azimuth rounding errors must not choose one.
+    for sides in range(1, most + 1):
+        wave = wave * once
+        total = wave.sum()
+        # without a preferred azimuth rounding errors must not choose one
         turn = np.degrees(np.angle(total)) / sides if abs(total) > TIE * share.sum() else 0.0
         turns[sides] = 0.0 if abs(turn) < TIE else float(turn)
+    del turns[1]
     return turns
 
 
@@ -294,10 +299,9 @@ def _of_moments(found: Facets, sides: int, turn: float) -> Pattern:
     if mean <= FLATNESS:
         return Pattern.regular(0, 0.0)
     tangent, inclined = square / mean, min(1.0, mean**2 / square)
-    true = inclined * np.hypot(1.0, tangent)
-    flat = (1.0 - inclined) / (1.0 - inclined + true)
-    flat = 0.0 if flat < TIE else flat
-    return Pattern.regular(sides, float(np.degrees(np.arctan(tangent))), float(flat), turn)
+    flat = (1.0 - inclined) / (1.0 - inclined + inclined * np.hypot(1.0, tangent))
+    theta = float(np.degrees(np.arctan(tangent)))
+    return Pattern.regular(sides, theta, float(flat) if flat >= TIE else 0.0, turn)
 
 
 def _merged(found: Facets, label: np.ndarray) -> tuple[Floats, np.ndarray]:
@@ -327,9 +331,7 @@ def _ranks(values: Floats, weights: Floats) -> Floats:
     _, group = np.unique(np.round(values / FLATNESS), return_inverse=True)
     group = group.ravel()
     of_group = np.bincount(group, weights)
-    below = (np.cumsum(of_group) - 0.5 * of_group) / of_group.sum()
-    ranks: Floats = below[group]
-    return ranks
+    return ((np.cumsum(of_group) - 0.5 * of_group) / of_group.sum())[group]
 
 
 def _difference(one: Floats, other: Floats) -> float:
@@ -340,10 +342,9 @@ def _difference(one: Floats, other: Floats) -> float:
 
 def _of_strength(values: Floats, expected: Floats) -> float:
     """Largest relative difference: 0 where both are infinite, inf where only one is."""
-    finite = np.isfinite(values) & np.isfinite(expected)
     if (np.isfinite(values) != np.isfinite(expected)).any():
         return np.inf
-    both = finite & (expected > 0.0)
+    both = np.isfinite(expected) & (expected > 0.0)
     return float(np.max(np.abs(values[both] / expected[both] - 1.0), initial=0.0))
 
 
@@ -352,18 +353,3 @@ def _relative(value: Floats | float, expected: Floats | float) -> float:
     size = np.linalg.norm(expected)
     difference = np.linalg.norm(np.subtract(value, expected))
     return float(difference / size) if size > 0.0 else float(difference > 0.0)
-
-
-def _rotation(n: Floats) -> Floats:
-    """Smallest rotation that takes the unit vector n (n_N > 0) to N = (1, 0, 0)."""
-    v = np.cross(n, (1.0, 0.0, 0.0))
-    cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
-    rotation: Floats = np.eye(3) + cross + cross @ cross / (1.0 + n[0])
-    return rotation
-
-
-def _place(scan: Scan, facet: int) -> str:
-    if scan.y is None:
-        return f"x = {scan.x[facet]:g}"
-    j, i = divmod(facet // 4, len(scan.x) - 1)
-    return f"x = {scan.x[i]:g}, y = {scan.y[j]:g}"
