@@ -19,7 +19,7 @@ module support_law
   implicit none
   private
   public :: table2_with, interface_of, regular_interface, listed_interface, kind_of, path_type, slip_path, even_steps, &
-    replay, entry_of, give, complete, work_along, tangent_by_differences, plane_axes, local_separation, length, draw, &
+    entry_of, give, complete, tangent_by_differences, plane_axes, local_separation, length, draw, &
     random_history, random_walk, samples, same_bits, is_nan
 
   !> Strength, rupture energy, ductility and friction coefficient of Table 2 (MPa, mm).
@@ -262,23 +262,6 @@ contains
     x = [(last*(real(i, wp)/real(n, wp)), i=1, n)]
   end function even_steps
 
-  !> History of a point from the virgin state, with every component of the separation prescribed.
-  pure subroutine replay(joint, s, t, state)
-    type(interface_type), intent(in) :: joint   !! material and pattern
-    real(wp), intent(in) :: s(:, :)           !! (3, T) separation (N, Tx, Ty)
-    real(wp), intent(out) :: t(:, :)          !! (3, T) traction
-    real(wp), intent(out) :: state(:, :)      !! (nstatv, T) STATEV
-    real(wp) :: from(3), old(size(state, 1)), tangent(3, 3)
-    integer :: i
-    from = 0.0_wp
-    old = 0.0_wp
-    do i = 1, size(s, 2)
-      call update_point(joint, from, s(:, i), old, state(:, i), t(:, i), tangent)
-      from = s(:, i)
-      old = state(:, i)
-    end do
-  end subroutine replay
-
   !> Tangent by central differences of the traction.
   pure function tangent_by_differences(joint, from, s, state, step, dt) result(tangent)
     type(interface_type), intent(in) :: joint   !! material and pattern
@@ -300,18 +283,6 @@ contains
       tangent(:, j) = (after - before)/(2.0_wp*step)
     end do
   end function tangent_by_differences
-
-  !> Work of the traction along separations from a traction-free start, by the trapezoidal rule.
-  pure function work_along(s, t) result(work)
-    real(wp), intent(in) :: s(:, :)   !! (3, T) separation
-    real(wp), intent(in) :: t(:, :)   !! (3, T) traction
-    real(wp) :: work(size(s, 2))
-    integer :: i
-    work(1) = 0.5_wp*dot_product(t(:, 1), s(:, 1))
-    do i = 2, size(s, 2)
-      work(i) = work(i - 1) + 0.5_wp*dot_product(t(:, i) + t(:, i - 1), s(:, i) - s(:, i - 1))
-    end do
-  end function work_along
 
   !> Axes n, t, h of a plane by (1), as columns. A plane parallel to the average surface has the axes Tx and Ty.
   pure function plane_axes(normal) result(axes)

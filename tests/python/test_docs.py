@@ -239,7 +239,7 @@ def texts_of(*patterns: str) -> str:
 
 
 def test_names_that_the_pages_have() -> None:
-    """Targets of make, options of CMake, cases, tests and extras of the package are there."""
+    """Targets of make, options of CMake, cases, tests, decks and extras of the package are there."""
     targets = set(re.findall(r"`make ([\w-]+)", ALL))
     known = run("make", "--print-data-base", "--question", "--silent", cwd=ROOT).stdout
     assert {"demo", "check"} <= targets <= set(re.findall(r"^([\w-]+):", known, re.MULTILINE))
@@ -251,7 +251,8 @@ def test_names_that_the_pages_have() -> None:
     assert cases and {case for case in cases if not (ROOT / case).exists()} == set()
     code = texts_of("tests/**/*.p[fy]", "harness/**/*.p[fy]")
     tests = set(re.findall(r"`test: (\w+)`", ALL))
-    assert tests and tests <= set(re.findall(r"^\s*(?:subroutine|def) (\w+)\(", code, re.MULTILINE))
+    procedures = set(re.findall(r"^\s*(?:subroutine|def) (\w+)\(", code, re.MULTILINE))
+    assert tests and tests <= procedures | {deck.stem for deck in ROOT.glob("tests/decks/*.nml")}
     part = texts_of("pyproject.toml").partition("[project.optional-dependencies]")[2].partition("\n[")[0]
     sources = ALL + texts_of("python/asperity/**/*.py", "harness/**/*.py")
     extras = {name for found in EXTRA.findall(sources) for name in found.split(",")}

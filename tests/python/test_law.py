@@ -1,11 +1,10 @@
-"""The law with all its constants: updates against the independent reference, units, closed forms, bad values.
+"""The law with all its constants: units, closed forms, load paths, bad values.
 
-Decks (test_decks.py) have load paths with known numbers, through every entry to the library.
+Random updates are in test_oracle.py, load paths with known numbers, through every entry, in test_decks.py.
 """
 
 from __future__ import annotations
 
-import itertools
 from pathlib import Path
 
 import numpy as np
@@ -16,84 +15,13 @@ from asperity.remarks import doubts
 from scipy.optimize import brentq
 from support_driver import MATERIAL
 from support_driver import RP_4 as PYRAMID
+from test_oracle import OPTIONS
 
 from harness.studies.extensions import JOINTS, envelope
-from tests.oracle import reference
 
 SEED = 2025
 DT = 0.1
 NAN, INF = float("nan"), float("inf")
-
-OPTIONS = {
-    "paper": {},
-    "height": {"height": 0.3, "kc": 20.0},
-    "wear": {"W0": 0.4, "kc": 5.0},
-    "height and wear": {"height": 0.06, "W0": 0.2},
-    "viscosity": {"tau_v": 0.4, "kc": 2.0},
-    "guard": {"guard": True, "kc": 5.0},
-    "damage0": {"damage0": 0.4},
-    "without bond": {"damage0": 1.0, "kc": 10.0},
-    "closure": {"closure": 0.06},
-    "closure and height": {"closure": 0.06, "height": 0.3},
-    "closure and wear": {"closure": 0.06, "height": 0.3, "W0": 0.5},
-    "closure and guard": {"closure": 0.06, "guard": True},
-    "closure and viscosity": {"closure": 0.06, "tau_v": 0.3, "damage0": 0.2},
-    "almost closed": {"closure": 0.02, "damage0": 0.5},
-    "crush": {"crush": 2.0, "kc": 20.0},
-    "crush and height": {"crush": 1.0, "height": 0.3, "damage0": 1.0, "kc": 50.0},
-    "crush and wear": {"crush": 5.0, "W0": 0.4, "damage0": 0.5},
-    "crush and guard": {"crush": 2.0, "height": 0.5, "guard": True},
-    "mode II": {"closure": 0.06, "damage0": 0.3, "sigma02": 4.0, "Gc2": 0.6},
-    "all": {
-        "closure": 0.06,
-        "damage0": 0.3,
-        "kc": 2.0,
-        "height": 0.3,
-        "W0": 0.5,
-        "crush": 3.0,
-        "guard": True,
-        "tau_v": 0.3,
-        "sigma02": 4.0,
-        "Gc2": 0.6,
-    },
-}
-
-
-@pytest.mark.parametrize("option", OPTIONS)
-def test_random_updates(option: str) -> None:
-    """Traction, state and tangent agree for random histories; every branch occurs often, and deep closure."""
-    constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | OPTIONS[option]
-    material, parameters = Material(**constants), reference.Parameters(**constants)
-    rng = np.random.default_rng(SEED)
-    counts = dict.fromkeys(itertools.product((reference.OPEN, reference.STICK, reference.SLIP), (0, 1)), 0)
-    far = 0
-    for sides, flat in ((0, 1.0), (2, 0.0), (5, 0.3)):
-        interface = Interface(material, Pattern.regular(sides, 30.0, flat, 20.0))
-        planes = reference.regular_pattern(sides, 30.0, flat, 20.0)
-        S = np.cumsum(rng.standard_normal((40, 40, 3)) * material.s_0, axis=0)
-        s_old, state = np.zeros((40, 3)), np.zeros((40, interface.nstatv))
-        for s in S:
-            dt = float(rng.choice([0.0, DT * 10 ** rng.uniform(-3, 3)], p=[0.1, 0.9]))
-            ours = interface.update(s, state, s_old, dt=dt)
-            theirs = reference.update(parameters, planes, s, state, s_old, dt)
-            size = np.abs(theirs.traction).max(axis=1) + parameters.Kn * np.linalg.norm(s, axis=1)
-            stiff = np.abs(theirs.tangent).max(axis=(1, 2)) + parameters.Kn
-            energy = size * (np.linalg.norm(s, axis=1) + np.linalg.norm(s_old, axis=1))
-            assert np.all(np.abs(ours.traction - theirs.traction).max(axis=1) <= 1e-11 * size)
-            scale = (1.0 + energy + np.abs(theirs.state).max(axis=1))[:, None]
-            assert np.all(np.abs(ours.state - theirs.state) <= 1e-11 * scale)
-            off = np.abs(ours.tangent - theirs.tangent).max(axis=(1, 2)) > 1e-6 * stiff
-            assert off.mean() <= 0.05  # a trial slip of almost zero
-            far += int((stiff > 20.0 * parameters.Kn * parameters.kc).sum())
-            for branch, damaging in counts:
-                here = (theirs.branch == branch) & (theirs.damaging == bool(damaging))
-                counts[branch, damaging] += int(here.sum())
-            state, s_old = ours.state, s
-    broken = parameters.damage0 == 1.0
-    assert min(n for (_, damaging), n in counts.items() if not (broken and damaging)) > 80, counts
-    if "closure" in OPTIONS[option]:
-        assert far > 0
-
 
 UNITS = {"sigma0": (1, 0), "sigma02": (1, 0), "Gc": (1, 1), "Gc2": (1, 1), "W0": (1, 1), "height": (0, 1)}
 

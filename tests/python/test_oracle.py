@@ -1,0 +1,206 @@
+"""Random updates of the library, by its C API and its UMAT, against the independent NumPy reference.
+
+CTest runs them with the library of each build. Tolerances are multiples of the rounding error
+2.2e-16 times the size of the summed terms: K |s| for tractions, |s| for slips and K |s|^2 for energies.
+"""
+
+from __future__ import annotations
+
+import itertools
+import warnings
+
+import numpy as np
+import pytest
+from asperity import Interface, Material, ModelWarning, Pattern
+from asperity.contract import N_POINT_STATEV
+from support_calls import LIBRARY, c_update, umat
+
+from tests.oracle import reference
+
+SEED = 2025
+OPTIONS = {
+    "paper": {},
+    "height": {"height": 0.3, "kc": 20.0},
+    "wear": {"W0": 0.4, "kc": 5.0},
+    "height and wear": {"height": 0.06, "W0": 0.2},
+    "viscosity": {"tau_v": 0.4, "kc": 2.0},
+    "guard": {"guard": True, "kc": 5.0},
+    "damage0": {"damage0": 0.4},
+    "without bond": {"damage0": 1.0, "kc": 10.0},
+    "closure": {"closure": 0.06},
+    "closure and height": {"closure": 0.06, "height": 0.3},
+    "closure and wear": {"closure": 0.06, "height": 0.3, "W0": 0.5},
+    "closure and guard": {"closure": 0.06, "guard": True},
+    "closure and viscosity": {"closure": 0.06, "tau_v": 0.3, "damage0": 0.2},
+    "almost closed": {"closure": 0.02, "damage0": 0.5},
+    "crush": {"crush": 2.0, "kc": 20.0},
+    "crush and height": {"crush": 1.0, "height": 0.3, "damage0": 1.0, "kc": 50.0},
+    "crush and wear": {"crush": 5.0, "W0": 0.4, "damage0": 0.5},
+    "crush and guard": {"crush": 2.0, "height": 0.5, "guard": True},
+    "mode II": {"closure": 0.06, "damage0": 0.3, "sigma02": 4.0, "Gc2": 0.6},
+    "all": {"closure": 0.06, "damage0": 0.3, "kc": 2.0, "height": 0.3, "W0": 0.5, "crush": 3.0, "guard": True,
+            "tau_v": 0.3, "sigma02": 4.0, "Gc2": 0.6},
+}  # fmt: skip
+BRANCHES = list(itertools.product((reference.OPEN, reference.STICK, reference.SLIP), (0, 1)))
+
+
+def random_material(rng: np.random.Generator) -> Material:
+    """Return constants of the paper's law that span orders of magnitude, of both modes alike or different."""
+    sigma0, Gc = 10 ** rng.uniform(-1, 2), 10 ** rng.uniform(-2, 1)
+    mixed = rng.random() < 0.3
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)
+        return Material(
+            sigma0=sigma0,
+            Gc=Gc,
+            eta=rng.choice([rng.uniform(0.1, 0.9), 0.9, 0.99]),
+            mu=rng.choice([0.0, rng.uniform(0.0, 1.5)], p=[0.1, 0.9]),
+            sigma02=sigma0 * rng.uniform(0.5, 2.0) if mixed else 0.0,
+            Gc2=Gc * rng.uniform(0.5, 2.0) if mixed else 0.0,
+            kc=10 ** rng.uniform(-1, 2) if rng.random() < 0.3 else 1.0,
+        )
+
+
+def random_pattern(rng: np.random.Generator) -> tuple[Pattern, reference.Pattern]:
+    """Return one pattern, regular or a list of planes, for the library and for the reference."""
+    if rng.random() < 0.3:
+        k = int(rng.integers(1, 9))
+        tilt, azimuth = np.radians(rng.uniform(0, 80, k)), rng.uniform(0, 2 * np.pi, k)
+        tilt[rng.random(k) < 0.2] = 0.0
+        normals = [np.cos(tilt), np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth)]
+        normals = np.stack(normals, axis=1) * 10 ** rng.uniform(-100, 100, (k, 1))
+        weights = rng.dirichlet(np.ones(k))
+        return Pattern.planes(normals, weights), reference.listed_pattern(normals, weights)
+    sides = int(rng.choice([0, 2, 3, 4, 5, 6, 7, 8, 12, 32, 64]))
+    theta = rng.choice([0.0, 30.0, rng.uniform(0.0, 80.0)], p=[0.1, 0.2, 0.7])
+    flat = rng.choice([1 / 3, 0.0, 1.0, rng.uniform(0, 1)], p=[0.5, 0.1, 0.05, 0.35])
+    turn = rng.choice([0.0, rng.uniform(-360, 360)])
+    return Pattern.regular(sides, theta, flat, turn), reference.regular_pattern(sides, theta, flat, turn)
+
+
+def random_history(rng: np.random.Generator, length: float, points: int, increments: int) -> np.ndarray:
+    """Return separations (increments, points, 3): random walks with steps of about 0.03 to 5 `length`.
+
+    Some increments leave s_N unchanged.  No separation has s_N = 0, where the tangent is not unique.
+    """
+    sizes = 10 ** rng.uniform(-1.5, 0.7, (increments, points, 1))
+    steps = rng.standard_normal((increments, points, 3)) * sizes
+    steps[..., 0] *= rng.choice([0.2, 1.0], (increments, points))
+    steps[1:, :, 0] *= rng.random((increments - 1, points)) > 0.1
+    return length * np.cumsum(steps, axis=0)
+
+
+Answer = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Traction, state and tangent of points in rows."""
+
+
+def by_c(props: np.ndarray, s: np.ndarray, state: np.ndarray, s_old: np.ndarray, dt: float) -> Answer:
+    """One call of asperity_update for all points."""
+    s_old, s = (np.asfortranarray(array.T) for array in (s_old, s))
+    out = c_update(LIBRARY, props, dt, s_old, s, state.T)
+    assert out.status == 0, out.message
+    return out.stress.T, out.state.T, out.tangent.transpose(2, 1, 0)
+
+
+def by_umat(props: np.ndarray, s: np.ndarray, state: np.ndarray, s_old: np.ndarray, dt: float) -> Answer:
+    """A call of the UMAT for each point, h = 1."""
+    points = zip(state, s_old, s - s_old, strict=True)
+    outs = [umat(LIBRARY, props, np.zeros(3), old, at, change, dt) for old, at, change in points]
+    traction, new, tangent = (np.array([getattr(o, n) for o in outs]) for n in ("stress", "state", "tangent"))
+    return traction, new, tangent
+
+
+def assert_within(name: str, actual: np.ndarray, expected: np.ndarray, tolerance: np.ndarray | float) -> None:
+    """Assert that every difference is within the tolerance."""
+    excess = np.abs(actual - expected) - tolerance
+    worst = np.unravel_index(np.argmax(excess), excess.shape)
+    assert np.all(excess <= 0.0), f"{name}{list(worst)}: {actual[worst]!r} instead of {expected[worst]!r}"
+
+
+@pytest.mark.parametrize("option", OPTIONS)
+def test_options(option: str) -> None:
+    """Every constant, with offsets and damage of an initial state; all branches occur, and deep closure."""
+    constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | OPTIONS[option]
+    material, parameters = Material(**constants), reference.Parameters(**constants)
+    rng = np.random.default_rng(SEED)
+    counts = dict.fromkeys(BRANCHES, 0)
+    far = 0
+    increments = 16 if material.crush else 40  # the reference finds what is crushed by bisection
+    for sides, flat in ((0, 1.0), (2, 0.0), (5, 0.3)):
+        interface = Interface(material, Pattern.regular(sides, 30.0, flat, 20.0))
+        planes = reference.regular_pattern(sides, 30.0, flat, 20.0)
+        S = np.cumsum(rng.standard_normal((increments, 40, 3)) * material.s_0, axis=0)
+        s_old, state = np.zeros((40, 3)), np.zeros((40, interface.nstatv))
+        # the first ten points are those of an initial state
+        state[:10, 4], state[:10, 5:8] = 1.0, material.s_0 * rng.standard_normal((10, 3))
+        state[:10, N_POINT_STATEV : N_POINT_STATEV + 3 * interface.n_planes : 3] = 0.5 * rng.random((10, 1))
+        for s in S:
+            dt = float(rng.choice([0.0, 0.1 * 10 ** rng.uniform(-3, 3)], p=[0.1, 0.9]))
+            theirs = reference.update(parameters, planes, s, state, s_old, dt)
+            total = np.linalg.norm(s + state[:, 5:8], axis=1)
+            size = np.abs(theirs.traction).max(axis=1) + parameters.Kn * total
+            stiff = np.abs(theirs.tangent).max(axis=(1, 2)) + parameters.Kn
+            energy = size * (total + np.linalg.norm(s_old + state[:, 5:8], axis=1))
+            scale = (1.0 + energy + np.abs(theirs.state).max(axis=1))[:, None]
+            for entry, some in ((by_c, slice(None)), (by_umat, slice(5, 15))):
+                traction, new, tangent = entry(interface.props(), s[some], state[some], s_old[some], dt)
+                assert_within("traction", traction, theirs.traction[some], 1e-11 * size[some, None])
+                assert_within("state", new, theirs.state[some], 1e-11 * scale[some])
+                off = np.abs(tangent - theirs.tangent[some]).max(axis=(1, 2)) > 1e-6 * stiff[some]
+                assert off.mean() <= (0.05 if entry is by_c else 0.2)  # a trial slip of almost zero
+            far += int((stiff > 20.0 * parameters.Kn * parameters.kc).sum())
+            for branch, damaging in counts:
+                here = (theirs.branch == branch) & (theirs.damaging == bool(damaging))
+                counts[branch, damaging] += int(here.sum())
+            state, s_old = theirs.state, s
+    broken = parameters.damage0 == 1.0
+    assert min(n for (_, damaging), n in counts.items() if not (broken and damaging)) > 2 * increments, counts
+    if "closure" in OPTIONS[option]:
+        assert far > 0
+
+
+TRACTION = 1e-12
+"""Of K |s|: 4500 rounding errors, for sums over up to 65 planes after up to 20 increments."""
+
+STATE = 1e-13
+"""Of |s| for slips, K |s|^2 for energies, |s|/(s0 eta) for damage: 450 rounding errors."""
+
+TANGENT = 1e-13
+"""Of K (1 + (|s|/s0)^2/eta) |s|/|s_T - s_di|: growing damage, and the direction of a small trial stress."""
+
+
+@pytest.mark.slow
+def test_patterns_and_materials() -> None:
+    """Random patterns and constants of the paper's law; every branch occurs more than 500 times."""
+    rng = np.random.default_rng(20150131)
+    counts = dict.fromkeys(BRANCHES, 0)
+    for _ in range(200):
+        m, (pattern, planes) = random_material(rng), random_pattern(rng)
+        p, interface = reference.Parameters(**m.values()), Interface(m, pattern)
+        K, shortest = max(p.Kn, p.Kt, p.kc * p.Kn), min(p.s0, p.s02)
+        S = random_history(rng, shortest, points=20, increments=6)
+        s_old, state, largest = np.zeros((20, 3)), np.zeros((20, interface.nstatv)), np.zeros(20)
+        for s in S:
+            traction, new, tangent = by_c(interface.props(), s, state, s_old, 0.0)
+            theirs = reference.update(p, planes, s, state, s_old)
+            largest = np.maximum(largest, np.linalg.norm(s, axis=1))
+            ratio, scale = (largest / shortest)[:, None], largest[:, None]
+            assert_within("traction", traction, theirs.traction, TRACTION * K * scale)
+            tolerance = np.empty_like(state)
+            tolerance[:, 1:5] = STATE * K * scale**2
+            tolerance[:, 5:9] = 0.0
+            tolerance[:, [0]] = tolerance[:, N_POINT_STATEV::3] = STATE * ratio / p.eta
+            tolerance[:, N_POINT_STATEV + 1 :: 3] = tolerance[:, N_POINT_STATEV + 2 :: 3] = STATE * scale
+            assert_within("state", new, theirs.state, tolerance)
+            # |s_T - s_di| of every plane at the start of the return mapping
+            local = np.einsum("kab,nb->nka", reference.frames(planes[0]), s)[..., 1:]
+            trial = np.linalg.norm(local - state[:, N_POINT_STATEV:].reshape(20, -1, 3)[..., 1:], axis=-1)
+            margin = np.where(theirs.branch == reference.SLIP, trial, largest[:, None])
+            closest = (largest / margin.min(axis=1))[:, None, None]
+            growth = 1.0 + ratio[..., None] ** 2 / p.eta
+            assert_within("tangent", tangent, theirs.tangent, TANGENT * K * growth * closest)
+            for branch, damaging in counts:
+                found = (theirs.branch == branch) & (theirs.damaging == bool(damaging))
+                counts[branch, damaging] += int(found.sum())
+            state, s_old = new, s
+    assert min(counts.values()) > 500, counts
