@@ -44,7 +44,7 @@ subroutine table_row(table, i, texts, numbers)
     texts(3) = statev_table(i)%unit
   case (3)
     if (i > size(row_columns)) return
-    texts(1) = row_columns(i)%name
+    texts(1) = row_columns(i)
   case default
     if (i > size(step_table)) return
     texts(1) = step_table(i)%name
@@ -62,17 +62,12 @@ subroutine contract_version(text)
 end subroutine contract_version
 
 !> Constants of a joint without bond.
-subroutine contract_joint(kn, ks, sigma0, gc, eta, kc)
+subroutine contract_joint(kn, ks, constants)
   use asperity_material, only: joint_constants
   implicit none
-  double precision, intent(in) :: kn, ks                   !! stiffness in closing and in shear, stress/length
-  double precision, intent(out) :: sigma0, gc, eta, kc     !! PROPS 1, 2, 3, 16
-  double precision :: constants(4)
+  double precision, intent(in) :: kn, ks             !! stiffness in closing and in shear, stress/length
+  double precision, intent(out) :: constants(4)      !! sigma0, Gc, eta, kc: PROPS 1, 2, 3, 16
   constants = joint_constants(kn, ks)
-  sigma0 = constants(1)
-  gc = constants(2)
-  eta = constants(3)
-  kc = constants(4)
 end subroutine contract_joint
 
 !> Check PROPS.

@@ -1,7 +1,7 @@
 !> Driver of one interface point: runs a case file and writes its history as CSV.
 program rie_driver
   use, intrinsic :: iso_fortran_env, only: output_unit
-  use asperity_case, only: case_file_type, case_format, format_line, read_cases
+  use asperity_case, only: case_file_type, read_cases
   use asperity_contract, only: version
   use asperity_errors, only: errors_type, fail, place_of, put_words, word
   use asperity_kinds, only: wp
@@ -14,7 +14,7 @@ program rie_driver
   use replay, only: read_replayed, strains_type
   implicit none
 
-  character(len=*), parameter :: usage(12) = [character(len=96) :: &
+  character(len=*), parameter :: usage(20) = [character(len=96) :: &
     "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--check] [--only N]", &
     "  -o OUT.csv  output, - for standard output (default: name of the case, here;", &
     "              a case with &sweep writes one file per value, OUT_<value>.csv)", &
@@ -26,7 +26,15 @@ program rie_driver
     "  --force     replace files that rie_driver did not write", &
     "  --version   print the version", &
     "exit code: 0 ended as expected, 1 bad input or a UMAT of others that fails,", &
-    "2 equilibrium lost or another end than expected; every row that converged is kept"]
+    "2 equilibrium lost or another end than expected; every row that converged is kept", &
+    "case file: groups &name entry = value, ... /, comments after !; docs/reference/driver.md", &
+    "explains case, material, pattern, umat, step, expect, sweep, initial, state and replay;", &
+    "a wrong name of an entry is reported with those that its group has", &
+    "example: slip of 0.6 along 30 degrees under a normal traction of -5", &
+    "  &material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /", &
+    "  &pattern sides = 4, theta = 30.0 /", &
+    "  &step t_N = -5.0 /", &
+    "  &step slip = 0.6, direction = 30.0, increments = 240 /"]
   character(len=:), allocatable :: path, output, report
   logical :: check, force, planes, quiet
   integer :: only   !! number of the only value of the sweep to run, 0: all
@@ -56,7 +64,6 @@ contains
       select case (argument)
       case ("-h", "--help")
         write (output_unit, "(a)") (trim(usage(i)), i=1, size(usage))
-        write (output_unit, "(a)") (format_line(i), i=1, size(case_format))
         call finish(exit_ok)
       case ("--version")
         write (output_unit, "(2a)") "rie_driver ", version

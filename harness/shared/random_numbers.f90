@@ -7,7 +7,7 @@ module random_numbers
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: seed_of, uniform, draw, pick, chance, log_uniform
+  public :: seed_of, uniform, draw, pick, chance
 
   !> Largest seed; the product of a seed and the factor is within 64 bits.
   integer(int64), parameter :: modulus = 2147483647_int64
@@ -58,14 +58,6 @@ contains
     logical :: yes
     yes = uniform(seed) < probability
   end function chance
-
-  !> A power of ten whose exponent lies between two numbers.
-  function log_uniform(seed, low, high) result(x)
-    integer(int64), intent(inout) :: seed   !! 1..largest_seed
-    real(wp), intent(in) :: low, high       !! exponents
-    real(wp) :: x
-    x = 10.0_wp**(low + (high - low)*uniform(seed))
-  end function log_uniform
 
   !> The next seed.
   subroutine advance(seed)

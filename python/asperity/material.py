@@ -80,7 +80,7 @@ class Material(_Constants):
             bad.append(f"kn = {contract.shown(kn)}: expected at most 1e10 ks")
         if bad:
             raise ValueError("\n".join(bad))
-        bond = dict(zip(("sigma0", "Gc", "eta", "kc"), _core.contract_joint(kn, ks), strict=True))
+        bond = dict(zip(("sigma0", "Gc", "eta", "kc"), _core.contract_joint(kn, ks).tolist(), strict=True))
         return cls(mu=mu, **others | bond | {"damage0": 1.0})
 
     @classmethod

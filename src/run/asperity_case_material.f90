@@ -9,10 +9,10 @@ module asperity_case_material
   use asperity_errors, only: error_type, fail, fail_lines
   use asperity_kinds, only: wp
   use asperity_material, only: joint_constants, least_joint_stiffness
-  use asperity_text, only: integer_text, set_text, to_text
+  use asperity_text, only: integer_text, set_text
   implicit none
   private
-  public :: props_groups, prop_entries, prop_names
+  public :: props_groups, prop_entries
 
 contains
 
@@ -80,20 +80,6 @@ contains
     character(len=8), parameter :: groups(4) = ["material", "pattern ", "replay  ", "replay  "]
     yes = any(owners == prop_table(i)%owner .and. groups == group) .and. i /= p_m
   end function in_group
-
-  !> Names of the constants of a group, in the order of PROPS, with the defaults of those that have one.
-  pure function prop_names(group) result(text)
-    character(len=*), intent(in) :: group             !! name of the group
-    character(len=:), allocatable :: text
-    integer :: i
-    text = ""
-    do i = 1, n_fixed_props
-      if (.not. in_group(i, group)) cycle
-      if (len(text) > 0) text = text // ", "
-      text = text // trim(prop_table(i)%name)
-      if (i > n_required_props) text = text // " = " // to_text(prop_table(i)%default)
-    end do
-  end function prop_names
 
   !> The constants of a group, tested by the library; a bad value is left out. Defaults are not written.
   subroutine prop_entries(io, group, props, given)

@@ -8,43 +8,15 @@ module asperity_rows
   private
   public :: row_numbers, csv_header, csv_line
 
-  !> A number of a row.
-  type :: column_type
-    character(len=10) :: name       !! in the header
-    logical :: whole                !! whether it is a whole number
-    character(len=64) :: meaning    !! one line
-    character(len=14) :: unit       !! in the user's consistent set
-  end type column_type
-
-  !> Columns in their order. A file has the first `n_written` of them or, for a program, all, then the names of events,
-  !> then those of the state.
+  !> Columns in their order: numbers (of a replay, `iterations` are calls; `position` is the number of targets reached
+  !> before, and the fraction of the next one; `before` and `after` are those of the longest snap). A file has the first
+  !> `n_written` of them or, for a program, all, then the names of events, then those of the state.
+  character(len=*), parameter, public :: row_columns(25) = [character(len=10) :: "step", "increment", "time", "s_N", &
+    "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "damage", "stored", "rupture", "friction", "work", "iterations", &
+    "position", "updates", "snaps", "before_N", "before_Tx", "before_Ty", "after_N", "after_Tx", "after_Ty", "released"]
   integer, parameter :: n_written = 15
-  type(column_type), parameter, public :: row_columns(25) = [ &
-    column_type("step", .true., "number of the step, from 1", "-"), &
-    column_type("increment", .true., "number of the increment in its step, from 1", "-"), &
-    column_type("time", .false., "time at its end", "time"), &
-    column_type("s_N", .false., "separation N", "length"), &
-    column_type("s_Tx", .false., "separation Tx", "length"), &
-    column_type("s_Ty", .false., "separation Ty", "length"), &
-    column_type("t_N", .false., "traction N", "stress"), &
-    column_type("t_Tx", .false., "traction Tx", "stress"), &
-    column_type("t_Ty", .false., "traction Ty", "stress"), &
-    column_type("damage", .false., "sum of gamma*alpha over the planes", "-"), &
-    column_type("stored", .false., "stored energy", "stress*length"), &
-    column_type("rupture", .false., "energy spent on rupture", "stress*length"), &
-    column_type("friction", .false., "energy dissipated by friction and wear", "stress*length"), &
-    column_type("work", .false., "work of the traction", "stress*length"), &
-    column_type("iterations", .true., "iterations of Newton's method; of a replay: calls", "-"), &
-    column_type("position", .false., "targets reached before, and the fraction of the next one", "-"), &
-    column_type("updates", .true., "updates of the law", "-"), &
-    column_type("snaps", .true., "jumps to another branch of equilibria", "-"), &
-    column_type("before_N", .false., "separation N before the longest of them", "length"), &
-    column_type("before_Tx", .false., "separation Tx before it", "length"), &
-    column_type("before_Ty", .false., "separation Ty before it", "length"), &
-    column_type("after_N", .false., "separation N after it", "length"), &
-    column_type("after_Tx", .false., "separation Tx after it", "length"), &
-    column_type("after_Ty", .false., "separation Ty after it", "length"), &
-    column_type("released", .false., "energy released by all of them", "stress*length")]
+  !> Columns that are whole numbers.
+  integer, parameter :: whole(5) = [1, 2, 15, 17, 18]
 
 contains
 
@@ -66,7 +38,7 @@ contains
     integer :: i
     header = ""
     do i = 1, merge(size(row_columns), n_written, every)
-      header = header // trim(row_columns(i)%name) // ","
+      header = header // trim(row_columns(i)) // ","
     end do
     header = header // "event"
   end subroutine csv_header
@@ -82,7 +54,7 @@ contains
     numbers = row_numbers(row)
     line = ""
     do i = 1, merge(size(row_columns), n_written, every)
-      if (row_columns(i)%whole) then
+      if (any(whole == i)) then
         line = line // integer_text(nint(numbers(i))) // ","
       else
         call add_number(line, numbers(i))

@@ -46,6 +46,41 @@ def test_ways_to_write_a_case(run, text: str) -> None:
 
 END = "increments = 9 /"
 PATTERN = "sides = 4, theta = 30.0"
+MU, BRANCH = "mu = 0.5", "&step t_N = -5.0, follow = 'branch'"
+ONE_NAN = ['"NaN": expected a number']
+
+STARTS = [
+    (True, 3, "initial traction = 1, 0", "traction = 1, 0: 2 values: expected three (t_N, t_Tx, t_Ty)"),
+    (True, 3, "initial traction = 1, nan, 0", 'traction = "nan": expected a number'),
+    (True, 3, "initial traction = 1, 1e999, 0", 'traction = "1e999": expected a number'),
+    (True, 3, "initial damage = 1.5", "damage = 1.5: expected 0 to 1"),
+    (True, 3, "initial damage = -0.1", "damage = -0.1: expected 0 to 1"),
+    (True, 3, "initial damage = nan", 'damage = "nan": expected a number'),
+    (True, 3, "initial damage = 2*0.5", "damage = 2*0.5: 2 values: expected 1 for all planes"),
+    (False, 3, "initial damage = 6*0.5", "6 values: expected 1 for all planes or 5 for 5 planes"),
+    (True, 3, "initial slip = 0.1", "slip = 0.1: 1 values: expected 2 for all planes, in pairs s_dit, s_dih"),
+    (False, 3, "initial slip = 9*0.1", "9 values: expected 2 for all planes or 10 for 5 planes, in pairs"),
+    (True, 3, "initial slip = 0, 1e99", "slip = 0, 1e99: expected a magnitude up to"),
+    (True, 3, "initial opening = 1", "opening = 1: unknown name, expected one of traction, damage, slip"),
+    (True, 3, "initial", "nothing given: expected traction, damage or slip"),
+    (True, 4, "initial damage = 1 /\n&initial damage = 1", "&initial: given twice, first in line 3"),
+    (True, 3, "initial traction = 0.1, 0, 0, damage = 1", "initial t_N = 0.1: tension on a crack",
+     "it carries t_N = 0"),
+    (False, 3, "initial traction = 1e-8, 0, 0, damage = 1", "initial t_N = 1e-8: tension on a crack"),
+    (True, 3, "initial traction = -10, 7.5, 0, damage = 1",
+     "traction = -10, 7.5, 0: initial t_Tx, t_Ty = 7.5, 0: outside the friction of the pattern"),
+    (True, 3, "initial traction = 3.1, 0, 0", "traction = 3.1, 0, 0: initial t_N = 3.1: beyond the strength"),
+    (False, 3, "initial traction = -1, 10, 1", "&initial: traction = -1, 10, 1: "),
+    (False, 3, "initial traction = 1e299, 0, 0", "&initial: traction = 1e299, 0, 0: initial t_N = 1e299: "),
+    (True, 3, "initial damage = 1 /\n&state separation = 3*0, statev = 11*0",
+     "a run starts from &initial or from &state, in line 4: expected the one or the other"),
+    (True, 3, "state separation = 0, 0, statev = 11*0", "2 values of separation: expected three"),
+    (True, 3, "state separation = 0, 0, 0, statev = 10*0", "10 values of statev: expected 11"),
+    (True, 3, "state separation = 0, 0, 0, statev = 8*0, 2, 0, 0", "STATEV(9) alpha = 2"),
+    (True, 3, "state separation = 0, 1e99, 0, statev = 11*0", "1e99"),
+    (True, 3, "state s = 0, 0, 0", "unknown name, expected one of separation, statev, work"),
+]  # fmt: skip
+"""Groups &initial and &state, of a flat joint or of RP-4, with line and fragments of the message."""
 
 
 @pytest.mark.parametrize(
@@ -107,41 +142,45 @@ PATTERN = "sides = 4, theta = 30.0"
         (END, END + "\n&case planes = 3 /", 5, ["planes = 3: expected .true. or .false."]),
         (END, END + "\n&case title = x /", 5, ["expected one string in quotes"]),
         (END, END + "\n&case title = 'x /", 5, ["string without its closing '"]),
+        # a value that is no number has one message
+        ("increments = 10", "time = NaN", 3, ONE_NAN),
+        ("&material", "&case tolerance = NaN /\n&material", 1, ONE_NAN),
+        ("increments = 10", "increments = NaN", 3, ONE_NAN),
+        ("increments = 10", "follow = 'branch', arc = NaN", 3, ONE_NAN),
+        ("mu = 0.5", "mu = NaN", 1, ONE_NAN),
+        ("theta = 30.0", "theta = NaN", 2, ONE_NAN),
+        ("s_Tx = 0.1", "s_Tx = NaN", 4, ONE_NAN),
+        ("s_Tx = 0.1", "slip = 0.1, direction = NaN", 4, ONE_NAN),
+        (END, END + "\n&expect t_N = 1, tolerance = NaN /", 5, ONE_NAN),
+        (END, END + "\n&sweep name = 'x', values = NaN /", 5, ONE_NAN),
+        # branches
+        ("increments = 10", "follow = 'jump'", 3, ["follow = 'jump': expected 'stable' or 'branch'"]),
+        ("increments = 10", "follow = 'branch', increments = 10", 3, ["with follow = 'branch': expected arc"]),
+        ("increments = 10", "follow = 'branch', arc = 2.0", 3, ["arc = 2.0: expected 0.00001 to 1"]),
+        ("increments = 10", "arc = 0.1", 3, ["arc without follow = 'branch'"]),
+        *((f"{MU} /\n{RP_4}&step t_N = -5.0, increments = 10", f"{MU}, {constant} /\n{RP_4}{BRANCH}", None,
+           [f"follow = 'branch' with {named}: expected 0"])
+          for constant, named in (("tau_v = 2.0", "tau_v = 2"), ("W0 = 4.0", "W0 = 4"),
+                                  ("guard = .true.", "guard = 1"))),
+        (f"{PLAIN[:9]}", f"&case tolerance = 1e-3 /\n&step follow = 'branch' /\n{PLAIN[:9]}", 1,
+         ["&case: tolerance with follow = 'branch': expected arc"]),
+        # starts of a run
+        *((f"{PATTERN} /", f"{'sides = 0' if flat else PATTERN} /\n&{start} /", line, [*fragments, f"&{start}"[:6]])
+          for flat, line, start, *fragments in STARTS),
     ],
 )  # fmt: skip
-def test_bad_case(run, tmp_path: Path, old: str, new: str, line: int, fragments: list[str]) -> None:
+def test_bad_case(run, tmp_path: Path, old: str, new: str, line: int | None, fragments: list[str]) -> None:
     """A bad case gives exit code 1 and no output file.
 
     The message names file, line, group, name, value and what was expected.
     """
     assert old in PLAIN
     messages = run(PLAIN.replace(old, new, 1), code=1).messages
-    assert f"case.nml:{line}: " in messages
+    assert "case.nml:" + (f"{line}: " if line else " ") in messages
+    assert fragments is not ONE_NAN or messages.count("\n") == 1
     for fragment in fragments:
         assert fragment in messages, messages
     assert not (tmp_path / "case.csv").exists()
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("increments = 10", "time = NaN"),
-        ("&material", "&case tolerance = NaN /\n&material"),
-        ("increments = 10", "increments = NaN"),
-        ("increments = 10", "follow = 'branch', arc = NaN"),
-        ("mu = 0.5", "mu = NaN"),
-        ("theta = 30.0", "theta = NaN"),
-        ("s_Tx = 0.1", "s_Tx = NaN"),
-        ("s_Tx = 0.1", "slip = 0.1, direction = NaN"),
-        (END, END + "\n&expect t_N = 1, tolerance = NaN /"),
-        (END, END + "\n&sweep name = 'x', values = NaN /"),
-    ],
-)
-def test_no_number(run, old: str, new: str) -> None:
-    """A value that is no number has one message."""
-    assert old in PLAIN
-    messages = run(PLAIN.replace(old, new, 1), code=1).messages
-    assert messages.count("\n") == 1 and '"NaN": expected a number' in messages, messages
 
 
 def test_all_bad_values_at_once(run) -> None:

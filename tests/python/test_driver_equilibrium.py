@@ -177,22 +177,6 @@ def test_state(run) -> None:
     assert rest.events[1:] == whole.events[row + 2 :]  # the state does not say whether a plane slides
 
 
-@pytest.mark.parametrize(
-    ("state", "fragment"),
-    [
-        ("&state separation = 0, 0, statev = 11*0 /", "2 values of separation: expected three"),
-        ("&state separation = 0, 0, 0, statev = 10*0 /", "10 values of statev: expected 11"),
-        ("&state separation = 0, 0, 0, statev = 8*0, 2, 0, 0 /", "statev(9) alpha = 2"),
-        ("&state separation = 0, 1e99, 0, statev = 11*0 /", "1e99"),
-        ("&state s = 0, 0, 0 /", "unknown name, expected one of separation, statev, work"),
-    ],
-)
-def test_bad_state(run, state: str, fragment: str) -> None:
-    """A state that the law rejects is an input error."""
-    result = run(MATERIAL + FLAT + state + "\n&step s_N = 0.1 /\n", code=1)
-    assert fragment.lower() in result.messages.lower() and "&state" in result.messages
-
-
 def test_expected_end_that_does_not_come(run) -> None:
     """Exit code 2, with all rows, if a run completes where a loss was expected, or with other values."""
     completes = MATERIAL + FLAT + "&step s_N = 0.1, increments = 7 /\n"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from support_driver import FLAT, GC, MATERIAL, PARTS, RP_4, S_F, K
@@ -93,50 +91,3 @@ def test_cracked_without_traction(run) -> None:
         MATERIAL + RP_4 + "&initial damage = x /\n&sweep name = 'x', values = 0.0, 1.0 /\n" + path, "--planes"
     )
     assert "case_0.csv" in swept.messages and "case_1.csv" in swept.messages
-
-
-@pytest.mark.parametrize(
-    ("pattern", "initial", "fragments"),
-    [
-        (FLAT, "traction = 1, 0", ["traction = 1, 0: 2 values: expected three (t_N, t_Tx, t_Ty)"]),
-        (FLAT, "traction = 1, nan, 0", ['traction = "nan": expected a number']),
-        (FLAT, "traction = 1, 1e999, 0", ['traction = "1e999": expected a number']),
-        (FLAT, "damage = 1.5", ["damage = 1.5: expected 0 to 1"]),
-        (FLAT, "damage = -0.1", ["damage = -0.1: expected 0 to 1"]),
-        (FLAT, "damage = nan", ['damage = "nan": expected a number']),
-        (FLAT, "damage = 2*0.5", ["damage = 2*0.5: 2 values: expected 1 for all planes"]),
-        (RP_4, "damage = 6*0.5", ["6 values: expected 1 for all planes or 5 for 5 planes"]),
-        (FLAT, "slip = 0.1", ["slip = 0.1: 1 values: expected 2 for all planes, in pairs s_dit, s_dih"]),
-        (RP_4, "slip = 9*0.1", ["9 values: expected 2 for all planes or 10 for 5 planes, in pairs"]),
-        (FLAT, "slip = 0, 1e99", ["slip = 0, 1e99: expected a magnitude up to"]),
-        (FLAT, "opening = 1", ["opening = 1: unknown name, expected one of traction, damage, slip"]),
-        (FLAT, "", ["nothing given: expected traction, damage or slip"]),
-        (FLAT, "damage = 1 /\n&initial damage = 1", ["&initial: given twice, first in line 3"]),
-        (
-            FLAT,
-            "traction = 0.1, 0, 0, damage = 1",
-            ["traction = 0.1, 0, 0: initial t_N = 0.1: tension on a crack", "it carries t_N = 0"],
-        ),
-        (RP_4, "traction = 1e-8, 0, 0, damage = 1", ["initial t_N = 1e-8: tension on a crack"]),
-        (
-            FLAT,
-            "traction = -10, 7.5, 0, damage = 1",
-            ["traction = -10, 7.5, 0: initial t_Tx, t_Ty = 7.5, 0: outside the friction of the pattern"],
-        ),
-        (FLAT, "traction = 3.1, 0, 0", ["traction = 3.1, 0, 0: initial t_N = 3.1: beyond the strength"]),
-        (RP_4, "traction = -1, 10, 1", ["&initial: traction = -1, 10, 1: "]),
-        (RP_4, "traction = 1e299, 0, 0", ["&initial: traction = 1e299, 0, 0: initial t_N = 1e299: "]),
-        (
-            FLAT,
-            "damage = 1 /\n&state separation = 3*0, statev = 11*0",
-            ["a run starts from &initial or from &state, in line 4: expected the one or the other"],
-        ),
-    ],
-)
-def test_bad_initial_state(run, tmp_path: Path, pattern: str, initial: str, fragments: list[str]) -> None:
-    """The message names file, line, group, name and value, and the traction that the planes can carry."""
-    messages = run(MATERIAL + pattern + f"&initial {initial} /\n&step s_N = 0.1 /\n", code=1).messages
-    assert "case.nml:3: &initial: " in messages or "case.nml:4: &initial: " in messages
-    for fragment in fragments:
-        assert fragment in messages, messages
-    assert not (tmp_path / "case.csv").exists()

@@ -22,38 +22,11 @@ CYCLE = (
 
 
 @pytest.mark.parametrize(
-    ("options", "pattern"),
-    [
-        ("", RP_4),
-        ("h = 0.01", RP_4),
-        ("ntens = 6, h = 0.5", RP_4),
-        ("ntens = 6, map = 1", RP_4),
-        ("ntens = 6, r = 0.1", RP_4),
-        ("ntens = 2", "&pattern sides = 2, theta = 30.0 /\n"),
-    ],
-)
-def test_replay_is_the_direct_run(run, tmp_path: Path, options: str, pattern: str) -> None:
-    """The separations of a direct run, replayed through the UMAT with trial calls, give its rows."""
-    path = CYCLE.replace("20.0", "0.0") if "ntens = 2" in options else CYCLE
-    direct = run(MATERIAL + pattern + path, "--planes")
-    (tmp_path / "case.csv").rename(tmp_path / "record.csv")
-    replay = run(MATERIAL + pattern + f"&replay file = 'record.csv', {options} /\n", "--planes")
-    assert replay.header == direct.header and len(replay.rows) == len(direct.rows)
-    assert [row[1] for row in replay.rows] == [str(i) for i in range(1, len(direct.rows) + 1)]
-    for name in direct.header:
-        if name in ("step", "increment", "iterations", "event"):
-            continue
-        # Strain = separation/h and the sum of increments cause rounding errors of some units of K |s|.
-        np.testing.assert_allclose(replay[name], direct[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
-    assert replay.events == direct.events
-    assert set(replay["iterations"]) == {4.0}
-
-
-@pytest.mark.parametrize(
     ("options", "extra"),
     [
         ("", ""),
         ("h = 0.01", ""),
+        ("ntens = 6, h = 0.5", ""),
         ("ntens = 6, map = 1, r = 0.1", ""),
         ("ntens = 2", ""),
         ("h = 0.01", ", tau_v = 0.5"),
@@ -61,20 +34,31 @@ def test_replay_is_the_direct_run(run, tmp_path: Path, options: str, pattern: st
 )
 @pytest.mark.parametrize(
     "initial",
-    ["traction = -5, 1, 0.5, damage = 0.5, slip = 0.01, 0", "damage = 0.5", "traction = -5, 0.1, 0.0"],
+    [
+        "",
+        "traction = -5, 1, 0.5, damage = 0.5, slip = 0.01, 0",
+        "damage = 0.5",
+        "traction = -5, 0.1, 0.0",
+    ],
 )
-def test_replay_of_an_initial_state(run, tmp_path: Path, options: str, extra: str, initial: str) -> None:
-    """The UMAT starts where the driver does, with planes in STATEV and the traction as stress."""
+def test_replay_is_the_direct_run(run, tmp_path: Path, options: str, extra: str, initial: str) -> None:
+    """The separations of a direct run, replayed through the UMAT with trial calls, give its rows.
+
+    The UMAT starts where the driver does, with planes in STATEV and the traction as stress.
+    """
     plane = "ntens = 2" in options
     head = MATERIAL.replace(" /", extra + " /") + (
         RP_4 if not plane else "&pattern sides = 2, theta = 30.0 /\n"
     )
     start = f"&initial {initial.replace('0.5, damage', '0, damage') if plane else initial} /\n"
+    start = start if initial else ""
     path = "&step increments = 3 /\n" + (CYCLE.replace("20.0", "0.0") if plane else CYCLE)
     direct = run(head + start + path, "--planes")
     (tmp_path / "case.csv").rename(tmp_path / "record.csv")
     replay = run(head + start + f"&replay file = 'record.csv', {options} /\n", "--planes")
-    assert len(replay.rows) == len(direct.rows)
+    assert replay.header == direct.header and len(replay.rows) == len(direct.rows)
+    assert [row[1] for row in replay.rows] == [str(i) for i in range(1, len(direct.rows) + 1)]
+    assert set(replay["iterations"]) == {4.0}
     if "traction" in start:
         given = [float(x) for x in re.search("traction = ([^a-z]*)[,/]", start)[1].rstrip(", ").split(",")]
         np.testing.assert_allclose(replay.vector("t")[0], given, rtol=0, atol=1e-10)
@@ -82,10 +66,11 @@ def test_replay_of_an_initial_state(run, tmp_path: Path, options: str, extra: st
     for name in direct.header:
         if name in ("step", "increment", "iterations", "event"):
             continue
-        # A sum of increments differs from the total by one rounding error of K |s| for each increment.
+        # Strain = separation/h and the sum of increments cause rounding errors of some units of K |s|.
         np.testing.assert_allclose(replay[name], direct[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
     # In equilibrium a rounding error may cause the event slip.
-    events = [[event - {"slip"} for event in result.events] for result in (replay, direct)]
+    ignored = {"slip"} if initial else set()
+    events = [[event - ignored for event in result.events] for result in (replay, direct)]
     assert events[0] == events[1]
 
 

@@ -111,6 +111,15 @@ ROWS: list[tuple[Callable[[], object], str]] = [
     (lambda: Step(follow="x"), "follow = 'x': expected 'stable' or 'branch'"),
     (lambda: RP_4.run([Step(), Step(time=-1.0)]), r"steps\[1\]: time = -1: expected >= 0"),
     (lambda: RP_4.run(Step(), tolerance=0.5), r"tolerance = 0\.5: expected 1e-8 to 0\.1"),
+    *(
+        (lambda options=options: RP_4.confined_slip(0.0, [0.2], -1.0, **options), message)
+        for options, message in (
+            ({"arc": 0.1}, "^arc without follow = 'branch'$"),
+            ({"follow": "branch", "arc": 2.0}, "arc = 2: expected 0.00001 to 1"),
+            ({"follow": "branch", "tolerance": 1e-3}, "tolerance with follow = 'branch': expected arc"),
+            ({"follow": "branch", "stiffness": -1.0}, "stiffness = -1"),
+        )
+    ),
     (lambda: slip_curves(RT, NAN, [0.1]), "direction"),
     (lambda: slip_curves(RT, 0.0, []), "slips"),
     (lambda: slip_curves(RT, 0.0, [0.1], INF), "sigma_N"),

@@ -7,12 +7,9 @@ from pathlib import Path
 import asperity
 import numpy as np
 import pytest
-from support_driver import MATERIAL, RP_4, S_0
+from support_driver import ETA, GC, MATERIAL, MU, RP_4, S_0, S_F, SIGMA0
 
 pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
-
-SIGMA0, GC, ETA, MU = 3.0, 0.3, 0.9, 0.5
-S_F = 2 * GC / SIGMA0
 
 
 def random_slip_test(seed: int) -> tuple[asperity.Interface, float, list[float], float]:
@@ -140,15 +137,6 @@ def test_fracture_energy_of_rp_4(direction: float, converged: float):
     history = interface.confined_slip(direction, [0.25], 0.0, tolerance=1e-3)
     assert len(history.damage) <= 120
     assert history.work[-1] == pytest.approx(converged, rel=1e-4)
-
-
-def test_jumps_are_sharp() -> None:
-    """RP-16 without normal traction jumps once: the rows beside it are as close as the tolerance asks."""
-    interface = asperity.Interface(asperity.Material(SIGMA0, GC, ETA, MU), asperity.Pattern.regular(16, 30.0))
-    history = interface.confined_slip(0.0, [0.2], 0.0, tolerance=1e-3)
-    [snap] = history.snaps
-    before, after = history.separation[snap.row - 1 : snap.row + 1, 1]
-    assert before < 0.173613 <= after < before + 0.01 * S_F
 
 
 @pytest.mark.parametrize("tolerance", [1e-8, 0.0, -1e-3, 0.2, 1e-9, float("nan")])
