@@ -86,7 +86,7 @@ subroutine interface_review(nprops, props, n_planes, status)
 end subroutine interface_review
 
 !> What is wrong with PROPS: all bad values at once (a function of its own, since f2py takes long to hand back a text).
-subroutine interface_complaint(nprops, props, message)
+subroutine interface_errors(nprops, props, message)
   use asperity_checks, only: review_props
   use asperity_text, only: put_text
   implicit none
@@ -98,7 +98,7 @@ subroutine interface_complaint(nprops, props, message)
   text = ""
   call review_props(props, status, text, by_name=.true.)
   call put_text(text, message)
-end subroutine interface_complaint
+end subroutine interface_errors
 
 !> Warnings about a joint, and the largest increment of slip of an FE code.
 subroutine interface_warnings(nprops, props, pressure, tension, slip, warnings, increment)
@@ -118,14 +118,14 @@ subroutine interface_warnings(nprops, props, pressure, tension, slip, warnings, 
   type(interface_type) :: joint
   character(len=:), allocatable :: lines
   real(wp) :: values(n_measures)
-  logical :: doubtful(n_measures)
+  logical :: beyond(n_measures)
   integer :: i, status
   lines = ""
   increment = ""
   values = measures(props, pressure, tension, slip)
-  doubtful = warned(values)
+  beyond = warned(values)
   do i = 1, n_measures
-    if (doubtful(i)) call append(lines, trim(warning_text(i, values(i))))
+    if (beyond(i)) call append(lines, trim(warning_text(i, values(i))))
   end do
   call put_text(lines, warnings)
   call new_interface(props, joint, status)

@@ -1,13 +1,5 @@
-!> CSV file of a run, with one row per increment that is written at once, and the totals of the run.
-!>
-!> Columns: those of the module `asperity_rows`, and on request alpha_k, s_dit_k, s_dih_k of every plane, with wear
-!> worn_k, wear_work_k, too. `event` has the names of the events of the
-!> increment, joined by +. These are the events of the module `asperity_events` and
-!>   snap      the branch of equilibria ended, and the point moved to the next stable equilibrium
-!>   turn      the branch had a fold, where the prescribed values turned back or forward again
-!>   substeps  the increment was solved in sub-increments
-!>   cut       a UMAT asked for a smaller increment, in a replay or in &umat
-!>   lost      no equilibrium was found beyond this row
+!> CSV file of a run, with one row per increment that is written at once, and the totals of the run: the columns of the
+!> module `asperity_rows` and, on request, those of the state (docs/reference/driver.md).
 module history
   use asperity_kinds, only: wp
   use asperity_control_point, only: point_type

@@ -1,7 +1,7 @@
 !> Progress of a long run as one line on standard error (only on a terminal): count, percentage and remaining time.
 module progress_line
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
-  use, intrinsic :: iso_fortran_env, only: int64
+  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_fortran_env, only: error_unit, int64
   use asperity_text, only: integer_text
   use asperity_kinds, only: wp
   implicit none
@@ -30,16 +30,6 @@ module progress_line
       integer(c_int), value :: file   !! file descriptor
       integer(c_int) :: yes
     end function c_isatty
-
-    !> POSIX: write bytes. A program may have connected the unit of standard error to another file.
-    function c_write(file, text, length) bind(c, name="write") result(written)
-      import :: c_char, c_int, c_size_t
-      implicit none
-      integer(c_int), value :: file                       !! file descriptor
-      character(kind=c_char), intent(in) :: text(*)       !! bytes
-      integer(c_size_t), value :: length                  !! how many
-      integer(c_size_t) :: written
-    end function c_write
   end interface
 
 contains
@@ -100,8 +90,8 @@ contains
   !> Write to standard error.
   subroutine put(text)
     character(len=*), intent(in) :: text   !! bytes
-    integer(c_size_t) :: written
-    written = c_write(standard_error, text, int(len(text), c_size_t))
+    write (error_unit, "(a)", advance="no") text
+    flush (error_unit)
   end subroutine put
 
 end module progress_line

@@ -31,22 +31,22 @@ contains
     integer, intent(in) :: i                 !! of PROPS
     real(wp), intent(inout) :: props(:)      !! (n_fixed_props) constants with sigma0 and Gc; the constant is set
     real(wp), parameter :: factors(2) = [0.1_wp, 10.0_wp]
-    real(wp) :: ends(2), share
+    real(wp) :: ends(2), fraction
     associate (row => prop_table(i), sigma0 => props(p_sigma0), gc => props(p_gc))
-      share = uniform(seed)
+      fraction = uniform(seed)
       ends = row%plausible
       if (any(row%unit == [character(len=len(row%unit)) :: "stress", "stress*length"])) ends = &
         [max(ends(1), factors(1)), min(ends(2), factors(2))]
       select case (row%scale)
       case ("log")
-        props(i) = ends(1)*(ends(2)/ends(1))**share
+        props(i) = ends(1)*(ends(2)/ends(1))**fraction
       case ("logit")
-        props(i) = 1.0_wp/(1.0_wp + (1.0_wp/ends(1) - 1.0_wp)**(1.0_wp - share)*(1.0_wp/ends(2) - 1.0_wp)**share)
+        props(i) = 1.0_wp/(1.0_wp + (1.0_wp/ends(1) - 1.0_wp)**(1.0_wp - fraction)*(1.0_wp/ends(2) - 1.0_wp)**fraction)
         if (chance(seed, 0.25_wp)) props(i) = row%upper
       case ("whole")
         props(i) = ends(1) + real(pick(seed, nint(ends(2) - ends(1)) + 1) - 1, wp)
       case default
-        props(i) = ends(1) + share*(ends(2) - ends(1))
+        props(i) = ends(1) + fraction*(ends(2) - ends(1))
       end select
       if (row%unit == "stress") props(i) = sigma0*props(i)
       if (row%unit == "length") props(i) = 2.0_wp*gc/sigma0*props(i)

@@ -193,7 +193,7 @@ def check(props: Floats) -> int:
     """Number of planes of a PROPS vector; raises ValueError with every bad value and what was expected."""
     n_planes, status = _core.interface_review(props)
     if status != 0:
-        raise ValueError(_text(_core.interface_complaint(props)))
+        raise ValueError(_text(_core.interface_errors(props)))
     return n_planes
 
 

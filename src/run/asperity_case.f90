@@ -6,7 +6,7 @@ module asperity_case
   use asperity_case_groups, only: carry_initial, check_state, expect_group, expect_type, initial_group, initial_type, &
     state_group, state_type, sweep_group, umat_group, umat_type
   use asperity_case_material, only: prop_entries, props_groups
-  use asperity_case_text, only: beside, group_index, listed, lower, name_index, of_file, of_group, read_text, text_type
+  use asperity_case_text, only: beside, group_index, lower, name_index, of_file, of_group, read_text, text_type
   use asperity_checks, only: review_props
   use asperity_contract, only: n_fixed_props, status_ok
   use asperity_errors, only: errors_type, fail, fail_lines, sort_lines
@@ -151,12 +151,17 @@ contains
     type(text_type), intent(in) :: text                       !! the file
     type(errors_type), intent(inout) :: errors   !! errors are added
     integer :: g, i, n(size(group_names))
+    character(len=:), allocatable :: names
 
     n = 0
+    names = "&" // trim(group_names(1))
+    do i = 2, size(group_names)
+      names = names // ", &" // trim(group_names(i))
+    end do
     do g = 1, text%n_groups
       i = name_index(text%groups(g)%name, group_names)
       if (i == 0) then
-        call fail(errors, of_group(text, g), "unknown group: expected " // listed(group_names, "&"))
+        call fail(errors, of_group(text, g), "unknown group: expected " // names)
         cycle
       end if
       n(i) = n(i) + 1

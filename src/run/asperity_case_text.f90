@@ -11,7 +11,7 @@ module asperity_case_text
   implicit none
   private
   public :: check_bytes, load_file, line_end, lower, printable, to_real, read_text, group_index, name_index, of_file
-  public :: of_group, of_entry, listed, beside, token_text, value_text
+  public :: of_group, of_entry, beside, token_text, value_text
 
   character(len=*), parameter, public :: newline = achar(10)
   character(len=*), parameter, public :: blanks = " " // achar(9) // newline // achar(13)
@@ -156,53 +156,36 @@ contains
     character(len=*), intent(in) :: word   !! without blanks
     real(wp), intent(out) :: value         !! 0 if it is no number
     logical, intent(out) :: good           !! whether it is one
-    integer, parameter :: most_digits = 60, largest_exponent = 300
-    character(len=most_digits + 8) :: mantissa
+    integer, parameter :: longest = 60, largest_exponent = 300
+    character(len=longest + 8) :: number
     integer :: e, exponent, status
-    character(len=8) :: power
 
     value = 0.0_wp
     exponent = 0
-    power = ""
-    e = scan(word, "eEdD")
-    good = e /= 1 .and. e /= len(word) .and. len(word) > 0 .and. len(word) <= most_digits
-    if (.not. good) return
-    if (e > 0) then
-      good = len(word) - e <= 5 .and. is_digits(word(e + 1:), .false.)
-      if (.not. good) return
-      power = word(e + 1:)
-      read (power, "(i8)", iostat=status) exponent
-      good = status == 0
-      mantissa = word(:e - 1)
-    else
-      mantissa = word
+    e = scan(word // "e", "eEdD")
+    good = len(word) <= longest .and. is_number(word(:e - 1), 1)
+    if (good .and. e <= len(word)) then
+      good = len(word) - e <= 5 .and. is_number(word(e + 1:), 0)
+      if (good) read (word(e + 1:), "(i8)") exponent
     end if
     ! rejected before it is read, as an overflow would raise a floating-point exception
-    good = good .and. is_digits(trim(mantissa), .true.) .and. exponent + len_trim(mantissa) <= largest_exponent
+    good = good .and. exponent + e - 1 <= largest_exponent
     if (.not. good) return
-    write (power, "(i0)") exponent
-    mantissa = trim(mantissa) // "e" // power
-    read (mantissa, "(f68.0)", iostat=status) value
+    number = word(:e - 1) // "e" // integer_text(exponent)
+    read (number, "(f68.0)", iostat=status) value
     good = status == 0
   end subroutine to_real
 
-  !> Whether a word is an optional sign and digits, with one decimal point if that is admissible.
-  pure function is_digits(word, point) result(yes)
+  !> Whether a word is an optional sign, digits, and up to a number of decimal points.
+  pure function is_number(word, points) result(yes)
     character(len=*), intent(in) :: word   !! text
-    logical, intent(in) :: point           !! allow a decimal point
+    integer, intent(in) :: points          !! 0 or 1
     logical :: yes
-    integer :: first
-    first = 1
-    if (len(word) > 0) then
-      if (scan(word(1:1), "+-") > 0) first = 2
-    end if
-    if (point) then
-      yes = verify(word(first:), "0123456789.") == 0 .and. scan(word(first:), "0123456789") > 0
-      if (yes) yes = index(word, ".") == index(word, ".", back=.true.)
-    else
-      yes = verify(word(first:), "0123456789") == 0 .and. len(word) >= first
-    end if
-  end function is_digits
+    integer :: first, i
+    first = 1 + min(1, scan(word(:min(1, len(word))), "+-"))
+    yes = verify(word(first:), "0123456789.") == 0 .and. scan(word, "0123456789") > 0 .and. &
+      count([(word(i:i) == ".", i=1, len(word))]) <= points
+  end function is_number
 
   !> Split a file, or a text, into groups, entries and values.
   subroutine read_text(path, text, errors, source)
@@ -445,17 +428,5 @@ contains
     whole = name
     if (index(name, "/") /= 1) whole = path(:index(path, "/", back=.true.)) // name
   end function beside
-
-  !> Names separated by commas.
-  pure function listed(names, prefix) result(list)
-    character(len=*), intent(in) :: names(:)   !! names
-    character(len=*), intent(in) :: prefix     !! before each
-    character(len=:), allocatable :: list
-    integer :: i
-    list = prefix // trim(names(1))
-    do i = 2, size(names)
-      list = list // ", " // prefix // trim(names(i))
-    end do
-  end function listed
 
 end module asperity_case_text

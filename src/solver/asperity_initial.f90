@@ -106,7 +106,7 @@ contains
     character(len=:), allocatable :: reason
     type(rie_law) :: law
     real(wp) :: carried(3), in_proportion(3), most, pressed(joint%n_statev)
-    integer :: dead, i, status
+    integer :: damaged, i, status
     logical :: endless
 
     law = new_rie_law(joint)
@@ -121,13 +121,13 @@ contains
     call carry_traction(joint, target, prescribed, pressed, status, in_proportion, endless)
     if (status /= status_initial) return
 
-    dead = count(plane_damage(joint, state) >= 1.0_wp)
-    if (dead == joint%pattern%n .and. target(1) > 0.0_wp) then
+    damaged = count(plane_damage(joint, state) >= 1.0_wp)
+    if (damaged == joint%pattern%n .and. target(1) > 0.0_wp) then
       call set_text(reason, "tension on a crack, every plane being fully damaged")
     else if (.not. endless) then
       call set_text(reason, "no equilibrium was found")
-    else if (dead < joint%pattern%n) then
-      call set_text(reason, "beyond the strength of the planes, of which " // integer_text(dead) // " of " // &
+    else if (damaged < joint%pattern%n) then
+      call set_text(reason, "beyond the strength of the planes, of which " // integer_text(damaged) // " of " // &
         integer_text(joint%pattern%n) // " are fully damaged")
     else
       call set_text(reason, "outside the friction of the pattern")

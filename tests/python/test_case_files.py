@@ -155,7 +155,7 @@ STARTS = [
         (END, END + "\n&sweep name = 'x', values = NaN /", 5, ONE_NAN),
         # branches
         ("increments = 10", "follow = 'jump'", 3, ["follow = 'jump': expected 'stable' or 'branch'"]),
-        ("increments = 10", "follow = 'branch', increments = 10", 3, ["with follow = 'branch': expected arc"]),
+        ("increments = 10", "follow = 'branch', increments = 1", 3, ["increments with follow = 'branch'"]),
         ("increments = 10", "follow = 'branch', arc = 2.0", 3, ["arc = 2.0: expected 0.00001 to 1"]),
         ("increments = 10", "arc = 0.1", 3, ["arc without follow = 'branch'"]),
         *((f"{MU} /\n{RP_4}&step t_N = -5.0, increments = 10", f"{MU}, {constant} /\n{RP_4}{BRANCH}", None,
@@ -165,7 +165,7 @@ STARTS = [
         (f"{PLAIN[:9]}", f"&case tolerance = 1e-3 /\n&step follow = 'branch' /\n{PLAIN[:9]}", 1,
          ["&case: tolerance with follow = 'branch': expected arc"]),
         # starts of a run
-        *((f"{PATTERN} /", f"{'sides = 0' if flat else PATTERN} /\n&{start} /", line, [*fragments, f"&{start}"[:6]])
+        *((f"{PATTERN} /", f"{'sides = 0' if flat else PATTERN} /\n&{start} /", line, fragments)
           for flat, line, start, *fragments in STARTS),
     ],
 )  # fmt: skip
