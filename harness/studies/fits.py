@@ -10,10 +10,8 @@ import tempfile
 from pathlib import Path
 
 from asperity.fit.fitting import fit
-from asperity.fit.picture import draw
-from asperity.fit.records import read_tests
-from asperity.fit.report import props_line, report
-from asperity.fit.units import DEFAULT
+from asperity.fit.records import DEFAULT, read_tests
+from asperity.fit.report import draw, props_line, report
 
 from .program import program
 from .synthetic import DEFAULT_NOISE, synthetic, write_record

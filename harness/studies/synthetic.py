@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from asperity.contract import Floats
 from asperity.fit.model import SIDES, Problem, slip_curve
-from asperity.fit.shear_test import ShearTest
+from asperity.fit.records import ShearTest
 
 from .program import program
 
@@ -69,11 +69,11 @@ def synthetic(
     for number, held in enumerate(sigma_N, 1):
         clean = ShearTest(f"test {number}", slip, slip, None, held, k_N)
         problem = Problem([clean], (), truth, {}, sides, 0.0, increments)
-        path = problem.paths[0]
-        tau, s_N, done = slip_curve(problem.interface(truth), clean, path, 0.0, 200)
-        if done < path.slips.size:
-            raise ValueError(f"sigma_N = {held:g}: no equilibrium at slip {path.slips[done]:g}")
-        measured = [noisy(y[path.rows], noise, rng) for y in (tau, s_N)]
+        [(slips, places)] = problem.paths
+        tau, s_N, done = slip_curve(problem.interface(truth), clean, slips, places, 0.0, 200)
+        if done < slips.size:
+            raise ValueError(f"sigma_N = {held:g}: no equilibrium at slip {slips[done]:g}")
+        measured = [noisy(y[places], noise, rng) for y in (tau, s_N)]
         tests.append(replace(clean, tau=measured[0], s_N=measured[1] if dilation else None))
     return tests
 

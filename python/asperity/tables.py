@@ -1,4 +1,4 @@
-"""Tables: CSV files as instruments and spreadsheets write them, and Markdown."""
+"""Tables: CSV files as instruments and spreadsheets write them, their units, and Markdown."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import csv
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
@@ -45,6 +46,13 @@ QUOTED = re.compile(r'(?:^|(?<=[;,\t]))"[^"]{,80}"(?=[;,\t]|$)', re.MULTILINE)
 
 FIRST_LINES = 400
 """Lines in which the header is searched."""
+
+EXAMPLES = {
+    "length": ("m", "m, cm, mm, um, in or ft"),
+    "stress": ("Pa", "Pa, kPa, MPa, N/mm2, kN/m2, bar, psi or ksi"),
+    "stiffness": ("Pa/m", "a unit of stress/length, such as MPa/mm"),
+}
+"""SI unit and usual units of each kind."""
 
 MOST_ERRORS = 10
 """Largest number of errors of a file that are listed."""
@@ -199,6 +207,25 @@ def _first_row(lines: Sequence[str]) -> tuple[int, str]:
                 best = max(best, (length, first, mark), key=lambda one: one[0])
                 length = 0
     return best[1:]
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry(cache_folder=None)
+
+
+@cache
+def size(kind: str, text: str) -> float:
+    """Unit of a kind (length, stress, stiffness) in SI units; raises ValueError for anything else."""
+    plain = re.sub(r"(?<=[A-Za-z])\^?([23])", r"**\1", text.replace("kp", "kgf").strip())
+    plain = plain.replace("\N{SUPERSCRIPT TWO}", "**2").replace("\N{SUPERSCRIPT THREE}", "**3")
+    unit, examples = EXAMPLES[kind]
+    try:
+        return float(_registry().Quantity(1.0, _registry().parse_units(plain)).to(unit).magnitude)
+    except Exception:  # pint raises errors of its own, of Python's tokenizer and of the arithmetic of units
+        raise ValueError(f"[{text}]: expected {examples}") from None
 
 
 def raise_all(errors: Sequence[str]) -> None:

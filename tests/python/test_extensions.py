@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, read_case
 from asperity.fit.fitting import fit
+from asperity.fit.records import ShearTest
 from asperity.fit.report import case_of, report
-from asperity.fit.shear_test import ShearTest
 from asperity.installed import driver
 from asperity.remarks import doubts
 

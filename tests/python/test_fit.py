@@ -12,13 +12,13 @@ import pytest
 from asperity import Interface, Material, Pattern, Step, contract
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import main
-from asperity.fit import ShearTest, fit, fitting, outcome, read_tests
+from asperity.fit import ShearTest, fit, fitting, read_tests
 from asperity.fit import model as fit_model
+from asperity.fit import result as outcome
 from asperity.fit.command import COVARIANCE, HEADING
-from asperity.fit.constants import to_scale
-from asperity.fit.outcome import residual_ratio
+from asperity.fit.model import to_scale
 from asperity.fit.report import case_of, report
-from asperity.fit.verdict import refusals
+from asperity.fit.result import refusals, residual_ratio
 from asperity.options import PICTURES, may_replace
 
 from harness.studies import synthetic as study

@@ -20,10 +20,9 @@ from asperity import Interface, Material, Pattern
 from asperity.case_files import read_case
 from asperity.cli import main
 from asperity.fit import fit, read_tests
-from asperity.fit.command import HEADING, add_arguments
-from asperity.fit.outcome import Fit
+from asperity.fit.command import HEADING, add_arguments, propose
 from asperity.fit.report import report
-from asperity.fit.verdict import outliers, propose, refusals
+from asperity.fit.result import Fit, refusals
 from asperity.options import command_line
 from asperity.uncertainty import uncertainty
 
@@ -130,7 +129,7 @@ def test_height_is_free_where_the_dilation_ends(command: Command) -> None:
 
 def again(code: int, out: str) -> str:
     """Check that a fit is no result, and return the command that it proposes, with a value for VALUE."""
-    proposed = re.search(r"^next: (?:put .*\n      )?asperity (fit .*)$", out, re.MULTILINE)
+    proposed = re.search(r"^next: asperity (fit .*)$", out, re.MULTILINE)
     assert code == 3 and "PROPS(" not in out and proposed, out[-600:]
     return proposed[1].replace("=VALUE", "=18")
 
@@ -180,13 +179,13 @@ def test_outliers() -> None:
     known = {name: value for name, value in HELD_OUT.items() if name not in study.FREE}
     tests = study.synthetic(NOISE, SEED, HELD_OUT, SIGMA_N)
     start = {name: HELD_OUT[name] for name in study.FREE}
-    assert outliers(fit(tests, fixed=known, start=start, starts=1)) == []
+    assert fit(tests, fixed=known, start=start, starts=1).outliers == []
     for factor in (-1.0, 1.5):
         tau = tests[1].tau.copy()
         tau[40] *= factor
         changed = [tests[0], replace(tests[1], tau=tau, lines=tuple(range(2, 62)))]
         found = fit(changed, fixed=known, start=start, starts=1)
-        [one] = outliers(found)
+        [one] = found.outliers
         assert one.place == "test 2: line 42" and f"tau {tau[40]:g} is" in one.text
         assert refusals(found) == ["outliers move the constants (test 2: line 42)"]
 

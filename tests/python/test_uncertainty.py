@@ -17,10 +17,10 @@ import numpy as np
 import pytest
 from asperity import EquilibriumLost, Interface, Material, Pattern
 from asperity.case_files import Case, drive, read_case
-from asperity.fit.constants import SCALES
 from asperity.fit.fitting import fit
-from asperity.fit.outcome import Fit, residual_ratio
+from asperity.fit.model import SCALES
 from asperity.fit.report import case_of, covariance_text
+from asperity.fit.result import Fit, residual_ratio
 from asperity.uncertainty.distribution import of_deviations, read
 from asperity.uncertainty.paths import load_paths
 from asperity.uncertainty.spread import RESULTS, spread

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pandas
 from asperity.contract import Floats
-from asperity.fit.constants import from_scale, plausible, to_scale
 from asperity.fit.fitting import minimise
+from asperity.fit.model import from_scale, plausible, to_scale
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.pattern import Pattern
@@ -68,6 +68,7 @@ def fitted(
     """
     names = list(starts[0])
     bounds = {name: plausible(name, *size) for name in names} | dict(ends or {})
+    low_high = np.transpose([to_scale(name, bounds[name]) for name in names])
 
     def named(x: Floats) -> Constants:
         pairs = zip(names, x, strict=True)
@@ -76,7 +77,7 @@ def fitted(
     results = [
         minimise(
             lambda x: residuals(named(x)),
-            names, np.array([float(to_scale(name, start[name])) for name in names]), bounds, step=step,
+            names, np.array([float(to_scale(name, start[name])) for name in names]), low_high, step=step,
         )
         for start in starts
     ]  # fmt: skip

@@ -17,33 +17,25 @@ from .envelope import Envelope, draw, envelope, table
 from .joint import SAMPLE, Joint, check_reach
 
 if TYPE_CHECKING:
-    from ..fit.shear_test import ShearTest
+    from ..fit.records import ShearTest
 
-FREE = ("ks", "mu", "theta", "height")
+FREE, FIXED = ("ks", "mu", "theta", "height"), {"flat": contract.default("flat"), "kc": 20.0}
+"""Constants of one normal stress, and values that are not identified: the curves hardly depend on kc = kn/ks,
+as they begin under pressure.
+"""
 
-FIXED = {"flat": contract.default("flat"), "kc": 20.0}
-"""Values that are not identified: the curves hardly depend on kc = kn/ks, as they begin under pressure."""
-
-ROWS = 100
-"""Rows of a curve, equally spaced in the slip."""
-
-REACH = 10.0
-"""Default end of the curves, in slips at the peak."""
+ROWS, REACH = 100, 10.0
+"""Rows of a curve, equally spaced in the slip, and its default end, in slips at the peak."""
 
 BY_NATURE = (
-    "A joint of Barton has no bond: its shear traction is zero at sigma_n = 0. The RIE, the planes "
-    "of the law, has damage0 = 1: ks stands for the stiffness before the peak, mu, theta and height for "
-    "strength and dilation.",
-    "The strength over sigma_n and the dilation angle of Barton fall with sigma_n. Those of the RIE do not: "
-    "--sigma-n LOW,HIGH finds crush, with which they do.",
-    "The slip at the peak of Barton does not depend on sigma_n. That of the RIE grows with it, because its "
-    "contact is elastic up to friction.",
-    "The strength of Barton falls to sigma_n tan(phi_r) only at 100 slips at the peak, and his dilation ends "
-    "there.",
-    "The curves have no scatter: the intervals below say which constants the curves determine, and how "
-    "sharply, not how well the rock is known. There is no covariance for asperity uncertainty.",
+    "A joint of Barton has no bond: the RIE has damage0 = 1, and ks stands for the stiffness below the peak.",
+    "The curves have no scatter: the intervals below say which constants the curves determine, not how well "
+    "the rock is known. There is no covariance for asperity uncertainty.",
 )
-"""Where the two laws differ whatever the constants are, and what the intervals mean."""
+"""What the constants and their intervals mean."""
+
+Found = tuple[Envelope, str, str, Callable[[Path], object]]
+"""Both laws, lines of the report, text of a case and function that draws."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -75,21 +67,18 @@ def _run(options: argparse.Namespace) -> int:
     stresses = [contract.number("--sigma-n", text) for text in options.sigma_n.split(",")]
     if len(stresses) > 2:
         raise ValueError(f"--sigma-n {options.sigma_n}: expected one normal stress, or LOW,HIGH")
-    joint, reach = (
-        Joint(options.jrc, options.jcs, options.phi_r, options.length, options.sample),
-        options.reach,
-    )
+    joint = Joint(options.jrc, options.jcs, options.phi_r, options.length, options.sample)
     found, more, case, picture = (_curve if len(stresses) == 1 else _envelope)(options, joint, *stresses)
+    interface, pressure, end = found.interface, -float(found.stresses[-1]), float(found.slips[-1])
     print(
         f"joint       JRC {joint.jrc:g}, JCS {joint.jcs:g} MPa on samples of {joint.sample:g} m, "
         f"phi_r {joint.phi_r:g} degrees\n"
         f"length      {joint.length:g} m: JRC {joint.jrc_n:.4g}, JCS {joint.jcs_n:.4g} MPa, slip at "
         f"the peak {joint.peak_slip:.4g} mm\n"
-        f"curves      to {reach:g} slips at the peak, {found.slips[-1]:.4g} mm, {found.slips.size - 1} rows "
+        f"curves      to {options.reach:g} slips at the peak, {end:.4g} mm, {found.slips.size - 1} rows "
         f"each\n\n{table(found)}\n\n{more}"
     )
-    interface, pressure = found.interface, -float(found.stresses[-1])
-    for text in doubts(interface.material, interface.pattern, pressure, slip=float(found.slips[-1])):
+    for text in doubts(interface.material, interface.pattern, pressure, slip=end):
         print(f"warning: {text}")
     print(f"\n{props_line(interface)}")
     # without scatter there is no covariance
@@ -97,17 +86,13 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-Found = tuple[Envelope, str, str, Callable[[Path], object]]
-"""Both laws, lines of the report, text of a case and function that draws."""
-
-
 def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> Found:
     """Law that comes closest to the curves under one normal stress."""
     from ..fit.command import arguments_of, searching
-    from ..fit.constants import BOND, KS
-    from ..fit.picture import draw as draw_fit
+    from ..fit.model import BOND, KS
+    from ..fit.records import DEFAULT
     from ..fit.report import case_of, lines_of, report
-    from ..fit.units import DEFAULT
+    from ..fit.report import draw as draw_fit
 
     names = {*options.free.split(","), *numbers("--set", options.set, 1)}
     wrong = ", ".join(name for name in BOND if name in names) or ("" if KS in names else f"{KS} is missing")
@@ -118,13 +103,8 @@ def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> Found:
         found = fitted(arguments_of(options, FIXED))
     slips = np.append(0.0, tests[0].slip)
     both = Envelope(joint, found.interface, np.array([sigma_n]), slips, found.values)
-    more = f"{lines_of(BY_NATURE)}\n\n{report(found, DEFAULT)}"
-    return (
-        both,
-        more,
-        case_of(found),
-        partial(draw_fit, found, DEFAULT, of_tests=f"Barton, JRC {joint.jrc:g}"),
-    )
+    picture = partial(draw_fit, found, DEFAULT, of_tests=f"Barton, JRC {joint.jrc:g}")
+    return both, f"{lines_of(BY_NATURE)}\n\n{report(found, DEFAULT)}", case_of(found), picture
 
 
 def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float) -> Found:
@@ -132,7 +112,7 @@ def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float
     from ..fit.report import slip_case
 
     given = {name: value for name, (value,) in numbers("--set", options.set, 1).items()}
-    unused = ["--free"] if options.free != ",".join(FREE) else []
+    unused = ["--free"] * (options.free != ",".join(FREE))
     unused += [f"--{name}" for name in ("start", "bounds") if getattr(options, name)]
     unused += [f"--set {name}" for name in given if name not in ("kc", "flat")]
     if unused:
@@ -156,14 +136,10 @@ def curves(joint: Joint, stresses: Sequence[float], reach: float = REACH) -> lis
 
     Raises ValueError for stresses out of range and for a reach that does not pass the peak.
     """
-    from ..fit.shear_test import ShearTest
+    from ..fit.records import ShearTest
 
     check_reach(reach)
-    if not stresses:
-        raise ValueError("sigma_n: expected at least one normal stress")
     joint.check_stresses(*stresses)
-    if len(set(stresses)) < len(stresses):
-        raise ValueError(f"sigma_n = {', '.join(f'{one:g}' for one in stresses)}: expected each stress once")
     slip = np.linspace(0.0, reach * joint.peak_slip, ROWS + 1)[1:]
     return [
         ShearTest(f"sigma_n {one:g}", slip, joint.shear(slip, one), joint.dilation(slip, one), -one)

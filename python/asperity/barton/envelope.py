@@ -88,8 +88,7 @@ class Envelope:
     @property
     def parted(self) -> Floats:
         """Strength of the law over that of Barton less one at each stress, (n,)."""
-        barton, law = self.numbers[:, :, 0]
-        return np.asarray(law / barton - 1.0)
+        return np.asarray(self.numbers[1, :, 0] / self.numbers[0, :, 0] - 1.0)
 
 
 def peak(slips: Floats, tau: Floats) -> tuple[float, float]:
@@ -187,12 +186,13 @@ def table(found: Envelope) -> str:
         f"{'MPa':>8}{'MPa':>20}{'':>9}{'mm':>18}{'mm':>18}",
         f"{'':8}{'Barton':>11}{'law':>9}{'differ':>9}" + 2 * f"{'Barton':>10}{'law':>8}",
     ]
+    far = []
     for sigma_n, barton, law, off in zip(found.stresses, *found.numbers, found.parted, strict=True):
         row = f"{sigma_n:>8.4g}{barton[0]:>11.4g}{law[0]:>9.4g}{off:>9.1%}"
         lines.append(row + "".join(f"{a:>10.4g}{b:>8.4g}" for a, b in zip(barton[1:], law[1:], strict=True)))
-    far = [f"{one:.4g}" for one, off in zip(found.stresses, found.parted, strict=True) if abs(off) > PARTED]
+        far += [f"{sigma_n:.4g}"] * (abs(off) > PARTED)
     where = f"by more than {PARTED:.0%}" + (f" at {', '.join(far)} MPa" if far else "")
-    parted = f"part {where}" if far else f"part nowhere {where}"
+    parted = f"part {'' if far else 'nowhere '}{where}"
     return "\n".join([*lines, "", f"The strengths of the law and of Barton {parted}."])
 
 

@@ -13,32 +13,21 @@ import numpy as np
 
 from ..contract import Floats
 
-SAMPLE = 0.1
-"""Length of the laboratory samples that JRC and JCS usually belong to, m."""
-
-LARGEST_JRC = 20.0
-"""Largest JRC of the scale of Barton and Choubey."""
-
-STEEPEST = 70.0
-"""Largest peak angle arctan(tau/sigma_n) for which the criterion is meant, degrees."""
-
-MILLIMETRES = 1.0e3
-"""Millimetres in a metre: the length of a joint is in m, slips are in mm."""
+SAMPLE, LARGEST_JRC, STEEPEST = 0.1, 20.0, 70.0
+"""Length of the laboratory samples that JRC and JCS usually belong to, m; largest JRC of the scale; and
+largest peak angle arctan(tau/sigma_n) for which the criterion is meant, degrees.
+"""
 
 MOBILISED = (
-    (0.3, 0.0),
-    (0.6, 0.75),
-    (1.0, 1.0),
-    (2.0, 0.85),
-    (4.0, 0.7),
-    (10.0, 0.5),
-    (25.0, 0.4),
-    (100.0, 0.0),
-)
+    (0.3, 0.0), (0.6, 0.75), (1.0, 1.0), (2.0, 0.85), (4.0, 0.7), (10.0, 0.5), (25.0, 0.4), (100.0, 0.0),
+)  # fmt: skip
 """Slip over the slip at the peak, and mobilised JRC over that at the peak (Barton 1982).
 
 At zero slip the mobilised angle is -phi_r, so that the shear traction begins at zero.
 """
+
+FINE = 4000
+"""Intervals over which the dilation is integrated, besides those between the kinks of the table."""
 
 
 def check_reach(reach: float) -> None:
@@ -46,10 +35,6 @@ def check_reach(reach: float) -> None:
     last = MOBILISED[-1][0]
     if not 1.0 < reach <= last:
         raise ValueError(f"reach = {reach:g}: expected slips at the peak, > 1 and <= {last:g}")
-
-
-FINE = 4000
-"""Intervals over which the dilation is integrated, besides those between the kinks of the table."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +77,7 @@ class Joint:
     @property
     def peak_slip(self) -> float:
         """Slip at the peak strength, L/500 (JRC/L)^0.33 with L in m; the result is in mm."""
-        return float(MILLIMETRES * self.length / 500.0 * (self.jrc_n / self.length) ** 0.33)
+        return float(1e3 * self.length / 500.0 * (self.jrc_n / self.length) ** 0.33)
 
     def check_stresses(self, *stresses: float) -> None:
         """Raise ValueError for a normal stress that the criterion is not meant for."""
@@ -125,8 +110,7 @@ class Joint:
 
     def shear(self, slip: Floats, sigma_n: float) -> Floats:
         """Shear traction over the slip (T,), mm, from 0 on; MPa."""
-        angle = self.phi_r + self._mobilised(slip, sigma_n)
-        tau: Floats = sigma_n * np.tan(np.radians(angle))
+        tau: Floats = sigma_n * np.tan(np.radians(self.phi_r + self._mobilised(slip, sigma_n)))
         return tau
 
     def dilation(self, slip: Floats, sigma_n: float) -> Floats:

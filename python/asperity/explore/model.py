@@ -13,7 +13,7 @@ from .. import contract
 from ..case_writer import case_text
 from ..contract import Floats
 from ..errors import EquilibriumLost
-from ..fit.constants import SCALES, plausible
+from ..fit.model import SCALES, plausible
 from ..history import History
 from ..interface import Interface
 from ..material import Material, ModelWarning

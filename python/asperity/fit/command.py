@@ -9,6 +9,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from .. import contract
 from ..cards.blocks import HOSTS
@@ -25,16 +28,11 @@ from ..options import (
     workers,
 )
 from ..remarks import doubts, shown_warnings
-from .constants import AUTO, MORTAR, ROCK, SCALES
 from .fitting import STARTS_TRIED, fit
-from .model import INCREMENTS, SIDES
-from .outcome import Fit
-from .picture import draw
-from .records import read_tests
-from .report import accepted_text, case_of, covariance_text, file_of, props_line, report
-from .shear_test import ShearTest
-from .units import DEFAULT, NONE, check_target
-from .verdict import MOVED, Arguments, Fitted, outliers, propose, refusals
+from .model import AUTO, INCREMENTS, MORTAR, ROCK, SCALES, SIDES
+from .records import DEFAULT, NONE, ShearTest, check_target, read_tests
+from .report import accepted_text, case_of, covariance_text, draw, file_of, props_line, report
+from .result import Fit, refusals
 
 NO_RESULT = 3
 """Exit code where numbers must not be used: of a fit, or of too few samples."""
@@ -42,6 +40,30 @@ NO_RESULT = 3
 HEADING = "! Identified by asperity fit."
 COVARIANCE = r'\{\s+"parameters"'
 """Starts of the files that a search writes."""
+
+PATTERNS = (SIDES, 2, 0)
+"""Inclined planes of the patterns that are tried where the user has given none."""
+
+LARGEST_ERROR = 0.1
+"""Largest scatter, as a fraction of the range, that is proposed to be accepted."""
+
+BETTER, AS_GOOD = 0.9, 1.05
+"""Ratio of two sums of squares below which another fit is preferred; the second one if it is a result."""
+
+CUSTOMARY = {"flat": (1.0 / 3.0,), "kc": (20.0, 100.0, 1.0), "eta": (0.9,)}
+CUSTOMARY |= dict.fromkeys(("height", "W0", "crush"), (0.0,))
+"""Values of constants that the tests do not determine: the first one inside the interval, or 0 for none."""
+
+SEVERAL, MOST_CHANGES = 1.2, 6
+"""Ratio of two pressures at which strength over pressure is compared; largest number of changes of the
+arguments that are tried one after the other.
+"""
+
+Arguments = dict[str, Any]
+"""Arguments of `fit`, by name."""
+
+Fitted = Callable[[Arguments], Fit]
+"""Function that fits the same tests with other arguments."""
 
 
 def add_search(
@@ -244,10 +266,8 @@ def _next(
     """Text with the command to run next, which is never that which was refused."""
 
     def command(changed: Arguments, **others: object) -> str:
-        pairs = [
-            f"{name}={one if isinstance(one, str) else f'{one:.10g}'}"
-            for name, one in changed["fixed"].items()
-        ]
+        fixed = changed["fixed"].items()
+        pairs = [f"{name}={one if isinstance(one, str) else f'{one:.10g}'}" for name, one in fixed]
         values = {"free": changed["free"] and ",".join(changed["free"]), "auto": False, "set": pairs}
         same = {name: changed[name] for name in ("sides", "model_error")}
         return "next: " + shlex.join(command_line(parser, options, values | same | others))
@@ -255,18 +275,104 @@ def _next(
     if proposal is not None:
         sums = f"{proposal[1].costs[0]:.4g} after {found.costs[0]:.4g}"
         return f"{command(proposal[0])}\n      it has a result (sum of squares {sums})"
-    moving = ", ".join(one.place for one in outliers(found) if one.moves > MOVED)
-    if moving:
-        again = command(given).replace("next:", "     ", 1)
-        return f"next: put # before these lines if they are errors of reading: {moving}\n{again}"
+    moving = ", ".join(place for place, _, moves in found.outliers if moves)
     flat = not found.problem.is_dilation.any() and not found.problem.values(found.x)["theta"]
     unshown = flat and given["sides"] is None
     unknown = ["theta"] if found.inseparable or unshown else []
     unknown += [name for name in found.undetermined if name not in found.at_bounds]
-    if unknown and (unshown or not found.dependent):
-        free = tuple(name for name in given["free"] or () if name.removeprefix("+") != unknown[0])
-        one = command(given | {"free": free or None, "fixed": given["fixed"] | {unknown[0]: "VALUE"}})
+    if unknown and not moving and (unshown or not found.dependent):
+        one = command(setting(given, unknown[0], "VALUE"))
         return f"{one}\n      with the value of {unknown[0]} from another test: these tests do not contain it"
     one = command(given, plot=options.plot or Path("fit.png"), accept=True)
     look = "look first where test and fit differ: units, signs, pattern (--sides), rows to leave out"
-    return f"{one}\n      takes these constants as they are; {look}"
+    read = f"\n      put # before these lines if they are errors of reading: {moving}" * bool(moving)
+    return f"{one}\n      takes these constants as they are; {look}{read}"
+
+
+def propose(found: Fit, given: Arguments, fitted: Fitted) -> tuple[Arguments, Fit] | None:
+    """Arguments with which the same tests give a result, and this fit; None if none is found.
+
+    given: arguments of the fit that was found.  The changes add up, where they fit better: crush for tests
+    at several pressures, wear in cycles whose dilation ends, another pattern, free values; then the customary
+    values of constants that the tests do not tell, then the acceptance of a model error.
+    """
+    ways = _ways(found, given)
+    for _ in range(MOST_CHANGES):
+        if not refusals(found):
+            return given, found
+        better: list[tuple[Arguments, Fit]] = []
+        for change in ways:
+            better = [one for one in _fits(fitted, change(found, given)) if _is_better(one[1], found)]
+            if better:
+                break
+        better = better or _fits(fitted, _value(found, given) or _acceptance(found, given))
+        if not better:
+            return None
+        given, found = min(better, key=lambda one: one[1].costs[0])
+    return None if refusals(found) else (given, found)
+
+
+def _ways(found: Fit, given: Arguments) -> Iterator[Callable[[Fit, Arguments], list[Arguments]]]:
+    """Functions that change the arguments of a fit, in the order in which they are tried."""
+    problem, tests = found.problem, found.problem.tests
+    pressures, inclined = np.abs([test.pressed for test in tests]), problem.sides > 0
+    ends = inclined and any(test.saturates for test in tests)
+    for wanted, more in (
+        (inclined and pressures.max() > SEVERAL * pressures.min(), [("crush",), ("crush", "height")]),
+        (ends, [("height",)]),
+        (ends and any(len(test.turns) > 1 for test in tests), [("W0",)]),
+    ):
+        if wanted:
+            yield lambda fit, now, more=more: [one for names in more for one in _freeing(fit, now, *names)]
+    if given.get("sides") is None:
+        yield lambda _, now: [now | {"sides": sides} for sides in PATTERNS if sides != problem.sides]
+    if given.get("fixed"):
+        yield lambda _, now: [now | {"free": None, "fixed": {}}]
+
+
+def _fits(fitted: Fitted, changes: Sequence[Arguments]) -> list[tuple[Arguments, Fit]]:
+    """Fits with changed arguments, without those that a fit refuses."""
+    found = []
+    for one in changes:
+        try:
+            found.append((one, fitted(one)))
+        except ValueError:
+            continue
+    return found
+
+
+def _freeing(found: Fit, given: Arguments, *names: str) -> list[Arguments]:
+    """Change that adds free constants, unless one is free or has a value."""
+    free = given.get("free") or ()
+    if {*names} & {*found.problem.free, *given.get("fixed", {})}:
+        return []
+    return [given | {"free": (*free, *(names if free else (f"+{name}" for name in names)))}]
+
+
+def _is_better(other: Fit, found: Fit) -> bool:
+    ratio = other.costs[0] / found.costs[0]
+    return ratio < BETTER or (ratio < AS_GOOD and not refusals(other))
+
+
+def setting(given: Arguments, name: str, value: object) -> Arguments:
+    """Arguments in which a constant has a value and is not free."""
+    left = tuple(free for free in given.get("free") or () if free.lstrip("+") != name)
+    return given | {"free": left or None, "fixed": given.get("fixed", {}) | {name: value}}
+
+
+def _value(found: Fit, given: Arguments) -> list[Arguments]:
+    """Change that sets the customary value of a constant that the tests do not tell, if there is one."""
+    for name in dict.fromkeys([*found.undetermined, *found.at_bounds]):
+        one = found.estimates[name]
+        inside = [value for value in CUSTOMARY.get(name, ()) if value == 0.0 or one.low <= value <= one.high]
+        if inside:
+            return [setting(given, name, inside[0])]
+    return []
+
+
+def _acceptance(found: Fit, given: Arguments) -> list[Arguments]:
+    """Change that accepts the scatter of a model that differs from the tests by more than noise."""
+    scatter = float(np.nanmax(found.scatter))
+    if not found.dependent or scatter <= found.model_error or scatter > LARGEST_ERROR:
+        return []
+    return [given | {"model_error": float(np.ceil(100.0 * scatter) / 100.0)}]

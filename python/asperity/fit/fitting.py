@@ -12,12 +12,10 @@ import numpy as np
 from .. import contract
 from ..contract import Floats
 from ..parallel import map_in_order
-from . import constants
-from .checks import LARGEST_RATIO, refuse
-from .constants import BOND, INCLINED, KS, ROCK, SCALES, from_scale, sizes, to_scale
-from .model import INCREMENTS, SIDES, Problem
-from .outcome import ENOUGH, REFINE, SAME, Fit
-from .shear_test import ShearTest
+from . import model
+from .model import BOND, INCLINED, KS, MORTAR, PLAUSIBLE, ROCK, SCALES, SIDES, Problem, plausible
+from .records import LARGEST_RATIO, ShearTest, refuse
+from .result import ENOUGH, REFINE, SAME, Fit
 
 STEP = 1.0e-3
 """Step of the differences on the scales of the constants, relative to their ranges of the order of one.
@@ -26,13 +24,10 @@ The error of central ones is STEP**2 times the third derivative, 1e-6 where the 
 solver, 1e-13 to 1e-12 over STEP, is far below.
 """
 
-SAMPLES = 48
-"""Points of a Latin hypercube; the best of them are the starts."""
-
-STARTS_TRIED, AGREEING, MORE_STARTS = 5, 3, 3
-"""Number of starts; where fewer than AGREEING reach the smallest sum, up to MORE_STARTS times as many.
-
-About one in four ends in the local minimum of a curve that never softens (small s_f).
+SAMPLES, STARTS_TRIED, AGREEING, MORE_STARTS = 48, 5, 3, 3
+"""Points of a Latin hypercube, the best of which are the starts; number of starts; where fewer than AGREEING
+reach the smallest sum, up to MORE_STARTS times as many: one in four ends in the local minimum of a curve that
+never softens (small s_f).
 """
 
 FOUND, SEARCHED, MOST_EVALUATIONS = 1.0e-8, 1.0e-4, 60
@@ -48,8 +43,8 @@ REFINEMENTS, MOST_ROWS = 3, 400000
 finest model: 150 MB of state for nine planes.
 """
 
-MOST = {"starts": SAMPLES, "increments": 10000, "seed": 2**32 - 1}
-"""Largest whole numbers."""
+MOST = {"starts": (1, SAMPLES), "increments": (1, 10000), "seed": (0, 2**32 - 1)}
+"""Smallest and largest whole numbers."""
 
 
 def fit(
@@ -60,14 +55,14 @@ def fit(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     sides: int | None = None,
     direction: float = 0.0,
-    increments: int = INCREMENTS,
+    increments: int = model.INCREMENTS,
     starts: int = STARTS_TRIED,
     seed: int = 0,
     confidence: float = 0.95,
     tick: Callable[[str], object] = lambda _: None,
     model_error: float = 0.0,
     executor: Executor | None = None,
-    joint: str = constants.AUTO,
+    joint: str = model.AUTO,
 ) -> Fit:
     """Least-squares constants of measured tests.
 
@@ -98,7 +93,7 @@ def fit(
     -------
     Fit
         `estimates` (value, low, high by name), `interface`, and measures of the quality. Whether it is a
-        result: `asperity.fit.verdict.refusals(found)` is then empty.
+        result: `refusals` is then empty.
 
     Raises
     ------
@@ -119,31 +114,25 @@ def fit(
     {'mu': 0.5, 'theta': 20.0}
     """
     for name, value in (("starts", starts), ("increments", increments), ("seed", seed)):
-        least, most = int(name != "seed"), MOST[name]
+        least, most = MOST[name]
         whole = least <= contract.number(name, value) <= most and value == int(value)
         refuse(not whole, f"{name} = {value!r}: expected {least} to {most}, a whole number")
     proper = not isinstance(tests, ShearTest | str) and all(isinstance(one, ShearTest) for one in tests)
-    for wrong, text in (
-        (not proper, f"tests = {contract.shown(tests)}: expected tests, as those of read_tests"),
-        (not tests, "no tests: expected at least one"),
-        (isinstance(free, str), f"free = {free!r}: expected a sequence of names"),
-        (
-            not 0.0 <= model_error < 1.0,
-            f"model_error = {model_error:g}: expected a fraction of the range, 0 to 1",
-        ),
-        (not 0.0 < confidence < 1.0, f"confidence = {confidence:g}: expected between 0 and 1"),
-        (not np.isfinite(direction), f"direction = {direction:g}: expected a finite angle in degrees"),
-    ):
-        refuse(wrong, text)
+    refuse(not proper, f"tests = {contract.shown(tests)}: expected tests, as those of read_tests")
+    refuse(not tests, "no tests: expected at least one")
+    refuse(isinstance(free, str), f"free = {free!r}: expected a sequence of names")
+    fraction, sure = 0.0 <= model_error < 1.0, 0.0 < confidence < 1.0
+    refuse(not fraction, f"model_error = {model_error:g}: expected a fraction of the range, 0 to 1")
+    refuse(not sure, f"confidence = {confidence:g}: expected between 0 and 1")
+    refuse(not np.isfinite(direction), f"direction = {direction:g}: expected a finite angle in degrees")
     fixed, start, bounds = dict(fixed or {}), dict(start or {}), dict(bounds or {})
-    given = {*(name.lstrip("+") for name in free or ()), *fixed, *start}
-    forms = constants.joints(given, joint)
     empty = Problem(list(tests), (), {}, {}, SIDES, float(direction), int(increments))
+    forms = _forms({*(name.lstrip("+") for name in free or ()), *fixed, *start}, joint)
     problems = {form: _problem(empty, form, free, fixed, bounds, start, sides) for form in forms}
     rough: dict[str, Fit] = {}
     for form, problem in problems.items():
         solutions: list[Any] = []
-        for one in search(problem.coarse(), start, int(starts), int(seed), executor):
+        for one in _search(problem.coarse(), start, int(starts), int(seed), executor):
             solutions.append(one)
             tick(f"start {len(solutions)} of {starts}" + (f", {form}" if len(problems) > 1 else ""))
         solutions.sort(key=lambda one: float(one.chisqr))
@@ -161,13 +150,13 @@ def fit(
     derivatives = lambda x: differences(problem.residuals, x, executor=executor)  # noqa: E731
     x, slopes = best.x, derivatives
     while True:
-        result = minimise(problem.residuals, problem.free, x, problem.bounds, FOUND, slopes)
+        result = minimise(problem.residuals, problem.free, x, problem.ends, FOUND, slopes)
         found = Fit(problem, result, confidence, model_error, best.costs, form=form, criteria=criteria)
         parts = problem.refinement * REFINE
         finer = replace(problem, refinement=parts)
         shift = found.shift_by(finer.residuals(found.x) - found.residuals)
         tick(f"1/{parts} of the increments")
-        longest = max(path.slips.size for path in finer.paths)
+        longest = max(slips.size for slips, _ in finer.paths)
         if shift <= ENOUGH or parts > REFINE**REFINEMENTS or REFINE * longest > MOST_ROWS:
             return replace(found, shift=shift)
         # the derivatives of the coarser model are near enough
@@ -178,21 +167,19 @@ def minimise(
     residuals: Callable[[Floats], Floats],
     names: Sequence[str],
     x: Floats,
-    bounds: Mapping[str, tuple[float, float]],
+    ends: Floats,
     tolerance: float = FOUND,
     derivatives: Callable[[Floats], Floats] | None = None,
     step: float = STEP,
 ) -> Any:
-    """Result of lmfit for constants on their scales, between bounds, from x on.
+    """Result of lmfit for constants on their scales, between the ends (2, p), from x on.
 
     derivatives: of the residuals; None: forward differences with a step.
     """
     import lmfit
 
-    low, high = np.array([to_scale(name, bounds[name]) for name in names]).T
-    margin = 1e-6 * (high - low)
-    parameters = lmfit.Parameters()
-    for name, *row in zip(names, np.clip(x, low + margin, high - margin), low, high, strict=True):
+    parameters, margin = lmfit.Parameters(), 1e-6 * np.ptp(ends, axis=0)
+    for name, *row in zip(names, np.clip(x, ends[0] + margin, ends[1] - margin), *ends, strict=True):
         parameters.add(name, row[0], min=row[1], max=row[2])
 
     def vector(parameters: Any) -> Floats:
@@ -233,7 +220,7 @@ def differences(
     return (found - here).T / np.diag(steps)
 
 
-def search(
+def _search(
     problem: Problem, start: Mapping[str, float], starts: int, seed: int, executor: Executor | None
 ) -> Iterator[Any]:
     """Solutions from the given start, if any, and from the best points of a Latin hypercube.
@@ -246,13 +233,12 @@ def search(
         costs = [float(r @ r) for r in map_in_order(problem.residuals, points, executor)]
         ranked = [points[i] for i in np.argsort(costs)]
     if start:
-        given = (problem.values(ranked[0]) if ranked else {}) | dict(start)
-        ranked.insert(0, np.array([float(to_scale(name, given[name])) for name in problem.free]))
+        ranked.insert(0, problem.x((problem.values(ranked[0]) if ranked else {}) | dict(start)))
     costs = []
     for x in ranked[: MORE_STARTS * starts if starts > 1 else 1]:
         if len(costs) >= starts and sorted(costs)[min(AGREEING, starts) - 1] <= SAME * min(costs):
             return
-        one = minimise(problem.residuals, problem.free, x, problem.bounds, SEARCHED)
+        one = minimise(problem.residuals, problem.free, x, problem.ends, SEARCHED)
         costs.append(float(one.chisqr))
         yield one
 
@@ -261,13 +247,43 @@ def _hypercube(problem: Problem, seed: int) -> list[Floats]:
     """Points on the scales of the constants, SAMPLES of a Latin hypercube."""
     from scipy.stats import qmc
 
-    names, size = problem.free, sizes(problem.tests)
-    ranges = [constants.start_range("s_f" if name == "Gc" else name, *size) for name in names]
-    points = qmc.scale(qmc.LatinHypercube(len(names), rng=seed).random(SAMPLES), *np.transpose(ranges))
-    if "Gc" in names:
-        points[:, names.index("Gc")] += [np.log(0.5 * problem.values(x)["sigma0"]) for x in points]
-    ends = np.transpose([to_scale(name, problem.bounds[name]) for name in names])
-    return list(np.clip(points, *ends))
+    ranges = []
+    for name in ("s_f" if name == "Gc" else name for name in problem.free):
+        low, high = model.to_scale(name, plausible(name, *problem.size, PLAUSIBLE | model.STARTS))
+        margin = 0.0 if name in model.STARTS else (high - low) / 3.0
+        ranges.append((low + margin, high - margin))
+    sampler = qmc.LatinHypercube(len(ranges), rng=seed)
+    points = qmc.scale(sampler.random(SAMPLES), *np.transpose(ranges))
+    if "Gc" in problem.free:
+        points[:, problem.free.index("Gc")] += [np.log(0.5 * problem.values(x)["sigma0"]) for x in points]
+    return list(np.clip(points, *problem.ends))
+
+
+def _forms(names: Collection[str], joint: str) -> list[str]:
+    """Forms of a joint that are possible with these constants free or set; raises ValueError."""
+    of_bond = [name for name in BOND if name in names]
+    known = joint in (ROCK, MORTAR, model.AUTO)
+    refuse(not known, f"joint = {joint!r}: expected {ROCK}, {MORTAR} or {model.AUTO}")
+    bond = f"{', '.join(of_bond)}: expected without {KS}, which is that of a joint without bond"
+    refuse(of_bond and (KS in names or joint == ROCK), bond)
+    refuse(KS in names and joint == MORTAR, f"{KS}: expected without a bond, --joint {ROCK}")
+    possible = [MORTAR] if of_bond else [ROCK] if KS in names else [MORTAR, ROCK]
+    return possible if joint == model.AUTO else [joint]
+
+
+def _default_free(problem: Problem, form: str, fixed: Mapping[str, float]) -> list[str]:
+    """Constants that are free unless they are set: those which shear-box tests of this form can show.
+
+    theta needs a measured dilation, flat and kc this or theta, and height a dilation that ends.
+    """
+    tests, free = problem.tests, [KS, "mu"] if form == ROCK else ["sigma0", "Gc", "eta", "mu"]
+    dilates = any(test.s_N is not None and np.ptp(test.s_N) > 0.0 for test in tests)
+    if any(test.envelope for test in tests):
+        return free[-1:] if form == ROCK else ["sigma0", "mu"]
+    if problem.sides == 0 or not (dilates or fixed.get("theta")):
+        return free
+    free += ["theta"] * dilates + ["flat", "kc"]
+    return free + ["height"] * any(test.saturates for test in tests)
 
 
 def _problem(
@@ -285,59 +301,58 @@ def _problem(
         other = ", ".join(name for name in names if name not in allowed)
         refuse(other, f"{what}: {other}{text}")
 
-    tests, plain = empty.tests, [name.removeprefix("+") for name in wanted or ()]
-    for what, names in (("free", plain), ("set", fixed), ("bounds", bounds), ("start", start)):
+    tests, free = empty.tests, [name.removeprefix("+") for name in wanted or ()]
+    for what, names in (("free", free), ("set", fixed), ("bounds", bounds), ("start", start)):
         only(what, names, SCALES, f" is unknown: expected one of {', '.join(SCALES)}")
-    only("free, set", plain, {*SCALES} - {*fixed}, ": expected it free or set, not both")
+    only("free, set", free, {*SCALES} - {*fixed}, ": expected it free or set, not both")
     sloped = [name for name, value in fixed.items() if value and name != "flat"]
     if sides is None:
-        inclines = {"theta", *INCLINED} & {*plain, *sloped}
-        sides = SIDES if inclines or any(test.s_N is not None for test in tests) else 0
-    free = plain
+        inclines = {*INCLINED} & {*free, *sloped} or any(test.s_N is not None for test in tests)
+        sides = SIDES if inclines else 0
+    empty = replace(empty, sides=sides)
     if wanted is None or any(name.startswith("+") for name in wanted):
-        usual = constants.default_free(tests, form, sides, fixed)
-        free = [name for name in usual if name not in fixed and name not in plain] + plain
+        shown = _default_free(empty, form, fixed)
+        free = [name for name in shown if name not in fixed and name not in free] + free
     once = free and len(set(free)) == len(free)
     refuse(not once, f"free: {', '.join(free) or 'none'}: expected names, each once")
     for what, names in (("bounds", bounds), ("start", start)):
         only(what, names, free, f": expected one of the free ones, {', '.join(free)}")
-    if sides == 0:
-        for what, names in (("free", free), ("set", sloped)):
-            even = {*SCALES} - {*INCLINED}
-            only(what, names, even, ": expected inclined planes, which sides = 0 does not have")
-    known = constants.defaults(form) | ({"theta": 0.0} if sides == 0 else {}) | fixed
+    for what, names in (("free", free), ("set", sloped)) if sides == 0 else ():
+        even = {*SCALES} - {*INCLINED}
+        only(what, names, even, ": expected inclined planes, which sides = 0 does not have")
+    # the contact of a joint without bond is stiff
+    usual = {"kc": 20.0} if form == ROCK else {}
+    known = model.DEFAULTS | usual | ({"theta": 0.0} if sides == 0 else {}) | fixed
     names = [name for name in SCALES if name not in (BOND if form == ROCK else (KS,))]
     missing = next((name for name in names if name not in free and name not in known), "")
     why = " (no dilation was measured that shows it)" if missing == "theta" and wanted is None else ""
     refuse(missing, f"{missing}: expected it among the free ones, or a value, --set {missing}={why}")
-    stress, length = sizes(tests)
-    within = {name: constants.plausible(name, stress, length) for name in free}
-    flattest, theta = constants.PLAUSIBLE["theta"][0], known.get("theta", 0.0)
+    within = {name: plausible(name, *empty.size) for name in free} | dict(bounds)
+    flattest, theta = PLAUSIBLE["theta"][0], known.get("theta", 0.0)
     angle = f"set: theta = {theta:g}: expected degrees, 0 or at least {flattest:g} (a radian is 57.3)"
     refuse(0.0 < theta < flattest, angle)
     for name, (low, high) in bounds.items():
         top = {"logit": 1.0, "linear": 90.0}.get(SCALES[name], np.inf)
         ordered = 0.0 < low < high < top
         refuse(not ordered, f"bounds: {name} = {low:g}, {high:g}: expected 0 < low < high < {top:g}")
-        within[name] = (low, high)
     for name, value in start.items():
         low, high = within[name]
         ends = f"{low:g} to {high:g}, its bounds" + " in degrees" * (name == "theta")
         inside = low <= contract.number(name, value) <= high
         refuse(not inside, f"start: {name} = {value:g}: expected {ends}")
     values = {name: contract.number(name, known[name]) for name in names if name not in free}
-    problem = replace(empty, free=tuple(free), fixed=values, bounds=within, sides=sides)
-    middle = {name: float(from_scale(name, to_scale(name, ends).mean())) for name, ends in within.items()}
-    problem.interface(values | middle)
+    problem = replace(empty, free=tuple(free), fixed=values, bounds=within)
+    # refuses values that no joint has
+    problem.interface(problem.values(problem.ends.mean(axis=0)))
     if form != ROCK:
         (a, b), (c, d) = (within.get(name) or (values[name], values[name]) for name in ("Gc", "sigma0"))
-        shortest, longest = 2.0 * a / d, 2.0 * b / c
+        length, shortest, longest = problem.size[1], 2.0 * a / d, 2.0 * b / c
         refuse(
             not shortest / LARGEST_RATIO <= length <= LARGEST_RATIO * longest,
             f"column slip: up to {length:g} where s_f = 2 Gc/sigma0 is {shortest:g} to {longest:g}: expected "
             f"the unit of Gc/sigma0 (a ratio from {1.0 / LARGEST_RATIO:g} to {LARGEST_RATIO:g})",
         )
-    count, least = problem.is_dilation.size, 2 * len(free)
+    count, least = len(problem.rows), 2 * len(free)
     few = f"{count} values in {len(tests)} tests: expected more than {least}, twice the {len(free)} free"
     refuse(count <= least, f"{few} constants")
     return problem

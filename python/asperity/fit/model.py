@@ -1,58 +1,109 @@
-"""Model of shear-box tests: residuals as a function of the constants on their scales."""
+"""Constants that a fit may identify, and the model of shear-box tests: residuals over the constants."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from .. import contract
 from ..contract import Floats
 from ..interface import Interface
+from ..material import Material
 from ..pattern import Pattern
 from ..steps import slip_path, thinned
-from .constants import from_scale, material_of
-from .shear_test import ShearTest
+from .records import ShearTest
 
-SIDES = 8
-"""Inclined planes of the default pattern: RP-8 is nearly isotropic and cheap."""
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
-INCREMENTS = 200
-"""Smallest number of increments along a test, with which a fit begins."""
+TIMELESS = tuple(
+    row
+    for row in contract.owned("law", "pattern")
+    if row.scale != "whole" and row.lower >= 0.0 and row.name != "tau_v"
+)
+"""Constants that can be identified: numbers >= 0 that matter in tests without a time."""
 
-PRELOAD = 50
-"""Increments in which sigma_N is applied before the slip."""
+MATERIAL = tuple(row.name for row in TIMELESS if row.owner == "law")
+"""Constants of the material; the others are those of the pattern."""
 
-PENALTY = 3.0
-"""Residual, in multiples of the range, added to a row that the model does not reach (lost equilibrium)."""
+KS = "ks"
+"""Shear stiffness of a joint without bond, a constant in place of those of the bond."""
 
-LEAST_SPREAD = 0.05
-"""Smallest scale of the dilation of a test, as a fraction of the largest dilation of all tests.
+BOND = ("sigma0", "Gc", "eta", "sigma02", "Gc2", "damage0")
+INCLINED = ("theta", "flat", "height", "W0", "crush")
+"""Constants that a joint without bond does not have, and those of inclined planes."""
 
-A test with less dilation shows mostly noise.
+ROCK, MORTAR, AUTO = "rock", "mortar", "auto"
+"""Forms of a joint: without bond, with bond, and that of the two which the tests support."""
+
+SCALES = {row.name: row.scale for row in TIMELESS} | {KS: "log"}
+UNITS = {row.name: row.unit for row in TIMELESS} | dict.fromkeys((KS, "K"), "stress/length")
+UNITS |= {"s_f": "length", "s0": "length", "ratio": "-"}
+PLAUSIBLE = {row.name: row.plausible for row in TIMELESS} | {KS: (1e-2, 1e5), "kn": (1e-2, 1e8)}
+"""Scale, unit and plausible range of a constant; the range is in multiples of the size of its unit."""
+
+STARTS = {"sigma0": (0.05, 2.0), "s_f": (0.02, 1.5), "eta": (0.4, 0.97), "mu": (0.15, 1.0), KS: (1.0, 1e3)}
+STARTS |= {"theta": (5.0, 45.0), "flat": (0.1, 0.6), "kc": (0.5, 50.0)}
+STARTS |= {"height": (0.03, 3.0), "W0": (0.05, 5.0)}
+"""Ranges of the starts, of s_f in place of Gc, because the tests show its size; of others the middle."""
+
+DEFAULTS = {row.name: row.default for row in TIMELESS if row.default is not None and row.name != "theta"}
+DEFAULTS |= {"eta": 0.9}
+"""Values of constants that are neither free nor set."""
+
+SIDES, INCREMENTS, PRELOAD = 8, 200, 50
+"""Inclined planes of the default pattern, RP-8, nearly isotropic and cheap; smallest number of increments
+along a test, with which a fit begins; and increments in which sigma_N is applied before the slip.
+"""
+
+PENALTY, LEAST_SPREAD = 3.0, 0.05
+"""Residual, in multiples of the range, added to a row without equilibrium; and smallest scale of the dilation
+of a test, over the largest dilation of all tests, because a test with less dilation shows mostly noise.
 """
 
 MOST_SEARCHED = 80
 """Rows of a test, and increments, from which the starts search."""
 
 
-class SlipPath(NamedTuple):
-    """Slips (P,) of the model for a test, from zero on, and which of them are rows of the test."""
+def to_scale(name: str, value: ArrayLike) -> Floats:
+    """Value on the scale of the constant, on which a fit works: its logarithm, logit or itself."""
+    value, scale = np.asarray(value, dtype=float), SCALES.get(name, "log")
+    return value if scale == "linear" else np.log(value / (1.0 - value) if scale == "logit" else value)
 
-    slips: Floats
-    rows: np.ndarray
+
+def from_scale(name: str, x: ArrayLike) -> Floats:
+    """Value of a constant from that on its scale, within the range of doubles."""
+    x, scale = np.clip(np.asarray(x, dtype=float), -700.0, 700.0), SCALES.get(name, "log")
+    found: Floats = x if scale == "linear" else 1.0 / (1.0 + np.exp(-x)) if scale == "logit" else np.exp(x)
+    return found
 
 
-class Part(NamedTuple):
-    """Residuals of one column of a test: its number, its name and values, their scale, and the place."""
+def material_of(values: Mapping[str, float]) -> Material:
+    """Material of constants by name, or their defaults; with ks that of a joint without bond."""
+    given = {name: values[name] for name in MATERIAL if name in values}
+    if KS not in values:
+        return Material(**given)
+    return Material.from_joint(kn=given.pop("kc") * values[KS], ks=values[KS], **given)
 
-    number: int
-    name: str
-    measured: Floats
-    scale: float
-    place: slice
+
+def residual_ratio(values: Mapping[str, float]) -> float:
+    """|tau|/|sigma_N| of a fully damaged interface that slides up one facing plane; inf if it locks."""
+    return float(material_of(values).residual_strength(values["theta"]))
+
+
+def plausible(
+    name: str, stress: float, length: float, ranges: Mapping[str, tuple[float, float]] = PLAUSIBLE
+) -> tuple[float, float]:
+    """Ends of what joints have, or of other ranges, in tests of this largest stress and length."""
+    sizes = {"stress": stress, "length": length, "stress*length": stress * length}
+    size = (sizes | {"stress/length": stress / length}).get(UNITS.get(name, "stress/length"), 1.0)
+    low, high = ranges[name]
+    return low * size, high * size
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,42 +126,67 @@ class Problem:
     refinement: int = 1
     weight: float = 1.0
 
+    @property
+    def size(self) -> tuple[float, float]:
+        """Largest stress and length of the tests, with which the ranges of the constants are multiplied."""
+        stress = max(float(np.abs(test.tau).max()) for test in self.tests)
+        return stress, max(float(np.abs(test.slip).max()) for test in self.tests)
+
     @cached_property
-    def paths(self) -> list[SlipPath]:
-        """Load paths of the model, in steps of at most the length of the path over `increments`."""
+    def ends(self) -> Floats:
+        """Bounds on the scales of the constants, (2, p)."""
+        return np.transpose([to_scale(name, self.bounds[name]) for name in self.free])
+
+    @cached_property
+    def paths(self) -> list[tuple[Floats, np.ndarray]]:
+        """Slips (P,) of the model for each test, from zero on, and which of them are rows of the test."""
         found = []
         for test in self.tests:
             nodes = np.append(0.0, test.slip)
             lengths = np.abs(np.diff(nodes))
             parts = np.maximum(1, np.ceil(lengths / lengths.sum() * self.increments - 1e-9).astype(int))
             rows = np.cumsum(np.append(0, parts * self.refinement))
-            found.append(SlipPath(np.interp(np.arange(rows[-1] + 1), rows, nodes), rows[1:]))
+            found.append((np.interp(np.arange(rows[-1] + 1), rows, nodes), rows[1:]))
         return found
 
     @cached_property
-    def parts(self) -> list[Part]:
-        """Parts of the residuals; their scale is the range, or for an envelope its peak."""
+    def rows(self) -> DataFrame:
+        """Row of every residual: number of its test, name of its column, row there, measured value, scale.
+
+        The scale is the range in the test, or for an envelope its peak.
+        """
+        from pandas import DataFrame, concat
+
         least = LEAST_SPREAD * max([0.0, *(np.ptp(one.s_N) for one in self.tests if one.s_N is not None)])
-        parts: list[Part] = []
+        parts = []
         for number, test in enumerate(self.tests):
-            columns = [("tau", test.tau, float(np.ptp([0.0, *test.tau] if test.envelope else test.tau)))]
             scale = 0.0 if test.s_N is None else max(float(np.ptp(test.s_N)), least)
-            if scale > 0.0:
-                columns.append(("dilation", test.s_N, scale))
-            for column in columns:
-                start = parts[-1].place.stop if parts else 0
-                parts.append(Part(number, *column, slice(start, start + test.slip.size)))
-        return parts
+            columns = [("tau", test.tau, np.ptp([0.0, *test.tau] if test.envelope else test.tau))]
+            columns += [("dilation", test.s_N, scale)] * (scale > 0.0)
+            for name, measured, of_column in columns:
+                column = {"measured": measured, "row": np.arange(measured.size), "scale": of_column}
+                parts.append(DataFrame({"test": number, "name": name} | column))
+        return concat(parts, ignore_index=True)
 
     @cached_property
     def is_dilation(self) -> np.ndarray:
         """Mask of the residuals of s_N."""
-        return np.concatenate([np.full(one.measured.size, one.name == "dilation") for one in self.parts])
+        return (self.rows.name == "dilation").to_numpy()
+
+    @cached_property
+    def _scaling(self) -> tuple[Floats, Floats, Floats]:
+        """Measured values, scales and weights of the residuals."""
+        rows = self.rows
+        return rows.measured.to_numpy(), rows.scale.to_numpy(), np.where(self.is_dilation, self.weight, 1.0)
 
     def values(self, x: Floats) -> dict[str, float]:
         """Values of all constants by name, from the free ones on their scales."""
         found = {name: float(from_scale(name, value)) for name, value in zip(self.free, x, strict=True)}
         return dict(self.fixed) | found
+
+    def x(self, values: Mapping[str, float]) -> Floats:
+        """Free constants on their scales, from their values."""
+        return np.array([float(to_scale(name, values[name])) for name in self.free])
 
     def interface(self, values: Mapping[str, float]) -> Interface:
         """The interface with these constants."""
@@ -120,17 +196,24 @@ class Problem:
         """tau, s_N and the number of converged rows of each test, from `slip_curve`."""
         interface, preload = self.interface(values), self.refinement * PRELOAD
         pairs = zip(self.tests, self.paths, strict=True)
-        return [slip_curve(interface, test, path, self.direction, preload) for test, path in pairs]
+        return [slip_curve(interface, test, *path, self.direction, preload) for test, path in pairs]
 
     def residuals(self, x: Floats) -> Floats:
         """Model less measurement, divided by the range of tau or of s_N of each test, with their weights."""
-        found, curves = [], self.curves(self.values(x))
-        for number, name, measured, scale, _ in self.parts:
-            rows, (tau, s_N, done) = self.paths[number].rows, curves[number]
-            model = at_rows(self.tests[number], tau, rows) if name == "tau" else s_N[rows]
-            weight = 1.0 if name == "tau" else self.weight
-            found.append(weight * ((model - measured) / scale + PENALTY * (rows >= done)))
-        return np.concatenate(found)
+        model, lost = [], []
+        for curve, (_, rows), shown in zip(self.curves(self.values(x)), self.paths, self._shown, strict=True):
+            test, dilates = shown
+            model += [at_rows(test, curve[0], rows), curve[1][rows]][: 1 + dilates]
+            lost += [rows >= curve[2]] * (1 + dilates)
+        measured, scale, weight = self._scaling
+        found: Floats = weight * ((np.concatenate(model) - measured) / scale + PENALTY * np.concatenate(lost))
+        return found
+
+    @cached_property
+    def _shown(self) -> list[tuple[ShearTest, bool]]:
+        """Tests, and whether their dilation has residuals."""
+        dilates = {*self.rows.test[self.is_dilation]}
+        return [(test, number in dilates) for number, test in enumerate(self.tests)]
 
     def coarse(self) -> Problem:
         """Problem with few rows and increments, on which the starts search."""
@@ -149,18 +232,18 @@ def at_rows(test: ShearTest, tau: Floats, rows: np.ndarray) -> Floats:
 
 
 def slip_curve(
-    interface: Interface, test: ShearTest, path: SlipPath, direction: float, preload: int
+    interface: Interface, test: ShearTest, slips: Floats, rows: np.ndarray, direction: float, preload: int
 ) -> tuple[Floats, Floats, int]:
-    """tau along the slip and s_N since its start, (T,) each, and the number of converged rows.
+    """tau along the slip and s_N since its start, (P,) each, and the number of converged rows.
 
     The model of a shear box: `Interface.confined_slip` under sigma_N and k_N of the test, without its
-    state and events.  A measured normal traction is prescribed, straight between the rows of the test.  Rows
-    without equilibrium repeat the last one.
+    state and events.  slips, rows: as in `Problem.paths`.  A measured normal traction is prescribed, straight
+    between the rows of the test.  Rows without equilibrium repeat the last one.
     """
-    n = path.slips.size
-    load, slide = slip_path(direction, path.slips, test.sigma_N, preload, test.k_N)
+    n = slips.size
+    load, slide = slip_path(direction, slips, test.sigma_N, preload, test.k_N)
     if test.path_N is not None:
-        slide = replace(slide, t_N=np.interp(np.arange(n), [0, *path.rows], [test.sigma_N, *test.path_N]))
+        slide = replace(slide, t_N=np.interp(np.arange(n), [0, *rows], [test.sigma_N, *test.path_N]))
     history = interface.rows([load, slide])[0].after_step(1)
     done = len(history)
     if done == 0:

@@ -1,38 +1,67 @@
-"""Read shear-box tests: files of slip, shear traction and dilation under a normal traction."""
+"""Shear-box tests: files of laboratories with their columns and units, and physical checks."""
 
 from __future__ import annotations
 
 import re
 import unicodedata
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .. import contract
-from ..tables import Table, raise_all, read_table
-from . import checks, units
-from .checks import doubt, refuse
-from .shear_test import ShearTest
+from ..contract import Floats
+from ..material import ModelWarning
+from ..steps import turns_of
+from ..tables import Table, raise_all, read_table, size
 
 if TYPE_CHECKING:
-    from pandas import DataFrame, Series
+    from pandas import DataFrame
 
-REQUIRED = ("slip", "tau", "sigma_N")
-ENVELOPE = ("slip", "peak", "residual", "sigma_N")
+REQUIRED, ENVELOPE = ("slip", "tau", "sigma_N"), ("slip", "peak", "residual", "sigma_N")
 OPTIONAL = ("dilation", "k_N", "test")  # the first one not in an envelope
 KNOWN = tuple(dict.fromkeys(REQUIRED + ENVELOPE + OPTIONAL))
 """Columns of a file; ENVELOPE: a row for each test."""
 
-LEAST_ROWS = 5
-"""Smallest number of rows of a test: fewer show no stiffness, peak or residual strength."""
+KINDS = {"slip": "length", "dilation": "length", "k_N": "stiffness"}
+KINDS |= dict.fromkeys(("tau", "sigma_N", "peak", "residual"), "stress")
+DEFAULT, NONE = ("mm", "MPa"), ("length", "stress")
+"""What each column measures; units to which numbers with units are converted, and labels without units."""
+
+LEAST_ROWS, SATURATED, LEAST_PART = 5, 0.7, 4
+"""Rows of a test: fewer show no stiffness, peak or residual strength.  Ratio of two slopes of the dilation
+below which it ends, and smallest number of rows of a slope.
+"""
 
 LEAP, RETURN, NEAR, REVERSED = 3.0, 0.5, 0.1, -0.1
 """Where the slip jumps back to its start the next test begins: smallest jump over the usual step and over the
 way so far; distance from the start over this way, and smallest way over that of the file; and smallest tau
 over the largest one, because the return stroke of a cycle reverses tau.
 """
+
+HELD, SPRING = 0.05, 0.7
+"""Largest relative variation of a constant normal traction, and largest part of its change that k_N times the
+dilation need not explain.
+"""
+
+LARGEST_RATIO, LARGEST_FRICTION, UNUSUAL = 1.0e3, 100.0, 3.0
+"""Ratios of two lengths or stresses above which units are mixed (kPa to MPa is near 1000); of tau to
+|sigma_N| without units (a friction of 0.8 on planes of 45 degrees gives 9); and one that is unusual.
+"""
+
+STEEPEST, SHALLOWEST, OFFSET, CLOSES = 20.0, 1.0e-3, 0.5, 3.0
+"""Ratios of dilation to slip of planes of 87 degrees, and below which the dilation is doubted; largest first
+dilation or slip over its range; ratio of closure to opening above which the sign is doubted.
+"""
+
+LONGEST_PATH, MOST_TURNS = 5.0, 1.0 / 3.0
+"""Length of the slip path over its range, and fraction of rows with a reversal, of rows out of order."""
+
+USUAL = {"length": (1e-6, 1.0), "stress": (1e3, 2e8)}
+"""Usual sizes of the largest slip, in metres, and of the largest stress, in pascals."""
 
 SHEAR = r"(?=.*(shear|horizontal|tangen|scher|schub|cisail|taglio|orizzontal|corte|cortant|cisalha))"
 NORMAL = r"(?=.*(normal|vertical|vertikal|confin))"
@@ -52,6 +81,91 @@ RULES = {
     r"(id|name|no|nr|number|nummer|n|code|label)?\W*$",
 }
 """Names of the columns in English, German, French, Italian, Spanish and Portuguese."""
+
+
+def refuse(wrong: object, text: str) -> None:
+    """Raise ValueError where something is wrong."""
+    if wrong:
+        raise ValueError(text)
+
+
+def doubt(odd: object, text: str) -> None:
+    """Give a ModelWarning where something is odd."""
+    if odd:
+        warnings.warn(text, ModelWarning, stacklevel=2)
+
+
+@dataclass(frozen=True, eq=False)
+class ShearTest:
+    """One test: slip (T,) and s_N (T,), None where not measured, length; tau (T,), stress.
+
+    s_N counts from the start of the slip, opening positive.  sigma_N: normal traction there, stress, <= 0;
+    k_N: normal stiffness of the box, stress/length, 0 where sigma_N is constant.  name: file and test.
+    units: of length and stress where the file has them.  lines (T,): of the file, empty where there is none.
+    path_N (T,): measured normal traction of each row, None where sigma_N and k_N give it.  envelope: the two
+    rows are the peak, at a slip that is not known, and the residual strength.
+    Raises ValueError for inadmissible data.
+    """
+
+    name: str
+    slip: Floats
+    tau: Floats
+    s_N: Floats | None
+    sigma_N: float
+    k_N: float = 0.0
+    units: dict[str, str] = field(default_factory=dict)
+    lines: tuple[int, ...] = ()
+    path_N: Floats | None = None
+    envelope: bool = False
+
+    def __post_init__(self) -> None:
+        """Check shapes and values."""
+        for name in ("slip", "tau", "s_N", "path_N"):
+            if getattr(self, name) is None:
+                continue
+            values = contract.array(name, getattr(self, name))
+            object.__setattr__(self, name, values)
+            refuse(not values.size, f"{self.name}: {name} has no rows: expected some")
+            wrong = values.shape != (self.slip.size,) or not np.isfinite(values).all()
+            wanted = f"expected finite numbers of shape ({self.slip.size},)"
+            refuse(wrong, f"{self.name}: {name} has shape {values.shape}: {wanted}")
+            same = name in ("slip", "tau") and not np.ptp(values) > 0.0 and not self.envelope
+            text = f"{self.name}: column {name} is {values[0]:g} in all rows: expected values that change"
+            refuse(same, text)
+        for name in ("sigma_N", "k_N"):
+            object.__setattr__(self, name, contract.number(name, getattr(self, name)))
+        worst = self.sigma_N if self.path_N is None else max(self.sigma_N, *self.path_N)
+        pressed, stiff = -np.inf < worst <= 0.0, 0.0 <= self.k_N < np.inf
+        refuse(not pressed, f"{self.name}: sigma_N = {worst:g}: expected a finite compression, <= 0")
+        refuse(not stiff, f"{self.name}: k_N = {self.k_N:g}: expected a finite stiffness >= 0")
+
+    @property
+    def pressed(self) -> float:
+        """Normal traction of the largest size, stress."""
+        return self.sigma_N if self.path_N is None else float(self.path_N.min())
+
+    @property
+    def turns(self) -> list[float]:
+        """Slips at the reversals, and the last slip."""
+        path = np.append(0.0, self.slip)
+        return list(path[turns_of(path)[1:]].tolist())
+
+    @property
+    def saturates(self) -> bool:
+        """Whether the dilation ends: its slope at the end of the first stroke is well below that before."""
+        if self.s_N is None or self.envelope:
+            return False
+        end = int(np.argmax(np.abs(self.slip) >= 0.98 * np.abs(self.slip).max()))
+        way = self.slip[: end + 1] / self.slip[end]
+        parts = [np.flatnonzero((way >= low) & (way <= high)) for low, high in ((0.25, 0.5), (0.75, 1.0))]
+        if min(map(len, parts)) < LEAST_PART:
+            return False
+        before, at_end = (np.polyfit(way[part], self.s_N[part], 1)[0] for part in parts)
+        return bool(at_end < SATURATED * before)
+
+    def place(self, row: int) -> str:
+        """Name of the test, with the line of a row where it comes from a file."""
+        return f"{self.name}: line {self.lines[row]}" if self.lines else self.name
 
 
 def read_tests(
@@ -78,35 +192,32 @@ def read_tests(
     cannot be read.
     """
     for name, value, least in (("k_N", k_N, ">= 0"), ("k_T", k_T, "> 0")):
-        if value is not None and not (0.0 <= value < np.inf and (value or name == "k_N")):
-            raise ValueError(f"{name} = {value:g}: expected a finite stiffness {least}")
-    for name in columns or {}:
-        refuse(name not in KNOWN, f"columns: {name}: expected one of {', '.join(KNOWN)}")
+        good = value is None or (0.0 <= value < np.inf and (value or name == "k_N"))
+        refuse(not good, f"{name} = {value or 0.0:g}: expected a finite stiffness {least}")
+    other = next((name for name in columns or {} if name not in KNOWN), "")
+    refuse(other, f"columns: {other}: expected one of {', '.join(KNOWN)}")
     held = [] if sigma_N is None else np.atleast_1d(contract.array("sigma_N", sigma_N)).tolist()
     shown = f"sigma_N = {contract.shown(sigma_N)}"
     refuse(not np.isfinite(held).all(), f"{shown}: expected finite tractions")
     files = [Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)]
     refuse(not files, "no test: expected a file")
-    sign = -1.0 if compression_positive else 1.0
     for path in files:
         same = [one.resolve() for one in files].count(path.resolve()) > 1
         refuse(same, f"{path}: given twice: expected each file once")
+    sign = -1.0 if compression_positive else 1.0
     found = _of_all(files, lambda path: _read(path, target, columns or {}, sign, bool(held)))
     without = [rows for rows in found if "sigma_N" not in rows]
     both = held and not without
     refuse(both, f"{shown}: expected no value beside a column sigma_N, which every file has")
-    refuse(
-        held and len(held) not in (1, len(without)),
-        f"sigma_N: {len(held)} values for {len(without)} tests without that column: expected one for each, "
-        "or one for all",
-    )
-    for rows, value in zip(without, held * (len(without) if len(held) == 1 else 1), strict=True):
-        rows["sigma_N"] = -abs(value)
+    text = f"sigma_N: {len(held)} values for {len(without)} tests without that column: expected one for each"
+    refuse(len(held) > 1 and len(held) != len(without), f"{text}, or one for all")
+    for i, rows in enumerate(without):
+        rows["sigma_N"] = -abs(held[i % len(held)])
     for rows in found:
         if "k_N" not in rows or rows.k_N.isna().all():
             rows["k_N"] = k_N or 0.0
     tests: list[ShearTest] = _of_all(found, lambda rows: _tests(rows, k_T, sigma_N_path, sign))
-    checks.of_all(tests)
+    _check_all(tests)
     return tests
 
 
@@ -122,32 +233,53 @@ def _of_all(items: Sequence[Any], function: Callable[[Any], list[Any]]) -> list[
     return found
 
 
+def check_target(units: Sequence[str]) -> tuple[str, str]:
+    """Units of length and stress; raises ValueError for anything else."""
+    there, given = len(units) == len(NONE), ",".join(units)
+    refuse(not there, f"--units {given}: expected LENGTH,STRESS, such as mm,MPa")
+    for kind, unit in zip(NONE, units, strict=True):
+        try:
+            size(kind, unit)
+        except ValueError as error:
+            raise ValueError(f"--units {given}: {error}") from None
+    return units[0], units[1]
+
+
+def _factors(where: str, given: Mapping[str, str], target: tuple[str, str]) -> list[float]:
+    """Factor of every column from its unit to that of the target, 1 where no column has a unit."""
+    wanted = dict(zip(NONE, target, strict=True)) | {"stiffness": "({1})/({0})".format(*target)}
+    first, found = next((f"{name} [{unit}]" for name, unit in given.items() if unit), ""), []
+    for name, unit in given.items() if first else ():
+        text = f"column {name} has no unit: expected one for every column, as {first} has, or none at all"
+        refuse(not unit, f"{where}: {text}")
+        try:
+            found.append(size(KINDS[name], unit) / size(KINDS[name], wanted[KINDS[name]]))
+        except ValueError as error:
+            raise ValueError(f"{where}: {name} {error}") from None
+    return found or [1.0] * len(given)
+
+
 def _read(
     path: Path, target: tuple[str, str] | None, renamed: Mapping[str, str], sign: float, optional: bool
 ) -> list[DataFrame]:
     """Rows of each test of a file by line, in the units of the target.
 
-    Their attributes are the name of the test, the place of its file, and the units.  optional: whether
-    sigma_N may be missing.
+    Their attributes are the name of the test, its file and the units.  optional: sigma_N may be missing.
     """
     from pandas import DataFrame
 
     table = read_table(path, f"a CSV file with {', '.join(REQUIRED)}")
     none = f"{path}: no rows: expected a header with slip, tau, sigma_N, then numbers"
     refuse(not table.names, none)
-    where = f"{path}: line {table.line}"
-    names = _columns(where, table, renamed, optional)
-    measured = {name: unit for name, unit in zip(names, table.units, strict=True) if name in units.KINDS}
-    try:
-        factors = units.factors(measured, target or units.DEFAULT)
-    except ValueError as error:
-        raise ValueError(f"{where}: {error}") from None
+    names = _columns(table, renamed, optional)
+    measured = {name: unit for name, unit in zip(names, table.units, strict=True) if name in KINDS}
+    factors = _factors(f"{path}: line {table.line}", measured, target or DEFAULT)
     refuse(not len(table.cells), none)
     data = table.numbers([names.index(name) for name in measured], [*measured], [*measured]) * factors
     rows = DataFrame(data, index=table.lines, columns=[*measured])
     if "sigma_N" in rows:
         rows["sigma_N"] *= sign
-    labels = target or (units.DEFAULT if any(measured.values()) else ())
+    labels = target or (DEFAULT if any(measured.values()) else ())
     of_test = table.cells[names.index("test")] if "test" in names else [""] * len(rows)
     # only a column with this very name says that its rows are one test, also where the slip starts again
     apart = "test" not in {*map(str.lower, table.names), *renamed}
@@ -155,19 +287,15 @@ def _read(
     for test, group in rows.groupby(np.array(of_test, dtype=object), sort=False):
         # a column without any number in a test is not measured in it
         unused = [name for name in ("dilation", "k_N") if name in group and group[name].isna().all()]
-        group = group.drop(columns=unused)
-        kept = group.dropna(subset=[name for name in group if name != "k_N"])
+        kept = group.drop(columns=unused).dropna(subset=[*{*group} - {"k_N", *unused}])
         left_out += sorted({*group.index} - {*kept.index})
-        starts = [0, *(_starts(kept) if apart and {"slip", "tau"} <= {*kept} else [])]
-        returns += [str(kept.index[start]) for start in starts[1:]]
-        for number, (start, end) in enumerate(zip(starts, [*starts[1:], len(kept)], strict=True), 1):
-            label = ".".join([test] * bool(test) + [str(number)] * (len(starts) > 1))
-            part, name = kept[start:end].copy(), f"{path}: test {label}" if label else str(path)
-            part.attrs = {
-                "name": name,
-                "path": str(path),
-                "units": dict(zip(units.NONE, labels, strict=False)),
-            }
+        starts = [0, *(_starts(kept) if apart and {"slip", "tau"} <= {*kept} else []), len(kept)]
+        returns += [str(kept.index[start]) for start in starts[1:-1]]
+        for number in range(1, len(starts)):
+            part = kept[starts[number - 1] : starts[number]].copy()
+            label = ".".join([test] * bool(test) + [str(number)] * (len(starts) > 2))
+            part.attrs["name"] = f"{path}: test {label}" if label else str(path)
+            part.attrs |= {"path": str(path), "units": dict(zip(NONE, labels, strict=False))}
             found.append(part)
     doubt(
         returns,
@@ -199,19 +327,18 @@ def _starts(rows: DataFrame) -> list[int]:
 def standard(name: str) -> str:
     """Column that a name of a laboratory stands for, or the name."""
     text = name.replace("\u03c4", "tau").replace("\u03c3", "sigma").lower()
-    text = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
-    if re.search(OTHER, text):
-        return name
-    return next((column for column, rule in RULES.items() if re.match(rule, text.strip())), name)
+    text = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().strip()
+    rules = {} if re.search(OTHER, text) else RULES
+    return next((column for column, rule in rules.items() if re.match(rule, text)), name)
 
 
-def _columns(where: str, table: Table, renamed: Mapping[str, str], optional: bool) -> list[str]:
+def _columns(table: Table, renamed: Mapping[str, str], optional: bool) -> list[str]:
     """Columns of the file, "" for those that are not used.
 
     A name of the user comes before one of this program, and this before one of a laboratory.
     """
     headers, lower = table.names, [name.lower() for name in table.names]
-    there = f"{where}: columns {', '.join(headers)}: expected"
+    there = f"{table.path}: line {table.line}: columns {', '.join(headers)}: expected"
     missing = [header for header in renamed.values() if header.lower() not in lower]
     refuse(missing, f"{there} {', '.join(missing)}, too (--columns)")
     exact = {name.lower(): name for name in KNOWN if name not in renamed}
@@ -223,12 +350,12 @@ def _columns(where: str, table: Table, renamed: Mapping[str, str], optional: boo
     refuse(
         missing,
         f"{there} {', '.join(missing)}, too (needed: {', '.join(required)}; as measured: "
-        f"{', '.join(OPTIONAL)}; forces over the area; "
-        f"--columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column "
-        "with another name; --sigma-N VALUE for files without sigma_N)",
+        f"{', '.join(OPTIONAL)}; forces over the area; --columns {''.join(missing[:1])}=HEADER, in Python "
+        "columns=, for a column with another name; --sigma-N VALUE for files without sigma_N)",
     )
     twice = next((name for name in KNOWN if names.count(name) > 1), "")
-    refuse(twice, f"{where}: column {twice} is there twice: expected one, or --columns {twice}=HEADER")
+    text = f"column {twice} is there twice: expected one, or --columns {twice}=HEADER"
+    refuse(twice, f"{table.path}: line {table.line}: {text}")
     used = required + OPTIONAL[required is ENVELOPE :]
     unused = [header for header, name in zip(headers, names, strict=True) if name not in used]
     doubt(unused, f"{table.path}: columns not used: {', '.join(unused)}")
@@ -237,22 +364,36 @@ def _columns(where: str, table: Table, renamed: Mapping[str, str], optional: boo
 
 def _tests(rows: DataFrame, k_T: float | None, sigma_N_path: bool, sign: float) -> list[ShearTest]:
     """Test from its rows, or a test for each row of an envelope, after checks of the rows."""
-    name, path, stiffness = rows.attrs["name"], rows.attrs["path"], rows.k_N.dropna()
+    name, path, unit, stiffness = *rows.attrs.values(), rows.k_N.dropna()
     envelope = "tau" not in rows
+
+    def each(column: str, wrong: Any, text: str) -> None:
+        """Refuse the first row where a column is wrong; text: with its value."""
+        for line, value in rows[column][wrong].items():
+            raise ValueError(f"{path}: line {line}, column {column}: " + text.format(value))
+
     several = f"{path}: column k_N: {stiffness.nunique()} values: expected one a test"
     refuse(stiffness.nunique() > 1 and not envelope, several)
-    unit = f" {rows.attrs['units']['stress']}" if rows.attrs["units"] else ""
     wanted = f"expected compression, <= 0 ({'leave out' if sign < 0.0 else 'or give'} --compression-positive)"
-    for line, value in rows.sigma_N[rows.sigma_N > 0.0].items():
-        raise ValueError(f"{path}: line {line}, column sigma_N: {sign * value:g}{unit} is tension: {wanted}")
-    for line, value in stiffness[stiffness < 0.0].items():
-        raise ValueError(f"{path}: line {line}, column k_N: {value:g}: expected a stiffness >= 0")
+    shown = f"{'' if sign > 0.0 else '-'}{{:g}} {unit.get('stress', '')}".rstrip()
+    each("sigma_N", rows.sigma_N > 0.0, f"{shown} is tension: {wanted}")
+    each("k_N", rows.k_N < 0.0, "{:g}: expected a stiffness >= 0")
     least = 1 if envelope else LEAST_ROWS
     refuse(len(rows) < least, f"{name}: {len(rows)} rows: expected at least {least}")
     if not envelope:
         return [_test(rows, k_T, sigma_N_path, sign)]
     refuse(k_T or sigma_N_path, f"{name}: k_T, sigma_N_path: expected columns {', '.join(REQUIRED)}")
-    return [_of_envelope(rows, row, f"{path}: line {line}", line) for line, row in rows.iterrows()]
+    each("slip", rows.slip <= 0.0, "{:g}: expected > 0")
+    each("residual", rows.residual <= 0.0, "{:g}: expected > 0")
+    each("peak", rows.peak < rows.residual, "{:g}: expected at least the residual strength")
+    # the slip of the peak is not read
+    return [
+        ShearTest(
+            f"{path}: line {line}", np.array([0.5, 1.0]) * row.slip, np.array([row.peak, row.residual]), None,
+            row.sigma_N, np.nan_to_num(row.k_N), unit, (line, line), envelope=True,
+        )
+        for line, row in rows.iterrows()
+    ]  # fmt: skip
 
 
 def _test(rows: DataFrame, k_T: float | None, sigma_N_path: bool, sign: float) -> ShearTest:
@@ -275,9 +416,9 @@ def _test(rows: DataFrame, k_T: float | None, sigma_N_path: bool, sign: float) -
     held = float(sigma_N[0] if sigma_N_path else np.mean(sigma_N))
     worst = int(np.argmax(np.abs(sigma_N - held)))
     refuse(
-        stiffness == 0.0 and not sigma_N_path and abs(sigma_N[worst] - held) > checks.HELD * abs(held),
+        stiffness == 0.0 and not sigma_N_path and abs(sigma_N[worst] - held) > HELD * abs(held),
         f"{path}: line {lines[worst]}, column sigma_N: {sign * sigma_N[worst]:g} is more than "
-        f"{checks.HELD:.0%} off the mean {sign * held:g}: expected a constant normal traction, k_N, a "
+        f"{HELD:.0%} off the mean {sign * held:g}: expected a constant normal traction, k_N, a "
         "column test for several tests, or --sigma-N-path",
     )
     if stiffness > 0.0 and np.ptp(sigma_N) > 0.0:
@@ -285,17 +426,96 @@ def _test(rows: DataFrame, k_T: float | None, sigma_N_path: bool, sign: float) -
         held = float(sigma_N[0] if s_N is None else np.mean(sigma_N + stiffness * s_N))
     path_N = sigma_N if sigma_N_path else None
     test = ShearTest(name, slip, tau, s_N, held, stiffness, rows.attrs["units"], lines, path_N)
-    checks.of_rows(test, sigma_N)
+    _check(test, sigma_N)
     return test
 
 
-def _of_envelope(rows: DataFrame, row: Series, place: str, line: int) -> ShearTest:
-    """Test of which peak and residual strength are known, and the slip of the latter."""
-    for column, least in (("slip", 0.0), ("residual", 0.0), ("peak", row.residual)):
-        wanted = f"at least the residual strength, {least:g}" if column == "peak" else "> 0"
-        wrong = row[column] < least or row[column] == 0.0
-        refuse(wrong, f"{place}, column {column}: {row[column]:g}: expected {wanted}")
-    # the slip of the peak is not read
-    slips, tau = np.array([0.5, 1.0]) * row.slip, np.array([row.peak, row.residual])
-    given = slips, tau, None, row.sigma_N, 0.0 if np.isnan(row.k_N) else row.k_N, rows.attrs["units"]
-    return ShearTest(place, *given, lines=(line, line), envelope=True)
+def _check(test: ShearTest, sigma_N: Floats) -> None:
+    """Check signs, start and order of the rows of a test; sigma_N (T,): as measured."""
+    name, slip, slips = test.name, test.slip, float(np.ptp(test.slip))
+    work = float(0.5 * (test.tau + np.append(0.0, test.tau[:-1])) @ np.diff(slip, prepend=0.0))
+    refuse(
+        work < 0.0,
+        f"{name}: columns slip, tau: the work of tau along the slip is {work:.3g} < 0: expected tau > 0 "
+        "where the slip grows; change the sign of one of the columns",
+    )
+    late = f"{slip[0]:g} in the first row: expected slips from 0 on, as those of the model"
+    refuse(abs(float(slip[0])) > OFFSET * slips, f"{test.place(0)}, column slip: {late}")
+    if test.s_N is not None:
+        s_N, change, worst = test.s_N, float(np.ptp(test.s_N)), int(np.argmax(np.abs(test.s_N)))
+        refuse(
+            change > STEEPEST * slips,
+            f"{test.place(worst)}, column dilation: {s_N[worst]:g} over slips up to {np.abs(slip).max():g}: "
+            f"expected the unit of slip (at most {STEEPEST:g} times it)",
+        )
+        doubt(
+            0.0 < change < SHALLOWEST * slips,
+            f"{name}: column dilation changes by {change:.3g} over slips of {slips:.3g}: expected the unit "
+            "of slip, or no such column for a joint that does not dilate",
+        )
+        refuse(
+            abs(float(s_N[0])) > STEEPEST * abs(float(slip[0])) + OFFSET * change,
+            f"{test.place(0)}, column dilation: {s_N[0]:g} at slip {slip[0]:g}: expected the change since "
+            "the start of the slip",
+        )
+        doubt(
+            -float(s_N.min()) > CLOSES * max(float(s_N.max()), 0.0) and -float(s_N[-1]) > OFFSET * change,
+            f"{name}: column dilation: {s_N[-1]:g} at the end, the joint closes as it slips: expected "
+            "dilation > 0 where the joint opens",
+        )
+        opening, change = test.k_N * (s_N - s_N[0]), float(np.ptp(sigma_N))
+        left = float(np.abs(sigma_N - sigma_N[0] + opening).max())
+        varies = test.k_N > 0.0 and change > HELD * np.abs(sigma_N).max()
+        refuse(
+            varies and left > SPRING * max(change, float(np.ptp(opening))),
+            f"{name}: column k_N: {test.k_N:g} times the dilation changes sigma_N by up to "
+            f"{np.ptp(opening):g}, the column by {change:g}: expected stress/length in the units of tau and "
+            "slip, and dilation > 0 where it opens",
+        )
+    way, turns = float(np.abs(np.diff(slip)).sum()) / slips, len(test.turns) - 1
+    doubt(
+        way > LONGEST_PATH and turns > MOST_TURNS * slip.size,
+        f"{name}: the slip reverses at {turns} of {slip.size} rows and covers {way:.0f} times its range: "
+        "expected the rows in the order of the test",
+    )
+
+
+def _check_all(tests: Sequence[ShearTest]) -> None:
+    """Check units of the tests against each other.  Raises ValueError or gives a ModelWarning."""
+    with_units, without = ([one.name for one in tests if bool(one.units) == which] for which in (True, False))
+    refuse(
+        with_units and without,
+        f"{''.join(without[:1])}: no units in the header: expected units in every file, as in "
+        f"{''.join(with_units[:1])}, or in none",
+    )
+    stress = max(max(abs(test.pressed), float(np.abs(test.tau).max())) for test in tests)
+    for test in tests:
+        ends = (0.0, 0.0) if test.s_N is None else (float(np.ptp(test.s_N)), float(test.s_N[-1]))
+        change, last = (test.k_N * one for one in ends)
+        refuse(
+            change > LARGEST_RATIO * stress,
+            f"{test.name}: column k_N: {test.k_N:g} changes sigma_N by {change:g}: expected stress/length in "
+            f"the units of tau and slip (a change up to {LARGEST_RATIO * stress:g})",
+        )
+        most = LARGEST_RATIO if test.units else LARGEST_FRICTION
+        held = abs(test.sigma_N - last if test.path_N is None else float(test.path_N[-1]))
+        tau = float(np.mean(np.abs(test.tau[-max(1, test.slip.size // 10) :])))
+        refuse(
+            held > 0.0 and not 1.0 / most <= tau / held <= most,
+            f"{test.name}: column tau: {tau:.3g} at the end where |sigma_N| is {held:.3g}: expected the same "
+            f"unit (a ratio of {1.0 / most:g} to {most:g}); numbers are converted if the header has units, "
+            "such as tau [kPa], sigma_N [MPa]",
+        )
+        doubt(
+            held > 0.0 and tau > UNUSUAL * held,
+            f"{test.name}: tau is {tau / (held or 1.0):.3g} times |sigma_N| at the end, which is unusual: "
+            "check the units",
+        )
+    slip = max(float(np.abs(test.slip).max()) for test in tests)
+    for what, kind, largest in (("slip", "length", slip), ("stress", "stress", stress)) if with_units else ():
+        unit, (low, high) = tests[0].units[kind], USUAL[kind]
+        doubt(
+            not low <= largest * size(kind, unit) <= high,
+            f"the largest {what} is {largest:.3g} {unit}, which is unusual for a shear box: check the units "
+            "of the header",
+        )

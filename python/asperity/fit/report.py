@@ -1,4 +1,4 @@
-"""Results of a fit as text, case file and file of the covariance."""
+"""Results of a fit as text, case file, file of the covariance and picture."""
 
 from __future__ import annotations
 
@@ -12,40 +12,39 @@ import numpy as np
 from ..case_writer import Word, case_text, pattern_entries, rounded
 from ..interface import Interface
 from ..pattern import Pattern
-from .constants import DEFAULTS, KS, MATERIAL, MORTAR, ROCK, SCALES, UNITS, material_of
-from .outcome import REFINE, Estimate, Fit, residual_ratio
-from .units import NONE
-from .verdict import doubts
+from .model import DEFAULTS, KS, MATERIAL, MORTAR, ROCK, SCALES, UNITS
+from .records import NONE
+from .result import REFINE, Fit, doubts
 
 WIDTH = 110
 """Characters of a line of text."""
 
-MOST_TURNS = 20
-"""Largest number of reversals that a case file repeats; noise on the slip makes more."""
-
-CASE_INCREMENTS = 100
-"""Increments of a step in the case file."""
+MOST_TURNS, CASE_INCREMENTS = 20, 100
+"""Largest number of reversals that a case repeats, as noise on the slip makes more; increments of a step."""
 
 FORMS = {MORTAR: "mortar joint, with bond", ROCK: "rock joint, without bond"}
 
 SHOWN_BY = {
     name: text
-    for text, names in (
-        ("rows before the peak", ("eta", KS, "damage0")),
-        ("rows at the peak", ("sigma0",)),
-        ("rows between peak and residual strength", ("Gc",)),
-        ("rows after the peak", ("mu",)),
-        ("the dilation", ("theta",)),
-        ("tests at several pressures with the dilation", ("flat",)),
-        ("tests at several pressures", ("crush",)),
-        ("the closure under pressure", ("kc", "closure")),
-        ("a slip until the dilation ends", ("height",)),
-        ("cycles", ("W0",)),
-        ("a tension test", ("sigma02", "Gc2")),
+    for names, text in (
+        (f"eta {KS} damage0", "rows before the peak"),
+        ("sigma0", "rows at the peak"),
+        ("Gc", "rows between peak and residual strength"),
+        ("mu", "rows after the peak"),
+        ("theta", "the dilation"),
+        ("flat", "tests at several pressures with the dilation"),
+        ("crush", "tests at several pressures"),
+        ("kc closure", "the closure under pressure"),
+        ("height", "a slip until the dilation ends"),
+        ("W0", "cycles"),
+        ("sigma02 Gc2", "a tension test"),
     )
-    for name in names
+    for name in names.split()
 }
 """What in the test data determines a constant."""
+
+MARKS = "osD^v"
+"""Marks of the tests in the picture."""
 
 
 def report(found: Fit, units: tuple[str, str] = NONE) -> str:
@@ -87,13 +86,13 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
         "",
         f"{'':<14}{'measured':>12}{'fitted':>12}{'difference':>13}",
     ]
-    for number, (test, one) in enumerate(zip(problem.tests, found.comparison, strict=True), 1):
-        lines.append(f"test {number}, sigma_N {test.sigma_N:g}")
-        for name, (measured, fitted) in one.items():
+    for number, test in enumerate(problem.tests):
+        lines.append(f"test {number + 1}, sigma_N {test.sigma_N:g}")
+        for name, measured, fitted in found.comparison.loc[number].itertuples():
             change = f"{fitted / measured - 1.0:>13.1%}" if measured else ""
             lines.append(f"  {name:<12}{measured:>12.5g}{fitted:>12.5g}{change}")
     lines += ["", f"{'':<12}{'value':>12}{'low':>12}{'high':>12}  {found.confidence:g} intervals"]
-    for name, (value, low, high) in (found.estimates | _derived(found)).items():
+    for name, (value, low, high) in (found.estimates | found.derived).items():
         unit = UNITS[name].replace("stress", units[1]).replace("length", units[0]).replace("*", " ")
         ends = f"{low:>12.5g}{high:>12.5g}  {unit}"
         if name in found.undetermined or not 0.0 < high < 1e6 * max(low, 1e-300):
@@ -103,7 +102,7 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
     lines += ["", "correlation " + "".join(f"{name:>9}" for name in problem.free)]
     for name, row in zip(problem.free, found.correlation, strict=True):
         lines.append(f"{name:<12}" + "".join(f"{value:>9.3f}" for value in row))
-    return "\n".join([*lines, "", lines_of(one.text for one in doubts(found) if one.text)]).rstrip()
+    return "\n".join([*lines, "", lines_of(text for _, text in doubts(found) if text)]).rstrip()
 
 
 def lines_of(texts: Iterable[str]) -> str:
@@ -116,17 +115,6 @@ def props_line(interface: Interface) -> str:
     props = interface.props()
     values = ", ".join(f"{float(f'{value:.6g}')!r}" for value in props.tolist())
     return f"PROPS({len(props)})   {values}"
-
-
-def _derived(found: Fit) -> dict[str, Estimate]:
-    """Intervals of s_f, s0, K and of the residual ratio, where they depend on free constants."""
-    free, numbers = set(found.problem.free), {}
-    for name, entry in (("s_f", "s_f"), ("s0", "s_0"), ("K", "K")):
-        if ({"sigma0", "Gc"} | ({"eta"} if name != "s_f" else set())) & free:
-            numbers[name] = found.of(lambda values, entry=entry: getattr(material_of(values), entry))  # type: ignore[misc]
-    if {"mu", "theta"} & free and np.isfinite(residual_ratio(found.values)):
-        numbers["ratio"] = found.of(residual_ratio)
-    return numbers
 
 
 def accepted_text(found: Fit, reasons: Iterable[str]) -> str:
@@ -198,3 +186,38 @@ def covariance_text(found: Fit, accepted: str = "") -> str:
 def file_of(case: Path) -> Path:
     """File beside a case, where `asperity fit` writes the covariance."""
     return case.parent / f"{case.stem}.fit.json"
+
+
+def draw(found: Fit, units: tuple[str, str], path: Path, of_tests: str = "") -> None:
+    """Draw tests and fit over the slip: tau, and s_N where it was measured.
+
+    of_tests: what the tests are where they are curves, which are drawn as dashed lines.
+    """
+    from ..style import COLOURS, LINES, ONE, TWO, label_axes, new_figure, printed, save
+
+    problem, (length, stress) = found.problem, units
+    columns = 1 + any(test.s_N is not None for test in problem.tests)
+    rows = zip(problem.tests, problem.paths, found.curves, strict=True)
+    with printed():
+        figure, axes = new_figure(TWO if columns > 1 else ONE, 3.0, ncols=columns)
+        for i, (test, (slips, _), (tau, s_N, done)) in enumerate(rows):
+            colour, mark = COLOURS[i % len(COLOURS)], MARKS[i % len(MARKS)]
+            label = rf"$\sigma_N$ = {test.sigma_N:g}".replace("-", "−")
+            label += f", $k_N$ = {test.k_N:g}" if test.k_N else ""
+            for ax, measured, model in zip(axes, (test.tau, test.s_N), (tau, s_N), strict=False):
+                if measured is not None and test.envelope:
+                    ax.axhline(measured[0], color=colour, linewidth=0.6)
+                    ax.plot(test.slip[1:], measured[1:], mark, color=colour, markersize=4.0)
+                elif measured is not None:
+                    style = {} if of_tests else {"markersize": 2.0, "alpha": 0.5}
+                    ax.plot(test.slip, measured, "--" if of_tests else mark, color=colour, **style)
+                line = "-" if of_tests else LINES[i % len(LINES)]
+                ax.plot(slips[:done], model[:done], line, color=colour, label=label)
+        labels = (rf"traction $\tau$ [{stress}]", f"dilation $s_N$ [{length}]")
+        for ax, name in zip(axes, labels, strict=False):
+            label_axes(ax, f"slip [{length}]", name)
+        handles, texts = axes[0].get_legend_handles_labels()
+        shown = f"dashed: {of_tests}, solid" if of_tests else "points: test data, lines"
+        title = f"{shown}: fit; stresses in {stress}"
+        figure.legend(handles, texts, loc="outside upper center", ncols=min(4, len(texts)), title=title)
+        save(figure, path)

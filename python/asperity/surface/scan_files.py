@@ -12,10 +12,9 @@ import numpy as np
 
 from .. import contract
 from ..contract import Floats
-from ..fit.units import size
 from ..material import ModelWarning
 from ..pattern import Pattern
-from ..tables import read_table
+from ..tables import read_table, size
 from .scan import EVEN, LEAST_POINTS, Scan, even
 from .slopes import FLATNESS, bin_facets, directions_of, facets, nearest_regular
 

@@ -12,7 +12,7 @@ import numpy as np
 from .. import contract
 from ..case_files import Case
 from ..contract import Floats
-from ..fit.constants import INCLINED, KS, SCALES, TIMELESS, from_scale, to_scale
+from ..fit.model import INCLINED, KS, SCALES, TIMELESS, from_scale, to_scale
 from ..fit.report import file_of
 from ..material import Material
 
