@@ -190,7 +190,7 @@ def table(found: Envelope) -> str:
     for sigma_n, barton, law, off in zip(found.stresses, *found.numbers, found.parted, strict=True):
         row = f"{sigma_n:>8.4g}{barton[0]:>11.4g}{law[0]:>9.4g}{off:>9.1%}"
         lines.append(row + "".join(f"{a:>10.4g}{b:>8.4g}" for a, b in zip(barton[1:], law[1:], strict=True)))
-        far += [f"{sigma_n:.4g}"] * (abs(off) > PARTED)
+        far += [f"{sigma_n:.4g}"] * bool(abs(off) > PARTED)
     where = f"by more than {PARTED:.0%}" + (f" at {', '.join(far)} MPa" if far else "")
     parted = f"part {'' if far else 'nowhere '}{where}"
     return "\n".join([*lines, "", f"The strengths of the law and of Barton {parted}."])

@@ -172,6 +172,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_options(parser, ("records DATA.csv", columns, Path, {"nargs": "+"}))
     forms = "without bond, with bond, or that of the two which the tests support (default: auto)"
+    units = "units of the results, to which numbers with units are converted, and of numbers without"
+    accepted = "accept a model that misses the tests by more than noise, up to this scatter over the range"
     add_options(parser, ("--joint FORM", forms, str, {"choices": (ROCK, MORTAR, AUTO), "metavar": None}))
     add_search(parser)
     add_options(
@@ -183,18 +185,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--columns NAME=HEADER", "column of the files with another name, as slip='Weg oben'", list),
         ("--compression-positive", "sigma_N in the files is > 0 in compression"),
         ("--confidence CONFIDENCE", "confidence of the intervals", 0.95),
-        (
-            "--model-error FRACTION",
-            "accept a model that differs from the tests by more than noise, with a scatter of up to this "
-            "fraction of the range; the intervals are widened (default: none)",
-            0.0,
-        ),
-        (
-            "--units LENGTH,STRESS",
-            "units of the results, to which numbers with units are converted, and of numbers without "
-            f"(default: {','.join(DEFAULT)}, or none)",
-            str,
-        ),
+        ("--model-error FRACTION", accepted, 0.0),
+        ("--units LENGTH,STRESS", f"{units} (default: {','.join(DEFAULT)}, or none)", str),
         ("--accept", "take constants that are no result: the best ones, marked as accepted"),
         ("--auto", "where the constants are no result, go on with the command that is proposed next"),
     )
@@ -212,17 +204,10 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     given = arguments_of(options)
     target = None if options.units is None else check_target(options.units.split(","))
     held = options.sigma_N and [contract.number("--sigma-N", text) for text in options.sigma_N.split(",")]
+    columns = assigned(options.columns, "--columns", "NAME=HEADER", ".+")
+    same = {name: getattr(options, name) for name in ("k_N", "compression_positive", "k_T", "sigma_N_path")}
     with shown_warnings():
-        tests = read_tests(
-            options.records,
-            options.k_N,
-            options.compression_positive,
-            target,
-            options.k_T,
-            options.sigma_N_path,
-            assigned(options.columns, "--columns", "NAME=HEADER", ".+"),
-            held,
-        )
+        tests = read_tests(options.records, **same, target=target, columns=columns, sigma_N=held)
     units = (tests[0].units["length"], tests[0].units["stress"]) if tests[0].units else NONE
     with searching(options, tests) as fitted:
         found = fitted(given)

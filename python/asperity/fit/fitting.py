@@ -64,41 +64,20 @@ def fit(
     executor: Executor | None = None,
     joint: str = model.AUTO,
 ) -> Fit:
-    """Least-squares constants of measured tests.
+    """Least-squares constants of measured tests, which `read_tests` returns or which are made of arrays.
 
-    Parameters
-    ----------
-    tests
-        As `read_tests` returns them from files, or made of arrays.
-    free, fixed
-        Names, and values by name; theta in degrees. Without `free` those are free that shear-box tests show
-        and that are not fixed, and names that begin with + are added to them. Others have their default.
-    start, bounds
-        An additional start, and (low, high), by name.
-    sides, direction
-        Inclined planes (None: 8, or 0 for tests without dilation and theta), direction of the slip, degrees.
-    increments
-        Smallest number along a test at first; they are refined until the constants converge.
-    starts, seed
-        Number of starts, and seed of their Latin hypercube.
-    confidence, model_error
-        Of the intervals; accepted scatter, as a fraction of the range, of a model that differs from the tests
-        by more than noise, for which the intervals are widened.
-    tick, executor
-        Called with the name of every part of a fit when it is done; as in `parallel.map_in_order`.
-    joint
-        "mortar" with a bond, "rock" without, or "auto": that with the smaller information criterion.
+    free, fixed: names, and values by name, theta in degrees. Without `free` those are free that shear-box
+    tests show and that are not fixed, and names that begin with + are added to them; others have their
+    default. start, bounds: an additional start, and (low, high), by name. sides: inclined planes (None:
+    8, or 0 for tests without dilation and theta). direction: of the slip, degrees. increments: smallest
+    number along a test at first; they are refined until the constants converge. starts, seed: number of
+    starts, and seed of their Latin hypercube. confidence: of the intervals. model_error: accepted
+    scatter, over the range, of a model that differs from the tests by more than noise; it widens the
+    intervals. tick: called with the name of every part of a fit when it is done. executor: as in
+    `parallel.map_in_order`. joint: "mortar" with a bond, "rock" without, or "auto", that with the smaller
+    information criterion. The fit is a result if its `refusals` are empty.
 
-    Returns
-    -------
-    Fit
-        `estimates` (value, low, high by name), `interface`, and measures of the quality. Whether it is a
-        result: `refusals` is then empty.
-
-    Raises
-    ------
-    ValueError
-        For inadmissible names and values and for fewer data than the free constants need.
+    Raises ValueError for inadmissible names and values and for fewer data than the free constants need.
 
     Examples
     --------

@@ -297,11 +297,8 @@ def _read(
             part.attrs["name"] = f"{path}: test {label}" if label else str(path)
             part.attrs |= {"path": str(path), "units": dict(zip(NONE, labels, strict=False))}
             found.append(part)
-    doubt(
-        returns,
-        f"{path}: the slip jumps back to its start in line {', '.join(returns)}: read as the next test; a "
-        "column test with the same entry in all rows makes them one",
-    )
+    text = f"{path}: the slip jumps back to its start in line {', '.join(returns)}: read as the next test; a "
+    doubt(returns, f"{text}column test with the same entry in all rows makes them one")
     places = ", ".join(map(str, left_out[:10])) + ", ..." * (len(left_out) > 10)
     doubt(left_out, f"{path}: rows left out, because a cell is empty: {len(left_out)} (line {places})")
     return found
@@ -347,12 +344,10 @@ def _columns(table: Table, renamed: Mapping[str, str], optional: bool) -> list[s
     names = [exact.get(name.lower(), name if standard(name) in taken else standard(name)) for name in headers]
     required = ENVELOPE if {"peak", "residual"} & {*names} and "tau" not in names else REQUIRED
     missing = [name for name in required if name not in names and not (optional and name == "sigma_N")]
-    refuse(
-        missing,
-        f"{there} {', '.join(missing)}, too (needed: {', '.join(required)}; as measured: "
-        f"{', '.join(OPTIONAL)}; forces over the area; --columns {''.join(missing[:1])}=HEADER, in Python "
-        "columns=, for a column with another name; --sigma-N VALUE for files without sigma_N)",
-    )
+    needed = f"needed: {', '.join(required)}; as measured: {', '.join(OPTIONAL)}; forces over the area"
+    other = f"--columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column with another name"
+    more = "--sigma-N VALUE for files without sigma_N"
+    refuse(missing, f"{there} {', '.join(missing)}, too ({needed}; {other}; {more})")
     twice = next((name for name in KNOWN if names.count(name) > 1), "")
     text = f"column {twice} is there twice: expected one, or --columns {twice}=HEADER"
     refuse(twice, f"{table.path}: line {table.line}: {text}")
@@ -405,22 +400,18 @@ def _test(rows: DataFrame, k_T: float | None, sigma_N_path: bool, sign: float) -
     if k_T is not None:
         backward = np.flatnonzero(np.diff(np.abs(slip)) < 0.0)
         first = int(np.argmax(np.abs(tau[: backward[0] + 1 if backward.size else None])))
-        refuse(
-            (slip[first] - tau[first] / k_T) * slip[first] <= 0.0,
-            f"{path}: line {lines[first]}: k_T = {k_T:g} takes {tau[first] / k_T:g} off the slip "
-            f"{slip[first]:g}: expected more than tau/slip = {tau[first] / (slip[first] or np.nan):g}",
-        )
-        slip = slip - tau / k_T
+        before, off = slip[first], tau / k_T
+        text = f"{path}: line {lines[first]}: k_T = {k_T:g} takes {off[first]:g} off the slip {before:g}"
+        least, slip = tau[first] / (before or np.nan), slip - off
+        refuse(slip[first] * before <= 0.0, f"{text}: expected more than tau/slip = {least:g}")
     beside = f"{name}: k_N = {stiffness:g}: expected no stiffness beside a prescribed sigma_N"
     refuse(sigma_N_path and stiffness > 0.0, beside)
     held = float(sigma_N[0] if sigma_N_path else np.mean(sigma_N))
     worst = int(np.argmax(np.abs(sigma_N - held)))
-    refuse(
-        stiffness == 0.0 and not sigma_N_path and abs(sigma_N[worst] - held) > HELD * abs(held),
-        f"{path}: line {lines[worst]}, column sigma_N: {sign * sigma_N[worst]:g} is more than "
-        f"{HELD:.0%} off the mean {sign * held:g}: expected a constant normal traction, k_N, a "
-        "column test for several tests, or --sigma-N-path",
-    )
+    text = f"column sigma_N: {sign * sigma_N[worst]:g} is more than {HELD:.0%} off the mean {sign * held:g}"
+    wanted = "expected a constant normal traction, k_N, a column test for several tests, or --sigma-N-path"
+    varies = stiffness == 0.0 and not sigma_N_path and abs(sigma_N[worst] - held) > HELD * abs(held)
+    refuse(varies, f"{path}: line {lines[worst]}, {text}: {wanted}")
     if stiffness > 0.0 and np.ptp(sigma_N) > 0.0:
         # sigma_N at the start of the slip, extrapolated from the rows by k_N and the dilation
         held = float(sigma_N[0] if s_N is None else np.mean(sigma_N + stiffness * s_N))
@@ -432,90 +423,62 @@ def _test(rows: DataFrame, k_T: float | None, sigma_N_path: bool, sign: float) -
 
 def _check(test: ShearTest, sigma_N: Floats) -> None:
     """Check signs, start and order of the rows of a test; sigma_N (T,): as measured."""
-    name, slip, slips = test.name, test.slip, float(np.ptp(test.slip))
+    name, slip, slips, first = test.name, test.slip, float(np.ptp(test.slip)), test.place(0)
     work = float(0.5 * (test.tau + np.append(0.0, test.tau[:-1])) @ np.diff(slip, prepend=0.0))
-    refuse(
-        work < 0.0,
-        f"{name}: columns slip, tau: the work of tau along the slip is {work:.3g} < 0: expected tau > 0 "
-        "where the slip grows; change the sign of one of the columns",
-    )
+    text = f"{name}: columns slip, tau: the work of tau along the slip is {work:.3g} < 0: expected tau > 0"
+    refuse(work < 0.0, f"{text} where the slip grows; change the sign of one of the columns")
     late = f"{slip[0]:g} in the first row: expected slips from 0 on, as those of the model"
-    refuse(abs(float(slip[0])) > OFFSET * slips, f"{test.place(0)}, column slip: {late}")
-    if test.s_N is not None:
-        s_N, change, worst = test.s_N, float(np.ptp(test.s_N)), int(np.argmax(np.abs(test.s_N)))
-        refuse(
-            change > STEEPEST * slips,
-            f"{test.place(worst)}, column dilation: {s_N[worst]:g} over slips up to {np.abs(slip).max():g}: "
-            f"expected the unit of slip (at most {STEEPEST:g} times it)",
-        )
-        doubt(
-            0.0 < change < SHALLOWEST * slips,
-            f"{name}: column dilation changes by {change:.3g} over slips of {slips:.3g}: expected the unit "
-            "of slip, or no such column for a joint that does not dilate",
-        )
-        refuse(
-            abs(float(s_N[0])) > STEEPEST * abs(float(slip[0])) + OFFSET * change,
-            f"{test.place(0)}, column dilation: {s_N[0]:g} at slip {slip[0]:g}: expected the change since "
-            "the start of the slip",
-        )
-        doubt(
-            -float(s_N.min()) > CLOSES * max(float(s_N.max()), 0.0) and -float(s_N[-1]) > OFFSET * change,
-            f"{name}: column dilation: {s_N[-1]:g} at the end, the joint closes as it slips: expected "
-            "dilation > 0 where the joint opens",
-        )
-        opening, change = test.k_N * (s_N - s_N[0]), float(np.ptp(sigma_N))
-        left = float(np.abs(sigma_N - sigma_N[0] + opening).max())
-        varies = test.k_N > 0.0 and change > HELD * np.abs(sigma_N).max()
-        refuse(
-            varies and left > SPRING * max(change, float(np.ptp(opening))),
-            f"{name}: column k_N: {test.k_N:g} times the dilation changes sigma_N by up to "
-            f"{np.ptp(opening):g}, the column by {change:g}: expected stress/length in the units of tau and "
-            "slip, and dilation > 0 where it opens",
-        )
+    refuse(abs(float(slip[0])) > OFFSET * slips, f"{first}, column slip: {late}")
     way, turns = float(np.abs(np.diff(slip)).sum()) / slips, len(test.turns) - 1
-    doubt(
-        way > LONGEST_PATH and turns > MOST_TURNS * slip.size,
-        f"{name}: the slip reverses at {turns} of {slip.size} rows and covers {way:.0f} times its range: "
-        "expected the rows in the order of the test",
+    text = f"{name}: the slip reverses at {turns} of {slip.size} rows and covers {way:.0f} times its range: "
+    shuffled = way > LONGEST_PATH and turns > MOST_TURNS * slip.size
+    doubt(shuffled, f"{text}expected the rows in the order of the test")
+    if test.s_N is None:
+        return
+    s_N, change, worst = test.s_N, float(np.ptp(test.s_N)), int(np.argmax(np.abs(test.s_N)))
+    column, last = f"{name}: column dilation", float(s_N[-1])
+    text = f"column dilation: {s_N[worst]:g} over slips up to {np.abs(slip).max():g}: expected the unit of"
+    refuse(change > STEEPEST * slips, f"{test.place(worst)}, {text} slip (at most {STEEPEST:g} times it)")
+    text = f"{column} changes by {change:.3g} over slips of {slips:.3g}: expected the unit of slip, or no"
+    doubt(0.0 < change < SHALLOWEST * slips, f"{text} such column for a joint that does not dilate")
+    offset = abs(float(s_N[0])) > STEEPEST * abs(float(slip[0])) + OFFSET * change
+    text = f"column dilation: {s_N[0]:g} at slip {slip[0]:g}: expected the change since the start"
+    refuse(offset, f"{first}, {text} of the slip")
+    closes = -float(s_N.min()) > CLOSES * max(float(s_N.max()), 0.0) and -last > OFFSET * change
+    text = f"{column}: {last:g} at the end, the joint closes as it slips: expected dilation > 0"
+    doubt(closes, f"{text} where the joint opens")
+    opening, change = test.k_N * (s_N - s_N[0]), float(np.ptp(sigma_N))
+    left = float(np.abs(sigma_N - sigma_N[0] + opening).max()) > SPRING * max(change, float(np.ptp(opening)))
+    refuse(
+        test.k_N > 0.0 and change > HELD * np.abs(sigma_N).max() and left,
+        f"{name}: column k_N: {test.k_N:g} times the dilation changes sigma_N by up to {np.ptp(opening):g}, "
+        f"the column by {change:g}: expected stress/length in the units of tau and slip, and dilation > 0 "
+        "where it opens",
     )
 
 
 def _check_all(tests: Sequence[ShearTest]) -> None:
     """Check units of the tests against each other.  Raises ValueError or gives a ModelWarning."""
     with_units, without = ([one.name for one in tests if bool(one.units) == which] for which in (True, False))
-    refuse(
-        with_units and without,
-        f"{''.join(without[:1])}: no units in the header: expected units in every file, as in "
-        f"{''.join(with_units[:1])}, or in none",
-    )
+    text = f"expected units in every file, as in {''.join(with_units[:1])}, or in none"
+    refuse(with_units and without, f"{''.join(without[:1])}: no units in the header: {text}")
     stress = max(max(abs(test.pressed), float(np.abs(test.tau).max())) for test in tests)
     for test in tests:
         ends = (0.0, 0.0) if test.s_N is None else (float(np.ptp(test.s_N)), float(test.s_N[-1]))
         change, last = (test.k_N * one for one in ends)
-        refuse(
-            change > LARGEST_RATIO * stress,
-            f"{test.name}: column k_N: {test.k_N:g} changes sigma_N by {change:g}: expected stress/length in "
-            f"the units of tau and slip (a change up to {LARGEST_RATIO * stress:g})",
-        )
+        text = f"{test.name}: column k_N: {test.k_N:g} changes sigma_N by {change:g}: expected at most"
+        huge = change > LARGEST_RATIO * stress
+        refuse(huge, f"{text} {LARGEST_RATIO * stress:g}, as stress/length in the units of tau and slip")
         most = LARGEST_RATIO if test.units else LARGEST_FRICTION
         held = abs(test.sigma_N - last if test.path_N is None else float(test.path_N[-1]))
         tau = float(np.mean(np.abs(test.tau[-max(1, test.slip.size // 10) :])))
-        refuse(
-            held > 0.0 and not 1.0 / most <= tau / held <= most,
-            f"{test.name}: column tau: {tau:.3g} at the end where |sigma_N| is {held:.3g}: expected the same "
-            f"unit (a ratio of {1.0 / most:g} to {most:g}); numbers are converted if the header has units, "
-            "such as tau [kPa], sigma_N [MPa]",
-        )
-        doubt(
-            held > 0.0 and tau > UNUSUAL * held,
-            f"{test.name}: tau is {tau / (held or 1.0):.3g} times |sigma_N| at the end, which is unusual: "
-            "check the units",
-        )
+        text = f"{test.name}: column tau: {tau:.3g} at the end where |sigma_N| is {held:.3g}: expected the"
+        text += f" same unit (a ratio of {1.0 / most:g} to {most:g}), or units in the header, as tau [kPa]"
+        refuse(held > 0.0 and not 1.0 / most <= tau / held <= most, text)
+        text = f"{test.name}: tau is {tau / (held or 1.0):.3g} times |sigma_N| at the end, which is unusual"
+        doubt(held > 0.0 and tau > UNUSUAL * held, f"{text}: check the units")
     slip = max(float(np.abs(test.slip).max()) for test in tests)
-    for what, kind, largest in (("slip", "length", slip), ("stress", "stress", stress)) if with_units else ():
+    for kind, largest in (("length", slip), ("stress", stress)) if with_units else ():
         unit, (low, high) = tests[0].units[kind], USUAL[kind]
-        doubt(
-            not low <= largest * size(kind, unit) <= high,
-            f"the largest {what} is {largest:.3g} {unit}, which is unusual for a shear box: check the units "
-            "of the header",
-        )
+        text = f"the largest {kind} is {largest:.3g} {unit}, which is unusual for a shear box: check the"
+        doubt(not low <= largest * size(kind, unit) <= high, f"{text} units of the header")

@@ -44,8 +44,9 @@ POOR = 0.2
 """Scatter, as a fraction of the range of a test, above which correlated residuals are called a poor fit."""
 
 OUTLYING, ALONE, MOVED = 6.0, 0.5, 1.0
-"""Residual of an outlier in robust standard deviations; the most of its neighbours, as a part of it; and
-change of a constant, in standard errors, above which an outlier makes the fit no result.
+"""Residual of an outlier in robust standard deviations; the part of it by which the row is above or below
+both neighbours, as a row of a steep rise that the model misses is not; and change of a constant, in standard
+errors, above which an outlier makes the fit no result.
 """
 
 ROBUST = 1.4826
@@ -244,15 +245,18 @@ class Fit:
 
     @cached_property
     def outliers(self) -> list[tuple[str, str, bool]]:
-        """Rows with residuals far beyond those of all others and of their neighbours.
+        """Rows with residuals far beyond those of others, which are far from their neighbours, too.
 
         Place, sentence, and whether the row moves a constant by more than MOVED standard errors.
         """
         rows = self.problem.rows.assign(size=np.abs(self.residuals))
-        groups = rows.groupby(["test", "name"], sort=False)["size"]
-        rows["scale"] = ROBUST * groups.transform("median")
-        beside = np.fmax(groups.shift(1), groups.shift(-1))
-        far = rows[(rows["size"] > OUTLYING * rows.scale) & (beside < ALONE * rows["size"])]
+        groups = rows.groupby(["test", "name"], sort=False)
+        rows["off"] = ROBUST * groups["size"].transform("median")
+        before, after = groups.measured.shift(1, fill_value=0.0), groups.measured.shift(-1)
+        low, high = np.fmin(before, after), np.fmax(before, after)
+        beyond = np.maximum(rows.measured - high, low - rows.measured) / rows.scale
+        beyond[self.problem.is_dilation] *= self.problem.weight
+        far = rows[(rows["size"] > OUTLYING * rows.off) & (beyond > ALONE * rows["size"])]
         noise = ROBUST * float(np.median(np.delete(rows["size"].to_numpy(), far.index)))
         errors = np.maximum(noise * np.linalg.norm(self.inverse, axis=1), np.finfo(float).tiny)
         found = []
@@ -262,7 +266,7 @@ class Fit:
             place = test.place(row.row) if test.lines else f"{test.name}: row {row.row + 1}"
             text = (
                 f"outlier: {place}, {row['name']} {row.measured:g} is "
-                f"{row['size'] / (row.scale or np.nan):.0f} standard deviations off the fit and moves a "
+                f"{row['size'] / (row.off or np.nan):.0f} standard deviations off the fit and moves a "
                 f"constant by {moves:.1g} standard errors"
             )
             found.append((place, text, moves > MOVED))
