@@ -13,8 +13,8 @@ from pathlib import Path
 from ..options import add_options, add_output, add_workers, check_outputs, progress_bar, workers
 from ..parallel import map_in_order
 from ..style import encoded, printed
-from .figures import ENTRIES
-from .outcome import Entry
+from .figures import ENTRIES, Entry
+from .outcome import ROUNDING
 
 
 def add_arguments(paper: argparse.ArgumentParser) -> None:
@@ -66,7 +66,7 @@ def write(
     executor: as in `map_in_order`; without one, one entry after the other.  force: as in `check_outputs`.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    # The last entries take longest, so they start first.
+    # the last entries take longest, so they start first
     numbers = [ENTRIES.index(entry) for entry in reversed(entries)]
     with progress_bar(len(entries), "figure") as bar:
         one = executor or ThreadPoolExecutor(1)
@@ -84,10 +84,11 @@ def _make_one(pdf: bool, number: int) -> tuple[dict[str, bytes], str]:
     """Files of one entry by name, picture and numbers, and its findings as a list in Markdown."""
     entry = ENTRIES[number]
     with printed():
-        outcome = entry.run()
-        endings = [".png", ".pdf"][: 1 + pdf] if outcome.figure is not None else []
-        files = {entry.stem + ending: encoded(outcome.figure, ending) for ending in endings}
-    files[f"{entry.stem}.csv"] = "\n".join([outcome.header, *outcome.lines, ""]).encode()
+        figure, found, rows = entry.run()
+        endings = [".png", ".pdf"][: 1 + pdf] if figure is not None else []
+        files = {entry.stem + ending: encoded(figure, ending) for ending in endings}
+    numeric = rows.select_dtypes("number")
+    rows[numeric.columns] = numeric.where(numeric.abs() > ROUNDING, 0)
+    files[f"{entry.stem}.csv"] = rows.to_csv(index=False, float_format="%.6g", lineterminator="\n").encode()
     # a table stands by itself
-    items = (text if text.startswith("\n") else f"- {text}" for text in outcome.came_out)
-    return files, "\n".join(items)
+    return files, "\n".join(text if text.startswith("\n") else f"- {text}" for text in found)

@@ -11,7 +11,7 @@ from ..contract import Floats
 from ..interface import Interface
 from ..material import Material
 from ..pattern import Pattern
-from ..slip_curves import SlipCurves, slip_curves
+from ..slip_curves import slip_curves
 
 PATTERNS = {"RT": 2, "RP-3": 3, "RP-4": 4, "RP-6": 6, "RP-32": 32}
 """Inclined planes of the patterns of Table 4."""
@@ -72,14 +72,9 @@ def pattern(name: str) -> Pattern:
 def distinct(pattern: Pattern, directions: Floats) -> tuple[Floats, np.ndarray]:
     """Directions that are not equivalent by symmetry of a regular pattern, and the index of each given one.
 
-    Rotations and mirror planes of the pattern map each angle into [0, 180/m]; for listed planes all
-    directions remain.
+    Rotations and mirror planes of the pattern map each angle into [0, 180/m].
     """
-    if pattern.listed:
-        return directions, np.arange(len(directions))
-    if pattern.m == 0:
-        return directions[:1], np.zeros(len(directions), dtype=int)
-    period = 360.0 / pattern.m
+    period = 360.0 / max(pattern.m, 1)
     folded = np.abs((directions - pattern.turn + period / 2.0) % period - period / 2.0)
     # equal up to rounding errors of the mapping
     values, inverse = np.unique(np.round(folded, 9), return_inverse=True)
@@ -89,23 +84,28 @@ def distinct(pattern: Pattern, directions: Floats) -> tuple[Floats, np.ndarray]:
 def fracture_energy(
     material: Material, pattern: Pattern, directions: Floats = DIRECTIONS, tolerance: float = 1.0e-6
 ) -> Energies:
-    """G_T at sigma_N = 0; the steps are halved until G_T changes by less than the tolerance times Gc.
+    """G_T of a regular pattern at sigma_N = 0; steps are halved until it changes by less than tolerance Gc.
 
     G_T is the work of the path by the trapezoid rule over all rows.  Raises ValueError where the interface
     still carries a traction at the end or the number of steps becomes too large.
     """
-    interface = Interface(material, pattern)
     angles, place = distinct(pattern, np.asarray(directions, dtype=float))
     last = np.full(len(angles), np.inf)
     n = COARSEST
     while n <= FINEST:
-        curves = slip_curves(interface, angles, SPAN * material.s_f * np.arange(1, n + 1) / n, preload=1)
-        _check_end(material, curves)
-        values = curves.work[:, -1]
-        error = np.abs(values - last)
+        slips = SPAN * material.s_f * np.arange(1, n + 1) / n
+        curves = slip_curves(Interface(material, pattern), angles, slips, preload=1)
+        if (curves.rows < n).any():
+            raise ValueError(f"no equilibrium at sigma_N = 0 in direction {angles[curves.rows.argmin()]:g}")
+        left = np.abs(curves.tau_L[:, -1]).max()
+        if not left <= LEFT * material.sigma0:
+            raise ValueError(
+                f"traction {left:g} at s_L = {slips[-1]:g}: expected a fully damaged, open interface"
+            )
+        error = np.abs(curves.work[:, -1] - last)
+        last, n = curves.work[:, -1], 2 * n
         if error.max() < tolerance * material.Gc:
-            return Energies(np.asarray(directions), values[place], error[place])
-        last, n = values, 2 * n
+            return Energies(np.asarray(directions), last[place], error[place])
     raise ValueError(
         f"G_T changes by {error.max():g} with {FINEST} increments: expected less than {tolerance:g}"
     )
@@ -125,14 +125,3 @@ def sampled(name: str) -> tuple[str, str, str]:
     tau = np.pad(curves.tau_L[:, rows], ((0, 0), (1, 0)))
     areas = trapezoid(tau, np.append(0.0, curves.slips[rows]))
     return f"{areas.max():.4f}", f"{areas.min():.4f}", f"{areas.max() / areas.min():.4f}"
-
-
-def _check_end(material: Material, curves: SlipCurves) -> None:
-    if not np.all(curves.rows == curves.slips.size):
-        lost = curves.direction[curves.rows < curves.slips.size]
-        raise ValueError(f"no equilibrium at sigma_N = 0 in direction {lost[0]:g}")
-    left = np.abs(curves.tau_L[:, -1]).max()
-    if not left <= LEFT * material.sigma0:
-        raise ValueError(
-            f"traction {left:g} at s_L = {curves.slips[-1]:g}: expected a fully damaged, open interface"
-        )

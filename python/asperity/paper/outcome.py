@@ -1,13 +1,12 @@
-"""What a figure of the paper gives: its curves, picture, findings and numbers, and their texts."""
+"""Curves of the cases of the paper, and what figures find in them, as lines of a page."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-from matplotlib.figure import Figure
+from pandas import DataFrame, concat
 from scipy.integrate import trapezoid
 
 from ..case_files import SlipTest, drive, read_case, slip_tests
@@ -16,7 +15,7 @@ from ..history import History
 from ..installed import named_case
 from ..pattern import Pattern
 from ..steps import turns_of
-from .fracture_energy import Energies
+from .fracture_energy import fracture_energy
 
 FIVE = Pattern.regular(4, 30.0, flat=0.2)
 """The five planes of Table 3."""
@@ -24,105 +23,91 @@ FIVE = Pattern.regular(4, 30.0, flat=0.2)
 MOST_ROWS = 101
 """Approximate number of rows of a curve in a CSV."""
 
+ROUNDING = 1.0e-12
+"""Differences below this are rounding errors, which change from machine to machine."""
+
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Rows of a slip test, mm and MPa; the curve begins at s_L = 0, with the preload if there is one."""
+    """Rows of a slip test from s_L = 0 on, mm and MPa, with the preload if there is one.
+
+    lost: whether it ends because no equilibrium is left.  tau_across: traction left of the direction.
+    """
 
     test: SlipTest
-    history: History
+    lost: bool
+    s_L: Floats
+    tau_L: Floats
+    tau_across: Floats
+    s_N: Floats
+    t_N: Floats
+    damage: Floats
 
     @property
-    def lost(self) -> bool:
-        """Whether it ends because no equilibrium is left."""
-        return self.history.lost
-
-    def of(self, column: Floats) -> Floats:
-        """Rows of the curve of a column of the history."""
-        return column[self.test.preload - 1 :] if self.test.preload else np.append(0.0, column)
-
-    @cached_property
-    def s_L(self) -> Floats:
-        """Slip along the direction."""
-        return self.of(self.history.slip_along(self.test.direction))
-
-    @cached_property
-    def s_N(self) -> Floats:
-        """Opening."""
-        return self.of(self.history.dilation)
-
-    @cached_property
-    def tau_L(self) -> Floats:
-        """Traction along the direction."""
-        return self.of(self.history.tau_along(self.test.direction))
+    def name(self) -> str:
+        """Value of the sweep."""
+        return signed(self.test.value or 0.0)
 
     @property
     def energy(self) -> float:
         """Area under the curve (40) by the trapezoid rule over its rows, N/mm."""
         return float(trapezoid(self.tau_L, self.s_L))
 
+    @property
+    def strength(self) -> float:
+        """Residual strength in closed form, MPa."""
+        test, sides = self.test, max(self.test.pattern.m, 1)
+        away = (test.direction + 180.0 / sides) % (360.0 / sides) - 180.0 / sides
+        return abs(test.sigma_N) * float(test.material.residual_strength(test.pattern.theta, away))
+
+    @property
+    def rows(self) -> DataFrame:
+        """Some rows of the curve, the last one included, with the values that identify it."""
+        test, last = self.test, len(self.s_L) - 1
+        found = {"eta": test.material.eta, "m": test.pattern.m, "theta_m": test.pattern.theta}
+        found |= {"theta_L": test.direction, "sigma_N": test.sigma_N}
+        found |= {name: getattr(self, name) for name in ("s_L", "tau_L", "tau_across", "s_N", "damage")}
+        return DataFrame(found).iloc[[*range(0, last, max(1, -(-last // (MOST_ROWS - 1)))), last]]
+
+
+def curve_of(test: SlipTest, history: History) -> Curve:
+    """Curve of the rows of a test."""
+    along, across = history.tau_along(test.direction), history.tau_along(test.direction + 90.0)
+    slip, normal = history.slip_along(test.direction), history.traction[:, 0]
+    columns = slip, along, across, history.dilation, normal, history.damage
+    first = test.preload - 1
+    shown = (one[first:] if test.preload else np.append(0.0, one) for one in columns)
+    return Curve(test, history.lost, *shown)
+
 
 @dataclass(frozen=True)
 class Case:
-    """Results of a case file; name: name of the swept value."""
+    """Results of a case file; name: what distinguishes it from the others of a figure."""
 
-    title: str
     name: str
     curves: tuple[Curve, ...]
-
-    def at(self, value: float) -> Curve:
-        """Curve for a value of the sweep."""
-        return next(curve for curve in self.curves if curve.test.value == value)
-
-
-@dataclass(frozen=True, eq=False)
-class Outcome:
-    """Result of a figure or table: picture (None: a table), findings, header and lines of its CSV."""
-
-    figure: Figure | None
-    came_out: tuple[str, ...]
-    header: str
-    lines: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Entry:
-    """A figure or table of the paper.
-
-    cases: stems of the case files, whose results are the arguments of `make`, which computes and draws.
-    """
-
-    number: str
-    cases: tuple[str, ...]
-    make: Callable[..., Outcome]
-
-    @property
-    def stem(self) -> str:
-        """Name of the files, and of the markers of a page."""
-        if self.number.startswith("Table"):
-            return self.number.lower().replace(" ", "")
-        digits = self.number.rstrip("ab")
-        return f"figure{int(digits):02d}{self.number[len(digits) :]}"
-
-    def run(self) -> Outcome:
-        """Run the cases, compute and draw."""
-        return self.make(*(run_case(stem) for stem in self.cases))
 
 
 def run_case(stem: str) -> Case:
     """Run a case of the paper by the driver; raises ValueError with its message if that fails."""
     path = named_case(stem)
     results, case = drive(path), read_case(path)
-    return Case(case.title, case.sweep, tuple(Curve(one, results[one.value]) for one in slip_tests(case)))
+    curves = tuple(curve_of(one, results[one.value]) for one in slip_tests(case))
+    return Case(case.title.rpartition(": ")[2].rpartition(", ")[2], curves)
 
 
-ROUNDING = 1.0e-12
-"""Differences below this are rounding errors, which change from machine to machine."""
+def curve_rows(cases: Iterable[Case]) -> DataFrame:
+    """Rows of all curves of cases."""
+    return concat([curve.rows for case in cases for curve in case.curves])
 
 
-def numbers(*values: float) -> str:
-    """Cells of a CSV with six digits; values within ROUNDING are zero."""
-    return ",".join(f"{value if abs(value) > ROUNDING else 0.0:.6g}" for value in values)
+def plane_rows(patterns: dict[str, Pattern]) -> DataFrame:
+    """Normal and weight of each plane of patterns."""
+    parts = []
+    for name, one in patterns.items():
+        part = DataFrame(one.normals, columns=["n_N", "n_Tx", "n_Ty"]).assign(gamma=one.weights)
+        parts.append(part.assign(pattern=name, k=np.arange(1, len(part) + 1)))
+    return concat(parts)[["pattern", "k", "n_N", "n_Tx", "n_Ty", "gamma"]]
 
 
 def small(difference: float) -> str:
@@ -130,53 +115,53 @@ def small(difference: float) -> str:
     return f"{difference:.0e}" if difference > ROUNDING else f"below {ROUNDING:.0e}"
 
 
-def _thinned(curve: Curve) -> list[int]:
-    """Indices of the rows of a curve in the CSV, the last row included."""
-    last = len(curve.s_L) - 1
-    return sorted({*range(0, last, max(1, -(-last // (MOST_ROWS - 1)))), last})
-
-
-def curves_csv(parts: Sequence[tuple[Sequence[float], Curve]], names: str) -> tuple[str, tuple[str, ...]]:
-    """Header and lines of curves, each with the values that identify the curve."""
-    lines = []
-    for values, c in parts:
-        across = c.of(c.history.tau_along(c.test.direction + 90.0))
-        columns = c.s_L, c.tau_L, across, c.s_N, c.of(c.history.damage)
-        lines += [numbers(*values, *(column[i] for column in columns)) for i in _thinned(c)]
-    return f"{names},s_L,tau_L,tau_across,s_N,damage", tuple(lines)
-
-
-def pattern_csv(parts: Sequence[tuple[str, Pattern]]) -> tuple[str, tuple[str, ...]]:
-    """Header and lines of patterns: normal and weight of each plane."""
-    lines = [
-        f"{name},{k + 1},{numbers(*normal, weight)}"
-        for name, p in parts
-        for k, (normal, weight) in enumerate(zip(p.normals, p.weights, strict=True))
-    ]
-    return "pattern,k,n_N,n_Tx,n_Ty,gamma", tuple(lines)
-
-
 def signed(value: float) -> str:
     """Text of a number, with a minus sign instead of a hyphen."""
     return f"{value:g}".replace("-", "−")
 
 
-def loop_work(curve: Curve) -> float:
-    """Area of the closed loop of the last two strokes, stress*length."""
-    first = turns_of(curve.s_L)[-3]
-    return float(trapezoid(curve.tau_L[first:], curve.s_L[first:]))
+def ends(case: Case) -> str:
+    """Traction at the end of each curve and residual strength, and where equilibrium ends."""
+    whole = (f"{c.name}: {c.tau_L[-1]:.3f} of {c.strength:.3f}" for c in case.curves if not c.lost)
+    beyond = "no equilibrium beyond $s_L$ ="
+    lost = (f"; {c.name}: {beyond} {c.s_L[-1]:.4f} mm" for c in case.curves if c.lost)
+    return f"$\\tau_L$ at 0.6 mm and the residual strength, MPa: {', '.join(whole)}{''.join(lost)}."
 
 
-SURE = 2.0e-6
-"""Smallest spread that is printed.
-
-The last change of the steps changes the largest and the smallest energy by 1e-6 of Gc each, so a smaller
-spread may be an error of the steps.
-"""
+def spread(case: Case) -> str:
+    """Smallest and largest traction at the end."""
+    tau = np.array([c.tau_L[-1] for c in case.curves])
+    return f"$\\tau_L$ at 0.6 mm {tau.min():.3f} to {tau.max():.3f} MPa, spread {percent(tau)}."
 
 
-def energy_range(energies: Energies) -> str:
-    """Text of the largest and smallest energy, and their spread."""
-    sure = energies.spread >= SURE
-    spread = f"spread {100.0 * energies.spread:.2g} %" if sure else f"spread below {100.0 * SURE:g} %"
-    return f"{energies.values.max():.6f} to {energies.values.min():.6f} N/mm, {spread}"
+def strokes(case: Case) -> str:
+    """Traction at the ends of the strokes of cycles, and the area of the closed loop of the last two."""
+    parts = []
+    for c in (c for c in case.curves if c.test.sigma_N < 0.0):
+        turns = turns_of(c.s_L)
+        tau = ", ".join(f"{c.tau_L[i]:.3f}".replace("-", "−") for i in turns[1:])
+        work = trapezoid(c.tau_L[turns[-3] :], c.s_L[turns[-3] :])
+        parts.append(f"{signed(c.test.sigma_N)} MPa: {tau} MPa, work of the last loop {work:.3f} N/mm")
+    return f"$\\tau_L$ at the ends of the strokes, {'; '.join(parts)}."
+
+
+def climb(case: Case) -> str:
+    """Slope of the dilation at the end, and up the planes that face the slip."""
+    slopes = [np.diff(c.s_N)[-1] / np.diff(c.s_L)[-1] for c in case.curves if not c.lost]
+    test = case.curves[0].test
+    limit = np.tan(np.radians(test.pattern.theta)) * np.cos(np.radians(test.direction))
+    ends = f"{min(slopes):.4f} to {max(slopes):.4f}"
+    return f"slope of the dilation at 0.6 mm {ends}, up the facing planes {limit:.4f}."
+
+
+def energies(case: Case) -> str:
+    """Energies by the rows of the curves, and converged ones."""
+    tests = [c.test for c in case.curves]
+    exact = [fracture_energy(t.material, t.pattern, np.array([t.direction])).values[0] for t in tests]
+    parts = (f"{c.name}°: {c.energy:.6f}, {one:.6f}" for c, one in zip(case.curves, exact, strict=True))
+    return f"$G_T$ with steps of 0.0025 mm, and converged, N/mm: {'; '.join(parts)}."
+
+
+def percent(values: Floats) -> str:
+    """Largest over smallest value, less 1."""
+    return f"{100.0 * (values.max() / values.min() - 1.0):.2f} %"
