@@ -27,6 +27,7 @@ module asperity_checks
     integer(int64), dimension(points_together*most_statev) :: most, unsigned
   end type limits_type
 
+  real(wp), parameter :: defaults(n_fixed_props) = prop_table%default
   character(len=5), parameter :: listed_names(n_listed_values) = ["n_N  ", "n_Tx ", "n_Ty ", "gamma"]
 
 contains
@@ -185,9 +186,12 @@ contains
     logical, parameter :: measured(n_fixed_props) = [(prop_table(i)%measure == "s_f", i=1, n_fixed_props)]
     integer, parameter :: whole(count(integral)) = pack([(i, i=1, n_fixed_props)], integral)
     integer, parameter :: lengths(count(measured)) = pack([(i, i=1, n_fixed_props)], measured)
-    call fill_props(props, given, fixed)
+    given = min(size(props), n_fixed_props)
+    fixed = defaults
     beyond = 0_int64
+    !$omp simd reduction(ior:beyond)
     do i = 1, given
+      fixed(i) = props(i)
       beyond = ior(beyond, outside_prop(i, props(i)))
     end do
     status = status_props
@@ -224,7 +228,9 @@ contains
     if (present(by_name)) indices = .not. by_name
     passed = size(props)
     if (present(nprops)) passed = nprops
-    call fill_props(props, given, fixed)
+    given = min(size(props), n_fixed_props)
+    fixed = defaults
+    fixed(:given) = props(:given)
     if (given < n_required_props) then
       status = status_nprops
       call append(message, "NPROPS = " // integer_text(passed) // ": expected at least " // &
@@ -308,17 +314,6 @@ contains
         to_text(weight_tolerance))
     end if
   end subroutine review_listed
-
-  !> Copy PROPS before the listed planes, without a test; missing values take their default.
-  pure subroutine fill_props(props, given, fixed)
-    real(wp), intent(in), contiguous :: props(:)     !! PROPS, any number of values
-    integer, intent(out) :: given                    !! how many of them the host passed
-    real(wp), intent(out) :: fixed(n_fixed_props)    !! the passed values (any bits), then defaults
-    real(wp), parameter :: defaults(n_fixed_props) = prop_table%default
-    given = min(size(props), n_fixed_props)
-    fixed = defaults
-    fixed(:given) = props(:given)
-  end subroutine fill_props
 
   !> An integer as of `outside`: negative if the value is not in the range of entry i of PROPS by prop_table.
   elemental function outside_prop(i, value) result(beyond)

@@ -4,18 +4,17 @@ module asperity_pattern
   use asperity_contract, only: max_inclined, max_planes, min_inclined, n_listed_values
   implicit none
   private
-  public :: pattern_type, regular_pattern, listed_pattern, plane_normal, direction_vector, whole_vectors
+  public :: pattern_type, regular_pattern, listed_pattern, plane_normal, direction_vector
 
   !> Multiple of the vectors of every instruction set, doubles.
   integer, parameter :: lane_width = 4
-  !> Length of the arrays over the planes: a whole number of vectors. Spare lanes hold a flat plane with weight zero.
+  !> Length of the arrays over the planes: a whole number of vectors. Spare lanes hold planes with weight zero.
   integer, parameter, public :: max_lanes = ((max_planes + lane_width - 1)/lane_width)*lane_width
 
   !> Frames and weights of the planes: with the up-slope direction (e_x, e_y) in the average surface,
   !> n = (cos, -sin e_x, -sin e_y), t = (sin, cos e_x, cos e_y), h = (0, h_x, h_y), components (N, Tx, Ty).
   type :: pattern_type
     integer :: n                          !! number of planes Np
-    integer :: lanes                      !! n rounded up to a multiple of lane_width
     real(wp) :: cos_theta(max_lanes)      !! n_N
     real(wp) :: sin_theta(max_lanes)      !! t_N
     real(wp) :: e_x(max_lanes)            !! up-slope direction
@@ -52,42 +51,41 @@ contains
     real(wp), parameter :: azimuth_sin(n_azimuths + lane_width) = [((sin(pi*real(merge(min(4*max(j, 0), &
       2*i - 4*max(j, 0)), -min(4*max(j, 0) - 2*i, 4*i - 4*max(j, 0)), 4*j <= 2*i), wp)/real(2*i, wp)), &
       j=-1, i - 1), i=min_inclined, max_inclined), (0.0_wp, j=1, lane_width)]
-    real(wp) :: c, s, c_turn, s_turn, c_azimuth, s_azimuth, slope, weight, share
-    integer :: first, k, start
-    logical :: inclined, tilted
+    real(wp) :: c, s, rotation(2), slope, weight
+    integer :: first, k, lanes, start
 
     c = cos(theta*degree)
     s = sin(theta*degree)
-    slope = min(s/c, vertical)
     first = merge(1, 0, m == 0 .or. flat > 0.0_wp)
     pattern%n = first + merge(0, m, flat >= 1.0_wp)
-    pattern%steepest = merge(slope, 0.0_wp, pattern%n > first .and. theta > 0.0_wp)
-    pattern%lanes = whole_vectors(pattern%n, lane_width)
+    lanes = ((pattern%n + lane_width - 1)/lane_width)*lane_width
+    slope = merge(min(s/c, vertical), 0.0_wp, pattern%n > first)
+    pattern%steepest = slope
     weight = (1.0_wp - flat)/real(max(m, 1), wp)
-    share = merge(1.0_wp, flat, m == 0)
-    c_turn = 1.0_wp
-    s_turn = 0.0_wp
-    if (abs(turn) > 0.0_wp) then
-      c_turn = cos(modulo(turn, 360.0_wp)*degree)
-      s_turn = sin(modulo(turn, 360.0_wp)*degree)
-    end if
+    rotation = [1.0_wp, 0.0_wp]
+    if (abs(turn) > 0.0_wp) rotation = direction_vector(turn)
     start = m*(m + 1)/2 - 3 + 1 - first   ! offset of the set of m, with or without its flat plane
     if (m == 0) start = 0
-    ! fill all lanes in one vector loop: scalar stores would stall the vector loads of the law (store forwarding)
+    ! one vector loop without conditions; the planes that are not inclined take their values after it
     !$omp simd
-    do k = 1, pattern%lanes
-      inclined = k > first .and. k <= pattern%n
-      tilted = inclined .and. theta > 0.0_wp
-      c_azimuth = azimuth_cos(start + k)*c_turn - azimuth_sin(start + k)*s_turn
-      s_azimuth = azimuth_cos(start + k)*s_turn + azimuth_sin(start + k)*c_turn
-      pattern%cos_theta(k) = merge(c, 1.0_wp, tilted)
-      pattern%sin_theta(k) = merge(s, 0.0_wp, tilted)
-      pattern%e_x(k) = merge(c_azimuth, 1.0_wp, tilted)
-      pattern%e_y(k) = merge(s_azimuth, 0.0_wp, tilted)
-      pattern%h_x(k) = merge(s_azimuth, 0.0_wp, tilted)
-      pattern%h_y(k) = merge(-c_azimuth, 1.0_wp, tilted)
-      pattern%gamma(k) = merge(weight, merge(share, 0.0_wp, k <= first), inclined)
-      pattern%slope(k) = merge(slope, 0.0_wp, tilted)
+    do k = 1, lanes
+      pattern%cos_theta(k) = c
+      pattern%sin_theta(k) = s
+      pattern%slope(k) = slope
+      pattern%e_x(k) = azimuth_cos(start + k)*rotation(1) - azimuth_sin(start + k)*rotation(2)
+      pattern%e_y(k) = azimuth_cos(start + k)*rotation(2) + azimuth_sin(start + k)*rotation(1)
+      pattern%h_x(k) = azimuth_cos(start + k)*rotation(2) + azimuth_sin(start + k)*rotation(1)
+      pattern%h_y(k) = azimuth_sin(start + k)*rotation(2) - azimuth_cos(start + k)*rotation(1)
+      pattern%gamma(k) = weight
+    end do
+    pattern%gamma(pattern%n + 1:pattern%n + lane_width - 1) = 0.0_wp
+    if (first == 1) then
+      call set_flat(pattern, 1)
+      pattern%gamma(1) = merge(flat, 1.0_wp, m > 0)
+    end if
+    if (slope > 0.0_wp) return
+    do k = 1, lanes
+      call set_flat(pattern, k)
     end do
   end subroutine regular_pattern
 
@@ -119,8 +117,7 @@ contains
       end if
     end do
     pattern%steepest = maxval(pattern%slope(:n_listed))
-    pattern%lanes = whole_vectors(n_listed, lane_width)
-    do k = n_listed + 1, pattern%lanes
+    do k = n_listed + 1, ((n_listed + lane_width - 1)/lane_width)*lane_width
       call set_flat(pattern, k)
       pattern%gamma(k) = 0.0_wp
     end do
@@ -138,14 +135,6 @@ contains
     pattern%h_y(k) = 1.0_wp
     pattern%slope(k) = 0.0_wp
   end subroutine set_flat
-
-  !> Number of planes rounded up to whole vectors.
-  pure function whole_vectors(n, width) result(lanes)
-    integer, intent(in) :: n       !! planes
-    integer, intent(in) :: width   !! length of a vector
-    integer :: lanes
-    lanes = ((n + width - 1)/width)*width
-  end function whole_vectors
 
   !> Unit normal (N, Tx, Ty) of plane k.
   pure function plane_normal(pattern, k) result(n)
