@@ -36,16 +36,16 @@ tests() {
 }
 
 rm -f build/hosts/*.xml
-step "Kratos" hosts-kratos "$python" tools/install_extra.py kratos KratosMultiphysics.GeoMechanicsApplication
+step "Kratos" hosts-kratos tools/install_extra.sh kratos
 tests kratos
-step "OpenGeoSys" hosts-ogs "$python" tools/install_extra.py ogs ogs
+step "OpenGeoSys" hosts-ogs tools/install_extra.sh ogs
 tests ogs
 tests mtest
-step "OOFEM" hosts-oofem "$python" tools/install_extra.py oofem oofem
+step "OOFEM" hosts-oofem tools/install_extra.sh oofem
 tests oofem
-step "Akantu" hosts-akantu "$python" tools/install_extra.py akantu akantu
+step "Akantu" hosts-akantu tools/install_extra.sh akantu
 tests akantu
-step "scikit-fem" hosts-python "$python" tools/install_extra.py fe skfem
+step "scikit-fem" hosts-python tools/install_extra.sh fe
 tests python
 step "FEniCSx" hosts-fenicsx harness/hosts/fenicsx/install.sh build/fenicsx
 tests fenicsx

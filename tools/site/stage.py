@@ -30,17 +30,10 @@ LANGUAGES = {
     ".h": "c",
     ".xml": "xml",
 }
-PAPER, HEADER = ROOT / "docs" / "paper" / "paper.md", ROOT / "src" / "asperity.h"
-FORTRAN = [
-    ROOT / "src" / folder / f"asperity_{name}.f90"
-    for folder, names in {
-        "law": ("interface", "points", "contract", "kinds"),
-        "solver": ("initial",),
-        "adapters": ("umat", "vumat"),
-    }.items()
-    for name in names
-]
-"""Sources with what a program may use or call."""
+PAPER = ROOT / "docs" / "paper" / "paper.md"
+FORTRAN = [f"asperity_{name}.f90" for name in "interface points contract kinds initial umat vumat".split()]
+API = [next((ROOT / "src").rglob(name)) for name in ("asperity.h", *FORTRAN)]
+"""Header and sources with what a program may call or use."""
 KEPT = {".md", ".png", ".csv"}
 """Files of docs and of the top folder that the site has as they are."""
 
@@ -182,15 +175,14 @@ def main() -> None:
             target = stage.pages / source.relative_to(ROOT)
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(source, target)
-    stage.linked |= {HEADER, *FORTRAN}
+    stage.linked.update(API)
     stage.follow_links()
     stage.write("api/python.md", python_page())
     shutil.copytree(Path(__file__).parent / "assets", stage.pages / "assets", dirs_exist_ok=True)
     shutil.copytree(work / "katex", stage.pages / "assets" / "katex")
 
     nav = navigation((ROOT / "docs" / "README.md").read_text(encoding="utf-8"))
-    fortran = [{file.stem: str(page_of(file))} for file in FORTRAN]
-    nav.append({"API": [{"Python": "api/python.md"}, {"C": str(page_of(HEADER))}, {"Fortran": fortran}]})
+    nav.append({"API": [{"Python": "api/python.md"}, *({file.name: str(page_of(file))} for file in API)]})
     about = [{name.removesuffix(".md").capitalize().replace("_", " "): name} for name in TOP_PAGES[2:]]
     nav.append({"Project": about})
 
