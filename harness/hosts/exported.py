@@ -58,10 +58,10 @@ def element(host: str, folder: Path) -> tuple[Element, list[int]]:
     return one, [one.press + k * one.every for k in range(1, 6)]
 
 
-def assert_script(host: str, folder: Path) -> None:
+def assert_script(host: str, folder: Path, python: str | Path = sys.executable) -> None:
     """Assert that the script of a kit, which compares its rows with those of the README, ends well."""
     element(host, folder / "kit")
-    script = [sys.executable, folder / "kit" / "single.py"]
+    script = [python, folder / "kit" / "single.py"]
     done = subprocess.run(script, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert len(done.stdout.split("expected\n")[-1].splitlines()) == 5

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import exported
 import meshio
 import numpy as np
 import pytest
@@ -61,6 +62,11 @@ def run(words: str, ranks: int = 1, code: str = "", name: str = "walls") -> tupl
 def rows(file: Path) -> np.ndarray:
     """Rows of a run."""
     return np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
+
+
+def test_exported_element(tmp_path: Path) -> None:
+    """The script of `asperity export fenicsx` shows the rows of the README."""
+    exported.assert_script("fenicsx", tmp_path, PYTHON)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from pathlib import Path
 from ..options import add_options
 from ..remarks import shown_warnings
 
-HOSTS = ("abaqus", "akantu", "calculix", "kratos", "ogs", "oofem")
+HOSTS = ("abaqus", "akantu", "calculix", "fenicsx", "kratos", "ogs", "oofem")
 
 
 def add_arguments(export: argparse.ArgumentParser) -> None:
