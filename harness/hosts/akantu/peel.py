@@ -88,12 +88,12 @@ class Result:
         return [len(step.state) for step in self.steps]
 
 
-def run(folder: Path, extrinsic: bool = True, opening: float = OPENING) -> Result:
-    """Pull the end of the upper arm up; extrinsic: insert elements during the run, not before it."""
-    model, mesh, joint = start(folder, extrinsic)
+def run(folder: Path) -> Result:
+    """Pull the end of the upper arm up."""
+    model, mesh, joint = start(folder)
     dt = STABLE * model.getStableTimeStep()
     model.setTimeStep(dt)
-    count = int(np.ceil(opening / (SPEED * dt)))
+    count = int(np.ceil(OPENING / (SPEED * dt)))
     shown = set(np.linspace(0, count, ROWS + 1).round().astype(int)[1:].tolist())
     nodes = np.array(mesh.getNodes())
     end = np.flatnonzero((nodes[:, 0] < 1e-9) & (nodes[:, 1] == 2.0 * HEIGHT))
@@ -101,8 +101,7 @@ def run(folder: Path, extrinsic: bool = True, opening: float = OPENING) -> Resul
     model.getBlockedDOFs()[end, 1] = True
     rows, steps, work, force, given, points = [], [], 0.0, 0.0, 0.0, 0
     for k in range(1, count + 1):
-        if extrinsic:
-            model.checkCohesiveStress()
+        model.checkCohesiveStress()
         model.getVelocity()[end, 1] = SPEED
         model.getDisplacement()[end, 1] = SPEED * k * dt
         model.solveStep("explicit_lumped")
@@ -123,7 +122,7 @@ def run(folder: Path, extrinsic: bool = True, opening: float = OPENING) -> Resul
     return Result(*(np.array(column) for column in zip(*rows, strict=True)), steps)
 
 
-def start(folder: Path, extrinsic: bool) -> tuple[aka.SolidMechanicsModelCohesive, aka.Mesh, Joint]:
+def start(folder: Path) -> tuple[aka.SolidMechanicsModelCohesive, aka.Mesh, Joint]:
     """Model, mesh and joint."""
     name = f"asperity_{next(RUNS)}"
     made = register(JOINT, name)
@@ -132,9 +131,8 @@ def start(folder: Path, extrinsic: bool) -> tuple[aka.SolidMechanicsModelCohesiv
     text = INPUT.format(box=middle, density=DENSITY, young=YOUNG, poisson=POISSON, law=name)
     mesh = read(folder, text, structured.grid(x, y, sides=()))
     model = aka.SolidMechanicsModelCohesive(mesh)
-    model.initFull(_analysis_method=aka._explicit_lumped_mass, _is_extrinsic=extrinsic)
-    if extrinsic:
-        model.updateAutomaticInsertion()
+    model.initFull(_analysis_method=aka._explicit_lumped_mass, _is_extrinsic=True)
+    model.updateAutomaticInsertion()
     return model, mesh, made[0]
 
 
@@ -170,11 +168,10 @@ def step_of(
 def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description="Arm peeled off in Akantu by explicit dynamics.")
-    parser.add_argument("--intrinsic", action="store_true", help="all elements are there from the start")
     parser.add_argument("--pvd", type=Path, metavar="FILE.pvd", help="write rows of the run for ParaView")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
-        result = run(Path(name), not options.intrinsic)
+        result = run(Path(name))
     print(f"elements of the joint {result.elements[0]} to {result.elements[-1]}, of {round(LENGTH / SIZE)}")
     print(f"largest force {result.force.max():.4f} N, at the end {result.force[-1]:.4f} N")
     print(f"work {result.work[-1]:.5f} N mm: arms {result.arms[-1]:.5f}, joint {result.joint[-1]:.5f}")

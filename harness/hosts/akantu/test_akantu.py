@@ -192,18 +192,6 @@ def test_elements_inserted_during_the_run(tmp_path: Path) -> None:
     assert np.array_equal(joints.cell_data["damage"][0], damage)
 
 
-def test_elements_there_from_the_start(tmp_path: Path) -> None:
-    """The largest force differs from that with inserted elements by their compliance only."""
-    forces = []
-    for extrinsic in (False, True):
-        (folder := tmp_path / str(extrinsic)).mkdir()
-        result = peel.run(folder, extrinsic, opening=0.04)
-        assert result.unbalanced <= ROUGH_BALANCE
-        forces.append(result.force.max())
-    print(f"largest force {forces[0]:.4f} N with all elements, {forces[1]:.4f} N with inserted ones")
-    assert forces[1] == pytest.approx(forces[0], rel=0.05)
-
-
 def test_insertion_is_a_part_of_the_strength() -> None:
     """A limit of the stress that the law could not start from is refused."""
     with pytest.raises(ValueError, match=r"insertion = 1.5: expected a part of the strength"):

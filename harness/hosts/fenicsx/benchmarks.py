@@ -1,7 +1,5 @@
 """Benchmarks with closed forms on FEniCSx, a line each: found and expected; mm, N, MPa.
 
-- friction, dilation: the slip of a crack under compression, flat or with planes of one slope, plane strain
-  (docs/validation/benchmarks.md; Phan 2003).
 - peel: two arms of a beam that moments at their ends peel apart. By the J integral the energy to separate is
   12 M^2/(E h^3) at every length of the crack, whatever the law of the joint.
 - period: a block that is pressed between its own next periods, plane stress.
@@ -20,43 +18,8 @@ from asperity.mesh import split
 from jointed import COMM, Follow, Model, Steps, total
 from structured import grid
 
-PLANE_STRAIN = 25000.0 / (1.0 - 0.25**2)
-HALF, FRICTION, SLOPE = 1000.0, math.tan(math.radians(30.0)), math.tan(math.radians(10.0))
-ALONG = np.array([math.cos(math.radians(20.0)), -math.sin(math.radians(20.0))])
-"""Half of the crack; direction of the compression of 100 MPa."""
-
 ARM, E_ARM = 2.0, 30000.0
 BOND = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(0, 0.0))
-
-
-def crack(slope: float, n: int = 64, domain: float = 100.0) -> tuple[float, float]:
-    """Largest slip of a crack of n elements; elements are small at its tips and grow away from it."""
-    half = 1.0 - np.linspace(1.0, 0.0, n // 2 + 1) ** 2
-    far = np.geomspace(half[-1] - half[-2], domain, n)
-    far = (domain - 1.0) * np.cumsum(np.diff(far, prepend=0.0)) / domain
-    right = HALF * np.r_[half, 1.0 + far]
-    up = HALF * np.r_[0.0, far]
-    inside = {"joint": lambda a, b, x, normal: np.abs(x[:, 0]) < HALF}
-    x, y = (np.r_[-one[:0:-1], one] for one in (right, up))
-    mesh = split(grid(x, y, block=y[:-1] >= 0.0), inside)
-    stiff = 1e3 * PLANE_STRAIN / HALF
-    pattern = Pattern.regular(2, math.degrees(math.atan(slope))) if slope else Pattern.regular(0, 0.0)
-    law = Interface(Material.from_joint(kn=stiff, ks=stiff, mu=FRICTION), pattern)
-    model = Model(mesh, {"joint": law}, 25000.0, 0.25, plane="strain")
-    load = np.zeros((model.n, 2))
-    for name, normal in {"left": (-1, 0), "right": (1, 0), "bottom": (0, -1), "top": (0, 1)}.items():
-        nodes, area = model.group(name)
-        load[nodes] -= 100.0 * (ALONG @ normal) * area[:, None] * ALONG
-    corners = (np.abs(model.x - [x, -up[-1]]).max(axis=1) < 1e-6 for x in (-right[-1], right[-1]))
-    left, right_ = (model.dofs(corner, 0, 1) for corner in corners)
-    steps = Steps(model, np.r_[left, right_[1:]], 1e-9)  # against rigid motions
-    if not steps.solve(np.zeros(len(steps.fixed)), load.ravel()):
-        raise RuntimeError(steps.message)
-    normal, shear = 100.0 * ALONG[1] ** 2, -100.0 * ALONG[0] * ALONG[1]
-    resistance = math.tan(math.atan(FRICTION) + math.atan(slope))
-    pressure = (normal + slope * shear) / (1.0 + slope * resistance)
-    found = COMM.allreduce(float(np.abs(model.s[0][:, 1]).max(initial=0.0)), max)
-    return found, 4.0 / PLANE_STRAIN * HALF * (shear - resistance * pressure)
 
 
 def peel(length: float = 50.0, parts: int = 8, angle: float = 0.08) -> tuple[float, float]:
@@ -108,8 +71,7 @@ def slope(mu: float = 0.7) -> tuple[float, float]:
 def main() -> None:
     """Run all."""
     warnings.simplefilter("ignore")
-    results = {"friction": crack(0.0), "dilation": crack(SLOPE), "peel": peel(), "period": period()}
-    results["slope"] = slope()
+    results = {"peel": peel(), "period": period(), "slope": slope()}
     for name, (found, expected) in results.items() if COMM.rank == 0 else ():
         print(f"{name} {found:.6g} {expected:.6g}")
 

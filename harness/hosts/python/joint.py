@@ -19,41 +19,38 @@ COMPONENTS = 2
 
 
 class Joint:
-    """Zero-thickness interface between two faces that lie on y = 0, or one face and a rigid base.
+    """Zero-thickness interface between a face that lies on y = 0 and a rigid base.
 
-    Its points are the integration points of the faces.  `jump` maps displacements to separations of the
+    Its points are the integration points of the face.  `jump` maps displacements to separations of the
     points; `state` is that of the last accepted step.
     """
 
-    def __init__(
-        self,
-        interface: Interface,
-        n_unknowns: int,
-        upper: FacetBasis,
-        lower: FacetBasis | None = None,
-        offset: int = 0,
-    ) -> None:
-        """`offset` is the first unknown of the lower body."""
+    def __init__(self, interface: Interface, n_unknowns: int, face: FacetBasis) -> None:
+        """Take the integration points of a face and the matrix from displacements to (N, Tx) there."""
         self.interface = interface
-        self.x, self.weights, self.jump = _operator(upper, n_unknowns, 0, 1.0)
-        if lower is not None:
-            x, _, below = _operator(lower, n_unknowns, offset, -1.0)
-            if not np.allclose(x, self.x):
-                raise ValueError("points of the two faces differ: expected faces with the same mesh")
-            self.jump = (self.jump + below).tocsr()
-        n = len(self.x)
+        self.weights = np.asarray(face.dx).ravel()
+        n = len(self.weights)
+        rows, columns, values = [], [], []
+        for i, (shape, *_) in enumerate(face.basis):
+            components = np.asarray(shape)  # (2, facets, points of a facet): x, y
+            unknowns = np.repeat(face.element_dofs[i], components.shape[2])
+            for row, component in enumerate((1, 0)):
+                rows.append(COMPONENTS * np.arange(n) + row)
+                columns.append(unknowns)
+                values.append(components[component].ravel())
+        entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+        self.jump = sparse.coo_array(entries, shape=(COMPONENTS * n, n_unknowns)).tocsr()
         self.state = np.zeros((n, interface.nstatv))
         self.trial = self.state
-        self.traction = np.zeros((n, 3))
         self.separation = np.zeros((n, 3))
 
     def assemble(self, u: Floats) -> tuple[Floats, sparse.csr_array]:
         """Internal forces of the interface, and their consistent tangent (unsymmetric)."""
         result = self.interface.update(self._separation(u), self.state, self.separation)
-        self.trial, self.traction = result.state, result.traction
+        self.trial = result.state
         traction = result.traction[:, :COMPONENTS] * self.weights[:, None]
         tangent = result.tangent[:, :COMPONENTS, :COMPONENTS] * self.weights[:, None, None]
-        n = len(self.x)
+        n = len(self.weights)
         blocks = sparse.bsr_array(
             (tangent, np.arange(n), np.arange(n + 1)), shape=(COMPONENTS * n, COMPONENTS * n)
         )
@@ -65,31 +62,9 @@ class Joint:
         self.separation = self._separation(u)
 
     def _separation(self, u: Floats) -> Floats:
-        s = np.zeros((len(self.x), 3))
+        s = np.zeros((len(self.weights), 3))
         s[:, :COMPONENTS] = (self.jump @ u).reshape(-1, COMPONENTS)
         return s
-
-
-def _operator(
-    face: FacetBasis, n_unknowns: int, offset: int, sign: float
-) -> tuple[Floats, Floats, sparse.csr_array]:
-    """Positions and weights of the points of a face, and the matrix from displacements to (N, Tx)."""
-    x = np.asarray(face.global_coordinates())[0].ravel()
-    n = len(x)
-    order = np.argsort(x)
-    rank = np.empty(n, dtype=int)
-    rank[order] = np.arange(n)
-    rows, columns, values = [], [], []
-    for i, (shape, *_) in enumerate(face.basis):
-        components = np.asarray(shape)  # (2, facets, points of a facet): x, y
-        unknowns = np.repeat(face.element_dofs[i], components.shape[2]) + offset
-        for row, component in enumerate((1, 0)):
-            rows.append(COMPONENTS * rank + row)
-            columns.append(unknowns)
-            values.append(sign * components[component].ravel())
-    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    operator = sparse.coo_array(entries, shape=(COMPONENTS * n, n_unknowns)).tocsr()
-    return x[order], np.asarray(face.dx).ravel()[order], operator
 
 
 class NotConverged(RuntimeError):
