@@ -35,7 +35,6 @@ COPIED = ["CMakeLists.txt", "pyproject.toml", "cmake", "src", "harness", "tests"
 LEFT_OUT = {
     "test_package",
     "threads",
-    "memory",
     "test_solver_soak",
     "test_branch_soak",
 }

@@ -15,7 +15,7 @@ Zeros are a virgin point.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -658,7 +658,6 @@ class _HeldPoint:
     def __init__(self, parameters: Parameters, pattern: Pattern, lanes: int) -> None:
         self.parameters = parameters
         self.pattern = pattern
-        self.frame = frames(pattern[0])
         self.s = np.zeros((lanes, 3))
         self.traction = np.zeros((lanes, 3))
         self.work = np.zeros(lanes)
@@ -667,10 +666,10 @@ class _HeldPoint:
     def advance(self, s_T: Floats, sigma_N: Floats) -> None:
         """Move every lane to s_T (B, 2) and sigma_N (B,); a lane without equilibrium is NaN from then on."""
         alive = np.isfinite(self.s[:, 0])
-        self.start = _start(self.parameters, self.frame, self.s, self.state)
         s = np.concatenate([self.s[:, :1], s_T], axis=-1)
         trusted = np.zeros(len(s), dtype=bool)
-        trusted[alive] = self._newton(s, sigma_N, np.flatnonzero(alive))
+        if alive.any():
+            trusted[alive] = self._newton(s, sigma_N, np.flatnonzero(alive))
         for lane in np.flatnonzero(alive & ~trusted):
             s[lane, 0] = self._march(lane, s_T[lane], sigma_N[lane])
         found = np.isfinite(s[:, 0])
@@ -684,18 +683,8 @@ class _HeldPoint:
 
     def _normal(self, s: Floats, lanes: NDArray[np.intp] | int) -> tuple[Floats, Floats]:
         """Normal traction (...) and its slope dt_N/ds_N at trial separations (..., 3) of lanes."""
-        alpha_old, slip_old = _histories(self.parameters, self.state[lanes], len(self.pattern[1]))
-        start = replace(self.start, omega=self.start.omega[lanes], crushable=self.start.crushable[lanes])
-        omega, pressed = _omega(self.parameters, self.frame, s, start)
-        kinematics = straight, contact, _ = _kinematics(self.parameters, self.frame, s, omega)
-        damage = _damage(self.parameters, straight, alpha_old)
-        friction = _friction(self.parameters, contact, slip_old)
-        gamma = self.pattern[1]
-        traction, tangent = _assemble(self.parameters, self.frame, gamma, kinematics, damage, friction)
-        if pressed.any():
-            whole = s, omega, damage[0], slip_old, pressed
-            tangent = tangent + _crushing_tangent(self.parameters, self.frame, gamma, *whole)
-        return traction[..., 0], tangent[..., 0, 0]
+        answer = update(self.parameters, self.pattern, s, self.state[lanes], self.s[lanes])
+        return answer.traction[..., 0], answer.tangent[..., 0, 0]
 
     def _tolerance(self, sigma_N: Floats) -> Floats:
         return TOLERANCE * (self.parameters.sigma0 + np.abs(sigma_N))

@@ -9,9 +9,9 @@ from asperity.contract import N_PLANE_STATEV, N_POINT_STATEV, props_table
 from support_calls import ADAPTERS, SIGNALLING, Call, Routine, call_c, call_umat, call_vumat, errors, judge
 
 
-def virgin(routine: Routine, kind: type, components: int, points: int = 3) -> Call:
+def virgin(routine: Routine, kind: type, components: int, points: int = 3, W0: float = 0.0) -> Call:
     """Call of virgin points of RP-4 with a small increment."""
-    interface = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=2.0), Pattern.regular(4, 30.0, turn=10.0))
+    interface = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=2.0, W0=W0), Pattern.regular(4, 30.0, turn=10.0))
     n = 1 if routine is call_umat else points
     strain, increment, stress = np.zeros((3, n, components))
     increment[:] = 1.0e-3
@@ -21,7 +21,11 @@ def virgin(routine: Routine, kind: type, components: int, points: int = 3) -> Ca
     return Call(props, strain, increment, stress, state, times, energies, density, 5, {})
 
 
-def rejected(call: Call, routine: Routine, *texts: str) -> None:
+BAD_PROPS, FEW_PROPS, FEW_STATEV, BAD_NTENS, BAD_SEPARATION, BAD_STATE, BAD_SIZE, BAD_TIME = range(1, 9)
+"""Status codes of asperity.h."""
+
+
+def rejected(call: Call, routine: Routine, status: int, *texts: str) -> None:
     """A call is rejected as documented, with a message that has these texts; VUMAT's elastic probe, too."""
     for total in (1.0, 0.0) if routine is call_vumat else (1.0,):
         call.times = (total, call.times[1])
@@ -29,6 +33,7 @@ def rejected(call: Call, routine: Routine, *texts: str) -> None:
             out = routine(np.random.default_rng(1), call)
             out.message = out.message or said()
         assert judge(routine, call, out, True, False)
+        assert routine is not call_c or out.status == status
         for text in texts:
             assert text in out.message
         if routine is call_umat:
@@ -58,11 +63,11 @@ def test_bad_props(routine: Routine, kind: type) -> None:
         for value in bad:
             call = virgin(routine, kind, 3)
             call.props[row.index - 1] = value
-            rejected(call, routine, f"PROPS({row.index}) {row.name} = ")
+            rejected(call, routine, BAD_PROPS, f"PROPS({row.index}) {row.name} = ")
     for n in range(4):
         call = virgin(routine, kind, 3)
         call.props = call.props[:n].copy()
-        rejected(call, routine, f"{n}: expected at least 4")
+        rejected(call, routine, FEW_PROPS, f"{n}: expected at least 4")
 
 
 @ADAPTERS
@@ -71,15 +76,15 @@ def test_bad_sizes(routine: Routine, kind: type) -> None:
     for n in (0, 22):
         call = virgin(routine, kind, 3)
         call.state = np.zeros((len(call.state), n))
-        rejected(call, routine, f"{n}: expected at least 23")
+        rejected(call, routine, FEW_STATEV, f"{n}: expected at least 23")
     if routine is call_umat:
         for n in (1, 4, 5, 7):
-            rejected(virgin(routine, kind, n), routine, f"NTENS = {n}: expected 2, 3 or 6")
+            rejected(virgin(routine, kind, n), routine, BAD_NTENS, f"NTENS = {n}: expected 2, 3 or 6")
     elif routine is call_vumat:
         for ndir, nshr in ((3, 3), (3, 1), (2, 1), (1, 0), (1, 3), (0, 2)):
             call = virgin(routine, kind, ndir + nshr)
             call.optional = {"ndir": ndir}
-            rejected(call, routine, f"ndir, nshr = {ndir}, {nshr}: expected 1, 2 or (2D) 1, 1")
+            rejected(call, routine, BAD_NTENS, f"ndir, nshr = {ndir}, {nshr}: expected 1, 2 or (2D) 1, 1")
     call = virgin(routine, kind, 3)
     call.state = np.zeros((len(call.state), 24))
     call.state[:, 23] = 0.25
@@ -97,16 +102,21 @@ def test_bad_strains(routine: Routine, kind: type) -> None:
                 for i in range(n):
                     call = virgin(routine, kind, n, 100)
                     call.increment[point, i] = value
-                    rejected(call, routine, "expected a finite number of magnitude up to ")
+                    rejected(call, routine, BAD_SEPARATION, "expected a finite number of magnitude up to ")
                     if routine is call_umat:
                         call.increment, call.strain = call.strain, call.increment
-                        rejected(call, routine, f"STRAN({i + 1}) = ")
+                        rejected(call, routine, BAD_SEPARATION, f"STRAN({i + 1}) = ")
 
 
 @ADAPTERS
 def test_bad_states(routine: Routine, kind: type) -> None:
-    """A state variable that is not finite, a slip that is too large, a damage outside 0 to 1."""
+    """A state variable that is not finite, a slip that is too large, a damage or a wear outside 0 to 1."""
     point = 0 if routine is call_umat else 67
+    for i, bad in ((23, (-1.0e-3, 1.5, np.inf)), (32, (-1.0e-3, np.nan))):
+        for value in bad:
+            call = virgin(routine, kind, 3, 70, W0=0.2)
+            call.state[point, i] = value
+            rejected(call, routine, BAD_STATE, f"STATEV({i + 1}) ")
     for i in range(23):
         damage = i >= N_POINT_STATEV and (i - N_POINT_STATEV) % N_PLANE_STATEV == 0
         bad = (-1.0e-3, 1.001, float(np.nextafter(kind(0.0), kind(-1.0)))) if damage else ()
@@ -115,7 +125,7 @@ def test_bad_states(routine: Routine, kind: type) -> None:
         for value in (np.nan, SIGNALLING, np.inf, *bad):
             call = virgin(routine, kind, 3, 70)
             call.state[point, i] = value
-            rejected(call, routine, f"STATEV({i + 1}) ", ": expected a finite number")
+            rejected(call, routine, BAD_STATE, f"STATEV({i + 1}) ", ": expected a finite number")
 
 
 @ADAPTERS
@@ -128,23 +138,25 @@ def test_bad_times(routine: Routine, kind: type) -> None:
             out = routine(np.random.default_rng(1), call)
             out.message = out.message or said()
         assert judge(routine, call, out, True, False) and "expected a finite time increment" in out.message
+        assert routine is not call_c or out.status == BAD_TIME
 
 
 @ADAPTERS
 def test_negative_sizes(routine: Routine, kind: type) -> None:
     """A negative size is named as it was passed; an array of that size is empty."""
     state = {call_umat: "NSTATV", call_vumat: "nstatev", call_c: "NSTATV"}[routine]
-    for name, size, text in (
-        ("nprops", -2, "NPROPS = -2: expected at least 4"),
-        ("nstatv", -5, f"{state} = -5: expected at least 23"),
-        ("n", -7, " = -7 points: expected 0 or more"),
+    for name, size, text, status in (
+        ("nprops", -2, "NPROPS = -2: expected at least 4", FEW_PROPS),
+        ("nstatv", -5, f"{state} = -5: expected at least 23", FEW_STATEV),
+        ("n", -7, "n = -7" if routine is call_c else " = -7 points: expected 0 or more", BAD_SIZE),
     ):
-        if (routine, name) not in ((call_umat, "n"), (call_c, "nprops"), (call_c, "n")):
+        if (routine, name) != (call_umat, "n"):
             call = virgin(routine, kind, 3)
             call.optional = {name: size}
             with errors() as said:
                 out = routine(np.random.default_rng(1), call)
                 assert text in (out.message or said())
+            assert routine is not call_c or (out.status == status and out.whole)
 
 
 @pytest.mark.parametrize("routine", [call_umat, call_vumat])
@@ -153,13 +165,13 @@ def test_every_bad_value_is_named(routine: Routine) -> None:
     call = virgin(routine, float, 3, 70)
     call.increment[-1, 1:] = np.nan, -np.inf
     name = "DSTRAN" if routine is call_umat else "point 70 of the block: strainInc"
-    rejected(call, routine, f"{name}(2) = NaN: expected a finite number", "(3) = -Inf")
+    rejected(call, routine, BAD_SEPARATION, f"{name}(2) = NaN: expected a finite number", "(3) = -Inf")
     with errors() as said:
         routine(np.random.default_rng(1), call)
         assert "(1)" not in said()
     call = virgin(routine, float, 3)
     call.props[12:14] = -0.5, 1.25
-    rejected(call, routine, "PROPS(13) tau_v = -0.5", "PROPS(14) dalpha = 1.25")
+    rejected(call, routine, BAD_PROPS, "PROPS(13) tau_v = -0.5", "PROPS(14) dalpha = 1.25")
 
 
 @pytest.mark.parametrize(
@@ -171,8 +183,8 @@ def test_range_of_single_precision(values: dict[int, float]) -> None:
     call = virgin(call_vumat, np.float32, 3)
     for index, value in values.items():
         call.props[index - 1] = value
-    rejected(call, call_vumat, "expected other units")
+    rejected(call, call_vumat, BAD_PROPS, "expected other units")
     for array in ("increment", "state"):
         call = virgin(call_vumat, np.float32, 3)
         getattr(call, array)[2, 0 if array == "increment" else 5] = 1.0e20
-        rejected(call, call_vumat, "expected a finite number of magnitude up to ")
+        rejected(call, call_vumat, BAD_SEPARATION, "expected a finite number of magnitude up to ")

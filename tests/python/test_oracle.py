@@ -18,6 +18,9 @@ from support_calls import LIBRARY, c_update, umat
 from tests.oracle import reference
 
 SEED = 2025
+POINTS = 70
+"""More than the library takes at a time."""
+
 OPTIONS = {
     "paper": {},
     "height": {"height": 0.3, "kc": 20.0},
@@ -125,12 +128,12 @@ def test_options(option: str) -> None:
     rng = np.random.default_rng(SEED)
     counts = dict.fromkeys(BRANCHES, 0)
     far = 0
-    increments = 16 if material.crush else 40  # the reference finds what is crushed by bisection
+    increments = 12 if material.crush else 24  # the reference finds what is crushed by bisection
     for sides, flat in ((0, 1.0), (2, 0.0), (5, 0.3)):
         interface = Interface(material, Pattern.regular(sides, 30.0, flat, 20.0))
         planes = reference.regular_pattern(sides, 30.0, flat, 20.0)
-        S = np.cumsum(rng.standard_normal((increments, 40, 3)) * material.s_0, axis=0)
-        s_old, state = np.zeros((40, 3)), np.zeros((40, interface.nstatv))
+        S = np.cumsum(rng.standard_normal((increments, POINTS, 3)) * material.s_0, axis=0)
+        s_old, state = np.zeros((POINTS, 3)), np.zeros((POINTS, interface.nstatv))
         # the first ten points are those of an initial state
         state[:10, 4], state[:10, 5:8] = 1.0, material.s_0 * rng.standard_normal((10, 3))
         state[:10, N_POINT_STATEV : N_POINT_STATEV + 3 * interface.n_planes : 3] = 0.5 * rng.random((10, 1))
@@ -154,7 +157,7 @@ def test_options(option: str) -> None:
                 counts[branch, damaging] += int(here.sum())
             state, s_old = theirs.state, s
     broken = parameters.damage0 == 1.0
-    assert min(n for (_, damaging), n in counts.items() if not (broken and damaging)) > 2 * increments, counts
+    assert min(n for (_, damaging), n in counts.items() if not (broken and damaging)) > 3 * increments, counts
     if "closure" in OPTIONS[option]:
         assert far > 0
 

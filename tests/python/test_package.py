@@ -29,7 +29,7 @@ from asperity import (
     contract,
     installed,
 )
-from support_calls import LIBRARY, c_update
+from support_calls import LIBRARY, c_update, umat
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 RP_4 = Interface(TABLE_2, Pattern.regular(4, 30.0))
@@ -314,15 +314,18 @@ def resident_bytes() -> int:
 @pytest.mark.long
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs /proc")
 def test_memory_does_not_grow() -> None:
-    """Many calls do not increase the memory in use; rejected calls and short histories are among them.
+    """Many calls do not increase the memory in use; UMAT, rejected calls and short histories are among them.
 
     ASPERITY_CALLS is the number of calls: 100,000 by default and a million in `make soak`.
     """
     s, state, bad = np.full((1, 3), 0.01), np.zeros((1, RP_4.nstatv)), np.full((1, 3), NAN)
+    props = RP_4.props()
 
     def calls(n: int) -> None:
         for i in range(n):
             RP_4.update(s, state, s)
+            if i % 10 == 0:
+                umat(LIBRARY, props, s[0], state[0], s[0], s[0])
             if i % 50 == 0:
                 RP_4.replay(s)
                 RP_4.confined_slip(0.0, [0.001], 0.0, preload=1)
