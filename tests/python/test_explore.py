@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
 import sys
 import urllib.parse
 import urllib.request
@@ -47,6 +46,7 @@ def followed(text: str, folder: Path, direction: float) -> np.ndarray:
     return np.column_stack(curves)[first:]
 
 
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 @pytest.mark.parametrize("choice", [PLAIN, WORN, FLAT], ids=["plain", "worn", "flat"])
 def test_texts_give_what_the_page_shows(choice: Choice, tmp_path: Path) -> None:
     """The case through the driver, the script and PROPS are those of the curves."""
@@ -55,13 +55,12 @@ def test_texts_give_what_the_page_shows(choice: Choice, tmp_path: Path) -> None:
     driven = followed(as_case(choice), tmp_path, choice.values["direction"])
     assert driven.shape == shown.shape
     # where a worn facet is back at slip zero, a rounding error decides on the side of its foot
-    sided = np.abs(found.slip) > 1e-12 if choice.values["W0"] else slice(None)
+    sided = np.abs(found.slip) > (1e-12 if choice.values["W0"] else -1.0)
     np.testing.assert_allclose(driven[sided], shown[sided], rtol=0.0, atol=1e-9)
-    script = as_python(choice).replace("print(test)", "print(test.traction[-1].tolist())")
-    run = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", script], capture_output=True, text=True, check=True
-    )
-    assert run.stdout == f"{found.history.traction[-1].tolist()}\n"
+    given: dict[str, Any] = {}
+    exec(as_python(choice).replace("print(test)", ""), given)
+    rows = given["test"].after_step(1).traction
+    np.testing.assert_allclose(rows[sided[1:]], found.history.traction[1:][sided[1:]], rtol=0.0, atol=1e-9)
     head, numbers = as_props(choice).split(")", 1)
     props = choice.interface.props()
     assert head == f"PROPS({len(props)}"

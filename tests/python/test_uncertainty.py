@@ -53,10 +53,10 @@ def found() -> Fit:
 def test_friction_of_a_flat_joint() -> None:
     """The sliding joint carries mu |sigma_N|: its quantiles are those of the normal distribution of mu."""
     count, sd, levels = 2000, 0.05, (0.05, 0.5, 0.95)
-    distribution = of_deviations({"mu": 0.5}, {"mu": sd}, {})
     [path] = load_paths(case(FLAT))
+    distribution = of_deviations(path.props, {"mu": sd}, {})
     found = spread(path, ("mu",), distribution.draw(count, 1), levels, ThreadPoolExecutor(1))
-    assert found.lost == 0 and not found.refused and len(found.results) == count
+    assert not found.out and len(found.results) == count
     for i, level in enumerate(levels):
         exact = 2.0 * NormalDist(0.5, sd).inv_cdf(level)
         # four standard errors of a quantile of `count` samples
@@ -72,9 +72,9 @@ def test_correlations_of_the_samples() -> None:
     """Deviations and correlations of many samples are the given ones in any unit; the seed decides them."""
     drawn = []
     for unit in (1.0, 1e6):
-        values = {"sigma0": 3.0 * unit, "mu": 0.5, "theta": 30.0}
+        joint = Interface(Material(3.0 * unit, 0.3 * unit, 0.9, 0.5), Pattern.regular(4, 30.0))
         sizes = {"sigma0": 0.3 * unit, "mu": 0.05, "theta": 2.0}
-        asked = of_deviations(values, sizes, {("mu", "theta"): -0.8, ("sigma0", "mu"): 0.5})
+        asked = of_deviations(joint.props(), sizes, {("mu", "theta"): -0.8, ("sigma0", "mu"): 0.5})
         drawn.append(asked.draw(20000, 7) / [unit, 1.0, 1.0])
     np.testing.assert_allclose(drawn[0].mean(axis=0), [3.0, 0.5, 30.0], rtol=0.005)
     np.testing.assert_allclose(drawn[0].std(axis=0), [0.3, 0.05, 2.0], rtol=0.03)
@@ -129,7 +129,7 @@ def test_curves_are_those_of_the_driver(text: str) -> None:
 def test_workers_make_no_difference() -> None:
     """Processes give the same bits as one process."""
     [path] = load_paths(case(ROUGH + CYCLE))
-    samples = of_deviations({"mu": 0.5}, {"mu": 0.1}, {}).draw(600, 0)
+    samples = of_deviations(path.props, {"mu": 0.1}, {}).draw(600, 0)
     with ProcessPoolExecutor(2, get_context("spawn")) as processes:
         found = [spread(path, ("mu",), samples, (0.1, 0.9), one) for one in (None, processes)]
     np.testing.assert_array_equal(found[0].curves, found[1].curves)
@@ -139,9 +139,9 @@ def test_workers_make_no_difference() -> None:
 def test_samples_without_a_result_are_counted(said: Callable) -> None:
     """Samples out of range and without equilibrium are counted by reason, and the exit code is 3."""
     last, longer, count, sd = 0.02, 0.1, 400, 0.15
-    case(LAW + f"&pattern sides = 0 /\n&step t_N = 2.0, increments = 5 /\n&step slip = {last} /\n")
+    one = case(LAW + f"&pattern sides = 0 /\n&step t_N = 2.0, increments = 5 /\n&step slip = {last} /\n")
     out, _ = said(f"uncertainty case.nml --sd Gc={sd} --samples {count} --jobs 1", 3)
-    energies = of_deviations({"Gc": 0.3}, {"Gc": sd}, {}).draw(count, 0)
+    energies = of_deviations(one.runs[0].props, {"Gc": sd}, {}).draw(count, 0)
     refused = np.sum(energies <= 0.0)
     assert f"{refused} out of the range of Gc" in out
     # the slip at which equilibrium under tension is lost is proportional to s_f, and so to Gc

@@ -7,6 +7,7 @@ import math
 import sys
 import webbrowser
 
+from .. import contract
 from ..options import add_options, assigned
 from .model import LOGARITHMIC, OPTIONAL, VALUES
 
@@ -66,14 +67,10 @@ def _values(texts: list[str]) -> dict[str, float]:
     for name, text in assigned(texts).items():
         if name not in VALUES:
             raise ValueError(f"{name}={text}: expected one of {', '.join(VALUES)}")
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
+        values[name] = value = contract.number(name, text)
         least = ">= 0" if name in OPTIONAL else "> 0" if name in LOGARITHMIC else ""
-        if not math.isfinite(value) or (least and (value < 0.0 or (value == 0.0 and least == "> 0"))):
+        if not math.isfinite(value) or (least and value < 0.0) or (least == "> 0" and value == 0.0):
             raise ValueError(f"{name}={text}: expected a number {least}".rstrip())
         if name == "sides" and not value.is_integer():
             raise ValueError(f"{name}={text}: expected a whole number")
-        values[name] = value
     return values

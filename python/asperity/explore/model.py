@@ -124,9 +124,8 @@ class Choice:
     @property
     def slips(self) -> Floats:
         """Slips of all rows, from zero on."""
-        ends = pairwise([0.0, *self.turns])
-        pieces = [np.linspace(a, b, n + 1)[1:] for (a, b), n in zip(ends, self.parts, strict=True)]
-        return np.concatenate([[0.0], *pieces])
+        ends = np.cumsum([0, *self.parts])
+        return np.interp(np.arange(ends[-1] + 1), ends, [0.0, *self.turns])
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,30 +245,21 @@ def as_case(choice: Choice) -> str:
     )
 
 
-def _lines(entries: list[str], indent: str) -> str:
-    return f",\n{indent}".join(", ".join(entries[i : i + 4]) for i in range(0, len(entries), 4))
-
-
 def as_python(choice: Choice) -> str:
     """Python script of a choice."""
     values = choice.values
-    entries = [f"{name}={values[name]!r}" for name in MATERIAL]
-    material = f"\n    {_lines(entries, '    ')},\n"
+    material = textwrap.wrap(", ".join(f"{name}={values[name]!r}" for name in MATERIAL), WIDTH)
     theta = values["theta"] if values["sides"] else 0.0
-    pieces = [
-        f"    np.linspace({a!r}, {b!r}, {n + 1})[1:],\n"
-        for (a, b), n in zip(pairwise([0.0, *choice.turns]), choice.parts, strict=True)
-    ]
-    return (
-        "import numpy as np\nfrom asperity import Interface, Material, Pattern\n\n"
-        f"material = Material({material})\n"
-        f"pattern = Pattern.regular(\n    {int(values['sides'])}, theta={theta!r}, flat={values['flat']!r}\n"
-        ")\n"
-        f"slips = np.concatenate([\n    [0.0],\n{''.join(pieces)}])\n"
-        f"test = Interface(material, pattern).confined_slip(\n    {values['direction']!r}, slips, "
-        f"sigma_N={values['sigma_N']!r}, preload={PRELOAD}\n)\n"
-        "print(test)\n"
-    )
+    return "\n".join([
+        "from asperity import Interface, Material, Pattern, Step\n",
+        "material = Material(", *(f"    {line}" for line in material), ")",
+        "pattern = Pattern.regular(",
+        f"    {int(values['sides'])}, theta={theta!r}, flat={values['flat']!r}\n)",
+        "test = Interface(material, pattern).run([",
+        f"    Step(t_N={values['sigma_N']!r}, increments={PRELOAD}),",
+        f"    Step(slip={choice.turns}, direction={values['direction']!r},",
+        f"         increments={choice.parts}),\n])\nprint(test)\n",
+    ])  # fmt: skip
 
 
 def as_props(choice: Choice) -> str:

@@ -87,6 +87,7 @@ class Page:
         self.planes = _source("planes", "xs", "ys", "alpha")
         self.section = _source("section", "xs", "ys", "colour")
         self.touching, self.arrow = _source("touching", "x", "y"), _source("arrow", "x", "y")
+        self.shown = (self.here, self.planes, self.touching, self.section, self.arrow)
         for slider in self.sliders.values():
             slider.on_change("value", self._changed)
         self.cycle.on_change("value", self._changed)
@@ -122,7 +123,7 @@ class Page:
         except ValueError as error:
             self.found = None
             self._say("error", [str(error)])
-            _clear(self.curves, self.here, self.planes, self.touching, self.section, self.arrow)
+            _clear(self.curves, *self.shown)
             self.text.text = ""
         else:
             found = self.found
@@ -141,7 +142,7 @@ class Page:
         """Show planes and section at the position on the path."""
         found = self.found
         if found is None or not len(found.history):
-            _clear(self.here, self.planes, self.touching, self.section, self.arrow)
+            _clear(*self.shown)
             return
         history = found.history
         at = round(0.01 * self.place.value * (len(history) - 1))

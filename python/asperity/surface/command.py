@@ -16,7 +16,6 @@ from ..material import Material
 from ..options import add_options, add_output, check_outputs, numbers, progress_bar, replace_file
 from ..pattern import Pattern
 from ..remarks import shown_warnings
-from ..tables import size
 from . import slopes
 from .scan import EVEN, Scan
 from .scan_files import read_scan

@@ -8,9 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from pandas import DataFrame, concat
 
 from .. import contract
-from ..case_files import Case, read_case
+from ..case_files import read_case
 from ..fit.command import NO_RESULT
 from ..fit.report import file_of
 from ..options import (
@@ -26,7 +27,7 @@ from ..options import (
 from ..remarks import shown_warnings
 from .distribution import CONSTANTS, Distribution, distribution_of
 from .paths import CURVES
-from .spread import BATCH, RESULTS, Spread, check_samples, spreads
+from .spread import BATCH, RESULTS, Spread, spreads
 
 MOST_LEFT_OUT = 0.01
 """Fraction of samples without a result above which the quantiles must not be used."""
@@ -61,7 +62,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     levels = [contract.number("--quantiles", text) for text in options.quantiles.split(",")]
-    check_samples(options.samples, options.seed, levels)
     units = units_of(options.label_units)
     read = options.case, options.fit or file_of(options.case)
     table = rf"(\w+,)?(slip|opening),{CURVES[0]}_case,"
@@ -69,7 +69,12 @@ def _run(options: argparse.Namespace) -> int:
     with shown_warnings():
         case = read_case(options.case)
     deviations = {name: one for name, (one,) in numbers("--sd", options.sd, 1).items()}
-    correlations = _correlations(options.correlation)
+    correlations = {}
+    for name, (value,) in numbers("--correlation", options.correlation, 1).items():
+        pair = tuple(name.split(","))
+        if len(pair) != 2:
+            raise ValueError(f"--correlation {name}={value:g}: expected NAME,NAME=VALUE")
+        correlations[pair] = value
     distribution, source = distribution_of(case, options.fit, deviations, correlations)
     given = distribution, options.samples, options.seed, levels
     with (
@@ -77,7 +82,9 @@ def _run(options: argparse.Namespace) -> int:
         progress_bar(options.samples * len(case.runs), "sample") as bar,
     ):
         found = spreads(case, *given, executor, lambda: bar.update(min(BATCH, bar.total - bar.n)))
-    print(report(case, distribution, source, options.samples, options.seed, found))
+    print(head(distribution, source))
+    print(f"samples     {options.samples}, seed {options.seed}")
+    print(report(case.sweep, found))
     if options.output is not None:
         write_curves(options.output, case.sweep, found)
         print(options.output)
@@ -92,49 +99,34 @@ def _run(options: argparse.Namespace) -> int:
             f"\nno result: {worst:.2%} of the samples have none, and the quantiles are those of the others: "
             f"expected at most {MOST_LEFT_OUT:.0%}"
         )
-        return NO_RESULT
-    return 0
+    return NO_RESULT if worst > MOST_LEFT_OUT else 0
 
 
-def _correlations(texts: Sequence[str]) -> dict[tuple[str, str], float]:
-    """Correlations by the pair of names."""
-    found = {}
-    for name, (value,) in numbers("--correlation", texts, 1).items():
-        first, comma, second = name.partition(",")
-        if not comma:
-            raise ValueError(f"--correlation {name}={value:g}: expected NAME,NAME=VALUE")
-        found[first.strip(), second.strip()] = value
-    return found
-
-
-def report(
-    case: Case, distribution: Distribution, source: str, samples: int, seed: int, found: Sequence[Spread]
-) -> str:
-    """Text with the samples, what was left out, and the quantiles of the results."""
-    deviations = np.sqrt(np.diag(distribution.covariance))
-    kind = (
-        "those of the logarithm, logit or value, as a fit has it" if distribution.transformed else "absolute"
-    )
+def head(distribution: Distribution, source: str) -> str:
+    """Text of a distribution."""
+    of_fit = "those of the logarithm, logit or value, as a fit has it"
+    kind = of_fit if distribution.transformed else "absolute"
     lines = [f"constants   {source}; standard deviations are {kind}"]
-    for name, value, size in zip(distribution.names, distribution.values, deviations, strict=True):
+    sizes = np.sqrt(np.diag(distribution.covariance))
+    for name, value, size in zip(distribution.names, distribution.values, sizes, strict=True):
         lines.append(f"  {name:<10}{value:>12.5g} +- {size:.4g}")
     if any(distribution.model_error):
-        tau, dilation = distribution.model_error
-        lines.append(
-            f"model error {tau:.2g} of the traction, {dilation:.2g} of s_N: by which the law misses the tests"
-        )
-    lines.append(f"samples     {samples}, seed {seed}")
-    for one in found:
-        head = "" if one.path.value is None else f"{case.sweep} = {one.path.value:g}: "
-        out = [f"{count} out of the range of {name}" for name, count in one.refused.items()]
-        out += [f"{one.lost} without equilibrium on the whole path"] if one.lost else []
-        lines.append(f"left out    {head}{', '.join(out) or 'none'}")
-    for one in found:
-        title = "" if one.path.value is None else f"{case.sweep} = {one.path.value:g}"
-        names = [f"{level:.6g}" for level in one.levels]
-        lines += ["", f"{title:<22}" + "".join(f"{name:>12}" for name in ("case", "mean", "sd", *names))]
-        table = zip(RESULTS, one.case[1], one.results.T, strict=True)
-        for name, own, values in table:
+        tau, dilation = (f"{error:.2g}" for error in distribution.model_error)
+        lines.append(f"model error {tau} of the traction, {dilation} of s_N: the law misses the tests by it")
+    return "\n".join(lines)
+
+
+def report(sweep: str, found: Sequence[Spread]) -> str:
+    """Text of what was left out, and of the quantiles of the results."""
+    titles = ["" if one.path.value is None else f"{sweep} = {one.path.value:g}" for one in found]
+    lines = []
+    for title, one in zip(titles, found, strict=True):
+        reasons = ", ".join(f"{count} {reason}" for reason, count in one.out.items())
+        lines.append(f"left out    {title}{': ' * bool(title)}{reasons or 'none'}")
+    for title, one in zip(titles, found, strict=True):
+        names = ("case", "mean", "sd", *(f"{level:.6g}" for level in one.levels))
+        lines += ["", f"{title:<22}" + "".join(f"{name:>12}" for name in names)]
+        for name, own, values in zip(RESULTS, one.case[1], one.results.T, strict=True):
             row = [own, values.mean(), (values - values[0]).std(ddof=1), *np.quantile(values, one.levels)]
             label = name if one.path.slips else name.replace("slip", "opening")
             lines.append(f"{label:<22}" + "".join(f"{value:>12.5g}" for value in row))
@@ -143,13 +135,12 @@ def report(
 
 def write_curves(path: Path, sweep: str, found: Sequence[Spread]) -> None:
     """Write the quantiles of the curves: a row for each point, a column for each curve and level."""
-    names = [f"{curve}_{level:g}" for curve in CURVES for level in found[0].levels]
-    start = ["slip" if found[0].path.slips else "opening", *(f"{curve}_case" for curve in CURVES)]
-    parts = []
+    frames = []
     for one in found:
-        curves = one.curves.transpose(1, 2, 0).reshape(len(one.points), -1)
-        rows = np.column_stack([one.path.x[one.points], one.case[0][one.points], curves])
-        value = [] if one.path.value is None else [one.path.value]
-        parts.append(np.insert(rows, [0] * len(value), value, axis=1))
-    header = ",".join([*([sweep] if sweep else []), *start, *names])
-    np.savetxt(path, np.vstack(parts), "%.7g", ",", header=header, comments="", encoding="utf-8")
+        columns = {sweep: one.path.value} if sweep else {}
+        columns["slip" if one.path.slips else "opening"] = one.path.x[one.points]
+        columns |= {f"{curve}_case": one.case[0][one.points, k] for k, curve in enumerate(CURVES)}
+        for k, curve in enumerate(CURVES):
+            columns |= {f"{curve}_{v:g}": one.curves[i, :, k] for i, v in enumerate(one.levels)}
+        frames.append(DataFrame(columns))
+    concat(frames).to_csv(path, index=False, float_format="%.7g", lineterminator="\n")

@@ -82,33 +82,36 @@ def distribution_of(
     correlations: Mapping[tuple[str, str], float] | None = None,
 ) -> tuple[Distribution, str]:
     """Distribution of the constants of a case, and where it comes from; arguments of `uncertainty`."""
-    props = np.array(case.runs[0].props)
+    path, props = case.path, case.runs[0].props
     if deviations:
         if fit is not None:
             raise ValueError(f"--fit {fit}: expected without --sd")
-        for name in deviations:
-            check_name(name)
-        values = {name: float(props[contract.index(name)]) for name in deviations}
-        found, source = of_deviations(values, deviations, correlations or {}), "--sd"
+        found, source = of_deviations(props, deviations, correlations or {}), "--sd"
     else:
         if correlations:
             raise ValueError("--correlation: expected with --sd; a fit has its own")
-        path = fit or file_of(case.path)
-        if not path.is_file():
+        file = fit or file_of(path)
+        if not file.is_file():
             raise ValueError(
-                f"{path}: expected the file that asperity fit -o {case.path} writes, --fit with its name, "
-                "or --sd NAME=VALUE"
+                f"{file}: expected the file that asperity fit -o {path} writes, --fit with its name, or --sd "
+                "NAME=VALUE"
             )
-        known = read(path)
-        for name, value in zip(known.names, known.values, strict=True):
+        found, source = read(file), str(file)
+        for name, value in zip(found.names, found.values, strict=True):
             of_case = case.runs[0].interface.material.K if name == KS else props[contract.index(name)]
             if abs(of_case - value) > DIGITS * abs(value):
                 raise ValueError(
-                    f"{path} is stale: {name} = {value:g}, but {case.path} has {of_case:g}: expected a case "
-                    "with the constants of the fit"
+                    f"{file} is stale: {name} = {value:g}, but {path} has {of_case:g}: expected a case with "
+                    "the constants of the fit"
                 )
-        found, source = known, str(path)
-    _check_runs(case, found.names)
+    m = case.runs[0].pattern.m
+    for name in found.names:
+        if m == 0 and name in INCLINED:
+            raise ValueError(f"{path}: {name}: expected inclined planes, which sides = 0 does not have")
+        if m < 0 and name in ("theta", "flat"):
+            raise ValueError(f"{path}: {name}: expected a regular pattern, not listed planes")
+        if name != KS and len({run.props[contract.index(name)] for run in case.runs}) > 1:
+            raise ValueError(f"{path}: &sweep: expected one that leaves {name} alone, which is uncertain")
     return found, source
 
 
@@ -117,73 +120,47 @@ def read(path: Path) -> Distribution:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         names = tuple(content["parameters"])
-        values = np.array(content["values"], dtype=float)
+        mean = np.array([to_scale(name, value) for name, value in zip(names, content["values"], strict=True)])
         covariance = np.array(content["covariance on the scales"], dtype=float)
-        scales = content["scales"]
         error, of_dilation = map(float, content["model error of tau and s_N"])
+        sound = names and content["scales"] == [SCALES[name] for name in names]
+        sound = sound and np.isfinite([*mean, *np.diag(covariance), error, of_dilation]).all()
+        least = ASYMMETRY * np.abs(covariance).max()
+        sound = sound and covariance.shape == 2 * mean.shape and np.diag(covariance).min() >= 0.0
+        if not sound or not np.allclose(covariance, covariance.T, rtol=0.0, atol=least):
+            raise ValueError("finite values, their scales, a symmetric covariance with variances >= 0")
     except (KeyError, TypeError, ValueError) as problem:
-        raise ValueError(f"{path}: expected a file that asperity fit -o has written ({problem})") from None
-    count = len(names)
-    if any(name not in SCALES for name in names) or scales != [SCALES[name] for name in names]:
-        raise ValueError(f"{path}: expected constants and scales of this version of asperity fit")
-    if not count or values.shape != (count,) or covariance.shape != (count, count):
-        raise ValueError(
-            f"{path}: expected a value and a row of the covariance for each of {', '.join(names)}"
-        )
-    finite = np.isfinite([*values, *covariance.ravel(), error, of_dilation]).all()
-    least = ASYMMETRY * np.abs(covariance).max()
-    if not finite or np.diag(covariance).min() < 0.0 or np.abs(covariance - covariance.T).max() > least:
-        raise ValueError(f"{path}: expected finite values, and a symmetric covariance with variances >= 0")
-    mean = np.array([float(to_scale(name, value)) for name, value in zip(names, values, strict=True)])
+        text = "expected a file that this version of asperity fit -o has written"
+        raise ValueError(f"{path}: {text} ({problem})") from None
     return Distribution(names, mean, covariance, True, (error, of_dilation))
 
 
-def _check_runs(case: Case, names: Sequence[str]) -> None:
-    """Raise ValueError for constants that a case does not have, or that its sweep changes."""
-    path, first = case.path, np.array(case.runs[0].props)
-    inclined = [name for name in names if name in INCLINED]
-    if inclined and case.runs[0].pattern.m == 0:
-        raise ValueError(f"{path}: {inclined[0]}: expected inclined planes, which sides = 0 does not have")
-    listed = [name for name in names if name in ("theta", "flat")]
-    if listed and case.runs[0].pattern.m < 0:
-        raise ValueError(f"{path}: {listed[0]}: expected a regular pattern, not listed planes")
-    for run in case.runs:
-        for name in names:
-            if name != KS and run.props[contract.index(name)] != first[contract.index(name)]:
-                raise ValueError(f"{path}: &sweep: expected one that leaves {name} alone, which is uncertain")
-
-
 def of_deviations(
-    values: Mapping[str, float],
+    props: Sequence[float],
     deviations: Mapping[str, float],
     correlations: Mapping[tuple[str, str], float],
 ) -> Distribution:
-    """Distribution of constants about `values`, with standard deviations and correlations by name."""
+    """Distribution of constants about those of PROPS, with standard deviations and correlations by name."""
     for name, size in deviations.items():
-        check_name(name)
+        if name not in CONSTANTS:
+            raise ValueError(f"{name}: expected one of {', '.join(CONSTANTS)}")
         if not 0.0 < contract.number(f"--sd {name}", size) < np.inf:
             raise ValueError(f"--sd {name}={size:g}: expected a standard deviation > 0")
     names = tuple(deviations)
     matrix = np.eye(len(names))
-    for k, ((first, second), value) in enumerate(correlations.items()):
+    for (first, second), value in correlations.items():
+        given = f"--correlation {first},{second}={value:g}: "
         if first == second or not {first, second} <= set(names):
-            raise ValueError(f"--correlation {first},{second}={value:g}: expected two of {', '.join(names)}")
+            raise ValueError(f"{given}expected two of {', '.join(names)}")
         if not -1.0 <= value <= 1.0:
-            raise ValueError(f"--correlation {first},{second}={value:g}: expected -1 to 1")
-        if (second, first) in list(correlations)[:k]:
-            raise ValueError(f"--correlation {first},{second}={value:g}: given twice: expected one value")
+            raise ValueError(f"{given}expected -1 to 1")
+        if (second, first) in correlations:
+            raise ValueError(f"{given}given twice: expected one value")
         i, j = names.index(first), names.index(second)
         matrix[i, j] = matrix[j, i] = value
-    sizes = np.array([deviations[name] for name in names])
-    return Distribution(
-        names, np.array([values[name] for name in names]), matrix * np.outer(sizes, sizes), False
-    )
-
-
-def check_name(name: str) -> None:
-    """Raise ValueError for a constant that cannot be uncertain."""
-    if name not in CONSTANTS:
-        raise ValueError(f"{name}: expected one of {', '.join(CONSTANTS)}")
+    sizes = np.array([*deviations.values()], dtype=float)
+    mean = np.array([props[contract.index(name)] for name in names])
+    return Distribution(names, mean, matrix * np.outer(sizes, sizes), False)
 
 
 def bad_constant(props: Floats, names: Sequence[str]) -> str | None:
@@ -191,19 +168,17 @@ def bad_constant(props: Floats, names: Sequence[str]) -> str | None:
     try:
         contract.check(props)
     except ValueError as error:
-        text = str(error)
-        return next((name for name in names if f"{name} = " in text), names[0])
+        return next((name for name in names if f"{name} = " in str(error)), names[0])
     return None
 
 
 def with_constants(props: Floats, names: Sequence[str], sample: Floats) -> Floats:
     """PROPS with other values of constants; ks is the stiffness of a joint without bond."""
-    found = props.copy()
-    for name, value in zip(names, sample.tolist(), strict=True):
-        if name != KS:
-            found[contract.index(name)] = value
-    if KS in names:
-        ks = float(sample[list(names).index(KS)])
+    found, values = props.copy(), dict(zip(names, sample.tolist(), strict=True))
+    ks = values.pop(KS, None)
+    for name, value in values.items():
+        found[contract.index(name)] = value
+    if ks is not None:
         bond = Material.from_joint(kn=found[contract.index("kc")] * ks, ks=ks, mu=0.5)
         for name in ("sigma0", "Gc", "eta", "kc"):
             found[contract.index(name)] = getattr(bond, name)

@@ -74,16 +74,14 @@ def _load_path(path: Path, run: Run) -> LoadPath:
 
 def _abscissa(path: Path, steps: Sequence[Step]) -> Floats:
     """Unit vector (3,) of the prescribed separation over which curves are drawn: of a slip, or of s_N."""
+    unit = dict(zip(SEPARATION, np.eye(3), strict=True))
     for names in (("slip", "s_Tx", "s_Ty"), ("s_N",)):
-        moved = [(step, name) for step in steps for name in names if getattr(step, name) is not None]
-        if not moved:
-            continue
-        step, name = moved[0]
-        e = np.zeros(3)
-        if name == "slip":
-            e[1:] = direction_vector(step.direction or 0.0)
-        else:
-            e[SEPARATION.index(name)] = 1.0
-        if not any(traction[i] for traction in prescribed(steps) for i in np.flatnonzero(e)):
-            return e
+        for step in steps:
+            moved = [name for name in names if getattr(step, name) is not None]
+            if moved:
+                along = direction_vector(step.direction or 0.0)
+                e = np.array([0.0, *along]) if moved[0] == "slip" else unit[moved[0]]
+                if not any(traction[i] for traction in prescribed(steps) for i in np.flatnonzero(e)):
+                    return e
+                break
     raise ValueError(f"{path}: expected &step with a prescribed slip or opening, over which curves are drawn")

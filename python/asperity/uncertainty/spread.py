@@ -37,8 +37,8 @@ class Spread:
     """Quantiles of a load path over the samples that have all of it.
 
     points (R,): rows of the path.  levels (L,).  curves (L, R, 3): in the order of CURVES.  results (k, 5):
-    of each sample, in the order of RESULTS.  refused: samples out of the range of a constant, by its name.
-    lost: samples without equilibrium.  case: curves (n, 3) and results (5,) of the case itself.
+    of each sample, in the order of RESULTS.  out: samples without a result, by the reason.  case: curves
+    (n, 3) and results (5,) of the case itself.
     """
 
     path: LoadPath
@@ -46,15 +46,13 @@ class Spread:
     levels: Floats
     curves: Floats
     results: Floats
-    refused: Counter[str]
-    lost: int
+    out: Counter[str]
     case: tuple[Floats, Floats]
 
     @property
     def left_out(self) -> float:
         """Fraction of the samples that the quantiles do not contain."""
-        out = self.lost + sum(self.refused.values())
-        return out / (out + len(self.results))
+        return self.out.total() / (self.out.total() + len(self.results))
 
 
 def spread(
@@ -77,18 +75,14 @@ def spread(
     samples = np.hstack([samples, np.ones((len(samples), 2)) if errors is None else errors])
     batches = [samples[i : i + BATCH] for i in range(0, len(samples), BATCH)]
     done = map_in_order(partial(_batch, path, tuple(names), points), batches, executor, tick)
-    parts = list(zip(*done, strict=True))
-    curves, results = (np.concatenate(part) for part in parts[:2])
-    refused: Counter[str] = sum(parts[2], Counter())
-    lost = sum(parts[3])
+    curves, results = (np.concatenate(part) for part in list(zip(*done, strict=True))[:2])
+    out: Counter[str] = sum((reasons for *_, reasons in done), Counter())
     if not len(results):
-        raise ValueError(
-            f"none of {len(samples)} samples has the whole path: {sum(refused.values())} are out of range "
-            f"({', '.join(refused) or 'no constant'}), {lost} lose equilibrium"
-        )
+        why = ", ".join(f"{count} {reason}" for reason, count in out.items())
+        raise ValueError(f"none of {len(samples)} samples has the whole path: {why}")
     quantiles = np.stack([np.quantile(curves[:, i], levels, axis=0) for i in range(len(points))], axis=1)
     own = (case[0], _results(path.x, *case))
-    return Spread(path, points, np.array(levels), quantiles, results, refused, lost, own)
+    return Spread(path, points, np.array(levels, dtype=float), quantiles, results, out, own)
 
 
 def spreads(
@@ -100,10 +94,18 @@ def spreads(
     executor: Executor | None = None,
     tick: Callable[[], object] = lambda: None,
 ) -> list[Spread]:
-    """Quantiles of each run of a case, all for the same samples."""
-    paths, drawn = load_paths(case), distribution.draw(samples, seed)
-    errors = distribution.factors(samples, seed)
-    return [spread(path, distribution.names, drawn, levels, executor, tick, errors) for path in paths]
+    """Quantiles of each run of a case, all for the same samples; raises ValueError as `uncertainty`."""
+    if not 2 <= contract.number("samples", samples) <= MOST_SAMPLES or samples != int(samples):
+        raise ValueError(f"samples = {samples!r}: expected a whole number, 2 to {MOST_SAMPLES}")
+    if not 0 <= contract.number("seed", seed) < np.inf or seed != int(seed):
+        raise ValueError(f"seed = {seed!r}: expected a whole number >= 0")
+    wanted = contract.array("levels", levels)
+    if wanted.ndim != 1 or not wanted.size or not (np.diff([0.0, *wanted, 1.0]) > 0.0).all():
+        text = "expected increasing numbers between 0 and 1, for quantiles"
+        raise ValueError(f"levels = {contract.shown(levels)}: {text}")
+    drawn, errors = (draw(int(samples), int(seed)) for draw in (distribution.draw, distribution.factors))
+    names = distribution.names
+    return [spread(path, names, drawn, wanted, executor, tick, errors) for path in load_paths(case)]
 
 
 def uncertainty(
@@ -152,49 +154,32 @@ def uncertainty(
     >>> found.curves.shape[0], len(found.results), found.left_out
     (3, 50, 0.0)
     """
-    check_samples(samples, seed, levels)
     one = case if isinstance(case, Case) else read_case(case)
     distribution, _ = distribution_of(one, None if fit is None else Path(fit), sd, correlations)
-    return spreads(one, distribution, int(samples), int(seed), [*map(float, levels)], executor)
-
-
-def check_samples(samples: int, seed: int, levels: Sequence[float]) -> None:
-    """Raise ValueError for a number of samples, a seed or levels of quantiles that are out of range."""
-    if not 2 <= contract.number("samples", samples) <= MOST_SAMPLES or samples != int(samples):
-        raise ValueError(f"samples = {samples!r}: expected a whole number, 2 to {MOST_SAMPLES}")
-    if not 0 <= contract.number("seed", seed) < np.inf or seed != int(seed):
-        raise ValueError(f"seed = {seed!r}: expected a whole number >= 0")
-    wanted = contract.array("levels", levels)
-    if wanted.ndim != 1 or not wanted.size or not (np.diff([0.0, *wanted, 1.0]) > 0.0).all():
-        text = "expected increasing numbers between 0 and 1, for quantiles"
-        raise ValueError(f"levels = {contract.shown(levels)}: {text}")
+    return spreads(one, distribution, samples, seed, levels, executor)
 
 
 def _batch(
     path: LoadPath, names: tuple[str, ...], points: np.ndarray, samples: Floats
-) -> tuple[np.ndarray, Floats, Counter[str], int]:
-    """Curves (k, R, 3) and results (k, 5) of a batch of samples, those refused, and the number of those lost.
+) -> tuple[np.ndarray, Floats, Counter[str]]:
+    """Curves (k, R, 3) and results (k, 5) of a batch of samples, and the reasons of those without.
 
     The curves are in single precision, to save memory.
     """
     curves = np.zeros((len(samples), len(points), len(CURVES)), dtype=np.float32)
-    results, refused, lost = [], Counter[str](), 0
-    for sample in samples:
-        *sample, of_tau, of_dilation = sample
+    results, out = [], Counter[str]()
+    for *sample, of_tau, of_dilation in samples:
         props = with_constants(path.props, names, np.array(sample))
         bad = bad_constant(props, names)
-        if bad is not None:
-            refused[bad] += 1
-            continue
-        values, work = path.curve(props)
+        values, work = path.curve(props) if bad is None else (np.zeros((0, 3)), np.zeros(0))
         if len(work) < path.x.size:
-            lost += 1
+            out["without equilibrium on the whole path" if bad is None else f"out of the range of {bad}"] += 1
             continue
         # the law misses the tests by so much
         values, work = values * [of_tau, of_dilation, 1.0], work * of_tau
         curves[len(results)] = values[points]
         results.append(_results(path.x, values, work))
-    return curves[: len(results)], np.array(results).reshape(-1, len(RESULTS)), refused, lost
+    return curves[: len(results)], np.array(results).reshape(-1, len(RESULTS)), out
 
 
 def _results(x: Floats, values: Floats, work: Floats) -> Floats:
