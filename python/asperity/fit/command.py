@@ -254,7 +254,7 @@ def _next(
         fixed = changed["fixed"].items()
         pairs = [f"{name}={one if isinstance(one, str) else f'{one:.10g}'}" for name, one in fixed]
         values = {"free": changed["free"] and ",".join(changed["free"]), "auto": False, "set": pairs}
-        same = {name: changed[name] for name in ("sides", "model_error")}
+        same = {name: changed[name] for name in ("sides", "model_error", "joint")}
         return "next: " + shlex.join(command_line(parser, options, values | same | others))
 
     if proposal is not None:
@@ -327,11 +327,12 @@ def _fits(fitted: Fitted, changes: Sequence[Arguments]) -> list[tuple[Arguments,
 
 
 def _freeing(found: Fit, given: Arguments, *names: str) -> list[Arguments]:
-    """Change that adds free constants, unless one is free or has a value."""
+    """Change that adds free constants, unless one is free or has a value; no bond comes by them."""
     free = given.get("free") or ()
     if {*names} & {*found.problem.free, *given.get("fixed", {})}:
         return []
-    return [given | {"free": (*free, *(names if free else (f"+{name}" for name in names)))}]
+    form = {"joint": ROCK} if found.form == ROCK else {}
+    return [given | form | {"free": (*free, *(names if free else (f"+{name}" for name in names)))}]
 
 
 def _is_better(other: Fit, found: Fit) -> bool:

@@ -119,18 +119,31 @@ def fit(
         rough[form] = Fit(problem.coarse(), solutions[0], confidence, model_error, costs, form=form)
     criteria = {form: float(one.result.bic) for form, one in rough.items()}
     # a bond that the tests do not determine is not there
-    supported = [form for form, one in rough.items() if not {"sigma0", "Gc"} & {*one.undetermined}]
-    form = min(supported or rough, key=lambda one: criteria[one])
-    problem, best = problems[form], rough[form]
+    supported = [form for form in rough if not _loose_bond(rough[form])] or [*rough]
+    form = min(supported, key=lambda one: criteria[one])
+    found = _refined(problems[form], replace(rough[form], criteria=criteria), tick, executor)
+    if form == MORTAR and ROCK in rough and _loose_bond(found):
+        found = _refined(problems[ROCK], replace(rough[ROCK], criteria=criteria), tick, executor)
+    return found
+
+
+def _loose_bond(found: Fit) -> bool:
+    """Whether strength or rupture energy are free and not determined."""
+    return bool({"sigma0", "Gc"} & {*found.undetermined})
+
+
+def _refined(
+    problem: Problem, rough: Fit, tick: Callable[[str], object], executor: Executor | None
+) -> Fit:
+    """Fit of all rows, whose increments are divided until they move no constant."""
     # residuals that are no noise say nothing about weights
-    tau, dilation = best.scatter
-    if not best.dependent and dilation > 0.0:
+    tau, dilation = rough.scatter
+    if not rough.dependent and dilation > 0.0:
         problem = replace(problem, weight=float(np.clip(tau / dilation, 1.0 / MOST_WEIGHT, MOST_WEIGHT)))
-    derivatives = lambda x: differences(problem.residuals, x, executor=executor)  # noqa: E731
-    x, slopes = best.x, derivatives
+    x, slopes = rough.x, lambda x: differences(problem.residuals, x, executor=executor)
     while True:
         result = minimise(problem.residuals, problem.free, x, problem.ends, FOUND, slopes)
-        found = Fit(problem, result, confidence, model_error, best.costs, form=form, criteria=criteria)
+        found = replace(rough, problem=problem, result=result)
         parts = problem.refinement * REFINE
         finer = replace(problem, refinement=parts)
         shift = found.shift_by(finer.residuals(found.x) - found.residuals)

@@ -31,9 +31,9 @@ KINDS |= dict.fromkeys(("tau", "sigma_N", "peak", "residual"), "stress")
 DEFAULT, NONE = ("mm", "MPa"), ("length", "stress")
 """What each column measures; units to which numbers with units are converted, and labels without units."""
 
-LEAST_ROWS, SATURATED, LEAST_PART = 5, 0.7, 4
+LEAST_ROWS, SATURATED, LEAST_PART, FAR = 5, 0.7, 4, 0.98
 """Rows of a test: fewer show no stiffness, peak or residual strength.  Ratio of two slopes of the dilation
-below which it ends, and smallest number of rows of a slope.
+below which it ends, and smallest number of rows of a slope.  Slip over the largest one that counts as it.
 """
 
 LEAP, RETURN, NEAR, REVERSED = 3.0, 0.5, 0.1, -0.1
@@ -151,11 +151,16 @@ class ShearTest:
         return list(path[turns_of(path)[1:]].tolist())
 
     @property
+    def ends_far(self) -> bool:
+        """Whether the test ends at its largest slip, and not within a cycle."""
+        return bool(abs(self.slip[-1]) >= FAR * np.abs(self.slip).max())
+
+    @property
     def saturates(self) -> bool:
         """Whether the dilation ends: its slope at the end of the first stroke is well below that before."""
         if self.s_N is None or self.envelope:
             return False
-        end = int(np.argmax(np.abs(self.slip) >= 0.98 * np.abs(self.slip).max()))
+        end = int(np.argmax(np.abs(self.slip) >= FAR * np.abs(self.slip).max()))
         way = self.slip[: end + 1] / self.slip[end]
         parts = [np.flatnonzero((way >= low) & (way <= high)) for low, high in ((0.25, 0.5), (0.75, 1.0))]
         if min(map(len, parts)) < LEAST_PART:

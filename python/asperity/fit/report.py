@@ -60,6 +60,7 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
         lines.append(f"test        {test.name}: {rows}")
     of_others = "".join(
         f": the information criterion (BIC) is {criteria[found.form]:.5g}, that of a {FORMS[name]}, {one:.5g}"
+        + ", but the tests do not determine its bond" * (one < criteria[found.form])
         for name, one in criteria.items()
         if name != found.form
     )

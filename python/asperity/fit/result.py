@@ -211,7 +211,7 @@ class Fit:
     def comparison(self) -> DataFrame:
         """Measured and fitted numbers of each test, by its number and the name of the number.
 
-        The residual strength and the dilation are those at the end.
+        The residual strength, of a test that ends at its largest slip, and the dilation are those at the end.
         """
         from pandas import DataFrame
 
@@ -222,7 +222,7 @@ class Fit:
             found[number, "peak"] = both.max(axis=1)
             if not test.envelope:
                 found[number, "slip at peak"] = np.abs(test.slip)[both.argmax(axis=1)]
-            found[number, "residual"] = both[:, -1]
+            found[number, "residual" if test.ends_far else "at the end"] = both[:, -1]
             if test.s_N is not None:
                 found[number, "dilation"] = [test.s_N[-1], curve[1][rows[-1]]]
         return DataFrame(found, index=["measured", "fitted"]).T
@@ -237,7 +237,8 @@ class Fit:
         left = self.residuals / np.where(self.problem.is_dilation, self.problem.weight, 1.0) * rows.scale
         for (number, name), places in rows.groupby(["test", "name"]).groups.items() if self.dependent else ():
             measured, table = rows.measured[places], self.comparison.loc[number]
-            a, b = table.loc[["peak", "residual"] if name == "tau" else ["dilation"]].to_numpy().T
+            keys = ["peak", "residual"] if name == "tau" else ["dilation"]
+            a, b = table.loc[[key for key in keys if key in table.index]].to_numpy().T
             size = np.maximum(np.abs(b), 0.0 if name == "tau" else np.ptp(measured))
             scatter = np.sqrt(np.mean(left[places] ** 2)) / np.abs(measured).max()
             largest[name] = max(largest[name], scatter, *(np.abs(a - b) / np.where(size > 0.0, size, np.inf)))
