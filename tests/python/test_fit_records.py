@@ -75,6 +75,11 @@ LABS = {
         "Shear disp. (mm),Shear stress (Pa),Normal stress (Pa),Vertical disp. (um)\n"
         + seven(lambda i: f'{0.1 * i:.1f},"{200000 * min(i, 4):,}","-1,000,000.0",{20 * i}.0'),
     ),
+    "time of day": (
+        "utf-8",
+        "Time,Shear disp. (mm),Shear stress (MPa),Normal disp. (mm),Normal stress (MPa)\n"
+        + seven(lambda i: f"2024-03-12 09:0{i},{0.1 * i:.1f},{min(i, 4) * 0.2:.1f},{0.02 * i:.2f},-1"),
+    ),
     "tabs, row of units": (
         "utf-16",
         "Test A\n\nShear displ.\tShear stress\tNormal stress\tDilation\nmm\tMPa\tN/mm\u00b2\tmm\n"
@@ -114,7 +119,7 @@ def test_files_of_laboratories(name: str, tmp_path: Path) -> None:
     assert test.units == ({"length": "mm", "stress": "MPa"} if "mm" in text else {})
     # the file has these numbers in these lines
     lines = text.splitlines()
-    assert len(test.lines) == 7 and all(re.match(r"[\d.,]+[;,\t ]", lines[i - 1]) for i in test.lines)
+    assert len(test.lines) == 7 and all(re.match(r"[-\d.,: ]+[;,\t ]", lines[i - 1]) for i in test.lines)
 
 
 def test_gaps_and_other_names(tmp_path: Path) -> None:
