@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import product
 from pathlib import Path
 
@@ -32,12 +32,6 @@ from .tables import refresh
 SIGMA_N = (0.0, -1.0, -5.0, -10.0)
 """Normal tractions, MPa."""
 
-SLIP = 0.6
-"""Slip of a monotonic path, mm."""
-
-AMPLITUDE = 0.4
-"""Amplitude A of a cycle 0, +A, -A, +A, mm."""
-
 DIRECTION = 20.0
 """Direction of slip, degrees, which is no plane of symmetry of RP-4."""
 
@@ -48,20 +42,15 @@ AIMS = (1.0e-2, 1.0e-3, 1.0e-4)
 """Target errors of the tables."""
 
 
-def monotonic(increments: int) -> Floats:
-    """Slips of a monotonic path."""
-    return SLIP * np.arange(1, increments + 1) / increments
+PATHS = {"monotonic": (0.6,), "cyclic": (0.4, -0.4, 0.4)}
+"""Slips at the ends of the strokes of a path, mm."""
 
 
-def cycle(increments: int) -> Floats:
-    """Slips of a cycle 0, +A, -A, +A; increments is a multiple of 5."""
-    k = increments // 5
-    up, down = np.arange(1, k + 1) / k, 1.0 - np.arange(1, 2 * k + 1) / k
-    return AMPLITUDE * np.concatenate([up, down, -down])
-
-
-PATHS: dict[str, Callable[[int], Floats]] = {"monotonic": monotonic, "cyclic": cycle}
-"""Paths by name."""
+def slips_of(path: str, increments: int) -> Floats:
+    """Slips of a path in equal increments, a multiple of 5 for a cycle."""
+    turns = np.array([0.0, *PATHS[path]])
+    ends = np.cumsum(np.abs(np.diff(turns, prepend=0.0)))
+    return np.interp(ends[-1] * np.arange(1, increments + 1) / increments, ends, turns)
 
 
 def log_axes(ax: Axes, x_label: str, y_label: str) -> None:
@@ -90,10 +79,10 @@ def step_errors(increments: Sequence[int] = INCREMENTS) -> pandas.DataFrame:
     """
     interface = Interface(MATERIAL, Pattern.regular(4, THETA))
     found = []
-    for (path, slips), sigma_N in product(PATHS.items(), SIGMA_N):
-        fine = slip_curves(interface, DIRECTION, slips(FINER * increments[-1]), sigma_N, PRELOAD)
+    for path, sigma_N in product(PATHS, SIGMA_N):
+        fine = slip_curves(interface, DIRECTION, slips_of(path, FINER * increments[-1]), sigma_N, PRELOAD)
         for n in increments:
-            coarse = slip_curves(interface, DIRECTION, slips(n), sigma_N, PRELOAD)
+            coarse = slip_curves(interface, DIRECTION, slips_of(path, n), sigma_N, PRELOAD)
             rows = slice(fine.slips.size // n - 1, None, fine.slips.size // n)
             pairs = {"tau_L": (coarse.tau_L[0], fine.tau_L[0]), "s_N": (coarse.s_N[0], fine.s_N[0])}
             errors = {key: np.abs(a - b[rows]).max() / np.abs(b).max() for key, (a, b) in pairs.items()}
@@ -176,7 +165,7 @@ def plane_errors(
     sigma_N = 0. loop: the same for the work of a closed loop of a cycle, NaN at sigma_N = 0.
     """
     found = []
-    slips, loops = monotonic(PLANE_INCREMENTS["monotonic"]), cycle(PLANE_INCREMENTS["cyclic"])
+    slips, loops = (slips_of(path, n) for path, n in PLANE_INCREMENTS.items())
     dense = Interface(law, Pattern.regular(REFERENCE_SIDES, THETA, FLAT))
     reference = slip_curves(dense, 0.0, slips, np.array(tractions), PRELOAD)
     for m in sides:

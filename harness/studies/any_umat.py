@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 
 from asperity import ForeignUmat, Interface, Material, Pattern, Step
 from asperity.curve_pictures import DILATION, SLIP, TRACTION, curves
-from asperity.style import TWO, printed, save
+from asperity.style import TWO, new_figure, printed, save
 from matplotlib.figure import Figure
 
 SOURCE, PICTURE = Path("tests/python/planted_umat.f"), Path("docs/images/any-umat.png")
@@ -30,12 +30,11 @@ def draw(library: Path) -> Figure:
         "asperity": Interface(LAW, Pattern.regular(2, 20.0)).run(PATH),
     }
     tests = {name: rows.after_step(1) for name, rows in laws.items()}
-    figure = Figure(figsize=(TWO, 2.5), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    lines = [(name, rows.separation[:, 1], rows.traction[:, 1], False) for name, rows in tests.items()]
-    curves(left, lines, SLIP, TRACTION, "law", inside=True)
-    lines = [(name, rows.separation[:, 1], rows.dilation, False) for name, rows in tests.items()]
-    curves(right, lines, SLIP, DILATION, "law", inside=True)
+    figure, axes = new_figure(TWO, 2.5, ncols=2)
+    shown = ("traction", 1, TRACTION), ("separation", 0, DILATION)
+    for ax, (name, k, label) in zip(axes, shown, strict=True):
+        lines = [(law, one.separation[:, 1], getattr(one, name)[:, k], False) for law, one in tests.items()]
+        curves(ax, lines, SLIP, label, "law", inside=True)
     return figure
 
 

@@ -165,8 +165,11 @@ def again(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 
 @pytest.mark.slow
-def test_files_are_the_committed_ones(again: Path) -> None:
-    """Every entry has its picture and its numbers, and there are no other files."""
+def test_gallery_is_the_committed_one(again: Path) -> None:
+    """Every entry has its picture, its numbers and its text, and there are no other files.
+
+    Cells agree relative to the largest value of their column; rounding errors and errors stay small.
+    """
     names = {f"{entry.stem}.{kind}" for entry in command.ENTRIES for kind in ("png", "csv")} | {"README.md"}
     names.remove("table5.png")
     assert {path.name for path in GALLERY.iterdir()} == names
@@ -177,11 +180,6 @@ def test_files_are_the_committed_ones(again: Path) -> None:
         image = matplotlib.image.imread(picture)
         assert image.shape == matplotlib.image.imread(GALLERY / picture.name).shape
         assert image[..., :3].min() < 0.3 and image[..., :3].max() == 1.0
-
-
-@pytest.mark.slow
-def test_numbers_are_the_committed_ones(again: Path) -> None:
-    """Every cell agrees with the committed one, relative to the largest value of its column."""
     for path in sorted(again.glob("*.csv")):
         ours, committed = pandas.read_csv(path), pandas.read_csv(GALLERY / path.name)
         assert [*ours] == [*committed] and len(ours) == len(committed) > 0, path.name
@@ -191,18 +189,11 @@ def test_numbers_are_the_committed_ones(again: Path) -> None:
                 continue
             tolerance = RELATIVE * (1.0 if name == "error" else column.abs().max())
             np.testing.assert_allclose(ours[name], column, rtol=0.0, atol=tolerance, err_msg=path.name + name)
-
-
-@pytest.mark.slow
-def test_page_is_the_committed_one(again: Path) -> None:
-    """The page has the same text; numbers that are rounding errors or error estimates stay small."""
     filled, committed = (sections(folder / "README.md") for folder in (again, GALLERY))
     assert len(filled) in (len(FEW), len(command.ENTRIES)) and len(committed) == len(command.ENTRIES)
     for name, text in filled.items():
         (words, values), (committed_words, expected) = numbers(text), numbers(committed[name])
-        assert words == committed_words
-        for ours, theirs in zip(values, expected, strict=True):
-            assert ours == pytest.approx(theirs, rel=1e-3, abs=1e-6)
+        assert words == committed_words and values == pytest.approx(expected, rel=1e-3, abs=1e-6)
 
 
 @pytest.mark.slow

@@ -11,7 +11,6 @@ import pytest
 from asperity import Interface, LoadCase, Material, NoPatternError, Pattern, Selection, contract, select
 from asperity.case_files import read_case
 from asperity.selection.command import read_load_case, report
-from asperity.selection.search import residual_error
 
 from tests.oracle import reference
 
@@ -89,10 +88,10 @@ def test_a_tighter_tolerance_needs_more_planes() -> None:
     answers = [select(CASE, tolerance) for tolerance in (0.2, 0.05, 0.01)]
     assert answers[0].planes < answers[1].planes < answers[2].planes
     # 1 - f(pi/m)/f(0) of the closed form: f(0) exceeds f(pi/m) by 5.8 % for RP-8 and by 1.4 % for RP-16
-    assert residual_error(CASE, 8) == pytest.approx(0.058 / 1.058, abs=5e-4)
-    assert residual_error(CASE, 16) == pytest.approx(0.014 / 1.014, abs=5e-4)
+    assert CASE.residual_error(8) == pytest.approx(0.058 / 1.058, abs=5e-4)
+    assert CASE.residual_error(16) == pytest.approx(0.014 / 1.014, abs=5e-4)
     # with mu = 1.1 slip up a plane of 45 degrees locks, slip between the two planes of RT does not
-    assert residual_error(LoadCase(Material(3.0, 0.3, 0.9, 1.1), 45.0, (-1.0,), (0.4,)), 2) == 1.0
+    assert LoadCase(Material(3.0, 0.3, 0.9, 1.1), 45.0, (-1.0,), (0.4,)).residual_error(2) == 1.0
     # means over other directions agree far better than the tolerances that patterns reach
     assert all(answer.uncertainty < 1e-4 for answer in answers)
     message = "no pattern up to RP-63 meets the tolerance 1e-05: RP-63 has"

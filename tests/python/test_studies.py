@@ -17,7 +17,7 @@ from harness.studies import accuracy, concepts, speed, timings
 from harness.studies.newton import NewtonStudy, newton_path
 from harness.studies.stability.__main__ import main as stability
 from harness.studies.stability.branches import steep_snap
-from harness.studies.stability.catalogue import MODES, agree, find, shown, table
+from harness.studies.stability.catalogue import MODES, agree, shown, table
 
 DOCS = Path(__file__).parents[2] / "docs"
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
@@ -85,15 +85,6 @@ def test_bond_and_contact_add_up() -> None:
     assert min(bond) >= 0.0 and min(contact) == pytest.approx(concepts.MATERIAL.mu * concepts.PRESSURE)
 
 
-@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
-@pytest.mark.parametrize(("name", "values"), [(name, values) for name, _, values in concepts.CONSTANTS])
-def test_constants_that_are_compared_matter(name: str, values: tuple[float, ...]) -> None:
-    """The curves of a panel differ, and the value in the middle of sigma0 is that of the base material."""
-    curves = [concepts.slip_test(name, value).traction[:, 1] for value in values]
-    assert all(np.abs(one - other).max() > 0.05 for one, other in pairwise(curves))
-    assert name != "sigma0" or values[1] == concepts.MATERIAL.sigma0
-
-
 # --- Newton's method without safeguards ---------------------------------------------------------------------
 
 
@@ -131,17 +122,14 @@ def test_other_tangents_need_more(tangent: str) -> None:
 
 # --- catalogue of failure modes -----------------------------------------------------------------------------
 
-NAMES = [mode.name for mode in MODES]
-
-
 @pytest.mark.long
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", MODES)
 def test_failure_and_survival(name: str) -> None:
     """Trials fail or succeed as expected, each entry has both kinds, and the page has its section.
 
     Numbers may differ as between compilers.
     """
-    [mode] = find([name])
+    mode = MODES[name]
     trials = mode.run()
     assert [trial for trial in trials if not trial.holds] == [] and shown(trials)
     assert {trial.survives for trial in trials} == {True, False}
@@ -174,31 +162,21 @@ def test_map(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     places = {(float(row["mu"]), float(row["theta"])) for row in rows}
     assert places == set(product((0.0, 1.6), (0.0, 60.0)))
     assert all(row["consistent"] != "nan" for row in rows if row["symmetrised"] != "nan")
-    assert float(rows[0]["determinant"]) < 0.0  # the bond softens
     assert stability(["map", "--folder", str(tmp_path), "--size", "1"]) == 1
 
 
 @pytest.mark.long
-def test_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
-    """The list has every entry; one is shown with its numbers; an unknown one is an error."""
-    assert stability(["list"]) == 0
-    out = capsys.readouterr().out
-    assert re.findall(r"^(\S+): ", out, re.MULTILINE) == NAMES
+def test_entry_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    """An entry is shown with its numbers."""
     assert stability(["run", "single-precision"]) == 0
     assert "fails    single precision, slip of 100 mm" in capsys.readouterr().out
-    assert stability(["run", "unheard-of"]) == 1
-    assert "unheard-of: expected all or names of snap, " in capsys.readouterr().err
 
 
 # --- speed --------------------------------------------------------------------------------------------------
 
-PLANES = {"2 planes": 2, "RT": 3} | {f"RP-{m}": m + 1 for m in (3, 4, 6, 8, 16, 32, 63)}
-"""Planes of the patterns: inclined ones and, but for the first, the flat one."""
-
-FACETS = {"RP-4 HW0": 5, "RT H": 3} | {f"RP-{m} H": m + 1 for m in (4, 8, 16, 32)}
-"""Planes of the patterns with a finite height; the first has wear, too."""
-
-FIVE = ("RT", "RP-3", "RP-4", "RP-6", "RP-32")
+PLANES = {"2 planes": 2, "RT": 3, "RT H": 3, "RP-4 HW0": 5}
+PLANES |= {f"RP-{m}": m + 1 for m in (3, 4, 6, 8, 16, 32, 63)} | {f"RP-{m} H": m + 1 for m in (4, 8, 16, 32)}
+"""Planes of the patterns, with the flat one but for the first; H: with a finite height, W0: with wear."""
 
 
 @pytest.mark.long
@@ -207,19 +185,14 @@ def test_rows_of_the_benchmark(tmp_path: Path, capsys: pytest.CaptureFixture[str
     measured = tmp_path / "bench.csv"
     subprocess.run([timings.BENCH, "--csv", measured, "--quick"], check=True, capture_output=True)
     rows = timings.read_timings(measured)
-    assert dict(zip(rows.pattern, rows.planes, strict=True)) == PLANES | FACETS
-    assert (rows.ns_per_point > 0.0).all()
+    assert dict(zip(rows.pattern, rows.planes, strict=True)) == PLANES and (rows.ns_per_point > 0.0).all()
     have = set(rows[["pattern", "kernel", "precision", "tangent"]].itertuples(index=False, name=None))
-    for pattern in PLANES:
-        assert {(pattern, "textbook", "double", t) for t in (True, False)} <= have
-        assert {(pattern, one, "double", True) for one in ("point", "umat", "test")} <= have
-        for precision in ("double", "single"):
-            assert {(pattern, "block", precision, t) for t in (True, False)} <= have
-            assert (pattern, "roots", precision, False) in have
-            limits = {(pattern, kernel, precision, False) for kernel in ("vumat", "stream")}
-            assert limits <= have if pattern in FIVE else not limits & have
-    assert set(rows.states) == {"slip", "all slip", "zones", "scattered"}
-    assert {("RP-4", kernel, "double", False) for kernel in ("points", "copy")} <= have
+    for pattern in (name for name in PLANES if "H" not in name):
+        assert {(pattern, kernel, "double", True) for kernel in ("textbook", "point", "umat", "test")} <= have
+        for precision, tangent in product(("double", "single"), (True, False)):
+            assert (pattern, "block", precision, tangent) in have
+    limits = {("RP-4", kernel, "double", False) for kernel in ("vumat", "stream", "roots", "points", "copy")}
+    assert limits <= have and {*rows.states} == {"slip", "all slip", "zones", "scattered"}
     for name, start in (("speed.png", b"\x89PNG"), ("speed.pdf", b"%PDF")):
         assert speed.main([str(measured), "-o", str(tmp_path / name)]) == 0
         assert (tmp_path / name).read_bytes().startswith(start)
@@ -227,8 +200,7 @@ def test_rows_of_the_benchmark(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert speed.main([str(measured), "--table", "-o", str(tmp_path / "speed.png")]) == 0
     head, _, *lines = (line.strip("|").split("|") for line in capsys.readouterr().out.splitlines()[:-1])
     shown = {line[0].strip(): dict(zip(head[1:], line[1:], strict=True)) for line in lines}
-    assert {row[" kernels "].strip() for row in shown.values()} <= {"portable", "AVX2", "one set of kernels"}
-    assert {name: int(row[" planes "]) for name, row in shown.items()} == PLANES | FACETS
+    assert {name: int(row[" planes "]) for name, row in shown.items()} == PLANES
     single = rows.query("kernel == 'block' and precision == 'single' and not tangent and states == 'slip'")
     expected = {name: f"{time:.1f}" for name, time in zip(single.pattern, single.ns_per_point, strict=True)}
     assert {name: row[" block, single "].strip() for name, row in shown.items()} == expected
@@ -244,18 +216,8 @@ def test_chart_runs_the_benchmark(tmp_path: Path, capfd: pytest.CaptureFixture[s
     assert done.stderr.startswith("bench: --fast: expected --csv FILE or --quick")
 
 
-@pytest.mark.parametrize(
-    ("text", "arguments", "expected"),
-    [
-        ("a,b\n1,2\n", [], "bench.csv: expected a CSV written by bench --csv"),
-        (",".join(timings.COLUMNS) + "\n", [], "bench.csv: expected a CSV written by bench --csv (no rows)"),
-        ("a,b\n1,2\n", ["--quick"], "--quick: expected without"),
-    ],
-)
-def test_wrong_csv(
-    text: str, arguments: list[str], expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_wrong_csv(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The error message names a file that is not an output of the benchmark."""
-    (tmp_path / "bench.csv").write_text(text, encoding="utf-8")
-    assert speed.main([str(tmp_path / "bench.csv"), "-o", str(tmp_path / "x.png"), *arguments]) == 1
-    assert expected in capsys.readouterr().err
+    (tmp_path / "bench.csv").write_text("a,b\n1,2\n", encoding="utf-8")
+    assert speed.main([str(tmp_path / "bench.csv"), "-o", str(tmp_path / "x.png")]) == 1
+    assert "bench.csv: expected a CSV written by bench --csv" in capsys.readouterr().err

@@ -40,17 +40,6 @@ def test_walls_within_ten_percent() -> None:
     assert "9 of 11 walls within 10 %" in (walls.PAGE.parent / "README.md").read_text(encoding="utf-8")
 
 
-def test_thinned_curve() -> None:
-    """Straight lines between the rows that are left stay close to those that are not."""
-    x = np.linspace(0.0, 4.0, 400)
-    curve = np.column_stack([x, np.sin(3.0 * x), x**2])
-    thin = wall_runs.thinned(curve)
-    assert len(thin) < 150
-    for column in (1, 2):
-        away = np.interp(x, thin[:, 0], thin[:, column]) - curve[:, column]
-        assert np.abs(away).max() <= wall_runs.THIN * np.abs(curve[:, column]).max()
-
-
 def test_overview_has_the_numbers_of_the_pages() -> None:
     """The errors in the overview are those of the bold cells of the pages."""
     text = (common.DOCS / "validation" / "README.md").read_text(encoding="utf-8").replace("−", "-")
@@ -89,19 +78,6 @@ def test_fit_is_a_minimum() -> None:
         lambda one: push_off.residuals(one, (push_off.STRONG,)), [start], size, push_off.RIGID
     )
     assert again == pytest.approx(found, rel=1e-3)
-
-
-def test_search_finds_known_constants() -> None:
-    """From numbers of the model the search finds its constants."""
-    truth = {"mu": 0.6, "theta": 25.0, "height": 4.0, "kn": 100.0, "ks": 2.0}
-    goal = sandstone.numbers(truth, 1.0)
-    starts, fixed = sandstone.FORMS["height"]
-    found = common.fitted(
-        lambda one: sandstone.numbers(one, 1.0) / goal - 1.0, starts[:2], (1.0, 10.0), fixed, sandstone.STEP
-    )
-    # slips of the model are 0.025 mm apart, 3 % of the slip at the peak
-    assert sandstone.numbers(found, 1.0) == pytest.approx(goal, rel=0.035)
-    assert found["theta"] == pytest.approx(truth["theta"], rel=0.05)
 
 
 @pytest.mark.parametrize("name", granite.SPECIMENS)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import textwrap
 import time
 from pathlib import Path
 
@@ -14,19 +13,17 @@ from tqdm import tqdm
 
 from ..program import DIFFERS, program_of
 from ..tables import refresh
-from .catalogue import MODES, find, shown, table
+from .catalogue import MODES, shown, table
 
 
 def add_arguments(stability: argparse.ArgumentParser) -> None:
     """Add the arguments of the program."""
     actions = stability.add_subparsers(required=True, metavar="ACTION")
     folder = ("--folder DIR", "folder of the pictures", Path("stability"))
-    listed = actions.add_parser("list", help="show the catalogue of failure modes")
-    listed.set_defaults(action=_list)
     single = actions.add_parser("run", help="run entries, with the methods that fail and those that succeed")
     add_options(
         single,
-        ("names NAME", "an entry that `list` prints, or all", str, {"nargs": "+"}),
+        ("names NAME", ", ".join(["all", *MODES]), str, {"nargs": "+", "choices": ["all", *MODES]}),
         ("--fill FILE.md", "fill the table between <!-- stability --> markers; no pictures", Path),
         folder,
     )
@@ -37,39 +34,29 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
     maps.set_defaults(action=_map)
 
 
-def _list(options: argparse.Namespace) -> int:
-    """Print the catalogue."""
-    del options
-    for mode in MODES:
-        print(f"{mode.name}: {mode.title}")
-        print(textwrap.fill(mode.happens, 100, initial_indent="  ", subsequent_indent="  "))
-    return 0
-
-
 def _run(options: argparse.Namespace) -> int:
     """Run entries and print each result."""
     quiet = options.fill is not None
-    results, bad = [], []
-    for mode in tqdm(find(options.names), unit="entry", disable=None, delay=2.0, leave=False):
+    out = sys.stderr if quiet else sys.stdout
+    results, bad = [], 0
+    names = [*MODES] if "all" in options.names else options.names
+    for mode in tqdm([MODES[name] for name in names], unit="entry", disable=None, delay=2.0, leave=False):
         start = time.monotonic()
         trials = mode.run()
         results.append((mode, trials))
-        if not shown(trials):
-            bad.append(mode.name)
-        file = sys.stderr if quiet else sys.stdout
-        tqdm.write(f"{mode.name}: {mode.title} ({time.monotonic() - start:.1f} s)", file=file)
+        bad += not shown(trials)
+        tqdm.write(f"{mode.name}: {mode.title} ({time.monotonic() - start:.1f} s)", file=out)
         for trial in trials:
-            if quiet and trial.holds:
-                continue
-            verdict = "survives" if trial.survives else "fails"
-            unexpected = "" if trial.holds else "  NOT AS EXPECTED"
-            tqdm.write(f"  {verdict:<9}{trial.method}: {trial.measured}{unexpected}", file=file)
+            if not (quiet and trial.holds):
+                verdict = "survives" if trial.survives else "fails"
+                unexpected = "" if trial.holds else "  NOT AS EXPECTED"
+                tqdm.write(f"  {verdict:<9}{trial.method}: {trial.measured}{unexpected}", file=out)
         if mode.draw is not None and not quiet:
             path = options.folder / f"stability_{mode.name}.png"
             options.folder.mkdir(parents=True, exist_ok=True)
             mode.draw().savefig(path, dpi=150)
             tqdm.write(str(path))
-    if options.fill is not None and not refresh(options.fill, False, {"stability": table(results)}):
+    if quiet and not refresh(options.fill, False, {"stability": table(results)}):
         print(f"{options.fill}: table filled")
     return DIFFERS if bad else 0
 
@@ -81,8 +68,7 @@ def _map(options: argparse.Namespace) -> int:
     if options.size < 2:
         raise ValueError(f"--size {options.size}: expected at least 2 cells along an axis")
     with workers(options, os.cpu_count()) as executor:
-        for written in draw_map(options.folder, options.size, executor):
-            print(written)
+        print(*draw_map(options.folder, options.size, executor), sep="\n")
     return 0
 
 

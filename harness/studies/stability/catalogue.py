@@ -7,17 +7,8 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 from . import law_modes, solver_modes  # noqa: F401  # they add the entries, those of solver_modes first
-from .modes import MODES, FailureMode, Trial
-
-
-def find(names: Iterable[str]) -> list[FailureMode]:
-    """Entries by name, `all` for every one; raises ValueError for an unknown name."""
-    known = {mode.name: mode for mode in MODES}
-    wanted = list(names)
-    unknown = [name for name in wanted if name != "all" and name not in known]
-    if unknown:
-        raise ValueError(f"{', '.join(unknown)}: expected all or names of {', '.join(known)}")
-    return list(MODES) if "all" in wanted else [known[name] for name in wanted]
+from .modes import MODES as MODES
+from .modes import FailureMode, Trial
 
 
 def shown(trials: Sequence[Trial]) -> bool:

@@ -19,11 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..extensions import locked
 from ..newton import NewtonStudy, newton_study, work_along
 from .explicit import Flight, Vumat, fly
-from .modes import S_F, TABLE_2, K, Trial, mode
+from .modes import S_0, S_F, TABLE_2, K, Trial, mode
 from .solver_modes import ramp
-
-S_0 = TABLE_2.s_0
-"""Separation at the onset of damage, mm."""
 
 ACCEPTED = 0.01
 """Accepted error of a trial of accuracy."""
@@ -68,18 +65,11 @@ def steps() -> Iterator[Trial]:
         ),
     ):
         for n, survives in ((1, False), (1000, True)):
-            ends = [rough.replay(path(corners, steps)).traction[-1] for steps in (n, 2000)]
+            ends = [rough.replay(ramp(*corners, steps=steps)).traction[-1] for steps in (n, 2000)]
             off = np.abs(ends[0] - ends[1]).max() / np.abs(ends[1]).max()
             label = f"{name}, {n} step{'s' * (n > 1)} for each straight part: traction"
             found = f"relative difference from 2000 steps {off:.2g}"
             yield Trial(label, survives, off < ACCEPTED, found)
-
-
-def path(corners: ArrayLike, steps: int) -> Floats:
-    """Straight lines from corner to corner, each in `steps` steps."""
-    corners = np.asarray(corners, dtype=float)
-    share = np.linspace(0.0, 1.0, steps + 1)[1:, None]
-    return np.concatenate([a + share * (b - a) for a, b in pairwise(corners)])
 
 
 FAR = 1e12
@@ -186,7 +176,7 @@ def second_law() -> Iterator[Trial]:
     """Damage while a slipped joint is pressed: the law of the paper, the closed-form region, the guard."""
     flat = Interface(TABLE_2, Pattern.regular(0, 0.0))
     corners = [[0.0, 0.0, 0.0], [0.0, 0.03, 0.0], [-0.2, 0.03, 0.0], [-0.2, -0.05, 0.0]]
-    state = flat.replay(path(corners, 1000)).state[:, RUPTURE]
+    state = flat.replay(ramp(*corners, steps=1000)).state[:, RUPTURE]
     yield Trial(
         "the law as published: slip to 0.03 mm, closure by 0.2 mm, slip back to -0.05 mm",
         False,
@@ -194,7 +184,7 @@ def second_law() -> Iterator[Trial]:
         f"rupture energy {state[1999]:.4f}, then {state[-1]:.4f} N/mm",
     )
     guarded = Interface(replace(TABLE_2, guard=True), Pattern.regular(0, 0.0))
-    kept = guarded.replay(path(corners, 1000)).state[:, RUPTURE]
+    kept = guarded.replay(ramp(*corners, steps=1000)).state[:, RUPTURE]
     found = f"rupture energy {kept[1999]:.4f}, then {kept[-1]:.4f} N/mm"
     yield Trial("the same path with guard = True", True, bool(np.diff(kept).min() >= -1e-12), found)
     clamp, back = (

@@ -57,8 +57,8 @@ class FailureMode:
     draw: Callable[[], Figure] | None = None
 
 
-MODES: list[FailureMode] = []
-"""Entries in the order of the page."""
+MODES: dict[str, FailureMode] = {}
+"""Entries by name, in the order of the page."""
 
 
 def mode(
@@ -67,7 +67,7 @@ def mode(
     """Add the entry whose trials a function yields."""
 
     def add(trials: Callable[[], Iterator[Trial]]) -> Callable[[], Iterator[Trial]]:
-        MODES.append(FailureMode(name, title, happens, lambda: list(trials()), draw))
+        MODES[name] = FailureMode(name, title, happens, lambda: list(trials()), draw)
         return trials
 
     return add

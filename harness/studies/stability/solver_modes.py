@@ -11,6 +11,7 @@ from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.pattern import Pattern, direction_vector
+from numpy.typing import ArrayLike
 
 from ..newton import NewtonStudy, newton_path, newton_study, work_along
 from .branches import draw as draw_branches
@@ -24,7 +25,7 @@ SPRING = 0.3
 """Stiffness of the springs that shear the point of `pulled`, over K."""
 
 
-def ramp(*corners: float, steps: int) -> Floats:
+def ramp(*corners: ArrayLike, steps: int) -> Floats:
     """Values from the first corner, which is left out, to the last, in `steps` steps from one to the next."""
     return np.concatenate([np.linspace(a, b, steps + 1)[1:] for a, b in pairwise(corners)])
 

@@ -89,9 +89,6 @@ ARCHES = {
 ARCH = re.compile(r"t/R ([\d.]+): ([\d.]+) g, limit analysis ([\d.]+) g, (\d+) unknowns")
 """Line of arch.py."""
 
-THIN = 2e-3
-"""Rows are left out where straight lines stay within this part of the largest force."""
-
 
 def environment() -> dict[str, str]:
     """Environment of the program: one thread a rank."""
@@ -135,28 +132,8 @@ def execute_all(folder: Path, workers: int = 1) -> None:
     (DATA / "arches.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def thinned(curve: Floats) -> Floats:
-    """Rows of a curve without those where straight lines stay within THIN."""
-    size = np.maximum(np.abs(curve).max(axis=0), 1e-30)
-
-    def keep(first: int, last: int) -> list[int]:
-        if last - first < 2:
-            return [first]
-        part = (np.arange(first + 1, last) - first)[:, None] / (last - first)
-        along = curve[first + 1 : last, :1] - curve[first, 0]
-        width = curve[last, 0] - curve[first, 0]
-        part = along / width if abs(width) > 1e-9 else part
-        away = np.abs((curve[first + 1 : last] - curve[first] - part * (curve[last] - curve[first])) / size)
-        worst = int(away.max(axis=1).argmax())
-        if away.max() <= THIN:
-            return [first]
-        return keep(first, first + 1 + worst) + keep(first + 1 + worst, last)
-
-    return curve[[*keep(0, len(curve) - 1), len(curve) - 1]]
-
-
 def store(folder: Path) -> None:
-    """Write the thinned curves and the summaries of all runs to the folder `data`."""
+    """Write the curves and the summaries of all runs to the folder `data`."""
     made = "# Made by python -m harness.studies.validation.walls --run"
     lines, sums = [made, "run,displacement,horizontal,vertical"], [made]
     for name in RUNS:
@@ -164,7 +141,7 @@ def store(folder: Path) -> None:
         if not file.with_name(file.name + ".json").exists():
             continue
         curve = np.loadtxt(f"{file}.csv", delimiter=",", skiprows=1, ndmin=2)[:, :3]
-        curve = thinned(np.vstack([[0.0, 0.0, curve[0, 2]], curve]))
+        curve = np.vstack([[0.0, 0.0, curve[0, 2]], curve])
         lines += [",".join([name, *(f"{x:.5g}" for x in row)]) for row in curve]
         found = json.loads(file.with_name(file.name + ".json").read_text(encoding="utf-8"))
         sums += [",".join(["run", *found])] * (len(sums) == 1)

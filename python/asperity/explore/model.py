@@ -248,7 +248,7 @@ def as_case(choice: Choice) -> str:
 def as_python(choice: Choice) -> str:
     """Python script of a choice."""
     values = choice.values
-    material = textwrap.wrap(", ".join(f"{name}={values[name]!r}" for name in MATERIAL), WIDTH)
+    material = textwrap.wrap(", ".join(f"{name}={values[name]!r}" for name in MATERIAL), WIDTH - 12)
     theta = values["theta"] if values["sides"] else 0.0
     return "\n".join([
         "from asperity import Interface, Material, Pattern, Step\n",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import warnings
-from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -15,14 +14,7 @@ from ..material import ModelWarning
 from ..options import add_options, add_output, add_workers, check_outputs, progress_bar, replace_file, workers
 from ..remarks import shown_warnings, warn_of_physics
 from ..steps import turns_of
-from .search import (
-    REFERENCE_SIDES,
-    Errors,
-    LoadCase,
-    NoPatternError,
-    Selection,
-    select,
-)
+from .search import REFERENCE_SIDES, Errors, LoadCase, NoPatternError, Selection, select
 
 FEW_PLANES = 5
 """Largest number of planes of the listed patterns that miss the tolerance; the last one is always listed."""
@@ -95,12 +87,8 @@ def _run(options: argparse.Namespace) -> int:
         warnings.simplefilter("ignore", ModelWarning)  # already reported
         with workers(options) as executor, progress_bar(REFERENCE_SIDES, "pattern") as bar:
             try:
-                answer = select(
-                    case,
-                    options.tolerance,
-                    lambda name: (bar.update(), bar.set_postfix_str(name)),
-                    executor,
-                )
+                tick = lambda name: (bar.update(), bar.set_postfix_str(name))  # noqa: E731
+                answer = select(case, options.tolerance, tick, executor)
             except NoPatternError as error:
                 raise ValueError(f"{options.case}: {error}") from None
     print(report(answer))
@@ -127,7 +115,7 @@ def report(answer: Selection) -> str:
             for sigma_N, length in answer.lost
         ),
         "",
-        f"{'pattern':<10}{'planes':>6}" + "".join(f"{field.name:>12}" for field in fields(Errors)),
+        f"{'pattern':<10}{'planes':>6}" + "".join(f"{name:>12}" for name in Errors._fields),
     ]
     *missed, _ = answer.tried
     shown = [one for one in missed if one.planes <= FEW_PLANES or one is missed[-1]]
@@ -145,6 +133,5 @@ def report(answer: Selection) -> str:
 
 
 def _row(name: str, planes: int, errors: Errors) -> str:
-    values = (getattr(errors, field.name) for field in fields(errors))
-    texts = ("-" if np.isnan(value) else f"{value:.1e}" for value in values)
+    texts = ("-" if np.isnan(value) else f"{value:.1e}" for value in errors)
     return f"{name:<10}{planes:>6}" + "".join(f"{text:>12}" for text in texts)

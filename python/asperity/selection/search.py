@@ -7,9 +7,10 @@ across it).  docs/how-to/select.md describes the command.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,18 +105,34 @@ class LoadCase:
 
     def slips(self, finer: float = 1.0) -> Floats:
         """Path in equal increments of at most STEP s_f, with LEAST_ROWS to MOST_ROWS rows."""
-        lengths = np.diff([0.0, *self.turns])
-        length = np.abs(lengths).sum()
-        rows = finer * np.clip(length / (STEP * self.material.s_f), LEAST_ROWS, MOST_ROWS)
-        parts = np.maximum(1, np.ceil(rows * np.abs(lengths) / length)).astype(int)
-        starts = [0.0, *self.turns[:-1]]
-        return np.concatenate(
-            [a + w * np.arange(1, n + 1) / n for a, w, n in zip(starts, lengths, parts, strict=True)]
-        )
+        lengths = np.abs(np.diff([0.0, *self.turns]))
+        rows = finer * np.clip(lengths.sum() / (STEP * self.material.s_f), LEAST_ROWS, MOST_ROWS)
+        parts = np.maximum(1, np.ceil(rows * lengths / lengths.sum())).astype(int)
+        ends = np.cumsum([0, *parts])
+        return np.interp(np.arange(1, ends[-1] + 1), ends, [0.0, *self.turns])
+
+    def directions(self, sides: int, shares: Sequence[float]) -> Floats:
+        """Directions in which a pattern is run, degrees: from a plane of symmetry to the next."""
+        if self.planar:
+            return np.array([self.direction])
+        return np.array([0.0]) if sides == 0 else 180.0 / sides * np.array(shares)
+
+    def residual_error(self, sides: int) -> float:
+        """Relative difference of the residual strengths between two planes and up a plane.
+
+        Asperities that end or wear end at the strength mu in every direction; before, the curves differ.
+        """
+        material = self.material
+        if self.smooth or material.height > 0.0 or material.W0 > 0.0 or (self.planar and sides == 2):
+            return 0.0
+        dense = float(material.residual_strength(self.theta))
+        weakest = float(material.residual_strength(self.theta, 180.0 / sides)) if sides else material.mu
+        if dense == np.inf:
+            return 0.0 if weakest == np.inf else 1.0
+        return abs(1.0 - weakest / dense) if dense > 0.0 else 0.0
 
 
-@dataclass(frozen=True)
-class Errors:
+class Errors(NamedTuple):
     """Largest errors over directions and normal tractions, relative to the reference.
 
     tau_L, transverse: L2 norms over the path of the error of the traction along the slip and across it, over
@@ -132,12 +149,12 @@ class Errors:
     @property
     def worst(self) -> float:
         """Largest of the errors."""
-        return float(np.nanmax(astuple(self)))
+        return float(np.nanmax(self))
 
     @classmethod
-    def largest(cls, several: Iterable[Errors]) -> Errors:
+    def largest(cls, *several: Errors) -> Errors:
         """Largest of several values of each error."""
-        return cls(*np.max([astuple(one) for one in several], axis=0).tolist())
+        return cls(*np.max(several, axis=0).tolist())
 
 
 @dataclass(frozen=True)
@@ -203,21 +220,20 @@ class Reference:
         """Run refined increments in directions that are fractions of the angle between planes."""
         self.case, self.executor, self.slips = case, executor, case.slips(finer)
         if case.planar:
-            run = self._run(case.regular(2, case.direction), np.array([case.direction]))
+            runs = self._runs(case.regular(2, case.direction), np.array([case.direction]))
         else:
-            run = self._run(case.regular(REFERENCE_SIDES), 360.0 / REFERENCE_SIDES * np.array(average))
+            runs = self._runs(case.regular(REFERENCE_SIDES), 360.0 / REFERENCE_SIDES * np.array(average))
         self.means: list[Floats] = []
         self.fully_damaged = False
-        for sigma_N in case.sigma_N:
-            part = run.sigma_N == sigma_N
-            rows = int(run.rows[part].min())
+        for sigma_N, run in zip(case.sigma_N, runs, strict=True):
+            rows = int(run.rows.min())
             if rows < 1:
                 raise ValueError(
                     f"sigma_N = {sigma_N:g}: expected a normal traction under which the surface can slip, "
                     "the reference has no equilibrium"
                 )
-            self.means.append(np.stack([one[part, :rows].mean(axis=0) for one in (run.tau_L, run.s_N)]))
-            self.fully_damaged |= bool(sigma_N < 0.0 and run.damage[part, -1].min() >= FULLY_DAMAGED)
+            self.means.append(np.stack([one[:, :rows].mean(axis=0) for one in (run.tau_L, run.s_N)]))
+            self.fully_damaged |= bool(sigma_N < 0.0 and run.damage[:, -1].min() >= FULLY_DAMAGED)
 
     @property
     def lost(self) -> tuple[tuple[float, float], ...]:
@@ -229,60 +245,35 @@ class Reference:
     def mean_error(self, other: Reference) -> float:
         """Difference from the mean curves of another reference with the same increments."""
         pairs = zip(self.means, other.means, strict=True)
-        return Errors.largest(
-            self._error(own, np.array([mean.shape[1]]), mean[:1], 0.0 * mean[:1], mean[1:])
-            for own, mean in pairs
-        ).worst
+        return max(self._error(own, one.shape[1], one[:1], 0.0, one[1:]).worst for own, one in pairs)
 
     def errors(self, pattern: Pattern, angles: Floats) -> Errors:
         """Errors of a pattern in directions (degrees), without the residual strength."""
-        run = self._run(pattern, angles)
-        parts = [run.sigma_N == sigma_N for sigma_N in self.case.sigma_N]
+        pairs = zip(self.means, self._runs(pattern, angles), strict=True)
         return Errors.largest(
-            self._error(mean, run.rows[part], run.tau_L[part], run.tau_across[part], run.s_N[part])
-            for part, mean in zip(parts, self.means, strict=True)
+            *(self._error(mean, run.rows, run.tau_L, run.tau_across, run.s_N) for mean, run in pairs)
         )
 
-    def _run(self, pattern: Pattern, angles: Floats) -> SlipCurves:
-        sigma_N, directions = (one.ravel() for one in np.meshgrid(self.case.sigma_N, angles))
+    def _runs(self, pattern: Pattern, angles: Floats) -> list[SlipCurves]:
+        """Curves of a pattern in directions, for each normal traction."""
         interface = Interface(self.case.material, pattern)
-        return slip_curves(interface, directions, self.slips, sigma_N, PRELOAD, self.executor)
+        given = self.slips, self.case.sigma_N, PRELOAD, self.executor
+        return [slip_curves(interface, angles, given[0], one, *given[2:]) for one in given[1]]
 
     def _error(
-        self, mean: Floats, rows: NDArray[np.int_], tau_L: Floats, tau_across: Floats, s_N: Floats
+        self, mean: Floats, rows: NDArray[np.int_] | int, tau_L: Floats, across: Floats | float, s_N: Floats
     ) -> Errors:
         """Errors of curves (C, T) under one normal traction, as far as the reference and all of them go."""
-        n = min(mean.shape[1], rows.min())
+        n = min(mean.shape[1], np.min(rows))
         # a pattern that loses equilibrium elsewhere has no small error
         if n < 1 or np.any(np.abs(rows - mean.shape[1]) > max(1, 0.01 * self.slips.size)):
             return Errors(1.0, 1.0, 1.0)
         tau, dilation = mean[:, :n]
         along = float(np.linalg.norm(tau)) or 1.0
         size = max(float(np.linalg.norm(dilation)), np.sqrt(n) * self.case.material.s_0)
-        differences = (tau_L[:, :n] - tau, along), (tau_across[:, :n], along), (s_N[:, :n] - dilation, size)
+        across = np.broadcast_to(across, tau_L.shape)[:, :n]
+        differences = (tau_L[:, :n] - tau, along), (across, along), (s_N[:, :n] - dilation, size)
         return Errors(*(float(np.linalg.norm(one, axis=1).max() / scale) for one, scale in differences))
-
-
-def residual_error(case: LoadCase, sides: int) -> float:
-    """Relative difference of the residual strengths between two planes and up a plane.
-
-    Asperities that end or wear end at the strength mu in every direction; before, the curves differ.
-    """
-    material = case.material
-    if case.smooth or material.height > 0.0 or material.W0 > 0.0:
-        return 0.0
-    dense = float(material.residual_strength(case.theta))
-    weakest = float(material.residual_strength(case.theta, 180.0 / sides)) if sides else material.mu
-    if dense == np.inf:
-        return 0.0 if weakest == np.inf else 1.0
-    return abs(1.0 - weakest / dense) if dense > 0.0 else 0.0
-
-
-def directions(case: LoadCase, sides: int, shares: Sequence[float]) -> Floats:
-    """Directions in which a pattern is run, degrees: from a plane of symmetry to the next."""
-    if case.planar:
-        return np.array([case.direction])
-    return np.array([0.0]) if sides == 0 else 180.0 / sides * np.array(shares)
 
 
 def select(
@@ -306,18 +297,16 @@ def select(
 
     def candidate(sides: int, most: float = np.inf) -> Candidate:
         """Errors of a pattern; where that of the residual strength exceeds `most`, the others are NaN."""
-        name = {0: "flat", 2: "RT"}.get(sides, f"RP-{sides}")
         pattern = case.regular(sides, case.direction if case.planar else 0.0)
-        exact = case.planar and sides == 2
-        left = residual_error(case, sides) if dense.fully_damaged and not exact else 0.0
-        if left > most:
-            return Candidate(name, pattern, Errors(np.nan, np.nan, np.nan, left))
-        angles = directions(case, sides, SEARCH)
-        errors = Errors.largest([Errors(residual=left), dense.errors(pattern, angles)])
-        if errors.worst <= most:
-            again = check.errors(pattern, directions(case, sides, CHECK))
-            errors = Errors.largest([errors, again])
-        return Candidate(name, pattern, errors)
+        left = case.residual_error(sides) if dense.fully_damaged else 0.0
+        errors = Errors(np.nan, np.nan, np.nan, left)
+        if left <= most:
+            errors = Errors.largest(
+                Errors(residual=left), dense.errors(pattern, case.directions(sides, SEARCH))
+            )
+            if errors.worst <= most:
+                errors = Errors.largest(errors, check.errors(pattern, case.directions(sides, CHECK)))
+        return Candidate({0: "flat", 2: "RT"}.get(sides, f"RP-{sides}"), pattern, errors)
 
     tried: list[Candidate] = []
     inclined = () if case.smooth else (2,) if case.planar else range(2, REFERENCE_SIDES)
@@ -332,8 +321,8 @@ def select(
             rest = case, tolerance, uncertainty, tuple(tried), dense.lost
             return Selection(one.name, pattern, one.errors, *rest)
     # patterns that the residual strength excludes have no curves
-    best = min([*(one for one in tried if not np.isnan(one.errors.tau_L)), candidate(sides)],
-               key=lambda one: one.errors.worst)  # fmt: skip
+    run = [candidate(sides), *(one for one in tried if not np.isnan(one.errors.tau_L))]
+    best = min(reversed(run), key=lambda one: one.errors.worst)
     raise NoPatternError(
         f"no pattern up to {best.name} meets the tolerance {tolerance:g}: {best.name} has an error of "
         f"{best.errors.worst:.2g}, the reference one of {uncertainty:.2g}",
