@@ -76,7 +76,8 @@ class Page:
             title="position on the path [%]", start=0, end=100, step=1, value=100, name="position"
         )
         self.kind = RadioButtonGroup(labels=list(TEXTS), active=0, name="kind")
-        self.text = PreText(name="text", width=335, styles={"font-size": "11px"})
+        wrapped = ["pre {white-space: pre-wrap}"]
+        self.text = PreText(name="text", width=335, styles={"font-size": "11px"}, stylesheets=wrapped)
         self.copy = Button(label="copy", width=80, name="copy")
         self.copy.js_on_event(
             "button_click", CustomJS(args={"text": self.text, "button": self.copy}, code=COPY)
