@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 CONTRACT, LICENCE, CHANGES = "src/law/asperity_contract.f90", "LICENSE", "CHANGELOG.md"
 CITATION, ARCHIVE, CODE, FPM = "CITATION.cff", ".zenodo.json", "codemeta.json", "fpm.toml"
 RECIPE = "tools/packaging/conda/recipe.yaml"
-SPACK = "tools/packaging/spack/packages/asperity/package.py"
+SPACK = "tools/packaging/spack_repo/asperity/packages/asperity/package.py"
 LARGEST_FILE = 2_000_000
 """Limit in bytes: larger than any picture, smaller than a build product or a data set."""
 PICTURES = {".png", ".svg"}
@@ -150,11 +150,14 @@ def test_recipe_has_the_requirements_of_the_package() -> None:
 
 
 def test_spack_package() -> None:
-    """Options and compilers of the recipe are those of CMake."""
+    """Options and compilers of the recipe are those of CMake; its folders are what Spack 1 expects."""
     cmake = text_of("CMakeLists.txt")
     options = re.findall(r'self\.define(?:_from_variant)?\("(\w+)"', text_of(SPACK))
     assert options and all(f"option({name} " in cmake for name in options)
     lowest = re.findall(r"cmake_minimum_required\(VERSION ([\d.]+)\)", cmake)[0]
+    top = Path(SPACK).parents[2]
+    assert found_in(str(top / "repo.yaml"), r"^  namespace: (\w+)$") == [top.name]
+    assert top.parent.name == "spack_repo"
     needed = set(found_in(SPACK, r'^    depends_on\("([^"]+)"'))
     assert needed == {"c", "cxx", "fortran", f"cmake@{lowest}:"}
 

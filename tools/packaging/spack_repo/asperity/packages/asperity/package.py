@@ -1,4 +1,8 @@
-"""Spack package of the library and the driver: `spack install --no-checksum asperity`, beside the sdist."""
+"""Spack package of the library and the driver.
+
+`spack repo add tools/packaging/spack_repo/asperity`; then, in the folder of the sdist,
+`spack install --no-checksum asperity`.
+"""
 
 import os
 
@@ -9,7 +13,8 @@ from spack_repo.builtin.build_systems.cmake import CMakePackage
 class Asperity(CMakePackage):
     """Interface law for rough quasi-brittle interfaces: damage, friction, interlocking."""
 
-    # built with Spack 0.23, where CMakePackage was imported from spack.build_systems.cmake
+    # Built with Spack 0.23, where CMakePackage was imported from spack.build_systems.cmake. Imports and
+    # folders are those of Spack 1, which was not tried.
 
     manual_download = True
 
