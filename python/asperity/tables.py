@@ -217,15 +217,18 @@ def _registry() -> Any:
 
 
 @cache
-def size(kind: str, text: str) -> float:
-    """Unit of a kind (length, stress, stiffness) in SI units; raises ValueError for anything else."""
+def size(kind: str, text: str, where: str = "") -> float:
+    """Unit of a kind (length, stress, stiffness) in SI units; raises ValueError for anything else.
+
+    where: begins the message.
+    """
     plain = re.sub(r"(?<=[A-Za-z])\^?([23])", r"**\1", text.replace("kp", "kgf").strip())
     plain = plain.replace("\N{SUPERSCRIPT TWO}", "**2").replace("\N{SUPERSCRIPT THREE}", "**3")
     unit, examples = EXAMPLES[kind]
     try:
         return float(_registry().Quantity(1.0, _registry().parse_units(plain)).to(unit).magnitude)
     except Exception:  # pint raises errors of its own, of Python's tokenizer and of the arithmetic of units
-        raise ValueError(f"[{text}]: expected {examples}") from None
+        raise ValueError(f"{where}[{text}]: expected {examples}") from None
 
 
 def raise_all(errors: Sequence[str]) -> None:

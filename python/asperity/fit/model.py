@@ -174,10 +174,14 @@ class Problem:
         return (self.rows.name == "dilation").to_numpy()
 
     @cached_property
-    def _scaling(self) -> tuple[Floats, Floats, Floats]:
-        """Measured values, scales and weights of the residuals."""
-        rows = self.rows
-        return rows.measured.to_numpy(), rows.scale.to_numpy(), np.where(self.is_dilation, self.weight, 1.0)
+    def columns(self) -> list[int]:
+        """Number of columns of each test that have residuals."""
+        return list(self.rows.groupby("test").name.nunique())
+
+    @cached_property
+    def weights(self) -> Floats:
+        """Weights of the residuals."""
+        return np.where(self.is_dilation, self.weight, 1.0)
 
     def values(self, x: Floats) -> dict[str, float]:
         """Values of all constants by name, from the free ones on their scales."""
@@ -200,20 +204,13 @@ class Problem:
 
     def residuals(self, x: Floats) -> Floats:
         """Model less measurement, divided by the range of tau or of s_N of each test, with their weights."""
-        model, lost = [], []
-        for curve, (_, rows), shown in zip(self.curves(self.values(x)), self.paths, self._shown, strict=True):
-            test, dilates = shown
-            model += [at_rows(test, curve[0], rows), curve[1][rows]][: 1 + dilates]
-            lost += [rows >= curve[2]] * (1 + dilates)
-        measured, scale, weight = self._scaling
-        found: Floats = weight * ((np.concatenate(model) - measured) / scale + PENALTY * np.concatenate(lost))
-        return found
-
-    @cached_property
-    def _shown(self) -> list[tuple[ShearTest, bool]]:
-        """Tests, and whether their dilation has residuals."""
-        dilates = {*self.rows.test[self.is_dilation]}
-        return [(test, number in dilates) for number, test in enumerate(self.tests)]
+        model, lost, curves = [], [], self.curves(self.values(x))
+        parts = zip(self.tests, self.paths, curves, self.columns, strict=True)
+        for test, (_, rows), (tau, s_N, done), columns in parts:
+            model += [at_rows(test, tau, rows), s_N[rows]][:columns]
+            lost += [rows >= done] * columns
+        left = (np.concatenate(model) - self.rows.measured.to_numpy()) / self.rows.scale.to_numpy()
+        return np.asarray(self.weights * (left + PENALTY * np.concatenate(lost)))
 
     def coarse(self) -> Problem:
         """Problem with few rows and increments, on which the starts search."""

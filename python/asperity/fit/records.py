@@ -240,28 +240,22 @@ def _of_all(items: Sequence[Any], function: Callable[[Any], list[Any]]) -> list[
 
 def check_target(units: Sequence[str]) -> tuple[str, str]:
     """Units of length and stress; raises ValueError for anything else."""
-    there, given = len(units) == len(NONE), ",".join(units)
-    refuse(not there, f"--units {given}: expected LENGTH,STRESS, such as mm,MPa")
+    given = f"--units {','.join(units)}"
+    refuse(len(units) != len(NONE), f"{given}: expected LENGTH,STRESS, such as mm,MPa")
     for kind, unit in zip(NONE, units, strict=True):
-        try:
-            size(kind, unit)
-        except ValueError as error:
-            raise ValueError(f"--units {given}: {error}") from None
+        size(kind, unit, f"{given}: ")
     return units[0], units[1]
 
 
 def _factors(where: str, given: Mapping[str, str], target: tuple[str, str]) -> list[float]:
     """Factor of every column from its unit to that of the target, 1 where no column has a unit."""
     wanted = dict(zip(NONE, target, strict=True)) | {"stiffness": "({1})/({0})".format(*target)}
-    first, found = next((f"{name} [{unit}]" for name, unit in given.items() if unit), ""), []
-    for name, unit in given.items() if first else ():
-        text = f"column {name} has no unit: expected one for every column, as {first} has, or none at all"
-        refuse(not unit, f"{where}: {text}")
-        try:
-            found.append(size(KINDS[name], unit) / size(KINDS[name], wanted[KINDS[name]]))
-        except ValueError as error:
-            raise ValueError(f"{where}: {name} {error}") from None
-    return found or [1.0] * len(given)
+    first = next((f"{name} [{unit}]" for name, unit in given.items() if unit), "")
+    without = next((name for name, unit in given.items() if first and not unit), "")
+    text = f"column {without} has no unit: expected one for every column, as {first} has, or none at all"
+    refuse(without, f"{where}: {text}")
+    kinds = ((KINDS[name], unit, f"{where}: {name} ") for name, unit in given.items() if first)
+    return [size(*one) / size(one[0], wanted[one[0]]) for one in kinds] or [1.0] * len(given)
 
 
 def _read(

@@ -234,7 +234,7 @@ class Fit:
         The largest of the scatter over the peak and of the differences at peak, end and of the dilation.
         """
         largest, rows = {"tau": 0.0, "dilation": 0.0}, self.problem.rows
-        left = self.residuals / np.where(self.problem.is_dilation, self.problem.weight, 1.0) * rows.scale
+        left = self.residuals / self.problem.weights * rows.scale
         for (number, name), places in rows.groupby(["test", "name"]).groups.items() if self.dependent else ():
             measured, table = rows.measured[places], self.comparison.loc[number]
             keys = ["peak", "residual"] if name == "tau" else ["dilation"]
@@ -256,7 +256,7 @@ class Fit:
         before, after = groups.measured.shift(1, fill_value=0.0), groups.measured.shift(-1)
         low, high = np.fmin(before, after), np.fmax(before, after)
         beyond = np.maximum(rows.measured - high, low - rows.measured) / rows.scale
-        beyond[self.problem.is_dilation] *= self.problem.weight
+        beyond *= self.problem.weights
         far = rows[(rows["size"] > OUTLYING * rows.off) & (beyond > ALONE * rows["size"])]
         noise = ROBUST * float(np.median(np.delete(rows["size"].to_numpy(), far.index)))
         errors = np.maximum(noise * np.linalg.norm(self.inverse, axis=1), np.finfo(float).tiny)
