@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 from conftest import SITE
-from links import Page
 from selenium import webdriver
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
@@ -88,7 +87,7 @@ def test_page_in_light(browser: webdriver.Chrome, address: str, name: str) -> No
     assert brightness(light["page"]) > 200 > 130 > brightness(light["text"])
 
 
-def test_every_formula_of_the_sources_is_there(pages: dict[Path, Page]) -> None:
+def test_every_formula_of_the_sources_is_there(pages: dict[Path, str]) -> None:
     """A page of the site has as many formulas as its source."""
     total = 0
     for source in set((ROOT / "docs").rglob("*.md")) - {ROOT / "docs" / "paper" / "paper.md"}:
@@ -98,7 +97,7 @@ def test_every_formula_of_the_sources_is_there(pages: dict[Path, Page]) -> None:
         inline = re.sub(r"`[^`]*`", "", prose).count("$") // 2
         name = source.relative_to(ROOT).with_suffix("")
         page = SITE / (name.parent if name.name == "README" else name) / "index.html"
-        assert pages[page].formulas == blocks + inline, name
+        assert len(re.findall(r'class="arithmatex"', pages[page])) == blocks + inline, name
         total += blocks + inline
     assert total > 300
 
