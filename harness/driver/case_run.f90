@@ -139,7 +139,6 @@ contains
     do
       if (case%umat%given) then
         call next_umat_row(child, row, found)
-        run%done = child%run%done
       else
         call next_row(run, row, found)
       end if
@@ -147,7 +146,7 @@ contains
       if (row%report%snaps > 0 .and. .not. progress%quiet) call report_snap(label, row, table%snaps, progress)
       call add_row(table, row)
       if (.not. table%good) exit
-      call show_progress(progress, label, run%done, run%total)
+      call show_progress(progress, label, row%done, run%total)
     end do
     if (case%umat%given) then
       if (found) call end_umat_run(child)

@@ -8,11 +8,11 @@ module asperity_case_groups
   use asperity_case_text, only: beside, group_index, lower, name_length, text_type, token_text
   use asperity_checks, only: bounded
   use asperity_contract, only: plane_statev, status_ok, v_damage, v_friction, v_rupture, v_stored
-  use asperity_control_point, only: point_type
   use asperity_errors, only: error_type, errors_type, fail, fail_lines
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, separation_bound, slip_factor
   use asperity_kinds, only: wp
+  use asperity_load_path, only: row_type
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
@@ -436,7 +436,7 @@ contains
   !> Append the values of the last row of a run that are not as expected, in one line.
   pure subroutine explain_unexpected(expect, last, message)
     type(expect_type), intent(in) :: expect                   !! what is expected
-    class(point_type), intent(in) :: last                     !! the last row
+    type(row_type), intent(in) :: last                        !! the last row
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended where values differ
     character(len=:), allocatable :: line
     real(wp) :: values(size(expect_names))

@@ -14,17 +14,26 @@ module asperity_load_path
     smallest_part
   implicit none
   private
-  public :: advance_as_asked, start_run, next_row, begin_row, end_row, name_events, explain_loss
+  public :: advance_as_asked, start_run, next_row, begin_row, end_row, set_point, name_events, explain_loss
 
-  !> A row: the point at the end of an increment.
-  type, extends(point_type), public :: row_type
+  !> A row: the point at the end of an increment, without its state.
+  type, public :: row_head
     integer :: step = 0, increment = 0               !! from 1; the increment counts in its step
+    integer :: done = 0                              !! increments of the path so far, along a branch in proportion
     real(wp) :: position = 0.0_wp                    !! targets reached before, and the fraction of the next one
     real(wp) :: time = 0.0_wp
-    type(report_type) :: report                      !! of the increment
+    real(wp) :: s(3) = 0.0_wp                        !! separation (N, Tx, Ty), length
+    real(wp) :: traction(3) = 0.0_wp                 !! stress
+    real(wp) :: work = 0.0_wp                        !! of the traction so far, stress*length
+    type(report_type) :: report = report_type()      !! of the increment
     logical :: turn = .false.                        !! the prescribed values turn back, or forward again
     logical :: lost = .false.                        !! no equilibrium was found beyond this row
     character(len=event_length) :: events = ""       !! names joined by +
+  end type row_head
+
+  !> A row with its state.
+  type, extends(row_head), public :: row_type
+    real(wp), allocatable :: state(:)                !! STATEV
   end type row_type
 
   !> A run.
@@ -35,7 +44,7 @@ module asperity_load_path
     type(control_type) :: control                    !! of the last increment
     real(wp) :: given(3) = 0.0_wp                    !! prescribed values at its end: separation, or traction +
                                                      !! spring*separation
-    integer :: done = 0, total = 0                   !! increments so far (along a branch in proportion), of all steps
+    integer :: total = 0                             !! increments of all steps
     integer, private :: step = 0, target = 0, n = 0  !! where the run is: increment n to this target of this step
     integer, private :: passed = 0, earlier = 0      !! targets that were reached before, and their increments
     real(wp), private :: fraction = 1.0_wp           !! of the increments to the target
@@ -201,16 +210,26 @@ contains
         reached, row%report, run%reason)
       run%fraction = ramp(run%fraction, real(run%n, wp)/real(parts, wp), reached)
     end if
-    run%done = run%earlier + nint(run%fraction*real(parts, wp))
+    row%done = run%earlier + nint(run%fraction*real(parts, wp))
     row%time = ramp(run%time, run%time + run%steps(run%step)%durations(run%target), run%fraction)
     row%turn = branches .and. run%branch%turned
-    row%point_type = run%point
+    call set_point(row, run%point)
     row%step = run%step
     row%increment = row%increment + 1
     row%position = real(run%passed - 1, wp) + run%fraction
     row%lost = row%report%ended /= ended_complete
     call name_events(run%law, run%before%state, run%point%state, run%regime, row)
   end subroutine end_row
+
+  !> Set the point of a row.
+  pure subroutine set_point(row, point)
+    type(row_type), intent(inout) :: row     !! the row
+    type(point_type), intent(in) :: point    !! its point
+    row%s = point%s
+    row%traction = point%traction
+    row%work = point%work
+    row%state = point%state
+  end subroutine set_point
 
   !> Begin the increments to the next target, if there is one.
   pure subroutine next_target(run, row, found)

@@ -5,7 +5,7 @@ module asperity_refine
   use asperity_control_point, only: point_type
   use asperity_errors, only: error_type, errors_type, fail
   use asperity_kinds, only: wp
-  use asperity_load_path, only: start_run, next_row, row_type, run_type
+  use asperity_load_path, only: start_run, next_row, row_type, run_type, set_point
   use asperity_point_law, only: point_law
   use asperity_steps, only: step_type
   use asperity_text, only: append, integer_text, short, to_text
@@ -111,7 +111,7 @@ contains
     logical :: found
     call start_run(law, steps, run, start)
     allocate (rows(run%total + 1))
-    rows(1)%point_type = start
+    call set_point(rows(1), start)
     n = 1
     do
       call next_row(run, row, found)

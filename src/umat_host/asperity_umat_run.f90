@@ -2,11 +2,11 @@
 module asperity_umat_run
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_loc, c_null_char, c_ptr
   use asperity_case, only: case_type
-  use asperity_control_point, only: new_point, point_type, report_type
+  use asperity_control_point, only: new_point, point_type
   use asperity_foreign_umat, only: foreign_law, n_header, open_umat
   use asperity_kinds, only: wp
-  use asperity_load_path, only: begin_row, end_row, explain_loss, row_type, run_type, start_run
-  use asperity_point_law, only: event_length
+  use asperity_load_path, only: begin_row, end_row, explain_loss, row_head, row_type, run_type, &
+    set_point, start_run
   use asperity_refine, only: refine_path
   use asperity_text, only: set_text
   use asperity_umat_worker, only: end_worker, leave_notes, receive_row, send_row, start_worker, worker_type
@@ -14,16 +14,9 @@ module asperity_umat_run
   private
   public :: start_umat_run, next_umat_row, end_umat_run
 
-  !> A row without its state, as a child sends it, and how many numbers it takes.
-  type :: sent_type
-    integer :: step = 0, increment = 0, done = 0
-    logical :: turn = .false., lost = .false.
-    real(wp) :: position = 0.0_wp, time = 0.0_wp, s(3) = 0.0_wp, traction(3) = 0.0_wp, work = 0.0_wp
-    type(report_type) :: report = report_type()
-    character(len=event_length) :: events = ""
-  end type sent_type
-  type(sent_type), parameter :: nothing = sent_type()
-  integer, parameter :: n_fixed = ceiling(real(storage_size(nothing), wp)/real(storage_size(1.0_wp), wp))
+  !> Numbers of a row that a child sends, before those of its state.
+  type(row_head), parameter :: no_row = row_head()
+  integer, parameter :: n_head = ceiling(real(storage_size(no_row), wp)/real(storage_size(1.0_wp), wp))
 
   !> What a child is to do.
   type :: task_type
@@ -61,7 +54,7 @@ contains
     if (case%state%has_work) start%work = case%state%work
     call start_run(law, case%steps, run%run, start)
     run%run%before = start
-    allocate (run%numbers(n_fixed + law%n_state))
+    allocate (run%numbers(n_head + law%n_state))
     call start_child(run%task)
   end subroutine start_umat_run
 
@@ -87,13 +80,13 @@ contains
         call start_child(run%task)
         cycle
       end if
-      call unpack_row(run%numbers, next, run%run%done)
-      if (next%step > 0) then
-        row = next
-        if (.not. row%lost) run%run%before = row%point_type
-        return
-      end if
-      run%run%before = next%point_type
+      next%row_head = transfer(run%numbers(:n_head), no_row)
+      next%state = run%numbers(n_head + 1:)
+      if (next%step == 0 .or. .not. next%lost) run%run%before = point_type(s=next%s, traction=next%traction, &
+        work=next%work, state=next%state)
+      if (next%step == 0) cycle
+      row = next
+      return
     end do
   end subroutine next_umat_row
 
@@ -128,7 +121,7 @@ contains
     call open_umat(task%law)
     call set_text(text, "")
     associate (law => task%law, case => task%case)
-      n = n_fixed + law%n_state
+      n = n_head + law%n_state
       start = new_point(law, case%state%statev, case%state%s)
       if (case%state%has_work) start%work = case%state%work
       if (case%refines) then
@@ -142,12 +135,12 @@ contains
       if (.not. found) exit
       call leave_notes(prescribed(run), 12, c_null_char)
       call end_row(run, row)
-      call send_row(packed(row, run%done), n)
+      call send_row(packed(row), n)
     end do
     if (row%lost .and. len(text) == 0) call explain_loss(run, row, text)
     row%step = 0
-    row%point_type = run%before
-    if (row%lost) call send_row(packed(row, run%done), n)
+    call set_point(row, run%before)
+    if (row%lost) call send_row(packed(row), n)
     call leave_notes(prescribed(run), 12, text // c_null_char)
   end subroutine follow_path
 
@@ -162,35 +155,10 @@ contains
   end function prescribed
 
   !> Numbers of a row.
-  pure function packed(row, done) result(numbers)
+  pure function packed(row) result(numbers)
     type(row_type), intent(in) :: row   !! the row
-    integer, intent(in) :: done         !! increments so far
-    real(wp) :: numbers(n_fixed + size(row%state))
-    numbers(:n_fixed) = transfer(sent_type(row%step, row%increment, done, row%turn, row%lost, row%position, row%time, &
-      row%s, row%traction, row%work, row%report, row%events), numbers, n_fixed)
-    numbers(n_fixed + 1:) = row%state
+    real(wp) :: numbers(n_head + size(row%state))
+    numbers = [transfer(row%row_head, numbers, n_head), row%state]
   end function packed
-
-  !> Row of its numbers.
-  pure subroutine unpack_row(numbers, row, done)
-    real(wp), intent(in) :: numbers(:)    !! as `packed` gives them
-    type(row_type), intent(out) :: row    !! the row
-    integer, intent(out) :: done          !! increments so far
-    type(sent_type) :: sent
-    sent = transfer(numbers(:n_fixed), nothing)
-    done = sent%done
-    row%step = sent%step
-    row%increment = sent%increment
-    row%turn = sent%turn
-    row%lost = sent%lost
-    row%position = sent%position
-    row%time = sent%time
-    row%s = sent%s
-    row%traction = sent%traction
-    row%work = sent%work
-    row%report = sent%report
-    row%events = sent%events
-    row%state = numbers(n_fixed + 1:)
-  end subroutine unpack_row
 
 end module asperity_umat_run
