@@ -27,8 +27,6 @@ RP_4 = "&pattern sides = 4, theta = 30.0 /\n"
 # The tolerance is ten times that.
 TRACTION_TOLERANCE = 1.1e-10
 
-EVENTS = "onset damaged open close slip snap substeps coarse cut lost".split()
-
 # Sub-increments of the load path to an initial traction, as in docs/solver.md.
 PARTS = 32
 
@@ -72,19 +70,3 @@ def call(driver: Path, *arguments: str | Path, folder: Path) -> subprocess.Compl
 def assert_traction(actual: np.ndarray, expected: np.ndarray | float) -> None:
     """Assert that tractions are equal within the residual that the solver accepts."""
     np.testing.assert_allclose(actual, expected, rtol=0, atol=TRACTION_TOLERANCE)
-
-
-def tension_limit(eta: float, sigma: float) -> float:
-    """Return the slip beyond which no opening s_N satisfies (1-alpha) K s_N = sigma (7)."""
-    s_0 = (1 - eta) * S_F
-    opening = np.linspace(0.0, S_F, 200001)
-
-    def largest(slip: float) -> float:
-        r = np.maximum(1.0, np.hypot(opening, slip) / s_0)
-        return float(((1 - np.minimum(1.0, (1 - 1 / r) / eta)) * SIGMA0 / s_0 * opening).max())
-
-    low, high = 0.0, S_F
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if largest(middle) > sigma else (low, middle)
-    return low

@@ -105,11 +105,11 @@ def children(pid: int) -> list[str]:
     return Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="utf-8").split()
 
 
-def verdicts(text: str) -> dict[str, str]:
-    """Return the verdict of each check in a table."""
+def outcomes(text: str) -> dict[str, str]:
+    """Return the outcome of each check in a table."""
     return dict(
-        (name, verdict)
-        for verdict, name in re.findall(r"^(passed|FAILED|stated|not \w+) +(\w+)", text, re.MULTILINE)
+        (name, outcome)
+        for outcome, name in re.findall(r"^(passed|FAILED|stated|not \w+) +(\w+)", text, re.MULTILINE)
     )
 
 
@@ -240,7 +240,7 @@ SIGNAL = r"ended by signal {} \({}\)"
     }.items(),
 )
 def test_attacks(run, attacker, attack: str, said: str) -> None:
-    """A UMAT that crashes, ends the program, loops, or closes files is told of; the rows are kept."""
+    """A UMAT that crashes, ends the program, loops, or closes files is reported; the rows are kept."""
     result = run(attacker(attack), code=1)
     assert re.search(rf"umat_ of .*attacker\.so: in step 1 increment 4 .*{said}", result.messages)
     assert len(result.rows) == 3
@@ -403,7 +403,7 @@ def test_commands(library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     Path("case.nml").write_text(planted(library) + "&step slip = 0.1 /\n", encoding="utf-8")
     assert main(["run", "case.nml", "--plot", "--quiet"]) == 0 and Path("case.png").is_file()
     assert main(["check-umat", "case.nml"]) == 0
-    assert set(verdicts(capfd.readouterr().out).values()) == {"passed", "stated"}
+    assert set(outcomes(capfd.readouterr().out).values()) == {"passed", "stated"}
     with pytest.raises(ValueError, match="&umat: expected &material and &pattern"):
         asperity.read_case("case.nml")
 
@@ -419,9 +419,9 @@ def test_own_umat_passes(driver: Path, case: str) -> None:
     """The UMAT of this project passes every check, along cases of the paper and from an initial state."""
     path = Path(__file__).parents[2] / "harness/cases" / f"{case}.nml"
     done = call(driver, path, "--check", "--only", "1", folder=path.parent)
-    found = verdicts(done.stdout)
+    found = outcomes(done.stdout)
     assert done.returncode == 0 and len(found) == 12
-    assert {name for name, verdict in found.items() if verdict != "passed"} == {"symmetry"}
+    assert {name for name, outcome in found.items() if outcome != "passed"} == {"symmetry"}
 
 
 @pytest.mark.parametrize(
@@ -440,11 +440,11 @@ def test_own_umat_passes(driver: Path, case: str) -> None:
     ids=["none", "symmetrised", "saved", "heals", "overruns", "XIT", "cuts", "writes", "reads"],
 )
 def test_planted_faults(driver: Path, library: Path, tmp_path: Path, fault: int, failed: set[str]) -> None:
-    """A fault fails in its row; hidden state leaves the later rows without a verdict."""
+    """A fault fails in its row; hidden state leaves the later rows not judged."""
     (tmp_path / "case.nml").write_text(planted(library, fault, 2) + MIXED, encoding="utf-8")
     done = call(driver, "case.nml", "--check", folder=tmp_path)
-    found = verdicts(done.stdout)
-    assert {name for name, verdict in found.items() if verdict == "FAILED"} == failed
+    found = outcomes(done.stdout)
+    assert {name for name, outcome in found.items() if outcome == "FAILED"} == failed
     assert done.returncode == (1 if failed else 0)
     if failed & HIDDEN:
         assert found["tangent"] == found["energies"] == "not judged"
@@ -460,7 +460,7 @@ def test_what_a_umat_does_not_declare(driver: Path, attacker, tmp_path: Path) ->
     for more, expected in (("", "FAILED"), (", ntens = 3, energies = .false.", "not declared")):
         (tmp_path / "case.nml").write_text(case.replace(" /", more + " /", 1), encoding="utf-8")
         done = call(driver, "case.nml", "--check", folder=tmp_path)
-        found = verdicts(done.stdout)
+        found = outcomes(done.stdout)
         assert found["components"] == found["energies"] == expected
         assert done.returncode == (expected == "FAILED")
 
@@ -474,5 +474,5 @@ def test_the_table_is_whole(driver: Path, attacker, tmp_path: Path, attack: str,
     case = attacker(f"if (statev[0]++ > 0) {{ {attack} }}")
     (tmp_path / "case.nml").write_text(case, encoding="utf-8")
     done = call(driver, "case.nml", "--check", folder=tmp_path)
-    assert done.returncode == 1 and len(verdicts(done.stdout)) == 12
-    assert verdicts(done.stdout)["path"] == "FAILED" and said in done.stdout
+    assert done.returncode == 1 and len(outcomes(done.stdout)) == 12
+    assert outcomes(done.stdout)["path"] == "FAILED" and said in done.stdout

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 import re
 from pathlib import Path
 
@@ -14,7 +13,6 @@ from support_driver import (
     RP_4,
     S_F,
     call,
-    read_csv,
 )
 
 PLAIN = (
@@ -158,10 +156,8 @@ STARTS = [
         ("increments = 10", "follow = 'branch', increments = 1", 3, ["increments with follow = 'branch'"]),
         ("increments = 10", "follow = 'branch', arc = 2.0", 3, ["arc = 2.0: expected 0.00001 to 1"]),
         ("increments = 10", "arc = 0.1", 3, ["arc without follow = 'branch'"]),
-        *((f"{MU} /\n{RP_4}&step t_N = -5.0, increments = 10", f"{MU}, {constant} /\n{RP_4}{BRANCH}", None,
-           [f"follow = 'branch' with {named}: expected 0"])
-          for constant, named in (("tau_v = 2.0", "tau_v = 2"), ("W0 = 4.0", "W0 = 4"),
-                                  ("guard = .true.", "guard = 1"))),
+        (f"{MU} /\n{RP_4}&step t_N = -5.0, increments = 10", f"{MU}, W0 = 4.0 /\n{RP_4}{BRANCH}", None,
+         ["follow = 'branch' with W0 = 4: expected 0"]),
         (f"{PLAIN[:9]}", f"&case tolerance = 1e-3 /\n&step follow = 'branch' /\n{PLAIN[:9]}", 1,
          ["&case: tolerance with follow = 'branch': expected arc"]),
         # starts of a run
@@ -243,30 +239,6 @@ def test_truncated_case(run) -> None:
         groups = PLAIN[:cut].count("/")
         whole = groups >= 3 and PLAIN[:cut].count("&") == groups
         run(PLAIN[:cut], code=0 if whole else 1)
-
-
-def test_mangled_cases(driver: Path, tmp_path: Path) -> None:
-    """A randomly changed case ends with exit code 0, 1 or 2, complete rows, and a message unless it is 0."""
-    rng = random.Random(5)
-    base = PLAIN.replace("s_Tx = 0.1", "s_Tx = x") + (
-        "&expect end = 'complete', t_N = -5.0, tolerance = 1e-6 /\n&sweep name = 'x', values = 0.1, 0.2 /\n"
-    )
-    pieces = ["", "=", "/", "&", ",", "'", "1", "-", "*", "\n", "é", "x", "."]
-    codes = set()
-    for _ in range(150):
-        text = list(base)
-        for _ in range(rng.randint(1, 6)):
-            i = rng.randrange(len(text))
-            text[i : i + rng.randint(0, 3)] = rng.choice(pieces)
-        (tmp_path / "m.nml").write_text("".join(text))
-        process = call(driver, "m.nml", "--quiet", folder=tmp_path)
-        assert process.returncode in (0, 1, 2), "".join(text)
-        assert process.returncode == 0 or process.stderr.startswith("rie_driver: "), "".join(text)
-        codes.add(process.returncode)
-        for path in tmp_path.glob("m*.csv"):
-            read_csv(path.read_text())
-            path.unlink()
-    assert {0, 1} <= codes
 
 
 def test_texts_that_are_written() -> None:

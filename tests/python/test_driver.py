@@ -10,10 +10,8 @@ import pytest
 from support_driver import (
     CASES,
     COLUMNS,
-    EVENTS,
     FLAT,
     MATERIAL,
-    MU,
     RP_4,
     assert_traction,
 )
@@ -130,26 +128,6 @@ def test_columns_per_plane(run) -> None:
     assert np.abs(result["s_dit_2"]).max() > 0 and np.abs(result["s_dih_1"]).max() > 0
     assert run("&case planes = .true. /\n" + path).header == result.header
     assert run("&case planes = F /\n" + path).header == COLUMNS
-
-
-def test_events(run) -> None:
-    """Each event stands in the row in which the other columns show it."""
-    result = run(
-        MATERIAL + FLAT + "&step s_N = 0.03, increments = 30 /\n&step s_N = -0.02, increments = 50 /\n"
-        "&step s_Tx = 0.05, increments = 50 /\n&step s_N = 0.25, increments = 27 /\n",
-        "--planes",
-    )
-    s, alpha = result["s_N"], result["alpha_1"]
-    rows = {name: [i for i, event in enumerate(result.events) if name in event] for name in EVENTS}
-    assert rows["onset"] == [int(np.argmax(alpha > 0))]
-    assert rows["damaged"] == [int(np.argmax(alpha >= 1))]
-    assert rows["close"] == [int(np.argmax((s < 0) & (np.arange(len(s)) > 30)))]
-    assert rows["open"] == [int(np.argmax((s > 0) & (np.arange(len(s)) > 100)))]
-    # The slip starts where the elastic shear of the damaged part reaches mu p, at s_Tx = mu |s_N|.
-    start = int(np.argmax(np.abs(result["s_dit_1"]) > 0))
-    assert rows["slip"] == [start]
-    assert result["s_Tx"][start] == pytest.approx(MU * 0.02, abs=0.05 / 50 + 1e-12)
-    assert rows["lost"] == rows["snap"] == rows["substeps"] == rows["cut"] == []
 
 
 def test_numbers_come_back_exactly(run) -> None:

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import pytest
 from support_driver import (
-    COLUMNS,
     FLAT,
     MATERIAL,
     ROOT,
@@ -122,8 +121,8 @@ def long_run(
         yield process
 
 
-def test_killed_run_leaves_whole_rows(driver: Path, tmp_path: Path) -> None:
-    """A long run shows its progress on a terminal; the CSV of a killed run has only complete rows."""
+def test_progress(driver: Path, tmp_path: Path) -> None:
+    """A long run shows its progress on a terminal."""
     screen, terminal = os.openpty()
     with long_run(driver, tmp_path, ["--planes"], terminal) as process:
         line = os.read(screen, 200).decode()
@@ -133,11 +132,6 @@ def test_killed_run_leaves_whole_rows(driver: Path, tmp_path: Path) -> None:
     assert re.fullmatch(
         r"\r\x1b\[Krie_driver: long.nml: \d+ of 10000000 increments \(0 %\), \d+ (s|min) left", line
     )
-    assert process.returncode != 0
-    header, rows = read_csv((tmp_path / "long.csv").read_text())
-    assert len(rows) > 100 and len(header) == len(COLUMNS) + 3 * 65
-    assert [int(row[1]) for row in rows] == [*range(1, len(rows) + 1)]
-    assert float(rows[-1][4]) == pytest.approx(0.02 * len(rows) / 1e7, rel=1e-14)
 
 
 @pytest.mark.parametrize("options", [[], ["--quiet"]])
