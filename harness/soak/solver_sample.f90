@@ -300,8 +300,8 @@ contains
           to_text(verdict%jump) // " s0, energy not balanced " // to_text(verdict%defect)
         return
       end if
-      outcome%slow = sample%law%relaxes .or. sample%joint%material%guard .or. sample%law%wears
-      counts([limited, away]) = merge(1, 0, [report%ended == ended_limit, sample%law%relaxes .and. &
+      outcome%slow = sample%law%rate_dependent .or. sample%joint%material%guard .or. sample%law%wears
+      counts([limited, away]) = merge(1, 0, [report%ended == ended_limit, sample%law%rate_dependent .and. &
         report%ended == ended_lost])
     end associate
     if (all(report%ended /= [ended_lost, ended_limit])) then

@@ -20,8 +20,6 @@ from .results import NO_EQUILIBRIUM, results_of
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return the exit code, 0 for success."""
     arguments = sys.argv[1:] if arguments is None else arguments
-    if "_ARGCOMPLETE" in os.environ:
-        _complete()
     if list(arguments[:1]) == ["help"]:  # as asperity help fit
         arguments = [*arguments[1:2], "--help"]
     parser = _parser(next((text for text in arguments if text in COMMANDS), ""))
@@ -56,14 +54,6 @@ def execute(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> int:
         return 1
     except KeyboardInterrupt:
         return 130
-
-
-def _complete() -> None:
-    """Answer the shell, which asks how the words on its command line go on, and exit."""
-    import argcomplete
-
-    words = os.environ.get("COMP_LINE", "").split()
-    argcomplete.autocomplete(_parser(next((text for text in words if text in COMMANDS), "")))
 
 
 class _Version(argparse.Action):

@@ -265,12 +265,9 @@ class History(_Named):
 
     def to_csv(self, path: str | Path, planes: bool = False) -> None:
         """Write the columns of `columns` to a CSV file, with all digits."""
-        found = self.columns(planes)
-        lists = [values if name == "event" else values.tolist() for name, values in found.items()]
-        with Path(path).open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(found)
-            writer.writerows(zip(*lists, strict=True))
+        import pandas
+
+        pandas.DataFrame(self.columns(planes)).to_csv(path, index=False)
 
     @classmethod
     def from_csv(cls, path: str | Path) -> History:

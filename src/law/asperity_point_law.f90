@@ -26,7 +26,7 @@ module asperity_point_law
     real(wp) :: stress = 0.0_wp          !! strength, stress
     logical :: bonded = .true.           !! whether a virgin joint has a bond; without one, strength and reach are names
     real(wp) :: bound = 0.0_wp           !! largest admissible separation, length
-    logical :: relaxes = .false.         !! whether the duration of an increment matters
+    logical :: rate_dependent = .false.  !! whether the duration of an increment matters
     logical :: wears = .false.           !! whether the state at the start of an increment wears the joint in it
     logical :: jumps = .false.           !! whether the traction may be a discontinuous function of the separation
     integer :: step = 0, increment = 0   !! of the load path, for routines of a host

@@ -13,7 +13,7 @@ module asperity_rie_law
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
-  public :: new_rie_law, timeless_law, slipped_separation
+  public :: new_rie_law, rate_independent_law, slipped_separation
 
   !> The law of an interface.
   type, extends(point_law), public :: rie_law
@@ -48,7 +48,7 @@ contains
       law%stiffest = max(m%k_n, m%k_t, m%k_c)
       law%stiffens = m%bends
       law%stress = m%k_n*m%s0
-      law%relaxes = m%tau_v > 0.0_wp
+      law%rate_dependent = m%tau_v > 0.0_wp
       law%wears = m%inv_w0 > 0.0_wp
       law%jumps = m%curved .or. m%guard
     end associate
@@ -57,16 +57,16 @@ contains
   end function new_rie_law
 
   !> The law of an interface without viscous damage and wear: its state does not depend on time or increments.
-  pure function timeless_law(joint) result(law)
+  pure function rate_independent_law(joint) result(law)
     type(interface_type), intent(in) :: joint   !! material and pattern
     type(rie_law) :: law
     law = new_rie_law(joint)
     law%joint%material%tau_v = 0.0_wp
     law%joint%material%inv_w0 = 0.0_wp
     law%joint%material%kt_crush = 0.0_wp
-    law%relaxes = .false.
+    law%rate_dependent = .false.
     law%wears = .false.
-  end function timeless_law
+  end function rate_independent_law
 
   !> Separation of the planes: that of the point plus the offset of an initial traction (STATEV 6-8), length.
   pure function whole_separation(s, state) result(whole)

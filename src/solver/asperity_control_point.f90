@@ -219,7 +219,7 @@ contains
     real(wp) :: elastic, values(3)
     values = max(abs(equations%start), abs(equations%target))
     elastic = maxval(merge(min(values, law%softest*law%bound)/law%softest, values, equations%control%traction))
-    far = merge(fraction*equations%moved, equations%moved + 2.0_wp*elastic, law%relaxes)
+    far = merge(fraction*equations%moved, equations%moved + 2.0_wp*elastic, law%rate_dependent)
     far = min(max(far, fraction*farthest*(law%reach + elastic)), 0.5_wp*law%bound)
   end function farthest_equilibrium
 

@@ -132,7 +132,7 @@ contains
         maxval(abs(new%s)) <= farthest_equilibrium(law, equations, 1.0_wp)
       change = (fractions(2) - fractions(1))*(equations%target - equations%start)
       ! damage that takes time releases a traction without a move
-      if (good .and. .not. (law%relaxes .and. equations%control%dt > 0.0_wp)) then
+      if (good .and. .not. (law%rate_dependent .and. equations%control%dt > 0.0_wp)) then
         if (carries_nothing(law, equations, new)) good = .not. stays_closed(law, equations, change, old)
       end if
       move = largest_move(equations, old, new)
@@ -142,13 +142,14 @@ contains
       prescribed = maxval(abs(change)/merge(law%stiffness, 1.0_wp, traction))
       ! damage that takes time never breaks the bond: the joint has no length of its own once it is open
       extent = law%length
-      if (law%relaxes .and. equations%control%dt > 0.0_wp) extent = max(extent, maxval(abs(old%s), mask=traction))
+      if (law%rate_dependent .and. equations%control%dt > 0.0_wp) extent = max(extent, maxval(abs(old%s), &
+        mask=traction))
       ! a step that cannot be halved may be longer than this in the prescribed values themselves
       if (fractions(2) - fractions(1) < 2.0_wp*smallest_fraction .and. prescribed > unexplained*law%length) return
       far = move > longest_change*extent
       if (far) good = alike(result%first, result%last)
       if (.not. good) return
-      if (law%relaxes .or. law%wears) then
+      if (law%rate_dependent .or. law%wears) then
         ! the step back, as the tangent does not have the effect of time and wear
         call evaluate(law, equations, new%s, fractions(1), back, ending, error)
       else

@@ -10,7 +10,7 @@ module asperity_initial
   use asperity_interface, only: interface_type, plane_damage, start_damage
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: advance, control_type, ended_lost, new_point, point_type, report_type
-  use asperity_rie_law, only: new_rie_law, rie_law, slipped_separation, timeless_law
+  use asperity_rie_law, only: new_rie_law, rate_independent_law, rie_law, slipped_separation
   use asperity_text, only: append, integer_text, set_text, to_text
   use asperity_tolerances, only: initial_increments, most_repeats, residual_tolerance
   implicit none
@@ -55,7 +55,7 @@ contains
 
     if (present(carried)) carried = 0.0_wp
     if (present(endless)) endless = .false.
-    law = timeless_law(joint)
+    law = rate_independent_law(joint)
     status = state_status(joint, state)
     if (status /= status_ok) return
     if (any(prescribed .and. .not. bounded(target, law%stiffness*law%bound))) status = status_initial

@@ -107,7 +107,7 @@ contains
     law%bound = farthest_length*law%length
     ! neither is known
     law%jumps = .true.
-    law%relaxes = .true.
+    law%rate_dependent = .true.
     path = c_null_char
     path(:len(law%umat%library)) = [(law%umat%library(i:i), i=1, len(law%umat%library))]
     call c_whole_path(path, longest_path)

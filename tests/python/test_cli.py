@@ -1,8 +1,7 @@
-"""The command `asperity`: usage, start, run, results, pictures, cases, doctor, completion."""
+"""The command `asperity`: usage, start, run, results, pictures, cases, doctor."""
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 import subprocess
@@ -124,18 +123,6 @@ def test_names_of_the_package() -> None:
     for name, line in zip(asperity.__all__, done.stdout.splitlines(), strict=True):
         assert name.lower() in line.lower()
     assert "AttributeError: module 'asperity' has no attribute 'nothing'" in done.stderr
-
-
-@pytest.mark.parametrize(
-    ("line", "expected"), [("sel", {"select"}), ("paper --fo", {"--force"}), ("card aba", {"abaqus"})]
-)
-def test_completion(line: str, expected: set[str], tmp_path: Path) -> None:
-    """The shell gets commands, options of the command on its line, and values of an option."""
-    pytest.importorskip("argcomplete")
-    asked = {"_ARGCOMPLETE": "1", "_ARGCOMPLETE_STDOUT_FILENAME": str(tmp_path / "answer")}
-    asked |= {"COMP_LINE": f"asperity {line}", "COMP_POINT": str(len(line) + 9), "_ARGCOMPLETE_IFS": "\n"}
-    subprocess.run([sys.executable, "-m", "asperity"], env=os.environ | asked, check=True)
-    assert set((tmp_path / "answer").read_text(encoding="utf-8").split()) == expected
 
 
 @pytest.mark.parametrize("command", [["cases"], ["run", "figure05b", "-o", "-", "--quiet"]])
