@@ -7,18 +7,17 @@ program bench
   use asperity_instruction_set, only: instruction_set
   use block_work_double, only: double_type => block_work_type, new_double => new_block_work, run_double => run
   use block_work_single, only: single_type => block_work_type, new_single => new_block_work, run_single => run
-  use point_work, only: n_increments, new_point_work, point_work_type, run_points => run
-  use start_states, only: n_states, new_start, slip, start_type, state_names
+  use point_work, only: new_point_work, point_work_type, run_points => run
+  use start_states, only: new_start, start_type
   implicit none
   !> A row of the table: what was measured, and its time.
   type :: row_type
-    character(len=8) :: kernel            !! textbook, point, umat, test, block, roots, vumat, stream, points, copy
+    character(len=8) :: kernel            !! textbook, point, umat, block, roots, vumat, stream, points, copy
     logical :: tangent                    !! whether the kernel computes the tangent
     character(len=6) :: precision = "double"
     character(len=8) :: pattern = ""      !! name of the pattern
     integer :: planes = 0                 !! number of planes
-    character(len=9) :: states = "slip"   !! states of the points at the start
-    integer :: points = 0                 !! number of points (test: increments)
+    integer :: points = 0                 !! number of points
     integer :: threads = 1                !! number of threads
     real(real64) :: ns = 0.0_real64       !! nanoseconds per point
   end type row_type
@@ -43,16 +42,16 @@ program bench
 
   !> What is measured with a pattern. Rows of one group run in turn on the same points; arrays and calls
   !> have many points.
-  integer, parameter :: points = 1, increments = 2, arrays = 3, blocks = 4, calls = 5
+  integer, parameter :: points = 1, arrays = 2, blocks = 3, calls = 4
   logical, parameter :: yes = .true., no = .false.
-  type(row_type), parameter :: tasks(13) = [row_type("textbook", yes), row_type("textbook", no), &
-    row_type("point", yes), row_type("umat", yes), row_type("test", yes), row_type("points", no), &
-    row_type("points", yes), row_type("copy", no), row_type("block", yes), row_type("block", no), &
-    row_type("roots", no), row_type("vumat", no), row_type("stream", no)]
-  integer, parameter :: groups(13) = [points, points, points, points, increments, arrays, arrays, arrays, blocks, &
-    blocks, blocks, calls, calls]
+  type(row_type), parameter :: tasks(12) = [row_type("textbook", yes), row_type("textbook", no), &
+    row_type("point", yes), row_type("umat", yes), row_type("points", no), row_type("points", yes), &
+    row_type("copy", no), row_type("block", yes), row_type("block", no), row_type("roots", no), &
+    row_type("vumat", no), row_type("stream", no)]
+  integer, parameter :: groups(12) = [points, points, points, points, arrays, arrays, arrays, blocks, blocks, blocks, &
+    calls, calls]
   !> Kernels that know no facets.
-  character(len=8), parameter :: straight(3) = [character(len=8) :: "textbook", "test", "roots"]
+  character(len=8), parameter :: straight(2) = [character(len=8) :: "textbook", "roots"]
 
   !> Points with data in the first-level cache, and of a VUMAT call.
   integer, parameter :: n_small = 128
@@ -68,13 +67,12 @@ program bench
   turns = merge(3, 5, quick)
   shortest = merge(2.0e4_real64, 1.0e5_real64, quick)
   ! arrays in the second-level cache, VUMAT calls in memory
-  sizes = [n_small, n_small, 2048, n_small, n_small*merge(8, 1600, quick)]
+  sizes = [n_small, 2048, n_small, n_small*merge(8, 1600, quick)]
   threads = 1
   !$ threads = min(2, omp_get_max_threads())
   if (len(file) > 0) open (newunit=unit, file=file, status="replace", action="write")
   print "(2a, i0)", compiler_version(), ", asperity_isa() = ", instruction_set()
-  print "(2a)", "Table 2 of the paper. Times are medians of runs taken in turn. ", &
-    "Kernel test: time of an increment of confined slip, with iterations."
+  print "(a)", "Table 2 of the paper. Times are medians of runs taken in turn."
   allocate (rows(0))
   do pass = 1, passes
     call measure_all(rows)
@@ -90,7 +88,7 @@ program bench
 
 contains
 
-  !> Measure all patterns, arrays and choices of start states once.
+  !> Measure all patterns and arrays once.
   subroutine measure_all(rows)
     type(row_type), allocatable, intent(inout) :: rows(:)   !! those of the passes so far
     character(len=6), parameter :: precisions(2) = ["double", "single"]
@@ -106,29 +104,23 @@ contains
           some = pack(tasks, groups == group .and. [(.not. (patterns(i)%height > 0.0_real64 .and. &
             any(straight == tasks(j)%kernel)), j=1, size(tasks))])
           some%precision = precisions(k)
-          if (size(some) > 0) call add(rows, patterns(i), some, sizes(group), slip)
+          if (size(some) > 0) call add(rows, patterns(i), some, sizes(group))
         end do
       end do
     end do
     ! arrays in memory
     some = [(row_type("points", no, threads=j), row_type("points", yes, threads=j), row_type("copy", no, threads=j), &
       j=1, threads)]
-    call add(rows, patterns(4), some, merge(20000, 1000000, quick), slip)
-    do k = 1, size(state_names)
-      some = [row_type("block", no), row_type("block", yes)]
-      some%states = merge("all slip ", state_names(k), k == slip)   ! other points than those of the pattern
-      call add(rows, patterns(4), some, n_states, k)
-    end do
+    call add(rows, patterns(4), some, merge(20000, 1000000, quick))
   end subroutine measure_all
 
   !> Measure rows that share their points, and append them with their median times. The rows run alternately, and each
   !> run repeats its kernel until it lasts `shortest`.
-  subroutine add(rows, pattern, some, n, kind)
+  subroutine add(rows, pattern, some, n)
     type(row_type), allocatable, intent(inout) :: rows(:)   !! all rows so far
     type(pattern_type), intent(in) :: pattern               !! their pattern
     type(row_type), intent(in) :: some(:)                   !! what to measure
     integer, intent(in) :: n                                !! points
-    integer, intent(in) :: kind                             !! of their states
     !> Material of Table 2 of the paper, with the inclination of the planes.
     real(real64), parameter :: table_2(5) = [3.0_real64, 0.3_real64, 0.9_real64, 0.5_real64, 30.0_real64]
     type(row_type) :: timed(size(some))
@@ -144,7 +136,7 @@ contains
     ! a UMAT of straight planes gets PROPS up to turn
     given = merge(p_w0, p_turn, pattern%height > 0.0_real64)
     associate (props => [table_2, pattern%m, flat, prop_table(p_turn:p_guard)%default, pattern%height, pattern%w0])
-      call new_start(props(:given), kind, n, start)
+      call new_start(props(:given), n, start)
     end associate
     by_points = all(some(1)%kernel /= ["block", "vumat"])
     width = merge(n_small, n, some(1)%kernel == "vumat")
@@ -158,7 +150,7 @@ contains
     timed = some
     timed%pattern = pattern%name
     timed%planes = start%joint%pattern%n
-    timed%points = merge(n_increments, n, some%kernel == "test")
+    timed%points = n
     loops = 1
     ! the first turn warms up, the next one finds the number of loops
     do turn = -1, turns
@@ -235,7 +227,7 @@ contains
     integer, intent(in) :: unit             !! open for writing
     real(real64) :: parts
     integer :: i
-    write (unit, "(2a)") " pattern,planes,  kernel,precision,tangent,   states, points,threads,ns_per_point,isa,", &
+    write (unit, "(2a)") " pattern,planes,  kernel,precision,tangent, points,threads,ns_per_point,isa,", &
       "textbook/ns,ns/parts"
     do i = 1, size(rows)
       associate (row => rows(i))
@@ -245,9 +237,9 @@ contains
         if (row%kernel == "vumat") parts = time_of("block", row) + time_of("stream", row)
         if (row%kernel == "points" .and. row%threads == 1) parts = time_of("block", row) + time_of("copy", row)
         if (parts > 0.0_real64) parts = row%ns/parts
-        write (unit, "(a8, ',', i6, ',', a8, ',', a9, ',', a7, ',', a9, ',', i7, ',', i7, ',', f12.3, ',', i3, ',', &
+        write (unit, "(a8, ',', i6, ',', a8, ',', a9, ',', a7, ',', i7, ',', i7, ',', f12.3, ',', i3, ',', &
           &f11.3, ',', f8.3)") adjustr(row%pattern), row%planes, adjustr(row%kernel), adjustr(row%precision // "   "), &
-          adjustr(merge("yes", "no ", row%tangent) // "    "), adjustr(row%states), row%points, row%threads, row%ns, &
+          adjustr(merge("yes", "no ", row%tangent) // "    "), row%points, row%threads, row%ns, &
           instruction_set(), time_of("textbook", row)/row%ns, parts
       end associate
     end do

@@ -1,27 +1,18 @@
-!> Points whose values stand together: the textbook version, the library's point kernel, UMAT and driver one point after
-!> the other, and the arrays of C and Python, processed by one or more threads.
+!> Points whose values stand together: the textbook version, the library's point kernel and UMAT one point after the
+!> other, and the arrays of C and Python, processed by one or more threads.
 module point_work
   !$ use omp_lib, only: omp_set_num_threads
   use asperity_contract, only: status_ok
-  use asperity_control_point, only: new_point
-  use asperity_errors, only: errors_type
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_load_path, only: next_row, row_type, run_type, start_run
   use asperity_point, only: update_point
   use asperity_points, only: update_points
-  use asperity_rie_law, only: new_rie_law
-  use asperity_steps, only: complete_steps, step_table, step_type
   use host_routines, only: umat
   use start_states, only: n_states, start_type
   use textbook, only: textbook_update
   implicit none
   private
   public :: point_work_type, new_point_work, run
-
-  !> Increments of the confined slip test: preload, then slips.
-  integer, parameter :: n_preload = 10, n_slips = 240
-  integer, parameter, public :: n_increments = n_preload + n_slips
 
   !> Points with their results.
   type :: point_work_type
@@ -94,8 +85,6 @@ contains
         else
           call update_points(start%joint, start%s, new, work%traction, status, failed, start%s_old)
         end if
-      case ("test")
-        call run_test(start%joint, used)
       case ("point")
         do p = 1, size(new, 2)
           call update_point(start%joint, start%s_old(:, p), start%s(:, p), start%state(:, p), new(:, p), t, d)
@@ -119,37 +108,5 @@ contains
     if (status /= status_ok) error stop "bench: a point was rejected"
     used = used + work%traction(1, 1) + work%new(1, 1)
   end subroutine run
-
-  !> Run a confined slip test with a reversal by the solver of the driver, with all Newton iterations.
-  subroutine run_test(joint, used)
-    type(interface_type), intent(in) :: joint   !! the interface
-    real(wp), intent(inout) :: used             !! sum of results
-    type(step_type), allocatable :: steps(:)
-    type(run_type) :: path
-    type(row_type) :: row
-    type(errors_type) :: errors
-    integer :: i
-    logical :: found
-    allocate (steps(2))
-    do i = 1, size(step_table)
-      select case (step_table(i)%name)
-      case ("t_N")
-        steps(1)%given(i)%values = [-10.0_wp]
-      case ("slip")
-        steps(2)%given(i)%values = 20.0_wp*joint%material%s0*[1.0_wp, 0.0_wp]
-      case ("increments")
-        steps(1)%given(i)%values = [real(n_preload, wp)]
-        steps(2)%given(i)%values = [0.5_wp*real(n_slips, wp)]
-      case default  ! the other values keep their defaults
-      end select
-    end do
-    call complete_steps(steps, errors)
-    call start_run(new_rie_law(joint), steps, path, new_point(new_rie_law(joint)))
-    found = .true.
-    do while (found)
-      call next_row(path, row, found)
-      if (found) used = used + row%traction(2)
-    end do
-  end subroutine run_test
 
 end module point_work

@@ -1,4 +1,5 @@
-!> States of many points at the start of the measured increment, and the separations at its end.
+!> States of many points that slip under compression at the start of the measured increment, and the separations at its
+!> end.
 module start_states
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
@@ -7,11 +8,6 @@ module start_states
   implicit none
   private
   public :: start_type, new_start
-
-  !> Choices: all points slip under compression; or 90 % are virgin, 8 % are being damaged and 2 % are open, either in
-  !> zones or scattered over the arrays.
-  integer, parameter, public :: slip = 1, zones = 2, scattered = 3
-  character(len=9), parameter, public :: state_names(3) = [character(len=9) :: "slip", "zones", "scattered"]
 
   !> Points whose states differ; others repeat them.
   integer, parameter, public :: n_states = 640
@@ -28,16 +24,14 @@ module start_states
 contains
 
   !> Fill n points of an interface. Each thread first writes the memory that it uses later.
-  subroutine new_start(props, kind, n, start)
+  subroutine new_start(props, n, start)
     real(wp), intent(in) :: props(:)         !! PROPS, admissible
-    integer, intent(in) :: kind              !! slip, zones or scattered
     integer, intent(in) :: n                 !! points
     type(start_type), intent(out) :: start   !! the points
-    integer, parameter :: apart = 37         ! prime that does not divide the numbers of points
     real(wp), parameter :: rest(3) = 0.0_wp
-    real(wp) :: multiple, share, traction(3), tangent(3, 3), direction(2), from(3, min(n, n_states))
+    real(wp) :: slip, traction(3), tangent(3, 3), from(3, min(n, n_states))
     real(wp), allocatable :: state(:, :)
-    integer :: few, p, place, status
+    integer :: few, p, status
 
     start%props = props
     call new_interface(props, start%joint, status)
@@ -46,16 +40,9 @@ contains
     few = size(from, 2)
     allocate (state(start%joint%n_statev, few))
     do p = 1, few
-      place = p
-      if (kind == scattered) place = 1 + modulo(p*apart, few)
-      share = real(place, wp)/real(few, wp)
-      direction = [cos(real(p, wp)), sin(real(p, wp))]
       ! a point of a bed joint: slip, with a dilation for which the point stays under compression
-      multiple = merge(15.0_wp*share, 100.0_wp*(share - 0.89_wp), kind == slip)
-      from(:, p) = [0.2_wp*multiple - 0.5_wp, multiple*direction]
-      if (kind /= slip .and. share <= 0.90_wp) from(:, p) = [-0.1_wp, 0.2_wp*direction*share]
-      if (kind /= slip .and. share > 0.98_wp) from(:, p) = [20.0_wp, 5.0_wp*direction]
-      from(:, p) = start%joint%material%s0*from(:, p)
+      slip = 15.0_wp*real(p, wp)/real(few, wp)
+      from(:, p) = start%joint%material%s0*[0.2_wp*slip - 0.5_wp, slip*cos(real(p, wp)), slip*sin(real(p, wp))]
       state(:, p) = 0.0_wp
       call update_point(start%joint, rest, from(:, p), 0.0_wp*state(:, p), state(:, p), traction, tangent)
     end do

@@ -35,7 +35,7 @@ KINDS = {1: "portable", 3: "AVX2", 0: "one set of kernels"}
 
 def draw_speed(timings: pandas.DataFrame, path: Path) -> None:
     """Draw the error against the time per point into a file that ends in .png or .pdf."""
-    blocks = timings[(timings.kernel == "block") & (timings.states == "slip")]
+    blocks = timings[timings.kernel == "block"]
     times = blocks.groupby(["isa", "precision", "tangent", "pattern"]).ns_per_point.median().to_dict()
     errors = {name: pattern_errors(height) for name, (_, height) in FACETS.items()}
     with printed():
@@ -104,16 +104,14 @@ COLUMNS = (
     ("streaming", "stream", "double", False),
     ("block, single", "block", "single", False),
     ("roots, single", "roots", "single", False),
-    ("test", "test", "double", True),
 )
 """Title, kernel, precision and tangent of the columns of the table."""
 
 
 def table(timings: pandas.DataFrame) -> str:
     """Nanoseconds per point as a table in Markdown, a row per pattern and kind of kernels."""
-    slip = timings[timings.states == "slip"]
     names = ["pattern", "planes", "isa", "kernel", "precision", "tangent"]
-    times = slip.groupby(names, sort=False).ns_per_point.median().to_dict()
+    times = timings.groupby(names, sort=False).ns_per_point.median().to_dict()
     rows = []
     for pattern, planes, isa in dict.fromkeys(key[:3] for key in times):
         found = [times.get((pattern, planes, isa, *column[1:])) for column in COLUMNS]

@@ -14,7 +14,7 @@ BENCH = next((path for path in BUILDS if path.exists()), BUILDS[0])
 """The benchmark, built by `make build` or with the Python package."""
 
 COLUMNS = {
-    "pattern": str, "planes": int, "kernel": str, "precision": str, "tangent": bool, "states": str,
+    "pattern": str, "planes": int, "kernel": str, "precision": str, "tangent": bool,
     "ns_per_point": float, "isa": int,
 }  # fmt: skip
 """Columns of the benchmark, a row for a kernel on a pattern.
