@@ -256,7 +256,7 @@ def test_copy(opened: Opened) -> None:
         "const a = document.createElement('textarea'); a.id = 'pasted'; document.body.prepend(a); return a"
     )
     opened.driver.execute_script(f"{MODEL.format('kind')}.active = 1")
-    opened.wait(f"{MODEL.format('text')}.text.startsWith('import numpy')")
+    opened.wait(f"{MODEL.format('text')}.text.startsWith('from asperity')")
     find = HANDLE.replace(".bk-slider-title", ".bk-btn").replace(".noUi-handle", ".bk-btn")
     opened.driver.execute_script(
         find.replace("startsWith(arguments[0])", "trim() === arguments[0]"), "copy"
@@ -265,4 +265,4 @@ def test_copy(opened: Opened) -> None:
     area.send_keys(Keys.CONTROL, "v")
     assert area.get_property("value") == opened.get("text", "text")
     opened.driver.execute_script("arguments[0].remove()", area)
-    assert re.match(r"import numpy as np\nfrom asperity import Interface", opened.get("text", "text"))
+    assert "from asperity import Interface" in opened.get("text", "text")

@@ -90,8 +90,8 @@ INCREMENTS = 100
 MARGIN = 1.15
 """Half width of the section over its longest slip."""
 
-WIDTH = 60
-"""Characters of a line of the texts."""
+WIDTH = 56
+"""Characters of a line of the material in the script."""
 
 POINTS = 60
 """Points of a slope of the section."""
@@ -248,7 +248,7 @@ def as_case(choice: Choice) -> str:
 def as_python(choice: Choice) -> str:
     """Python script of a choice."""
     values = choice.values
-    material = textwrap.wrap(", ".join(f"{name}={values[name]!r}" for name in MATERIAL), WIDTH - 12)
+    material = textwrap.wrap(", ".join(f"{name}={values[name]!r}" for name in MATERIAL), WIDTH)
     theta = values["theta"] if values["sides"] else 0.0
     return "\n".join([
         "from asperity import Interface, Material, Pattern, Step\n",
@@ -265,7 +265,7 @@ def as_python(choice: Choice) -> str:
 def as_props(choice: Choice) -> str:
     """Line with PROPS; raises ValueError for values that the library refuses."""
     props = choice.interface.props()
-    return textwrap.fill(f"PROPS({len(props)})   {', '.join(map(repr, props.tolist()))}", WIDTH) + "\n"
+    return f"PROPS({len(props)})   {', '.join(map(repr, props.tolist()))}\n"
 
 
 TEXTS = {"case": as_case, "Python": as_python, "PROPS": as_props}

@@ -7,14 +7,13 @@ import os
 import re
 from collections.abc import Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
-from functools import partial
 from pathlib import Path
 
 from ..options import add_options, add_output, add_workers, check_outputs, progress_bar, workers
 from ..parallel import map_in_order
 from ..style import encoded, printed
 from .figures import ENTRIES, Entry
-from .outcome import ROUNDING
+from .outcome import ROUNDING, run_case
 
 
 def add_arguments(paper: argparse.ArgumentParser) -> None:
@@ -22,8 +21,7 @@ def add_arguments(paper: argparse.ArgumentParser) -> None:
     add_output(paper, "DIR", "folder of the pictures and the numbers", Path("gallery"))
     add_options(
         paper,
-        ("--pdf", "also write vector pictures (PDF)"),
-        ("--figure NUMBER", "only these, such as 4a, 4 or table5 (default: all)", str, {"nargs": "+"}),
+        ("--figure NUMBER", "only these, such as 4a or table5 (default: all)", str, {"nargs": "+"}),
     )
     add_workers(paper)
     paper.set_defaults(action=_action)
@@ -32,34 +30,23 @@ def add_arguments(paper: argparse.ArgumentParser) -> None:
 def _action(options: argparse.Namespace) -> int:
     wanted = select(options.figure) if options.figure else ENTRIES
     with workers(options, os.cpu_count()) as executor:
-        found = write(wanted, options.output, options.pdf, executor, options.force)
+        found = write(wanted, options.output, executor, options.force)
     print("\n".join(f"{name}\n{text}" for name, text in found.items()))
     print(options.output)
     return 0
 
 
-def select(numbers: Sequence[str]) -> tuple[Entry, ...]:
-    """Return entries by their numbers; "4" means 4a and 4b. Raises ValueError for an unknown number."""
-    known = {entry: entry.number.lower().replace(" ", "") for entry in ENTRIES}
-    found: set[Entry] = set()
+def select(numbers: Sequence[str]) -> list[Entry]:
+    """Entries by their numbers, in the order of the paper; raises ValueError for an unknown number."""
+    known = [entry.number for entry in ENTRIES]
     for number in numbers:
-        given = number.lower().replace(" ", "")
-        matching = {
-            entry for entry, name in known.items() if given in (name, re.sub(r"(?<=\d)[ab]$", "", name))
-        }
-        if not matching:
-            expected = ", ".join(entry.number for entry in ENTRIES)
-            raise ValueError(f"--figure {number}: expected one of {expected}")
-        found |= matching
-    return tuple(entry for entry in ENTRIES if entry in found)
+        if number not in known:
+            raise ValueError(f"--figure {number}: expected one of {', '.join(known)}")
+    return [entry for entry in ENTRIES if entry.number in numbers]
 
 
 def write(
-    entries: Sequence[Entry],
-    folder: Path,
-    pdf: bool = False,
-    executor: Executor | None = None,
-    force: bool = True,
+    entries: Sequence[Entry], folder: Path, executor: Executor | None = None, force: bool = True
 ) -> dict[str, str]:
     """Write pictures and numbers of entries into a folder; return their findings by the names of the files.
 
@@ -69,8 +56,7 @@ def write(
     # the last entries take longest, so they start first
     numbers = [ENTRIES.index(entry) for entry in reversed(entries)]
     with progress_bar(len(entries), "figure") as bar:
-        one = executor or ThreadPoolExecutor(1)
-        made = map_in_order(partial(_make_one, pdf), numbers, one, bar.update)[::-1]
+        made = map_in_order(_make_one, numbers, executor or ThreadPoolExecutor(1), bar.update)[::-1]
     contents = {folder / name: content for files, _ in made for name, content in files.items()}
     for path, content in contents.items():
         header = [re.escape(content.decode().partition("\n")[0])] if path.suffix == ".csv" else []
@@ -80,13 +66,13 @@ def write(
     return {entry.stem: text for entry, (_, text) in zip(entries, made, strict=True)}
 
 
-def _make_one(pdf: bool, number: int) -> tuple[dict[str, bytes], str]:
+def _make_one(number: int) -> tuple[dict[str, bytes], str]:
     """Files of one entry by name, picture and numbers, and its findings as a list in Markdown."""
-    entry = ENTRIES[number]
+    entry, files = ENTRIES[number], {}
     with printed():
-        figure, found, rows = entry.run()
-        endings = [".png", ".pdf"][: 1 + pdf] if figure is not None else []
-        files = {entry.stem + ending: encoded(figure, ending) for ending in endings}
+        figure, found, rows = entry.make(*map(run_case, entry.cases))
+        if figure is not None:
+            files[f"{entry.stem}.png"] = encoded(figure, ".png")
     numeric = rows.select_dtypes("number")
     rows[numeric.columns] = numeric.where(numeric.abs() > ROUNDING, 0)
     files[f"{entry.stem}.csv"] = rows.to_csv(index=False, float_format="%.6g", lineterminator="\n").encode()

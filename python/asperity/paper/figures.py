@@ -17,7 +17,7 @@ from ..style import COLOURS, ONE, TWO, label_axes, label_ends, new_figure
 from ..tables import markdown
 from . import outcome
 from .fracture_energy import MATERIAL, PATTERNS, TABLE_5, fracture_energy, pattern, sampled
-from .outcome import FIVE, Case, curve_rows, percent, plane_rows, run_case, small
+from .outcome import FIVE, Case, curve_rows, percent, plane_rows, small
 
 SIGMA_N, THETA_M, THETA_L = r"$\sigma_N$ [MPa]", r"$\theta_m$ [°]", r"$\theta_L$ [°]"
 ENERGIES = f"{THETA_M}, {ENERGY}"
@@ -30,24 +30,18 @@ Outcome = tuple[Figure | None, Iterable[str], DataFrame]
 class Entry:
     """A figure or table of the paper.
 
-    cases: stems of the case files, whose results are the arguments of `make`, which computes and draws.
+    stem: name of the files, and of the markers of a page.  cases: stems of the case files, whose results are
+    the arguments of `make`, which computes and draws.
     """
 
-    number: str
+    stem: str
     cases: tuple[str, ...]
     make: Callable[..., Outcome]
 
     @property
-    def stem(self) -> str:
-        """Name of the files, and of the markers of a page."""
-        if self.number.startswith("Table"):
-            return self.number.lower().replace(" ", "")
-        digits = self.number.rstrip("ab")
-        return f"figure{int(digits):02d}{self.number[len(digits) :]}"
-
-    def run(self) -> Outcome:
-        """Run the cases, compute and draw."""
-        return self.make(*map(run_case, self.cases))
+    def number(self) -> str:
+        """Number of a figure, or table5."""
+        return self.stem.removeprefix("figure").lstrip("0")
 
 
 def over_slip(
@@ -211,25 +205,25 @@ MONOTONIC = ("figure07a_08a_10a", "figure07b_08b_10a")
 CYCLIC = ("figure09a_10b", "figure09b_10b")
 
 ENTRIES = (
-    Entry("1", (), in_space("five planes", FIVE)),
-    Entry("2", ("figure02",), _figure_2),
-    Entry("3", (), in_space("RT", pattern("RT"))),
-    Entry("4a", ("figure04a",), over_slip(SIGMA_N, outcome.ends)),
-    Entry("4b", ("figure04b",), over_slip(THETA_M, outcome.ends)),
-    Entry("5a", ("figure05a",), over_slip(SIGMA_N, outcome.ends)),
-    Entry("5b", ("figure05b",), _figure_5b),
-    Entry("6", (), _figure_6),
-    Entry("7", MONOTONIC, over_slip(SIGMA_N, outcome.ends)),
-    Entry("8", MONOTONIC, over_slip(SIGMA_N, outcome.climb, "s_N")),
-    Entry("9", CYCLIC, over_slip(SIGMA_N, outcome.strokes)),
-    Entry("10", (*MONOTONIC, *CYCLIC), _figure_10),
-    Entry("11", ("figure11",), over_slip(THETA_L, outcome.spread)),
-    Entry("12", ("figure12",), _figure_12),
-    Entry("13a", ("figure13a_00", "figure13a_45"), over_slip(ENERGIES, outcome.energies, inside=True)),
-    Entry("13b", ("figure13b_00", "figure13b_45"), over_slip(ENERGIES, outcome.energies, inside=True)),
-    Entry("14", (), _figure_14),
-    Entry("15", ("figure15a", "figure15b", "figure15c"), isotropy),
-    Entry("16", ("figure16a", "figure16b"), isotropy),
-    Entry("Table 5", (), _table_5),
+    Entry("figure01", (), in_space("five planes", FIVE)),
+    Entry("figure02", ("figure02",), _figure_2),
+    Entry("figure03", (), in_space("RT", pattern("RT"))),
+    Entry("figure04a", ("figure04a",), over_slip(SIGMA_N, outcome.ends)),
+    Entry("figure04b", ("figure04b",), over_slip(THETA_M, outcome.ends)),
+    Entry("figure05a", ("figure05a",), over_slip(SIGMA_N, outcome.ends)),
+    Entry("figure05b", ("figure05b",), _figure_5b),
+    Entry("figure06", (), _figure_6),
+    Entry("figure07", MONOTONIC, over_slip(SIGMA_N, outcome.ends)),
+    Entry("figure08", MONOTONIC, over_slip(SIGMA_N, outcome.climb, "s_N")),
+    Entry("figure09", CYCLIC, over_slip(SIGMA_N, outcome.strokes)),
+    Entry("figure10", (*MONOTONIC, *CYCLIC), _figure_10),
+    Entry("figure11", ("figure11",), over_slip(THETA_L, outcome.spread)),
+    Entry("figure12", ("figure12",), _figure_12),
+    Entry("figure13a", ("figure13a_00", "figure13a_45"), over_slip(ENERGIES, outcome.energies, inside=True)),
+    Entry("figure13b", ("figure13b_00", "figure13b_45"), over_slip(ENERGIES, outcome.energies, inside=True)),
+    Entry("figure14", (), _figure_14),
+    Entry("figure15", ("figure15a", "figure15b", "figure15c"), isotropy),
+    Entry("figure16", ("figure16a", "figure16b"), isotropy),
+    Entry("table5", (), _table_5),
 )
 """Figures and tables in the order of the paper."""
