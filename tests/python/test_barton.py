@@ -115,7 +115,7 @@ def test_command(stresses: str, rows: int, tmp_path: Path, capsys: pytest.Captur
     more = (f"--plot={plot}", f"--output={case}", "--card=abaqus", "--starts=1")
     assert main(command(*more, sigma_n=stresses)) == 0
     text = capsys.readouterr().out
-    table = [line.split() for line in text.splitlines() if re.match(r" +[\d.]+ +[\d.]+ +[\d.]+ +\S+% ", line)]
+    table = [line.split() for line in text.splitlines() if re.match(r"[\d.]+ +[\d.]+ +[\d.]+ +\S+% ", line)]
     assert len(table) == rows and "*User Material" in text and plot.stat().st_size > 10000
     props = [float(value) for value in re.search(r"PROPS\(\d+\) +(.*)", text)[1].split(",")]  # type: ignore[index]
     written = read_case(case)

@@ -181,19 +181,17 @@ def envelope(
 
 def table(found: Envelope) -> str:
     """Both laws at the stresses, and where they part."""
-    lines = [
-        f"{'sigma_n':>8}{'peak tau':>20}{'':>9}{'at slip':>18}{'s_N at end':>18}",
-        f"{'MPa':>8}{'MPa':>20}{'':>9}{'mm':>18}{'mm':>18}",
-        f"{'':8}{'Barton':>11}{'law':>9}{'differ':>9}" + 2 * f"{'Barton':>10}{'law':>8}",
-    ]
-    far = []
-    for sigma_n, barton, law, off in zip(found.stresses, *found.numbers, found.parted, strict=True):
-        row = f"{sigma_n:>8.4g}{barton[0]:>11.4g}{law[0]:>9.4g}{off:>9.1%}"
-        lines.append(row + "".join(f"{a:>10.4g}{b:>8.4g}" for a, b in zip(barton[1:], law[1:], strict=True)))
-        far += [f"{sigma_n:.4g}"] * bool(abs(off) > PARTED)
-    where = f"by more than {PARTED:.0%}" + (f" at {', '.join(far)} MPa" if far else "")
-    parted = f"part {'' if far else 'nowhere '}{where}"
-    return "\n".join([*lines, "", f"The strengths of the law and of Barton {parted}."])
+    from pandas import DataFrame
+
+    names, laws = ("peak tau [MPa]", "at slip [mm]", "s_N at end [mm]"), ("Barton", "law")
+    places = [(i, k) for i in range(len(names)) for k in range(len(laws))]
+    columns = {(names[i], laws[k]): found.numbers[k, :, i] for i, k in places}
+    rows = DataFrame(columns, index=[f"{one:.4g}" for one in found.stresses]).rename_axis("sigma_n [MPa]")
+    rows.insert(2, (names[0], "differ"), [f"{one:.1%}" for one in found.parted])
+    far = ", ".join(rows.index[np.abs(found.parted) > PARTED])
+    parted = f"part {'' if far else 'nowhere '}by more than {PARTED:.0%}{f' at {far} MPa' if far else ''}"
+    text = rows.to_string(float_format="{:.4g}".format)
+    return f"{text}\n\nThe strengths of the law and of Barton {parted}."
 
 
 def draw(found: Envelope, path: Path) -> None:
