@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from . import contract
-from .case_writer import Word, case_text, rounded
+from .case_writer import case_text, pattern_entries, rounded
+from .fit.report import slip_case
 from .interface import Interface
 from .material import Material, ModelWarning
 from .options import add_options, add_output, assigned, check_outputs, replace_file
@@ -87,9 +88,7 @@ def _run(options: argparse.Namespace) -> int:
     tan_psi = values.get("tan_psi", 0.0)
     pattern = pattern_of(tan_psi)
     given = {name: rounded(getattr(material, name), 10) for name in SHOWN if getattr(material, name)}
-    slopes = {"theta": rounded(pattern.theta, 10), "flat": 0.0} if tan_psi > 0.0 else {}
-    group = case_text(("material", given), ("pattern", {"sides": pattern.m} | slopes))
-    print(group)
+    print(case_text(("material", given), ("pattern", pattern_entries(pattern))))
     if tan_psi > 0.0:
         print(f"theta = arctan(tan_psi), mu = tan(phi - psi): {material.mu:.4g} on planes of that slope.")
         height = f"{material.height:.4g}" if material.height else "infinite"
@@ -107,22 +106,11 @@ def _run(options: argparse.Namespace) -> int:
                 better = strength_for_peak(material, pattern, sigma_N, wanted)
             print(f"{sigma_N:>10g}{found:>10.5g}{wanted:>24.5g}{better:>24.5g}")
     if options.output is not None:
-        replace_file(options.output, f"{group}{_steps(material, stresses)}")
+        slips = [_reach(material)]
+        text = slip_case("Mortar joint", given, pattern, stresses, slips, increments=SHOWN_INCREMENTS)
+        replace_file(options.output, text)
         print(f"\n{options.output}")
     return 0
-
-
-def _steps(material: Material, stresses: list[float]) -> str:
-    """Groups of a case: a slip to rupture under each normal traction, largest first."""
-    sorted_stresses = sorted({*stresses}, reverse=True)
-    several = len(sorted_stresses) > 1
-    load = Word("sigma_N") if several else sorted_stresses[0]
-    return case_text(
-        ("case", {"title": "Mortar joint"}),
-        *([("sweep", {"name": "sigma_N", "values": sorted_stresses})] if several else []),
-        ("step", {"t_N": load, "increments": 20}),
-        ("step", {"slip": rounded(_reach(material), 6), "increments": SHOWN_INCREMENTS}),
-    )
 
 
 def _reach(material: Material) -> float:

@@ -202,6 +202,14 @@ def test_residual_alone_does_not_tell_the_bond() -> None:
     assert "rows between peak and residual strength would" in text
 
 
+@pytest.mark.slow
+def test_rows_before_the_peak_do_not_deny_the_bond() -> None:
+    """Where a bond fits better but is not determined, the joint without bond is no result."""
+    found = fit(study.synthetic(0.01, 0, turns=(0.022,), sides=0, dilation=False))
+    assert found.form == "rock" and found.undetermined == []
+    assert "a joint with bond fits better, but the tests do not determine its bond" in refusals(found)
+
+
 def test_doubts_are_told(three_percent: outcome.Fit) -> None:
     """A constant at its bound and a model that cannot fit are reported."""
     tests = three_percent.problem.tests

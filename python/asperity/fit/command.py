@@ -32,7 +32,7 @@ from .fitting import STARTS_TRIED, fit
 from .model import AUTO, INCREMENTS, MORTAR, ROCK, SCALES, SIDES
 from .records import DEFAULT, NONE, ShearTest, check_target, read_tests
 from .report import accepted_text, case_of, covariance_text, draw, file_of, props_line, report
-from .result import Fit, refusals
+from .result import BETTER, Fit, refusals
 
 NO_RESULT = 3
 """Exit code where numbers must not be used: of a fit, or of too few samples."""
@@ -47,8 +47,8 @@ PATTERNS = (SIDES, 2, 0)
 LARGEST_ERROR = 0.1
 """Largest scatter, as a fraction of the range, that is proposed to be accepted."""
 
-BETTER, AS_GOOD = 0.9, 1.05
-"""Ratio of two sums of squares below which another fit is preferred; the second one if it is a result."""
+AS_GOOD = 1.05
+"""Ratio of two sums of squares below which another fit is preferred if it is a result."""
 
 CUSTOMARY = {"flat": (1.0 / 3.0,), "kc": (20.0, 100.0, 1.0), "eta": (0.9,)}
 CUSTOMARY |= dict.fromkeys(("height", "W0", "crush"), (0.0,))
@@ -261,6 +261,9 @@ def _next(
         sums = f"{proposal[1].costs[0]:.4g} after {found.costs[0]:.4g}"
         return f"{command(proposal[0])}\n      it has a result (sum of squares {sums})"
     moving = ", ".join(place for place, _, moves in found.outliers if moves)
+    if found.bonded:
+        more = "if the joint has no bond; otherwise it needs tests beyond the peak"
+        return f"{command(given | {'joint': ROCK})}\n      {more}"
     flat = not found.problem.is_dilation.any() and not found.problem.values(found.x)["theta"]
     unshown = flat and given["sides"] is None
     unknown = ["theta"] if found.inseparable or unshown else []
@@ -331,7 +334,7 @@ def _freeing(found: Fit, given: Arguments, *names: str) -> list[Arguments]:
     free = given.get("free") or ()
     if {*names} & {*found.problem.free, *given.get("fixed", {})}:
         return []
-    form = {"joint": ROCK} if found.form == ROCK else {}
+    form = {"joint": ROCK} if found.form == ROCK and not found.bonded else {}
     return [given | form | {"free": (*free, *(names if free else (f"+{name}" for name in names)))}]
 
 

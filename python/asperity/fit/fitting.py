@@ -15,7 +15,7 @@ from ..parallel import map_in_order
 from . import model
 from .model import BOND, INCLINED, KS, MORTAR, PLAUSIBLE, ROCK, SCALES, SIDES, Problem, plausible
 from .records import LARGEST_RATIO, ShearTest, refuse
-from .result import ENOUGH, REFINE, SAME, Fit
+from .result import BETTER, ENOUGH, REFINE, SAME, Fit
 
 STEP = 1.0e-3
 """Step of the differences on the scales of the constants, relative to their ranges of the order of one.
@@ -124,7 +124,8 @@ def fit(
     found = _refined(problems[form], replace(rough[form], criteria=criteria), tick, executor)
     if form == MORTAR and ROCK in rough and _loose_bond(found):
         found = _refined(problems[ROCK], replace(rough[ROCK], criteria=criteria), tick, executor)
-    return found
+    bonded = found.form == ROCK and MORTAR in rough
+    return replace(found, bonded=bonded and rough[MORTAR].costs[0] < BETTER * rough[ROCK].costs[0])
 
 
 def _loose_bond(found: Fit) -> bool:

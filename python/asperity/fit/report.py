@@ -152,17 +152,18 @@ def slip_case(
     tractions: Iterable[float],
     slips: Sequence[float],
     direction: float = 0.0,
+    increments: int = CASE_INCREMENTS,
 ) -> str:
     """Case file of a joint that slips under each of these normal tractions."""
     held = sorted({rounded(one, 4) for one in tractions}, reverse=True)
-    several, parts = len(held) > 1, [CASE_INCREMENTS] * len(slips)
+    several, parts = len(held) > 1, [increments] * len(slips)
     slip = {"slip": [rounded(one, 6) for one in slips], "direction": direction, "increments": parts}
     return case_text(
         ("case", {"title": title}),
         ("material", {name: rounded(value, 6) for name, value in material.items()}),
         ("pattern", pattern_entries(pattern)),
         *([("sweep", {"name": "sigma_N", "values": held})] if several else []),
-        ("step", {"t_N": Word("sigma_N") if several else held[0], "increments": CASE_INCREMENTS}),
+        ("step", {"t_N": Word("sigma_N") if several else held[0], "increments": increments}),
         ("step", slip),
     )
 

@@ -21,8 +21,10 @@ DEPENDENT, DEVIATIONS = 0.3, 3.0
 standard deviations of that of independent residuals, 1/sqrt(n), up to which it counts as none.
 """
 
-SAME = 1.01
-"""Largest ratio of two sums of squares that count as the same minimum."""
+SAME, BETTER = 1.01, 0.9
+"""Ratios of two sums of squares: largest one that counts as the same minimum, and below which another fit is
+preferred.
+"""
 
 UNDETERMINED, COUPLED = 2.0, 0.99
 """A constant is not determined if its value and an end of its interval differ by more than this factor; two
@@ -68,7 +70,8 @@ class Fit:
     result: of lmfit, for the free constants on their scales.  confidence: of the intervals.  model_error:
     accepted scatter, as a fraction of the range.  costs: sums of squares from the starts, the best first.
     shift: largest change of a constant, in standard errors, if each increment is divided into REFINE.
-    form: of the joint; criteria: information criterion of each form that was tried.
+    form: of the joint; criteria: information criterion of each form that was tried.  bonded: whether a bond
+    that the tests do not determine fits better.
 
     Of these follow x (p,), the free constants on their scales, with covariance (p, p), correlation (p, p) and
     standard errors (p,); values, all constants by name; residuals (n,) and the correlation of neighbouring
@@ -84,6 +87,7 @@ class Fit:
     shift: float = np.inf
     form: str = ""
     criteria: Mapping[str, float] = field(default_factory=dict)
+    bonded: bool = False
 
     def __post_init__(self) -> None:
         """Compute what follows of the least squares."""
@@ -286,6 +290,9 @@ def doubts(found: Fit) -> Iterator[tuple[str, str]]:
         end = f"lower ({low:.3g})" if 2.0 * value < low + high else f"upper ({high:.3g})"
         text = f"{name} = {value:.4g} is at one of its bounds, {low:g} to {high:g}"
         yield f"{name} is at its {end} bound", f"{text}: its interval has no meaning"
+    if found.bonded:
+        reason = "a joint with bond fits better, but the tests do not determine its bond"
+        yield reason, f"{reason}: give --joint rock only if the joint has none"
     if found.inseparable:
         yield "mu and theta are not separated without dilation", ""
     for (a, b), one in found.coupled.items():
