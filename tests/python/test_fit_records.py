@@ -339,7 +339,7 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     (LINE, {"k_T": 0.0}, "k_T = 0: expected a finite stiffness > 0"),
     (LINE, {"k_T": 2.0}, "line 5: k_T = 2 takes 0.4 off the slip 0.4: expected more than tau/slip = 2"),
     (LINE, {"k_N": 5.0, "sigma_N_path": True}, "k_N = 5: expected no stiffness beside a prescribed"),
-    (ENVELOPE + "-1,2,1,5\n-2,1,2,5\n", {}, "line 3, column peak: 1: expected at least the residual"),
+    (ENVELOPE + "-1,2,1,5\n-2,1,2,5\n", {}, "3, column peak: 1: expected at least the residual strength, 2"),
     (ENVELOPE + "-1,2,1,-5\n", {}, "line 2, column slip: -5: expected > 0"),
     (ENVELOPE + "1,2,1,5\n", {}, "line 2, column sigma_N: 1 is tension: expected compression"),
     (ENVELOPE + "-1,2,,5\n-1,2,,5\n", {}, "record.csv: 0 rows: expected at least 1"),

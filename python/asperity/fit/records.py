@@ -379,7 +379,8 @@ def _tests(rows: DataFrame, k_T: float | None, sigma_N_path: bool, sign: float) 
     refuse(k_T or sigma_N_path, f"{name}: k_T, sigma_N_path: expected columns {', '.join(REQUIRED)}")
     each("slip", rows.slip <= 0.0, "{:g}: expected > 0")
     each("residual", rows.residual <= 0.0, "{:g}: expected > 0")
-    each("peak", rows.peak < rows.residual, "{:g}: expected at least the residual strength")
+    weak = rows.residual[rows.peak < rows.residual]
+    each("peak", weak.index, f"{{:g}}: expected at least the residual strength, {weak.iloc[:1].sum():g}")
     # the slip of the peak is not read
     return [
         ShearTest(
