@@ -181,11 +181,9 @@ contains
     character(len=:), allocatable :: message
     integer(int64) :: beyond
     integer :: given, i
-    ! entries that are integers, and those whose ratio to s_f is limited
+    ! entries that are integers
     logical, parameter :: integral(n_fixed_props) = [(prop_table(i)%scale == "whole", i=1, n_fixed_props)]
-    logical, parameter :: measured(n_fixed_props) = [(prop_table(i)%measure == "s_f", i=1, n_fixed_props)]
     integer, parameter :: whole(count(integral)) = pack([(i, i=1, n_fixed_props)], integral)
-    integer, parameter :: lengths(count(measured)) = pack([(i, i=1, n_fixed_props)], measured)
     given = min(size(props), n_fixed_props)
     fixed = defaults
     beyond = 0_int64
@@ -196,13 +194,8 @@ contains
     end do
     status = status_props
     if (beyond >= 0_int64 .and. given >= n_required_props) then
-      if (all(is_whole(fixed(whole))) .and. within(mode_ratio(fixed), stiffness_ratio_limit)) status = status_ok
-      do i = 1, size(lengths)
-        if (.not. fixed(lengths(i)) > 0.0_wp) cycle
-        if (.not. within(length_ratio(fixed(lengths(i)), fixed(p_sigma0), fixed(p_gc)), length_ratio_limit)) then
-          status = status_props
-        end if
-      end do
+      if (all(is_whole(fixed(whole)))) status = status_ok
+      call review_ratios(fixed, status, message)
     end if
     if (status /= status_ok) then
       call review_props(props, status, message)
@@ -242,14 +235,7 @@ contains
       call append(message, index_text(i, indices) // trim(prop_table(i)%name) // " = " // to_text(props(i)) // &
         ": expected " // trim(prop_table(i)%admissible))
     end do
-    if (status == status_ok) then
-      call review_ratio("sigma02^2 Gc/(sigma0^2 Gc2)", mode_ratio(fixed), stiffness_ratio_limit, status, message)
-      do i = 1, n_fixed_props
-        if (prop_table(i)%measure /= "s_f") cycle
-        call review_ratio(trim(prop_table(i)%name) // " sigma0/(2 Gc)", length_ratio(fixed(i), fixed(p_sigma0), &
-          fixed(p_gc)), length_ratio_limit, status, message)
-      end do
-    end if
+    if (status == status_ok) call review_ratios(fixed, status, message)
     if (.not. prop_admissible(p_m, fixed(p_m))) return
     if (fixed(p_m) < 0.0_wp) call review_listed(props, -int(fixed(p_m)), indices, status, message)
   end subroutine review_props
@@ -339,39 +325,37 @@ contains
     beyond = ior(beyond, iand(magnitude - least(i), ior(nonzero(i), iand(not(bits), -magnitude))))
   end function outside_prop
 
-  !> Stiffness of mode II over that of mode I, (sigma02^2/Gc2)/(sigma0^2/Gc).
-  pure function mode_ratio(fixed) result(ratio)
-    real(wp), intent(in) :: fixed(n_fixed_props)   !! PROPS, each entry admissible
+  !> Test the ratios of PROPS, each entry of which is admissible: the stiffness of mode II over that of mode I, and
+  !> lengths over s_f.
+  pure subroutine review_ratios(fixed, status, message)
+    real(wp), intent(in) :: fixed(n_fixed_props)              !! PROPS
+    integer, intent(inout) :: status                          !! -> status_props if one is not admissible
+    character(len=:), allocatable, intent(inout) :: message   !! a line for each of these is appended
+    integer :: i
     real(wp) :: ratio
+    logical, parameter :: measured(n_fixed_props) = [(prop_table(i)%measure == "s_f", i=1, n_fixed_props)]
+    integer, parameter :: lengths(count(measured)) = pack([(i, i=1, n_fixed_props)], measured)
     ratio = 1.0_wp
     if (fixed(p_sigma02) > 0.0_wp) ratio = (fixed(p_sigma02)/fixed(p_sigma0))**2
     if (fixed(p_gc2) > 0.0_wp) ratio = ratio*(fixed(p_gc)/fixed(p_gc2))
-  end function mode_ratio
+    call review_ratio("sigma02^2 Gc/(sigma0^2 Gc2)", "", ratio, stiffness_ratio_limit, status, message)
+    do i = 1, size(lengths)
+      ratio = fixed(lengths(i))*(fixed(p_sigma0)/(2.0_wp*fixed(p_gc)))
+      if (ratio > 0.0_wp) call review_ratio(prop_table(lengths(i))%name, " sigma0/(2 Gc)", ratio, &
+        length_ratio_limit, status, message)
+    end do
+  end subroutine review_ratios
 
-  !> A length over s_f; 1 if it is 0.
-  elemental function length_ratio(length, sigma0, gc) result(ratio)
-    real(wp), intent(in) :: length, sigma0, gc   !! PROPS, each admissible
-    real(wp) :: ratio
-    ratio = merge(length*(sigma0/(2.0_wp*gc)), 1.0_wp, length > 0.0_wp)
-  end function length_ratio
-
-  !> Whether a ratio is at most `limit` and at least 1/limit.
-  elemental function within(ratio, limit) result(yes)
-    real(wp), intent(in) :: ratio, limit   !! > 0
-    logical :: yes
-    yes = ratio <= limit .and. ratio*limit >= 1.0_wp
-  end function within
-
-  !> Append a line if a ratio of PROPS is not admissible.
-  pure subroutine review_ratio(name, ratio, limit, status, message)
-    character(len=*), intent(in) :: name                      !! what it is the ratio of
+  !> Test that a ratio is at most `limit` and at least 1/limit.
+  pure subroutine review_ratio(name, factor, ratio, limit, status, message)
+    character(len=*), intent(in) :: name, factor              !! what it is the ratio of: their product
     real(wp), intent(in) :: ratio, limit                      !! > 0
     integer, intent(inout) :: status                          !! -> status_props if it is not admissible
-    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
-    if (within(ratio, limit)) return
+    character(len=:), allocatable, intent(inout) :: message   !! then a line is appended
+    if (ratio <= limit .and. ratio*limit >= 1.0_wp) return
     status = status_props
-    call append(message, name // " = " // to_text(ratio) // ": expected " // to_text(1.0_wp/limit) // " to " // &
-      to_text(limit))
+    call append(message, trim(name) // factor // " = " // to_text(ratio) // ": expected " // to_text(1.0_wp/limit) // &
+      " to " // to_text(limit))
   end subroutine review_ratio
 
   !> Whether a value is admissible as number j of a listed plane (n_N, n_Tx, n_Ty, gamma).

@@ -5,6 +5,7 @@ module asperity_point_law
   use asperity_text, only: integer_text, set_text
   implicit none
   private
+  public :: name_event
 
   !> Length of a text that holds all names of events.
   integer, parameter, public :: event_length = 64
@@ -164,5 +165,15 @@ contains
     character(len=:), allocatable :: name
     call set_text(name, "state_" // integer_text(i))
   end function state_name
+
+  !> Append a name if its event happened.
+  pure subroutine name_event(event, name, happened)
+    character(len=event_length), intent(inout) :: event   !! names so far
+    character(len=*), intent(in) :: name                  !! of the event
+    logical, intent(in) :: happened                       !! false: nothing is added
+    if (.not. happened) return
+    if (len_trim(event) > 0) event = trim(event) // "+"
+    event = trim(event) // name
+  end subroutine name_event
 
 end module asperity_point_law

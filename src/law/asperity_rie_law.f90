@@ -4,12 +4,11 @@ module asperity_rie_law
   use asperity_contract, only: n_facet_statev, n_plane_statev, n_point_statev, n_statev, plane_statev, statev_row, &
     statev_table, status_ok, v_friction, v_offset, v_rupture, v_stored
   use asperity_elimination, only: eliminate
-  use asperity_events, only: events_of_planes => find_events
   use asperity_interface, only: interface_type, plane_damage, separation_bound, start_damage
   use asperity_kinds, only: wp
   use asperity_point, only: kinematics_type, plane_kinematics, update_point
-  use asperity_point_law, only: event_length, point_law
-  use asperity_strength, only: strength_of_planes => beyond_strength
+  use asperity_pattern, only: plane_normal
+  use asperity_point_law, only: event_length, name_event, point_law
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
@@ -30,6 +29,9 @@ module asperity_rie_law
     procedure :: find_events
     procedure :: state_name
   end type rie_law
+
+  !> Columns of the regime of the planes at a row.
+  integer, parameter :: in_contact = 1, is_open = 2, slides_now = 3
 
 contains
 
@@ -149,18 +151,88 @@ contains
   end function contact_opening
 
   !> In which direction prescribed tractions are beyond what the interface can carry from a state on, and how much it
-  !> carries in this direction.
+  !> carries in this direction. The direction is the zero vector if there is none.
+  !>
+  !> The traction of a plane is that of its bond plus that of its contact. In a direction that is inclined to every
+  !> contact by more than the angle of friction, no contact carries anything, and the bonds carry no more than their
+  !> strength. If the prescribed tractions exceed the sum of these strengths in one such direction, no separation
+  !> carries them.
+  !>
+  !> With viscous damage over a time, and with the guard, the bond of a plane has no such strength; the contact on a
+  !> curved facet has no such direction.
   pure subroutine beyond_strength(law, traction, spring, given, dt, state, direction, most)
-    class(rie_law), intent(in) :: law        !! the law
-    logical, intent(in) :: traction(3)       !! whether traction + spring*separation is given, or the separation
-    real(wp), intent(in) :: spring(3)        !! stiffness of a surrounding spring, stress/length
-    real(wp), intent(in) :: given(3)         !! the given values
-    real(wp), intent(in) :: dt               !! duration, time
-    real(wp), intent(in) :: state(:)         !! STATEV
-    real(wp), intent(out) :: direction(3)    !! unit vector (N, Tx, Ty), zero: none
-    real(wp), intent(out) :: most            !! largest traction in this direction, stress
-    call strength_of_planes(law%joint, traction, spring, given, dt, state, direction, most)
+    class(rie_law), intent(in) :: law              !! the law
+    logical, intent(in) :: traction(3)             !! whether traction + spring*separation is given, or the separation
+    real(wp), intent(in) :: spring(3)              !! stiffness of a surrounding spring, stress/length
+    real(wp), intent(in) :: given(3)               !! the given values
+    real(wp), intent(in) :: dt                     !! duration, time
+    real(wp), intent(in) :: state(:)               !! STATEV
+    real(wp), intent(out) :: direction(3)          !! unit vector (N, Tx, Ty)
+    real(wp), intent(out) :: most                  !! largest traction in this direction, stress
+    !> Directions to a quarter of the circle; excess that is no rounding error, relative to the strength.
+    integer, parameter :: quarter = 90, half = 2*quarter, last = 4*quarter - 1
+    real(wp), parameter :: unit = acos(-1.0_wp)/real(half, wp), rounding = 1.0e-12_wp
+    logical :: counts(3)
+    real(wp) :: d(3), excess, largest, strength
+    integer :: i, j
+
+    direction = 0.0_wp
+    most = 0.0_wp
+    associate (m => law%joint%material)
+      if (m%guard .or. m%curved .or. (m%tau_v > 0.0_wp .and. dt > 0.0_wp)) return
+    end associate
+    ! the force of a spring is not prescribed
+    counts = traction .and. .not. spring > 0.0_wp
+    largest = rounding*law%joint%material%k_n*law%joint%material%s0
+    ! angles from N and about N
+    do i = 0, half
+      do j = 0, last
+        d = [cos(unit*real(i, wp)), sin(unit*real(i, wp))*[cos(unit*real(j, wp)), sin(unit*real(j, wp))]]
+        ! sines of multiples of a right angle are rounding errors
+        where (abs(d) < epsilon(1.0_wp)) d = 0.0_wp
+        if (any(abs(d) > 0.0_wp .and. .not. counts)) cycle
+        if (.not. dot_product(d, given) > 0.0_wp) cycle
+        if (.not. free_of_contact(law%joint, d)) cycle
+        strength = bond_strength(law%joint, state, d)
+        excess = dot_product(d, given) - strength
+        if (excess <= largest) cycle
+        largest = excess
+        direction = d
+        most = strength
+      end do
+    end do
   end subroutine beyond_strength
+
+  !> Whether no contact carries a traction in a direction: it is outside every cone of friction.
+  pure function free_of_contact(joint, d) result(yes)
+    type(interface_type), intent(in) :: joint   !! the interface
+    real(wp), intent(in) :: d(3)                !! unit vector (N, Tx, Ty)
+    logical :: yes
+    real(wp) :: sine_of_friction
+    integer :: k
+    sine_of_friction = joint%material%mu/sqrt(1.0_wp + joint%material%mu**2)
+    yes = all([(dot_product(d, plane_normal(joint%pattern, k)) >= sine_of_friction, k=1, joint%pattern%n)])
+  end function free_of_contact
+
+  !> Sum of the strengths of the bonds in a direction, stress. The traction of a bond is (1 - alpha) r times a vector on
+  !> the ellipse of the strengths, and (1 - alpha) r is largest where the damage (7) begins to grow again.
+  pure function bond_strength(joint, state, d) result(strength)
+    type(interface_type), intent(in) :: joint   !! the interface
+    real(wp), intent(in) :: state(:)            !! STATEV
+    real(wp), intent(in) :: d(3)                !! unit vector (N, Tx, Ty)
+    real(wp) :: strength
+    real(wp) :: alpha(joint%pattern%n), normal
+    integer :: k
+    strength = 0.0_wp
+    alpha = plane_damage(joint, state)
+    associate (m => joint%material)
+      do k = 1, joint%pattern%n
+        normal = dot_product(d, plane_normal(joint%pattern, k))
+        strength = strength + joint%pattern%gamma(k)*(1.0_wp - alpha(k))/(1.0_wp - m%eta*alpha(k))* &
+          sqrt(m%k_n**2/m%inv_s01_2*normal**2 + m%k_t**2/m%inv_s02_2*max(0.0_wp, 1.0_wp - normal**2))
+      end do
+    end associate
+  end function bond_strength
 
   !> Append why the unstable part of a branch cannot be followed: the state at a point of a branch must not depend on
   !> time or on the length of the steps, and must be continuous.
@@ -180,15 +252,46 @@ contains
     end associate
   end subroutine explain_branch
 
-  !> Names of the events since the last row, those of its planes.
+  !> Names of the events since the last row: damage begins (onset), every plane is fully damaged (damaged), a plane in
+  !> contact opens (open), one that was open comes into contact (close), a damaged plane in contact begins to slide
+  !> (slip). The planes of a virgin point are neither in contact nor open.
   pure subroutine find_events(law, s, old, new, regime, event)
-    class(rie_law), intent(in) :: law                    !! the law
-    real(wp), intent(in) :: s(3)                         !! separation (N, Tx, Ty) of this row, length
-    real(wp), intent(in) :: old(:)                       !! STATEV of the last row
-    real(wp), intent(in) :: new(:)                       !! STATEV of this row
-    logical, allocatable, intent(inout) :: regime(:, :)  !! of the planes at the last row -> at this row
-    character(len=event_length), intent(out) :: event    !! names joined by +, blank: none
-    call events_of_planes(law%joint, s, old, new, regime, event)
+    class(rie_law), intent(in) :: law                   !! the law
+    real(wp), intent(in) :: s(3)                        !! separation (N, Tx, Ty) of this row, length
+    real(wp), intent(in) :: old(:)                      !! STATEV of the last row
+    real(wp), intent(in) :: new(:)                      !! STATEV of this row
+    logical, allocatable, intent(inout) :: regime(:, :) !! of each plane at the last row, not allocated: virgin -> here
+    character(len=event_length), intent(out) :: event   !! names joined by +, blank: none
+    logical, dimension(law%joint%pattern%n) :: contact, apart, slides
+    real(wp), dimension(law%joint%pattern%n) :: damage, was_damage
+    logical :: begins
+    type(kinematics_type) :: kinematics
+    real(wp) :: s_n
+    integer :: i, k
+
+    if (.not. allocated(regime)) allocate (regime(law%joint%pattern%n, 3), source=.false.)
+    do k = 1, law%joint%pattern%n
+      i = plane_statev(k)
+      kinematics = plane_kinematics(law%joint, k, whole_separation(s, new), new)
+      s_n = kinematics%contact(1)
+      ! a plane that just touches keeps its values
+      contact(k) = s_n < 0.0_wp .or. (regime(k, in_contact) .and. .not. s_n > 0.0_wp)
+      apart(k) = s_n > 0.0_wp .or. (regime(k, is_open) .and. .not. s_n < 0.0_wp)
+      slides(k) = contact(k) .and. new(i) > 0.0_wp .and. any(abs(new(i + 1:i + 2) - old(i + 1:i + 2)) > 0.0_wp)
+    end do
+    damage = plane_damage(law%joint, new)
+    was_damage = plane_damage(law%joint, old)
+    event = ""
+    begins = any(damage > start_damage(law%joint, 0.0_wp)) .and. &
+      .not. any(was_damage > start_damage(law%joint, 0.0_wp))
+    call name_event(event, "onset", begins)
+    call name_event(event, "damaged", all(damage >= 1.0_wp) .and. .not. all(was_damage >= 1.0_wp))
+    call name_event(event, "open", any(regime(:, in_contact) .and. .not. contact))
+    call name_event(event, "close", any(regime(:, is_open) .and. contact))
+    call name_event(event, "slip", any(slides .and. .not. regime(:, slides_now)))
+    regime(:, in_contact) = contact
+    regime(:, is_open) = apart
+    regime(:, slides_now) = slides
   end subroutine find_events
 
   !> Name of a state variable, with the number of its plane.

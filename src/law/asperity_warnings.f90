@@ -1,11 +1,10 @@
 !> Warnings about an interface whose constants are admissible but outside the law's range of validity: measures, the
 !> limits above which a user is warned, and the sentences. Driver and Python take all three from here.
 module asperity_warnings
-  use asperity_contact, only: closure_under, stiffening
   use asperity_contract, only: n_fixed_props, p_eta, p_gc, p_gc2, p_sigma0, p_sigma02, p_theta, status_ok
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
-  use asperity_material, only: largest_closure_share
+  use asperity_material, only: largest_closure_share, material_type
   use asperity_text, only: short
   implicit none
   private
@@ -216,5 +215,21 @@ contains
     if (size(props) < second) return
     yes = props(second) > 0.0_wp .and. abs(props(second) - props(first)) > 0.0_wp
   end function differs
+
+  !> Closure at which a plane has a pressure, length; beyond m%linear_from it is that of the hyperbola.
+  pure function closure_under(m, p) result(c)
+    type(material_type), intent(in) :: m    !! constants
+    real(wp), intent(in) :: p               !! pressure, >= 0, stress
+    real(wp) :: c
+    c = p/(m%k_c + p*m%inv_largest_closure)
+  end function closure_under
+
+  !> Derivative of the pressure by the closure at a closure, over k_c.
+  pure function stiffening(m, c) result(ratio)
+    type(material_type), intent(in) :: m    !! constants
+    real(wp), intent(in) :: c               !! closure, >= 0, length
+    real(wp) :: ratio
+    ratio = 1.0_wp/(1.0_wp - min(c, m%linear_from)*m%inv_largest_closure)**2
+  end function stiffening
 
 end module asperity_warnings

@@ -19,7 +19,6 @@ DOOR = {
     "asperity_checks",
     "asperity_contract",
     "asperity_elimination",
-    "asperity_events",
     "asperity_interface",
     "asperity_kinds",
     "asperity_pattern",
