@@ -5,7 +5,7 @@ T = tan(theta) is the tangent at the foot of an unworn facet.  The profile is z 
 rho = 1 - omega is the share of the profile that is not worn; omega is 0 for a virgin facet.  The unworn
 profile is z0 = H (1 - exp(-u T/H)) for u > 0 and z0 = u T for u <= 0; if H is not finite, z0 = u T for
 every u.  The separation of the facet is taken at the point of the profile at u, along the normal there and
-along the arc.  Components are (N, Tx, Ty).
+along the arc.  Components are (N, Tx, Ty).  Separations and omega may be complex (reference.py).
 """
 
 from __future__ import annotations
@@ -24,14 +24,12 @@ class Facet:
 
     local: gap g, climbed arc s_t and s_h (..., k, 3), length.
     gradient: G, derivatives of these (rows) with respect to the separation (columns), (..., k, 3, 3).
-    curvature: second derivatives of g and of s_t with respect to the separation, (..., k, 2, 3, 3), 1/length.
     height: of the profile at the point of contact, (..., k), length.
     by_omega: derivatives of (g, s_t, s_h) with respect to omega at a constant separation (..., k, 3), length.
     """
 
     local: Floats
     gradient: Floats
-    curvature: Floats
     height: Floats
     by_omega: Floats
 
@@ -44,30 +42,20 @@ def facets(frame: Floats, s: Floats, height: float, omega: Floats) -> Facet:
     axes, T = uphill_axes(frame)
     w, u, v = np.moveaxis(np.einsum("kab,...b->...ka", axes, s), -1, 0)
     rho = 1.0 - omega
-    z0, dz0, d2z0, d3z0 = profile(u, T, height)
-    z, dz, d2z, d3z = rho * z0, rho * dz0, rho * d2z0, rho * d3z0
+    z0, dz0, d2z0 = profile(u, T, height)
+    z, dz, d2z = rho * z0, rho * dz0, rho * d2z0
 
-    # tan(phi) = z'; c = cos(phi), q = sin(phi); derivatives of phi with respect to u
+    # tan(phi) = z'; c = cos(phi), q = sin(phi); derivative of phi with respect to u
     c = 1.0 / np.sqrt(1.0 + dz**2)
     q = dz * c
     dphi = d2z * c**2
-    d2phi = d3z * c**2 - 2.0 * d2z * c * q * dphi
 
     g = (w - z) * c
     s_t = arc_length(u, T, height, rho) + (w - z) * q
     f = 1.0 + (w - z) * dphi
-    f_w, f_u = dphi, -dz * dphi + (w - z) * d2phi
     zero, one = np.zeros_like(u), np.ones_like(u)
     # with respect to (w, u, v)
     gradient = _matrix([[c, -q * f, zero], [q, c * f, zero], [zero, zero, one]])
-    curvature = np.stack(
-        [
-            # f_w and the derivative of c (of q) with respect to u give the same mixed derivative
-            _matrix([[zero, -q * f_w, zero], [-q * dphi, -c * dphi * f - q * f_u, zero], [zero] * 3]),
-            _matrix([[zero, c * f_w, zero], [c * dphi, -q * dphi * f + c * f_u, zero], [zero] * 3]),
-        ],
-        axis=-3,
-    )
 
     # with dz/domega = -z0, dphi/domega = -z0' c^2
     g_omega = z0 * c + (w - z) * q * dz0 * c**2
@@ -75,7 +63,6 @@ def facets(frame: Floats, s: Floats, height: float, omega: Floats) -> Facet:
     return Facet(
         np.stack([g, s_t, v], axis=-1),
         gradient @ axes,
-        axes[:, None].swapaxes(-1, -2) @ curvature @ axes[:, None],
         z,
         np.stack([g_omega, s_t_omega, zero], axis=-1),
     )
@@ -94,19 +81,18 @@ def uphill_axes(frame: Floats) -> tuple[Floats, Floats]:
     return np.stack([N, e, frame[:, 2]], axis=1), sine / cosine
 
 
-def profile(u: Floats, T: Floats, height: float) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return z0 of an unworn facet and its first three derivatives with respect to u, each (..., k)."""
+def profile(u: Floats, T: Floats, height: float) -> tuple[Floats, Floats, Floats]:
+    """Return z0 of an unworn facet and its first two derivatives with respect to u, each (..., k)."""
     zero = np.zeros_like(u)
     if height == 0.0:
-        return u * T, T + zero, zero, zero
-    climbs = u > 0.0
+        return u * T, T + zero, zero
+    climbs = u.real > 0.0
     rate = T / height
     decay = np.exp(-np.where(climbs, u, 0.0) * rate)
     return (
         np.where(climbs, -height * np.expm1(-u * np.where(climbs, rate, 0.0)), u * T),
         T * decay,
         np.where(climbs, -rate * T * decay, 0.0),
-        np.where(climbs, rate**2 * T * decay, 0.0),
     )
 
 
@@ -123,8 +109,8 @@ def arc_length(u: Floats, T: Floats, height: float, rho: Floats) -> Floats:
         return u * r0
     foot = rho * T  # slope at u = 0
     r1, rise = _rise(u, T, height, rho)
-    turn = np.log1p(foot * rise / (1.0 + r1)) / np.where(foot > 0.0, foot, 1.0)
-    return np.where(u > 0.0, u + height * rho * (rise - turn), u * r0)
+    turn = np.log1p(foot * rise / (1.0 + r1)) / np.where(foot.real > 0.0, foot, 1.0)
+    return np.where(u.real > 0.0, u + height * rho * (rise - turn), u * r0)
 
 
 def arc_length_by_rho(u: Floats, T: Floats, height: float, rho: Floats) -> Floats:
@@ -135,19 +121,19 @@ def arc_length_by_rho(u: Floats, T: Floats, height: float, rho: Floats) -> Float
     straight = u * rho * T**2 / np.sqrt(1.0 + (rho * T) ** 2)
     if height == 0.0:
         return straight
-    return np.where(u > 0.0, height * _rise(u, T, height, rho)[1], straight)
+    return np.where(u.real > 0.0, height * _rise(u, T, height, rho)[1], straight)
 
 
 def _rise(u: Floats, T: Floats, height: float, rho: Floats) -> tuple[Floats, Floats]:
     """Return r1 = sqrt(1 + z'(u)^2) and (r0 - r1)/(rho T) with r0 = sqrt(1 + (rho T)^2), for u > 0."""
-    m = np.where(u > 0.0, u, 0.0) * T / height
+    m = np.where(u.real > 0.0, u, 0.0) * T / height
     r0, r1 = np.sqrt(1.0 + (rho * T) ** 2), np.sqrt(1.0 + (rho * T * np.exp(-m)) ** 2)
     return r1, -rho * T * np.expm1(-2.0 * m) / (r0 + r1)
 
 
 def _matrix(rows: list[list[Floats]]) -> Floats:
     """Return the matrix (..., 3, 3) with the fields (...) as its entries."""
-    out = np.empty((*rows[0][0].shape, 3, 3), rows[0][0].dtype)
+    out = np.empty((*rows[0][0].shape, 3, 3), rows[0][1].dtype)
     for i, row in enumerate(rows):
         for j, entry in enumerate(row):
             out[..., i, j] = entry

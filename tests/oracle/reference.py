@@ -206,54 +206,40 @@ def update(
     guard uses the mean of the energy release Y at the start and at the end.
     """
     gamma = pattern[1]
-    frame = frames(pattern[0])
     s = np.asarray(s, dtype=float)
     lead = s.shape[:-1]
     blank = virgin(pattern, parameters.wears)
     state = np.broadcast_to(blank if state is None else state, (*lead, len(blank)))
     s_old = np.broadcast_to(np.zeros(3) if s_old is None else s_old, s.shape)
-    offset = state[..., 5:8]
-    alpha_old, slip_old = _histories(parameters, state, len(gamma))
-    omega_old, work_old = _wear_histories(state, len(gamma))
-
-    start = _start(parameters, frame, s_old + offset, state)
-    omega, pressed = _omega(parameters, frame, s + offset, start)
-    kinematics = s_new, contact, facet = _kinematics(parameters, frame, s + offset, omega)
-
-    returned = tau_d, slip, _, branch = _friction(parameters, contact, slip_old)
-    release = _release_rate(parameters, start.straight, start.contact, slip_old)
-    release = release + _release_rate(parameters, s_new, contact, slip)
-    alpha, slope = _damage(parameters, s_new, alpha_old, dt)
-    if parameters.guard:
-        gives_back = release < -_rounding(parameters, start.straight, s_new)
-        alpha = np.where(gives_back, alpha_old, alpha)
-        slope = np.where(gives_back[..., None], 0.0, slope)
-    damage = alpha, slope
-    traction, tangent = _assemble(parameters, frame, gamma, kinematics, damage, returned)
-    if pressed.any():
-        whole = s + offset, omega, alpha, slip_old
-        tangent = tangent + _crushing_tangent(parameters, frame, gamma, *whole, pressed)
+    start = _start(parameters, pattern, s_old, state)
+    end = _end(parameters, start, s, dt)
+    step = IMAGINARY * parameters.s0
+    shifted = (_end(parameters, start, s + 1j * step * axis, dt, end.omega) for axis in np.eye(3))
+    tangent = np.stack([one.traction.imag / step for one in shifted], axis=-1)
 
     # Energies per unit area; the start of the increment is evaluated from the given state.
-    strength_before = parameters.mu * alpha_old * _pressure(parameters, start.contact)
-    strength = parameters.mu * alpha * _pressure(parameters, contact)
-    friction = 0.5 * (strength_before + strength) * np.linalg.norm(slip - slip_old, axis=-1)
-    drive = _driving_force(parameters, facet, alpha, tau_d)
-    wear = 0.5 * (np.maximum(start.drive, 0.0) + np.maximum(drive, 0.0)) * (omega - omega_old)
+    alpha, slip = end.alpha, end.slip
+    strength_before = parameters.mu * start.alpha * _pressure(parameters, start.contact)
+    strength = parameters.mu * alpha * _pressure(parameters, end.contact)
+    friction = 0.5 * (strength_before + strength) * np.linalg.norm(slip - start.slip, axis=-1)
+    drive = _driving_force(parameters, end.facet, alpha, end.tau_d)
+    omega_old, work_old = _wear_histories(state, len(gamma))
+    wear = 0.5 * (np.maximum(start.drive, 0.0) + np.maximum(drive, 0.0)) * (end.omega - omega_old)
     work = work_old + np.where(drive > 0.0, friction, 0.0)
 
-    out = np.empty(state.shape, traction.dtype)
+    out = np.empty(state.shape)
     out[..., 0] = (gamma * alpha).sum(-1)
-    out[..., 1] = (gamma * _stored(parameters, s_new, contact, alpha, slip)).sum(-1)
-    out[..., 2] = state[..., 2] + (gamma * 0.5 * release * (alpha - alpha_old)).sum(-1)
+    out[..., 1] = (gamma * _stored(parameters, end.straight, end.contact, alpha, slip)).sum(-1)
+    out[..., 2] = state[..., 2] + (gamma * 0.5 * end.release * (alpha - start.alpha)).sum(-1)
     out[..., 3] = state[..., 3] + (gamma * (friction + wear)).sum(-1)
     out[..., 4] = 1.0
-    out[..., 5:8] = offset
-    entries = [np.concatenate([alpha[..., None], slip], axis=-1)]
+    out[..., 5:8] = start.offset
+    planes = np.concatenate([alpha[..., None], slip], axis=-1)
+    out[..., HEADER : HEADER + PER_PLANE * len(gamma)] = planes.reshape(*lead, PER_PLANE * len(gamma))
     if parameters.wears:
-        entries.append(np.stack([omega, work], axis=-1))
-    out[..., HEADER:] = np.concatenate([entry.reshape(*lead, -1) for entry in entries], axis=-1)
-    return Response(traction, out, tangent, branch, alpha > alpha_old)
+        worn = np.stack([end.omega, work], axis=-1)
+        out[..., HEADER + PER_PLANE * len(gamma) :] = worn.reshape(*lead, PER_FACET * len(gamma))
+    return Response(end.traction, out, tangent, end.branch, alpha > start.alpha)
 
 
 def replay(
@@ -290,15 +276,111 @@ def _wear_histories(state: Floats, count: int) -> tuple[Floats, Floats]:
     return worn[..., 0], worn[..., 1]
 
 
+# What follows takes complex separations, too: an imaginary part that is too small for its square leads to the
+# derivative of every result, exact but for rounding.  Real parts decide between branches.
+
+IMAGINARY = 1.0e-30
+"""Imaginary part, relative to s0 or to 1."""
+
+
+def _positive(x: Floats) -> Floats:
+    """The larger one of x and zero."""
+    return np.where(x.real > 0.0, x, 0.0)
+
+
+def _size(x: Floats) -> Floats:
+    """Length of vectors (..., n)."""
+    return np.sqrt((x * x).sum(-1))
+
+
+@dataclass(frozen=True)
+class _Start:
+    """Start of an increment: the planes, their histories, separations, friction traction and driving force.
+
+    omega: of the frictional work so far; crushable: whether the pressure may crush a facet in the increment.
+    """
+
+    frame: Floats
+    gamma: Floats
+    offset: Floats
+    alpha: Floats
+    slip: Floats
+    straight: Floats
+    contact: Floats
+    drive: Floats
+    omega: Floats
+    crushable: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class _End:
+    """End of an increment: what the law makes of a separation.  release: the sum of Y at both ends."""
+
+    straight: Floats
+    contact: Floats
+    facet: Facet | None
+    omega: Floats
+    alpha: Floats
+    tau_d: Floats
+    slip: Floats
+    branch: NDArray[np.int8]
+    release: Floats
+    traction: Floats
+
+
+def _start(parameters: Parameters, pattern: Pattern, s_old: Floats, state: Floats) -> _Start:
+    """Start of an increment at s_old (..., 3); wear by work is known there already."""
+    frame, offset = frames(pattern[0]), state[..., 5:8]
+    alpha, slip = _histories(parameters, state, len(frame))
+    omega, work = _wear_histories(state, len(frame))
+    straight, contact, facet = _kinematics(parameters, frame, s_old + offset, omega)
+    tau_d = parameters.Kt * (contact[..., 1:] - slip)
+    drive = _driving_force(parameters, facet, alpha, tau_d)
+    if parameters.W0 > 0.0:
+        omega = np.where(drive > 0.0, np.maximum(omega, -np.expm1(-work / parameters.W0)), omega)
+    # a damaged facet must have been climbed, and its wear must open the contact
+    crushable = np.broadcast_to(frame[:, 1, 0] / frame[:, 0, 0] > PARALLEL, alpha.shape)
+    if facet is not None:
+        climbed = (facet.height > 0.0) & (facet.by_omega[..., 0] >= 0.0)
+        crushable = crushable & (climbed | (alpha == 0.0))
+    return _Start(frame, pattern[1], offset, alpha, slip, straight, contact, drive, omega, crushable)
+
+
+def _end(parameters: Parameters, start: _Start, s: Floats, dt: float, known: Floats | None = None) -> _End:
+    """End of an increment to the separation s (..., 3), (22)-(39).  known: worn shares at its real part."""
+    s = s + start.offset
+    omega = _omega(parameters, start, s, known)
+    straight, contact, facet = _kinematics(parameters, start.frame, s, omega)
+    tau_d, slip, branch = _friction(parameters, contact, start.slip)
+    release = _release_rate(parameters, start.straight, start.contact, start.slip)
+    release = release + _release_rate(parameters, straight, contact, slip)
+    alpha = _damage(parameters, straight, start.alpha, dt)
+    if parameters.guard:
+        gives_back = release.real < -_rounding(parameters, start.straight, straight.real)
+        alpha = np.where(gives_back, start.alpha, alpha)
+
+    # local tractions of the undamaged part (11) and of the damaged part (13), (23), weighted by (22)
+    normal = parameters.Kn * _positive(straight[..., 0]) - _pressure(parameters, straight)
+    undamaged = np.concatenate([normal[..., None], parameters.Kt * straight[..., 1:]], axis=-1)
+    damaged = np.concatenate([-_pressure(parameters, contact)[..., None], tau_d], axis=-1)
+    undamaged, damaged = (1.0 - alpha)[..., None] * undamaged, alpha[..., None] * damaged
+    if facet is None:
+        traction = np.einsum("k,kab,...ka->...b", start.gamma, start.frame, undamaged + damaged)
+    else:
+        traction = np.einsum("k,kab,...ka->...b", start.gamma, start.frame, undamaged)
+        traction = traction + np.einsum("k,...kab,...ka->...b", start.gamma, facet.gradient, damaged)
+    return _End(straight, contact, facet, omega, alpha, tau_d, slip, branch, release, traction)
+
+
 def _kinematics(
     parameters: Parameters, frame: Floats, s: Floats, omega: Floats
 ) -> tuple[Floats, Floats, Facet | None]:
-    """Components (..., k, 3) of a separation s (..., 3) on the straight planes and on their facets.
+    """Components (..., k, 3) of a separation s (..., 3) on the straight planes, (2), and on their facets.
 
     Bond and damage take the first, contact and friction the second.  Without height and wear the facet is the
     plane itself (None).
     """
-    straight = _resolve(frame, s)
+    straight = np.einsum("kab,...b->...ka", frame, s)
     if not parameters.curved:
         return straight, straight, None
     facet = facets(frame, s, parameters.height, omega)
@@ -314,107 +396,38 @@ def _driving_force(parameters: Parameters, facet: Facet | None, alpha: Floats, t
 
 
 def _crushed(parameters: Parameters, p: Floats) -> Floats:
-    """Share 1 - log(1 + x)/x of a facet that the pressure p = x crush crushes; 0 without crushing."""
-    if parameters.crush == 0.0:
-        return np.zeros_like(p)
+    """Share 1 - log(1 + x)/x of a facet that the pressure p = x crush crushes."""
     x = p / parameters.crush
     series = sum((-1.0) ** n * x**n / (n + 1.0) for n in range(9, 0, -1))
-    return np.where(x > 1e-2, 1.0 - np.log1p(x) / np.where(x > 0.0, x, 1.0), -series)
+    return np.where(x.real > 1e-2, 1.0 - np.log1p(x) / np.where(x.real > 0.0, x, 1.0), -series)
 
 
-def _omega(
-    parameters: Parameters, frame: Floats, s: Floats, start: _Start
-) -> tuple[Floats, NDArray[np.bool_]]:
-    """Worn share (..., k) of the facets after an increment to s, and whether the pressure there sets it.
+def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | None) -> Floats:
+    """Worn share (..., k) of the facets after an increment to s, the offset included.
 
-    The pressure of a facet and the share that it crushes belong together; bisection finds them.  A flank
-    below its foot is not crushed.
+    The pressure of a facet and the share that it crushes belong together; bisection finds them, and a step of
+    Newton's method their derivative.  A flank below its foot is not crushed.
     """
     if parameters.crush == 0.0:
-        return start.omega, np.zeros(start.omega.shape, bool)
+        return start.omega
 
-    def missing(omega: Floats) -> Floats:
-        contact = _kinematics(parameters, frame, s, omega)[1]
+    def missing(s: Floats, omega: Floats) -> Floats:
+        contact = _kinematics(parameters, start.frame, s, omega)[1]
         return _crushed(parameters, _pressure(parameters, contact)) - omega
 
-    low, high = np.zeros_like(start.omega), np.ones_like(start.omega)
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        more = missing(middle) > 0.0
-        low, high = np.where(more, middle, low), np.where(more, high, middle)
-    axes, _ = uphill_axes(frame)
-    above = np.einsum("ka,...a->...k", axes[:, 1], s) >= 0.0
-    pressed = start.crushable & above & (low > start.omega)
-    return np.where(pressed, low, start.omega), pressed
-
-
-def _crushing_tangent(
-    parameters: Parameters,
-    frame: Floats,
-    gamma: Floats,
-    s: Floats,
-    omega: Floats,
-    alpha: Floats,
-    slip_old: Floats,
-    pressed: NDArray[np.bool_],
-) -> Floats:
-    """Derivative (..., 3, 3) of the traction by the separation through the shares that its pressure crushes.
-
-    The traction is differentiated by omega with central differences, the pressure on the left of zero.
-    """
-    _, contact, facet = _kinematics(parameters, frame, s, omega)
-    p, step = _pressure(parameters, contact), 1e-6
-    by_gap = (_crushed(parameters, p * (1 + step)) - _crushed(parameters, p * (1 - step))) / np.where(
-        p > 0.0, 2.0 * step * p, 1.0
-    )
-    by_gap = by_gap * _stiffness(parameters, contact)
-    rate = np.where(pressed, -by_gap / (1.0 + by_gap * facet.by_omega[..., 0]), 0.0)
-
-    def tractions(omega: Floats) -> Floats:
-        _, contact, facet = _kinematics(parameters, frame, s, omega)
-        tau_d = _friction(parameters, contact, slip_old)[0]
-        sigma = np.concatenate([-_pressure(parameters, contact)[..., None], tau_d], axis=-1)
-        return np.einsum("...kab,...ka->...kb", facet.gradient, alpha[..., None] * sigma)
-
-    # a step that is small beside the gap and the elastic slip
-    length = np.abs(contact[..., 0]) + np.linalg.norm(contact[..., 1:] - slip_old, axis=-1)
-    size = np.abs(facet.by_omega).max(axis=-1)
-    step = 1e-5 * np.where(size > 0.0, length / np.where(size > 0.0, size, 1.0), 0.0) + 1e-12
-    slope = (tractions(omega + step) - tractions(omega - step)) / (2.0 * step)[..., None]
-    return np.einsum("k,...ka,...k,...kb->...ab", gamma, slope, rate, facet.gradient[..., 0, :])
-
-
-@dataclass(frozen=True)
-class _Start:
-    """Start of an increment: separations and facets there, friction traction, driving force.
-
-    omega: of the frictional work so far; crushable: whether the pressure may crush a facet in the increment.
-    """
-
-    straight: Floats
-    contact: Floats
-    facet: Facet | None
-    tau_d: Floats
-    drive: Floats
-    omega: Floats
-    crushable: NDArray[np.bool_]
-
-
-def _start(parameters: Parameters, frame: Floats, s_old: Floats, state: Floats) -> _Start:
-    """Start of an increment at s_old (..., 3), the offset included; wear by work is known there already."""
-    alpha, slip = _histories(parameters, state, len(frame))
-    omega, work = _wear_histories(state, len(frame))
-    straight, contact, facet = _kinematics(parameters, frame, s_old, omega)
-    tau_d = parameters.Kt * (contact[..., 1:] - slip)
-    drive = _driving_force(parameters, facet, alpha, tau_d)
-    if parameters.W0 > 0.0:
-        omega = np.where(drive > 0.0, np.maximum(omega, -np.expm1(-work / parameters.W0)), omega)
-    # a damaged facet must have been climbed, and its wear must open the contact
-    crushable = np.broadcast_to(frame[:, 1, 0] / frame[:, 0, 0] > PARALLEL, alpha.shape)
-    if facet is not None:
-        climbed = (facet.height > 0.0) & (facet.by_omega[..., 0] >= 0.0)
-        crushable = crushable & (climbed | (alpha == 0.0))
-    return _Start(straight, contact, facet, tau_d, drive, omega, crushable)
+    if known is None:
+        low, high = np.zeros_like(start.omega), np.ones_like(start.omega)
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            more = missing(s.real, middle) > 0.0
+            low, high = np.where(more, middle, low), np.where(more, high, middle)
+        axes, _ = uphill_axes(start.frame)
+        above = np.einsum("ka,...a->...k", axes[:, 1], s.real) >= 0.0
+        known = np.where(start.crushable & above, np.maximum(low, start.omega), start.omega)
+    if not np.iscomplexobj(s):
+        return known
+    slope = missing(s.real, known + 1j * IMAGINARY).imag / IMAGINARY
+    return known - np.where(known > start.omega, 1j * missing(s, known).imag / slope, 0.0)
 
 
 def _rounding(parameters: Parameters, s_before: Floats, s_new: Floats) -> Floats:
@@ -422,190 +435,96 @@ def _rounding(parameters: Parameters, s_before: Floats, s_new: Floats) -> Floats
     closed = np.maximum(_stiffness(parameters, s_before), _stiffness(parameters, s_new))
     normal = np.maximum(parameters.Kn, closed) * (s_before[..., 0] ** 2 + s_new[..., 0] ** 2)
     size = normal + parameters.Kt * (s_before[..., 1:] ** 2 + s_new[..., 1:] ** 2).sum(-1)
-    return GUARD_ROUNDINGS * np.finfo(size.dtype).eps * size
+    return GUARD_ROUNDINGS * np.finfo(float).eps * size
 
 
-def _resolve(frame: Floats, s: Floats) -> Floats:
-    """Components (..., k, 3) along n, t, h of every plane of the one separation (..., 3), (2)."""
-    return np.einsum("kab,...b->...ka", frame, s)
-
-
-def _traction(
-    frame: Floats, gamma: Floats, alpha: Floats, undamaged: Floats, damaged: Floats, facet: Facet | None
-) -> Floats:
-    """Traction (..., 3) of the interface from the local tractions of bond and contact, (3), (22)."""
-    undamaged, damaged = (1.0 - alpha)[..., None] * undamaged, alpha[..., None] * damaged
-    if facet is None:
-        return np.einsum("k,kab,...ka->...b", gamma, frame, undamaged + damaged)
-    straight = np.einsum("k,kab,...ka->...b", gamma, frame, undamaged)
-    return straight + np.einsum("k,...kab,...ka->...b", gamma, facet.gradient, damaged)
-
-
-def _assemble(
-    parameters: Parameters,
-    frame: Floats,
-    gamma: Floats,
-    kinematics: tuple[Floats, Floats, Facet | None],
-    damage: tuple[Floats, Floats],
-    friction: tuple[Floats, Floats, Floats, NDArray[np.int8]],
-) -> tuple[Floats, Floats]:
-    """Traction (..., 3) and tangent (..., 3, 3) from the local separations, damage and friction."""
-    s, contact, facet = kinematics
-    alpha, damage_slope = damage
-    tau_d, _, trial, branch = friction
-    undamaged, damaged = _parts(parameters, s, contact, tau_d)
-    traction = _traction(frame, gamma, alpha, undamaged, damaged, facet)
-    Q, Q_T = frame, frame.transpose(0, 2, 1)
-    if facet is None:
-        local = _tangent(parameters, s, alpha, trial, branch)
-        local = local + (damaged - undamaged)[..., :, None] * damage_slope[..., None, :]
-        return traction, (gamma[:, None, None] * Q_T @ local @ Q).sum(-3)
-    none, all_ = np.zeros_like(alpha), np.ones_like(alpha)
-    share = alpha[..., None, None]
-    D_u = _tangent(parameters, s, none, trial, np.where(s[..., 0] > 0.0, OPEN, STICK))
-    D_d = _tangent(parameters, contact, all_, trial, branch)
-    G, G_T = facet.gradient, np.swapaxes(facet.gradient, -1, -2)
-    of_geometry = np.einsum("...i,...iab->...ab", damaged[..., :2], facet.curvature)
-    change = np.einsum("...ab,...a->...b", G, damaged) - np.einsum("kab,...ka->...kb", Q, undamaged)
-    of_damage = change[..., :, None] * np.einsum("kab,...ka->...kb", Q, damage_slope)[..., None, :]
-    plane = (1.0 - share) * (Q_T @ D_u @ Q) + share * (G_T @ D_d @ G + of_geometry) + of_damage
-    return traction, (gamma[:, None, None] * plane).sum(-3)
-
-
-def _damage(parameters: Parameters, s: Floats, alpha_old: Floats, dt: float = 0.0) -> tuple[Floats, Floats]:
-    """Damage of every plane by (24), (25), and its derivative with respect to the local separation.
+def _damage(parameters: Parameters, s: Floats, alpha_old: Floats, dt: float) -> Floats:
+    """Damage of every plane by (24), (25).
 
     With tau_v > 0 the damage solves tau_v (alpha - alpha_old) = dt (target - alpha), where target is the
     damage of (7) without its history; the damage is never below alpha_old.
     """
-    opening = np.maximum(s[..., 0], 0.0)
-    scaled = np.stack(
-        [opening / parameters.s0**2, s[..., 1] / parameters.s02**2, s[..., 2] / parameters.s02**2], axis=-1
-    )
-    r = np.sqrt(scaled[..., 0] * opening + (scaled[..., 1:] * s[..., 1:]).sum(-1))  # 1 + beta, (6)
-    beyond = np.maximum(r, 1.0)  # for beta < 0 the damage keeps its old value
+    opening = _positive(s[..., 0]) / parameters.s0
+    r = _size(np.concatenate([opening[..., None], s[..., 1:] / parameters.s02], axis=-1))  # 1 + beta, (6)
+    beyond = np.where(r.real > 1.0, r, 1.0)  # for beta < 0 the damage keeps its old value
     target = (beyond - 1.0) / beyond / parameters.eta
-    slope = np.where(target < 1.0, 1.0 / (parameters.eta * beyond**3), 0.0)
-    reached, share = np.minimum(1.0, target), 1.0
+    target = reached = np.where(target.real < 1.0, target, 1.0)
     if parameters.tau_v > 0.0:
-        share = dt / (parameters.tau_v + dt)
-        reached = (parameters.tau_v * alpha_old + dt * reached) / (parameters.tau_v + dt)
+        reached = (parameters.tau_v * alpha_old + dt * target) / (parameters.tau_v + dt)
     # damage grows only if it was below the target by more than rounding
-    growing = (np.minimum(1.0, target) > alpha_old) & (share > 0.0)
-    alpha = np.where(growing, np.maximum(alpha_old, reached), alpha_old)
-    slope = np.where(growing, share * slope, 0.0)
-    return alpha, slope[..., None] * scaled
+    growing = (target.real > alpha_old) & (reached.real > alpha_old)
+    return np.where(growing, reached, alpha_old)
 
 
 def _friction(
     parameters: Parameters, s: Floats, slip_old: Floats
-) -> tuple[Floats, Floats, Floats, NDArray[np.int8]]:
-    """Return mapping (30)-(39) of every plane: friction traction tau_d, slip s_di, trial traction, branch."""
+) -> tuple[Floats, Floats, NDArray[np.int8]]:
+    """Return mapping (30)-(39) of every plane: friction traction tau_d, slip s_di, branch."""
     trial = parameters.Kt * (s[..., 1:] - slip_old)
-    size = np.linalg.norm(trial, axis=-1)
+    size = _size(trial)
     strength = parameters.mu * _pressure(parameters, s)
-    sticks = size <= strength
+    sticks = size.real <= strength.real
     scale = np.where(sticks, 1.0, strength / np.where(sticks, 1.0, size))
     tau_d = scale[..., None] * trial
     slip = np.where(sticks[..., None], slip_old, s[..., 1:] - tau_d / parameters.Kt)
-    branch = np.where(s[..., 0] > 0.0, OPEN, np.where(sticks, STICK, SLIP)).astype(np.int8)
-    return tau_d, slip, trial, branch
+    branch = np.where(s[..., 0].real > 0.0, OPEN, np.where(sticks, STICK, SLIP)).astype(np.int8)
+    return tau_d, slip, branch
+
+
+def _closure(parameters: Parameters, s: Floats) -> tuple[Floats, Floats]:
+    """Closure (..., k) of contacts, and its part up to MOST_CLOSED of the largest one."""
+    c = _positive(-s[..., 0])
+    most = MOST_CLOSED * parameters.closure
+    return c, np.where(c.real < most, c, most)
 
 
 def _pressure(parameters: Parameters, s: Floats) -> Floats:
     """Contact pressure p >= 0 of the damaged part, from (13): -kc Kn min(s_n, 0), or Bandis' hyperbola."""
-    c = np.maximum(-s[..., 0], 0.0)
+    c, bend = _closure(parameters, s)
     if parameters.closure == 0.0:
         return parameters.kc * parameters.Kn * c
     Vm = parameters.closure
-    bend = np.minimum(c, MOST_CLOSED * Vm)
     return parameters.kc * parameters.Kn * bend * Vm / (Vm - bend) + _stiffness(parameters, s) * (c - bend)
 
 
 def _stiffness(parameters: Parameters, s: Floats) -> Floats:
     """Derivative of the contact pressure with respect to the closure; beyond MOST_CLOSED it is constant."""
-    c = np.maximum(-s[..., 0], 0.0)
-    closing = np.full(c.shape, parameters.kc * parameters.Kn, c.dtype)
+    c, bend = _closure(parameters, s)
     if parameters.closure == 0.0:
-        return closing
-    Vm = parameters.closure
-    return closing * (Vm / (Vm - np.minimum(c, MOST_CLOSED * Vm))) ** 2
-
-
-def _parts(parameters: Parameters, s: Floats, contact: Floats, tau_d: Floats) -> tuple[Floats, Floats]:
-    """Local tractions of the undamaged part (11) and of the damaged part (13), (23)."""
-    normal = parameters.Kn * np.maximum(s[..., 0], 0.0) - _pressure(parameters, s)
-    undamaged = np.concatenate([normal[..., None], parameters.Kt * s[..., 1:]], axis=-1)
-    damaged = np.concatenate([-_pressure(parameters, contact)[..., None], tau_d], axis=-1)
-    return undamaged, damaged
-
-
-def _tangent(
-    parameters: Parameters, s: Floats, alpha: Floats, trial: Floats, branch: NDArray[np.int8]
-) -> Floats:
-    """Derivative (..., k, 3, 3) of the local traction (22) at constant damage, consistent with (30)-(39).
-
-    At s_n = 0 this is the derivative for closing, except that slip there has no coupling to s_n.
-    """
-    closing = _stiffness(parameters, s)
-    out = np.zeros((*alpha.shape, 3, 3))
-    open_ = branch == OPEN
-    out[..., 0, 0] = np.where(open_, (1.0 - alpha) * parameters.Kn, closing)
-    eye = np.eye(2)
-    size = np.linalg.norm(trial, axis=-1)
-    slips = branch == SLIP
-    m = trial / np.where(slips, size, 1.0)[..., None]
-    sliding = parameters.mu * _pressure(parameters, s) / np.where(slips, size, 1.0)
-    across = eye - m[..., :, None] * m[..., None, :]
-    friction = np.where(
-        slips[..., None, None],
-        sliding[..., None, None] * across,
-        np.where(open_, 0.0, 1.0)[..., None, None] * eye,
-    )
-    share = alpha[..., None, None]
-    out[..., 1:, 1:] = parameters.Kt * ((1.0 - share) * eye + share * friction)
-    coupled = slips & (s[..., 0] < 0.0)
-    out[..., 1:, 0] = np.where(coupled, -alpha * parameters.mu * closing, 0.0)[..., None] * m
-    return out
+        return np.full(c.shape, parameters.kc * parameters.Kn)
+    return parameters.kc * parameters.Kn * (parameters.closure / (parameters.closure - bend)) ** 2
 
 
 def _release_rate(parameters: Parameters, s: Floats, contact: Floats, slip: Floats) -> Floats:
     """Energy Y released per unit growth of damage: stored energy of the undamaged less the damaged part."""
     whole = (s[..., 1:] ** 2).sum(-1)
     elastic = ((contact[..., 1:] - slip) ** 2).sum(-1)
-    opening = 0.5 * parameters.Kn * np.maximum(s[..., 0], 0.0) ** 2
+    opening = 0.5 * parameters.Kn * _positive(s[..., 0]) ** 2
     closing = _closing(parameters, s) - _closing(parameters, contact)
     return opening + 0.5 * parameters.Kt * (whole - elastic) + closing
 
 
 def _stored(parameters: Parameters, s: Floats, contact: Floats, alpha: Floats, slip: Floats) -> Floats:
     """Stored energy psi of every plane, the potential of (11) and (16) weighted as in (4)."""
-    opening = 0.5 * parameters.Kn * np.maximum(s[..., 0], 0.0) ** 2
-    whole = 0.5 * parameters.Kt * (s[..., 1:] ** 2).sum(-1)
     elastic = 0.5 * parameters.Kt * ((contact[..., 1:] - slip) ** 2).sum(-1)
-    undamaged = opening + _closing(parameters, s) + whole
-    return (1.0 - alpha) * undamaged + alpha * (_closing(parameters, contact) + elastic)
+    damaged = _closing(parameters, contact) + elastic
+    undamaged = damaged + _release_rate(parameters, s, contact, slip)
+    return (1.0 - alpha) * undamaged + alpha * damaged
 
 
 def _closing(parameters: Parameters, s: Floats) -> Floats:
     """Energy stored in a closed contact: the integral of its pressure."""
-    c = np.maximum(-s[..., 0], 0.0)
+    c, bend = _closure(parameters, s)
     if parameters.closure == 0.0:
         return 0.5 * parameters.kc * parameters.Kn * c**2
     Vm = parameters.closure
-    bend = np.minimum(c, MOST_CLOSED * Vm)
     x = bend / Vm
     # -x - log(1 - x), by its series where the terms would cancel
     series = sum(x**n / n for n in range(2, 40))
-    integral = np.where(x < 0.2, series, -x - np.log1p(-x))
-    beyond = c - bend
-    edge = np.zeros_like(s)
-    edge[..., 0] = -bend
-    return (
-        parameters.kc * parameters.Kn * Vm**2 * integral
-        + _pressure(parameters, edge) * beyond
-        + 0.5 * _stiffness(parameters, s) * beyond**2
-    )
+    integral = np.where(x.real < 0.2, series, -x - np.log1p(-x))
+    edge = bend * Vm / (Vm - bend)
+    hyperbola = parameters.kc * parameters.Kn * (Vm**2 * integral + edge * (c - bend))
+    return hyperbola + 0.5 * _stiffness(parameters, s) * (c - bend) ** 2
 
 
 # --- slip under a constant normal traction -------------------------------
@@ -683,8 +602,10 @@ class _HeldPoint:
 
     def _normal(self, s: Floats, lanes: NDArray[np.intp] | int) -> tuple[Floats, Floats]:
         """Normal traction (...) and its slope dt_N/ds_N at trial separations (..., 3) of lanes."""
-        answer = update(self.parameters, self.pattern, s, self.state[lanes], self.s[lanes])
-        return answer.traction[..., 0], answer.tangent[..., 0, 0]
+        start = _start(self.parameters, self.pattern, self.s[lanes], self.state[lanes])
+        step = 1j * IMAGINARY * self.parameters.s0
+        traction = _end(self.parameters, start, s + np.array([step, 0.0, 0.0]), 0.0).traction[..., 0]
+        return traction.real, traction.imag / step.imag
 
     def _tolerance(self, sigma_N: Floats) -> Floats:
         return TOLERANCE * (self.parameters.sigma0 + np.abs(sigma_N))

@@ -68,6 +68,9 @@ def test_bad_props(routine: Routine, kind: type) -> None:
         call = virgin(routine, kind, 3)
         call.props = call.props[:n].copy()
         rejected(call, routine, FEW_PROPS, f"{n}: expected at least 4")
+    call = virgin(routine, kind, 3)
+    call.props = np.array([-1.0], dtype=kind)
+    rejected(call, routine, BAD_PROPS, "sigma0 = -1")
 
 
 @ADAPTERS
