@@ -17,7 +17,7 @@ module case_run
   use asperity_warnings, only: increment_text, m_tension, measures, n_measures, warned, warning_text
   use driver_output, only: close_file, create_file, exit_input, exit_ok, exit_solve, say, without, write_line, &
     write_report
-  use history, only: add_row, close_history, history_type, open_history, start_from
+  use history, only: add_row, history_type, open_history, start_from
   use progress_line, only: clear_progress, progress_type, show_progress, start_progress
   use replay, only: run_replay, strains_type
   implicit none
@@ -44,8 +44,8 @@ contains
     type(history_type) :: table
     type(progress_type) :: progress
     type(run_type) :: run
-    character(len=:), allocatable :: failure, text, why
-    logical :: broken, keeps
+    character(len=:), allocatable :: counts, failure, text, why
+    logical :: broken, closed, keeps
 
     worst = 0.0_wp
     broken = .false.
@@ -61,13 +61,17 @@ contains
         call run_replay(case, strains, label, table, progress, failure)
       end if
       call clear_progress(progress)
-      call close_history(table)
+      closed = close_file()
+      table%good = table%good .and. closed
     end if
     if (.not. table%good) return
     if (.not. case%umat%given) worst = measures_of_case(case, -table%least_traction, table%largest_slip)
 
     code = exit_ok
-    text = last_row(table)
+    associate (row => table%last)
+      text = "step " // integer_text(row%step) // " increment " // integer_text(row%increment) // ", s = " // &
+        vector_text(row%s) // ", t = " // vector_text(row%traction)
+    end associate
     if (len(failure) > 0) then
       code = merge(exit_input, exit_solve, broken)
     else if (table%last%lost .neqv. case%expect%lost) then
@@ -89,12 +93,14 @@ contains
     if (keeps) call keep_failed(case, run, label, output)
     call write_report(report, code, failure, table%last%lost)
     if (quiet) return
+    counts = ""
+    if (table%updates > 0) counts = integer_text(table%updates) // " updates of the law, "
+    if (table%snaps > 0) counts = counts // integer_text(table%snaps) // &
+      trim(merge(" snap ", " snaps", table%snaps == 1)) // " that released " // short(table%released) // ", "
     call say(label // ": " // integer_text(table%n_rows) // " increments, " // integer_text(table%iterations) // &
-      " iterations (at most " // integer_text(table%most_iterations) // "), " // &
-      updates_and_snaps(table) // &
+      " iterations (at most " // integer_text(table%most_iterations) // "), " // counts // &
       trim(merge("equilibrium lost after ", "ended at               ", table%last%lost .and. &
-      table%last%report%ended /= ended_rejected)) // " " // text // &
-      ", written to " // output)
+      table%last%report%ended /= ended_rejected)) // " " // text // ", written to " // output)
     if (case%umat%given) return
     text = trim(increment_text(case%joint, max(0.0_wp, -table%least_traction), table%largest_slip))
     if (len(text) > 0) call say(label // ": " // text)
@@ -182,26 +188,6 @@ contains
     text = "(" // short(vector(1)) // ", " // short(vector(2)) // ", " // short(vector(3)) // ")"
   end function vector_text
 
-  !> Text of the last row of a run: step, increment, separation and traction.
-  function last_row(table) result(text)
-    type(history_type), intent(in) :: table   !! rows
-    character(len=:), allocatable :: text
-    associate (row => table%last)
-      text = "step " // integer_text(row%step) // " increment " // integer_text(row%increment) // ", s = " // &
-        vector_text(row%s) // ", t = " // vector_text(row%traction)
-    end associate
-  end function last_row
-
-  !> Text of the number of updates of the law, if they were counted, and of snaps, if there were any.
-  function updates_and_snaps(table) result(text)
-    type(history_type), intent(in) :: table   !! rows
-    character(len=:), allocatable :: text
-    text = ""
-    if (table%updates > 0) text = integer_text(table%updates) // " updates of the law, "
-    if (table%snaps > 0) text = text // integer_text(table%snaps) // &
-      trim(merge(" snap ", " snaps", table%snaps == 1)) // " that released " // short(table%released) // ", "
-  end function updates_and_snaps
-
   !> Write the failed increment as a case of its own: the law, the state at its start, and the prescribed values at its
   !> end. Numbers read back exactly.
   subroutine keep_failed(case, run, label, output)
@@ -276,25 +262,20 @@ contains
     type(case_type), intent(in) :: case              !! the case
     real(wp), intent(in), optional :: pressure       !! largest of the run, >= 0, stress
     real(wp), intent(in), optional :: slip           !! largest of the run, length
-    real(wp) :: values(n_measures)
+    real(wp) :: tension, values(n_measures)
+    integer :: i
     if (present(pressure) .and. present(slip)) then
       values = measures(case%props, pressure, 0.0_wp, slip)
       values(:m_tension) = 0.0_wp
     else
-      values = measures(case%props, 0.0_wp, largest_tension(case), 0.0_wp)
+      tension = 0.0_wp
+      do i = 1, size(case%steps)
+        associate (step => case%steps(i))
+          if (step%control%traction(1) .and. step%has_target(1)) tension = max(tension, maxval(step%targets(1, :)))
+        end associate
+      end do
+      values = measures(case%props, 0.0_wp, tension, 0.0_wp)
     end if
   end function measures_of_case
-
-  !> Largest prescribed t_N.
-  pure function largest_tension(case) result(tension)
-    type(case_type), intent(in) :: case   !! the case
-    real(wp) :: tension
-    integer :: i
-    tension = 0.0_wp
-    do i = 1, size(case%steps)
-      if (.not. (case%steps(i)%control%traction(1) .and. case%steps(i)%has_target(1))) cycle
-      tension = max(tension, maxval(case%steps(i)%targets(1, :)))
-    end do
-  end function largest_tension
 
 end module case_run

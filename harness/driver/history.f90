@@ -6,10 +6,10 @@ module history
   use asperity_load_path, only: row_type
   use asperity_point_law, only: event_length, point_law
   use asperity_rows, only: csv_header, csv_line
-  use driver_output, only: close_file, create_file, write_line
+  use driver_output, only: create_file, write_line
   implicit none
   private
-  public :: open_history, start_from, add_row, close_history
+  public :: open_history, start_from, add_row
 
   !> The file, its last row and totals over its rows.
   type, public :: history_type
@@ -83,13 +83,5 @@ contains
     table%least_traction = min(table%least_traction, row%traction(1))
     table%largest_slip = max(table%largest_slip, norm2(row%s(2:)))
   end subroutine add_row
-
-  !> Close the file.
-  subroutine close_history(table)
-    type(history_type), intent(inout) :: table   !! the file
-    logical :: closed
-    closed = close_file()
-    table%good = table%good .and. closed
-  end subroutine close_history
 
 end module history

@@ -83,14 +83,11 @@ contains
           read (argument, *) only
         end if
         if (only < 1) call reject("--only " // argument // ": expected a number from 1")
-      case ("-o")
+      case ("-o", "--report")
         i = i + 1
-        output = argument_text(i)
-        if (len(output) == 0) call reject("-o without a file name")
-      case ("--report")
-        i = i + 1
-        report = argument_text(i)
-        if (len(report) == 0) call reject("--report without a file name")
+        if (len(argument_text(i)) == 0) call reject(argument // " without a file name")
+        if (argument == "-o") output = argument_text(i)
+        if (argument == "--report") report = argument_text(i)
       case default
         if (index(argument, "-") == 1) call reject(argument // ": unknown option")
         if (len(path) > 0) call reject(argument // ": one case file at a time")

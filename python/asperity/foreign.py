@@ -74,29 +74,11 @@ class ForeignUmat:
         state: ArrayLike | Point | None = None,
         tolerance: float | None = None,
     ) -> History:
-        """Take one point along a load path, as `Interface.run`.
+        """Take one point along a load path, as `Interface.run`; `state` is a `Point`, or None: virgin.
 
-        Parameters
-        ----------
-        steps
-            The load path.
-        state
-            Start: a `Point`, as `History.end` of an earlier run; None is a virgin point.
-        tolerance
-            1e-8 to 0.1: increments to a tolerance, as in `Interface.run`.
-
-        Returns
-        -------
-        History
-            The rows; a state has the energies, the work, the time, STRESS and STATEV. Damage is zero without
-            `damage`.
-
-        Raises
-        ------
-        ValueError
-            For wrong input, or if the tolerance is not reached.
-        EquilibriumLost
-            Where no equilibrium is found or the UMAT fails, with the rows before and the reason.
+        A state of the rows has the energies, the work, the time, STRESS and STATEV. Damage is zero without
+        `damage`. Raises ValueError for wrong input, or if the tolerance is not reached, and EquilibriumLost
+        where no equilibrium is found or the UMAT fails, with the rows before and the reason.
         """
         path = [steps] if isinstance(steps, Step) else steps
         start = state if state is None or isinstance(state, Point) else Point(contract.array("state", state))

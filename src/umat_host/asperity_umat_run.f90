@@ -69,7 +69,7 @@ contains
     type(umat_run_type), intent(inout) :: run   !! the run
     type(row_type), intent(inout) :: row        !! the next row, if there is one
     logical, intent(out) :: found               !! false: the child has ended
-    type(row_type) :: next
+    type(row_head) :: head
     do
       found = receive_row(run%numbers, size(run%numbers)) /= 0
       if (.not. found) then
@@ -80,12 +80,12 @@ contains
         call start_child(run%task)
         cycle
       end if
-      next%row_head = transfer(run%numbers(:n_head), no_row)
-      next%state = run%numbers(n_head + 1:)
-      if (next%step == 0 .or. .not. next%lost) run%run%before = point_type(s=next%s, traction=next%traction, &
-        work=next%work, state=next%state)
-      if (next%step == 0) cycle
-      row = next
+      head = transfer(run%numbers(:n_head), no_row)
+      if (head%step == 0 .or. .not. head%lost) run%run%before = point_type(s=head%s, traction=head%traction, &
+        work=head%work, state=run%numbers(n_head + 1:))
+      if (head%step == 0) cycle
+      row%row_head = head
+      row%state = run%numbers(n_head + 1:)
       return
     end do
   end subroutine next_umat_row
