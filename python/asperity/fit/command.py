@@ -14,19 +14,9 @@ from typing import Any
 import numpy as np
 
 from .. import contract
+from .. import options as cli
 from ..cards.blocks import HOSTS
 from ..interface import Interface
-from ..options import (
-    add_options,
-    add_output,
-    add_workers,
-    assigned,
-    check_outputs,
-    command_line,
-    numbers,
-    progress_bar,
-    workers,
-)
 from ..remarks import doubts, shown_warnings
 from .fitting import STARTS_TRIED, fit
 from .model import AUTO, INCREMENTS, MORTAR, ROCK, SCALES, SIDES
@@ -75,7 +65,7 @@ def add_search(
     of_all = f"constants to identify, of {','.join(SCALES)} (default: {unset if free is None else free})"
     planes = "inclined planes: 2 for a ridge across the slip (RT), 0 for a flat joint"
     drawn = {"nargs": "?", "const": Path("fit.png")}
-    add_options(
+    cli.add_options(
         parser,
         ("--free NAMES", of_all, str, {"default": free}),
         ("--set NAME=VALUE", f"constants that are known{f' (default: {known})' if known else ''}", list),
@@ -89,8 +79,8 @@ def add_search(
         ("--plot FILE", "plot of tests and fit, .png or .pdf (default: fit.png)", Path, drawn),
         ("--card", "also print the material block of a host", str, {"choices": tuple(HOSTS)}),
     )
-    add_output(parser, "CASE.nml", "write a case, and the covariance for uncertainty, CASE.fit.json")
-    add_workers(parser)
+    cli.add_output(parser, "CASE.nml", "write a case, and the covariance for uncertainty, CASE.fit.json")
+    cli.add_workers(parser)
     parser.set_defaults(confidence=0.95, model_error=0.0, accept=False, joint=AUTO)
 
 
@@ -98,7 +88,7 @@ def check_search(options: argparse.Namespace) -> None:
     """Raise ValueError for options of the search that can be refused before the work starts."""
     beside = None if options.output is None else file_of(options.output)
     written = ("--plot", options.plot), ("-o", options.output, HEADING), ("-o", beside, COVARIANCE)
-    check_outputs(options.force, getattr(options, "records", ()), *written)
+    cli.check_outputs(options.force, getattr(options, "records", ()), *written)
 
 
 def arguments_of(options: argparse.Namespace, assumed: Mapping[str, float] | None = None) -> Arguments:
@@ -106,13 +96,14 @@ def arguments_of(options: argparse.Namespace, assumed: Mapping[str, float] | Non
     free = options.free and tuple(name.strip() for name in options.free.split(",") if name.strip())
     names = [name.removeprefix("+") for name in free or ()]
     known = {name: one for name, one in (assumed or {}).items() if name not in names}
-    values = {what: numbers(f"--{what}", getattr(options, what), 1) for what in ("set", "start")}
+    values = {what: cli.numbers(f"--{what}", getattr(options, what), 1) for what in ("set", "start")}
+    bounds = cli.numbers("--bounds", options.bounds, 2)
     same = ("sides", "direction", "increments", "starts", "seed", "confidence", "model_error", "joint")
     return {
         "free": free,
         "fixed": known | {name: one for name, (one,) in values["set"].items()},
         "start": {name: one for name, (one,) in values["start"].items()},
-        "bounds": {name: (low, high) for name, (low, high) in numbers("--bounds", options.bounds, 2).items()},
+        "bounds": {name: (low, high) for name, (low, high) in bounds.items()},
         **{name: getattr(options, name) for name in same},
     }
 
@@ -120,7 +111,7 @@ def arguments_of(options: argparse.Namespace, assumed: Mapping[str, float] | Non
 @contextmanager
 def searching(options: argparse.Namespace, tests: Sequence[ShearTest]) -> Iterator[Fitted]:
     """Function that fits tests with arguments and shows its stages and the remaining time."""
-    with workers(options) as executor, progress_bar(options.starts + 2, "stage") as bar:
+    with cli.workers(options) as executor, cli.progress_bar(options.starts + 2, "stage") as bar:
 
         def tick(label: str) -> None:
             bar.set_description(label, refresh=False)
@@ -170,13 +161,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "CSV with columns slip, tau, sigma_N and, if measured, dilation, k_N, test, or the names of a "
         "laboratory, as Shear stress [kPa]; or one row per test with slip, peak, residual, sigma_N"
     )
-    add_options(parser, ("records DATA.csv", columns, Path, {"nargs": "+"}))
+    cli.add_options(parser, ("records DATA.csv", columns, Path, {"nargs": "+"}))
     forms = "without bond, with bond, or that of the two which the tests support (default: auto)"
     units = "units of the results, to which numbers with units are converted, and of numbers without"
     accepted = "accept a model that misses the tests by more than noise, up to this scatter over the range"
-    add_options(parser, ("--joint FORM", forms, str, {"choices": (ROCK, MORTAR, AUTO), "metavar": None}))
+    cli.add_options(parser, ("--joint FORM", forms, str, {"choices": (ROCK, MORTAR, AUTO), "metavar": None}))
     add_search(parser)
-    add_options(
+    cli.add_options(
         parser,
         ("--sigma-N VALUE,...", "normal traction of each test, or of all, in files without that column", str),
         ("--k-N STIFFNESS", "normal stiffness of the box (CNS, stress/length), for all tests", float),
@@ -204,7 +195,7 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     given = arguments_of(options)
     target = None if options.units is None else check_target(options.units.split(","))
     held = options.sigma_N and [contract.number("--sigma-N", text) for text in options.sigma_N.split(",")]
-    columns = assigned(options.columns, "--columns", "NAME=HEADER", ".+")
+    columns = cli.assigned(options.columns, "--columns", "NAME=HEADER", ".+")
     same = {name: getattr(options, name) for name in ("k_N", "compression_positive", "k_T", "sigma_N_path")}
     with shown_warnings():
         tests = read_tests(options.records, **same, target=target, columns=columns, sigma_N=held)
@@ -255,7 +246,7 @@ def _next(
         pairs = [f"{name}={one if isinstance(one, str) else f'{one:.10g}'}" for name, one in fixed]
         values = {"free": changed["free"] and ",".join(changed["free"]), "auto": False, "set": pairs}
         same = {name: changed[name] for name in ("sides", "model_error", "joint")}
-        return "next: " + shlex.join(command_line(parser, options, values | same | others))
+        return "next: " + shlex.join(cli.command_line(parser, options, values | same | others))
 
     if proposal is not None:
         sums = f"{proposal[1].costs[0]:.4g} after {found.costs[0]:.4g}"
@@ -281,15 +272,17 @@ def propose(found: Fit, given: Arguments, fitted: Fitted) -> tuple[Arguments, Fi
     """Arguments with which the same tests give a result, and this fit; None if none is found.
 
     given: arguments of the fit that was found.  The changes add up, where they fit better: crush for tests
-    at several pressures, wear in cycles whose dilation ends, another pattern, free values; then the customary
-    values of constants that the tests do not tell, then the acceptance of a model error.
+    at several pressures, wear in cycles whose dilation ends, another pattern, free values; then, or at once
+    where nothing else is wrong, the customary values of constants that the tests do not tell; then the
+    acceptance of a model error.
     """
     ways = _ways(found, given)
     for _ in range(MOST_CHANGES):
         if not refusals(found):
             return given, found
         better: list[tuple[Arguments, Fit]] = []
-        for change in ways:
+        loose = {*found.undetermined, *found.at_bounds}
+        for change in [] if loose <= {*CUSTOMARY} and len(refusals(found)) == len(loose) else ways:
             better = [one for one in _fits(fitted, change(found, given)) if _is_better(one[1], found)]
             if better:
                 break
