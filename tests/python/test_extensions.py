@@ -161,18 +161,3 @@ def test_fit_finds(name: str, tmp_path: Path) -> None:
     written = read_case(tmp_path / "joint.nml").runs[0].material
     for one in ("K", "mu", "kc", "height", "damage0", "closure", "W0"):
         assert getattr(written, one) == pytest.approx(getattr(joint, one), rel=max(tolerance, 1e-3)), one
-
-
-@pytest.mark.parametrize(
-    ("free", "fixed", "message"),
-    [
-        (("ks", "sigma0"), {}, "sigma0: expected without ks"),
-        (("mu",), {"ks": 3.0, "Gc": 1.0, "damage0": 0.5, "theta": 2.0}, "Gc, damage0: expected without ks"),
-        (("mu",), {"sigma0": 3.0, "Gc": 0.3, "theta": 2.0, "damage0": 1.2}, "damage0 = 1.2: expected 0 to 1"),
-    ],
-)
-def test_constants_that_exclude_each_other(free: tuple, fixed: dict[str, float], message: str) -> None:
-    """A joint without bond has no constants of the bond."""
-    tests = slip_tests_of(WITHOUT_BOND, np.linspace(0.0, 0.02, 9))
-    with pytest.raises(ValueError, match=message):
-        fit(tests, free=free, fixed=fixed, starts=1)

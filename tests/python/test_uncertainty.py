@@ -22,8 +22,7 @@ from asperity.fit.model import SCALES
 from asperity.fit.report import case_of, covariance_text
 from asperity.fit.result import Fit, residual_ratio
 from asperity.uncertainty.distribution import of_deviations, read
-from asperity.uncertainty.paths import load_paths
-from asperity.uncertainty.spread import RESULTS, spread
+from asperity.uncertainty.spread import RESULTS, load_paths, spread
 
 from harness.studies import synthetic as study
 

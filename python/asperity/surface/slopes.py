@@ -200,6 +200,7 @@ def bin_facets(
     for name, count, least in (("directions", directions, 2), ("bins", bins, 1)):
         if not least <= contract.number(name, count) <= most or count != int(count):
             raise ValueError(f"{name} = {count!r}: expected a whole number, {least} to {most}")
+    directions, bins = int(directions), int(bins)
     if found.profile and directions != usual:
         raise ValueError(f"directions = {directions}: expected 2 for a profile")
     if (count := directions * bins + 1) > most:

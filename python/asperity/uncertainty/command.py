@@ -26,8 +26,7 @@ from ..options import (
 )
 from ..remarks import shown_warnings
 from .distribution import CONSTANTS, Distribution, distribution_of
-from .paths import CURVES
-from .spread import BATCH, RESULTS, Spread, spreads
+from .spread import BATCH, CURVES, RESULTS, Spread, spreads
 
 MOST_LEFT_OUT = 0.01
 """Fraction of samples without a result above which the quantiles must not be used."""
