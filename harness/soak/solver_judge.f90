@@ -3,16 +3,14 @@
 !> remains that does not. With wear nothing is judged: the work of an increment wears the facets in the next one, so
 !> that a divided increment is another load path.
 module solver_judge
-  use, intrinsic :: iso_fortran_env, only: int64
   use asperity_contract, only: v_friction, v_rupture, v_stored
-  use asperity_control_point, only: control_type, new_point, point_type
+  use asperity_control_point, only: control_type, point_type
   use asperity_kinds, only: wp
   use asperity_mixed_control, only: advance, report_type
   use asperity_rie_law, only: rie_law
-  use random_numbers, only: draw
   implicit none
   private
-  public :: judge_row, judge_start
+  public :: judge_row
 
   !> Positions of the stored and the dissipated energies in STATEV.
   integer, parameter :: ledger(3) = [v_stored, v_rupture, v_friction]
@@ -53,58 +51,6 @@ contains
     end if
     if (snaps > 0) verdict%jump = 0.0_wp
   end subroutine judge_row
-
-  !> Largest energy that does not balance in small random increments of the separation from an initial state on,
-  !> relative to K s0^2 or to its terms, whichever is larger. A wrong start has the same error in increments of any
-  !> length. At the foot of a closed facet the traction jumps, so that the trapezoidal rule has an error in proportion
-  !> to the increments, and a contact that stiffens is curved within a part of its closure: those of a finite height and
-  !> of such a contact are made shorter where they exceed the admissible error.
-  subroutine judge_start(law, state, admissible, seed, defect)
-    type(rie_law), intent(in) :: law               !! the law
-    real(wp), intent(in) :: state(:)               !! STATEV
-    real(wp), intent(in) :: admissible             !! largest defect
-    integer(int64), intent(inout) :: seed          !! 1..largest_seed
-    real(wp), intent(out) :: defect                !! relative
-    !> Length of the increments, relative to s0 where all stiffnesses are equal: a kink of the law has an error of 1/8
-    !> of the square of the length, and a stiff contact changes its friction in a shorter one.
-    real(wp), parameter :: lengths(3) = [5.0e-4_wp, 5.0e-7_wp, 5.0e-10_wp]
-    integer :: i
-    defect = 0.0_wp
-    if (law%joint%material%wears) return
-    do i = 1, merge(size(lengths), 1, law%joint%material%curved .or. law%stiffens)
-      call walk(law, state, lengths(i), seed, defect)
-      if (defect <= admissible) exit
-    end do
-  end subroutine judge_start
-
-  !> Largest energy that does not balance in random increments of one length.
-  subroutine walk(law, state, length, seed, defect)
-    type(rie_law), intent(in) :: law               !! the law
-    real(wp), intent(in) :: state(:)               !! STATEV
-    real(wp), intent(in) :: length                 !! of the increments, relative to s0
-    integer(int64), intent(inout) :: seed          !! 1..largest_seed
-    real(wp), intent(out) :: defect                !! relative
-    integer, parameter :: increments = 20
-    type(control_type) :: all_given
-    type(point_type) :: first, point
-    type(report_type) :: report
-    real(wp) :: reached, start(3), target(3), x(3)
-    integer :: i
-    first = new_point(law, state)
-    point = first
-    target = 0.0_wp
-    defect = 0.0_wp
-    do i = 1, increments
-      start = target
-      call draw(seed, x)
-      associate (m => law%joint%material)
-        target = target + length*m%s0*(min(m%k_n, m%k_t)/max(m%k_n, m%k_t, m%k_c, maxval(abs(first%tangent))))*x
-      end associate
-      call advance(law, all_given, start, target, point, reached, report)
-      defect = max(defect, energy_defect(law, first, point))
-    end do
-    if (abs(first%work - sum(first%state(ledger))) > 0.0_wp) defect = huge(defect)
-  end subroutine walk
 
   !> Examine a part of the increment in two halves, and each half that moves far or does not balance in the same way.
   recursive subroutine examine(law, control, start, target, from, to, old, depth, verdict, end)

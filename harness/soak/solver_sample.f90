@@ -19,7 +19,7 @@ module solver_sample
   use random_numbers, only: draw, pick, seed_of, uniform
   implicit none
   private
-  public :: draw_sample, draw_state, run_sample, describe
+  public :: draw_sample, run_sample, describe
 
   !> Loads: slip under constant normal traction; the same with zero traction across the slip; slip with a normal spring
   !> (CNS); all tractions prescribed, beyond the peak; slip with springs in the normal direction and across the slip.
@@ -159,20 +159,6 @@ contains
     if (i == 1) sample%sigma_n = -sample%sigma_n
     if (i > 2) sample%sigma_n = 0.0_wp
   end subroutine steepen
-
-  !> Draw a sample with an initial state that carries a traction.
-  subroutine draw_state(seed, sample)
-    integer(int64), intent(inout) :: seed       !! 1..largest_seed
-    type(sample_type), intent(out) :: sample    !! the sample
-    do
-      call draw_sample(seed, sample)
-      if (.not. allocated(sample%state)) then
-        sample%initial = 2
-        call crack(seed, sample)
-      end if
-      if (sample%initial == 2) exit
-    end do
-  end subroutine draw_state
 
   !> Draw the initial state; a state that cannot carry its traction gets none.
   subroutine crack(seed, sample)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.contract import N_POINT_STATEV
-from support_calls import LIBRARY, c_update, umat
+from support_calls import LIBRARY, address, c_update, umat
 
 from tests.oracle import reference
 
@@ -160,6 +160,30 @@ def test_options(option: str) -> None:
     assert min(n for (_, damaging), n in counts.items() if not (broken and damaging)) > 3 * increments, counts
     if "closure" in OPTIONS[option]:
         assert far > 0
+
+
+@pytest.mark.parametrize("option", [name for name in OPTIONS if "crush" not in OPTIONS[name]])
+def test_initial_states(option: str) -> None:
+    """An initial state carries its traction, and stores what the reference stores at rest."""
+    constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | OPTIONS[option]
+    material, parameters = Material(**constants), reference.Parameters(**constants)
+    interface, planes = Interface(material, Pattern.regular(5, 30.0)), reference.regular_pattern(5, 30.0)
+    props, rng, accepted = interface.props(), np.random.default_rng(SEED), 0
+    least, most = [0.0, -0.1, -0.1], [1.0, 0.1, 0.1]
+    for _ in range(100):
+        traction = 3.0 * rng.uniform([-2.0, -0.5, -0.5], [0.3, 0.5, 0.5])
+        state = np.zeros(interface.nstatv)
+        state[N_POINT_STATEV : N_POINT_STATEV + 18] = rng.uniform(least, most, (6, 3)).ravel()
+        arguments = address(props), len(props), 1, address(traction), len(state), address(state), None, 0
+        if LIBRARY.asperity_initial_state(*arguments):
+            continue
+        accepted += 1
+        theirs = reference.update(parameters, planes, np.zeros(3), state, np.zeros(3))
+        size = 3.0 + parameters.Kn * np.linalg.norm(state[5:8])
+        assert_within("traction", theirs.traction, traction, 1e-9 * size)
+        assert_within("state", state[:4], theirs.state[:4], 1e-9 * size)
+        assert_within("damage", state[N_POINT_STATEV::3], theirs.state[N_POINT_STATEV::3], 1e-9)
+    assert accepted > 30
 
 
 TRACTION = 1e-12
