@@ -66,17 +66,12 @@ def _card(options: argparse.Namespace) -> int:
         run = read_run(options.case, options.value)
         of_host = run.of_host()
         given = {name: getattr(options, name) for name in of_host}
+        names = "name", "dimension", "explicit", "density", "modulus", "size", "direction"
         text = run.interface.card(
             options.host,
-            name=options.name,
-            dimension=options.dimension,
-            explicit=options.explicit,
-            density=options.density,
             stress=options.sigma_N,
-            modulus=options.modulus,
-            size=options.size,
-            direction=options.direction,
             notes=_accepted(options.case),
+            **{name: getattr(options, name) for name in names},
             **of_host | {name: value for name, value in given.items() if value is not None},
         )
     if options.host == "mtest":

@@ -16,7 +16,7 @@ import pytest
 from asperity import contract, installed, read_case
 from asperity.cli import main
 from asperity.export import command as kit
-from asperity.export.element import Element
+from asperity.export.element import CASE, Element
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "harness" / "hosts" / "abaqus"))
 from deck_check import model
@@ -98,11 +98,23 @@ def test_element_of_a_case(host: str, tmp_path: Path, capsys: pytest.CaptureFixt
     np.testing.assert_allclose(found[:, 2], expected.tau[16::17], atol=1e-7)
     np.testing.assert_allclose(found[:, 1], expected.dilation[16::17], atol=1e-7)
     assert (folder / "joint.nml").read_text() == MINE and "$" not in readme
+    named = set(re.findall(r"`([\w.-]+\.[a-z]\w*)`", readme))
+    written_by_a_run = {"single.dat", "single.out", "single.npz", "single_standard.dat"}
+    assert named - written_by_a_run <= {path.name for path in folder.iterdir()}
     if host == "abaqus":
         deck = model((folder / "single_standard.inp").read_text(encoding="ascii"))
         rows = run_standard(deck, installed.library())[16::17]
         assert np.abs(rows - found).max() < 1e-7
         assert not list(folder.glob("wallette*"))
+
+
+def test_slip_ends_behind_the_peak(tmp_path: Path) -> None:
+    """A slip much longer than that at the peak is shortened: the five rows lie on both sides of it."""
+    case = tmp_path / "joint.nml"
+    case.write_text(CASE.replace("slip = 0.25, increments = 100", "slip = 5.0, increments = 500"))
+    element = Element.of_case(case)
+    forces = [row[2] for row in element.rows]
+    assert element.slip < 1.0 and forces[0] < max(forces) > forces[-1] > 0.5
 
 
 def test_rows_in_other_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -330,23 +342,3 @@ def test_environment_compiles_and_links(tmp_path: Path, monkeypatch: pytest.Monk
     ctypes.CDLL(str(tmp_path / "libabaqus.so"), mode=ctypes.RTLD_GLOBAL)
     end = run_standard(model(WRITTEN["single_standard.inp"]), tmp_path / "libuser.so")[-1]
     assert abs(end[2] - RESIDUAL) < 1.0e-9
-
-
-@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
-@pytest.mark.parametrize("host", kit.HOSTS)
-def test_readme_names_files_that_are_there(host: str, tmp_path: Path) -> None:
-    """Every file of a kit with a case of one's own that its README names is there, or written by a run."""
-    case = tmp_path / "joint.nml"
-    case.write_text(
-        "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 10.0 /\n&pattern sides = 0 /\n"
-        "&step t_N = -1.0, increments = 10 /\n&step slip = 5.0, increments = 500 /\n",
-        encoding="utf-8",
-    )
-    element = Element.of_case(case)
-    names = kit.files(host, element, examples=False)
-    named = set(re.findall(r"`([\w.-]+\.[a-z]\w*)`", names["README.md"].decode()))
-    written = {"single.dat", "single.out", "single.npz", "single_standard.dat"}
-    assert named - written <= {*names}, named - written - {*names}
-    # the slip ends where the five rows lie on both sides of the peak
-    forces = [row[2] for row in element.rows]
-    assert element.slip < 1.0 and forces[0] < max(forces) > forces[-1] > 0.5

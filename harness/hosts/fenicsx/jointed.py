@@ -24,7 +24,7 @@ from asperity.mesh import Jointed
 from dolfinx import cpp, fem, graph, la, mesh
 from petsc4py import PETSc
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.append(str(Path(__file__).parent.parent))  # of paraview_files, where it is not beside this file
 import paraview_files
 
 COMM, INT, ADD = MPI.COMM_WORLD, PETSc.IntType, PETSc.InsertMode.ADD_VALUES

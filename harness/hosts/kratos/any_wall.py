@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 
 import numpy as np
+from asperity.interface import Interface
 from asperity.mesh import split
-from asperity.options import add_options
 from kratos_model import Floats, Lost, Structure
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "fenicsx"))
-from window import MORTAR, NU, PRESS, THICKNESS, E
+from window import NU, PRESS, THICKNESS, E, main
 
 TOLERANCE = 1e-4
 """Residual force, N, for a thickness of 1."""
 
 
-def run(path: Path, to: float, most: float) -> Floats:
-    """Rows of displacement in mm, horizontal and vertical force in kN."""
+def run(path: Path, law: Interface, to: float, most: float, *_: object) -> Floats:
+    """Rows of displacement in mm, horizontal and vertical force in kN; --petsc, --pvd have no effect."""
     s, mesh = Structure(2), split(path)
-    s.add_mesh(mesh, s.elastic(E, NU, "LinearElasticPlaneStress2DLaw"), s.umat(MORTAR))
+    s.add_mesh(mesh, s.elastic(E, NU, "LinearElasticPlaneStress2DLaw"), s.umat(law))
     top, bottom = (mesh.nodes(name) + 1 for name in ("top", "bottom"))
     s.fix(np.r_[top, bottom], 0, 1)
     s.move(top, 1, -PRESS)
@@ -43,14 +42,4 @@ def run(path: Path, to: float, most: float) -> Floats:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    add_options(
-        parser,
-        ("mesh MESH", "that of window.py", Path),
-        ("--to MM", "displacement of the top", 1.0),
-        ("--most MM", "largest step", 0.05),
-        ("--out FILE.csv", "rows", Path, {"required": True}),
-    )
-    o = parser.parse_args()
-    found = run(o.mesh, o.to, o.most)
-    np.savetxt(o.out, found, "%.12g", ",", header="mm,horizontal [kN],vertical [kN]", comments="")
+    main(run)

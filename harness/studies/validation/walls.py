@@ -183,11 +183,22 @@ def solid(summaries: pandas.DataFrame) -> str:
     """Table of J4D in three dimensions."""
     body = []
     for name, label in SOLID.items():
-        if name in summaries.index:
-            one = summaries.loc[name]
-            end = "passes" if one.end >= 3.5 else f"stops at {one.end:.2f} mm"
-            body.append([label, f"{one.peak:.1f}", f"{one.iterations:.0f}", f"{one.cuts:.0f}", end])
+        one = summaries.loc[name]
+        end = "passes" if one.end >= 3.5 else f"stops at {one.end:.2f} mm"
+        body.append([label, f"{one.peak:.1f}", f"{one.iterations:.0f}", f"{one.cuts:.0f}", end])
     return markdown(["pattern", "peak, kN", "iterations", "cuts", "to 3.5 mm"], body)
+
+
+def scale(summaries: pandas.DataFrame) -> str:
+    """Table of the pressed walls of growing size."""
+    body = []
+    for solver in ("MUMPS", "gamg"):
+        for _, one in summaries[summaries.index.str.endswith(solver)].iterrows():
+            each = f"{1e6 * one.seconds / one.unknowns:.0f}", f"{1e6 * one.memory / one.unknowns:.1f}"
+            size = f"{one.unknowns:.0f}", f"{one.linear:.0f}", f"{one.seconds:.0f}", f"{one.memory:.2f}"
+            body.append([solver, *size, *each])
+    head = ["solver", "unknowns", "linear iterations", "seconds", "GB", "µs an unknown", "kB an unknown"]
+    return markdown(head, body)
 
 
 def draw_curves(curves: dict[str, Floats]) -> Figure:
@@ -313,6 +324,7 @@ def tables() -> dict[str, str]:
         "dilation": dilation(curves),
         "methods": methods(summaries),
         "solid": solid(summaries),
+        "scale": scale(summaries),
         "arches": arches(),
     }
 
