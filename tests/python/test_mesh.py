@@ -110,17 +110,6 @@ def test_counts_of_a_grid(d: int) -> None:
     assert only(found).tips == 0
 
 
-def test_t_junctions() -> None:
-    """Bricks in running bond have nodes of their own, where a head joint ends at a bed joint, too."""
-    mesh = grid((8, 2), (1, 2))
-    x = mesh.points[mesh.cells[0].data].mean(1)
-    block = np.where(x[:, 1] < 1.0, x[:, 0] // 4, 2 + (x[:, 0] + 2) // 4)
-    mesh.cell_data["gmsh:physical"] = [block.astype(int)]
-    found = split(mesh)
-    assert len(found.points) == (2 * 5 + 3 + 5 + 3) * 2
-    assert only(found).area.sum() == 8.0 + 1.0 + 2.0
-
-
 def test_joint_that_ends_inside() -> None:
     """A named line inside one block: its ends keep one node each, the nodes between are doubled."""
     mesh = grid((6, 4), (1, 1))

@@ -162,31 +162,20 @@ def work(curve: Floats) -> float:
     return float(np.trapezoid(np.interp(x, curve[:, 0], curve[:, 1]), x))
 
 
-def methods(summaries: pandas.DataFrame) -> str:
-    """Table of the methods that carry J4D over the snaps of its bricks."""
-    body = []
-    for name, label in METHODS.items():
-        one = summaries.loc[name]
-        end = "passes" if one.end >= 4.0 else f"stops at {one.end:.2f} mm"
-        body.append([label, f"{one.peak:.1f}", f"{one.iterations:.0f}", f"{one.seconds:.0f}", end])
-    head = ["method", "peak, kN", "iterations", "seconds", "end"]
-    return markdown(head, body)
-
-
 SOLID = {
     "3D 0": "RP-4, turn 0: two planes face across the slip",
     "3D 45": "RP-4, turn 45°",
 }
 
 
-def solid(summaries: pandas.DataFrame) -> str:
-    """Table of J4D in three dimensions."""
+def outcomes(summaries: pandas.DataFrame, labels: dict[str, str], *head: str, end: float) -> str:
+    """Table of runs of J4D that pass the snaps of its bricks up to a displacement, or stop."""
     body = []
-    for name, label in SOLID.items():
+    for name, label in labels.items():
         one = summaries.loc[name]
-        end = "passes" if one.end >= 3.5 else f"stops at {one.end:.2f} mm"
-        body.append([label, f"{one.peak:.1f}", f"{one.iterations:.0f}", f"{one.cuts:.0f}", end])
-    return markdown(["pattern", "peak, kN", "iterations", "cuts", "to 3.5 mm"], body)
+        where = "passes" if one.end >= end else f"stops at {one.end:.2f} mm"
+        body.append([label, f"{one.peak:.1f}", f"{one.iterations:.0f}", f"{one[head[3]]:.0f}", where])
+    return markdown([*head], body)
 
 
 def scale(summaries: pandas.DataFrame) -> str:
@@ -322,8 +311,12 @@ def tables() -> dict[str, str]:
         "dry": dry(curves),
         "mortar": mortar(curves),
         "dilation": dilation(curves),
-        "methods": methods(summaries),
-        "solid": solid(summaries),
+        "methods": outcomes(
+            summaries, METHODS, "method", "peak, kN", "iterations", "seconds", "end", end=4.0
+        ),
+        "solid": outcomes(
+            summaries, SOLID, "pattern", "peak, kN", "iterations", "cuts", "to 3.5 mm", end=3.5
+        ),
         "scale": scale(summaries),
         "arches": arches(),
     }
