@@ -68,8 +68,8 @@ RUNS = {
     "J4D 8 6": f"{MORTAR} --elements 8 6 --to 2.3",
     "3D 45": f"{SOLID} --turn 45",
     "3D 0": f"{SOLID} --turn 0",
-    **{f"scale {k} MUMPS": f"{SOLID_STEPS} --scale {k}" for k in (1, 2, 4)},
-    **{f"scale {k} gamg": f"{SOLID_STEPS} --scale {k} {GAMG}" for k in (1, 2, 4, 6)},
+    **{f"scale {k} {name}": f"{SOLID_STEPS} --scale {k} {words}"
+       for name, words in {"MUMPS": "", "gamg": GAMG}.items() for k in (1, 2, 4)},
 }
 """Options by the name of a run."""
 
