@@ -50,16 +50,11 @@ GROUPS = {
 """Sliders under their headings."""
 
 COPY = """
-const area = document.createElement("textarea");
-area.value = text.text;
-document.body.appendChild(area);
-area.select();
-document.execCommand("copy");
-area.remove();
+navigator.clipboard.writeText(text.text);
 button.label = "copied";
 setTimeout(() => { button.label = "copy"; }, 1000);
 """
-"""Copy in the browser, also where a page has no access to the clipboard otherwise."""
+"""Copy in the browser, to whose clipboard a page of this machine has access."""
 
 
 class Page:
@@ -92,7 +87,7 @@ class Page:
         for slider in self.sliders.values():
             slider.on_change("value", self._changed)
         self.cycle.on_change("value", self._changed)
-        self.place.on_change("value", self._moved)
+        self.place.on_change("value", lambda attr, old, new: self._show_place())
         self.kind.on_change("active", lambda attr, old, new: self._show_text())
         document.title = "asperity explore"
         document.add_root(self._layout())
@@ -132,11 +127,6 @@ class Page:
             self.curves.data = _rows(found, slice(None))
             self._show_place()
             self._show_text()
-        self.document.unhold()
-
-    def _moved(self, attr: str, old: object, new: object) -> None:
-        self.document.hold("combine")
-        self._show_place()
         self.document.unhold()
 
     def _show_place(self) -> None:
