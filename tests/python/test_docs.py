@@ -281,14 +281,6 @@ def test_links(name: str) -> None:
         assert not anchor or anchor in anchors(file), target
 
 
-def test_every_page_is_listed() -> None:
-    """docs/README.md, from which the navigation of the site is made, has a link to every page."""
-    contents = ROOT / "docs" / "README.md"
-    links = LINK.findall(prose(TEXTS["docs/README.md"]))
-    listed = {(contents.parent / target).resolve() for _, target in links}
-    assert {page for page in PAGES if page.resolve() not in listed} == {contents, ROOT / "README.md"}
-
-
 def test_numbers_of_the_paper() -> None:
     """Each linked number of the paper stands on the page that it leads to; citations have an entry."""
     page = ROOT / "docs" / "paper" / "paper.md"

@@ -111,19 +111,6 @@ def test_licence_is_the_same_everywhere() -> None:
     assert metadata.metadata("asperity")["License-Expression"] == "BSD-3-Clause"
 
 
-def test_the_paper_is_the_same_everywhere() -> None:
-    """Citation, archives and the pages name the paper by the same title, year and authors."""
-    citation = " ".join(text_of(CITATION).split())
-    article = json.loads(text_of(CODE))["referencePublication"]
-    (reference,) = json.loads(text_of(ARCHIVE))["references"]
-    for text in (citation, reference, " ".join(text_of("README.md").split())):
-        assert article["name"] in text
-    assert f"year: {article['datePublished']}" in citation and article["datePublished"] in reference
-    names = [author["familyName"] for author in article["author"]]
-    assert re.findall(r"family-names: (\w+)", citation) == names
-    assert re.findall(r"(\w+)[,:]", reference.partition(": A 3D")[0] + ":") == names
-
-
 # --- recipes ------------------------------------------------------------------------------------------------
 
 

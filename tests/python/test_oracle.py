@@ -7,6 +7,7 @@ CTest runs them with the library of each build. Tolerances are multiples of the 
 from __future__ import annotations
 
 import itertools
+import os
 import warnings
 
 import numpy as np
@@ -17,9 +18,13 @@ from support_calls import LIBRARY, address, c_update, umat
 
 from tests.oracle import reference
 
+# CTest has no markers, and pytest need not repeat it
+pytestmark = pytest.mark.long
 SEED = 2025
 POINTS = 70
 """More than the library takes at a time."""
+OVER = int(os.environ.get("ASPERITY_SAMPLES_OVER", "1"))
+"""Where each instruction checks itself, this part of the samples is drawn, and branches are not counted."""
 
 OPTIONS = {
     "paper": {},
@@ -128,7 +133,7 @@ def test_options(option: str) -> None:
     rng = np.random.default_rng(SEED)
     counts = dict.fromkeys(BRANCHES, 0)
     far = 0
-    increments = 12 if material.crush else 24  # the reference finds what is crushed by bisection
+    increments = max(4, (12 if material.crush else 24) // OVER)  # the reference finds what is crushed by bisection
     for sides, flat in ((0, 1.0), (2, 0.0), (5, 0.3)):
         interface = Interface(material, Pattern.regular(sides, 30.0, flat, 20.0))
         planes = reference.regular_pattern(sides, 30.0, flat, 20.0)
@@ -157,9 +162,8 @@ def test_options(option: str) -> None:
                 counts[branch, damaging] += int(here.sum())
             state, s_old = theirs.state, s
     broken = parameters.damage0 == 1.0
-    assert min(n for (_, damaging), n in counts.items() if not (broken and damaging)) > 3 * increments, counts
-    if "closure" in OPTIONS[option]:
-        assert far > 0
+    assert OVER > 1 or min(n for (_, damaging), n in counts.items() if not (broken and damaging)) > 3 * increments, counts
+    assert OVER > 1 or far > 0 or "closure" not in OPTIONS[option]
 
 
 @pytest.mark.parametrize("option", [name for name in OPTIONS if "crush" not in OPTIONS[name]])
@@ -170,7 +174,7 @@ def test_initial_states(option: str) -> None:
     interface, planes = Interface(material, Pattern.regular(5, 30.0)), reference.regular_pattern(5, 30.0)
     props, rng, accepted = interface.props(), np.random.default_rng(SEED), 0
     least, most = [0.0, -0.1, -0.1], [1.0, 0.1, 0.1]
-    for _ in range(100):
+    for _ in range(100 // OVER):
         traction = 3.0 * rng.uniform([-2.0, -0.5, -0.5], [0.3, 0.5, 0.5])
         state = np.zeros(interface.nstatv)
         state[N_POINT_STATEV : N_POINT_STATEV + 18] = rng.uniform(least, most, (6, 3)).ravel()
@@ -183,7 +187,7 @@ def test_initial_states(option: str) -> None:
         assert_within("traction", theirs.traction, traction, 1e-9 * size)
         assert_within("state", state[:4], theirs.state[:4], 1e-9 * size)
         assert_within("damage", state[N_POINT_STATEV::3], theirs.state[N_POINT_STATEV::3], 1e-9)
-    assert accepted > 30
+    assert accepted > 30 // OVER
 
 
 TRACTION = 1e-12
@@ -196,12 +200,11 @@ TANGENT = 1e-13
 """Of K (1 + (|s|/s0)^2/eta) |s|/|s_T - s_di|: growing damage, and the direction of a small trial stress."""
 
 
-@pytest.mark.slow
 def test_patterns_and_materials() -> None:
     """Random patterns and constants of the paper's law; every branch occurs more than 500 times."""
     rng = np.random.default_rng(20150131)
     counts = dict.fromkeys(BRANCHES, 0)
-    for _ in range(200):
+    for _ in range(200 // OVER):
         m, (pattern, planes) = random_material(rng), random_pattern(rng)
         p, interface = reference.Parameters(**m.values()), Interface(m, pattern)
         K, shortest = max(p.Kn, p.Kt, p.kc * p.Kn), min(p.s0, p.s02)
@@ -230,4 +233,4 @@ def test_patterns_and_materials() -> None:
                 found = (theirs.branch == branch) & (theirs.damaging == bool(damaging))
                 counts[branch, damaging] += int(found.sum())
             state, s_old = new, s
-    assert min(counts.values()) > 500, counts
+    assert OVER > 1 or min(counts.values()) > 500, counts
