@@ -133,7 +133,8 @@ def test_options(option: str) -> None:
     rng = np.random.default_rng(SEED)
     counts = dict.fromkeys(BRANCHES, 0)
     far = 0
-    increments = max(4, (12 if material.crush else 24) // OVER)  # the reference finds what is crushed by bisection
+    # the reference finds what is crushed by bisection
+    increments = max(4, (12 if material.crush else 24) // OVER)
     for sides, flat in ((0, 1.0), (2, 0.0), (5, 0.3)):
         interface = Interface(material, Pattern.regular(sides, 30.0, flat, 20.0))
         planes = reference.regular_pattern(sides, 30.0, flat, 20.0)
@@ -161,9 +162,11 @@ def test_options(option: str) -> None:
                 here = (theirs.branch == branch) & (theirs.damaging == bool(damaging))
                 counts[branch, damaging] += int(here.sum())
             state, s_old = theirs.state, s
-    broken = parameters.damage0 == 1.0
-    assert OVER > 1 or min(n for (_, damaging), n in counts.items() if not (broken and damaging)) > 3 * increments, counts
-    assert OVER > 1 or far > 0 or "closure" not in OPTIONS[option]
+    if OVER == 1:
+        broken = parameters.damage0 == 1.0
+        least = min(n for (_, damaging), n in counts.items() if not (broken and damaging))
+        assert least > 3 * increments, counts
+        assert far > 0 or "closure" not in OPTIONS[option]
 
 
 @pytest.mark.parametrize("option", [name for name in OPTIONS if "crush" not in OPTIONS[name]])
