@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 from asperity.options import add_options, add_workers, workers
+from asperity.style import save
 from tqdm import tqdm
 
 from ..program import DIFFERS, program_of
@@ -54,7 +55,7 @@ def _run(options: argparse.Namespace) -> int:
         if mode.draw is not None and not quiet:
             path = options.folder / f"stability_{mode.name}.png"
             options.folder.mkdir(parents=True, exist_ok=True)
-            mode.draw().savefig(path, dpi=150)
+            save(mode.draw(), path)
             tqdm.write(str(path))
     if quiet and not refresh(options.fill, False, {"stability": table(results)}):
         print(f"{options.fill}: table filled")

@@ -4,28 +4,22 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from asperity.contract import Floats
 from asperity.history import History
 from asperity.interface import Interface
 from asperity.pattern import Pattern
+from asperity.style import COLOURS, TWO, label_axes, new_figure, printed
+from matplotlib.figure import Figure
 
 from .modes import TABLE_2
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 STEEP = Pattern.regular(8, 60.0, flat=0.0, turn=298.64)
 """Eight steep planes; the seventh faces the slip along Tx best."""
 
 SLIP, STEPS, ARC = 0.3, 3000, 0.02
 """Slip along Tx, mm, increments of the path with the jump, and longest step along the branch over s_0."""
-
-JUMP, BRANCH = "#D55E00", "#0072B2"
-"""Colours."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,43 +68,31 @@ def steep_snap(mu: float) -> Snap:
     return Snap(jump, branch, turns, after - 1 + float(share))
 
 
+SHOWN = (("traction", 1, "traction along the slip [MPa]"), ("separation", 0, "opening $s_N$ [mm]"))
+"""Columns of a history that are drawn over the slip, their component and label."""
+
+
+@printed()
 def draw() -> Figure:
     """Draw traction and dilation over the slip, by jump and by branch, without and with friction."""
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(2, 2, figsize=(10.0, 6.6), layout="constrained", sharex="col")
-    for column, mu in enumerate((0.0, 0.5)):
+    figure, axes = new_figure(TWO, 4.8, nrows=2, ncols=2, sharex="col")
+    for (upper, lower), mu in zip(axes.reshape(2, 2).T, (0.0, 0.5), strict=True):
         snap = steep_snap(mu)
-        _draw(axes[0, column], snap, "traction", 1)
-        _draw(axes[1, column], snap, "separation", 0)
-        first, last = snap.turns[0], int(np.ceil(snap.back))
-        slip, traction = snap.branch.separation[: last + 1, 1], snap.branch.traction[: last + 1, 1]
-        axes[0, column].fill(slip[first:], traction[first:], color=BRANCH, alpha=0.25, linewidth=0)
-        title = f"$\\mu$ = {mu:g}: area {1e3 * snap.area:.2f} J/m², "
-        title += f"the jump releases {1e3 * snap.released:.2f} J/m²"
-        if mu > 0.0:
-            title += f"\nand dissipates {1e3 * snap.dissipated_more:.2f} J/m² more than the branch"
-        axes[0, column].set_title(title, fontsize="small")
-        axes[1, column].set_xlabel("slip $s_L$ [mm]")
-        axes[1, column].set_xlim(0.09, 1.15 * slip.max())
-        axes[1, column].set_ylim(0.04, 0.3)
-    axes[0, 0].set_ylabel("traction along the slip [MPa]")
-    axes[1, 0].set_ylabel("opening $s_N$ [mm]")
-    axes[0, 0].legend(fontsize="small", loc="lower left")
+        part, row = slice(snap.turns[0], int(np.ceil(snap.back)) + 1), snap.jump.snaps[0].row
+        slip, along, turns = snap.jump.separation[:, 1], snap.branch.separation[:, 1], list(snap.turns)
+        for ax, (name, k, label) in zip((upper, lower), SHOWN, strict=True):
+            jump, branch = getattr(snap.jump, name)[:, k], getattr(snap.branch, name)[:, k]
+            ax.plot(slip[:row], jump[:row], color=COLOURS[3], label="stable path")
+            ax.plot(slip[row:], jump[row:], color=COLOURS[3])
+            ax.plot(slip[row - 1 : row + 1], jump[row - 1 : row + 1], "--", color=COLOURS[1], label="jump")
+            ax.plot(along[part], branch[part], color=COLOURS[0], label="branch")
+            ax.plot(along[turns], branch[turns], "o", color=COLOURS[0], label="turn")
+            label_axes(ax, "slip $s_L$ [mm]" if k == 0 else "", label if mu == 0.0 else "")
+        upper.fill(along[part], snap.branch.traction[part, 1], color=COLOURS[0], alpha=0.25, linewidth=0)
+        area, released = (f"{1e3 * energy:.2f} J/m²" for energy in (snap.area, snap.released))
+        title = f"$\\mu$ = {mu:g}: area {area}, the jump releases {released}"
+        more = f"\nand dissipates {1e3 * snap.dissipated_more:.2f} J/m² more than the branch"
+        upper.set_title(title + more * (mu > 0.0))
+        lower.set(xlim=(0.09, 1.15 * along[: part.stop].max()), ylim=(0.04, 0.3))
+    axes[0].legend(loc="lower left")
     return figure
-
-
-def _draw(ax: Axes, snap: Snap, name: str, component: int) -> None:
-    """Draw one component of both paths over the slip, and the jump between its rows."""
-    jump, branch = getattr(snap.jump, name)[:, component], getattr(snap.branch, name)[:, component]
-    slip, row = snap.jump.separation[:, 1], snap.jump.snaps[0].row
-    first, last = snap.turns[0], int(np.ceil(snap.back))
-    ax.plot(slip[:row], jump[:row], color="black", label="stable path")
-    ax.plot(slip[row:], jump[row:], color="black")
-    ax.plot(slip[row - 1 : row + 1], jump[row - 1 : row + 1], "--", color=JUMP, label="jump")
-    ax.plot(
-        snap.branch.separation[first : last + 1, 1], branch[first : last + 1], color=BRANCH, label="branch"
-    )
-    turned = list(snap.turns)
-    ax.plot(snap.branch.separation[turned, 1], branch[turned], "o", color=BRANCH, markersize=4, label="turn")
-    ax.grid(alpha=0.3)
