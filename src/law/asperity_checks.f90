@@ -338,25 +338,33 @@ contains
     ratio = 1.0_wp
     if (fixed(p_sigma02) > 0.0_wp) ratio = (fixed(p_sigma02)/fixed(p_sigma0))**2
     if (fixed(p_gc2) > 0.0_wp) ratio = ratio*(fixed(p_gc)/fixed(p_gc2))
-    call review_ratio("sigma02^2 Gc/(sigma0^2 Gc2)", "", ratio, stiffness_ratio_limit, status, message)
+    if (.not. within(ratio, stiffness_ratio_limit)) call refuse_ratio("sigma02^2 Gc/(sigma0^2 Gc2)", ratio, &
+      stiffness_ratio_limit, status, message)
     do i = 1, size(lengths)
+      if (.not. fixed(lengths(i)) > 0.0_wp) cycle
       ratio = fixed(lengths(i))*(fixed(p_sigma0)/(2.0_wp*fixed(p_gc)))
-      if (ratio > 0.0_wp) call review_ratio(prop_table(lengths(i))%name, " sigma0/(2 Gc)", ratio, &
-        length_ratio_limit, status, message)
+      if (.not. within(ratio, length_ratio_limit)) call refuse_ratio(trim(prop_table(lengths(i))%name) // &
+        " sigma0/(2 Gc)", ratio, length_ratio_limit, status, message)
     end do
   end subroutine review_ratios
 
-  !> Test that a ratio is at most `limit` and at least 1/limit.
-  pure subroutine review_ratio(name, factor, ratio, limit, status, message)
-    character(len=*), intent(in) :: name, factor              !! what it is the ratio of: their product
+  !> Whether a ratio is at most `limit` and at least 1/limit.
+  elemental function within(ratio, limit) result(yes)
+    real(wp), intent(in) :: ratio, limit   !! > 0
+    logical :: yes
+    yes = ratio <= limit .and. ratio*limit >= 1.0_wp
+  end function within
+
+  !> Append a line about a ratio of PROPS that is not admissible.
+  pure subroutine refuse_ratio(name, ratio, limit, status, message)
+    character(len=*), intent(in) :: name                      !! what it is the ratio of
     real(wp), intent(in) :: ratio, limit                      !! > 0
-    integer, intent(inout) :: status                          !! -> status_props if it is not admissible
-    character(len=:), allocatable, intent(inout) :: message   !! then a line is appended
-    if (ratio <= limit .and. ratio*limit >= 1.0_wp) return
+    integer, intent(out) :: status                            !! status_props
+    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
     status = status_props
-    call append(message, trim(name) // factor // " = " // to_text(ratio) // ": expected " // to_text(1.0_wp/limit) // &
-      " to " // to_text(limit))
-  end subroutine review_ratio
+    call append(message, name // " = " // to_text(ratio) // ": expected " // to_text(1.0_wp/limit) // " to " // &
+      to_text(limit))
+  end subroutine refuse_ratio
 
   !> Whether a value is admissible as number j of a listed plane (n_N, n_Tx, n_Ty, gamma).
   pure function listed_admissible(j, value) result(yes)
