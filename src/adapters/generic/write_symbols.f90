@@ -15,6 +15,15 @@ program write_symbols
   integer, parameter :: of_joint(5) = [3, 2, 2, 2, 2], of_layer(5) = [6, 4, 4, 4, 0]
   !> Type numbers of MGIS.
   integer, parameter :: scalar = 0, symmetric_tensor = 1, vector = 2
+  !> Symbols with the same value in all behaviours. Isotropic (SymmetryType 0) means that the caller rotates strain and
+  !> stress to the axes of the joint.
+  character(len=*), parameter :: switches(*) = [character(len=52) :: "mfront_mkt = 1", "api_version = 1", &
+    "SymmetryType = 0", "ElasticSymmetryType = 0", "requiresStiffnessTensor = 0", &
+    "requiresThermalExpansionCoefficientTensor = 0", "TemperatureRemovedFromExternalStateVariables = 0", &
+    "ComputesInternalEnergy = 1", "ComputesDissipatedEnergy = 1", "UsableInPurelyImplicitResolution = 1", &
+    "nInitializeFunctions = 0", "nPostProcessings = 0"]
+  character(len=*), parameter :: texts(*) = [character(len=29) :: 'mfront_interface = "Generic"', &
+    'tfel_version = "none"', 'src = "asperity"', 'unit_system = ""', 'author = ""', 'date = ""', 'validator = ""']
   character(len=1024) :: path
   integer :: n, unit
 
@@ -35,10 +44,12 @@ contains
   subroutine write_behaviour(layer, n_planes)
     logical, intent(in) :: layer      !! layer or joint
     integer, intent(in) :: n_planes   !! number of planes
-    character(len=text_length) :: gradient, force
+    character(len=text_length) :: gradient, force, none(0)
     character(len=name_length) :: name
     character(len=:), allocatable :: call_of
     integer :: components(size(hypotheses))
+    character(len=text_length), allocatable :: names(:)
+    type(prop_type), allocatable :: properties(:)
     integer :: i, kind_of_gradient
 
     name = behaviour_name(layer, n_planes)
@@ -48,41 +59,35 @@ contains
     components = merge(of_layer, of_joint, layer)
 
     write (unit, "(/, a)") "/* " // trim(name) // " */"
-    call number(name, "mfront_mkt", 1)
-    call number(name, "api_version", 1)
-    call number(name, "BehaviourType", merge(1, 3, layer))
-    call number(name, "BehaviourKinematic", merge(1, 2, layer))
-    ! isotropic means that the caller rotates strain and stress to the axes of the joint
-    call number(name, "SymmetryType", 0)
-    call number(name, "ElasticSymmetryType", 0)
-    call number(name, "requiresStiffnessTensor", 0)
-    call number(name, "requiresThermalExpansionCoefficientTensor", 0)
-    call number(name, "TemperatureRemovedFromExternalStateVariables", 0)
-    call number(name, "ComputesInternalEnergy", 1)
-    call number(name, "ComputesDissipatedEnergy", 1)
-    call number(name, "UsableInPurelyImplicitResolution", 1)
-    call number(name, "nInitializeFunctions", 0)
-    call number(name, "nPostProcessings", 0)
-    call text(name, "mfront_interface", "Generic")
-    call text(name, "tfel_version", "none")
-    call text(name, "build_id", "asperity " // version)
-    call text(name, "src", "asperity")
-    call text(name, "unit_system", "")
-    call text(name, "author", "")
-    call text(name, "date", "")
-    call text(name, "validator", "")
-    call texts(name, "ModellingHypotheses", pack(hypotheses, components > 0))
-    call texts(name, "Gradients", [gradient])
-    call integers(name, "GradientsTypes", [kind_of_gradient])
-    call texts(name, "ThermodynamicForces", [force])
-    call integers(name, "ThermodynamicForcesTypes", [kind_of_gradient])
+    do i = 1, size(switches)
+      call declare("unsigned short", name, switches(i))
+    end do
+    call declare("unsigned short", name, "BehaviourType = " // merge("1", "3", layer))
+    call declare("unsigned short", name, "BehaviourKinematic = " // merge("1", "2", layer))
+    do i = 1, size(texts)
+      call declare("char *const", name, texts(i))
+    end do
+    call declare("char *const", name, 'build_id = "asperity ' // version // '"')
+    call list(name, "ModellingHypotheses", pack(hypotheses, components > 0))
+    call list(name, "Gradients", [gradient], kind_of_gradient)
+    call list(name, "ThermodynamicForces", [force], kind_of_gradient)
     ! one block: derivative of the first with respect to the second
-    call texts(name, "TangentOperatorBlocks", [force, gradient])
-    call texts(name, "InternalStateVariables", variable_names(n_planes))
-    call integers(name, "InternalStateVariablesTypes", spread(scalar, 1, n_statev(n_planes, .true.)))
-    call nothing(name, "ExternalStateVariables")
-    call nothing(name, "Parameters")
-    call write_properties(name, pack(prop_table, material_properties(layer)))
+    call list(name, "TangentOperatorBlocks", [force, gradient])
+    call list(name, "InternalStateVariables", variable_names(n_planes), scalar)
+    call list(name, "ExternalStateVariables", none, scalar)
+    call list(name, "Parameters", none, scalar)
+    properties = pack(prop_table, material_properties(layer))
+    allocate (names(size(properties)))
+    names = properties%name
+    call list(name, "MaterialProperties", names)
+    do i = 1, size(properties)
+      associate (row => properties(i))
+        if (row%lower > -huge(1.0_wp)) call declare("long double", name, trim(row%name) // "_LowerPhysicalBound = " // &
+          to_text(row%lower))
+        if (row%upper < huge(1.0_wp)) call declare("long double", name, trim(row%name) // "_UpperPhysicalBound = " // &
+          to_text(row%upper))
+      end associate
+    end do
     call_of = merge("asperity_generic_layer", "asperity_generic_joint", layer)
     do i = 1, size(hypotheses)
       if (components(i) == 0) cycle
@@ -90,20 +95,6 @@ contains
         call_of // "(point, " // integer_text(n_planes) // ", " // integer_text(components(i)) // "); }"
     end do
   end subroutine write_behaviour
-
-  !> Names of the material properties, and their bounds.
-  subroutine write_properties(name, rows)
-    character(len=*), intent(in) :: name      !! behaviour
-    type(prop_type), intent(in) :: rows(:)    !! entries of PROPS
-    character(len=text_length) :: names(size(rows))
-    integer :: i
-    names = rows%name
-    call texts(name, "MaterialProperties", names)
-    do i = 1, size(rows)
-      if (rows(i)%lower > -huge(1.0_wp)) call bound(name, trim(rows(i)%name) // "_LowerPhysicalBound", rows(i)%lower)
-      if (rows(i)%upper < huge(1.0_wp)) call bound(name, trim(rows(i)%name) // "_UpperPhysicalBound", rows(i)%upper)
-    end do
-  end subroutine write_properties
 
   !> Names of the state variables, those of the facets included; those of a plane end with its number.
   pure function variable_names(n_planes) result(names)
@@ -118,53 +109,24 @@ contains
     end do
   end function variable_names
 
-  !> A count or a switch.
-  subroutine number(name, what, value)
-    character(len=*), intent(in) :: name, what   !! behaviour, symbol
-    integer, intent(in) :: value                 !! its value
-    write (unit, "(a)") "const unsigned short " // trim(name) // "_" // what // " = " // integer_text(value) // ";"
-  end subroutine number
+  !> A constant of a behaviour with its value.
+  subroutine declare(type_of, name, what)
+    character(len=*), intent(in) :: type_of, name, what   !! in C; behaviour; symbol = value
+    write (unit, "(a)") "const " // type_of // " " // trim(name) // "_" // trim(what) // ";"
+  end subroutine declare
 
-  !> A bound in full precision.
-  subroutine bound(name, what, value)
-    character(len=*), intent(in) :: name, what   !! behaviour, symbol
-    real(wp), intent(in) :: value                !! its value
-    write (unit, "(a)") "const long double " // trim(name) // "_" // what // " = " // to_text(value) // ";"
-  end subroutine bound
-
-  !> A text.
-  subroutine text(name, what, value)
-    character(len=*), intent(in) :: name, what   !! behaviour, symbol
-    character(len=*), intent(in) :: value        !! its value
-    write (unit, "(a)") "const char *const " // trim(name) // "_" // what // ' = "' // value // '";'
-  end subroutine text
-
-  !> A list of texts and its length.
-  subroutine texts(name, what, values)
+  !> A list of texts, its length and, on request, the types of the variables that it names, which are the same for all.
+  subroutine list(name, what, values, kind_of)
     character(len=*), intent(in) :: name, what               !! behaviour, symbol
     character(len=text_length), intent(in) :: values(:)      !! its values
+    integer, intent(in), optional :: kind_of                 !! type number of MGIS
     integer :: i
-    call number(name, "n" // what, size(values))
+    call declare("unsigned short", name, "n" // what // " = " // integer_text(size(values)))
     write (unit, "(a)") "const char *const " // trim(name) // "_" // what // "[] = {"
-    write (unit, "(2x, a)") ('"' // trim(values(i)) // '",', i=1, size(values))
-    write (unit, "(a)") "};"
-  end subroutine texts
-
-  !> A list of integers.
-  subroutine integers(name, what, values)
-    character(len=*), intent(in) :: name, what   !! behaviour, symbol
-    integer, intent(in) :: values(:)             !! its values
-    integer :: i
-    write (unit, "(*(a))") "const int ", trim(name), "_", what, "[] = {", &
-      (integer_text(values(i)) // ", ", i=1, size(values)), "};"
-  end subroutine integers
-
-  !> An empty list of variables with their types.
-  subroutine nothing(name, what)
-    character(len=*), intent(in) :: name, what   !! behaviour, symbol
-    call number(name, "n" // what, 0)
-    write (unit, "(a)") "const char *const *const " // trim(name) // "_" // what // " = 0;"
-    write (unit, "(a)") "const int *const " // trim(name) // "_" // what // "Types = 0;"
-  end subroutine nothing
+    write (unit, "(2x, a)") ('"' // trim(values(i)) // '",', i=1, size(values)), "0};"
+    if (.not. present(kind_of)) return
+    write (unit, "(*(a))") "const int ", trim(name), "_", what, "Types[] = {", &
+      (integer_text(kind_of) // ", ", i=1, size(values)), "0};"
+  end subroutine list
 
 end program write_symbols
