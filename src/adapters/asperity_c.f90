@@ -1,7 +1,7 @@
 !> C API of the library, declared in asperity.h: the law for arrays of points.
 module asperity_c
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
-  use asperity_call_checks, only: explain_nstatv, explain_point, explain_points, explain_time
+  use asperity_call_checks, only: explain_nstatv, explain_point, explain_time
   use asperity_checks, only: review_props
   use asperity_contract, only: status_nstatv, status_ok, status_size, status_time, version
   use asperity_initial, only: carry_traction, explain_initial
@@ -101,6 +101,7 @@ contains
     real(wp), target :: none(0)
     character(len=:), allocatable :: text
     type(interface_type) :: joint
+    real(wp) :: start(3)
     integer :: failed
 
     allocate (character(len=0) :: text)
@@ -127,7 +128,10 @@ contains
       if (status == status_time) then
         call explain_time(joint, "dt", text, dt)
       else if (status /= status_ok) then
-        call explain_points(joint, failed, to, states, text, from)
+        start = 0.0_wp
+        if (associated(from)) start = from(:, failed)
+        call explain_point(joint, start, to(:, failed), states(:, failed), text)
+        text = "point " // integer_text(failed) // ": " // text
       end if
     end if
     call put_text(text, message, size)

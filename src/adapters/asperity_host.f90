@@ -1,11 +1,11 @@
-!> Procedures of all host adapters: component orders, requests for a smaller increment, and rejection of a call.
+!> Procedures of all host adapters: component orders and requests for a smaller increment.
 module asperity_host
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_interface, only: interface_type, plane_damage
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: component_map, vumat_map, reject, request_cut, request_slower_damage
+  public :: component_map, vumat_map, request_cut, request_slower_damage
 
   !> Increment factor requested when a call is rejected.
   real(wp), parameter, public :: rejected_pnewdt = 0.25_wp
@@ -13,7 +13,7 @@ module asperity_host
   !> a safety factor, as the growth of damage need not be proportional to the increment.
   real(wp), parameter, public :: least_pnewdt = 0.1_wp, largest_pnewdt = 0.75_wp
   !> NaN from its bits, which raises no floating-point exception.
-  real(wp), parameter :: quiet_nan = transfer(int(z"7FF8000000000000", int64), 1.0_wp)
+  real(wp), parameter, public :: quiet_nan = transfer(int(z"7FF8000000000000", int64), 1.0_wp)
 
 contains
 
@@ -68,13 +68,5 @@ contains
       call request_cut(max(least_pnewdt, min(largest_pnewdt, joint%dalpha/growth)), pnewdt)
     end if
   end subroutine request_slower_damage
-
-  !> Fill stress and tangent of a rejected call with NaN, so that the host's solver stops.
-  pure subroutine reject(stress, tangent)
-    real(wp), intent(inout) :: stress(:)         !! filled with NaN
-    real(wp), intent(inout) :: tangent(:, :)     !! filled with NaN
-    stress = quiet_nan
-    tangent = quiet_nan
-  end subroutine reject
 
 end module asperity_host

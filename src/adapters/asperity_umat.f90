@@ -10,7 +10,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   use asperity_call_checks, only: explain_call, host_status
   use asperity_contract, only: max_ntens, max_planes, status_initial, &
     status_ok, v_friction, v_offset, v_rupture, v_stored
-  use asperity_host, only: component_map, reject, rejected_pnewdt, request_cut, request_slower_damage
+  use asperity_host, only: component_map, quiet_nan, rejected_pnewdt, request_cut, request_slower_damage
   use asperity_initial, only: carry_traction, explain_initial, first_traction
   use asperity_interface, only: interface_type, new_interface, plane_damage
   use asperity_kinds, only: wp
@@ -66,7 +66,8 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     call explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message, dtime)
     if (status == status_initial) call explain_initial(joint, traction, position > 0, statev, message)
     call report_umat(message)
-    call reject(stress, ddsdde)
+    stress = quiet_nan
+    ddsdde = quiet_nan
     call request_cut(rejected_pnewdt, pnewdt)
     return
   end if

@@ -4,16 +4,16 @@
 !> Each function `..._status` is a fast test. The subroutine `explain_...` after it names every bad value and what was
 !> expected.
 module asperity_call_checks
-  use asperity_checks, only: all_bounded, bounded, review, review_props, review_state, state_bounded
-  use asperity_contract, only: energy_limit, host_ntens, status_nstatv, status_ntens, status_ok, status_props, &
-    status_separation, status_size, status_state, status_time
+  use asperity_checks, only: all_bounded, bounded, review, review_props, state_bounded, state_ranges
+  use asperity_contract, only: energy_limit, host_ntens, statev_row, statev_table, status_nstatv, status_ntens, &
+    status_ok, status_props, status_separation, status_size, status_state, status_time
   use asperity_interface, only: interface_type, new_interface, separation_bound, slip_bound
   use asperity_kinds, only: wp
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
   public :: point_status, state_status, time_status, host_status, vumat_status
-  public :: explain_point, explain_points, explain_nstatv, explain_time, explain_call, explain_vumat, explain_block
+  public :: explain_point, explain_nstatv, explain_time, explain_call, explain_vumat, explain_block
 
 contains
 
@@ -48,23 +48,6 @@ contains
     call explain_state(joint, state_old, energy_limit, slip_bound(joint), message)
   end subroutine explain_point
 
-  !> Append the point that `update_points` rejected and its bad values.
-  pure subroutine explain_points(joint, failed, s, state, message, s_old)
-    type(interface_type), intent(in) :: joint                     !! the interface
-    integer, intent(in) :: failed                                 !! the point
-    real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
-    real(wp), intent(in), contiguous :: state(:, :)               !! (nstatv, n) STATEV at the start
-    character(len=:), allocatable, intent(inout) :: message       !! lines are appended
-    real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
-    character(len=:), allocatable :: lines
-    real(wp) :: from(3)
-    from = 0.0_wp
-    if (present(s_old)) from = s_old(:, failed)
-    allocate (character(len=0) :: lines)
-    call explain_point(joint, from, s(:, failed), state(:, failed), lines)
-    call append(message, "point " // integer_text(failed) // ": " // lines)
-  end subroutine explain_points
-
   !> Whether STATEV has enough values, each of them in its range.
   pure function state_status(joint, state) result(status)
     type(interface_type), intent(in) :: joint       !! the interface
@@ -93,11 +76,18 @@ contains
     real(wp), intent(in) :: energy                            !! largest energy, stress*length
     real(wp), intent(in) :: slip                              !! largest slip and offset, length
     character(len=:), allocatable, intent(inout) :: message   !! lines are appended
+    real(wp) :: bound(joint%n_statev)
+    logical :: signed(joint%n_statev)
+    integer :: i
     if (size(state) < joint%n_statev) then
       call explain_nstatv(joint, "NSTATV", size(state), message)
       return
     end if
-    call review_state(joint%pattern%n, joint%n_statev, state, energy, slip, message)
+    call state_ranges(joint%pattern%n, energy, slip, bound, signed)
+    do i = 1, joint%n_statev
+      call review(message, "STATEV(" // integer_text(i) // ") " // trim(statev_table(statev_row(i, &
+        joint%pattern%n))%name), state(i), bound(i), signed(i))
+    end do
   end subroutine explain_state
 
   !> Whether the duration of an increment is admissible; without viscous damage (tau_v = 0) every duration is.

@@ -9,13 +9,13 @@ module asperity_checks
   use asperity_kinds, only: wp
   use asperity_contract, only: damage_row, length_ratio_limit, min_inclined, most_statev, n_facet_statev, &
     n_fixed_props, n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_gc, p_gc2, p_m, p_sigma0, &
-    p_sigma02, prop_table, smallest_divisor, statev_row, statev_table, status_nprops, status_ok, status_props, &
+    p_sigma02, prop_table, smallest_divisor, statev_row, status_nprops, status_ok, status_props, &
     stiffness_ratio_limit, v_offset, wear_work_row, weight_tolerance, worn_row
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
   public :: bounded, all_bounded, review, read_props, prop_admissible, review_props, state_bounded, set_limits, &
-    review_state, state_ranges
+    state_ranges
 
   !> Number of points whose values are tested together.
   integer, parameter, public :: points_together = 4
@@ -156,22 +156,6 @@ contains
       limits%unsigned(i + 1:i + n_statev) = merge(0_int64, -1_int64, signed)
     end do
   end subroutine set_limits
-
-  !> Append one line for each state variable of a point that is not in its range.
-  pure subroutine review_state(n_planes, n_statev, state, energy, slip, message)
-    integer, intent(in) :: n_planes                           !! planes
-    integer, intent(in) :: n_statev                           !! state variables the law needs
-    real(wp), intent(in) :: state(n_statev)                   !! STATEV, any bits
-    real(wp), intent(in) :: energy                            !! largest energy, stress*length
-    real(wp), intent(in) :: slip                              !! largest slip and offset, length
-    character(len=:), allocatable, intent(inout) :: message   !! lines are appended
-    integer :: i, row
-    do i = 1, n_statev
-      row = statev_row(i, n_planes)
-      call review(message, "STATEV(" // integer_text(i) // ") " // trim(statev_table(row)%name), state(i), &
-        row_bound(row, energy, slip), row_signed(row))
-    end do
-  end subroutine review_state
 
   !> Read PROPS before the listed planes, with defaults for missing values; all of PROPS is tested.
   pure subroutine read_props(props, fixed, status)

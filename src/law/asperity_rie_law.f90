@@ -12,7 +12,7 @@ module asperity_rie_law
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
-  public :: new_rie_law, rate_independent_law, slipped_separation
+  public :: new_rie_law, rate_independent_law, slipped_separation, statev_name
 
   !> The law of an interface.
   type, extends(point_law), public :: rie_law
@@ -299,13 +299,20 @@ contains
     class(rie_law), intent(in) :: law   !! the law
     integer, intent(in) :: i            !! index in STATEV
     character(len=:), allocatable :: name
-    integer :: n, plane
-    n = law%joint%pattern%n
+    call set_text(name, trim(statev_name(i, law%joint%pattern%n)))
+  end function state_name
+
+  !> The same for a pattern of n planes, padded with blanks.
+  pure function statev_name(i, n) result(name)
+    integer, intent(in) :: i   !! index in STATEV
+    integer, intent(in) :: n   !! planes
+    character(len=16) :: name
+    integer :: plane
     plane = (i - n_point_statev + n_plane_statev - 1)/n_plane_statev
     if (i > n_statev(n)) plane = (i - n_statev(n) + n_facet_statev - 1)/n_facet_statev
-    call set_text(name, trim(statev_table(statev_row(i, n))%name))
-    if (i > n_point_statev) call set_text(name, name // "_" // integer_text(plane))
-  end function state_name
+    name = statev_table(statev_row(i, n))%name
+    if (i > n_point_statev) name = trim(name) // "_" // integer_text(plane)
+  end function statev_name
 
   !> Separation at which the contacts of the planes fit the slips of the planes best (weighted least squares), with the
   !> smallest opening for which no plane is in contact. Gauss-Newton steps; one is enough where the planes are straight.

@@ -1,10 +1,10 @@
 !> Writes the C source of libasperity_generic: the symbols that MGIS reads of each behaviour, with names and bounds of
 !> the contract, and its functions. The build runs it: write_symbols FILE.
 program write_symbols
-  use asperity_contract, only: n_facet_statev, n_plane_statev, n_point_statev, n_statev, prop_table, prop_type, &
-    statev_row, statev_table, version
+  use asperity_contract, only: n_statev, prop_table, prop_type, version
   use asperity_generic, only: behaviour_name, material_properties, most_planes, name_length
   use asperity_kinds, only: wp
+  use asperity_rie_law, only: statev_name
   use asperity_text, only: integer_text, to_text
   implicit none
   !> Longest text in a list, longest name of a function.
@@ -48,7 +48,6 @@ contains
     character(len=name_length) :: name
     character(len=:), allocatable :: call_of
     integer :: components(size(hypotheses))
-    character(len=text_length), allocatable :: names(:)
     type(prop_type), allocatable :: properties(:)
     integer :: i, kind_of_gradient
 
@@ -73,13 +72,11 @@ contains
     call list(name, "ThermodynamicForces", [force], kind_of_gradient)
     ! one block: derivative of the first with respect to the second
     call list(name, "TangentOperatorBlocks", [force, gradient])
-    call list(name, "InternalStateVariables", variable_names(n_planes), scalar)
+    call list(name, "InternalStateVariables", [(statev_name(i, n_planes), i=1, n_statev(n_planes, .true.))], scalar)
     call list(name, "ExternalStateVariables", none, scalar)
     call list(name, "Parameters", none, scalar)
     properties = pack(prop_table, material_properties(layer))
-    allocate (names(size(properties)))
-    names = properties%name
-    call list(name, "MaterialProperties", names)
+    call list(name, "MaterialProperties", properties%name)
     do i = 1, size(properties)
       associate (row => properties(i))
         if (row%lower > -huge(1.0_wp)) call declare("long double", name, trim(row%name) // "_LowerPhysicalBound = " // &
@@ -96,19 +93,6 @@ contains
     end do
   end subroutine write_behaviour
 
-  !> Names of the state variables, those of the facets included; those of a plane end with its number.
-  pure function variable_names(n_planes) result(names)
-    integer, intent(in) :: n_planes   !! number of planes
-    character(len=text_length) :: names(n_statev(n_planes, .true.))
-    integer :: i, plane
-    do i = 1, size(names)
-      names(i) = statev_table(statev_row(i, n_planes))%name
-      plane = (i - n_point_statev - 1)/n_plane_statev + 1
-      if (i > n_statev(n_planes)) plane = (i - n_statev(n_planes) - 1)/n_facet_statev + 1
-      if (i > n_point_statev) names(i) = trim(names(i)) // "_" // integer_text(plane)
-    end do
-  end function variable_names
-
   !> A constant of a behaviour with its value.
   subroutine declare(type_of, name, what)
     character(len=*), intent(in) :: type_of, name, what   !! in C; behaviour; symbol = value
@@ -118,7 +102,7 @@ contains
   !> A list of texts, its length and, on request, the types of the variables that it names, which are the same for all.
   subroutine list(name, what, values, kind_of)
     character(len=*), intent(in) :: name, what               !! behaviour, symbol
-    character(len=text_length), intent(in) :: values(:)      !! its values
+    character(len=*), intent(in) :: values(:)                !! its values
     integer, intent(in), optional :: kind_of                 !! type number of MGIS
     integer :: i
     call declare("unsigned short", name, "n" // what // " = " // integer_text(size(values)))
