@@ -345,10 +345,9 @@ contains
       abs(gap) > rounding*sample%joint%material%k_n*abs(values)))
     if (.not. bad .and. .not. sample%joint%material%guard) then
       ! a zero increment from this state gives the same traction, as nothing slides or is damaged (not so with the
-      ! guard), nor do the facets wear further; one that was not climbed at the start is crushed in the next increment
+      ! guard), nor do the facets wear further
       still = sample%law
       still%joint%material%inv_w0 = 0.0_wp
-      still%joint%material%kt_crush = 0.0_wp
       again = new_point(still, point%state, point%s)
       gap = again%traction - point%traction
       bad = any(abs(gap) > most .and. control%traction)

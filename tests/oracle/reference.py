@@ -297,7 +297,7 @@ def _size(x: Floats) -> Floats:
 class _Start:
     """Start of an increment: the planes, their histories, separations, friction traction and driving force.
 
-    omega: of the frictional work so far; crushable: whether the pressure may crush a facet in the increment.
+    omega: of the frictional work so far.
     """
 
     frame: Floats
@@ -309,7 +309,6 @@ class _Start:
     contact: Floats
     drive: Floats
     omega: Floats
-    crushable: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -338,12 +337,7 @@ def _start(parameters: Parameters, pattern: Pattern, s_old: Floats, state: Float
     drive = _driving_force(parameters, facet, alpha, tau_d)
     if parameters.W0 > 0.0:
         omega = np.where(drive > 0.0, np.maximum(omega, -np.expm1(-work / parameters.W0)), omega)
-    # a damaged facet must have been climbed, and its wear must open the contact
-    crushable = np.broadcast_to(frame[:, 1, 0] / frame[:, 0, 0] > PARALLEL, alpha.shape)
-    if facet is not None:
-        climbed = (facet.height > 0.0) & (facet.by_omega[..., 0] >= 0.0)
-        crushable = crushable & (climbed | (alpha == 0.0))
-    return _Start(frame, pattern[1], offset, alpha, slip, straight, contact, drive, omega, crushable)
+    return _Start(frame, pattern[1], offset, alpha, slip, straight, contact, drive, omega)
 
 
 def _end(parameters: Parameters, start: _Start, s: Floats, dt: float, known: Floats | None = None) -> _End:
@@ -406,7 +400,8 @@ def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | Non
     """Worn share (..., k) of the facets after an increment to s, the offset included.
 
     The pressure of a facet and the share that it crushes belong together; bisection finds them, and a step of
-    Newton's method their derivative.  A flank below its foot is not crushed.
+    Newton's method their derivative.  A flank below its foot is not crushed.  A facet with damage must be
+    climbed at s and, unworn, open by wear.
     """
     if parameters.crush == 0.0:
         return start.omega
@@ -421,9 +416,12 @@ def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | Non
             middle = 0.5 * (low + high)
             more = missing(s.real, middle) > 0.0
             low, high = np.where(more, middle, low), np.where(more, high, middle)
-        axes, _ = uphill_axes(start.frame)
+        axes, slope = uphill_axes(start.frame)
         above = np.einsum("ka,...a->...k", axes[:, 1], s.real) >= 0.0
-        known = np.where(start.crushable & above, np.maximum(low, start.omega), start.omega)
+        unworn = facets(start.frame, s.real, parameters.height, np.zeros_like(low))
+        climbed = (unworn.height > 0.0) & (unworn.by_omega[..., 0] >= 0.0)
+        crushable = (slope > PARALLEL) & above & (climbed | (start.alpha == 0.0))
+        known = np.where(crushable, np.maximum(low, start.omega), start.omega)
     if not np.iscomplexobj(s):
         return known
     slope = missing(s.real, known + 1j * IMAGINARY).imag / IMAGINARY
