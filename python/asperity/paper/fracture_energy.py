@@ -72,9 +72,11 @@ def pattern(name: str) -> Pattern:
 def distinct(pattern: Pattern, directions: Floats) -> tuple[Floats, np.ndarray]:
     """Directions that are not equivalent by symmetry of a regular pattern, and the index of each given one.
 
-    Rotations and mirror planes of the pattern map each angle into [0, 180/m].
+    Rotations and mirror planes of the pattern map each angle into [0, 180/m]; others are left as they are.
     """
-    period = 360.0 / max(pattern.m, 1)
+    if pattern.m < 2:  # listed planes have no symmetry that is known
+        return directions, np.arange(len(directions))
+    period = 360.0 / pattern.m
     folded = np.abs((directions - pattern.turn + period / 2.0) % period - period / 2.0)
     # equal up to rounding errors of the mapping
     values, inverse = np.unique(np.round(folded, 9), return_inverse=True)
