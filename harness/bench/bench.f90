@@ -2,7 +2,6 @@
 !> bench [--csv FILE] [--quick]
 program bench
   use, intrinsic :: iso_fortran_env, only: compiler_version, error_unit, int64, output_unit, real64
-  !$ use omp_lib, only: omp_get_max_threads
   use asperity_contract, only: p_guard, p_turn, p_w0, prop_table
   use asperity_instruction_set, only: instruction_set
   use block_work_double, only: double_type => block_work_type, new_double => new_block_work, run_double => run
@@ -18,7 +17,6 @@ program bench
     character(len=8) :: pattern = ""      !! name of the pattern
     integer :: planes = 0                 !! number of planes
     integer :: points = 0                 !! number of points
-    integer :: threads = 1                !! number of threads
     real(real64) :: ns = 0.0_real64       !! nanoseconds per point
   end type row_type
   !> A pattern: name, inclined planes, height and W0, whether it is measured with many points. All have a flat plane
@@ -58,7 +56,7 @@ program bench
   type(row_type), allocatable :: rows(:)
   character(len=:), allocatable :: file
   real(real64) :: shortest, used
-  integer :: i, n, pass, passes, sizes(calls), threads, turns, unit
+  integer :: i, n, pass, passes, sizes(calls), turns, unit
   logical :: quick
 
   used = 0.0_real64
@@ -68,8 +66,6 @@ program bench
   shortest = merge(2.0e4_real64, 1.0e5_real64, quick)
   ! arrays in the second-level cache, VUMAT calls in memory
   sizes = [n_small, 2048, n_small, n_small*merge(8, 1600, quick)]
-  threads = 1
-  !$ threads = min(2, omp_get_max_threads())
   if (len(file) > 0) open (newunit=unit, file=file, status="replace", action="write")
   print "(2a, i0)", compiler_version(), ", asperity_isa() = ", instruction_set()
   print "(a)", "Table 2 of the paper. Times are medians of runs taken in turn."
@@ -109,9 +105,7 @@ contains
       end do
     end do
     ! arrays in memory
-    some = [(row_type("points", no, threads=j), row_type("points", yes, threads=j), row_type("copy", no, threads=j), &
-      j=1, threads)]
-    call add(rows, patterns(4), some, merge(20000, 1000000, quick))
+    call add(rows, patterns(4), pack(tasks, groups == arrays), merge(20000, 1000000, quick))
   end subroutine measure_all
 
   !> Measure rows that share their points, and append them with their median times. The rows run alternately, and each
@@ -158,7 +152,7 @@ contains
         since = now()
         do loop = 1, loops(i)
           if (by_points) then
-            call run_points(point, timed(i)%kernel, timed(i)%tangent, timed(i)%threads, used)
+            call run_points(point, timed(i)%kernel, timed(i)%tangent, used)
           else if (timed(i)%precision == "double") then
             call run_double(double, timed(i)%kernel, timed(i)%tangent, used)
           else
@@ -227,7 +221,7 @@ contains
     integer, intent(in) :: unit             !! open for writing
     real(real64) :: parts
     integer :: i
-    write (unit, "(2a)") " pattern,planes,  kernel,precision,tangent, points,threads,ns_per_point,isa,", &
+    write (unit, "(2a)") " pattern,planes,  kernel,precision,tangent, points,ns_per_point,isa,", &
       "textbook/ns,ns/parts"
     do i = 1, size(rows)
       associate (row => rows(i))
@@ -235,11 +229,11 @@ contains
         if (row%kernel == "umat") parts = time_of("point", row)
         if (row%kernel == "block") parts = time_of("roots", row)
         if (row%kernel == "vumat") parts = time_of("block", row) + time_of("stream", row)
-        if (row%kernel == "points" .and. row%threads == 1) parts = time_of("block", row) + time_of("copy", row)
+        if (row%kernel == "points") parts = time_of("block", row) + time_of("copy", row)
         if (parts > 0.0_real64) parts = row%ns/parts
-        write (unit, "(a8, ',', i6, ',', a8, ',', a9, ',', a7, ',', i7, ',', i7, ',', f12.3, ',', i3, ',', &
+        write (unit, "(a8, ',', i6, ',', a8, ',', a9, ',', a7, ',', i7, ',', f12.3, ',', i3, ',', &
           &f11.3, ',', f8.3)") adjustr(row%pattern), row%planes, adjustr(row%kernel), adjustr(row%precision // "   "), &
-          adjustr(merge("yes", "no ", row%tangent) // "    "), row%points, row%threads, row%ns, &
+          adjustr(merge("yes", "no ", row%tangent) // "    "), row%points, row%ns, &
           instruction_set(), time_of("textbook", row)/row%ns, parts
       end associate
     end do
@@ -255,7 +249,7 @@ contains
     integer :: j
     ns = 0.0_real64
     limit = any(kernel == ["copy  ", "roots ", "stream"])
-    j = findloc(rows%pattern == row%pattern .and. rows%kernel == kernel .and. rows%threads == 1 .and. &
+    j = findloc(rows%pattern == row%pattern .and. rows%kernel == kernel .and. &
       (rows%precision == row%precision .or. kernel == "textbook") .and. &
       (rows%points == row%points .or. kernel /= "copy") .and. (limit .or. (rows%tangent .eqv. row%tangent)), .true., 1)
     if (j > 0) ns = rows(j)%ns

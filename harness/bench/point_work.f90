@@ -1,5 +1,5 @@
 !> Points whose values stand together: the textbook version, the library's point kernel and UMAT one point after the
-!> other, and the arrays of C and Python, processed by one or more threads.
+!> other, and the arrays of C and Python, by one thread.
 module point_work
   !$ use omp_lib, only: omp_set_num_threads
   use asperity_contract, only: status_ok
@@ -33,15 +33,10 @@ contains
     work%start = start
     work%ds = start%s - start%s_old
     n = size(start%s, 2)
-    allocate (work%new, mold=start%state)
     allocate (work%traction(3, n), work%tangent(3, 3, n))
-    !$omp parallel do schedule(static)
-    do p = 1, n
-      work%new(:, p) = start%state(:, p)
-      work%traction(:, p) = 0.0_wp
-      work%tangent(:, :, p) = 0.0_wp
-    end do
-    !$omp end parallel do
+    work%new = start%state
+    work%traction = 0.0_wp
+    work%tangent = 0.0_wp
     if (start%joint%material%curved) return   ! the textbook version has no facets
     k = max(start%joint%material%k_n, start%joint%material%k_t, start%joint%material%k_c)
     do p = 1, min(n_states, n)
@@ -55,16 +50,15 @@ contains
 
   !> Run a kernel once for all points. Arrays are updated in place; a copy moves the bytes of their update (reads of
   !> separation and state, writes of state and traction) as the hardware limit.
-  subroutine run(work, kernel, with_tangent, threads, used)
+  subroutine run(work, kernel, with_tangent, used)
     type(point_work_type), intent(inout) :: work   !! the points
     character(len=*), intent(in) :: kernel         !! which one
     logical, intent(in) :: with_tangent            !! whether arrays and the textbook version compute the tangent
-    integer, intent(in) :: threads                 !! number of threads of arrays and copies
     real(wp), intent(inout) :: used                !! sum of results
     character(len=80), parameter :: name = "BENCH"
     real(wp) :: t(3), d(3, 3), e(3)
     integer :: failed, p, status
-    !$ call omp_set_num_threads(threads)
+    !$ call omp_set_num_threads(1)
     status = status_ok
     t = 0.0_wp
     d = 0.0_wp
@@ -72,12 +66,10 @@ contains
     associate (start => work%start, new => work%new)
       select case (kernel)
       case ("copy")
-        !$omp parallel do schedule(static)
         do p = 1, size(new, 2)
           work%traction(:, p) = start%s(:, p) + start%s_old(:, p)
           new(:, p) = start%state(:, p)
         end do
-        !$omp end parallel do
       case ("points")
         if (with_tangent) then
           call update_points(start%joint, start%s, new, work%traction, status, failed, start%s_old, work%tangent, &

@@ -23,7 +23,7 @@ module start_states
 
 contains
 
-  !> Fill n points of an interface. Each thread first writes the memory that it uses later.
+  !> Fill n points of an interface.
   subroutine new_start(props, n, start)
     real(wp), intent(in) :: props(:)         !! PROPS, admissible
     integer, intent(in) :: n                 !! points
@@ -46,13 +46,11 @@ contains
       state(:, p) = 0.0_wp
       call update_point(start%joint, rest, from(:, p), 0.0_wp*state(:, p), state(:, p), traction, tangent)
     end do
-    !$omp parallel do schedule(static)
     do p = 1, n
       start%s_old(:, p) = from(:, 1 + modulo(p - 1, few))
       start%s(:, p) = 1.01_wp*start%s_old(:, p)
       start%state(:, p) = state(:, 1 + modulo(p - 1, few))
     end do
-    !$omp end parallel do
   end subroutine new_start
 
 end module start_states

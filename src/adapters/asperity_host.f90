@@ -49,11 +49,7 @@ contains
     real(wp), intent(in) :: factor                !! requested factor, < 1
     real(wp), intent(inout), optional :: pnewdt   !! the host's increment factor
     if (.not. present(pnewdt)) return
-    if (pnewdt > 0.0_wp) then
-      pnewdt = min(pnewdt, factor)
-    else
-      pnewdt = factor
-    end if
+    pnewdt = merge(min(pnewdt, factor), factor, pnewdt > 0.0_wp)
   end subroutine request_cut
 
   !> Request a smaller increment from the host if the damage of a plane grew by more than PROPS 14.

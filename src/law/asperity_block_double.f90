@@ -5,7 +5,7 @@ module asperity_block_double
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_material, only: damage_share, double_material_type => material_type, material_type
+  use asperity_material, only: damage_weight, double_material_type => material_type, material_type
   use asperity_pattern, only: pattern_type
   use asperity_types_double, only: block_type, chunk, growth_type, largest_energy, largest_separation, plane_type, &
     points_type, vector_type

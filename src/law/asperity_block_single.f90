@@ -4,7 +4,7 @@ module asperity_block_single
   use asperity_block_kernel_single, only: columns_bounded, update_block
   use asperity_contract, only: status_ok, status_props
   use asperity_interface, only: interface_type
-  use asperity_material, only: damage_share, double_material_type => material_type, representable
+  use asperity_material, only: damage_weight, double_material_type => material_type, representable
   use asperity_pattern, only: pattern_type
   use asperity_types_single, only: block_type, chunk, growth_type, largest_energy, largest_separation, material_type, &
     plane_type, points_type, vector_type

@@ -5,7 +5,7 @@ module asperity_material
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: numbers_type, material_type, new_material, damage_share, joint_constants, representable
+  public :: numbers_type, material_type, new_material, damage_weight, joint_constants, representable
 
   include "asperity_constants.inc"
 
@@ -88,7 +88,7 @@ contains
     real(wp) :: most, reach, stiffer, values(10)
     yes = .false.
     most = sqrt(range(2))
-    values = [material%mu, material%mu*material%kc_kt, damage_share(material, dt)*material%inv_eta, material%k_n, &
+    values = [material%mu, material%mu*material%kc_kt, damage_weight(material, dt)*material%inv_eta, material%k_n, &
       material%k_t, material%k_c, material%inv_s01_2, material%inv_s02_2, material%kn_kt, material%kc_kt]
     reach = largest_separation*material%s0
     if (any(values > most) .or. any(values(4:) < sqrt(range(1)))) return
@@ -114,13 +114,13 @@ contains
   !> the backward Euler step of tau_v alpha' = alpha_eq - alpha; alpha_eq is the damage (7) without history.
   !>
   !> Without viscosity it is 1. With tau_v > 0 and dt = 0 no damage grows.
-  pure function damage_share(material, dt) result(share)
+  pure function damage_weight(material, dt) result(weight)
     type(material_type), intent(in) :: material   !! constants
     real(wp), intent(in), optional :: dt          !! duration, >= 0, time; absent: 0
-    real(wp) :: share
-    share = merge(0.0_wp, 1.0_wp, material%tau_v > 0.0_wp)
+    real(wp) :: weight
+    weight = merge(0.0_wp, 1.0_wp, material%tau_v > 0.0_wp)
     ! this form of r/(1 + r) cannot overflow
-    if (present(dt) .and. material%tau_v > 0.0_wp) share = dt/(material%tau_v + dt)
-  end function damage_share
+    if (present(dt) .and. material%tau_v > 0.0_wp) weight = dt/(material%tau_v + dt)
+  end function damage_weight
 
 end module asperity_material
