@@ -2,7 +2,7 @@
 module case_law
   use, intrinsic :: iso_fortran_env, only: output_unit
   use asperity_case, only: case_type
-  use asperity_errors, only: errors_type, fail, place_of
+  use asperity_errors, only: error_type, errors_type, fail
   use asperity_foreign_umat, only: complete_umat, foreign_law, try_umat, u_time, umat_name
   use asperity_kinds, only: wp
   use asperity_load_path, only: row_type
@@ -65,7 +65,7 @@ contains
         integer_text(law%n_state) // ", the energies (6), STRESS and STATEV of the UMAT")
     end if
     if (size(case%state%statev) >= u_time) law%origin = case%state%statev(u_time)
-    call check_steps(law, case%steps, errors, place_of(path))
+    call check_steps(law, case%steps, errors, error_type(path))
     do i = 1, merge(size(case%steps), 0, law%umat%position(3) == 0)
       if (maxval(abs(case%steps(i)%targets(3, :))) > rounding*maxval(abs(case%steps(i)%targets))) call fail(errors, &
         case%steps(i)%place, "Ty is not zero: expected an order with Ty, as order = '" // law%umat%order // &

@@ -3,7 +3,7 @@ program rie_driver
   use, intrinsic :: iso_fortran_env, only: output_unit
   use asperity_case, only: case_file_type, read_cases
   use asperity_contract, only: version
-  use asperity_errors, only: errors_type, fail, place_of, put_words, word
+  use asperity_errors, only: error_type, errors_type, fail, put_words, word
   use asperity_kinds, only: wp
   use asperity_rows, only: csv_header
   use asperity_text, only: integer_text, set_text, to_text
@@ -148,9 +148,9 @@ contains
       stem = without(path(index(path, "/", back=.true.) + 1:), ".nml")
     end if
     associate (cases => file%cases, values => file%values)
-      if (size(values) > 0 .and. len(report) > 0) call fail(errors, place_of(path), &
+      if (size(values) > 0 .and. len(report) > 0) call fail(errors, error_type(path), &
         "--report of a case with &sweep: expected no &sweep")
-      if (size(values) > 0 .and. output == "-") call fail(errors, place_of(path), &
+      if (size(values) > 0 .and. output == "-") call fail(errors, error_type(path), &
         "a case with &sweep writes a file per value, not standard output")
       do i = 1, merge(0, size(cases), check)
         call check_replaced(result_file(stem, values, i), path, "the case file", header, errors)
@@ -160,7 +160,7 @@ contains
         if (allocated(cases(i)%replay%file)) call check_replaced(result_file(stem, values, i), cases(i)%replay%file, &
           "the recorded strains", "", errors)
       end do
-      if (only > size(cases)) call fail(errors, place_of(path), "--only " // integer_text(only) // &
+      if (only > size(cases)) call fail(errors, error_type(path), "--only " // integer_text(only) // &
         ": expected 1 to " // integer_text(size(cases)) // ", the number of values of &sweep")
       call end_on_errors(errors)
       first = merge(only, 1, only > 0)
@@ -201,9 +201,9 @@ contains
     character(len=*), intent(in) :: start             !! text with which this program begins such outputs, or empty
     type(errors_type), intent(inout) :: errors        !! errors are added
     if (same_file(name, read)) then
-      call fail(errors, place_of(path), "the output " // name // " would replace " // kind // ": expected another -o")
+      call fail(errors, error_type(path), "the output " // name // " would replace " // kind // ": expected another -o")
     else if (len(start) > 0 .and. .not. force) then
-      if (.not. may_replace(name, start)) call fail(errors, place_of(path), "the output " // name // &
+      if (.not. may_replace(name, start)) call fail(errors, error_type(path), "the output " // name // &
         " would replace " // &
         "a file that rie_driver did not write: expected another -o, or --force")
     end if

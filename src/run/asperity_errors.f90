@@ -3,7 +3,7 @@ module asperity_errors
   use asperity_text, only: append, integer_text, set_text
   implicit none
   private
-  public :: place_of, fail, fail_lines, sort_lines, word, put_words, put_records
+  public :: fail, fail_lines, sort_lines, word, put_words, put_records
 
   !> An error, or the place of one. What is not allocated, or is negative, is not known.
   type, public :: error_type
@@ -24,13 +24,6 @@ module asperity_errors
   end type errors_type
 
 contains
-
-  !> Place of an error in a whole file.
-  pure function place_of(file) result(place)
-    character(len=*), intent(in) :: file   !! its name
-    type(error_type) :: place
-    place%file = file
-  end function place_of
 
   !> Add an error.
   pure subroutine fail(errors, place, text)
