@@ -40,9 +40,12 @@ NAMES = {"quad": "quadrilateral", "tetra": "tetrahedron"}
 
 OPTIONS = (
     "-ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps "
-    "-options_left 0 -snes_linesearch_type cp -snes_max_it 40 -snes_divergence_tolerance 1e30"
+    "-options_left 0 -snes_linesearch_type cp -snes_max_it 40 -snes_divergence_tolerance 1e30 "
+    "-pc_mg_galerkin both -mg_levels_ksp_type gmres -mg_levels_ksp_max_it 2 -mg_levels_pc_asm_type basic "
+    "-mg_levels_pc_asm_overlap 1 -mg_levels_sub_pc_type lu -mg_coarse_pc_type lu "
+    "-mg_coarse_pc_factor_mat_solver_type mumps"
 )
-"""Options of PETSc for the equations of a step; others replace them."""
+"""Options of PETSc for the equations of a step, those for `-pc_type mg`, too; others replace them."""
 
 FAST, GROWTH = 6, 1.5
 """A step grows after at most FAST iterations."""
@@ -337,6 +340,30 @@ class Steps:
         self.A.setNearNullSpace(self._rigid())
         self.snes.setFunction(self._residual, self.x.duplicate())
         self.snes.setJacobian(self._jacobian, self.A)
+        self.snes.setFromOptions()
+        if self.snes.getKSP().getPC().getType() == PETSc.PC.Type.MG:
+            self._two_levels()
+
+    def _two_levels(self) -> None:
+        """Solve the part of each block on a rank by itself, and the rigid motions of all parts together."""
+        m, pc = self.model, self.snes.getKSP().getPC()
+        block = np.zeros(m.n + m.map.num_ghosts, np.int64)
+        block[m.V.dofmap.list] = m.cell_block[:, None]
+        names, part, count = np.unique(block[: m.n], return_inverse=True, return_counts=True)
+        motions = np.stack([v.array_r for v in self.A.getNearNullSpace().getVecs()], 1)
+        n, w = motions.shape
+        first = COMM.scan(len(names) * w) - len(names) * w + w * np.repeat(part, m.d)
+        rows = (w * np.arange(n + 1)).astype(INT), (first[:, None] + np.arange(w)).ravel().astype(INT)
+        P = PETSc.Mat().createAIJ(((n, None), (len(names) * w, None)), csr=(*rows, motions.ravel()))
+        pc.setMGLevels(2)
+        pc.setMGInterpolation(1, P)
+        nodes = np.split(np.argsort(part, kind="stable"), np.cumsum(count)[:-1])
+        dofs = [(m.dofs(one, *range(m.d)) + m.map.local_range[0] * m.d).astype(INT) for one in nodes]
+        one_by_one = pc.getMGSmoother(1).getPC()
+        one_by_one.setType(PETSc.PC.Type.ASM)
+        one_by_one.setASMLocalSubdomains(
+            len(dofs), [PETSc.IS().createGeneral(one, PETSc.COMM_SELF) for one in dofs]
+        )
         self.snes.setFromOptions()
 
     def _rigid(self) -> PETSc.NullSpace:

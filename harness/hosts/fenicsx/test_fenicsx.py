@@ -14,7 +14,7 @@ import meshio
 import numpy as np
 import pytest
 
-from harness.studies.validation.wall_runs import PROGRAM, PYTHON, environment
+from harness.studies.validation.wall_runs import PROGRAM, PYTHON, SOLVERS, environment
 
 pytestmark = pytest.mark.skipif(
     not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
@@ -82,6 +82,16 @@ def test_ranks(tmp_path: Path, words: str, ranks: tuple[int, ...]) -> None:
         found.append(rows(out)[:, :3])
     for one in found[1:]:
         assert one == pytest.approx(found[0], abs=1e-8)
+
+
+@pytest.mark.parametrize("solver", ["gamg", "mg"])
+def test_solvers(tmp_path: Path, solver: str) -> None:
+    """Iterations on two ranks give the forces of MUMPS."""
+    for words, name, ranks in ("", "direct", 1), (SOLVERS[solver], "iterated", 2):
+        code, _, messages = run(f"{SMALL} --tau 0.05 --to 0.2 {words} --out {tmp_path / name}.csv", ranks)
+        assert code == 0, messages
+    direct, iterated = (rows(tmp_path / f"{name}.csv")[:, :3] for name in ("direct", "iterated"))
+    assert iterated == pytest.approx(direct, abs=1e-7)
 
 
 def test_rocking_wall(tmp_path: Path) -> None:

@@ -36,8 +36,12 @@ SOLID_STEPS = "--tau 0.02 --elements 4 2 3 --to 0.04 --tolerance 1e-5"
 ROUGH = "10 0", "20 0.1", "10 0.5", "5 0.1"
 """Theta and height of the planes in the joints of J4D."""
 
-GAMG = "--petsc='-ksp_type gmres -ksp_rtol 1e-6 -ksp_gmres_restart 200 -pc_type gamg'"
-"""Algebraic multigrid with the rigid motions as near null space."""
+SOLVERS = {
+    "MUMPS": "",
+    "gamg": "--petsc='-ksp_type gmres -ksp_rtol 1e-6 -ksp_gmres_restart 200 -pc_type gamg'",
+    "mg": "--petsc='-ksp_type fgmres -ksp_rtol 1e-6 -ksp_gmres_restart 200 -pc_type mg'",
+}
+"""Algebraic multigrid with the rigid motions as near null space; two levels by blocks."""
 
 RUNS = {
     "J4D": f"--wall J4D {MORTAR}",
@@ -69,7 +73,7 @@ RUNS = {
     "3D 45": f"{SOLID} --turn 45",
     "3D 0": f"{SOLID} --turn 0",
     **{f"scale {k} {name}": f"{SOLID_STEPS} --scale {k} {words}"
-       for name, words in {"MUMPS": "", "gamg": GAMG}.items() for k in (1, 2, 4)},
+       for name, words in SOLVERS.items() for k in (1, 2, 4) if k < 4 or name != "mg"},
 }
 """Options by the name of a run."""
 

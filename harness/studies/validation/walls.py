@@ -181,8 +181,8 @@ def outcomes(summaries: pandas.DataFrame, labels: dict[str, str], *head: str, en
 def scale(summaries: pandas.DataFrame) -> str:
     """Table of the pressed walls of growing size."""
     body = []
-    for solver in ("MUMPS", "gamg"):
-        for _, one in summaries[summaries.index.str.endswith(solver)].iterrows():
+    for solver in wall_runs.SOLVERS:
+        for _, one in summaries[summaries.index.str.endswith(f" {solver}")].iterrows():
             each = f"{1e6 * one.seconds / one.unknowns:.0f}", f"{1e6 * one.memory / one.unknowns:.1f}"
             size = f"{one.unknowns:.0f}", f"{one.linear:.0f}", f"{one.seconds:.0f}", f"{one.memory:.2f}"
             body.append([solver, *size, *each])
