@@ -84,14 +84,15 @@ def test_ranks(tmp_path: Path, words: str, ranks: tuple[int, ...]) -> None:
         assert one == pytest.approx(found[0], abs=1e-8)
 
 
-@pytest.mark.parametrize("solver", ["gamg", "mg"])
-def test_solvers(tmp_path: Path, solver: str) -> None:
-    """Iterations on two ranks give the forces of MUMPS."""
-    for words, name, ranks in ("", "direct", 1), (SOLVERS[solver], "iterated", 2):
-        code, _, messages = run(f"{SMALL} --tau 0.05 --to 0.2 {words} --out {tmp_path / name}.csv", ranks)
+def test_two_levels(tmp_path: Path) -> None:
+    """Iterations with two levels by blocks, on two ranks, give the forces of MUMPS."""
+    forces = []
+    for words, ranks in ("", 1), (SOLVERS["mg"], 2):
+        out = tmp_path / f"{ranks}.csv"
+        code, _, messages = run(f"{SMALL} --tolerance 1e-6 --tau 0.05 --to 0.1 {words} --out {out}", ranks)
         assert code == 0, messages
-    direct, iterated = (rows(tmp_path / f"{name}.csv")[:, :3] for name in ("direct", "iterated"))
-    assert iterated == pytest.approx(direct, abs=1e-7)
+        forces.append(rows(out)[:, :3])
+    assert forces[1] == pytest.approx(forces[0], abs=1e-4)
 
 
 def test_rocking_wall(tmp_path: Path) -> None:

@@ -179,15 +179,13 @@ def outcomes(summaries: pandas.DataFrame, labels: dict[str, str], *head: str, en
 
 
 def scale(summaries: pandas.DataFrame) -> str:
-    """Table of the pressed walls of growing size."""
-    body = []
-    for solver in wall_runs.SOLVERS:
-        for _, one in summaries[summaries.index.str.endswith(f" {solver}")].iterrows():
-            each = f"{1e6 * one.seconds / one.unknowns:.0f}", f"{1e6 * one.memory / one.unknowns:.1f}"
-            size = f"{one.unknowns:.0f}", f"{one.linear:.0f}", f"{one.seconds:.0f}", f"{one.memory:.2f}"
-            body.append([solver, *size, *each])
-    head = ["solver", "unknowns", "linear iterations", "seconds", "GB", "µs an unknown", "kB an unknown"]
-    return markdown(head, body)
+    """Table of the pressed walls of growing size: time and memory of an unknown, linear iterations."""
+    rows: dict[str, list[str]] = {}
+    for name, one in summaries[summaries.index.str.startswith("scale")].iterrows():
+        time, memory = 1e6 * one[["seconds", "memory"]] / one.unknowns
+        row = rows.setdefault(f"{one.unknowns:.0f}", [""] * len(wall_runs.SOLVERS))
+        row[list(wall_runs.SOLVERS).index(name.split()[2])] = f"{time:.0f}, {memory:.1f}, {one.linear:.0f}"
+    return markdown(["unknowns", *wall_runs.SOLVERS], [[key, *row] for key, row in rows.items()])
 
 
 def draw_curves(curves: dict[str, Floats]) -> Figure:
