@@ -6,7 +6,7 @@ import argparse
 import os
 import re
 import subprocess
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -119,18 +119,6 @@ def numbers(values: Iterable[int], per_line: int = 12) -> str:
     """Lines of numbers of a set."""
     texts = [str(int(value)) for value in values]
     return "".join(", ".join(texts[i : i + per_line]) + ",\n" for i in range(0, len(texts), per_line))
-
-
-def nodes(points: Floats) -> str:
-    """All nodes, (n, 3), numbered from 1; CalculiX reads 20 characters of a number."""
-    rows = (f"{i}, {x:.12g}, {y:.12g}, {z:.12g}\n" for i, (x, y, z) in enumerate(points.tolist(), 1))
-    return "*NODE, NSET=NALL\n" + "".join(rows)
-
-
-def elements(kind: str, name: str, first: int, corners: Sequence[Sequence[int]]) -> str:
-    """Elements of eight nodes, numbered from `first`."""
-    rows = (f"{first + i}, {', '.join(map(str, nodes))}\n" for i, nodes in enumerate(corners))
-    return f"*ELEMENT, TYPE={kind}, ELSET={name}\n" + "".join(rows)
 
 
 def write_states(folder: Path, states: Mapping[tuple[int, int], Floats]) -> None:

@@ -6,24 +6,23 @@ from pathlib import Path
 
 import calculix_run
 import exported
+import meshio
 import numpy as np
 import pytest
 from asperity import contract
-from asperity.mesh import split, write
+from asperity.mesh import Joint, split, write
 from calculix_run import DIGITS, TX, TY, Floats, N
 from exported import LEGS
 from exported import SOLID as ROUGH
-from structured import grid, grid_cells
+from structured import Integers, grid
 
 Legs = tuple[tuple[int, tuple[float, float, float]], ...]
 
 
 def layer(card: str, h: float, legs: Legs, kind: str) -> str:
-    """One element of a layer of thickness h, 1 x 1, all displacements prescribed; `kind` follows *STATIC."""
-    base = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
-    text = calculix_run.nodes(np.concatenate([base, base + np.array([0.0, 0.0, h])]))
-    text += "*NSET, NSET=BOTTOM\n1, 2, 3, 4\n*NSET, NSET=TOP\n5, 6, 7, 8\n"
-    text += calculix_run.elements("C3D8", "ROUGH", 1, [range(1, 9)])
+    """The element of the kit with prescribed displacements; `kind` follows *STATIC."""
+    head = (Path(__file__).parent / "kit" / "single.inp").read_text(encoding="utf-8").split("${card}")[0]
+    text = head.replace("$h", repr(h)).replace("ELSET=JOINT", "ELSET=ROUGH")
     return text + card + "*BOUNDARY\nBOTTOM, 1, 3\n" + steps(legs, kind, np.eye(3)[[2, 0, 1]])
 
 
@@ -58,17 +57,24 @@ def test_layer_is_the_driver(ccx: Path, h: float, tmp_path: Path) -> None:
     assert np.all(np.abs(state[:, :, 2:] - known) <= DIGITS * (1.0 + np.abs(known)))
 
 
+def blocks(folder: Path, whole: meshio.Mesh, direction: object = None) -> tuple[str, Joint, Integers]:
+    """Input of two blocks with a joint of `asperity mesh`, the joint, and the nodes TOP; others are held."""
+    mesh = split(whole, direction=direction)
+    [file] = write(folder / "mesh.inp", mesh, "calculix", {"joint": ROUGH}, layer=1e-3)
+    [joint] = mesh.joints["joint"]
+    upper = np.unique(mesh.cells["hexahedron"][mesh.block["hexahedron"] == 1]) + 1
+    text = file.read_text() + "*NSET, NSET=TOP\n" + calculix_run.numbers(upper)
+    base = np.setdiff1d(np.arange(1, len(mesh.points) + 1), upper)
+    text += "*NSET, NSET=BASE\n" + calculix_run.numbers(base)
+    text += "*MATERIAL, NAME=ROCK\n*ELASTIC\n1., 0.\n*BOUNDARY\nBASE, 1, 3\n"
+    text += "".join(f"*SOLID SECTION, ELSET={name}, MATERIAL=ROCK\n" for name in mesh.names)
+    return text, joint, upper
+
+
 def test_upright_joint_of_a_mesh(ccx: Path, tmp_path: Path) -> None:
     """A joint of `asperity mesh` with the normal x follows the library, in the axes of its orientation."""
     whole = grid(range(3), range(2), range(2), block=[[[0]], [[1]]], sides=())
-    mesh = split(whole, direction=(0.0, 1.0, 2.0))
-    [file] = write(tmp_path / "mesh.inp", mesh, "calculix", {"joint": ROUGH}, layer=1e-3)
-    [joint] = mesh.joints["joint"]
-    upper = np.unique(mesh.cells["hexahedron"][1]) + 1
-    text = file.read_text() + "*NSET, NSET=TOP\n" + calculix_run.numbers(upper)
-    text += "*NSET, NSET=BASE\n" + calculix_run.numbers(np.setdiff1d(np.arange(1, 17), upper))
-    text += "*MATERIAL, NAME=ROCK\n*ELASTIC\n1., 0.\n*BOUNDARY\nBASE, 1, 3\n"
-    text += "".join(f"*SOLID SECTION, ELSET={name}, MATERIAL=ROCK\n" for name in mesh.names)
+    text, joint, _ = blocks(tmp_path, whole, (0.0, 1.0, 2.0))
     done = calculix_run.run(ccx, tmp_path, text + steps(LEGS, ", DIRECT", joint.axes[0], "joint_1"))
     assert done.code == 0, done.output[-500:]
     history = ROUGH.replay(exported.path())
@@ -91,28 +97,19 @@ def test_exported_element(ccx: Path, tmp_path: Path) -> None:
     exported.assert_same(one, rows, 10 * DIGITS)
 
 
-def bed(n: int, h: float) -> str:
-    """A layer of n x n elements whose upper nodes move at random, in ten increments."""
-    grid = np.stack(np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), [0.0, h], indexing="ij"), axis=-1)
-    number = np.arange(1, grid[..., 0].size + 1).reshape(grid.shape[:3])
-    text = calculix_run.nodes(grid.reshape(-1, 3))
-    text += calculix_run.elements("C3D8", "ROUGH", 1, (grid_cells((n, n, 1)) + 1).tolist())
-    text += "*NSET, NSET=BOTTOM\n" + calculix_run.numbers(number[:, :, 0].ravel())
-    text += ROUGH.card("calculix", h=h, name="ROUGH")
-    text += "*BOUNDARY\nBOTTOM, 1, 3\n*STEP, INC=100\n*STATIC, DIRECT\n0.1, 1.\n*BOUNDARY\n"
-    moves = np.random.default_rng(7).normal(0.0, 0.05, ((n + 1) ** 2, 3))
-    for node, move in zip(number[:, :, 1].ravel().tolist(), moves.tolist(), strict=True):
-        text += "".join(f"{node}, {axis}, {axis}, {value:.12g}\n" for axis, value in enumerate(move, 1))
-    return text + "*EL PRINT, ELSET=ROUGH\nS, SDV\n*END STEP\n"
-
-
 def test_two_threads_give_the_same_bytes(ccx: Path, tmp_path: Path) -> None:
     """With the UMAT in several threads and prescribed displacements the whole output is the same."""
-    runs = [calculix_run.run(ccx, tmp_path, bed(16, 0.01), threads=k) for k in (1, 2)]
+    text, _, upper = blocks(tmp_path, grid(range(17), range(17), range(3), block=[0, 1], sides=()))
+    text += "*STEP, INC=100\n*STATIC, DIRECT\n0.1, 1.\n*BOUNDARY\n"
+    moves = np.random.default_rng(7).normal(0.0, 0.05, (len(upper), 3))
+    for node, move in zip(upper.tolist(), moves.tolist(), strict=True):
+        text += "".join(f"{node}, {axis}, {axis}, {value:.12g}\n" for axis, value in enumerate(move, 1))
+    text += "*EL PRINT, ELSET=joint_1\nS, SDV\n*END STEP\n"
+    runs = [calculix_run.run(ccx, tmp_path, text, threads=k) for k in (1, 2)]
     assert runs[0].code == runs[1].code == 0
     assert "Using up to 2 cpu(s) for the stress calculation" in runs[1].output
     assert len(runs[0].data) > 1_000_000 and runs[0].data == runs[1].data
-    _, state = runs[0].table("ROUGH internal")
+    _, state = runs[0].table("JOINT_1 internal")
     damage, friction = (2 + contract.statev_index(name) for name in ("damage", "friction"))
     assert state[-1, :, damage].max() > 0.9 and state[-1, :, friction].max() > 0.0
     print(f"{len(runs[0].data)} bytes of stresses and state variables are the same")
