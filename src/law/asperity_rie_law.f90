@@ -58,14 +58,13 @@ contains
     law%bound = separation_bound(joint)
   end function new_rie_law
 
-  !> The law of an interface without viscous damage and wear: its state does not depend on time or increments.
+  !> The law of an interface without viscous damage and wear by work: its state does not depend on time or increments.
   pure function rate_independent_law(joint) result(law)
     type(interface_type), intent(in) :: joint   !! material and pattern
     type(rie_law) :: law
     law = new_rie_law(joint)
     law%joint%material%tau_v = 0.0_wp
     law%joint%material%inv_w0 = 0.0_wp
-    law%joint%material%kt_crush = 0.0_wp
     law%rate_dependent = .false.
     law%wears = .false.
   end function rate_independent_law
