@@ -428,8 +428,8 @@ class Interface:
         direction: float | None = None,
         notes: Sequence[str] = (),
     ) -> str:
-        """Material block of the input of a host: "abaqus", "akantu", "calculix", "fenicsx", "kratos", "mtest",
-        "ogs" or "oofem".
+        """Material block of the input of a host: "abaqus", "akantu", "calculix", "fenicsx", "kratos",
+        "mtest", "ogs" or "oofem".
 
         explicit: for Abaqus/Explicit, which needs a density (mass per area and thickness h).  stress: largest
         compression, sigma_N < 0; modulus and size: E of the solid beside the interface and length of its
