@@ -1,4 +1,4 @@
-/* The C API in a C program: texts, sizes and array layout; tests/python/test_bad_calls.py has what it refuses. */
+/* The C API in a C program: texts, sizes, layout of arrays; tests/python has numbers (test_oracle.py) and refusals. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -52,21 +52,6 @@ static int bad_props_are_named_all_at_once(void) {
   return bad + FAILS(strlen(tiny) == 7 && strncmp(tiny, message, strlen(tiny)) == 0);
 }
 
-static int elastic_points_follow_the_stiffness(void) {
-  /* Every point is below the onset of damage (6): |s| < s0. */
-  const double props[] = FLAT_PROPS;
-  const double s[2][3] = {{0.5 * S0, 0.0, 0.0}, {0.1 * S0, -0.2 * S0, 0.3 * S0}};
-  double state[2][FLAT_STATEV] = {{0}}, traction[2][3], tangent[2][3][3];
-  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 2, NULL, s[0], FLAT_STATEV, state[0], traction[0],
-                                  tangent[0][0], NULL, 0) == ASPERITY_OK);
-  for (int p = 0; p < 2; p++)
-    for (int i = 0; i < 3; i++) {
-      bad += DIFFERS(K * s[p][i], traction[p][i], STRESS_TOLERANCE);
-      for (int j = 0; j < 3; j++) bad += DIFFERS(i == j ? K : 0.0, tangent[p][i][j], TANGENT_TOLERANCE);
-    }
-  return bad;
-}
-
 static int tangent_comes_by_rows(void) {
   /* The fully damaged flat plane slides in contact: t_N = K s_N, t_Tx = -mu K s_N. Only row Tx depends on s_N. */
   const double props[] = FLAT_PROPS;
@@ -93,21 +78,6 @@ static int null_start_and_null_tangent(void) {
                                message, sizeof message) == ASPERITY_BAD_SEPARATION);
   bad += FAILS(strstr(message, "s_N at the start = NaN") != NULL);
   return bad + FAILS(memcmp(traction[0], traction[1], sizeof traction[0]) == 0);
-}
-
-static int time_is_for_viscous_damage(void) {
-  /* PROPS 13: one increment of r = dt/tau_v = 1 gives half of the damage of (7), (1 - s0/s)/eta. */
-  const double props[] = {SIGMA0, GC, ETA, MU, 0.0, 0.0, 1.0 / 3.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.25};
-  const double s[3] = {2.0 * S0, 0.0, 0.0}, half = 0.5 * (1.0 - 0.5) / ETA;
-  double state[FLAT_STATEV] = {0}, untouched[FLAT_STATEV] = {0}, traction[3];
-  char message[256];
-  int bad = FAILS(asperity_update(props, 13, -1.0, 1, NULL, s, FLAT_STATEV, untouched, traction, NULL, message,
-                                  sizeof message) == ASPERITY_BAD_TIME);
-  bad += FAILS(strstr(message, "dt = -1") != NULL) + FAILS(untouched[STATUS] == 0.0);
-  bad += FAILS(asperity_update(props, 13, 0.25, 1, NULL, s, FLAT_STATEV, state, traction, NULL, message,
-                                  sizeof message) == ASPERITY_OK);
-  bad += DIFFERS(half, state[ALPHA], 16 * 2.3e-16) + FAILS(message[0] == '\0');
-  return bad + DIFFERS((1.0 - half) * K * s[0], traction[0], STRESS_TOLERANCE);
 }
 
 static int null_arrays(void) {
@@ -173,9 +143,7 @@ static int initial_state_carries_the_traction(void) {
 
 int main(void) {
   int (*const tests[])(void) = {version_is_text, kernels_are_those_of_the_environment, nstatv_counts_planes,
-                                bad_props_are_named_all_at_once, elastic_points_follow_the_stiffness,
-                                tangent_comes_by_rows, null_start_and_null_tangent,
-                                time_is_for_viscous_damage, null_arrays, negative_counts_are_told_as_they_came,
-                                initial_state_carries_the_traction};
+                                bad_props_are_named_all_at_once, tangent_comes_by_rows, null_start_and_null_tangent,
+                                null_arrays, negative_counts_are_told_as_they_came, initial_state_carries_the_traction};
   return check_run(sizeof tests / sizeof tests[0], tests);
 }

@@ -51,7 +51,6 @@ module support_law
     real(wp), allocatable :: s(:, :)        !! (3, slips) separation (N, Tx, Ty), mm
     real(wp), allocatable :: t(:, :)        !! (3, slips) traction (N, Tx, Ty), MPa
     real(wp), allocatable :: along(:)       !! (slips) tangential traction along the direction of slip, MPa
-    real(wp), allocatable :: across(:)      !! (slips) tangential traction across it, MPa
     real(wp), allocatable :: state(:, :)    !! (nstatv, slips) STATEV
     real(wp), allocatable :: work(:)        !! (slips) work of the traction on the separation, N/mm
     type(report_type), allocatable :: reports(:)   !! (slips) of the increments
@@ -248,9 +247,8 @@ contains
       path%reports(path%n) = row%report
     end do
     e = direction_vector(direction)
-    allocate (path%along(path%n), path%across(path%n))
+    allocate (path%along(path%n))
     path%along(:) = e(1)*path%t(2, :path%n) + e(2)*path%t(3, :path%n)
-    path%across(:) = e(1)*path%t(3, :path%n) - e(2)*path%t(2, :path%n)
   end function slip_path
 
   !> Values last/n, 2 last/n, ..., last.
