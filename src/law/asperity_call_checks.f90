@@ -13,7 +13,7 @@ module asperity_call_checks
   implicit none
   private
   public :: point_status, state_status, time_status, host_status, vumat_status
-  public :: explain_point, explain_nstatv, explain_time, explain_call, explain_vumat, explain_block
+  public :: explain_point, explain_nstatv, explain_time, explain_call, explain_vumat, explain_state
 
 contains
 
@@ -225,25 +225,5 @@ contains
       call append(message, "PROPS: constants of the law leave the range of the host's real kind: expected other units")
     end if
   end subroutine explain_vumat
-
-  !> Append one line for each bad value of a point of a block; nothing is appended if all values are admissible.
-  pure subroutine explain_block(joint, i, strain, bound, state, energy, slip, message)
-    type(interface_type), intent(in) :: joint                 !! the interface
-    integer, intent(in) :: i                                  !! point
-    real(wp), intent(in) :: strain(:)                         !! its strain increment
-    real(wp), intent(in) :: bound                             !! largest admissible magnitude of a strain increment
-    real(wp), intent(in), contiguous :: state(:)              !! STATEV
-    real(wp), intent(in) :: energy                            !! largest admissible energy, stress*length
-    real(wp), intent(in) :: slip                              !! largest admissible slip and offset, length
-    character(len=:), allocatable, intent(inout) :: message   !! lines are appended
-    character(len=:), allocatable :: lines
-    integer :: j
-    allocate (character(len=0) :: lines)
-    do j = 1, size(strain)
-      call review(lines, "strainInc(" // integer_text(j) // ")", strain(j), bound, .true.)
-    end do
-    call explain_state(joint, state, energy, slip, lines)
-    if (len(lines) > 0) call append(message, "point " // integer_text(i) // " of the block: " // lines)
-  end subroutine explain_block
 
 end module asperity_call_checks

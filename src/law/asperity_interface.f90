@@ -65,9 +65,7 @@ contains
     real(wp), intent(in) :: state(:)            !! STATEV
     real(wp) :: alpha(joint%pattern%n)
     integer :: k
-    do k = 1, joint%pattern%n
-      alpha(k) = start_damage(joint, state(plane_statev(k)))
-    end do
+    alpha = start_damage(joint, state([(plane_statev(k), k=1, joint%pattern%n)]))
   end function plane_damage
 
   !> Largest admissible separation, length; the square of a larger one would leave the range of a double.

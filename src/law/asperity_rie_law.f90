@@ -124,13 +124,9 @@ contains
     real(wp), intent(in) :: s(3)        !! separation (N, Tx, Ty), length
     real(wp), intent(in) :: state(:)    !! STATEV
     real(wp) :: size
-    integer :: i, k
-    size = maxval(abs(whole_separation(s, state)))
-    do k = 1, law%joint%pattern%n
-      i = plane_statev(k)
-      size = max(size, abs(state(i + 1)), abs(state(i + 2)))
-    end do
-    size = law%stiffest*size
+    integer :: k
+    size = law%stiffest*maxval(abs([whole_separation(s, state), &
+      (state(plane_statev(k) + 1:plane_statev(k) + 2), k=1, law%joint%pattern%n)]))
   end function magnitude
 
   !> Smallest separation N, not below zero with the offset, at which no plane is in contact, length.

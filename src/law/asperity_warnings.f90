@@ -120,6 +120,8 @@ contains
     real(wp), intent(in) :: value   !! of the measure
     character(len=text_size) :: text
     character(len=*), parameter :: alone = "a plane that carries the largest pressure alone"
+    character(len=40) :: limit
+    limit = "expected at most " // short(limits(which))
     select case (which)
     case (m_modes)
       text = "sigma02 or Gc2 differ from mode I: the energy balance still holds, but the energy booked as rupture " // &
@@ -136,29 +138,22 @@ contains
       text = "the normal traction reaches " // short(value) // " times the strength: " // &
         "expected less, because beyond it there is no equilibrium"
     case (m_soft)
-      text = alone // " closes by " // short(value) // " s_f, " // expected(which) // &
+      text = alone // " closes by " // short(value) // " s_f, " // trim(limit) // &
         ": the contact is soft, a larger kc or a largest closure makes it stiffer"
     case (m_deep)
-      text = alone // " closes by " // short(value) // " height, " // expected(which) // &
+      text = alone // " closes by " // short(value) // " height, " // trim(limit) // &
         ": a larger kc or a largest closure makes the contact stiffer"
     case (m_runaway)
-      text = "the friction on " // alone // " stores " // short(value) // " W0, " // expected(which) // &
+      text = "the friction on " // alone // " stores " // short(value) // " W0, " // trim(limit) // &
         ": beyond it a facet may wear off in a jump"
     case (m_steep)
-      text = alone // " closes by " // short(value) // " of the largest closure Vm, " // expected(which) // &
+      text = alone // " closes by " // short(value) // " of the largest closure Vm, " // trim(limit) // &
         ": beyond it the contact follows the tangent of the hyperbola"
     case default
       text = "the elastic slip of " // alone // " wears " // short(value) // " times its closure off, " // &
-        expected(which) // ": planes that share the pressure may then wear off in jumps"
+        trim(limit) // ": planes that share the pressure may then wear off in jumps"
     end select
   end function warning_text
-
-  !> What is expected of a measure.
-  pure function expected(which) result(text)
-    integer, intent(in) :: which   !! the measure
-    character(len=len(short(limits(which))) + 17) :: text
-    text = "expected at most " // short(limits(which))
-  end function expected
 
   !> Sentence with the largest increment of slip of an FE code; empty without wear. Where the slip is 0,
   !> because it is not known, the climbed height is that of the asperities, or 1 where they are infinitely high.

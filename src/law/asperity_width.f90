@@ -2,6 +2,7 @@
 module asperity_width
   implicit none
   private
-  !> Number of doubles in a vector of SSE2 or NEON.
-  integer, parameter, public :: lane_width = 2
+  !> Number of doubles in a vector of SSE2 or NEON, and of AVX2; longer ones would leave more lanes of usual patterns
+  !> empty.
+  integer, parameter, public :: lane_width = 2, lane_width_v3 = 4
 end module asperity_width

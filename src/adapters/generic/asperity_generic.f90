@@ -184,7 +184,8 @@ contains
       variables = state
       if (c_associated(point%new%stored)) then
         call c_f_pointer(point%new%stored, energy)
-        energy = state(v_stored)/h + 0.5_wp*side*sum(strain**2, mask=beside(behaviour))
+        ! with the components of a layer beside those of an interface
+        energy = state(v_stored)/h + 0.5_wp*side*sum(strain**2, mask=[(all(behaviour%position /= i), i=1, behaviour%n)])
       end if
       if (c_associated(point%new%dissipated)) then
         call c_f_pointer(point%new%dissipated, energy)
@@ -197,14 +198,6 @@ contains
     end if
     done = 1
   end function integrate
-
-  !> Which components a layer has beside those of an interface.
-  pure function beside(behaviour) result(yes)
-    type(behaviour_type), intent(in) :: behaviour   !! joint or layer
-    logical :: yes(behaviour%n)
-    integer :: i
-    yes = [(all(behaviour%position /= i), i=1, behaviour%n)]
-  end function beside
 
   !> Write the operator d force_i/d gradient_j by rows.
   pure subroutine put_operator(behaviour, h, side, tangent, operator)
