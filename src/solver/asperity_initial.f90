@@ -35,7 +35,8 @@ contains
   !>
   !> The traction grows in equal increments from the traction that the state carries at its offset or, if the offset is
   !> zero, at the separation that fits the slips of its planes best. Damage, slips and crushed shares follow that load
-  !> path, without viscous damage and wear by work. Rupture and friction count from the initial state on, as nobody knows what it has cost.
+  !> path, without viscous damage and wear by work. Rupture and friction count from the initial state on, as nobody
+  !> knows what it has cost.
   !> The separation of the host is assumed to be zero; if it is not, the caller subtracts it from the offset.
   pure subroutine carry_traction(joint, target, prescribed, state, status, carried, endless)
     type(interface_type), intent(in) :: joint          !! the interface
