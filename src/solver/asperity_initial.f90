@@ -4,7 +4,7 @@
 module asperity_initial
   use asperity_call_checks, only: state_status
   use asperity_checks, only: bounded
-  use asperity_contract, only: facet_statev, status_initial, status_ok, v_friction, v_offset, v_rupture, &
+  use asperity_contract, only: n_facet_statev, n_statev, status_initial, status_ok, v_friction, v_offset, v_rupture, &
     v_status
   use asperity_control_point, only: ramp
   use asperity_interface, only: interface_type, plane_damage, start_damage
@@ -35,8 +35,8 @@ contains
   !>
   !> The traction grows in equal increments from the traction that the state carries at its offset or, if the offset is
   !> zero, at the separation that fits the slips of its planes best. Damage, slips and crushed shares follow that load
-  !> path, without viscous damage and wear by work. Rupture and friction count from the initial state on, as nobody
-  !> knows what it has cost.
+  !> path, without viscous damage and wear by work. Rupture, friction and its work on the facets count from the initial
+  !> state on, as nobody knows what that state has cost.
   !> The separation of the host is assumed to be zero; if it is not, the caller subtracts it from the offset.
   pure subroutine carry_traction(joint, target, prescribed, state, status, carried, endless)
     type(interface_type), intent(in) :: joint          !! the interface
@@ -52,7 +52,7 @@ contains
     type(point_type) :: point
     type(report_type) :: report
     real(wp) :: old(joint%n_statev), first(3), last(3), reached, s(3), start(3), wanted(3)
-    integer :: i, k, repeats
+    integer :: i, repeats
 
     if (present(carried)) carried = 0.0_wp
     if (present(endless)) endless = .false.
@@ -92,12 +92,9 @@ contains
     end if
     point%state(v_offset:v_offset + 2) = point%s
     point%state([v_rupture, v_friction, v_status]) = state([v_rupture, v_friction, v_status])
-    if (joint%material%wears) then
-      do k = 1, joint%pattern%n
-        i = facet_statev(joint%pattern%n, k) + 1
-        point%state(i) = state(i)
-      end do
-    end if
+    ! the frictional work of the facets, which follow the planes
+    i = n_statev(joint%pattern%n) + n_facet_statev
+    point%state(i::n_facet_statev) = state(i:joint%n_statev:n_facet_statev)
     state(:joint%n_statev) = point%state
   end subroutine carry_traction
 
