@@ -109,7 +109,7 @@ def test_dilatancy_of_masonry_decays(form: str, said: Callable) -> None:
 @pytest.mark.usefixtures("folder")
 def test_command_masonry(said: Callable) -> None:
     """The command prints constants, stiffness, peaks and the sigma02 that meets c + mu p."""
-    out, _ = said(f"masonry {JOINT} --sigma-N=-0.3,-0.05,-1.21,-2.12 -o joint.nml")
+    out, _ = said(f"masonry {JOINT} --sigma-N=-0.3,-0.05,-1.21004,-2.12 -o joint.nml")
     out = out.replace(",\n ", ",")
     assert "(2 GfII (1 - eta)) = 23.1 and not ks = 36" in out
     assert (
@@ -120,8 +120,9 @@ def test_command_masonry(said: Callable) -> None:
     np.testing.assert_allclose([row[:3] for row in rows], expected, rtol=0.0, atol=6e-4)
     assert rows[0][3] == pytest.approx(0.428, abs=1e-3)
     case = read_case("joint.nml")
-    assert case.runs[0].material.eta == pytest.approx(0.97883, abs=5e-6)
-    assert [run.value for run in case.runs] == [-0.05, -0.3, -1.21, -2.12]
+    # K = sigma0^2/(2 Gc (1 - eta)) feels the last digits of eta
+    assert case.runs[0].material.K == pytest.approx(82.0, rel=1e-7)
+    assert [run.value for run in case.runs] == [-0.05, -0.3, -1.21004, -2.12]
     # the case runs, is a card and an element whose five rows lie on both sides of the peak
     said("run joint.nml --quiet")
     said("card abaqus joint.nml")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import contract
+from ..case_writer import rounded
 from ..options import add_options, numbers
 from ..remarks import doubts
 from .envelope import Envelope, draw, envelope, table
@@ -125,8 +126,9 @@ def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float
     found = envelope(joint, low, high, reach=options.reach, **given)
     units = {"ks": "MPa/mm", "mu": "-", "theta": "degree", "height": "mm", "crush": "MPa"}
     values = [f"{name:<12}{found.values[name]:>12.5g}  {unit}" for name, unit in units.items()]
-    material = {name: value for name, value in found.values.items() if name not in ("theta", "flat")}
-    slips, tractions = [float(found.slips[-1])], -found.stresses
+    names = [name for name in found.values if name not in ("theta", "flat")]
+    material = {name: rounded(found.values[name], 6) for name in names}
+    slips, tractions = [float(found.slips[-1])], [rounded(-one, 4) for one in found.stresses]
     case = slip_case("Joint of Barton", material, found.interface.pattern, tractions, slips)
     return found, "\n".join(values), case, partial(draw, found)
 

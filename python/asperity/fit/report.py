@@ -139,7 +139,8 @@ def case_of(found: Fit) -> str:
     material = {name: values[name] for name in MATERIAL if values.get(name, 0.0) or name in problem.free}
     if KS in values:
         material = {"kn": values[KS] * material.pop("kc"), KS: values[KS]} | material
-    tractions = [test.sigma_N for test in problem.tests]
+    material = {name: rounded(value, 6) for name, value in material.items()}
+    tractions = [rounded(test.sigma_N, 4) for test in problem.tests]
     text = slip_case("Shear box", material, found.interface.pattern, tractions, turns, problem.direction)
     note = "The tests had a normal stiffness k_N; this case keeps their initial normal traction constant."
     return (f"! {note}\n" if any(test.k_N > 0.0 for test in problem.tests) else "") + text
@@ -155,12 +156,12 @@ def slip_case(
     increments: int = CASE_INCREMENTS,
 ) -> str:
     """Case file of a joint that slips under each of these normal tractions."""
-    held = sorted({rounded(one, 4) for one in tractions}, reverse=True)
+    held = sorted({*tractions}, reverse=True)
     several, parts = len(held) > 1, [increments] * len(slips)
     slip = {"slip": [rounded(one, 6) for one in slips], "direction": direction, "increments": parts}
     return case_text(
         ("case", {"title": title}),
-        ("material", {name: rounded(value, 6) for name, value in material.items()}),
+        ("material", material),
         ("pattern", pattern_entries(pattern)),
         *([("sweep", {"name": "sigma_N", "values": held})] if several else []),
         ("step", {"t_N": Word("sigma_N") if several else held[0], "increments": increments}),
