@@ -191,6 +191,8 @@ SOUND = {
         {"covariance on the scales": [[-1]]},
         {"values": [float("nan")]},
         {"scales": ["cube"]},
+        {key: 2 * SOUND[key] for key in SOUND if key != "covariance on the scales"}
+        | {"covariance on the scales": [[1, np.inf], [np.inf, 1]], "model error of tau and s_N": [0.0, 0.0]},
     ],
 )
 def test_file_that_is_none_of_a_fit(changed: dict[str, object] | None) -> None:

@@ -136,10 +136,11 @@ def write_curves(path: Path, sweep: str, found: Sequence[Spread]) -> None:
     """Write the quantiles of the curves: a row for each point, a column for each curve and level."""
     frames = []
     for one in found:
-        columns = {sweep: one.path.value} if sweep else {}
-        columns["slip" if one.path.slips else "opening"] = one.path.x[one.points]
+        columns = {"slip" if one.path.slips else "opening": one.path.x[one.points]}
         columns |= {f"{curve}_case": one.case[0][one.points, k] for k, curve in enumerate(CURVES)}
         for k, curve in enumerate(CURVES):
             columns |= {f"{curve}_{v:g}": one.curves[i, :, k] for i, v in enumerate(one.levels)}
         frames.append(DataFrame(columns))
+        if sweep:  # which may be called slip
+            frames[-1].insert(0, sweep, one.path.value, allow_duplicates=True)
     concat(frames).to_csv(path, index=False, float_format="%.7g", lineterminator="\n")

@@ -124,7 +124,7 @@ def read(path: Path) -> Distribution:
         covariance = np.array(content["covariance on the scales"], dtype=float)
         error, of_dilation = map(float, content["model error of tau and s_N"])
         sound = names and content["scales"] == [SCALES[name] for name in names]
-        sound = sound and np.isfinite([*mean, *np.diag(covariance), error, of_dilation]).all()
+        sound = sound and np.isfinite([*mean, *covariance.ravel(), error, of_dilation]).all()
         least = ASYMMETRY * np.abs(covariance).max()
         sound = sound and covariance.shape == 2 * mean.shape and np.diag(covariance).min() >= 0.0
         if not sound or not np.allclose(covariance, covariance.T, rtol=0.0, atol=least):
