@@ -7,13 +7,7 @@ from pathlib import Path
 
 import pytest
 from asperity.case_writer import case_text
-from support_driver import (
-    FLAT,
-    MATERIAL,
-    RP_4,
-    S_F,
-    call,
-)
+from support_driver import FLAT, MATERIAL, RP_4, S_F, call
 
 PLAIN = (
     MATERIAL + RP_4 + "&step t_N = -5.0, increments = 10 /\n"

@@ -7,14 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from support_driver import (
-    CASES,
-    COLUMNS,
-    FLAT,
-    MATERIAL,
-    RP_4,
-    assert_traction,
-)
+from support_driver import CASES, COLUMNS, FLAT, MATERIAL, RP_4, assert_traction
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in CASES.glob("*.nml")))

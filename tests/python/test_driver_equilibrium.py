@@ -9,17 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asperity import read_case
-from support_driver import (
-    COLUMNS,
-    FLAT,
-    MATERIAL,
-    RP_4,
-    S_F,
-    K,
-    Result,
-    assert_traction,
-    call,
-)
+from support_driver import COLUMNS, FLAT, MATERIAL, RP_4, S_F, K, Result, assert_traction, call
 
 SLOPE = math.tan(math.radians(30.0))
 

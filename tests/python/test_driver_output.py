@@ -13,15 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from support_driver import (
-    FLAT,
-    MATERIAL,
-    ROOT,
-    RP_4,
-    TRACTION_TOLERANCE,
-    call,
-    read_csv,
-)
+from support_driver import FLAT, MATERIAL, ROOT, RP_4, TRACTION_TOLERANCE, call, read_csv
 
 
 def test_sweep(run, tmp_path: Path) -> None:

@@ -8,13 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support_driver import (
-    FLAT,
-    MATERIAL,
-    RP_4,
-    K,
-    read_csv,
-)
+from support_driver import FLAT, MATERIAL, RP_4, K, read_csv
 
 CYCLE = (
     "&step t_N = -5.0, increments = 20 /\n&step slip = 0.3, -0.2, 0.1, direction = 20.0, increments = 40 /\n"
