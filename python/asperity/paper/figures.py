@@ -56,7 +56,7 @@ def over_slip(
         several = len(cases) > 1
         size = (TWO, 2.9) if several else (1.3 * ONE, 3.0)
         figure, axes = new_figure(*size, ncols=len(cases), sharey=True)
-        for ax, case in zip(axes, cases, strict=True):
+        for ax, part, case in zip(axes, "ab", cases, strict=False):
             names = [f"{c.name}, {c.energy:.4f}" if inside else c.name for c in case.curves]
             values = [(c.s_L, getattr(c, column), c.lost) for c in case.curves]
             lines = [(name, *value) for name, value in zip(names, values, strict=True)]
@@ -66,7 +66,8 @@ def over_slip(
             if inside:
                 ax.set_xlim(-0.005, 0.25)
             if several:
-                ax.set_title(rf"$\theta_L$ = {case.curves[0].test.direction:g}°")
+                letter = "" if inside else f"({part}) "
+                ax.set_title(rf"{letter}$\theta_L$ = {case.curves[0].test.direction:g}°")
         return figure, [several * f"{case.name}: " + found(case) for case in cases], curve_rows(cases)
 
     return make
