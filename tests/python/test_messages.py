@@ -196,7 +196,7 @@ ROWS: list[tuple[Callable[[], object], str]] = [
     (lambda: planes_from_scan(BOWL, direction=NAN), "direction = nan: expected a finite angle"),
     (lambda: planes_from_scan(BOWL, directions=0), "directions = 0: expected a whole number, 2 to"),
     (lambda: planes_from_scan(BOWL, bins=2.5), "bins = 2.5: expected a whole number"),
-    (lambda: planes_from_scan(BOWL, flat_below=100.0), "flat_below = 100.0: expected degrees, 0 to below 90"),
+    (lambda: planes_from_scan(BOWL, flat_below=99, regular=True), "flat_below = 99: expected degrees, 0 to"),
     (lambda: planes_from_scan(np.zeros((9, 9))), r"scan = .*: expected a file, or Scan\(x, y, z\) of arrays"),
     (lambda: Scan(X[::-1], None, np.zeros((1, 9))), "x: expected two or more positions that increase"),
     (lambda: Scan(X, None, np.full((1, 9), NAN)), "z: expected finite numbers"),

@@ -127,8 +127,10 @@ def planes_from_scan(
     one = scan if isinstance(scan, Scan) else read_scan(Path(scan))
     one = one if smooth is None else one.smoothed(smooth)
     found = facets(one if sampling is None else one.sampled(sampling), direction)
+    # numbers out of range are refused with regular, too
+    listed = bin_facets(found, directions, bins, direction, flat_below)[0]
     if not regular:
-        return bin_facets(found, directions, bins, direction, flat_below)[0]
+        return listed
     return nearest_regular(found, found.slips(directions_of(found, direction), 0.0), 0, direction)
 
 
