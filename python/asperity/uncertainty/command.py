@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from pandas import DataFrame, concat
 
 from .. import contract
 from ..case_files import read_case
@@ -134,6 +133,8 @@ def report(sweep: str, found: Sequence[Spread]) -> str:
 
 def write_curves(path: Path, sweep: str, found: Sequence[Spread]) -> None:
     """Write the quantiles of the curves: a row for each point, a column for each curve and level."""
+    from pandas import DataFrame, concat
+
     frames = []
     for one in found:
         columns = {"slip" if one.path.slips else "opening": one.path.x[one.points]}
