@@ -17,10 +17,11 @@ from ..style import COLOURS, ONE, TWO, label_axes, label_ends, new_figure
 from ..tables import markdown
 from . import outcome
 from .fracture_energy import MATERIAL, PATTERNS, TABLE_5, fracture_energy, pattern, sampled
-from .outcome import FIVE, Case, curve_rows, percent, plane_rows, small
+from .outcome import FIVE, ROUNDING, Case, curve_rows, percent, plane_rows
 
 SIGMA_N, THETA_M, THETA_L = r"$\sigma_N$ [MPa]", r"$\theta_m$ [°]", r"$\theta_L$ [°]"
 ENERGIES = f"{THETA_M}, {ENERGY}"
+LABELS = {"tau_L": TRACTION, "s_N": DILATION}
 
 Outcome = tuple[Figure | None, Iterable[str], DataFrame]
 """Picture (None: a table), findings, and the rows of the CSV."""
@@ -45,24 +46,22 @@ class Entry:
 
 
 def over_slip(
-    labels: str, found: Callable[[Case], str], column: str = "tau_L", inside: bool = False
+    labels: str, found: Callable[[Case], str], *columns: str, inside: bool = False
 ) -> Callable[..., Outcome]:
-    """Curves of a column over the slip, a panel for each case; labels: what the labels are.
+    """Curves of columns (tau_L) over the slip, a panel for each case or column; labels: what the labels are.
 
     inside: whether a legend inside the part of the diagram with small slips has the labels and the energies.
     """
 
     def make(*cases: Case) -> Outcome:
-        several = len(cases) > 1
-        size = (TWO, 2.9) if several else (1.3 * ONE, 3.0)
-        figure, axes = new_figure(*size, ncols=len(cases), sharey=True)
-        for ax, part, case in zip(axes, "ab", cases, strict=False):
+        panels, several = [(case, y) for case in cases for y in columns or ["tau_L"]], len(cases) > 1
+        size = (TWO, 2.9 if several else 2.6) if len(panels) > 1 else (1.3 * ONE, 3.0)
+        figure, axes = new_figure(*size, ncols=len(panels), sharey=several)
+        for ax, part, (case, y) in zip(axes, "ab", panels, strict=False):
             names = [f"{c.name}, {c.energy:.4f}" if inside else c.name for c in case.curves]
-            values = [(c.s_L, getattr(c, column), c.lost) for c in case.curves]
-            lines = [(name, *value) for name, value in zip(names, values, strict=True)]
+            lines = [(n, c.s_L, getattr(c, y), c.lost) for n, c in zip(names, case.curves, strict=True)]
             shown = labels if inside or ax is axes[-1] else ""
-            y = DILATION if column == "s_N" else TRACTION
-            curves(ax, lines if several else merged(lines), SLIP, y, shown, inside)
+            curves(ax, lines if several else merged(lines), SLIP, LABELS[y], shown, inside)
             if inside:
                 ax.set_xlim(-0.005, 0.25)
             if several:
@@ -111,19 +110,12 @@ def _figure_2(case: Case) -> Outcome:
     ax.text(m.s_0 + 0.006, m.sigma0, r"$(s_0, \sigma_0)$")
     ax.text(m.s_f, 0.12, "$s_f$", ha="center")
     ax.text(0.075, 0.6, "area $G_c$")
+    off = float(np.abs(t - triangle).max())
     text = (
         f"The largest traction is {t.max():.6g} MPa, the area {trapezoid(t, s):.6g} N/mm, the largest "
-        f"difference from the triangle {small(float(np.abs(t - triangle).max()))} MPa."
+        f"difference from the triangle {f'{off:.0e}' if off > ROUNDING else f'below {ROUNDING:.0e}'} MPa."
     )
     return figure, [text], DataFrame({"s_N": s, "t_N": t})
-
-
-def _figure_5b(case: Case) -> Outcome:
-    (curve,) = case.curves
-    figure, axes = new_figure(TWO, 2.6, ncols=2)
-    curves(axes[0], [("", curve.s_L, curve.tau_L, False)], SLIP, TRACTION)
-    curves(axes[1], [("", curve.s_L, curve.s_N, False)], SLIP, DILATION)
-    return figure, [outcome.strokes(case)], curve_rows([case])
 
 
 def _figure_6() -> Outcome:
@@ -182,24 +174,25 @@ def _figure_14() -> Outcome:
 
 
 def _table_5() -> Outcome:
-    kinds = ("max", "min", "ratio")
-    found = {name: fracture_energy(MATERIAL, pattern(name)) for name in PATTERNS}
-    inferred = {name: sampled(name) for name in PATTERNS}
-    converged = {n: (e.values.max(), e.values.min(), e.spread + 1.0) for n, e in found.items()}
-    equal = sum(inferred[n][i] == TABLE_5[n][i] for n in PATTERNS for i in range(3))
+    kinds, cells = ("max", "min", "ratio"), []
+    for name in PATTERNS:
+        found = fracture_energy(MATERIAL, pattern(name))
+        converged = found.values.max(), found.values.min(), found.spread + 1.0
+        cells.append([name, *TABLE_5[name], *sampled(name), *converged, found.error.max()])
+    names = [f"{what}_{kind}" for what in ("paper", "sampled", "converged") for kind in kinds]
+    table = DataFrame(cells, columns=["pattern", *names, "error"])
     rows: list[Sequence[str]] = []
-    for i, what in enumerate(kinds):
-        rows.append([f"paper, {what}", *(TABLE_5[name][i] for name in PATTERNS)])
-        rows.append([f"converged, {what}", *(f"{converged[name][i]:.6f}" for name in PATTERNS)])
+    for kind in kinds:
+        rows.append([f"paper, {kind}", *table[f"paper_{kind}"]])
+        rows.append([f"converged, {kind}", *table[f"converged_{kind}"].map("{:.6f}".format)])
+    equal = sum((table[f"paper_{kind}"] == table[f"sampled_{kind}"]).sum() for kind in kinds)
     texts = (
         f"\n{markdown(['', *PATTERNS], rows, numbers=True)}\n",
         "A sampling with steps of 0.0025 mm, 64 directions, and the trapezoidal rule over $s_L$ = 0 and "
         f"every tenth point from 0.0225 mm on gives {equal} of the 15 printed numbers to the last digit.",
         "For the converged values the steps are halved until no energy changes by more than 3e-7 N/mm.",
     )
-    names = [f"{what}_{kind}" for what in ("paper", "sampled", "converged") for kind in kinds]
-    cells = [[n, *TABLE_5[n], *inferred[n], *converged[n], found[n].error.max()] for n in PATTERNS]
-    return None, texts, DataFrame(cells, columns=["pattern", *names, "error"])
+    return None, texts, table
 
 
 MONOTONIC = ("figure07a_08a_10a", "figure07b_08b_10a")
@@ -212,7 +205,7 @@ ENTRIES = (
     Entry("figure04a", ("figure04a",), over_slip(SIGMA_N, outcome.ends)),
     Entry("figure04b", ("figure04b",), over_slip(THETA_M, outcome.ends)),
     Entry("figure05a", ("figure05a",), over_slip(SIGMA_N, outcome.ends)),
-    Entry("figure05b", ("figure05b",), _figure_5b),
+    Entry("figure05b", ("figure05b",), over_slip("", outcome.strokes, "tau_L", "s_N")),
     Entry("figure06", (), _figure_6),
     Entry("figure07", MONOTONIC, over_slip(SIGMA_N, outcome.ends)),
     Entry("figure08", MONOTONIC, over_slip(SIGMA_N, outcome.climb, "s_N")),

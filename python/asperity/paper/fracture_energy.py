@@ -34,20 +34,11 @@ THETA = 30.0
 DIRECTIONS = 360.0 / 64.0 * np.arange(64)
 """The 64 directions of Table 5, degrees."""
 
-STEP = 0.0025
-"""Displacement intervals of the paper, mm."""
-
-SAMPLING = (9, 10)
-"""First point after s_L = 0 and interval, in steps, that give Table 5 to the last digit (inferred)."""
-
-SPAN = 1.05
-"""End of a path in multiples of s_f; every plane is fully damaged at a slip of s_f."""
-
-COARSEST, FINEST = 420, 107520
-"""Increments of a path in the first and the last halving; onset (0.1 s_f) and s_f fall on a row."""
-
-LEFT = 1.0e-9
-"""Traction at the end of a path, relative to sigma0, that counts as zero."""
+STEP = 0.0025  # displacement intervals of the paper, mm
+SAMPLING = (9, 10)  # first point after s_L = 0, interval: give Table 5 to the last digit (inferred)
+SPAN = 1.05  # end of a path in multiples of s_f; every plane is fully damaged at a slip of s_f
+COARSEST, FINEST = 420, 107520  # increments of the first and last halving; 0.1 s_f and s_f are rows
+LEFT = 1.0e-9  # traction at the end of a path, relative to sigma0, that counts as zero
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,6 @@ from scipy.integrate import trapezoid
 
 from ..case_files import SlipTest, drive, read_case, slip_tests
 from ..contract import Floats
-from ..history import History
 from ..installed import named_case
 from ..pattern import Pattern
 from ..steps import turns_of
@@ -40,8 +39,8 @@ class Curve:
     tau_L: Floats
     tau_across: Floats
     s_N: Floats
-    t_N: Floats
     damage: Floats
+    t_N: Floats
 
     @property
     def name(self) -> str:
@@ -60,25 +59,6 @@ class Curve:
         away = (test.direction + 180.0 / sides) % (360.0 / sides) - 180.0 / sides
         return abs(test.sigma_N) * float(test.material.residual_strength(test.pattern.theta, away))
 
-    @property
-    def rows(self) -> DataFrame:
-        """Some rows of the curve, the last one included, with the values that identify it."""
-        test, last = self.test, len(self.s_L) - 1
-        found = {"eta": test.material.eta, "m": test.pattern.m, "theta_m": test.pattern.theta}
-        found |= {"theta_L": test.direction, "sigma_N": test.sigma_N}
-        found |= {name: getattr(self, name) for name in ("s_L", "tau_L", "tau_across", "s_N", "damage")}
-        return DataFrame(found).iloc[[*range(0, last, max(1, -(-last // (MOST_ROWS - 1)))), last]]
-
-
-def curve_of(test: SlipTest, history: History) -> Curve:
-    """Curve of the rows of a test."""
-    along, across = history.tau_along(test.direction), history.tau_along(test.direction + 90.0)
-    slip, normal = history.slip_along(test.direction), history.traction[:, 0]
-    columns = slip, along, across, history.dilation, normal, history.damage
-    first = test.preload - 1
-    shown = (one[first:] if test.preload else np.append(0.0, one) for one in columns)
-    return Curve(test, history.lost, *shown)
-
 
 @dataclass(frozen=True)
 class Case:
@@ -91,28 +71,36 @@ class Case:
 def run_case(stem: str) -> Case:
     """Run a case of the paper by the driver; raises ValueError with its message if that fails."""
     path = named_case(stem)
-    results, case = drive(path), read_case(path)
-    curves = tuple(curve_of(one, results[one.value]) for one in slip_tests(case))
-    return Case(case.title.rpartition(": ")[2].rpartition(", ")[2], curves)
+    results, case, curves = drive(path), read_case(path), []
+    for test in slip_tests(case):
+        rows, angle, first = results[test.value], test.direction, test.preload - 1
+        tractions = rows.tau_along(angle), rows.tau_along(angle + 90.0)
+        columns = rows.slip_along(angle), *tractions, rows.dilation, rows.damage, rows.traction[:, 0]
+        shown = (one[first:] if test.preload else np.append(0.0, one) for one in columns)
+        curves.append(Curve(test, rows.lost, *shown))
+    return Case(case.title.rpartition(": ")[2].rpartition(", ")[2], tuple(curves))
 
 
 def curve_rows(cases: Iterable[Case]) -> DataFrame:
-    """Rows of all curves of cases."""
-    return concat([curve.rows for case in cases for curve in case.curves])
+    """Some rows of all curves of cases, the last of each included, with the values that identify it."""
+    parts = []
+    for curve in (curve for case in cases for curve in case.curves):
+        test, last = curve.test, len(curve.s_L) - 1
+        found = {"eta": test.material.eta, "m": test.pattern.m, "theta_m": test.pattern.theta}
+        found |= {"theta_L": test.direction, "sigma_N": test.sigma_N}
+        found |= {name: getattr(curve, name) for name in ("s_L", "tau_L", "tau_across", "s_N", "damage")}
+        parts.append(DataFrame(found).iloc[[*range(0, last, max(1, -(-last // (MOST_ROWS - 1)))), last]])
+    return concat(parts)
 
 
 def plane_rows(patterns: dict[str, Pattern]) -> DataFrame:
     """Normal and weight of each plane of patterns."""
-    parts = []
-    for name, one in patterns.items():
-        part = DataFrame(one.normals, columns=["n_N", "n_Tx", "n_Ty"]).assign(gamma=one.weights)
-        parts.append(part.assign(pattern=name, k=np.arange(1, len(part) + 1)))
-    return concat(parts)[["pattern", "k", "n_N", "n_Tx", "n_Ty", "gamma"]]
-
-
-def small(difference: float) -> str:
-    """Text of a difference, which may be a rounding error."""
-    return f"{difference:.0e}" if difference > ROUNDING else f"below {ROUNDING:.0e}"
+    rows = [
+        (name, k, *normal, weight)
+        for name, one in patterns.items()
+        for k, (normal, weight) in enumerate(zip(one.normals, one.weights, strict=True), 1)
+    ]
+    return DataFrame(rows, columns=["pattern", "k", "n_N", "n_Tx", "n_Ty", "gamma"])
 
 
 def signed(value: float) -> str:
