@@ -303,19 +303,3 @@ def test_case_file_strings() -> None:
     case = case_files.read_case(Path("latin.nml"))
     assert case.title == "Schlupf in D\N{REPLACEMENT CHARACTER}sen and back"
     assert case.before.endswith(b"mu = 0.5 /\n") and case.after.startswith(b"\n&step t_N")
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (SWEEP, "expected &step with t_N, then slip under it"),
-        (CASE.split("&step")[0] + "&step t_N = 0.0, slip = 0.1, follow = 'branch' /\n",
-         "expected &step with t_N"),
-        (CASE + "&initial damage = 0.5 /\n", "&initial: expected a case that starts virgin"),
-    ],
-    ids=["no t_N", "branch", "initial"],
-)
-def test_case_that_is_no_slip_test(text: str, message: str) -> None:
-    """Another kind of load path is rejected."""
-    with pytest.raises(ValueError, match=f"case.nml: {message}"):
-        list(case_files.slip_tests(case_files.read_case(write("case.nml", text))))

@@ -21,7 +21,6 @@ from harness.studies.extensions import JOINTS, envelope
 
 SEED = 2025
 DT = 0.1
-NAN, INF = float("nan"), float("inf")
 
 UNITS = {"sigma0": (1, 0), "sigma02": (1, 0), "Gc": (1, 1), "Gc2": (1, 1), "W0": (1, 1), "height": (0, 1)}
 
@@ -243,37 +242,6 @@ def test_envelopes_of_barton() -> None:
 # --- viscous damage and cut requests ---
 
 RP_4 = Interface(Material(3.0, 0.3, 0.9, 0.5, tau_v=0.4), Pattern.regular(4, 30.0))
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: RP_4.update([[0, 0, 0]]), "dt is missing: expected for viscous damage, tau_v = 0.4"),
-        (lambda: RP_4.update([[0, 0, 0]], dt=-1.0), r"dt = -1: expected a finite time increment >= 0"),
-        (lambda: RP_4.update([[0, 0, 0]], dt=NAN), "dt = NaN: expected a finite time increment >= 0"),
-        (lambda: RP_4.update([[0, 0, 0]], dt=INF), "dt = Inf: expected a finite time increment >= 0"),
-        (lambda: RP_4.replay([[0, 0, 0]]), "times is missing: expected for viscous damage"),
-        (lambda: RP_4.replay([[0, 0, 0]], [1.0, 2.0]), r"times have shape \(2,\): expected \(1,\)"),
-        (lambda: RP_4.replay([[0, 0, 0]], [-1.0]), r"times\[0\] = -1: expected a finite number from 0"),
-        (lambda: RP_4.replay([[0, 0, 0]] * 3, [1, 3, 2]), r"times\[2\] = 2: expected a finite number from 3"),
-        (lambda: RP_4.replay([[0, 0, 0]] * 2, [1, NAN]), r"times\[1\] = nan: expected a finite number"),
-        (lambda: RP_4.replay([[0, 0, 0]], [INF]), r"times\[0\] = inf: expected a finite number"),
-        (lambda: RP_4.confined_slip(0.0, [0.1], 0.0), "times is missing: expected for viscous damage"),
-        (lambda: RP_4.confined_slip(0.0, [0.1], 0.0, times=[[1.0]]), r"times have shape \(1, 1\): expected"),
-        (
-            lambda: RP_4.confined_slip(0.0, [0.1], 0.0, times=[1.0], preload_time=-1.0),
-            r"preload_time = -1.0: expected a finite time >= 0",
-        ),
-        (
-            lambda: RP_4.confined_slip(0.0, [0.1], 0.0, times=[1.0], preload_time=NAN),
-            r"preload_time = nan: expected a finite time >= 0",
-        ),
-    ],
-)
-def test_bad_times(call: object, message: str) -> None:
-    """The message names a missing or inadmissible time and the expectation."""
-    with pytest.raises(ValueError, match=message):
-        call()
 
 
 def test_replay_without_times(run, tmp_path: Path) -> None:

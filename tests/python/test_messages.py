@@ -26,6 +26,9 @@ TWO, SIX = [[1, 0, 0], [1, 0, 0]], np.zeros((2, 3))
 LONG, MINUS = r"1000+\.\.\.0+", r"-1000+\.\.\.0+"
 X = np.arange(9.0)
 BOWL = Scan(X, X, np.outer(X**2, X))
+COMPLEX = np.array([0.1 + 0j, 0.2 + 1j, 0.3 + 0j])
+PRESSED = {"traction": [-1.0, 0.0, 0.0]}
+VISCOUS = Interface(Material(3.0, 0.3, 0.9, 0.5, tau_v=0.4), RP_4.pattern)
 
 
 def joint(**constants: float) -> Material:
@@ -36,6 +39,13 @@ def joint(**constants: float) -> Material:
 def spread(**given: object) -> object:
     """Uncertainty of two constants, with a bad argument."""
     return uncertainty(named_case("figure05b"), **{"sd": {"mu": 0.05, "theta": 1.0}} | given)
+
+
+def bad(shape: tuple[int, ...], entries: dict[int, float]) -> np.ndarray:
+    """Zeros of a shape, with other entries in row 1."""
+    array = np.zeros(shape)
+    array[1, [*entries]] = [*entries.values()]
+    return array
 
 
 def in_shape(name: str, found: tuple[int, ...], expected: str) -> str:
@@ -125,6 +135,81 @@ ROWS: list[tuple[Callable[[], object], str]] = [
     (lambda: slip_curves(RT, 0.0, []), "slips"),
     (lambda: slip_curves(RT, 0.0, [0.1], INF), "sigma_N"),
     (lambda: slip_curves(Interface(MATERIAL, RT.pattern), 0.0, [0.1], 0.0, 0), "preload = 0"),
+    # separations that are not finite, and states that no update can return, with index as in the hosts
+    *(
+        (lambda call=call, s=s: call(s), rf"^{place} 1 \(of 0 to 2\): {name}{rest}")
+        for call, place, rest in (
+            (RP_4.update, "point", " = .*: expected a finite number"),
+            (lambda s: RP_4.update(np.zeros((3, 3)), s_old=s), "point", " at the start = "),
+            (RP_4.replay, "row", " = "),
+        )
+        for i, name in enumerate(("s_N", "s_Tx", "s_Ty"))
+        for s in (bad((3, 3), {i: value}) for value in (NAN, INF, -INF, 1e80))
+    ),
+    *(
+        (lambda i=i, value=value: RP_4.update(SIX, bad((2, 23), {i: value})),
+         rf"^point 1 \(of 0 to 1\): STATEV\({i + 1}\) {name} = ")
+        for i, value, name in (
+            (1, NAN, "stored"),
+            (6, INF, "offset_Tx"),
+            (8, -0.1, "alpha"),
+            (11, 1.1, "alpha"),
+            (12, NAN, "s_dit"),
+        )
+    ),
+    # complex numbers, whose imaginary parts are not dropped
+    *(
+        (lambda call=call: call(COMPLEX), r"^(traction|s|S|slips|times)(\[.*\] = .*: expected a|: complex)")
+        for call in (
+            RP_4.initial,
+            lambda z: RP_4.update(z[None]),
+            lambda z: RP_4.replay([z]),
+            lambda z: RP_4.confined_slip(0.0, z, -1.0),
+            lambda z: RP_4.confined_slip(0.0, z.real, -1.0, times=z),
+        )
+    ),
+    # initial states
+    *(
+        (lambda given=given: RP_4.initial(**given), message)
+        for given, message in (
+            ({"traction": [1.0, 2.0]}, "traction has shape"),
+            ({"traction": [NAN, 0.0, 0.0]}, "initial t_N = NaN: expected a finite traction"),
+            (PRESSED | {"damage": [0.0, 1.0]}, r"damage has shape \(2,\)"),
+            (PRESSED | {"damage": 1.5}, r"STATEV\(9\) alpha = 1.5"),
+            (PRESSED | {"slip": np.zeros((2, 2))}, "slip has shape"),
+            ({"traction": [[0.0, 0.0, 0.0], [7.0, 0.0, 0.0]]}, r"point 1 \(of 0 to 1\).*beyond the strength"),
+        )
+    ),
+    # times
+    *(
+        (lambda dt=dt: VISCOUS.update([[0, 0, 0]], dt=dt), message)
+        for dt, message in (
+            (None, "dt is missing: expected for viscous damage, tau_v = 0.4"),
+            (-1.0, "dt = -1: expected a finite time increment >= 0"),
+            (NAN, "dt = NaN: expected a finite time increment >= 0"),
+            (INF, "dt = Inf: expected a finite time increment >= 0"),
+        )
+    ),
+    *(
+        (lambda times=times, n=n: VISCOUS.replay([[0, 0, 0]] * n, times), message)
+        for times, n, message in (
+            (None, 1, "times is missing: expected for viscous damage"),
+            ([1.0, 2.0], 1, r"times have shape \(2,\): expected \(1,\)"),
+            ([-1.0], 1, r"times\[0\] = -1: expected a finite number from 0"),
+            ([1, 3, 2], 3, r"times\[2\] = 2: expected a finite number from 3"),
+            ([1, NAN], 2, r"times\[1\] = nan: expected a finite number"),
+            ([INF], 1, r"times\[0\] = inf: expected a finite number"),
+        )
+    ),
+    *(
+        (lambda given=given: VISCOUS.confined_slip(0.0, [0.1], 0.0, **given), message)
+        for given, message in (
+            ({}, "times is missing: expected for viscous damage"),
+            ({"times": [[1.0]]}, r"times have shape \(1, 1\): expected"),
+            ({"times": [1.0], "preload_time": -1.0}, "preload_time = -1.0: expected a finite time >= 0"),
+            ({"times": [1.0], "preload_time": NAN}, "preload_time = nan: expected a finite time >= 0"),
+        )
+    ),
     # joints without bond, masonry
     (lambda: joint(kn=-1.0, ks=NAN, mu=-2.0), r"^mu = -2: exp.*\nkn = -1.0: exp.*\nks = nan: expected"),
     (lambda: joint(sigma0=3.0), "sigma0 = 3.0: expected without kn and ks"),
@@ -259,30 +344,3 @@ def test_all_bad_values_at_once() -> None:
         with pytest.raises(ValueError) as error:
             call()
         assert all(text in str(error.value) for text in wanted) and not str(error.value).endswith("...")
-
-
-@pytest.mark.parametrize("value", [NAN, INF, -INF, 1e80])
-@pytest.mark.parametrize(("component", "name"), [(0, "s_N"), (1, "s_Tx"), (2, "s_Ty")])
-def test_separations_that_are_not_finite(component: int, name: str, value: float) -> None:
-    """NaN, infinities and separations out of range in s, s_old and S are rejected with their names."""
-    s = np.zeros((3, 3))
-    s[1, component] = value
-    for call, start in (
-        (lambda: RP_4.update(s), rf"point 1 \(of 0 to 2\): {name} = .*: expected a finite number"),
-        (lambda: RP_4.update(np.zeros((3, 3)), s_old=s), rf"point 1 \(of 0 to 2\): {name} at the start = "),
-        (lambda: RP_4.replay(s), rf"row 1 \(of 0 to 2\): {name} = "),
-    ):
-        with pytest.raises(ValueError, match=f"^{start}"):
-            call()
-
-
-@pytest.mark.parametrize(
-    ("index", "value", "name"),
-    [(1, NAN, "stored"), (6, INF, "offset_Tx"), (8, -0.1, "alpha"), (11, 1.1, "alpha"), (12, NAN, "s_dit")],
-)
-def test_bad_states(index: int, value: float, name: str) -> None:
-    """A state that no update can return is rejected with index (from 1, as in the hosts) and name."""
-    state = np.zeros((2, 23))
-    state[1, index] = value
-    with pytest.raises(ValueError, match=rf"^point 1 \(of 0 to 1\): STATEV\({index + 1}\) {name} = "):
-        RP_4.update(np.zeros((2, 3)), state)

@@ -9,7 +9,6 @@ import subprocess
 import threading
 import time
 import warnings
-from collections.abc import Callable
 from dataclasses import FrozenInstanceError, fields, replace
 from importlib.resources import files
 from itertools import pairwise
@@ -377,39 +376,6 @@ def test_runs_warn_once() -> None:
 
 
 # --- initial states; tests/solver/test_initial.pf has more -----------------------------------------------
-
-
-@pytest.mark.parametrize(
-    "call",
-    [
-        lambda law, z: law.initial(z),
-        lambda law, z: law.update(z[None]),
-        lambda law, z: law.replay([z]),
-        lambda law, z: law.confined_slip(0.0, z, -1.0),
-        lambda law, z: law.confined_slip(0.0, z.real, -1.0, times=z),
-    ],
-)
-def test_complex_numbers(call: Callable) -> None:
-    """A complex array is refused by name; its imaginary parts are not dropped."""
-    with pytest.raises(ValueError, match=r"^(traction|s|S|slips|times)(\[.*\] = .*: expected a|: complex)"):
-        call(RP_4, np.array([0.1 + 0j, 0.2 + 1j, 0.3 + 0j]))
-
-
-@pytest.mark.parametrize(
-    ("keywords", "message"),
-    [
-        ({"traction": [1.0, 2.0]}, r"traction has shape"),
-        ({"traction": [np.nan, 0.0, 0.0]}, "initial t_N = NaN: expected a finite traction"),
-        ({"traction": [-1.0, 0.0, 0.0], "damage": [0.0, 1.0]}, r"damage has shape \(2,\)"),
-        ({"traction": [-1.0, 0.0, 0.0], "damage": 1.5}, r"STATEV\(9\) alpha = 1.5"),
-        ({"traction": [-1.0, 0.0, 0.0], "slip": np.zeros((2, 2))}, "slip has shape"),
-        ({"traction": [[0.0, 0.0, 0.0], [7.0, 0.0, 0.0]]}, r"point 1 \(of 0 to 1\).*beyond the strength"),
-    ],
-)
-def test_bad_initial_states(keywords: dict, message: str) -> None:
-    """Errors have the value and the expectation."""
-    with pytest.raises(ValueError, match=message):
-        RP_4.initial(**keywords)
 
 
 def test_what_the_guard_held_back() -> None:
