@@ -338,21 +338,6 @@ def test_memory_does_not_grow() -> None:
     assert resident_bytes() - before < 256_000
 
 
-def test_snaps_are_told() -> None:
-    """RP-16 without normal traction has one snap, at the same place for all steps; RP-12 has none."""
-    for steps in (20, 400):
-        slips = np.linspace(0.0, 0.2, steps + 1)
-        assert Interface(TABLE_2, Pattern.regular(12, 30.0)).confined_slip(0.0, slips, 0.0).snaps == ()
-        history = Interface(TABLE_2, Pattern.regular(16, 30.0)).confined_slip(0.0, slips, 0.0)
-        (snap,) = history.snaps
-        assert [row for row, text in history.events if "snap" in text] == [snap.row]
-        assert slips[snap.row - 1] < snap.before[1] <= slips[snap.row]
-        assert snap.before == pytest.approx((0.0926, 0.1736, 0.0), abs=2e-4)
-        assert snap.after == pytest.approx((0.1002, 0.1736, 0.0), abs=1e-4)
-        assert snap.released == pytest.approx(9.75e-6, rel=0.01)
-        assert "substeps" in dict(history.events)[snap.row]
-
-
 def test_events_are_those_of_the_driver(tmp_path: Path) -> None:
     """The events of a replay equal the event column of the driver for the same separations."""
     (tmp_path / "case.nml").write_text(
