@@ -95,20 +95,6 @@ def test_control_may_change(run) -> None:
     assert_traction(result["t_N"][step == 5], -5.0)
 
 
-def test_listed_planes_are_the_regular_pattern(run) -> None:
-    """Table 1 as listed planes gives the results of RT; normals need not have the length 1."""
-    path = "&step t_N = -5.0 /\n&step slip = 0.3, direction = 25.0 /\n"
-    slope = math.tan(math.radians(30.0))
-    regular = run(MATERIAL + "&pattern sides = 2, theta = 30.0 /\n" + path)
-    listed = run(
-        MATERIAL
-        + f"&pattern normals = 1, 0, 0, 2, {-2 * slope}, 0, 1, {slope}, 0, weights = 3*0.3333333333333333 /\n"
-        + path
-    )
-    for name in COLUMNS[3:14]:
-        np.testing.assert_allclose(listed[name], regular[name], rtol=0, atol=1e-9, err_msg=name)
-
-
 def test_columns_per_plane(run) -> None:
     """--planes and `planes = .true.` add columns of each plane; the weighted alphas sum to the damage."""
     path = MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step slip = 0.1, direction = 10.0 /\n"
