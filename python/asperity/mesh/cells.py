@@ -54,11 +54,13 @@ def read(mesh: meshio.Mesh | Path | str) -> meshio.Mesh:
         return mesh
     if not Path(mesh).is_file():
         raise ValueError(f"{mesh}: no such file: expected a mesh, such as .msh of gmsh, .inp or .vtu")
+    printed = StringIO()
     try:
-        with redirect_stdout(StringIO()):  # meshio prints empty lines
+        with redirect_stdout(printed):
             return meshio.read(mesh)
-    except (Exception, SystemExit) as error:  # meshio ends the program where no reader fits
-        raise ValueError(f"{mesh}: {error}: expected a mesh that meshio reads") from None
+    except (Exception, SystemExit) as error:  # meshio prints why and ends the program where no reader fits
+        reason = " ".join(printed.getvalue().split()) or error
+        raise ValueError(f"{mesh}: {reason}: expected a mesh that meshio reads") from None
 
 
 def tags(mesh: meshio.Mesh, data: str | None) -> tuple[list[str], list[Integers]]:
