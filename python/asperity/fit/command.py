@@ -264,8 +264,9 @@ def _next(
         return f"{one}\n      with the value of {unknown[0]} from another test: these tests do not contain it"
     one = command(given, plot=options.plot or Path("fit.png"), accept=True)
     look = "look first where test and fit differ: units, signs, pattern (--sides), rows to leave out"
-    read = f"\n      put # before these lines if they are errors of reading: {moving}" * bool(moving)
-    return f"{one}\n      takes these constants as they are; {look}{read}"
+    accepts = f"{one}\n      takes these constants as they are; {look}"
+    reading = f"next: put # before these lines and fit again, if they are errors of reading: {moving}\n"
+    return f"{reading}otherwise {accepts}" if moving else accepts
 
 
 def propose(found: Fit, given: Arguments, fitted: Fitted) -> tuple[Arguments, Fit] | None:
