@@ -112,7 +112,6 @@ static void *work(void *argument) {
 
 int main(int argc, char **argv) {
   const long wanted = argc > 1 ? atol(argv[1]) : 10000000;
-  const int round = wanted < ROUND ? (int)wanted : ROUND;
   uint64_t seed = 20150917;
   long differences = 0, done[ENTRIES] = {0};
   int failed = 0;
@@ -121,8 +120,11 @@ int main(int argc, char **argv) {
     return 1;
   }
   for (int entry = 0; entry < ENTRIES; entry++) {
+    /* messages of rejected calls take a thousand times as long as updates */
+    const long most = entry < 3 ? wanted : wanted / 100 + 1;
+    const int round = most < ROUND ? (int)most : ROUND;
     long before = differences;
-    while (done[entry] < wanted) {
+    while (done[entry] < most) {
       for (int step = 0; step < STEPS; step++)
         for (int p = 0; p < round; p++)
           for (int i = 0; i < 3; i++) strain[step][p][i] = 0.15 * draw(&seed);
