@@ -57,8 +57,7 @@ $(passed)/lint: $(tree) | .venv/installed
 	@$(step) "Lint: layers of the package" build/logs/lint-imports.log env PYTHONPATH=python $(venv)/lint-imports --no-cache
 	@$(step) "Lint: YAML" build/logs/lint-yaml.log $(venv)/yamllint --strict .
 	$(done)
-$(passed)/suites $(passed)/debug: | .venv/installed
-$(builds:%=$(passed)/%): $(passed)/%: $(code) build/options | dependencies
+$(builds:%=$(passed)/%): $(passed)/%: $(code) build/options | .venv/installed
 	@$(step) "$$(cmake --list-presets | sed -n 's/.*"$*" *- //p')" $(log) tools/build-and-test.sh $*
 	$(done)
 $(passed)/coverage: $(passed)/debug | .venv/installed
