@@ -73,7 +73,7 @@ RUNS = {
     "3D 45": f"{SOLID} --turn 45",
     "3D 0": f"{SOLID} --turn 0",
     **{f"scale {k} {name}": f"{SOLID_STEPS} --scale {k} {words}"
-       for name, words in SOLVERS.items() for k in (1, 2, 4)},
+       for name, words in SOLVERS.items() for k in (1, 2, 4, 6)[: 3 if name == "gamg" else 4]},
 }
 """Options by the name of a run."""
 
