@@ -19,14 +19,13 @@ from .tables import refresh
 
 
 def example(picture: Path) -> str:
-    """Report of `asperity fit` on the default tests, without correlations and two peaks, and its picture."""
+    """Report of `asperity fit` on the default tests, without two peaks, and its picture."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "record.csv"
         write_record(path, synthetic(DEFAULT_NOISE, 0))
         found = fit(read_tests([path]))
         text = report(found, DEFAULT).replace(f"{folder}{os.sep}", "")
     draw(found, DEFAULT, picture)
-    text = re.sub(r"\n*correlation .*?(\n\n|\Z)", r"\1", text, flags=re.DOTALL)
     text = re.sub(r"\ntest 2, sigma_N.*?\n(?=\n)", "\n", text, count=1, flags=re.DOTALL)
     return f"```text\n{text}\n\n{props_line(found.interface)}\n```"
 

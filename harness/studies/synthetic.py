@@ -68,7 +68,7 @@ def synthetic(
     tests = []
     for number, held in enumerate(sigma_N, 1):
         clean = ShearTest(f"test {number}", slip, slip, None, held, k_N)
-        problem = Problem([clean], (), truth, {}, sides, 0.0, increments)
+        problem = Problem([clean], (), truth, sides, 0.0, increments)
         [(slips, places)] = problem.paths
         tau, s_N, done = slip_curve(problem.interface(truth), clean, slips, places, 0.0, 200)
         if done < slips.size:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from . import _core
 from .pattern import Pattern
+
+CASE_INCREMENTS = 100
+"""Increments of a step of `slip_case`."""
 
 LONGEST = 4096
 """Bytes of a text, which the library takes in a cell of this size; no path is longer."""
@@ -63,3 +66,26 @@ def pattern_text(pattern: Pattern) -> str:
 def rounded(value: float, digits: int) -> float:
     """Return a number rounded to significant digits."""
     return float(f"{value:.{digits}g}")
+
+
+def slip_case(
+    title: str,
+    material: Mapping[str, float],
+    pattern: Pattern,
+    tractions: Iterable[float],
+    slips: Sequence[float],
+    direction: float = 0.0,
+    increments: int = CASE_INCREMENTS,
+) -> str:
+    """Case file of a joint that slips under each of these normal tractions."""
+    held = sorted({*tractions}, reverse=True)
+    several, parts = len(held) > 1, [increments] * len(slips)
+    slip = {"slip": [rounded(one, 6) for one in slips], "direction": direction, "increments": parts}
+    return case_text(
+        ("case", {"title": title}),
+        ("material", material),
+        ("pattern", pattern_entries(pattern)),
+        *([("sweep", {"name": "sigma_N", "values": held})] if several else []),
+        ("step", {"t_N": Word("sigma_N") if several else held[0], "increments": increments}),
+        ("step", slip),
+    )

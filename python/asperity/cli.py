@@ -81,8 +81,8 @@ def _parser(chosen: str) -> argparse.ArgumentParser:
         formatter_class=_Help,
     )
     parser.epilog = (
-        "asperity COMMAND --help explains a command. --jobs N sets the number of processes of barton, fit, "
-        "paper, run, select and uncertainty."
+        "asperity COMMAND --help explains a command. --jobs N sets the number of processes of paper, run, "
+        "select and uncertainty."
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")

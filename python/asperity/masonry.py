@@ -10,8 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from . import contract
-from .case_writer import case_text, pattern_entries, rounded
-from .fit.report import slip_case
+from .case_writer import case_text, pattern_entries, rounded, slip_case
 from .interface import Interface
 from .material import Material, ModelWarning
 from .options import add_options, add_output, assigned, check_outputs, replace_file

@@ -12,14 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pandas import DataFrame, Series
+    from pandas import DataFrame
 
     from .contract import Floats
 
 NUMBER = r"[-+]?(\d[\d.,'\s]*|[.,]\d+)([eE][-+]?\d+)?"
 EMPTY = r"(?i:|nan|n/?a|null|none|[-\u2013]+|#[^\s\d]\S*)"
-GROUPED = r"[-+]?[1-9]\d{0,2}([.,]\d{3})+"
-"""A number in any notation, cells without a number, such as #DIV/0!, and digits in groups of three."""
+"""A number in any notation, and cells without a number, such as #DIV/0!."""
 
 WITH_MARK = {
     mark: rf"[-+]?(\d*|[1-9]\d{{0,2}}(\{other}\d{{3}})+)(\{mark}\d*)?([eE][-+]?\d+)?"
@@ -60,63 +59,72 @@ MOST_ERRORS = 10
 
 @dataclass(frozen=True)
 class Table:
-    """Cells (T, C) of a CSV file as text, by lines of the file; line: of the header, with names and units."""
+    """Cells (T, C) of a CSV file as text, by lines of the file; line: of the header, with names and units.
+
+    separator: of the cells, empty for blanks.
+    """
 
     path: Path
     line: int
     names: list[str]
     units: list[str]
     cells: DataFrame
+    separator: str
 
     @property
     def lines(self) -> list[int]:
         """Lines of the rows (T,)."""
         return [int(line) for line in self.cells.index]
 
-    def numbers(self, columns: Sequence[int], names: Sequence[str], gaps: Sequence[str] = ()) -> Floats:
+    def numbers(
+        self,
+        columns: Sequence[int],
+        names: Sequence[str],
+        gaps: Sequence[str] = (),
+        decimal: str | None = None,
+    ) -> Floats:
         """Numbers (T, n) of columns, NaN where a cell of those named in `gaps` is empty or an error.
 
-        Raises ValueError with every cell that is no finite number, and where decimal marks and separators of
-        thousands cannot be told apart.
+        decimal: the mark "." or ","; None: that with which all cells are numbers.  Raises ValueError with
+        every cell that is no finite number, and for files with which both marks agree, such as 1,234.
         """
         import numpy as np
         import pandas as pd
 
         texts = self.cells[list(columns)].set_axis(list(names), axis=1)
         found = texts.apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
-        decimal, allowed = ".", np.False_
-        if not np.isfinite(found).all():
-            texts = texts.replace(r"(?<=\d)['\u2019\s](?=\d{3})", "", regex=True)
-            empty, good = (
-                texts.apply(lambda one, form=form: one.str.fullmatch(form)) for form in (EMPTY, NUMBER)
-            )
-            allowed = empty.to_numpy(dtype=bool) & np.isin(list(names), list(gaps))
-            decimal = self._decimal_mark(texts.where(good, "").stack())
-            thousands = {",": ".", ".": ","}[decimal]
-            plain = texts.apply(lambda one: one.str.replace(thousands, "").str.replace(decimal, "."))
-            found = plain.where(good).apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
-        for name, column in texts.items():
-            marked = column[column.str.contains(decimal, regex=False)]
-            whole = column[column.str.fullmatch(r"[-+]?\d{3}")]
-            if len(marked) and len(whole) and marked.str.fullmatch(GROUPED).all():
-                pair = f"{whole.iloc[0]} beside {marked.iloc[0]}"
-                raise ValueError(f"{self.path}: column {name}: {pair}: expected no separators of thousands")
-        places = np.argwhere(~np.isfinite(found) & ~allowed).tolist()
+        if np.isfinite(found).all() and decimal != "," and self.separator != ";":
+            return found
+        plain = texts.replace(r"(?<=\d)['\u2019\s](?=\d{3})", "", regex=True)
+        empty = plain.apply(lambda one: one.str.fullmatch(EMPTY)).to_numpy(dtype=bool)
+        mark = decimal or self._decimal_mark(plain.mask(empty, ""))
+        good = plain.apply(lambda one: one.str.fullmatch(WITH_MARK[mark]))
+        thousands = {",": ".", ".": ","}[mark]
+        plain = plain.apply(lambda one: one.str.replace(thousands, "").str.replace(mark, "."))
+        found = plain.where(good).apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
+        places = np.argwhere(~np.isfinite(found) & ~(empty & np.isin(list(names), list(gaps)))).tolist()
         wrong = [f"line {self.lines[i]}, column {names[j]}: {texts.iat[i, j] or 'empty'}" for i, j in places]
-        raise_all([f"{self.path}: {text}: expected a finite number" for text in wrong])
+        wanted = "expected a finite number" + " with a decimal comma" * (mark == ",")
+        raise_all([f"{self.path}: {text}: {wanted}" for text in wrong])
         return found
 
-    def _decimal_mark(self, cells: Series) -> str:
-        """Decimal mark with which all cells are numbers, the one that is there; raises ValueError."""
-        odd = {mark: cells[~cells.str.fullmatch(one)] for mark, one in WITH_MARK.items()}
-        with_mark = {mark: cells[cells.str.contains(mark, regex=False)] for mark in WITH_MARK}
-        fitting = [mark for mark in odd if odd[mark].empty]
-        seen = [mark for mark in fitting if len(with_mark[mark])]
-        if len(fitting) == 1 or len(fitting) > len(seen):
-            return [*seen, *fitting][0]
-        pair = [(int(one.index[0][0]), one.iloc[0]) for one in (odd if not fitting else with_mark).values()]
-        (line, text), (_, other) = sorted(pair, reverse=True)
-        raise ValueError(f"{self.path}: line {line}: {text} beside {other}: expected one decimal mark")
+    def _decimal_mark(self, cells: DataFrame) -> str:
+        """Decimal mark with which most cells are numbers; raises ValueError where both marks agree with all.
+
+        The mark of 1,234 separates thousands beside whole numbers of three digits in the same column.  A
+        point separates none, unless the cells are separated by semicolons, as where commas are decimal.
+        """
+        odd = {mark: (~cells.stack().str.fullmatch(form)).sum() for mark, form in WITH_MARK.items()}
+        for mark, other in (",.", ".,") if odd[","] == odd["."] else ():
+            for name, column in cells.items():
+                marked = column[column.str.contains(mark, regex=False)]
+                if len(marked) and column.str.fullmatch(r"[-+]?\d{3}").any():
+                    return other
+                if len(marked) and (mark == "," or self.separator == ";"):
+                    text = f"{self.path}: line {marked.index[0]}, column {name}: {marked.iloc[0]}"
+                    wanted = "expected numbers that show the decimal mark, or --decimal comma or point"
+                    raise ValueError(f"{text} may be a decimal number, or have thousands: {wanted}")
+        return "," if odd[","] < odd["."] else "."
 
 
 def read_table(path: Path, expected: str) -> Table:
@@ -160,7 +168,7 @@ def read_table(path: Path, expected: str) -> Table:
         ]
     )
     cells = DataFrame([*rows.values()], index=[*rows], columns=range(width), dtype=str)
-    return Table(path, names + 1, [part[1] for part in parts], units, cells)
+    return Table(path, names + 1, [part[1] for part in parts], units, cells, mark)
 
 
 def _text(path: Path, expected: str) -> str:

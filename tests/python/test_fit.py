@@ -21,7 +21,7 @@ from harness.studies import synthetic as study
 from tests.oracle import reference
 
 TRUTH, SOME = study.TRUTH, study.SET
-AT_TRUTH = {name: TRUTH[name] for name in study.FREE}
+AT_TRUTH, ALL = {name: TRUTH[name] for name in study.FREE}, dict(TRUTH)
 MATERIAL = {name: TRUTH[name] for name in ("sigma0", "Gc", "eta", "mu", "kc")}
 RT = {"theta": 20.0, "flat": 0.3333}
 SLIP = np.linspace(0.0, 0.6, 61)[1:]
@@ -79,7 +79,7 @@ def test_intervals_hold_at_their_rate(noise: float) -> None:
         rng = np.random.default_rng(seed)
         noisy = lambda y: study.noisy(y, noise, rng)  # noqa: B023, E731
         tests = [replace(one, tau=noisy(one.tau), s_N=noisy(one.s_N)) for one in clean]
-        found = fit(tests, study.FREE, SOME, start=AT_TRUTH, starts=1, seed=seed)
+        found = fit(tests, study.FREE, SOME, start=AT_TRUTH, starts=1)
         intervals = [(TRUTH[name], one) for name, one in found.estimates.items()]
         intervals.append((residual_ratio(TRUTH), found.of(residual_ratio)))
         held.append([one.low <= value <= one.high for value, one in intervals])
@@ -96,34 +96,18 @@ def test_intervals_hold_at_their_rate(noise: float) -> None:
 def test_increments_of_a_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without noise the constants of a cycle are identified, because the increments are refined.
 
-    The 200 requested increments alone shift mu by 0.5 %, which is reported.
+    The 200 increments at first shift mu by 0.5 %, which is reported.
     """
     tests = study.synthetic(0.0, 0, sigma_N=(-1.0,), **study.CYCLIC)
     start = AT_TRUTH | {"mu": 0.7, "theta": 25.0}
     found = fit(tests, fixed=SOME, start=start, starts=1)
-    assert found.problem.increments == fit_model.INCREMENTS and found.problem.refinement > 1
-    assert found.shift <= outcome.ENOUGH
     # the error is of first order: dividing increments by four removes three quarters of it
     most = 2.0 * outcome.ENOUGH * outcome.LEAST_ERROR
     assert {name: found.values[name] for name in AT_TRUTH} == pytest.approx(AT_TRUTH, rel=most)
     monkeypatch.setattr(fitting, "REFINEMENTS", 0)
     coarse = fit(tests, fixed=SOME, start=start, starts=1)
-    assert coarse.problem.refinement == 1 and coarse.shift > outcome.ENOUGH
     assert abs(coarse.values["mu"] / TRUTH["mu"] - 1.0) > 0.003
-    assert "the increments are too long: finer ones change" in report(coarse)
-
-
-@pytest.mark.slow
-def test_own_starts_and_derivatives(three_percent: outcome.Fit) -> None:
-    """Random starts find the minimum near the true values; derivatives with a smaller step agree."""
-    problem = three_percent.problem
-    assert three_percent.result.chisqr <= float(np.sum(problem.residuals(problem.x(TRUTH)) ** 2))
-    assert three_percent.agreeing > 1
-    # where every constant has an influence, the covariance is that of lmfit
-    assert three_percent.covariance == pytest.approx(three_percent.result.covar, rel=1e-6)
-    small = 0.1 * fitting.STEP
-    finer = fitting.differences(problem.residuals, three_percent.x, small) - three_percent.result.jac
-    assert (np.linalg.norm(finer, axis=0) < 1e-3 * np.linalg.norm(three_percent.result.jac, axis=0)).all()
+    assert any("the increments are too long: finer ones move" in text for text in refusals(coarse))
 
 
 def box(sigma_N: Any) -> np.ndarray:
@@ -182,8 +166,8 @@ def test_coupling_without_dilation(three_percent: outcome.Fit) -> None:
     assert ratio.low <= residual_ratio(TRUTH) <= ratio.high
     mu = found.estimates["mu"]
     assert (mu.high - mu.low) / mu.value / ((ratio.high - ratio.low) / ratio.value) > 5.0
-    assert f"mu and theta cannot be separated (correlation {correlation:.4f})" in report(found)
-    assert "mu and theta are not separated without dilation" in refusals(found)
+    text = f"mu and theta cannot be separated (correlation {correlation:.4f}): set one of them"
+    assert text in refusals(found)
 
 
 def test_residual_alone_does_not_tell_the_bond() -> None:
@@ -193,34 +177,39 @@ def test_residual_alone_does_not_tell_the_bond() -> None:
         some = test.slip > 3.0 * 2.0 * TRUTH["Gc"] / TRUTH["sigma0"]
         late.append(ShearTest(test.name, test.slip[some], test.tau[some], test.s_N[some], test.sigma_N))  # type: ignore[index]
     found = fit(late, fixed=SOME, start=AT_TRUTH, starts=1)
-    text = report(found)
-    assert "sigma0 and Gc cannot be separated (correlation 1.0000)" in text, text
     assert found.undetermined == ["Gc", "sigma0"]
-    # tau hardly changes, so that its range is the noise; this is no poor fit
-    assert "poor" not in text, text
+    text = report(found)
     assert len(re.findall(r"^\S+ .* not determined  ", text, re.MULTILINE)) >= 2
-    assert "rows between peak and residual strength would" in text
+    assert "no result: Gc is not determined: rows beyond the peak" in text
 
 
 @pytest.mark.slow
 def test_rows_before_the_peak_do_not_deny_the_bond() -> None:
     """Where a bond fits better but is not determined, the joint without bond is no result."""
     found = fit(study.synthetic(0.01, 0, turns=(0.022,), sides=0, dilation=False))
-    assert found.form == "rock" and found.undetermined == []
+    assert found.problem.form == "rock" and found.undetermined == []
     assert "a joint with bond fits better, but the tests do not determine its bond" in refusals(found)
 
 
-def test_doubts_are_told(three_percent: outcome.Fit) -> None:
+def test_doubts_are_told() -> None:
     """A constant at its bound and a model that cannot fit are reported."""
-    tests = three_percent.problem.tests
-    found = fit(tests, fixed=SOME, bounds={"mu": (0.6, 0.9)}, starts=2)
-    assert "mu = 0.6 is at one of its bounds, 0.6 to 0.9" in report(found) and found.converged
-    assert "mu is at its lower (0.6) bound" in refusals(found)
+    tests = [replace(one, s_N=1e-3 * one.s_N) for one in study.synthetic(0.03, 0)]  # type: ignore[operator]
+    found = fit(tests, ("mu", "theta"), SOME | {"sigma0": 1.5, "Gc": 0.15}, starts=2)
+    assert "no result: theta is at its lower bound 0.5, where its interval has no meaning" in report(found)
     # a flat joint cannot dilate, so that neighbouring residuals are correlated
     found = fit(study.synthetic(0.01, 0), ("sigma0", "Gc", "mu"), sides=0, starts=1)
-    text = report(found)
-    assert found.neighbours > 0.9 and "intervals are too narrow" in text
-    assert "the fit is poor: the residuals are" in text
+    [text] = [text for text in refusals(found) if "more than noise" in text]
+    assert found.neighbours > 0.9 and "correlation 0.9" in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("turn", [0.03, 0.04, 0.06])
+def test_rupture_energy_needs_rows_beyond_the_peak(turn: float) -> None:
+    """Tests that end just beyond the peak do not determine Gc: it has a true interval, or none."""
+    found = fit(study.synthetic(0.01, 40, turns=(turn,)), start=ALL, starts=1, joint="mortar")
+    gc = found.estimates["Gc"]
+    assert "Gc" in found.undetermined or gc.low <= TRUTH["Gc"] <= gc.high
+    assert ("Gc is not determined: rows beyond the peak" in " ".join(refusals(found))) == (turn < 0.045)
 
 
 # --- arguments and command ----------------------------------------------------------------------------------
@@ -237,21 +226,11 @@ def test_doubts_are_told(three_percent: outcome.Fit) -> None:
         ({"free": ("sigma0", "Gc", "mu", "theta"), "sides": 0}, "expected inclined planes"),
         ({"fixed": {"theta": 18.0}, "sides": 0}, "set: theta: expected inclined planes"),
         ({"fixed": {"eta": 1.5}}, "eta = 1.5"),
-        ({"bounds": {"mu": (0.5, 0.1)}}, "bounds: mu = 0.5, 0.1: expected 0 < low < high"),
         ({"fixed": SOME, "start": {"eta": 0.5}}, "start: eta: expected one of the free ones, sigma0, Gc"),
-        ({"fixed": SOME, "start": {"theta": 0.35}}, "theta = 0.35: expected 0.5 to 75, its bounds in degree"),
-        ({"fixed": SOME, "bounds": {"eta": (0.1, 0.5)}}, "bounds: eta: expected one of the free ones, sigma"),
         ({"free": ("Gc", "sigma0", "mu"), "fixed": {"theta": 0.35}}, "theta = 0.35: expected degrees, 0 or "),
         ({"sides": -3}, "sides = -3: expected 0 or 2 to 64"),
         ({"direction": np.nan}, "direction = nan: expected a finite angle in degrees"),
         ({"starts": 0}, "starts = 0: expected 1 to"),
-        ({"seed": -1}, "seed = -1: expected 0 to"),
-        ({"increments": 10**9}, "increments = 1000000000: expected 1 to"),
-        ({"fixed": SOME, "confidence": 1.0}, "confidence = 1: expected between 0 and 1"),
-        (
-            {"free": ("mu", "theta"), "fixed": {"sigma0": 1.5, "Gc": 150e-6}},
-            "column slip: up to 0.7 where s_f = 2 Gc/sigma0 is 0.0002 to 0.0002: expected the unit",
-        ),
         ({"free": tuple(TRUTH)}, "14 values in 1 tests: expected more than 14, twice the 7 free"),
         ({"joint": "rock", "free": ("sigma0",)}, "sigma0: expected without ks"),
         ({"joint": "clay"}, "joint = 'clay': expected rock, mortar or auto"),
@@ -271,7 +250,6 @@ def test_bad_arguments(arguments: dict[str, Any], message: str, tmp_path: Path) 
         ("--set kc=abc", "--set kc=abc: expected NAME=VALUE, a number"),
         ("--free foo", "free: foo is unknown: expected one of"),
         ("--free mu --set mu=.5", "free, set: mu: expected it free or set, not both"),
-        ("--bounds mu=0.1", "--bounds mu=0.1: expected NAME=LOW,HIGH"),
         ("--plot fit.jpg", "--plot fit.jpg: expected a name that ends in .png or .pdf"),
         ("--units mm", "--units mm: expected LENGTH,STRESS"),
         ("--units mm,mm", "--units mm,mm: [mm]: expected Pa, kPa, MPa, N/mm2"),

@@ -20,7 +20,7 @@ from asperity.case_files import Case, drive, read_case
 from asperity.fit.fitting import fit
 from asperity.fit.model import SCALES
 from asperity.fit.report import case_of, covariance_text
-from asperity.fit.result import Fit, residual_ratio
+from asperity.fit.result import CONFIDENCE, Fit, residual_ratio
 from asperity.uncertainty.distribution import of_deviations, read
 from asperity.uncertainty.spread import RESULTS, load_paths, spread
 
@@ -89,7 +89,7 @@ def test_samples_of_a_fit_have_its_intervals(found: Fit) -> None:
     Path("case.fit.json").write_text(covariance_text(found))
     known = read(Path("case.fit.json"))
     drawn = known.draw(40000, 3)
-    tails = [0.5 * (1.0 - found.confidence), 0.5 * (1.0 + found.confidence)]
+    tails = [0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE)]
     for i, name in enumerate(known.names):
         one = found.estimates[name]
         np.testing.assert_allclose(np.quantile(drawn[:, i], tails), [one.low, one.high], rtol=0.01)

@@ -3,37 +3,33 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .. import contract
-from ..case_writer import rounded
-from ..options import add_options, numbers
+from ..case_writer import rounded, slip_case
+from ..options import add_options
 from ..remarks import doubts
-from .envelope import Envelope, draw, envelope, table
-from .joint import SAMPLE, Joint, check_reach
-
-if TYPE_CHECKING:
-    from ..fit.records import ShearTest
+from .envelope import REACH, Envelope, curves, draw, envelope, table
+from .joint import SAMPLE, Joint
 
 FREE, FIXED = ("ks", "mu", "theta", "height"), {"flat": contract.default("flat"), "kc": 20.0}
 """Constants of one normal stress, and values that are not identified: the curves hardly depend on kc = kn/ks,
 as they begin under pressure.
 """
 
-ROWS, REACH = 100, 10.0
-"""Rows of a curve, equally spaced in the slip, and its default end, in slips at the peak."""
-
 BY_NATURE = (
-    "A joint of Barton has no bond: the RIE has damage0 = 1, and ks stands for the stiffness below the peak.",
-    "The curves have no scatter: the intervals below say which constants the curves determine, not how well "
-    "the rock is known. There is no covariance for asperity uncertainty.",
+    "A joint of Barton has no bond: the RIE has damage0 = 1, and ks is the stiffness below the peak.\n"
+    "The curves have no scatter: the intervals say which constants the curves determine, not how\n"
+    "well the rock is known. There is no covariance for asperity uncertainty."
 )
 """What the constants and their intervals mean."""
+
+UNITS = {"ks": "MPa/mm", "mu": "-", "theta": "degree", "height": "mm", "crush": "MPa"}
+"""Constants of an envelope."""
 
 Found = tuple[Envelope, str, str, Callable[[Path], object]]
 """Both laws, lines of the report, text of a case and function that draws."""
@@ -89,61 +85,31 @@ def _run(options: argparse.Namespace) -> int:
 
 def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> Found:
     """Law that comes closest to the curves under one normal stress."""
-    from ..fit.command import arguments_of, searching
-    from ..fit.model import BOND, KS
+    from ..fit.command import arguments_of, progress
+    from ..fit.fitting import fit
+    from ..fit.model import ROCK
     from ..fit.records import DEFAULT
-    from ..fit.report import case_of, lines_of, report
+    from ..fit.report import case_of, report
     from ..fit.report import draw as draw_fit
 
-    names = {*options.free.split(","), *numbers("--set", options.set, 1)}
-    wrong = ", ".join(name for name in BOND if name in names) or ("" if KS in names else f"{KS} is missing")
-    if wrong:
-        raise ValueError(f"--free {options.free}: {wrong}: expected {KS}, as a joint of Barton has no bond")
     tests = curves(joint, [sigma_n], options.reach)
-    with searching(options, tests) as fitted:
-        found = fitted(arguments_of(options, FIXED))
+    with progress(options) as tick:
+        found = fit(tests, **arguments_of(options, FIXED) | {"joint": ROCK}, tick=tick)
     slips = np.append(0.0, tests[0].slip)
     both = Envelope(joint, found.interface, np.array([sigma_n]), slips, found.values)
     picture = partial(draw_fit, found, DEFAULT, of_tests=f"Barton, JRC {joint.jrc:g}")
-    return both, f"{lines_of(BY_NATURE)}\n\n{report(found, DEFAULT)}", case_of(found), picture
+    return both, f"{BY_NATURE}\n\n{report(found, DEFAULT, 'note')}", case_of(found), picture
 
 
 def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float) -> Found:
     """Law that meets an envelope."""
-    from ..fit.report import slip_case
-
-    given = {name: value for name, (value,) in numbers("--set", options.set, 1).items()}
-    unused = ["--free"] * (options.free != ",".join(FREE))
-    unused += [f"--{name}" for name in ("start", "bounds") if getattr(options, name)]
-    unused += [f"--set {name}" for name in given if name not in ("kc", "flat")]
-    if unused:
+    if options.set or options.sides is not None or options.free != ",".join(FREE):
         raise ValueError(
-            f"{unused[0]}: expected with one normal stress; LOW,HIGH finds theta, crush, height and ks; "
-            "kc and flat are those of --set"
+            "--free, --set, --sides: expected with one normal stress; LOW,HIGH needs none of them"
         )
-    if options.sides is not None:
-        given["sides"] = options.sides
-    found = envelope(joint, low, high, reach=options.reach, **given)
-    units = {"ks": "MPa/mm", "mu": "-", "theta": "degree", "height": "mm", "crush": "MPa"}
-    values = [f"{name:<12}{found.values[name]:>12.5g}  {unit}" for name, unit in units.items()]
-    names = [name for name in found.values if name not in ("theta", "flat")]
-    material = {name: rounded(found.values[name], 6) for name in names}
+    found = envelope(joint, low, high, options.reach)
+    values = [f"{name:<12}{found.values[name]:>12.5g}  {unit}" for name, unit in UNITS.items()]
+    material = {name: rounded(value, 6) for name, value in found.values.items() if name != "theta"}
     slips, tractions = [float(found.slips[-1])], [rounded(-one, 4) for one in found.stresses]
     case = slip_case("Joint of Barton", material, found.interface.pattern, tractions, slips)
     return found, "\n".join(values), case, partial(draw, found)
-
-
-def curves(joint: Joint, stresses: Sequence[float], reach: float = REACH) -> list[ShearTest]:
-    """Curves of a joint as tests of a fit, one for each normal stress; reach: their end in slips at the peak.
-
-    Raises ValueError for stresses out of range and for a reach that does not pass the peak.
-    """
-    from ..fit.records import ShearTest
-
-    check_reach(reach)
-    joint.check_stresses(*stresses)
-    slip = np.linspace(0.0, reach * joint.peak_slip, ROWS + 1)[1:]
-    return [
-        ShearTest(f"sigma_n {one:g}", slip, joint.shear(slip, one), joint.dilation(slip, one), -one)
-        for one in stresses
-    ]

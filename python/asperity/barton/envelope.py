@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +15,14 @@ from ..contract import Floats
 from ..interface import Interface, ModelWarning
 from ..material import Material
 from ..pattern import Pattern
-from .joint import Joint, check_reach
+from .joint import MOBILISED, Joint
 
-STRESSES, PASSES = 5, 8
-"""Normal stresses of an envelope, in equal ratios from the lowest to the highest, and passes in which the
-constants are corrected: always as many, so that the constants change smoothly.
+if TYPE_CHECKING:
+    from ..fit.records import ShearTest
+
+STRESSES, PASSES, KC = 5, 8, 100.0
+"""Normal stresses of an envelope, in equal ratios from the lowest to the highest; passes in which the
+constants are corrected: always as many, so that the constants change smoothly; and kn/ks.
 """
 
 PARTED = 0.03
@@ -29,8 +33,10 @@ STEEPEST, STEEPER = 2.5, 8.0
 phi_r at the lowest stress, degrees: steeper planes, which are crushed at once, meet the closed form only.
 """
 
-ROWS = 200
-"""Rows of a curve, half of them up to twice the slip at the peak."""
+ROWS, ROWS_OF_TEST, REACH = 200, 100, 10.0
+"""Rows of a curve of an envelope, half of them up to twice the slip at the peak, and of one that is fitted;
+its default end, in slips at the peak.
+"""
 
 
 def strength(sigma_n: float, slope: float, mu: float, crush: float, weight: float = 1.0) -> float:
@@ -41,17 +47,12 @@ def strength(sigma_n: float, slope: float, mu: float, crush: float, weight: floa
     """
     from scipy.optimize import brentq
 
-    def left(p: float) -> tuple[float, float]:
-        slope_left = slope * np.log1p(p / crush) / (p / crush) if np.isfinite(crush) else slope
-        return slope_left, 1.0 / np.hypot(1.0, slope_left)
+    def forces(p: float) -> Floats:
+        t = slope * np.log1p(p / crush) / (p / crush) if np.isfinite(crush) else slope
+        return np.asarray(weight * p / np.hypot(1.0, t) * np.array([1.0 - mu * t, t + mu]))
 
-    def excess(p: float) -> float:
-        t, c = left(p)
-        return weight * p * c * (1.0 - mu * t) - sigma_n
-
-    p = brentq(excess, 1e-6 * sigma_n, 1e6 * sigma_n / weight, xtol=1e-12 * sigma_n)
-    t, c = left(p)
-    return float(weight * p * c * (t + mu))
+    p = brentq(lambda p: forces(p)[0] - sigma_n, 1e-6 * sigma_n, 1e6 * sigma_n / weight, xtol=1e-12 * sigma_n)
+    return float(forces(p)[1])
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class Envelope:
     """Joint of Barton and a law beside it under several normal stresses, MPa, mm and degrees.
 
     interface: the law.  stresses (n,): compression > 0.  slips (T,): of the curves, from 0 on.  values: kn,
-    ks, mu, theta, height, crush and flat of a law that meets the strengths.
+    ks, mu, theta, height and crush of a law that meets the strengths.
     """
 
     joint: Joint
@@ -103,20 +104,35 @@ def peak(slips: Floats, tau: Floats) -> tuple[float, float]:
     return float(tau.max()), float(np.clip(slips[i] - 0.5 * b / a, slips[i - 1], slips[i + 1]))
 
 
-def envelope(
-    joint: Joint,
-    low: float,
-    high: float,
-    sides: int = 2,
-    kc: float = 100.0,
-    flat: float = 0.0,
-    reach: float = 10.0,
-) -> Envelope:
+def _check(joint: Joint, reach: float, *stresses: float) -> None:
+    """Raise ValueError for stresses out of range, and for an end of curves that does not pass the peak."""
+    joint.check_stresses(*stresses)
+    last = MOBILISED[-1][0]
+    if not 1.0 < reach <= last:
+        raise ValueError(f"reach = {reach:g}: expected slips at the peak, > 1 and <= {last:g}")
+
+
+def curves(joint: Joint, stresses: Sequence[float], reach: float = REACH) -> list[ShearTest]:
+    """Curves of a joint as tests of a fit, one for each normal stress; reach: their end in slips at the peak.
+
+    Raises ValueError for stresses out of range and for a reach that does not pass the peak.
+    """
+    from ..fit.records import ShearTest
+
+    _check(joint, reach, *stresses)
+    slip = np.linspace(0.0, reach * joint.peak_slip, ROWS_OF_TEST + 1)[1:]
+    return [
+        ShearTest(f"sigma_n {one:g}", slip, joint.shear(slip, one), joint.dilation(slip, one), -one)
+        for one in stresses
+    ]
+
+
+def envelope(joint: Joint, low: float, high: float, reach: float = REACH) -> Envelope:
     """Constants of the law whose strengths come closest to those of a joint between two normal stresses.
 
     mu is tan(phi_r).  theta and crush give the strengths at five stresses; ks and height give the slip at the
     peak and the opening at the end of the curve at the middle one.  Each pass takes the deviation of the law
-    from the closed form as known, so that the constants change smoothly with those of the joint.  kc: kn/ks.
+    from the closed form as known, so that the constants change smoothly with those of the joint.
     The slip climbs one of two planes: planes that share the pressure are crushed in jumps.  Stresses in MPa.
 
     Raises
@@ -132,51 +148,39 @@ def envelope(
     >>> bool(abs(found.parted).max() < 0.05)
     True
     """
-    joint.check_stresses(low, high)
-    check_reach(reach)
-    for wrong, text in (
-        (not low < high, f"sigma_n = {low:g}, {high:g}: expected the lower normal stress first"),
-        (sides < 2, f"sides = {sides}: expected at least 2, as the strength depends on inclined planes"),
-        (not 0.0 <= flat < 1.0, f"flat = {flat:g}: expected >= 0 and < 1"),
-        (not 0.0 < kc < np.inf, f"kc = {kc:g}: expected kn/ks > 0"),
-    ):
-        if wrong:
-            raise ValueError(text)
     from scipy.optimize import least_squares
 
-    mu, weight = float(np.tan(np.radians(joint.phi_r))), (1.0 - flat) / sides
-    stresses = np.geomspace(low, high, STRESSES)
+    _check(joint, reach, low, high)
+    if not low < high:
+        raise ValueError(f"sigma_n = {low:g}, {high:g}: expected the lower normal stress first")
+    mu, stresses = float(np.tan(np.radians(joint.phi_r))), np.geomspace(low, high, STRESSES)
     ends = np.array([0.0, min(2.0, 0.5 * (1.0 + reach)), reach]) * joint.peak_slip
     slips = np.interp(np.linspace(0.0, 2.0, ROWS + 1), [0.0, 1.0, 2.0], ends)
     peaks = np.array([joint.peak_strength(one) for one in stresses])
     steepest = min(STEEPEST, float(np.tan(np.radians(min(STEEPER + joint.roughness_angle(low), 80.0)))))
-    bounds = np.log([[0.01 * steepest, 0.01 * low / weight], [steepest, 100.0 * high / weight]])
+    bounds = np.log([[0.01 * steepest, 0.02 * low], [steepest, 200.0 * high]])
     middle = STRESSES // 2
 
     def closed(x: Floats) -> Floats:
         slope, crush = np.exp(x)
-        return np.array([strength(one, slope, mu, crush, weight) for one in stresses])
-
-    def found(x: Floats, height: float, ks: float) -> Envelope:
-        slope, crush = np.exp(x).tolist()
-        values = {"kn": kc * ks, "ks": ks, "mu": mu, "height": height, "crush": crush}
-        theta = float(np.degrees(np.arctan(slope)))
-        interface = Interface(Material.from_joint(**values), Pattern.regular(sides, theta, flat=flat))
-        return Envelope(joint, interface, stresses, slips, values | {"theta": theta, "flat": flat})
+        return np.array([strength(one, slope, mu, crush, 0.5) for one in stresses])
 
     # theta and crush from the closed form, times the ratio of the law to it; ks and height by proportion
-    x = np.log([np.tan(np.radians(min(joint.roughness_angle(low), 45.0))), high / weight])
+    x = np.log([np.tan(np.radians(min(joint.roughness_angle(low), 45.0))), 2.0 * high])
     height = float(joint.dilation(slips[-1:], stresses[middle])[0])
-    ks = 2.0 * float(peaks[middle]) / joint.peak_slip
-    ratio = np.ones(STRESSES)
+    ks, ratio = 2.0 * float(peaks[middle]) / joint.peak_slip, np.ones(STRESSES)
     for _ in range(PASSES):
         x = least_squares(lambda x, ratio=ratio: np.log(closed(x) * ratio / peaks), x, bounds=bounds).x
-        one = found(x, height, ks)
-        barton, law = one.numbers
+        slope, crush = np.exp(x).tolist()
+        values = {"kn": KC * ks, "ks": ks, "mu": mu, "height": height, "crush": crush}
+        theta = float(np.degrees(np.arctan(slope)))
+        interface = Interface(Material.from_joint(**values), Pattern.regular(2, theta, flat=0.0))
+        found = Envelope(joint, interface, stresses, slips, values | {"theta": theta})
+        barton, law = found.numbers
         ratio = law[:, 0] / closed(x)
         factors = np.clip((law / barton)[middle, 1:], 0.5, 2.0).tolist()
         ks, height = ks * factors[0], height / factors[1]
-    return one
+    return found
 
 
 def table(found: Envelope) -> str:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..contract import Floats
+from ..tables import raise_all
 
 SAMPLE, LARGEST_JRC, STEEPEST = 0.1, 20.0, 70.0
 """Length of the laboratory samples that JRC and JCS usually belong to, m; largest JRC of the scale; and
@@ -28,13 +29,6 @@ At zero slip the mobilised angle is -phi_r, so that the shear traction begins at
 
 FINE = 4000
 """Intervals over which the dilation is integrated, besides those between the kinks of the table."""
-
-
-def check_reach(reach: float) -> None:
-    """Raise ValueError for an end of curves, in slips at the peak, that does not pass the peak."""
-    last = MOBILISED[-1][0]
-    if not 1.0 < reach <= last:
-        raise ValueError(f"reach = {reach:g}: expected slips at the peak, > 1 and <= {last:g}")
 
 
 @dataclass(frozen=True)
@@ -54,15 +48,16 @@ class Joint:
     def __post_init__(self) -> None:
         """Check the ranges."""
         rules = (
-            ("JRC", self.jrc, 0.0 < self.jrc <= LARGEST_JRC, f"> 0 and <= {LARGEST_JRC:g}"),
-            ("JCS", self.jcs, 0.0 < self.jcs < np.inf, "a strength in MPa, > 0"),
-            ("phi_r", self.phi_r, 0.0 < self.phi_r < STEEPEST, f"degrees, > 0 and < {STEEPEST:g}"),
-            ("sample", self.sample, 0.0 < self.sample < np.inf, "a length in m, > 0"),
-            ("length", self.length, self.sample <= self.length < np.inf, f"m, >= sample = {self.sample:g}"),
+            ("JRC", self.jrc, 0.0, LARGEST_JRC, f"> 0 and <= {LARGEST_JRC:g}"),
+            ("JCS", self.jcs, 0.0, np.inf, "a strength in MPa, > 0"),
+            ("phi_r", self.phi_r, 0.0, STEEPEST, f"degrees, > 0 and <= {STEEPEST:g}"),
+            ("sample", self.sample, 0.0, np.inf, "a length in m, > 0"),
+            ("length", self.length, 0.0, np.inf, "a length in m, > 0"),
         )
-        bad = [f"{name} = {value:g}: expected {wanted}" for name, value, good, wanted in rules if not good]
-        if bad:
-            raise ValueError("\n".join(bad))
+        outside = [(name, one, text) for name, one, low, high, text in rules if not low < one <= high]
+        raise_all([f"{name} = {one:g}: expected {text}" for name, one, text in outside])
+        if self.length < self.sample:
+            raise ValueError(f"length = {self.length:g}: expected m, >= sample = {self.sample:g}")
 
     @property
     def jrc_n(self) -> float:
@@ -82,15 +77,13 @@ class Joint:
     def check_stresses(self, *stresses: float) -> None:
         """Raise ValueError for a normal stress that the criterion is not meant for."""
         for sigma_n in stresses:
-            if not 0.0 < sigma_n < self.jcs_n:
-                wanted = f"expected compression > 0 and < {self.jcs_n:.4g} MPa, JCS of the length"
-                raise ValueError(f"sigma_n = {sigma_n:g}: {wanted}")
-            angle = self.phi_r + self.roughness_angle(sigma_n)
+            inside = 0.0 < sigma_n < self.jcs_n
+            wanted = f"compression > 0 and < {self.jcs_n:.4g} MPa, JCS of the length"
+            angle = self.phi_r + self.roughness_angle(sigma_n) if inside else 0.0
             if angle > STEEPEST:
-                raise ValueError(
-                    f"sigma_n = {sigma_n:g}: the peak angle phi_r + JRC log10(JCS/sigma_n) is {angle:.4g} "
-                    f"degrees: expected at most {STEEPEST:g}, a larger sigma_n"
-                )
+                wanted = f"at most {STEEPEST:g} degrees of phi_r + JRC log10(JCS/sigma_n), not {angle:.4g}"
+            if not inside or angle > STEEPEST:
+                raise ValueError(f"sigma_n = {sigma_n:g}: expected {wanted}")
 
     def roughness_angle(self, sigma_n: float) -> float:
         """JRC log10(JCS/sigma_n), degrees: what roughness adds to phi_r at the peak."""
@@ -118,12 +111,12 @@ class Joint:
 
         Dilation begins at 0.3 of the peak slip, where the mobilised JRC becomes positive.
         """
+        from scipy.integrate import cumulative_trapezoid
+
         kinks = np.array(MOBILISED)[:, 0] * self.peak_slip
         fine = np.union1d(np.linspace(0.0, float(np.max(slip)), FINE + 1), kinks)
         angle = np.maximum(self._mobilised(fine, sigma_n), 0.0) / self.damage_coefficient(sigma_n)
-        slope = np.tan(np.radians(angle))
-        opening = np.concatenate([[0.0], np.cumsum(0.5 * (slope[1:] + slope[:-1]) * np.diff(fine))])
-        return np.interp(slip, fine, opening)
+        return np.interp(slip, fine, cumulative_trapezoid(np.tan(np.radians(angle)), fine, initial=0.0))
 
     def _mobilised(self, slip: Floats, sigma_n: float) -> Floats:
         """Mobilised roughness angle, degrees: linear in the slip up to the peak, in its logarithm beyond."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,8 +12,9 @@ from .. import contract
 from ..contract import Floats
 from ..parallel import map_in_order
 from . import model
+from .checks import refuse
 from .model import BOND, INCLINED, KS, MORTAR, PLAUSIBLE, ROCK, SCALES, SIDES, Problem, plausible
-from .records import LARGEST_RATIO, ShearTest, refuse
+from .records import ShearTest
 from .result import BETTER, ENOUGH, REFINE, SAME, Fit
 
 STEP = 1.0e-3
@@ -43,39 +43,29 @@ REFINEMENTS, MOST_ROWS = 3, 400000
 finest model: 150 MB of state for nine planes.
 """
 
-MOST = {"starts": (1, SAMPLES), "increments": (1, 10000), "seed": (0, 2**32 - 1)}
-"""Smallest and largest whole numbers."""
-
 
 def fit(
     tests: Sequence[ShearTest],
     free: Sequence[str] | None = None,
     fixed: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
-    bounds: Mapping[str, tuple[float, float]] | None = None,
     sides: int | None = None,
     direction: float = 0.0,
-    increments: int = model.INCREMENTS,
     starts: int = STARTS_TRIED,
-    seed: int = 0,
-    confidence: float = 0.95,
-    tick: Callable[[str], object] = lambda _: None,
     model_error: float = 0.0,
-    executor: Executor | None = None,
     joint: str = model.AUTO,
+    tick: Callable[[str], object] = lambda _: None,
 ) -> Fit:
     """Least-squares constants of measured tests, which `read_tests` returns or which are made of arrays.
 
     free, fixed: names, and values by name, theta in degrees. Without `free` those are free that shear-box
     tests show and that are not fixed, and names that begin with + are added to them; others have their
-    default. start, bounds: an additional start, and (low, high), by name. sides: inclined planes (None:
-    8, or 0 for tests without dilation and theta). direction: of the slip, degrees. increments: smallest
-    number along a test at first; they are refined until the constants converge. starts, seed: number of
-    starts, and seed of their Latin hypercube. confidence: of the intervals. model_error: accepted
+    default. start: an additional start, by name. sides: inclined planes (None: 8, or 0 for tests without
+    dilation and theta). direction: of the slip, degrees. starts: number of starts. model_error: accepted
     scatter, over the range, of a model that differs from the tests by more than noise; it widens the
-    intervals. tick: called with the name of every part of a fit when it is done. executor: as in
-    `parallel.map_in_order`. joint: "mortar" with a bond, "rock" without, or "auto", that with the smaller
-    information criterion. The fit is a result if its `refusals` are empty.
+    intervals. joint: "mortar" with a bond, "rock" without, or "auto", that with the smaller information
+    criterion. tick: called with the name of every part of a fit when it is done. The fit is a result if its
+    `refusals` are empty.
 
     Raises ValueError for inadmissible names and values and for fewer data than the free constants need.
 
@@ -92,39 +82,27 @@ def fit(
     >>> {name: round(one.value, 3) for name, one in found.estimates.items()}
     {'mu': 0.5, 'theta': 20.0}
     """
-    for name, value in (("starts", starts), ("increments", increments), ("seed", seed)):
-        least, most = MOST[name]
-        whole = least <= contract.number(name, value) <= most and value == int(value)
-        refuse(not whole, f"{name} = {value!r}: expected {least} to {most}, a whole number")
     proper = not isinstance(tests, ShearTest | str) and all(isinstance(one, ShearTest) for one in tests)
     refuse(not proper, f"tests = {contract.shown(tests)}: expected tests, as those of read_tests")
     refuse(not tests, "no tests: expected at least one")
     refuse(isinstance(free, str), f"free = {free!r}: expected a sequence of names")
-    fraction, sure = 0.0 <= model_error < 1.0, 0.0 < confidence < 1.0
+    whole = 1 <= contract.number("starts", starts) <= SAMPLES and starts == int(starts)
+    refuse(not whole, f"starts = {starts!r}: expected 1 to {SAMPLES}, a whole number")
+    fraction = 0.0 <= model_error < 1.0
     refuse(not fraction, f"model_error = {model_error:g}: expected a fraction of the range, 0 to 1")
-    refuse(not sure, f"confidence = {confidence:g}: expected between 0 and 1")
     refuse(not np.isfinite(direction), f"direction = {direction:g}: expected a finite angle in degrees")
-    fixed, start, bounds = dict(fixed or {}), dict(start or {}), dict(bounds or {})
-    empty = Problem(list(tests), (), {}, {}, SIDES, float(direction), int(increments))
+    fixed, start = dict(fixed or {}), dict(start or {})
     forms = _forms({*(name.lstrip("+") for name in free or ()), *fixed, *start}, joint)
-    problems = {form: _problem(empty, form, free, fixed, bounds, start, sides) for form in forms}
-    rough: dict[str, Fit] = {}
-    for form, problem in problems.items():
-        solutions: list[Any] = []
-        for one in _search(problem.coarse(), start, int(starts), int(seed), executor):
-            solutions.append(one)
-            tick(f"start {len(solutions)} of {starts}" + (f", {form}" if len(problems) > 1 else ""))
-        solutions.sort(key=lambda one: float(one.chisqr))
-        costs = tuple(float(one.chisqr) for one in solutions)
-        rough[form] = Fit(problem.coarse(), solutions[0], confidence, model_error, costs, form=form)
+    problems = [problem_of(tests, form, free, fixed, start, sides, direction) for form in forms]
+    rough = {one.form: replace(search(one, start, starts, tick), model_error=model_error) for one in problems}
     criteria = {form: float(one.result.bic) for form, one in rough.items()}
     # a bond that the tests do not determine is not there
     supported = [form for form in rough if not _loose_bond(rough[form])] or [*rough]
     form = min(supported, key=lambda one: criteria[one])
-    found = _refined(problems[form], replace(rough[form], criteria=criteria), tick, executor)
+    found = _refined(problems[forms.index(form)], replace(rough[form], criteria=criteria), tick)
     if form == MORTAR and ROCK in rough and _loose_bond(found):
-        found = _refined(problems[ROCK], replace(rough[ROCK], criteria=criteria), tick, executor)
-    bonded = found.form == ROCK and MORTAR in rough
+        found = _refined(problems[forms.index(ROCK)], replace(rough[ROCK], criteria=criteria), tick)
+    bonded = found.problem.form == ROCK and MORTAR in rough
     return replace(found, bonded=bonded and rough[MORTAR].costs[0] < BETTER * rough[ROCK].costs[0])
 
 
@@ -133,15 +111,57 @@ def _loose_bond(found: Fit) -> bool:
     return bool({"sigma0", "Gc"} & {*found.undetermined})
 
 
-def _refined(
-    problem: Problem, rough: Fit, tick: Callable[[str], object], executor: Executor | None
+def search(
+    problem: Problem,
+    start: Mapping[str, float],
+    starts: int = 1,
+    tick: Callable[[str], object] = lambda _: None,
+    weight: float = 1.0,
 ) -> Fit:
+    """Fit of few rows in few increments, from a start, if any, and the best points of a Latin hypercube.
+
+    It ends where AGREEING of the starts reach the same smallest sum of squares.
+    """
+    coarse, ranked, found = replace(problem.coarse(), weight=weight), [], []
+    if set(start) != set(problem.free) or starts > 1:
+        points = _hypercube(coarse)
+        costs = [float(r @ r) for r in map_in_order(coarse.residuals, points, None)]
+        ranked = [points[i] for i in np.argsort(costs)]
+    if start:
+        ranked.insert(0, coarse.x((coarse.values(ranked[0]) if ranked else {}) | dict(start)))
+    for x in ranked[: MORE_STARTS * starts if starts > 1 else 1]:
+        sums = sorted(float(one.chisqr) for one in found)
+        if len(sums) >= starts and sums[min(AGREEING, starts) - 1] <= SAME * sums[0]:
+            break
+        found.append(minimise(coarse.residuals, coarse.free, x, coarse.ends, SEARCHED))
+        tick(f"start {len(found)} of {starts}, {problem.form}")
+    found.sort(key=lambda one: float(one.chisqr))
+    return Fit(coarse, found[0], tuple(float(one.chisqr) for one in found))
+
+
+def _hypercube(problem: Problem) -> list[Floats]:
+    """Points on the scales of the constants, SAMPLES of a Latin hypercube."""
+    from scipy.stats import qmc
+
+    ranges = []
+    for name in ("s_f" if name == "Gc" else name for name in problem.free):
+        low, high = model.to_scale(name, plausible(name, *problem.size, PLAUSIBLE | model.STARTS))
+        margin = 0.0 if name in model.STARTS else (high - low) / 3.0
+        ranges.append((low + margin, high - margin))
+    sampler = qmc.LatinHypercube(len(ranges), rng=0)
+    points = qmc.scale(sampler.random(SAMPLES), *np.transpose(ranges))
+    if "Gc" in problem.free:
+        points[:, problem.free.index("Gc")] += [np.log(0.5 * problem.values(x)["sigma0"]) for x in points]
+    return list(np.clip(points, *problem.ends))
+
+
+def _refined(problem: Problem, rough: Fit, tick: Callable[[str], object]) -> Fit:
     """Fit of all rows, whose increments are divided until they move no constant."""
     # residuals that are no noise say nothing about weights
     tau, dilation = rough.scatter
     if not rough.dependent and dilation > 0.0:
         problem = replace(problem, weight=float(np.clip(tau / dilation, 1.0 / MOST_WEIGHT, MOST_WEIGHT)))
-    x, slopes = rough.x, lambda x: differences(problem.residuals, x, executor=executor)
+    x, slopes = rough.x, lambda x: differences(problem.residuals, x)
     while True:
         result = minimise(problem.residuals, problem.free, x, problem.ends, FOUND, slopes)
         found = replace(rough, problem=problem, result=result)
@@ -199,57 +219,14 @@ def minimise(
 
 
 def differences(
-    residuals: Callable[[Floats], Floats],
-    x: Floats,
-    step: float = STEP,
-    here: Floats | None = None,
-    executor: Executor | None = None,
+    residuals: Callable[[Floats], Floats], x: Floats, step: float = STEP, here: Floats | None = None
 ) -> Floats:
     """Derivatives of residuals by central differences, or with the residuals at x by forward ones."""
     steps = np.diag(step * np.maximum(1.0, 0.1 * np.abs(x)))
-    found = np.array(map_in_order(residuals, [*(x + steps), *(x - steps if here is None else [])], executor))
+    found = np.array(map_in_order(residuals, [*(x + steps), *(x - steps if here is None else [])], None))
     if here is None:
         return (found[: x.size] - found[x.size :]).T / (2.0 * np.diag(steps))
     return (found - here).T / np.diag(steps)
-
-
-def _search(
-    problem: Problem, start: Mapping[str, float], starts: int, seed: int, executor: Executor | None
-) -> Iterator[Any]:
-    """Solutions from the given start, if any, and from the best points of a Latin hypercube.
-
-    They end where AGREEING of them reach the same smallest sum of squares.
-    """
-    ranked: list[Floats] = []
-    if set(start) != set(problem.free) or starts > 1:
-        points = _hypercube(problem, seed)
-        costs = [float(r @ r) for r in map_in_order(problem.residuals, points, executor)]
-        ranked = [points[i] for i in np.argsort(costs)]
-    if start:
-        ranked.insert(0, problem.x((problem.values(ranked[0]) if ranked else {}) | dict(start)))
-    costs = []
-    for x in ranked[: MORE_STARTS * starts if starts > 1 else 1]:
-        if len(costs) >= starts and sorted(costs)[min(AGREEING, starts) - 1] <= SAME * min(costs):
-            return
-        one = minimise(problem.residuals, problem.free, x, problem.ends, SEARCHED)
-        costs.append(float(one.chisqr))
-        yield one
-
-
-def _hypercube(problem: Problem, seed: int) -> list[Floats]:
-    """Points on the scales of the constants, SAMPLES of a Latin hypercube."""
-    from scipy.stats import qmc
-
-    ranges = []
-    for name in ("s_f" if name == "Gc" else name for name in problem.free):
-        low, high = model.to_scale(name, plausible(name, *problem.size, PLAUSIBLE | model.STARTS))
-        margin = 0.0 if name in model.STARTS else (high - low) / 3.0
-        ranges.append((low + margin, high - margin))
-    sampler = qmc.LatinHypercube(len(ranges), rng=seed)
-    points = qmc.scale(sampler.random(SAMPLES), *np.transpose(ranges))
-    if "Gc" in problem.free:
-        points[:, problem.free.index("Gc")] += [np.log(0.5 * problem.values(x)["sigma0"]) for x in points]
-    return list(np.clip(points, *problem.ends))
 
 
 def _forms(names: Collection[str], joint: str) -> list[str]:
@@ -279,72 +256,53 @@ def _default_free(problem: Problem, form: str, fixed: Mapping[str, float]) -> li
     return free + ["height"] * any(test.saturates for test in tests)
 
 
-def _problem(
-    empty: Problem,
+def problem_of(
+    tests: Sequence[ShearTest],
     form: str,
     wanted: Sequence[str] | None,
-    fixed: dict[str, float],
-    bounds: Mapping[str, tuple[float, float]],
+    fixed: Mapping[str, float],
     start: Mapping[str, float],
     sides: int | None,
+    direction: float,
 ) -> Problem:
-    """Problem of a fit; raises ValueError for inadmissible names, values, bounds and too few data."""
+    """Problem of a fit; raises ValueError for inadmissible names and values and too few data."""
 
     def only(what: str, names: Collection[str], allowed: Collection[str], text: str) -> None:
         other = ", ".join(name for name in names if name not in allowed)
         refuse(other, f"{what}: {other}{text}")
 
-    tests, free = empty.tests, [name.removeprefix("+") for name in wanted or ()]
-    for what, names in (("free", free), ("set", fixed), ("bounds", bounds), ("start", start)):
+    free = [name.removeprefix("+") for name in wanted or ()]
+    for what, names in (("free", free), ("set", fixed), ("start", start)):
         only(what, names, SCALES, f" is unknown: expected one of {', '.join(SCALES)}")
     only("free, set", free, {*SCALES} - {*fixed}, ": expected it free or set, not both")
     sloped = [name for name, value in fixed.items() if value and name != "flat"]
     if sides is None:
         inclines = {*INCLINED} & {*free, *sloped} or any(test.s_N is not None for test in tests)
         sides = SIDES if inclines else 0
-    empty = replace(empty, sides=sides)
+    empty = Problem(list(tests), (), {}, sides, float(direction))
     if wanted is None or any(name.startswith("+") for name in wanted):
         shown = _default_free(empty, form, fixed)
         free = [name for name in shown if name not in fixed and name not in free] + free
     once = free and len(set(free)) == len(free)
     refuse(not once, f"free: {', '.join(free) or 'none'}: expected names, each once")
-    for what, names in (("bounds", bounds), ("start", start)):
-        only(what, names, free, f": expected one of the free ones, {', '.join(free)}")
+    only("start", start, free, f": expected one of the free ones, {', '.join(free)}")
     for what, names in (("free", free), ("set", sloped)) if sides == 0 else ():
         even = {*SCALES} - {*INCLINED}
         only(what, names, even, ": expected inclined planes, which sides = 0 does not have")
     # the contact of a joint without bond is stiff
     usual = {"kc": 20.0} if form == ROCK else {}
-    known = model.DEFAULTS | usual | ({"theta": 0.0} if sides == 0 else {}) | fixed
+    known = model.DEFAULTS | usual | ({"theta": 0.0} if sides == 0 else {}) | dict(fixed)
     names = [name for name in SCALES if name not in (BOND if form == ROCK else (KS,))]
     missing = next((name for name in names if name not in free and name not in known), "")
     why = " (no dilation was measured that shows it)" if missing == "theta" and wanted is None else ""
     refuse(missing, f"{missing}: expected it among the free ones, or a value, --set {missing}={why}")
-    within = {name: plausible(name, *empty.size) for name in free} | dict(bounds)
     flattest, theta = PLAUSIBLE["theta"][0], known.get("theta", 0.0)
     angle = f"set: theta = {theta:g}: expected degrees, 0 or at least {flattest:g} (a radian is 57.3)"
     refuse(0.0 < theta < flattest, angle)
-    for name, (low, high) in bounds.items():
-        top = {"logit": 1.0, "linear": 90.0}.get(SCALES[name], np.inf)
-        ordered = 0.0 < low < high < top
-        refuse(not ordered, f"bounds: {name} = {low:g}, {high:g}: expected 0 < low < high < {top:g}")
-    for name, value in start.items():
-        low, high = within[name]
-        ends = f"{low:g} to {high:g}, its bounds" + " in degrees" * (name == "theta")
-        inside = low <= contract.number(name, value) <= high
-        refuse(not inside, f"start: {name} = {value:g}: expected {ends}")
     values = {name: contract.number(name, known[name]) for name in names if name not in free}
-    problem = replace(empty, free=tuple(free), fixed=values, bounds=within)
+    problem = replace(empty, free=tuple(free), fixed=values)
     # refuses values that no joint has
     problem.interface(problem.values(problem.ends.mean(axis=0)))
-    if form != ROCK:
-        (a, b), (c, d) = (within.get(name) or (values[name], values[name]) for name in ("Gc", "sigma0"))
-        length, shortest, longest = problem.size[1], 2.0 * a / d, 2.0 * b / c
-        refuse(
-            not shortest / LARGEST_RATIO <= length <= LARGEST_RATIO * longest,
-            f"column slip: up to {length:g} where s_f = 2 Gc/sigma0 is {shortest:g} to {longest:g}: expected "
-            f"the unit of Gc/sigma0 (a ratio from {1.0 / LARGEST_RATIO:g} to {LARGEST_RATIO:g})",
-        )
     count, least = len(problem.rows), 2 * len(free)
     few = f"{count} values in {len(tests)} tests: expected more than {least}, twice the {len(free)} free"
     refuse(count <= least, f"{few} constants")

@@ -111,15 +111,14 @@ class Problem:
     """Residuals of measured tests as a function of the constants on their scales.
 
     tests: the measured tests.  free: names of the constants to identify.  fixed: values of the others.
-    bounds: of the free ones.  sides: inclined planes of the pattern.  direction: of the slip, degrees.
-    increments: smallest number along a test.  refinement: number of sub-increments of each of these and of
-    each preload increment.  weight: of the residuals of the dilation.
+    sides: inclined planes of the pattern.  direction: of the slip, degrees.  increments: smallest number
+    along a test.  refinement: number of sub-increments of each of these and of each preload increment.
+    weight: of the residuals of the dilation.
     """
 
     tests: Sequence[ShearTest]
     free: tuple[str, ...]
     fixed: Mapping[str, float]
-    bounds: Mapping[str, tuple[float, float]]
     sides: int = SIDES
     direction: float = 0.0
     increments: int = INCREMENTS
@@ -132,10 +131,15 @@ class Problem:
         stress = max(float(np.abs(test.tau).max()) for test in self.tests)
         return stress, max(float(np.abs(test.slip).max()) for test in self.tests)
 
+    @property
+    def form(self) -> str:
+        """Form of the joint."""
+        return ROCK if KS in (*self.free, *self.fixed) else MORTAR
+
     @cached_property
     def ends(self) -> Floats:
-        """Bounds on the scales of the constants, (2, p)."""
-        return np.transpose([to_scale(name, self.bounds[name]) for name in self.free])
+        """Bounds of the free constants on their scales, the plausible ranges, (2, p)."""
+        return np.transpose([to_scale(name, plausible(name, *self.size)) for name in self.free])
 
     @cached_property
     def paths(self) -> list[tuple[Floats, np.ndarray]]:
@@ -178,11 +182,6 @@ class Problem:
         """Number of columns of each test that have residuals."""
         return list(self.rows.groupby("test").name.nunique())
 
-    @cached_property
-    def weights(self) -> Floats:
-        """Weights of the residuals."""
-        return np.where(self.is_dilation, self.weight, 1.0)
-
     def values(self, x: Floats) -> dict[str, float]:
         """Values of all constants by name, from the free ones on their scales."""
         found = {name: float(from_scale(name, value)) for name, value in zip(self.free, x, strict=True)}
@@ -210,7 +209,8 @@ class Problem:
             model += [at_rows(test, tau, rows), s_N[rows]][:columns]
             lost += [rows >= done] * columns
         left = (np.concatenate(model) - self.rows.measured.to_numpy()) / self.rows.scale.to_numpy()
-        return np.asarray(self.weights * (left + PENALTY * np.concatenate(lost)))
+        left += PENALTY * np.concatenate(lost)
+        return np.where(self.is_dilation, self.weight, 1.0) * left
 
     def coarse(self) -> Problem:
         """Problem with few rows and increments, on which the starts search."""

@@ -3,52 +3,31 @@
 from __future__ import annotations
 
 import json
-import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
-from ..case_writer import Word, case_text, pattern_entries, rounded
+from ..case_writer import rounded, slip_case
 from ..interface import Interface
-from ..pattern import Pattern
 from .model import DEFAULTS, KS, MATERIAL, MORTAR, ROCK, SCALES, UNITS
 from .records import NONE
-from .result import REFINE, Fit, doubts
+from .result import CONFIDENCE, REFINE, Fit, remarks
 
-WIDTH = 110
-"""Characters of a line of text."""
-
-MOST_TURNS, CASE_INCREMENTS = 20, 100
-"""Largest number of reversals that a case repeats, as noise on the slip makes more; increments of a step."""
+MOST_TURNS = 20
+"""Largest number of reversals that a case repeats, as noise on the slip makes more."""
 
 FORMS = {MORTAR: "mortar joint, with bond", ROCK: "rock joint, without bond"}
-
-SHOWN_BY = {
-    name: text
-    for names, text in (
-        (f"eta {KS} damage0", "rows before the peak"),
-        ("sigma0", "rows at the peak"),
-        ("Gc", "rows between peak and residual strength"),
-        ("mu", "rows after the peak"),
-        ("theta", "the dilation"),
-        ("flat", "tests at several pressures with the dilation"),
-        ("crush", "tests at several pressures"),
-        ("kc closure", "the closure under pressure"),
-        ("height", "a slip until the dilation ends"),
-        ("W0", "cycles"),
-        ("sigma02 Gc2", "a tension test"),
-    )
-    for name in names.split()
-}
-"""What in the test data determines a constant."""
 
 MARKS = "osD^v"
 """Marks of the tests in the picture."""
 
 
-def report(found: Fit, units: tuple[str, str] = NONE) -> str:
-    """Lines of the report: tests, assumptions, constants with intervals, correlations, doubts."""
+def report(found: Fit, units: tuple[str, str] = NONE, verdict: str = "no result") -> str:
+    """Lines of the report: tests, assumptions, measured and fitted numbers, constants, remarks.
+
+    verdict: word before the reasons why the fit is no result.
+    """
     problem, criteria, lines = found.problem, found.criteria, []
     for test in problem.tests:
         load = f"sigma_N {test.sigma_N:g}" + (f", k_N {test.k_N:g}" if test.k_N > 0.0 else "")
@@ -58,18 +37,20 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
         if test.envelope:
             rows = f"peak {test.tau[0]:g}, residual {test.tau[1]:g}, {load}"
         lines.append(f"test        {test.name}: {rows}")
+    own = criteria.get(problem.form, np.inf)
     of_others = "".join(
-        f": the information criterion (BIC) is {criteria[found.form]:.5g}, that of a {FORMS[name]}, {one:.5g}"
-        + ", but the tests do not determine its bond" * (one < criteria[found.form])
+        f": the information criterion (BIC) is {own:.5g}, that of a {FORMS[name]}, {one:.5g}"
+        + ", but the tests do not determine its bond" * (one < own)
         for name, one in criteria.items()
-        if name != found.form
+        if name != problem.form
     )
-    lines += [f"form        {FORMS[found.form]}{of_others}"] * bool(found.form)
-    if not problem.is_dilation.any() and "theta" not in problem.free and not problem.fixed["theta"]:
-        lines.append(
-            "theta       is not fitted, as no dilation was measured: mu contains the slope of the planes; "
-            "give --set theta="
+    lines.append(f"form        {FORMS[problem.form]}{of_others}")
+    dilates = problem.is_dilation.any()
+    if not dilates and "theta" not in problem.free and not problem.fixed["theta"]:
+        missing = (
+            "theta       is not fitted, as no dilation was measured: mu contains the slope of the planes;"
         )
+        lines.append(f"{missing} give --set theta=")
     pattern = f"RP-{problem.sides}" if problem.sides > 2 else ("RT" if problem.sides == 2 else "flat")
     given = [
         f", {name} = {value:g}"
@@ -80,7 +61,7 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
     lines += [
         f"assumed     {pattern}, slip along {problem.direction:g} degrees{''.join(given)}",
         f"scatter     of the residuals, relative to the range of each test: tau {tau}"
-        + (f", dilation {dilation}" if problem.is_dilation.any() else ""),
+        + (f", dilation {dilation}" if dilates else ""),
         f"starts      sums of squares {', '.join(f'{cost:.4g}' for cost in found.costs)}",
         f"increments  1/{problem.increments * problem.refinement} of a test or shorter; divided by {REFINE} "
         f"they change a constant by at most {found.shift:.1g} standard errors",
@@ -92,23 +73,15 @@ def report(found: Fit, units: tuple[str, str] = NONE) -> str:
         for name, measured, fitted in found.comparison.loc[number].itertuples():
             change = f"{fitted / measured - 1.0:>13.1%}" if measured else ""
             lines.append(f"  {name:<12}{measured:>12.5g}{fitted:>12.5g}{change}")
-    lines += ["", f"{'':<12}{'value':>12}{'low':>12}{'high':>12}  {found.confidence:g} intervals"]
+    lines += ["", f"{'':<12}{'value':>12}{'low':>12}{'high':>12}  {CONFIDENCE:g} intervals"]
     for name, (value, low, high) in (found.estimates | found.derived).items():
         unit = UNITS[name].replace("stress", units[1]).replace("length", units[0]).replace("*", " ")
         ends = f"{low:>12.5g}{high:>12.5g}  {unit}"
         if name in found.undetermined or not 0.0 < high < 1e6 * max(low, 1e-300):
-            would = f"; {SHOWN_BY[name]} would" if name in SHOWN_BY else ""
-            ends = f"{'not determined':>24}  {unit}{would}"
+            ends = f"{'not determined':>24}  {unit}"
         lines.append(f"{name:<12}{value:>12.5g}{ends}")
-    lines += ["", "correlation " + "".join(f"{name:>9}" for name in problem.free)]
-    for name, row in zip(problem.free, found.correlation, strict=True):
-        lines.append(f"{name:<12}" + "".join(f"{value:>9.3f}" for value in row))
-    return "\n".join([*lines, "", lines_of(text for _, text in doubts(found) if text)]).rstrip()
-
-
-def lines_of(texts: Iterable[str]) -> str:
-    """Sentences in lines."""
-    return "\n".join(line for text in texts for line in textwrap.wrap(text, WIDTH, subsequent_indent="  "))
+    told = [f"{verdict if bad else 'note'}: {text}" for bad, text in remarks(found)]
+    return "\n".join([*lines, "", *told]).rstrip()
 
 
 def props_line(interface: Interface) -> str:
@@ -122,8 +95,7 @@ def accepted_text(found: Fit, reasons: Iterable[str]) -> str:
     """What the user has accepted of a fit, for case, covariance and card; empty where there is nothing."""
     tau, dilation = found.deviation
     parts = [f"{100.0 * tau:.2g} % of tau"] + [f"{100.0 * dilation:.2g} % of s_N"] * (dilation > 0.0)
-    texts = [f"the law differs from the tests by {' and '.join(parts)}"] * (tau > 0.0)
-    text = "; ".join([*texts, *reasons])
+    text = "; ".join([*[f"the law misses the tests by {' and '.join(parts)}"] * (tau > 0.0), *reasons])
     return f"accepted with {text}" if text else ""
 
 
@@ -144,29 +116,6 @@ def case_of(found: Fit) -> str:
     text = slip_case("Shear box", material, found.interface.pattern, tractions, turns, problem.direction)
     note = "The tests had a normal stiffness k_N; this case keeps their initial normal traction constant."
     return (f"! {note}\n" if any(test.k_N > 0.0 for test in problem.tests) else "") + text
-
-
-def slip_case(
-    title: str,
-    material: Mapping[str, float],
-    pattern: Pattern,
-    tractions: Iterable[float],
-    slips: Sequence[float],
-    direction: float = 0.0,
-    increments: int = CASE_INCREMENTS,
-) -> str:
-    """Case file of a joint that slips under each of these normal tractions."""
-    held = sorted({*tractions}, reverse=True)
-    several, parts = len(held) > 1, [increments] * len(slips)
-    slip = {"slip": [rounded(one, 6) for one in slips], "direction": direction, "increments": parts}
-    return case_text(
-        ("case", {"title": title}),
-        ("material", material),
-        ("pattern", pattern_entries(pattern)),
-        *([("sweep", {"name": "sigma_N", "values": held})] if several else []),
-        ("step", {"t_N": Word("sigma_N") if several else held[0], "increments": increments}),
-        ("step", slip),
-    )
 
 
 def covariance_text(found: Fit, accepted: str = "") -> str:

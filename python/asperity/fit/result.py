@@ -11,14 +11,19 @@ import numpy as np
 
 from ..contract import Floats
 from ..interface import Interface
-from .model import SCALES, Problem, at_rows, from_scale, material_of, residual_ratio
+from .model import KS, SCALES, Problem, at_rows, from_scale, material_of, residual_ratio
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-DEPENDENT, DEVIATIONS = 0.3, 3.0
+CONFIDENCE = 0.95
+"""Of the intervals."""
+
+DEPENDENT, DEVIATIONS, OF_STRENGTHS, NEGLIGIBLE = 0.3, 3.0, 0.03, 1.0e-3
 """Correlation of neighbouring residuals above which the model differs from the tests by more than noise, and
-standard deviations of that of independent residuals, 1/sqrt(n), up to which it counts as none.
+standard deviations of that of independent residuals, 1/sqrt(n), up to which it counts as none; scatter of
+strengths without their curves, over the peak, above which it may be another law; and scatter over the range
+that needs no acceptance.
 """
 
 SAME, BETTER = 1.01, 0.9
@@ -26,9 +31,10 @@ SAME, BETTER = 1.01, 0.9
 preferred.
 """
 
-UNDETERMINED, COUPLED = 2.0, 0.99
-"""A constant is not determined if its value and an end of its interval differ by more than this factor; two
-are not separable above this correlation.
+WIDE, COUPLED, LEAST_REACH = float(np.log(2.0)), 0.99, 0.2
+"""A constant is not determined if an end of its interval is this far from it, a factor of two on a
+logarithmic scale; two are not separable above this correlation; a rupture energy is not determined by slips
+up to this part of the separation at which the bond is broken, s_f, because all beyond is extrapolated.
 """
 
 REFINE, ENOUGH, LEAST_ERROR = 4, 0.1, 1.0e-3
@@ -38,21 +44,32 @@ which it is measured, as no two boxes agree to a thousandth.
 """
 
 RANK, NEAR_BOUND = 1.0e-10, 1.0e-3
-"""Singular values below this fraction of the largest one are rounding errors; distance of a constant from its
-bound, over that of its bounds on its scale, that counts as none.
+"""Smallest singular value over the largest one that counts, and distance from a bound over its range."""
+
+OUTLYING, ALONE, MOVED, ROBUST = 6.0, 0.5, 1.0, 1.4826
+"""An outlier is this many robust standard deviations off the fit, and beyond the rows beside it by this part
+of that; moving a constant by this many standard errors it makes the fit no result.  Standard deviation of a
+normal distribution over its median absolute deviation.
 """
 
-POOR = 0.2
-"""Scatter, as a fraction of the range of a test, above which correlated residuals are called a poor fit."""
-
-OUTLYING, ALONE, MOVED = 6.0, 0.5, 1.0
-"""Residual of an outlier in robust standard deviations; the part of it by which the row is above or below
-both neighbours, as a row of a steep rise that the model misses is not; and change of a constant, in standard
-errors, above which an outlier makes the fit no result.
-"""
-
-ROBUST = 1.4826
-"""Standard deviation of a normal distribution over its median absolute deviation."""
+SHOWN_BY = {
+    name: text
+    for names, text in (
+        (f"eta {KS} damage0", "rows before the peak"),
+        ("sigma0", "rows at the peak"),
+        ("Gc", "rows beyond the peak, up to the residual strength,"),
+        ("mu", "rows after the peak"),
+        ("theta", "the dilation"),
+        ("flat", "tests at several pressures with the dilation"),
+        ("crush", "tests at several pressures"),
+        ("kc closure", "the closure under pressure"),
+        ("height", "a slip until the dilation ends"),
+        ("W0", "cycles"),
+        ("sigma02 Gc2", "a tension test"),
+    )
+    for name in names.split()
+}
+"""What in the test data determines a constant."""
 
 
 class Estimate(NamedTuple):
@@ -67,11 +84,10 @@ class Estimate(NamedTuple):
 class Fit:
     """Identified constants and measures of their quality.
 
-    result: of lmfit, for the free constants on their scales.  confidence: of the intervals.  model_error:
-    accepted scatter, as a fraction of the range.  costs: sums of squares from the starts, the best first.
-    shift: largest change of a constant, in standard errors, if each increment is divided into REFINE.
-    form: of the joint; criteria: information criterion of each form that was tried.  bonded: whether a bond
-    that the tests do not determine fits better.
+    result: of lmfit, for the free constants on their scales.  costs: sums of squares from the starts, the
+    best first.  shift: largest change of a constant, in standard errors, if each increment is divided into
+    REFINE.  model_error: accepted scatter, as a fraction of the range.  criteria: information criterion of
+    each form that was tried.  bonded: whether a bond that the tests do not determine fits better.
 
     Of these follow x (p,), the free constants on their scales, with covariance (p, p), correlation (p, p) and
     standard errors (p,); values, all constants by name; residuals (n,) and the correlation of neighbouring
@@ -81,11 +97,9 @@ class Fit:
 
     problem: Problem
     result: Any
-    confidence: float
-    model_error: float
     costs: tuple[float, ...]
     shift: float = np.inf
-    form: str = ""
+    model_error: float = 0.0
     criteria: Mapping[str, float] = field(default_factory=dict)
     bonded: bool = False
 
@@ -119,21 +133,26 @@ class Fit:
         return self.neighbours > max(DEPENDENT, DEVIATIONS / np.sqrt(self.residuals.size))
 
     @property
-    def dependence_factor(self) -> float:
-        """Factor by which correlated residuals widen an interval (autoregressive of first order)."""
-        return float(np.sqrt((1.0 + self.neighbours) / (1.0 - self.neighbours)))
+    def misses(self) -> bool:
+        """Whether the law may differ from the tests by more than noise.
+
+        Strengths alone do not show what is noise: a scatter that is large for strengths is enough.
+        """
+        strengths = all(test.envelope for test in self.problem.tests)
+        return self.scatter[0] > OF_STRENGTHS if strengths else self.dependent
 
     @property
     def widening(self) -> float:
-        """Factor on the intervals: `dependence_factor` where a model error is accepted, otherwise 1."""
-        return self.dependence_factor if self.dependent and self.model_error > 0.0 else 1.0
+        """Factor on the intervals if a model error is accepted and residuals are correlated, otherwise 1."""
+        widens = self.dependent and self.model_error > 0.0
+        return float(np.sqrt((1.0 + self.neighbours) / (1.0 - self.neighbours))) if widens else 1.0
 
     @property
     def quantile(self) -> float:
-        """Quantile of Student's t at `confidence`; with an accepted model error it is widened."""
+        """Quantile of Student's t; with an accepted model error it is widened."""
         from scipy.special import stdtrit
 
-        return float(stdtrit(self.result.nfree, 0.5 + 0.5 * self.confidence)) * self.widening
+        return float(stdtrit(self.result.nfree, 0.5 + 0.5 * CONFIDENCE)) * self.widening
 
     @property
     def estimates(self) -> dict[str, Estimate]:
@@ -157,27 +176,28 @@ class Fit:
     @property
     def derived(self) -> dict[str, Estimate]:
         """Intervals of s_f, s0, K and of the residual ratio, where they depend on free constants."""
-        free, found = {*self.problem.free}, {}
-        for name, entry in (("s_f", "s_f"), ("s0", "s_0"), ("K", "K")):
-            if ({"sigma0", "Gc"} | ({"eta"} if name != "s_f" else set())) & free:
+        found, free = {}, {*self.problem.free}
+        for name, entry, of in (
+            ("s_f", "s_f", "sigma0 Gc"),
+            ("s0", "s_0", "sigma0 Gc eta"),
+            ("K", "K", "sigma0 Gc eta"),
+        ):
+            if free & {*of.split()}:
                 found[name] = self.of(lambda values, entry=entry: getattr(material_of(values), entry))  # type: ignore[misc]
         if {"mu", "theta"} & free and np.isfinite(residual_ratio(self.values)):
             found["ratio"] = self.of(residual_ratio)
         return found
 
     @property
-    def _linear(self) -> list[bool]:
-        return [SCALES[name] == "linear" for name in self.problem.free]
+    def sizes(self) -> Floats:
+        """Changes of the constants on their scales that count as large as themselves, (p,)."""
+        linear = [SCALES[name] == "linear" for name in self.problem.free]
+        return np.where(linear, np.abs(self.x), 1.0)
 
     def shift_by(self, change: Floats) -> float:
         """Largest change of a constant, in standard errors, due to a change of the residuals (n,)."""
-        errors = np.maximum(self.errors, LEAST_ERROR * np.where(self._linear, np.abs(self.x), 1.0))
+        errors = np.maximum(self.errors, LEAST_ERROR * self.sizes)
         return float(np.max(np.abs(self.inverse @ change) / errors))
-
-    @property
-    def inseparable(self) -> bool:
-        """Whether mu and theta are to be identified from tests that show the residual ratio only."""
-        return {"mu", "theta"} in map(set, self.coupled) and not self.problem.is_dilation.any()
 
     @property
     def coupled(self) -> dict[tuple[str, str], float]:
@@ -188,9 +208,14 @@ class Fit:
 
     @property
     def undetermined(self) -> list[str]:
-        """Free constants whose intervals are wider than UNDETERMINED to either side, the widest first."""
-        most = np.where(self._linear, np.abs(self.x) / UNDETERMINED, np.log(UNDETERMINED))
-        widths = dict(zip(self.problem.free, self.quantile * self.errors / most, strict=True))
+        """Free constants with intervals that are too wide, the widest first.
+
+        The rupture energy is one of them where the slips end long before the bond is broken.
+        """
+        widths = dict(zip(self.problem.free, self.quantile * self.errors / (WIDE * self.sizes), strict=True))
+        curves = [np.abs(test.slip).max() for test in self.problem.tests if not test.envelope]
+        if "Gc" in widths and curves and max(curves) < LEAST_REACH * material_of(self.values).s_f:
+            widths["Gc"] = np.inf
         return sorted((name for name in widths if widths[name] > 1.0), key=lambda name: -widths[name])
 
     @property
@@ -231,22 +256,21 @@ class Fit:
                 found[number, "dilation"] = [test.s_N[-1], curve[1][rows[-1]]]
         return DataFrame(found, index=["measured", "fitted"]).T
 
-    @cached_property
+    @property
     def deviation(self) -> tuple[float, float]:
         """Relative error of the law, of tau and of s_N: 0 where it differs from the tests by noise only.
 
-        The largest of the scatter over the peak and of the differences at peak, end and of the dilation.
+        The largest of the scatter and of the differences at peak and end, and of the dilation at the end over
+        the largest one.
         """
-        largest, rows = {"tau": 0.0, "dilation": 0.0}, self.problem.rows
-        left = self.residuals / self.problem.weights * rows.scale
-        for (number, name), places in rows.groupby(["test", "name"]).groups.items() if self.dependent else ():
-            measured, table = rows.measured[places], self.comparison.loc[number]
-            keys = ["peak", "residual"] if name == "tau" else ["dilation"]
-            a, b = table.loc[[key for key in keys if key in table.index]].to_numpy().T
-            size = np.maximum(np.abs(b), 0.0 if name == "tau" else np.ptp(measured))
-            scatter = np.sqrt(np.mean(left[places] ** 2)) / np.abs(measured).max()
-            largest[name] = max(largest[name], scatter, *(np.abs(a - b) / np.where(size > 0.0, size, np.inf)))
-        return float(largest["tau"]), float(largest["dilation"])
+        if not self.misses:
+            return 0.0, 0.0
+        table, name = self.comparison, self.comparison.index.get_level_values(1)
+        off = (table.fitted - table.measured).abs()
+        ends, dilation = name.isin(["peak", "residual"]), name == "dilation"
+        tau = (off / table.measured)[ends].max()
+        s_N = (off[dilation] / table.measured[dilation].abs().max()).max()
+        return float(max(tau, self.scatter[0])), float(np.nanmax([0.0, s_N, self.scatter[1]]))
 
     @cached_property
     def outliers(self) -> list[tuple[str, str, bool]]:
@@ -260,7 +284,7 @@ class Fit:
         before, after = groups.measured.shift(1, fill_value=0.0), groups.measured.shift(-1)
         low, high = np.fmin(before, after), np.fmax(before, after)
         beyond = np.maximum(rows.measured - high, low - rows.measured) / rows.scale
-        beyond *= self.problem.weights
+        beyond *= np.where(self.problem.is_dilation, self.problem.weight, 1.0)
         far = rows[(rows["size"] > OUTLYING * rows.off) & (beyond > ALONE * rows["size"])]
         noise = ROBUST * float(np.median(np.delete(rows["size"].to_numpy(), far.index)))
         errors = np.maximum(noise * np.linalg.norm(self.inverse, axis=1), np.finfo(float).tiny)
@@ -278,55 +302,39 @@ class Fit:
         return found
 
 
-def doubts(found: Fit) -> Iterator[tuple[str, str]]:
-    """What is doubtful: reason why a fit is no result, empty where it is one, and sentence of the report."""
-    for _, text, _ in found.outliers:
-        yield "", text
+def remarks(found: Fit) -> Iterator[tuple[bool, str]]:
+    """Sentences about a fit, and whether each makes it no result."""
+    yield from ((moves, text) for _, text, moves in found.outliers)
     for name in found.undetermined:
         if name not in found.at_bounds:
-            yield f"{name} is not determined", ""
+            yield True, f"{name} is not determined" + f": {SHOWN_BY.get(name)} would" * (name in SHOWN_BY)
     for name in found.at_bounds:
-        value, (low, high) = found.values[name], found.problem.bounds[name]
-        end = f"lower ({low:.3g})" if 2.0 * value < low + high else f"upper ({high:.3g})"
-        text = f"{name} = {value:.4g} is at one of its bounds, {low:g} to {high:g}"
-        yield f"{name} is at its {end} bound", f"{text}: its interval has no meaning"
+        i, value = found.problem.free.index(name), found.values[name]
+        low, high = from_scale(name, found.problem.ends[:, i])
+        end = f"lower bound {low:.3g}" if 2.0 * value < low + high else f"upper bound {high:.3g}"
+        yield True, f"{name} is at its {end}, where its interval has no meaning"
     if found.bonded:
-        reason = "a joint with bond fits better, but the tests do not determine its bond"
-        yield reason, f"{reason}: give --joint rock only if the joint has none"
-    if found.inseparable:
-        yield "mu and theta are not separated without dilation", ""
+        yield True, "a joint with bond fits better, but the tests do not determine its bond"
     for (a, b), one in found.coupled.items():
-        yield "", f"{a} and {b} cannot be separated (correlation {one:.4f}): set one of them"
-    if found.dependent:
+        # without dilation the residual ratio alone is known
+        apart = {a, b} == {"mu", "theta"} and not found.problem.is_dilation.any()
+        yield apart, f"{a} and {b} cannot be separated (correlation {one:.4f}): set one of them"
+    if found.misses:
         scatter = float(np.nanmax(found.scatter))
-        if scatter > POOR:
-            text = f"the fit is poor: the residuals are {scatter:.0%} of the range. Check the plot, the "
-            yield "", f"{text}units and the constants that are set; the numbers are not reliable"
-        reason = f"the residuals of neighbouring rows are correlated ({found.neighbours:.2f})"
-        text = (
-            f"{reason}: the model differs from the test data by more than noise, so the intervals are "
-            f"{'widened' if found.model_error > 0.0 else 'too narrow'} by a factor of about "
-            f"{found.dependence_factor:.1f}"
-        )
-        # the widening for correlated residuals presumes that the scatter is what the user accepts
-        yield reason if scatter > max(found.model_error, LEAST_ERROR) else "", text
+        how = f"correlation {found.neighbours:.2f} of the residuals of neighbouring rows"
+        wide = f", intervals widened by {found.widening:.1f}" if found.widening > 1.0 else ""
+        text = f"the law differs from the tests by more than noise: scatter {scatter:.1%} of the range, {how}"
+        yield scatter > max(found.model_error, NEGLIGIBLE), text + wide
     if found.lost_rows:
-        yield f"the model has no equilibrium at {found.lost_rows} rows", ""
+        yield True, f"the model has no equilibrium at {found.lost_rows} rows"
     if not found.converged:
-        text = "the least squares ended before they converged: give a --start, or fewer free constants"
-        yield "the least squares did not converge", text
+        yield True, "the least squares ended before they converged"
     if found.shift > ENOUGH:
-        change = f"finer ones change a constant by {found.shift:.2g} standard errors"
-        reason = "the increments are too long"
-        yield reason, f"{reason}: {change}; raise --increments"
+        yield True, f"the increments are too long: finer ones move a constant by {found.shift:.2g} errors"
     if found.agreeing == 1 and len(found.costs) > 1:
-        reason = "only one start reached the smallest sum of squares"
-        yield reason, f"{reason}: there may be a smaller one; raise --starts"
-    moving = [place for place, _, moves in found.outliers if moves]
-    if moving:
-        yield f"outliers move the constants ({', '.join(moving)})", ""
+        yield True, "only one start reached the smallest sum of squares: raise --starts"
 
 
 def refusals(found: Fit) -> list[str]:
     """Reasons why the constants must not be used; none if the fit is a result."""
-    return [reason for reason, _ in doubts(found) if reason]
+    return [text for bad, text in remarks(found) if bad]

@@ -1,0 +1,95 @@
+"""Physical checks of shear-box tests: signs, order and sizes of their numbers, and units that are mixed."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..contract import Floats
+from ..material import ModelWarning
+from ..tables import size
+
+if TYPE_CHECKING:
+    from .records import ShearTest
+
+HELD, SPRING = 0.05, 0.7
+"""Largest relative variation of a constant normal traction, and largest part of its change that k_N times the
+dilation need not explain.
+"""
+
+LARGEST_RATIO, LARGEST_FRICTION = 1.0e3, 100.0
+"""Ratios of two lengths or stresses above which units are mixed (kPa to MPa is near 1000), and of tau to
+|sigma_N| without units (a friction of 0.8 on planes of 45 degrees gives 9).
+"""
+
+STEEPEST, OFFSET = 20.0, 0.5
+"""Ratio of dilation to slip of planes of 87 degrees; largest first dilation or slip over its range."""
+
+USUAL = {"length": (1e-6, 1.0), "stress": (1e3, 2e8)}
+"""Usual sizes of the largest slip, in metres, and of the largest stress, in pascals."""
+
+
+def refuse(wrong: object, text: str) -> None:
+    """Raise ValueError where something is wrong."""
+    if wrong:
+        raise ValueError(text)
+
+
+def doubt(odd: object, text: str) -> None:
+    """Give a ModelWarning where something is odd."""
+    if odd:
+        warnings.warn(text, ModelWarning, stacklevel=2)
+
+
+def check_rows(test: ShearTest, sigma_N: Floats) -> None:
+    """Check the rows of a test against each other; sigma_N (T,): as measured.  Raises ValueError."""
+    slip, held, path = test.slip, abs(test.sigma_N), test.path_N is not None
+    slips, first, change = float(np.ptp(slip)), test.place(0), float(np.ptp(sigma_N))
+    worst = int(np.argmax(np.abs(sigma_N - test.sigma_N)))
+    varies = not (test.k_N or path) and abs(sigma_N[worst] - test.sigma_N) > HELD * held
+    text = f"column sigma_N: {sigma_N[worst]:g} is more than {HELD:.0%} off the mean {test.sigma_N:g}"
+    wanted = "expected a constant normal traction, k_N, a column test for several tests, or --sigma-N-path"
+    refuse(varies, f"{test.place(worst)}, {text}: {wanted}")
+    work = float(0.5 * (test.tau + np.append(0.0, test.tau[:-1])) @ np.diff(slip, prepend=0.0))
+    text = f"columns slip, tau: the work of tau along the slip is {work:.3g} < 0: expected tau > 0"
+    refuse(work < 0.0, f"{test.name}: {text} where the slip grows; change the sign of one of the columns")
+    late = f"{slip[0]:g} in the first row: expected slips from 0 on, as those of the model"
+    refuse(abs(float(slip[0])) > OFFSET * slips, f"{first}, column slip: {late}")
+    if test.s_N is None:
+        return
+    s_N, dilated, worst = test.s_N, float(np.ptp(test.s_N)), int(np.argmax(np.abs(test.s_N)))
+    text = f"column dilation: {s_N[worst]:g} over slips up to {np.abs(slip).max():g}: expected the unit of"
+    refuse(dilated > STEEPEST * slips, f"{test.place(worst)}, {text} slip (at most {STEEPEST:g} times it)")
+    offset = abs(float(s_N[0])) > STEEPEST * abs(float(slip[0])) + OFFSET * dilated
+    text = f"column dilation: {s_N[0]:g} at slip {slip[0]:g}: expected the change since the start"
+    refuse(offset, f"{first}, {text} of the slip")
+    opening = test.k_N * (s_N - s_N[0])
+    left = float(np.abs(sigma_N - sigma_N[0] + opening).max()) > SPRING * max(change, float(np.ptp(opening)))
+    text = f"column k_N: {test.k_N:g} times the dilation changes sigma_N by up to {np.ptp(opening):g}, the"
+    wanted = "expected stress/length in the units of tau and slip, and dilation > 0 where it opens"
+    changes = test.k_N > 0.0 and change > HELD * np.abs(sigma_N).max()
+    refuse(changes and left, f"{test.name}: {text} column by {change:g}: {wanted}")
+
+
+def check_sizes(tests: Sequence[ShearTest]) -> None:
+    """Check stresses and units of tests against each other.  Raises ValueError or gives a ModelWarning."""
+    with_units, without = ([one.name for one in tests if bool(one.units) == which] for which in (True, False))
+    text = f"expected units in every file, as in {''.join(with_units[:1])}, or in none"
+    refuse(with_units and without, f"{''.join(without[:1])}: no units in the header: {text}")
+    for test in tests:
+        last = 0.0 if test.s_N is None else test.k_N * float(test.s_N[-1])
+        held = abs(test.sigma_N - last if test.path_N is None else float(test.path_N[-1]))
+        most = LARGEST_RATIO if test.units else LARGEST_FRICTION
+        tau = float(np.mean(np.abs(test.tau[-max(1, test.slip.size // 10) :])))
+        text = f"{test.name}: column tau: {tau:.3g} at the end where |sigma_N| is {held:.3g}: expected the"
+        text += f" same unit (a ratio of {1.0 / most:g} to {most:g}), or units in the header, as tau [kPa]"
+        refuse(held > 0.0 and not 1.0 / most <= tau / held <= most, text)
+    largest = {"length": max(float(np.abs(test.slip).max()) for test in tests)}
+    largest["stress"] = max(max(abs(test.pressed), float(np.abs(test.tau).max())) for test in tests)
+    for kind, (low, high) in USUAL.items() if with_units else ():
+        unit = tests[0].units[kind]
+        text = f"the largest {kind} is {largest[kind]:.3g} {unit}, which is unusual for a shear box"
+        doubt(not low <= largest[kind] * size(kind, unit) <= high, f"{text}: check the units of the header")
