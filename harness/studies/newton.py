@@ -65,8 +65,8 @@ def newton_path(
     Where `given` is true for a component (N, Tx, Ty), the target is its traction plus spring (stress per
     length) times separation, elsewhere its separation.  tangent: "consistent", that of the law;
     "symmetrised", its symmetric part; "secant", traction over separation at constant damage and slip;
-    "lagged", that of the law at the start of the increment (modified Newton); "elastic", that of the virgin
-    interface.  most: iterations of an increment; dt: duration of an increment, required if tau_v > 0.
+    "elastic", that of the virgin interface.  most: iterations of an increment; dt: duration of an increment,
+    required if tau_v > 0.
     """
     targets, free, springs = np.asarray(targets, dtype=float), np.array(given), np.broadcast_to(spring, 3)
     virgin = old = interface.update(np.zeros((1, 3)), dt=dt)
@@ -91,7 +91,7 @@ def newton_path(
             if tangent == "secant":
                 matrix = _secant(interface, old.state[0], new.state[0], s)
             else:
-                matrix = {"lagged": old, "elastic": virgin}.get(tangent, new).tangent[0]
+                matrix = (virgin if tangent == "elastic" else new).tangent[0]
             if tangent == "symmetrised":
                 matrix = 0.5 * (matrix + matrix.T)
             matrix = (matrix + np.diag(springs))[np.ix_(free, free)]

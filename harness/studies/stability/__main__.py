@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import time
 from pathlib import Path
 
 from asperity.options import add_options, add_workers, workers
@@ -14,7 +13,8 @@ from tqdm import tqdm
 
 from ..program import DIFFERS, program_of
 from ..tables import refresh
-from .catalogue import MODES, shown, table
+from .catalogue import as_expected
+from .entries import MODES
 
 
 def add_arguments(stability: argparse.ArgumentParser) -> None:
@@ -36,28 +36,23 @@ def add_arguments(stability: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Run entries and print each result."""
-    quiet = options.fill is not None
-    out = sys.stderr if quiet else sys.stdout
-    results, bad = [], 0
+    """Run entries and print each section, or fill the page."""
+    sections, bad = [], 0
     names = [*MODES] if "all" in options.names else options.names
     for mode in tqdm([MODES[name] for name in names], unit="entry", disable=None, delay=2.0, leave=False):
-        start = time.monotonic()
         trials = mode.run()
-        results.append((mode, trials))
-        bad += not shown(trials)
-        tqdm.write(f"{mode.name}: {mode.title} ({time.monotonic() - start:.1f} s)", file=out)
-        for trial in trials:
-            if not (quiet and trial.holds):
-                verdict = "survives" if trial.survives else "fails"
-                unexpected = "" if trial.holds else "  NOT AS EXPECTED"
-                tqdm.write(f"  {verdict:<9}{trial.method}: {trial.measured}{unexpected}", file=out)
-        if mode.draw is not None and not quiet:
+        sections.append(mode.section(trials))
+        if not as_expected(trials):
+            bad += 1
+            tqdm.write(f"{mode.name}: expected a failure and a success", file=sys.stderr)
+        if options.fill is None:
+            tqdm.write(sections[-1] + "\n")
+        if mode.draw is not None and options.fill is None:
             path = options.folder / f"stability_{mode.name}.png"
             options.folder.mkdir(parents=True, exist_ok=True)
             save(mode.draw(), path)
             tqdm.write(str(path))
-    if quiet and not refresh(options.fill, False, {"stability": table(results)}):
+    if options.fill and not refresh(options.fill, False, {"stability": "\n\n".join(sections)}):
         print(f"{options.fill}: table filled")
     return DIFFERS if bad else 0
 

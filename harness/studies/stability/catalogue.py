@@ -1,42 +1,68 @@
-"""The catalogue of failure modes: entries, runs and report."""
+"""The catalogue of failure modes: an entry is one method that fails on a load case, and one that does not."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
-from itertools import pairwise
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
-from . import law_modes, solver_modes  # noqa: F401  # they add the entries, those of solver_modes first
-from .modes import MODES as MODES
-from .modes import FailureMode, Trial
+from asperity.material import Material
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-def shown(trials: Sequence[Trial]) -> bool:
-    """Whether an entry has a failure and a success, each as expected."""
-    return all(trial.holds for trial in trials) and len({trial.expected for trial in trials}) == 2
+TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
+"""Table 2 of the paper: mm, MPa, N/mm."""
 
-
-def table(results: Iterable[tuple[FailureMode, Sequence[Trial]]]) -> str:
-    """Body of docs/results/stability.md: description and one comparison for each failure mode."""
-    return "\n\n".join(_section(mode, trials) for mode, trials in results)
+S_F, S_0, K = TABLE_2.s_f, TABLE_2.s_0, TABLE_2.K
+"""Separations at complete rupture and at onset, mm, and stiffness of the bond (12), MPa/mm."""
 
 
-def _section(mode: FailureMode, trials: Sequence[Trial]) -> str:
-    pair = [pair for pair in pairwise(trials) if pair[0].survives != pair[1].survives][-1]
-    lines = [f"### {mode.name}", "", f"**{mode.title}.** {mode.happens}", ""]
-    lines += [f"- *{'Survives' if t.survives else 'Fails'}:* {t.method} ({t.measured})." for t in pair]
-    return "\n".join(lines)
+class Trial(NamedTuple):
+    """A method on a load case, whether it succeeds, and the measured values."""
+
+    method: str
+    survives: bool
+    measured: str
+
+    def __str__(self) -> str:
+        """Line of the page."""
+        return f"- *{'Survives' if self.survives else 'Fails'}:* {self.method} ({self.measured})."
+
+
+@dataclass(frozen=True)
+class FailureMode:
+    """A failure mode of the law or of its solvers: description, and the two trials that show it.
+
+    draw: picture of the entry, None if it has none.
+    """
+
+    name: str
+    title: str
+    happens: str
+    run: Callable[[], tuple[Trial, Trial]]
+    draw: Callable[[], Figure] | None = None
+
+    def section(self, trials: Iterable[Trial]) -> str:
+        """Section of docs/results/stability.md."""
+        return "\n".join([f"### {self.name}", "", f"**{self.title}.** {self.happens}", "", *map(str, trials)])
+
+
+def as_expected(trials: tuple[Trial, Trial]) -> bool:
+    """Whether the first method fails and the second one does not."""
+    return [trial.survives for trial in trials] == [False, True]
 
 
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
-"""A number in a table."""
+"""A number in a section."""
 
 NOISE = 1e-9
 """Numbers below this are rounding errors."""
 
 
 def agree(one: str, other: str) -> bool:
-    """Whether two tables have the same words, and numbers within a factor of 2 or both rounding errors.
+    """Whether two sections have the same words, and numbers within a factor of 2 or both rounding errors.
 
     Compilers round differently, which changes numbers of iterations and errors.
     """

@@ -14,7 +14,7 @@ from asperity.style import COLOURS, TWO, new_figure, printed, save
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 
-from .solver_modes import pulled
+from .entries import pulled
 
 DIRECTION = 20.0
 """Direction of the shear, degrees."""
