@@ -11,7 +11,6 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from asperity.barton.envelope import strength
 from asperity.barton.joint import Joint
 from asperity.contract import Floats
 from asperity.curve_pictures import DILATION, SLIP, TRACTION, curves
@@ -26,6 +25,7 @@ from matplotlib.figure import Figure
 from scipy.optimize import least_squares
 
 from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE, panel
+from .crushed import strength
 from .validation import sandstone
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)

@@ -173,11 +173,7 @@ def read_table(path: Path, expected: str) -> Table:
 
 def _text(path: Path, expected: str) -> str:
     """Text of a file in UTF-8, UTF-16 or the code page of spreadsheets; raises ValueError or OSError."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        reason = (error.strerror or "cannot be read").lower()
-        raise type(error)(f"{path}: {reason}: expected {expected}") from None
+    data = path.read_bytes()
     for encoding in ("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", "cp1252"):
         try:
             text = data.decode(encoding)

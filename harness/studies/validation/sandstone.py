@@ -8,7 +8,6 @@ from functools import cache
 from itertools import product
 
 import numpy as np
-from asperity.barton.envelope import strength
 from asperity.contract import Floats
 from asperity.steps import slip_path
 from asperity.style import TWO, new_figure
@@ -17,6 +16,7 @@ from matplotlib.figure import Figure
 from scipy.optimize import least_squares
 
 from ..concepts_draw import BLACK, BLUE, GREEN, ORANGE, panel
+from ..crushed import strength
 from .common import LOST, Constants, Study, fitted, joint, rows
 
 JOINTS = ("JA", "JB", "JC")

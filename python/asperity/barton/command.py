@@ -49,7 +49,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--length M", "length of the joint", float, needed),
         ("--sample M", "length of the samples on which JRC and JCS were measured", SAMPLE),
         ("--sigma-n MPA,...", stresses, str, needed),
-        ("--reach RATIO", "end of the curves over the slip at the peak, up to 100", REACH),
     )
     add_search(parser, ",".join(FREE), FIXED)
     parser.set_defaults(action=_run)
@@ -72,7 +71,7 @@ def _run(options: argparse.Namespace) -> int:
         f"phi_r {joint.phi_r:g} degrees\n"
         f"length      {joint.length:g} m: JRC {joint.jrc_n:.4g}, JCS {joint.jcs_n:.4g} MPa, slip at "
         f"the peak {joint.peak_slip:.4g} mm\n"
-        f"curves      to {options.reach:g} slips at the peak, {end:.4g} mm, {found.slips.size - 1} rows "
+        f"curves      to {REACH:g} slips at the peak, {end:.4g} mm, {found.slips.size - 1} rows "
         f"each\n\n{table(found)}\n\n{more}"
     )
     for text in doubts(interface.material, interface.pattern, pressure, slip=end):
@@ -92,10 +91,10 @@ def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> Found:
     from ..fit.report import case_of, report
     from ..fit.report import draw as draw_fit
 
-    tests = curves(joint, [sigma_n], options.reach)
+    test = curves(joint, sigma_n)
     with progress(options) as tick:
-        found = fit(tests, **arguments_of(options, FIXED) | {"joint": ROCK}, tick=tick)
-    slips = np.append(0.0, tests[0].slip)
+        found = fit([test], **arguments_of(options, FIXED) | {"joint": ROCK}, tick=tick)
+    slips = np.append(0.0, test.slip)
     both = Envelope(joint, found.interface, np.array([sigma_n]), slips, found.values)
     picture = partial(draw_fit, found, DEFAULT, of_tests=f"Barton, JRC {joint.jrc:g}")
     return both, f"{BY_NATURE}\n\n{report(found, DEFAULT, 'note')}", case_of(found), picture
@@ -107,7 +106,7 @@ def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float
         raise ValueError(
             "--free, --set, --sides: expected with one normal stress; LOW,HIGH needs none of them"
         )
-    found = envelope(joint, low, high, options.reach)
+    found = envelope(joint, low, high)
     values = [f"{name:<12}{found.values[name]:>12.5g}  {unit}" for name, unit in UNITS.items()]
     material = {name: rounded(value, 6) for name, value in found.values.items() if name != "theta"}
     slips, tractions = [float(found.slips[-1])], [rounded(-one, 4) for one in found.stresses]

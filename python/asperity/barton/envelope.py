@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -15,14 +15,14 @@ from ..contract import Floats
 from ..interface import Interface, ModelWarning
 from ..material import Material
 from ..pattern import Pattern
-from .joint import MOBILISED, Joint
+from .joint import Joint
 
 if TYPE_CHECKING:
     from ..fit.records import ShearTest
 
-STRESSES, PASSES, KC = 5, 8, 100.0
-"""Normal stresses of an envelope, in equal ratios from the lowest to the highest; passes in which the
-constants are corrected: always as many, so that the constants change smoothly; and kn/ks.
+STRESSES, KC, STEP = 5, 100.0, 0.03
+"""Normal stresses of an envelope, in equal ratios from the lowest to the highest; kn/ks; and step of the
+differences, relative to logarithms: wide, because the peak of a curve in rows is not smooth.
 """
 
 PARTED = 0.03
@@ -35,24 +35,8 @@ phi_r at the lowest stress, degrees: steeper planes, which are crushed at once, 
 
 ROWS, ROWS_OF_TEST, REACH = 200, 100, 10.0
 """Rows of a curve of an envelope, half of them up to twice the slip at the peak, and of one that is fitted;
-its default end, in slips at the peak.
+the end of both, in slips at the peak.
 """
-
-
-def strength(sigma_n: float, slope: float, mu: float, crush: float, weight: float = 1.0) -> float:
-    """Shear strength of a joint without bond that begins to climb one plane, whose pressure crushes it.
-
-    slope: tangent of the inclination; weight: of the plane; crush: stress, inf for none.  Closed form of
-    docs/extensions.md, section 7.
-    """
-    from scipy.optimize import brentq
-
-    def forces(p: float) -> Floats:
-        t = slope * np.log1p(p / crush) / (p / crush) if np.isfinite(crush) else slope
-        return np.asarray(weight * p / np.hypot(1.0, t) * np.array([1.0 - mu * t, t + mu]))
-
-    p = brentq(lambda p: forces(p)[0] - sigma_n, 1e-6 * sigma_n, 1e6 * sigma_n / weight, xtol=1e-12 * sigma_n)
-    return float(forces(p)[1])
 
 
 @dataclass(frozen=True)
@@ -79,10 +63,8 @@ class Envelope:
     @cached_property
     def numbers(self) -> Floats:
         """Peak, its slip and opening at the end at each stress: those of Barton and of the law, (2, n, 3)."""
-        joint, ends = self.joint, self.slips[-1:]
-        barton = [
-            (joint.peak_strength(one), joint.peak_slip, joint.dilation(ends, one)[0]) for one in self.stresses
-        ]
+        joint, end = self.joint, self.slips[-1:]
+        barton = [(joint.peak_strength(p), joint.peak_slip, joint.dilation(end, p)[0]) for p in self.stresses]
         law = [(*peak(self.slips, tau), s_N[-1]) for tau, s_N in self.curves(self.stresses)]
         return np.array([barton, law])
 
@@ -104,35 +86,21 @@ def peak(slips: Floats, tau: Floats) -> tuple[float, float]:
     return float(tau.max()), float(np.clip(slips[i] - 0.5 * b / a, slips[i - 1], slips[i + 1]))
 
 
-def _check(joint: Joint, reach: float, *stresses: float) -> None:
-    """Raise ValueError for stresses out of range, and for an end of curves that does not pass the peak."""
-    joint.check_stresses(*stresses)
-    last = MOBILISED[-1][0]
-    if not 1.0 < reach <= last:
-        raise ValueError(f"reach = {reach:g}: expected slips at the peak, > 1 and <= {last:g}")
-
-
-def curves(joint: Joint, stresses: Sequence[float], reach: float = REACH) -> list[ShearTest]:
-    """Curves of a joint as tests of a fit, one for each normal stress; reach: their end in slips at the peak.
-
-    Raises ValueError for stresses out of range and for a reach that does not pass the peak.
-    """
+def curves(joint: Joint, sigma_n: float) -> ShearTest:
+    """Curves of a joint as a test of a fit.  Raises ValueError for a stress out of range."""
     from ..fit.records import ShearTest
 
-    _check(joint, reach, *stresses)
-    slip = np.linspace(0.0, reach * joint.peak_slip, ROWS_OF_TEST + 1)[1:]
-    return [
-        ShearTest(f"sigma_n {one:g}", slip, joint.shear(slip, one), joint.dilation(slip, one), -one)
-        for one in stresses
-    ]
+    joint.check_stresses(sigma_n)
+    slip = np.linspace(0.0, REACH * joint.peak_slip, ROWS_OF_TEST + 1)[1:]
+    shear, dilation = joint.shear(slip, sigma_n), joint.dilation(slip, sigma_n)
+    return ShearTest(f"sigma_n {sigma_n:g}", slip, shear, dilation, -sigma_n)
 
 
-def envelope(joint: Joint, low: float, high: float, reach: float = REACH) -> Envelope:
+def envelope(joint: Joint, low: float, high: float) -> Envelope:
     """Constants of the law whose strengths come closest to those of a joint between two normal stresses.
 
-    mu is tan(phi_r).  theta and crush give the strengths at five stresses; ks and height give the slip at the
-    peak and the opening at the end of the curve at the middle one.  Each pass takes the deviation of the law
-    from the closed form as known, so that the constants change smoothly with those of the joint.
+    mu is tan(phi_r).  Least squares of theta, crush, ks and height on the strengths at five stresses, and on
+    the slip at the peak and the opening at the end of the curve at the middle one, all relative.
     The slip climbs one of two planes: planes that share the pressure are crushed in jumps.  Stresses in MPa.
 
     Raises
@@ -150,37 +118,37 @@ def envelope(joint: Joint, low: float, high: float, reach: float = REACH) -> Env
     """
     from scipy.optimize import least_squares
 
-    _check(joint, reach, low, high)
+    joint.check_stresses(low, high)
     if not low < high:
         raise ValueError(f"sigma_n = {low:g}, {high:g}: expected the lower normal stress first")
-    mu, stresses = float(np.tan(np.radians(joint.phi_r))), np.geomspace(low, high, STRESSES)
-    ends = np.array([0.0, min(2.0, 0.5 * (1.0 + reach)), reach]) * joint.peak_slip
-    slips = np.interp(np.linspace(0.0, 2.0, ROWS + 1), [0.0, 1.0, 2.0], ends)
-    peaks = np.array([joint.peak_strength(one) for one in stresses])
-    steepest = min(STEEPEST, float(np.tan(np.radians(min(STEEPER + joint.roughness_angle(low), 80.0)))))
-    bounds = np.log([[0.01 * steepest, 0.02 * low], [steepest, 200.0 * high]])
-    middle = STRESSES // 2
+    stresses, middle = np.geomspace(low, high, STRESSES), STRESSES // 2
+    slips = np.interp(np.linspace(0.0, 2.0, ROWS + 1), [0.0, 1.0, 2.0], [0.0, 2.0, REACH]) * joint.peak_slip
 
-    def closed(x: Floats) -> Floats:
-        slope, crush = np.exp(x)
-        return np.array([strength(one, slope, mu, crush, 0.5) for one in stresses])
-
-    # theta and crush from the closed form, times the ratio of the law to it; ks and height by proportion
-    x = np.log([np.tan(np.radians(min(joint.roughness_angle(low), 45.0))), 2.0 * high])
-    height = float(joint.dilation(slips[-1:], stresses[middle])[0])
-    ks, ratio = 2.0 * float(peaks[middle]) / joint.peak_slip, np.ones(STRESSES)
-    for _ in range(PASSES):
-        x = least_squares(lambda x, ratio=ratio: np.log(closed(x) * ratio / peaks), x, bounds=bounds).x
-        slope, crush = np.exp(x).tolist()
+    def law(x: Floats) -> Envelope:
+        slope, crush, ks, height = np.exp(x).tolist()
+        mu, theta = float(np.tan(np.radians(joint.phi_r))), float(np.degrees(np.arctan(slope)))
         values = {"kn": KC * ks, "ks": ks, "mu": mu, "height": height, "crush": crush}
-        theta = float(np.degrees(np.arctan(slope)))
         interface = Interface(Material.from_joint(**values), Pattern.regular(2, theta, flat=0.0))
-        found = Envelope(joint, interface, stresses, slips, values | {"theta": theta})
-        barton, law = found.numbers
-        ratio = law[:, 0] / closed(x)
-        factors = np.clip((law / barton)[middle, 1:], 0.5, 2.0).tolist()
-        ks, height = ks * factors[0], height / factors[1]
-    return found
+        return Envelope(joint, interface, stresses, slips, values | {"theta": theta})
+
+    def residuals(x: Floats) -> Floats:
+        barton, found = law(x).numbers
+        left = np.log(found / barton)
+        return np.append(left[:, 0], left[middle, 1:])
+
+    angle = joint.roughness_angle(low)
+    steepest = min(STEEPEST, float(np.tan(np.radians(min(STEEPER + angle, 80.0)))))
+    height = float(joint.dilation(slips[-1:], stresses[middle])[0])
+    ks = 2.0 * joint.peak_strength(stresses[middle]) / joint.peak_slip
+    start = [min(np.tan(np.radians(min(angle, 45.0))), 0.99 * steepest), 2.0 * high, ks, height]
+    least, most = (
+        [0.01 * steepest, 0.02 * low, 1e-2 * ks, 1e-2 * height],
+        [steepest, 200.0 * high, 1e2 * ks, 1e2 * height],
+    )
+    found = least_squares(
+        residuals, np.log(start), bounds=np.log([least, most]), x_scale="jac", jac="3-point", diff_step=STEP
+    )
+    return law(found.x)
 
 
 def table(found: Envelope) -> str:

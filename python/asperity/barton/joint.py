@@ -52,12 +52,16 @@ class Joint:
             ("JCS", self.jcs, 0.0, np.inf, "a strength in MPa, > 0"),
             ("phi_r", self.phi_r, 0.0, STEEPEST, f"degrees, > 0 and <= {STEEPEST:g}"),
             ("sample", self.sample, 0.0, np.inf, "a length in m, > 0"),
-            ("length", self.length, 0.0, np.inf, "a length in m, > 0"),
+            (
+                "length",
+                self.length,
+                np.nextafter(self.sample, 0.0),
+                np.inf,
+                f"m, >= sample = {self.sample:g}",
+            ),
         )
         outside = [(name, one, text) for name, one, low, high, text in rules if not low < one <= high]
         raise_all([f"{name} = {one:g}: expected {text}" for name, one, text in outside])
-        if self.length < self.sample:
-            raise ValueError(f"length = {self.length:g}: expected m, >= sample = {self.sample:g}")
 
     @property
     def jrc_n(self) -> float:

@@ -92,6 +92,9 @@ def fit(
     refuse(not fraction, f"model_error = {model_error:g}: expected a fraction of the range, 0 to 1")
     refuse(not np.isfinite(direction), f"direction = {direction:g}: expected a finite angle in degrees")
     fixed, start = dict(fixed or {}), dict(start or {})
+    # a dilation that never changes was not measured
+    idle = [one.s_N is not None and not np.ptp(one.s_N) > 0.0 for one in tests]
+    tests = [replace(one, s_N=None) if none else one for one, none in zip(tests, idle, strict=True)]
     forms = _forms({*(name.lstrip("+") for name in free or ()), *fixed, *start}, joint)
     problems = [problem_of(tests, form, free, fixed, start, sides, direction) for form in forms]
     rough = {one.form: replace(search(one, start, starts, tick), model_error=model_error) for one in problems}
@@ -247,7 +250,7 @@ def _default_free(problem: Problem, form: str, fixed: Mapping[str, float]) -> li
     theta needs a measured dilation, flat and kc this or theta, and height a dilation that ends.
     """
     tests, free = problem.tests, [KS, "mu"] if form == ROCK else ["sigma0", "Gc", "eta", "mu"]
-    dilates = any(test.s_N is not None and np.ptp(test.s_N) > 0.0 for test in tests)
+    dilates = any(test.s_N is not None for test in tests)
     if any(test.envelope for test in tests):
         return free[-1:] if form == ROCK else ["sigma0", "mu"]
     if problem.sides == 0 or not (dilates or fixed.get("theta")):

@@ -164,9 +164,10 @@ class Problem:
         least = LEAST_SPREAD * max([0.0, *(np.ptp(one.s_N) for one in self.tests if one.s_N is not None)])
         parts = []
         for number, test in enumerate(self.tests):
-            scale = 0.0 if test.s_N is None else max(float(np.ptp(test.s_N)), least)
-            columns = [("tau", test.tau, np.ptp([0.0, *test.tau] if test.envelope else test.tau))]
-            columns += [("dilation", test.s_N, scale)] * (scale > 0.0)
+            scale = np.ptp([0.0, *test.tau] if test.envelope else test.tau)
+            columns = [("tau", test.tau, scale)]
+            if test.s_N is not None:
+                columns.append(("dilation", test.s_N, max(float(np.ptp(test.s_N)), least)))
             for name, measured, of_column in columns:
                 column = {"measured": measured, "row": np.arange(measured.size), "scale": of_column}
                 parts.append(DataFrame({"test": number, "name": name} | column))
@@ -176,11 +177,6 @@ class Problem:
     def is_dilation(self) -> np.ndarray:
         """Mask of the residuals of s_N."""
         return (self.rows.name == "dilation").to_numpy()
-
-    @cached_property
-    def columns(self) -> list[int]:
-        """Number of columns of each test that have residuals."""
-        return list(self.rows.groupby("test").name.nunique())
 
     def values(self, x: Floats) -> dict[str, float]:
         """Values of all constants by name, from the free ones on their scales."""
@@ -204,10 +200,10 @@ class Problem:
     def residuals(self, x: Floats) -> Floats:
         """Model less measurement, divided by the range of tau or of s_N of each test, with their weights."""
         model, lost, curves = [], [], self.curves(self.values(x))
-        parts = zip(self.tests, self.paths, curves, self.columns, strict=True)
-        for test, (_, rows), (tau, s_N, done), columns in parts:
-            model += [at_rows(test, tau, rows), s_N[rows]][:columns]
-            lost += [rows >= done] * columns
+        for test, (_, rows), (tau, s_N, done) in zip(self.tests, self.paths, curves, strict=True):
+            columns = [at_rows(test, tau, rows)] + [s_N[rows]] * (test.s_N is not None)
+            model += columns
+            lost += [rows >= done] * len(columns)
         left = (np.concatenate(model) - self.rows.measured.to_numpy()) / self.rows.scale.to_numpy()
         left += PENALTY * np.concatenate(lost)
         return np.where(self.is_dilation, self.weight, 1.0) * left

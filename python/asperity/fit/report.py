@@ -28,7 +28,7 @@ def report(found: Fit, units: tuple[str, str] = NONE, verdict: str = "no result"
 
     verdict: word before the reasons why the fit is no result.
     """
-    problem, criteria, lines = found.problem, found.criteria, []
+    problem, lines = found.problem, []
     for test in problem.tests:
         load = f"sigma_N {test.sigma_N:g}" + (f", k_N {test.k_N:g}" if test.k_N > 0.0 else "")
         load += "" if test.path_N is None else f" to {test.path_N[-1]:g} as measured"
@@ -37,34 +37,27 @@ def report(found: Fit, units: tuple[str, str] = NONE, verdict: str = "no result"
         if test.envelope:
             rows = f"peak {test.tau[0]:g}, residual {test.tau[1]:g}, {load}"
         lines.append(f"test        {test.name}: {rows}")
-    own = criteria.get(problem.form, np.inf)
-    of_others = "".join(
-        f": the information criterion (BIC) is {own:.5g}, that of a {FORMS[name]}, {one:.5g}"
-        + ", but the tests do not determine its bond" * (one < own)
-        for name, one in criteria.items()
-        if name != problem.form
-    )
-    lines.append(f"form        {FORMS[problem.form]}{of_others}")
+    criteria = ", ".join(f"{name} {one:.5g}" for name, one in found.criteria.items())
+    compared = f"; information criterion (BIC): {criteria}" if len(found.criteria) > 1 else ""
+    lines.append(f"form        {FORMS[problem.form]}{compared}")
     dilates = problem.is_dilation.any()
     if not dilates and "theta" not in problem.free and not problem.fixed["theta"]:
-        missing = (
-            "theta       is not fitted, as no dilation was measured: mu contains the slope of the planes;"
+        lines.append(
+            "theta       is not fitted, as no dilation was measured: mu contains the slope of the planes"
         )
-        lines.append(f"{missing} give --set theta=")
     pattern = f"RP-{problem.sides}" if problem.sides > 2 else ("RT" if problem.sides == 2 else "flat")
     given = [
         f", {name} = {value:g}"
         for name, value in problem.fixed.items()
         if (problem.sides > 0 or name not in ("theta", "flat")) and (value or DEFAULTS.get(name) != 0.0)
     ]
-    tau, dilation = (f"{one:.2%}" for one in found.scatter)
+    scatter = [f"{name} {one:.2%}" for name, one in zip(("tau", "dilation"), found.scatter, strict=True)]
     lines += [
         f"assumed     {pattern}, slip along {problem.direction:g} degrees{''.join(given)}",
-        f"scatter     of the residuals, relative to the range of each test: tau {tau}"
-        + (f", dilation {dilation}" if dilates else ""),
+        f"scatter     of the residuals over the range of each test: {', '.join(scatter[: 1 + dilates])}",
         f"starts      sums of squares {', '.join(f'{cost:.4g}' for cost in found.costs)}",
-        f"increments  1/{problem.increments * problem.refinement} of a test or shorter; divided by {REFINE} "
-        f"they change a constant by at most {found.shift:.1g} standard errors",
+        f"increments  1/{problem.increments * problem.refinement} of a test; divided by {REFINE} they change "
+        f"constants by up to {found.shift:.1g} standard errors",
         "",
         f"{'':<14}{'measured':>12}{'fitted':>12}{'difference':>13}",
     ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import combinations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -176,14 +177,13 @@ class Fit:
     @property
     def derived(self) -> dict[str, Estimate]:
         """Intervals of s_f, s0, K and of the residual ratio, where they depend on free constants."""
-        found, free = {}, {*self.problem.free}
-        for name, entry, of in (
-            ("s_f", "s_f", "sigma0 Gc"),
-            ("s0", "s_0", "sigma0 Gc eta"),
-            ("K", "K", "sigma0 Gc eta"),
-        ):
-            if free & {*of.split()}:
-                found[name] = self.of(lambda values, entry=entry: getattr(material_of(values), entry))  # type: ignore[misc]
+        free, bond = {*self.problem.free}, {"sigma0", "Gc"}
+        of = {"s_f": (bond, "s_f"), "s0": (bond | {"eta"}, "s_0"), "K": (bond | {"eta"}, "K")}
+        found = {
+            name: self.of(lambda values, entry=entry: getattr(material_of(values), entry))  # type: ignore[misc]
+            for name, (names, entry) in of.items()
+            if names & free
+        }
         if {"mu", "theta"} & free and np.isfinite(residual_ratio(self.values)):
             found["ratio"] = self.of(residual_ratio)
         return found
@@ -202,9 +202,8 @@ class Fit:
     @property
     def coupled(self) -> dict[tuple[str, str], float]:
         """Correlation of the pairs of constants that cannot be separated."""
-        free, correlation = self.problem.free, self.correlation
-        pairs = np.argwhere(np.triu(np.abs(correlation) > COUPLED, 1)).tolist()
-        return {(free[i], free[j]): float(correlation[i, j]) for i, j in pairs}
+        pairs, known = combinations(enumerate(self.problem.free), 2), self.correlation
+        return {(a, b): float(known[i, j]) for (i, a), (j, b) in pairs if abs(known[i, j]) > COUPLED}
 
     @property
     def undetermined(self) -> list[str]:
@@ -230,7 +229,7 @@ class Fit:
         """tau, s_N and the number of converged rows of the model of each test."""
         return self.problem.curves(self.values)
 
-    @cached_property
+    @property
     def lost_rows(self) -> int:
         """Number of rows of the tests that the model does not reach, because it has no equilibrium there."""
         pairs = zip(self.problem.paths, self.curves, strict=True)
