@@ -22,6 +22,9 @@ flang)
   ;;
 esac
 
+# coverage counts what one thread runs
+[ "$preset" != debug ] || export OMP_NUM_THREADS=1
+
 cmake --preset "$preset" -DPython3_EXECUTABLE="$python" "$@"
 # shellcheck disable=SC2086  # a list of words
 cmake --build "$folder" --parallel "${JOBS:-2}" ${SUITES:+--target $SUITES}
