@@ -21,15 +21,11 @@ FREE, FIXED = ("ks", "mu", "theta", "height"), {"flat": contract.default("flat")
 as they begin under pressure.
 """
 
-BY_NATURE = (
-    "A joint of Barton has no bond: the RIE has damage0 = 1, and ks is the stiffness below the peak.\n"
-    "The curves have no scatter: the intervals say which constants the curves determine, not how\n"
-    "well the rock is known. There is no covariance for asperity uncertainty."
-)
+BY_NATURE = """\
+A joint of Barton has no bond: the RIE has damage0 = 1, and ks is the stiffness below the peak.
+The curves have no scatter: the intervals say which constants the curves determine, not how well the rock is
+known. There is no covariance for asperity uncertainty."""
 """What the constants and their intervals mean."""
-
-UNITS = {"ks": "MPa/mm", "mu": "-", "theta": "degree", "height": "mm", "crush": "MPa"}
-"""Constants of an envelope."""
 
 Found = tuple[Envelope, str, str, Callable[[Path], object]]
 """Both laws, lines of the report, text of a case and function that draws."""
@@ -71,8 +67,8 @@ def _run(options: argparse.Namespace) -> int:
         f"phi_r {joint.phi_r:g} degrees\n"
         f"length      {joint.length:g} m: JRC {joint.jrc_n:.4g}, JCS {joint.jcs_n:.4g} MPa, slip at "
         f"the peak {joint.peak_slip:.4g} mm\n"
-        f"curves      to {REACH:g} slips at the peak, {end:.4g} mm, {found.slips.size - 1} rows "
-        f"each\n\n{table(found)}\n\n{more}"
+        f"curves      to {REACH:g} slips at the peak, {end:.4g} mm, {found.slips.size - 1} rows each\n\n"
+        f"{table(found)}\n\n{more}"
     )
     for text in doubts(interface.material, interface.pattern, pressure, slip=end):
         print(f"warning: {text}")
@@ -107,8 +103,9 @@ def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float
             "--free, --set, --sides: expected with one normal stress; LOW,HIGH needs none of them"
         )
     found = envelope(joint, low, high)
-    values = [f"{name:<12}{found.values[name]:>12.5g}  {unit}" for name, unit in UNITS.items()]
+    units = {"ks": "MPa/mm", "mu": "-", "theta": "degree", "height": "mm", "crush": "MPa"}
+    values = "\n".join(f"{name:<12}{found.values[name]:>12.5g}  {unit}" for name, unit in units.items())
     material = {name: rounded(value, 6) for name, value in found.values.items() if name != "theta"}
     slips, tractions = [float(found.slips[-1])], [rounded(-one, 4) for one in found.stresses]
     case = slip_case("Joint of Barton", material, found.interface.pattern, tractions, slips)
-    return found, "\n".join(values), case, partial(draw, found)
+    return found, values, case, partial(draw, found)

@@ -48,20 +48,13 @@ class Joint:
     def __post_init__(self) -> None:
         """Check the ranges."""
         rules = (
-            ("JRC", self.jrc, 0.0, LARGEST_JRC, f"> 0 and <= {LARGEST_JRC:g}"),
-            ("JCS", self.jcs, 0.0, np.inf, "a strength in MPa, > 0"),
-            ("phi_r", self.phi_r, 0.0, STEEPEST, f"degrees, > 0 and <= {STEEPEST:g}"),
-            ("sample", self.sample, 0.0, np.inf, "a length in m, > 0"),
-            (
-                "length",
-                self.length,
-                np.nextafter(self.sample, 0.0),
-                np.inf,
-                f"m, >= sample = {self.sample:g}",
-            ),
+            ("JRC", self.jrc, LARGEST_JRC, f"> 0 and <= {LARGEST_JRC:g}"),
+            ("JCS", self.jcs, np.inf, "a strength in MPa, > 0"),
+            ("phi_r", self.phi_r, STEEPEST, f"degrees, > 0 and <= {STEEPEST:g}"),
+            ("sample", self.sample, self.length, f"m, > 0 and <= length = {self.length:g}"),
         )
-        outside = [(name, one, text) for name, one, low, high, text in rules if not low < one <= high]
-        raise_all([f"{name} = {one:g}: expected {text}" for name, one, text in outside])
+        bad = [(name, one, wanted) for name, one, most, wanted in rules if not 0.0 < one <= most]
+        raise_all([f"{name} = {one:g}: expected {wanted}" for name, one, wanted in bad])
 
     @property
     def jrc_n(self) -> float:
@@ -81,13 +74,13 @@ class Joint:
     def check_stresses(self, *stresses: float) -> None:
         """Raise ValueError for a normal stress that the criterion is not meant for."""
         for sigma_n in stresses:
-            inside = 0.0 < sigma_n < self.jcs_n
-            wanted = f"compression > 0 and < {self.jcs_n:.4g} MPa, JCS of the length"
-            angle = self.phi_r + self.roughness_angle(sigma_n) if inside else 0.0
+            wanted = f"sigma_n = {sigma_n:g}: expected"
+            if not 0.0 < sigma_n < self.jcs_n:
+                raise ValueError(f"{wanted} compression > 0 and < {self.jcs_n:.4g} MPa, JCS of the length")
+            angle = self.phi_r + self.roughness_angle(sigma_n)
             if angle > STEEPEST:
-                wanted = f"at most {STEEPEST:g} degrees of phi_r + JRC log10(JCS/sigma_n), not {angle:.4g}"
-            if not inside or angle > STEEPEST:
-                raise ValueError(f"sigma_n = {sigma_n:g}: expected {wanted}")
+                text = f"at most {STEEPEST:g} degrees of phi_r + JRC log10(JCS/sigma_n)"
+                raise ValueError(f"{wanted} {text}, not {angle:.4g}: a larger stress")
 
     def roughness_angle(self, sigma_n: float) -> float:
         """JRC log10(JCS/sigma_n), degrees: what roughness adds to phi_r at the peak."""
