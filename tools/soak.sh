@@ -6,6 +6,5 @@ status=0
 for program in build/release/bin/soak/*; do
   "$program" || status=1
 done
-ASPERITY_CALLS=1000000 .venv/bin/python -m pytest tests/python/test_random_calls.py || status=1
 ASPERITY_CALLS=1000000 .venv/bin/python -m pytest -m long || status=1
 exit $status

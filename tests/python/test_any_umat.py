@@ -21,7 +21,10 @@ from asperity import ForeignUmat, Interface, Material, Pattern, Step
 from asperity.cli import main
 from support_driver import FLAT, MATERIAL, RP_4, S_0, K, call
 
-pytestmark = pytest.mark.skipif(not shutil.which("gfortran"), reason="no gfortran")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not shutil.which("gfortran"), reason="no gfortran"),
+]
 
 STIFFNESS, ONSET, BROKEN, SHARE = 100.0, 0.01, 0.2, 0.5
 """Constants of the planted law: stiffness, separations of onset and rupture, weight of the shears."""

@@ -54,10 +54,11 @@ def assert_reference(run, rows: History) -> None:
         np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=ROUNDING * (1.0 + size))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("deck", DECKS, ids=lambda path: path.stem)
 def test_deck(driver: Path, deck: Path, tmp_path: Path) -> None:
     """Every entry to the library has the rows of the driver, and the last one is as the deck says."""
-    done = call(driver, deck, "--planes", folder=tmp_path)
+    done = call(driver, deck, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     case, text = read_case(deck), deck.read_text(encoding="utf-8")
     for run in case.runs:
@@ -78,7 +79,7 @@ def test_deck(driver: Path, deck: Path, tmp_path: Path) -> None:
         head = re.sub(r"&(step|expect|sweep)[^/]*/", "", re.sub(r"(?<== )x\b", f"{run.value}", text))
         replay = head + f"&replay file = '{path}', h = 0.5 /\n"
         (tmp_path / "replay.nml").write_text(replay, encoding="utf-8")
-        done = call(driver, "replay.nml", "--planes", "--force", folder=tmp_path)
+        done = call(driver, "replay.nml", "--force", folder=tmp_path)
         assert done.returncode == 0, done.stderr
         assert_rows(History.from_csv(tmp_path / "replay.csv"), rows, 10 * ROUNDING)
 

@@ -113,6 +113,7 @@ def long_run(
         yield process
 
 
+@pytest.mark.slow
 def test_progress(driver: Path, tmp_path: Path) -> None:
     """A long run shows its progress on a terminal."""
     screen, terminal = os.openpty()
@@ -126,6 +127,7 @@ def test_progress(driver: Path, tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [[], ["--quiet"]])
 def test_no_progress(options: list[str], driver: Path, tmp_path: Path) -> None:
     """A long run shows no progress in a file, nor with --quiet on a terminal."""

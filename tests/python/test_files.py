@@ -58,6 +58,7 @@ COMMANDS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("arguments", "name"), COMMANDS)
 def test_own_files_only_are_replaced(
     arguments: list[str], name: str, capfd: pytest.CaptureFixture[str]

@@ -21,6 +21,8 @@ from asperity.installed import driver
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = int(os.environ.get("ASPERITY_EXAMPLES", "120"))
 
 PATIENCE = 60.0
@@ -170,7 +172,6 @@ sizes = st.one_of(any_float, st.floats(-1.0, 1.0), st.floats(1e-6, 1e3))
 USUAL = (3.0, 0.3, 0.9, 0.5, 0.0, 1.0, 30.0, 0.3, 0.0)
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 @settings(max_examples=3 * EXAMPLES, derandomize=True, **QUICK)
 @given(

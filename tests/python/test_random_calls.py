@@ -15,6 +15,7 @@ import re
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 from asperity.contract import (
     N_FACET_STATEV,
     N_FIXED_PROPS,
@@ -39,6 +40,9 @@ from support_calls import (
     errors,
     judge,
 )
+
+# CTest has no markers, and pytest need not repeat it
+pytestmark = pytest.mark.long
 
 CALLS = int(os.environ.get("ASPERITY_CALLS", "3000"))
 BATCH = 50

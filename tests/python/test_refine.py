@@ -139,7 +139,9 @@ def test_fracture_energy_of_rp_4(direction: float, converged: float):
     assert history.work[-1] == pytest.approx(converged, rel=1e-4)
 
 
-@pytest.mark.parametrize("tolerance", [1e-8, 0.0, -1e-3, 0.2, 1e-9, float("nan")])
+@pytest.mark.parametrize(
+    "tolerance", [pytest.param(1e-8, marks=pytest.mark.slow), 0.0, -1e-3, 0.2, 1e-9, float("nan")]
+)
 def test_bad_tolerance(run, tolerance: float):
     """A tolerance out of range, or below what the limit of increments allows, is an error with its reason."""
     interface, direction, turns, sigma_N = random_slip_test(4)
