@@ -107,6 +107,7 @@ def test_what_needs_no_numbers_imports_none(arguments: list[str]) -> None:
     assert done.stdout.splitlines()[-1] == "set()"
 
 
+@pytest.mark.slow
 def test_names_of_the_package() -> None:
     """Each public name is imported at its first use, whichever comes first; an unknown name is an error."""
     done = python(

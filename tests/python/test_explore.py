@@ -145,6 +145,7 @@ def test_page_without_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "error" not in page.message.text and len(page.curves.data["tau"]) == 101
 
 
+@pytest.mark.slow
 def test_server_and_its_page() -> None:
     """The page asks for nothing but files of its own server, and Ctrl-C ends the command."""
     with served("mu=0.4") as address:

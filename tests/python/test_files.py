@@ -132,6 +132,7 @@ def test_the_driver_alone() -> None:
         assert "t_Tx" in next(csv.reader(file))
 
 
+@pytest.mark.slow
 def test_pictures_of_other_programs_are_kept() -> None:
     """Pictures say which program drew them."""
     figure, axes = new_figure(3.5, 2.0)

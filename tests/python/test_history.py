@@ -188,6 +188,7 @@ def test_files_that_are_no_result(text: str, message: str, tmp_path: Path) -> No
         History.from_csv(tmp_path / "rows.csv")
 
 
+@pytest.mark.slow
 def test_plot(history: History, tmp_path: Path) -> None:
     """The figure has the rows and the units; it is written where a name is given; no window is chosen."""
     figure = plot(history, tmp_path / "a.png", "A title", ("m", "kPa"))

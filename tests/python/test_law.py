@@ -210,6 +210,7 @@ def test_planes_that_share_the_pressure(sides: int, direction: float) -> None:
     assert np.abs(few[9:] / many[39::4] - 1.0).max() < 0.01
 
 
+@pytest.mark.slow
 def test_energies() -> None:
     """Along a cycle the work is stored or dissipated, and no row takes energy back from friction and wear."""
     steps = [Step(t_N=-1.0, increments=50), Step(slip=[0.4, -0.4, 0.4], increments=[400, 800, 800])]

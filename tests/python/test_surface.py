@@ -517,6 +517,7 @@ BOX = """&material sigma0 = 0.3, Gc = 0.03, eta = 0.95, mu = 0.4, kc = 20.0 /
 PRINTED = re.compile(r"^(&pattern.*?/)\n\nPROPS  (.*?)$", re.MULTILINE | re.DOTALL)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", ["", "--regular", "--planes 33 --smooth 0.2 --sampling 0.1"])
 def test_command(folder: Path, said: Callable, options: str) -> None:
     """The written case has the printed pattern and the template's rest; PROPS and CSV have the same planes.
