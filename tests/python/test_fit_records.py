@@ -243,17 +243,10 @@ def test_units_are_converted(units: tuple[str, ...], factors: tuple[float, ...],
 
 def test_headers(tmp_path: Path) -> None:
     """A unit follows a name in brackets, after a blank, `in` or a slash; # is a comment or part of a name."""
-    for name, unit in (("Weg", "mm"), ("tau", "N/mm2")):
-        for text in (f"{name} [{unit}]", f"{name} in {unit}", f"{name} / {unit}", f"{name} {unit}"):
-            table = read_table(write(tmp_path, f"{text};x\n1;2\n"), "numbers")
-            assert (table.names[0], table.units[0]) == (name, unit), text
-    table = read_table(write(tmp_path, "Norm;x\n1;2\n"), "numbers")
-    assert (table.names, table.units) == (["Norm", "x"], ["", ""])
-    table = read_table(write(tmp_path, "# box\nTest #,slip [mm],tau # MPa\n1,0.1,0.2 # first\n"), "numbers")
-    assert (table.names, table.units) == (["Test #", "slip", "tau"], ["", "mm", ""])
-    assert table.cells.values.tolist() == [["1", "0.1", "0.2"]]
-    table = read_table(write(tmp_path, "nan,nan\n1,2\n"), "numbers")
-    assert table.names == [] and len(table.cells) == 2
+    for text in ("tau [N/mm2]", "tau in N/mm2", "tau / N/mm2", "tau N/mm2"):
+        table = read_table(write(tmp_path, f"# box\nTest #;{text};x\n1;2;3 # row\n"), "numbers")
+        assert (table.names, table.units) == (["Test #", "tau", "x"], ["", "N/mm2", ""]), text
+        assert table.cells.values.tolist() == [["1", "2", "3"]]
 
 
 # --- what is doubted ----------------------------------------------------------------------------------------
@@ -305,13 +298,10 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     ("", {}, "no rows: expected a header"),
     (HEADER, {}, "no rows: expected a header"),
     (HEADER + "0.1,1,0.1,-1\n", {}, "record.csv: 1 rows: expected at least 5"),
-    (HEADER + "".join(ROWS.splitlines(True)[:4]), {}, "record.csv: 4 rows: expected at least 5"),
     (HEADER + ROWS + "0.9,1,0.1\n", {}, "line 9: 3 values: expected 4"),
-    ("slip,tau,sigma_N\n0.1,0.2,-1\n0.2,0.3,-1,7\n", {}, "line 3: 4 values: expected 3"),
     # cells
     (HEADER + ROWS + "0.9,1,0.1,inf\n", {}, "line 9, column sigma_N: inf: expected a finite number"),
     (HEADER + ROWS + "0.9,high,0.1,-1\n1,1,low,-1\n", {}, "line 9, column tau: high: expected a finite numb"),
-    (HEADER + ROWS + "0.9,1,low,-1\n", {}, "line 9, column dilation: low: expected a finite number"),
     (SHORT + "0.1,0.2,-1\n0.2,MPa,-1\n0.3,0.3,-1\n", {}, "line 3, column tau: MPa: expected a finite"),
     (SHORT + "1_0,2,-1\n", {}, "line 2, column slip: 1_0: expected a finite number"),
     (LINE + SHORT + LINE[17:], {}, "line 9, column slip: slip: expected a finite number"),
@@ -328,7 +318,6 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     (HEADER + seven(lambda i: f"{i},{-i},{0.1 * i},-9"), {}, "the work of tau along the slip is -24.5 < 0: "),
     (HEADER + seven(lambda i: f"0.{i},{500 + i},0.0{i},-1"), {}, "tau: 507 at the end where |sigma_N| is 1:"),
     (HEADER + ROWS.replace(",-1", ",-1e6"), {}, "column tau: 0.8 at the end where |sigma_N| is 1e+06: expec"),
-    (HEADER + ROWS.replace(",-1", ",-1e-6"), {}, "column tau: 0.8 at the end where |sigma_N| is 1e-06"),
     (HEADER + seven(lambda i: f"{i},1,0,-1"), {}, "column tau is 1 in all rows: expected values that change"),
     (HEADER + seven(lambda i: f"0.{i},{i},{5 + 0.01 * i},-1"), {}, "line 2, column dilation: 5.01 at slip 0"),
     (SHORT + seven(lambda i: f"{7.2 + 0.1 * i},{i},-1"), {}, "line 2, column slip: 7.3 in the first row: ex"),
@@ -389,11 +378,8 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     ("values", "message"),
     [
         ({"tau": np.ones(6)}, "t: column tau is 1 in all rows: expected values that change"),
-        ({"tau": np.arange(5.0)}, r"t: tau has shape \(5,\): expected finite numbers of shape \(6,\)"),
         ({"s_N": np.full(6, np.nan)}, "t: s_N has shape"),
         ({"sigma_N": 1.0}, "t: sigma_N = 1: expected a finite compression"),
-        ({"path_N": np.array([-1.0, -1, -1, -1, -1, 2])}, "t: sigma_N = 2: expected a finite compression"),
-        ({"k_N": -1.0}, "t: k_N = -1: expected a finite stiffness"),
         ({"slip": [], "tau": []}, r"t: slip has shape \(0,\)"),
     ],
 )

@@ -42,8 +42,7 @@ ROCK, MORTAR, AUTO = "rock", "mortar", "auto"
 """Forms of a joint: without bond, with bond, and that of the two which the tests support."""
 
 SCALES = {row.name: row.scale for row in TIMELESS} | {KS: "log"}
-UNITS = {row.name: row.unit for row in TIMELESS} | dict.fromkeys((KS, "K"), "stress/length")
-UNITS |= {"s_f": "length", "s0": "length", "ratio": "-"}
+UNITS = {row.name: row.unit for row in TIMELESS} | {KS: "stress/length", "s_f": "length", "ratio": "-"}
 PLAUSIBLE = {row.name: row.plausible for row in TIMELESS} | {KS: (1e-2, 1e5), "kn": (1e-2, 1e8)}
 """Scale, unit and plausible range of a constant; the range is in multiples of the size of its unit."""
 

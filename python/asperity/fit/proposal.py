@@ -41,9 +41,9 @@ def proposal(found: Fit, given: Arguments) -> tuple[Arguments, str]:
     loose = dict.fromkeys([*found.undetermined, *found.at_bounds])
     if not ({*loose} <= {*CUSTOMARY} and len(refusals(found)) == len(loose)):
         cost = float(np.sum(found.problem.coarse().residuals(found.x) ** 2))
-        tried = min(_tried(found, given), key=lambda one: one[0], default=(np.inf, {}))
-        if tried[0] < BETTER * cost:
-            return tried[1], f"fits better: sum of squares {tried[0]:.4g} after {cost:.4g}"
+        _, other, change = min(_tried(found, given), key=lambda one: one[0], default=(np.inf, np.inf, {}))
+        if other < BETTER * cost:
+            return change, f"fits better: sum of squares {other:.4g} after {cost:.4g}"
     for name in loose:
         one = found.estimates[name]
         inside = [value for value in CUSTOMARY.get(name, ()) if value == 0.0 or one.low <= value <= one.high]
@@ -74,8 +74,8 @@ def _setting(given: Arguments, name: str, value: object) -> Arguments:
     return {"free": left or None, "fixed": given.get("fixed", {}) | {name: value}}
 
 
-def _tried(found: Fit, given: Arguments) -> Iterator[tuple[float, Arguments]]:
-    """Sums of squares of other models from these constants on, and the changes that lead to them."""
+def _tried(found: Fit, given: Arguments) -> Iterator[tuple[float, float, Arguments]]:
+    """Criterion (BIC), sum of squares and change of the arguments of other models from these constants on."""
     problem, free, fixed = found.problem, given.get("free"), given.get("fixed", {})
     for change in _changes(found, given):
         now = {"free": free, "fixed": fixed, "sides": given.get("sides")} | change
@@ -86,7 +86,8 @@ def _tried(found: Fit, given: Arguments) -> Iterator[tuple[float, Arguments]]:
         except ValueError:
             continue
         start = {name: found.values[name] for name in other.free if found.values.get(name)}
-        yield search(other, start, weight=problem.weight).costs[0], change
+        one = search(other, start, weight=problem.weight)
+        yield float(one.result.bic), one.costs[0], change
 
 
 def _changes(found: Fit, given: Arguments) -> Iterator[Arguments]:

@@ -268,7 +268,8 @@ def _starts(rows: DataFrame) -> list[int]:
         reach, side = float(np.abs(way).max()), float(np.sign(way[-2]))
         # a row that is misread is followed by a jump forward
         jumps = (steps[i - 1 : i + 1] > RETURN * reach).tolist()
-        back = jumps in ([True], [True, False]) and -RETURN * reach < side * way[-1] < side * way[-2]
+        beyond = max(side * slip[i], side * way[-1]) < -RETURN * reach
+        back = jumps in ([True], [True, False]) and side * (way[-1] - way[-2]) < 0.0 and not beyond
         upright = tau[i] * side > REVERSED * np.abs(tau).max()
         if back and upright and reach > LEAST_WAY * np.ptp(slip):
             starts.append(i)

@@ -176,14 +176,10 @@ class Fit:
 
     @property
     def derived(self) -> dict[str, Estimate]:
-        """Intervals of s_f, s0, K and of the residual ratio, where they depend on free constants."""
-        free, bond = {*self.problem.free}, {"sigma0", "Gc"}
-        of = {"s_f": (bond, "s_f"), "s0": (bond | {"eta"}, "s_0"), "K": (bond | {"eta"}, "K")}
-        found = {
-            name: self.of(lambda values, entry=entry: getattr(material_of(values), entry))  # type: ignore[misc]
-            for name, (names, entry) in of.items()
-            if names & free
-        }
+        """Intervals of s_f and of the residual ratio, where they depend on free constants."""
+        free, found = {*self.problem.free}, {}
+        if {"sigma0", "Gc"} & free:
+            found["s_f"] = self.of(lambda values: material_of(values).s_f)
         if {"mu", "theta"} & free and np.isfinite(residual_ratio(self.values)):
             found["ratio"] = self.of(residual_ratio)
         return found
