@@ -2,7 +2,7 @@
 # make demo    the paper's Figure 5(b), computed by the driver and drawn
 # make test    Release suites and the fast Python tests: a minute, for those who are editing
 # make check   lint, all builds and suites, coverage, all Python tests: what must pass
-# make hosts   the library inside Kratos, OpenGeoSys, OOFEM, Akantu, FEniCSx, scikit-fem, CalculiX, MTest: tests; Chromium
+# make hosts   the library inside Kratos, OpenGeoSys, OOFEM, Akantu, FEniCSx, scikit-fem, CalculiX, MTest: tests
 # Each installs what is missing first (tools/install-dependencies.sh, pyproject.toml). Other targets: build (library and
 # driver), the parts of check by name, bench, soak (long runs), mutants (which changes of the library do the tests notice?),
 # wheel (sdist and wheel, tried in a bare Debian root), release (these and the sources for Abaqus, from a clean clone), site

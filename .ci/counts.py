@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 SUITE = re.compile(r"^(?P<name>\S+): (?P<passed>\d+) passed, (?P<failed>\d+) failed", re.MULTILINE)
 
-HOSTS = ("akantu", "browser", "calculix", "fenicsx", "kratos", "mtest", "ogs", "oofem", "python")
-"""Hosts, and the browser, whose tests have a report of their own."""
+HOSTS = ("akantu", "calculix", "fenicsx", "kratos", "mtest", "ogs", "oofem", "python")
+"""Hosts, whose tests have a report of their own."""
 
 TIMED_OUT = (124, 137)
 """Exit statuses of timeout."""

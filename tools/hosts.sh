@@ -1,6 +1,6 @@
 #!/bin/sh
-# hosts.sh: the page of `asperity explore` inside Chromium, and the library inside Kratos, OpenGeoSys, MTest, OOFEM,
-# Akantu, FEniCSx, scikit-fem and CalculiX. What this machine cannot get is left out.
+# hosts.sh: the library inside Kratos, OpenGeoSys, MTest, OOFEM, Akantu, FEniCSx, scikit-fem and CalculiX. What this
+# machine cannot get is left out.
 #
 # CalculiX comes as Debian's source package (built once, build/calculix), which takes longest and is last; the others come
 # as wheels, those of FEniCSx for a Python of 3.12 or later. Every host has a run of pytest and a report
@@ -21,14 +21,12 @@ step() {
 
 failed=
 
-# tests HOST [SELECTION...]; pytest ends with 5 where all tests are left out. The other hosts run after a failure, too.
+# tests HOST; pytest ends with 5 where all tests are left out. The other hosts run after a failure, too.
 tests() {
   host=$1
-  shift
-  [ $# -gt 0 ] || set -- "harness/hosts/$host"
   # shellcheck disable=SC2016  # $? is for that shell
   step "Tests: $host" "hosts-$host-tests" sh -c '"$@" || [ $? = 5 ]' sh "$python" -m pytest -rA \
-    --junitxml="build/hosts/$host.xml" "$@" || {
+    --junitxml="build/hosts/$host.xml" "harness/hosts/$host" || {
     grep -E "^(FAILED|ERROR)" "build/logs/hosts-$host-tests.log" || true
     failed="$failed $host"
   }
@@ -49,8 +47,6 @@ step "scikit-fem" hosts-python tools/install_extra.sh fe
 tests python
 step "FEniCSx" hosts-fenicsx harness/hosts/fenicsx/install.sh build/fenicsx
 tests fenicsx
-step "Chromium" hosts-browser tools/browser.sh
-tests browser -m browser tests/python/test_explore.py
 step "CalculiX" hosts-calculix harness/hosts/calculix/build.sh build/calculix
 tests calculix
 [ -z "$failed" ] || {

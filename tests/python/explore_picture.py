@@ -8,9 +8,9 @@ from __future__ import annotations
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from support_browser import chromium, missing, served
-from test_explore import Opened
 
 VALUES = ("sides=4", "theta=25", "height=0.25", "direction=20", "sigma_N=-2", "kc=50")
 """Values at the start, whose facets end."""
@@ -20,6 +20,13 @@ POSITION = 5
 
 SIZE = (1400, 1330)
 """Width and height of the window, which show the whole page."""
+
+
+def wait(driver: Any, condition: str) -> None:
+    """Wait until a condition in JavaScript is met."""
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    WebDriverWait(driver, 60).until(lambda one: one.execute_script(f"return {condition}"))
 
 
 def main(picture: Path) -> None:
@@ -32,13 +39,12 @@ def main(picture: Path) -> None:
         served(*VALUES) as address,
         chromium(Path(folder, "profile")) as driver,
     ):
-        page = Opened(driver, address)
+        driver.get(address)
         driver.set_window_size(*SIZE)
-        driver.execute_script(
-            f"Bokeh.documents[0].get_model_by_name('position').value = {POSITION};"
-            "Bokeh.documents[0].get_model_by_name('mu').value = 0.55"
-        )
-        page.wait("Bokeh.documents[0].get_model_by_name('text').text.includes('mu = 0.55')")
+        model = "Bokeh.documents[0].get_model_by_name('{}')".format
+        wait(driver, f"window.Bokeh && Bokeh.documents.length && {model('curves')} != null")
+        driver.execute_script(f"{model('position')}.value = {POSITION}; {model('mu')}.value = 0.55")
+        wait(driver, f"{model('text')}.text.includes('mu = 0.55')")
         # two frames later everything is drawn
         driver.execute_async_script("const d = arguments[0]; requestAnimationFrame(() => setTimeout(d, 500))")
         driver.save_screenshot(str(picture))

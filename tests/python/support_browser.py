@@ -25,7 +25,7 @@ def missing(*modules: str) -> str:
     """What the tests in a browser lack here, of modules and programs; empty if nothing."""
     lacking = [name for name in ("selenium", *modules) if find_spec(name) is None]
     lacking += [name for name in ("chromium", "chromedriver") if shutil.which(name) is None]
-    text = f"{', '.join(lacking)}: pip install 'asperity[explore]' selenium, tools/browser.sh"
+    text = f"{', '.join(lacking)}: pip install selenium, tools/install-dependencies.sh site"
     return text if lacking else ""
 
 

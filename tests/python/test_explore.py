@@ -1,4 +1,4 @@
-"""Command `asperity explore`: what the page shows, its texts, and the page itself in a browser."""
+"""Command `asperity explore`: what the page shows, its texts, and its server."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from asperity.explore.model import (
     section,
 )
 from asperity.pattern import direction_vector
-from support_browser import chromium, missing, served
+from support_browser import served
 
 PLAIN = Choice(VALUES, "one cycle")
 WORN = Choice(
@@ -161,109 +161,3 @@ def test_missing_bokeh(monkeypatch: pytest.MonkeyPatch, said: Callable) -> None:
     """Without Bokeh the message says what to install."""
     monkeypatch.setitem(sys.modules, "bokeh.server.server", None)
     assert "asperity[explore]" in said("explore --no-browser", 1)[1]
-
-
-# --- in a browser -------------------------------------------------------------------------------------------
-
-MODEL = "Bokeh.documents[0].get_model_by_name('{}')"
-
-HANDLE = """
-const search = (root) => {
-  for (const node of root.querySelectorAll("*")) {
-    if (node.shadowRoot) {
-      const title = node.shadowRoot.querySelector(".bk-slider-title");
-      if (title && title.textContent.startsWith(arguments[0])) {
-        return node.shadowRoot.querySelector(".noUi-handle");
-      }
-      const found = search(node.shadowRoot);
-      if (found) return found;
-    }
-  }
-  return null;
-};
-return search(document);
-"""
-"""Handle of the slider whose title starts with a text."""
-
-
-class Opened:
-    """The page in a browser."""
-
-    def __init__(self, driver: Any, address: str) -> None:
-        """Open it and wait for its curves."""
-        self.driver = driver
-        driver.get(address)
-        self.wait(f"window.Bokeh && Bokeh.documents.length && {MODEL.format('curves')} != null")
-
-    def wait(self, condition: str) -> None:
-        """Wait until a condition in JavaScript is met."""
-        from selenium.webdriver.support.ui import WebDriverWait
-
-        WebDriverWait(self.driver, 60).until(lambda one: one.execute_script(f"return {condition}"))
-
-    def get(self, model: str, name: str) -> Any:
-        """Value of a property of a model."""
-        return self.driver.execute_script(f"return {MODEL.format(model)}.{name}")
-
-    def curves(self) -> np.ndarray:
-        """Slip, traction, s_N and damage in the browser, after the server has answered."""
-        names = ("slip", "tau", "s_N", "damage")
-        script = f"const d = {MODEL.format('curves')}.data; return {list(names)}.map(n => Array.from(d[n]))"
-        return np.array(self.driver.execute_script(script)).T
-
-    def handle(self, title: str) -> Any:
-        """Handle of a slider."""
-        return self.driver.execute_script(HANDLE, title)
-
-
-@pytest.fixture(scope="module")
-def opened(tmp_path_factory: pytest.TempPathFactory):
-    """Page in a headless browser."""
-    lacking = missing("bokeh")
-    if lacking:
-        pytest.skip(f"no browser for the page of asperity explore: needs {lacking}")
-    with served() as address, chromium(tmp_path_factory.mktemp("profile")) as driver:
-        yield Opened(driver, address)
-
-
-@pytest.mark.browser
-def test_drag_of_a_slider(opened: Opened, tmp_path: Path) -> None:
-    """While the handle moves, text and curves follow; the curves are the driver's numbers of the text."""
-    from selenium.webdriver import ActionChains
-
-    before = opened.curves()
-    seen = []
-    move = ActionChains(opened.driver, duration=50).click_and_hold(opened.handle("friction mu"))
-    move.perform()
-    for _ in range(4):
-        ActionChains(opened.driver, duration=50).move_by_offset(12, 0).perform()
-        value = opened.get("mu", "value")
-        opened.wait(f"{MODEL.format('text')}.text.includes('mu = {value!r},')")
-        seen.append(value)
-        shown = opened.curves()
-        text = opened.get("text", "text")
-        np.testing.assert_allclose(followed(text, tmp_path, 0.0), shown, rtol=0.0, atol=1e-9)
-    ActionChains(opened.driver).release().perform()
-    assert sorted(set(seen)) == seen and seen[0] > VALUES["mu"]
-    assert not np.array_equal(before, shown)
-
-
-@pytest.mark.browser
-def test_copy(opened: Opened) -> None:
-    """The button copies the text that is shown."""
-    from selenium.webdriver import Keys
-
-    script = (
-        "const a = document.createElement('textarea'); a.id = 'pasted'; document.body.prepend(a); return a"
-    )
-    opened.driver.execute_script(f"{MODEL.format('kind')}.active = 1")
-    opened.wait(f"{MODEL.format('text')}.text.startsWith('from asperity')")
-    find = HANDLE.replace(".bk-slider-title", ".bk-btn").replace(".noUi-handle", ".bk-btn")
-    opened.driver.execute_script(
-        find.replace("startsWith(arguments[0])", "trim() === arguments[0]"), "copy"
-    ).click()
-    area = opened.driver.execute_script(script)
-    area.send_keys(Keys.CONTROL, "v")
-    assert area.get_property("value") == opened.get("text", "text")
-    opened.driver.execute_script("arguments[0].remove()", area)
-    assert "from asperity import Interface" in opened.get("text", "text")
