@@ -1,4 +1,4 @@
-"""Pictures of a pattern: in plan, in space, and as a section through the joint."""
+"""Pictures of a pattern: in plan, and as a section through the joint."""
 
 from __future__ import annotations
 
@@ -35,48 +35,15 @@ def outlines(pattern: Pattern, size: float = 1.0) -> tuple[Floats, list[Floats]]
     return inner[:-1], sides
 
 
-def plan(ax: Axes, pattern: Pattern, title: str, numbers: bool = True) -> None:
-    """Draw the plan view of a regular pattern, with an arrow up the slope of each inclined plane."""
+def plan(ax: Axes, pattern: Pattern, title: str) -> None:
+    """Draw the plan view of a regular pattern."""
     top, sides = outlines(pattern)
     ax.fill(*top.T, facecolor=GREYS[0], edgecolor="black", linewidth=1.0)
     for k, side in enumerate(sides):
         ax.fill(*side.T, facecolor=GREYS[1 + k % 2], edgecolor="black", linewidth=1.0)
-    if numbers:
-        for k, outline in enumerate([top, *sides]):
-            ax.text(*outline.mean(axis=0), str(k + 1), ha="center", va="center")
     ax.set_title(title)
     ax.set_aspect("equal")
     ax.set_axis_off()
-
-
-def space(ax: Axes, pattern: Pattern, title: str) -> None:
-    """Draw an oblique view of a regular pattern, with the average normal and the tangential axes."""
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-    top, sides = outlines(pattern)
-    e = direction_vector(pattern.turn)
-    slope = np.tan(np.radians(pattern.theta))
-    rise = slope * ((top @ e).min() - (np.concatenate(sides) @ e).min())
-    faces = [np.column_stack([top, np.full(len(top), rise)])]
-    for side in sides:
-        up = [np.isclose(top, corner).all(axis=1).any() for corner in side]
-        faces.append(np.column_stack([side, rise * np.array(up, dtype=float)]))
-    ax.add_collection3d(
-        Poly3DCollection(
-            faces, facecolors=[GREYS[0], *(GREYS[1 + k % 2] for k in range(len(sides)))], edgecolors="black"
-        )
-    )
-    ax.set_xlim(-0.6, 0.6)
-    ax.set_ylim(-0.6, 0.6)
-    ax.set_zlim(0.0, 0.6)
-    ax.set_box_aspect((2, 2, 1), zoom=1.15)
-    ax.computed_zorder = False  # draw the axes in front of the planes
-    for vector, label in (((0.5, 0, 0), "$T_x$"), ((0, 0.5, 0), "$T_y$"), ((0, 0, 0.35), "$N$")):
-        ax.quiver(0, 0, rise, *vector, color=COLOURS[1], arrow_length_ratio=0.15, linewidth=1.4, zorder=10)
-        ax.text(*(1.3 * np.array(vector) + (0, 0, rise)), label, color=COLOURS[1], zorder=11)
-    ax.view_init(elev=38, azim=-60)
-    ax.set_axis_off()
-    ax.set_title(title)
 
 
 def section(ax: Axes, pattern: Pattern) -> None:

@@ -116,6 +116,6 @@ def _geometry(ax: Axes, joint: Interface) -> None:
     if pattern.m in (0, 2):
         section(ax, pattern)
     else:
-        plan(ax, pattern, f"RP-{pattern.m}, {pattern.theta:g}°", numbers=False)
+        plan(ax, pattern, f"RP-{pattern.m}, {pattern.theta:g}°")
     kc = f"kc = {material.kc:g}"
     ax.text(0.5, -0.08, f"$\\mu$ = {material.mu:g}\n{kc}", transform=ax.transAxes, ha="center", va="top")

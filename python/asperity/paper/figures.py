@@ -11,13 +11,11 @@ from pandas import DataFrame
 from scipy.integrate import trapezoid
 
 from ..curve_pictures import DILATION, ENERGY, SLIP, TRACTION, curves, merged, polar
-from ..pattern import Pattern, direction_vector
-from ..pattern_pictures import plan, space
 from ..style import COLOURS, ONE, TWO, label_axes, label_ends, new_figure
 from ..tables import markdown
 from . import outcome
 from .fracture_energy import MATERIAL, PATTERNS, TABLE_5, fracture_energy, pattern, sampled
-from .outcome import FIVE, ROUNDING, Case, curve_rows, percent, plane_rows
+from .outcome import FIVE, ROUNDING, Case, curve_rows, percent
 
 SIGMA_N, THETA_M, THETA_L = r"$\sigma_N$ [MPa]", r"$\theta_m$ [°]", r"$\theta_L$ [°]"
 ENERGIES = f"{THETA_M}, {ENERGY}"
@@ -72,18 +70,6 @@ def over_slip(
     return make
 
 
-def in_space(shown: str, planes: Pattern) -> Callable[[], Outcome]:
-    """Pattern in space."""
-
-    def make() -> Outcome:
-        figure, (ax,) = new_figure(ONE, 2.5, subplot_kw={"projection": "3d"})
-        space(ax, planes, f"{shown}, {planes.theta:g}°")
-        text = f"All planes have the weight {planes.weights[0]:.4g}."
-        return figure, [text], plane_rows({shown: planes})
-
-    return make
-
-
 def isotropy(*cases: Case) -> Outcome:
     """A row for each pattern: curves in several directions on the left, energy on the right."""
     figure = Figure(figsize=(TWO, 2.7 * len(cases)), layout="constrained")
@@ -118,20 +104,6 @@ def _figure_2(case: Case) -> Outcome:
     return figure, [text], DataFrame({"s_N": s, "t_N": t})
 
 
-def _figure_6() -> Outcome:
-    figure, (ax,) = new_figure(0.8 * ONE, 2.6)
-    plan(ax, FIVE, "five planes, direction of slip", numbers=False)
-    arrows = {"$T_x$": (0.0, "black"), "$T_y$": (90.0, "black"), r"$\mathbf{s}_L$": (30.0, COLOURS[1])}
-    for label, (angle, colour) in arrows.items():
-        e = 0.75 * direction_vector(angle)
-        ax.annotate("", e, (0, 0), arrowprops={"arrowstyle": "->", "color": colour})
-        ax.text(*(1.12 * e), label, color=colour, ha="center", va="center")
-    ax.plot(*0.58 * direction_vector(np.linspace(0.0, 30.0, 20)).T, color=COLOURS[1], linewidth=1.0)
-    ax.text(*(0.62 * direction_vector(15.0)), r"$\theta_L$", color=COLOURS[1], va="center")
-    ax.set(xlim=(-0.6, 0.95), ylim=(-0.6, 0.9))
-    return figure, ["The angle is measured from $T_x$ towards $T_y$."], plane_rows({"five planes": FIVE})
-
-
 def _figure_10(*cases: Case) -> Outcome:
     figure, axes = new_figure(TWO, 2.9, ncols=2)
     found = []
@@ -164,15 +136,6 @@ def _figure_12(case: Case) -> Outcome:
     return figure, [text], DataFrame(pairs, columns=["theta_L", "G_T"])
 
 
-def _figure_14() -> Outcome:
-    figure, axes = new_figure(TWO, 2.5, ncols=3)
-    for ax, name in zip(axes, ("RP-3", "RP-4", "RP-6"), strict=True):
-        plan(ax, pattern(name), name)
-    named = ", ".join(f"{pattern(name).weights[-1]:.5f} ({name})" for name in PATTERNS)
-    text = f"The weights of an inclined plane are {named}, as in Table 4."
-    return figure, [text], plane_rows({name: pattern(name) for name in PATTERNS})
-
-
 def _table_5() -> Outcome:
     kinds, cells = ("max", "min", "ratio"), []
     for name in PATTERNS:
@@ -199,14 +162,11 @@ MONOTONIC = ("figure07a_08a_10a", "figure07b_08b_10a")
 CYCLIC = ("figure09a_10b", "figure09b_10b")
 
 ENTRIES = (
-    Entry("figure01", (), in_space("five planes", FIVE)),
     Entry("figure02", ("figure02",), _figure_2),
-    Entry("figure03", (), in_space("RT", pattern("RT"))),
     Entry("figure04a", ("figure04a",), over_slip(SIGMA_N, outcome.ends)),
     Entry("figure04b", ("figure04b",), over_slip(THETA_M, outcome.ends)),
     Entry("figure05a", ("figure05a",), over_slip(SIGMA_N, outcome.ends)),
     Entry("figure05b", ("figure05b",), over_slip("", outcome.strokes, "tau_L", "s_N")),
-    Entry("figure06", (), _figure_6),
     Entry("figure07", MONOTONIC, over_slip(SIGMA_N, outcome.ends)),
     Entry("figure08", MONOTONIC, over_slip(SIGMA_N, outcome.climb, "s_N")),
     Entry("figure09", CYCLIC, over_slip(SIGMA_N, outcome.strokes)),
@@ -215,9 +175,8 @@ ENTRIES = (
     Entry("figure12", ("figure12",), _figure_12),
     Entry("figure13a", ("figure13a_00", "figure13a_45"), over_slip(ENERGIES, outcome.energies, inside=True)),
     Entry("figure13b", ("figure13b_00", "figure13b_45"), over_slip(ENERGIES, outcome.energies, inside=True)),
-    Entry("figure14", (), _figure_14),
     Entry("figure15", ("figure15a", "figure15b", "figure15c"), isotropy),
     Entry("figure16", ("figure16a", "figure16b"), isotropy),
     Entry("table5", (), _table_5),
 )
-"""Figures and tables in the order of the paper."""
+"""Figures with computed curves, and Table 5, in the order of the paper."""

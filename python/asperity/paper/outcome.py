@@ -93,16 +93,6 @@ def curve_rows(cases: Iterable[Case]) -> DataFrame:
     return concat(parts)
 
 
-def plane_rows(patterns: dict[str, Pattern]) -> DataFrame:
-    """Normal and weight of each plane of patterns."""
-    rows = [
-        (name, k, *normal, weight)
-        for name, one in patterns.items()
-        for k, (normal, weight) in enumerate(zip(one.normals, one.weights, strict=True), 1)
-    ]
-    return DataFrame(rows, columns=["pattern", "k", "n_N", "n_Tx", "n_Ty", "gamma"])
-
-
 def signed(value: float) -> str:
     """Text of a number, with a minus sign instead of a hyphen."""
     return f"{value:g}".replace("-", "−")
