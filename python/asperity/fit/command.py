@@ -167,6 +167,7 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
         )
     units = (tests[0].units["length"], tests[0].units["stress"]) if tests[0].units else NONE
     slip, pressed = max(test.slip.max() for test in tests), [test.pressed for test in tests]
+    before: list[Arguments] = []
     for step in range(MOST_STEPS):
         with progress(options) as tick:
             found = fit(tests, **given, tick=tick)
@@ -176,12 +177,13 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
         reasons = refusals(found)
         if not reasons or options.accept:
             break
-        changes, why = proposal(found, given)
+        before.append(given)
+        changes, why = proposal(found, given, before)
         print(_next(parser, options, found, given | changes, why), flush=True)
         runs = "accept" not in changes and VALUE not in changes.get("fixed", {}).values()
         if not (options.auto and runs) or step + 1 == MOST_STEPS:
             break
-        given |= changes
+        given = given | changes
         print()
     if reasons and not options.accept:
         options.card = options.output = None

@@ -119,13 +119,12 @@ def search(
     start: Mapping[str, float],
     starts: int = 1,
     tick: Callable[[str], object] = lambda _: None,
-    weight: float = 1.0,
 ) -> Fit:
     """Fit of few rows in few increments, from a start, if any, and the best points of a Latin hypercube.
 
     It ends where AGREEING of the starts reach the same smallest sum of squares.
     """
-    coarse, ranked, found = replace(problem.coarse(), weight=weight), [], []
+    coarse, ranked, found = problem.coarse(), [], []
     if set(start) != set(problem.free) or starts > 1:
         points = _hypercube(coarse)
         costs = [float(r @ r) for r in map_in_order(coarse.residuals, points, None)]

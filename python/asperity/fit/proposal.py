@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -31,24 +32,27 @@ VALUE = "VALUE"
 """A value that the user has to find."""
 
 
-def proposal(found: Fit, given: Arguments) -> tuple[Arguments, str]:
+def proposal(found: Fit, given: Arguments, before: Sequence[Arguments] = ()) -> tuple[Arguments, str]:
     """Changes of the arguments of a fit that is no result, and why they are proposed.
 
+    before: arguments that were tried, to which no change leads back.
     The first of: another model that fits better; customary values of constants that the tests do not
     determine; no bond; theta from elsewhere; the acceptance of a model error; a value from elsewhere; these
     constants as they are.
     """
     loose = dict.fromkeys([*found.undetermined, *found.at_bounds])
     if not ({*loose} <= {*CUSTOMARY} and len(refusals(found)) == len(loose)):
-        cost = float(np.sum(found.problem.coarse().residuals(found.x) ** 2))
-        _, other, change = min(_tried(found, given), key=lambda one: one[0], default=(np.inf, np.inf, {}))
+        cost = float(np.sum(replace(found.problem.coarse(), weight=1.0).residuals(found.x) ** 2))
+        tried = _tried(found, given, before)
+        _, other, change = min(tried, key=lambda one: one[0], default=(np.inf, np.inf, {}))
         if other < BETTER * cost:
             return change, f"fits better: sum of squares {other:.4g} after {cost:.4g}"
     for name in loose:
         one = found.estimates[name]
         inside = [value for value in CUSTOMARY.get(name, ()) if value == 0.0 or one.low <= value <= one.high]
-        if inside:
-            return _setting(given, name, inside[0]), f"sets {name} to a usual value"
+        change = _setting(given, name, inside[0]) if inside else {}
+        if change and given | change not in before:
+            return change, f"sets {name} to a usual value"
     if found.bonded:
         return {"joint": ROCK}, "if the joint has no bond; a bond needs tests beyond the peak"
     problem, scatter = found.problem, float(np.nanmax(found.scatter))
@@ -74,11 +78,15 @@ def _setting(given: Arguments, name: str, value: object) -> Arguments:
     return {"free": left or None, "fixed": given.get("fixed", {}) | {name: value}}
 
 
-def _tried(found: Fit, given: Arguments) -> Iterator[tuple[float, float, Arguments]]:
+def _tried(
+    found: Fit, given: Arguments, before: Sequence[Arguments]
+) -> Iterator[tuple[float, float, Arguments]]:
     """Criterion (BIC), sum of squares and change of the arguments of other models from these constants on."""
     problem, free, fixed = found.problem, given.get("free"), given.get("fixed", {})
     for change in _changes(found, given):
         now = {"free": free, "fixed": fixed, "sides": given.get("sides")} | change
+        if given | change in before:
+            continue
         try:
             other = problem_of(
                 problem.tests, problem.form, now["free"], now["fixed"], {}, now["sides"], problem.direction
@@ -86,7 +94,7 @@ def _tried(found: Fit, given: Arguments) -> Iterator[tuple[float, float, Argumen
         except ValueError:
             continue
         start = {name: found.values[name] for name in other.free if found.values.get(name)}
-        one = search(other, start, weight=problem.weight)
+        one = search(other, start)
         yield float(one.result.bic), one.costs[0], change
 
 
