@@ -177,7 +177,9 @@ def test_initial_states(option: str) -> None:
     interface, planes = Interface(material, Pattern.regular(5, 30.0)), reference.regular_pattern(5, 30.0)
     props, rng, accepted = interface.props(), np.random.default_rng(SEED), 0
     least, most = [0.0, -0.1, -0.1], [1.0, 0.1, 0.1]
-    for _ in range(50 // OVER):
+    enough = 24 // OVER
+    # a traction that cannot be carried takes a hundred times as long as one that can
+    for _ in range(4 * enough):
         traction = 3.0 * rng.uniform([-2.0, -0.5, -0.5], [0.3, 0.5, 0.5])
         state = np.zeros(interface.nstatv)
         state[N_POINT_STATEV : N_POINT_STATEV + 18] = rng.uniform(least, most, (6, 3)).ravel()
@@ -190,7 +192,9 @@ def test_initial_states(option: str) -> None:
         assert_within("traction", theirs.traction, traction, 1e-9 * size)
         assert_within("state", state[:4], theirs.state[:4], 1e-9 * size)
         assert_within("damage", state[N_POINT_STATEV::3], theirs.state[N_POINT_STATEV::3], 1e-9)
-    assert accepted > 15 // OVER
+        if accepted == enough:
+            break
+    assert accepted == enough
 
 
 TRACTION = 1e-12
