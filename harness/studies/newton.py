@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from asperity import contract
 from asperity.contract import Floats
 from asperity.interface import Interface
-from asperity.pattern import direction_vector
 from numpy.typing import ArrayLike
 
 ENDS = ("converged", "too many iterations", "singular matrix", "separation out of range")
@@ -58,18 +56,16 @@ def newton_path(
     tangent: str = "consistent",
     most: int = 25,
     spring: ArrayLike = (0.0, 0.0, 0.0),
-    dt: float | None = None,
 ) -> NewtonStudy:
     """Take one virgin point along targets (T, 3), each in one increment, until an increment fails.
 
     Where `given` is true for a component (N, Tx, Ty), the target is its traction plus spring (stress per
     length) times separation, elsewhere its separation.  tangent: "consistent", that of the law;
-    "symmetrised", its symmetric part; "secant", traction over separation at constant damage and slip;
-    "elastic", that of the virgin interface.  most: iterations of an increment; dt: duration of an increment,
-    required if tau_v > 0.
+    "symmetrised", its symmetric part; "elastic", that of the virgin interface.  most: iterations of an
+    increment.
     """
     targets, free, springs = np.asarray(targets, dtype=float), np.array(given), np.broadcast_to(spring, 3)
-    virgin = old = interface.update(np.zeros((1, 3)), dt=dt)
+    virgin = old = interface.update(np.zeros((1, 3)))
     strength = min(interface.material.sigma0, interface.material.sigma02 or np.inf)
     farthest = FARTHEST * (interface.material.s_f + np.abs(targets[:, ~free]).max(initial=0.0))
     rows: list[tuple[Floats, Floats, Floats]] = []
@@ -80,7 +76,7 @@ def newton_path(
             if not np.abs(s).max() <= farthest:
                 end = ENDS[3]
                 break
-            new = interface.update(s[None], old.state, s_old[None], dt)
+            new = interface.update(s[None], old.state, s_old[None])
             residual = (new.traction[0] + springs * s - target)[free]
             sizes.append(np.abs(residual).max(initial=0.0) / (strength + np.abs(target[free]).sum()))
             if sizes[-1] <= TOLERANCE:
@@ -88,10 +84,7 @@ def newton_path(
             if len(sizes) > most:
                 end = ENDS[1]
                 break
-            if tangent == "secant":
-                matrix = _secant(interface, old.state[0], new.state[0], s)
-            else:
-                matrix = (virgin if tangent == "elastic" else new).tangent[0]
+            matrix = (virgin if tangent == "elastic" else new).tangent[0]
             if tangent == "symmetrised":
                 matrix = 0.5 * (matrix + matrix.T)
             matrix = (matrix + np.diag(springs))[np.ix_(free, free)]
@@ -108,43 +101,17 @@ def newton_path(
 
 
 def newton_study(
-    interface: Interface, direction: float, slips: ArrayLike, sigma_N: float, preload: int = 100,
-    tangent: str = "consistent", **named: object,
-) -> NewtonStudy:  # fmt: skip
-    """Run `Interface.confined_slip` by Newton's method without safeguards; the preload comes first.
+    interface: Interface, slips: ArrayLike, sigma_N: float, preload: int = 100, most: int = 25
+) -> NewtonStudy:
+    """Run a slip test along Tx by Newton's method without safeguards; the preload comes first.
 
-    slips (T,), length, along direction (degrees) under the normal traction sigma_N, stress, which is
-    applied in `preload` increments; the other arguments are those of `newton_path`.
+    slips (T,), length, under the normal traction sigma_N, stress, which is applied in `preload` increments.
     """
     slips = np.asarray(slips, dtype=float)
     targets = np.zeros((preload + len(slips), 3))
     targets[:, 0] = sigma_N * np.minimum(1.0, np.arange(1, len(targets) + 1) / max(preload, 1))
-    targets[preload:, 1:] = np.outer(slips, direction_vector(direction))
-    return newton_path(interface, targets, tangent=tangent, **named)
-
-
-def _secant(interface: Interface, before: Floats, state: Floats, s: Floats) -> Floats:
-    """Sum (3, 3) over the planes of bond and contact as springs, at the damage and the slip of a state.
-
-    The friction of a plane counts as a spring, too: the elastic part of its slip over the trial (30).
-    """
-    material, normals, weights = interface.material, interface.pattern.normals, interface.pattern.weights
-    if material.sigma02 or material.Gc2 or material.height or material.W0:
-        raise ValueError("tangent = 'secant': expected straight planes, with mode II like mode I")
-    places = np.array([contract.plane_statev(k + 1) for k in range(len(weights))])
-    alpha = state[places]
-    slips = [one[places[:, None] + [1, 2]] for one in (before, state)]
-    s_n = normals @ s
-    level = np.hypot(*normals[:, 1:].T)[:, None]
-    across = normals[:, [0, 2, 1]] * [0.0, -1.0, 1.0] / np.where(level > 0.0, level, 1.0)
-    across = np.where(level > 0.0, across, [0.0, 0.0, 1.0])
-    up = np.where(level > 0.0, np.cross(normals, across), [0.0, 1.0, 0.0])
-    s_t = np.stack([up @ s, across @ s], axis=-1)
-    trial, kept = (np.linalg.norm(s_t - slip, axis=-1) for slip in slips)
-    share = np.divide(kept, trial, out=(s_n <= 0.0).astype(float), where=trial > 0.0)
-    along = material.K * (1.0 - alpha + alpha * share) * weights
-    across_planes = np.where(s_n < 0.0, material.kc, 1.0 - alpha) * material.K * weights - along
-    return (normals.T * across_planes) @ normals + along.sum() * np.eye(3)
+    targets[preload:, 1] = slips
+    return newton_path(interface, targets, most=most)
 
 
 def work_along(separation: Floats, traction: Floats) -> Floats:

@@ -21,23 +21,14 @@ Main = Callable[..., int]
 def program(action: Callable[[argparse.Namespace], int], *rows: tuple[Any, ...]) -> Main:
     """Program with an action and its options, rows of `add_options`; its module's docstring describes it."""
 
-    def add_arguments(parser: argparse.ArgumentParser) -> None:
-        add_options(parser, *rows)
-        parser.set_defaults(action=action)
-
-    return program_of(add_arguments, action)
-
-
-def program_of(add_arguments: Callable[[argparse.ArgumentParser], None], action: Callable) -> Main:
-    """Program of the module of an action, whose arguments and action a function adds."""
-
     def main(arguments: Sequence[str] | None = None) -> int:
         module = inspect.getmodule(action)
         spec = getattr(module, "__spec__", None)
         name = spec.name.removesuffix(".__main__") if spec else str(module)
         description = (inspect.getdoc(module) or "").split("\n\n")[0]
         parser = argparse.ArgumentParser(prog=f"python -m {name}", description=description)
-        add_arguments(parser)
+        add_options(parser, *rows)
+        parser.set_defaults(action=action)
         return execute(parser, sys.argv[1:] if arguments is None else arguments)
 
     return main

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 import subprocess
 from itertools import pairwise, product
@@ -113,10 +112,9 @@ def test_consistent_tangent_converges_quadratically() -> None:
     assert max(orders(study)) < 100.0 and max(study.iterations) <= 6
 
 
-@pytest.mark.parametrize("tangent", ["symmetrised", "secant"])
-def test_other_tangents_need_more(tangent: str) -> None:
-    """Other tangents converge to the same point at first order: the factor has no bound."""
-    study, consistent = pulled_by_springs(tangent), pulled_by_springs("consistent")
+def test_symmetrised_tangent_needs_more() -> None:
+    """Its symmetric part converges to the same point at first order: the factor has no bound."""
+    study, consistent = pulled_by_springs("symmetrised"), pulled_by_springs("consistent")
     assert study.converged and np.abs(study.traction - consistent.traction).max() < 1e-8 * TABLE_2.sigma0
     assert sum(study.iterations) > 2 * sum(consistent.iterations) and max(orders(study)) > 1e6
 
@@ -141,7 +139,7 @@ def test_failure_and_survival(name: str) -> None:
 
 def test_a_snap_is_drawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """An entry is printed and drawn; the area between jump and branch is released or dissipated."""
-    assert stability(["run", "snap", "--folder", str(tmp_path)]) == 0
+    assert stability(["--only", "snap", "--folder", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     assert f"{tmp_path / 'stability_snap.png'}" in printed and "- *Fails:* plain Newton, RP-16" in printed
     assert is_drawn(tmp_path / "stability_snap.png")
@@ -151,19 +149,6 @@ def test_a_snap_is_drawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
         lost = snap.released + (snap.dissipated_more if mu else 0.0)
         assert snap.area == pytest.approx(lost, abs=within * TABLE_2.K * TABLE_2.s_0**2)
         assert len(snap.turns) == 2
-
-
-def test_map(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Pictures and CSV are written; the consistent tangent converges wherever the symmetrised one does."""
-    assert stability(["map", "--folder", str(tmp_path), "--size", "2"]) == 0
-    written = [Path(line) for line in capsys.readouterr().out.split()]
-    assert [path.suffix for path in written] == [".csv", ".png"] and is_drawn(written[1])
-    with written[0].open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    places = {(float(row["mu"]), float(row["theta"])) for row in rows}
-    assert places == set(product((0.0, 1.6), (0.0, 60.0)))
-    assert all(row["consistent"] != "nan" for row in rows if row["symmetrised"] != "nan")
-    assert stability(["map", "--folder", str(tmp_path), "--size", "1"]) == 1
 
 
 # --- speed --------------------------------------------------------------------------------------------------

@@ -5,12 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from asperity.material import Material
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 """Table 2 of the paper: mm, MPa, N/mm."""
@@ -33,16 +30,12 @@ class Trial(NamedTuple):
 
 @dataclass(frozen=True)
 class FailureMode:
-    """A failure mode of the law or of its solvers: description, and the two trials that show it.
-
-    draw: picture of the entry, None if it has none.
-    """
+    """A failure mode of the law or of its solvers: description, and the two trials that show it."""
 
     name: str
     title: str
     happens: str
     run: Callable[[], tuple[Trial, Trial]]
-    draw: Callable[[], Figure] | None = None
 
     def section(self, trials: Iterable[Trial]) -> str:
         """Section of docs/results/stability.md."""

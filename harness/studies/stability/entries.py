@@ -13,19 +13,14 @@ from asperity.contract import Floats
 from asperity.installed import named_case
 from asperity.interface import Interface
 from asperity.pattern import Pattern, direction_vector
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from ..extensions import locked
 from ..newton import NewtonStudy, newton_path, newton_study, work_along
-from .branches import draw as draw_branches
 from .catalogue import S_0, S_F, TABLE_2, FailureMode, K, Trial
 from .explicit import Vumat, fly
 
 FLAT, RP_4 = Pattern.regular(0, 0.0), Pattern.regular(4, 30.0)
-
-SPRING = 0.3
-"""Stiffness of the springs that shear the point of `pulled`, over K."""
 
 RUPTURE = contract.statev_index("rupture")
 LEDGER = [contract.statev_index(name) for name in ("stored", "rupture", "friction")]
@@ -38,13 +33,11 @@ Pair = tuple[Trial, Trial]
 """Trial of a method that fails, and of one that does not."""
 
 
-def mode(
-    name: str, title: str, happens: str, draw: Callable[[], Figure] | None = None
-) -> Callable[[Callable[[], Pair]], Callable[[], Pair]]:
+def mode(name: str, title: str, happens: str) -> Callable[[Callable[[], Pair]], Callable[[], Pair]]:
     """Add the entry whose trials a function returns."""
 
     def add(trials: Callable[[], Pair]) -> Callable[[], Pair]:
-        MODES[name] = FailureMode(name, title, happens, trials, draw)
+        MODES[name] = FailureMode(name, title, happens, trials)
         return trials
 
     return add
@@ -72,29 +65,16 @@ def drive(case: str) -> tuple[dict[str, Any], bool, int]:
     return columns, "lost" not in columns["event"][-1], [0, *snaps][-1]
 
 
-def pulled(
-    mu: float, theta: float, tangent: str, steps: int = 10, most: int = 25, direction: float = 20.0
-) -> NewtonStudy:
-    """RP-4 under 1 MPa, sheared at `direction` by springs of 0.3 K: three unknowns, as in an FE code."""
-    rough = Interface(replace(TABLE_2, mu=mu, kc=20.0), Pattern.regular(4, theta))
-    k = SPRING * K
-    ends = np.linspace(0.0, S_F + TABLE_2.sigma0 / k, steps + 1)
-    targets = np.outer(ends, [0.0, *(k * direction_vector(direction))])
-    targets[:, 0] = -1.0
-    return newton_path(rough, targets, (True, True, True), tangent, most=most, spring=(0.0, k, k))
-
-
 @mode(
     "snap",
     "Fold of the slip path at low pressure",
     "Fine patterns (m >= 13 at 30°) and steep ones have no neighbouring equilibrium where their last "
     "planes open.",
-    draw=draw_branches,
 )
 def snap() -> Pair:
     """Plain Newton and the solver at the fold."""
     fine = Interface(TABLE_2, Pattern.regular(16, 30.0))
-    study = newton_study(fine, 0.0, ramp(0.0, S_F, steps=1000), 0.0, preload=1)
+    study = newton_study(fine, ramp(0.0, S_F, steps=1000), 0.0, preload=1)
     run, ends, row = drive("snap")
     s_n, stored = run["s_N"], run["stored"]
     measured = (
@@ -116,7 +96,7 @@ def snap() -> Pair:
 def chatter() -> Pair:
     """Plain Newton and the solver at the fold of a steep pattern."""
     steep = Interface(replace(TABLE_2, mu=0.6), Pattern.regular(6, 50.0))
-    study = newton_study(steep, 0.0, ramp(0.0, 0.2, steps=50), -0.05, preload=10, most=60)
+    study = newton_study(steep, ramp(0.0, 0.2, steps=50), -0.05, preload=10, most=60)
     sizes = " and ".join(f"{size:.1e}" for size in study.residuals[-1][-2:])
     run, ends, row = drive("chatter")
     found = f"event snap from s_N = {run['s_N'][row - 1]:.3f} to {run['s_N'][row]:.3f} mm; "
@@ -195,7 +175,14 @@ def softening() -> Pair:
     "springs of 0.3 K, mu = 0.1 to 1.3, theta = 0 to 45°).",
 )
 def tangents() -> Pair:
-    """Two tangents on nine interfaces."""
+    """Two tangents on nine interfaces: three unknowns, as in an FE code."""
+    k = 0.3 * K
+    targets = np.outer(np.linspace(0.0, S_F + TABLE_2.sigma0 / k, 11), [0.0, *(k * direction_vector(20.0))])
+    targets[:, 0] = -1.0
+
+    def pulled(mu: float, theta: float, tangent: str) -> NewtonStudy:
+        rough = Interface(replace(TABLE_2, mu=mu, kc=20.0), Pattern.regular(4, theta))
+        return newton_path(rough, targets, (True, True, True), tangent, spring=(0.0, k, k))
 
     def tried(tangent: str) -> Trial:
         studies = [pulled(mu, theta, tangent) for mu in (0.1, 0.5, 1.3) for theta in (0.0, 10.0, 45.0)]
@@ -217,7 +204,7 @@ def tangents() -> Pair:
 def steps() -> Pair:
     """Slip of 10 s_f in few and in many steps."""
     rough = Interface(replace(TABLE_2, kc=20.0), RP_4)
-    studies = {n: newton_study(rough, 0.0, ramp(0.0, 10.0 * S_F, steps=n), -1.0) for n in (1, 100, 1000)}
+    studies = {n: newton_study(rough, ramp(0.0, 10.0 * S_F, steps=n), -1.0) for n in (1, 100, 1000)}
 
     def judged(n: int) -> Trial:
         study, exact = studies[n], studies[1000].traction[-1]
