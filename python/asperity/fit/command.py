@@ -180,7 +180,8 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
         before.append(given)
         changes, why = proposal(found, given, before)
         print(_next(parser, options, found, given | changes, why), flush=True)
-        runs = "accept" not in changes and VALUE not in changes.get("fixed", {}).values()
+        asks = "accept" in changes or VALUE in changes.get("fixed", {}).values()
+        runs = not asks and changes.get("joint") in (None, found.problem.form)
         if not (options.auto and runs) or step + 1 == MOST_STEPS:
             break
         given = given | changes

@@ -99,19 +99,15 @@ def fit(
     problems = [problem_of(tests, form, free, fixed, start, sides, direction) for form in forms]
     rough = {one.form: replace(search(one, start, starts, tick), model_error=model_error) for one in problems}
     criteria = {form: float(one.result.bic) for form, one in rough.items()}
-    # a bond that the tests do not determine is not there
-    supported = [form for form in rough if not _loose_bond(rough[form])] or [*rough]
-    form = min(supported, key=lambda one: criteria[one])
+    form = min(rough, key=lambda one: criteria[one])
+    # a bond that the tests do not determine is not there if they fit as well without
+    needless = len(rough) > 1 and BETTER * rough[ROCK].costs[0] <= rough[MORTAR].costs[0]
+    if needless and rough[MORTAR].loose_bond:
+        form = ROCK
     found = _refined(problems[forms.index(form)], replace(rough[form], criteria=criteria), tick)
-    if form == MORTAR and ROCK in rough and _loose_bond(found):
+    if form == MORTAR and needless and found.loose_bond:
         found = _refined(problems[forms.index(ROCK)], replace(rough[ROCK], criteria=criteria), tick)
-    bonded = found.problem.form == ROCK and MORTAR in rough
-    return replace(found, bonded=bonded and rough[MORTAR].costs[0] < BETTER * rough[ROCK].costs[0])
-
-
-def _loose_bond(found: Fit) -> bool:
-    """Whether strength or rupture energy are free and not determined."""
-    return bool({"sigma0", "Gc"} & {*found.undetermined})
+    return found
 
 
 def search(

@@ -53,8 +53,8 @@ def proposal(found: Fit, given: Arguments, before: Sequence[Arguments] = ()) -> 
         change = _setting(given, name, inside[0]) if inside else {}
         if change and given | change not in before:
             return change, f"sets {name} to a usual value"
-    if found.bonded:
-        return {"joint": ROCK}, "if the joint has no bond; a bond needs tests beyond the peak"
+    if ROCK in found.criteria and found.loose_bond:
+        return {"joint": ROCK}, "if the joint has no bond; a bond needs rows up to the residual strength"
     problem, scatter = found.problem, float(np.nanmax(found.scatter))
     curves = not any(test.envelope for test in problem.tests)
     unshown = not problem.is_dilation.any() and ("theta" in problem.free or not problem.fixed["theta"])
@@ -103,7 +103,7 @@ def _changes(found: Fit, given: Arguments) -> Iterator[Arguments]:
     problem, tests, free = found.problem, found.problem.tests, given.get("free") or ()
     pressures, inclined = np.abs([test.pressed for test in tests]), problem.sides > 0
     ends = inclined and any(test.saturates for test in tests)
-    form = {"joint": ROCK} if problem.form == ROCK and not found.bonded else {}
+    form = {"joint": ROCK} if problem.form == ROCK else {}
     for wanted, names in (
         (inclined and pressures.max() > SEVERAL * pressures.min(), ("crush",)),
         (inclined and pressures.max() > SEVERAL * pressures.min(), ("crush", "height")),

@@ -35,7 +35,7 @@ preferred.
 WIDE, COUPLED, LEAST_REACH = float(np.log(2.0)), 0.99, 0.2
 """A constant is not determined if an end of its interval is this far from it, a factor of two on a
 logarithmic scale; two are not separable above this correlation; a rupture energy is not determined by slips
-up to this part of the separation at which the bond is broken, s_f, because all beyond is extrapolated.
+up to this part of the largest separation s_f at which the bond may be broken: all beyond is extrapolated.
 """
 
 REFINE, ENOUGH, LEAST_ERROR = 4, 0.1, 1.0e-3
@@ -88,7 +88,7 @@ class Fit:
     result: of lmfit, for the free constants on their scales.  costs: sums of squares from the starts, the
     best first.  shift: largest change of a constant, in standard errors, if each increment is divided into
     REFINE.  model_error: accepted scatter, as a fraction of the range.  criteria: information criterion of
-    each form that was tried.  bonded: whether a bond that the tests do not determine fits better.
+    each form that was tried.
 
     Of these follow x (p,), the free constants on their scales, with covariance (p, p), correlation (p, p) and
     standard errors (p,); values, all constants by name; residuals (n,) and the correlation of neighbouring
@@ -102,7 +102,6 @@ class Fit:
     shift: float = np.inf
     model_error: float = 0.0
     criteria: Mapping[str, float] = field(default_factory=dict)
-    bonded: bool = False
 
     def __post_init__(self) -> None:
         """Compute what follows of the least squares."""
@@ -209,9 +208,14 @@ class Fit:
         """
         widths = dict(zip(self.problem.free, self.quantile * self.errors / (WIDE * self.sizes), strict=True))
         curves = [np.abs(test.slip).max() for test in self.problem.tests if not test.envelope]
-        if "Gc" in widths and curves and max(curves) < LEAST_REACH * material_of(self.values).s_f:
+        if "Gc" in widths and curves and max(curves) < LEAST_REACH * self.derived["s_f"].high:
             widths["Gc"] = np.inf
         return sorted((name for name in widths if widths[name] > 1.0), key=lambda name: -widths[name])
+
+    @property
+    def loose_bond(self) -> bool:
+        """Whether strength or rupture energy are free and not determined."""
+        return bool({"sigma0", "Gc"} & {*self.undetermined})
 
     @property
     def at_bounds(self) -> list[str]:
@@ -308,8 +312,6 @@ def remarks(found: Fit) -> Iterator[tuple[bool, str]]:
         low, high = from_scale(name, found.problem.ends[:, i])
         end = f"lower bound {low:.3g}" if 2.0 * value < low + high else f"upper bound {high:.3g}"
         yield True, f"{name} is at its {end}, where its interval has no meaning"
-    if found.bonded:
-        yield True, "a joint with bond fits better, but the tests do not determine its bond"
     for (a, b), one in found.coupled.items():
         # without dilation the residual ratio alone is known
         apart = {a, b} == {"mu", "theta"} and not found.problem.is_dilation.any()
