@@ -30,7 +30,7 @@ def test_page_of_the_walls() -> None:
     assert set(wall_runs.summaries().index) == runs
     assert set(wall_runs.curves()) == {name for name in runs if not name.startswith("scale")}
     text = walls.PAGE.read_text(encoding="utf-8")
-    for picture in (walls.CURVES, walls.CRACKS, walls.SPEED_CHART):
+    for picture in (walls.CURVES, walls.CRACKS, walls.OWN):
         assert f"(../images/{picture.name})" in text and matplotlib.image.imread(picture).shape[1] > 300
 
 

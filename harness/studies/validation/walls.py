@@ -21,9 +21,7 @@ from . import wall_runs
 from .common import DOCS, rows
 
 PAGE = DOCS / "validation" / "walls.md"
-CURVES, CRACKS, SPEED_CHART, OWN = (
-    DOCS / "images" / f"validation_walls{name}.png" for name in ("", "_cracks", "_speed", "_own")
-)
+CURVES, CRACKS, OWN = (DOCS / "images" / f"validation_walls{name}.png" for name in ("", "_cracks", "_own"))
 
 FORCES = {"WS40": 44.8, "WS100": 104.8, "WS175": 179.8, "WS250": 254.8,
           "SW30": 33.6, "SW100": 103.6, "SW200": 203.6, "SW250": 253.6}  # fmt: skip
@@ -135,32 +133,19 @@ def dilation(curves: dict[str, Floats]) -> str:
     return markdown(head, body)
 
 
-SPEED = {
-    "planes, 10°, 0.1 mm; of RP-16": (
-        "planes 16", {"J4D": "flat", "planes 2": "RT", "J4D 10 0.1": "RP-4", "planes 8": "RP-8"}
-    ),
-    "tau_v, mm; of 0": (
-        "tau 0", {"J4D": "0.002", "tau 0.005": "0.005", "tau 0.02": "0.02", "tau 0.05": "0.05"}
-    ),
-    "largest step, mm; of 0.0125": ("step 0.0125", {"step 0.2": "0.2", "step 0.1": "0.1", "J4D": "0.05"}),
-    "mesh; of 8 x 6": ("J4D 8 6", {"J4D 2 2": "2 x 2", "J4D": "4 x 3"}),
-}  # fmt: skip
-"""Choices of J4D: the run that its errors are measured from, and the runs with their labels."""
-
-SNAP, LEAST_ERROR = 2.3, 0.03
-"""Displacement, mm, up to which works are compared; least error of the chart, %."""
-
-
-def peak(curve: Floats) -> float:
-    """Largest horizontal force up to SNAP."""
-    return most(curve, SNAP)
-
-
-def work(curve: Floats) -> float:
-    """Work of the horizontal force up to SNAP."""
-    x = np.append(curve[curve[:, 0] < SNAP, 0], SNAP)
-    return float(np.trapezoid(np.interp(x, curve[:, 0], curve[:, 1]), x))
-
+CHOICES = {
+    "planes 2": "RT, 10°, 0.1 mm",
+    "J4D 10 0.1": "RP-4, 10°, 0.1 mm",
+    "planes 8": "RP-8, 10°, 0.1 mm",
+    "planes 16": "RP-16, 10°, 0.1 mm",
+    "step 0.2": "flat, largest step 0.2 mm",
+    "step 0.1": "flat, 0.1 mm",
+    "J4D": "flat, 0.05 mm, mesh 4 x 3",
+    "step 0.0125": "flat, 0.0125 mm",
+    "J4D 2 2": "flat, 0.05 mm, mesh 2 x 2",
+    "J4D 8 6": "flat, 0.05 mm, mesh 8 x 6",
+}
+"""Choices of J4D that change its cost."""
 
 SOLID = {
     "3D 0": "RP-4, turn 0: two planes face across the slip",
@@ -216,32 +201,6 @@ def draw_curves(curves: dict[str, Floats]) -> Figure:
         ax.set_ylim(0.0, top)
         ax.legend(loc="upper left", ncols=columns)
     axes[3].legend()
-    return figure
-
-
-def draw_speed(curves: dict[str, Floats], summaries: pandas.DataFrame) -> Figure:
-    """Draw the errors of peak and work of J4D over the processor time of the runs."""
-    figure, axes = new_figure(TWO, 3.0, ncols=2)
-    places = [((4, -7), "left"), ((-4, -6), "right"), ((4, -2), "left"), ((5, -3), "left"), ((4, 2), "left")]
-    for (title, (reference, points)), colour, (place, side) in zip(
-        SPEED.items(), COLOURS, places, strict=False
-    ):
-        seconds = summaries.loc[[*points], "seconds"].tolist()
-        for ax, size in zip(axes, (peak, work), strict=True):
-            errors = [100.0 * abs(size(curves[name]) / size(curves[reference]) - 1.0) for name in points]
-            errors = np.maximum(errors, LEAST_ERROR).tolist()
-            ax.loglog(seconds, errors, "o", color=colour, label=title, markersize=4)
-            for text, at in zip(points.values(), zip(seconds, errors, strict=True), strict=True):
-                away = (4, 4) if text == "flat" else place
-                ax.annotate(text, at, away, textcoords="offset points", fontsize=6, ha=side)
-    for ax, text in zip(axes, ("peak", "work to 2.3 mm"), strict=True):
-        ax.set_xticks([2, 5, 10], ["2", "5", "10"])
-        ax.set_xticks([], minor=True)
-        ax.set_yticks([0.1, 1, 10], ["0.1", "1", "10"])
-        ax.set(xlim=(2.0, 12.0), ylim=(0.02, 25.0))
-        ax.set(xlabel="processor time to 4 mm [s]", ylabel=f"error of the {text} [%]")
-        ax.grid(alpha=0.3)
-    axes[1].legend(fontsize=6, loc="lower left")
     return figure
 
 
@@ -312,6 +271,9 @@ def tables() -> dict[str, str]:
         "methods": outcomes(
             summaries, METHODS, "method", "peak, kN", "iterations", "seconds", "end", end=4.0
         ),
+        "choices": outcomes(
+            summaries, CHOICES, "J4D", "peak, kN", "iterations", "seconds", "to 2.3 mm", end=2.3
+        ),
         "solid": outcomes(
             summaries, SOLID, "pattern", "peak, kN", "iterations", "cuts", "to 3.5 mm", end=3.5
         ),
@@ -333,11 +295,9 @@ def _action(options: argparse.Namespace) -> int:
     if options.check:
         print(f"{PAGE}: {'up to date' if same else 'not up to date'}")
         return 0 if same else DIFFERS
-    curves = wall_runs.curves()
     with printed():
-        save(draw_curves(curves), CURVES)
-        save(draw_speed(curves, wall_runs.summaries()), SPEED_CHART)
-    print(PAGE, CURVES, SPEED_CHART, *PANELS, sep="\n")
+        save(draw_curves(wall_runs.curves()), CURVES)
+    print(PAGE, CURVES, *PANELS, sep="\n")
     return 0
 
 
