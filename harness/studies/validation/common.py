@@ -87,7 +87,7 @@ def fitted(
 
 @dataclass(frozen=True)
 class Study:
-    """A comparison: fits by their names, tables and picture of its page."""
+    """A comparison: fits by their names (none: it stores what it needs), tables and picture of its page."""
 
     name: str
     fit: Callable[[], dict[str, Constants]]
@@ -129,7 +129,7 @@ class Study:
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
         """Run the program."""
-        fit = ("--fit", "repeat the fits; else use what they found")
+        fit = ("--fit", "repeat the fits or runs; else use what they found")
         check = ("--check", "write nothing; exit with 1 if the page differs")
         return program(self._action, fit, check)(arguments)
 

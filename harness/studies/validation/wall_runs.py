@@ -126,7 +126,7 @@ def execute_all(folder: Path, workers: int = 1) -> None:
         program, *words = line.split()
         subprocess.run([PYTHON, PROGRAM.with_name(program), *words], env=environment(), check=True)
     head = "mu,tan_psi,dim,ratio,found,limit,unknowns"
-    lines = ["# Made by python -m harness.studies.validation.walls --run", head]
+    lines = ["# Made by python -m harness.studies.validation.walls --fit", head]
     for case, line in ARCHES.items():
         command = [PYTHON, PROGRAM.with_name("arch.py"), *line.split(), "--folder", folder]
         found = subprocess.run(command, env=environment(), capture_output=True, text=True, check=True).stdout
@@ -136,7 +136,7 @@ def execute_all(folder: Path, workers: int = 1) -> None:
 
 def store(folder: Path) -> None:
     """Write the curves and the summaries of all runs to the folder `data`."""
-    made = "# Made by python -m harness.studies.validation.walls --run"
+    made = "# Made by python -m harness.studies.validation.walls --fit"
     lines, sums = [made, "run,displacement,horizontal,vertical"], [made]
     for name in RUNS:
         file = folder / name.replace(" ", "-")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +14,10 @@ from asperity.tables import markdown
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from ..program import DIFFERS, program
-from ..tables import refresh
 from . import wall_runs
-from .common import DOCS, rows
+from .common import DOCS, Constants, Study, rows
 
-PAGE = DOCS / "validation" / "walls.md"
-CURVES, CRACKS, OWN = (DOCS / "images" / f"validation_walls{name}.png" for name in ("", "_cracks", "_own"))
+CRACKS, OWN = (DOCS / "images" / f"validation_walls_{name}.png" for name in ("cracks", "own"))
 
 FORCES = {"WS40": 44.8, "WS100": 104.8, "WS175": 179.8, "WS250": 254.8,
           "SW30": 33.6, "SW100": 103.6, "SW200": 203.6, "SW250": 253.6}  # fmt: skip
@@ -173,8 +169,9 @@ def scale(summaries: pandas.DataFrame) -> str:
     return markdown(["unknowns", *wall_runs.SOLVERS], [[key, *row] for key, row in rows.items()])
 
 
-def draw_curves(curves: dict[str, Floats]) -> Figure:
+def draw(_: Mapping[str, Constants]) -> Figure:
     """Draw model and measurement of all walls."""
+    curves = wall_runs.curves()
     figure, axes = new_figure(TWO, 5.4, nrows=2, ncols=2)
     for ax, kind, title in zip(axes, ("WS", "SW"), ("dry granite", "dry sandstone"), strict=False):
         for name, colour in zip((one for one in FORCES if one[:2] == kind), COLOURS, strict=False):
@@ -261,7 +258,7 @@ def draw_deformed(folder: Path, panels: Sequence[tuple[str, str, float | None, s
     return figure
 
 
-def tables() -> dict[str, str]:
+def tables(_: Mapping[str, Constants]) -> dict[str, str]:
     """Tables of the page from the stored rows."""
     curves, summaries = wall_runs.curves(), wall_runs.summaries()
     return {
@@ -282,30 +279,18 @@ def tables() -> dict[str, str]:
     }
 
 
-def _action(options: argparse.Namespace) -> int:
-    """Run the walls, fill the page and draw its pictures, or check the page."""
+def run() -> dict[str, Constants]:
+    """Run the walls whose rows are not in build/walls, store their rows and draw them; no constants."""
     folder = wall_runs.BUILD / "walls"
-    if options.run and not options.check:
-        wall_runs.execute_all(folder)
-        wall_runs.store(folder)
-        with printed():
-            for picture, panels in PANELS.items():
-                save(draw_deformed(folder, panels), picture)
-    same = refresh(PAGE, options.check, tables())
-    if options.check:
-        print(f"{PAGE}: {'up to date' if same else 'not up to date'}")
-        return 0 if same else DIFFERS
+    wall_runs.execute_all(folder)
+    wall_runs.store(folder)
     with printed():
-        save(draw_curves(wall_runs.curves()), CURVES)
-    print(PAGE, CURVES, *PANELS, sep="\n")
-    return 0
+        for picture, panels in PANELS.items():
+            save(draw_deformed(folder, panels), picture)
+    return {}
 
 
-main = program(
-    _action,
-    ("--run", "run the walls whose rows are not in build/walls; else use the stored rows"),
-    ("--check", "write nothing; exit with 1 if the page differs"),
-)
+STUDY = Study("walls", run, tables, draw)
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(STUDY.main())
