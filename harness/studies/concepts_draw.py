@@ -8,7 +8,7 @@ import numpy as np
 from asperity.barton.joint import MOBILISED
 from asperity.contract import Floats
 from asperity.pattern import Pattern
-from asperity.pattern_pictures import GREYS, STONE, plan, space
+from asperity.pattern_pictures import GREYS, STONE, plan
 from asperity.style import COLOURS, TWO, new_figure
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -145,12 +145,12 @@ def _planes_of(ax: Axes, pattern: Pattern) -> None:
 
 
 def patterns() -> Figure:
-    """Patterns in plan, the planes that face a slip along Tx, and one of them in space."""
+    """Patterns in plan, and the planes that face a slip along Tx."""
     figure = Figure(figsize=(TWO, 1.8), layout="constrained")
     drawn = {"RT: m = 2": 2, "RP-3": 3, "RP-4": 4, "RP-6": 6, "RP-16": 16}
     for i, (name, m) in enumerate(drawn.items()):
-        ax = figure.add_subplot(1, len(drawn) + 1, i + 1)
-        plan(ax, Pattern.regular(m, 30.0), name, numbers=False)
+        ax = figure.add_subplot(1, len(drawn), i + 1)
+        plan(ax, Pattern.regular(m, 30.0), name)
         for patch in list(ax.patches)[1:]:  # The flat plane is left out. Every side rises towards the middle.
             faces = patch.get_xy()[:-1, 0].mean() < -1e-6
             patch.set_facecolor(FACING if faces else GREYS[1])
@@ -158,11 +158,6 @@ def patterns() -> Figure:
         ax.text(0.0, -0.98, "slip along $T_x$", ha="center", fontsize=6.0)
         ax.set_xlim(-0.75, 0.75)
         ax.set_ylim(-1.0, 0.75)
-    space(
-        figure.add_subplot(1, len(drawn) + 1, len(drawn) + 1, projection="3d"),
-        Pattern.regular(4, 30.0),
-        "RP-4",
-    )
     return figure
 
 
