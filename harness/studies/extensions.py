@@ -16,6 +16,7 @@ from asperity.contract import Floats
 from asperity.curve_pictures import DILATION, SLIP, TRACTION, curves
 from asperity.interface import History, Interface
 from asperity.material import Material, ModelWarning
+from asperity.paper.fracture_energy import MATERIAL as TABLE_2
 from asperity.paper.outcome import FIVE
 from asperity.pattern import Pattern
 from asperity.steps import turns_of
@@ -27,8 +28,6 @@ from scipy.optimize import least_squares
 from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE, panel
 from .crushed import strength
 from .validation import sandstone
-
-TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 
 RT = Pattern.regular(2, 30.0)
 SLOPE = float(np.tan(np.radians(30.0)))

@@ -10,17 +10,15 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern
+from asperity import Interface, Pattern
 
 from harness.studies import accuracy, concepts, speed, timings
 from harness.studies.newton import NewtonStudy, newton_path
 from harness.studies.stability.__main__ import main as stability
 from harness.studies.stability.branches import steep_snap
-from harness.studies.stability.catalogue import agree, as_expected
-from harness.studies.stability.entries import MODES
+from harness.studies.stability.entries import MODES, TABLE_2, as_expected
 
 DOCS = Path(__file__).parents[2] / "docs"
-TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 RP_4 = Interface(TABLE_2, Pattern.regular(4, 30.0))
 
 
@@ -126,7 +124,7 @@ def test_symmetrised_tangent_needs_more() -> None:
 def test_failure_and_survival(name: str) -> None:
     """One method fails and another one does not, and the page has the section of the entry.
 
-    Numbers may differ as between compilers.
+    Compilers round differently, which changes numbers of iterations and errors.
     """
     mode = MODES[name]
     trials = mode.run()
@@ -134,7 +132,11 @@ def test_failure_and_survival(name: str) -> None:
     page = (DOCS / "results" / "stability.md").read_text(encoding="utf-8")
     [(entries)] = re.findall(r"<!-- stability -->\n(.*?)\n<!-- /stability -->", page, re.DOTALL)
     [section] = re.findall(rf"^### {name}\n[\s\S]*?(?=\n\n### |\Z)", entries, re.MULTILINE)
-    assert agree(section, mode.section(trials))
+    number = r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])"
+    assert re.sub(number, "#", mode.section(trials)) == re.sub(number, "#", section)
+    ours, theirs = (np.array(re.findall(number, one), float) for one in (mode.section(trials), section))
+    ratio = np.divide(ours, theirs, out=np.ones_like(ours), where=np.abs(theirs) > 1e-9)
+    assert np.all((ratio >= 0.5) & (ratio <= 2.0)) and np.all(np.abs(ours[theirs == 0.0]) < 1e-9)
 
 
 def test_a_snap_is_drawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

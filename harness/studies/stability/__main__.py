@@ -11,8 +11,7 @@ from asperity.style import save
 from ..program import DIFFERS, program
 from ..tables import refresh
 from .branches import draw
-from .catalogue import as_expected
-from .entries import MODES
+from .entries import MODES, as_expected
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -1,30 +1,68 @@
-"""Failure modes of the search for equilibrium, of the law and of its arithmetic."""
+"""Failure modes of the search for equilibrium, of the law and of its arithmetic.
+
+An entry is one method that fails on a load case, and one that does not.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from asperity import case_files, contract
 from asperity.contract import Floats
 from asperity.installed import named_case
 from asperity.interface import Interface
+from asperity.paper.fracture_energy import MATERIAL as TABLE_2
 from asperity.pattern import Pattern, direction_vector
 from numpy.typing import ArrayLike
 
 from ..extensions import locked
 from ..newton import NewtonStudy, newton_path, newton_study, work_along
-from .catalogue import S_0, S_F, TABLE_2, FailureMode, K, Trial
 from .explicit import Vumat, fly
+
+S_F, S_0, K = TABLE_2.s_f, TABLE_2.s_0, TABLE_2.K
+"""Separations at complete rupture and at onset, mm, and stiffness of the bond (12), MPa/mm."""
 
 FLAT, RP_4 = Pattern.regular(0, 0.0), Pattern.regular(4, 30.0)
 
 RUPTURE = contract.statev_index("rupture")
 LEDGER = [contract.statev_index(name) for name in ("stored", "rupture", "friction")]
 """Places of the energies in STATEV."""
+
+
+class Trial(NamedTuple):
+    """A method on a load case, whether it succeeds, and the measured values."""
+
+    method: str
+    survives: bool
+    measured: str
+
+    def __str__(self) -> str:
+        """Line of the page."""
+        return f"- *{'Survives' if self.survives else 'Fails'}:* {self.method} ({self.measured})."
+
+
+@dataclass(frozen=True)
+class FailureMode:
+    """A failure mode of the law or of its solvers: description, and the two trials that show it."""
+
+    name: str
+    title: str
+    happens: str
+    run: Callable[[], tuple[Trial, Trial]]
+
+    def section(self, trials: Iterable[Trial]) -> str:
+        """Section of docs/results/stability.md."""
+        return "\n".join([f"### {self.name}", "", f"**{self.title}.** {self.happens}", "", *map(str, trials)])
+
+
+def as_expected(trials: tuple[Trial, Trial]) -> bool:
+    """Whether the first method fails and the second one does not."""
+    return [trial.survives for trial in trials] == [False, True]
+
 
 MODES: dict[str, FailureMode] = {}
 """Entries by name, in the order of the page."""
