@@ -20,11 +20,15 @@ if TYPE_CHECKING:
 CONFIDENCE = 0.95
 """Of the intervals."""
 
-DEPENDENT, DEVIATIONS, OF_STRENGTHS, NEGLIGIBLE = 0.3, 3.0, 0.03, 1.0e-3
-"""Correlation of neighbouring residuals above which the model differs from the tests by more than noise, and
-standard deviations of that of independent residuals, 1/sqrt(n), up to which it counts as none; scatter of
-strengths without their curves, over the peak, above which it may be another law; and scatter over the range
-that needs no acceptance.
+DEPENDENT, DEVIATIONS, TOGETHER = 0.3, 2.5, 3.5
+"""Correlation of neighbouring residuals above which the law differs from the tests by more than noise;
+standard deviations of that of independent residuals, 1/sqrt(n), up to which it counts as none; and robust
+standard deviations beyond which two neighbouring rows are not off to the same side by chance.
+"""
+
+OF_STRENGTHS, NEGLIGIBLE = 0.03, 1.0e-3
+"""Scatter of strengths without their curves, over the peak, above which the law may be another one; and
+scatter over the range that needs no acceptance.
 """
 
 SAME, BETTER = 1.01, 0.9
@@ -129,8 +133,11 @@ class Fit:
 
     @property
     def dependent(self) -> bool:
-        """Whether the residuals of neighbouring rows are correlated beyond chance."""
-        return self.neighbours > max(DEPENDENT, DEVIATIONS / np.sqrt(self.residuals.size))
+        """Whether the residuals of neighbouring rows are correlated beyond chance, of all rows or of two."""
+        r, beside = self.residuals, np.diff(self.problem.rows.row) == 1
+        far = np.abs(r) > TOGETHER * ROBUST * np.median(np.abs(r))
+        two = bool((far[1:] & far[:-1] & beside & (r[1:] * r[:-1] > 0.0)).any())
+        return two or self.neighbours > max(DEPENDENT, DEVIATIONS / np.sqrt(r.size))
 
     @property
     def misses(self) -> bool:
