@@ -1,4 +1,4 @@
-"""Chart and table of the benchmark: error of the patterns against the time per point."""
+"""Chart of the benchmark: error of the patterns against the time per point."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from pathlib import Path
 import pandas
 from asperity.paper.fracture_energy import MATERIAL
 from asperity.style import COLOURS, TWO, new_figure, printed, save
-from asperity.tables import markdown
 from matplotlib.axes import Axes
 
 from .accuracy import log_axes, plane_errors
@@ -93,33 +92,6 @@ def _curve(
             )
 
 
-COLUMNS = (
-    ("textbook", "textbook", "double", True),
-    ("point", "point", "double", True),
-    ("UMAT", "umat", "double", True),
-    ("block, tangent", "block", "double", True),
-    ("block, stress", "block", "double", False),
-    ("roots", "roots", "double", False),
-    ("VUMAT", "vumat", "double", False),
-    ("streaming", "stream", "double", False),
-    ("block, single", "block", "single", False),
-    ("roots, single", "roots", "single", False),
-)
-"""Title, kernel, precision and tangent of the columns of the table."""
-
-
-def table(timings: pandas.DataFrame) -> str:
-    """Nanoseconds per point as a table in Markdown, a row per pattern and kind of kernels."""
-    names = ["pattern", "planes", "isa", "kernel", "precision", "tangent"]
-    times = timings.groupby(names, sort=False).ns_per_point.median().to_dict()
-    rows = []
-    for pattern, planes, isa in dict.fromkeys(key[:3] for key in times):
-        found = [times.get((pattern, planes, isa, *column[1:])) for column in COLUMNS]
-        cells = ["" if time is None else f"{time:.1f}" for time in found]
-        rows.append([pattern, str(planes), KINDS[isa], *cells])
-    return markdown(["pattern", "planes", "kernels", *(column[0] for column in COLUMNS)], rows, numbers=True)
-
-
 def _speed(options: argparse.Namespace) -> int:
     """Read CSVs of the benchmark, or run the benchmark, then draw."""
     if options.csv and options.quick:
@@ -129,10 +101,7 @@ def _speed(options: argparse.Namespace) -> int:
         parts = [read_timings(path) for path in options.csv]
     else:
         parts = [measure(*quick, level=level) for _ in range(RUNS) for level in ("v1", "v3")]
-    timings = pandas.concat(parts)
-    draw_speed(timings, options.output)
-    if options.table:
-        print(table(timings))
+    draw_speed(pandas.concat(parts), options.output)
     print(options.output)
     return 0
 
@@ -147,7 +116,6 @@ main = program(
     ),
     ("-o --output FILE", "picture, .png or .pdf", Path("speed.png")),
     ("--quick", "short runs with rough results"),
-    ("--table", "also print a table in Markdown"),
 )
 
 if __name__ == "__main__":

@@ -161,8 +161,8 @@ PLANES |= {f"RP-{m}": m + 1 for m in (3, 4, 6, 8, 16, 32, 63)} | {f"RP-{m} H": m
 
 
 @pytest.mark.long
-def test_rows_of_the_benchmark(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The CSV of a short run has every pattern, kernel, precision and limit; chart and table show it."""
+def test_rows_of_the_benchmark(tmp_path: Path) -> None:
+    """The CSV of a short run has every pattern, kernel, precision and limit, and is drawn."""
     measured = tmp_path / "bench.csv"
     subprocess.run([timings.BENCH, "--csv", measured, "--quick"], check=True, capture_output=True)
     rows = timings.read_timings(measured)
@@ -177,14 +177,6 @@ def test_rows_of_the_benchmark(tmp_path: Path, capsys: pytest.CaptureFixture[str
     for name, start in (("speed.png", b"\x89PNG"), ("speed.pdf", b"%PDF")):
         assert speed.main([str(measured), "-o", str(tmp_path / name)]) == 0
         assert (tmp_path / name).read_bytes().startswith(start)
-    capsys.readouterr()
-    assert speed.main([str(measured), "--table", "-o", str(tmp_path / "speed.png")]) == 0
-    head, _, *lines = (line.strip("|").split("|") for line in capsys.readouterr().out.splitlines()[:-1])
-    shown = {line[0].strip(): dict(zip(head[1:], line[1:], strict=True)) for line in lines}
-    assert {name: int(row[" planes "]) for name, row in shown.items()} == PLANES
-    single = rows.query("kernel == 'block' and precision == 'single' and not tangent")
-    expected = {name: f"{time:.1f}" for name, time in zip(single.pattern, single.ns_per_point, strict=True)}
-    assert {name: row[" block, single "].strip() for name, row in shown.items()} == expected
 
 
 @pytest.mark.long
