@@ -109,13 +109,6 @@ def plesha(
     return tau, opening, angle
 
 
-def wear_out(share: Floats, slips: Floats) -> float:
-    """Cycles until the share of the slope that is left falls to ROUGH_LEFT; nan if it does not."""
-    below = np.flatnonzero(share <= ROUGH_LEFT)
-    way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(slips)))])
-    return float(way[below[0]] / (4.0 * AMPLITUDE)) if below.size else np.nan
-
-
 def wear() -> Figure:
     """Draw cycles of a worn joint, and its wear beside that of Plesha's law."""
     figure, (tau, dilation, left) = new_figure(TWO, 2.7, ncols=3)
@@ -183,12 +176,6 @@ def locked(height: float) -> History:
         return joint.confined_slip(0.0, path(1.0), PRESSURE)
 
 
-def unlocking_slip(height: float) -> float:
-    """Slip (H/T) log(mu T) at which mu tan(phi) = 1 on the steep RT."""
-    slope = np.tan(np.radians(60.0))
-    return float(height / slope * np.log(LOCKING.mu * slope))
-
-
 def snap(height: float) -> History:
     """Slip of RP-16 without pressure, in increments that are small enough to stop at its fold."""
     fine = Interface(replace(TABLE_2, height=height), Pattern.regular(16, 30.0))
@@ -209,7 +196,8 @@ def ends() -> Figure:
             free = LOCKING.mu * phi < 0.95
             rigid = -PRESSURE * (LOCKING.mu + phi[free]) / (1.0 - LOCKING.mu * phi[free])
             tau.semilogy(slips[free], rigid, ":", color=colour)
-            tau.axvline(unlocking_slip(height), color=colour, linewidth=0.6)
+            # where mu tan(phi) = 1
+            tau.axvline(height / slope * np.log(LOCKING.mu * slope), color=colour, linewidth=0.6)
         history = snap(height)
         fold.plot(history.separation[:, 1], history.separation[:, 0], style, color=colour, label=label)
     tau.axhline(-LOCKING.mu * PRESSURE, color=BLACK, linewidth=0.6, linestyle=":")
