@@ -10,7 +10,8 @@ module case_law
   use asperity_rie_law, only: new_rie_law
   use asperity_steps, only: check_steps
   use asperity_text, only: integer_text
-  use asperity_umat_checks, only: add_increment, check_names, check_type, check_umat, checked_path_type, failed, stated
+  use asperity_umat_checks, only: check_names, check_type, check_umat, failed, stated
+  use asperity_umat_walk, only: add_increment, checked_path_type
   use asperity_umat_run, only: next_umat_row, start_umat_run, umat_run_type
   use driver_output, only: exit_input, exit_ok, say
   implicit none

@@ -1,16 +1,14 @@
-!> Checks of a UMAT along a load path, as a table. Each walk along the path is made in a child of its own, which opens
-!> the library anew; what a child sends is judged here.
+!> Checks of a UMAT along a load path, as a table: what the walks of asperity_umat_walk send is judged here.
 module asperity_umat_checks
-  use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_funloc, c_funptr, c_int, c_loc, c_ptr
   use asperity_contract, only: v_friction, v_rupture, v_stored
-  use asperity_foreign_umat, only: absent_name, call_type, foreign_law, n_header, open_umat, u_work
+  use asperity_foreign_umat, only: absent_name, n_header, u_work
   use asperity_kinds, only: wp
   use asperity_steps, only: component_names
   use asperity_text, only: integer_text, short
-  use asperity_umat_worker, only: end_worker, receive_row, send_row, start_worker, worker_type
+  use asperity_umat_walk, only: checked_path_type, difference, n_first, walk, walk_type
   implicit none
   private
-  public :: check_umat, add_increment
+  public :: check_umat
 
   !> Outcomes of a check.
   character(len=*), parameter, public :: passed = "passed", failed = "FAILED", stated = "stated", &
@@ -41,20 +39,14 @@ module asperity_umat_checks
     comparison_type("from two threads", two=.true., threads=.true.), &
     comparison_type("where arguments that hosts may not have are NULL")]
 
-  !> Step of a difference, relative to `length`; largest error of DDSDDE and, at a kink, of a one-sided difference,
-  !> relative to the stiffness; largest error of the energies, relative to the largest work, with each increment in
-  !> parts; what is a rounding error, and that of a result with another number of components.
-  real(wp), parameter :: difference(2) = 1.0e-5_wp*[1.0_wp, 0.01_wp], tangent_error = 1.0e-5_wp, kink = 1.0e-3_wp, &
-    energy_error = 0.01_wp, rounding = 1.0e-9_wp, component_error = 1.0e-12_wp
+  !> Largest error of DDSDDE and, at a kink, of a one-sided difference, relative to the stiffness; largest error of the
+  !> energies, relative to the largest work, with each increment in parts; what is a rounding error, and what is one of a
+  !> result with another number of components.
+  real(wp), parameter :: tangent_error = 1.0e-5_wp, kink = 1.0e-3_wp, energy_error = 0.01_wp, rounding = 1.0e-9_wp, &
+    component_error = 1.0e-12_wp
   integer, parameter :: energy_parts = 16
-  !> Updates of a thread, so that both work at the same time.
-  integer, parameter :: thread_updates = 20000
   !> Factors of the components of the path for the first point and for the second one.
   real(wp), parameter :: factors_of(3, 2) = reshape([1.0_wp, 1.0_wp, 1.0_wp, 0.6_wp, -0.6_wp, 0.3_wp], [3, 2])
-  !> An increment that is not divided.
-  real(wp), parameter :: whole(2) = [0.0_wp, 1.0_wp]
-  !> Traction and tangent before the state in a result; numbers of the differences at an increment.
-  integer, parameter :: n_first = 12, n_differences = 48
 
   !> A row of the table.
   type, public :: check_type
@@ -63,57 +55,7 @@ module asperity_umat_checks
     character(len=:), allocatable :: text    !! what was found
   end type check_type
 
-  !> The path that the checks go along.
-  type, public :: checked_path_type
-    type(foreign_law) :: law
-    real(wp), allocatable :: s(:, :)                      !! (3, 0:n) separation
-    real(wp), allocatable :: dt(:)                        !! (n) durations
-    integer, allocatable :: step(:), increment(:)         !! (n)
-    real(wp), allocatable :: start(:)                     !! state at the start
-  end type checked_path_type
-
-  !> A walk along it, of one point or of several.
-  type :: walk_type
-    type(checked_path_type) :: path
-    type(call_type) :: how = call_type()
-    logical :: tries = .false.               !! whether each increment is tried before
-    logical :: threads = .false.             !! whether the points are in threads
-    logical :: differences = .false.         !! whether the results are differences of the traction
-    integer :: parts = 1                     !! of an increment
-    real(wp), allocatable :: factors(:, :)   !! (3, points) of the components of the path
-    real(wp), allocatable :: known(:, :, :)  !! (:, 0:n, points) results to compare with; else they are returned
-    integer :: differs(2) = huge(1)          !! first increment with other results in two threads
-  end type walk_type
-
-  interface
-    !> Two pieces of work at once.
-    subroutine c_threads(work, data) bind(c, name="umat_threads")
-      import :: c_funptr, c_ptr
-      implicit none
-      type(c_funptr), value :: work
-      type(c_ptr), value :: data
-    end subroutine c_threads
-  end interface
-
 contains
-
-  !> Add an increment to a path, in equal parts.
-  pure subroutine add_increment(path, s, dt, step, increment, parts)
-    type(checked_path_type), intent(inout) :: path   !! the path, with its first separation
-    real(wp), intent(in) :: s(3)                     !! separation at the end
-    real(wp), intent(in) :: dt                       !! duration
-    integer, intent(in) :: step, increment           !! numbers of the case
-    integer, intent(in) :: parts                     !! from 1
-    real(wp) :: from(3)
-    integer :: i
-    from = path%s(:, size(path%dt) + 1)
-    do i = 1, parts
-      path%dt = [path%dt, dt/real(parts, wp)]
-      path%s = reshape([path%s, from + real(i, wp)/real(parts, wp)*(s - from)], [3, size(path%dt) + 1])
-      path%step = [path%step, step]
-      path%increment = [path%increment, increment]
-    end do
-  end subroutine add_increment
 
   !> Make the checks of a UMAT.
   subroutine check_umat(path, checks)
@@ -367,134 +309,5 @@ contains
     call judge(check, passed, text)
     if (wrong > 0 .or. kinks >= size(path%dt)*count(path%law%umat%position > 0)) check%outcome = failed
   end subroutine check_tangent
-
-  !> Walk along a path in a child.
-  subroutine walk(plan, found, failure)
-    type(walk_type), intent(in), target :: plan                 !! how
-    real(wp), allocatable, intent(out) :: found(:, :)           !! (:, 0:n) results, 1 where they are not known, or
-                                                                !! differences after each increment
-    character(len=:), allocatable, intent(out) :: failure       !! why the UMAT has failed, empty: it has not
-    type(worker_type) :: worker
-    integer :: i, n
-    n = n_first + plan%path%law%n_state
-    if (allocated(plan%known)) n = 1
-    if (plan%differences) n = n_differences
-    allocate (found(n, 0:size(plan%path%dt)), source=0.0_wp)
-    if (n > n_first .and. .not. plan%differences) found(n_first + 1:, 0) = plan%path%start
-    call start_worker(c_funloc(walk_there), c_loc(plan), plan%path%law%umat%limit)
-    i = 0
-    do while (receive_row(found(:, min(i + 1, size(plan%path%dt))), n) /= 0)
-      i = i + 1
-    end do
-    call end_worker(worker)
-    failure = worker%failure
-  end subroutine walk
-
-  !> The work of the child.
-  subroutine walk_there(data) bind(c, name="asperity_umat_walk_there")
-    type(c_ptr), value :: data   !! walk
-    type(walk_type), pointer :: plan
-    type(foreign_law) :: law
-    real(wp), allocatable :: points(:, :), tried(:)
-    integer :: i, k, p
-    call c_f_pointer(data, plan)
-    law = plan%path%law
-    call open_umat(law, plan%how)
-    points = spread([spread(0.0_wp, 1, n_first), plan%path%start], 2, size(plan%factors, 2))
-    if (plan%threads) call c_threads(c_funloc(walk_often), data)
-    do i = 1, size(plan%path%dt)
-      if (plan%threads) then
-        call send_row(merge([1.0_wp], [0.0_wp], any(i >= plan%differs)), 1)
-        cycle
-      else if (plan%differences) then
-        call send_row(differences_at(law, plan, i), n_differences)
-        cycle
-      end if
-      do p = 1, size(points, 2)
-        associate (point => points(:, p), factors => plan%factors(:, p))
-          if (plan%tries) tried = after(law, plan%path, i, factors, whole, point(n_first + 1:))
-          do k = 1, plan%parts
-            point = after(law, plan%path, i, factors, real([k - 1, k], wp)/real(plan%parts, wp), point(n_first + 1:))
-          end do
-        end associate
-      end do
-      if (allocated(plan%known)) then
-        call send_row(merge([1.0_wp], [0.0_wp], any(abs(points - plan%known(:, i + 1, :)) > 0.0_wp)), 1)
-      else
-        call send_row(points(:, 1), size(points, 1))
-      end if
-    end do
-  end subroutine walk_there
-
-  !> Traction, and whether STATEV changes, with each component at the end of an increment larger and smaller, by two
-  !> steps.
-  function differences_at(law, plan, i) result(found)
-    type(foreign_law), intent(inout) :: law   !! its attempts are counted
-    type(walk_type), intent(in) :: plan       !! the walk
-    integer, intent(in) :: i                  !! increment
-    real(wp) :: beside(4, 2, 2, 3), found(n_differences), move(3), there(n_first + law%n_state)
-    integer :: j, k, side, statev
-    statev = n_header + law%umat%ntens
-    beside = 0.0_wp
-    do j = 1, 3
-      if (law%umat%position(j) == 0) cycle
-      do k = 1, 2
-        do side = 1, 2
-          move = 0.0_wp
-          move(j) = merge(1.0_wp, -1.0_wp, side == 1)*difference(k)*law%length
-          associate (old => plan%known(n_first + 1:, i, 1))
-            there = after(law, plan%path, i, plan%factors(:, 1), whole, old, move)
-            beside(:3, side, k, j) = there(:3)
-            if (any(abs(there(n_first + statev + 1:) - old(statev + 1:)) > 0.0_wp)) beside(4, side, k, j) = 1.0_wp
-          end associate
-        end do
-      end do
-    end do
-    found = reshape(beside, shape(found))
-  end function differences_at
-
-  !> Results after a part of an increment.
-  function after(law, path, i, factors, part, old, move) result(found)
-    type(foreign_law), intent(inout) :: law               !! its attempts are counted
-    type(checked_path_type), intent(in) :: path           !! the path
-    integer, intent(in) :: i                              !! increment
-    real(wp), intent(in) :: factors(3)                    !! of the components of the path
-    real(wp), intent(in) :: part(2)                       !! start and end, 0 to 1
-    real(wp), intent(in) :: old(:)                        !! state at the start
-    real(wp), intent(in), optional :: move(3)             !! added to the separation at the end
-    real(wp) :: found(n_first + size(old))
-    real(wp) :: d(3, 3), s(3, 2), state(size(old))
-    integer :: k
-    do k = 1, 2
-      s(:, k) = factors*(path%s(:, i) + part(k)*(path%s(:, i + 1) - path%s(:, i)))
-      if (part(k) >= 1.0_wp) s(:, k) = factors*path%s(:, i + 1)
-    end do
-    if (present(move)) s(:, 2) = s(:, 2) + move
-    law%step = path%step(i)
-    law%increment = path%increment(i)
-    law%attempt = law%attempt + 1
-    call law%update(s(:, 1), s(:, 2), old, state, found(:3), d, (part(2) - part(1))*path%dt(i), 0.0_wp)
-    found(4:n_first) = reshape(d, [9])
-    found(n_first + 1:) = state
-  end function after
-
-  !> Go along the path of a thread many times, and compare.
-  subroutine walk_often(which, data) bind(c, name="asperity_umat_walk_often")
-    integer(c_int), value :: which   !! thread, 1 or 2
-    type(c_ptr), value :: data       !! walk
-    type(walk_type), pointer :: plan
-    type(foreign_law) :: law
-    real(wp), allocatable :: found(:)
-    integer :: i, k
-    call c_f_pointer(data, plan)
-    law = plan%path%law
-    do i = 1, 1 + thread_updates/size(plan%path%dt)
-      found = [spread(0.0_wp, 1, n_first), plan%path%start]
-      do k = 1, size(plan%path%dt)
-        found = after(law, plan%path, k, plan%factors(:, which), whole, found(n_first + 1:))
-        if (any(abs(found - plan%known(:, k + 1, which)) > 0.0_wp)) plan%differs(which) = min(plan%differs(which), k)
-      end do
-    end do
-  end subroutine walk_often
 
 end module asperity_umat_checks
