@@ -207,8 +207,8 @@ def test_rupture_energy_needs_rows_beyond_the_peak(turn: float) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"tests": []}, "no tests: expected at least one"),
-        ({"tests": "record.csv"}, "tests = 'record.csv': expected tests"),
+        ({"tests": []}, "tests = []: expected a list of tests"),
+        ({"tests": "record.csv"}, "tests = 'record.csv': expected a list of tests"),
         ({"free": "mu,theta"}, "free = 'mu,theta': expected a sequence of names"),
         ({"free": ()}, "free: none: expected names"),
         ({"fixed": SOME, "model_error": -0.1}, "model_error = -0.1: expected a fraction of the range, 0 to "),

@@ -326,7 +326,7 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     (WITH_K + seven(lambda i: f"{i},{i},0,{-i},-1"), {}, "column k_N: 7 values: expected one a test"),
     (WITH_K + seven(lambda i: f"{i},{i},0,-2,-1"), {}, "line 2, column k_N: -2: expected a stiffness >= 0"),
     (LINE, {"sigma_N": 2.0}, "sigma_N: 1 values for 0 tests without that column: expected"),
-    (LINE, {"k_N": -1.0}, "k_N = -1: expected a finite stiffness >= 0"),
+    (LINE, {"k_N": -1.0}, "k_N = -1: expected a finite stiffness > 0"),
     (LINE, {"k_T": 0.0}, "k_T = 0: expected a finite stiffness > 0"),
     (LINE, {"k_T": 2.0}, "line 5: k_T = 2 takes 0.4 off the slip 0.4: expected more than tau/slip = 2"),
     (LINE, {"k_N": 5.0, "sigma_N_path": True}, "k_N = 5: expected no stiffness beside a prescribed"),

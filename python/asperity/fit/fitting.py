@@ -82,9 +82,8 @@ def fit(
     >>> {name: round(one.value, 3) for name, one in found.estimates.items()}
     {'mu': 0.5, 'theta': 20.0}
     """
-    proper = not isinstance(tests, ShearTest | str) and all(isinstance(one, ShearTest) for one in tests)
-    refuse(not proper, f"tests = {contract.shown(tests)}: expected tests, as those of read_tests")
-    refuse(not tests, "no tests: expected at least one")
+    proper = isinstance(tests, Sequence) and tests and all(isinstance(one, ShearTest) for one in tests)
+    refuse(not proper, f"tests = {contract.shown(tests)}: expected a list of tests, as that of read_tests")
     refuse(isinstance(free, str), f"free = {free!r}: expected a sequence of names")
     whole = 1 <= contract.number("starts", starts) <= SAMPLES and starts == int(starts)
     refuse(not whole, f"starts = {starts!r}: expected 1 to {SAMPLES}, a whole number")

@@ -162,9 +162,9 @@ def read_tests(
     Raises ValueError with file, line, column and value of every inadmissible entry, OSError for a file that
     cannot be read.
     """
-    for name, value, least in (("k_N", k_N, ">= 0"), ("k_T", k_T, "> 0")):
-        good = value is None or (0.0 <= value < np.inf and (value or name == "k_N"))
-        refuse(not good, f"{name} = {value or 0.0:g}: expected a finite stiffness {least}")
+    for name, value in (("k_N", k_N), ("k_T", k_T)):
+        good = value is None or 0.0 < value < np.inf
+        refuse(not good, f"{name} = {value or 0.0:g}: expected a finite stiffness > 0")
     other = next((name for name in columns or {} if name not in KNOWN), "")
     refuse(other, f"columns: {other}: expected one of {', '.join(KNOWN)}")
     held = [] if sigma_N is None else np.atleast_1d(contract.array("sigma_N", sigma_N)).tolist()
@@ -299,10 +299,9 @@ def _columns(table: Table, renamed: Mapping[str, str], optional: bool) -> list[s
     names = [exact.get(name.lower(), name if standard(name) in taken else standard(name)) for name in headers]
     required = ENVELOPE if {"peak", "residual"} & {*names} and "tau" not in names else REQUIRED
     missing = [name for name in required if name not in names and not (optional and name == "sigma_N")]
-    needed = f"needed: {', '.join(required)}; as measured: {', '.join(OPTIONAL)}; forces over the area"
     other = f"--columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column with another name"
-    more = "--sigma-N VALUE for files without sigma_N"
-    refuse(missing, f"{there} {', '.join(missing)}, too ({needed}; {other}; {more})")
+    more = "--sigma-N VALUE for files without sigma_N; stresses, not forces"
+    refuse(missing, f"{there} {', '.join(missing)}, too ({other}; {more})")
     twice = next((name for name in KNOWN if names.count(name) > 1), "")
     text = f"column {twice} is there twice: expected one, or --columns {twice}=HEADER"
     refuse(twice, f"{table.path}: line {table.line}: {text}")
