@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import ctypes
 import json
 import re
@@ -172,3 +173,9 @@ def test_fpm_has_the_sources_of_the_law() -> None:
 
     for module in uses:
         assert hidden(law / f"{module}.f90") <= named(module), module
+
+
+def test_equivalent_mutants_are_of_this_source() -> None:
+    """Every line of the list of mutants that no test can notice stands in its file."""
+    rows = [*csv.DictReader(text_of("tests/equivalent_mutants.csv").splitlines())]
+    assert rows and not [row for row in rows if row["before"] not in text_of(row["file"])]
