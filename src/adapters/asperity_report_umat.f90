@@ -11,6 +11,7 @@ contains
   subroutine report_umat(message)
     character(len=*), intent(in) :: message   !! lines that name the values and what was expected
     write (error_unit, "(2a)") "asperity umat: ", message
+    flush (error_unit)  ! the host may end at once
   end subroutine report_umat
 
 end module asperity_report_umat

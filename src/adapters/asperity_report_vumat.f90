@@ -12,6 +12,7 @@ contains
     character(len=*), intent(in) :: routine   !! name of the user routine
     character(len=*), intent(in) :: message   !! lines that name the values and what was expected
     write (error_unit, "(4a)") "asperity ", routine, ": ", message
+    flush (error_unit)  ! the host may end at once
   end subroutine report_vumat
 
 end module asperity_report_vumat

@@ -282,7 +282,6 @@ def errors() -> Iterator[Callable[[], str]]:
         fcntl.fcntl(own, fcntl.F_SETFL, fcntl.fcntl(own, fcntl.F_GETFL) | os.O_APPEND)
 
         def read() -> str:
-            LIBRARY._gfortran_flush_i4(None)
             size = os.fstat(own).st_size
             text = os.pread(own, size, 0).decode() if size else ""
             if size:
