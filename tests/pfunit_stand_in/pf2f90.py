@@ -19,9 +19,9 @@ RESERVED = ("t", "suite", "test")
 ASSERTIONS = {
     name.lower(): (name, operands, {"message", *options})
     for names, operands, options in (
-        ("True False IsNaN IsFinite", 1, ()),
+        ("True False IsFinite", 1, ()),
         ("LessThan LessThanOrEqual GreaterThan GreaterThanOrEqual", 2, ()),
-        ("Equal RelativelyEqual", 2, ("tolerance",)),
+        ("Equal", 2, ("tolerance",)),
     )
     for name in names.split()
 }
@@ -95,8 +95,6 @@ def assertion(name: str, text: str, file: str, line: int) -> list[str]:
         options[option] = value
     if len(operands) != count:
         raise PfError(f"@assert{op} takes {count} operand(s), then options by name")
-    if op == "RelativelyEqual" and "tolerance" not in options:
-        raise PfError("@assertRelativelyEqual needs tolerance=")
     if op in {"True", "False"}:
         operands = [f"merge(1, 0, {operands[0]})"]
     lines = [f"call pf_assert('{op}', '{file}', {line}, actual=&", f"&pf_value({operands[-1]})&"]
