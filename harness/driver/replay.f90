@@ -12,7 +12,6 @@
 !> with # are skipped.
 module replay
   use asperity_case, only: case_type
-  use asperity_case_text, only: blanks, line_end, load_file, lower, most_lines, newline, printable, to_real
   use asperity_checks, only: bounded
   use asperity_contract, only: v_friction, v_rupture, v_stored
   use asperity_control_point, only: work_between
@@ -23,6 +22,7 @@ module replay
   use asperity_load_path, only: name_events, row_type
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_text, only: integer_text, set_text, to_text
+  use asperity_text_file, only: blanks, line_end, load_file, lower, newline, printable, to_real
   use history, only: add_row, history_type
   use host_routines, only: umat
   use progress_line, only: progress_type, show_progress
@@ -38,6 +38,8 @@ module replay
 
   !> Longest field of the file that is distinguished; no number is longer.
   integer, parameter :: longest = 80
+  !> Largest number of messages about one kind of error; the number of further ones is reported.
+  integer, parameter :: most_lines = 20
 
   !> Calls of an increment: their fractions of the strain increment.
   real(wp), parameter :: fractions(4) = [0.0_wp, 1.5_wp, 1.0_wp, 1.0_wp]

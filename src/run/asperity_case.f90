@@ -4,9 +4,10 @@ module asperity_case
   use asperity_case_entries, only: case_io, close_group, integer_entry, logical_entry, open_group, real_entry, &
     reals_entry, require, string_entry, written_text
   use asperity_case_groups, only: carry_initial, check_state, expect_group, expect_type, initial_group, initial_type, &
-    state_group, state_type, sweep_group, umat_group, umat_type
+    state_group, state_type, sweep_group
   use asperity_case_material, only: prop_entries, props_groups
-  use asperity_case_text, only: beside, group_index, lower, name_index, of_file, of_group, read_text, text_type
+  use asperity_case_text, only: group_index, name_index, of_file, of_group, read_text, text_type
+  use asperity_case_umat, only: umat_group, umat_type
   use asperity_checks, only: review_props
   use asperity_contract, only: n_fixed_props, status_ok
   use asperity_errors, only: errors_type, fail, fail_lines, sort_lines
@@ -16,6 +17,7 @@ module asperity_case
   use asperity_rie_law, only: new_rie_law
   use asperity_steps, only: check_steps, complete_steps, e_follow, step_table, step_type
   use asperity_text, only: integer_text, set_text
+  use asperity_text_file, only: beside, lower
   implicit none
   private
   public :: read_cases, write_case

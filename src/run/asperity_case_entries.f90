@@ -2,11 +2,11 @@
 !> it: the list of the entries of a group is therefore the same for both, and for the message about an unknown name. An
 !> error has file, line, group, name and value of a bad entry.
 module asperity_case_entries
-  use asperity_case_text, only: group_index, lower, newline, of_entry, of_group, printable, text_type, to_real, &
-    token_text, value_text
+  use asperity_case_text, only: group_index, of_entry, of_group, text_type, token_text, value_text
   use asperity_errors, only: error_type, errors_type, fail
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text, set_text, to_text
+  use asperity_text_file, only: lower, newline, printable, to_real
   implicit none
   private
   public :: open_group, close_group, real_entry, reals_entry, integer_entry, logical_entry, string_entry, switch_entry

@@ -4,7 +4,7 @@
 !> name, STRESS (NTENS) and the STATEV of the UMAT.
 module asperity_foreign_umat
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funloc, c_int, c_loc, c_null_char, c_ptr
-  use asperity_case_groups, only: umat_type
+  use asperity_case_umat, only: umat_type
   use asperity_contract, only: v_damage, v_friction, v_rupture, v_stored
   use asperity_kinds, only: wp
   use asperity_point_law, only: point_law

@@ -1,0 +1,152 @@
+!> Text files: their bytes, lines, words and numbers.
+module asperity_text_file
+  use asperity_errors, only: error_type, errors_type, fail
+  use asperity_kinds, only: wp
+  use asperity_text, only: integer_text
+  implicit none
+  private
+  public :: beside, check_bytes, line_end, load_file, lower, printable, to_real
+
+  character(len=*), parameter, public :: newline = achar(10)
+  character(len=*), parameter, public :: blanks = " " // achar(9) // newline // achar(13)
+  !> Largest file that is read, bytes.
+  integer, parameter :: largest_file = 100000000
+
+contains
+
+  !> Read the bytes of a text file.
+  subroutine load_file(path, source, errors)
+    character(len=*), intent(in) :: path                      !! file
+    character(len=:), allocatable, intent(inout) :: source    !! its bytes
+    type(errors_type), intent(inout) :: errors                !! errors are added
+    character(len=200) :: reason
+    type(error_type) :: place
+    integer :: unit, status, bytes
+
+    place%file = path
+    open (newunit=unit, file=path, access="stream", form="unformatted", action="read", status="old", &
+      iostat=status, iomsg=reason)
+    if (status /= 0) then
+      call fail(errors, place, "cannot be opened: " // trim(reason))
+      return
+    end if
+    inquire (unit=unit, size=bytes)
+    if (bytes < 1 .or. bytes > largest_file) then
+      call fail(errors, place, integer_text(bytes) // " bytes: expected a case file of 1 to " // &
+        integer_text(largest_file) // " bytes")
+      close (unit)
+      return
+    end if
+    deallocate (source)
+    allocate (character(len=bytes) :: source)
+    read (unit, iostat=status, iomsg=reason) source
+    close (unit)
+    if (status /= 0) then
+      call fail(errors, place, "cannot be read: " // trim(reason))
+      return
+    end if
+    call check_bytes(path, source, errors)
+    if (bytes >= 3) then
+      if (source(1:3) == char(239) // char(187) // char(191)) source(1:3) = ""   ! byte-order mark of an editor
+    end if
+  end subroutine load_file
+
+  !> Add an error for the first byte that a text file does not have.
+  pure subroutine check_bytes(path, source, errors)
+    character(len=*), intent(in) :: path                      !! file
+    character(len=*), intent(in) :: source                    !! its bytes
+    type(errors_type), intent(inout) :: errors                !! errors are added
+    type(error_type) :: place
+    integer :: i, line
+    place%file = path
+    line = 1
+    do i = 1, len(source)
+      if (source(i:i) == newline) line = line + 1
+      if ((iachar(source(i:i)) < 32 .and. scan(source(i:i), blanks) == 0) .or. iachar(source(i:i)) == 127) then
+        place%line = line
+        call fail(errors, place, "byte " // integer_text(iachar(source(i:i))) // ": expected a text file")
+        return
+      end if
+    end do
+  end subroutine check_bytes
+
+  !> Last position of the line that contains position i.
+  pure function line_end(source, i) result(last)
+    character(len=*), intent(in) :: source   !! text
+    integer, intent(in) :: i                 !! position
+    integer :: last
+    last = index(source(i:), newline)
+    last = merge(i + last - 2, len(source), last > 0)
+  end function line_end
+
+  !> Start of a text, with a question mark for each character that is not ASCII.
+  pure function printable(piece) result(clean)
+    character(len=*), intent(in) :: piece   !! text
+    character(len=:), allocatable :: clean
+    integer, parameter :: most = 60
+    integer :: i
+    clean = piece(:min(len(piece), most))
+    do i = 1, len(clean)
+      if (iachar(clean(i:i)) < 32 .or. iachar(clean(i:i)) > 126) clean(i:i) = "?"
+    end do
+    clean = trim(clean)
+    if (len(piece) > most) clean = clean // "..."
+  end function printable
+
+  !> A text in lower case.
+  pure function lower(name) result(low)
+    character(len=*), intent(in) :: name   !! any case
+    character(len=len(name)) :: low
+    integer :: i
+    low = name
+    do i = 1, len(name)
+      if (name(i:i) >= "A" .and. name(i:i) <= "Z") low(i:i) = achar(iachar(name(i:i)) + 32)
+    end do
+  end function lower
+
+  !> Read a finite decimal number, with or without exponent; every other text is rejected.
+  pure subroutine to_real(word, value, good)
+    character(len=*), intent(in) :: word   !! without blanks
+    real(wp), intent(out) :: value         !! 0 if it is no number
+    logical, intent(out) :: good           !! whether it is one
+    integer, parameter :: longest = 60, largest_exponent = 300
+    character(len=longest + 8) :: number
+    integer :: e, exponent, status
+
+    value = 0.0_wp
+    exponent = 0
+    e = scan(word // "e", "eEdD")
+    good = len(word) <= longest .and. is_number(word(:e - 1), 1)
+    if (good .and. e <= len(word)) then
+      good = len(word) - e <= 5 .and. is_number(word(e + 1:), 0)
+      if (good) read (word(e + 1:), "(i8)") exponent
+    end if
+    ! rejected before it is read, as an overflow would raise a floating-point exception
+    good = good .and. exponent + e - 1 <= largest_exponent
+    if (.not. good) return
+    number = word(:e - 1) // "e" // integer_text(exponent)
+    read (number, "(f68.0)", iostat=status) value
+    good = status == 0
+  end subroutine to_real
+
+  !> Whether a word is an optional sign, digits, and up to a number of decimal points.
+  pure function is_number(word, points) result(yes)
+    character(len=*), intent(in) :: word   !! text
+    integer, intent(in) :: points          !! 0 or 1
+    logical :: yes
+    integer :: first, i
+    first = 1 + min(1, scan(word(:min(1, len(word))), "+-"))
+    yes = verify(word(first:), "0123456789.") == 0 .and. scan(word, "0123456789") > 0 .and. &
+      count([(word(i:i) == ".", i=1, len(word))]) <= points
+  end function is_number
+
+  !> Name of a file that lies beside another one unless its path is whole.
+  pure function beside(path, name) result(whole)
+    character(len=*), intent(in) :: path   !! of the other file
+    character(len=*), intent(in) :: name   !! of the file
+    character(len=:), allocatable :: whole
+    whole = name
+    if (index(name, "/") /= 1) whole = path(:index(path, "/", back=.true.)) // name
+  end function beside
+
+end module asperity_text_file
