@@ -7,22 +7,22 @@ module asperity_pattern
   public :: pattern_type, regular_pattern, listed_pattern, plane_normal, direction_vector
 
   !> Multiple of the vectors of every instruction set, doubles.
-  integer, parameter :: lane_width = 4
-  !> Length of the arrays over the planes: a whole number of vectors. Spare lanes hold planes with weight zero.
-  integer, parameter, public :: max_lanes = ((max_planes + lane_width - 1)/lane_width)*lane_width
+  integer, parameter :: vector_width = 4
+  !> Length of the arrays over the planes: a whole number of vectors. Spare places hold planes with weight zero.
+  integer, parameter, public :: padded_planes = ((max_planes + vector_width - 1)/vector_width)*vector_width
 
   !> Frames and weights of the planes: with the up-slope direction (e_x, e_y) in the average surface,
   !> n = (cos, -sin e_x, -sin e_y), t = (sin, cos e_x, cos e_y), h = (0, h_x, h_y), components (N, Tx, Ty).
   type :: pattern_type
     integer :: n                          !! number of planes Np
-    real(wp) :: cos_theta(max_lanes)      !! n_N
-    real(wp) :: sin_theta(max_lanes)      !! t_N
-    real(wp) :: e_x(max_lanes)            !! up-slope direction
-    real(wp) :: e_y(max_lanes)            !! up-slope direction
-    real(wp) :: h_x(max_lanes)            !! h
-    real(wp) :: h_y(max_lanes)            !! h
-    real(wp) :: gamma(max_lanes)          !! weights, sum 1, zero in the spare lanes
-    real(wp) :: slope(max_lanes)          !! tan(theta), at most `vertical`
+    real(wp) :: cos_theta(padded_planes)      !! n_N
+    real(wp) :: sin_theta(padded_planes)      !! t_N
+    real(wp) :: e_x(padded_planes)            !! up-slope direction
+    real(wp) :: e_y(padded_planes)            !! up-slope direction
+    real(wp) :: h_x(padded_planes)            !! h
+    real(wp) :: h_y(padded_planes)            !! h
+    real(wp) :: gamma(padded_planes)          !! weights, sum 1, zero in the spare places
+    real(wp) :: slope(padded_planes)          !! tan(theta), at most `vertical`
     real(wp) :: steepest                  !! largest slope
   end type pattern_type
 
@@ -41,24 +41,24 @@ contains
     real(wp), intent(in) :: turn                  !! rotation about N, degrees
     type(pattern_type), intent(out) :: pattern    !! frames and weights
     ! Tables of cos and sin of the azimuths 2 pi j/i of i inclined planes, for i = 2..64 one after the other. Each set
-    ! begins with the direction (1, 0) of the flat plane; spare lanes follow the last set. The compiler computes the
+    ! begins with the direction (1, 0) of the flat plane; spare places follow the last set. The compiler computes the
     ! tables, so that a call evaluates no sine per plane. Angles are reduced to a quarter of the circle in units of
     ! 2 pi/(4 i), so that mirrored planes are mirror images to the last bit and planes along the axes are exact.
     integer :: i, j
     integer, parameter :: n_azimuths = (max_inclined + 1)*(max_inclined + 2)/2 - 3
-    real(wp), parameter :: azimuth_cos(n_azimuths + lane_width) = [((sin(pi*real(i - 4*min(max(j, 0), &
-      i - max(j, 0)), wp)/real(2*i, wp)), j=-1, i - 1), i=min_inclined, max_inclined), (1.0_wp, j=1, lane_width)]
-    real(wp), parameter :: azimuth_sin(n_azimuths + lane_width) = [((sin(pi*real(merge(min(4*max(j, 0), &
+    real(wp), parameter :: azimuth_cos(n_azimuths + vector_width) = [((sin(pi*real(i - 4*min(max(j, 0), &
+      i - max(j, 0)), wp)/real(2*i, wp)), j=-1, i - 1), i=min_inclined, max_inclined), (1.0_wp, j=1, vector_width)]
+    real(wp), parameter :: azimuth_sin(n_azimuths + vector_width) = [((sin(pi*real(merge(min(4*max(j, 0), &
       2*i - 4*max(j, 0)), -min(4*max(j, 0) - 2*i, 4*i - 4*max(j, 0)), 4*j <= 2*i), wp)/real(2*i, wp)), &
-      j=-1, i - 1), i=min_inclined, max_inclined), (0.0_wp, j=1, lane_width)]
+      j=-1, i - 1), i=min_inclined, max_inclined), (0.0_wp, j=1, vector_width)]
     real(wp) :: c, s, rotation(2), slope, weight
-    integer :: first, k, lanes, start
+    integer :: first, k, padded, start
 
     c = cos(theta*degree)
     s = sin(theta*degree)
     first = merge(1, 0, m == 0 .or. flat > 0.0_wp)
     pattern%n = first + merge(0, m, flat >= 1.0_wp)
-    lanes = ((pattern%n + lane_width - 1)/lane_width)*lane_width
+    padded = ((pattern%n + vector_width - 1)/vector_width)*vector_width
     slope = merge(min(s/c, vertical), 0.0_wp, pattern%n > first)
     pattern%steepest = slope
     weight = (1.0_wp - flat)/real(max(m, 1), wp)
@@ -68,7 +68,7 @@ contains
     if (m == 0) start = 0
     ! one vector loop without conditions; the planes that are not inclined take their values after it
     !$omp simd
-    do k = 1, lanes
+    do k = 1, padded
       pattern%cos_theta(k) = c
       pattern%sin_theta(k) = s
       pattern%slope(k) = slope
@@ -78,13 +78,13 @@ contains
       pattern%h_y(k) = azimuth_sin(start + k)*rotation(2) - azimuth_cos(start + k)*rotation(1)
       pattern%gamma(k) = weight
     end do
-    pattern%gamma(pattern%n + 1:pattern%n + lane_width - 1) = 0.0_wp
+    pattern%gamma(pattern%n + 1:pattern%n + vector_width - 1) = 0.0_wp
     if (first == 1) then
       call set_flat(pattern, 1)
       pattern%gamma(1) = merge(flat, 1.0_wp, m > 0)
     end if
     if (slope > 0.0_wp) return
-    do k = 1, lanes
+    do k = 1, padded
       call set_flat(pattern, k)
     end do
   end subroutine regular_pattern
@@ -117,7 +117,7 @@ contains
       end if
     end do
     pattern%steepest = maxval(pattern%slope(:n_listed))
-    do k = n_listed + 1, ((n_listed + lane_width - 1)/lane_width)*lane_width
+    do k = n_listed + 1, ((n_listed + vector_width - 1)/vector_width)*vector_width
       call set_flat(pattern, k)
       pattern%gamma(k) = 0.0_wp
     end do

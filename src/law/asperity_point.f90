@@ -12,7 +12,7 @@ contains
   !> Traction, state and consistent tangent of a point at separation s, from the state it had at separation s_old.
   !>
   !> This procedure does not test its input; `update_points` of asperity_points does.
-  pure subroutine update_point(joint, s_old, s, state_old, state, traction, tangent, dt, share)
+  pure subroutine update_point(joint, s_old, s, state_old, state, traction, tangent, dt, wearing)
     type(interface_type), intent(in) :: joint          !! material and pattern
     real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start of the increment, length
     real(wp), intent(in) :: s(3)                       !! separation at its end, length
@@ -21,9 +21,9 @@ contains
     real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
     real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
     real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
-    real(wp), intent(in), optional :: share            !! share of the wear of the increment, 0 to 1; absent: 1
+    real(wp), intent(in), optional :: wearing          !! part of the wear that is done, 0 to 1; absent: 1
     state = state_old
-    call update_point_in_place(joint, s_old, s, state, traction, tangent, dt, share)
+    call update_point_in_place(joint, s_old, s, state, traction, tangent, dt, wearing)
   end subroutine update_point
 
 end module asperity_point

@@ -52,7 +52,7 @@ module asperity_point_law
 
     !> Traction, state and consistent tangent at separation s, from the state at separation s_old. The input is not
     !> tested.
-    pure subroutine update_procedure(law, s_old, s, state_old, state, traction, tangent, dt, share)
+    pure subroutine update_procedure(law, s_old, s, state_old, state, traction, tangent, dt, wearing)
       import :: point_law, wp
       implicit none
       class(point_law), intent(in) :: law                !! the law
@@ -63,7 +63,7 @@ module asperity_point_law
       real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
       real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
       real(wp), intent(in) :: dt                         !! duration, >= 0, time
-      real(wp), intent(in) :: share                      !! share of the wear of the increment, 0 to 1
+      real(wp), intent(in) :: wearing                    !! part of the wear of the increment that is done, 0 to 1
     end subroutine update_procedure
 
     !> Energies of a state: stored, and dissipated so far, stress*length.

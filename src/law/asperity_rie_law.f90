@@ -78,7 +78,7 @@ contains
   end function whole_separation
 
   !> Traction, state and consistent tangent at separation s, from the state at separation s_old.
-  pure subroutine update(law, s_old, s, state_old, state, traction, tangent, dt, share)
+  pure subroutine update(law, s_old, s, state_old, state, traction, tangent, dt, wearing)
     class(rie_law), intent(in) :: law                  !! the law
     real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start, length
     real(wp), intent(in) :: s(3)                       !! separation at the end, length
@@ -87,8 +87,8 @@ contains
     real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
     real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
     real(wp), intent(in) :: dt                         !! duration, >= 0, time
-    real(wp), intent(in) :: share                      !! share of the wear of the increment, 0 to 1
-    call update_point(law%joint, s_old, s, state_old, state, traction, tangent, dt, share)
+    real(wp), intent(in) :: wearing                    !! part of the wear of the increment that is done, 0 to 1
+    call update_point(law%joint, s_old, s, state_old, state, traction, tangent, dt, wearing)
   end subroutine update
 
   !> Energies of a state: stored, and dissipated by rupture, friction and wear, stress*length.

@@ -2,7 +2,7 @@
 module asperity_width
   implicit none
   private
-  !> Number of doubles in a vector of SSE2 or NEON, and of AVX2; longer ones would leave more lanes of usual patterns
+  !> Number of doubles in a vector of SSE2 or NEON, and of AVX2; longer ones would leave more places of usual patterns
   !> empty.
-  integer, parameter, public :: lane_width = 2, lane_width_v3 = 4
+  integer, parameter, public :: vector_width = 2, vector_width_v3 = 4
 end module asperity_width

@@ -188,7 +188,7 @@ contains
 
   !> Traction, state and tangent at separation s. Where the routine gives none, those of an elastic joint, which are not
   !> used: `ask` tells of it.
-  pure subroutine update(law, s_old, s, state_old, state, traction, tangent, dt, share)
+  pure subroutine update(law, s_old, s, state_old, state, traction, tangent, dt, wearing)
     class(foreign_law), intent(in) :: law              !! the law
     real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start, length
     real(wp), intent(in) :: s(3)                       !! separation at the end, length
@@ -197,7 +197,7 @@ contains
     real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
     real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
     real(wp), intent(in) :: dt                         !! duration, >= 0, time
-    real(wp), intent(in) :: share                      !! not used
+    real(wp), intent(in) :: wearing                    !! not used
     integer, parameter :: ledger(3) = [v_stored, v_friction, v_rupture]
     real(wp) :: before(3), ddsdde(law%umat%ntens, law%umat%ntens), energies(3), time(2)
     real(wp), dimension(law%umat%ntens) :: dstran, stran, stress
