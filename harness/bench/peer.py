@@ -1,6 +1,6 @@
 """Time per point of Interface.update for one plane beside NEML2's bilinear traction law, on the same points.
 
-Needs `pip install neml2` beside asperity. NEML2's law is the mixed-mode one of Camanho and Davila from the
+Needs `pip install neml2 torch==2.10` beside asperity; NEML2 3.1 compiles with no later torch. NEML2's law is the mixed-mode one of Camanho and Davila from the
 separation on, one plane with damage, without friction and energies. It is timed without its tangent, as it is
 and compiled. Interface.update gives traction, state with energies, and tangent. One thread each.
 """
@@ -86,7 +86,7 @@ def main() -> None:
     try:
         import torch
     except ModuleNotFoundError:
-        sys.exit("peer.py: NEML2 is not installed: expected `pip install neml2` beside asperity")
+        sys.exit("peer.py: NEML2 is not installed: expected `pip install neml2 torch==2.10` beside asperity")
     material = Material(3.0, 0.3, 0.9, 0.5)
     joint = Interface(material, Pattern.regular(0, 0.0))
     n = options.points
