@@ -1,9 +1,9 @@
 """Time per point of Interface.update for one plane beside NEML2's bilinear traction law, on the same points.
 
 Needs `pip install neml2 torch==2.10` beside asperity: with torch 2.15 NEML2 3.1 does not load what it has
-compiled.  NEML2's law is the mixed-mode one of Camanho and Davila from the separation on, one plane with damage,
-without friction and energies. It is timed without its tangent, as it is and compiled. Interface.update gives
-traction, state with energies, and tangent. One thread each.
+compiled.  NEML2's law is the mixed-mode one of Camanho and Davila from the separation on, one plane with
+damage, without friction and energies. It is timed without its tangent, as it is and compiled.
+Interface.update gives traction, state with energies, and tangent. One thread each.
 """
 
 from __future__ import annotations
