@@ -10,8 +10,8 @@ from . import contract
 from .cards import mtest
 from .cards.blocks import HOSTS
 from .case_files import read_run
+from .model_checks import shown_warnings
 from .options import add_options, add_output, check_outputs, replace_file
-from .remarks import shown_warnings
 
 HEAD = 5
 """Lines of a case in which its comments are."""
@@ -40,7 +40,7 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
         ("--density RHO", "mass over area and thickness h", float),
     )
     add_options(
-        card.add_argument_group("checks", "given values are checked; remarks go into the block"),
+        card.add_argument_group("checks", "given values are checked; the findings go into the block"),
         ("--sigma-N SIGMA_N", "largest compression, < 0; checks the contact stiffness", float),
         ("--modulus E", "Young's modulus of the solid beside the joint", float),
         ("--size L", "length of the elements of this solid; checks snap-back and mesh", float),

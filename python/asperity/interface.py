@@ -16,8 +16,8 @@ from .errors import EquilibriumLost, InputError, slip_words
 from .history import History, Update
 from .load_path import no_rows, rows_of
 from .material import Material, ModelWarning
+from .model_checks import check_model, warn_of_physics
 from .pattern import Pattern
-from .remarks import remarks, warn_of_physics
 from .steps import Point, Step, slip_path
 
 
@@ -433,13 +433,13 @@ class Interface:
 
         explicit: for Abaqus/Explicit, which needs a density (mass per area and thickness h).  stress: largest
         compression, sigma_N < 0; modulus and size: E of the solid beside the interface and length of its
-        elements; direction: of the slip, degrees from Tx towards Ty.  They are checked: remarks go into the
-        block after the notes, and problems also give a ModelWarning.
+        elements; direction: of the slip, degrees from Tx towards Ty.  They are checked: the findings go into
+        the block after the notes, and problems also give a ModelWarning.
         Raises ValueError for an unknown host, a value out of range, or what the host cannot take.
         """
-        found = remarks(self.material, self.pattern, stress, modulus, size, direction)
+        found = check_model(self.material, self.pattern, stress, modulus, size, direction)
         texts = [*notes]
-        texts += [remark.text if remark.good else f"WARNING: {remark.text}" for remark in found]
+        texts += [one.text if one.good else f"WARNING: {one.text}" for one in found]
         block = cards.Block(
             name,
             self.props(h, map, dalpha, r),
@@ -450,9 +450,9 @@ class Interface:
             density,
         )
         text = cards.card(host, block)
-        for remark in found:
-            if not remark.good:
-                warnings.warn(remark.text, ModelWarning, stacklevel=2)
+        for one in found:
+            if not one.good:
+                warnings.warn(one.text, ModelWarning, stacklevel=2)
         return text
 
     def _is_missing(self, name: str, value: object) -> bool:

@@ -12,9 +12,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, ModelWarning, Pattern, contract, remarks
+from asperity import Interface, Material, ModelWarning, Pattern, contract
 from asperity.case_files import read_run
 from asperity.installed import all_cases, kratos_adapter
+from asperity.model_checks import check_model
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 RT = Interface(TABLE_2, Pattern.regular(2, 30.0))
@@ -110,8 +111,8 @@ def test_kratos_dimensions(dimension: int, law: str, element: str) -> None:
     }  # fmt: skip
     assert expected.items() <= material["Variables"].items()
     assert tuple(block["state_variables"].values()) == contract.statev_names(RT.n_planes)
-    assert block["remarks"][-2].startswith("UDSM_NAME is the commit adapter")
-    assert "Kratos passes no initial stress to a UMAT" in block["remarks"][-1]
+    assert block["notes"][-2].startswith("UDSM_NAME is the commit adapter")
+    assert "Kratos passes no initial stress to a UMAT" in block["notes"][-1]
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -198,13 +199,13 @@ def test_mtest_input(said: Callable) -> None:
 
 def test_locking_and_contact() -> None:
     """The card warns of locking of the steepest listed plane, and of a soft contact under the pressure."""
-    assert not remarks.remarks(TABLE_2, RT.pattern)
-    [locking] = remarks.remarks(TABLE_2, Pattern.planes([[1, 0, 0], [1, 0, -3]], [0.9, 0.1]))
+    assert not check_model(TABLE_2, RT.pattern)
+    [locking] = check_model(TABLE_2, Pattern.planes([[1, 0, 0], [1, 0, -3]], [0.9, 0.1]))
     assert not locking.good and "mu tan(theta) = 1.5 of the steepest plane" in locking.text
-    assert remarks.remarks(TABLE_2, FLAT, stress=-10.0) == []
-    [soft] = remarks.remarks(TABLE_2, RT.pattern, stress=-10.0)
+    assert check_model(TABLE_2, FLAT, stress=-10.0) == []
+    [soft] = check_model(TABLE_2, RT.pattern, stress=-10.0)
     assert not soft.good and "closes by 1 s_f" in soft.text
-    assert not remarks.remarks(replace(TABLE_2, kc=20.0), RT.pattern, stress=-10.0)
+    assert not check_model(replace(TABLE_2, kc=20.0), RT.pattern, stress=-10.0)
 
 
 @pytest.mark.parametrize(
@@ -223,12 +224,12 @@ def test_locking_and_contact() -> None:
 def test_planes_across_the_slip(
     sides: int, turn: float, direction: float, planes: str, better: float
 ) -> None:
-    """The remark names the planes that face across the slip, and a turn for which there are none."""
-    [found] = remarks.remarks(TABLE_2, Pattern.regular(sides, 10.0, turn=turn), direction=direction)
+    """The check names the planes that face across the slip, and a turn for which there are none."""
+    [found] = check_model(TABLE_2, Pattern.regular(sides, 10.0, turn=turn), direction=direction)
     assert found.good is not bool(planes)
     if planes:
         assert found.text.endswith(f": {planes}; expected another turn, best {better:g} degrees")
-        [clear] = remarks.remarks(TABLE_2, Pattern.regular(sides, 10.0, turn=better), direction=direction)
+        [clear] = check_model(TABLE_2, Pattern.regular(sides, 10.0, turn=better), direction=direction)
         assert clear.good
 
 
@@ -243,7 +244,7 @@ def test_snap_back(eta: float) -> None:
     limit = 2 * eta * modulus * 0.3 / 9.0
     for share in (0.999, 1.001):
         size = share * limit
-        found = remarks.remarks(material, RT.pattern, modulus=modulus, size=size)
+        found = check_model(material, RT.pattern, modulus=modulus, size=size)
         turns_back = bool(np.any(np.diff(opening + traction * size / modulus) < 0))
         assert found[0].good is not turns_back and turns_back is (share > 1)
         assert f"{limit:.4g} in mode I" in found[0].text
@@ -252,7 +253,7 @@ def test_snap_back(eta: float) -> None:
 def test_cohesive_zone_and_compliance() -> None:
     """The number of elements in the cohesive zone and the elastic opening follow from E, Gc, sigma0 and K."""
     for size, good in ((333.0, True), (334.0, False)):
-        found = remarks.remarks(TABLE_2, RT.pattern, modulus=30000.0, size=size)
+        found = check_model(TABLE_2, RT.pattern, modulus=30000.0, size=size)
         assert found[1].good is good and f"= 1000, {1000 / size:.3g} elements" in found[1].text
         assert f" {30000 / (TABLE_2.K * size):.3g} times" in found[2].text
 

@@ -67,13 +67,13 @@ def test_texts_give_what_the_page_shows(choice: Choice, tmp_path: Path) -> None:
     np.testing.assert_array_equal([float(text) for text in numbers.split(",")], props)
 
 
-def test_lost_equilibrium_and_remarks() -> None:
+def test_lost_equilibrium_and_warnings() -> None:
     """Rows up to the end of equilibrium are shown, and what the library warns of."""
     found = answer(Choice(VALUES | {"sides": 0.0, "sigma_N": 2.0}, "one way"))
     assert found.lost.startswith("row ") and 0 < len(found.history) < len(found.choice.slips)
     assert len(answer(Choice(VALUES | {"sigma_N": 3.5}, "one way")).history) == 0
-    [remark] = answer(Choice(VALUES | {"mu": 1.0, "theta": 60.0}, "one way")).remarks
-    assert "locks" in remark or "lock" in remark
+    [warning] = answer(Choice(VALUES | {"mu": 1.0, "theta": 60.0}, "one way")).warnings
+    assert "locks" in warning or "lock" in warning
 
 
 @pytest.mark.parametrize("sides", [0, 2, 3, 4, 7, 16])

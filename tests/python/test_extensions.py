@@ -14,7 +14,7 @@ from asperity.fit.fitting import fit
 from asperity.fit.records import ShearTest
 from asperity.fit.report import case_of, report
 from asperity.installed import driver
-from asperity.remarks import doubts
+from asperity.model_checks import model_warnings
 
 from harness.studies import extensions
 from harness.studies.extensions import LOCKING, PRESSURE, SLOPE, STEEP_RT, TABLE_2, path
@@ -111,15 +111,15 @@ def test_shared_pressure_wears_in_jumps(sides: int, direction: float, W0: float,
     """Two facets that a slip climbs at once wear in jumps where a warning says so; opposite ones do not."""
     joint = Interface(replace(STIFF, height=0.5, W0=W0), Pattern.regular(sides, 30.0))
     assert (drop(joint, direction, np.linspace(0.0, 0.6, 601), -1.0) > 0.05) == jumps
-    found = doubts(joint.material, joint.pattern, -1.0, slip=0.6)
+    found = model_warnings(joint.material, joint.pattern, -1.0, slip=0.6)
     assert any("share the pressure" in text for text in found) == jumps
 
 
 def test_locking_with_a_height_is_no_objection() -> None:
     """A steep joint locks, with a height it does not; other modes store more energy than W0 allows."""
-    assert "locks" in doubts(LOCKING, STEEP_RT)[0]
-    assert not doubts(replace(LOCKING, height=0.2), STEEP_RT)
-    [modes, energy] = doubts(replace(STIFF, W0=0.5, Gc2=0.6), RT, -1.0)
+    assert "locks" in model_warnings(LOCKING, STEEP_RT)[0]
+    assert not model_warnings(replace(LOCKING, height=0.2), STEEP_RT)
+    [modes, energy] = model_warnings(replace(STIFF, W0=0.5, Gc2=0.6), RT, -1.0)
     assert "rupture may exceed Gc" in modes and "stores 0.03 W0" in energy
 
 

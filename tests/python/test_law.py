@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from asperity import History, Interface, Material, Pattern, Step, read_case
 from asperity.contract import N_POINT_STATEV
-from asperity.remarks import doubts
+from asperity.model_checks import model_warnings
 from scipy.optimize import brentq
 from support_driver import MATERIAL
 from support_driver import RP_4 as PYRAMID
@@ -62,7 +62,7 @@ def test_lengths_are_compared_with_those_of_the_same_case(tmp_path: Path, length
 def test_wear_of_a_huge_pressure_is_told() -> None:
     """A pressure whose square is beyond the range of a double gives the warning and no error of its own."""
     material = Material(3.0, 0.3, 0.9, 0.5, height=0.5, W0=1.0)
-    assert any("Inf W0" in text for text in doubts(material, Pattern.regular(2, 30.0), -1e160))
+    assert any("Inf W0" in text for text in model_warnings(material, Pattern.regular(2, 30.0), -1e160))
 
 
 def test_facet_beyond_its_end_is_flat() -> None:

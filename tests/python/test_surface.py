@@ -358,7 +358,7 @@ SPACINGS = np.meshgrid(WAVE[:40], 2.0 * WAVE[:20])
 
 @pytest.mark.usefixtures("folder", "no_picture")
 @pytest.mark.parametrize(
-    ("z", "remark"),
+    ("z", "warning"),
     [
         (np.sin(WAVE), ""),
         (1e-4 * np.sin(WAVE), "an rms slope of 7e-05 is unusual: are x and z in the same unit?"),
@@ -368,12 +368,12 @@ SPACINGS = np.meshgrid(WAVE[:40], 2.0 * WAVE[:20])
     ],
     ids=["plateau", "small", "steep", "noise", "two spacings"],
 )
-def test_remarks(z: np.ndarray, remark: str, said: Callable) -> None:
-    """Doubtful units, slopes of noise and two spacings give a remark, a plateau does not."""
+def test_warnings_of_scale(z: np.ndarray, warning: str, said: Callable) -> None:
+    """Doubtful units, slopes of noise and two spacings give a warning, a plateau does not."""
     columns = (WAVE, z) if z.ndim == 1 else (*map(np.ravel, SPACINGS), z.ravel())
     write(rows(*columns, header="x [mm],z [mm]" if z.ndim == 1 else "x [mm],y [mm],z [mm]"))
-    found = re.findall(r"^remark +(.*)$", said("surface scan.csv")[0], re.MULTILINE)
-    assert len(found) == bool(remark) and all(re.match(remark, text) for text in found)
+    found = re.findall(r"^warning +(.*)$", said("surface scan.csv")[0], re.MULTILINE)
+    assert len(found) == bool(warning) and all(re.match(warning, text) for text in found)
 
 
 def test_overhang_of_the_average_plane() -> None:

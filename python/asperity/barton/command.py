@@ -11,8 +11,8 @@ import numpy as np
 
 from .. import contract
 from ..case_writer import rounded, slip_case
+from ..model_checks import model_warnings
 from ..options import add_options
-from ..remarks import doubts
 from .envelope import REACH, Envelope, curves, draw, envelope, table
 from .joint import SAMPLE, Joint
 
@@ -70,7 +70,7 @@ def _run(options: argparse.Namespace) -> int:
         f"curves      to {REACH:g} slips at the peak, {end:.4g} mm, {found.slips.size - 1} rows each\n\n"
         f"{table(found)}\n\n{more}"
     )
-    for text in doubts(interface.material, interface.pattern, pressure, slip=end):
+    for text in model_warnings(interface.material, interface.pattern, pressure, slip=end):
         print(f"warning: {text}")
     print(f"\n{props_line(interface)}")
     # without scatter there is no covariance

@@ -51,7 +51,7 @@ class Block:
     name: str
     props: contract.Floats
     statev: tuple[str, ...]
-    remarks: Sequence[str] = ()
+    notes: Sequence[str] = ()
     dimension: int = 3
     explicit: bool = False
     density: float | None = None
@@ -183,7 +183,7 @@ def _kratos(block: Block) -> str:
         "a state of Interface.initial in place of the zeros has an initial stress"
     )
     elements = [f"{element}{k}Plus{k}N" for k in nodes]
-    notes = {"elements": elements, "remarks": [*block.remarks, history, initial], "state_variables": names}
+    notes = {"elements": elements, "notes": [*block.notes, history, initial], "state_variables": names}
     return json.dumps(notes | {"properties": [material]}, indent=2) + "\n"
 
 
@@ -255,19 +255,19 @@ def _fenicsx(block: Block) -> str:
 
 
 def _comments(block: Block, run: str, count: int = contract.N_USED_PROPS) -> str:
-    """Head of a block: its origin, the first entries of PROPS, how to run it, and the remarks."""
+    """Head of a block: its origin, the first entries of PROPS, how to run it, and the notes."""
     names = ", ".join(row.name for row in contract.props_table()[:count])
     head, *others = _remarks(block, run)
     return "\n".join(f"** {line}" for line in (f"{head}: {names}", *others))
 
 
 def _remarks(block: Block, run: str) -> list[str]:
-    """Lines at the head of a block: its origin, how to run it, and the remarks."""
+    """Lines at the head of a block: its origin, how to run it, and the notes."""
     return [
         f"asperity {contract.library_version()}",
         "units: one consistent set, such as mm, N, MPa, N/mm; theta and turn in degrees",
         run,
-        *block.remarks,
+        *block.notes,
     ]
 
 

@@ -130,12 +130,12 @@ class Choice:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """Rows of a choice, and remarks on it; lost: what happened where they end early."""
+    """Rows of a choice, and warnings; lost: what happened where they end early."""
 
     choice: Choice
     interface: Interface
     history: History
-    remarks: tuple[str, ...]
+    warnings: tuple[str, ...]
     lost: str
 
     @property

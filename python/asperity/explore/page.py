@@ -123,7 +123,7 @@ class Page:
             self.text.text = ""
         else:
             found = self.found
-            self._say("lost" if found.lost else "remark", [*filter(None, [found.lost]), *found.remarks])
+            self._say("lost" if found.lost else "warning", [*filter(None, [found.lost]), *found.warnings])
             self.curves.data = _rows(found, slice(None))
             self._show_place()
             self._show_text()
@@ -160,7 +160,7 @@ class Page:
             self.text.text = list(TEXTS.values())[self.kind.active](self.found.choice)
 
     def _say(self, kind: str, texts: list[str]) -> None:
-        colour = {"error": "#B00020", "lost": "#B00020", "remark": "#555555"}[kind]
+        colour = {"error": "#B00020", "lost": "#B00020", "warning": "#555555"}[kind]
         lines = "<br>".join(html.escape(text) for text in texts)
         self.message.text = f'<div class="{kind}" style="color: {colour}">{lines}</div>'
 

@@ -9,8 +9,8 @@ import tempfile
 from importlib import import_module
 from pathlib import Path
 
+from ..model_checks import shown_warnings
 from ..options import add_options
-from ..remarks import shown_warnings
 
 HOSTS = ("abaqus", "akantu", "calculix", "fenicsx", "kratos", "ogs", "oofem")
 

@@ -36,7 +36,7 @@ def refuse(wrong: object, text: str) -> None:
         raise ValueError(text)
 
 
-def doubt(odd: object, text: str) -> None:
+def warn_if(odd: object, text: str) -> None:
     """Give a ModelWarning where something is odd."""
     if odd:
         warnings.warn(text, ModelWarning, stacklevel=2)
@@ -82,4 +82,4 @@ def check_sizes(tests: Sequence[ShearTest]) -> None:
     for kind, (low, high) in USUAL.items() if with_units else ():
         unit = tests[0].units[kind]
         text = f"the largest {kind} is {largest[kind]:.3g} {unit}, which is unusual for a shear box"
-        doubt(not low <= largest[kind] * size(kind, unit) <= high, f"{text}: check the units of the header")
+        warn_if(not low <= largest[kind] * size(kind, unit) <= high, f"{text}: check the units of the header")

@@ -14,7 +14,7 @@ from .. import contract
 from .. import options as cli
 from ..cards.blocks import HOSTS
 from ..interface import Interface
-from ..remarks import doubts, shown_warnings
+from ..model_checks import model_warnings, shown_warnings
 from ..tables import size
 from .checks import refuse
 from .fitting import STARTS_TRIED, fit
@@ -172,7 +172,7 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
         with progress(options) as tick:
             found = fit(tests, **given, tick=tick)
         print(report(found, units, "accepted" if options.accept else "no result"))
-        for text in doubts(found.interface.material, found.interface.pattern, *pressed, slip=slip):
+        for text in model_warnings(found.interface.material, found.interface.pattern, *pressed, slip=slip):
             print(f"warning: {text}")
         reasons = refusals(found)
         if not reasons or options.accept:

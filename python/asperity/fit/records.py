@@ -15,7 +15,7 @@ from .. import contract
 from ..contract import Floats
 from ..steps import turns_of
 from ..tables import Table, raise_all, read_table, size
-from .checks import check_rows, check_sizes, doubt, refuse
+from .checks import check_rows, check_sizes, refuse, warn_if
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -241,9 +241,9 @@ def _read(
             part.attrs = {"name": f"{path}: test {label}" if label else str(path)} | of_file
             found.append(part)
     text = f"{path}: the slip jumps back in line {', '.join(returns)}: read as the next test; a column test"
-    doubt(returns, f"{text} with the same entry in all rows makes them one")
+    warn_if(returns, f"{text} with the same entry in all rows makes them one")
     lines = ", ".join(map(str, left_out[:10])) + ", ..." * (len(left_out) > 10)
-    doubt(left_out, f"{path}: rows left out, because a cell is empty: {len(left_out)} (line {lines})")
+    warn_if(left_out, f"{path}: rows left out, because a cell is empty: {len(left_out)} (line {lines})")
     return found
 
 
@@ -307,7 +307,7 @@ def _columns(table: Table, renamed: Mapping[str, str], optional: bool) -> list[s
     refuse(twice, f"{table.path}: line {table.line}: {text}")
     used = required + OPTIONAL[required is ENVELOPE :]
     unused = [header for header, name in zip(headers, names, strict=True) if name not in used]
-    doubt(unused, f"{table.path}: columns not used: {', '.join(unused)}")
+    warn_if(unused, f"{table.path}: columns not used: {', '.join(unused)}")
     return [name if name in used else "" for name in names]
 
 

@@ -12,7 +12,7 @@ from ..case_writer import rounded, slip_case
 from ..interface import Interface
 from .model import DEFAULTS, KS, MATERIAL, MORTAR, ROCK, SCALES, UNITS
 from .records import NONE
-from .result import CONFIDENCE, REFINE, Fit, remarks
+from .result import CONFIDENCE, REFINE, Fit, checks
 
 MOST_TURNS = 20
 """Largest number of reversals that a case repeats, as noise on the slip makes more."""
@@ -24,7 +24,7 @@ MARKS = "osD^v"
 
 
 def report(found: Fit, units: tuple[str, str] = NONE, verdict: str = "no result") -> str:
-    """Lines of the report: tests, assumptions, measured and fitted numbers, constants, remarks.
+    """Lines of the report: tests, assumptions, measured and fitted numbers, constants, checks.
 
     verdict: word before the reasons why the fit is no result.
     """
@@ -73,7 +73,7 @@ def report(found: Fit, units: tuple[str, str] = NONE, verdict: str = "no result"
         if name in found.undetermined or not 0.0 < high < 1e6 * max(low, 1e-300):
             ends = f"{'not determined':>24}  {unit}"
         lines.append(f"{name:<12}{value:>12.5g}{ends}")
-    told = [f"{verdict if bad else 'note'}: {text}" for bad, text in remarks(found)]
+    told = [f"{verdict if bad else 'note'}: {text}" for bad, text in checks(found)]
     return "\n".join([*lines, "", *told]).rstrip()
 
 

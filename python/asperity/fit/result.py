@@ -311,7 +311,7 @@ class Fit:
         return found
 
 
-def remarks(found: Fit) -> Iterator[tuple[bool, str]]:
+def checks(found: Fit) -> Iterator[tuple[bool, str]]:
     """Sentences about a fit, and whether each makes it no result."""
     yield from ((moves, text) for _, text, moves in found.outliers)
     for name in found.undetermined:
@@ -344,4 +344,4 @@ def remarks(found: Fit) -> Iterator[tuple[bool, str]]:
 
 def refusals(found: Fit) -> list[str]:
     """Reasons why the constants must not be used; none if the fit is a result."""
-    return [text for bad, text in remarks(found) if bad]
+    return [text for bad, text in checks(found) if bad]

@@ -11,8 +11,8 @@ import numpy as np
 from ..case_files import SlipTest, read_case, slip_tests
 from ..case_writer import pattern_text
 from ..material import ModelWarning
+from ..model_checks import shown_warnings, warn_of_physics
 from ..options import add_options, add_output, add_workers, check_outputs, progress_bar, replace_file, workers
-from ..remarks import shown_warnings, warn_of_physics
 from ..steps import turns_of
 from .search import REFERENCE_SIDES, Errors, LoadCase, NoPatternError, Selection, select
 

@@ -13,9 +13,9 @@ from ..case_files import read_case
 from ..case_writer import pattern_text
 from ..interface import Interface
 from ..material import Material
+from ..model_checks import shown_warnings
 from ..options import add_options, add_output, check_outputs, numbers, progress_bar, replace_file
 from ..pattern import Pattern
-from ..remarks import shown_warnings
 from . import slopes
 from .scan import EVEN, Scan
 from .scan_files import read_scan
@@ -35,13 +35,13 @@ ROUNDING = 1.0e-9
 """Errors and angles (degrees) below this are shown as 0."""
 
 PLAUSIBLE = (3.0e-3, 3.0)
-"""Rms slopes beyond these give a remark, because z may be in another unit than x."""
+"""Rms slopes beyond these give a warning, because z may be in another unit than x."""
 
 GROWTH = 1.1
-"""A remark is printed if half the sampling length raises the rms slope by this factor."""
+"""A warning is printed if half the sampling length raises the rms slope by this factor."""
 
 UNLIKE = 1.5
-"""Ratio of the largest to the smallest spacing that gives a remark, because slopes depend on the spacing."""
+"""Ratio of the largest to the smallest spacing that gives a warning, because slopes depend on the spacing."""
 
 PERCENT = (50, 90, 99, 100)
 """Percentiles of the inclination that are printed."""
@@ -140,8 +140,8 @@ def _run(options: argparse.Namespace) -> int:
     print(f"\n{f'sampling, {scan.unit}':>14}{'mean slope':>12}{'rms slope':>12}{'theta':>8}{'flat':>8}")
     for length, mean, rms, theta, flat in rows:
         print(f"{length:>14.4g}{mean:>12.4f}{rms:>12.4f}{theta:>8.2f}{flat:>8.3f}")
-    doubts = [f"remark      {text}" for text in remarks(scan, found, options.direction)]
-    print("\n".join(["", *doubts, ""]) if doubts else "")
+    told = [f"warning     {text}" for text in scale_warnings(scan, found, options.direction)]
+    print("\n".join(["", *told, ""]) if told else "")
     chosen = regular if options.regular else listed
     written = [table, png]
     if template is not None:
@@ -160,8 +160,8 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-def remarks(scan: Scan, found: Facets, direction: float) -> Iterator[str]:
-    """Remarks on units and scale."""
+def scale_warnings(scan: Scan, found: Facets, direction: float) -> Iterator[str]:
+    """Warnings about units and scale."""
     rms, unit, (low, high) = found.rms_slope, scan.unit, scan.steps
     if rms > FLATNESS and not PLAUSIBLE[0] <= rms <= PLAUSIBLE[1]:
         yield f"an rms slope of {rms:.2g} is unusual: are x and z in the same unit?"

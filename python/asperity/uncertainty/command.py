@@ -13,6 +13,7 @@ from .. import contract
 from ..case_files import read_case
 from ..fit.command import NO_RESULT
 from ..fit.report import file_of
+from ..model_checks import shown_warnings
 from ..options import (
     add_options,
     add_output,
@@ -23,7 +24,6 @@ from ..options import (
     units_of,
     workers,
 )
-from ..remarks import shown_warnings
 from .distribution import CONSTANTS, Distribution, distribution_of
 from .spread import BATCH, CURVES, RESULTS, Spread, spreads
 

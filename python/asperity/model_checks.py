@@ -19,21 +19,21 @@ FEWEST_ELEMENTS = 3
 
 
 @dataclass(frozen=True)
-class Remark:
+class Check:
     """Sentence with its numbers, and whether the model passes the check."""
 
     text: str
     good: bool
 
 
-def doubts(material: Material, pattern: Pattern, *tractions: float, slip: float = 0.0) -> list[str]:
+def model_warnings(material: Material, pattern: Pattern, *tractions: float, slip: float = 0.0) -> list[str]:
     """Warnings about a joint under these normal tractions and up to this slip."""
     return _sentences(material, pattern, tractions, slip)[0]
 
 
 def warn_of_physics(material: Material, pattern: Pattern, *tractions: float, slip: float = 0.0) -> None:
     """Issue each of these warnings as a ModelWarning."""
-    for text in doubts(material, pattern, *tractions, slip=slip):
+    for text in model_warnings(material, pattern, *tractions, slip=slip):
         warnings.warn(text, ModelWarning, stacklevel=3)
 
 
@@ -47,15 +47,15 @@ def shown_warnings() -> Iterator[None]:
         print(f"asperity: warning: {message}", file=sys.stderr)
 
 
-def remarks(
+def check_model(
     material: Material,
     pattern: Pattern,
     stress: float | None = None,
     modulus: float | None = None,
     size: float | None = None,
     direction: float | None = None,
-) -> list[Remark]:
-    """Remarks on an interface in a model.
+) -> list[Check]:
+    """Checks of an interface in a model.
 
     stress: largest compression of the interface, sigma_N < 0.  modulus: Young's modulus E of the solid beside
     it, stress; size: length L of the elements of the solid.  modulus and size must be given together.
@@ -69,9 +69,9 @@ def remarks(
         if value is not None and not (np.isfinite(value) and value > 0.0):
             raise ValueError(f"{name} = {value:g}: expected > 0")
     texts, increment = _sentences(material, pattern, [stress or 0.0])
-    found = [Remark(text, good=False) for text in texts]
+    found = [Check(text, good=False) for text in texts]
     if increment:
-        found.append(Remark(increment, good=True))
+        found.append(Check(increment, good=True))
     if modulus is not None and size is not None:
         found += _mesh(material, modulus, size)
     if direction is not None:
@@ -89,13 +89,13 @@ def _sentences(
     return texts.decode("ascii").rstrip().splitlines(), increment.decode("ascii").rstrip()
 
 
-def _facing(pattern: Pattern, direction: float) -> list[Remark]:
+def _facing(pattern: Pattern, direction: float) -> list[Check]:
     """Planes that face across the slip, where the separation across is about zero."""
     if not np.isfinite(direction):
         raise ValueError(f"direction = {direction:g}: expected a finite angle")
     planes = pattern.across(direction)
     if not planes:
-        return [Remark(f"no plane faces across the slip along {direction:g} degrees", good=True)]
+        return [Check(f"no plane faces across the slip along {direction:g} degrees", good=True)]
     text = (
         "Newton's method may stop in three dimensions, because planes of the pattern face within "
         f"{ACROSS:g} degree across the slip along {direction:g} degrees from Tx: "
@@ -103,10 +103,10 @@ def _facing(pattern: Pattern, direction: float) -> list[Remark]:
     )
     if pattern.m > 0:
         text += f", best {pattern.turned_from(direction).turn:.4g} degrees"
-    return [Remark(text, good=False)]
+    return [Check(text, good=False)]
 
 
-def _mesh(material: Material, modulus: float, size: float) -> list[Remark]:
+def _mesh(material: Material, modulus: float, size: float) -> list[Check]:
     """Snap-back, elements in the cohesive zone E Gc/sigma0^2 (Hillerborg et al. 1976), and compliance."""
     zone = modulus * material.Gc / material.sigma0**2
     limit = 2.0 * material.eta * zone
@@ -124,7 +124,7 @@ def _mesh(material: Material, modulus: float, size: float) -> list[Remark]:
     if zone < FEWEST_ELEMENTS * size:
         elements += f": expected at least {FEWEST_ELEMENTS} elements, better 5"
     return [
-        Remark(snap_back, size < limit),
-        Remark(elements, zone >= FEWEST_ELEMENTS * size),
-        Remark(opens, good=True),
+        Check(snap_back, size < limit),
+        Check(elements, zone >= FEWEST_ELEMENTS * size),
+        Check(opens, good=True),
     ]
