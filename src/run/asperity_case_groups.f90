@@ -1,6 +1,6 @@
 !> The groups &initial, &state, &sweep and &expect of a case file: the state of the planes and the traction that they
-!> carry at separation zero, or a whole state, which the case of a failed increment has; a number that varies from run to
-!> run, and the expected end.
+!> carry at separation zero, or a whole state, which the case of a failed increment has; a number that varies from run
+!> to run, and the expected end.
 module asperity_case_groups
   use asperity_call_checks, only: explain_point, point_status
   use asperity_case_entries, only: case_io, close_group, open_group, real_entry, reals_entry, require, string_entry

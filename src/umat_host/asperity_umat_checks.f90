@@ -40,8 +40,8 @@ module asperity_umat_checks
     comparison_type("where arguments that hosts may not have are NULL")]
 
   !> Largest error of DDSDDE and, at a kink, of a one-sided difference, relative to the stiffness; largest error of the
-  !> energies, relative to the largest work, with each increment in parts; what is a rounding error, and what is one of a
-  !> result with another number of components.
+  !> energies, relative to the largest work, with each increment in parts; what is a rounding error, and what is one of
+  !> a result with another number of components.
   real(wp), parameter :: tangent_error = 1.0e-5_wp, kink = 1.0e-3_wp, energy_error = 0.01_wp, rounding = 1.0e-9_wp, &
     component_error = 1.0e-12_wp
   integer, parameter :: energy_parts = 16
