@@ -18,7 +18,7 @@ REQUIRED = 0.95
 
 # Files whose tests are in Python, which run the driver of the release: reader of cases, errors and rows,
 # UMATs of others, and what a law has that says nothing of itself. They are counted apart.
-BY_PYTHON = re.compile(r"/umat_host/|/run/asperity_(case|errors|rows|steps)|asperity_point_law")
+BY_PYTHON = re.compile(r"/umat_host/|/run/asperity_(case|errors|rows|steps|text_file)|asperity_point_law")
 
 
 def main() -> int:
