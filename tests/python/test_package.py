@@ -6,8 +6,6 @@ import os
 import pickle
 import re
 import subprocess
-import threading
-import time
 import warnings
 from dataclasses import FrozenInstanceError, fields, replace
 from importlib.resources import files
@@ -283,26 +281,6 @@ def test_replay_is_a_chain_of_updates() -> None:
         state, s_old = result.state, s[None]
         assert np.allclose(result.traction[0], history.traction[row], rtol=0, atol=1e-12)
         assert np.allclose(result.state[0], history.state[row], rtol=0, atol=1e-12)
-
-
-@pytest.mark.slow
-def test_interpreter_goes_on() -> None:
-    """The library releases the lock of the interpreter, so that another thread runs during a call."""
-    wide = Interface(TABLE_2, Pattern.regular(64, 30.0))
-    path = random_path(9, 30_000)
-    times: list[float] = []
-    worker = threading.Thread(
-        target=lambda: times.extend([time.perf_counter(), wide.replay(path) and time.perf_counter()])
-    )
-    worker.start()
-    ticks = []
-    while worker.is_alive():
-        ticks.append(time.perf_counter())
-        time.sleep(0.001)
-    start, end = times
-    inside = [tick for tick in ticks if start < tick < end]
-    assert end - start > 0.05
-    assert max(np.diff([start, *inside, end])) < 0.5 * (end - start)
 
 
 def resident_bytes() -> int:

@@ -237,19 +237,6 @@ def test_errors_of_an_isotropic_pattern() -> None:
     assert seen.uphill[1][[0, 18]] == pytest.approx(rms, rel=1e-6)
 
 
-def test_lean_to_least_squares() -> None:
-    """On 1.25 waves of a sine the average and the least-squares plane differ by a closed form."""
-    x, w = np.linspace(0.0, 1.0, 2001), 2.5 * np.pi
-    # slope of least squares of sin wx on [0, 1]: 12 times its integral with x - 1/2
-    fitted = 12.0 * ((np.sin(w) - w * np.cos(w)) / w**2 - (1.0 - np.cos(w)) / (2.0 * w))
-    expected = np.degrees(np.arctan(np.sin(w)) - np.arctan(fitted))
-    # a sum for an integral over n points: of the order of 1/n
-    assert Scan(x, None, np.sin(w * x)[None, :]).lean == pytest.approx(expected, rel=3.0 * w / 2001)
-    x = x[::50]
-    across = Scan(x, x, np.tile(np.sin(w * x)[:, None], 41))
-    assert across.lean == pytest.approx(expected, rel=3.0 * w / 41) and expected > 40.0
-
-
 def test_bins() -> None:
     """Vector areas add up, all planes have a positive weight, and more bins preserve more of the fabric."""
     found, _ = egg_box(0.1, 30)

@@ -1,6 +1,6 @@
 """Draw the page of `asperity explore`, as a headless Chromium shows it.
 
-    .venv/bin/python tests/python/explore_picture.py docs/images/explore.png
+    python -m harness.studies.explore_picture docs/images/explore.png
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from support_browser import chromium, missing, served
+from tests.python.support_browser import chromium, missing, served
 
 VALUES = ("sides=4", "theta=25", "height=0.25", "direction=20", "sigma_N=-2", "kc=50")
 """Values at the start, whose facets end."""
