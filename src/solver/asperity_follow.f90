@@ -7,8 +7,8 @@ module asperity_follow
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: closer, longest_change, most_updates, residual_tolerance, smallest_fraction, &
-    least_rupture, rounding_scale, unexplained, unexplained_fraction
+  use asperity_tolerances, only: closer, largest_doubt, least_rupture, longest_change, most_updates, &
+    residual_tolerance, rounding_scale, smallest_fraction, unexplained, unexplained_fraction
   implicit none
   private
   public :: follow, open_joint
@@ -138,7 +138,8 @@ contains
       move = largest_move(equations, old, new)
       if (.not. good .or. move <= unexplained*law%length) return
       good = result%stable
-      if (.not. good .or. law%cannot_soften(equations%old%state)) return
+      ! beside other free separations friction may be unstable without softening
+      if (.not. good .or. (law%cannot_soften(equations%old%state) .and. count(traction) == 1)) return
       prescribed = maxval(abs(change)/merge(law%stiffness, 1.0_wp, traction))
       ! damage that takes time never breaks the bond: the joint has no length of its own once it is open
       extent = law%length
@@ -160,7 +161,7 @@ contains
       if (good) good = maxval(abs(new%s - old%s - 0.5_wp*(result%step + ending)), mask=traction) <= &
         max(unexplained*extent, unexplained_fraction*prescribed)
       ! the mean of two predictions that differ may agree by chance
-      if (good .and. far) good = maxval(abs(result%step - ending), mask=traction) <= 0.5_wp*move
+      if (good .and. far) good = maxval(abs(result%step - ending), mask=traction) <= largest_doubt*move
     end associate
   end subroutine judge
 
