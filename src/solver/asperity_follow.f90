@@ -124,7 +124,7 @@ contains
     logical, intent(out) :: good                        !! whether the step is accepted
     type(point_type) :: back
     real(wp) :: change(3), ending(3), error, extent, matrix(3, 3), move, prescribed
-    logical :: far
+    logical :: broken, far
     good = .true.
     associate (traction => equations%control%traction)
       if (.not. any(traction)) return
@@ -138,13 +138,14 @@ contains
       move = largest_move(equations, old, new)
       if (.not. good .or. move <= unexplained*law%length) return
       good = result%stable
+      broken = law%cannot_soften(equations%old%state)
       ! beside other free separations friction may be unstable without softening
-      if (.not. good .or. (law%cannot_soften(equations%old%state) .and. count(traction) == 1)) return
+      if (.not. good .or. (broken .and. count(traction) == 1)) return
       prescribed = maxval(abs(change)/merge(law%stiffness, 1.0_wp, traction))
-      ! damage that takes time never breaks the bond: the joint has no length of its own once it is open
+      ! damage that takes time never breaks the bond: the joint has no length of its own once it is open, as without bond
       extent = law%length
-      if (law%rate_dependent .and. equations%control%dt > 0.0_wp) extent = max(extent, maxval(abs(old%s), &
-        mask=traction))
+      if (broken .or. (law%rate_dependent .and. equations%control%dt > 0.0_wp)) extent = max(extent, &
+        maxval(abs(old%s), mask=traction))
       ! a step that cannot be halved may be longer than this in the prescribed values themselves
       if (fractions(2) - fractions(1) < 2.0_wp*smallest_fraction .and. prescribed > unexplained*law%length) return
       far = move > longest_change*extent
