@@ -7,7 +7,7 @@ module asperity_follow
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: closer, largest_doubt, least_rupture, longest_change, most_updates, &
+  use asperity_tolerances, only: closer, least_rupture, longest_change, most_updates, &
     residual_tolerance, rounding_scale, smallest_fraction, unexplained, unexplained_fraction
   implicit none
   private
@@ -88,10 +88,7 @@ contains
         trial%s(1) = trial%s(1) - closer*law%length
       end if
       call newton_solve(law, equations, fractions(2), huge(1.0_wp), trial, result)
-      if (attempt == 2) then
-        result%step = predicted
-        result%first = free_matrix(law, equations, here)
-      end if
+      if (attempt == 2) result%step = predicted
       good = result%converged
       if (good) call judge(law, equations, fractions, result, here, trial, good)
       if (good) return
@@ -122,9 +119,10 @@ contains
     type(newton_type), intent(in) :: result             !! of Newton's method; its step is the predicted one
     type(point_type), intent(in) :: old, new            !! both ends of the step
     logical, intent(out) :: good                        !! whether the step is accepted
-    type(point_type) :: back
-    real(wp) :: change(3), ending(3), error, extent, matrix(3, 3), move, prescribed
-    logical :: broken, far
+    type(newton_type) :: halfway
+    type(point_type) :: back, middle
+    real(wp) :: change(3), ending(3), error, extent, matrix(3, 3), move, prescribed, tolerated
+    logical :: broken
     good = .true.
     associate (traction => equations%control%traction)
       if (.not. any(traction)) return
@@ -142,14 +140,13 @@ contains
       ! beside other free separations friction may be unstable without softening
       if (.not. good .or. (broken .and. count(traction) == 1)) return
       prescribed = maxval(abs(change)/merge(law%stiffness, 1.0_wp, traction))
-      ! damage that takes time never breaks the bond: the joint has no length of its own once it is open, as without bond
+      ! neither a joint without bond nor one that is open and whose damage takes time has a length of its own
       extent = law%length
       if (broken .or. (law%rate_dependent .and. equations%control%dt > 0.0_wp)) extent = max(extent, &
         maxval(abs(old%s), mask=traction))
       ! a step that cannot be halved may be longer than this in the prescribed values themselves
       if (fractions(2) - fractions(1) < 2.0_wp*smallest_fraction .and. prescribed > unexplained*law%length) return
-      far = move > longest_change*extent
-      if (far) good = alike(result%first, result%last)
+      if (move > longest_change*extent) good = alike(free_matrix(law, equations, old), result%last)
       if (.not. good) return
       if (law%rate_dependent .or. law%wears) then
         ! the step back, as the tangent does not have the effect of time and wear
@@ -159,10 +156,14 @@ contains
       end if
       matrix = result%last
       call eliminate(3, matrix, ending, good)
-      if (good) good = maxval(abs(new%s - old%s - 0.5_wp*(result%step + ending)), mask=traction) <= &
-        max(unexplained*extent, unexplained_fraction*prescribed)
-      ! the mean of two predictions that differ may agree by chance
-      if (good .and. far) good = maxval(abs(result%step - ending), mask=traction) <= largest_doubt*move
+      tolerated = max(unexplained*extent, unexplained_fraction*prescribed)
+      if (good) good = maxval(abs(new%s - old%s - 0.5_wp*(result%step + ending)), mask=traction) <= tolerated
+      if (.not. good .or. move <= extent) return
+      ! planes may break or jam between two ends that are alike
+      middle%s = 0.5_wp*(old%s + new%s)
+      call newton_solve(law, equations, 0.5_wp*sum(fractions), huge(1.0_wp), middle, halfway)
+      good = halfway%converged .and. halfway%stable .and. &
+        maxval(abs(middle%s - 0.5_wp*(old%s + new%s)), mask=traction) <= tolerated
     end associate
   end subroutine judge
 

@@ -15,7 +15,6 @@ module asperity_newton
     logical :: converged = .false.
     logical :: stable = .true.          !! no tangent of an iterate was unstable
     real(wp) :: step(3) = 0.0_wp        !! first full Newton step, length
-    real(wp) :: first(3, 3) = 0.0_wp    !! derivative of the residual at the guess
     real(wp) :: last(3, 3) = 0.0_wp     !! derivative of the residual at the end
   end type newton_type
 
@@ -43,7 +42,6 @@ contains
     if (error >= huge(error)) return
     do i = 0, most_iterations
       result%last = free_matrix(law, equations, point)
-      if (i == 0) result%first = result%last
       if (result%stable) result%stable = .not. unstable(result%last, law%stiffness)
       result%converged = error <= residual_tolerance
       if (result%converged .or. i == most_iterations) return

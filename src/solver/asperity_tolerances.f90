@@ -38,9 +38,6 @@ module asperity_tolerances
   !> longer change and the mean of the predictions by both tangents, relative to s0. The difference may also be this
   !> fraction of the change of the prescribed values.
   real(wp), parameter, public :: unexplained = 0.01_wp, unexplained_fraction = 0.025_wp
-  !> Largest difference of the two predictions of a change that is longer than `longest_change`, relative to it: the mean
-  !> of predictions that differ by more may agree by chance. With 0.5 a fold of 130 s0 was passed.
-  real(wp), parameter, public :: largest_doubt = 0.25_wp
   !> Distance from a kink at which Newton's method starts on its closing side, relative to s0.
   real(wp), parameter, public :: closer = 1.0e-4_wp
   !> Largest number of updates of the law in an increment: a second of work.
