@@ -33,7 +33,7 @@ contains
         q(1, :) = plane_normal(pattern, k)
         q(2, :) = [pattern%sin_theta(k), pattern%cos_theta(k)*pattern%e_x(k), &
                    pattern%cos_theta(k)*pattern%e_y(k)]
-        q(3, :) = [0.0_wp, pattern%h_x(k), pattern%h_y(k)]
+        q(3, :) = [0.0_wp, pattern%e_y(k), pattern%h_y(k)]
         i = plane_statev(k)
         local = matmul(q, s)
         stiffness = [merge(material%k_c, material%k_n, local(1) < 0.0_wp), material%k_t, material%k_t]

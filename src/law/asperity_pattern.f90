@@ -12,15 +12,14 @@ module asperity_pattern
   integer, parameter, public :: padded_planes = ((max_planes + vector_width - 1)/vector_width)*vector_width
 
   !> Frames and weights of the planes: with the up-slope direction (e_x, e_y) in the average surface,
-  !> n = (cos, -sin e_x, -sin e_y), t = (sin, cos e_x, cos e_y), h = (0, h_x, h_y), components (N, Tx, Ty).
+  !> n = (cos, -sin e_x, -sin e_y), t = (sin, cos e_x, cos e_y), h = (0, e_y, h_y), components (N, Tx, Ty).
   type :: pattern_type
     integer :: n                          !! number of planes Np
     real(wp) :: cos_theta(padded_planes)      !! n_N
     real(wp) :: sin_theta(padded_planes)      !! t_N
     real(wp) :: e_x(padded_planes)            !! up-slope direction
     real(wp) :: e_y(padded_planes)            !! up-slope direction
-    real(wp) :: h_x(padded_planes)            !! h
-    real(wp) :: h_y(padded_planes)            !! h
+    real(wp) :: h_y(padded_planes)            !! h: -e_x, or 1 in the average surface
     real(wp) :: gamma(padded_planes)          !! weights, sum 1, zero in the spare places
     real(wp) :: slope(padded_planes)          !! tan(theta), at most `vertical`
     real(wp) :: steepest                  !! largest slope
@@ -74,7 +73,6 @@ contains
       pattern%slope(k) = slope
       pattern%e_x(k) = azimuth_cos(start + k)*rotation(1) - azimuth_sin(start + k)*rotation(2)
       pattern%e_y(k) = azimuth_cos(start + k)*rotation(2) + azimuth_sin(start + k)*rotation(1)
-      pattern%h_x(k) = azimuth_cos(start + k)*rotation(2) + azimuth_sin(start + k)*rotation(1)
       pattern%h_y(k) = azimuth_sin(start + k)*rotation(2) - azimuth_cos(start + k)*rotation(1)
       pattern%gamma(k) = weight
     end do
@@ -112,7 +110,6 @@ contains
         pattern%slope(k) = min(s/max(n(1), s/vertical), vertical)
         pattern%e_x(k) = -n(2)/s
         pattern%e_y(k) = -n(3)/s
-        pattern%h_x(k) = pattern%e_y(k)
         pattern%h_y(k) = -pattern%e_x(k)
       end if
     end do
@@ -131,7 +128,6 @@ contains
     pattern%sin_theta(k) = 0.0_wp
     pattern%e_x(k) = 1.0_wp
     pattern%e_y(k) = 0.0_wp
-    pattern%h_x(k) = 0.0_wp
     pattern%h_y(k) = 1.0_wp
     pattern%slope(k) = 0.0_wp
   end subroutine set_flat
