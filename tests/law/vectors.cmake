@@ -1,5 +1,6 @@
 # The square roots in the loops of the kernels are taken of whole vectors: xmm at level v1 of x86-64, ymm at v3. A loop has
-# copies of shorter vectors and of scalars for its last points and for arrays that may overlap. Called by CTest with OBJDUMP and OBJECTS.
+# copies of shorter vectors and of scalars for its last points and for arrays that may overlap. A loop that is not inlined
+# where its kernel is a literal has branches, and no vectors. Called by CTest with OBJDUMP and OBJECTS.
 string(REPLACE "|" ";" OBJECTS "${OBJECTS}")
 set(passed 0)
 foreach(object IN LISTS OBJECTS)
@@ -12,6 +13,7 @@ foreach(object IN LISTS OBJECTS)
     set(register ymm)
   endif()
   execute_process(COMMAND ${OBJDUMP} -d --no-show-raw-insn ${object} OUTPUT_VARIABLE code)
+  string(REGEX MATCH "MOD_(add_plane|sum_planes)[a-z0-9_.]*>:" apart "${code}")
   string(REGEX MATCHALL "sqrts[sd]" scalar "${code}")
   string(REGEX MATCHALL "sqrtp[sd]" vectors "${code}")
   string(REGEX MATCHALL "sqrtp[sd] [^\n]*%${register}" whole "${code}")
@@ -20,11 +22,11 @@ foreach(object IN LISTS OBJECTS)
   list(LENGTH whole loops)
   # two of the scalars stand in plane_kinematics, which has no loop
   math(EXPR twice "2*${packed} + 2")
-  if(loops GREATER 0 AND NOT twice LESS copies)
+  if(loops GREATER 0 AND NOT twice LESS copies AND NOT apart)
     math(EXPR passed "${passed} + 1")
   else()
     message("${name}: ${loops} square roots of ${register}, ${packed} of vectors and ${copies} of scalars, expected some of "
-      "${register} and at least half as many of vectors as of scalars in loops")
+      "${register} and at least half as many of vectors as of scalars in loops, none of which is a function of its own ${apart}")
   endif()
 endforeach()
 math(EXPR failed "6 - ${passed}")
