@@ -54,7 +54,7 @@ contains
       do
         trial = x + length*step
         ! a facet starts to curve at its foot, which separations of zero must meet exactly
-        where (abs(trial) <= epsilon(1.0_wp)*maxval(abs(point%s))) trial = 0.0_wp
+        where (abs(trial(2:3)) <= residual_tolerance*abs(point%s(1))) trial(2:3) = 0.0_wp
         call evaluate(law, equations, trial, fraction, point, r, next_error)
         if (next_error <= max(residual_tolerance, (1.0_wp - decrease*length)*error)) exit
         if (i == 0 .and. next_error < huge(next_error)) exit
