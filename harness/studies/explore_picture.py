@@ -18,7 +18,7 @@ VALUES = ("sides=4", "theta=25", "height=0.25", "direction=20", "sigma_N=-2", "k
 POSITION = 5
 """Position on the path, per cent, where the damage of the planes differs."""
 
-SIZE = (1400, 1330)
+SIZE = (1400, 1360)
 """Width and height of the window, which show the whole page."""
 
 

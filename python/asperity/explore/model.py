@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 import warnings
 from dataclasses import dataclass
@@ -13,49 +14,39 @@ from .. import contract
 from ..case_writer import case_text
 from ..contract import Floats
 from ..errors import EquilibriumLost
-from ..fit.model import SCALES, plausible
+from ..fit.model import MATERIAL, TIMELESS, plausible
 from ..history import History
 from ..interface import Interface
 from ..material import Material, ModelWarning
 from ..pattern import Pattern, direction_vector
 from ..pattern_pictures import outlines
 
-TITLES = {
-    "sigma0": (3.0, "strength sigma0 [MPa]"),
-    "Gc": (0.3, "rupture energy Gc [N/mm]"),
-    "sigma02": (0.0, "strength in shear sigma02 [MPa], 0: sigma0"),
-    "Gc2": (0.0, "rupture energy in shear Gc2 [N/mm], 0: Gc"),
-    "eta": (0.9, "eta = 1 - s0/sf [-]"),
-    "mu": (0.5, "friction mu [-]"),
-    "kc": (20.0, "contact stiffness kc [-]"),
-    "height": (0.0, "asperity height [mm], 0: no end"),
-    "W0": (0.0, "work of wear W0 [N/mm], 0: no wear"),
-    "crush": (0.0, "pressure that crushes [MPa], 0: none"),
-    "damage0": (0.0, "damage from the start [-], 1: no bond"),
-    "closure": (0.0, "largest closure [mm], 0: linear"),
-    "theta": (30.0, "inclination theta [°]"),
-    "flat": (contract.default("flat"), "weight of the flat plane [-]"),
-}
-"""Value at the start and title of a constant."""
+START = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "kc": 20.0, "theta": 30.0}
+"""Values at the start that are not the defaults."""
 
 LARGEST_STRESS, LARGEST_SLIP = 3.0, 0.4
 """MPa and mm, with which the plausible ranges are multiplied."""
+
+LABELS = {"stress": "MPa", "length": "mm", "stress*length": "N/mm", "degree": "°"}
+"""Units of the page."""
 
 DECADES = 3.0
 """Range of a constant above which its slider moves the logarithm to the base 10."""
 
 
-def _slider(name: str, value: float, title: str) -> tuple[float, str, float, float, float]:
+def _slider(row: contract.Prop) -> tuple[float, str, float, float, float]:
     """Value, title, ends (0 from a linear scale on) and step of the slider of a constant."""
-    low, high = plausible(name, LARGEST_STRESS, LARGEST_SLIP)
-    if SCALES[name] == "log" and np.log10(high / low) > DECADES:
+    value = START.get(row.name, row.default or 0.0)
+    title = f"{re.split(r'[;,(]', row.meaning)[0].strip()}, {row.name} [{LABELS.get(row.unit, row.unit)}]"
+    low, high = plausible(row.name, LARGEST_STRESS, LARGEST_SLIP)
+    if row.scale == "log" and np.log10(high / low) > DECADES:
         return value, title, float(np.floor(np.log10(low))), float(np.ceil(np.log10(high))), 0.01
     # a logit scale ends at 0 and 1, which only a pattern and the damage may have
-    least, most = (low, high) if name == "eta" else (0.0, 1.0 if SCALES[name] == "logit" else high)
+    least, most = (low, high) if row.lower > 0.0 else (0.0, 1.0 if row.scale == "logit" else high)
     return value, title, least, most, 0.5 if high > 10.0 else 0.01
 
 
-SLIDERS = {name: _slider(name, *row) for name, row in TITLES.items()} | {
+SLIDERS = {row.name: _slider(row) for row in TIMELESS} | {
     "sides": (8.0, "inclined planes", 0, 16, 1),
     "direction": (0.0, "direction of the slip [°]", 0.0, 180.0, 1.0),
     "sigma_N": (-1.0, "normal traction sigma_N [MPa], pressure < 0", -20.0, 4.0, 0.1),
@@ -63,15 +54,12 @@ SLIDERS = {name: _slider(name, *row) for name, row in TITLES.items()} | {
 }
 """Value at the start, title, ends (logarithms of those of LOGARITHMIC) and step of a slider, by name."""
 
-LOGARITHMIC = (*(name for name in TITLES if SLIDERS[name][2] < 0.0), "slip")
+LOGARITHMIC = (*(row.name for row in TIMELESS if SLIDERS[row.name][2] < 0.0), "slip")
 """Values whose sliders move their logarithms to the base 10; the lowest place of OPTIONAL is 0, none."""
 
 OPTIONAL = tuple(name for name in LOGARITHMIC if SLIDERS[name][0] == 0.0)
 
 VALUES = {name: row[0] for name, row in SLIDERS.items()}
-
-MATERIAL = tuple(row.name for row in contract.owned("law") if row.name in VALUES)
-"""Constants of the material that the page varies."""
 
 CYCLES: dict[str, tuple[float, ...]] = {
     "one way": (1.0,),

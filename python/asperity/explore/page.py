@@ -229,7 +229,7 @@ def _rows(found: Answer, part: slice) -> dict[str, Floats]:
 
 def _slider(name: str, value: float) -> Slider:
     _, title, low, high, step = SLIDERS[name]
-    more = {}
+    more = {"stylesheets": [".bk-slider-title {white-space: normal}"]}
     if name in LOGARITHMIC:
         value = float(np.log10(value)) if value > 0.0 else low
         number = "Number((10 ** tick).toPrecision(4)).toString()"
