@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import History, Interface, Material, Pattern, Step, read_case
+from asperity import EquilibriumLost, History, Interface, Material, Pattern, Step, read_case
 from asperity.contract import N_POINT_STATEV
 from asperity.model_checks import model_warnings
 from scipy.optimize import brentq
@@ -48,6 +48,31 @@ def test_units(option: str) -> None:
         state, scaled, s_old = one.state, two.state, s
 
 
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+@pytest.mark.parametrize(
+    ("sides", "pressure", "spring", "height"),
+    [(16, 0.0, 0.0, 0.0), (4, -5.0, 0.0, 0.0), (0, 2.0, 0.0, 0.0), (3, -1.0, 2.0, 0.2)],
+)
+def test_units_of_a_load_path(sides: int, pressure: float, spring: float, height: float) -> None:
+    """Separations, tractions, work, snaps and losses of equilibrium scale with the units, to the last bit."""
+    found = []
+    for stress, length in ((1.0, 1.0), (2.0**-20, 2.0**10)):
+        constants = {"kc": 20.0, "height": height * length} if height else {}
+        material = Material(3.0 * stress, 0.3 * stress * length, 0.9, 0.5, **constants)
+        slips = {"slip": [0.4 * length, 0.1 * length], "direction": 7.0, "k_N": spring * stress / length}
+        steps = [Step(t_N=pressure * stress, increments=5), Step(**slips, increments=30)]
+        try:
+            rows = Interface(material, Pattern.regular(sides, 30.0)).run(steps)
+        except EquilibriumLost as lost:
+            rows = lost.history
+        released = [snap.released / (stress * length) for snap in rows.snaps]
+        arrays = rows.separation / length, rows.traction / stress, rows.work / (stress * length)
+        events = [(row, text.split(",")[0]) for row, text in rows.events]
+        found.append([*(array.tolist() for array in arrays), released, events])
+    assert found[0] == found[1]
+    assert len(released) == (sides == 16) and (len(rows) < 65) == (sides == 0)
+
+
 @pytest.mark.parametrize("length", ["height", "closure"])
 def test_lengths_are_compared_with_those_of_the_same_case(tmp_path: Path, length: str) -> None:
     """A length far beyond that of other joints is admissible beside a rupture energy of the same size."""
@@ -73,20 +98,6 @@ def test_facet_beyond_its_end_is_flat() -> None:
     s = np.array([[-46.0, -17.0, 1.6]])
     tangent = joint.update(s, state, s).tangent[0]
     assert np.abs(tangent).max() < 10.0 * joint.material.K
-
-
-@pytest.mark.parametrize("height", [0.0, 0.1, 0.5])
-def test_initial_state_of_a_climbed_joint(height: float) -> None:
-    """The slips of a joint that has climbed its facets lead to the separation at which it stands."""
-    joint = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=100.0, height=height), Pattern.regular(4, 30.0))
-    test = joint.confined_slip(20.0, np.linspace(0.0, 0.4, 401)[1:], -1.0)
-    planes = test.state[-1, N_POINT_STATEV:].reshape(-1, 3)
-    state = joint.initial(test.traction[-1], damage=planes[:, 0], slip=planes[:, 1:])
-    # the elastic part of the slips is not given
-    compliance = np.abs(test.traction[-1]).max() / joint.material.K
-    np.testing.assert_allclose(state[5:8], test.separation[-1], rtol=0, atol=compliance)
-    at_rest = joint.update(np.zeros((1, 3)), state[None])
-    np.testing.assert_allclose(at_rest.traction[0], test.traction[-1], rtol=0, atol=1e-9)
 
 
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
