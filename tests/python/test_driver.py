@@ -39,16 +39,18 @@ def test_rows_and_targets(run) -> None:
     result = run(
         MATERIAL + FLAT + "&step s_N = 0.001, time = 3.0 /\n"
         "&step s_Tx = 0.4, -0.4, increments = 10, 20, cycles = 2, time = 6.0 /\n"
+        "&step s_Tx = 0.1, 0.2, 0.3, t_N = -1.0, -2.0, increments = 1, 2, time = 3.0, 5.0, 1.0 /\n"
     )
-    assert len(result.rows) == 100 + 2 * 30
-    assert [int(row[0]) for row in result.rows] == [1] * 100 + [2] * 60
-    assert [int(row[1]) for row in result.rows] == [*range(1, 101), *range(1, 61)]
-    times = [*np.arange(1, 101) * 0.03, *(3 + np.arange(1, 61) * 0.1)]
+    assert [int(row[0]) for row in result.rows] == [1] * 100 + [2] * 60 + [3] * 5
+    assert [int(row[1]) for row in result.rows] == [*range(1, 101), *range(1, 61), *range(1, 6)]
+    times = [*np.arange(1, 101) * 0.03, *(3 + np.arange(1, 61) * 0.1), 12.0, 14.5, 17.0, 17.5, 18.0]
     np.testing.assert_allclose(result["time"], times, rtol=1e-14)
     slip = result["s_Tx"][100:]
-    assert list(slip[[9, 29, 39, 59]]) == [0.4, -0.4, 0.4, -0.4]
+    assert list(slip[[9, 29, 39, 59, 60, 62, 64]]) == [0.4, -0.4, 0.4, -0.4, 0.1, 0.2, 0.3]
+    # a shorter list repeats its last value
+    assert_traction(result["t_N"][[160, 162, 164]], np.array([-1.0, -2.0, -2.0]))
     assert slip[19] == 0.0 and slip[14] == pytest.approx(0.2)
-    assert (result["s_N"][100:] == 0.001).all() and (result["s_Ty"] == 0.0).all()
+    assert (result["s_N"][100:160] == 0.001).all() and (result["s_Ty"] == 0.0).all()
 
 
 def test_slip_along_a_direction(run) -> None:
