@@ -14,8 +14,7 @@ Zeros are a virgin point.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -240,25 +239,6 @@ def update(
         worn = np.stack([end.omega, work], axis=-1)
         out[..., HEADER + PER_PLANE * len(gamma) :] = worn.reshape(*lead, PER_FACET * len(gamma))
     return Response(end.traction, out, tangent, end.branch, alpha > start.alpha)
-
-
-def replay(
-    parameters: Parameters, pattern: Pattern, S: ArrayLike, times: ArrayLike | None = None
-) -> Response:
-    """The law along a history S (T, ..., 3) of separations from a virgin point; T leads every field.
-
-    times (T,) are the ends of the increments, the first of which starts at 0; None: all durations are 0.
-    """
-    S = np.asarray(S, dtype=float)
-    state = np.zeros((*S.shape[1:-1], len(virgin(pattern, parameters.wears))))
-    s_old = np.zeros(S.shape[1:])
-    steps = []
-    clock = np.concatenate([[0.0], np.zeros(len(S)) if times is None else np.asarray(times, dtype=float)])
-    for s, dt in zip(S, np.diff(clock), strict=True):
-        steps.append(update(parameters, pattern, s, state, s_old, float(dt)))
-        state, s_old = steps[-1].state, s
-    names = (entry.name for entry in fields(Response))
-    return Response(*(np.stack([getattr(step, name) for step in steps]) for name in names))
 
 
 def _histories(parameters: Parameters, state: Floats, count: int) -> tuple[Floats, Floats]:
@@ -539,7 +519,7 @@ def confined_slip(
     sigma_N: ArrayLike,
     preload_increments: int = 20,
 ) -> SlipHistory:
-    """Slip (T,) prescribed along direction in the Tx-Ty plane under a constant normal traction sigma_N.
+    """Slip (T,) prescribed along direction in the Tx-Ty plane under a constant normal traction other than 0.
 
     sigma_N is first applied at zero slip in preload_increments equal increments (not rows of the result).
     direction and sigma_N may be arrays (B,): the result then has a second axis B.  No time passes.  The test
@@ -550,121 +530,62 @@ def confined_slip(
     )
     single = direction.ndim == 0
     direction, target = np.atleast_1d(direction), np.atleast_1d(target)
-    lanes = len(direction)
     along = np.stack([np.cos(direction), np.sin(direction)], axis=-1)
-    point = _HeldPoint(parameters, pattern, lanes)
-    for part in range(1, preload_increments + 1):
-        point.advance(np.zeros((lanes, 2)), target * part / preload_increments)
+    parts = np.arange(1, preload_increments + 1) / preload_increments
+    path = [(0.0 * along, target * part) for part in parts]
+    path += [(slip * along, target) for slip in np.asarray(slips, float)]
+    s, traction, work = np.zeros((len(along), 3)), np.zeros((len(along), 3)), np.zeros(len(along))
+    state = np.tile(virgin(pattern, parameters.wears), (len(along), 1))
     rows = []
-    for slip in np.asarray(slips, float):
-        point.advance(slip * along, target)
-        rows.append((point.s, point.traction, point.state, point.work))
-    separation, traction, state, work = (np.stack(column) for column in zip(*rows, strict=True))
-    if single:
-        separation, traction, state, work = separation[:, 0], traction[:, 0], state[:, 0], work[:, 0]
-    return SlipHistory(separation, traction, state[..., 0], state, work)
+    for s_T, t_N in path:
+        new = np.concatenate([_opening(parameters, pattern, s, state, s_T, t_N)[:, None], s_T], axis=-1)
+        with np.errstate(invalid="ignore"):
+            answer = update(parameters, pattern, new, state, s)
+        work = work + 0.5 * ((traction + answer.traction) * (new - s)).sum(-1)
+        s, traction, state = new, answer.traction, answer.state
+        lost = np.isnan(new[:, 0])
+        s[lost], traction[lost], state[lost] = np.nan, np.nan, np.nan
+        rows.append((s, traction, state[..., 0], state, work))
+    columns = (np.stack(column) for column in zip(*rows[preload_increments:], strict=True))
+    return SlipHistory(*(column[:, 0] if single else column for column in columns))
 
 
-class _HeldPoint:
-    """Points (lanes) whose tangential separation and normal traction are prescribed; unknown: s_N.
+def _opening(
+    parameters: Parameters, pattern: Pattern, s_old: Floats, state: Floats, s_T: Floats, t_N: Floats
+) -> Floats:
+    """s_N (B,) at s_T (B, 2) and t_N (B,): the first root from the last s_N on in the sense of the residual.
 
-    Newton's method with the consistent tangent is accepted only near the last root and on a rising branch;
-    otherwise s_N moves in steps from the last root in the sign of (sigma_N - t_N) to the first equilibrium.
+    NaN without one.  Steps from the last root find a bracket, Newton's method or halving its root.
     """
+    start = _start(parameters, pattern, s_old, state)
+    tolerance = TOLERANCE * (parameters.sigma0 + np.abs(t_N))
+    step = 1j * IMAGINARY * parameters.s0
 
-    def __init__(self, parameters: Parameters, pattern: Pattern, lanes: int) -> None:
-        self.parameters = parameters
-        self.pattern = pattern
-        self.s = np.zeros((lanes, 3))
-        self.traction = np.zeros((lanes, 3))
-        self.work = np.zeros(lanes)
-        self.state = np.tile(virgin(pattern, parameters.wears), (lanes, 1))
+    def residual(s_N: Floats) -> tuple[Floats, Floats]:
+        s = np.concatenate([(s_N + step)[:, None], s_T], axis=-1)
+        with np.errstate(invalid="ignore"):  # no root
+            traction = _end(parameters, start, s, 0.0).traction[:, 0]
+        return t_N - traction.real, traction.imag / step.imag
 
-    def advance(self, s_T: Floats, sigma_N: Floats) -> None:
-        """Move every lane to s_T (B, 2) and sigma_N (B,); a lane without equilibrium is NaN from then on."""
-        alive = np.isfinite(self.s[:, 0])
-        s = np.concatenate([self.s[:, :1], s_T], axis=-1)
-        trusted = np.zeros(len(s), dtype=bool)
-        if alive.any():
-            trusted[alive] = self._newton(s, sigma_N, np.flatnonzero(alive))
-        for lane in np.flatnonzero(alive & ~trusted):
-            s[lane, 0] = self._march(lane, s_T[lane], sigma_N[lane])
-        found = np.isfinite(s[:, 0])
-        s[~found] = np.nan
-        state, traction = np.full_like(self.state, np.nan), np.full_like(self.traction, np.nan)
-        if found.any():
-            answer = update(self.parameters, self.pattern, s[found], self.state[found], self.s[found])
-            state[found], traction[found] = answer.state, answer.traction
-        self.work = self.work + 0.5 * ((self.traction + traction) * (s - self.s)).sum(-1)
-        self.s, self.traction, self.state = s, traction, state
-
-    def _normal(self, s: Floats, lanes: NDArray[np.intp] | int) -> tuple[Floats, Floats]:
-        """Normal traction (...) and its slope dt_N/ds_N at trial separations (..., 3) of lanes."""
-        start = _start(self.parameters, self.pattern, self.s[lanes], self.state[lanes])
-        step = 1j * IMAGINARY * self.parameters.s0
-        traction = _end(self.parameters, start, s + np.array([step, 0.0, 0.0]), 0.0).traction[..., 0]
-        return traction.real, traction.imag / step.imag
-
-    def _tolerance(self, sigma_N: Floats) -> Floats:
-        return TOLERANCE * (self.parameters.sigma0 + np.abs(sigma_N))
-
-    def _newton(self, s: Floats, sigma_N: Floats, lanes: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """Newton iterations on the given lanes, in place on s[:, 0]; True where the root is accepted."""
-        shift = np.linalg.norm(s[lanes, 1:] - self.s[lanes, 1:], axis=-1)
-        change = np.abs(sigma_N[lanes] - np.nan_to_num(self.traction[lanes, 0]))
-        reach = 2.0 * shift + 10.0 * change / self.parameters.Kn
-        good = np.ones(len(lanes), dtype=bool)
-        busy = np.ones(len(lanes), dtype=bool)
-        for _ in range(15):
-            i = lanes[busy]
-            t_N, slope = self._normal(s[i], i)
-            residual = sigma_N[i] - t_N
-            good[busy] &= slope > 0.0
-            moving = (np.abs(residual) > self._tolerance(sigma_N[i])) & good[busy]
-            busy[busy] = moving
-            if not busy.any():
-                break
-            s[i[moving], 0] += residual[moving] / slope[moving]
-            good[busy] &= np.abs(s[i[moving], 0] - self.s[i[moving], 0]) <= reach[busy]
-            busy &= good
-            if not busy.any():
-                break
-        return good & ~busy
-
-    def _march(self, lane: int, s_T: Floats, sigma_N: float) -> float:
-        """First equilibrium from the last s_N on, in the direction of the residual; NaN if there is none."""
-        tolerance = float(self._tolerance(np.asarray(sigma_N)))
-        old = self.s[lane]
-
-        def residual(x: float) -> tuple[float, float]:
-            t_N, slope = self._normal(np.array([x, *s_T]), lane)
-            value = sigma_N - float(t_N)
-            return 0.0 if abs(value) <= tolerance else value, float(slope)
-
-        here = float(old[0])
-        r_here, slope = residual(here)
-        if r_here == 0.0:
-            if slope != 0.0:
-                return here
-            # If fully damaged and open states are all equilibria, take the one with the smallest |s_N|.
-            return 0.0 if residual(0.0)[0] == 0.0 else _next_root(residual, 0.0, here)
-        steepest = 1.0 / self.pattern[0][:, 0].min()
-        far = 2.0 * steepest * (self.parameters.sf + float(np.linalg.norm(s_T)))  # all planes open
-        step = np.sign(r_here) * self.parameters.s0 / 50.0
-        while (here <= far) if step > 0.0 else (here >= -1.0e6 * far):
-            there = here + step
-            if residual(there)[0] * r_here <= 0.0:
-                return _next_root(residual, here, there)
-            here, step = there, 1.05 * step
-        return float("nan")
-
-
-def _next_root(residual: Callable[[float], tuple[float, float]], start: float, end: float) -> float:
-    """Root nearest to start, by bisection; the residual changes its sign, or becomes zero, before end."""
-    sign = np.sign(residual(start)[0])
-    while (middle := 0.5 * (start + end)) not in (start, end):
-        if residual(middle)[0] * sign > 0.0:
-            start = middle
-        else:
-            end = middle
-    return end
+    near = end = s_old[:, 0]
+    r = residual(near)[0]
+    sense = np.where(np.abs(r) > tolerance, np.sign(r), 0.0)
+    steepest = 1.0 / pattern[0][:, 0].min()
+    far = 2.0 * steepest * (parameters.sf + np.linalg.norm(s_T, axis=-1))  # all planes open
+    width = parameters.s0 / 50.0
+    while (ahead := residual(end)[0] * sense > 0.0).any():
+        near = np.where(ahead, end, near)
+        end = np.where(ahead, end + width * sense, end)
+        end = np.where((end > far) | (end < -1.0e6 * far), np.nan, end)
+        width = 1.05 * width
+    s_N = end
+    for _ in range(100):
+        r, slope = residual(s_N)
+        busy = (np.abs(r) > tolerance) & (sense != 0.0)
+        if not busy.any():
+            break
+        near, end = np.where(r * sense > 0.0, s_N, near), np.where(r * sense > 0.0, end, s_N)
+        newton = s_N + r / np.where(slope == 0.0, np.inf, slope)
+        between = (newton - near) * (newton - end) < 0.0
+        s_N = np.where(busy, np.where(between, newton, 0.5 * (near + end)), s_N)
+    return s_N
