@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern, Step
 from asperity.cli import main
-from asperity.fit import ShearTest, fit, read_tests, refusals
+from asperity.fit import ShearTest, failed_checks, fit, read_tests
 from asperity.fit import model as fit_model
 from asperity.fit import result as outcome
 from asperity.fit.model import residual_ratio
@@ -156,7 +156,7 @@ def test_coupling_without_dilation() -> None:
     mu = found.estimates["mu"]
     assert (mu.high - mu.low) / mu.value / ((ratio.high - ratio.low) / ratio.value) > 5.0
     text = f"mu and theta cannot be separated (correlation {correlation:.4f}): set one of them"
-    assert text in refusals(found)
+    assert text in failed_checks(found)
 
 
 def test_residual_alone_does_not_tell_the_bond() -> None:
@@ -177,7 +177,7 @@ def test_rows_before_the_peak_do_not_deny_the_bond() -> None:
     """Where only a bond fits, but is not determined, the joint has one, and the fit is no result."""
     found = fit(study.synthetic(0.01, 0, turns=(0.022,), sides=0, dilation=False))
     assert found.problem.form == "mortar" and "Gc" in found.undetermined
-    assert any("Gc is not determined: rows beyond the peak" in text for text in refusals(found))
+    assert any("Gc is not determined: rows beyond the peak" in text for text in failed_checks(found))
 
 
 def test_doubts_are_told() -> None:
@@ -187,7 +187,7 @@ def test_doubts_are_told() -> None:
     assert "no result: theta is at its lower bound 0.5, where its interval has no meaning" in report(found)
     # a flat joint cannot dilate, so that neighbouring residuals are correlated
     found = fit(study.synthetic(0.01, 0), ("sigma0", "Gc", "mu"), sides=0, starts=1)
-    [text] = [text for text in refusals(found) if "more than noise" in text]
+    [text] = [text for text in failed_checks(found) if "more than noise" in text]
     assert found.neighbours > 0.9 and "correlation 0.9" in text
 
 
@@ -198,7 +198,7 @@ def test_rupture_energy_needs_rows_beyond_the_peak(turn: float) -> None:
     found = fit(study.synthetic(0.01, 40, turns=(turn,)), start=ALL, starts=1, joint="mortar")
     gc = found.estimates["Gc"]
     assert "Gc" in found.undetermined or gc.low <= TRUTH["Gc"] <= gc.high
-    assert ("Gc is not determined: rows beyond the peak" in " ".join(refusals(found))) == (turn < 0.045)
+    assert ("Gc is not determined: rows beyond the peak" in " ".join(failed_checks(found))) == (turn < 0.045)
 
 
 # --- arguments and command ----------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ from asperity.case_files import read_case, slip_tests
 from asperity.cli import main
 from asperity.fit import fit, read_tests
 from asperity.fit.command import COVARIANCE, HEADING
-from asperity.fit.result import refusals
+from asperity.fit.result import failed_checks
 from asperity.options import PICTURES, may_replace
 from asperity.uncertainty import uncertainty
 
@@ -195,14 +195,14 @@ def test_reasons() -> None:
     fixed = {name: HELD_OUT[name] for name in HELD_OUT if name != "mu"}
     tests = study.synthetic(NOISE, SEED, HELD_OUT, SIGMA_N)
     found = fit(tests, fixed=fixed, starts=4)
-    assert found.agreeing >= 3 and not refusals(found)
+    assert found.agreeing >= 3 and not failed_checks(found)
     alone = replace(found, costs=(found.costs[0], *(2.0 * cost for cost in found.costs[1:])))
-    assert refusals(alone) == ["only one start reached the smallest sum of squares: raise --starts"]
-    assert "the increments are too long" in refusals(replace(found, shift=1.0))[0]
+    assert failed_checks(alone) == ["only one start reached the smallest sum of squares: raise --starts"]
+    assert "the increments are too long" in failed_checks(replace(found, shift=1.0))[0]
     # a flat joint has no dilation
     wrong = {name: HELD_OUT[name] for name in ("sigma0", "Gc", "eta", "kc")}
     missed, wide = (fit(tests, ("mu",), wrong, sides=0, starts=1, model_error=e) for e in (0.0, 0.9))
-    assert "more than noise" in refusals(missed)[0] and not refusals(wide)
+    assert "more than noise" in failed_checks(missed)[0] and not failed_checks(wide)
     n = missed.neighbours
     assert wide.widening == pytest.approx(np.sqrt((1.0 + n) / (1.0 - n)))
     widths = [np.log(one.estimates["mu"].high / one.values["mu"]) for one in (missed, wide)]

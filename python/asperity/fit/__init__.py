@@ -3,4 +3,4 @@
 from .fitting import fit as fit
 from .records import ShearTest as ShearTest
 from .records import read_tests as read_tests
-from .result import refusals as refusals
+from .result import failed_checks as failed_checks

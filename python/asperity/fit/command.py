@@ -22,7 +22,7 @@ from .model import AUTO, MORTAR, ROCK, SCALES, SIDES
 from .proposal import VALUE, Arguments, proposal
 from .records import DEFAULT, NONE, read_tests
 from .report import accepted_text, case_of, covariance_text, draw, file_of, props_line, report
-from .result import Fit, refusals
+from .result import Fit, failed_checks
 
 NO_RESULT = 3
 """Exit code where numbers must not be used: of a fit, or of too few samples."""
@@ -174,7 +174,7 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
         print(report(found, units, "accepted" if options.accept else "no result"))
         for text in model_warnings(found.interface.material, found.interface.pattern, *pressed, slip=slip):
             print(f"warning: {text}")
-        reasons = refusals(found)
+        reasons = failed_checks(found)
         if not reasons or options.accept:
             break
         before.append(given)

@@ -65,7 +65,7 @@ def fit(
     scatter, over the range, of a model that differs from the tests by more than noise; it widens the
     intervals. joint: "mortar" with a bond, "rock" without, or "auto", that with the smaller information
     criterion. tick: called with the name of every part of a fit when it is done. The fit is a result if its
-    `refusals` are empty.
+    `failed_checks` are empty.
 
     Raises ValueError for inadmissible names and values and for fewer data than the free constants need.
 

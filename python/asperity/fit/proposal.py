@@ -10,7 +10,7 @@ import numpy as np
 
 from .fitting import problem_of, search
 from .model import ROCK, SIDES
-from .result import BETTER, Fit, refusals
+from .result import BETTER, Fit, failed_checks
 
 Arguments = dict[str, Any]
 """Arguments of `fit`, by name, and "accept", whether the constants are taken as they are."""
@@ -41,7 +41,7 @@ def proposal(found: Fit, given: Arguments, before: Sequence[Arguments] = ()) -> 
     constants as they are.
     """
     loose = dict.fromkeys([*found.undetermined, *found.at_bounds])
-    if not ({*loose} <= {*CUSTOMARY} and len(refusals(found)) == len(loose)):
+    if not ({*loose} <= {*CUSTOMARY} and len(failed_checks(found)) == len(loose)):
         cost = float(np.sum(replace(found.problem.coarse(), weight=1.0).residuals(found.x) ** 2))
         tried = _tried(found, given, before)
         _, other, change = min(tried, key=lambda one: one[0], default=(np.inf, np.inf, {}))

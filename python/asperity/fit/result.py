@@ -342,6 +342,6 @@ def checks(found: Fit) -> Iterator[tuple[bool, str]]:
         yield True, "only one start reached the smallest sum of squares: raise --starts"
 
 
-def refusals(found: Fit) -> list[str]:
+def failed_checks(found: Fit) -> list[str]:
     """Reasons why the constants must not be used; none if the fit is a result."""
     return [text for bad, text in checks(found) if bad]
