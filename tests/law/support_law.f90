@@ -19,8 +19,8 @@ module support_law
   implicit none
   private
   public :: table2_with, interface_of, regular_interface, listed_interface, kind_of, path_type, slip_path, even_steps, &
-    entry_of, give, complete, tangent_by_differences, plane_axes, local_separation, length, draw, &
-    random_history, random_walk, samples, same_bits, is_nan
+    entry_of, give, complete, tangent_by_differences, plane_axes, length, draw, random_history, &
+    random_walk, samples, same_bits, is_nan
 
   !> Strength, rupture energy, ductility and friction coefficient of Table 2 (MPa, mm).
   real(wp), parameter, public :: sigma0 = 3.0_wp, gc = 0.3_wp, eta = 0.9_wp, mu = 0.5_wp
@@ -297,16 +297,6 @@ contains
       axes(:, 2) = cross(normal, axes(:, 3))
     end if
   end function plane_axes
-
-  !> Components (s_n, s_t, s_h) of a separation on a plane.
-  pure function local_separation(normal, s) result(local)
-    real(wp), intent(in) :: normal(3)   !! unit normal (N, Tx, Ty)
-    real(wp), intent(in) :: s(3)        !! separation (N, Tx, Ty)
-    real(wp) :: local(3)
-    real(wp) :: axes(3, 3)
-    axes = plane_axes(normal)
-    local = [dot_product(axes(:, 1), s), dot_product(axes(:, 2), s), dot_product(axes(:, 3), s)]
-  end function local_separation
 
   !> Length of a vector. The intrinsic norm2 is not used: that of LLVM 16 is negative for some vectors with a negative
   !> zero.

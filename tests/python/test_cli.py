@@ -9,6 +9,7 @@ import sys
 import sysconfig
 from collections.abc import Callable
 from importlib import metadata
+from importlib.resources import files
 from pathlib import Path
 
 import asperity
@@ -152,7 +153,8 @@ def test_doctor(said: Callable, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_package_has_what_hosts_need() -> None:
-    """The sources for Abaqus and the header are in the package; these packages are required."""
+    """The package has sources for Abaqus, the header, and the mark of types; these packages are required."""
+    assert (files(asperity) / "py.typed").is_file()
     for name in ("asperity_abaqus.f90", "asperity_abaqus_standard.f90"):
         assert (installed.abaqus() / name).is_file(), name
     assert installed.library().with_name("asperity.h").is_file()

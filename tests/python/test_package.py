@@ -1,4 +1,4 @@
-"""The package against its contract: names, arrays, threads, restart, events, warnings, and the C library."""
+"""The package against its contract: names, arrays, threads, restart, events and warnings."""
 
 from __future__ import annotations
 
@@ -8,11 +8,9 @@ import re
 import subprocess
 import warnings
 from dataclasses import FrozenInstanceError, fields, replace
-from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
 
-import asperity
 import numpy as np
 import pytest
 from asperity import (
@@ -22,11 +20,10 @@ from asperity import (
     Material,
     ModelWarning,
     Pattern,
-    Step,
     contract,
     installed,
 )
-from support_calls import LIBRARY, c_update, umat
+from support_calls import LIBRARY, umat
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 RP_4 = Interface(TABLE_2, Pattern.regular(4, 30.0))
@@ -69,6 +66,7 @@ def test_results_have_their_fields() -> None:
     for n in (0, 7):
         result = RP_4.update(random_path(1, n), np.zeros((n, 23)), np.zeros((n, 3)))
         assert [getattr(result, name).shape for name in RESULTS] == [(n, 3), (n, 23), (n, 3, 3)]
+        assert RP_4.initial(np.zeros((n, 3)), damage=0.5).shape == (n, 23)
         assert all(getattr(result, name).dtype == np.float64 for name in RESULTS)
         assert all(getattr(result, name).flags.c_contiguous for name in RESULTS)
         for history in (RP_4.replay(random_path(1, n)), RP_4.confined_slip(0.0, 0.01 * np.arange(n), 0.0)):
@@ -331,13 +329,6 @@ def test_events_are_those_of_the_driver(tmp_path: Path) -> None:
     assert {"onset", "damaged", "slip", "open", "close"} <= {name for _, found in names for name in found}
 
 
-def test_runs_warn_once() -> None:
-    """A run over many increments warns once of modes that differ."""
-    with pytest.warns(ModelWarning, match="sigma02 or Gc2 differ from mode I") as caught:
-        Interface(replace(TABLE_2, Gc2=0.4), FLAT.pattern).run(Step(s_N=0.01, increments=5))
-    assert len(caught) == 1
-
-
 # --- initial states; tests/solver/test_initial.pf has more -----------------------------------------------
 
 
@@ -359,22 +350,3 @@ def test_what_the_guard_held_back() -> None:
         result = rough.update(np.zeros((1, 3)), state[None])
         np.testing.assert_allclose(result.traction[0], traction, rtol=0, atol=1e-10 * 3.0)
     assert accepted > 40
-    assert RP_4.initial(np.zeros((0, 3)), damage=0.5).shape == (0, RP_4.nstatv)
-
-
-# --- C API of the shared library -----------------------------------------
-
-
-def test_c_update_is_the_package() -> None:
-    """The C function gives traction, state and tangent of the package to the last bit."""
-    assert (files(asperity) / "py.typed").is_file() and set(asperity.__all__) <= set(dir(asperity))
-    s_old, s = random_path(10, 30), random_path(11, 30)
-    start = RP_4.update(s_old).state
-    for given in (s_old, None):
-        expected = RP_4.update(s, start, given)
-        old = None if given is None else np.asfortranarray(given.T)
-        arguments = RP_4.props(), 0.0, old, np.asfortranarray(s.T), start.T
-        out = c_update(LIBRARY, *arguments, tangent=given is not None)
-        assert (out.status, out.message) == (0, "")
-        assert np.array_equal(out.stress.T, expected.traction) and np.array_equal(out.state.T, expected.state)
-        assert given is None or np.array_equal(out.tangent.transpose(2, 1, 0), expected.tangent)
