@@ -9,18 +9,12 @@ module support_law
   use asperity_errors, only: errors_type
   use asperity_kinds, only: wp
   use asperity_point, only: update_point
-  use asperity_control_point, only: new_point
-  use asperity_load_path, only: start_run, next_row, row_type, run_type
-  use asperity_mixed_control, only: report_type
-  use asperity_pattern, only: direction_vector
   use random_numbers, only: draw
-  use asperity_rie_law, only: new_rie_law
   use asperity_steps, only: complete_steps, step_table, step_type
   implicit none
   private
-  public :: table2_with, interface_of, regular_interface, listed_interface, kind_of, path_type, slip_path, even_steps, &
-    entry_of, give, complete, tangent_by_differences, plane_axes, length, draw, random_history, &
-    random_walk, samples, same_bits, is_nan
+  public :: table2_with, interface_of, regular_interface, listed_interface, kind_of, entry_of, give, complete, &
+    tangent_by_differences, plane_axes, length, draw, random_history, random_walk, samples, same_bits, is_nan
 
   !> Strength, rupture energy, ductility and friction coefficient of Table 2 (MPa, mm).
   real(wp), parameter, public :: sigma0 = 3.0_wp, gc = 0.3_wp, eta = 0.9_wp, mu = 0.5_wp
@@ -41,20 +35,6 @@ module support_law
   !> Kinds of interfaces: those of the paper, then those with further constants. Time of an increment of all kinds.
   integer, parameter, public :: n_plain = 14, n_kinds = 26
   real(wp), parameter, public :: kind_dt = 0.1_wp
-
-  !> Increments of the normal traction before a slip: the energies of a preload need sub-increments.
-  integer, parameter :: n_preload = 100
-
-  !> Results of a point in a confined slip test.
-  type :: path_type
-    integer :: n = 0                        !! number of slips reached
-    real(wp), allocatable :: s(:, :)        !! (3, slips) separation (N, Tx, Ty), mm
-    real(wp), allocatable :: t(:, :)        !! (3, slips) traction (N, Tx, Ty), MPa
-    real(wp), allocatable :: along(:)       !! (slips) tangential traction along the direction of slip, MPa
-    real(wp), allocatable :: state(:, :)    !! (nstatv, slips) STATEV
-    real(wp), allocatable :: work(:)        !! (slips) work of the traction on the separation, N/mm
-    type(report_type), allocatable :: reports(:)   !! (slips) of the increments
-  end type path_type
 
 contains
 
@@ -166,24 +146,6 @@ contains
     joint = interface_of(table2_with([p_m, p_theta, index], [4.0_wp, theta, value]))
   end function rp_4
 
-  !> Steps of a confined slip: sigma_N is applied at zero slip and kept constant, then slips are prescribed along a
-  !> direction, one increment each, in which no time passes. The transverse slip is zero.
-  subroutine slip_steps(direction, slips, sigma_n, preload, steps)
-    real(wp), intent(in) :: direction                         !! from Tx towards Ty, degrees
-    real(wp), intent(in) :: slips(:)                          !! mm
-    real(wp), intent(in) :: sigma_n                           !! normal traction, MPa
-    integer, intent(in) :: preload                            !! increments of sigma_N
-    type(step_type), intent(out) :: steps(2)                  !! complete
-    call give(steps(1), "t_N", [sigma_n])
-    call give(steps(1), "increments", [real(preload, wp)])
-    call give(steps(1), "time", [0.0_wp])
-    call give(steps(2), "slip", slips)
-    call give(steps(2), "direction", [direction])
-    call give(steps(2), "increments", [1.0_wp])
-    call give(steps(2), "time", [0.0_wp])
-    call complete(steps)
-  end subroutine slip_steps
-
   !> Give an entry of a step its values.
   subroutine give(step, name, values)
     type(step_type), intent(inout) :: step    !! the step
@@ -209,56 +171,6 @@ contains
       if (step_table(i)%name == name) exit
     end do
   end function entry_of
-
-  !> Confined slip; slips from the loss of equilibrium on are not in the arrays.
-  function slip_path(joint, direction, slips, sigma_n, preload, spring) result(path)
-    type(interface_type), intent(in) :: joint             !! the interface
-    real(wp), intent(in) :: direction                     !! from Tx towards Ty, degrees
-    real(wp), intent(in) :: slips(:)                      !! mm
-    real(wp), intent(in) :: sigma_n                       !! normal traction, MPa
-    integer, intent(in), optional :: preload              !! increments of sigma_N
-    real(wp), intent(in), optional :: spring              !! normal stiffness of the surroundings in the slip, MPa/mm
-    type(path_type) :: path
-    type(step_type) :: steps(2)
-    type(run_type) :: run
-    type(row_type) :: row
-    real(wp) :: e(2)
-    integer :: n, parts
-    logical :: found
-    parts = n_preload
-    if (present(preload)) parts = preload
-    n = size(slips)
-    allocate (path%s(3, n), path%t(3, n), path%state(joint%n_statev, n), path%work(n), path%reports(n))
-    call slip_steps(direction, slips, sigma_n, parts, steps)
-    if (present(spring)) then
-      steps(2)%control%spring(1) = spring
-      steps(2)%changed(1) = .true.
-    end if
-    call start_run(new_rie_law(joint), steps, run, new_point(new_rie_law(joint)))
-    do
-      call next_row(run, row, found)
-      if (.not. found .or. row%lost) exit
-      if (row%step == 1) cycle
-      path%n = path%n + 1
-      path%s(:, path%n) = row%s
-      path%t(:, path%n) = row%traction
-      path%state(:, path%n) = row%state
-      path%work(path%n) = row%work
-      path%reports(path%n) = row%report
-    end do
-    e = direction_vector(direction)
-    allocate (path%along(path%n))
-    path%along(:) = e(1)*path%t(2, :path%n) + e(2)*path%t(3, :path%n)
-  end function slip_path
-
-  !> Values last/n, 2 last/n, ..., last.
-  pure function even_steps(last, n) result(x)
-    real(wp), intent(in) :: last   !! last value
-    integer, intent(in) :: n       !! number of values
-    real(wp) :: x(n)
-    integer :: i
-    x = [(last*(real(i, wp)/real(n, wp)), i=1, n)]
-  end function even_steps
 
   !> Tangent by central differences of the traction.
   pure function tangent_by_differences(joint, from, s, state, step, dt) result(tangent)

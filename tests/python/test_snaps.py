@@ -1,0 +1,90 @@
+"""Snaps of confined slips, and none where the curve of equilibria goes on; test_snap.pf has closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from asperity import Interface, Material, Pattern, Step
+
+pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+
+
+def joint(
+    sides: int, theta: float, flat: float = 1.0 / 3.0, turn: float = 0.0, **constants: float
+) -> Interface:
+    """Material of Table 2 with other constants, and a regular pattern."""
+    material = Material(**{"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | constants)
+    return Interface(material, Pattern.regular(sides, theta, flat, turn))
+
+
+def even(last: float, n: int) -> np.ndarray:
+    """Values last/n, 2 last/n, ..., last."""
+    return last * np.arange(1, n + 1) / n
+
+
+@pytest.mark.parametrize("steps", [50, 100, 250, 500, 1000, 2950, 6000])
+def test_steep_fold(steps: int) -> None:
+    """Eight steep planes without pressure jump out of contact; the jump is the same for any increment."""
+    history = joint(8, 60.0, 0.0, 298.64).confined_slip(0.0, even(0.3, steps), 0.0, preload=1)
+    (snap,) = history.snaps
+    assert snap.before[1] == pytest.approx(0.15267, abs=0.3 / steps)
+    # by an overdamped motion in tiny steps; a coarse increment meets the fold with slips of its own
+    assert snap.released == pytest.approx(9.73e-3, rel=0.06 if steps < 400 else 0.01)
+    slope = np.tan(np.radians(60.0)) * np.cos(np.radians(298.64 + 45.0))
+    found = [snap.after[0], history.separation[-1, 0]]
+    assert found == pytest.approx([slope * snap.after[1], slope * 0.3], rel=0, abs=1e-10)
+
+
+def test_jammed_joint_unloads() -> None:
+    """A joint that jams between two planes of mu tan(theta) > 1 unloads along its elastic path."""
+    ends = []
+    for back in (50, 200):
+        slips = np.concatenate([even(0.2, 100), 0.2 - even(0.1, back)])
+        history = joint(2, 40.0, 0.0, mu=1.3, kc=100.0).confined_slip(0.0, slips, 0.0, preload=100)
+        assert not history.snaps
+        ends.append(history.traction[-1, 1])
+    assert ends[0] > 3.0 and ends[1] == pytest.approx(ends[0], rel=0, abs=3e-9)
+
+
+@pytest.mark.parametrize("ratio", [1e-8, 1e-6, 1e6])
+def test_giant_increments(ratio: float) -> None:
+    """Of bonds with sigma02^2/Gc2 far from mode I only the brittle one snaps, at the start of its slip."""
+    rough = joint(4, 30.0, sigma02=3.0, Gc2=0.3 / ratio)
+    history = rough.confined_slip(0.0, even(0.4 * max(1.0, 1.0 / ratio), 20), -1.0, preload=1)
+    assert [snap.row for snap in history.snaps] == ([0] if ratio > 1.0 else [])
+
+
+def test_soft_spring_is_followed() -> None:
+    """A rough joint of stiff contact on a soft spring is unloaded: its planes stay in contact, no snap."""
+    rough = joint(7, 45.0, turn=-177.0, eta=0.99, mu=1.2, kc=1e4, guard=True)
+    slips = [*even(0.3, 6), *(0.3 - even(0.3, 6))]
+    history = rough.run([Step(t_N=0.0, increments=1), Step(slip=slips, increments=1, k_N=0.354)])
+    assert len(history) == 13 and not history.snaps
+
+
+@pytest.mark.parametrize("steps", [40, 100, 250, 1000])
+def test_last_plane_without_pressure(steps: int) -> None:
+    """The joint snaps when its last plane breaks; then s_N is the smallest opening without a contact."""
+    turn, height = 348.84, 0.06
+    constants = {"eta": 0.99, "mu": 0.8, "sigma02": 3.142, "Gc2": 0.3513, "kc": 100.0, "height": height}
+    rough = joint(4, 34.34, turn=turn, **constants)
+    history = rough.confined_slip(0.0, even(0.8, steps), 0.0, preload=1)
+    intact = np.min([history.alpha(k) for k in range(1, 6)], axis=0) < 1.0
+    broken = int(intact.sum())
+    assert 0 < broken < steps and intact[:broken].all()
+    assert [snap.row for snap in history.snaps if snap.row >= broken] == [broken]
+    steepest = np.tan(np.radians(34.34)) * np.cos(np.radians(turn + 90.0 * np.arange(4))).max()
+    climbed = steepest * history.separation[broken:, 1]
+    opening = -height * np.expm1(-climbed / height)
+    np.testing.assert_allclose(history.separation[broken:, 0], opening, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("kc", [1.0, 10.0, 600.0])
+@pytest.mark.parametrize("remains", [0.02, 0.005, 0.001])
+@pytest.mark.parametrize("pressure", [0.1, 1.0, 28.0])
+def test_contact_near_its_largest_closure(kc: float, remains: float, pressure: float) -> None:
+    """A contact up to 1e4 times stiffer than a slack one has an equilibrium, in which each slip ends."""
+    # a flat joint closes by this largest closure but for the part that remains
+    closure = pressure / (kc * 150.0) * remains / (1.0 - remains)
+    history = joint(2, 30.0, kc=kc, closure=closure).confined_slip(0.0, even(0.3, 60), -pressure, preload=100)
+    assert len(history) == 60
