@@ -44,7 +44,8 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
 
   call new_interface(props, joint, status)
   position = component_map(ntens, joint%map)
-  if (status == status_ok) status = host_status(joint, position, stran, dstran, statev, dtime)
+  if (status == status_ok) status = host_status(joint, position, ntens, stran, dstran, nstatv, statev, &
+    dtime)
   if (status == status_ok) then
     traction = 0.0_wp
     from = 0.0_wp

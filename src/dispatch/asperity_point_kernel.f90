@@ -19,7 +19,7 @@ contains
     type(interface_type), intent(in) :: joint          !! material and pattern
     real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start of the increment, length
     real(wp), intent(in) :: s(3)                       !! separation at its end, length
-    real(wp), intent(inout), contiguous :: state(:)    !! STATEV, start -> end, size >= n_statev(Np)
+    real(wp), intent(inout) :: state(joint%n_statev)   !! STATEV, start -> end
     real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
     real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
     real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v > 0), time; absent: 0

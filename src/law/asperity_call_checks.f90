@@ -122,11 +122,12 @@ contains
   end subroutine explain_time
 
   !> Whether the arguments of a call of the UMAT are admissible.
-  pure function host_status(joint, position, stran, dstran, statev, dtime) result(status)
+  pure function host_status(joint, position, ntens, stran, dstran, nstatv, statev, dtime) result(status)
     type(interface_type), intent(in) :: joint       !! the interface
     integer, intent(in) :: position(3)              !! component_map
-    real(wp), intent(in), contiguous :: stran(:), dstran(:)   !! (ntens) strain at the start, increment
-    real(wp), intent(in), contiguous :: statev(:)   !! state at the start
+    integer, intent(in) :: ntens, nstatv            !! components of the host, state variables
+    real(wp), intent(in) :: stran(ntens), dstran(ntens)   !! strain at the start, increment
+    real(wp), intent(in) :: statev(nstatv)          !! state at the start
     real(wp), intent(in), optional :: dtime         !! time increment
     integer :: status                               !! 0, status_ntens, status_time or those of point_status
     real(wp) :: bound
@@ -136,8 +137,7 @@ contains
     if (status /= status_ok) return
     status = status_separation
     bound = strain_bound(joint)
-    if (.not. all_bounded(size(stran), stran, bound)) return
-    if (.not. all_bounded(size(dstran), dstran, bound)) return
+    if (.not. (all_bounded(ntens, stran, bound) .and. all_bounded(ntens, dstran, bound))) return
     status = state_status(joint, statev)
   end function host_status
 

@@ -60,6 +60,8 @@ contains
     integer(int64) :: beyond
     integer :: i
     beyond = 0_int64
+    ! a vector loop would take longer for few values
+    !GCC$ novector
     do i = 1, n
       beyond = ior(beyond, outside(x(i), bound, .true.))
     end do
@@ -158,8 +160,9 @@ contains
   end subroutine set_limits
 
   !> Read PROPS before the listed planes, with defaults for missing values; all of PROPS is tested.
-  pure subroutine read_props(props, fixed, status)
-    real(wp), intent(in), contiguous :: props(:)     !! PROPS, any number of values
+  pure subroutine read_props(n, props, fixed, status)
+    integer, intent(in) :: n                         !! number of values
+    real(wp), intent(in) :: props(n)                 !! PROPS
     real(wp), intent(out) :: fixed(n_fixed_props)    !! admissible if status is 0
     integer, intent(out) :: status                   !! 0, status_props or status_nprops
     character(len=:), allocatable :: message
@@ -168,7 +171,7 @@ contains
     ! entries that are integers
     logical, parameter :: integral(n_fixed_props) = [(prop_table(i)%scale == "whole", i=1, n_fixed_props)]
     integer, parameter :: whole(count(integral)) = pack([(i, i=1, n_fixed_props)], integral)
-    given = min(size(props), n_fixed_props)
+    given = min(n, n_fixed_props)
     fixed = defaults
     beyond = 0_int64
     !$omp simd reduction(ior:beyond)

@@ -35,7 +35,7 @@ contains
     real(wp) :: p(n_fixed_props)
     integer :: m
 
-    call read_props(props, p, status)
+    call read_props(size(props), props, p, status)
     if (status /= status_ok) return
     call new_material(p, joint%material)
     m = int(p(p_m))

@@ -76,7 +76,9 @@ contains
       pattern%h_y(k) = azimuth_sin(start + k)*rotation(2) - azimuth_cos(start + k)*rotation(1)
       pattern%gamma(k) = weight
     end do
-    pattern%gamma(pattern%n + 1:pattern%n + vector_width - 1) = 0.0_wp
+    do k = 1, vector_width - 1
+      pattern%gamma(pattern%n + k) = 0.0_wp
+    end do
     if (first == 1) then
       call set_flat(pattern, 1)
       pattern%gamma(1) = merge(flat, 1.0_wp, m > 0)

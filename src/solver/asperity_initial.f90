@@ -24,7 +24,7 @@ contains
   !> The test uses the bits: a traction that is not finite comes from an array that the host left undefined.
   pure function first_traction(traction, state) result(yes)
     real(wp), intent(in) :: traction(3)   !! (N, Tx, Ty), 0 where the host has no such component; any bits
-    real(wp), intent(in) :: state(:)      !! STATEV
+    real(wp), intent(in) :: state(v_status)   !! STATEV up to this value
     logical :: yes
     yes = .not. abs(state(v_status)) > 0.0_wp
     if (yes) yes = all(bounded(traction, huge(1.0_wp)))
