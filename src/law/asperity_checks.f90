@@ -23,8 +23,8 @@ module asperity_checks
   !> Ranges of the n state variables of a point, repeated for the points that are tested together: bits of the largest
   !> magnitudes, and masks with all bits set where a value must not be negative.
   type, public :: limits_type
+    integer(int64), dimension(points_together*most_statev) :: most, unsigned   ! first, so that vectors are aligned
     integer :: n   !! state variables of a point
-    integer(int64), dimension(points_together*most_statev) :: most, unsigned
   end type limits_type
 
   real(wp), parameter :: defaults(n_fixed_props) = prop_table%default

@@ -47,43 +47,61 @@ contains
     real(wp), intent(in), optional :: dt                          !! duration, required if tau_v > 0, time
     logical, intent(in), optional :: by_rows                      !! true: tangent(j, i, :), as C and Python store it
     type(block_type) :: block
-    real(wp) :: from(3)
     type(limits_type) :: limits
+    real(wp) :: from(3)
     logical :: rows
-    integer :: first, i, last, n
+    integer :: n
 
     failed = 0
     status = time_status(joint, dt)
+    if (status == status_ok) call new_block(joint, block, status, dt)
     if (status /= status_ok) return
     n = size(s, 2)
     failed = n + 1
-    from = 0.0_wp
     call set_limits(joint%pattern%n, joint%n_statev, energy_limit, slip_bound(joint), limits)
-    !$omp parallel do if(n >= worth_threads) schedule(static) private(i, last) firstprivate(from) reduction(min: failed)
-    do first = 1, n, chunk
-      last = min(first + chunk - 1, n)
-      if (rows_bounded(limits, separation_bound(joint), first, last, s, state, s_old)) cycle
-      do i = last, first, -1
-        if (present(s_old)) from = s_old(:, i)
-        if (point_status(joint, from, s(:, i), state(:, i)) /= status_ok) failed = min(failed, i)
-      end do
-    end do
-    !$omp end parallel do
-    if (failed <= n) then
-      if (present(s_old)) from = s_old(:, failed)
-      status = point_status(joint, from, s(:, failed), state(:, failed))
-      return
-    end if
-    failed = 0
-    call new_block(joint, block, status, dt)
-    if (status /= status_ok) return
     rows = .false.
     if (present(by_rows)) rows = by_rows
-    !$omp parallel do if(n >= worth_threads) schedule(static)
-    do first = 1, n, chunk
-      call update_rows(block, first, min(first + chunk - 1, n), s, state, traction, rows, s_old, tangent)
-    end do
-    !$omp end parallel do
+    ! a team of one thread would cost as much as a dozen points
+    if (n >= worth_threads) then
+      !$omp parallel
+      call update_all()
+      !$omp end parallel
+    else
+      call update_all()
+    end if
+    if (failed > n) then
+      failed = 0
+      return
+    end if
+    from = 0.0_wp
+    if (present(s_old)) from = s_old(:, failed)
+    status = point_status(joint, from, s(:, failed), state(:, failed))
+
+  contains
+
+    !> Find the first bad point; if there is none, update all points. The threads that call it share its loops.
+    subroutine update_all()
+      real(wp) :: from(3)
+      integer :: first, i, last
+      from = 0.0_wp
+      !$omp do schedule(static) reduction(min: failed)
+      do first = 1, n, chunk
+        last = min(first + chunk - 1, n)
+        if (rows_bounded(limits, separation_bound(joint), first, last, s, state, s_old)) cycle
+        do i = last, first, -1
+          if (present(s_old)) from = s_old(:, i)
+          if (point_status(joint, from, s(:, i), state(:, i)) /= status_ok) failed = min(failed, i)
+        end do
+      end do
+      !$omp end do
+      if (failed <= n) return
+      !$omp do schedule(static)
+      do first = 1, n, chunk
+        call update_rows(block, first, min(first + chunk - 1, n), s, state, traction, rows, s_old, tangent)
+      end do
+      !$omp end do
+    end subroutine update_all
+
   end subroutine update_points
 
 end module asperity_points
