@@ -71,18 +71,22 @@ subroutine contract_joint(kn, ks, constants)
 end subroutine contract_joint
 
 !> Check PROPS.
-subroutine interface_review(nprops, props, n_planes, status)
+subroutine interface_review(nprops, props, n_planes, wears, status)
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
   implicit none
   integer, intent(in) :: nprops                    !! number of constants
   double precision, intent(in) :: props(nprops)    !! PROPS
   integer, intent(out) :: n_planes                 !! planes of the pattern, 0 if PROPS is not admissible
+  integer, intent(out) :: wears                    !! 1: the state has values of facets, too
   integer, intent(out) :: status                   !! 0, status_props or status_nprops
   type(interface_type) :: joint
   n_planes = 0
+  wears = 0
   call new_interface(props, joint, status)
-  if (status == status_ok) n_planes = joint%pattern%n
+  if (status /= status_ok) return
+  n_planes = joint%pattern%n
+  wears = merge(1, 0, joint%material%wears)
 end subroutine interface_review
 
 !> What is wrong with PROPS: all bad values at once (a function of its own, since f2py takes long to hand back a text).

@@ -95,25 +95,11 @@ class SlipTest:
 
 
 def read_case(path: str | Path, any_law: bool = False) -> Case:
-    """Read a case file, defaults included.
+    """Read a case file of the driver, defaults included; it has a `Run` for every value of its sweep, or one.
 
-    Parameters
-    ----------
-    path
-        Case file of the driver.
-    any_law
-        Whether the case may have `&umat` instead of material and pattern.
-
-    Returns
-    -------
-    Case
-        With a `Run` for every value of its sweep, or one; a run has the joint (`interface`), `steps`, `state`
-        and `tolerance` of `Interface.run`, and `history()` runs it.
-
-    Raises
-    ------
-    ValueError
-        With the messages of the driver: all errors, each with file, line, value and what is expected.
+    A run has the joint (`interface`), `steps`, `state` and `tolerance` of `Interface.run`; `history()` runs
+    it.  any_law: whether the case may have `&umat` instead of material and pattern.  Raises ValueError with
+    the messages of the driver: all errors, each with file, line, value and what is expected.
 
     Examples
     --------
@@ -186,9 +172,7 @@ def drive(case: Path) -> dict[float | None, History]:
     """
     found = {}
     for run in read_case(case).runs:
-        start = run.state or Point(np.zeros(run.interface.nstatv))
-        joint = run.interface
-        history, lost = rows_of(joint.props(), joint.n_planes, run.steps, start, run.tolerance, True)
+        history, lost = rows_of(run.interface.props(), run.steps, run.state, run.tolerance, keep_lost=True)
         if bool(lost) != run.loses:
             raise ValueError(f"{case}: {lost or 'the run ended where a loss of equilibrium was expected'}")
         found[run.value] = history

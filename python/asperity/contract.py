@@ -166,12 +166,15 @@ def number(name: str, value: float, admissible: str = "a finite number") -> floa
         raise ValueError(f"{name} = {shown(value)}: expected {admissible}") from None
 
 
-def array(name: str, value: ArrayLike) -> Floats:
-    """Convert an array to contiguous doubles; raises ValueError with its name and the value that is wrong."""
+def array(name: str, value: ArrayLike, *shapes: tuple[int | str, ...]) -> Floats:
+    """Convert an array to contiguous doubles; raises ValueError with its name and the value that is wrong.
+
+    shapes: those that are admissible, if not any is; a letter stands for any length.
+    """
     try:
         if np.iscomplexobj(value):  # NumPy would drop the imaginary parts
             raise TypeError("complex")
-        return np.asarray(value, dtype=float, order="C")
+        found = np.asarray(value, dtype=float, order="C")
     except (OverflowError, TypeError, ValueError) as error:
         try:
             for i, one in np.ndenumerate(np.asarray(value, dtype=object)):
@@ -179,6 +182,15 @@ def array(name: str, value: ArrayLike) -> Floats:
         except ValueError as found:
             raise found from None
         raise ValueError(f"{name}: {error}, expected numbers") from None
+    for shape in shapes:
+        if len(shape) == found.ndim:
+            pairs = zip(shape, found.shape, strict=True)
+            if all(isinstance(wanted, str) or wanted == length for wanted, length in pairs):
+                return found
+    if not shapes:
+        return found
+    expected = " or ".join(str(shape).replace("'", "") for shape in shapes)
+    raise ValueError(f"{name} has shape {found.shape}: expected {expected}")
 
 
 def shown(value: object) -> str:
@@ -189,12 +201,16 @@ def shown(value: object) -> str:
         return f"an integer of {int.bit_length(value)} bits" if isinstance(value, int) else "a huge number"
 
 
-def check(props: Floats) -> int:
-    """Number of planes of a PROPS vector; raises ValueError with every bad value and what was expected."""
-    n_planes, status = _core.interface_review(props)
+def check(props: Floats) -> tuple[int, bool]:
+    """Number of planes of a PROPS vector, and whether their facets wear or are crushed.
+
+    These are the arguments of `n_statev` and `statev_names`.  Raises ValueError with every bad value and what
+    was expected.
+    """
+    n_planes, wears, status = _core.interface_review(props)
     if status != 0:
         raise ValueError(_text(_core.interface_errors(props)))
-    return n_planes
+    return n_planes, bool(wears)
 
 
 def library_version() -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import subprocess
 from collections.abc import Sequence
@@ -10,7 +9,6 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from . import contract
@@ -26,29 +24,12 @@ from .steps import Point, Step
 class ForeignUmat:
     """UMAT in a shared library, called as Abaqus/Standard calls it (docs/how-to/any-umat.md).
 
-    Parameters
-    ----------
-    library
-        The shared library.
-    length, stiffness
-        Separation at which the strength is reached, length, and elastic stiffness of the bond, stress/length:
-        scales for the solver.
-    props, nstatv
-        PROPS, and the number of state variables.
-    symbol
-        Name of the routine in the library.
-    order
-        Names of the components in the order of the UMAT, "-" for another one; 2, 3 or 6 in all.
-    thickness
-        Length by which separations are divided.
-    state
-        STATEV (nstatv,) at the start; None is zero.
-    damage
-        Number, from 1, of the state variable that is the damage.
-    limit
-        Longest time for an increment, s.
-
-    Raises FileNotFoundError if there is no such library.
+    The fields are the entries of `&umat` (docs/reference/driver.md).  length, stiffness: separation at which
+    the strength is reached, length, and elastic stiffness of the bond, stress/length: scales for the solver.
+    symbol: name of the routine.  order: components in the order of the UMAT, "-" for another one; 2, 3 or 6
+    in all.  thickness: length by which separations are divided.  state: STATEV (nstatv,) at the start; None
+    is zero.  damage: number, from 1, of the state variable that is the damage.  limit: longest time for an
+    increment, s.  Raises FileNotFoundError if there is no such library.
     """
 
     library: str | Path
@@ -105,20 +86,18 @@ class ForeignUmat:
         """Entries of &umat."""
         given = {part.name: getattr(self, part.name) for part in fields(self)}
         for name in ("props", "state"):
-            if given[name] is not None and contract.array(name, given[name]).ndim != 1:
-                raise ValueError(f"{name}: expected a list of numbers")
+            if given[name] is not None:
+                contract.array(name, given[name], ("n",))
         return given | {"library": str(Path(self.library).resolve())}
 
 
 def _rows(output: Path, lost: bool, message: str) -> History:
     """Rows of the driver with all columns; the message is an event, instead of a lost row."""
-    with output.open(encoding="utf-8", newline="") as file:
-        names, *rows = csv.reader(file)
-    rows = rows[: len(rows) - lost]
-    n = names.index("event")
-    places = [names.index(name) for name in ("damage", *ENERGIES[:3])] + [*range(n + 1, len(names))]
-    numbers, states = (
-        np.array([[float(row[i]) for i in some] for row in rows]).reshape(len(rows), len(some))
-        for some in (range(n), places)
-    )
-    return history_of(numbers, states, np.array([row[n] for row in rows], "S64"), 0, message)
+    import pandas
+
+    table = pandas.read_csv(output, dtype=str, na_filter=False)
+    table = table[: len(table) - lost]
+    n = table.columns.get_loc("event")
+    numbers = table.iloc[:, :n].astype(float).to_numpy()
+    states = table[["damage", *ENERGIES[:3], *table.columns[n + 1 :]]].astype(float).to_numpy()
+    return history_of(numbers, states, table["event"].to_numpy("S64"), 0, message)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -26,6 +25,10 @@ COLUMNS = (*SEPARATION, *TRACTION, "damage", *ENERGIES, "event")
 
 EVENTS = ("onset", "damaged", "open", "close", "slip", "snap", "turn", "substeps", "cut", "lost")
 """Names of events in the order in which a row has them."""
+
+
+ARRAYS = ("separation", "traction", "damage", "state", "work", "step", "position", "time", "iterations")
+"""Fields of a history with a value for each row."""
 
 
 class _Named:
@@ -68,7 +71,7 @@ class _Named:
     @property
     def wears(self) -> bool:
         """Whether the state has variables of wear."""
-        return self.state.shape[1] == contract.n_statev(self.planes, True)
+        return self.state.shape[1] > contract.n_statev(self.planes)
 
     def worn(self, plane: int) -> Floats:
         """Worn share of the asperity of a plane, 0 to 1; raises ValueError for a material without wear."""
@@ -154,8 +157,7 @@ class History(_Named):
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        _freeze(self.separation, self.traction, self.damage, self.state, self.work)
-        _freeze(self.step, self.position, self.time, self.iterations)
+        _freeze(*(getattr(self, name) for name in ARRAYS))
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -171,7 +173,7 @@ class History(_Named):
 
     @property
     def dilation(self) -> Floats:
-        """Opening s_N of the rows, length; under pressure it begins with the closure."""
+        """Opening s_N of the rows, length; it begins negative under pressure."""
         return self.separation[:, 0]
 
     @property
@@ -232,17 +234,15 @@ class History(_Named):
         if len(self.step) != len(self):
             raise ValueError(f"step = {step}: expected rows of Interface.run, rows of a file have no steps")
         n = int(np.sum(self.step <= step))
-        rows = [part[n:] for part in (self.separation, self.traction, self.damage, self.state, self.work)]
-        more = [part[n:] for part in (self.step, self.position, self.time, self.iterations)]
+        rows = {name: getattr(self, name)[n:] for name in ARRAYS}
         before = {name for row, text in self.events if row < n for name in text.split("+")}
         events = {row - n: text for row, text in self.events if row >= n}
         if before and len(self) > n:
             names = before | {name for name in events.get(0, "").split("+") if name}
-            events = {0: "+".join(sorted(names, key=EVENTS.index))} | {
-                k: v for k, v in events.items() if k > 0
-            }
+            later = {row: text for row, text in events.items() if row > 0}
+            events = {0: "+".join(sorted(names, key=EVENTS.index))} | later
         snaps = tuple(replace(snap, row=max(snap.row - n, 0)) for snap in self.snaps)
-        return History(*rows, tuple(events.items()), snaps, self.n_planes, *more)
+        return replace(self, events=tuple(events.items()), snaps=snaps, **rows)
 
     def ended(self, text: str) -> History:
         """The same rows with this text as the event after the last one."""
@@ -275,22 +275,35 @@ class History(_Named):
 
         Raises ValueError if a column or all rows are missing, and for every cell that is no finite number.
         """
-        source = Path(path)
-        text = source.read_text(encoding="utf-8-sig", errors="replace")
-        names, *lines = csv.reader([line for line in text.splitlines() if line] or [""])
-        missing = [name for name in COLUMNS if name not in names]
-        if missing:
+        import pandas
+
+        try:
+            encoding = {"encoding": "utf-8-sig", "encoding_errors": "replace"}
+            table = pandas.read_csv(path, dtype=str, na_filter=False, **encoding)
+        except pandas.errors.EmptyDataError:
+            table = pandas.DataFrame()
+        except pandas.errors.ParserError as error:
+            raise ValueError(f"{path}: {error}") from None
+        if missing := [name for name in COLUMNS if name not in table]:
             raise ValueError(f"{path}: expected columns {', '.join(missing)}")
-        if not lines:
+        if table.empty:
             raise ValueError(f"{path}: expected rows after the header")
-        numbers = np.array([_numbers(path, row, names, line) for row, line in enumerate(lines, 2)])
-        column = dict(zip(COLUMNS, numbers.T, strict=False))
-        state = np.zeros((len(lines), contract.N_POINT_STATEV))
+        if not isinstance(table.index, pandas.RangeIndex):  # made of values without a name
+            count = table.shape[1] + table.index.nlevels
+            raise ValueError(f"{path}: line 2: {count} values: expected {table.shape[1]}")
+        cells = table[[*COLUMNS[:-1]]]
+        good = np.isfinite(cells.apply(pandas.to_numeric, errors="coerce").to_numpy(float))
+        for row, k in np.argwhere(~good)[:1]:
+            found = f"line {row + 2}, column {COLUMNS[k]}: {cells.iat[row, k] or 'empty'}"
+            raise ValueError(f"{path}: {found}: expected a finite number")
+        numbers = cells.astype(float)  # to_numeric may be off in the last digit
+        state = np.zeros((len(table), contract.N_POINT_STATEV))
         for name in ("damage", *ENERGIES[:3]):
-            state[:, contract.statev_index(name)] = column[name]
-        texts = [line[names.index("event")] for line in lines]
-        events = tuple((row, text) for row, text in enumerate(texts) if text)
-        return cls(numbers[:, :3], numbers[:, 3:6], column["damage"], state, column["work"], events)
+            state[:, contract.statev_index(name)] = numbers[name]
+        events = tuple((row, text) for row, text in enumerate(table["event"]) if text)
+        parts = [*SEPARATION], [*TRACTION], "damage", "work"
+        s, t, damage, work = (numbers[part].to_numpy(float, copy=True) for part in parts)
+        return cls(s, t, damage, state, work, events)
 
     def _events(self) -> list[str]:
         """Events of each row, joined by +; one after the last row belongs to it."""
@@ -300,24 +313,6 @@ class History(_Named):
             if i >= 0:
                 texts[i] = f"{texts[i]}+{text}" if texts[i] else text
         return texts
-
-
-def _numbers(path: str | Path, row: int, names: list[str], line: list[str]) -> list[float]:
-    """Numbers of a line in the order of COLUMNS; raises ValueError for the first one that is not finite."""
-    if len(line) != len(names):
-        raise ValueError(f"{path}: line {row}: {len(line)} values: expected {len(names)}")
-    found = {}
-    for name, text in zip(names, line, strict=True):
-        if name in COLUMNS[:-1]:
-            try:
-                found[name] = float(text)
-            except ValueError:
-                found[name] = np.nan
-            if not np.isfinite(found[name]):
-                raise ValueError(
-                    f"{path}: line {row}, column {name}: {text or 'empty'}: expected a finite number"
-                )
-    return [found[name] for name in COLUMNS[:-1]]
 
 
 def _freeze(*arrays: Floats) -> None:

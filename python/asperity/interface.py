@@ -14,7 +14,7 @@ from .cards import blocks as cards
 from .contract import Floats
 from .errors import EquilibriumLost, InputError, slip_words
 from .history import History, Update
-from .load_path import no_rows, rows_of
+from .load_path import rows_of
 from .material import Material, ModelWarning
 from .model_checks import check_model, warn_of_physics
 from .pattern import Pattern
@@ -32,23 +32,20 @@ class Interface:
     material: Material
     pattern: Pattern
     n_planes: int = field(init=False, repr=False, compare=False)
+    nstatv: int = field(init=False, repr=False, compare=False)
     _props: Floats = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Pack the constants."""
+        """Pack the constants, and count planes and state variables."""
         made_by = {"material": (Material, "Material(...)"), "pattern": (Pattern, "Pattern.regular(8, theta)")}
         for name, (kind, call) in made_by.items():
             if not isinstance(given := getattr(self, name), kind):
                 raise ValueError(f"{name} = {contract.shown(given)}: expected a {kind.__name__}, as {call}")
-        props = self._pack()
+        props = self.props()
         props.flags.writeable = False
-        object.__setattr__(self, "_props", props)
-        object.__setattr__(self, "n_planes", contract.check(props))
-
-    @property
-    def nstatv(self) -> int:
-        """State variables of a point."""
-        return contract.n_statev(self.n_planes, self.material.wears)
+        sizes = contract.check(props)
+        for name, value in (("_props", props), ("n_planes", sizes[0]), ("nstatv", contract.n_statev(*sizes))):
+            object.__setattr__(self, name, value)
 
     def update(
         self,
@@ -60,29 +57,15 @@ class Interface:
     ) -> Update:
         """Take n points over one increment; the arguments are not modified, except for out.
 
-        Parameters
-        ----------
-        s
-            Separation at the end (n, 3), length.
-        state, s_old
-            State (n, nstatv) and separation (n, 3) at the start; None means zero, a virgin point. s_old
-            enters the energies, the guard and, with facets that wear, their wear.
-        dt
-            Duration of the increment, time, used only if tau_v > 0 and then required.
-        out
-            Arrays to which traction (n, 3), state (n, nstatv) and tangent (n, 3, 3) are written: contiguous
-            doubles in C order. The state at the end may replace that at the start: `out[1] is state`.
+        s (n, 3): separation at the end, length.  state (n, nstatv), s_old (n, 3): state and separation at the
+        start; None means zero, a virgin point.  s_old enters the energies, the guard and, with facets that
+        wear, their wear.  dt: duration of the increment, time, used only if tau_v > 0 and then required.
+        out: arrays to which traction (n, 3), state (n, nstatv) and tangent (n, 3, 3) are written, contiguous
+        doubles in C order, which the result then shows.  The state at the end may replace that at the start:
+        `out[1] is state`.
 
-        Returns
-        -------
-        Update
-            Traction, state and tangent; with out it shows these arrays, so it changes with them.
-
-        Raises
-        ------
-        ValueError
-            For wrong shapes and for values that are missing, not finite or out of range. A state that was to
-            be replaced is then unchanged.
+        Raises ValueError for wrong shapes and for values that are missing, not finite or out of range; a
+        state that was to be replaced is then unchanged.
 
         Examples
         --------
@@ -98,20 +81,18 @@ class Interface:
         >>> bool(end.damage[0] == state[0, 0] > 0.0)
         True
         """
-        s = _array("s", s, 3)
+        s = contract.array("s", s, ("n", 3))
         n = len(s)
-        start = None if state is None else _array("state", state, self.nstatv, n)
-        s_old = np.zeros((n, 3)) if s_old is None else _array("s_old", s_old, 3, n)
+        start = None if state is None else contract.array("state", state, (n, self.nstatv))
+        s_old = np.zeros((n, 3)) if s_old is None else contract.array("s_old", s_old, (n, 3))
         shapes = (n, 3), (n, self.nstatv), (n, 3, 3)
         if out is None:
             traction, new, tangent = map(np.empty, shapes)
         else:
             traction, new, tangent = _outputs(out, shapes, {"s": s, "state": start, "s_old": s_old})
         duration = 0.0 if self._is_missing("dt", dt) else float(dt)
-        if start is None:
-            new[:] = 0.0
-        elif start is not new:
-            new[:] = start
+        if start is not new:
+            new[:] = 0.0 if start is None else start
         if n > 0:  # f2py accepts no empty arrays
             _raise(
                 *_core.interface_update(self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T),
@@ -127,19 +108,14 @@ class Interface:
         count from this state on, so they are zero in it.  Raises ValueError for wrong input and for a
         traction that the state cannot carry; the message contains the traction that it can.
         """
-        given = contract.array("traction", traction)
-        tractions = _array("traction", np.atleast_2d(given), 3).copy()
-        alpha = contract.array("damage", damage)
-        if alpha.shape not in ((), (self.n_planes,)):
-            raise ValueError(f"damage has shape {alpha.shape}: expected () or {(self.n_planes,)}")
-        slips = contract.array("slip", (0.0, 0.0) if slip is None else slip)
-        if slips.shape not in ((2,), (self.n_planes, 2)):
-            raise ValueError(f"slip has shape {slips.shape}: expected (2,) or {(self.n_planes, 2)}")
+        given = contract.array("traction", traction, (3,), ("n", 3))
+        tractions = np.array(given, ndmin=2)
         state = np.zeros((len(tractions), self.nstatv))
         shape = (len(tractions), self.n_planes, contract.N_PLANE_STATEV)
         planes = state[:, contract.N_POINT_STATEV : contract.n_statev(self.n_planes)].reshape(shape)
-        planes[:, :, 0] = alpha
-        planes[:, :, 1:] = slips
+        planes[:, :, 0] = contract.array("damage", damage, (), (self.n_planes,))
+        if slip is not None:
+            planes[:, :, 1:] = contract.array("slip", slip, (2,), (self.n_planes, 2))
         if len(tractions) > 0:
             _raise(*_core.interface_initial(self._props, tractions.T, state.T))
         return state[0] if given.ndim == 1 else state
@@ -152,35 +128,16 @@ class Interface:
     ) -> History:
         """Take one point along a load path; each row is the end of an increment.
 
-        Parameters
-        ----------
-        steps
-            The load path, as the groups `&step` of a case file: what is prescribed for each component.
-        state
-            Start: STATEV (nstatv,) at separation zero, as from `initial`; a `Point`, as `History.end` of an
-            earlier run; None is a virgin point.
-        tolerance
-            1e-8 to 0.1: the increments are halved until the rows of two runs of the whole path agree, and
-            rows are left out where straight lines stay within the tolerance. It is relative to the largest
-            traction (at least sigma0), separation (at least s_f) and work (at least Gc). Where the path
-            jumps, it is the distance between the curves.
+        steps: the load path, as the groups `&step` of a case file.  state: the start, STATEV (nstatv,) at
+        separation zero, as from `initial`, or a `Point`, as `History.end` of an earlier run; None is a virgin
+        point.  tolerance, 1e-8 to 0.1: the increments are halved until the rows of two runs of the whole path
+        agree, and rows are left out where straight lines stay within the tolerance.  It is relative to the
+        largest traction (at least sigma0), separation (at least s_f) and work (at least Gc).  Where the path
+        jumps, it is the distance between the curves.
 
-        Returns
-        -------
-        History
-            The rows of all steps.
-
-        Raises
-        ------
-        ValueError
-            For every value that is out of range, by its name, and for a tolerance that is not reached.
-        EquilibriumLost
-            Where no equilibrium is found, with the rows before and the reason.
-
-        Warns
-        -----
-        ModelWarning
-            As `confined_slip`, for the largest pressure and slip of the rows.
+        Raises ValueError for every value that is out of range, by its name, and for a tolerance that is not
+        reached; EquilibriumLost, with the rows before and the reason, where no equilibrium is found.  Warns
+        of the largest pressure and slip of the rows by ModelWarning, with the sentences of the driver.
 
         Examples
         --------
@@ -222,41 +179,13 @@ class Interface:
         It is `run` without its warnings and without `EquilibriumLost`, for many runs in threads: the library
         works without the lock of the interpreter.
         """
-        start = self._start(state)
-        return rows_of(
-            self._props, self.n_planes, [steps] if isinstance(steps, Step) else steps, start, tolerance
-        )
-
-    def _start(self, state: ArrayLike | Point | None) -> Point:
-        """Start of a path; raises ValueError for a wrong shape."""
-        point = Point(np.zeros(self.nstatv)) if state is None else state
-        if not isinstance(point, Point):
-            point = Point(contract.array("state", state))
-        separation = contract.array("separation", point.separation)
-        for name, value, size in (("state", point.state, self.nstatv), ("separation", separation, 3)):
-            if np.shape(value) != (size,):
-                raise ValueError(f"{name} has shape {np.shape(value)}: expected ({size},)")
-        return point
+        return rows_of(self._props, steps, state, tolerance)
 
     def replay(self, S: ArrayLike, times: ArrayLike | None = None) -> History:
-        """Take one virgin point along separations; each row is the end of an increment.
+        """Take one virgin point along separations S (T, 3), length; each of the T rows is an increment.
 
-        Parameters
-        ----------
-        S
-            Separations (T, 3), length.
-        times
-            Ends of the increments (T,), which start at 0, not decreasing; required if tau_v > 0.
-
-        Returns
-        -------
-        History
-            T rows.
-
-        Raises
-        ------
-        ValueError
-            For a wrong shape and for values that are missing, not finite or too large.
+        times (T,): ends of the increments, which start at 0, not decreasing; required if tau_v > 0.  Raises
+        ValueError for a wrong shape and for values that are missing, not finite or too large.
 
         Examples
         --------
@@ -265,17 +194,17 @@ class Interface:
         >>> flat.replay([[0.02, 0.0, 0.0], [0.2, 0.0, 0.0]]).traction[:, 0].round(12).tolist()
         [3.0, 0.0]
         """
-        S = _array("S", S, 3)
+        S = contract.array("S", S, ("n", 3))
         durations = np.diff(self._times(times, len(S)), prepend=0.0)
         if len(S) == 0:
-            return self._empty()
+            return self.rows(Step(increments=1))[0].after_step(1)
         step = Step(s_N=S[:, 0], s_Tx=S[:, 1], s_Ty=S[:, 2], increments=1, time=durations)
         try:
             history, lost = self.rows(step)
         except InputError as error:
-            rows = f"(of 0 to {len(S) - 1})"
+            of_rows = f"(of 0 to {len(S) - 1})"
             texts = (
-                f"row {one.at} {rows}: {one.name} = {one.value}: {one.text}" if one.at >= 0 else one.words
+                f"row {one.at} {of_rows}: {one.name} = {one.value}: {one.text}" if one.at >= 0 else one.words
                 for one in error.records
             )
             raise ValueError("\n".join(texts)) from None
@@ -298,46 +227,17 @@ class Interface:
     ) -> History:
         """Slip test of Section 4: slips along a direction under a constant normal traction, zero across it.
 
-        Parameters
-        ----------
-        direction
-            Direction of the slip, degrees, from Tx towards Ty.
-        slips
-            Slips (T,), length, that are reached one after the other: a row for each of them or, with a
-            tolerance or follow="branch", as many rows as it takes.
-        sigma_N
-            Normal traction, stress. It is applied first at zero slip, which may damage the joint and gives no
-            row, and is then constant.
-        preload
-            Number of increments of sigma_N.
-        times
-            Times (T,) of the slips, from 0 at the end of the preload, not decreasing; required if tau_v > 0.
-        preload_time
-            Duration of the preload.
-        tolerance
-            As in `run`.
-        stiffness
-            Of the surroundings (CNS, constant normal stiffness), >= 0, stress/length: from the start of the
-            slip on, the normal traction changes by -stiffness times the change of s_N.
-        follow, arc
-            As in `Step`: follow="branch" continues along the unstable part, where "stable" jumps.
+        The normal traction sigma_N, stress, is applied first, at zero slip, in `preload` increments that last
+        preload_time; it may damage the joint and gives no row.  slips (T,), length, are then reached one
+        after the other along the direction, degrees from Tx towards Ty: a row for each of them or, with a
+        tolerance or follow="branch", as many rows as it takes.  times (T,): of the slips, from 0 at the end
+        of the preload, not decreasing; required if tau_v > 0.  stiffness: of the surroundings (CNS), >= 0,
+        stress/length: from the start of the slip on, the normal traction changes by -stiffness times the
+        change of s_N.  tolerance as in `run`; follow and arc as in `Step`.  The work of the rows includes
+        that of the preload.
 
-        Returns
-        -------
-        History
-            Rows of the slip; its work includes that of the preload.
-
-        Raises
-        ------
-        ValueError
-            For wrong input.
-        EquilibriumLost
-            Where no equilibrium is found, with the rows before.
-
-        Warns
-        -----
-        ModelWarning
-            With the sentences of the driver (docs/reference/driver.md), for the largest pressure and slip.
+        Raises ValueError for wrong input, EquilibriumLost, with the rows before, where no equilibrium is
+        found.  Warns as `run`.
 
         Examples
         --------
@@ -346,13 +246,12 @@ class Interface:
         >>> flat.confined_slip(0.0, [0.1, 0.2, 0.3], -1.0).traction[-1].round(6).tolist()
         [-1.0, 0.5, 0.0]
         """
-        slips = contract.array("slips", slips)
+        slips = contract.array("slips", slips, ("T",))
         sigma_N = contract.number("sigma_N", sigma_N, "a finite traction")
-        if slips.ndim != 1:
-            raise ValueError(f"slips have shape {slips.shape}: expected (T,)")
         times = self._times(times, len(slips))
         if not 0.0 <= preload_time < np.inf:
             raise ValueError(f"preload_time = {preload_time!r}: expected a finite time >= 0")
+        each = tolerance is None and follow == "stable"
         path = slip_path(
             contract.number("direction", direction, "a finite angle"),
             slips if slips.size else [0.0],
@@ -363,7 +262,7 @@ class Interface:
             preload_time,
             follow,
             arc,
-            each=tolerance is None,
+            each,
         )
         try:
             history, lost = self.rows(path, tolerance=tolerance)
@@ -373,51 +272,35 @@ class Interface:
         pressed = history.traction[:, 0].min(initial=0.0)
         warn_of_physics(self.material, self.pattern, sigma_N, pressed, slip=slip)
         reached = int(history.position[-1]) - 1 if len(history) else -1
-        history = history.after_step(1)
-        if slips.size == 0:
-            return self._empty()
-        if lost:
-            why = lost.partition(": ")[2]
-            if reached < 0:
-                where, text = "", f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
-            else:
-                each = tolerance is None and follow == "stable"
+        history = history.after_step(1 if slips.size else 2)
+        if lost and slips.size:
+            where, text = "", f"no equilibrium in the preload to sigma_N = {sigma_N:g}"
+            if reached >= 0:
                 where = f"row {len(history)} (of 0 to {len(slips) - 1}): " if each else ""
                 place = "at" if each else "before"
                 text = f"no equilibrium {place} slip {slips[reached]:g}, sigma_N = {sigma_N:g}"
-            history = history.ended(text)
-            raise EquilibriumLost(f"{where}{text}: {why}", history)
+            raise EquilibriumLost(f"{where}{text}: {lost.partition(': ')[2]}", history.ended(text))
         return history
 
-    def _empty(self) -> History:
-        return no_rows(self.nstatv, self.n_planes)
+    def props(self, **of_host: float) -> Floats:
+        """Vector PROPS for a host, contract.props_table(): h=1, map=0, dalpha=0, r=0, where not given.
 
-    def props(
-        self,
-        h: float = contract.default("h"),
-        map: int = int(contract.default("map")),
-        dalpha: float = contract.default("dalpha"),
-        r: float = contract.default("r"),
-    ) -> Floats:
-        """Vector PROPS for a host, contract.props_table(); h is the thickness it divides by.
-
-        Raises ValueError naming every value out of range.
+        h is the thickness by which the host divides.  Raises ValueError naming every value out of range.
         """
-        return self._pack(h=h, map=map, dalpha=dalpha, r=r)
-
-    def _pack(self, **of_host: float) -> Floats:
-        values = self.material.values() | self.pattern.values() | of_host
-        props = contract.pack(values, self.pattern.constants())
+        known = [row.name for row in contract.owned("host", "numerics")]
+        for name in of_host:
+            if name not in known:
+                raise ValueError(f"{name}: expected one of {', '.join(known)}")
+        props = contract.pack(
+            self.material.values() | self.pattern.values() | of_host, self.pattern.constants()
+        )
         contract.check(props)
         return props
 
     def card(
         self,
         host: str,
-        h: float = contract.default("h"),
-        map: int = int(contract.default("map")),
-        dalpha: float = contract.default("dalpha"),
-        r: float = contract.default("r"),
+        *,
         name: str = "INTERFACE",
         dimension: int = 3,
         explicit: bool = False,
@@ -427,6 +310,7 @@ class Interface:
         size: float | None = None,
         direction: float | None = None,
         notes: Sequence[str] = (),
+        **of_host: float,
     ) -> str:
         """Material block of the input of a host: "abaqus", "akantu", "calculix", "fenicsx", "kratos",
         "mtest", "ogs" or "oofem".
@@ -434,21 +318,14 @@ class Interface:
         explicit: for Abaqus/Explicit, which needs a density (mass per area and thickness h).  stress: largest
         compression, sigma_N < 0; modulus and size: E of the solid beside the interface and length of its
         elements; direction: of the slip, degrees from Tx towards Ty.  They are checked: the findings go into
-        the block after the notes, and problems also give a ModelWarning.
+        the block after the notes, and problems also give a ModelWarning.  of_host: h, map, dalpha and r, as
+        in `props`.
         Raises ValueError for an unknown host, a value out of range, or what the host cannot take.
         """
         found = check_model(self.material, self.pattern, stress, modulus, size, direction)
-        texts = [*notes]
-        texts += [one.text if one.good else f"WARNING: {one.text}" for one in found]
-        block = cards.Block(
-            name,
-            self.props(h, map, dalpha, r),
-            contract.statev_names(self.n_planes, self.material.wears),
-            texts,
-            dimension,
-            explicit,
-            density,
-        )
+        texts = [*notes, *(one.text if one.good else f"WARNING: {one.text}" for one in found)]
+        names = contract.statev_names(*contract.check(self._props))
+        block = cards.Block(name, self.props(**of_host), names, texts, dimension, explicit, density)
         text = cards.card(host, block)
         for one in found:
             if not one.good:
@@ -466,44 +343,29 @@ class Interface:
         """Times (rows,), zeros if none are given."""
         if self._is_missing("times", times):
             return np.zeros(rows)
-        array = contract.array("times", times)
-        if array.shape != (rows,):
-            raise ValueError(f"times have shape {array.shape}: expected ({rows},)")
-        before = np.concatenate([[0.0], array])[:-1]
-        bad = np.flatnonzero(~(np.isfinite(array) & (array >= before)))
-        if bad.size > 0:
-            i = bad[0]
+        array = contract.array("times", times, (rows,))
+        before = np.append(0.0, array)[:-1]
+        for i in np.flatnonzero(~(np.isfinite(array) & (array >= before)))[:1]:
             raise ValueError(
                 f"times[{i}] = {array[i]:g}: expected a finite number from {before[i]:g}, the time before, on"
             )
         return array
 
 
-def _array(name: str, value: ArrayLike, columns: int, rows: int | None = None) -> Floats:
-    """Contiguous array of doubles of shape (rows, columns)."""
-    array = contract.array(name, value)
-    if array.ndim != 2 or array.shape[1] != columns or rows not in (None, len(array)):
-        expected = f"({'n' if rows is None else rows}, {columns})"
-        raise ValueError(f"{name} has shape {array.shape}: expected {expected}")
-    return array
-
-
 def _outputs(
     out: Sequence[Floats], shapes: Sequence[tuple[int, ...]], inputs: dict[str, Floats | None]
 ) -> Sequence[Floats]:
     """Arrays for traction, state and tangent; raises ValueError for one that cannot be written to."""
-    if not isinstance(out, Sequence):
-        raise ValueError(f"out = {contract.shown(out)}: expected traction, state and tangent")
-    if len(out) != len(shapes):
-        raise ValueError(f"out has {len(out)} entries: expected traction, state and tangent")
+    if not isinstance(out, Sequence) or len(out) != len(shapes):
+        found = f"has {len(out)} entries" if isinstance(out, Sequence) else f"= {contract.shown(out)}"
+        raise ValueError(f"out {found}: expected traction, state and tangent")
     taken = dict(inputs)
     for i, (array, shape) in enumerate(zip(out, shapes, strict=True)):
         name = f"out[{i}]"
         if not isinstance(array, np.ndarray) or array.dtype != np.float64 or not array.flags.carray:
             found = f"a {array.dtype} array" if isinstance(array, np.ndarray) else contract.shown(array)
             raise ValueError(f"{name} is {found}: expected writable float64, contiguous in C order")
-        if array.shape != shape:
-            raise ValueError(f"{name} has shape {array.shape}: expected {shape}")
+        contract.array(name, array, shape)
         for other, values in taken.items():
             in_place = i == 1 and other == "state" and values is array
             # exact for contiguous arrays

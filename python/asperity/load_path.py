@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core, contract
 from .contract import Floats
@@ -36,35 +36,36 @@ def _vector(numbers: Floats, letter: str) -> Floats:
 
 def rows_of(
     props: Floats,
-    n_planes: int,
-    steps: Sequence[Step],
-    start: Point,
+    steps: Sequence[Step] | Step,
+    start: ArrayLike | Point | None = None,
     tolerance: float | None = None,
     keep_lost: bool = False,
 ) -> tuple[History, str]:
     """Rows for admissible PROPS, and why the path ends before its end ("" if it does not).
 
-    keep_lost: the row beyond which there is no equilibrium is the last one, instead of an event after the
-    last one. Raises ValueError for every value of steps, start and tolerance that is out of range.
+    start: as in `Interface.run`.  keep_lost: the row beyond which there is no equilibrium is the last one,
+    instead of an event after the last one. Raises ValueError for every value of steps, start and tolerance
+    that is out of range.
     """
-    steps = list(steps)
+    sizes = contract.check(props)
+    nstatv = contract.n_statev(*sizes)
+    start = Point(np.zeros(nstatv)) if start is None else start
+    start = start if isinstance(start, Point) else Point(start)
+    steps = [steps] if isinstance(steps, Step) else list(steps)
     if not steps or not all(isinstance(step, Step) for step in steps):
         raise ValueError("steps: expected one asperity.Step or more")
     relative = 0.0 if tolerance is None else contract.number("tolerance", tolerance, "1e-8 to 0.1")
     counts, values = pack(steps)
     work = np.nan if start.work is None else contract.number("work", start.work)
-    place = np.append(contract.array("separation", start.separation), work)
-    state = contract.array("state", start.state)
+    place = np.append(contract.array("separation", start.separation, (3,)), work)
+    state = contract.array("state", start.state, (nstatv,))
     n = FIRST_ROOM
     if tolerance is None and not any(step.follow == "branch" for step in steps):
         n = min(sum(map(len, steps)), MOST_ROOM)
     while True:
         room = n
-        numbers, states, names = (
-            np.zeros((room, len(column_names()))),
-            np.empty((room, state.size)),
-            np.zeros(room, "S64"),
-        )
+        numbers, states = np.zeros((room, len(column_names()))), np.empty((room, nstatv))
+        names = np.zeros(room, "S64")
         n, ended, status, message = _core.path_rows(
             props, counts.T, values, place, state, tolerance is not None, relative, numbers.T, states.T, names
         )
@@ -80,14 +81,7 @@ def rows_of(
         text = message.decode("ascii").rstrip()
         lost = f"equilibrium lost beyond {place}, s = ({s}), t = ({t}): {text}"
     kept = slice(n if keep_lost else n - bool(lost))
-    return history_of(numbers[kept], states[kept], names[kept], n_planes, "" if keep_lost else lost), lost
-
-
-def no_rows(nstatv: int, n_planes: int) -> History:
-    """History without rows."""
-    return history_of(
-        np.zeros((0, len(column_names()))), np.zeros((0, nstatv)), np.zeros(0, "S64"), n_planes, ""
-    )
+    return history_of(numbers[kept], states[kept], names[kept], sizes[0], "" if keep_lost else lost), lost
 
 
 def history_of(
@@ -98,11 +92,8 @@ def history_of(
     events = tuple((row, name) for row, name in happened if name)
     if lost:
         events += ((len(numbers), lost),)
-    before, after, released = (
-        _vector(numbers, "before"),
-        _vector(numbers, "after"),
-        _column(numbers, "released"),
-    )
+    before, after = _vector(numbers, "before"), _vector(numbers, "after")
+    released = _column(numbers, "released")
     snaps = tuple(
         Snap(row, tuple(before[row].tolist()), tuple(after[row].tolist()), float(released[row]))
         for row in np.flatnonzero(_column(numbers, "snaps") > 0.0).tolist()

@@ -44,25 +44,13 @@ class Material(_Constants):
     def from_joint(cls, kn: float, ks: float, mu: float, **others: float) -> Material:
         """Material of a joint without bond, such as a rock joint: damage0 = 1.
 
-        Its bond only gives the stiffness: K = ks, kc = kn/ks.
-
-        Parameters
-        ----------
-        kn, ks
-            Stiffness in closing and in shear, stress/length.
-        mu
-            Coefficient of friction.
-        others
-            Further constants by name, such as closure, height and W0.
-
-        Raises
-        ------
-        ValueError
-            Naming every value out of range, and every constant that kn and ks give.
+        kn, ks: stiffness in closing and in shear, stress/length, by a bond that gives the stiffness only:
+        K = ks, kc = kn/ks.  mu: coefficient of friction.  others: further constants by name.  Raises
+        ValueError naming every value out of range, and every constant that kn and ks give.
 
         Examples
         --------
-        >>> joint = Material.from_joint(kn=20.0, ks=5.0, mu=0.6, closure=0.2)
+        >>> joint = Material.from_joint(kn=20.0, ks=5.0, mu=0.6, height=0.2)
         >>> round(joint.K, 12), joint.kc, joint.damage0
         (5.0, 4.0, 1.0)
         """
@@ -98,28 +86,15 @@ class Material(_Constants):
     ) -> Material:
         """Material of a mortar joint from the constants of interface models of masonry (Lourenço 1996).
 
-        The shear stiffness of the law is c^2/(2 GfII (1 - eta)), because both modes have one eta; ks has no
-        effect.  The peak is below c + tan_phi |sigma_N|, because friction acts on the damaged part only.
-
-        Parameters
-        ----------
-        kn, ks
-            Stiffness in opening (in closing the same, kc = 1) and in shear, stress/length.
-        ft, GfI
-            Tensile strength, stress, and energy of mode I, stress*length.
-        c, GfII
-            Cohesion, stress, and energy of mode II, stress*length.
-        tan_phi
-            Slope of the residual strength.
-        tan_psi, delta
-            Dilatancy tan_psi exp(-delta u) at the slip u; delta: 1/length.  It is that of planes of the slope
-            tan_psi, `Pattern.regular(2, degrees(arctan(tan_psi)), flat=0.0)` for a slip along Tx, with the
-            friction mu = tan(phi - psi) and the height tan_psi/delta, infinite if delta = 0.
-
-        Raises
-        ------
-        ValueError
-            Naming every value out of range.
+        kn, ks: stiffness in opening (in closing the same, kc = 1) and in shear, stress/length; ks has no
+        effect: the shear stiffness of the law is c^2/(2 GfII (1 - eta)), because both modes have one eta.
+        ft, GfI, c, GfII: tensile strength and cohesion, stress, and the energies of modes I and II,
+        stress*length.  tan_phi: slope of the residual strength; the peak is below c + tan_phi |sigma_N|,
+        because friction acts on the damaged part only.  tan_psi, delta: dilatancy tan_psi exp(-delta u) at
+        the slip u; delta: 1/length.  It is that of planes of the slope tan_psi,
+        `Pattern.regular(2, degrees(arctan(tan_psi)), flat=0.0)` for a slip along Tx, with the friction
+        mu = tan(phi - psi) and the height tan_psi/delta, infinite if delta = 0.  Raises ValueError naming
+        every value out of range.
 
         Examples
         --------
@@ -149,11 +124,6 @@ class Material(_Constants):
     def values(self) -> dict[str, float]:
         """Entries of PROPS that belong to the material, by name."""
         return asdict(self)
-
-    @property
-    def wears(self) -> bool:
-        """Whether the facets wear or are crushed: a state then holds two values more for each plane."""
-        return self.W0 > 0.0 or self.crush > 0.0
 
     @property
     def s_f(self) -> float:

@@ -76,16 +76,11 @@ class Pattern:
 
         Raises ValueError for wrong shapes and for values out of range.
         """
-        n = contract.array("normals", normals)
         gamma = contract.array("weights", weights)
         if gamma.ndim != 1 or not 1 <= gamma.size <= contract.MAX_INCLINED:
-            raise ValueError(
-                f"weights have shape {gamma.shape}: expected (k,) with k = 1 to {contract.MAX_INCLINED}"
-            )
-        if n.shape != (gamma.size, 3):
-            raise ValueError(
-                f"normals have shape {n.shape}: expected {(gamma.size, 3)}, a row for each weight"
-            )
+            expected = f"(k,) with k = 1 to {contract.MAX_INCLINED}"
+            raise ValueError(f"weights has shape {gamma.shape}: expected {expected}")
+        n = contract.array("normals", normals, (gamma.size, 3))
         return cls(-gamma.size, listed=tuple(map(tuple, np.column_stack([n, gamma]).tolist())))
 
     @property
@@ -107,9 +102,8 @@ class Pattern:
 
     def turned_from(self, direction: float) -> Pattern:
         """This regular pattern, turned so that the planes are farthest from facing across a slip."""
-        between = (
-            360.0 / self.m if self.m % 2 == 0 else 180.0 / self.m
-        )  # of the lines along which planes face
+        # angle between the lines along which planes face
+        between = (360.0 if self.m % 2 == 0 else 180.0) / self.m
         return replace(self, turn=(direction + 90.0 + between / 2.0) % between)
 
     def values(self) -> dict[str, float]:
@@ -123,7 +117,7 @@ class Pattern:
     @cached_property
     def _planes(self) -> tuple[contract.Floats, contract.Floats]:
         props = contract.pack(_ANY_MATERIAL | self.values(), self.constants())
-        normals, weights = _core.interface_planes(props, contract.check(props))
+        normals, weights = _core.interface_planes(props, contract.check(props)[0])
         for array in (normals, weights):
             array.flags.writeable = False
         return normals.T, weights

@@ -25,28 +25,9 @@ def plot(
 ) -> Figure:
     """Figure of traction, dilation and damage of a history over the slip, or over the opening without slip.
 
-    The normal traction is shown, too, where it changes during the slip.
-
-    Parameters
-    ----------
-    history
-        Rows of one point.
-    path
-        File to write, too: a name that ends in .png or .pdf.
-    title
-        Title of the figure.
-    units
-        Units of length and stress, for the labels.
-
-    Returns
-    -------
-    Figure
-        Figure of Matplotlib, which no window shows.
-
-    Raises
-    ------
-    ValueError
-        For a history without rows, and for a path with another ending.
+    The normal traction is shown, too, where it changes during the slip.  path: file to write, too, a name
+    that ends in .png or .pdf.  units: of length and stress, for the labels.  No window shows the figure of
+    Matplotlib.  Raises ValueError for a history without rows, and for a path with another ending.
     """
     if not isinstance(history, History):
         raise ValueError(f"plot: {shown(history)}: expected the History that run returns")

@@ -42,35 +42,17 @@ class Step:
     are one value or a list, reached one after the other; a shorter list repeats its last value. None is: not
     given.
 
-    Parameters
-    ----------
-    s_N, s_Tx, s_Ty
-        Targets of the separation, length.
-    t_N, t_Tx, t_Ty
-        Targets of the traction, stress; tension is positive.
-    k_N, k_Tx, k_Ty
-        Stiffness of the surroundings (CNS), stress/length, beside a prescribed traction: the traction is its
-        target minus k (s - s at the start of the step), until k is 0 or the separation is prescribed.
-    slip, direction
-        Targets of s_Tx and s_Ty together, along a direction in degrees from Tx towards Ty, which remains in
-        later steps.
-    increments
-        Number of increments to each target, one number or a list; 100 if it is not given.
-    cycles
-        How often the lists are followed; 1 if it is not given.
-    time
-        Duration of the step, divided equally among its increments, or a list, the time to each target; 1 if
-        it is not given. It matters for viscous damage only.
-    follow
-        "stable": the point jumps where the stable path ends. "branch": it continues along the unstable part,
-        where the prescribed values turn back and forward again.
-    arc
-        Longest step along the branch, times s0; 0.05 if it is not given.
+    s_N, s_Tx, s_Ty: targets of the separation, length. t_N, t_Tx, t_Ty: of the traction, stress, tension
+    positive. k_N, k_Tx, k_Ty: stiffness of the surroundings (CNS), stress/length, beside a prescribed
+    traction, which is its target minus k (s - s at the start of the step), until k is 0 or the separation is
+    prescribed. slip: targets of s_Tx and s_Ty together along a direction, degrees from Tx towards Ty, which
+    remains in later steps. increments: to each target, one number or a list (100). cycles: how often the
+    lists are followed (1). time: duration of the step, divided equally among its increments, or a list, the
+    time to each target (1); it matters for viscous damage only. follow, "stable" or "branch": the point jumps
+    where the stable path ends, or continues along the unstable part, where the prescribed values turn back
+    and forward again. arc: longest step along the branch, times s0 (0.05).
 
-    Raises
-    ------
-    ValueError
-        If a value is no number. Everything else is checked by `Interface.run`.
+    Raises ValueError if a value is no number. Everything else is checked by `Interface.run`.
 
     Examples
     --------
@@ -104,9 +86,7 @@ class Step:
                 if value not in FOLLOW:
                     raise ValueError(f"follow = {contract.shown(value)}: expected 'stable' or 'branch'")
                 continue
-            array = contract.array(name, value)
-            if array.ndim > 1:
-                raise ValueError(f"{name} has shape {array.shape}: expected a number or a list")
+            array = contract.array(name, value, (), ("n",))
             object.__setattr__(self, name, tuple(array.tolist()) if array.ndim else float(array))
 
     def given(self) -> dict[str, object]:
@@ -134,16 +114,9 @@ _DEFAULTS = {entry.name: entry.default for entry in entries()}
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """Start of a load path.
+    """Start of a load path: STATEV (nstatv,), separation (N, Tx, Ty), length, and work so far, stress*length.
 
-    Parameters
-    ----------
-    state
-        STATEV, (nstatv,).
-    separation
-        (N, Tx, Ty), length.
-    work
-        Work of the traction so far, stress*length; None is the sum of stored and dissipated energies.
+    A work that is None is the sum of stored and dissipated energies.
     """
 
     state: Floats

@@ -391,7 +391,7 @@ def test_python_is_the_driver(run, library: Path) -> None:
         replace(of_python(library, 18), limit=0.5).run(Step(s_N=0.1))
     with pytest.raises(ValueError, match=r"^&umat: thickness = 0: expected > 0$"):
         replace(of_python(library), thickness=0.0).run(Step(s_N=0.1))
-    with pytest.raises(ValueError, match=r"^props: expected a list of numbers$"):
+    with pytest.raises(ValueError, match=r"^props has shape \(2, 1\): expected \(n,\)$"):
         replace(of_python(library), props=[[1.0], [2.0]]).run(Step(s_N=0.1))
     own = asperity.ForeignUmat(asperity.library(), 0.02, 150.0, props=(-3.0, 0.3, 0.9, 0.5), nstatv=23)
     with pytest.raises(asperity.EquilibriumLost, match=r"it printed last: .*sigma0 = -3: expected > 0"):

@@ -178,7 +178,9 @@ def damaged(cell: str) -> str:
         (damaged("x"), "line 2, column damage: x: expected a finite"),
         (damaged("nan"), "line 2, column damage: nan: expected"),
         (damaged(""), "line 2, column damage: empty: expected"),
-        (f"{HEAD}\n{ROW},\n1,2,3\n", r"line 3: 3 values: expected \d+"),
+        (f"{HEAD}\n{ROW},\n1,2,3\n", "line 3, column t_N: empty: expected"),
+        (f"{HEAD}\n{ROW},,,\n", r"line 2: 14 values: expected 12"),
+        (f"{HEAD}\n{ROW},\n{ROW},,,\n", "Error tokenizing .* line 3, saw 14"),
     ],
 )
 def test_files_that_are_no_result(text: str, message: str, tmp_path: Path) -> None:

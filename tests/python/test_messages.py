@@ -64,10 +64,10 @@ ROWS: list[tuple[Callable[[], object], str]] = [
     (lambda: RP_4.update(SIX, np.zeros(48)), in_shape("state has shape", (48,), "(2, 23)")),
     (lambda: RP_4.update(SIX, s_old=np.zeros((3, 2))), in_shape("s_old has shape", (3, 2), "(2, 3)")),
     (lambda: RP_4.replay(np.zeros((2, 2, 3))), in_shape("S has shape", (2, 2, 3), "(n, 3)")),
-    (lambda: RP_4.confined_slip(0.0, [[0.1]], 0.0), in_shape("slips have shape", (1, 1), "(T,)")),
+    (lambda: RP_4.confined_slip(0.0, [[0.1]], 0.0), in_shape("slips has shape", (1, 1), "(T,)")),
     (lambda: RP_4.run(Step(), np.zeros(3)), in_shape("state has shape", (3,), "(23,)")),
-    (lambda: Pattern.planes([[1, 0, 0]], [0.5, 0.5]), in_shape("normals have shape", (1, 3), "(2, 3)")),
-    (lambda: Pattern.planes([1, 0, 0], 1.0), in_shape("weights have shape", (), "(k,)")),
+    (lambda: Pattern.planes([[1, 0, 0]], [0.5, 0.5]), in_shape("normals has shape", (1, 3), "(2, 3)")),
+    (lambda: Pattern.planes([1, 0, 0], 1.0), in_shape("weights has shape", (), "(k,)")),
     (lambda: Pattern.planes(np.ones((65, 3)), np.full(65, 1 / 65)), r"65,.: expected .k,. with k = 1 to 64"),
     (lambda: Pattern.planes(np.ones((0, 3)), []), r"\(0,\): expected \(k,\) with k = 1 to 64"),
     (lambda: Scan(X, None, X**2), re.escape("z has shape (9,): expected (ny, nx) = (1, 9)")),
@@ -195,7 +195,7 @@ ROWS: list[tuple[Callable[[], object], str]] = [
         (lambda times=times, n=n: VISCOUS.replay([[0, 0, 0]] * n, times), message)
         for times, n, message in (
             (None, 1, "times is missing: expected for viscous damage"),
-            ([1.0, 2.0], 1, r"times have shape \(2,\): expected \(1,\)"),
+            ([1.0, 2.0], 1, r"times has shape \(2,\): expected \(1,\)"),
             ([-1.0], 1, r"times\[0\] = -1: expected a finite number from 0"),
             ([1, 3, 2], 3, r"times\[2\] = 2: expected a finite number from 3"),
             ([1, NAN], 2, r"times\[1\] = nan: expected a finite number"),
@@ -206,7 +206,7 @@ ROWS: list[tuple[Callable[[], object], str]] = [
         (lambda given=given: VISCOUS.confined_slip(0.0, [0.1], 0.0, **given), message)
         for given, message in (
             ({}, "times is missing: expected for viscous damage"),
-            ({"times": [[1.0]]}, r"times have shape \(1, 1\): expected"),
+            ({"times": [[1.0]]}, r"times has shape \(1, 1\): expected"),
             ({"times": [1.0], "preload_time": -1.0}, "preload_time = -1.0: expected a finite time >= 0"),
             ({"times": [1.0], "preload_time": NAN}, "preload_time = nan: expected a finite time >= 0"),
         )

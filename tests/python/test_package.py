@@ -97,7 +97,7 @@ def test_props_by_name() -> None:
     material = Material(3.0, 0.3, 0.9, 0.5, sigma02=4.0, Gc2=0.5, kc=7.0)
     interface = Interface(material, Pattern.regular(6, 25.0, flat=0.4, turn=10.0))
     names = (row.name for row in contract.props_table())
-    values = dict(zip(names, interface.props(2.0, 1, 0.0, 0.25), strict=True))
+    values = dict(zip(names, interface.props(h=2.0, map=1, dalpha=0.0, r=0.25), strict=True))
     given = dict(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, theta=25.0, m=6.0, flat=0.4, turn=10.0, h=2.0, map=1.0)
     given |= dict(sigma02=4.0, Gc2=0.5, dalpha=0.0, r=0.25, kc=7.0)
     assert values == {row.name: row.default for row in contract.props_table()} | given

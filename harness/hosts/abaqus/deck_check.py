@@ -209,7 +209,7 @@ class Model:
         material = self._property(keyword)
         keyword.check("user material" in material, "expected after *User Material")
         props = props_of(material["user material"])
-        names = contract.statev_names(contract.check(props), props[contract.index("W0")] > 0.0)
+        names = contract.statev_names(*contract.check(props))
         names = [name.replace("offset", "separation") if self.explicit else name for name in names]
         rows = [[str(len(names))], *([str(i), name, name] for i, name in enumerate(names, 1))]
         keyword.check(keyword.data == rows, f"expected {len(names)}: {', '.join(names)}")

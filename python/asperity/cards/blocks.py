@@ -189,7 +189,7 @@ def _kratos(block: Block) -> str:
 
 def _ogs(block: Block) -> str:
     """OpenGeoSys: a patch of the project, `ogs -p CARD PROJECT`."""
-    law = opengeosys.behaviour(contract.check(block.props))
+    law = opengeosys.behaviour(contract.check(block.props)[0])
     comments = [
         *_remarks(block, "ogs -p THIS_FILE PROJECT.prj"),
         f"the layer has the material id 1 and the thickness h = {block.thickness()!r}: adapt both",
@@ -202,7 +202,7 @@ def _ogs(block: Block) -> str:
 
 def _mtest(block: Block) -> str:
     """MTest: behaviour and properties; `asperity card` adds the load path of the case."""
-    law = opengeosys.behaviour(contract.check(block.props), "mtest", "Joint")
+    law = opengeosys.behaviour(contract.check(block.props)[0], "mtest", "Joint")
     return mtest.head(law, block.props, _remarks(block, "mtest THIS_FILE.mtest"))
 
 

@@ -210,11 +210,10 @@ def _slopes(pattern: Pattern) -> Floats:
 
 def _profile(answer: Answer, row: int, plane: int, rise: Floats) -> Floats:
     """Height of a facet from that of its straight plane: it ends at the height, and wears."""
-    material = answer.interface.material
-    if material.height > 0.0:
-        ended = material.height * (1.0 - np.exp(-np.maximum(rise, 0.0) / material.height))
-        rise = np.where(rise > 0.0, ended, rise)
-    if material.wears and len(answer.history):
+    height = answer.interface.material.height
+    if height > 0.0:
+        rise = np.where(rise > 0.0, -height * np.expm1(-np.maximum(rise, 0.0) / height), rise)
+    if answer.history.wears and len(answer.history):
         rise = rise * (1.0 - answer.history.worn(plane + 1)[row])
     return rise
 

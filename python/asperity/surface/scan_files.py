@@ -90,26 +90,13 @@ def planes_from_scan(
     direction: float = 0.0,
     regular: bool = False,
 ) -> Pattern:
-    """Pattern of a scanned surface: listed planes, or the nearest regular pattern.
+    """Pattern of a scanned surface: listed planes or, with `regular`, the nearest regular pattern.
 
-    Parameters
-    ----------
-    scan
-        Heights, or a file that `asperity surface` reads.
-    directions, bins, flat_below
-        Sectors of azimuth (None: 8, of a profile 2), classes of inclination in each, and the angle in
-        degrees up to which facets form the flat plane.
-    smooth, sampling
-        Cut-off length of a Gaussian filter and length of the facets, in the unit of the scan.
-    direction
-        Of a profile, or of the first sector, degrees from Tx towards Ty.
-    regular
-        Whether the pattern is regular.
-
-    Raises
-    ------
-    ValueError
-        For a file, a number or a length that cannot be used.
+    scan: heights, or a file that `asperity surface` reads.  directions: sectors of azimuth (None: 8, of a
+    profile 2).  bins: classes of inclination in each.  flat_below: angle, degrees, up to which facets form
+    the flat plane.  smooth, sampling: cut-off length of a Gaussian filter and length of the facets, in the
+    unit of the scan.  direction: of a profile, or of the first sector, degrees from Tx towards Ty.  Raises
+    ValueError for a file, a number or a length that cannot be used.
 
     Examples
     --------

@@ -18,7 +18,7 @@ from ..history import SEPARATION
 from ..load_path import rows_of
 from ..parallel import map_in_order
 from ..pattern import direction_vector
-from ..steps import Point, Step, prescribed, thinned
+from ..steps import Step, prescribed, thinned
 from .distribution import Distribution, bad_constant, distribution_of, with_constants
 
 CURVES = ("traction", "dilation", "damage")
@@ -56,10 +56,7 @@ class LoadPath:
 
     def curve(self, props: Floats) -> tuple[Floats, Floats]:
         """Curves of a joint with these constants, (n, 3), and work (n,); n is smaller where it is lost."""
-        n_planes = contract.check(props)
-        wears = bool(max(props[contract.index(name)] for name in ("W0", "crush")) > 0.0)
-        start = Point(np.zeros(contract.n_statev(n_planes, wears)))
-        rows, _ = rows_of(props, n_planes, self.steps, start)
+        rows, _ = rows_of(props, self.steps)
         values = np.column_stack([rows.traction @ self.e, rows.dilation, rows.damage])
         whole = np.vstack([np.zeros(3), values])
         return whole[self.first :], np.append(0.0, rows.work)[self.first :]
@@ -190,33 +187,14 @@ def uncertainty(
     levels: Sequence[float] = (0.05, 0.5, 0.95),
     executor: Executor | None = None,
 ) -> list[Spread]:
-    """Quantiles of the load path of a case whose constants are uncertain.
+    """Quantiles of the load path of a case whose constants are uncertain, one for each value of its sweep.
 
-    Parameters
-    ----------
-    case
-        Case with a prescribed slip or opening, or its file.
-    sd, correlations
-        Standard deviations by name, about the values of the case, and correlations of pairs of names.
-    fit
-        File of `asperity fit -o` with the covariance; None: that beside the case, unless sd is given.
-    samples, seed
-        Number of samples, and seed of the random numbers.
-    levels
-        Of the quantiles, increasing.
-    executor
-        As in `parallel.map_in_order`; the result is the same with any.
-
-    Returns
-    -------
-    list of Spread
-        For each value of the sweep, or one: `curves` (quantiles of traction, dilation and damage at
-        `points` of the path), `results` of each sample in the order of RESULTS, and `left_out`.
-
-    Raises
-    ------
-    ValueError
-        For a case or a distribution that does not fit, and where no sample has the whole path.
+    case: with a prescribed slip or opening, or its file.  sd, correlations: standard deviations by name,
+    about the values of the case, and correlations of pairs of names.  fit: file of `asperity fit -o` with the
+    covariance; None: that beside the case, unless sd is given.  samples: their number.  seed: of the random
+    numbers.  levels: of the quantiles, increasing.  executor: as in `parallel.map_in_order`; the result is
+    the same with any.  Raises ValueError for a case or a distribution that does not fit, and where no sample
+    has the whole path.
 
     Examples
     --------
