@@ -156,12 +156,10 @@ subroutine interface_planes(nprops, props, n_planes, normals, weights)
 end subroutine interface_planes
 
 !> Update n points over one increment.
-subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, traction, tangent, status, message)
-  use asperity_call_checks, only: explain_point, explain_time
-  use asperity_contract, only: status_ok, status_time
+subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, traction, tangent, status, failed)
+  use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
   use asperity_points, only: update_points
-  use asperity_text, only: integer_text, put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS
@@ -174,25 +172,36 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, tract
   double precision, intent(inout) :: traction(3, n)      !! traction at the end, stress
   double precision, intent(inout) :: tangent(3, 3, n)    !! (j, i): d traction_i/d s_j, stress/length
   integer, intent(out) :: status                         !! 0 or that of the first point rejected, nothing written then
-  character(len=32768), intent(out) :: message           !! its bad values; points count from 0
+  integer, intent(out) :: failed                         !! its number; 0: none, or the duration is bad
   !f2py threadsafe
   type(interface_type) :: joint
-  character(len=:), allocatable :: reasons
-  integer :: failed
-  message = ""
+  failed = 0
   call new_interface(props, joint, status)
-  if (status /= status_ok) return
-  call update_points(joint, s, state, traction, status, failed, s_old, tangent, dt, by_rows=.true.)
-  if (status == status_time) then
-    reasons = ""
-    call explain_time(joint, "dt", reasons, dt)
-    call put_text(reasons, message)
-  else if (status /= status_ok) then
-    reasons = ""
-    call explain_point(joint, s_old(:, failed), s(:, failed), state(:, failed), reasons)
-    call put_text("point " // integer_text(failed - 1) // " (of 0 to " // integer_text(n - 1) // "): " // reasons, message)
-  end if
+  if (status == status_ok) call update_points(joint, s, state, traction, status, failed, s_old, tangent, dt, .true.)
 end subroutine interface_update
+
+!> What is wrong with the duration, else with a point: all bad values (a function of its own, as interface_errors is).
+subroutine update_errors(nprops, props, nstatv, s_old, s, dt, state, message)
+  use asperity_call_checks, only: explain_point, explain_time
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_text, only: put_text
+  implicit none
+  integer, intent(in) :: nprops                          !! number of constants
+  double precision, intent(in) :: props(nprops)          !! admissible PROPS
+  integer, intent(in) :: nstatv                          !! state variables of the point
+  double precision, intent(in) :: s_old(3), s(3)         !! separation (N, Tx, Ty) at start and end, length
+  double precision, intent(in) :: dt                     !! duration of the increment, time
+  double precision, intent(in) :: state(nstatv)          !! STATEV at the start
+  character(len=32768), intent(out) :: message           !! a line for every bad value
+  type(interface_type) :: joint
+  character(len=:), allocatable :: text
+  integer :: status
+  text = ""
+  call new_interface(props, joint, status)
+  call explain_time(joint, "dt", text, dt)
+  if (len(text) == 0) call explain_point(joint, s_old, s, state, text)
+  call put_text(text, message)
+end subroutine update_errors
 
 !> Give n states the offset at which they carry a traction.
 subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, message)

@@ -94,9 +94,14 @@ class Interface:
         if start is not new:
             new[:] = 0.0 if start is None else start
         if n > 0:  # f2py accepts no empty arrays
-            _raise(
-                *_core.interface_update(self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T),
+            status, failed = _core.interface_update(
+                self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T
             )
+            if status != 0:
+                k = max(failed, 1) - 1
+                place = f"point {k} (of 0 to {n - 1}): " if failed > 0 else ""
+                message = _core.update_errors(self._props, s_old[k], s[k], duration, new[k])
+                raise ValueError(place + message.decode("ascii").rstrip())
         return Update(traction.view(), new.view(), tangent.view(), self.n_planes)
 
     def initial(self, traction: ArrayLike, damage: ArrayLike = 0.0, slip: ArrayLike | None = None) -> Floats:
@@ -117,7 +122,9 @@ class Interface:
         if slip is not None:
             planes[:, :, 1:] = contract.array("slip", slip, (2,), (self.n_planes, 2))
         if len(tractions) > 0:
-            _raise(*_core.interface_initial(self._props, tractions.T, state.T))
+            status, message = _core.interface_initial(self._props, tractions.T, state.T)
+            if status != 0:
+                raise ValueError(message.decode("ascii").rstrip())
         return state[0] if given.ndim == 1 else state
 
     def run(
@@ -373,9 +380,3 @@ def _outputs(
                 raise ValueError(f"{name} overlaps {other}: expected memory of its own")
         taken[name] = array
     return out
-
-
-def _raise(status: int, message: bytes) -> None:
-    """Raise ValueError with the message of the library, if there is one."""
-    if status != 0:
-        raise ValueError(message.decode("ascii").rstrip())
