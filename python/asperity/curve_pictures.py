@@ -11,9 +11,6 @@ from matplotlib.axes import Axes
 from .contract import Floats
 from .style import COLOURS, LINES, direction_arrows, label_axes, label_ends
 
-SLIP = r"slip $s_L$ [mm]"
-TRACTION = r"traction $\tau_L$ [MPa]"
-DILATION = r"dilation $s_N$ [mm]"
 ENERGY = r"$G_T$ [N/mm]"
 
 Line = tuple[str, Floats, Floats, bool]
@@ -21,6 +18,17 @@ Line = tuple[str, Floats, Floats, bool]
 
 COINCIDE = 5.0e-3
 """Curves that differ by less than this fraction of the largest value are drawn as one: a line is as thick."""
+
+
+def labels_of(slips: bool, length: str, stress: str) -> list[str]:
+    """Labels of the abscissa, of the traction, of the dilation (with slip only) and of the damage."""
+    if not slips:
+        return [f"opening $s_N$ [{length}]", rf"traction $\sigma_N$ [{stress}]", "damage [-]"]
+    traction, dilation = rf"traction $\tau_L$ [{stress}]", f"dilation $s_N$ [{length}]"
+    return [f"slip $s_L$ [{length}]", traction, dilation, "damage [-]"]
+
+
+SLIP, TRACTION, DILATION, _ = labels_of(True, "mm", "MPa")
 
 
 def colour(i: int, count: int) -> object:

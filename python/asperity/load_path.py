@@ -24,16 +24,6 @@ def column_names() -> tuple[str, ...]:
     return tuple(texts[0] for texts, _ in contract.table_rows(3))
 
 
-def _column(numbers: Floats, name: str) -> Floats:
-    """Numbers of one name."""
-    return numbers[:, column_names().index(name)].copy()
-
-
-def _vector(numbers: Floats, letter: str) -> Floats:
-    """Components N, Tx, Ty (T, 3) of s, t, or of the separation "before" or "after" a snap."""
-    return np.stack([_column(numbers, f"{letter}_{axis}") for axis in ("N", "Tx", "Ty")], axis=1)
-
-
 def rows_of(
     props: Floats,
     steps: Sequence[Step] | Step,
@@ -75,11 +65,10 @@ def rows_of(
             break
     lost = ""
     if ended:
-        last = numbers[n - 1 : n]
-        s, t = (", ".join(f"{value:.6g}" for value in _vector(last, letter)[0]) for letter in "st")
-        place = "step {:g} increment {:g}".format(*(_column(last, name)[0] for name in ("step", "increment")))
-        text = message.decode("ascii").rstrip()
-        lost = f"equilibrium lost beyond {place}, s = ({s}), t = ({t}): {text}"
+        last = dict(zip(column_names(), numbers[n - 1], strict=True))
+        s, t = (", ".join(f"{last[f'{one}_{axis}']:.6g}" for axis in ("N", "Tx", "Ty")) for one in "st")
+        place = f"step {last['step']:g} increment {last['increment']:g}, s = ({s}), t = ({t})"
+        lost = f"equilibrium lost beyond {place}: {message.decode('ascii').rstrip()}"
     kept = slice(n if keep_lost else n - bool(lost))
     return history_of(numbers[kept], states[kept], names[kept], sizes[0], "" if keep_lost else lost), lost
 
@@ -92,13 +81,15 @@ def history_of(
     events = tuple((row, name) for row, name in happened if name)
     if lost:
         events += ((len(numbers), lost),)
-    before, after = _vector(numbers, "before"), _vector(numbers, "after")
-    released = _column(numbers, "released")
-    snaps = tuple(
-        Snap(row, tuple(before[row].tolist()), tuple(after[row].tolist()), float(released[row]))
-        for row in np.flatnonzero(_column(numbers, "snaps") > 0.0).tolist()
+    column = dict(zip(column_names(), numbers.T.copy(), strict=True))
+    s, t, before, after = (
+        np.stack([column[f"{one}_{axis}"] for axis in ("N", "Tx", "Ty")], axis=1)
+        for one in ("s", "t", "before", "after")
     )
-    parts = _vector(numbers, "s"), _vector(numbers, "t"), _column(numbers, "damage"), states.copy()
-    more = _column(numbers, "step").astype(int), _column(numbers, "position"), _column(numbers, "time")
-    iterations = _column(numbers, "iterations").astype(int)
-    return History(*parts, _column(numbers, "work"), events, snaps, n_planes, *more, iterations)
+    snaps = tuple(
+        Snap(row, tuple(before[row].tolist()), tuple(after[row].tolist()), float(column["released"][row]))
+        for row in np.flatnonzero(column["snaps"] > 0.0).tolist()
+    )
+    more = {name: column[name].astype(int) for name in ("step", "iterations")}
+    more |= {name: column[name] for name in ("damage", "work", "position", "time")}
+    return History(s, t, state=states.copy(), events=events, snaps=snaps, n_planes=n_planes, **more)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable
-from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor, as_completed
+from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
 from multiprocessing import parent_process
 from threading import current_thread, main_thread
 from typing import TypeVar
@@ -30,17 +30,12 @@ def map_in_order(
         in_worker = parent_process() is not None or current_thread() is not main_thread()
         with ThreadPoolExecutor(1 if in_worker else os.cpu_count()) as threads:
             return map_in_order(function, items, threads, progress)
-    futures = []
+    found = []
     try:
-        futures.extend(executor.submit(function, item) for item in items)
-        for future in as_completed(futures):
-            if future.exception() is not None:
-                break
+        for value in executor.map(function, items):  # cancels the others after an exception
+            found.append(value)
             progress()
-        return [future.result() for future in futures]
     except BrokenExecutor as error:
         wanted = "expected enough memory for every process; --jobs 1 needs least"
         raise OSError(f"a process was lost: {wanted} ({error})") from error
-    finally:
-        for future in futures:
-            future.cancel()
+    return found

@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .contract import shown
-from .curve_pictures import Line, curves
+from .curve_pictures import Line, curves, labels_of
 from .history import History
 from .interface import Interface
 from .pattern_pictures import plan, section
-from .style import TWO, label_ends, printed, save
+from .style import TWO, label_ends, new_figure, printed, save
 
 
 def plot(
@@ -55,17 +55,13 @@ def figure_of(
     lost equilibrium; arrows show the direction of paths with reversals.
     """
     slips = any(np.any(rows.separation[:, 1:]) for rows in results.values())
-    x_label = f"slip $s_L$ [{length}]" if slips else f"opening $s_N$ [{length}]"
-    labels = [rf"traction $\tau_L$ [{stress}]" if slips else rf"traction $\sigma_N$ [{stress}]"]
-    labels += [f"dilation $s_N$ [{length}]"] if slips else []
+    x_label, *labels = labels_of(slips, length, stress)
     normal = any(map(_normal_changes, results.values()))
-    labels += [rf"traction $\sigma_N$ [{stress}]"] if normal else []
-    labels += ["damage [-]"]
+    if normal:
+        labels.insert(-1, rf"traction $\sigma_N$ [{stress}]")
     shown = joint if joint is not None and (joint.pattern.m in (0, 2) or joint.pattern.m > 2) else None
     widths = ([0.62] if shown else []) + [1.0] * len(labels)
-    # not by pyplot, which would keep the figure open and choose a window for it
-    figure = Figure(figsize=(TWO, 2.5), layout="constrained")
-    axes = figure.subplots(1, len(widths), width_ratios=widths)
+    figure, axes = new_figure(TWO, 2.5, ncols=len(widths), width_ratios=widths)
     if shown:
         _geometry(axes[0], shown)
         axes = axes[1:]

@@ -16,7 +16,8 @@ import pytest
 from asperity import contract, installed, read_case
 from asperity.cli import main
 from asperity.export import command as kit
-from asperity.export.element import CASE, Element
+from asperity.export.element import Element
+from asperity.installed import named_case
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "harness" / "hosts" / "abaqus"))
 from deck_check import model
@@ -111,7 +112,8 @@ def test_element_of_a_case(host: str, tmp_path: Path, capsys: pytest.CaptureFixt
 def test_slip_ends_behind_the_peak(tmp_path: Path) -> None:
     """A slip much longer than that at the peak is shortened: the five rows lie on both sides of it."""
     case = tmp_path / "joint.nml"
-    case.write_text(CASE.replace("slip = 0.25, increments = 100", "slip = 5.0, increments = 500"))
+    text = named_case("one_element").read_text()
+    case.write_text(text.replace("slip = 0.25, increments = 100", "slip = 5.0, increments = 500"))
     element = Element.of_case(case)
     forces = [row[2] for row in element.rows]
     assert element.slip < 1.0 and forces[0] < max(forces) > forces[-1] > 0.5

@@ -20,6 +20,7 @@ from ..interface import Interface
 from ..material import Material, ModelWarning
 from ..pattern import Pattern, direction_vector
 from ..pattern_pictures import outlines
+from ..surface.slopes import Planes
 
 START = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "kc": 20.0, "theta": 30.0}
 """Values at the start that are not the defaults."""
@@ -191,7 +192,7 @@ def section(answer: Answer, row: int) -> tuple[Floats, Floats, tuple[float, floa
 
 def _climb(answer: Answer, row: int, u: Floats, sense: float) -> Floats:
     """Height of the plane that climbs most steeply along the slip, or against it."""
-    slopes = sense * (_slopes(answer.interface.pattern) @ answer.e)
+    slopes = sense * (Planes.of(answer.interface.pattern).gradients @ answer.e)
     plane = int(np.argmax(slopes))
     return _profile(answer, row, plane, np.maximum(slopes[plane], 0.0) * u)
 
@@ -199,13 +200,8 @@ def _climb(answer: Answer, row: int, u: Floats, sense: float) -> Floats:
 def in_contact(answer: Answer, row: int) -> list[bool]:
     """Whether the two sides of each plane touch."""
     s_N, *slip = answer.history.separation[row]
-    rises = _slopes(answer.interface.pattern) @ slip
+    rises = Planes.of(answer.interface.pattern).gradients @ slip
     return [bool(s_N < _profile(answer, row, plane, rise)) for plane, rise in enumerate(rises)]
-
-
-def _slopes(pattern: Pattern) -> Floats:
-    """Gradient (Np, 2) of the height of each plane."""
-    return -pattern.normals[:, 1:] / pattern.normals[:, :1]
 
 
 def _profile(answer: Answer, row: int, plane: int, rise: Floats) -> Floats:

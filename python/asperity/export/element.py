@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from string import Template
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -26,16 +25,6 @@ EARLY, SHORTENED = 0.15, 2.5
 
 SAME = 1.0e-6
 """Largest difference of a host from the material point, over s_f and sigma0."""
-
-CASE = """! One element as a material point: a pressure of 1 MPa, then a slip of 0.25 mm. At the end all
-! planes are fully damaged, and the joint slides up one: t_Tx = (mu + tan(theta))/(1 - mu tan(theta)) 1 MPa.
-&case title = 'one joint element' /
-&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 10.0 /
-&pattern sides = 2, theta = 30.0 /
-&step t_N = -1.0, increments = 10 /
-&step slip = 0.25, increments = 100 /
-"""
-"""Case of the element where no other one is given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,16 +51,12 @@ class Element:
 
     @classmethod
     def of_case(cls, path: Path | None = None, value: str | None = None) -> Element:
-        """Element with the joint of a case, up to the first reversal of its slip.
+        """Element with the joint of a case (that of the package), up to the first reversal of its slip.
 
         Raises ValueError for a case without a slip along Tx under a constant t_N, with viscous damage, or
         whose path ends or jumps, which no static model can follow.
         """
-        if path is None:
-            with TemporaryDirectory() as folder:
-                path = Path(folder, "joint.nml")
-                path.write_text(CASE, encoding="ascii")
-                return cls.of_case(path)
+        path = installed.named_case("one_element") if path is None else path
         run = read_run(path, value, with_path=True)
         test = slip_test(path, run)
         if not len(test.slips) or test.sigma_N > 0.0:

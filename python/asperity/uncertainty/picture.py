@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..curve_pictures import labels_of
 from ..steps import turns_of
 from ..style import COLOURS, label_axes, new_figure, printed, save
 from .spread import Spread
@@ -16,11 +17,8 @@ from .spread import Spread
 @printed()
 def draw(path: Path, title: str, sweep: str, found: Sequence[Spread], units: tuple[str, str]) -> None:
     """Draw bands between the quantiles, the median and the curves of the case, a colour for each run."""
-    length, stress = units
     slips = found[0].path.slips
-    labels = [f"traction $\\tau_L$ [{stress}]" if slips else f"traction $\\sigma_N$ [{stress}]"]
-    labels += [f"dilation $s_N$ [{length}]"] if slips else []
-    labels += ["damage [-]"]
+    x_label, *labels = labels_of(slips, *units)
     shown = (0, 1, 2) if slips else (0, 2)
     figure, axes = new_figure(2.6 * len(labels), 2.8, ncols=len(labels))
     for number, one in enumerate(found):
@@ -39,7 +37,7 @@ def draw(path: Path, title: str, sweep: str, found: Sequence[Spread], units: tup
         if one.path.value is not None:
             axes[0].plot([], [], color=colour, label=f"{one.path.value:g}")
     for ax, label in zip(axes, labels, strict=True):
-        label_axes(ax, f"slip $s_L$ [{length}]" if slips else f"opening $s_N$ [{length}]", label)
+        label_axes(ax, x_label, label)
     levels = found[0].levels
     text = " to ".join(f"{100.0 * level:g} %" for level in (levels[0], levels[-1]))
     parts = [f"band: quantiles {text}" if len(levels) > 1 else "", "line: median" if 0.5 in levels else ""]
