@@ -18,11 +18,10 @@ from pathlib import Path
 import numpy as np
 from asperity import masonry
 from asperity.contract import Floats
-from asperity.curve_pictures import DILATION, SLIP, TRACTION
 from asperity.interface import History, Interface
 from asperity.material import Material, ModelWarning
 from asperity.pattern import Pattern
-from asperity.style import TWO, new_figure, printed, save
+from asperity.style import DILATION, SLIP, TRACTION, TWO, new_figure, printed, save
 from matplotlib.figure import Figure
 from tqdm import tqdm
 

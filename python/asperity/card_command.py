@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 from . import contract
-from .cards import mtest
 from .cards.blocks import HOSTS
+from .cards.generic import mtest_path
 from .case_files import read_run
 from .model_checks import shown_warnings
 from .options import add_options, add_output, check_outputs, replace_file
@@ -77,7 +77,7 @@ def _card(options: argparse.Namespace) -> int:
     if options.host == "mtest":
         if run.start != "virgin" or not run.steps:
             raise ValueError(f"{options.case}: expected &step groups from a virgin joint for mtest")
-        text += mtest.path(run.steps)
+        text += mtest_path(run.steps)
     elif run.start != "virgin":
         print(
             f"asperity: warning: {options.case}: &{run.start}: not in the block, which is that of a virgin "

@@ -10,11 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .contract import shown
-from .curve_pictures import Line, curves, labels_of
 from .history import History
 from .interface import Interface
 from .pattern_pictures import plan, section
-from .style import TWO, label_ends, new_figure, printed, save
+from .style import TWO, Line, curves, label_ends, labels_of, new_figure, printed, save
 
 
 def plot(

@@ -9,9 +9,8 @@ import matplotlib.image
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
-from asperity.curve_pictures import curves, merged
 from asperity.plots import figure_of
-from asperity.style import DPI, TWO, label_ends, new_figure, printed, save
+from asperity.style import DPI, TWO, curves, label_ends, merged, new_figure, printed, save
 from matplotlib.axes import Axes
 from matplotlib.text import Annotation
 

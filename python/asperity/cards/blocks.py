@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from .. import contract
 from ..installed import kratos_adapter, library
-from . import mtest, opengeosys
+from . import generic
 
 PER_LINE = 8
 """Largest number of constants on a line of an Abaqus or CalculiX input."""
@@ -189,7 +189,7 @@ def _kratos(block: Block) -> str:
 
 def _ogs(block: Block) -> str:
     """OpenGeoSys: a patch of the project, `ogs -p CARD PROJECT`."""
-    law = opengeosys.behaviour(contract.check(block.props)[0])
+    law = generic.behaviour(contract.check(block.props)[0])
     comments = [
         *_remarks(block, "ogs -p THIS_FILE PROJECT.prj"),
         f"the layer has the material id 1 and the thickness h = {block.thickness()!r}: adapt both",
@@ -197,13 +197,13 @@ def _ogs(block: Block) -> str:
         "whose parameters may be of the type MeshElement",
         "zero state variables are the initial state of the joint; initial_values gives another one",
     ]
-    return opengeosys.patch(block.name, law, block.props, block.dimension, comments)
+    return generic.patch(block.name, law, block.props, block.dimension, comments)
 
 
 def _mtest(block: Block) -> str:
     """MTest: behaviour and properties; `asperity card` adds the load path of the case."""
-    law = opengeosys.behaviour(contract.check(block.props)[0], "mtest", "Joint")
-    return mtest.head(law, block.props, _remarks(block, "mtest THIS_FILE.mtest"))
+    law = generic.behaviour(contract.check(block.props)[0], "mtest", "Joint")
+    return generic.mtest_head(law, block.props, _remarks(block, "mtest THIS_FILE.mtest"))
 
 
 def _oofem(block: Block) -> str:

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..curve_pictures import labels_of
 from ..steps import turns_of
-from ..style import COLOURS, label_axes, new_figure, printed, save
+from ..style import COLOURS, label_axes, labels_of, new_figure, printed, save
 from .spread import Spread
 
 
