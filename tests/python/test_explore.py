@@ -117,7 +117,8 @@ def test_planes_in_contact() -> None:
 
 def test_page_without_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
     """Sliders change curves, texts and messages; changes that come together are one redraw."""
-    from asperity.explore.page import SLIDERS, Page
+    from asperity.explore.model import SLIDERS
+    from asperity.explore.page import Page
     from bokeh.document import Document
 
     assert set(SLIDERS) == set(VALUES)

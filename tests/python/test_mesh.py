@@ -387,5 +387,5 @@ def test_files_that_are_no_mesh(tmp_path: Path) -> None:
         split(path)
     path = tmp_path / "wall.inp"
     path.write_text("*NODE\n1, 0, 0\n*ELEMENT, TYPE=CPE4, ELSET=A\n1, 1, 1, 1, 1\n", encoding="utf-8")
-    with pytest.raises(ValueError, match=r"wall.inp: Element type not available: CPE4: expected a mesh"):
+    with pytest.raises(ValueError, match=r"wall.inp: Element type .*: CPE4 Error: Couldn't read .*: expected a mesh"):
         split(path)

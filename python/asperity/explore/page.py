@@ -6,44 +6,19 @@ import html
 from collections.abc import Mapping
 
 import numpy as np
+from bokeh import models
 from bokeh.document import Document
 from bokeh.layouts import column, row
-from bokeh.models import (
-    Button,
-    ColorBar,
-    ColumnDataSource,
-    CustomJS,
-    CustomJSTickFormatter,
-    Div,
-    LinearColorMapper,
-    PreText,
-    RadioButtonGroup,
-    Select,
-    Slider,
-)
 from bokeh.palettes import Cividis256
 from bokeh.plotting import figure
 
 from ..contract import Floats
-from .model import (
-    CYCLES,
-    LOGARITHMIC,
-    MATERIAL,
-    OPTIONAL,
-    SLIDERS,
-    TEXTS,
-    Answer,
-    Choice,
-    answer,
-    in_contact,
-    plan,
-    section,
-)
+from . import model
 
 BLUE, ORANGE, LOWER, UPPER = "#0072B2", "#D55E00", "#BBBBBB", "#DDDDDD"
 
 GROUPS = {
-    "Material": MATERIAL,
+    "Material": model.MATERIAL,
     "Pattern": ("sides", "theta", "flat"),
     "Load path": ("direction", "sigma_N", "slip"),
 }
@@ -64,20 +39,20 @@ class Page:
         """Build the page with the values at the start."""
         self.document = document
         self.waiting = False
-        self.found: Answer | None = None
+        self.found: model.Answer | None = None
         self.sliders = {name: _slider(name, value) for name, value in values.items()}
-        self.cycle = Select(title="cycle", value="one cycle", options=list(CYCLES), name="cycle")
-        self.place = Slider(
+        self.cycle = models.Select(title="cycle", value="one cycle", options=list(model.CYCLES), name="cycle")
+        self.place = models.Slider(
             title="position on the path [%]", start=0, end=100, step=1, value=100, name="position"
         )
-        self.kind = RadioButtonGroup(labels=list(TEXTS), active=0, name="kind")
+        self.kind = models.RadioButtonGroup(labels=list(model.TEXTS), active=0, name="kind")
         wrapped = ["pre {white-space: pre-wrap}"]
-        self.text = PreText(name="text", width=335, styles={"font-size": "11px"}, stylesheets=wrapped)
-        self.copy = Button(label="copy", width=80, name="copy")
+        self.text = models.PreText(name="text", width=335, styles={"font-size": "11px"}, stylesheets=wrapped)
+        self.copy = models.Button(label="copy", width=80, name="copy")
         self.copy.js_on_event(
-            "button_click", CustomJS(args={"text": self.text, "button": self.copy}, code=COPY)
+            "button_click", models.CustomJS(args={"text": self.text, "button": self.copy}, code=COPY)
         )
-        self.message = Div(name="message", sizing_mode="stretch_width")
+        self.message = models.Div(name="message", sizing_mode="stretch_width")
         names = ("slip", "tau", "s_N", "damage")
         self.curves, self.here = _source("curves", *names), _source("here", *names)
         self.planes = _source("planes", "xs", "ys", "alpha")
@@ -94,14 +69,14 @@ class Page:
         self.redraw()
 
     @property
-    def choice(self) -> Choice:
+    def choice(self) -> model.Choice:
         """Values of the sliders."""
         values = {name: float(slider.value) for name, slider in self.sliders.items()}
-        for name in LOGARITHMIC:
-            lowest = name in OPTIONAL and values[name] <= self.sliders[name].start
+        for name in model.LOGARITHMIC:
+            lowest = name in model.OPTIONAL and values[name] <= self.sliders[name].start
             # four digits, as the slider shows them
             values[name] = 0.0 if lowest else float(f"{10.0 ** values[name]:.4g}")
-        return Choice(values, self.cycle.value)
+        return model.Choice(values, self.cycle.value)
 
     def _changed(self, attr: str, old: object, new: object) -> None:
         """Redraw once for all changes that came together."""
@@ -115,7 +90,7 @@ class Page:
         self.document.hold("combine")
         choice = self.choice
         try:
-            self.found = answer(choice)
+            self.found = model.answer(choice)
         except ValueError as error:
             self.found = None
             self._say("error", [str(error)])
@@ -138,16 +113,16 @@ class Page:
         history = found.history
         at = round(0.01 * self.place.value * (len(history) - 1))
         self.here.data = _rows(found, slice(at, at + 1))
-        xs, ys = plan(found.interface.pattern)
+        xs, ys = model.plan(found.interface.pattern)
         alpha = [float(history.alpha(k + 1)[at]) for k in range(len(xs))]
         self.planes.data = {"xs": xs, "ys": ys, "alpha": alpha}
-        closed = in_contact(found, at)
+        closed = model.in_contact(found, at)
         self.touching.data = {
             axis: [float(np.mean(part)) for part, yes in zip(parts, closed, strict=True) if yes]
             for axis, parts in (("x", xs), ("y", ys))
         }
         self.arrow.data = {"x": [0.0, 1.1 * found.e[0]], "y": [0.0, 1.1 * found.e[1]]}
-        x, z, (slip, s_N) = section(found, at)
+        x, z, (slip, s_N) = model.section(found, at)
         depth = 0.25 * float(x[-1] - x[0])
         top = float(z.max()) + depth
         lower = [[*x, x[-1], x[0]], [*z, -depth, -depth]]
@@ -157,7 +132,7 @@ class Page:
 
     def _show_text(self) -> None:
         if self.found is not None:
-            self.text.text = list(TEXTS.values())[self.kind.active](self.found.choice)
+            self.text.text = list(model.TEXTS.values())[self.kind.active](self.found.choice)
 
     def _say(self, kind: str, texts: list[str]) -> None:
         colour = {"error": "#B00020", "lost": "#B00020", "warning": "#555555"}[kind]
@@ -168,7 +143,7 @@ class Page:
         """Sliders at the left, figures at the right."""
         left = []
         for heading, names in GROUPS.items():
-            left += [Div(text=f"<b>{heading}</b>"), *(self.sliders[name] for name in names)]
+            left += [models.Div(text=f"<b>{heading}</b>"), *(self.sliders[name] for name in names)]
         left.append(self.cycle)
         figures = [
             self._curve("tau", "traction along the slip [MPa]"),
@@ -181,7 +156,7 @@ class Page:
         bottom = row(self._plan(), self._section(), text, styles=wrapped, **wide)
         right = column(row(*figures, styles=wrapped, **wide), self.place, bottom, **wide)
         return column(
-            Div(text="<h2>A rough joint under pressure and slip</h2>"),
+            models.Div(text="<h2>A rough joint under pressure and slip</h2>"),
             self.message,
             row(column(*left, width=300, margin=(0, 0, 0, 8)), right, **wide),
             **wide,
@@ -197,14 +172,14 @@ class Page:
 
     def _plan(self) -> figure:
         plot = _figure("", match_aspect=True, title="planes from above, dots: the sides touch")
-        colours = LinearColorMapper(palette=Cividis256, low=0.0, high=1.0)
+        colours = models.LinearColorMapper(palette=Cividis256, low=0.0, high=1.0)
         fill = {"fill_color": {"field": "alpha", "transform": colours}}
         plot.patches("xs", "ys", source=self.planes, line_color="white", line_width=2, **fill)
         plot.scatter("x", "y", source=self.touching, color="white", line_color="black", size=11)
         plot.line("x", "y", source=self.arrow, color=ORANGE, line_width=3)
         plot.axis.visible = False
         plot.grid.visible = False
-        plot.add_layout(ColorBar(color_mapper=colours, title="damage", width=12), "right")
+        plot.add_layout(models.ColorBar(color_mapper=colours, title="damage", width=12), "right")
         return plot
 
     def _section(self) -> figure:
@@ -221,30 +196,30 @@ def _figure(tools: str, height: int = 330, **more: object) -> figure:
     return figure(width=335, height=height, tools=tools, toolbar_location=location, **more)
 
 
-def _rows(found: Answer, part: slice) -> dict[str, Floats]:
+def _rows(found: model.Answer, part: slice) -> dict[str, Floats]:
     history = found.history
     columns = {"slip": found.slip, "tau": found.tau, "s_N": history.dilation, "damage": history.damage}
     return {name: values[part] for name, values in columns.items()}
 
 
-def _slider(name: str, value: float) -> Slider:
-    _, title, low, high, step = SLIDERS[name]
+def _slider(name: str, value: float) -> models.Slider:
+    _, title, low, high, step = model.SLIDERS[name]
     more = {"stylesheets": [".bk-slider-title {white-space: normal}"]}
-    if name in LOGARITHMIC:
+    if name in model.LOGARITHMIC:
         value = float(np.log10(value)) if value > 0.0 else low
         number = "Number((10 ** tick).toPrecision(4)).toString()"
-        none = f"tick <= {min(low, value)} ? '0' : " if name in OPTIONAL else ""
-        more["format"] = CustomJSTickFormatter(code=f"return {none}{number}")
+        none = f"tick <= {min(low, value)} ? '0' : " if name in model.OPTIONAL else ""
+        more["format"] = models.CustomJSTickFormatter(code=f"return {none}{number}")
     elif step < 0.1:
         more["format"] = "0.000"
     ends = {"start": min(low, value), "end": max(high, value)}
-    return Slider(title=title, step=step, value=value, name=name, width=280, **ends, **more)
+    return models.Slider(title=title, step=step, value=value, name=name, width=280, **ends, **more)
 
 
-def _source(name: str, *columns: str) -> ColumnDataSource:
-    return ColumnDataSource({column: [] for column in columns}, name=name)
+def _source(name: str, *columns: str) -> models.ColumnDataSource:
+    return models.ColumnDataSource({column: [] for column in columns}, name=name)
 
 
-def _clear(*sources: ColumnDataSource) -> None:
+def _clear(*sources: models.ColumnDataSource) -> None:
     for source in sources:
         source.data = {name: [] for name in source.data}

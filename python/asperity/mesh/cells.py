@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import redirect_stdout
 from dataclasses import dataclass
-from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contract import Floats
+from ..surface.scan_files import read_mesh
 
 if TYPE_CHECKING:
     import meshio
@@ -48,19 +47,11 @@ def corners(d: int, nodes: int) -> int:
 
 def read(mesh: meshio.Mesh | Path | str) -> meshio.Mesh:
     """Mesh of a file that meshio can read; ValueError with the name of the file."""
-    import meshio
-
-    if isinstance(mesh, meshio.Mesh):
+    if not isinstance(mesh, str | Path):
         return mesh
     if not Path(mesh).is_file():
         raise ValueError(f"{mesh}: no such file: expected a mesh, such as .msh of gmsh, .inp or .vtu")
-    printed = StringIO()
-    try:
-        with redirect_stdout(printed):
-            return meshio.read(mesh)
-    except (Exception, SystemExit) as error:  # meshio prints why and ends the program where no reader fits
-        reason = " ".join(printed.getvalue().split()) or error
-        raise ValueError(f"{mesh}: {reason}: expected a mesh that meshio reads") from None
+    return read_mesh(Path(mesh), "a mesh that meshio reads")
 
 
 def tags(mesh: meshio.Mesh, data: str | None) -> tuple[list[str], list[Integers]]:

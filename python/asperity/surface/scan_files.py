@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -241,8 +242,8 @@ def _surface(path: Path, spacing: Sequence[float] | None, unit: str) -> Scan:
     return _filled(path, x, y, LinearTriInterpolator(sheet, points[:, 2])(x, y).filled(np.nan), unit)
 
 
-def _triangles(path: Path) -> tuple[Floats, np.ndarray]:
-    """Points (n, 3) and triangles (m, 3) of a file."""
+def read_mesh(path: Path, expected: str) -> Any:
+    """Mesh of a file by meshio; raises ValueError with the name of the file, why, and what was expected."""
     try:
         import meshio
     except ImportError:
@@ -250,10 +251,15 @@ def _triangles(path: Path) -> tuple[Floats, np.ndarray]:
     said = StringIO()
     try:
         with redirect_stdout(said), redirect_stderr(said), np.errstate(over="ignore"):
-            mesh = meshio.read(path)
+            return meshio.read(path)
     except (Exception, SystemExit) as error:  # meshio prints and exits where it cannot read
         text = (" ".join(said.getvalue().split()) or str(error)).rstrip(".")
-        raise ValueError(f"{path}: {text}: expected a file of triangles") from None
+        raise ValueError(f"{path}: {text}: expected {expected}") from None
+
+
+def _triangles(path: Path) -> tuple[Floats, np.ndarray]:
+    """Points (n, 3) and triangles (m, 3) of a file."""
+    mesh = read_mesh(path, "a file of triangles")
     points, cells = np.asarray(mesh.points, dtype=float), mesh.cells_dict
     triangles = cells.pop("triangle", np.empty((0, 3), dtype=int))
     others = ", ".join(sorted(set(cells) - {"vertex", "line"})) or "none"
