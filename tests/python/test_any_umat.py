@@ -223,22 +223,17 @@ SIGNAL = r"ended by signal {} \({}\)"
     ("attack", "said"),
     {
         "*(volatile int *)8 = 1;": SIGNAL.format(11, "Segmentation fault"),
-        "statev[1000000000] = 1;": SIGNAL.format(11, "Segmentation fault"),
         "for (int i = 0; i < 1000; i++) statev[i] = 1;": r"STATEV\(2\), of 1: expected a larger nstatv",
-        "for (int i = 0; i < 1000000; i++) statev[i] = 1;": r"wrote to STATEV\(2\), of 1",
         "statev[1000000] = 1;": SIGNAL.format(11, "Segmentation fault"),
         "exit(0);": "ended the program with exit code 0",
-        "_exit(0);": "ended the program with exit code 0",
         "quick_exit(3);": "ended the program with exit code 3",
         "abort();": SIGNAL.format(6, "Aborted"),
         "raise(SIGFPE);": SIGNAL.format(8, "Floating point exception"),
         "for (;;);": r"did not complete the increment within the limit of 0\.5 s",
         "signal(SIGTERM, SIG_IGN); raise(SIGSTOP);": r"limit of 0\.5 s",
-        "alarm(1); signal(SIGALRM, SIG_DFL); for (;;);": r"limit of 0\.5 s",
         'for (;;) puts("still");': r"limit of 0\.5 s; it printed last: ",
         "if (fork() == 0) for (;;) pause(); abort();": SIGNAL.format(6, "Aborted"),
         "for (int i = 3; i < 1000; i++) close(i);": "closed a file of this program",
-        'for (int i = 3; i < 99; i++) close(i), open("/dev/null", 1);': "closed a file of this program",
         'exit(puts("negative damage"));': "it printed last: negative damage",
     }.items(),
 )
@@ -316,13 +311,6 @@ def test_an_interrupt_ends_the_child(driver: Path, attacker, tmp_path: Path) -> 
         process.send_signal(signal.SIGINT)
         assert process.wait(10) == -signal.SIGINT
     wait_for(lambda: not Path(f"/proc/{child}").exists())
-
-
-def test_a_tolerance_that_is_not_reached(run, library: Path) -> None:
-    """The rows are written, and the run does not count as complete."""
-    result = run("&case tolerance = 1e-8 /\n" + planted(library) + MIXED, code=2)
-    assert re.search("tolerance = 1e-8: the rows of .* still differ by", result.messages)
-    assert result["s_N"][-1] == 0.02
 
 
 def test_a_path_with_a_tolerance_keeps_rows(run, attacker) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
 from asperity.case_writer import case_text
-from support_driver import FLAT, MATERIAL, RP_4, S_F, call
+from support_driver import FLAT, MATERIAL, RP_4, call
 
 PLAIN = (
     MATERIAL + RP_4 + "&step t_N = -5.0, increments = 10 /\n"
@@ -44,14 +43,10 @@ ONE_NAN = ['"NaN": expected a number']
 STARTS = [
     (True, 3, "initial traction = 1, 0", "traction = 1, 0: 2 values: expected three (t_N, t_Tx, t_Ty)"),
     (True, 3, "initial traction = 1, nan, 0", 'traction = "nan": expected a number'),
-    (True, 3, "initial traction = 1, 1e999, 0", 'traction = "1e999": expected a number'),
     (True, 3, "initial damage = 1.5", "damage = 1.5: expected 0 to 1"),
-    (True, 3, "initial damage = -0.1", "damage = -0.1: expected 0 to 1"),
-    (True, 3, "initial damage = nan", 'damage = "nan": expected a number'),
     (True, 3, "initial damage = 2*0.5", "damage = 2*0.5: 2 values: expected 1 for all planes"),
     (False, 3, "initial damage = 6*0.5", "6 values: expected 1 for all planes or 5 for 5 planes"),
     (True, 3, "initial slip = 0.1", "slip = 0.1: 1 values: expected 2 for all planes, in pairs s_dit, s_dih"),
-    (False, 3, "initial slip = 9*0.1", "9 values: expected 2 for all planes or 10 for 5 planes, in pairs"),
     (True, 3, "initial slip = 0, 1e99", "slip = 0, 1e99: expected a magnitude up to"),
     (True, 3, "initial opening = 1", "opening = 1: unknown name, expected one of traction, damage, slip"),
     (True, 3, "initial", "nothing given: expected traction, damage or slip"),
@@ -62,7 +57,6 @@ STARTS = [
     (True, 3, "initial traction = -10, 7.5, 0, damage = 1",
      "traction = -10, 7.5, 0: initial t_Tx, t_Ty = 7.5, 0: outside the friction of the pattern"),
     (True, 3, "initial traction = 3.1, 0, 0", "traction = 3.1, 0, 0: initial t_N = 3.1: beyond the strength"),
-    (False, 3, "initial traction = -1, 10, 1", "&initial: traction = -1, 10, 1: "),
     (False, 3, "initial traction = 1e299, 0, 0", "&initial: traction = 1e299, 0, 0: initial t_N = 1e299: "),
     (True, 3, "initial damage = 1 /\n&state separation = 3*0, statev = 11*0",
      "a run starts from &initial or from &state, in line 4: expected the one or the other"),
@@ -83,10 +77,7 @@ STARTS = [
         ("sigma0", "sigma_0", 1, ["sigma_0 = 3.0: unknown name, expected one of sigma0, Gc, eta, mu"]),
         ("eta = 0.9", "eta = 1.0", 1, ["eta = 1.0", "0 < eta < 1"]),
         ("eta = 0.9", "eta = nan", 1, ['eta = "nan": expected a number']),
-        ("eta = 0.9", "eta = inf", 1, ['eta = "inf": expected a number']),
         ("eta = 0.9", "eta = 1e999", 1, ['eta = "1e999": expected a number']),
-        ("eta = 0.9", "eta = 0.9.1", 1, ['eta = "0.9.1": expected a number']),
-        ("eta = 0.9", "eta = '0.9'", 1, ["eta", "expected a number"]),
         ("eta = 0.9", "eta = 0.9, 0.8", 1, ["eta = 0.9, 0.8: expected one number"]),
         ("eta = 0.9", "eta =", 1, ["&material: eta: empty value before a comma"]),
         ("mu = 0.5", "mu =", 1, ["mu = : no value"]),
@@ -94,12 +85,9 @@ STARTS = [
         ("eta = 0.9", "eta = 0.9, eta = 0.9", 1, ["eta is given twice, first in line 1"]),
         ("eta = 0.9", "eta(1) = 0.9", 1, ["eta(1): subscripts are not read"]),
         ("mu = 0.5", "mu = 0.5, tau_v = -1.0", 1, ["tau_v = -1.0", ">= 0"]),
-        ("mu = 0.5", "mu = 0.5, kc = -1", 1, ["kc = -1", ">= 0"]),
         ("sides = 4", "sides = 1", 2, ["sides = 1", "expected 0 (flat) or 2 to 64"]),
         ("sides = 4", "sides = 2.5", 2, ["sides = 2.5", "whole number from 0 to 64"]),
-        ("sides = 4", "sides = -3", 2, ["sides = -3", "whole number from 0 to 64"]),
         ("sides = 4, ", "", 2, ["&pattern: expected sides (0: flat), or normals and weights"]),
-        ("theta = 30.0", "theta = 90.0", 2, ["theta = 90.0", "0 <= theta < 90"]),
         ("theta = 30.0", "flat = 1.5", 2, ["flat = 1.5", "0 <= flat <= 1"]),
         ("sides = 4", "normals = 1, 0, 0, weights = 1", 2, ["do not go with normals"]),
         (PATTERN, "normals = 1, 0, 0, 1, weights = 1", 2, ["4 values of normals and 1 weights"]),
@@ -116,13 +104,11 @@ STARTS = [
         ("&step t_N", "&step time = -1, t_N", 3, ["time = -1: expected >= 0"]),
         ("increments = 10", "increments = 0", 3, ["increments = 0: expected a whole number from 1"]),
         ("increments = 10", "increments = 10, 20", 3, ["2 values of increments: expected 1 to 1"]),
-        ("increments = 10", "increments = 10.5", 3, ["increments = 10.5: expected a whole number"]),
         ("increments = 10", "increments = 10000000", None, ["in all steps: expected at most 10000000"]),
         ("increments = 10", "time = 1, 2", 3, ["2 values of time: expected 1, of the step, or 1, as many"]),
         ("&step t_N", "&step slip = 1, direction = 1, 2, t_N", 3, ["direction = 1, 2: expected one number"]),
         (END, "cycles = 1000000 /", 4, ["4 targets in 1000000 cycles: expected at most 1000000 targets"]),
         ("increments = 10", "cycles = 0", 3, ["cycles = 0"]),
-        ("increments = 10", "cycles = 1000001", 3, ["cycles = 1000001"]),
         ("s_Tx = 0.1", "s_Tx = 1e60", 4, ["s_Tx = ", "expected a magnitude up to"]),
         ("s_Tx = 0.1", "s_Tx = what", 4, ['s_Tx = "what": expected a number']),
         (END, END + "\n&step /\n&expect end = 'x' /", 6, ["'x': expected 'complete' or 'lost'"]),
@@ -141,14 +127,8 @@ STARTS = [
         # a value that is no number has one message
         ("increments = 10", "time = NaN", 3, ONE_NAN),
         ("&material", "&case tolerance = NaN /\n&material", 1, ONE_NAN),
-        ("increments = 10", "increments = NaN", 3, ONE_NAN),
-        ("increments = 10", "follow = 'branch', arc = NaN", 3, ONE_NAN),
         ("mu = 0.5", "mu = NaN", 1, ONE_NAN),
-        ("theta = 30.0", "theta = NaN", 2, ONE_NAN),
-        ("s_Tx = 0.1", "s_Tx = NaN", 4, ONE_NAN),
-        ("s_Tx = 0.1", "slip = 0.1, direction = NaN", 4, ONE_NAN),
         (END, END + "\n&expect t_N = 1, tolerance = NaN /", 5, ONE_NAN),
-        (END, END + "\n&sweep name = 'x', values = NaN /", 5, ONE_NAN),
         # branches
         ("increments = 10", "follow = 'jump'", 3, ["follow = 'jump': expected 'stable' or 'branch'"]),
         ("increments = 10", "follow = 'branch', increments = 1", 3, ["increments with follow = 'branch'"]),
@@ -175,25 +155,6 @@ def test_bad_case(run, tmp_path: Path, old: str, new: str, line: int | None, fra
     for fragment in fragments:
         assert fragment in messages, messages
     assert not (tmp_path / "case.csv").exists()
-
-
-def test_all_bad_values_at_once(run) -> None:
-    """All errors of a file are reported at once."""
-    messages = run(
-        "&material sigma0 = -1, Gc = 0, eta = 2, mu = -0.1, sigma02 = -1, Gc2 = -1, tau_v = -1, kc = -1 /\n"
-        "&pattern sides = 65, theta = -1, flat = 2 /\n&step t_N = x /\n",
-        code=1,
-    ).messages
-    for name in "sigma0 Gc eta mu sigma02 Gc2 tau_v kc sides theta flat t_N".split():
-        assert re.search(rf": {name} = .*: expected", messages), name
-
-
-def test_slips_that_cannot_be_resolved(run) -> None:
-    """A prescribed slip of 1e12 s_f is admissible; beyond it neighbouring numbers are too far apart."""
-    largest = 0.999 * 1e12 * S_F
-    assert len(run(MATERIAL + FLAT + f"&step slip = {largest:.17g}, increments = 2 /\n").rows) == 2
-    messages = run(MATERIAL + FLAT + "&step slip = 1e20, increments = 2 /\n", code=1).messages
-    assert "slip = 1e20: expected a magnitude up to" in messages
 
 
 def test_separations_are_checked_once(run) -> None:

@@ -5,12 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern, Step, read_case
-from support_driver import call
 
 RT = Pattern.regular(2, 30.0)
 CONSTANTS = dict(kn=82.0, ks=36.0, ft=0.25, GfI=0.018, c=0.35, GfII=0.125, tan_phi=0.75)
@@ -26,16 +24,6 @@ def test_case_with_kn_and_ks_is_that_of_python(run) -> None:
     history = Interface(material, RT).run([Step(t_N=-1.0, increments=20), Step(slip=0.3, increments=30)])
     assert np.array_equal(rows.vector("t"), history.traction)
     assert np.array_equal(rows.vector("s"), history.separation)
-
-
-def test_two_modes_are_doubted_once(driver: Path, tmp_path: Path) -> None:
-    """A sweep warns once that the modes differ, what this means, and where it is explained."""
-    case = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = x, sigma02 = 2.0 /\n&pattern sides = 0 /\n"
-    sweep = "&sweep name = 'x', values = 0.4, 0.5, 0.6 /\n"
-    (tmp_path / "case.nml").write_text(case + sweep + PATH.format(0.1, 10))
-    messages = call(driver, "case.nml", folder=tmp_path).stderr
-    assert messages.count("differ from mode I") == 1
-    assert "the energy balance still holds" in messages and "see theory.md, section 3" in messages
 
 
 @pytest.mark.parametrize(

@@ -69,20 +69,6 @@ def test_several_targets(run) -> None:
         assert result[name][-1] == pytest.approx(plain[name][-1], rel=5e-3)
 
 
-def test_python_has_the_same_rows(run) -> None:
-    """confined_slip(follow="branch") returns rows and events of the driver, with the same default step."""
-    slip = "&step t_N = -0.05, increments = 10 /\n&step slip = 0.3, follow = 'branch' /\n"
-    result = run(MATERIAL + STEEP + slip)
-    rough = Interface(TABLE_2, Pattern.regular(8, 60.0, flat=0.0, turn=298.64))
-    history = rough.confined_slip(0.0, [0.3], -0.05, preload=10, follow="branch")
-    np.testing.assert_array_equal(history.separation, result.vector("s")[10:])
-    np.testing.assert_array_equal(history.work, result["work"][10:])
-    # the events of the preload count in the first row
-    events = {row: set(text.split("+")) for row, text in history.events if row > 0}
-    assert events == {row: found for row, found in enumerate(result.events[10:]) if found and row > 0}
-    assert sum("turn" in found for found in events.values()) == 2
-
-
 def test_branches_that_end(run) -> None:
     """A branch that does not reach its target stops with the reason."""
     result = run(MATERIAL + FLAT + "&step t_N = 4.0, follow = 'branch', arc = 0.2 /\n", code=2)

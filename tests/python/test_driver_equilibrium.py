@@ -9,38 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern, read_case
-from support_driver import COLUMNS, FLAT, MATERIAL, RP_4, S_F, K, Result, assert_traction, call
+from support_driver import COLUMNS, FLAT, MATERIAL, RP_4, Result, call
 
 SLOPE = math.tan(math.radians(30.0))
 TABLE_2 = Material(3.0, 0.3, 0.9, 0.5)
-
-
-def test_fully_damaged_joint_closes(run) -> None:
-    """A fully damaged, open point closes under pressure, and the row has the event snap."""
-    for pattern in (FLAT, RP_4):
-        result = run(MATERIAL + pattern + "&step s_N = 0.5 /\n&step t_N = -5.0 /\n")
-        assert_traction(result["t_N"][100:], -0.05 * np.arange(1, 101))
-        assert np.all(result["s_N"][100:] < 0.0)
-        jumps = [i for i, event in enumerate(result.events) if "snap" in event]
-        assert jumps == [100] and "close" in result.events[100]
-        if pattern == FLAT:
-            np.testing.assert_allclose(result["s_N"][100:], result["t_N"][100:] / K, rtol=1e-9)
-
-
-def test_fully_damaged_joint_has_the_smallest_opening(run, shipped) -> None:
-    """Figure 9(a), sigma_N = 0: after full damage s_N = |s_L| tan(theta) in both directions of slip."""
-    result = run(
-        MATERIAL + "&pattern sides = 2, theta = 30.0 /\n&step t_N = 0.0, increments = 1 /\n"
-        "&step slip = 0.4, -0.4, 0.0, increments = 40 /\n"
-    )
-    damaged = result["damage"] >= 1.0 - 1e-15
-    assert damaged.sum() > 60 and result["s_Tx"][-1] == 0.0
-    np.testing.assert_allclose(
-        result["s_N"][damaged], SLOPE * np.abs(result["s_Tx"][damaged]), rtol=0, atol=1e-11 * S_F
-    )
-    figure = shipped("figure09a_10b")["0"]
-    back = (figure["damage"] >= 1.0 - 1e-15) & (figure["s_Tx"] == 0.0)
-    assert back.any() and np.all(np.abs(figure["s_N"][back]) <= 1e-11 * S_F)
 
 
 @pytest.mark.parametrize("steps", [20, 400, 4000])
@@ -121,7 +93,6 @@ WAY = "&step s_N = 0.05, slip = 0.1, increments = 1 /\n&step t_N = -0.7, slip = 
         SMOOTH + "&step t_N = 0.0, t_Tx = -4.0 /\n": MOST + "t_Tx = -3, the step asks for -3.0",
         SMOOTH + "&step t_N = 2.5, t_Tx = 2.5 /\n": ": in the direction (0.707107, 0.707107, 0) the joint "
         "carries at most 3, ",
-        SMOOTH + "&step t_N = 3.00000003 /\n": "the step asks for 3.00000003",
         LISTED + SHEAR + " /\n": NONE_FOUND,
         LISTED + SHEAR + ", increments = 3 /\n": ") the joint carries at most ",
         # the guard has no strength in closed form: how far the motion went

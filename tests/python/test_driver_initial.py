@@ -76,18 +76,3 @@ def test_contact_opens_where_the_offset_is_cancelled(run) -> None:
     free = run(head + "&step t_N = 0.0, increments = 10 /\n")
     np.testing.assert_allclose(free["s_N"], closure * np.arange(1, 11) / 10, rtol=1e-12)
     assert abs(free["t_N"][-1]) < 1e-12
-
-
-def test_cracked_without_traction(run) -> None:
-    """A run with only `damage` in &initial is that from &state at separation zero, without an onset."""
-    path = "&step t_N = -1, increments = 5 /\n&step slip = 0.3, increments = 30 /\n"
-    damage = [1.0, 0.2, 0.4, 0.6, 0.8]
-    cracked = run(MATERIAL + RP_4 + f"&initial damage = {str(damage)[1:-1]} /\n" + path, "--planes")
-    planes = ", ".join(f"{alpha}, 0, 0" for alpha in damage)
-    state = run(MATERIAL + RP_4 + f"&state separation = 3*0, statev = 8*0, {planes} /\n" + path, "--planes")
-    assert cracked.rows == state.rows
-    assert not any("onset" in event for event in cracked.events)
-    swept = run(
-        MATERIAL + RP_4 + "&initial damage = x /\n&sweep name = 'x', values = 0.0, 1.0 /\n" + path, "--planes"
-    )
-    assert "case_0.csv" in swept.messages and "case_1.csv" in swept.messages

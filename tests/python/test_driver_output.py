@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 import signal
@@ -13,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from support_driver import FLAT, MATERIAL, ROOT, RP_4, TRACTION_TOLERANCE, call, read_csv
+from support_driver import FLAT, MATERIAL, ROOT, RP_4, call, read_csv
 
 
 def test_sweep(run, tmp_path: Path) -> None:
@@ -127,25 +126,6 @@ def test_progress(driver: Path, tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("options", [[], ["--quiet"]])
-def test_no_progress(options: list[str], driver: Path, tmp_path: Path) -> None:
-    """A long run shows no progress in a file, nor with --quiet on a terminal."""
-    screen, terminal = os.openpty() if options else os.pipe()
-    with long_run(driver, tmp_path, options, terminal) as process:
-        with pytest.raises(subprocess.TimeoutExpired):
-            process.wait(0.6)
-        process.kill()
-        process.wait()
-    os.set_blocking(screen, False)
-    try:
-        written = os.read(screen, 200)
-    except OSError:  # the terminal closes with its last user
-        written = b""
-    os.close(screen)
-    assert written == b""
-
-
 def test_commands(driver: Path, tmp_path: Path) -> None:
     """--help and --version print their text; a wrong command line gives exit code 1."""
 
@@ -156,15 +136,6 @@ def test_commands(driver: Path, tmp_path: Path) -> None:
     for arguments in ([], ["a.nml", "b.nml"], ["--no-such"], ["a.nml", "-o"], [""], ["a.nml", "-o", ""]):
         process = call(driver, *arguments, folder=tmp_path)
         assert process.returncode == 1 and "--help" in process.stderr, arguments
-
-
-def test_example_of_the_help(run, driver: Path, tmp_path: Path) -> None:
-    """The example that --help prints is a case that runs."""
-    text = call(driver, "--help", folder=tmp_path).stdout
-    example = text[text.index("example:") :].partition("\n")[2]
-    result = run(example)
-    assert result["t_N"][-1] == pytest.approx(-5.0, abs=TRACTION_TOLERANCE)
-    assert math.hypot(result["s_Tx"][-1], result["s_Ty"][-1]) == pytest.approx(0.6, rel=1e-14)
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from asperity.installed import driver
 from asperity.model_checks import model_warnings
 
 from harness.studies import extensions
-from harness.studies.extensions import LOCKING, PRESSURE, SLOPE, STEEP_RT, TABLE_2, path
+from harness.studies.extensions import PRESSURE, TABLE_2, path
 
 RT = Pattern.regular(2, 30.0)
 STIFF = replace(TABLE_2, kc=100.0)
@@ -31,28 +31,6 @@ def test_snap_vanishes() -> None:
     jumps = [extensions.snap(height).snaps for height in (0.0, 2.0, 1.0, 0.5)]
     sizes = [jump.after[0] - jump.before[0] for [jump] in jumps[:3]]
     assert np.all(np.diff(sizes) < 0.0) and sizes[-1] > 0.0 and jumps[3] == ()
-
-
-def test_wear_goes_with_the_weight() -> None:
-    """A flat share that halves the weight of the facets needs twice the W0 for the same wear."""
-    found = []
-    # facing plane: the first inclined one; its elastic slip, a hundredth of the path, goes with 1/gamma, too
-    for flat, W0, facing in ((0.0, 4.0, 1), (0.5, 8.0, 2), (0.5, 4.0, 2)):
-        joint = Interface(replace(LOCKING, mu=0.5, height=0.0, W0=W0), Pattern.regular(2, 30.0, flat=flat))
-        found.append(joint.confined_slip(0.0, path(0.6), -0.5).worn(facing)[-1])
-    whole, scaled, same = found
-    assert scaled == pytest.approx(whole, rel=0.03) and same > 1.5 * whole
-
-
-def test_plesha_in_closed_form() -> None:
-    """Without wear the rigid joint has the strengths up and down a slope, and closes where it began."""
-    slips = path(0.4, -0.4, 0.0)
-    tau, opening, angle = extensions.plesha(slips, 0.5, SLOPE, 0.0, 2.0)
-    up, down = (0.5 + SLOPE) / (1.0 - 0.5 * SLOPE), (0.5 - SLOPE) / (1.0 + 0.5 * SLOPE)
-    assert tau[1:401] == pytest.approx(2.0 * up, rel=1e-12)
-    assert tau[401:801] == pytest.approx(-2.0 * down, rel=1e-12)
-    assert opening.max() == pytest.approx(0.4 * SLOPE, rel=1e-12) and abs(opening[-1]) < 1e-12
-    assert np.all(angle == np.arctan(SLOPE))
 
 
 def wear_out(share: np.ndarray, slips: np.ndarray) -> float:
@@ -113,14 +91,6 @@ def test_shared_pressure_wears_in_jumps(sides: int, direction: float, W0: float,
     assert (drop(joint, direction, np.linspace(0.0, 0.6, 601), -1.0) > 0.05) == jumps
     found = model_warnings(joint.material, joint.pattern, -1.0, slip=0.6)
     assert any("share the pressure" in text for text in found) == jumps
-
-
-def test_locking_with_a_height_is_no_objection() -> None:
-    """A steep joint locks, with a height it does not; other modes store more energy than W0 allows."""
-    assert "locks" in model_warnings(LOCKING, STEEP_RT)[0]
-    assert not model_warnings(replace(LOCKING, height=0.2), STEEP_RT)
-    [modes, energy] = model_warnings(replace(STIFF, W0=0.5, Gc2=0.6), RT, -1.0)
-    assert "rupture may exceed Gc" in modes and "stores 0.03 W0" in energy
 
 
 # --- fit ----------------------------------------------------------------------------------------------------

@@ -296,28 +296,24 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     (LINE, {"columns": {"foo": "bar"}}, "columns: foo: expected one of slip, tau"),
     # rows
     ("", {}, "no rows: expected a header"),
-    (HEADER, {}, "no rows: expected a header"),
     (HEADER + "0.1,1,0.1,-1\n", {}, "record.csv: 1 rows: expected at least 5"),
     (HEADER + ROWS + "0.9,1,0.1\n", {}, "line 9: 3 values: expected 4"),
     # cells
     (HEADER + ROWS + "0.9,1,0.1,inf\n", {}, "line 9, column sigma_N: inf: expected a finite number"),
     (HEADER + ROWS + "0.9,high,0.1,-1\n1,1,low,-1\n", {}, "line 9, column tau: high: expected a finite numb"),
     (SHORT + "0.1,0.2,-1\n0.2,MPa,-1\n0.3,0.3,-1\n", {}, "line 3, column tau: MPa: expected a finite"),
-    (SHORT + "1_0,2,-1\n", {}, "line 2, column slip: 1_0: expected a finite number"),
     (LINE + SHORT + LINE[17:], {}, "line 9, column slip: slip: expected a finite number"),
     # decimal marks
     (HEADER + ROWS + '"0,9",1,0.1,-1\n', {}, "line 9, column slip: 0,9: expected a finite number"),
     (SHORT.replace(",", ";") + "0.5;1,5;-1\n0.2;2;-1\n", {}, "line 2, column tau: 1,5: expected a finite"),
     # units
     ("slip [mm],tau [kPa],sigma_N\n", {}, "sigma_N has no unit: expected one for every column, as slip [mm]"),
-    ("slip [mmm],tau [MPa],sigma_N [MPa]\n", {}, "line 1: slip [mmm]: expected m, cm, mm, um, in or ft"),
     ("slip [mm],tau [kN],sigma_N [MPa]\n", {}, "line 1: tau [kN]: expected Pa, kPa, MPa, N/mm2, kN/m2, bar,"),
     (UNITS.replace("dilation [mm]", "k_N [kN/mm]"), {}, "k_N [kN/mm]: expected a unit of stress/length, suc"),
     # signs and sizes
     (HEADER + ROWS + "0.9,1,0.1,1\n", {}, "line 9, column sigma_N: 1: expected compression in all rows"),
     (HEADER + seven(lambda i: f"{i},{-i},{0.1 * i},-9"), {}, "the work of tau along the slip is -24.5 < 0: "),
     (HEADER + seven(lambda i: f"0.{i},{500 + i},0.0{i},-1"), {}, "tau: 507 at the end where |sigma_N| is 1:"),
-    (HEADER + ROWS.replace(",-1", ",-1e6"), {}, "column tau: 0.8 at the end where |sigma_N| is 1e+06: expec"),
     (HEADER + seven(lambda i: f"{i},1,0,-1"), {}, "column tau is 1 in all rows: expected values that change"),
     (HEADER + seven(lambda i: f"0.{i},{i},{5 + 0.01 * i},-1"), {}, "line 2, column dilation: 5.01 at slip 0"),
     (SHORT + seven(lambda i: f"{7.2 + 0.1 * i},{i},-1"), {}, "line 2, column slip: 7.3 in the first row: ex"),
@@ -327,11 +323,9 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     (WITH_K + seven(lambda i: f"{i},{i},0,-2,-1"), {}, "line 2, column k_N: -2: expected a stiffness >= 0"),
     (LINE, {"sigma_N": 2.0}, "sigma_N: 1 values for 0 tests without that column: expected"),
     (LINE, {"k_N": -1.0}, "k_N = -1: expected a finite stiffness > 0"),
-    (LINE, {"k_T": 0.0}, "k_T = 0: expected a finite stiffness > 0"),
     (LINE, {"k_T": 2.0}, "line 5: k_T = 2 takes 0.4 off the slip 0.4: expected more than tau/slip = 2"),
     (LINE, {"k_N": 5.0, "sigma_N_path": True}, "k_N = 5: expected no stiffness beside a prescribed"),
     (ENVELOPE + "-1,2,1,5\n-2,1,2,5\n", {}, "3, column peak: 1: expected at least the residual strength"),
-    (ENVELOPE + "-1,2,1,-5\n", {}, "line 2, column slip: -5: expected > 0"),
     (ENVELOPE + "-1,2,,5\n-1,2,,5\n", {}, "record.csv: 0 rows: expected at least 1"),
     (ENVELOPE + "-1,2,1,5\n", {"k_T": 5.0}, "k_T, sigma_N_path: expected columns slip, tau, sigma_N"),
 ]

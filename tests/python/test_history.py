@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import doctest
-import pickle
 import subprocess
 import sys
 from dataclasses import fields
@@ -13,7 +12,7 @@ from pathlib import Path
 import asperity
 import numpy as np
 import pytest
-from asperity import EquilibriumLost, History, Interface, Material, Pattern, Step, contract, plot, steps
+from asperity import History, Interface, Material, Pattern, Step, contract, plot, steps
 from asperity.history import COLUMNS, ENERGIES
 
 JOINT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0), Pattern.regular(4, theta=30.0))
@@ -147,17 +146,6 @@ def test_csv_is_that_of_the_driver(history: History, tmp_path: Path) -> None:
     assert path.read_text(encoding="utf-8").splitlines()[0].split(",") == list(COLUMNS)
     with pytest.raises(ValueError, match="rows of a file have no steps"):
         rows.after_step(1)
-
-
-def test_a_lost_equilibrium_has_a_history(tmp_path: Path) -> None:
-    """The rows before the loss can be written, and the loss is an event of the last one."""
-    with pytest.raises(EquilibriumLost) as lost:
-        Interface(JOINT.material, Pattern.regular(0, 0.0)).confined_slip(0.0, np.linspace(0.0, 0.1, 101), 2.0)
-    history = pickle.loads(pickle.dumps(lost.value)).history
-    history.to_csv(tmp_path / "lost.csv")
-    rows = History.from_csv(tmp_path / "lost.csv")
-    assert len(rows) == len(history) and "no equilibrium" in rows.events[-1][1]
-    assert history.planes == 1 and history.alpha(1).shape == (len(history),)
 
 
 HEAD, ROW = ",".join(COLUMNS), ",".join(["0"] * (len(COLUMNS) - 1))

@@ -100,30 +100,6 @@ def test_facet_beyond_its_end_is_flat() -> None:
     assert np.abs(tangent).max() < 10.0 * joint.material.K
 
 
-@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
-def test_random_load_paths() -> None:
-    """No pressed joint is lost; work and energies agree to second order; the damage is at most 1."""
-    rng = np.random.default_rng(SEED)
-    errors = []
-    for option in list(OPTIONS) * 2:
-        material = Material(3.0, 0.3, 0.9, 0.5, **OPTIONS[option])
-        joint = Interface(
-            material, Pattern.regular(int(rng.choice([0, 2, 4, 8])), rng.uniform(5.0, 40.0), 0.2)
-        )
-        pressure, direction = -(10.0 ** rng.uniform(-1.0, 1.0)), rng.uniform(0.0, 360.0)
-        turns = rng.uniform(-0.3, 0.3, 2).tolist()
-        for finer in (1, 4):
-            steps = [Step(t_N=pressure, increments=20 * finer, time=1.0)]
-            spring = {"k_N": 20.0} if pressure < -1.0 else {}
-            steps += [Step(slip=turns, direction=direction, increments=60 * finer, time=1.0, **spring)]
-            history = joint.run(steps)
-            assert history.damage.max() <= 1.0
-            off = history.work - (history.stored + history.rupture + history.friction)
-            errors.append(np.abs(off).max() / (np.abs(history.work).max() + material.Gc))
-    coarse, fine = np.median(errors[::2]), np.median(errors[1::2])
-    assert fine < coarse / 6.0 and fine < 1e-3
-
-
 @pytest.mark.parametrize("ks", [50.0, 1e5])
 def test_tolerance_of_a_stiff_joint(ks: float) -> None:
     """A joint without bond has no strength: the tolerance of a load path is relative to its tractions."""
@@ -231,16 +207,6 @@ def test_energies() -> None:
         # the work of the trapezoidal rule, of second order in the increment
         assert np.abs(rows.work - spent).max() < 2e-3 * rows.work[-1]
         assert np.all(np.diff(rows.friction) >= 0.0)
-
-
-def test_flat_planes_and_opened_planes_are_not_crushed() -> None:
-    """A flat plane has no asperity; a plane without pressure keeps its asperity."""
-    interface = Interface(Material(3.0, 0.3, 0.9, 0.5, crush=1.0), Pattern.regular(2, 30.0, flat=0.5))
-    pressed = interface.run([Step(s_N=[-0.01, 0.02], increments=10)])
-    assert np.all(pressed.worn(1) == 0.0)
-    assert pressed.worn(2)[-1] > 0.0
-    opened = interface.run([Step(s_N=0.02, increments=10)])
-    assert np.all(opened.worn(2) == 0.0)
 
 
 def test_envelopes_of_barton() -> None:

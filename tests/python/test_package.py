@@ -6,7 +6,6 @@ import os
 import pickle
 import re
 import subprocess
-import warnings
 from dataclasses import FrozenInstanceError, fields, replace
 from itertools import pairwise
 from pathlib import Path
@@ -18,7 +17,6 @@ from asperity import (
     History,
     Interface,
     Material,
-    ModelWarning,
     Pattern,
     contract,
     installed,
@@ -235,41 +233,6 @@ def test_lost_equilibrium() -> None:
     assert error.value.row == 0 and error.value.history.traction.shape == (0, 3)
 
 
-def warned(sides: int, theta: float, sigma_N: float, **constants: float) -> list[str]:
-    """Warnings of a short slip test."""
-    material = Material(**{"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | constants)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        try:
-            Interface(material, Pattern.regular(sides, theta)).confined_slip(0.0, [0.001], sigma_N)
-        except EquilibriumLost:
-            pass
-    assert all(one.category is ModelWarning for one in caught)
-    return [str(one.message) for one in caught]
-
-
-@pytest.mark.parametrize(
-    ("joint", "constants", "text"),
-    [
-        ((0, 0.0, -1.0), {"sigma02": 2.0}, "sigma02 or Gc2 differ from mode I"),
-        # |sigma_N| (1 - eta)/(gamma sigma0 kc), gamma of one inclined plane
-        ((4, 30.0, -10.0), {}, "a plane that carries the largest pressure alone closes by 2 s_f"),
-        ((0, 0.0, 3.1), {}, "the normal traction reaches 1.03333 times the strength"),
-        ((2, 30.0, -42.0), {"kc": 50.0, "height": 0.21}, ""),
-        ((2, 30.0, -1.0), {"kc": 100.0, "W0": 0.76}, ""),
-        ((0, 0.0, -1.0), {"kc": 100.0, "height": 0.1}, ""),
-        ((0, 0.0, -1.0), {"sigma02": 3.0, "Gc2": 0.3}, ""),
-        ((4, 30.0, 0.5), {}, ""),
-        # a plane of finite height lets go
-        ((4, 64.0, -0.001), {"mu": 0.8, "height": 0.5, "kc": 100.0}, ""),
-    ],
-)
-def test_warnings(joint: tuple[int, float, float], constants: dict[str, float], text: str) -> None:
-    """A slip test warns once of what the law does and one may not expect, and without a reason of nothing."""
-    found = warned(*joint, **constants)
-    assert sum(text in one for one in found) == 1 if text else not found
-
-
 def test_replay_is_a_chain_of_updates() -> None:
     """A replay equals a chain of updates, with the energies, up to the order of the sums over the planes."""
     path = random_path(7, 50)
@@ -330,23 +293,3 @@ def test_events_are_those_of_the_driver(tmp_path: Path) -> None:
 
 
 # --- initial states; tests/solver/test_initial.pf has more -----------------------------------------------
-
-
-def test_what_the_guard_held_back() -> None:
-    """Damage that the guard delays on the load path has grown at its end: the traction is returned."""
-    draw = np.random.default_rng(3)
-    accepted = 0
-    for _ in range(150):
-        eta, mu = draw.uniform(0.6, 0.98), 0.5 * draw.random()
-        material = Material(3.0, 0.3, eta, mu, kc=100.0, guard=True)
-        rough = Interface(material, Pattern.regular(4, theta=draw.uniform(10.0, 50.0)))
-        traction = 3.0 * draw.uniform([-0.2, -0.5, -0.5], [0.5, 0.5, 0.5])
-        damage, slip = draw.random(5), 0.1 * draw.uniform(-1.0, 1.0, (5, 2))
-        try:
-            state = rough.initial(traction, damage=damage, slip=slip)
-        except ValueError:
-            continue
-        accepted += 1
-        result = rough.update(np.zeros((1, 3)), state[None])
-        np.testing.assert_allclose(result.traction[0], traction, rtol=0, atol=1e-10 * 3.0)
-    assert accepted > 40

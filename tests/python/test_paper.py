@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
 from pathlib import Path
 
@@ -194,15 +193,3 @@ def test_gallery_is_the_committed_one(again: Path) -> None:
     for name, text in filled.items():
         (words, values), (committed_words, expected) = numbers(text), numbers(committed[name])
         assert words == committed_words and values == pytest.approx(expected, rel=1e-3, abs=1e-6)
-
-
-@pytest.mark.slow
-def test_figures_by_number(tmp_path: Path, said: Callable) -> None:
-    """With --figure the other figures are not written; findings are printed."""
-    out, _ = said(f"paper -o {tmp_path / 'new'} --figure 4a 2")
-    assert out.startswith("figure02\n- The largest traction is 3 MPa")
-    assert out.endswith(f"\n{tmp_path / 'new'}\n")
-    names = [f"figure{number}.{kind}" for number in ("02", "04a") for kind in ("csv", "png")]
-    assert sorted(path.name for path in (tmp_path / "new").iterdir()) == names
-    promised = "2 4a 4b 5a 5b 7 8 9 10 11 12 13a 13b 15 16 table5"
-    assert [entry.number for entry in command.ENTRIES] == promised.split()

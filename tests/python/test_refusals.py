@@ -73,11 +73,8 @@ NEW = [
 """Command and part of its message."""
 
 CARD = [
-    ("kratos --map 1", "", "map = 1: expected 0 for kratos"),
     ("abaqus", changed("mu = 0.5", "mu = -0.5"), "case.nml:2: &material: mu = -0.5: expected >= 0"),
-    ("abaqus", changed("mu = 0.5", "mu = 0.5, guard = 2"), "&material: guard = 2: expected 0 or 1"),
     ("abaqus", changed("mu = 0.5", "mu = 0.5, guard = maybe"), "guard = maybe: expected 0, 1, .true. or"),
-    ("abaqus", changed("theta = 20.0", "theta = steep"), '&pattern: theta = "steep": expected a number'),
     ("abaqus", changed(PATTERN, PATTERN + ", weights = 1.0"), "sides, theta, flat, turn do not go with"),
     ("abaqus --value 3", "", "--value 3: expected where a constant is the name of a sweep only"),
     ("abaqus --value=-1", changed("t_N = -1.0", "t_N = x", sweep="-1, -2"), "--value -1: expected where"),
@@ -97,13 +94,9 @@ SELECT = [
     ("", changed("eta = 0.9", "eta = 1.9"), "eta = 1.9: expected 0 < eta < 1"),
     ("", changed("flat = 0.25", "turn = x", sweep="1, 2"), "expected one over sigma_N or direction"),
     ("", changed("slip", "s_Tx"), "expected &step with t_N"),
-    ("", changed("slip = 0.2, -0.2, increments = 20, 40", "t_N = -3.0"), "expected &step with t_N"),
-    ("", CASE + "&step s_N = 0.01 /", "expected &step with t_N"),
     ("", changed("increments = 20, 40", "follow = 'branch'"), "expected &step with t_N, then slip under it"),
     ("", CASE + "&initial damage = 0.5 /\n", "&initial: expected a case that starts virgin"),
     ("", CASE + "&step slip = 0.3, direction = 90.0 /", "in one direction"),
-    ("", changed("t_N", "s_N"), "expected &step with t_N"),
-    ("", changed("t_N = -1.0", "t_N = -1.0, -3.0"), "expected &step with t_N"),
     ("", changed("&step t_N = -1.0, increments = 10 /\n", ""), "expected &step with t_N"),
     ("", changed(PATTERN, LISTED), "sides, theta and flat; with listed planes there is nothing to select"),
     ("", changed("mu = 0.5", "mu = 0.5, W0 = 4.0"), "W0 = 4: expected 0, or a planar load case"),
@@ -121,9 +114,6 @@ UNCERTAINTY = [
     ("--sd mu=x", "", "--sd mu=x: expected NAME=VALUE"),
     ("--sd nu=0.1", "", "nu: expected one of sigma0"),
     ("--sd mu=0.1 --samples 1", "", "samples = 1: expected a whole number, 2 to"),
-    ("--sd mu=0.1 --samples 1000001", "", "1000001: expected a whole number, 2 to 1000000"),
-    ("--sd mu=0.1 --quantiles 0.5,0.1", "", "levels = [0.5, 0.1]: expected increasing numbers"),
-    ("--sd mu=0.1 --seed -1", "", "seed = -1: expected a whole number >= 0"),
     ("--sd mu=0.1 --plot a.svg", "", "expected a name that ends in .png or .pdf"),
     ("--sd mu=0.1 --correlation mu,theta=0.5", "", "expected two of mu"),
     ("--sd 'mu=0.1 theta=2' --correlation mu,theta=1.5", "", "expected -1 to 1"),
@@ -148,7 +138,6 @@ UNCERTAINTY = [
      "the case itself loses"),
     ("--sd mu=0.1 -o case.nml", "", "is read or written by the same command"),
     ("--sd mu=0.1 --plot case.fit.json.png -o case.fit.json", "", "is read or written by the same command"),
-    ("--sd mu=0.1 --plot a.png -o a.png", "", "is read or written by the same command"),
 ]
 """Options of `asperity uncertainty`, case, part of the message."""
 
@@ -160,7 +149,6 @@ EXPORT = [
     ("kit", changed("0.5, kc = 10.0", "0.7", PATTERN, "sides = 4, theta = 45.0", "-1.0", "0.0"),
      "the joint jumps"),
     ("kit", changed("mu = 0.5", "mu = x", sweep="0.0, 0.7"), "--value is missing: expected one for x"),
-    ("kit", changed("t_N = -1.0", "t_N = x", sweep="0.0, -0.7"), "--value is missing: expected one for x"),
     ("kit", changed("slip = 0.2, -0.2", "slip = 0.0, 0.0"), "slip = 0: expected a slip that is not zero"),
     (".", "", "expected an empty folder or a new one; --force replaces"),
     ("case.nml", "", "expected a folder, or a name that is not taken"),
@@ -175,7 +163,6 @@ SCANS = [
     ("x [mm],z\n1,2\n", "expected a unit for all or none"),
     ("x [mm],z [MPa]\n1,2\n", "unit [MPa]: expected m, cm, mm"),
     ("x,z\n", "expected rows of numbers"),
-    (LINE + "9,nan\n", "line 11, column z: nan: expected a finite number"),
     (LINE + "9,\n", "line 11, column z: empty: expected a finite number"),
     (LINE + "9,high\n", "line 11, column z: high: expected a finite number"),
     (LINE + "9\n", "line 11: 1 values: expected 2"),
@@ -188,23 +175,17 @@ SCANS = [
     ("x;z\n0,5;1,25\n1;2.5\n", "line 3, column z: 2.5: expected a finite number with a decimal comma"),
     ("x;z\n1;1,900\n2;1,000\n", "line 2, column z: 1,900 may be a decimal number, or have thousands"),
     ("x;z\n0,500;900\n100;0,250\n", "2 points: expected at least 8"),
-    ("0,5;1,25\n", "1 points: expected at least 8"),
     (TWO_X, "2 different x: expected at least 8"),
 ]
 """File of `asperity surface` and part of its message."""
 
 SURFACE = [
     ("--planes 65", "--planes 65: expected 9 to 64 for 8 directions"),
-    ("--planes 8", "--planes 8: expected 9 to 64 for 8 directions"),
     ("--bins 8", "8 directions of 8 bins and the flat plane are 65 planes: expected at most 64"),
-    ("--bins 0", "bins = 0: expected a whole number, 1 to 64"),
     ("--bins 2 --planes 20", "expected one of them"),
     ("--regular --bins 2", "--regular: expected without"),
-    ("--directions 1", "directions = 1: expected a whole number, 2 to 64"),
     ("--regular --sides 0", "--sides 0: expected 2 to 64"),
     ("--sides 4", "--sides: expected with --regular"),
-    ("--direction nan", "direction = nan: expected a finite angle"),
-    ("--flat-below 90", "flat_below = 90.0: expected degrees, 0 to below 90"),
     ("--regular --flat-below 5", "--regular: expected without"),
     ("--unit MPa", "scan.csv: unit [MPa]: expected m, cm, mm"),
     ("-o scan", "-o scan.csv: this file is read or written by the same command"),

@@ -74,15 +74,6 @@ def test_pictures_of_concepts(tmp_path: Path, capsys: pytest.CaptureFixture[str]
         assert f"(images/{path.name})" in pages
 
 
-def test_bond_and_contact_add_up() -> None:
-    """The two contributions add up to the traction of the library, before and after a reversal."""
-    flat = Interface(concepts.MATERIAL, Pattern.regular(0, 0.0))
-    history = flat.confined_slip(0.0, concepts.ramp(0.0, 0.26, 0.12), concepts.PRESSURE)
-    bond, contact = concepts.parts(history)
-    assert bond + contact == pytest.approx(history.traction[:, 1], abs=1e-12)
-    assert min(bond) >= 0.0 and min(contact) == pytest.approx(concepts.MATERIAL.mu * concepts.PRESSURE)
-
-
 # --- Newton's method without safeguards ---------------------------------------------------------------------
 
 
@@ -177,16 +168,6 @@ def test_rows_of_the_benchmark(tmp_path: Path) -> None:
     for name, start in (("speed.png", b"\x89PNG"), ("speed.pdf", b"%PDF")):
         assert speed.main([str(measured), "-o", str(tmp_path / name)]) == 0
         assert (tmp_path / name).read_bytes().startswith(start)
-
-
-@pytest.mark.long
-def test_chart_runs_the_benchmark(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Without a CSV the command runs the benchmark, which prints its table and refuses other arguments."""
-    assert speed.main(["--quick", "-o", str(tmp_path / "speed.png")]) == 0
-    assert is_drawn(tmp_path / "speed.png") and "ns_per_point" in capfd.readouterr().out
-    done = subprocess.run([timings.BENCH, "--fast"], capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    assert done.stderr.startswith("bench: --fast: expected --csv FILE or --quick")
 
 
 def test_wrong_csv(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

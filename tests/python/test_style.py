@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
 from asperity.plots import figure_of
-from asperity.style import DPI, TWO, curves, label_ends, merged, new_figure, printed, save
+from asperity.style import DPI, TWO, label_ends, merged, new_figure, printed, save
 from matplotlib.axes import Axes
 from matplotlib.text import Annotation
 
@@ -46,22 +46,6 @@ def test_curves_that_coincide_are_one() -> None:
     assert [line[0] for line in merged([one, ("45", X, X, False), same])] == ["0 to 90"]
     # one of them ends because equilibrium is lost
     assert len(merged([one, ("90", X, X, True)])) == 2
-
-
-@pytest.mark.parametrize(
-    ("x", "signs"),
-    [
-        (np.concatenate([X, np.linspace(0.8, -1, 10), np.linspace(-0.8, 1, 10)]), [1.0, -1.0, 1.0]),
-        (X, []),
-        (np.array([0.0, 1.0] * 20), []),
-    ],
-    ids=["cycle", "monotonic", "many cycles"],
-)
-def test_arrows_along_a_path_with_reversals(x: np.ndarray, signs: list[float]) -> None:
-    """Each branch of a cycle has an arrow that points along it; other paths have none."""
-    _, (ax,) = new_figure(3.5, 2.5)
-    curves(ax, [("", x, x, False)], "", "")
-    assert [np.sign(arrow.xy[0] - arrow.xyann[0]) for arrow in notes(ax)] == signs
 
 
 @pytest.mark.parametrize("ending", [".png", ".pdf"])

@@ -152,18 +152,6 @@ def test_filter_halves_a_wave_of_its_length() -> None:
 # --- maps ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.1, -0.2)])
-def test_plane_is_flat(tilt: tuple[float, float]) -> None:
-    """A tilted plane is flat after levelling."""
-    a, x, y = grid(20, 1)
-    found = slopes.facets(Scan(a, a, 0.3 + tilt[0] * x + tilt[1] * y))
-    assert found.tilt == pytest.approx(np.degrees(np.arctan(np.hypot(*tilt))), abs=EXACT)
-    assert found.ratio == pytest.approx(1.0, abs=EXACT)
-    assert regular(found).m == 0
-    listed, _ = slopes.bin_facets(found, 8, 3)
-    assert listed.normals.tolist() == [[1.0, 0.0, 0.0]]
-
-
 def test_pyramids_with_ridges_along_the_axes() -> None:
     """z = tent(x) + tent(y) has the slopes (+-t, +-t) and gives RP-4 rotated by 45 degrees exactly."""
     a, x, y = grid(12, 2)

@@ -8,8 +8,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
-from multiprocessing import get_context
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from statistics import NormalDist
 
@@ -123,16 +122,6 @@ def test_curves_are_those_of_the_driver(text: str) -> None:
         (path.x, rows.separation @ path.e),
     ):
         np.testing.assert_allclose(ours[-n:], theirs[-n:], rtol=0.0, atol=1e-9)
-
-
-def test_workers_make_no_difference() -> None:
-    """Processes give the same bits as one process."""
-    [path] = load_paths(case(ROUGH + CYCLE))
-    samples = of_deviations(path.props, {"mu": 0.1}, {}).draw(600, 0)
-    with ProcessPoolExecutor(2, get_context("spawn")) as processes:
-        found = [spread(path, ("mu",), samples, (0.1, 0.9), one) for one in (None, processes)]
-    np.testing.assert_array_equal(found[0].curves, found[1].curves)
-    np.testing.assert_array_equal(found[0].results, found[1].results)
 
 
 def test_samples_without_a_result_are_counted(said: Callable) -> None:
