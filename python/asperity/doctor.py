@@ -10,8 +10,8 @@ import platform
 import shutil
 import subprocess
 from collections.abc import Iterator
-from dataclasses import dataclass
 from importlib.util import find_spec
+from typing import NamedTuple
 
 from . import installed
 
@@ -32,8 +32,7 @@ ROUNDING = 1.0e-9
 """Largest relative difference between the library and closed forms."""
 
 
-@dataclass(frozen=True)
-class Finding:
+class Finding(NamedTuple):
     """Line of the report; good is None where nothing is required."""
 
     name: str

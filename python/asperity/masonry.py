@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import re
-import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -12,9 +11,10 @@ import numpy as np
 from . import contract
 from .case_writer import case_text, pattern_entries, rounded, slip_case
 from .interface import Interface
-from .material import Material, ModelWarning
+from .material import Material
 from .options import add_options, add_output, assigned, check_outputs, replace_file
 from .pattern import Pattern
+from .slip_curves import slip_curves
 
 REQUIRED = ("kn", "ks", "ft", "GfI", "c", "GfII", "tan_phi")
 OPTIONAL = ("tan_psi", "delta")
@@ -64,7 +64,7 @@ def pattern_of(tan_psi: float) -> Pattern:
 def peak(material: Material, pattern: Pattern, sigma_N: float) -> float:
     """Largest shear traction of the joint in a slip test."""
     slips = np.linspace(0.0, _reach(material), INCREMENTS + 1)[1:]
-    return float(Interface(material, pattern).confined_slip(0.0, slips, sigma_N).traction[:, 1].max())
+    return float(np.nanmax(slip_curves(Interface(material, pattern), 0.0, slips, sigma_N).tau_L))
 
 
 def strength_for_peak(material: Material, pattern: Pattern, sigma_N: float, wanted: float) -> float:
@@ -95,15 +95,13 @@ def _run(options: argparse.Namespace) -> int:
     Kt = material.sigma02**2 / (2.0 * material.Gc2 * (1.0 - material.eta))
     print(DIFFERENCES.format(Kt=Kt, ks=values["ks"]))
     print(f"{'sigma_N':>10}{'peak':>10}{'c + tan_phi |sigma_N|':>24}{'sigma02 for this peak':>24}")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)
-        for sigma_N in stresses:
-            wanted = values["c"] - values["tan_phi"] * sigma_N
-            found = peak(material, pattern, sigma_N)
-            better = material.sigma02
-            if found < wanted:
-                better = strength_for_peak(material, pattern, sigma_N, wanted)
-            print(f"{sigma_N:>10g}{found:>10.5g}{wanted:>24.5g}{better:>24.5g}")
+    for sigma_N in stresses:
+        wanted = values["c"] - values["tan_phi"] * sigma_N
+        found = peak(material, pattern, sigma_N)
+        better = material.sigma02
+        if found < wanted:
+            better = strength_for_peak(material, pattern, sigma_N, wanted)
+        print(f"{sigma_N:>10g}{found:>10.5g}{wanted:>24.5g}{better:>24.5g}")
     if options.output is not None:
         slips = [_reach(material)]
         text = slip_case("Mortar joint", given, pattern, stresses, slips, increments=SHOWN_INCREMENTS)

@@ -18,9 +18,6 @@ from .steps import slip_path
 COLUMNS = 5
 """Columns of a curve: s_N, tau_L, tau_across, damage, work."""
 
-PARTS = 32
-"""Number of tasks of many curves, more than workers, because curves differ in their cost."""
-
 
 @dataclass(frozen=True, eq=False)
 class SlipCurves:
@@ -65,25 +62,22 @@ def slip_curves(
             raise ValueError(f"{name} has shape {value.shape}: expected a list of finite numbers")
     if preload < 1:
         raise ValueError(f"preload = {preload}: expected at least 1 increment")
-    size = max(1, angles.size // PARTS)
-    blocks = [(angles[i : i + size], held[i : i + size]) for i in range(0, angles.size, size)]
-    done = map_in_order(partial(_solve, interface, s_L, int(preload)), blocks, executor)
-    columns, n_done = (np.concatenate(part) for part in zip(*done, strict=True))
+    pairs = zip(angles.tolist(), held.tolist(), strict=True)
+    done = map_in_order(partial(_solve, interface, s_L, int(preload)), pairs, executor)
+    columns, n_done = map(np.array, zip(*done, strict=True))
     return SlipCurves(angles.copy(), held.copy(), s_L.copy(), *np.moveaxis(columns, 1, 0), n_done)
 
 
 def _solve(
-    interface: Interface, slips: Floats, preload: int, block: tuple[Floats, Floats]
-) -> tuple[Floats, NDArray[np.int_]]:
-    """Columns of the curves of a block of directions and normal tractions, and their rows."""
-    columns = np.full((len(block[0]), COLUMNS, slips.size), np.nan)
-    n_done = np.zeros(len(block[0]), dtype=int)
-    for i, (angle, sigma_N) in enumerate(zip(*block, strict=True)):
-        history, lost = interface.rows(slip_path(angle, slips, sigma_N, preload))
-        in_preload = bool(lost) and len(history) < preload
-        history = history.after_step(1)
-        n = len(history)
-        along, across = history.tau_along(angle), history.tau_along(angle + 90.0)
-        columns[i, :, :n] = history.dilation, along, across, history.damage, history.work
-        n_done[i] = -1 if in_preload else n
-    return columns, n_done
+    interface: Interface, slips: Floats, preload: int, pair: tuple[float, float]
+) -> tuple[Floats, int]:
+    """Columns of the curve of a direction and a normal traction, and the number of its rows."""
+    angle, sigma_N = pair
+    history, lost = interface.rows(slip_path(angle, slips, sigma_N, preload))
+    in_preload = bool(lost) and len(history) < preload
+    history = history.after_step(1)
+    n = len(history)
+    columns = np.full((COLUMNS, slips.size), np.nan)
+    along, across = history.tau_along(angle), history.tau_along(angle + 90.0)
+    columns[:, :n] = history.dilation, along, across, history.damage, history.work
+    return columns, -1 if in_preload else n

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import re
 from pathlib import Path
 
-from .case_files import check_text
+from .case_files import check_text, read_case
 from .case_writer import Word, case_text
 from .installed import all_cases, named_case
 from .options import add_options, add_output, assigned, check_outputs, replace_file
@@ -82,7 +81,7 @@ def _cases(options: argparse.Namespace) -> int:
         if options.output is not None:
             raise ValueError(f"-o {options.output}: expected the name of a case to copy")
         for name, path in all_cases().items():
-            print(f"{name:<34}{_title(path)}")
+            print(f"{name:<34}{read_case(path, any_law=True).title}")
         return 0
     path = named_case(options.name)
     output = options.output or Path(path.name)
@@ -98,8 +97,3 @@ def _group(name: str, **entries: object) -> str:
 
 def _words(values: dict[str, str]) -> dict[str, Word]:
     return {name: Word(value) for name, value in values.items() if value}
-
-
-def _title(path: Path) -> str:
-    found = re.search(r"&case\s+title\s*=\s*'((?:[^']|'')*)'", path.read_text(encoding="utf-8"))
-    return found[1].replace("''", "'") if found else ""

@@ -18,19 +18,18 @@ FOLLOW = ("stable", "branch")
 
 
 class Entry(NamedTuple):
-    """Entry of a step: whether it has one value (or a list), its default, and what is expected."""
+    """Entry of a step: whether it has one value (or a list), and its default."""
 
     name: str
     single: bool
     default: float
-    expected: str
 
 
 @cache
 def entries() -> tuple[Entry, ...]:
     """Entries of a step, from the table of the library."""
     rows = contract.table_rows(4)
-    return tuple(Entry(name, bool(single), default, text) for (name, text, *_), (single, default, *_) in rows)
+    return tuple(Entry(name, bool(single), default) for (name, *_), (single, default, *_) in rows)
 
 
 @dataclass(frozen=True, repr=False)

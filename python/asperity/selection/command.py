@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import warnings
 from pathlib import Path
 
 import numpy as np
 
 from ..case_files import SlipTest, read_case, slip_tests
 from ..case_writer import pattern_text
-from ..material import ModelWarning
 from ..model_checks import shown_warnings, warn_of_physics
 from ..options import add_options, add_output, add_workers, check_outputs, progress_bar, replace_file, workers
 from ..steps import turns_of
@@ -83,14 +81,12 @@ def _run(options: argparse.Namespace) -> int:
     check_outputs(options.force, [options.case], ("-o", options.output, HEADING))
     with shown_warnings():
         case = read_load_case(options.case, options.planar)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)  # already reported
-        with workers(options) as executor, progress_bar(REFERENCE_SIDES, "pattern") as bar:
-            try:
-                tick = lambda name: (bar.update(), bar.set_postfix_str(name))  # noqa: E731
-                answer = select(case, options.tolerance, tick, executor)
-            except NoPatternError as error:
-                raise ValueError(f"{options.case}: {error}") from None
+    with workers(options) as executor, progress_bar(REFERENCE_SIDES, "pattern") as bar:
+        try:
+            tick = lambda name: (bar.update(), bar.set_postfix_str(name))  # noqa: E731
+            answer = select(case, options.tolerance, tick, executor)
+        except NoPatternError as error:
+            raise ValueError(f"{options.case}: {error}") from None
     print(report(answer))
     if options.output is not None:
         source = read_case(options.case)
