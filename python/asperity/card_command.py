@@ -13,9 +13,7 @@ from .case_files import read_run
 from .model_checks import shown_warnings
 from .options import add_options, add_output, check_outputs, replace_file
 
-HEAD = 5
-"""Lines of a case in which its comments are."""
-
+HEAD = 5  # lines of a case in which its comments are
 START = r".{,80}asperity \d|\{\s+\"elements\": \[\s+\"Geo_U"
 """Start of a block; JSON, for Kratos, has no comments."""
 

@@ -21,8 +21,7 @@ from .material import Material
 from .pattern import Pattern
 from .steps import TARGETS, Point, Step, entries, prescribed, step_of
 
-STARTS = ("virgin", "state", "initial")
-"""Starts of a run; their positions are the numbers of the library."""
+STARTS = ("virgin", "state", "initial")  # starts of a run; their positions are the numbers of the library
 
 
 @dataclass(frozen=True, eq=False)

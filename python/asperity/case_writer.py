@@ -10,11 +10,8 @@ import numpy as np
 from . import _core
 from .pattern import Pattern
 
-CASE_INCREMENTS = 100
-"""Increments of a step of `slip_case`."""
-
-LONGEST = 4096
-"""Bytes of a text, which the library takes in a cell of this size; no path is longer."""
+CASE_INCREMENTS = 100  # increments of a step of `slip_case`
+LONGEST = 4096  # bytes of a text, which the library takes in a cell of this size; no path is longer
 
 
 class Word(str):

@@ -39,7 +39,6 @@ def execute(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> int:
     # pictures are written to files, on machines without a display, too
     os.environ.setdefault("MPLBACKEND", "Agg")
     options = parser.parse_args(arguments)
-    options.arguments = list(arguments)
     try:
         code = int(options.action(options))
         sys.stdout.flush()

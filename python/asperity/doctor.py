@@ -22,14 +22,9 @@ HOST_PROGRAMS = {"CalculiX": ("ccx", "ccx_2.20"), "Abaqus": ("abaqus",), "gfortr
 HOST_MODULES = {"Kratos": "KratosMultiphysics", "scikit-fem": "skfem"}
 """Programs and Python modules of the hosts, and the compiler that they need for user materials."""
 
-LONGEST_VERSION = 32
-"""Characters of the version, with the final null."""
-
-KERNELS = {0: "the platform of the build", 1: "any x86-64", 3: "x86-64-v3 (AVX2)"}
-"""Meaning of asperity_isa."""
-
-ROUNDING = 1.0e-9
-"""Largest relative difference between the library and closed forms."""
+LONGEST_VERSION = 32  # characters of the version, with the final null
+KERNELS = {0: "the platform of the build", 1: "any x86-64", 3: "x86-64-v3 (AVX2)"}  # meaning of asperity_isa
+ROUNDING = 1.0e-9  # largest relative difference between the library and closed forms
 
 
 class Finding(NamedTuple):

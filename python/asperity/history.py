@@ -17,9 +17,7 @@ from .steps import Point
 SEPARATION, TRACTION = ("s_N", "s_Tx", "s_Ty"), ("t_N", "t_Tx", "t_Ty")
 """Names of columns, as in the results of the driver."""
 
-ENERGIES = ("stored", "rupture", "friction", "work")
-"""Energies per unit area, in the order of the columns."""
-
+ENERGIES = ("stored", "rupture", "friction", "work")  # energies per unit area, in the order of the columns
 COLUMNS = (*SEPARATION, *TRACTION, "damage", *ENERGIES, "event")
 """Columns of the results of the driver without the state of the planes."""
 

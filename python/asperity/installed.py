@@ -7,8 +7,7 @@ import sys
 from importlib.resources import files
 from pathlib import Path
 
-DRIVER_VARIABLE = "ASPERITY_DRIVER"
-"""Environment variable with the path of another driver."""
+DRIVER_VARIABLE = "ASPERITY_DRIVER"  # environment variable with the path of another driver
 
 
 def library() -> Path:

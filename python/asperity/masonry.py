@@ -19,12 +19,8 @@ from .slip_curves import slip_curves
 REQUIRED = ("kn", "ks", "ft", "GfI", "c", "GfII", "tan_phi")
 OPTIONAL = ("tan_psi", "delta")
 
-PRESSURES = "-0.05,-0.3,-1.21"
-"""Normal tractions of the peaks, as in tests of mortar joints in MPa."""
-
-INCREMENTS, SHOWN_INCREMENTS = 2000, 400
-"""Of the slip in which a peak is found, and of that in the case."""
-
+PRESSURES = "-0.05,-0.3,-1.21"  # normal tractions of the peaks, as in tests of mortar joints in MPa
+INCREMENTS, SHOWN_INCREMENTS = 2000, 400  # of the slip in which a peak is found, and of that in the case
 SHOWN = ("sigma0", "Gc", "eta", "mu", "kc", "sigma02", "Gc2", "height")
 """Constants in the group &material; others have their default."""
 

@@ -14,8 +14,7 @@ from . import _core, contract
 _ANY_MATERIAL = {"sigma0": 1.0, "Gc": 1.0, "eta": 0.5, "mu": 0.0}
 """Admissible constants, with which the library can check a pattern alone."""
 
-ACROSS = 1.0
-"""A plane faces across a slip if its azimuth is within so many degrees of a right angle to it."""
+ACROSS = 1.0  # a plane faces across a slip if its azimuth is within so many degrees of a right angle to it
 
 
 def direction_vector(direction: ArrayLike) -> contract.Floats:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import glob
 from pathlib import Path
 
-NO_EQUILIBRIUM = 2
-"""Exit code of the driver after a lost equilibrium."""
+NO_EQUILIBRIUM = 2  # exit code of the driver after a lost equilibrium
 
 
 def results_of(output: Path) -> dict[float | None, Path]:

@@ -15,8 +15,7 @@ from .interface import Interface
 from .parallel import map_in_order
 from .steps import slip_path
 
-COLUMNS = 5
-"""Columns of a curve: s_N, tau_L, tau_across, damage, work."""
+COLUMNS = 5  # columns of a curve: s_N, tau_L, tau_across, damage, work
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import contract
 from .contract import Floats
 
-FOLLOW = ("stable", "branch")
-"""Values of `follow`; their positions are the numbers of the library."""
+FOLLOW = ("stable", "branch")  # values of `follow`; their positions are the numbers of the library
 
 
 class Entry(NamedTuple):
@@ -105,9 +104,7 @@ class Step:
         return int(np.clip(np.nan_to_num((parts.sum() + last) * (self.cycles or 1.0)), 1.0, 1e7))
 
 
-TARGETS = ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "slip")
-"""Entries with a value for each target."""
-
+TARGETS = ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "slip")  # entries with a value for each target
 _DEFAULTS = {entry.name: entry.default for entry in entries()}
 
 

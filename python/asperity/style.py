@@ -28,15 +28,9 @@ A picture is drawn at the size at which it is printed, so its texts have the siz
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#000000", "#E69F00", "#CC79A7")
 """Colours that colour-blind readers can distinguish (Okabe and Ito), for up to six curves."""
 
-LINES = ("-", "--", "-.", ":")
-"""Line styles, for print in black and white."""
-
-DPI = 200
-"""Resolution of PNG files, dots per inch."""
-
-TYPE = 8.0
-"""Size of the type, points."""
-
+LINES = ("-", "--", "-.", ":")  # line styles, for print in black and white
+DPI = 200  # resolution of PNG files, dots per inch
+TYPE = 8.0  # size of the type, points
 _SETTINGS = {
     "font.size": TYPE,
     "axes.titlesize": TYPE,
@@ -58,22 +52,15 @@ _SETTINGS = {
 }
 """Settings of Matplotlib; PDF files have TrueType fonts, as publishers want them."""
 
-MOST_TURNS = 12
-"""Largest number of reversals of a path whose branches get arrows."""
-
-PLACE = 0.35
-"""Place of an arrow on its branch, as a fraction of the slip; not the middle, where loops cross."""
-
+MOST_TURNS = 12  # largest number of reversals of a path whose branches get arrows
+PLACE = 0.35  # place of an arrow on its branch, as a fraction of the slip; not the middle, where loops cross
 SAME_END = 0.02
 """Curves end side by side if their ends are at most this fraction of the width of the axes apart."""
 
-NEAR_FRAME = 0.75
-"""Labels of curves that end beyond this fraction of the width stand outside the frame."""
+NEAR_FRAME = 0.75  # labels of curves that end beyond this fraction of the width stand outside the frame
 
 
-Line = tuple[str, Floats, Floats, bool]
-"""Label, x, y of a curve, and whether equilibrium is lost at its end."""
-
+Line = tuple[str, Floats, Floats, bool]  # label, x, y of a curve, and whether equilibrium is lost at its end
 COINCIDE = 5.0e-3
 """Curves that differ by less than this fraction of the largest value are drawn as one: a line is as thick."""
 

@@ -11,9 +11,7 @@ from .. import contract
 from ..installed import kratos_adapter, library
 from . import generic
 
-PER_LINE = 8
-"""Largest number of constants on a line of an Abaqus or CalculiX input."""
-
+PER_LINE = 8  # largest number of constants on a line of an Abaqus or CalculiX input
 CALCULIX_MAX_CONSTANTS = 21
 """Largest number of constants that CalculiX accepts; it does not check their number."""
 
@@ -24,9 +22,7 @@ KRATOS = {
 }
 """Law and interface element of Kratos by dimension, and the numbers of nodes of its faces."""
 
-REGULAR = ("akantu", "fenicsx", "mtest", "ogs")
-"""Hosts that take no listed planes, m < 0."""
-
+REGULAR = ("akantu", "calculix", "fenicsx", "mtest", "ogs")  # hosts that take no listed planes, m < 0
 ONLY: dict[str, dict[str, float]] = {
     "akantu": {"h": 1, "map": 0, "dalpha": 0},
     "calculix": {"map": 0, "dimension": 3},
@@ -119,11 +115,6 @@ def _abaqus(block: Block) -> str:
 
 def _calculix(block: Block) -> str:
     """Block for CalculiX, whose UMATs have a name that begins with ABAQUS; names of SDV are comments."""
-    if block.prop("m") < 0.0:
-        raise ValueError(
-            f"{len(block.props)} constants: expected at most {CALCULIX_MAX_CONSTANTS} for calculix, "
-            "which takes regular patterns only"
-        )
     for row in contract.props_table()[CALCULIX_MAX_CONSTANTS : contract.N_USED_PROPS]:
         if block.prop(row.name) != row.default:
             raise ValueError(

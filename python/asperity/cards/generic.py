@@ -16,8 +16,7 @@ from ..steps import Step, prescribed
 AXES = {2: ("0 1", "-1 0"), 3: ("0 0 1", "1 0 0", "0 1 0")}
 """N, Tx, Ty of a horizontal layer, by dimension.  In two dimensions they are right-handed, too."""
 
-FORCES, OPENINGS = ("Tn", "Tt1", "Tt2"), ("Un", "Ut1", "Ut2")
-"""Names of N, Tx, Ty in MTest."""
+FORCES, OPENINGS = ("Tn", "Tt1", "Tt2"), ("Un", "Ut1", "Ut2")  # names of N, Tx, Ty in MTest
 
 
 def behaviour(n_planes: int, host: str = "ogs", kind: str = "Layer") -> str:

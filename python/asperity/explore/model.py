@@ -25,14 +25,9 @@ from ..surface.slopes import Planes
 START = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "kc": 20.0, "theta": 30.0}
 """Values at the start that are not the defaults."""
 
-LARGEST_STRESS, LARGEST_SLIP = 3.0, 0.4
-"""MPa and mm, with which the plausible ranges are multiplied."""
-
-LABELS = {"stress": "MPa", "length": "mm", "stress*length": "N/mm", "degree": "°"}
-"""Units of the page."""
-
-DECADES = 3.0
-"""Range of a constant above which its slider moves the logarithm to the base 10."""
+LARGEST_STRESS, LARGEST_SLIP = 3.0, 0.4  # MPa and mm, with which the plausible ranges are multiplied
+LABELS = {"stress": "MPa", "length": "mm", "stress*length": "N/mm", "degree": "°"}  # units of the page
+DECADES = 3.0  # range of a constant above which its slider moves the logarithm to the base 10
 
 
 def _slider(row: contract.Prop) -> tuple[float, str, float, float, float]:
@@ -70,20 +65,11 @@ CYCLES: dict[str, tuple[float, ...]] = {
 }
 """Slips at the reversals, over the value of `slip`."""
 
-PRELOAD = 50
-"""Increments of the preload."""
-
-INCREMENTS = 100
-"""Increments of a stroke from 0 to `slip`."""
-
-MARGIN = 1.15
-"""Half width of the section over its longest slip."""
-
-WIDTH = 56
-"""Characters of a line of the material in the script."""
-
-POINTS = 60
-"""Points of a slope of the section."""
+PRELOAD = 50  # increments of the preload
+INCREMENTS = 100  # increments of a stroke from 0 to `slip`
+MARGIN = 1.15  # half width of the section over its longest slip
+WIDTH = 56  # characters of a line of the material in the script
+POINTS = 60  # points of a slope of the section
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,5 +237,4 @@ def as_props(choice: Choice) -> str:
     return f"PROPS({len(props)})   {', '.join(map(repr, props.tolist()))}\n"
 
 
-TEXTS = {"case": as_case, "Python": as_python, "PROPS": as_props}
-"""What can be copied."""
+TEXTS = {"case": as_case, "Python": as_python, "PROPS": as_props}  # what can be copied

@@ -17,14 +17,11 @@ from ..history import History
 from ..interface import Interface
 from ..steps import Step, turns_of
 
-ROWS = 5
-"""Rows that are printed: so many equal parts of the slip."""
-
+ROWS = 5  # rows that are printed: so many equal parts of the slip
 EARLY, SHORTENED = 0.15, 2.5
 """Place of a peak over the whole slip that no row shows, and slip of the element over that at such a peak."""
 
-SAME = 1.0e-6
-"""Largest difference of a host from the material point, over s_f and sigma0."""
+SAME = 1.0e-6  # largest difference of a host from the material point, over s_f and sigma0
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,7 +32,6 @@ def add_arguments(mesh: argparse.ArgumentParser) -> None:
         ("--blocks DATA", "cell data with the blocks (default: physical groups, entities or cell sets)", str),
         ("--direction X", "of a vector: Tx is its projection onto the joint", float, {"nargs": "+"}),
         ("--host", "default: by the ending .inp, .mdpa, .vtu of the output", str, {"choices": HOSTS}),
-        ("--plane", "of a plane mesh for Abaqus", "strain", {"choices": ("strain", "stress")}),
         ("--layer H", "thickness of the solids that are joints in CalculiX and OpenGeoSys", 0.0),
     )
     add_output(mesh, "FILE", "mesh with joints: .inp, .mdpa, .vtu", Path)
@@ -69,7 +68,7 @@ def _mesh(options: argparse.Namespace) -> int:
             raise ValueError(f"--law {text}: expected NAME=CASE.nml")
         laws[name] = read_run(Path(case), None).interface
     mesh = split(options.mesh, rules or None, options.blocks, options.direction)
-    files = write(options.output, mesh, options.host, laws, options.plane, options.layer)
+    files = write(options.output, mesh, options.host, laws, options.layer)
     print(mesh.summary())
     print(*files, sep="\n")
     return 0

@@ -20,14 +20,12 @@ from .split import Joint, Jointed, default_tangent
 if TYPE_CHECKING:
     from ..interface import Interface
 
-HEAD = "mesh with joints of asperity"
-"""First words of a file, after the sign of a comment."""
-
+HEAD = "mesh with joints of asperity"  # first words of a file, after the sign of a comment
 ABAQUS = {
     "triangle": "CPE3", "triangle6": "CPE6", "quad": "CPE4", "quad8": "CPE8", "tetra": "C3D4",
     "tetra10": "C3D10", "wedge": "C3D6", "hexahedron": "C3D8", "hexahedron20": "C3D20",
 }  # fmt: skip
-"""Solids of Abaqus and CalculiX; in plane stress CPS instead of CPE."""
+"""Solids of Abaqus and CalculiX; replace CPE by CPS for plane stress."""
 
 COHESIVE = {(2, 2): "COH2D4", (3, 3): "COH3D6", (3, 4): "COH3D8"}
 """Cohesive elements of Abaqus by dimension and number of nodes of a face."""
@@ -47,14 +45,13 @@ def write(
     mesh: Jointed,
     host: str | None = None,
     laws: Mapping[str, Interface] | None = None,
-    plane: str = "strain",
     layer: float = 0.0,
 ) -> list[Path]:
     """Write a mesh for a host and return the files.
 
     host: abaqus, calculix, kratos, ogs or vtu; by default that of the ending .inp, .mdpa, .vtu.  laws: of
-    joints by name, whose material blocks are written, too.  plane: stress or strain, for Abaqus.  layer:
-    thickness of the solids by which CalculiX and OpenGeoSys represent joints.
+    joints by name, whose material blocks are written, too.  layer: thickness of the solids by which
+    CalculiX and OpenGeoSys represent joints.
 
     Raises ValueError for a law without a joint, and for elements that the host does not have.
     """
@@ -74,9 +71,7 @@ def write(
             )
     if host not in ("kratos", "vtu"):
         _check_faces(mesh, host)
-    if plane not in ("strain", "stress"):
-        raise ValueError(f"plane = {plane}: expected strain or stress")
-    return WRITERS[host](path, mesh, laws, plane, layer)
+    return WRITERS[host](path, mesh, laws, layer)
 
 
 def _check_faces(mesh: Jointed, host: str) -> None:
@@ -130,7 +125,7 @@ def _numbered(form: str, first: int, data: Integers, text: str = "%d", by: str =
     return _lines(f"{form}{by}{by.join([text] * data.shape[1])}\n", np.arange(first, first + len(data)), data)
 
 
-def _inp(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, layer: float) -> list[Path]:
+def _inp(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float) -> list[Path]:
     """Abaqus with cohesive elements, CalculiX with layers."""
     d, points = mesh.dimension, layer_points(mesh, layer) if layer else mesh.points
     if layer and d == 2:
@@ -140,8 +135,7 @@ def _inp(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, laye
     text = [f"** {HEAD}\n*Node\n", _numbered("%d", 1, points, "%.15g")]
     number = 1
     for kind, block, cells in _blocks(mesh):
-        name = ABAQUS[kind].replace("CPE", "CPS" if plane == "stress" else "CPE")
-        text.append(f"*Element, type={name}, elset={block}\n" + _numbered("%d", number, cells + 1))
+        text.append(f"*Element, type={ABAQUS[kind]}, elset={block}\n" + _numbered("%d", number, cells + 1))
         number += len(cells)
     orientations = []
     for name, parts in mesh.joints.items():
@@ -186,7 +180,7 @@ def _inp(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, laye
     return [path]
 
 
-def _mdpa(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, layer: float) -> list[Path]:
+def _mdpa(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float) -> list[Path]:
     """Kratos: parts of the model by block, joint, group; properties by block and joint; materials as JSON."""
     d = mesh.dimension
     names = {name: k for k, name in enumerate((*mesh.names, *mesh.joints), 1)}
@@ -229,7 +223,7 @@ def _mdpa(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, lay
     return [path, other]
 
 
-def _vtu(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, layer: float) -> list[Path]:
+def _vtu(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float) -> list[Path]:
     """VTU of blocks and joints with N, Tx, Ty; MaterialIDs: the numbers of the blocks, then of the joints."""
     import meshio
 
@@ -252,5 +246,4 @@ def _vtu(path: Path, mesh: Jointed, laws: dict[str, Interface], plane: str, laye
     return [path]
 
 
-WRITERS = {"abaqus": _inp, "calculix": _inp, "kratos": _mdpa, "ogs": _vtu, "vtu": _vtu}
-"""Writers by host."""
+WRITERS = {"abaqus": _inp, "calculix": _inp, "kratos": _mdpa, "ogs": _vtu, "vtu": _vtu}  # writers by host

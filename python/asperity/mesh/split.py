@@ -26,8 +26,7 @@ Joints = Mapping[str, "Rule | Sequence[str] | Mapping[str, str] | None"]
 NEARLY_NORMAL = 0.001
 """Sine of the angle between a direction and a normal below which it gives no direction in the face."""
 
-SAME_PLACE = 1e-6
-"""Distance of two nodes a period apart from that period, over the size of the mesh."""
+SAME_PLACE = 1e-6  # distance of two nodes a period apart from that period, over the size of the mesh
 
 
 @dataclass(frozen=True)
@@ -103,20 +102,13 @@ def split(
     Nodes are doubled where joints part the cells around them: at crossings, T-junctions and along a joint,
     but not where it ends inside the mesh.  Nodes that no cell uses are left out.
 
-    Parameters
-    ----------
-    mesh
-        of meshio, or a file that it reads.
-    joints
-        names with rules: None, the faces of the group of this name; a pair of patterns, the faces between
-        different blocks whose names they match ("*", "brick*"); a function of the blocks on both sides,
-        centres and normals of the faces between blocks; {"right": "left"}, two groups of faces on the outside
-        of a periodic mesh, joined by a joint whose N points out of the first one.  The first rule that holds
-        counts.  Default: all faces between blocks, as "joint".
-    blocks
-        cell data that have the number of the block of each cell, see `cells.tags`.
-    direction
-        of Tx, which is its projection onto the face.  Default in 3D: x, or z where N is along x.
+    mesh: of meshio, or a file that it reads.  joints: names with rules, of which the first that holds counts:
+    None, the faces of the group of this name; a pair of patterns, the faces between different blocks whose
+    names they match ("*", "brick*"); a function of the blocks on both sides, centres and normals of the faces
+    between blocks; {"right": "left"}, two groups of faces on the outside of a periodic mesh, joined by a
+    joint whose N points out of the first one.  Default: all faces between blocks, as "joint".  blocks: cell
+    data that have the number of the block of each cell, see `cells.tags`.  direction: of Tx, which is its
+    projection onto the face.  Default in 3D: x, or z where N is along x.
 
     N points to the block that comes later in the order of the tags; within one block along the axis that is
     closest to the normals.  In 2D, N is Tx turned to the left: with a direction the sides follow from it.

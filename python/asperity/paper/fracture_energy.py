@@ -25,15 +25,9 @@ TABLE_5 = {
 }
 """Largest and smallest energy, N/mm, and their ratio, as printed."""
 
-MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
-"""Table 2: MPa, N/mm."""
-
-THETA = 30.0
-"""Inclination of the planes of Section 4.4, degrees."""
-
-DIRECTIONS = 360.0 / 64.0 * np.arange(64)
-"""The 64 directions of Table 5, degrees."""
-
+MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)  # Table 2: MPa, N/mm
+THETA = 30.0  # inclination of the planes of Section 4.4, degrees
+DIRECTIONS = 360.0 / 64.0 * np.arange(64)  # the 64 directions of Table 5, degrees
 STEP = 0.0025  # displacement intervals of the paper, mm
 SAMPLING = (9, 10)  # first point after s_L = 0, interval: give Table 5 to the last digit (inferred)
 SPAN = 1.05  # end of a path in multiples of s_f; every plane is fully damaged at a slip of s_f

@@ -16,14 +16,9 @@ from ..pattern import Pattern
 from ..steps import turns_of
 from .fracture_energy import fracture_energy
 
-FIVE = Pattern.regular(4, 30.0, flat=0.2)
-"""The five planes of Table 3."""
-
-MOST_ROWS = 101
-"""Approximate number of rows of a curve in a CSV."""
-
-ROUNDING = 1.0e-12
-"""Differences below this are rounding errors, which change from machine to machine."""
+FIVE = Pattern.regular(4, 30.0, flat=0.2)  # the five planes of Table 3
+MOST_ROWS = 101  # approximate number of rows of a curve in a CSV
+ROUNDING = 1.0e-12  # differences below this are rounding errors, which change from machine to machine
 
 
 @dataclass(frozen=True, eq=False)

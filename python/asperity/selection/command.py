@@ -17,8 +17,7 @@ from .search import REFERENCE_SIDES, Errors, LoadCase, NoPatternError, Selection
 FEW_PLANES = 5
 """Largest number of planes of the listed patterns that miss the tolerance; the last one is always listed."""
 
-HEADING = "! Pattern of asperity select.\n"
-"""First line of the case that is written."""
+HEADING = "! Pattern of asperity select.\n"  # first line of the case that is written
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -22,9 +22,7 @@ from ..material import Material
 from ..pattern import Pattern
 from ..slip_curves import SlipCurves, slip_curves
 
-REFERENCE_SIDES = 64
-"""Sides of the fine pattern, whose mean over directions is the reference."""
-
+REFERENCE_SIDES = 64  # sides of the fine pattern, whose mean over directions is the reference
 SEARCH_AVERAGE = (1.0 / 12.0, 3.0 / 12.0, 5.0 / 12.0)
 CHECK_AVERAGE = (1.0 / 16.0, 3.0 / 16.0, 5.0 / 16.0, 7.0 / 16.0)
 """Directions of the reference as fractions of the angle between two planes, for the search and the check.
@@ -38,18 +36,10 @@ SEARCH = (0.0, 0.25, 0.5, 0.75, 1.0)
 CHECK = (0.0, 0.09, 0.19, 0.31, 0.42, 0.58, 0.69, 0.81, 0.91, 1.0)
 """Directions of the check: none of the search's except both ends."""
 
-STEP = 1.0 / 80.0
-"""Increment of the search as a multiple of s_f (that of the paper for Table 2)."""
-
-FINER = 1.7
-"""Factor from the increments of the search to those of the check."""
-
-LEAST_ROWS, MOST_ROWS = 60, 4000
-"""Smallest and largest number of increments of a path."""
-
-PRELOAD = 50
-"""Increments of the preload."""
-
+STEP = 1.0 / 80.0  # increment of the search as a multiple of s_f (that of the paper for Table 2)
+FINER = 1.7  # factor from the increments of the search to those of the check
+LEAST_ROWS, MOST_ROWS = 60, 4000  # smallest and largest number of increments of a path
+PRELOAD = 50  # increments of the preload
 FULLY_DAMAGED = 1.0 - 1.0e-9
 """The residual strength counts if the damage of the reference at the end is at least this."""
 

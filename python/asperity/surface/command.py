@@ -21,30 +21,19 @@ from .scan import EVEN, Scan
 from .scan_files import read_scan
 from .slopes import FLATNESS, Facets, Planes, Slips
 
-MU = 0.5
-"""Friction for the residual strength where no material is given (Table 2 of the paper)."""
-
-HEADER = "plane,theta_deg,azimuth_deg,n_N,n_Tx,n_Ty,gamma,nominal_share"
-HEADING = "! Pattern of asperity surface.\n"
-"""First lines of the table and of the case."""
-
+MU = 0.5  # friction for the residual strength where no material is given (Table 2 of the paper)
+HEADER = "plane,theta_deg,azimuth_deg,n_N,n_Tx,n_Ty,gamma,nominal_share"  # first line of the table
+HEADING = "! Pattern of asperity surface.\n"  # first line of the case
 REQUIRED = tuple(row.name for row in contract.props_table() if row.default is None)
 """Constants of a material that have no default."""
 
-ROUNDING = 1.0e-9
-"""Errors and angles (degrees) below this are shown as 0."""
-
-PLAUSIBLE = (3.0e-3, 3.0)
-"""Rms slopes beyond these give a warning, because z may be in another unit than x."""
-
-GROWTH = 1.1
-"""A warning is printed if half the sampling length raises the rms slope by this factor."""
-
+ROUNDING = 1.0e-9  # errors and angles (degrees) below this are shown as 0
+PLAUSIBLE = (3.0e-3, 3.0)  # rms slopes beyond these give a warning, because z may be in another unit than x
+GROWTH = 1.1  # a warning is printed if half the sampling length raises the rms slope by this factor
 UNLIKE = 1.5
 """Ratio of the largest to the smallest spacing that gives a warning, because slopes depend on the spacing."""
 
-PERCENT = (50, 90, 99, 100)
-"""Percentiles of the inclination that are printed."""
+PERCENT = (50, 90, 99, 100)  # percentiles of the inclination that are printed
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -17,14 +17,11 @@ from ..style import COLOURS, TWO, label_axes, printed, save
 from .scan import Scan
 from .slopes import Facets, Planes, Slips
 
-MOST_CELLS = 600
-"""Largest number of drawn cells along a side of a map."""
-
+MOST_CELLS = 600  # largest number of drawn cells along a side of a map
 AROUND = ("#D55E00", "#F0E442", "#0072B2", "#CC79A7")
 """Colours of slopes that rise towards Tx, Ty, -Tx, -Ty (Okabe and Ito), mixed for other directions."""
 
-LONGEST = 12.0
-"""Length of the drawn part of a profile over its height: the picture is to scale."""
+LONGEST = 12.0  # length of the drawn part of a profile over its height: the picture is to scale
 
 
 @printed()

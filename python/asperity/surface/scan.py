@@ -12,9 +12,7 @@ from scipy.ndimage import gaussian_filter1d
 from .. import contract
 from ..contract import Floats
 
-LEAST_POINTS = 8
-"""Smallest number of points along a direction of a scan."""
-
+LEAST_POINTS = 8  # smallest number of points along a direction of a scan
 EVEN = 0.05
 """Points count as evenly spaced if they deviate by at most this fraction of the spacing (rounded files)."""
 

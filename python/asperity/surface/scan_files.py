@@ -27,11 +27,8 @@ EXPECTED = (
 )
 
 
-MOST_MISSING = 0.5
-"""Part of the points of a grid above which the others are taken to lie on none."""
-
-MOST_POINTS = 1e7
-"""Largest number of points of the grid that replaces triangles."""
+MOST_MISSING = 0.5  # part of the points of a grid above which the others are taken to lie on none
+MOST_POINTS = 1e7  # largest number of points of the grid that replaces triangles
 
 
 def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "mm") -> Scan:

@@ -23,20 +23,11 @@ LEAST_SHARE = 0.005
 """Smallest fraction of the nominal area of a bin; a smaller one joins the nearest bin, as planes carry load.
 """
 
-FLATNESS = 1.0e-6
-"""Slope (tangent) that counts as a rounding error of the heights."""
-
-SAME = 1.0e-3
-"""Bins whose slopes (tangents) differ by less than this form one plane."""
-
-TIE = 1.0e-9
-"""Planes whose slopes along a slip differ by less than this share the load."""
-
-AS_GOOD = 0.01
-"""Error, above the smallest one, up to which the smallest number of sides is chosen."""
-
-Tick = Callable[[], object]
-"""Function that is called after every direction."""
+FLATNESS = 1.0e-6  # slope (tangent) that counts as a rounding error of the heights
+SAME = 1.0e-3  # bins whose slopes (tangents) differ by less than this form one plane
+TIE = 1.0e-9  # planes whose slopes along a slip differ by less than this share the load
+AS_GOOD = 0.01  # error, above the smallest one, up to which the smallest number of sides is chosen
+Tick = Callable[[], object]  # function that is called after every direction
 
 
 @dataclass(frozen=True, eq=False)

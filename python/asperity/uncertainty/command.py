@@ -27,8 +27,7 @@ from ..options import (
 from .distribution import CONSTANTS, Distribution, distribution_of
 from .spread import BATCH, CURVES, RESULTS, Spread, spreads
 
-MOST_LEFT_OUT = 0.01
-"""Fraction of samples without a result above which the quantiles must not be used."""
+MOST_LEFT_OUT = 0.01  # fraction of samples without a result above which the quantiles must not be used
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -16,9 +16,7 @@ from ..fit.model import INCLINED, KS, SCALES, TIMELESS, from_scale, to_scale
 from ..fit.report import file_of
 from ..material import Material
 
-CONSTANTS = tuple(row.name for row in TIMELESS)
-"""Constants that may be uncertain."""
-
+CONSTANTS = tuple(row.name for row in TIMELESS)  # constants that may be uncertain
 DIGITS = 1.0e-4
 """Largest relative difference between a constant of a case and of its fit, which has more digits."""
 

@@ -24,12 +24,8 @@ from .distribution import Distribution, bad_constant, distribution_of, with_cons
 CURVES = ("traction", "dilation", "damage")
 """Curves of a sample: traction along the slip (without slip along N), s_N and damage."""
 
-MOST_SAMPLES = 1_000_000
-"""A sample takes up to 3 kB of memory."""
-
-BATCH = 250
-"""Samples of a task, whatever the number of workers."""
-
+MOST_SAMPLES = 1_000_000  # a sample takes up to 3 kB of memory
+BATCH = 250  # samples of a task, whatever the number of workers
 MOST_POINTS = 121
 """Largest number of points of a curve for which quantiles are computed; ends and reversals are among them."""
 
