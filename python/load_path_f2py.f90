@@ -6,7 +6,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   use asperity_call_checks, only: explain_point, point_status
   use asperity_contract, only: status_ok, status_separation
   use asperity_control_point, only: new_point, point_type
-  use asperity_errors, only: error_type, errors_type, fail_lines, put_records
+  use asperity_errors, only: error_type, errors_type, fail, put_records
   use asperity_interface, only: interface_type, new_interface
   use asperity_load_path, only: start_run, explain_loss, next_row, row_type, run_type
   use asperity_refine, only: explain_tolerance, refine_path
@@ -71,7 +71,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   if (errors%n == 0) then
     if (point_status(joint, start(:3), start(:3), state) /= status_ok) call explain_point(joint, start(:3), start(:3), &
       state, text)
-    call fail_lines(errors, error_type(), text)
+    call fail(errors, error_type(), text)
   end if
   if (errors%n > 0) then
     status = status_separation
@@ -86,7 +86,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
     call refine_path(law, steps, point, tolerance, run, text)
     if (len(text) > 0) then
       status = status_separation
-      call fail_lines(errors, error_type(), text)
+      call fail(errors, error_type(), text)
       text = ""
       call put_records(errors, text)
     end if

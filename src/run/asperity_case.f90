@@ -10,7 +10,7 @@ module asperity_case
   use asperity_case_umat, only: umat_group, umat_type
   use asperity_checks, only: review_props
   use asperity_contract, only: n_fixed_props, status_ok
-  use asperity_errors, only: errors_type, fail, fail_lines, sort_lines
+  use asperity_errors, only: errors_type, fail, sort_lines
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_refine, only: explain_tolerance
@@ -134,7 +134,7 @@ contains
     if (status /= status_ok) then
       call set_text(lines, "")
       call review_props(case%props, status, lines, by_name=.true.)
-      call fail_lines(io%errors, of_file(io%text), lines)
+      call fail(io%errors, of_file(io%text), lines)
       return
     end if
     prescribed = .true.

@@ -7,7 +7,7 @@ module asperity_case_groups
   use asperity_case_text, only: group_index, name_length, text_type, token_text
   use asperity_checks, only: bounded
   use asperity_contract, only: plane_statev, status_ok, v_damage, v_friction, v_rupture, v_stored
-  use asperity_errors, only: error_type, errors_type, fail, fail_lines
+  use asperity_errors, only: error_type, errors_type, fail
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, separation_bound, slip_factor
   use asperity_kinds, only: wp
@@ -155,8 +155,8 @@ contains
     allocate (character(len=0) :: reasons)
     if (status == status_ok) return
     call explain_initial(joint, initial%traction, prescribed, initial%planes, reasons)
-    if (allocated(initial%of_traction%name)) call fail_lines(errors, initial%of_traction, reasons)
-    if (.not. allocated(initial%of_traction%name)) call fail_lines(errors, initial%of_slip, reasons)
+    if (allocated(initial%of_traction%name)) call fail(errors, initial%of_traction, reasons)
+    if (.not. allocated(initial%of_traction%name)) call fail(errors, initial%of_slip, reasons)
   end subroutine carry_initial
 
   !> Text of the admissible numbers of values: for all planes, or for each plane.
@@ -181,7 +181,7 @@ contains
     else if (point_status(joint, state%s, state%s, state%statev) /= status_ok) then
       allocate (character(len=0) :: reasons)
       call explain_point(joint, state%s, state%s, state%statev, reasons)
-      call fail_lines(errors, state%place, reasons)
+      call fail(errors, state%place, reasons)
     end if
   end subroutine check_state
 

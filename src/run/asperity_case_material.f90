@@ -6,7 +6,7 @@ module asperity_case_material
   use asperity_checks, only: prop_admissible, review_props
   use asperity_contract, only: max_inclined, min_inclined, n_fixed_props, n_listed_values, n_required_props, &
     p_damage0, p_eta, p_flat, p_gc, p_gc2, p_kc, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table
-  use asperity_errors, only: error_type, fail, fail_lines
+  use asperity_errors, only: error_type, fail
   use asperity_kinds, only: wp
   use asperity_material, only: joint_constants, least_joint_stiffness
   use asperity_text, only: integer_text, set_text
@@ -176,7 +176,7 @@ contains
       props = [props, (normals(3*i - 2:3*i), weights(i), i=1, k)]
       call review_props(props, status, lines, by_name=.true.)
     end if
-    call fail_lines(io%errors, of_group(io%text, io%group), lines)
+    call fail(io%errors, of_group(io%text, io%group), lines)
   end subroutine add_planes
 
 end module asperity_case_material

@@ -3,7 +3,7 @@ module asperity_errors
   use asperity_text, only: append, integer_text, set_text
   implicit none
   private
-  public :: fail, fail_lines, sort_lines, word, put_words, put_records
+  public :: fail, sort_lines, word, put_words, put_records
 
   !> An error, or the place of one. What is not allocated, or is negative, is not known.
   type, public :: error_type
@@ -25,39 +25,30 @@ module asperity_errors
 
 contains
 
-  !> Add an error.
+  !> Add an error for each line of a text.
   pure subroutine fail(errors, place, text)
     type(errors_type), intent(inout) :: errors   !! the errors so far
-    type(error_type), intent(in) :: place        !! where it is
-    character(len=*), intent(in) :: text         !! what is wrong or what was expected
-    type(error_type), allocatable :: longer(:)
-    integer :: i
-    if (.not. allocated(errors%list)) allocate (errors%list(8))
-    if (errors%n == size(errors%list)) then
-      allocate (longer(2*errors%n))
-      do i = 1, errors%n
-        longer(i) = errors%list(i)
-      end do
-      call move_alloc(longer, errors%list)
-    end if
-    errors%n = errors%n + 1
-    errors%list(errors%n) = place
-    call set_text(errors%list(errors%n)%text, text)
-  end subroutine fail
-
-  !> Add an error for each line of a text.
-  pure subroutine fail_lines(errors, place, lines)
-    type(errors_type), intent(inout) :: errors   !! the errors so far
     type(error_type), intent(in) :: place        !! where they are
-    character(len=*), intent(in) :: lines        !! what is wrong, separated by line ends
-    integer :: first, length
+    character(len=*), intent(in) :: text         !! what is wrong or what was expected, separated by line ends
+    type(error_type), allocatable :: longer(:)
+    integer :: first, i, length
     first = 1
-    do while (first <= len(lines))
-      length = index(lines(first:) // new_line("a"), new_line("a")) - 1
-      call fail(errors, place, lines(first:first + length - 1))
+    do while (first <= len(text))
+      length = index(text(first:) // new_line("a"), new_line("a")) - 1
+      if (.not. allocated(errors%list)) allocate (errors%list(8))
+      if (errors%n == size(errors%list)) then
+        allocate (longer(2*errors%n))
+        do i = 1, errors%n
+          longer(i) = errors%list(i)
+        end do
+        call move_alloc(longer, errors%list)
+      end if
+      errors%n = errors%n + 1
+      errors%list(errors%n) = place
+      call set_text(errors%list(errors%n)%text, text(first:first + length - 1))
       first = first + length + 1
     end do
-  end subroutine fail_lines
+  end subroutine fail
 
   !> Sort errors by the lines where they are; those of one line keep their order.
   pure subroutine sort_lines(errors)

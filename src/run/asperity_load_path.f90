@@ -62,35 +62,23 @@ contains
 
   !> Take an increment as `advance`, from its start again in parts where the law is not content. A law that has failed,
   !> or asks for less than the smallest part, ends it.
-  pure subroutine advance_as_asked(law, control, ends, before, point, reached, report, reason)
+  pure subroutine advance_as_asked(law, control, ends, point, reached, report, reason)
     class(point_law), intent(inout) :: law          !! the law; attempts are counted
     type(control_type), intent(in) :: control       !! what is prescribed
     real(wp), intent(in) :: ends(3, 2)              !! prescribed values at its start and its end
-    type(point_type), intent(in) :: before          !! the point at the start
-    type(point_type), intent(inout) :: point        !! the same -> at the end
+    type(point_type), intent(inout) :: point        !! at the start -> at the end
     real(wp), intent(out) :: reached                !! fraction of the increment that converged
     type(report_type), intent(out) :: report        !! of all parts
     character(len=:), allocatable, intent(inout) :: reason   !! set if the law ends the increment
     type(control_type) :: of_part
-    type(point_type) :: here
+    type(point_type) :: here                        ! at the start of a part
     type(report_type) :: last
     real(wp) :: asked, from(3), part, converged, to(3)
-    law%attempt = law%attempt + 1
-    call advance(law, control, ends(:, 1), ends(:, 2), point, reached, report)
-    call law%ask(asked, reason)
-    if (asked >= 1.0_wp) return
-    report = report_type(iterations=report%iterations, updates=report%updates, cut=asked > 0.0_wp)
-    point = before
     reached = 0.0_wp
     part = 1.0_wp
     from = ends(:, 1)
     of_part = control
-    do while (reached < 1.0_wp .and. asked > 0.0_wp)
-      if (asked < 1.0_wp) part = min(max(least_cut, asked), most_cut)*part
-      if (part < smallest_part) then
-        reason = "the law asks for less than " // to_text(smallest_part) // " of the increment"
-        exit
-      end if
+    do while (reached < 1.0_wp)
       part = min(part, 1.0_wp - reached)
       to = ramp(ends(:, 1), ends(:, 2), reached + part)
       of_part%dt = part*control%dt
@@ -102,7 +90,12 @@ contains
       call law%ask(asked, reason)
       if (asked < 1.0_wp) then
         point = here
-        cycle
+        if (asked <= 0.0_wp) exit
+        report%cut = .true.
+        part = min(max(least_cut, asked), most_cut)*part
+        if (part >= smallest_part) cycle
+        reason = "the law asks for less than " // to_text(smallest_part) // " of the increment"
+        exit
       end if
       if (maxval(abs(last%after - last%before)) > maxval(abs(report%after - report%before))) then
         report%before = last%before
@@ -205,8 +198,8 @@ contains
       ! the largest load factor so far, so that time never decreases
       run%fraction = max(run%fraction, run%branch%factor)
     else
-      call advance_as_asked(run%law, run%control, reshape([run%start, run%given], [3, 2]), run%before, run%point, &
-        reached, row%report, run%reason)
+      call advance_as_asked(run%law, run%control, reshape([run%start, run%given], [3, 2]), run%point, reached, &
+        row%report, run%reason)
       run%fraction = ramp(run%fraction, real(run%n, wp)/real(parts, wp), reached)
     end if
     row%done = run%earlier + nint(run%fraction*real(parts, wp))

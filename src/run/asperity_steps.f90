@@ -2,7 +2,7 @@
 module asperity_steps
   use asperity_checks, only: bounded
   use asperity_control_point, only: control_type
-  use asperity_errors, only: error_type, errors_type, fail, fail_lines
+  use asperity_errors, only: error_type, errors_type, fail
   use asperity_kinds, only: wp
   use asperity_pattern, only: direction_vector
   use asperity_point_law, only: point_law
@@ -298,7 +298,7 @@ contains
       call set_text(lines, "")
       if (present(place)) whole = place
       call law%explain_branch("follow = 'branch' with ", lines)
-      call fail_lines(errors, whole, lines)
+      call fail(errors, whole, lines)
     end if
     limits%upper = farthest_prescribed*law%reach
     ! beside prescribed tractions rounding errors do not exceed a part of them; a joint without bond has no strength

@@ -3,7 +3,7 @@
 !> A state consists of the energies per unit area in their places in STATEV of this project, what `u_work` and `u_time`
 !> name, STRESS (NTENS) and the STATEV of the UMAT.
 module asperity_foreign_umat
-  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_funloc, c_int, c_loc, c_null_char, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_funloc, c_int, c_loc, c_null_char, c_ptr
   use asperity_case_umat, only: umat_type
   use asperity_contract, only: v_damage, v_friction, v_rupture, v_stored
   use asperity_kinds, only: wp
@@ -61,13 +61,14 @@ module asperity_foreign_umat
       integer(c_int), value :: i, length
       character(kind=c_char), intent(inout) :: name(*)
     end subroutine c_absent_name
-    !> The whole path of a file.
-    subroutine c_whole_path(path, length) bind(c, name="umat_whole_path")
-      import :: c_char, c_int
+    !> POSIX: the whole path of a file; NULL if there is none.
+    function c_whole_path(path, whole) bind(c, name="realpath") result(found)
+      import :: c_char, c_ptr
       implicit none
-      character(kind=c_char), intent(inout) :: path(*)
-      integer(c_int), value :: length
-    end subroutine c_whole_path
+      character(kind=c_char), intent(in) :: path(*)
+      character(kind=c_char), intent(out) :: whole(*)
+      type(c_ptr) :: found
+    end function c_whole_path
     !> Fraction of the increment that the routine asks for.
     pure subroutine c_ask(fraction) bind(c, name="umat_ask")
       import :: c_double
@@ -95,7 +96,6 @@ contains
   subroutine complete_umat(law)
     type(foreign_law), intent(inout) :: law   !! with its UMAT -> complete
     character(kind=c_char) :: path(longest_path)
-    integer :: i
     law%n_state = n_header + law%umat%ntens + law%umat%nstatv
     law%first_own = u_work
     law%length = law%umat%length
@@ -108,10 +108,7 @@ contains
     ! neither is known
     law%jumps = .true.
     law%rate_dependent = .true.
-    path = c_null_char
-    path(:len(law%umat%library)) = [(law%umat%library(i:i), i=1, len(law%umat%library))]
-    call c_whole_path(path, longest_path)
-    law%umat%library = c_text(path)
+    if (c_associated(c_whole_path(law%umat%library // c_null_char, path))) law%umat%library = c_text(path)
   end subroutine complete_umat
 
   !> Open the UMAT in this process, which must be a child: what goes wrong ends it. No process opens more than one.

@@ -16,24 +16,25 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-typedef void umat_routine(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd,
-                          double *rpl, double *ddsddt, double *drplde, double *drpldt, double *stran, double *dstran,
-                          double *time, double *dtime, double *temp, double *dtemp, double *predef, double *dpred,
-                          char *cmname, int *ndi, int *nshr, int *ntens, int *nstatv, double *props, int *nprops,
-                          double *coords, double *drot, double *pnewdt, double *celent, double *dfgrd0, double *dfgrd1,
-                          int *noel, int *npt, int *layer, int *kspt, int *kstep, int *kinc, size_t cmname_length);
-
-/* Arguments; those before STRAN may be written. */
-enum {
-  STRESS, STATEV, DDSDDE, SSE, SPD, SCD, RPL, DDSDDT, DRPLDE, DRPLDT, PNEWDT, STRAN, DSTRAN, TIME, DTIME, TEMP, DTEMP,
-  PREDEF, DPRED, PROPS, COORDS, DROT, CELENT, DFGRD0, DFGRD1, NDI, NSHR, NTENS, NSTATV, NPROPS, NOEL, NPT, LAYER, KSPT,
-  KSTEP, KINC, ARGUMENTS
-};
-static const char *const names[ARGUMENTS] = {
-  "STRESS", "STATEV", "DDSDDE", "SSE", "SPD", "SCD", "RPL", "DDSDDT", "DRPLDE", "DRPLDT", "PNEWDT", "STRAN", "DSTRAN",
-  "TIME", "DTIME", "TEMP", "DTEMP", "PREDEF", "DPRED", "PROPS", "COORDS", "DROT", "CELENT", "DFGRD0", "DFGRD1", "NDI",
-  "NSHR", "NTENS", "NSTATV", "NPROPS", "NOEL", "NPT", "LAYER", "KSPT", "KSTEP", "KINC"
-};
+/* Arguments in their order: name, size, and where the values are that umat_call passes. */
+#define ARGUMENTS(X)                                                                                                   \
+  X(STRESS, ntens, stress) X(STATEV, nstatv, statev) X(DDSDDE, ntens * ntens, zeros) X(SSE, 1, energies)               \
+  X(SPD, 1, energies + 1) X(SCD, 1, energies + 2) X(RPL, 1, zeros) X(DDSDDT, ntens, zeros) X(DRPLDE, ntens, zeros)     \
+  X(DRPLDT, 1, zeros) X(STRAN, ntens, stran) X(DSTRAN, ntens, dstran) X(TIME, 2, time) X(DTIME, 1, &dtime)             \
+  X(TEMP, 1, zeros) X(DTEMP, 1, zeros) X(PREDEF, 1, zeros) X(DPRED, 1, zeros) X(CMNAME, 10, name)                      \
+  X(NDI, 1, integers[0]) X(NSHR, 1, integers[1]) X(NTENS, 1, integers[2]) X(NSTATV, 1, integers[3])                    \
+  X(PROPS, nprops, props) X(NPROPS, 1, integers[4]) X(COORDS, 3, zeros) X(DROT, 9, unit) X(PNEWDT, 1, unit)            \
+  X(CELENT, 1, unit) X(DFGRD0, 9, unit) X(DFGRD1, 9, unit) X(NOEL, 1, integers[5]) X(NPT, 1, integers[5])              \
+  X(LAYER, 1, integers[5]) X(KSPT, 1, integers[5]) X(KSTEP, 2, integers[6]) X(KINC, 1, integers[7])
+#define NAME(name, size, values) name,
+#define TEXT(name, size, values) #name,
+#define TYPE(name, size, values) void *,
+#define SIZE(name, size, values) size,
+#define VALUES(name, size, values) values,
+#define AT(name, size, values) at(name),
+enum { ARGUMENTS(NAME) COUNT };
+static const char *const names[] = {ARGUMENTS(TEXT)};
+typedef void umat_routine(ARGUMENTS(TYPE) size_t cmname_length);
 /* Arguments that hosts without temperatures, elements or orientations pass as NULL. */
 static const int may_be_absent[] = {RPL, DDSDDT, DRPLDE, DRPLDT, TEMP, DTEMP, PREDEF, DPRED, COORDS, DROT, PNEWDT,
                                     CELENT, DFGRD0, DFGRD1, NOEL, NPT, LAYER, KSPT};
@@ -56,7 +57,7 @@ typedef struct {
   double *block;
   double pnewdt; /* smallest request in this attempt at an increment */
   int attempt;
-  int size[ARGUMENTS], place[ARGUMENTS + 1]; /* the last place is the end */
+  int size[COUNT], place[COUNT + 1]; /* the last place is the end */
 } arguments_type;
 static _Thread_local arguments_type own = {.pnewdt = 1.0, .attempt = -1};
 
@@ -83,7 +84,7 @@ static void check_guards(void) {
   uint64_t expected, found;
   char reason[200];
   memcpy(&expected, &fill, sizeof expected);
-  for (int k = 0; own.block != NULL && k <= ARGUMENTS; k++) {
+  for (int k = 0; own.block != NULL && k <= COUNT; k++) {
     const double *const guard = own.block + own.place[k] - GUARD;
     int first = 0;
     for (int i = GUARD - 1; i >= 0; i--) {
@@ -91,7 +92,7 @@ static void check_guards(void) {
       if (found != expected) first = i + 1;
     }
     if (first == 0) continue;
-    const int before = k > 0 && (first <= GUARD / 2 || k == ARGUMENTS), l = before ? k - 1 : k;
+    const int before = k > 0 && (first <= GUARD / 2 || k == COUNT), l = before ? k - 1 : k;
     snprintf(reason, sizeof reason, "it wrote to %s(%d), of %d%s", names[l],
              before ? own.size[l] + first : first - GUARD, own.size[l],
              l == STATEV ? ": expected a larger nstatv" : "");
@@ -127,22 +128,15 @@ void umat_ask(double *fraction) { *fraction = own.pnewdt < 1.0 ? fmax(own.pnewdt
 
 /* Place the arguments of this thread; the block ends where a page without access begins. */
 static void place_arguments(int ntens, int nstatv, int nprops) {
-  const int of_ntens[] = {STRESS, DDSDDT, DRPLDE, STRAN, DSTRAN};
+  const int size[] = {ARGUMENTS(SIZE)};
   const size_t page = (size_t)sysconf(_SC_PAGESIZE);
   size_t total = GUARD, reach = REACH;
-  for (int k = 0; k < ARGUMENTS; k++) own.size[k] = 1;
-  for (int i = 0; i < 5; i++) own.size[of_ntens[i]] = ntens;
-  own.size[DDSDDE] = ntens * ntens;
-  own.size[STATEV] = nstatv;
-  own.size[PROPS] = nprops;
-  own.size[COORDS] = 3;
-  own.size[TIME] = own.size[KSTEP] = 2;
-  own.size[DROT] = own.size[DFGRD0] = own.size[DFGRD1] = 9;
-  for (int k = 0; k < ARGUMENTS; k++) {
+  for (int k = 0; k < COUNT; k++) {
+    own.size[k] = size[k];
     own.place[k] = (int)total;
-    total += (size_t)own.size[k] + GUARD;
+    total += (size_t)size[k] + GUARD;
   }
-  own.place[ARGUMENTS] = (int)total;
+  own.place[COUNT] = (int)total;
   const size_t bytes = (total * sizeof *own.block + page - 1) / page * page;
   char *memory = MAP_FAILED;
   for (; memory == MAP_FAILED && reach >= page; reach /= 2) {
@@ -158,17 +152,11 @@ static void place_arguments(int ntens, int nstatv, int nprops) {
 static double *at(int k) { return k == absent ? NULL : own.block + own.place[k]; }
 
 /* One call with new arguments. */
-static void call_once(const double *const *input) {
-  char name[81];
+static void call_once(const void *const *input) {
   fenv_t floating;
-  for (int k = 0; k < ARGUMENTS; k++) memcpy(own.block + own.place[k], input[k], (size_t)own.size[k] * sizeof *own.block);
-  snprintf(name, sizeof name, "%-80s", "INTERFACE");
+  for (int k = 0; k < COUNT; k++) memcpy(own.block + own.place[k], input[k], (size_t)own.size[k] * sizeof *own.block);
   feholdexcept(&floating);
-#define I(k) (int *)at(k)
-  routine(at(STRESS), at(STATEV), at(DDSDDE), at(SSE), at(SPD), at(SCD), at(RPL), at(DDSDDT), at(DRPLDE), at(DRPLDT),
-          at(STRAN), at(DSTRAN), at(TIME), at(DTIME), at(TEMP), at(DTEMP), at(PREDEF), at(DPRED), name, I(NDI), I(NSHR),
-          I(NTENS), I(NSTATV), at(PROPS), I(NPROPS), at(COORDS), at(DROT), at(PNEWDT), at(CELENT), at(DFGRD0),
-          at(DFGRD1), I(NOEL), I(NPT), I(LAYER), I(KSPT), I(KSTEP), I(KINC), 80);
+  routine(ARGUMENTS(AT) 80);
   fesetenv(&floating);
 }
 
@@ -184,7 +172,7 @@ static int not_finite(int *argument) {
 }
 
 /* End the process as a result is not finite; what a guard of ones makes finite was read there. */
-static void fail_for(int argument, int index, const double *const *input) {
+static void fail_for(int argument, int index, const void *const *input) {
   const int suspects[] = {PROPS, STATEV};
   char reason[300];
   int other, length = snprintf(reason, sizeof reason, "it returned no finite number in %s(%d)", names[argument], index);
@@ -207,14 +195,13 @@ static void fail_for(int argument, int index, const double *const *input) {
 void umat_call(int attempt, int ntens, int nstatv, int nprops, const double *props, const double *stran,
                const double *dstran, const double *time, double dtime, const int *counts, double *stress,
                double *statev, double *ddsdde, double *energies, int *good) {
-  static const double zeros[6] = {0.0}, one = 1.0, unit[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
-  const double tangent[36] = {0.0};
+  static const double zeros[36] = {0.0}, unit[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
   const int direct = ntens == 6 ? 3 : 1;
   /* KSTEP is the first of the four numbers of JSTEP; 1 is a static analysis */
-  const int integers[][4] = {{direct}, {ntens - direct}, {ntens}, {nstatv}, {nprops}, {1}, {1}, {1}, {1},
-                             {counts[0], 1, 0, 0}, {counts[1]}};
-  const double *input[ARGUMENTS];
-  char reason[100];
+  const int integers[][4] = {{direct}, {ntens - direct}, {ntens}, {nstatv}, {nprops}, {1}, {counts[0], 1, 0, 0},
+                             {counts[1]}};
+  char name[81], reason[100];
+  const void *const input[] = {ARGUMENTS(VALUES)};
   int argument;
   *good = 0;
   if (attempt != own.attempt) {
@@ -224,23 +211,11 @@ void umat_call(int attempt, int ntens, int nstatv, int nprops, const double *pro
   own.attempt = attempt;
   if (own.pnewdt < 1.0 && !checks) return;
   if (own.block == NULL) place_arguments(ntens, nstatv, nprops);
-  for (int k = 0; k < ARGUMENTS; k++) input[k] = zeros;
-  input[STRESS] = stress;
-  input[STATEV] = statev;
-  input[DDSDDE] = tangent;
-  for (int i = 0; i < 3; i++) input[SSE + i] = energies + i;
-  input[STRAN] = stran;
-  input[DSTRAN] = dstran;
-  input[TIME] = time;
-  input[DTIME] = &dtime;
-  input[PROPS] = props;
-  input[PNEWDT] = input[CELENT] = &one;
-  input[DROT] = input[DFGRD0] = input[DFGRD1] = unit;
-  for (int k = NDI; k <= KINC; k++) input[k] = (const double *)integers[k - NDI];
+  snprintf(name, sizeof name, "%-80s", "INTERFACE");
   call_once(input);
   check_guards();
-  for (int k = STRAN; strict && k < ARGUMENTS; k++) {
-    if (memcmp(own.block + own.place[k], input[k], (size_t)own.size[k] * sizeof *own.block) == 0) continue;
+  for (int k = STRAN; strict && k < COUNT; k++) {
+    if (k == PNEWDT || memcmp(own.block + own.place[k], input[k], (size_t)own.size[k] * sizeof *own.block) == 0) continue;
     snprintf(reason, sizeof reason, "it wrote to %s, which is the host's", names[k]);
     umat_worker_fail(reason);
   }

@@ -298,10 +298,3 @@ void umat_worker_end(double *notes, int n, int *counts, char *text, char *reason
   munmap(child.board, sizeof *child.board);
   free(child.bytes);
 }
-
-/* The whole path of a file, which may be needed elsewhere. */
-void umat_whole_path(char *path, int length) {
-  char *const whole = realpath(path, NULL);
-  if (whole != NULL) snprintf(path, (size_t)length, "%s", whole);
-  free(whole);
-}
