@@ -8,7 +8,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   use asperity_control_point, only: new_point, point_type
   use asperity_errors, only: error_type, errors_type, fail, put_records
   use asperity_interface, only: interface_type, new_interface
-  use asperity_load_path, only: start_run, explain_loss, next_row, row_type, run_type
+  use asperity_load_path, only: explain_loss, next_row, row_type, run_type
   use asperity_refine, only: explain_tolerance, refine_path
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_rows, only: row_numbers
@@ -82,16 +82,12 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   end if
   point = new_point(law, state, start(:3))
   if (abs(start(4)) <= huge(start)) point%work = start(4)
-  if (refines == 1) then
-    call refine_path(law, steps, point, tolerance, run, text)
-    if (len(text) > 0) then
-      status = status_separation
-      call fail(errors, error_type(), text)
-      text = ""
-      call put_records(errors, text)
-    end if
-  else
-    call start_run(law, steps, run, point)
+  call refine_path(law, steps, point, merge(tolerance, 0.0d0, refines == 1), run, text)
+  if (len(text) > 0) then
+    status = status_separation
+    call fail(errors, error_type(), text)
+    text = ""
+    call put_records(errors, text)
   end if
   do
     call next_row(run, row, found)

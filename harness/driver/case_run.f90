@@ -7,7 +7,7 @@ module case_run
   use asperity_control_point, only: new_point, point_type
   use asperity_foreign_umat, only: foreign_law, umat_name
   use asperity_kinds, only: wp
-  use asperity_load_path, only: explain_loss, next_row, row_type, run_type, start_run
+  use asperity_load_path, only: explain_loss, next_row, row_type, run_type
   use asperity_mixed_control, only: ended_rejected
   use asperity_point_law, only: point_law
   use asperity_refine, only: refine_path
@@ -132,14 +132,9 @@ contains
       start = run%before
       call set_text(name, umat_name(law))
     class default
-      start = new_point(law)
-      if (case%state%given) start = new_point(law, case%state%statev, case%state%s)
+      start = new_point(law, case%state%statev, case%state%s)
       if (case%state%has_work) start%work = case%state%work
-      if (case%refines) then
-        call refine_path(law, case%steps, start, case%tolerance, run, failure)
-      else
-        call start_run(law, case%steps, run, start)
-      end if
+      call refine_path(law, case%steps, start, case%tolerance, run, failure)
     end select
     if (case%state%given) call start_from(table, law, start)
     do

@@ -140,10 +140,8 @@ contains
     prescribed = .true.
     prescribed(3) = case%replay%ntens > 2
     call carry_initial(case%joint, prescribed, case%replay%given, case%initial, io%errors)
-    if (case%initial%given) then
-      case%state%given = .true.
-      case%state%statev = case%initial%carried
-    end if
+    if (.not. case%state%given) case%state%statev = case%initial%carried
+    case%state%given = case%state%given .or. case%initial%given
     call check_state(case%joint, case%state, io%errors)
     call check_steps(new_rie_law(case%joint), case%steps, io%errors, of_file(io%text))
   end subroutine read_case

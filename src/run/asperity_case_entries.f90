@@ -118,39 +118,28 @@ contains
     character(len=*), intent(in) :: name         !! of the entry
     integer, intent(inout) :: value              !! read: unchanged if it is not given, or on error
     integer, intent(in) :: least, most           !! admissible range
-    integer, intent(in), optional :: default     !! it is not written
+    integer, intent(in) :: default               !! it is not written, and need not be in the range
     real(wp) :: number
-    logical :: writes
-    writes = io%writes
-    if (present(default)) writes = writes .and. value /= default
-    if (io%writes .and. .not. writes) return
+    logical :: good
     number = real(value, wp)
-    call real_entry(io, name, number)
-    if (.not. io%found) return
-    if (number < real(least, wp) .or. number > real(most, wp) .or. abs(number - aint(number)) > 0.0_wp) then
-      ! the value without the entry need not be in the range
-      if (abs(number - real(value, wp)) > 0.0_wp) call require(io, .false., "expected a whole number from " // &
-        integer_text(least) // " to " // integer_text(most))
-    else
-      value = nint(number)
-    end if
+    call real_entry(io, name, number, real(default, wp))
+    if (.not. abs(number - real(value, wp)) > 0.0_wp) return
+    good = number >= real(least, wp) .and. number <= real(most, wp) .and. .not. abs(number - aint(number)) > 0.0_wp
+    if (good) value = nint(number)
+    call require(io, good, "expected a whole number from " // integer_text(least) // " to " // integer_text(most))
   end subroutine integer_entry
 
-  !> One logical value.
+  !> One logical value, which is written as 1 or 0.
   subroutine logical_entry(io, name, value, default)
     type(case_io), intent(inout) :: io           !! the file
     character(len=*), intent(in) :: name         !! of the entry
     logical, intent(inout) :: value              !! read: unchanged if it is not given, or on error
     logical, intent(in) :: default               !! it is not written
-    logical :: good
-    if (io%writes) then
-      if (value .neqv. default) call put(io, name // " = " // trim(merge(".true. ", ".false.", value)), .false.)
-      return
-    end if
-    call find_entry(io, name)
-    if (.not. io%found) return
-    call read_logical(io, value, good)
-    call require(io, good, "expected .true. or .false.")
+    real(wp) :: number
+    number = merge(1.0_wp, 0.0_wp, value)
+    call switch_entry(io, name, number, merge(1.0_wp, 0.0_wp, default))
+    if (.not. abs(number - 0.5_wp) > 0.5_wp) value = number >= 1.0_wp
+    call require(io, any(abs(number - [0.0_wp, 1.0_wp]) <= 0.0_wp), "expected .true. or .false.")
   end subroutine logical_entry
 
   !> One number, or one logical value as 1 or 0.
@@ -160,15 +149,18 @@ contains
     real(wp), intent(inout) :: value             !! read: unchanged if it is not given, or on error
     real(wp), intent(in) :: default              !! it is not written
     integer :: earlier
-    logical :: good, yes
     earlier = io%errors%n
     call real_entry(io, name, value, default)
     if (io%errors%n == earlier) return
     io%errors%n = earlier
-    yes = .false.
-    call read_logical(io, yes, good)
-    if (good) value = merge(1.0_wp, 0.0_wp, yes)
-    call require(io, good, "expected 0, 1, .true. or .false.")
+    select case (lower(value_text(io%text, io%entry)))
+    case (".true.", ".t.", "true", "t")
+      value = 1.0_wp
+    case (".false.", ".f.", "false", "f")
+      value = 0.0_wp
+    case default
+      call require(io, .false., "expected 0, 1, .true. or .false.")
+    end select
   end subroutine switch_entry
 
   !> One string in quotes.
@@ -295,22 +287,6 @@ contains
       end do
     end associate
   end subroutine get_numbers
-
-  !> The logical value of the entry that was found.
-  pure subroutine read_logical(io, value, good)
-    type(case_io), intent(in) :: io       !! the file
-    logical, intent(inout) :: value       !! unchanged if the entry has none
-    logical, intent(out) :: good          !! whether it has one
-    good = .true.
-    select case (lower(value_text(io%text, io%entry)))
-    case (".true.", ".t.", "true", "t")
-      value = .true.
-    case (".false.", ".f.", "false", "f")
-      value = .false.
-    case default
-      good = .false.
-    end select
-  end subroutine read_logical
 
   !> Write numbers, which read back exactly.
   subroutine put_numbers(io, name, values)

@@ -44,7 +44,7 @@ contains
     sides = 0
     if (io%writes) sides = nint(props(p_m))
     if (sides >= 0) then
-      call integer_entry(io, "sides", sides, 0, max_inclined)
+      call integer_entry(io, "sides", sides, 0, max_inclined, -1)
       given(p_m) = io%found
       call require(io, sides == 0 .or. sides >= min_inclined, "expected 0 (flat) or " // integer_text(min_inclined) // &
         " to " // integer_text(max_inclined))

@@ -49,7 +49,7 @@ contains
       "the longest step along the branch")
   end subroutine explain_tolerance
 
-  !> Run a path to a tolerance: the largest distance of the rows of a run from straight lines between those of a run
+  !> Begin a path, without a tolerance, or run it to one: the largest distance of the rows of a run from straight lines between those of a run
   !> with half as many increments is small, and was at most twice as large in the run before.
   !>
   !> The tolerance is relative to the largest traction (at least the strength), separation (at least s_f) and work (at
@@ -59,14 +59,18 @@ contains
     class(point_law), intent(in) :: law                       !! the law
     type(step_type), intent(in) :: steps(:)                   !! the load path, checked
     type(point_type), intent(in) :: start                     !! the point at its start
-    real(wp), intent(in) :: tolerance                         !! admissible
-    type(run_type), intent(out) :: run                        !! the finest run, at its end, with the rows that stay
+    real(wp), intent(in) :: tolerance                         !! admissible, or 0: increments as they are given
+    type(run_type), intent(out) :: run                        !! no row yet; or the finest one, at its end, with rows
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended if the tolerance is not reached
     type(step_type) :: finer(size(steps))
     type(row_type), allocatable :: coarse(:), fine(:)
     real(wp), allocatable :: values(:, :)
     real(wp) :: earlier, error, least, scales(n_values)
     integer :: i
+    if (.not. tolerance > 0.0_wp) then
+      call start_run(law, steps, run, start)
+      return
+    end if
     least = merge(1.0_wp, unbonded, law%bonded)
     finer = steps
     do i = 1, size(steps)

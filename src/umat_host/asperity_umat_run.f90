@@ -74,9 +74,9 @@ contains
       found = receive_row(run%numbers, size(run%numbers)) /= 0
       if (.not. found) then
         call end_umat_run(run)
-        if (len(run%failure) == 0 .or. .not. run%task%case%refines) return
+        if (len(run%failure) == 0 .or. .not. run%task%case%tolerance > 0.0_wp) return
         ! a path with a tolerance has its rows at its end only: it is taken again as far as it goes
-        run%task%case%refines = .false.
+        run%task%case%tolerance = 0.0_wp
         call start_child(run%task)
         cycle
       end if
@@ -124,11 +124,7 @@ contains
       n = n_head + law%n_state
       start = new_point(law, case%state%statev, case%state%s)
       if (case%state%has_work) start%work = case%state%work
-      if (case%refines) then
-        call refine_path(law, case%steps, start, case%tolerance, run, text)
-      else
-        call start_run(law, case%steps, run, start)
-      end if
+      call refine_path(law, case%steps, start, case%tolerance, run, text)
     end associate
     do
       call begin_row(run, row, found)
