@@ -3,7 +3,7 @@ module case_law
   use, intrinsic :: iso_fortran_env, only: output_unit
   use asperity_case, only: case_type
   use asperity_errors, only: error_type, errors_type, fail
-  use asperity_foreign_umat, only: complete_umat, foreign_law, try_umat, u_time, umat_name
+  use asperity_foreign_umat, only: complete_umat, foreign_law, u_time, umat_name
   use asperity_kinds, only: wp
   use asperity_load_path, only: row_type
   use asperity_point_law, only: point_law
@@ -11,7 +11,7 @@ module case_law
   use asperity_steps, only: check_steps
   use asperity_text, only: integer_text
   use asperity_umat_checks, only: check_names, check_type, check_umat, failed, stated
-  use asperity_umat_walk, only: add_increment, checked_path_type
+  use asperity_umat_walk, only: add_increment, checked_path_type, walk, walk_type
   use asperity_umat_run, only: next_umat_row, start_umat_run, umat_run_type
   use driver_output, only: exit_input, exit_ok, say
   implicit none
@@ -40,7 +40,7 @@ contains
     end if
   end subroutine get_law
 
-  !> Set the law of a UMAT, try in a child whether it opens, and check what depends on it.
+  !> Set the law of a UMAT, try by a walk without increments whether it opens, and check what depends on it.
   subroutine set_umat(case, path, law, errors)
     type(case_type), intent(inout) :: case         !! the case; the state is that of a virgin point, if it has none
     character(len=*), intent(in) :: path           !! its file
@@ -48,6 +48,8 @@ contains
     type(errors_type), intent(inout) :: errors     !! errors are added
     !> That of the direction of a slip.
     real(wp), parameter :: rounding = 1.0e-12_wp
+    type(walk_type) :: plan
+    real(wp), allocatable :: nothing(:, :)
     character(len=:), allocatable :: reason
     integer :: earlier, i
     earlier = errors%n
@@ -55,7 +57,10 @@ contains
     call complete_umat(law)
     case%umat%library = law%umat%library
     ! before a file of results is replaced
-    call try_umat(law, reason)
+    plan%path%law = law
+    plan%path%start = law%virgin()
+    allocate (plan%path%dt(0), plan%factors(3, 1))
+    call walk(plan, nothing, reason)
     if (len(reason) > 0) call fail(errors, law%umat%place, reason)
     if (errors%n > earlier) return
     if (.not. case%state%given) then

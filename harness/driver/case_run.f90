@@ -57,7 +57,7 @@ contains
       if (size(case%steps) > 0) then
         call run_path(case, law, label, table, progress, run, failure, broken, why)
       else
-        if (case%initial%given) call start_from(table, law, new_point(law, case%initial%carried))
+        if (case%initial%given) call start_from(table, law, new_point(law, case%state%statev))
         call run_replay(case, strains, label, table, progress, failure)
       end if
       call clear_progress(progress)

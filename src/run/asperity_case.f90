@@ -139,9 +139,7 @@ contains
     end if
     prescribed = .true.
     prescribed(3) = case%replay%ntens > 2
-    call carry_initial(case%joint, prescribed, case%replay%given, case%initial, io%errors)
-    if (.not. case%state%given) case%state%statev = case%initial%carried
-    case%state%given = case%state%given .or. case%initial%given
+    call carry_initial(case%joint, prescribed, case%replay%given, case%initial, case%state, io%errors)
     call check_state(case%joint, case%state, io%errors)
     call check_steps(new_rie_law(case%joint), case%steps, io%errors, of_file(io%text))
   end subroutine read_case
@@ -152,32 +150,29 @@ contains
     type(errors_type), intent(inout) :: errors   !! errors are added
     integer :: g, i, n(size(group_names))
     character(len=:), allocatable :: names
+    logical :: foreign
 
     n = 0
-    names = "&" // trim(group_names(1))
-    do i = 2, size(group_names)
+    names = ""
+    do i = 1, size(group_names)
       names = names // ", &" // trim(group_names(i))
     end do
+    foreign = group_index(text, "umat") > 0
     do g = 1, text%n_groups
       i = name_index(text%groups(g)%name, group_names)
       if (i == 0) then
-        call fail(errors, of_group(text, g), "unknown group: expected " // names)
+        call fail(errors, of_group(text, g), "unknown group: expected " // names(3:))
         cycle
       end if
       n(i) = n(i) + 1
       if (n(i) == 2 .and. all(group_names(i) /= ["step  ", "expect"])) call fail(errors, of_group(text, g), &
         "given twice, first in line " // integer_text(text%groups(group_index(text, trim(group_names(i))))%line))
+      if (foreign .and. any(group_names(i) == ["material", "pattern ", "initial ", "replay  "])) call fail(errors, &
+        of_group(text, g), "does not go with &umat: expected the one or the other")
     end do
-    if (n(name_index("umat", group_names)) > 0) then
-      do i = 1, text%n_groups
-        if (any(text%groups(i)%name == ["material", "pattern ", "initial ", "replay  "])) call fail(errors, &
-        of_group(text, i), "does not go with &umat: expected the one or the other")
-      end do
-    else
-      do i = 2, 3
-        if (n(i) == 0) call fail(errors, of_file(text), "no group &" // trim(group_names(i)))
-      end do
-    end if
+    do i = 2, 3
+      if (n(i) == 0 .and. .not. foreign) call fail(errors, of_file(text), "no group &" // trim(group_names(i)))
+    end do
     i = name_index("step", group_names)
     g = name_index("replay", group_names)
     if ((n(i) > 0) .eqv. (n(g) > 0)) call fail(errors, of_file(text), integer_text(n(i)) // &

@@ -27,7 +27,6 @@ module asperity_case_groups
     real(wp), allocatable :: slip(:)                !! s_dit, s_dih of all planes or of each, length, size 0: none
     type(error_type) :: of_traction, of_damage, of_slip   !! places of errors in them
     real(wp), allocatable :: planes(:)              !! STATEV as of a host before the first call: planes only
-    real(wp), allocatable :: carried(:)             !! STATEV with the offset at which they carry the traction
   end type initial_type
 
   !> The group &state.
@@ -110,13 +109,14 @@ contains
       "a replay starts from the virgin state: expected &state with &step only")
   end subroutine state_group
 
-  !> Compute the states of &initial, or of a virgin point without this group; the planes must be able to carry the
-  !> traction.
-  subroutine carry_initial(joint, prescribed, replays, initial, errors)
+  !> Compute the state of &initial, or of a virgin point without this group and &state; the planes must be able to carry
+  !> the traction.
+  subroutine carry_initial(joint, prescribed, replays, initial, state, errors)
     type(interface_type), intent(in) :: joint                 !! the interface
     logical, intent(in) :: prescribed(3)                      !! components that the host has
     logical, intent(in) :: replays                            !! whether the host adapter computes the offset
-    type(initial_type), intent(inout) :: initial              !! planes and carried are set
+    type(initial_type), intent(inout) :: initial              !! planes are set
+    type(state_type), intent(inout) :: state                  !! state at the start, with the offset of the planes
     type(errors_type), intent(inout) :: errors   !! errors are added
     character(len=:), allocatable :: reasons
     real(wp) :: largest
@@ -125,8 +125,9 @@ contains
 
     allocate (initial%planes(joint%n_statev))
     initial%planes = 0.0_wp
-    initial%carried = initial%planes
+    if (.not. state%given) state%statev = initial%planes
     if (.not. initial%given) return
+    state%given = .true.
     earlier = errors%n
     associate (n => joint%pattern%n, damage => initial%damage, slip => initial%slip)
       if (all(size(damage) /= [0, 1, n])) call fail(errors, initial%of_damage, &
@@ -150,8 +151,8 @@ contains
         initial%of_slip, "expected a traction with it: a host's routine computes the " // &
       "offset of a slip only if the stress is not zero")
     if (errors%n > earlier) return
-    initial%carried = initial%planes
-    call carry_traction(joint, initial%traction, prescribed, initial%carried, status)
+    state%statev = initial%planes
+    call carry_traction(joint, initial%traction, prescribed, state%statev, status)
     allocate (character(len=0) :: reasons)
     if (status == status_ok) return
     call explain_initial(joint, initial%traction, prescribed, initial%planes, reasons)
@@ -194,10 +195,9 @@ contains
     integer :: earlier, i, j
     logical :: given
 
-    if (.not. io%writes) call set_text(name, "")
-    if (.not. io%writes) allocate (values(0))
+    call set_text(name, "")
+    allocate (values(0))
     earlier = io%errors%n
-    given = size(values) > 0
     call open_group(io, "sweep", given)
     if (.not. given) return
     call string_entry(io, "name", name, "")
@@ -210,7 +210,7 @@ contains
       end do
     end do
     call close_group(io)
-    if (io%errors%n > earlier .or. io%writes) return
+    if (io%errors%n > earlier) return
     if (len(name) == 0 .or. size(values) == 0) then
       call fail(io%errors, io%place, "expected name and values")
     else if (.not. any([(stands_for(io%text, i, name), i=1, io%text%n_tokens)])) then

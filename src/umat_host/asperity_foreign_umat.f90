@@ -3,16 +3,16 @@
 !> A state consists of the energies per unit area in their places in STATEV of this project, what `u_work` and `u_time`
 !> name, STRESS (NTENS) and the STATEV of the UMAT.
 module asperity_foreign_umat
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_funloc, c_int, c_loc, c_null_char, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int, c_null_char, c_ptr
   use asperity_case_umat, only: umat_type
   use asperity_contract, only: v_damage, v_friction, v_rupture, v_stored
   use asperity_kinds, only: wp
   use asperity_point_law, only: point_law
   use asperity_text, only: integer_text
-  use asperity_umat_worker, only: c_text, end_worker, receive_row, start_worker, worker_type
+  use asperity_umat_worker, only: c_text
   implicit none
   private
-  public :: absent_name, complete_umat, open_umat, try_umat, umat_name
+  public :: complete_umat, open_umat, umat_name
 
   !> Places in a state: work of the traction so far, time; the numbers before STRESS and STATEV.
   integer, parameter, public :: u_work = 5, u_time = 6
@@ -27,9 +27,9 @@ module asperity_foreign_umat
 
   !> How a UMAT is called by a check, which does not obey PNEWDT.
   type, public :: call_type
-    logical :: strict = .false.   !! whether arguments that are the host's must not change
-    logical :: ones = .false.     !! whether the numbers between the arguments are 1, or NaN
-    integer :: absent = -1        !! argument that is NULL, from 0; -1: none
+    logical :: strict = .false.       !! whether arguments that are the host's must not change
+    logical :: ones = .false.         !! whether the numbers between the arguments are 1, or NaN
+    character(len=6) :: absent = ""   !! name of the argument that is NULL; blank: none
   end type call_type
 
   !> A UMAT with its constants.
@@ -51,16 +51,9 @@ module asperity_foreign_umat
     subroutine c_open(library, symbol, checks, strict, ones, absent) bind(c, name="umat_open")
       import :: c_char, c_int
       implicit none
-      character(kind=c_char), intent(in) :: library(*), symbol(*)
-      integer(c_int), value :: checks, strict, ones, absent
+      character(kind=c_char), intent(in) :: library(*), symbol(*), absent(*)
+      integer(c_int), value :: checks, strict, ones
     end subroutine c_open
-    !> Name of an argument that may be NULL.
-    subroutine c_absent_name(i, name, length) bind(c, name="umat_absent_name")
-      import :: c_char, c_int
-      implicit none
-      integer(c_int), value :: i, length
-      character(kind=c_char), intent(inout) :: name(*)
-    end subroutine c_absent_name
     !> POSIX: the whole path of a file; NULL if there is none.
     function c_whole_path(path, whole) bind(c, name="realpath") result(found)
       import :: c_char, c_ptr
@@ -119,38 +112,8 @@ contains
     if (present(how)) this = how
     call c_open(law%umat%library // c_null_char, law%umat%symbol // c_null_char, &
       merge(1_c_int, 0_c_int, present(how)), merge(1_c_int, 0_c_int, this%strict), merge(1_c_int, 0_c_int, this%ones), &
-      int(this%absent, c_int))
+      trim(this%absent) // c_null_char)
   end subroutine open_umat
-
-  !> Try in a child to open the UMAT.
-  subroutine try_umat(law, message)
-    type(foreign_law), intent(in), target :: law            !! the law
-    character(len=:), allocatable, intent(out) :: message   !! why it cannot be opened; empty: it can
-    type(worker_type) :: worker
-    real(wp) :: none(1)
-    integer :: found
-    call start_worker(c_funloc(try), c_loc(law), law%umat%limit)
-    found = receive_row(none, 1)
-    call end_worker(worker)
-    message = worker%failure
-  end subroutine try_umat
-
-  !> The work of that child.
-  subroutine try(data) bind(c, name="asperity_umat_try")
-    type(c_ptr), value :: data   !! law
-    type(foreign_law), pointer :: law
-    call c_f_pointer(data, law)
-    call open_umat(law)
-  end subroutine try
-
-  !> Name of argument i, from 0, of those that hosts may not have; empty beyond the last one.
-  function absent_name(i) result(name)
-    integer, intent(in) :: i   !! its number
-    character(len=:), allocatable :: name
-    character(kind=c_char) :: buffer(16)
-    call c_absent_name(int(i, c_int), buffer, size(buffer, kind=c_int))
-    name = c_text(buffer)
-  end function absent_name
 
   !> Name of the UMAT in messages.
   pure function umat_name(law) result(name)

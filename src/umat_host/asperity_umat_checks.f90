@@ -1,7 +1,7 @@
 !> Checks of a UMAT along a load path, as a table: what the walks of asperity_umat_walk send is judged here.
 module asperity_umat_checks
   use asperity_contract, only: v_friction, v_rupture, v_stored
-  use asperity_foreign_umat, only: absent_name, n_header, u_work
+  use asperity_foreign_umat, only: n_header, u_work
   use asperity_kinds, only: wp
   use asperity_steps, only: component_names
   use asperity_text, only: integer_text, short
@@ -38,6 +38,10 @@ module asperity_umat_checks
     comparison_type("beside another point", two=.true.), &
     comparison_type("from two threads", two=.true., threads=.true.), &
     comparison_type("where arguments that hosts may not have are NULL")]
+
+  !> Arguments that hosts without temperatures, elements or orientations pass as NULL.
+  character(len=*), parameter :: may_be_absent(18) = [character(len=6) :: "RPL", "DDSDDT", "DRPLDE", "DRPLDT", "TEMP", &
+    "DTEMP", "PREDEF", "DPRED", "COORDS", "DROT", "PNEWDT", "CELENT", "DFGRD0", "DFGRD1", "NOEL", "NPT", "LAYER", "KSPT"]
 
   !> Largest error of DDSDDE and, at a kink, of a one-sided difference, relative to the stiffness; largest error of the
   !> energies, relative to the largest work, with each increment in parts; what is a rounding error, and what is one of
@@ -135,7 +139,7 @@ contains
     real(wp), intent(in) :: a(:, 0:)              !! its results
     type(check_type), intent(inout) :: check      !! with its name -> complete
     real(wp), allocatable :: b(:, :)
-    character(len=:), allocatable :: failure, name
+    character(len=:), allocatable :: failure
     type(walk_type) :: plan
     real(wp) :: error, sums(0:size(a, 2) - 1), work(0:size(a, 2) - 1)
     integer :: i, n
@@ -144,13 +148,12 @@ contains
     failure = ""
     select case (check%name)
     case ("absent")
-      do i = 0, huge(i) - 1
-        name = absent_name(i)
-        if (len(name) == 0 .or. check%outcome == failed) exit
-        plan%how%absent = i
+      do i = 1, size(may_be_absent)
+        plan%how%absent = may_be_absent(i)
         call compare(comparisons(first_judged), plan, a, check)
-        if (check%outcome == failed) call judge(check, failed, "it uses " // name // ", which hosts may not have: " // &
-          check%text)
+        if (check%outcome /= failed) cycle
+        call judge(check, failed, "it uses " // trim(may_be_absent(i)) // ", which hosts may not have: " // check%text)
+        exit
       end do
     case ("components")
       call check_components(plan, check)

@@ -18,18 +18,13 @@ module asperity_umat_run
   type(row_head), parameter :: no_row = row_head()
   integer, parameter :: n_head = ceiling(real(storage_size(no_row), wp)/real(storage_size(1.0_wp), wp))
 
-  !> What a child is to do.
-  type :: task_type
-    type(foreign_law) :: law                         !! the law
-    type(case_type) :: case                          !! load path and start
-  end type task_type
-
   !> A child and its run.
   type, public :: umat_run_type
     type(run_type) :: run                            !! at the end: of its increment what a caller may repeat
     character(len=:), allocatable :: failure         !! why the UMAT has failed; empty: it has not
     character(len=:), allocatable :: reason          !! why the path ends before its end, empty: it does not
-    type(task_type), private :: task
+    type(foreign_law), private :: law
+    type(case_type), private :: case                 !! load path and start
     real(wp), allocatable, private :: numbers(:)     !! a row
   end type umat_run_type
 
@@ -42,8 +37,8 @@ contains
     type(umat_run_type), intent(out), target :: run    !! no row yet
     type(point_type) :: start
     integer :: i
-    run%task%law = law
-    run%task%case = case
+    run%law = law
+    run%case = case
     call set_text(run%failure, "")
     start%s = case%state%s
     start%state = case%state%statev
@@ -55,29 +50,23 @@ contains
     call start_run(law, case%steps, run%run, start)
     run%run%before = start
     allocate (run%numbers(n_head + law%n_state))
-    call start_child(run%task)
+    call start_worker(c_funloc(follow_path), c_loc(run), law%umat%limit)
   end subroutine start_umat_run
-
-  !> Begin the work of a child, which has a copy of the task.
-  subroutine start_child(task)
-    type(task_type), intent(in), target :: task   !! what to do
-    call start_worker(c_funloc(follow_path), c_loc(task), task%law%umat%limit)
-  end subroutine start_child
 
   !> Wait for the next row.
   subroutine next_umat_row(run, row, found)
-    type(umat_run_type), intent(inout) :: run   !! the run
-    type(row_type), intent(inout) :: row        !! the next row, if there is one
-    logical, intent(out) :: found               !! false: the child has ended
+    type(umat_run_type), intent(inout), target :: run   !! the run
+    type(row_type), intent(inout) :: row                !! the next row, if there is one
+    logical, intent(out) :: found                       !! false: the child has ended
     type(row_head) :: head
     do
       found = receive_row(run%numbers, size(run%numbers)) /= 0
       if (.not. found) then
         call end_umat_run(run)
-        if (len(run%failure) == 0 .or. .not. run%task%case%tolerance > 0.0_wp) return
+        if (len(run%failure) == 0 .or. .not. run%case%tolerance > 0.0_wp) return
         ! a path with a tolerance has its rows at its end only: it is taken again as far as it goes
-        run%task%case%tolerance = 0.0_wp
-        call start_child(run%task)
+        run%case%tolerance = 0.0_wp
+        call start_worker(c_funloc(follow_path), c_loc(run), run%law%umat%limit)
         cycle
       end if
       head = transfer(run%numbers(:n_head), no_row)
@@ -109,8 +98,8 @@ contains
 
   !> The work of the child: rows, and if equilibrium is lost the start of the last increment, with step 0.
   subroutine follow_path(data) bind(c, name="asperity_umat_follow_path")
-    type(c_ptr), value :: data   !! task
-    type(task_type), pointer :: task
+    type(c_ptr), value :: data   !! the run of the parent
+    type(umat_run_type), pointer :: task
     type(point_type) :: start
     type(run_type) :: run
     type(row_type) :: row

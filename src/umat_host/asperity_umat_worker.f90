@@ -2,7 +2,6 @@
 module asperity_umat_worker
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_null_char, c_ptr
   use asperity_kinds, only: wp
-  use asperity_text, only: integer_text
   implicit none
   private
   public :: start_worker, receive_row, end_worker, send_row, leave_notes, c_text
@@ -39,12 +38,11 @@ module asperity_umat_worker
       integer(c_int) :: found
     end function receive_row
     !> End the child.
-    subroutine c_end(notes, n, counts, text, reason, length) bind(c, name="umat_worker_end")
+    subroutine c_end(notes, n, text, reason, length) bind(c, name="umat_worker_end")
       import :: c_char, c_double, c_int
       implicit none
       integer(c_int), value :: n, length
       real(c_double), intent(out) :: notes(n)
-      integer(c_int), intent(out) :: counts(2)
       character(kind=c_char), intent(inout) :: text(length), reason(length)
     end subroutine c_end
     !> Send a row from a child, of the length that the parent receives.
@@ -71,17 +69,9 @@ contains
   subroutine end_worker(worker)
     type(worker_type), intent(out) :: worker   !! what it left
     character(kind=c_char) :: text(longest), reason(longest)
-    integer(c_int) :: counts(2)
-    call c_end(worker%notes, n_notes, counts, text, reason, longest)
+    call c_end(worker%notes, n_notes, text, reason, longest)
     worker%text = c_text(text)
     worker%failure = c_text(reason)
-    if (len(worker%failure) == 0 .or. counts(1) < 0) return
-    if (counts(1) == 0) then
-      worker%failure = "at the start of the path " // worker%failure
-    else
-      worker%failure = "in step " // integer_text(counts(1)) // " increment " // integer_text(counts(2)) // " " // &
-        worker%failure
-    end if
   end subroutine end_worker
 
   !> Text of C up to its end.

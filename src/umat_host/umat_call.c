@@ -35,10 +35,6 @@
 enum { ARGUMENTS(NAME) COUNT };
 static const char *const names[] = {ARGUMENTS(TEXT)};
 typedef void umat_routine(ARGUMENTS(TYPE) size_t cmname_length);
-/* Arguments that hosts without temperatures, elements or orientations pass as NULL. */
-static const int may_be_absent[] = {RPL, DDSDDT, DRPLDE, DRPLDT, TEMP, DTEMP, PREDEF, DPRED, COORDS, DROT, PNEWDT,
-                                    CELENT, DFGRD0, DFGRD1, NOEL, NPT, LAYER, KSPT};
-enum { MAY_BE_ABSENT = sizeof may_be_absent / sizeof may_be_absent[0] };
 
 /* Numbers between two arguments, and bytes without access on either side of the block. */
 enum { GUARD = 64, REACH = 1 << 28 };
@@ -74,11 +70,6 @@ void stdb_abqerr_(const int *level, const char *text, const int *integers, const
   fprintf(stderr, "%s\n", said);
 }
 
-/* Name of argument i, from 0, of those that may be NULL; empty beyond the last one. */
-void umat_absent_name(int i, char *name, int length) {
-  snprintf(name, (size_t)length, "%s", i < MAY_BE_ABSENT ? names[may_be_absent[i]] : "");
-}
-
 /* End the process if something was written outside the arguments: what lies nearer to the one before a guard is its. */
 static void check_guards(void) {
   uint64_t expected, found;
@@ -107,12 +98,14 @@ static void struck(int number) {
 }
 
 /* Open the UMAT of a library, or that of this project for an empty name, and set how it is called: `ones` fills the
- * guards with 1 instead of NaN, which_absent is an argument that is NULL (from 0; -1: none). */
-void umat_open(const char *library, const char *symbol, int checked, int strictly, int ones, int which_absent) {
+ * guards with 1 instead of NaN, which_absent names an argument that is NULL, if it is one. */
+void umat_open(const char *library, const char *symbol, int checked, int strictly, int ones, const char *which_absent) {
   checks = checked;
   strict = strictly;
   fill = ones ? 1.0 : nan("0x77");
-  absent = which_absent >= 0 ? may_be_absent[which_absent] : -1;
+  for (int k = 0; k < COUNT; k++) {
+    if (strcmp(names[k], which_absent) == 0) absent = k;
+  }
   signal(SIGSEGV, struck);
   signal(SIGBUS, struck);
   routine = (umat_routine *)umat_;

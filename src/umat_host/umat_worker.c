@@ -269,11 +269,11 @@ int umat_worker_receive(double *numbers, int n) {
   return 1;
 }
 
-/* End the child, if it has not ended: why the work is not complete (empty: it is), the last increment that began (step
- * -1: none), and the notes. Both texts have `length` bytes. */
-void umat_worker_end(double *notes, int n, int *counts, char *text, char *reason, int length) {
+/* End the child, if it has not ended: in which increment the work ended and why (empty: it is complete), and the notes.
+ * Both texts have `length` bytes. */
+void umat_worker_end(double *notes, int n, char *text, char *reason, int length) {
   const board_type *const left = child.board;
-  char why[TEXT + 100] = "", printed[LINE + 30] = "";
+  char where[100] = "", why[TEXT + 100] = "", printed[LINE + 30] = "";
   if (!child.over && !left->done) kill(-child.id, SIGKILL);
   do child.filled = child.taken = 0;
   while (wait_some());
@@ -288,10 +288,10 @@ void umat_worker_end(double *notes, int n, int *counts, char *text, char *reason
     snprintf(why, sizeof why, "it ended the program with exit code %d, as STOP or exit do", WEXITSTATUS(child.status));
   }
   if (child.length > 0) snprintf(printed, sizeof printed, "; it printed last: %.*s", (int)child.length, child.line);
-  snprintf(reason, (size_t)length, "%s%s", why, why[0] != '\0' ? printed : "");
+  if (left->begun > 0) snprintf(where, sizeof where, "in step %d increment %d ", left->step, left->increment);
+  if (left->begun > 0 && left->step == 0) snprintf(where, sizeof where, "at the start of the path ");
+  snprintf(reason, (size_t)length, "%s%s%s", why[0] != '\0' ? where : "", why, why[0] != '\0' ? printed : "");
   snprintf(text, (size_t)length, "%.*s%s", TEXT, left->text, left->text[0] != '\0' ? printed : "");
-  counts[0] = left->begun > 0 ? left->step : -1;
-  counts[1] = left->increment;
   memcpy(notes, left->notes, (size_t)n * sizeof *notes);
   if (child.rows >= 0) close(child.rows);
   if (child.text >= 0) close(child.text);
