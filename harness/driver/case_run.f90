@@ -89,7 +89,7 @@ contains
     end if
     if (len(failure) > 0) call say(label // ": " // failure)
     keeps = table%last%lost .and. .not. case%expect%lost
-    if (broken) keeps = keeps .or. run%law%step > 0
+    if (broken) keeps = keeps .or. run%number(1) > 0
     if (keeps) call keep_failed(case, run, label, output)
     call write_report(report, code, failure, table%last%lost)
     if (quiet) return
@@ -194,7 +194,7 @@ contains
     character(len=:), allocatable :: text
     integer :: i
     logical :: timed, written
-    failed%title = "failed increment " // integer_text(run%law%increment) // " of step " // integer_text(run%law%step)
+    failed%title = "failed increment " // integer_text(run%number(2)) // " of step " // integer_text(run%number(1))
     failed%props = case%props
     failed%stiffness = case%stiffness
     failed%umat = case%umat
@@ -206,7 +206,7 @@ contains
     timed = case%umat%given
     if (.not. timed) timed = case%props(p_tau_v) > 0.0_wp
     allocate (failed%steps(1))
-    associate (given => failed%steps(1)%given, control => run%control, arc => run%steps(run%law%step)%arc)
+    associate (given => failed%steps(1)%given, control => run%control, arc => run%steps(run%number(1))%arc)
       do i = 1, 3
         if (control%traction(i)) then
           ! the force of a spring is zero at the start of the step

@@ -35,14 +35,18 @@ module asperity_load_path
     real(wp), allocatable :: state(:)                !! STATEV
   end type row_type
 
-  !> A run.
-  type, public :: run_type
+  !> What an increment prescribes.
+  type, public :: increment_type
+    type(control_type) :: control
+    real(wp) :: given(3) = 0.0_wp                    !! values at its end: separation, or traction + spring*separation
+    integer :: number(2) = 0                         !! of the step and of the increment, from 1; 0: none has begun
+  end type increment_type
+
+  !> A run, and its last increment.
+  type, extends(increment_type), public :: run_type
     class(point_law), allocatable :: law             !! any
     type(step_type), allocatable :: steps(:)         !! checked
     type(point_type) :: before, point                !! at the start and at the end of the last increment
-    type(control_type) :: control                    !! of the last increment
-    real(wp) :: given(3) = 0.0_wp                    !! prescribed values at its end: separation, or traction +
-                                                     !! spring*separation
     integer :: total = 0                             !! increments of all steps
     integer, private :: step = 0, target = 0, n = 0  !! where the run is: increment n to this target of this step
     integer, private :: passed = 0, earlier = 0      !! targets that were reached before, and their increments
@@ -158,6 +162,7 @@ contains
     if (.not. found) return
     run%before = run%point
     run%n = run%n + 1
+    run%number = [run%step, row%increment + 1]
     run%law%step = run%step
     run%law%increment = row%increment + 1
     parts = run%steps(run%step)%increments(run%target)

@@ -5,8 +5,8 @@ module asperity_umat_run
   use asperity_control_point, only: new_point, point_type
   use asperity_foreign_umat, only: foreign_law, n_header, open_umat
   use asperity_kinds, only: wp
-  use asperity_load_path, only: begin_row, end_row, explain_loss, row_head, row_type, run_type, &
-    set_point, start_run
+  use asperity_load_path, only: begin_row, end_row, explain_loss, increment_type, row_head, row_type, &
+    run_type, set_point, start_run
   use asperity_refine, only: refine_path
   use asperity_text, only: set_text
   use asperity_umat_worker, only: end_worker, leave_notes, receive_row, send_row, start_worker, worker_type
@@ -14,9 +14,11 @@ module asperity_umat_run
   private
   public :: start_umat_run, next_umat_row, end_umat_run
 
-  !> Numbers of a row that a child sends, before those of its state.
+  !> Numbers of a row that a child sends, before those of its state, and of an increment, which it leaves as notes.
   type(row_head), parameter :: no_row = row_head()
-  integer, parameter :: n_head = ceiling(real(storage_size(no_row), wp)/real(storage_size(1.0_wp), wp))
+  type(increment_type), parameter :: no_increment = increment_type()
+  integer, parameter :: n_head = (storage_size(no_row) - 1)/storage_size(1.0_wp) + 1
+  integer, parameter :: n_increment = (storage_size(no_increment) - 1)/storage_size(1.0_wp) + 1
 
   !> A child and its run.
   type, public :: umat_run_type
@@ -84,14 +86,7 @@ contains
     type(umat_run_type), intent(inout) :: run   !! the run -> why it has ended
     type(worker_type) :: worker
     call end_worker(worker)
-    associate (control => run%run%control, notes => worker%notes)
-      run%run%given = notes(1:3)
-      control%spring = notes(4:6)
-      control%traction = notes(7:9) > 0.0_wp
-      control%dt = notes(10)
-      run%run%law%step = nint(notes(11))
-      run%run%law%increment = nint(notes(12))
-    end associate
+    run%run%increment_type = transfer(worker%notes, no_increment)
     run%reason = worker%text
     if (len(run%failure) == 0) run%failure = worker%failure
   end subroutine end_umat_run
@@ -118,7 +113,7 @@ contains
     do
       call begin_row(run, row, found)
       if (.not. found) exit
-      call leave_notes(prescribed(run), 12, c_null_char)
+      call leave_notes(transfer(run%increment_type, start%s, n_increment), n_increment, c_null_char)
       call end_row(run, row)
       call send_row(packed(row), n)
     end do
@@ -126,18 +121,8 @@ contains
     row%step = 0
     call set_point(row, run%before)
     if (row%lost) call send_row(packed(row), n)
-    call leave_notes(prescribed(run), 12, text // c_null_char)
+    call leave_notes(transfer(run%increment_type, start%s, n_increment), n_increment, text // c_null_char)
   end subroutine follow_path
-
-  !> Notes of an increment: what it prescribes, and its numbers.
-  pure function prescribed(run) result(notes)
-    type(run_type), intent(in) :: run   !! after the increment has begun
-    real(wp) :: notes(12)
-    associate (control => run%control)
-      notes = [run%given, control%spring, merge(1.0_wp, 0.0_wp, control%traction), control%dt, &
-        real([run%law%step, run%law%increment], wp)]
-    end associate
-  end function prescribed
 
   !> Numbers of a row.
   pure function packed(row) result(numbers)

@@ -7,9 +7,9 @@ module asperity_umat_worker
   public :: start_worker, receive_row, end_worker, send_row, leave_notes, c_text
 
   !> Numbers of the notes of a child.
-  integer, parameter, public :: n_notes = 16
+  integer, parameter :: n_notes = 16
   !> Longest text, of which a child leaves at most 1000 characters.
-  integer, parameter, public :: longest = 2000
+  integer, parameter :: longest = 2000
 
   !> What a child left.
   type, public :: worker_type
