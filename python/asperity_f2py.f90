@@ -63,11 +63,13 @@ end subroutine contract_version
 
 !> Constants of a joint without bond.
 subroutine contract_joint(kn, ks, constants)
-  use asperity_material, only: joint_constants
+  use asperity_material, only: joint_constants, joint_props
   implicit none
   double precision, intent(in) :: kn, ks             !! stiffness in closing and in shear, stress/length
   double precision, intent(out) :: constants(4)      !! sigma0, Gc, eta, kc: PROPS 1, 2, 3, 16
-  constants = joint_constants(kn, ks)
+  double precision :: all_constants(size(joint_props))
+  all_constants = joint_constants(kn, ks)
+  constants = all_constants(:4)
 end subroutine contract_joint
 
 !> Check PROPS.

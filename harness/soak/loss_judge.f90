@@ -29,7 +29,7 @@ contains
     type(point_type), intent(in) :: point           !! the last point found
     integer, intent(out) :: kind                    !! of the loss
     real(wp), intent(out) :: place(3)               !! separation of the equilibrium, if there is one, length
-    !> Range to each side, as multiples of s_f, of the largest separation so far, and of the closure under the
+    !> Range to each side, as multiples of s_f, of the largest separation so far, and of the closing under the
     !> prescribed tractions; largest range, as a fraction of the separation beyond which the solver stops a motion.
     real(wp), parameter :: around = 5.0_wp, share = 0.5_wp
     type(control_type) :: at_once

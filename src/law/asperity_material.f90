@@ -12,18 +12,20 @@ module asperity_material
   !> Share of the largest closure up to which the pressure is a hyperbola; beyond it goes on along its tangent.
   real(wp), parameter, public :: largest_closure_share = 0.99_wp
 
+  !> PROPS of a joint without bond, which kn and ks give. The values of mode II are those of mode I.
+  integer, parameter, public :: joint_props(7) = [p_sigma0, p_gc, p_eta, p_kc, p_sigma02, p_gc2, p_damage0]
   !> Smallest stiffness of a joint without bond: its sigma0 and Gc are in their ranges.
   real(wp), parameter, public :: least_joint_stiffness = 1.0e-44_wp
 
 contains
 
-  !> Constants sigma0, Gc, eta, kc of a joint without bond, whose bond only gives the stiffness: K = ks, kc = kn/ks. The
+  !> These PROPS of a joint without bond, whose bond only gives the stiffness: K = ks, kc = kn/ks. The
   !> separation at the onset of the damage that the bond would have has no effect but on tolerances and steps.
   pure function joint_constants(kn, ks) result(constants)
     real(wp), intent(in) :: kn, ks   !! stiffness in closing and in shear, stress/length
-    real(wp) :: constants(4)
+    real(wp) :: constants(size(joint_props))
     real(wp), parameter :: onset = 1.0e-3_wp, eta = 0.5_wp
-    constants = [ks*onset, ks*onset**2/(2.0_wp*(1.0_wp - eta)), eta, kn/ks]
+    constants = [ks*onset, ks*onset**2/(2.0_wp*(1.0_wp - eta)), eta, kn/ks, 0.0_wp, 0.0_wp, 1.0_wp]
   end function joint_constants
 
   !> Constants of the law from admissible PROPS: s_f = 2 Gc/sigma0, (5), (12); a mode II value of 0 is that of mode I.

@@ -5,10 +5,10 @@ module asperity_case_material
   use asperity_case_text, only: of_group
   use asperity_checks, only: prop_admissible, review_props
   use asperity_contract, only: max_inclined, min_inclined, n_fixed_props, n_listed_values, n_required_props, &
-    p_damage0, p_eta, p_flat, p_gc, p_gc2, p_kc, p_m, p_sigma0, p_sigma02, p_theta, p_turn, prop_table
+    p_eta, p_flat, p_gc, p_kc, p_m, p_sigma0, p_theta, p_turn, prop_table
   use asperity_errors, only: error_type, fail
   use asperity_kinds, only: wp
-  use asperity_material, only: joint_constants, least_joint_stiffness
+  use asperity_material, only: joint_constants, joint_props, least_joint_stiffness
   use asperity_text, only: integer_text, set_text
   implicit none
   private
@@ -112,15 +112,14 @@ contains
     real(wp), intent(inout) :: stiffness(2)                   !! kn and ks, stress/length, 0: none
     real(wp), intent(inout) :: props(:)                       !! PROPS
     logical, intent(inout) :: given(:)                        !! which PROPS are given
-    !> Constants that kn and ks give.
-    integer, parameter :: derived(6) = [p_sigma0, p_gc, p_eta, p_sigma02, p_gc2, p_kc]
+    integer, parameter :: damage = size(joint_props)
     character(len=*), parameter :: names(2) = ["kn", "ks"]
     type(error_type) :: places(2)
     logical :: are_there(2)
     integer :: i
     are_there = stiffness > 0.0_wp
     if (io%writes) then
-      given([derived, p_damage0]) = all(are_there)
+      given(joint_props) = all(are_there)
     else
       stiffness = 1.0_wp
     end if
@@ -137,17 +136,14 @@ contains
     do i = 1, 2
       if (.not. are_there(i)) call fail(io%errors, places(3 - i), "expected " // names(i) // " beside it")
     end do
-    do i = 1, size(derived)
-      call find_entry(io, trim(prop_table(derived(i))%name))
-      call require(io, .false., "expected without kn and ks, which give sigma0, Gc, eta and kc")
+    do i = 1, damage
+      call find_entry(io, trim(prop_table(joint_props(i))%name))
+      if (i < damage) call require(io, .false., "expected without kn and ks, which give sigma0, Gc, eta and kc")
     end do
-    call find_entry(io, trim(prop_table(p_damage0)%name))
-    call require(io, props(p_damage0) >= 1.0_wp, "expected 1 beside kn and ks, those of a joint without bond")
-    given(derived) = .true.
+    call require(io, props(joint_props(damage)) >= 1.0_wp, "expected 1 beside kn and ks, those of a joint without bond")
+    given(joint_props) = .true.
     if (.not. all(stiffness > 0.0_wp)) return
-    props([p_sigma0, p_gc, p_eta, p_kc]) = joint_constants(stiffness(1), stiffness(2))
-    props(p_damage0) = 1.0_wp
-    props([p_sigma02, p_gc2]) = 0.0_wp
+    props(joint_props) = joint_constants(stiffness(1), stiffness(2))
     if (props(p_kc) > prop_table(p_kc)%upper) call fail(io%errors, places(1), "expected at most 1e10 ks")
   end subroutine joint_entries
 

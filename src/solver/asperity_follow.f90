@@ -96,7 +96,7 @@ contains
   end subroutine solve_step
 
   !> Change of the opening at which the joint is just out of contact, by the wear of a step: the contact may be so stiff
-  !> that facets which retreat by more than their closure leave no residual to find them by.
+  !> that facets which retreat by more than they are closed leave no residual to find them by.
   pure function worn_retreat(law, equations, fractions, s) result(retreat)
     class(point_law), intent(in) :: law               !! the law
     type(equations_type), intent(in) :: equations     !! the equations
