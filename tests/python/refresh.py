@@ -26,13 +26,13 @@ FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 
 
-def follow(page: Path, folder: Path) -> str:
-    """Text of the page with the output of its commands, which run in the given folder."""
+def follow(page: Path, folder: Path, hosts: bool = True) -> str:
+    """Text of the page with the output of its commands, which run in the given folder; hosts need not run."""
     text = page.read_text(encoding="utf-8")
     blocks = list(FENCE.finditer(text))
     pieces, done = [], 0
     for block, after in pairwise(blocks):
-        if block[1] == "text" or after[1] != "text":
+        if block[1] == "text" or after[1] != "text" or (not hosts and "harness/hosts" in block[2]):
             continue
         print(f"{page.name}:{text.count(chr(10), 0, block.start()) + 1}", file=sys.stderr, flush=True)
         printed = _run(block[1], block[2], folder)
@@ -49,7 +49,7 @@ def _run(language: str, code: str, folder: Path) -> str:
     """Output of a block, which must end with exit code 0."""
     command = [sys.executable, "-c", code] if language in ("python", "py") else ["sh", "-ec", code]
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    env = os.environ | {"PATH": path, "ASPERITY": str(ROOT), "MPLBACKEND": "Agg"}
+    env = os.environ | {"PATH": path, "ASPERITY": str(ROOT), "PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
     ended = subprocess.run(command, capture_output=True, text=True, cwd=folder, env=env, check=False)
     if ended.returncode != 0:
         raise SystemExit(f"{code}\n{ended.stdout}{ended.stderr}")
@@ -69,6 +69,11 @@ def _excerpt(shown: str, printed: str) -> str:
         found.append(lines[same[0]])
         at = same[0] + 1
     return "\n".join(found) + "\n"
+
+
+def words_and_numbers(text: str) -> tuple[str, list[float]]:
+    """Text with # in place of its numbers, and the numbers."""
+    return NUMBER.sub("#", text), [float(number) for number in NUMBER.findall(text)]
 
 
 def _key(line: str) -> str:

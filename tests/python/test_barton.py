@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shlex
 from pathlib import Path
 
 import numpy as np
@@ -117,28 +116,6 @@ def test_command(stresses: str, rows: int, tmp_path: Path, capsys: pytest.Captur
     # curves without scatter have no covariance
     assert not list(tmp_path.glob("*.json")) and main(["uncertainty", str(case)]) == 1
     assert "joint.fit.json: expected" in capsys.readouterr().err
-
-
-NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?%?")
-
-
-@pytest.mark.slow
-def test_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """The example of docs/how-to/barton.md prints the tables that the page shows."""
-    monkeypatch.chdir(tmp_path)
-    page = (Path(__file__).parents[2] / "docs" / "how-to" / "barton.md").read_text(encoding="utf-8")
-    [(line, shown)] = re.findall(
-        r"^```console\n([^\n]*)\n```[^`]*^```text\n(.*?)^```$", page, re.MULTILINE | re.DOTALL
-    )
-    assert main(shlex.split(line)[1:]) == 0
-    found = capsys.readouterr().out.split()[: len(shown.split())]
-    assert [NUMBER.sub("#", word) for word in found] == [NUMBER.sub("#", word) for word in shown.split()]
-    pairs = zip(*(NUMBER.findall(" ".join(words)) for words in (shown.split(), found)), strict=True)
-    for one, other in pairs:
-        if one.endswith("%"):
-            assert float(other[:-1]) == pytest.approx(float(one[:-1]), abs=0.11)  # a unit of the last digit
-        else:
-            assert float(other) == pytest.approx(float(one), rel=5e-3)  # of another processor
 
 
 @pytest.mark.parametrize(

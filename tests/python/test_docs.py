@@ -294,28 +294,3 @@ def test_numbers_of_the_paper() -> None:
     cited = set(re.findall(r"@(\w+)", text))
     known = re.findall(r"^@\w+{(\w+),", page.with_suffix(".bib").read_text(encoding="utf-8"), re.MULTILINE)
     assert cited == set(known) and len(known) == len(set(known))
-
-
-# --- maths --------------------------------------------------------------------------------------------------
-
-CHANGED = re.compile(r"(?<![A-Za-z0-9])_|\*|\\[^A-Za-z]|<[A-Za-z/!]|^\s|\s$|^$|\\operatorname")
-"""What Markdown or GitHub would change in a formula: emphasis, escape, tag, space at an end; KaTeX judges the
-rest in the tests of the site."""
-
-
-@pytest.mark.parametrize("name", TEXTS)
-def test_maths(name: str) -> None:
-    """Fences and dollars are paired, braces are balanced, and Markdown changes no formula."""
-    text = TEXTS[name]
-    assert len(re.findall(r"^```", text, re.MULTILINE)) == 2 * len(re.findall(r"^```$", text, re.MULTILINE))
-    formulas = [m[2] for m in FENCE.finditer(text) if m[1] == "math"]
-    assert not any("$" in tex for tex in formulas)
-    for line in re.sub(r"`[^`]*`", "", prose(text)).splitlines():
-        pieces = line.split("$")
-        assert len(pieces) % 2 == 1, f"odd number of $: {line}"
-        formulas += pieces[1::2]
-        assert not any(CHANGED.search(tex) for tex in pieces[1::2]), line
-        for before, tex, after in zip(pieces[::2], pieces[1::2], pieces[2::2], strict=False):
-            assert re.fullmatch(r"[\s(|]?", before[-1:]) and re.fullmatch(r"[\s.,;:)|]?", after[:1]), line
-            assert not (line.startswith("|") and "|" in tex), line
-    assert all(len(re.findall(r"(?<!\\){", tex)) == len(re.findall(r"(?<!\\)}", tex)) for tex in formulas)

@@ -84,19 +84,6 @@ def test_normal_stiffness(run) -> None:
     assert_traction(t[step == 5], ramp - 5.0 * (s[step == 5] - s_start))
 
 
-def test_control_may_change(run) -> None:
-    """The point continues from its state if a step prescribes the separation after the traction, and back."""
-    result = run(
-        MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step s_N = -0.05 /\n&step s_Tx = 0.1 /\n&step t_N = -5.0 /\n"
-        "&step s_Tx = 0.12, s_Ty = 0.05 /\n"
-    )
-    step = result["step"]
-    assert (result["s_N"][step == 3] == -0.05).all()
-    t_start, t = result["t_N"][step == 3][-1], result["t_N"][step == 4]
-    assert_traction(t, t_start + (-5.0 - t_start) * np.arange(1, 101) / 100)
-    assert_traction(result["t_N"][step == 5], -5.0)
-
-
 def test_columns_per_plane(run) -> None:
     """--planes and `planes = .true.` add columns of each plane; the weighted alphas sum to the damage."""
     path = MATERIAL + RP_4 + "&step t_N = -5.0 /\n&step slip = 0.1, direction = 10.0 /\n"

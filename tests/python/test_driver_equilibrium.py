@@ -125,12 +125,6 @@ def test_failed_increment_alone(run, driver: Path, tmp_path: Path, case: str, fr
         assert again[name][0] == pytest.approx(result[name][-1], rel=1e-6, abs=1e-9)
 
 
-def test_way_to_a_compression(run) -> None:
-    """Where the joint is closed first, the compression is carried."""
-    closed = run(MATERIAL + FLAT + WAY.format(0.1).replace("&step t_N", "&step s_N = -0.02 /\n&step t_N"))
-    assert closed["t_N"][-1] == pytest.approx(-0.7)
-
-
 def test_state(run) -> None:
     """A run that starts from a row of another run continues as that run."""
     path = "&step t_N = -5.0, increments = 10 /\n&step slip = 0.1, increments = 20 /\n"

@@ -290,6 +290,3 @@ def test_events_are_those_of_the_driver(tmp_path: Path) -> None:
     expected = tuple((row, "+".join(found)) for row, found in names if found)
     assert RP_4.replay(rows.separation).events == expected
     assert {"onset", "damaged", "slip", "open", "close"} <= {name for _, found in names for name in found}
-
-
-# --- initial states; tests/solver/test_initial.pf has more -----------------------------------------------

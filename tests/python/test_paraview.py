@@ -51,13 +51,3 @@ def test_joint_in_space(tmp_path: Path) -> None:
     write(tmp_path / "a.pvd", [step])
     joints = meshio.read(tmp_path / "a" / "joints_0000.vtu")
     assert joints.cells_dict["hexahedron"].tolist() == cells.tolist()
-
-
-def test_wrong_steps(tmp_path: Path) -> None:
-    """Results of another number of nodes or joints, and another name of the file, are refused."""
-    with pytest.raises(ValueError, match=r"run\.vtu: expected a name that ends with \.pvd"):
-        write(tmp_path / "run.vtu", [STEP])
-    with pytest.raises(ValueError, match=r"displacement has shape \(7, 2\): expected \(8, 2\)"):
-        write(tmp_path / "run.pvd", [replace(STEP, displacement=NODES[1:])])
-    with pytest.raises(ValueError, match="traction of 0 joints: expected 1"):
-        write(tmp_path / "run.pvd", [replace(STEP, traction=STEP.traction[1:])])

@@ -168,10 +168,3 @@ def test_rows_of_the_benchmark(tmp_path: Path) -> None:
     for name, start in (("speed.png", b"\x89PNG"), ("speed.pdf", b"%PDF")):
         assert speed.main([str(measured), "-o", str(tmp_path / name)]) == 0
         assert (tmp_path / name).read_bytes().startswith(start)
-
-
-def test_wrong_csv(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The error message names a file that is not an output of the benchmark."""
-    (tmp_path / "bench.csv").write_text("a,b\n1,2\n", encoding="utf-8")
-    assert speed.main([str(tmp_path / "bench.csv"), "-o", str(tmp_path / "x.png")]) == 1
-    assert "bench.csv: expected a CSV written by bench --csv" in capsys.readouterr().err

@@ -18,7 +18,6 @@ from asperity.surface.command import HEADING
 from asperity.surface.scan import Scan
 from asperity.surface.scan_files import read_scan
 from asperity.surface.slopes import Planes, Slips
-from refresh import follow
 
 EXACT = 1.0e-9
 """Rounding error of heights of order 1 over a spacing of order 0.01, in degrees and fractions."""
@@ -126,17 +125,6 @@ def test_unequal_sides() -> None:
     assert rise < middle < fall
     assert errors["residual"] == pytest.approx(np.abs(of_pattern / strength - 1.0).max(), rel=EXACT)
     assert errors["mean slope"] == pytest.approx(0.0, abs=EXACT)
-
-
-def test_noise_grows_with_resolution() -> None:
-    """White noise of deviation d has the rms slope sqrt(2) d/L for the sampling length L."""
-    d, h, n = 0.01, 0.1, 20000
-    z = np.random.default_rng(1).normal(0.0, d, n)
-    scan = Scan(h * np.arange(n), None, z[None, :])
-    scatter = 5.0 / np.sqrt(n)  # more than five standard deviations of the rms
-    for k in (1, 2, 4):
-        found = slopes.facets(scan.sampled(k * h)).rms_slope
-        assert found == pytest.approx(np.sqrt(2.0) * d / (k * h), rel=np.sqrt(k) * scatter)
 
 
 def test_filter_halves_a_wave_of_its_length() -> None:
@@ -533,15 +521,3 @@ def test_lines_of_a_flat_profile(said: Callable) -> None:
     assert "\n&pattern sides = 0 /\n" in out and "\nPROPS  sigma0, Gc, eta, mu, 0, 0, " in out
     out, _ = said("surface scan.csv --material sigma0=3,Gc=0.3,eta=0.9,mu=0.5")
     assert "&pattern normals = 1, 0, 0, weights = 1 /" in out and "\nPROPS  3, 0.3, " in out
-
-
-@pytest.mark.long
-def test_page(tmp_path: Path) -> None:
-    """docs/how-to/surface.md shows the output of its commands, and the first of the listed planes."""
-    page = Path(__file__).parents[2] / "docs" / "how-to" / "surface.md"
-    text = page.read_text(encoding="utf-8")
-    assert follow(page, tmp_path) == text
-    assert text.count("```text") == 3
-    listed, _ = slopes.bin_facets(slopes.facets(read_scan(tmp_path / "joint.csv")), 8, 3)
-    first = ",".join(f"{value:.9f}" for value in (*listed.normals[0], listed.weights[0]))
-    assert first in text

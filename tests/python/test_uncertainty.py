@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import subprocess
-import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -192,32 +190,3 @@ def test_file_that_is_none_of_a_fit(changed: dict[str, object] | None) -> None:
     path.write_text("{" if changed is None else json.dumps(SOUND | changed))
     with pytest.raises(ValueError, match=r"case\.fit\.json: expected"):
         read(path)
-
-
-PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "uncertainty.md"
-
-FEW = 400
-"""Samples of the test of the page, which has 20000."""
-
-DEVIATIONS = 5.0
-"""Difference of two means that counts as none, in standard errors of the mean of FEW samples."""
-
-
-@pytest.mark.long
-def test_page() -> None:
-    """The commands of the page give its numbers: those of the case, and the mean within its error."""
-    text = PAGE.read_text(encoding="utf-8")
-    [(commands, shown)] = re.findall(r"```console\n(.*?)```\n[^`]*```text\n(.*?)```", text, re.DOTALL)
-    few = re.sub(r"--samples \d+", f"--samples {FEW}", commands)
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    environment = os.environ | {"PATH": path, "PYTHONPATH": str(PAGE.parents[2])}
-    run = subprocess.run(["sh", "-ec", few], capture_output=True, text=True, env=environment, check=True)
-    rows = [[line for line in one.splitlines() if line.startswith(RESULTS)] for one in (shown, run.stdout)]
-    # the page has the first of three pressures
-    assert 3 * len(rows[0]) == len(rows[1]) == 3 * len(RESULTS)
-    for old, new in zip(*rows, strict=False):
-        assert old[:22] == new[:22]
-        (own, mean, sd, *_), (other, found, *_) = (map(float, line[22:].split()) for line in (old, new))
-        assert other == pytest.approx(own, rel=1e-3)
-        # the fifth digit is rounded
-        assert abs(found - mean) < DEVIATIONS * sd / np.sqrt(FEW) + 1e-4 * abs(mean)
