@@ -313,12 +313,6 @@ def test_an_interrupt_ends_the_child(driver: Path, attacker, tmp_path: Path) -> 
     wait_for(lambda: not Path(f"/proc/{child}").exists())
 
 
-def test_a_path_with_a_tolerance_keeps_rows(run, attacker) -> None:
-    """A UMAT that fails while increments are refined: the rows of the increments as they are given."""
-    result = run("&case tolerance = 1e-3 /\n" + attacker("abort();"), code=1)
-    assert "Aborted" in result.messages and len(result.rows) == 3
-
-
 def test_failed_increment_runs_again(driver: Path, library: Path, tmp_path: Path) -> None:
     """The file of the failed increment fails in the same way, with a quote in the path of the library."""
     folder = tmp_path / "it's"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from asperity.case_writer import case_text
-from support_driver import FLAT, MATERIAL, RP_4, call
+from support_driver import MATERIAL, RP_4, call
 
 PLAIN = (
     MATERIAL + RP_4 + "&step t_N = -5.0, increments = 10 /\n"
@@ -157,16 +157,6 @@ def test_bad_case(run, tmp_path: Path, old: str, new: str, line: int | None, fra
     assert not (tmp_path / "case.csv").exists()
 
 
-def test_separations_are_checked_once(run) -> None:
-    """Bad values of an entry have one line, not one for each of them or for each cycle."""
-    step = "&step s_N = 1e60, 0, increments = 1, cycles = 20000 /\n"
-    messages = run(MATERIAL + FLAT + step, code=1).messages
-    assert messages.count("\n") == messages.count("expected a magnitude up to") == 1
-    values = ", ".join(f"{i}e60" for i in range(1, 101))
-    lines = run(MATERIAL + FLAT + f"&step s_N = {values}, increments = 1 /\n", code=1).messages.splitlines()
-    assert len(lines) == 1 and "s_N = 1e60, 2e60" in lines[0] and "expected a magnitude up to" in lines[0]
-
-
 def test_missing_parts(run) -> None:
     """A case needs material, pattern, and steps or a replay."""
     lines = PLAIN.splitlines(keepends=True)
@@ -190,14 +180,6 @@ def test_no_file(driver: Path, tmp_path: Path) -> None:
     for name in ("none.nml", "."):
         process = call(driver, name, folder=tmp_path)
         assert process.returncode == 1 and name in process.stderr
-
-
-def test_truncated_case(run) -> None:
-    """A truncated case file is rejected, unless the groups that are left are complete."""
-    for cut in range(1, len(PLAIN), 7):
-        groups = PLAIN[:cut].count("/")
-        whole = groups >= 3 and PLAIN[:cut].count("&") == groups
-        run(PLAIN[:cut], code=0 if whole else 1)
 
 
 def test_texts_that_are_written() -> None:

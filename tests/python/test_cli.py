@@ -221,16 +221,6 @@ def test_run_passes_the_exit_codes(folder: Path, capfd: pytest.CaptureFixture[st
     assert History.from_csv(folder / "lost.csv").separation[-1, 1] == pytest.approx(0.031, abs=1e-3)
 
 
-@pytest.mark.parametrize("code", [0, 1, 2, 77])
-def test_run_takes_another_driver(code: int, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """ASPERITY_DRIVER names the driver, which gets the arguments and determines the exit code."""
-    other = write("other", f'#!/bin/sh\necho "$@" >arguments\nexit {code}\n').resolve()
-    other.chmod(0o755)
-    monkeypatch.setenv("ASPERITY_DRIVER", str(other))
-    assert main(["run", "case.nml", "-o", "here.csv", "--plot"]) == code
-    assert Path("arguments").read_text() == "case.nml -o here.csv\n" and not list(folder.glob("*.png"))
-
-
 # --- pictures -------------------------------------------------------------
 
 

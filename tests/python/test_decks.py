@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asperity import EquilibriumLost, History, read_case
-from asperity.case_files import slip_test
-from support_driver import CASES, ROOT, call
+from support_driver import ROOT, call
 
 from tests.oracle import reference
 
@@ -82,35 +81,3 @@ def test_deck(driver: Path, deck: Path, tmp_path: Path) -> None:
         done = call(driver, "replay.nml", "--force", folder=tmp_path)
         assert done.returncode == 0, done.stderr
         assert_rows(History.from_csv(tmp_path / "replay.csv"), rows, 10 * ROUNDING)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", [CASES / "figure05b.nml", ROOT / "tests/decks/lost_in_tension.nml"])
-def test_reference_that_solves_by_itself(case: Path) -> None:
-    """The reference finds the path of the driver, and loses its equilibrium in the same row.
-
-    Tractions are relative to K |s|, energies to K |s| times the length of the path.
-    """
-    for run in read_case(case).runs:
-        test, p = slip_test(case, run), run.interface.pattern
-        try:
-            rows = run.history()
-        except EquilibriumLost as lost:
-            rows = lost.history
-        law = reference.Parameters(**test.material.values())
-        pattern = reference.regular_pattern(p.m, p.theta, p.flat, p.turn)
-        own = reference.confined_slip(law, pattern, test.direction, test.slips, test.sigma_N, test.preload)
-        n = len(rows) - test.preload
-        assert np.isfinite(own.damage).sum() == n > 20
-        part, s = slice(test.preload, test.preload + n), rows.separation[: test.preload + n]
-        largest = np.maximum.accumulate(np.linalg.norm(s, axis=1))[part]
-        length = np.cumsum(np.linalg.norm(np.diff(s, axis=0, prepend=0.0), axis=1))[part]
-        for found, expected, size in (
-            (rows.traction[part], own.traction[:n], law.Kn * largest[:, None]),
-            (rows.damage[part], own.damage[:n], 1.0),
-            (rows.state[part, 1:4], own.state[:n, 1:4], law.Kn * (largest * length)[:, None]),
-            (rows.work[part], own.work[:n], law.Kn * largest * length),
-            # t_N hardly depends on s_N near a loss
-            (s[part, 0], own.separation[:n, 0], 10.0 * largest),
-        ):
-            assert np.all(np.abs(found - expected) <= 10.0 * ROUNDING * size)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import ctypes
 import os
 import re
@@ -117,23 +116,6 @@ def test_slip_ends_behind_the_peak(tmp_path: Path) -> None:
     element = Element.of_case(case)
     forces = [row[2] for row in element.rows]
     assert element.slip < 1.0 and forces[0] < max(forces) > forces[-1] > 0.5
-
-
-def test_rows_in_other_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Rows in metres and pascals have the digits of those in millimetres and megapascals."""
-    tables = []
-    for mm, MPa in ((1.0, 1.0), (1.0e-3, 1.0e6)):
-        case = tmp_path / f"case{mm}.nml"
-        case.write_text(
-            f"&material sigma0 = {3.0 * MPa}, Gc = {0.3 * mm * MPa}, eta = 0.9, mu = 0.5, kc = 10.0 /\n"
-            f"&pattern sides = 2, theta = 30.0 /\n&step t_N = {-MPa}, increments = 10 /\n"
-            f"&step slip = {0.25 * mm}, increments = 100 /\n"
-        )
-        assert main(["export", "calculix", str(tmp_path / f"kit{mm}"), "--case", str(case)]) == 0
-        lines = capsys.readouterr().out.splitlines()[-5:]
-        tables.append([[float(cell) for cell in line.strip("| ").split(" | ")] for line in lines])
-    scaled = np.array(tables[1]) * [1.0e3, 1.0e3, 1.0e-6, 1.0]
-    np.testing.assert_allclose(scaled, tables[0], rtol=1.0e-7)
 
 
 def test_rows_that_differ_are_an_error(capsys: pytest.CaptureFixture[str]) -> None:
@@ -264,24 +246,6 @@ def test_environment(platform: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert settings("gfortran", platform, monkeypatch)["compile_fortran"][0] == "gfortran"
     with pytest.raises(ValueError, match="expected 'ifort', 'ifx', 'gfortran' or ''"):
         settings("g77", platform, monkeypatch)
-
-
-def test_environment_is_also_python_2() -> None:
-    """No syntax that Python 2 does not have: older releases of Abaqus read the file with it.
-
-    Nor comprehensions outside of functions, whose names Python 2 leaves behind.
-    """
-    newer = (ast.JoinedStr, ast.AnnAssign, ast.NamedExpr, ast.Nonlocal, ast.Starred, ast.Await)
-    tree = ast.parse(ENVIRONMENT)
-    assert not [node for node in ast.walk(tree) if isinstance(node, newer)]
-    assert ENVIRONMENT.isascii()
-    inside = {
-        id(node) for one in ast.walk(tree) if isinstance(one, ast.FunctionDef) for node in ast.walk(one)
-    }
-    comprehensions = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
-    assert not [
-        node for node in ast.walk(tree) if isinstance(node, comprehensions) and id(node) not in inside
-    ]
 
 
 @pytest.mark.slow

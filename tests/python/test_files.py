@@ -42,13 +42,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 COMMANDS = [
     (["run", "case.nml", "-o", "out.csv"], "out.csv"),
     (["run", "case.nml", "--plot", "out.png"], "out.png"),
-    (["run", "case.nml", "--plot", "out.pdf"], "out.pdf"),
     (["run", "sweep.nml", "-o", "out.csv"], "out_-2.csv"),
-    (["run", "sweep.nml", "-o", "out.csv", "--jobs", "1"], "out_-2.csv"),
     (["run", "lost.nml", "-o", "out.csv"], "out.failed.nml"),
     (["card", "abaqus", "case.nml", "-o", "out.inp"], "out.inp"),
-    (["card", "kratos", "case.nml", "-o", "out.json"], "out.json"),
-    (["card", "ogs", "case.nml", "-o", "out.xml"], "out.xml"),
     (["select", "case.nml", "--tolerance", "0.5", "-o", "out.nml"], "out.nml"),
     (["uncertainty", "case.nml", *SEARCH, "-o", "out.csv"], "out.csv"),
     (["surface", "scan.csv", "--spacing", "1", "-o", "out"], "out.csv"),

@@ -70,17 +70,6 @@ def test_a_run_goes_on() -> None:
 # --- results ----------------------------------------------------------------------------------------------
 
 
-def test_energies_have_names(history: History) -> None:
-    """The work is the sum of the energies to second order, and each is the state variable of its name."""
-    for name in ("stored", "rupture", "friction"):
-        assert np.array_equal(getattr(history, name), history.state[:, NAMES.index(name)])
-    total = history.stored + history.rupture + history.friction
-    # the trapezoids of the work and of the energies differ by their discretisation
-    assert np.allclose(total, history.work, rtol=0.02, atol=0.02 * JOINT.material.Gc)
-    assert np.all(np.diff(history.friction) >= 0.0) and history.friction[-1] > 0.1
-    assert np.array_equal(history.dilation, history.separation[:, 0])
-
-
 def test_planes_have_numbers(history: History) -> None:
     """The damage of the point is the mean of that of its planes; the slips are the state variables."""
     mean = sum(weight * history.alpha(k) for k, weight in enumerate(JOINT.pattern.weights, 1))
