@@ -1,29 +1,11 @@
-!> Stand-in for pFUnit where it is not installed: the procedures that a translated .pf suite calls. It is never less
-!> strict than pFUnit 4.14.
+!> Stand-in for pFUnit where it is not installed: the procedures that a translated .pf suite calls. What pFUnit 4.14
+!> calls failed fails here, too.
 module funit
    use, intrinsic :: iso_fortran_env, only: int64, output_unit, real64
    implicit none
    private
 
    public :: pf_value, pf_assert, pf_run, pf_finish, output_unit
-
-   ! What pFUnit 4.14 exports as well: with either, a suite that means an intrinsic procedure by one of these names, or
-   ! declares it in its module, is not compiled.
-   integer, parameter, public :: &
-      abstractmatcher=0, abstracttestparameter=0, all_of=0, allof=0, any_of=0, anyexceptions=0, anyof=0, &
-      array_with_size=0, assert_that=0, assertall=0, assertany=0, assertequal=0, assertexceptionraised=0, &
-      assertfail=0, assertfalse=0, assertgreaterthan=0, assertgreaterthanorequal=0, assertisfinite=0, assertisnan=0, &
-      assertlessthan=0, assertlessthanorequal=0, assertnone=0, assertnotall=0, assertnotequal=0, &
-      assertrelativelyequal=0, assertsameshape=0, asserttrue=0, basetestrunner=0, catch=0, catchnext=0, &
-      contains_string=0, debuglistener=0, disable=0, empty_array=0, ends_with=0, equal_to=0, every=0, every_item=0, &
-      expectation=0, false=0, finalize=0, generic_run=0, get_context=0, ignore_all=0, ignore_differences=0, &
-      initialize=0, is=0, isarraywithsize=0, isequal=0, isnear=0, isnot=0, isrelativelynear=0, istrueorfalse=0, &
-      keep_all=0, listenerpointer=0, loadtests_interface=0, matchable=0, matcherdescription=0, namefilter=0, near=0, &
-      not=0, parallelcontext=0, parameterizedtestcase=0, predicate=0, relatively_near=0, resultprinter=0, run=0, &
-      serialcontext=0, sourcelocation=0, starts_with=0, stringcontains=0, stringdescription=0, stringendswith=0, &
-      stringstartswith=0, stub=0, subject=0, taplistener=0, test=0, testannotation=0, testcase=0, testlistener=0, &
-      testlistenervector=0, testmethod=0, testresult=0, testrunner=0, testsuite=0, timeoutannotation=0, trim_all=0, &
-      true=0, wascalled=0, wascalledonce=0, wasnotcalled=0, whitespaceoptions=0, xmlprinter=0
 
    !> Operand of an assertion: kind, extents (none for a scalar), elements in array order, or a text.
    type :: operand_type

@@ -176,15 +176,12 @@ def read(path: Path) -> Suite:
 
 
 def fortran_of(suite: Suite) -> str:
-    """Return the module of the suite and a program that runs its tests.
-
-    Only a preprocessor makes Fortran of PF_RUN: pFUnit's main program needs one, too.
-    """
+    """Return the module of the suite and a program that runs its tests."""
     text = [f'#line 1 "{suite.path}"', *suite.lines, ""]
-    text += ["#define PF_RUN call pf_run", "program pf_main", "use funit, only: pf_finish, pf_run"]
+    text += ["program pf_main", "use funit, only: pf_finish, pf_run"]
     text += [f"use {suite.module}, only: test_{i} => {name}" for i, name in enumerate(suite.tests)]
     text += ["implicit none"]
-    text += [f"PF_RUN('{suite.module}', '{name}', test_{i})" for i, name in enumerate(suite.tests)]
+    text += [f"call pf_run('{suite.module}', '{name}', test_{i})" for i, name in enumerate(suite.tests)]
     text += ["call pf_finish()", "end program pf_main"]
     return "\n".join(text) + "\n"
 

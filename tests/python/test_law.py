@@ -222,17 +222,6 @@ def test_envelopes_of_barton() -> None:
 RP_4 = Interface(Material(3.0, 0.3, 0.9, 0.5, tau_v=0.4), Pattern.regular(4, 30.0))
 
 
-def test_replay_without_times(run, tmp_path: Path) -> None:
-    """dtime is the time increment where the record has no column `time`."""
-    S = np.cumsum(0.025 * np.random.default_rng(17).standard_normal((30, 3)), axis=0)
-    np.savetxt(tmp_path / "record.csv", S, delimiter=",", header="s_N,s_Tx,s_Ty", comments="", fmt="%.17g")
-    case = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, tau_v = 0.4 /\n" + PYRAMID
-    rows = run(case + "&replay file = 'record.csv', dtime = 0.05 /\n")
-    expected = RP_4.replay(S, 0.05 * np.arange(1, 31))
-    np.testing.assert_allclose(rows["damage"], expected.damage, rtol=0, atol=1e-11)
-    assert 0.01 < rows["damage"][-1] < 0.95
-
-
 def test_cut_requests(run, tmp_path: Path) -> None:
     """`dalpha` of &replay is PROPS 14: rows have the event `cut` where a plane's damage grew by more."""
     case, limit = MATERIAL + PYRAMID, 0.02

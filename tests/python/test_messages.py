@@ -178,7 +178,6 @@ ROWS: list[tuple[Callable[[], object], str]] = [
             (None, "dt is missing: expected for viscous damage, tau_v = 0.4"),
             (-1.0, "dt = -1: expected a finite time increment >= 0"),
             (NAN, "dt = NaN: expected a finite time increment >= 0"),
-            (INF, "dt = Inf: expected a finite time increment >= 0"),
         )
     ),
     *(
@@ -189,7 +188,6 @@ ROWS: list[tuple[Callable[[], object], str]] = [
             ([-1.0], 1, r"times\[0\] = -1: expected a finite number from 0"),
             ([1, 3, 2], 3, r"times\[2\] = 2: expected a finite number from 3"),
             ([1, NAN], 2, r"times\[1\] = nan: expected a finite number"),
-            ([INF], 1, r"times\[0\] = inf: expected a finite number"),
         )
     ),
     *(
@@ -222,16 +220,12 @@ ROWS: list[tuple[Callable[[], object], str]] = [
             (("abaqus", {"explicit": True}), "density is missing: expected a density"),
             (("abaqus", {"stress": 0.0}), "stress = 0: expected the normal traction in compression, < 0"),
             (("abaqus", {"modulus": 1.0}), "modulus and size: expected both or none"),
-            (("abaqus", {"modulus": -1.0, "size": 1.0}), "modulus = -1: expected > 0"),
             (("abaqus", {"modulus": 1.0, "size": INF}), "size = inf: expected > 0"),
             (("akantu", {"h": 0.1}), "h = 0.1: expected 1 for akantu"),
             (("calculix", {"name": "NLJOINT"}), "expected none that begins with NL"),
             (("calculix", {"map": 1}), "map = 1: expected 0 for calculix"),
             (("calculix", {"dimension": 2}), "dimension = 2: expected 3 for calculix"),
             (("calculix", {"explicit": True}), "explicit, density: expected for abaqus only"),
-            (("kratos", {"h": 0.1}), "h = 0.1: expected 1 for kratos"),
-            (("oofem", {"map": 1}), "map = 1: expected 0 for oofem"),
-            (("ogs", {"map": 1}), "map = 1: expected 0 for ogs"),
             (("ogs", {"dalpha": 0.1}), "dalpha = 0.1: expected 0 for ogs, which ignores a request"),
         )
     ),

@@ -114,14 +114,6 @@ def test_pfunit_gives_the_same_verdicts(tmp_path: Path) -> None:
     assert failed == [str(len(HOLDS) + i) for i in range(len(FAILS))]
 
 
-def test_what_pfunit_does_not_compile(tmp_path: Path) -> None:
-    """Names that pFUnit exports are no intrinsic procedures, and a suite needs the preprocessor."""
-    translate(tmp_path, suite("@assertEqual(-2, not(1))"))
-    assert "not" in build(tmp_path).stderr
-    translate(tmp_path, suite("@assertEqual(-2, -2)"))
-    assert build(tmp_path, "-nocpp").returncode and not build(tmp_path).returncode
-
-
 REFUSED = """@disable
 @ assertTrue(.true.)
 @assertEqual(1, &
