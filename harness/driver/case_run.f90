@@ -13,7 +13,7 @@ module case_run
   use asperity_refine, only: refine_path
   use asperity_steps, only: e_arc, e_follow, e_increments, e_k, e_s, e_t, e_time
   use asperity_text, only: integer_text, set_text, short
-  use asperity_umat_run, only: end_umat_run, next_umat_row, start_umat_run, umat_run_type
+  use asperity_umat_run, only: next_umat_row, start_umat_run, umat_run_type
   use asperity_warnings, only: increment_text, m_tension, measures, n_measures, warned, warning_text
   use driver_output, only: close_file, create_file, exit_input, exit_ok, exit_solve, say, without, write_line, &
     write_report
@@ -45,26 +45,21 @@ contains
     type(progress_type) :: progress
     type(run_type) :: run
     character(len=:), allocatable :: counts, failure, text, why
-    logical :: broken, closed, keeps
+    logical :: broken, keeps
 
     worst = 0.0_wp
     broken = .false.
     allocate (character(len=0) :: failure)
-    code = exit_input
     call open_history(table, output, law, planes .or. case%planes, len(report) > 0)
-    if (table%good) then
-      call start_progress(progress, "rie_driver", "increments", quiet)
-      if (size(case%steps) > 0) then
-        call run_path(case, law, label, table, progress, run, failure, broken, why)
-      else
-        if (case%initial%given) call start_from(table, law, new_point(law, case%state%statev))
-        call run_replay(case, strains, label, table, progress, failure)
-      end if
-      call clear_progress(progress)
-      closed = close_file()
-      table%good = table%good .and. closed
+    call start_progress(progress, "rie_driver", "increments", quiet)
+    if (size(case%steps) > 0) then
+      call run_path(case, law, label, table, progress, run, failure, broken, why)
+    else
+      if (case%initial%given) call start_from(table, law, new_point(law, case%state%statev))
+      call run_replay(case, strains, label, table, progress, failure)
     end if
-    if (.not. table%good) return
+    call clear_progress(progress)
+    call close_file()
     if (.not. case%umat%given) worst = measures_of_case(case, -table%least_traction, table%largest_slip)
 
     code = exit_ok
@@ -146,11 +141,9 @@ contains
       if (.not. found) exit
       if (row%report%snaps > 0 .and. .not. progress%quiet) call report_snap(label, row, table%snaps, progress)
       call add_row(table, row)
-      if (.not. table%good) exit
       call show_progress(progress, label, row%done, run%total)
     end do
     if (case%umat%given) then
-      if (found) call end_umat_run(child)
       run = child%run
       why = child%reason
       broken = len(child%failure) > 0
@@ -193,7 +186,7 @@ contains
     type(case_type) :: failed
     character(len=:), allocatable :: text
     integer :: i
-    logical :: timed, written
+    logical :: timed
     failed%title = "failed increment " // integer_text(run%number(2)) // " of step " // integer_text(run%number(1))
     failed%props = case%props
     failed%stiffness = case%stiffness
@@ -225,10 +218,10 @@ contains
       end if
     end associate
     call write_case(failed, text)
-    written = create_file(failed_file(output))
-    if (written) written = write_line(text(:len(text) - 1))
-    if (written) written = close_file()
-    if (written) call say(label // ": the failed increment was written to " // failed_file(output))
+    call create_file(failed_file(output))
+    call write_line(text(:len(text) - 1))
+    call close_file()
+    call say(label // ": the failed increment was written to " // failed_file(output))
   end subroutine keep_failed
 
   !> Name of the case file of a failed increment.

@@ -1,6 +1,6 @@
 /* Files that the driver writes, one at a time, with what Fortran cannot do: each line is written by one system call,
  * and a line that is written in part is taken back; two runs are kept from one file; files are compared by their
- * inodes, and looked into without waiting for a pipe. Messages about the open file go to standard error. */
+ * inodes, and looked into without waiting for a pipe. A file that cannot be written ends the program with exit code 1. */
 #define _XOPEN_SOURCE 700
 #include <errno.h>
 #include <fcntl.h>
@@ -13,46 +13,42 @@
 #include <sys/types.h>
 #include <unistd.h>
 
-bool output_create(const char *path);
-bool output_write(const char *line, size_t n);
-bool output_close(void);
+void output_create(const char *path);
+void output_write(const char *line, size_t n);
+void output_close(void);
 bool output_may_replace(const char *path, const char *start);
 bool output_same_file(const char *first, const char *second);
 
 static int file = -1;     /* the open file */
 static char *name = NULL; /* of it */
 
-/* Report why the last call failed; false. */
-static bool failed(const char *reason) {
-  fprintf(stderr, "rie_driver: %s: %s\n", name, reason);
-  return false;
-}
-
-static bool not_written(void) {
-  char reason[200];
-  snprintf(reason, sizeof reason, "cannot be written: %s", strerror(errno));
-  return failed(reason);
+/* End the program as the last call has failed. */
+static void not_written(void) {
+  fprintf(stderr, "rie_driver: %s: cannot be written: %s\n", name, strerror(errno));
+  exit(1);
 }
 
 /* Create or empty a file, to which no other process may write until it is closed; "-" is standard output. */
-bool output_create(const char *path) {
+void output_create(const char *path) {
   free(name);
   name = strdup(path);
   if (name == NULL) abort();
   file = STDOUT_FILENO;
-  if (strcmp(path, "-") == 0) return true;
+  if (strcmp(path, "-") == 0) return;
   file = open(path, O_WRONLY | O_CREAT, 0666);
-  if (file < 0) return not_written();
+  if (file < 0) not_written();
   /* where there are no locks, as on devices, the file is written without one */
   if (lockf(file, F_TLOCK, 0) != 0 && (errno == EACCES || errno == EAGAIN)) {
-    close(file);
-    return failed("another run writes to it: expected another -o");
+    fprintf(stderr, "rie_driver: %s: another run writes to it: expected another -o\n", name);
+    exit(1);
   }
-  return ftruncate(file, 0) == 0 || errno == EINVAL || not_written();
+  if (ftruncate(file, 0) != 0 && errno != EINVAL) not_written();
 }
 
 /* Close the file. */
-bool output_close(void) { return file == STDOUT_FILENO || close(file) == 0 || not_written(); }
+void output_close(void) {
+  if (file != STDOUT_FILENO && close(file) != 0) not_written();
+}
 
 /* Write all bytes, or none of them to a file. */
 static bool write_all(const char *line, size_t n) {
@@ -78,14 +74,13 @@ static bool write_all(const char *line, size_t n) {
 
 /* Write a line, which no signal but SIGKILL cuts: a signal that ends the program ends a write, too, at a page of the
  * file (4096 bytes). Where a reader may be waited for, as at a pipe, signals are not kept waiting. */
-bool output_write(const char *line, size_t n) {
+void output_write(const char *line, size_t n) {
   sigset_t all, before;
   const bool waits = lseek(file, 0, SEEK_CUR) < 0;
   sigfillset(&all);
   if (!waits) sigprocmask(SIG_BLOCK, &all, &before);
-  const bool good = write_all(line, n) || not_written();
+  if (!write_all(line, n)) not_written();
   if (!waits) sigprocmask(SIG_SETMASK, &before, NULL);
-  return good;
 }
 
 /* Whether a file is new, empty, or begins with a text of at most 64 bytes; devices and pipes are not replaced. */

@@ -18,7 +18,7 @@ module driver_output
   !> Start of every report.
   character(len=*), parameter, public :: report_start = "{""code"": "
 
-  ! where a function is false the reason is on standard error
+  ! a file that cannot be written ends the program with a message
   interface
     !> Standard C: end the program with an exit code (`stop` would print).
     subroutine c_exit(code) bind(c, name="exit")
@@ -27,28 +27,23 @@ module driver_output
       integer(c_int), value :: code
     end subroutine c_exit
     !> Create or empty a file.
-    function c_create(path) bind(c, name="output_create") result(good)
-      import :: c_bool, c_char
+    subroutine c_create(path) bind(c, name="output_create")
+      import :: c_char
       implicit none
       ! allow(C071): the interface is that of C
       character(kind=c_char), intent(in) :: path(*)
-      logical(c_bool) :: good
-    end function c_create
+    end subroutine c_create
     !> Write all bytes or none.
-    function c_write(bytes, n) bind(c, name="output_write") result(good)
-      import :: c_bool, c_char, c_size_t
+    subroutine c_write(bytes, n) bind(c, name="output_write")
+      import :: c_char, c_size_t
       implicit none
       ! allow(C071): the interface is that of C
       character(kind=c_char), intent(in) :: bytes(*)
       integer(c_size_t), value :: n
-      logical(c_bool) :: good
-    end function c_write
+    end subroutine c_write
     !> Close the file.
-    function close_file() bind(c, name="output_close") result(good)
-      import :: c_bool
-      implicit none
-      logical(c_bool) :: good
-    end function close_file
+    subroutine close_file() bind(c, name="output_close")
+    end subroutine close_file
   end interface
   abstract interface
     !> A question about a file.
@@ -95,18 +90,16 @@ contains
   end function may_replace
 
   !> Create or empty a file for writing, which no other run writes; "-" is standard output.
-  function create_file(path) result(good)
+  subroutine create_file(path)
     character(len=*), intent(in) :: path   !! file
-    logical :: good
-    good = c_create(path // c_null_char)
-  end function create_file
+    call c_create(path // c_null_char)
+  end subroutine create_file
 
   !> Write a line to this file: a run that is ended leaves complete lines.
-  function write_line(line) result(good)
+  subroutine write_line(line)
     character(len=*), intent(in) :: line   !! without line end
-    logical :: good
-    good = c_write(line // new_line("a"), int(len(line) + 1, c_size_t))
-  end function write_line
+    call c_write(line // new_line("a"), int(len(line) + 1, c_size_t))
+  end subroutine write_line
 
   !> Name without its ending.
   pure function without(name, ending) result(stem)
@@ -126,7 +119,6 @@ contains
     logical, intent(in) :: lost               !! whether the last row is that of a lost equilibrium
     character(len=:), allocatable :: escaped
     integer :: i
-    logical :: good
     if (len(path) == 0) return
     escaped = ""
     do i = 1, len(message)
@@ -141,10 +133,10 @@ contains
         escaped = escaped // message(i:i)
       end select
     end do
-    good = create_file(path)
-    if (good) good = write_line(report_start // integer_text(code) // ", ""message"": """ // escaped // &
-      """, ""lost"": " // trim(merge("true ", "false", lost)) // "}")
-    if (good) good = close_file()
+    call create_file(path)
+    call write_line(report_start // integer_text(code) // ", ""message"": """ // escaped // """, ""lost"": " // &
+      trim(merge("true ", "false", lost)) // "}")
+    call close_file()
   end subroutine write_report
 
 end module driver_output

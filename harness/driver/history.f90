@@ -22,7 +22,6 @@ module history
     real(wp) :: released = 0.0_wp          !! energy released by them, stress*length
     real(wp) :: least_traction = 0.0_wp    !! smallest t_N
     real(wp) :: largest_slip = 0.0_wp      !! largest norm of (s_Tx, s_Ty)
-    logical :: good = .true.               !! false: the file cannot be written, the reason is on standard error
     logical, private :: every = .false.    !! whether all numbers of a row have columns
     integer, private :: first = huge(1)    !! first number of the state that has a column
     logical, allocatable :: regime(:, :)   !! of the law at the last row of a replay
@@ -41,15 +40,14 @@ contains
     integer :: i
 
     allocate (table%last%state(law%n_state), source=0.0_wp)
-    table%good = create_file(path)
-    if (.not. table%good) return
+    call create_file(path)
     call csv_header(header, every)
     table%every = every
     if (planes) table%first = law%first_own
     do i = table%first, law%n_state
       header = header // "," // law%state_name(i)
     end do
-    table%good = write_line(header)
+    call write_line(header)
   end subroutine open_history
 
   !> Set the state from which work and events are counted, for a run that does not start from a virgin point.
@@ -71,8 +69,7 @@ contains
     type(row_type), intent(in) :: row               !! the row
     character(len=:), allocatable :: line
     call csv_line(row, table%every, table%first, line)
-    table%good = write_line(line)
-    if (.not. table%good) return
+    call write_line(line)
     table%last = row
     table%n_rows = table%n_rows + 1
     table%iterations = table%iterations + row%report%iterations

@@ -271,7 +271,6 @@ contains
       row%report%cut = pnewdt < 1.0_wp
       call name_events(law, table%last%state, row%state, table%regime, row)
       call add_row(table, row)
-      if (.not. table%good) return
       call show_progress(progress, label, n, size(record%time))
     end do
   end subroutine run_replay

@@ -12,7 +12,7 @@ module asperity_umat_run
   use asperity_umat_worker, only: end_worker, leave_notes, receive_row, send_row, start_worker, worker_type
   implicit none
   private
-  public :: start_umat_run, next_umat_row, end_umat_run
+  public :: start_umat_run, next_umat_row
 
   !> Numbers of a row that a child sends, before those of its state, and of an increment, which it leaves as notes.
   type(row_head), parameter :: no_row = row_head()
@@ -81,7 +81,7 @@ contains
     end do
   end subroutine next_umat_row
 
-  !> End a run, also before its last row.
+  !> End a run.
   subroutine end_umat_run(run)
     type(umat_run_type), intent(inout) :: run   !! the run -> why it has ended
     type(worker_type) :: worker

@@ -108,9 +108,13 @@ void umat_worker_note(const double *numbers, int n, const char *text) {
   snprintf(board->text, sizeof board->text, "%s", text);
 }
 
-/* A signal that ends the parent ends the child and what it started. */
-static void interrupted(int number) {
+/* The end of the parent ends the child and what it started. */
+static void end_child(void) {
   if (child.id > 0) kill(-child.id, SIGKILL);
+}
+
+static void interrupted(int number) {
+  end_child();
   signal(number, SIG_DFL);
   raise(number);
 }
@@ -177,6 +181,7 @@ void umat_worker_start(void (*work)(void *), void *data, double limit) {
   setpgid(id, id);
   child.id = id;
   treat(SIG_DFL, interrupted);
+  atexit(end_child);
   close(rows[1]);
   close(text[1]);
   child.rows = rows[0];
