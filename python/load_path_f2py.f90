@@ -73,23 +73,13 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
       state, text)
     call fail(errors, error_type(), text)
   end if
-  if (errors%n > 0) then
-    status = status_separation
-    text = ""
-    call put_records(errors, text)
-    call put_text(text, message)
-    return
-  end if
-  point = new_point(law, state, start(:3))
-  if (abs(start(4)) <= huge(start)) point%work = start(4)
-  call refine_path(law, steps, point, merge(tolerance, 0.0d0, refines == 1), run, text)
-  if (len(text) > 0) then
-    status = status_separation
+  if (errors%n == 0) then
+    point = new_point(law, state, start(:3))
+    if (abs(start(4)) <= huge(start)) point%work = start(4)
+    call refine_path(law, steps, point, merge(tolerance, 0.0d0, refines == 1), run, text)
     call fail(errors, error_type(), text)
-    text = ""
-    call put_records(errors, text)
   end if
-  do
+  do while (errors%n == 0)
     call next_row(run, row, found)
     if (.not. found) exit
     n_rows = n_rows + 1
@@ -98,9 +88,13 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
     states(:, n_rows) = row%state
     events(n_rows) = row%events
   end do
-  if (row%lost) then
+  if (errors%n > 0) then
+    status = status_separation
+    text = ""
+    call put_records(errors, text)
+  else if (row%lost) then
     lost = 1
-    if (status == status_ok) call explain_loss(run, row, text)
+    call explain_loss(run, row, text)
   end if
   call put_text(text, message)
 end subroutine path_rows

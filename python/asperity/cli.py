@@ -13,8 +13,7 @@ from importlib import import_module
 from pathlib import Path
 
 from .installed import driver, named_case
-from .options import add_options, add_output, add_workers, check_outputs, units_of
-from .results import NO_EQUILIBRIUM, results_of
+from .options import NO_EQUILIBRIUM, add_options, add_output, add_workers, check_outputs, results_of, units_of
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

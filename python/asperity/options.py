@@ -1,8 +1,9 @@
-"""What commands have in common: tables of arguments, --jobs, --force, what is written, a progress bar."""
+"""What commands have in common: tables of arguments, --jobs, --force, files, a progress bar."""
 
 from __future__ import annotations
 
 import argparse
+import glob
 import os
 import re
 import shutil
@@ -12,6 +13,8 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
+
+NO_EQUILIBRIUM = 2  # exit code of the driver after a lost equilibrium
 
 
 def add_options(parser: argparse._ActionsContainer, *rows: tuple[Any, ...]) -> None:
@@ -198,3 +201,17 @@ def may_replace(path: Path, start: str | None) -> bool:
     if not path.is_file() or path.stat().st_size == 0:
         return True
     return bool(start) and bool(re.match(start, path.read_bytes().decode("latin-1"), re.DOTALL))
+
+
+def results_of(output: Path) -> dict[float | None, Path]:
+    """Result files of a run by the value of the sweep, in ascending order; None without a sweep."""
+    found: dict[float | None, Path] = {None: output} if output.is_file() else {}
+    values = {}
+    # as in the driver, only the ending .csv is removed before the value is appended
+    stem = output.name.removesuffix(".csv")
+    for path in output.parent.glob(f"{glob.escape(stem)}_*.csv"):
+        try:
+            values[float(path.stem.removeprefix(stem + "_"))] = path
+        except ValueError:
+            continue
+    return found | dict(sorted(values.items()))

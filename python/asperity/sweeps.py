@@ -11,9 +11,8 @@ from pathlib import Path
 
 from .case_files import read_case
 from .installed import driver
-from .options import check_outputs, progress_bar, workers
+from .options import check_outputs, progress_bar, results_of, workers
 from .parallel import map_in_order
-from .results import results_of
 
 
 def run_sweep(case: Path, output: Path, passed_on: Sequence[str], options: argparse.Namespace) -> int:

@@ -25,11 +25,11 @@ from asperity import (
     doctor,
     installed,
     plots,
-    results,
     style,
 )
 from asperity.cli import main
 from asperity.installed import all_cases
+from asperity.options import results_of
 
 RT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(2, 30.0))
 LAW = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /\n"
@@ -203,7 +203,7 @@ def test_run_of_a_sweep(output: str, folder: Path, said: Callable) -> None:
     picture = Path(output or "sweep.csv").with_suffix(".png")
     out, _ = said(f"run sweep.nml --plot {output and '-o ' + output}")
     assert out == f"{picture}\n" and matplotlib.image.imread(picture).shape[1] == round(style.TWO * style.DPI)
-    found = results.results_of(folder / (output or "sweep.csv"))
+    found = results_of(folder / (output or "sweep.csv"))
     assert list(found) == [0.0, *([] if output else [20.0]), 30.0, 45.0]
     assert np.all(History.from_csv(found[45.0]).separation[-1] == [0.0, 0.1, 0.0])
 

@@ -86,7 +86,7 @@ class Planes:
     def slips(self, angles: Floats, mu: float, tick: Tick = lambda: None) -> Slips:
         """Slips along angles (n,), radians, with friction mu; tick is called after each of them.
 
-        Only the planes that are steepest along a slip are in contact at large slips.  The closure of each is
+        Only the planes that are steepest along a slip are in contact at large slips.  Each closes by
         n_N times a common value, so they share the load in proportion to gamma n_N; a single plane gives the
         closed form of docs/theory.md, section 8.
         """
