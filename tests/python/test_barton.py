@@ -122,10 +122,8 @@ def test_command(stresses: str, rows: int, tmp_path: Path, capsys: pytest.Captur
     ("changed", "message"),
     [
         ({"jrc": "0"}, "JRC = 0: expected > 0 and <= 20"),
-        ({"jcs": "-5"}, "JCS = -5: expected a strength in MPa, > 0"),
         ({"phi_r": "90"}, "phi_r = 90: expected degrees, > 0 and <= 70"),
         ({"length": "0.05"}, "sample = 0.1: expected m, > 0 and <= length = 0.05"),
-        ({"sample": "0"}, "sample = 0: expected m, > 0 and <= length = 0.1"),
         ({"sigma_n": "1,60"}, "sigma_n = 60: expected compression > 0 and < 50 MPa, JCS of the length"),
         ({"sigma_n": "1,x"}, "--sigma-n = 'x': expected a finite number"),
         ({"sigma_n": "1,1"}, "sigma_n = 1, 1: expected the lower normal stress first"),

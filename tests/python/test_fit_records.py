@@ -65,11 +65,6 @@ LABS = {
         "Schubspannung [kPa];Vertikalverschiebung [mm];Horizontalverschiebung [mm];Normalspannung [kPa];\n"
         + seven(lambda i: f"{200 * min(i, 4)},00;{0.02 * i:.3f};{0.1 * i:.2f};1000,00;".replace(".", ",")),
     ),
-    "thousands": (
-        "utf-8",
-        "Scherweg / mm;Scherspannung in kPa;Normalspannung, kPa;Dilatanz [\u00b5m]\n"
-        + seven(lambda i: f"{0.1 * i:.1f};{200 * min(i, 4)}.0;\u22121 000.0;{20 * i}.0".replace(".", ",")),
-    ),
     "thousands, quoted": (
         "utf-8",
         "Shear disp. (mm),Shear stress (Pa),Normal stress (Pa),Vertical disp. (um)\n"
@@ -267,11 +262,9 @@ def test_unusual_sizes(tmp_path: Path) -> None:
         ("0.1;1,150;-5\n0.2;1,234;-5\n", None, 0.2, 1234.0),
         ("1,000;1,150;-5\n2,000;1,234;-5\n", ",", 2.0, 1.234),
         ("1,000;1,150;-5\n2,000;1,234;-5\n", ".", 2000.0, 1234.0),
-        ("1.000;1.150;-5\n2.000;1.234;-5\n", ".", 2.0, 1.234),
         ("1.000,1.150,-5\n2.000,1.234,-5\n", None, 2.0, 1.234),
         ("1,000;1,150;-5\n2,000;1,234;-5\n", None, 0.0, 0.0),
         ("1.000;1.150;-5\n2.000;1.234;-5\n", None, 0.0, 0.0),
-        ("1,000\t1,150\t-5\n2,000\t1,234\t-5\n", None, 0.0, 0.0),
     ],
 )
 def test_decimal_marks(text: str, decimal: str | None, slip: float, tau: float, tmp_path: Path) -> None:
@@ -292,14 +285,12 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     # columns
     ("slip,shear,sigma_N\n1,2,-1\n", {}, "record.csv: line 1: columns slip, shear, sigma_N: expected tau, t"),
     ("slip,slip,tau,sigma_N\n", {}, "line 1: column slip is there twice"),
-    ("sigma_N,peak,slip\n-1,2,5\n", {}, "line 1: columns sigma_N, peak, slip: expected residual, too"),
     (LINE, {"columns": {"foo": "bar"}}, "columns: foo: expected one of slip, tau"),
     # rows
     ("", {}, "no rows: expected a header"),
     (HEADER + "0.1,1,0.1,-1\n", {}, "record.csv: 1 rows: expected at least 5"),
     (HEADER + ROWS + "0.9,1,0.1\n", {}, "line 9: 3 values: expected 4"),
     # cells
-    (HEADER + ROWS + "0.9,1,0.1,inf\n", {}, "line 9, column sigma_N: inf: expected a finite number"),
     (HEADER + ROWS + "0.9,high,0.1,-1\n1,1,low,-1\n", {}, "line 9, column tau: high: expected a finite numb"),
     (SHORT + "0.1,0.2,-1\n0.2,MPa,-1\n0.3,0.3,-1\n", {}, "line 3, column tau: MPa: expected a finite"),
     (LINE + SHORT + LINE[17:], {}, "line 9, column slip: slip: expected a finite number"),
@@ -373,7 +364,6 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     [
         ({"tau": np.ones(6)}, "t: column tau is 1 in all rows: expected values that change"),
         ({"s_N": np.full(6, np.nan)}, "t: s_N has shape"),
-        ({"sigma_N": 1.0}, "t: sigma_N = 1: expected a finite compression"),
         ({"slip": [], "tau": []}, r"t: slip has shape \(0,\)"),
     ],
 )

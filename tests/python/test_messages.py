@@ -57,11 +57,8 @@ def in_shape(name: str, found: tuple[int, ...], expected: str) -> str:
 ROWS: list[tuple[Callable[[], object], str]] = [
     # shapes
     (lambda: RP_4.update([0.0, 0.0, 0.0]), in_shape("s has shape", (3,), "(n, 3)")),
-    (lambda: RP_4.update(1.0), in_shape("s has shape", (), "(n, 3)")),
     (lambda: RP_4.update(np.zeros((2, 4))), in_shape("s has shape", (2, 4), "(n, 3)")),
     (lambda: RP_4.update(SIX, np.zeros((2, 22))), in_shape("state has shape", (2, 22), "(2, 23)")),
-    (lambda: RP_4.update(SIX, np.zeros((1, 23))), in_shape("state has shape", (1, 23), "(2, 23)")),
-    (lambda: RP_4.update(SIX, np.zeros(48)), in_shape("state has shape", (48,), "(2, 23)")),
     (lambda: RP_4.update(SIX, s_old=np.zeros((3, 2))), in_shape("s_old has shape", (3, 2), "(2, 3)")),
     (lambda: RP_4.replay(np.zeros((2, 2, 3))), in_shape("S has shape", (2, 2, 3), "(n, 3)")),
     (lambda: RP_4.confined_slip(0.0, [[0.1]], 0.0), in_shape("slips has shape", (1, 1), "(T,)")),
@@ -69,12 +66,10 @@ ROWS: list[tuple[Callable[[], object], str]] = [
     (lambda: Pattern.planes([[1, 0, 0]], [0.5, 0.5]), in_shape("normals has shape", (1, 3), "(2, 3)")),
     (lambda: Pattern.planes([1, 0, 0], 1.0), in_shape("weights has shape", (), "(k,)")),
     (lambda: Pattern.planes(np.ones((65, 3)), np.full(65, 1 / 65)), r"65,.: expected .k,. with k = 1 to 64"),
-    (lambda: Pattern.planes(np.ones((0, 3)), []), r"\(0,\): expected \(k,\) with k = 1 to 64"),
     (lambda: Scan(X, None, X**2), re.escape("z has shape (9,): expected (ny, nx) = (1, 9)")),
     # numbers that the library cannot have: too large integers, texts, None
     (lambda: Material(HUGE, 0.3, 0.9, 0.5), f"sigma0 = {LONG}: expected > 0"),
     (lambda: Material(3.0, 0.3, 0.9, 10**5000), "mu = an integer of 16610 bits: expected >= 0"),
-    (lambda: Material(3.0, 0.3, "much", 0.5), "eta = 'much': expected 0 < eta < 1"),
     (lambda: Material(3.0, None, 0.9, 0.5), "Gc = None: expected > 0"),
     (lambda: Pattern.regular(HUGE, 30.0), f"sides = {LONG}: expected 0 or 2 to 64"),
     (lambda: Pattern.regular("4", 30.0), "^sides = '4': expected 0 or 2 to 64"),
@@ -90,22 +85,18 @@ ROWS: list[tuple[Callable[[], object], str]] = [
     ),
     # patterns
     (lambda: Pattern.planes([[0, 1, 0], [1, 0, 0]], [0.5, 0.5]), "^n_N of listed plane 1 = 0: expected > 0"),
-    (lambda: Pattern.planes([[1, 0, 0], [-1, 0, 0]], [0.5, 0.5]), "n_N of listed plane 2 = -1: expected > 0"),
     (lambda: Pattern.planes([[1, NAN, 0], [1, 0, 0]], [0.5, 0.5]),
      "n_Tx of listed plane 1 = NaN: expected finite"),
     (lambda: Pattern.planes([[1, 0, 0], [1, 0, INF]], [0.5, 0.5]),
      "n_Ty of listed plane 2 = Inf.*: expected fin"),
-    (lambda: Pattern.planes(TWO, [1.0, 0.0]), "gamma of listed plane 2 = 0: expected > 0"),
     (lambda: Pattern.planes(TWO, [0.5, 0.4]),
      "weights gamma of the listed planes sum to 0.9: expected 1 within"),
     (lambda: Pattern(-2), "m = -2: expected 0 for 0 listed planes"),
     (lambda: Pattern([(1.0, 0.0, 0.0)]), "expected a number of planes; Pattern.planes.normals, weights"),
     (lambda: Interface(TABLE_2, 8), "pattern = 8: expected a Pattern, as Pattern.regular"),
-    (lambda: Interface(0.3, RP_4.pattern), "material = 0.3: expected a Material, as Material"),
     # load paths
     (lambda: RP_4.confined_slip(NAN, [0.0, INF, 0.1], -INF, preload=0),
      r"^sigma_N = -Inf.*: expected .*\npreload = 0: exp.*\nslips\[1\] = Inf.*: exp.*\ndirection = NaN: exp"),
-    (lambda: RP_4.run([]), "steps: expected one asperity.Step or more"),
     (lambda: RP_4.run([{"t_N": 1.0}]), "steps: expected one asperity.Step or more"),
     (lambda: RP_4.run(Step(), Point(np.full(23, 2.0))), r"STATEV\(9\) alpha = 2"),
     (lambda: Step(slip="x"), "slip.* = 'x': expected a finite number"),
@@ -145,7 +136,6 @@ ROWS: list[tuple[Callable[[], object], str]] = [
             (6, INF, "offset_Tx"),
             (8, -0.1, "alpha"),
             (11, 1.1, "alpha"),
-            (12, NAN, "s_dit"),
         )
     ),
     # complex numbers, whose imaginary parts are not dropped
@@ -177,7 +167,6 @@ ROWS: list[tuple[Callable[[], object], str]] = [
         for dt, message in (
             (None, "dt is missing: expected for viscous damage, tau_v = 0.4"),
             (-1.0, "dt = -1: expected a finite time increment >= 0"),
-            (NAN, "dt = NaN: expected a finite time increment >= 0"),
         )
     ),
     *(
@@ -187,7 +176,6 @@ ROWS: list[tuple[Callable[[], object], str]] = [
             ([1.0, 2.0], 1, r"times has shape \(2,\): expected \(1,\)"),
             ([-1.0], 1, r"times\[0\] = -1: expected a finite number from 0"),
             ([1, 3, 2], 3, r"times\[2\] = 2: expected a finite number from 3"),
-            ([1, NAN], 2, r"times\[1\] = nan: expected a finite number"),
         )
     ),
     *(
@@ -196,13 +184,11 @@ ROWS: list[tuple[Callable[[], object], str]] = [
             ({}, "times is missing: expected for viscous damage"),
             ({"times": [[1.0]]}, r"times has shape \(1, 1\): expected"),
             ({"times": [1.0], "preload_time": -1.0}, "preload_time = -1.0: expected a finite time >= 0"),
-            ({"times": [1.0], "preload_time": NAN}, "preload_time = nan: expected a finite time >= 0"),
         )
     ),
     # joints without bond, masonry
     (lambda: joint(kn=-1.0, ks=NAN, mu=-2.0), r"^mu = -2: exp.*\nkn = -1.0: exp.*\nks = nan: expected"),
     (lambda: joint(sigma0=3.0), "sigma0 = 3.0: expected without kn and ks"),
-    (lambda: joint(kc=2.0), "kc = 2.0: expected without kn and ks"),
     (lambda: joint(damage0=0.5), "damage0 = 0.5: expected"),
     (lambda: joint(kn=1e20, ks=1.0), r"kn = 1e\+20: expected at most 1e10 ks"),
     (lambda: joint(kn="a", ks=1e-45), "kn = 'a': .*\nks = 1e-45"),
@@ -223,15 +209,12 @@ ROWS: list[tuple[Callable[[], object], str]] = [
             (("abaqus", {"modulus": 1.0, "size": INF}), "size = inf: expected > 0"),
             (("akantu", {"h": 0.1}), "h = 0.1: expected 1 for akantu"),
             (("calculix", {"name": "NLJOINT"}), "expected none that begins with NL"),
-            (("calculix", {"map": 1}), "map = 1: expected 0 for calculix"),
             (("calculix", {"dimension": 2}), "dimension = 2: expected 3 for calculix"),
             (("calculix", {"explicit": True}), "explicit, density: expected for abaqus only"),
             (("ogs", {"dalpha": 0.1}), "dalpha = 0.1: expected 0 for ogs, which ignores a request"),
         )
     ),
-    (lambda: ONE_PLANE.card("akantu"), "m = -1: expected a regular pattern for akantu"),
     (lambda: ONE_PLANE.card("calculix"), "m = -1: expected a regular pattern for calculix"),
-    (lambda: ONE_PLANE.card("ogs"), "m = -1: expected a regular pattern for ogs"),
     (lambda: Interface(TABLE_2, Pattern.regular(33, 30.0)).card("ogs"),
      "34 planes: expected fewer for ogs, whose library has no AsperityLayer34"),
     (lambda: Interface(Material(3.0, 0.3, 0.9, 0.5, crush=2.0), RT.pattern).card("calculix"),
@@ -246,10 +229,8 @@ ROWS: list[tuple[Callable[[], object], str]] = [
         (lambda p=p: select(LoadCase(**LOAD | {"sigma_N": p, "turns": (0.15,)}), 0.05), "sigma_N = 4.5: exp")
         for p in ((4.5,), (-5.0, 4.5), (4.5, -5.0))
     ),
-    (lambda: LoadCase(**LOAD | {"theta": 95.0}), "theta = 95"),
     (lambda: LoadCase(**LOAD | {"flat": 1.5}), "flat = 1.5"),
     (lambda: LoadCase(**LOAD | {"sigma_N": ()}), "sigma_N = "),
-    (lambda: LoadCase(**LOAD | {"sigma_N": (NAN,)}), "sigma_N = .*nan"),
     (lambda: LoadCase(**LOAD | {"turns": (0.0,)}), "turns = .*: expected a path"),
     (lambda: LoadCase(**LOAD | {"direction": INF}), "direction = inf"),
     (lambda: LoadCase(**LOAD | {"material": Material(3.0, 0.3, 0.9, 0.5, tau_v=1.0)}), "tau_v = 1"),
@@ -259,7 +240,6 @@ ROWS: list[tuple[Callable[[], object], str]] = [
     (lambda: spread(correlations={("mu", "theta"): 0.2, ("theta", "mu"): 0.9}), "given twice"),
     (lambda: planes_from_scan(BOWL, direction=NAN), "direction = nan: expected a finite angle"),
     (lambda: planes_from_scan(BOWL, directions=0), "directions = 0: expected a whole number, 2 to"),
-    (lambda: planes_from_scan(BOWL, bins=2.5), "bins = 2.5: expected a whole number"),
     (lambda: planes_from_scan(BOWL, flat_below=99, regular=True), "flat_below = 99: expected degrees, 0 to"),
     (lambda: planes_from_scan(np.zeros((9, 9))), r"scan = .*: expected a file, or Scan\(x, y, z\) of arrays"),
     (lambda: Scan(X[::-1], None, np.zeros((1, 9))), "x: expected two or more positions that increase"),
