@@ -123,11 +123,6 @@ def n_statev(n_planes: int, wears: bool = False) -> int:
     return N_POINT_STATEV + (N_PLANE_STATEV + wears * N_FACET_STATEV) * n_planes
 
 
-def plane_statev(k: int) -> int:
-    """Position in STATEV, from 0, of the damage of plane k (from 1); s_dit and s_dih follow."""
-    return N_POINT_STATEV + N_PLANE_STATEV * (k - 1)
-
-
 def statev_index(name: str) -> int:
     """Position in STATEV, from 0, of a state variable of a point or of the first plane; raises KeyError."""
     return _STATEV[name].index - 1
@@ -182,13 +177,12 @@ def array(name: str, value: ArrayLike, *shapes: tuple[int | str, ...]) -> Floats
         except ValueError as found:
             raise found from None
         raise ValueError(f"{name}: {error}, expected numbers") from None
-    for shape in shapes:
-        if len(shape) == found.ndim:
-            pairs = zip(shape, found.shape, strict=True)
-            if all(isinstance(wanted, str) or wanted == length for wanted, length in pairs):
-                return found
-    if not shapes:
+    if not shapes or found.shape in shapes:
         return found
+    for shape in shapes:
+        any_length = (m if isinstance(n, str) else n for n, m in zip(shape, found.shape, strict=False))
+        if len(shape) == found.ndim and found.shape == tuple(any_length):
+            return found
     expected = " or ".join(str(shape).replace("'", "") for shape in shapes)
     raise ValueError(f"{name} has shape {found.shape}: expected {expected}")
 

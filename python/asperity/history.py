@@ -82,9 +82,10 @@ class _Named:
         return self.state[:, contract.statev_index(name)]
 
     def _place(self, plane: int) -> int:
+        """Position in the state of the damage of a plane; its slips follow."""
         if isinstance(plane, bool) or not isinstance(plane, int) or not 1 <= plane <= self.planes:
             raise ValueError(f"plane = {contract.shown(plane)}: expected 1 to {self.planes}")
-        return contract.plane_statev(plane)
+        return contract.N_POINT_STATEV + contract.N_PLANE_STATEV * (plane - 1)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
