@@ -186,15 +186,6 @@ def test_cases(said: Callable) -> None:
     assert "expected" in said("cases figure05b", 1)[1]
 
 
-def test_options_are_passed_on(capfd: pytest.CaptureFixture[str]) -> None:
-    """`run` passes --planes and --quiet on to the driver."""
-    for options, more in (("--planes --quiet", True), ("", False)):
-        assert main(["run", "unloading", *options.split()]) == 0
-        header = Path("unloading.csv").read_text(encoding="utf-8").splitlines()[0]
-        assert ("alpha_1" in header and "s_dih_5" in header) == more
-        assert ("updates of the law" in capfd.readouterr().err) != more
-
-
 @pytest.mark.parametrize("output", ["", "x.txt", "[x].csv", "x"])
 def test_run_of_a_sweep(output: str, folder: Path, said: Callable) -> None:
     """A sweep gives one result per value, whatever the name, and one picture without earlier results."""

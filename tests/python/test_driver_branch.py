@@ -55,20 +55,6 @@ def test_branch_of_steep_planes(run) -> None:
     np.testing.assert_allclose(energies, result["work"], rtol=0, atol=1e-3 * GC)
 
 
-def test_several_targets(run) -> None:
-    """Every target of a list is reached exactly; later steps go on from there by increments."""
-    press = MATERIAL + RP_4 + "&step t_N = -5.0 /\n"
-    result = run(
-        press
-        + "&step slip = 0.2, -0.1, follow = 'branch', arc = 0.1 /\n&step slip = 0.0, increments = 10 /\n"
-    )
-    slip = result["s_Tx"]
-    assert slip.max() == 0.2 and slip.min() == -0.1 and slip[-1] == 0.0
-    plain = run(press + "&step slip = 0.2, -0.1, 0.0, increments = 400 /\n")
-    for name in ("s_N", "t_Tx", "rupture", "friction"):
-        assert result[name][-1] == pytest.approx(plain[name][-1], rel=5e-3)
-
-
 def test_branches_that_end(run) -> None:
     """A branch that does not reach its target stops with the reason."""
     result = run(MATERIAL + FLAT + "&step t_N = 4.0, follow = 'branch', arc = 0.2 /\n", code=2)

@@ -1,71 +1,13 @@
-"""Recorded histories through the UMAT, group &replay of the driver."""
+"""Files of recorded strains and group &replay of the driver; test_decks.py replays the rows of decks."""
 
 from __future__ import annotations
 
-import re
 import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support_driver import FLAT, MATERIAL, RP_4, K, read_csv
-
-CYCLE = (
-    "&step t_N = -5.0, increments = 20 /\n&step slip = 0.3, -0.2, 0.1, direction = 20.0, increments = 40 /\n"
-)
-
-
-@pytest.mark.parametrize(
-    ("options", "extra"),
-    [
-        ("", ""),
-        ("h = 0.01", ""),
-        ("ntens = 6, h = 0.5", ""),
-        ("ntens = 6, map = 1, r = 0.1", ""),
-        ("ntens = 2", ""),
-        ("h = 0.01", ", tau_v = 0.5"),
-    ],
-)
-@pytest.mark.parametrize(
-    "initial",
-    [
-        "",
-        "traction = -5, 1, 0.5, damage = 0.5, slip = 0.01, 0",
-        "damage = 0.5",
-        "traction = -5, 0.1, 0.0",
-    ],
-)
-def test_replay_is_the_direct_run(run, tmp_path: Path, options: str, extra: str, initial: str) -> None:
-    """The separations of a direct run, replayed through the UMAT with trial calls, give its rows.
-
-    The UMAT starts where the driver does, with planes in STATEV and the traction as stress.
-    """
-    plane = "ntens = 2" in options
-    head = MATERIAL.replace(" /", extra + " /") + (
-        RP_4 if not plane else "&pattern sides = 2, theta = 30.0 /\n"
-    )
-    start = f"&initial {initial.replace('0.5, damage', '0, damage') if plane else initial} /\n"
-    start = start if initial else ""
-    path = "&step increments = 3 /\n" + (CYCLE.replace("20.0", "0.0") if plane else CYCLE)
-    direct = run(head + start + path, "--planes")
-    (tmp_path / "case.csv").rename(tmp_path / "record.csv")
-    replay = run(head + start + f"&replay file = 'record.csv', {options} /\n", "--planes")
-    assert replay.header == direct.header and len(replay.rows) == len(direct.rows)
-    assert [row[1] for row in replay.rows] == [str(i) for i in range(1, len(direct.rows) + 1)]
-    assert set(replay["iterations"]) == {4.0}
-    if "traction" in start:
-        given = [float(x) for x in re.search("traction = ([^a-z]*)[,/]", start)[1].rstrip(", ").split(",")]
-        np.testing.assert_allclose(replay.vector("t")[0], given, rtol=0, atol=1e-10)
-    assert (replay.vector("s")[:3] == 0.0).all()
-    for name in direct.header:
-        if name in ("step", "increment", "iterations", "event"):
-            continue
-        # Strain = separation/h and the sum of increments cause rounding errors of some units of K |s|.
-        np.testing.assert_allclose(replay[name], direct[name], rtol=1e-12, atol=1e-12 * K, err_msg=name)
-    # In equilibrium a rounding error may cause the event slip.
-    ignored = {"slip"} if initial else set()
-    events = [[event - ignored for event in result.events] for result in (replay, direct)]
-    assert events[0] == events[1]
 
 
 def test_replay_of_strains(run, tmp_path: Path) -> None:
