@@ -65,9 +65,10 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
     end do
   end do
   law = new_rie_law(joint)
-  call complete_steps(steps, errors)
-  if (errors%n == 0) call check_steps(law, steps, errors)
-  if (errors%n == 0 .and. refines == 1) call explain_tolerance(tolerance, steps, errors)
+  call complete_steps(steps, errors, error_type())
+  if (errors%n == 0) call check_steps(law, steps, errors, error_type())
+  if (errors%n == 0 .and. refines == 1) call explain_tolerance(tolerance, steps, errors, &
+    error_type())
   if (errors%n == 0) then
     if (point_status(joint, start(:3), start(:3), state) /= status_ok) call explain_point(joint, start(:3), start(:3), &
       state, text)

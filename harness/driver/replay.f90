@@ -60,9 +60,9 @@ contains
     type(error_type) :: place
     integer, allocatable :: column(:)
     real(wp), allocatable :: numbers(:)
-    real(wp) :: bound, now
+    real(wp) :: bound, now, unit
     integer :: bad, earlier, first, i, last, n, ntens, position(3)
-    logical :: good, named, separations
+    logical :: good, named
 
     earlier = errors%n
     place%file = case%replay%file
@@ -73,10 +73,9 @@ contains
     position = component_map(ntens, case%joint%map)
     n = count([(source(i:i) == newline, i=1, len(source))]) + 1
     allocate (record%strain(ntens, n), record%time(n))
-    record%strain = 0.0_wp
     bound = 0.25_wp*separation_bound(case%joint)/case%joint%h
-    separations = .false.
     named = .false.
+    unit = 1.0_wp
     bad = 0
     n = 0
     now = 0.0_wp
@@ -91,7 +90,8 @@ contains
       if (.not. allocated(column)) then
         named = scan(lower(list(1)(1:1)), "abcdefghijklmnopqrstuvwxyz""'") == 1 .and. &
           all(lower(list(1)) /= ["nan     ", "inf     ", "infinity"])
-        column = [(i, i=1, ntens), 0]
+        ! those of the strains, of time, and of an s_Ty that the host does not have; 0: none
+        column = [(i, i=1, ntens), 0, 0]
         if (named) call find_columns()
         if (errors%n > earlier) return
         if (named) cycle
@@ -109,19 +109,13 @@ contains
         integer_text(ntens) // " (ntens), or a header")
       if (good) then
         n = n + 1
-        record%time(n) = merge(numbers(size(numbers)), real(n, wp)*case%replay%dtime, column(size(column)) > 0)
+        record%time(n) = merge(numbers(ntens + 1), real(n, wp)*case%replay%dtime, column(ntens + 1) > 0)
         call require(record%time(n) >= now, "time = " // to_text(record%time(n)) // ": expected at least " // &
           to_text(now) // ", the time before (0 at the start)")
         now = max(now, record%time(n))
-        if (separations) then
-          if (position(3) == 0) call require(.not. abs(numbers(3)) > 0.0_wp, "s_Ty = " // to_text(numbers(3)) // &
-            ": expected 0 with ntens = 2")
-          do i = 1, 3
-            if (position(i) > 0) record%strain(position(i), n) = numbers(i)/case%joint%h
-          end do
-        else
-          record%strain(:, n) = numbers(:ntens)
-        end if
+        call require(.not. abs(numbers(ntens + 2)) > 0.0_wp, "s_Ty = " // to_text(numbers(ntens + 2)) // &
+          ": expected 0 with ntens = 2")
+        record%strain(:, n) = numbers(:ntens)/unit
         call require(all(bounded(record%strain(:, n), bound)), "expected strains of a magnitude up to " // &
           to_text(bound))
       end if
@@ -151,26 +145,35 @@ contains
       if (i <= size(list)) call set_text(text, printable(trim(list(i))))
     end function text_of
 
-    !> Numbers of the columns from the header; the last one is that of time (0: none).
+    !> Numbers of the columns from the header.
     subroutine find_columns()
-      character(len=4) :: names(7)
-      integer :: k, n_names
+      character(len=4), parameter :: names(3) = ["s_N ", "s_Tx", "s_Ty"]
+      integer :: k
       do k = 1, size(list)
         list(k) = lower(list(k))
       end do
-      separations = any(list == "s_n")
-      n_names = merge(3, ntens, separations)
-      names(:3) = ["s_n ", "s_tx", "s_ty"]
-      do k = 1, merge(0, ntens, separations)
-        names(k) = "e_" // integer_text(k)
-      end do
-      names(n_names + 1) = "time"
-      column = [(findloc(list, names(k), dim=1), k=1, n_names + 1)]
-      do k = 1, n_names
-        if (column(k) == 0) call fail(errors, place, "no column " // trim(names(k)) // &
-          ": expected s_N, s_Tx, s_Ty or e_1 to e_" // integer_text(ntens))
-      end do
+      column = 0
+      column(ntens + 1) = findloc(list, "time", dim=1)
+      if (any(list == "s_n")) then
+        unit = case%joint%h
+        do k = 1, 3
+          call find_column(merge(position(k), ntens + 2, position(k) > 0), names(k))
+        end do
+      else
+        do k = 1, ntens
+          call find_column(k, "e_" // integer_text(k))
+        end do
+      end if
     end subroutine find_columns
+
+    !> The number of a column that must be there.
+    subroutine find_column(i, name)
+      integer, intent(in) :: i               !! what it has
+      character(len=*), intent(in) :: name   !! its name
+      column(i) = findloc(list, lower(name), dim=1)
+      if (column(i) == 0) call fail(errors, place, "no column " // trim(name) // &
+        ": expected s_N, s_Tx, s_Ty or e_1 to e_" // integer_text(ntens))
+    end subroutine find_column
 
   end subroutine read_replayed
 

@@ -25,16 +25,15 @@ contains
     real(wp), intent(in) :: tolerance                         !! relative
     type(step_type), intent(in) :: steps(:)                   !! the load path
     type(errors_type), intent(inout) :: errors                !! errors are added
-    type(error_type), intent(in), optional :: place           !! of an error in it
-    type(error_type) :: here, value
+    type(error_type), intent(in) :: place                     !! of an error in it
+    type(error_type) :: value
     real(wp) :: parts
     integer :: i
     logical :: good
-    if (present(place)) here = place
     good = bounded(tolerance, largest_tolerance)
     if (good) good = tolerance >= least_tolerance
     if (.not. good) then
-      value = here
+      value = place
       value%name = "tolerance"
       value%value = to_text(tolerance)
       call fail(errors, value, "expected " // to_text(least_tolerance) // " to " // to_text(largest_tolerance))
@@ -43,9 +42,9 @@ contains
     do i = 1, size(steps)
       parts = parts + sum(real(max(least_parts, steps(i)%increments), wp))
     end do
-    if (4.0_wp*parts > real(most_parts, wp)) call fail(errors, here, "tolerance with " // to_text(parts) // &
+    if (4.0_wp*parts > real(most_parts, wp)) call fail(errors, place, "tolerance with " // to_text(parts) // &
       " increments: expected at most " // integer_text(most_parts/4) // ", which are halved twice or more")
-    if (any(steps%arc > 0.0_wp)) call fail(errors, here, "tolerance with follow = 'branch': expected arc, " // &
+    if (any(steps%arc > 0.0_wp)) call fail(errors, place, "tolerance with follow = 'branch': expected arc, " // &
       "the longest step along the branch")
   end subroutine explain_tolerance
 

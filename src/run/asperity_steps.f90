@@ -82,14 +82,12 @@ contains
   pure subroutine complete_steps(steps, errors, place)
     type(step_type), intent(inout) :: steps(:)                !! with their entries -> complete where no error is added
     type(errors_type), intent(inout) :: errors                !! errors are added
-    type(error_type), intent(in), optional :: place           !! of an error in the whole path
+    type(error_type), intent(in) :: place                     !! of an error in the whole path
     type(control_type) :: control
-    type(error_type) :: whole
     real(wp) :: direction, total
     integer :: i
     logical :: good
     good = .true.
-    if (present(place)) whole = place
     do i = 1, size(steps)
       call check_entries(steps(i), good, errors)
     end do
@@ -100,7 +98,7 @@ contains
       call complete_step(steps(i), control, direction, errors)
       if (allocated(steps(i)%increments)) total = total + sum(real(steps(i)%increments, wp))
     end do
-    if (total > real(most_increments, wp)) call fail(errors, whole, to_text(total) // &
+    if (total > real(most_increments, wp)) call fail(errors, place, to_text(total) // &
       " increments in all steps: expected at most " // integer_text(most_increments))
   end subroutine complete_steps
 
@@ -287,18 +285,16 @@ contains
     class(point_law), intent(in) :: law                       !! the law
     type(step_type), intent(in) :: steps(:)                   !! the load path
     type(errors_type), intent(inout) :: errors                !! errors are added
-    type(error_type), intent(in), optional :: place           !! of an error in the whole path
+    type(error_type), intent(in) :: place                     !! of an error in the whole path
     integer, parameter :: separations(4) = [e_s + 1, e_s + 2, e_s + 3, e_slip]
     type(entry_type) :: limits
     character(len=:), allocatable :: lines
-    type(error_type) :: whole
     real(wp) :: largest
     integer :: bad, i, n
     if (any(steps%arc > 0.0_wp)) then
       call set_text(lines, "")
-      if (present(place)) whole = place
       call law%explain_branch("follow = 'branch' with ", lines)
-      call fail(errors, whole, lines)
+      call fail(errors, place, lines)
     end if
     limits%upper = farthest_prescribed*law%reach
     ! beside prescribed tractions rounding errors do not exceed a part of them; a joint without bond has no strength

@@ -6,7 +6,7 @@ module support_law
     p_flat, p_gc, p_gc2, p_guard, p_height, p_kc, p_m, p_mu, p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, p_w0, &
     prop_table, status_ok
   use asperity_interface, only: interface_type, new_interface
-  use asperity_errors, only: errors_type
+  use asperity_errors, only: error_type, errors_type
   use asperity_kinds, only: wp
   use asperity_point, only: update_point
   use random_numbers, only: draw
@@ -159,7 +159,7 @@ contains
   subroutine complete(steps)
     type(step_type), intent(inout) :: steps(:)   !! with their entries -> complete
     type(errors_type) :: errors
-    call complete_steps(steps, errors)
+    call complete_steps(steps, errors, error_type())
     if (errors%n > 0) error stop "support_law: a test has bad steps"
   end subroutine complete
 
