@@ -22,7 +22,7 @@ module replay
   use asperity_load_path, only: name_events, row_type
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_text, only: integer_text, set_text, to_text
-  use asperity_text_file, only: blanks, line_end, load_file, lower, newline, printable, to_real
+  use asperity_text_file, only: fields, line_end, load_file, longest_field, lower, newline, printable, to_real
   use history, only: add_row, history_type
   use host_routines, only: umat
   use progress_line, only: progress_type, show_progress
@@ -36,8 +36,6 @@ module replay
     real(wp), allocatable :: time(:)        !! (n) times
   end type strains_type
 
-  !> Longest field of the file that is distinguished; no number is longer.
-  integer, parameter :: longest = 80
   !> Largest number of messages about one kind of error; the number of further ones is reported.
   integer, parameter :: most_lines = 20
 
@@ -56,7 +54,7 @@ contains
     type(strains_type), intent(out) :: record    !! the record
     type(errors_type), intent(inout) :: errors   !! errors are added
     character(len=:), allocatable :: source
-    character(len=longest), allocatable :: list(:)
+    character(len=longest_field), allocatable :: list(:)
     type(error_type) :: place
     integer, allocatable :: column(:)
     real(wp), allocatable :: numbers(:)
@@ -176,25 +174,6 @@ contains
     end subroutine find_column
 
   end subroutine read_replayed
-
-  !> Fields of a line, which commas separate.
-  pure function fields(line) result(list)
-    character(len=*), intent(in) :: line   !! text
-    character(len=longest), allocatable :: list(:)
-    character(len=len(line)) :: clean
-    integer :: first, i, last
-    clean = line
-    do i = 1, len(line)
-      if (scan(line(i:i), blanks) > 0) clean(i:i) = " "
-    end do
-    allocate (list(count([(line(i:i) == ",", i=1, len(line))]) + 1))
-    first = 1
-    do i = 1, size(list)
-      last = first + index(clean(first:) // ",", ",") - 2
-      list(i) = adjustl(clean(first:last))
-      first = last + 2
-    end do
-  end function fields
 
   !> Replay a record. Each of its increments gives a row, whose `iterations` are the calls of umat. Components that the
   !> host does not have are 0, also t_Ty with NTENS = 2.

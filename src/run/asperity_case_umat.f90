@@ -5,7 +5,7 @@ module asperity_case_umat
   use asperity_errors, only: error_type, fail
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text, set_text
-  use asperity_text_file, only: beside, lower
+  use asperity_text_file, only: beside, fields, longest_field, lower
   implicit none
   private
   public :: umat_group
@@ -130,26 +130,13 @@ contains
     character(len=*), intent(in) :: order    !! lower case
     type(umat_type), intent(inout) :: umat   !! ntens and position are set
     character(len=2), parameter :: names(3) = ["n ", "tx", "ty"]
-    character(len=:), allocatable :: rest, word
-    integer :: comma, i
-    logical :: good
-    umat%ntens = 0
-    umat%position = 0
-    rest = order // ","
-    good = .true.
-    do while (len(rest) > 0)
-      comma = index(rest, ",")
-      word = trim(adjustl(rest(:comma - 1)))
-      rest = rest(comma + 1:)
-      umat%ntens = umat%ntens + 1
-      i = findloc(names == word, .true., dim=1)
-      if (i == 0) good = good .and. word == "-"
-      if (i == 0) cycle
-      good = good .and. umat%position(i) == 0
-      umat%position(i) = umat%ntens
-    end do
-    good = good .and. any(umat%ntens == any_ntens) .and. all(umat%position(:2) > 0)
-    if (.not. good) umat%ntens = 0
+    character(len=longest_field), allocatable :: list(:)
+    integer :: i
+    list = fields(order)
+    umat%ntens = size(list)
+    umat%position = [(findloc(list, names(i), dim=1), i=1, 3)]
+    if (all(umat%ntens /= any_ntens) .or. any(umat%position(:2) == 0) .or. &
+      count(umat%position > 0) + count(list == "-") < umat%ntens) umat%ntens = 0
   end subroutine set_order
 
 end module asperity_case_umat

@@ -5,10 +5,12 @@ module asperity_text_file
   use asperity_text, only: integer_text
   implicit none
   private
-  public :: beside, check_bytes, line_end, load_file, lower, printable, to_real
+  public :: beside, check_bytes, fields, line_end, load_file, lower, printable, to_real
 
   character(len=*), parameter, public :: newline = achar(10)
   character(len=*), parameter, public :: blanks = " " // achar(9) // newline // achar(13)
+  !> Longest field of a line that is distinguished; no number is longer.
+  integer, parameter, public :: longest_field = 80
   !> Largest file that is read, bytes.
   integer, parameter :: largest_file = 100000000
 
@@ -78,6 +80,25 @@ contains
     last = index(source(i:), newline)
     last = merge(i + last - 2, len(source), last > 0)
   end function line_end
+
+  !> Fields of a line, which commas separate.
+  pure function fields(line) result(list)
+    character(len=*), intent(in) :: line   !! text
+    character(len=longest_field), allocatable :: list(:)
+    character(len=len(line)) :: clean
+    integer :: first, i, last
+    clean = line
+    do i = 1, len(line)
+      if (scan(line(i:i), blanks) > 0) clean(i:i) = " "
+    end do
+    allocate (list(count([(line(i:i) == ",", i=1, len(line))]) + 1))
+    first = 1
+    do i = 1, size(list)
+      last = first + index(clean(first:) // ",", ",") - 2
+      list(i) = adjustl(clean(first:last))
+      first = last + 2
+    end do
+  end function fields
 
   !> Start of a text, with a question mark for each character that is not ASCII.
   pure function printable(piece) result(clean)

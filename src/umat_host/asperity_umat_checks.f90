@@ -5,7 +5,7 @@ module asperity_umat_checks
   use asperity_kinds, only: wp
   use asperity_steps, only: component_names
   use asperity_text, only: integer_text, short
-  use asperity_umat_walk, only: checked_path_type, difference, n_first, walk, walk_type
+  use asperity_umat_walk, only: checked_path_type, difference, how_type, n_first, walk, walk_type
   implicit none
   private
   public :: check_umat
@@ -20,24 +20,20 @@ module asperity_umat_checks
     "alternating", "threads", "absent", "components", "tangent", "symmetry", "energies", "dissipation"]
   integer, parameter :: first_hidden = 2, first_judged = 6
 
-  !> A check that compares the results of two walks to the last bit: in what the walks differ.
-  type :: comparison_type
-    character(len=48) :: when                 !! results are the same, or others
-    integer :: parts = 1                      !! of an increment in both
-    logical :: strict = .false.               !! whether arguments that are the host's must not change in both
-    logical :: ones = .false.                 !! whether the second has 1 between the arguments instead of NaN
-    logical :: tries = .false.                !! whether the second tries each increment before
+  !> A check that compares the results of two walks to the last bit: how the second is made, and the first with the same
+  !> parts and strictness.
+  type, extends(how_type) :: comparison_type
+    character(len=48) :: when = ""            !! results are the same, or others
     logical :: two = .false.                  !! whether the second has two points, which the first has one by one
-    logical :: threads = .false.              !! whether these are in two threads
   end type comparison_type
   !> The first checks.
   type(comparison_type), parameter :: comparisons(first_judged) = [ &
-    comparison_type("with other numbers outside its arguments", strict=.true., ones=.true.), &
-    comparison_type("when a call is repeated", tries=.true.), &
-    comparison_type("after a larger increment that is tried first", parts=2, tries=.true.), &
-    comparison_type("beside another point", two=.true.), &
-    comparison_type("from two threads", two=.true., threads=.true.), &
-    comparison_type("where arguments that hosts may not have are NULL")]
+    comparison_type(when="with other numbers outside its arguments", strict=.true., ones=.true.), &
+    comparison_type(when="when a call is repeated", tries=.true.), &
+    comparison_type(when="after a larger increment that is tried first", parts=2, tries=.true.), &
+    comparison_type(when="beside another point", two=.true.), &
+    comparison_type(when="from two threads", two=.true., threads=.true.), &
+    comparison_type(when="where arguments that hosts may not have are NULL")]
 
   !> Arguments that hosts without temperatures, elements or orientations pass as NULL.
   character(len=*), parameter :: may_be_absent(18) = [character(len=6) :: "RPL", "DDSDDT", "DRPLDE", "DRPLDT", "TEMP", &
@@ -111,8 +107,7 @@ contains
     character(len=:), allocatable :: failure
     integer :: j
     plan = usual
-    plan%how%strict = comparison%strict
-    plan%parts = comparison%parts
+    plan%how = how_type(strict=comparison%strict, parts=comparison%parts)
     if (comparison%two) plan%factors = factors_of(:, 2:)
     failure = ""
     b = a
@@ -121,9 +116,7 @@ contains
       plan%known = reshape(b, [shape(b), 1])
       if (comparison%two) plan%known = reshape([a, b], [shape(b), 2])
       if (comparison%two) plan%factors = factors_of
-      plan%how%ones = comparison%ones
-      plan%tries = comparison%tries
-      plan%threads = comparison%threads
+      plan%how = comparison%how_type
       call walk(plan, differ, failure)
       j = findloc(differ(1, 1:) > 0.0_wp, .true., dim=1)
       call judge(check, passed, "the same " // trim(comparison%when))
@@ -140,6 +133,7 @@ contains
     type(check_type), intent(inout) :: check      !! with its name -> complete
     real(wp), allocatable :: b(:, :)
     character(len=:), allocatable :: failure
+    type(comparison_type) :: comparison
     type(walk_type) :: plan
     real(wp) :: error, sums(0:size(a, 2) - 1), work(0:size(a, 2) - 1)
     integer :: i, n
@@ -148,9 +142,10 @@ contains
     failure = ""
     select case (check%name)
     case ("absent")
+      comparison = comparisons(first_judged)
       do i = 1, size(may_be_absent)
-        plan%how%absent = may_be_absent(i)
-        call compare(comparisons(first_judged), plan, a, check)
+        comparison%absent = may_be_absent(i)
+        call compare(comparison, plan, a, check)
         if (check%outcome /= failed) cycle
         call judge(check, failed, "it uses " // trim(may_be_absent(i)) // ", which hosts may not have: " // check%text)
         exit
@@ -168,7 +163,7 @@ contains
       if (error > rounding) call judge(check, stated, "DDSDDE is not symmetric, by up to " // short(error) // &
         " of the stiffness: use the unsymmetric solver")
     case ("energies")
-      plan%parts = energy_parts
+      plan%how%parts = energy_parts
       b = a
       if (plan%path%law%umat%has_energies) call walk(plan, b, failure)
       sums = sum(b(n_first + [v_stored, v_rupture, v_friction], :), 1)

@@ -28,14 +28,18 @@ module asperity_umat_walk
     real(wp), allocatable :: start(:)                     !! state at the start
   end type checked_path_type
 
+  !> How a walk is made.
+  type, extends(call_type), public :: how_type
+    logical :: tries = .false.               !! whether each increment is tried before
+    logical :: threads = .false.             !! whether the points are in threads
+    integer :: parts = 1                     !! of an increment
+  end type how_type
+
   !> A walk along it, of one point or of several.
   type, public :: walk_type
     type(checked_path_type) :: path
-    type(call_type) :: how = call_type()
-    logical :: tries = .false.               !! whether each increment is tried before
-    logical :: threads = .false.             !! whether the points are in threads
+    type(how_type) :: how = how_type()
     logical :: differences = .false.         !! whether the results are differences of the traction
-    integer :: parts = 1                     !! of an increment
     real(wp), allocatable :: factors(:, :)   !! (3, points) of the components of the path
     real(wp), allocatable :: known(:, :, :)  !! (:, 0:n, points) results to compare with; else they are returned
     integer :: differs(2) = huge(1)          !! first increment with other results in two threads
@@ -102,11 +106,11 @@ contains
     integer :: i, k, p
     call c_f_pointer(data, plan)
     law = plan%path%law
-    call open_umat(law, plan%how)
+    call open_umat(law, plan%how%call_type)
     points = spread([spread(0.0_wp, 1, n_first), plan%path%start], 2, size(plan%factors, 2))
-    if (plan%threads) call c_threads(c_funloc(walk_often), data)
+    if (plan%how%threads) call c_threads(c_funloc(walk_often), data)
     do i = 1, size(plan%path%dt)
-      if (plan%threads) then
+      if (plan%how%threads) then
         call send_row(merge([1.0_wp], [0.0_wp], any(i >= plan%differs)), 1)
         cycle
       else if (plan%differences) then
@@ -115,9 +119,9 @@ contains
       end if
       do p = 1, size(points, 2)
         associate (point => points(:, p), factors => plan%factors(:, p))
-          if (plan%tries) tried = after(law, plan%path, i, factors, whole, point(n_first + 1:))
-          do k = 1, plan%parts
-            point = after(law, plan%path, i, factors, real([k - 1, k], wp)/real(plan%parts, wp), point(n_first + 1:))
+          if (plan%how%tries) tried = after(law, plan%path, i, factors, whole, point(n_first + 1:))
+          do k = 1, plan%how%parts
+            point = after(law, plan%path, i, factors, real([k - 1, k], wp)/real(plan%how%parts, wp), point(n_first + 1:))
           end do
         end associate
       end do

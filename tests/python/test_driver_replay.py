@@ -59,7 +59,7 @@ def test_replay_file_is_beside_the_case(driver: Path, tmp_path: Path) -> None:
         ),
         ("", "x,0,0\n1,0,y\n" + 49 * "0,0,y\n", ["record.csv:1: no column e_1"]),
         ("", "0,0,0\n" + 50 * "0,0,y\n", ["record.csv:21: column 3", "... and 30 more bad lines"]),
-        ("", "s_N,s_Tx\n0,0\n", ["record.csv:1: no column s_ty"]),
+        ("", "s_N,s_Tx\n0,0\n", ["record.csv:1: no column s_Ty"]),
         ("ntens = 2,", "s_N,s_Tx,s_Ty\n0,0,1\n", ["record.csv:2: s_Ty = 1: expected 0 with ntens = 2"]),
         ("", "s_N,s_Tx,s_Ty\n", ["no line of numbers"]),
         ("", "", ["record.csv", "expected a"]),
