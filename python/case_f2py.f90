@@ -97,7 +97,7 @@ end subroutine case_numbers
 
 !> Text of a case file with groups and entries as they are given.
 subroutine case_text(n, names, kinds, counts, n_values, values, strings, room, text, length)
-  use asperity_case_entries, only: case_io, close_group, open_group, reals_entry, string_entry, word_entry, written_text
+  use asperity_case_entries, only: case_io, close_group, open_group, put, reals_entry, string_entry, written_text
   implicit none
   integer, intent(in) :: n                           !! groups and entries
   character(len=32), intent(in) :: names(n)          !! of groups and entries
@@ -131,7 +131,7 @@ subroutine case_text(n, names, kinds, counts, n_values, values, strings, room, t
       string = strings(i)(:counts(i))
       call string_entry(io, trim(names(i)), string)
     case default
-      call word_entry(io, trim(names(i)), strings(i)(:counts(i)))
+      call put(io, trim(names(i)) // " = " // strings(i)(:counts(i)), .false.)
     end select
   end do
   if (given) call close_group(io)

@@ -83,12 +83,13 @@ void output_write(const char *line, size_t n) {
   if (!waits) sigprocmask(SIG_SETMASK, &before, NULL);
 }
 
-/* Whether a file is new, empty, or begins with a text of at most 64 bytes; devices and pipes are not replaced. */
+/* Whether a file is new, empty, or begins with a text of at most 64 bytes; devices, pipes and "-", standard output, are
+ * not replaced. */
 bool output_may_replace(const char *path, const char *start) {
   struct stat found;
   char head[64];
   const size_t n = strlen(start) < sizeof head ? strlen(start) : sizeof head;
-  if (stat(path, &found) != 0 || !S_ISREG(found.st_mode) || found.st_size == 0) return true;
+  if (strcmp(path, "-") == 0 || stat(path, &found) != 0 || !S_ISREG(found.st_mode) || found.st_size == 0) return true;
   const int other = open(path, O_RDONLY);
   if (other < 0) return false;
   const ssize_t got = read(other, head, n);

@@ -85,8 +85,7 @@ contains
     character(len=*), intent(in) :: path    !! file
     character(len=*), intent(in) :: start   !! text with which this program begins such files
     logical :: may
-    may = path == "-"
-    if (.not. may) may = c_may_replace(path // c_null_char, start // c_null_char)
+    may = c_may_replace(path // c_null_char, start // c_null_char)
   end function may_replace
 
   !> Create or empty a file for writing, which no other run writes; "-" is standard output.

@@ -36,8 +36,8 @@ program rie_driver
     "  &step t_N = -5.0 /", &
     "  &step slip = 0.6, direction = 30.0, increments = 240 /"]
   character(len=:), allocatable :: path, output, report
-  logical :: check, force, planes, quiet
-  integer :: only   !! number of the only value of the sweep to run, 0: all
+  logical :: check = .false., force = .false., planes = .false., quiet = .false.
+  integer :: only = 0   !! number of the only value of the sweep to run, 0: all
 
   call read_command_line()
   call run()
@@ -52,11 +52,6 @@ contains
     path = ""
     output = ""
     report = ""
-    planes = .false.
-    quiet = .false.
-    check = .false.
-    force = .false.
-    only = 0
     i = 1
     if (command_argument_count() == 0) call reject("no case file")
     do while (i <= command_argument_count())
@@ -129,7 +124,7 @@ contains
     type(errors_type) :: errors
     type(strains_type), allocatable :: strains(:)
     type(law_type), allocatable :: laws(:)
-    character(len=:), allocatable :: header, label, stem
+    character(len=:), allocatable :: header, label
     real(wp) :: largest(n_measures), measures(n_measures)
     integer :: code, first, i, last, worst
 
@@ -142,22 +137,17 @@ contains
       if (errors%n == 0 .and. size(file%cases(i)%steps) == 0) call read_replayed(file%cases(i), strains(i), errors)
       if (errors%n > 0) exit
     end do
-    if (len(output) > 0) then
-      stem = without(output, ".csv")
-    else
-      stem = without(path(index(path, "/", back=.true.) + 1:), ".nml")
-    end if
     associate (cases => file%cases, values => file%values)
       if (size(values) > 0 .and. len(report) > 0) call fail(errors, error_type(path), &
         "--report of a case with &sweep: expected no &sweep")
       if (size(values) > 0 .and. output == "-") call fail(errors, error_type(path), &
         "a case with &sweep writes a file per value, not standard output")
       do i = 1, merge(0, size(cases), check)
-        call check_replaced(result_file(stem, values, i), path, "the case file", header, errors)
-        call check_replaced(failed_file(result_file(stem, values, i)), path, "the case file", failed_title, errors)
-        if (cases(i)%umat%given) call check_replaced(result_file(stem, values, i), cases(i)%umat%library, &
+        call check_replaced(result_file(values, i), path, "the case file", header, errors)
+        call check_replaced(failed_file(result_file(values, i)), path, "the case file", failed_title, errors)
+        if (cases(i)%umat%given) call check_replaced(result_file(values, i), cases(i)%umat%library, &
           "the library of the UMAT", "", errors)
-        if (allocated(cases(i)%replay%file)) call check_replaced(result_file(stem, values, i), cases(i)%replay%file, &
+        if (allocated(cases(i)%replay%file)) call check_replaced(result_file(values, i), cases(i)%replay%file, &
           "the recorded strains", "", errors)
       end do
       if (only > size(cases)) call fail(errors, error_type(path), "--only " // integer_text(only) // &
@@ -181,8 +171,8 @@ contains
         if (check) then
           call check_case(cases(i), laws(i)%law, label, code)
         else
-          call run_case(cases(i), laws(i)%law, strains(i), label, result_file(stem, values, i), report, planes, quiet, &
-            measures, code)
+          call run_case(cases(i), laws(i)%law, strains(i), label, result_file(values, i), report, planes, quiet, measures, &
+            code)
         end if
         worst = max(worst, code)
         largest = max(largest, measures)
@@ -198,30 +188,24 @@ contains
     character(len=*), intent(in) :: name              !! output
     character(len=*), intent(in) :: read              !! file of the input
     character(len=*), intent(in) :: kind              !! what this file is
-    character(len=*), intent(in) :: start             !! text with which this program begins such outputs, or empty
+    character(len=*), intent(in) :: start             !! text with which this program begins such outputs; empty: any
     type(errors_type), intent(inout) :: errors        !! errors are added
     if (same_file(name, read)) then
       call fail(errors, error_type(path), "the output " // name // " would replace " // kind // ": expected another -o")
-    else if (len(start) > 0 .and. .not. force) then
-      if (.not. may_replace(name, start)) call fail(errors, error_type(path), "the output " // name // &
-        " would replace " // &
-        "a file that rie_driver did not write: expected another -o, or --force")
+    else if (.not. (force .or. may_replace(name, start))) then
+      call fail(errors, error_type(path), "the output " // name // " would replace a file that rie_driver did not " // &
+        "write: expected another -o, or --force")
     end if
   end subroutine check_replaced
 
   !> File with the rows of a case, of a value of its sweep if it has one.
-  pure function result_file(stem, values, i) result(name)
-    character(len=*), intent(in) :: stem   !! name without ending
+  pure function result_file(values, i) result(name)
     real(wp), intent(in) :: values(:)      !! values of the sweep, size 0: none
     integer, intent(in) :: i               !! number of the value
     character(len=:), allocatable :: name
-    if (size(values) > 0) then
-      name = stem // "_" // to_text(values(i)) // ".csv"
-    else if (len(output) > 0) then
-      name = output
-    else
-      name = stem // ".csv"
-    end if
+    name = output
+    if (len(output) == 0) name = without(path(index(path, "/", back=.true.) + 1:), ".nml") // ".csv"
+    if (size(values) > 0) name = without(name, ".csv") // "_" // to_text(values(i)) // ".csv"
   end function result_file
 
   !> End if the input has an error. A report does not name the file.

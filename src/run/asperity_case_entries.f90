@@ -10,7 +10,7 @@ module asperity_case_entries
   implicit none
   private
   public :: open_group, close_group, real_entry, reals_entry, integer_entry, logical_entry, string_entry, switch_entry
-  public :: find_entry, word_entry, require, written_text
+  public :: find_entry, put, require, written_text
 
   !> Characters of a line that is written, and numbers of a long list in it: two normals.
   integer, parameter :: width = 100, columns = 6
@@ -200,14 +200,6 @@ contains
       i = i + merge(2, 1, word(i:i) == quote)
     end do
   end subroutine string_entry
-
-  !> Write an entry whose value stands for a number of a sweep.
-  subroutine word_entry(io, name, word)
-    type(case_io), intent(inout) :: io    !! the file that is written
-    character(len=*), intent(in) :: name  !! of the entry
-    character(len=*), intent(in) :: word  !! name of the number
-    call put(io, name // " = " // word, .false.)
-  end subroutine word_entry
 
   !> Add an error about the last entry, if it is given and not as it must be.
   subroutine require(io, good, text)

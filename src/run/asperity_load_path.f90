@@ -37,7 +37,7 @@ module asperity_load_path
 
   !> What an increment prescribes.
   type, public :: increment_type
-    type(control_type) :: control
+    type(control_type) :: control = control_type()
     real(wp) :: given(3) = 0.0_wp                    !! values at its end: separation, or traction + spring*separation
     integer :: number(2) = 0                         !! of the step and of the increment, from 1; 0: none has begun
   end type increment_type

@@ -38,7 +38,7 @@ module asperity_umat_walk
   !> A walk along it, of one point or of several.
   type, public :: walk_type
     type(checked_path_type) :: path
-    type(how_type) :: how = how_type()
+    type(how_type) :: how
     logical :: differences = .false.         !! whether the results are differences of the traction
     real(wp), allocatable :: factors(:, :)   !! (3, points) of the components of the path
     real(wp), allocatable :: known(:, :, :)  !! (:, 0:n, points) results to compare with; else they are returned
