@@ -25,12 +25,15 @@ module asperity_foreign_umat
   !> Longest path.
   integer, parameter :: longest_path = 4096
 
-  !> How a UMAT is called by a check, which does not obey PNEWDT.
-  type, public :: call_type
+  !> How a check, which does not obey PNEWDT, goes along a path.
+  type, public :: how_type
     logical :: strict = .false.       !! whether arguments that are the host's must not change
     logical :: ones = .false.         !! whether the numbers between the arguments are 1, or NaN
     character(len=6) :: absent = ""   !! name of the argument that is NULL; blank: none
-  end type call_type
+    logical :: tries = .false.        !! whether each increment is tried before
+    logical :: threads = .false.      !! whether the points are in threads
+    integer :: parts = 1              !! of an increment
+  end type how_type
 
   !> A UMAT with its constants.
   type, extends(point_law), public :: foreign_law
@@ -107,8 +110,8 @@ contains
   !> Open the UMAT in this process, which must be a child: what goes wrong ends it. No process opens more than one.
   subroutine open_umat(law, how)
     type(foreign_law), intent(in) :: law           !! the law
-    type(call_type), intent(in), optional :: how   !! absent: as a host calls it
-    type(call_type) :: this
+    type(how_type), intent(in), optional :: how    !! absent: as a host calls it
+    type(how_type) :: this
     if (present(how)) this = how
     call c_open(law%umat%library // c_null_char, law%umat%symbol // c_null_char, &
       merge(1_c_int, 0_c_int, present(how)), merge(1_c_int, 0_c_int, this%strict), merge(1_c_int, 0_c_int, this%ones), &

@@ -1,11 +1,11 @@
 !> Checks of a UMAT along a load path, as a table: what the walks of asperity_umat_walk send is judged here.
 module asperity_umat_checks
   use asperity_contract, only: v_friction, v_rupture, v_stored
-  use asperity_foreign_umat, only: n_header, u_work
+  use asperity_foreign_umat, only: how_type, n_header, u_work
   use asperity_kinds, only: wp
   use asperity_steps, only: component_names
   use asperity_text, only: integer_text, short
-  use asperity_umat_walk, only: checked_path_type, difference, how_type, n_first, walk, walk_type
+  use asperity_umat_walk, only: checked_path_type, difference, n_first, walk, walk_type
   implicit none
   private
   public :: check_umat
@@ -22,18 +22,19 @@ module asperity_umat_checks
 
   !> A check that compares the results of two walks to the last bit: how the second is made, and the first with the same
   !> parts and strictness.
-  type, extends(how_type) :: comparison_type
-    character(len=48) :: when = ""            !! results are the same, or others
+  type :: comparison_type
+    character(len=48) :: when                 !! results are the same, or others
+    type(how_type) :: how                     !! the second walk
     logical :: two = .false.                  !! whether the second has two points, which the first has one by one
   end type comparison_type
   !> The first checks.
   type(comparison_type), parameter :: comparisons(first_judged) = [ &
-    comparison_type(when="with other numbers outside its arguments", strict=.true., ones=.true.), &
-    comparison_type(when="when a call is repeated", tries=.true.), &
-    comparison_type(when="after a larger increment that is tried first", parts=2, tries=.true.), &
-    comparison_type(when="beside another point", two=.true.), &
-    comparison_type(when="from two threads", two=.true., threads=.true.), &
-    comparison_type(when="where arguments that hosts may not have are NULL")]
+    comparison_type("with other numbers outside its arguments", how_type(strict=.true., ones=.true.)), &
+    comparison_type("when a call is repeated", how_type(tries=.true.)), &
+    comparison_type("after a larger increment that is tried first", how_type(tries=.true., parts=2)), &
+    comparison_type("beside another point", how_type(), two=.true.), &
+    comparison_type("from two threads", how_type(threads=.true.), two=.true.), &
+    comparison_type("where arguments that hosts may not have are NULL", how_type())]
 
   !> Arguments that hosts without temperatures, elements or orientations pass as NULL.
   character(len=*), parameter :: may_be_absent(18) = [character(len=6) :: "RPL", "DDSDDT", "DRPLDE", "DRPLDT", "TEMP", &
@@ -107,16 +108,16 @@ contains
     character(len=:), allocatable :: failure
     integer :: j
     plan = usual
-    plan%how = how_type(strict=comparison%strict, parts=comparison%parts)
+    plan%how = how_type(strict=comparison%how%strict, parts=comparison%how%parts)
     if (comparison%two) plan%factors = factors_of(:, 2:)
     failure = ""
     b = a
-    if (comparison%strict .or. comparison%two .or. comparison%parts > 1) call walk(plan, b, failure)
+    if (comparison%how%strict .or. comparison%two .or. comparison%how%parts > 1) call walk(plan, b, failure)
     if (len(failure) == 0) then
       plan%known = reshape(b, [shape(b), 1])
       if (comparison%two) plan%known = reshape([a, b], [shape(b), 2])
       if (comparison%two) plan%factors = factors_of
-      plan%how = comparison%how_type
+      plan%how = comparison%how
       call walk(plan, differ, failure)
       j = findloc(differ(1, 1:) > 0.0_wp, .true., dim=1)
       call judge(check, passed, "the same " // trim(comparison%when))
@@ -144,7 +145,7 @@ contains
     case ("absent")
       comparison = comparisons(first_judged)
       do i = 1, size(may_be_absent)
-        comparison%absent = may_be_absent(i)
+        comparison%how%absent = may_be_absent(i)
         call compare(comparison, plan, a, check)
         if (check%outcome /= failed) cycle
         call judge(check, failed, "it uses " // trim(may_be_absent(i)) // ", which hosts may not have: " // check%text)

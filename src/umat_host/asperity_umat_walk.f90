@@ -2,7 +2,7 @@
 !> results.
 module asperity_umat_walk
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_funptr, c_int, c_loc, c_ptr
-  use asperity_foreign_umat, only: call_type, foreign_law, n_header, open_umat
+  use asperity_foreign_umat, only: foreign_law, how_type, n_header, open_umat
   use asperity_kinds, only: wp
   use asperity_umat_worker, only: end_worker, receive_row, send_row, start_worker, worker_type
   implicit none
@@ -27,13 +27,6 @@ module asperity_umat_walk
     integer, allocatable :: step(:), increment(:)         !! (n)
     real(wp), allocatable :: start(:)                     !! state at the start
   end type checked_path_type
-
-  !> How a walk is made.
-  type, extends(call_type), public :: how_type
-    logical :: tries = .false.               !! whether each increment is tried before
-    logical :: threads = .false.             !! whether the points are in threads
-    integer :: parts = 1                     !! of an increment
-  end type how_type
 
   !> A walk along it, of one point or of several.
   type, public :: walk_type
@@ -106,7 +99,7 @@ contains
     integer :: i, k, p
     call c_f_pointer(data, plan)
     law = plan%path%law
-    call open_umat(law, plan%how%call_type)
+    call open_umat(law, plan%how)
     points = spread([spread(0.0_wp, 1, n_first), plan%path%start], 2, size(plan%factors, 2))
     if (plan%how%threads) call c_threads(c_funloc(walk_often), data)
     do i = 1, size(plan%path%dt)
