@@ -26,35 +26,6 @@ def test_case_with_kn_and_ks_is_that_of_python(run) -> None:
     assert np.array_equal(rows.vector("s"), history.separation)
 
 
-@pytest.mark.parametrize(
-    ("entries", "messages"),
-    [
-        ("kn = 20.0, mu = 0.6", ["kn = 20.0: expected ks beside it"]),
-        ("ks = 20.0, mu = 0.6", ["ks = 20.0: expected kn beside it"]),
-        ("kn = 20.0, ks = 5.0", ["mu is missing"]),
-        (
-            "kn = -1.0, ks = 5.0, mu = -2.0, sigma0 = 3.0, Gc = 1.0, kc = 2.0, damage0 = 0.5",
-            [
-                "kn = -1.0: expected > 0 (1e-44 to 1e50)",
-                "mu = -2.0: expected",
-                "sigma0 = 3.0: expected without kn and ks, which give sigma0, Gc, eta and kc",
-                "Gc = 1.0: expected without kn and ks",
-                "kc = 2.0: expected without kn and ks",
-                "damage0 = 0.5: expected 1 beside kn and ks",
-            ],
-        ),
-        ("kn = 1e20, ks = 1.0, mu = 0.6", ["kn = 1e20: expected at most 1e10 ks"]),
-    ],
-)
-def test_bad_cases_of_joints(run, entries: str, messages: list[str]) -> None:
-    """Every bad value is reported, by its name."""
-    result = run(f"&material {entries} /\n&pattern sides = 0 /\n" + PATH.format(0.1, 10), code=1)
-    lines = result.messages.splitlines()
-    assert len(lines) == len(messages), result.messages
-    for message in messages:
-        assert any(f"&material: {message}" in line for line in lines), result.messages
-
-
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_masonry() -> None:
     """Strengths in both modes, residual strength, and with a dilatancy the same one up its slope."""

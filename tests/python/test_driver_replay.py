@@ -64,7 +64,6 @@ def test_replay_file_is_beside_the_case(driver: Path, tmp_path: Path) -> None:
         ("", "s_N,s_Tx,s_Ty\n", ["no line of numbers"]),
         ("", "", ["record.csv", "expected a"]),
         ("", "0,0,0\n\x00", ["record.csv:2: byte 0: expected a text file"]),
-        ("files = 'x',", "0,0,0\n", ["files = 'x': unknown name"]),
         # initial states that the host routine rejects
         ("&initial traction = -1, 0, 0.1 /\n&replay ntens = 2,", "0,0\n",
          ["case.nml:3: &initial: traction = -1, 0, 0.1: expected t_Ty = 0 with ntens = 2"]),
