@@ -16,16 +16,6 @@ JOINT = "kn=82 ks=36 ft=.25 GfI=.018 c=.35 GfII=.125 tan_phi=.75"
 PATH = "&step t_N = -1.0, increments = 20 /\n&step slip = {}, increments = {} /\n"
 
 
-def test_case_with_kn_and_ks_is_that_of_python(run) -> None:
-    """The driver gives the rows of Material.from_joint."""
-    case = "&material kn = 20.0, ks = 5.0, mu = 0.6, closure = 0.2, height = 0.5 /\n"
-    rows = run(case + "&pattern sides = 2, theta = 30.0 /\n" + PATH.format(0.3, 30))
-    material = Material.from_joint(kn=20.0, ks=5.0, mu=0.6, closure=0.2, height=0.5)
-    history = Interface(material, RT).run([Step(t_N=-1.0, increments=20), Step(slip=0.3, increments=30)])
-    assert np.array_equal(rows.vector("t"), history.traction)
-    assert np.array_equal(rows.vector("s"), history.separation)
-
-
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_masonry() -> None:
     """Strengths in both modes, residual strength, and with a dilatancy the same one up its slope."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support_driver import FLAT, GC, MATERIAL, PARTS, RP_4, S_F, K
+from support_driver import GC, MATERIAL, PARTS, RP_4, S_F
 
 LISTED = "&pattern normals = 1, 0, 0, 0.9, 0.3, 0.1, 0.8, -0.2, 0.3, weights = 0.4, 0.3, 0.3 /\n"
 VISCOUS, GUARDED = ", tau_v = 0.5 /", ", guard = .true. /"
@@ -61,18 +61,3 @@ def test_initial_state_is_a_preload(run, extra: str, pattern: str, damage: str, 
         scale = max(np.abs(loaded[name]).max(), GC)
         expected = loaded[name][first] - before.get(name, 0.0)
         np.testing.assert_allclose(initial[name], expected, rtol=0, atol=tolerance * scale, err_msg=name)
-
-
-def test_contact_opens_where_the_offset_is_cancelled(run) -> None:
-    """A pressed crack opens at the separation that cancels its offset. There the traction is zero."""
-    head = MATERIAL + FLAT + "&initial traction = -10, 0, 0, damage = 1 /\n"
-    closure = 10.0 / K
-    opens = run(head + "&step s_N = 0.1, increments = 40 /\n")
-    (row,) = [i for i, event in enumerate(opens.events) if event]
-    assert opens.events[row] == {"open"} and opens["s_N"][row - 1] < closure < opens["s_N"][row]
-    refined = run("&case tolerance = 1e-4 /\n" + head + "&step s_N = 0.1 /\n")
-    kink = np.interp(closure, refined["s_N"], refined["t_N"])
-    assert abs(kink) < 1e-4 * 10.0  # 1e-4 of the largest traction
-    free = run(head + "&step t_N = 0.0, increments = 10 /\n")
-    np.testing.assert_allclose(free["s_N"], closure * np.arange(1, 11) / 10, rtol=1e-12)
-    assert abs(free["t_N"][-1]) < 1e-12

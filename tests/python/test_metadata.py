@@ -1,4 +1,4 @@
-"""Version, licence and recipes are the same everywhere, and no file refers to one machine."""
+"""The repository: one version, licence and recipe, no name of a machine, layers of the sources, targets."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import csv
 import ctypes
 import json
 import re
+import shutil
 import subprocess
+import sys
 from importlib import metadata
 from pathlib import Path
 
@@ -179,3 +181,61 @@ def test_equivalent_mutants_are_of_this_source() -> None:
     """Every line of the list of mutants that no test can notice stands in its file."""
     rows = [*csv.DictReader(text_of("tests/equivalent_mutants.csv").splitlines())]
     assert rows and not [row for row in rows if row["before"] not in text_of(row["file"])]
+
+
+# --- layers of the Fortran sources --------------------------------------------------------------------------
+
+SOURCES = (file for name in ("solver", "run") for file in (ROOT / "src" / name).glob("*.f90"))
+SOLVER = sorted(file for file in SOURCES if not file.stem.startswith("asperity_case"))
+"""Without the readers of case files, which have constants and planes."""
+DOOR = "call_checks checks contract elimination interface kinds pattern point_law rie_law text"
+"""What they may use of src/law: types, texts, checks, and the law through point_law and rie_law."""
+NAMES_OF_CONSTANTS = {"asperity_initial.f90": {"pattern%n", "material%guard"}}
+"""Names of constants in messages, and numbers of planes in the array of a state."""
+
+
+@pytest.mark.parametrize("file", SOLVER, ids=lambda file: file.stem)
+def test_solver_knows_no_plane(file: Path) -> None:
+    """A module uses solver, runs and the door, and no other constant than the listed ones."""
+    text = re.sub(r"!.*", "", file.read_text(encoding="utf-8"))
+    used = set(re.findall(r"^\s*use (?:, intrinsic ::)?\s*(asperity_\w+)", text, re.MULTILINE))
+    assert used
+    assert used <= {f"asperity_{name}" for name in DOOR.split()} | {other.stem for other in SOLVER}
+    assert set(re.findall(r"\b(?:pattern|material)%\w+", text)) <= NAMES_OF_CONSTANTS.get(file.name, set())
+    if "asperity_pattern" in used:
+        names = re.findall(r"use asperity_pattern, only: (.*)", text)
+        assert names == ["direction_vector"]
+
+
+# --- targets that CONTRIBUTING.md names ---------------------------------------------------------------------
+
+in_a_clone = pytest.mark.skipif(
+    not (ROOT / ".git").exists() or not shutil.which("make"), reason="sdist, or no make"
+)
+
+
+def run(*command: str | Path) -> str:
+    """Output of a command in the top folder, which must not fail."""
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@in_a_clone
+@pytest.mark.long
+def test_mutants() -> None:
+    """A changed line of the law is compiled, and a suite notices it."""
+    arguments = ["--samples", "1", "--jobs", "1", "--suite", "test_kinds", "src/law/asperity_law.inc"]
+    table = run(sys.executable, "tools/mutants.py", *arguments).splitlines()
+    assert re.fullmatch(r"\| `src/law` \| \d+ \| 1 \| 0 \| 1 \| 0 \|", table[-1])
+
+
+@in_a_clone
+@pytest.mark.slow
+def test_release() -> None:
+    """The sdist is made from a clone; it has what builds the package, its tests and the files for Abaqus."""
+    listed = Path(run("tools/release.sh", "--dry").splitlines()[-1]).read_text(encoding="utf-8").splitlines()
+    files = {name.partition("/")[2] for name in listed}
+    needed = "CMakeLists.txt pyproject.toml LICENSE src harness python tests docs/how-to".split()
+    committed = run("git", "ls-tree", "-r", "--name-only", "HEAD", *needed).splitlines()
+    assert len(committed) > 100 and set(committed) <= files
