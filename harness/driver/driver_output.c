@@ -1,6 +1,6 @@
 /* Files that the driver writes, one at a time, with what Fortran cannot do: each line is written by one system call,
  * and a line that is written in part is taken back; two runs are kept from one file; files are compared by their
- * inodes, and looked into without waiting for a pipe. A file that cannot be written ends the program with exit code 1. */
+ * inodes, and looked into without waiting for a pipe. A file that cannot be written ends the program with code 1. */
 #define _XOPEN_SOURCE 700
 #include <errno.h>
 #include <fcntl.h>

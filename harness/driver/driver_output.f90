@@ -43,6 +43,7 @@ module driver_output
     end subroutine c_write
     !> Close the file.
     subroutine close_file() bind(c, name="output_close")
+      implicit none
     end subroutine close_file
   end interface
   abstract interface

@@ -22,7 +22,7 @@ module replay
   use asperity_load_path, only: name_events, row_type
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_text, only: integer_text, set_text, to_text
-  use asperity_text_file, only: fields, line_end, load_file, longest_field, lower, newline, printable, to_real
+  use asperity_text_file, only: line_end, load_file, longest_field, lower, newline, printable, split, to_real
   use history, only: add_row, history_type
   use host_routines, only: umat
   use progress_line, only: progress_type, show_progress
@@ -81,7 +81,7 @@ contains
     first = 1
     do while (first <= len(source))
       last = line_end(source, first)
-      list = fields(source(first:last))
+      call split(source(first:last), list)
       first = last + 2
       place%line = place%line + 1
       if (list(1)(1:1) == "#" .or. size(list) == 1 .and. len_trim(list(1)) == 0) cycle

@@ -171,8 +171,8 @@ contains
         if (check) then
           call check_case(cases(i), laws(i)%law, label, code)
         else
-          call run_case(cases(i), laws(i)%law, strains(i), label, result_file(values, i), report, planes, quiet, measures, &
-            code)
+          call run_case(cases(i), laws(i)%law, strains(i), label, result_file(values, i), report, planes, quiet, &
+            measures, code)
         end if
         worst = max(worst, code)
         largest = max(largest, measures)

@@ -5,7 +5,7 @@ module asperity_case_umat
   use asperity_errors, only: error_type, fail
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text, set_text
-  use asperity_text_file, only: beside, fields, longest_field, lower
+  use asperity_text_file, only: beside, longest_field, lower, split
   implicit none
   private
   public :: umat_group
@@ -132,7 +132,7 @@ contains
     character(len=2), parameter :: names(3) = ["n ", "tx", "ty"]
     character(len=longest_field), allocatable :: list(:)
     integer :: i
-    list = fields(order)
+    call split(order, list)
     umat%ntens = size(list)
     umat%position = [(findloc(list, names(i), dim=1), i=1, 3)]
     if (all(umat%ntens /= any_ntens) .or. any(umat%position(:2) == 0) .or. &

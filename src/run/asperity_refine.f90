@@ -48,8 +48,8 @@ contains
       "the longest step along the branch")
   end subroutine explain_tolerance
 
-  !> Begin a path, without a tolerance, or run it to one: the largest distance of the rows of a run from straight lines between those of a run
-  !> with half as many increments is small, and was at most twice as large in the run before.
+  !> Begin a path or, with a tolerance, run it: the largest distance of the rows of a run from straight lines between
+  !> those of a run with half as many increments is small, and was at most twice as large in the run before.
   !>
   !> The tolerance is relative to the largest traction (at least the strength), separation (at least s_f) and work (at
   !> least that of the bond). The distance is that between the curves, so that a jump may move by a small part of the

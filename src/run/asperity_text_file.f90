@@ -5,7 +5,7 @@ module asperity_text_file
   use asperity_text, only: integer_text
   implicit none
   private
-  public :: beside, check_bytes, fields, line_end, load_file, lower, printable, to_real
+  public :: beside, check_bytes, line_end, load_file, lower, printable, split, to_real
 
   character(len=*), parameter, public :: newline = achar(10)
   character(len=*), parameter, public :: blanks = " " // achar(9) // newline // achar(13)
@@ -82,9 +82,9 @@ contains
   end function line_end
 
   !> Fields of a line, which commas separate.
-  pure function fields(line) result(list)
-    character(len=*), intent(in) :: line   !! text
-    character(len=longest_field), allocatable :: list(:)
+  pure subroutine split(line, list)
+    character(len=*), intent(in) :: line                                  !! text
+    character(len=longest_field), allocatable, intent(out) :: list(:)     !! its fields
     character(len=len(line)) :: clean
     integer :: first, i, last
     clean = line
@@ -98,7 +98,7 @@ contains
       list(i) = adjustl(clean(first:last))
       first = last + 2
     end do
-  end function fields
+  end subroutine split
 
   !> Start of a text, with a question mark for each character that is not ASCII.
   pure function printable(piece) result(clean)

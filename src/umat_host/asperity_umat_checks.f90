@@ -37,8 +37,9 @@ module asperity_umat_checks
     comparison_type("where arguments that hosts may not have are NULL", how_type())]
 
   !> Arguments that hosts without temperatures, elements or orientations pass as NULL.
-  character(len=*), parameter :: may_be_absent(18) = [character(len=6) :: "RPL", "DDSDDT", "DRPLDE", "DRPLDT", "TEMP", &
-    "DTEMP", "PREDEF", "DPRED", "COORDS", "DROT", "PNEWDT", "CELENT", "DFGRD0", "DFGRD1", "NOEL", "NPT", "LAYER", "KSPT"]
+  character(len=*), parameter :: may_be_absent(18) = [character(len=6) :: "RPL", "DDSDDT", "DRPLDE", "DRPLDT", &
+    "TEMP", "DTEMP", "PREDEF", "DPRED", "COORDS", "DROT", "PNEWDT", "CELENT", "DFGRD0", "DFGRD1", "NOEL", "NPT", &
+    "LAYER", "KSPT"]
 
   !> Largest error of DDSDDE and, at a kink, of a one-sided difference, relative to the stiffness; largest error of the
   !> energies, relative to the largest work, with each increment in parts; what is a rounding error, and what is one of

@@ -111,10 +111,10 @@ contains
         cycle
       end if
       do p = 1, size(points, 2)
-        associate (point => points(:, p), factors => plan%factors(:, p))
+        associate (point => points(:, p), factors => plan%factors(:, p), parts => plan%how%parts)
           if (plan%how%tries) tried = after(law, plan%path, i, factors, whole, point(n_first + 1:))
-          do k = 1, plan%how%parts
-            point = after(law, plan%path, i, factors, real([k - 1, k], wp)/real(plan%how%parts, wp), point(n_first + 1:))
+          do k = 1, parts
+            point = after(law, plan%path, i, factors, real([k - 1, k], wp)/real(parts, wp), point(n_first + 1:))
           end do
         end associate
       end do

@@ -208,7 +208,8 @@ void umat_call(int attempt, int ntens, int nstatv, int nprops, const double *pro
   call_once(input);
   check_guards();
   for (int k = STRAN; strict && k < COUNT; k++) {
-    if (k == PNEWDT || memcmp(own.block + own.place[k], input[k], (size_t)own.size[k] * sizeof *own.block) == 0) continue;
+    const size_t bytes = (size_t)own.size[k] * sizeof *own.block;
+    if (k == PNEWDT || memcmp(own.block + own.place[k], input[k], bytes) == 0) continue;
     snprintf(reason, sizeof reason, "it wrote to %s, which is the host's", names[k]);
     umat_worker_fail(reason);
   }
