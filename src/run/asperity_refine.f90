@@ -77,6 +77,8 @@ contains
     end do
     call run_rows(law, finer, start, run, fine)
     error = huge(error)
+    ! gfortran reads the bounds of what is assigned to
+    allocate (values(0, 0))
     do
       call move_alloc(fine, coarse)
       do i = 1, size(steps)

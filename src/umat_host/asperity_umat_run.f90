@@ -17,8 +17,8 @@ module asperity_umat_run
   !> Numbers of a row that a child sends, before those of its state, and of an increment, which it leaves as notes.
   type(row_head), parameter :: no_row = row_head()
   type(increment_type), parameter :: no_increment = increment_type()
-  integer, parameter :: n_head = (storage_size(no_row) - 1)/storage_size(1.0_wp) + 1
-  integer, parameter :: n_increment = (storage_size(no_increment) - 1)/storage_size(1.0_wp) + 1
+  integer, parameter :: n_head = ceiling(real(storage_size(no_row), wp)/real(storage_size(1.0_wp), wp))
+  integer, parameter :: n_increment = ceiling(real(storage_size(no_increment), wp)/real(storage_size(1.0_wp), wp))
 
   !> A child and its run.
   type, public :: umat_run_type
