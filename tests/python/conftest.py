@@ -15,7 +15,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from asperity import installed
 from asperity.cli import main
-from support_driver import CASES, Result, call
+from support_driver import Result, call
 
 os.cpu_count = lambda: 1
 
@@ -65,24 +65,3 @@ def run(driver: Path, tmp_path: Path):
         return Result(process, output)
 
     return run_text
-
-
-@pytest.fixture(scope="session")
-def shipped(driver: Path, tmp_path_factory: pytest.TempPathFactory):
-    """Return a function that runs a shipped case once and returns its results by the value of the sweep.
-
-    Without a sweep the only key is "".
-    """
-    done: dict[str, dict[str, Result]] = {}
-
-    def run_case(name: str) -> dict[str, Result]:
-        if name not in done:
-            folder = tmp_path_factory.mktemp(name)
-            process = call(driver, CASES / f"{name}.nml", folder=folder)
-            assert process.returncode == 0, process.stderr
-            found = {path.stem[len(name) + 1 :]: Result(process, path) for path in folder.glob("*.csv")}
-            assert found
-            done[name] = found
-        return done[name]
-
-    return run_case

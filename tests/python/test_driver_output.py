@@ -7,8 +7,6 @@ import re
 import signal
 import subprocess
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -95,31 +93,20 @@ def test_limit_on_the_size_of_a_file(driver: Path, tmp_path: Path) -> None:
     assert rows and all(len(row) == len(header) for row in rows)
 
 
-@contextmanager
-def long_run(
-    driver: Path, folder: Path, options: Sequence[str], terminal: int
-) -> Iterator[subprocess.Popen[bytes]]:
-    """A run that shows its progress after two seconds, most of which it is stopped."""
-    (folder / "long.nml").write_text(
-        MATERIAL + "&pattern sides = 64, theta = 30.0 /\n&step slip = 0.02, increments = 10000000 /\n"
-    )
-    with subprocess.Popen([driver, "long.nml", *options], cwd=folder, stderr=terminal) as process:
+@pytest.mark.slow
+def test_progress(driver: Path, tmp_path: Path) -> None:
+    """A long run shows its progress on a terminal after two seconds, most of which it is stopped."""
+    text = MATERIAL + "&pattern sides = 64, theta = 30.0 /\n&step slip = 0.02, increments = 10000000 /\n"
+    (tmp_path / "long.nml").write_text(text)
+    screen, terminal = os.openpty()
+    with subprocess.Popen([driver, "long.nml", "--planes"], cwd=tmp_path, stderr=terminal) as process:
         os.close(terminal)
         time.sleep(0.4)
         process.send_signal(signal.SIGSTOP)
         time.sleep(2.0)
         process.send_signal(signal.SIGCONT)
-        yield process
-
-
-@pytest.mark.slow
-def test_progress(driver: Path, tmp_path: Path) -> None:
-    """A long run shows its progress on a terminal."""
-    screen, terminal = os.openpty()
-    with long_run(driver, tmp_path, ["--planes"], terminal) as process:
         line = os.read(screen, 200).decode()
         process.kill()
-        process.wait()
     os.close(screen)
     assert re.fullmatch(
         r"\r\x1b\[Krie_driver: long.nml: \d+ of 10000000 increments \(0 %\), \d+ (s|min) left", line

@@ -24,6 +24,7 @@ from asperity.paper.fracture_energy import (
 )
 from asperity.paper.outcome import FIVE
 from asperity.slip_curves import slip_curves
+from refresh import words_and_numbers
 
 from harness.studies import gallery
 
@@ -135,13 +136,6 @@ def test_slip_curves_are_the_single_tests(executor: Executor | None) -> None:
 # --- the committed gallery --------------------------------------------------------------------------
 
 
-def numbers(text: str) -> tuple[str, list[float]]:
-    """Return a text with its numbers replaced by #, and the numbers."""
-    pattern = re.compile(r"(?<![\w.])[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
-    found = [float(m.replace("−", "-")) for m in pattern.findall(text)]
-    return pattern.sub("#", text), found
-
-
 def sections(page: Path) -> dict[str, str]:
     """Return what stands between the markers of a page, by figure."""
     found = re.findall(r"<!-- (\w+) -->\n(.*?)<!-- /", page.read_text(encoding="utf-8"), re.DOTALL)
@@ -191,5 +185,5 @@ def test_gallery_is_the_committed_one(again: Path) -> None:
     filled, committed = (sections(folder / "README.md") for folder in (again, GALLERY))
     assert len(filled) in (len(FEW), len(command.ENTRIES)) and len(committed) == len(command.ENTRIES)
     for name, text in filled.items():
-        (words, values), (committed_words, expected) = numbers(text), numbers(committed[name])
+        (words, values), (committed_words, expected) = map(words_and_numbers, (text, committed[name]))
         assert words == committed_words and values == pytest.approx(expected, rel=1e-3, abs=1e-6)
