@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 import subprocess
 import sys
 import sysconfig
 from collections.abc import Callable
-from importlib import metadata
 from importlib.resources import files
 from pathlib import Path
 
@@ -145,14 +143,11 @@ def test_doctor(said: Callable, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_package_has_what_hosts_need() -> None:
-    """The package has sources for Abaqus, the header, and the mark of types; these packages are required."""
+    """The package has sources for Abaqus, the header, and the mark of types."""
     assert (files(asperity) / "py.typed").is_file()
     for name in ("asperity_abaqus.f90", "asperity_abaqus_standard.f90"):
         assert (installed.abaqus() / name).is_file(), name
     assert installed.library().with_name("asperity.h").is_file()
-    required = [line for line in metadata.requires("asperity") or [] if "extra ==" not in line]
-    expected = ["lmfit", "matplotlib", "numpy", "pandas", "pint", "scipy", "tqdm"]
-    assert sorted(re.split(r"\W", line)[0] for line in required) == expected
 
 
 # --- new, cases, run ------------------------------------------------------

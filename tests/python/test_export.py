@@ -16,7 +16,6 @@ from asperity import contract, installed, read_case
 from asperity.cli import main
 from asperity.export import command as kit
 from asperity.export.element import Element
-from asperity.installed import named_case
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "harness" / "hosts" / "abaqus"))
 from deck_check import model
@@ -106,16 +105,6 @@ def test_element_of_a_case(host: str, tmp_path: Path, capsys: pytest.CaptureFixt
         rows = run_standard(deck, installed.library())[16::17]
         assert np.abs(rows - found).max() < 1e-7
         assert not list(folder.glob("wallette*"))
-
-
-def test_slip_ends_behind_the_peak(tmp_path: Path) -> None:
-    """A slip much longer than that at the peak is shortened: the five rows lie on both sides of it."""
-    case = tmp_path / "joint.nml"
-    text = named_case("one_element").read_text()
-    case.write_text(text.replace("slip = 0.25, increments = 100", "slip = 5.0, increments = 500"))
-    element = Element.of_case(case)
-    forces = [row[2] for row in element.rows]
-    assert element.slip < 1.0 and forces[0] < max(forces) > forces[-1] > 0.5
 
 
 def test_rows_that_differ_are_an_error(capsys: pytest.CaptureFixture[str]) -> None:

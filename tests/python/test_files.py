@@ -48,7 +48,6 @@ COMMANDS = [
     (["select", "case.nml", "--tolerance", "0.5", "-o", "out.nml"], "out.nml"),
     (["uncertainty", "case.nml", *SEARCH, "-o", "out.csv"], "out.csv"),
     (["surface", "scan.csv", "--spacing", "1", "-o", "out"], "out.csv"),
-    (["surface", "scan.csv", "--spacing", "1", "-o", "out"], "out.png"),
     (["surface", "scan.csv", "--spacing", "1", "--case", "case.nml", "-o", "out"], "out.nml"),
     (["paper", "--figure", "2", "-o", "out"], "out/figure02.csv"),
 ]

@@ -363,7 +363,6 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     ("values", "message"),
     [
         ({"tau": np.ones(6)}, "t: column tau is 1 in all rows: expected values that change"),
-        ({"s_N": np.full(6, np.nan)}, "t: s_N has shape"),
         ({"slip": [], "tau": []}, r"t: slip has shape \(0,\)"),
     ],
 )

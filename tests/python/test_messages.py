@@ -114,8 +114,6 @@ ROWS: list[tuple[Callable[[], object], str]] = [
         )
     ),
     (lambda: slip_curves(RT, NAN, [0.1]), "direction"),
-    (lambda: slip_curves(RT, 0.0, []), "slips"),
-    (lambda: slip_curves(RT, 0.0, [0.1], INF), "sigma_N"),
     (lambda: slip_curves(Interface(MATERIAL, RT.pattern), 0.0, [0.1], 0.0, 0), "preload = 0"),
     # separations that are not finite, and states that no update can return, with index as in the hosts
     *(

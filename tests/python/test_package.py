@@ -157,7 +157,6 @@ WANTED = ": expected writable float64, contiguous in C order"
         (5, "out = 5: expected traction, state and tangent"),
         ((T, V), "out has 2 entries: expected traction, state and tangent"),
         ((None, V, D), "out[0] is None" + WANTED),
-        ((T.tolist(), V, D), "out[0] is [[0.0, 0.0, 0.0], [0.0, "),
         ((T[:3], V, D), "out[0] has shape (3, 3): expected (4, 3)"),
         ((T, V[:, :22].copy(), D), "out[1] has shape (4, 22): expected (4, 23)"),
         ((T.astype(np.float32), V, D), "out[0] is a float32 array" + WANTED),

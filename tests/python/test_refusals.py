@@ -180,7 +180,6 @@ SURFACE = [
     ("--sides 4", "--sides: expected with --regular"),
     ("--regular --flat-below 5", "--regular: expected without"),
     ("--unit MPa", "scan.csv: unit [MPa]: expected m, cm, mm"),
-    ("-o scan", "-o scan.csv: this file is read or written by the same command"),
     ("-o scan.csv", "-o scan.csv: this file is read or written by the same command"),
     ("-o none/planes", "-o none/planes.csv: no folder none: expected one that is there"),
     ("-o .", "-o .: expected a name"),

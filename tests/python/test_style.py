@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 
-import matplotlib.image
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
 from asperity.plots import figure_of
-from asperity.style import DPI, TWO, label_ends, merged, new_figure, printed, save
+from asperity.style import label_ends, merged, new_figure, printed
 from matplotlib.axes import Axes
 from matplotlib.text import Annotation
 
@@ -46,22 +44,6 @@ def test_curves_that_coincide_are_one() -> None:
     assert [line[0] for line in merged([one, ("45", X, X, False), same])] == ["0 to 90"]
     # one of them ends because equilibrium is lost
     assert len(merged([one, ("90", X, X, True)])) == 2
-
-
-@pytest.mark.parametrize("ending", [".png", ".pdf"])
-def test_files(ending: str, tmp_path: Path) -> None:
-    """A picture has the width of two columns; the same picture gives the same bytes."""
-    names = [tmp_path / f"one{ending}", tmp_path / f"other{ending}"]
-    for name in names:
-        with printed():
-            figure, (ax,) = new_figure(TWO, 2.0)
-            ax.plot([0.0, 1.0], [0.0, 1.0])
-            save(figure, name)
-    assert names[0].read_bytes() == names[1].read_bytes()
-    assert ending == ".pdf" or matplotlib.image.imread(names[0]).shape[1] == round(TWO * DPI)
-    with pytest.raises(ValueError, match=r"x\.jpg: expected a name that ends in \.png or \.pdf"):
-        save(figure, tmp_path / "x.jpg")
-    assert len(list(tmp_path.iterdir())) == 2
 
 
 LISTED = Pattern.planes([(1, 0, 0), (1, 0.2, 0)], [0.5, 0.5])

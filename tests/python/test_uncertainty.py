@@ -173,11 +173,9 @@ SOUND = {
     [
         None,
         {"parameters": None},
-        {"parameters": ["nu"]},
         {"covariance on the scales": [[1, 2]]},
         {"covariance on the scales": [[-1]]},
         {"values": [float("nan")]},
-        {"scales": ["cube"]},
         {key: 2 * SOUND[key] for key in SOUND if key != "covariance on the scales"}
         | {"covariance on the scales": [[1, np.inf], [np.inf, 1]], "model error of tau and s_N": [0.0, 0.0]},
     ],

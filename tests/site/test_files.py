@@ -6,7 +6,6 @@ missing, or asked for from elsewhere.
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 
@@ -24,15 +23,6 @@ def test_every_page_of_the_repository_is_there(pages: dict[Path, str]) -> None:
     names += [f"files/src/{name}.f90" for name in fortran] + ["files/src/asperity.h", "api/python"]
     wanted = {SITE / (f"{name}.html" if name.endswith("index") else f"{name}/index.html") for name in names}
     assert len(wanted) > 50 and wanted - set(pages) == set()
-
-
-def test_search_knows_every_page(pages: dict[Path, str]) -> None:
-    """The index of the search has an entry of each page."""
-    entries = json.loads((SITE / "search" / "search_index.json").read_text(encoding="utf-8"))["docs"]
-    found = {entry["location"].partition("#")[0] for entry in entries}
-    assert {str(file.relative_to(SITE).parent).rstrip(".") for file in pages} == {
-        name.rstrip("/") for name in found
-    }
 
 
 def test_api_has_comments() -> None:
