@@ -19,7 +19,7 @@ module case_run
     write_report
   use history, only: add_row, history_type, open_history, start_from
   use progress_line, only: clear_progress, progress_type, show_progress, start_progress
-  use replay, only: run_replay, strains_type
+  use replay, only: run_replay
   implicit none
   private
   public :: run_case, failed_file, warn_of, measures_of_case
@@ -30,10 +30,9 @@ module case_run
 contains
 
   !> Run a case, write its rows to a CSV file and its result to standard error.
-  subroutine run_case(case, law, strains, label, output, report, planes, quiet, worst, code)
+  subroutine run_case(case, law, label, output, report, planes, quiet, worst, code)
     type(case_type), intent(in) :: case         !! the case
     class(point_law), intent(in) :: law         !! its law
-    type(strains_type), intent(in) :: strains   !! of a replay
     character(len=*), intent(in) :: label       !! name of the run in messages
     character(len=*), intent(in) :: output      !! file, "-": standard output
     character(len=*), intent(in) :: report      !! file of the report, empty: none
@@ -56,7 +55,7 @@ contains
       call run_path(case, law, label, table, progress, run, failure, broken, why)
     else
       if (case%initial%given) call start_from(table, law, new_point(law, case%state%statev))
-      call run_replay(case, strains, label, table, progress, failure)
+      call run_replay(case, label, table, progress, failure)
     end if
     call clear_progress(progress)
     call close_file()

@@ -30,12 +30,6 @@ module replay
   private
   public :: read_replayed, run_replay
 
-  !> A record of one point.
-  type, public :: strains_type
-    real(wp), allocatable :: strain(:, :)   !! (ntens, n) total strains
-    real(wp), allocatable :: time(:)        !! (n) times
-  end type strains_type
-
   !> Largest number of messages about one kind of error; the number of further ones is reported.
   integer, parameter :: most_lines = 20
 
@@ -49,9 +43,8 @@ module replay
 contains
 
   !> Read the record that a case replays.
-  subroutine read_replayed(case, record, errors)
-    type(case_type), intent(in) :: case          !! the case
-    type(strains_type), intent(out) :: record    !! the record
+  subroutine read_replayed(case, errors)
+    type(case_type), intent(inout) :: case       !! the case; strains and times of its record are set
     type(errors_type), intent(inout) :: errors   !! errors are added
     character(len=:), allocatable :: source
     character(len=longest_field), allocatable :: list(:)
@@ -70,7 +63,7 @@ contains
     ntens = case%replay%ntens
     position = component_map(ntens, case%joint%map)
     n = count([(source(i:i) == newline, i=1, len(source))]) + 1
-    allocate (record%strain(ntens, n), record%time(n))
+    allocate (case%replay%strain(ntens, n), case%replay%time(n))
     bound = 0.25_wp*separation_bound(case%joint)/case%joint%h
     named = .false.
     unit = 1.0_wp
@@ -107,14 +100,14 @@ contains
         integer_text(ntens) // " (ntens), or a header")
       if (good) then
         n = n + 1
-        record%time(n) = merge(numbers(ntens + 1), real(n, wp)*case%replay%dtime, column(ntens + 1) > 0)
-        call require(record%time(n) >= now, "time = " // to_text(record%time(n)) // ": expected at least " // &
-          to_text(now) // ", the time before (0 at the start)")
-        now = max(now, record%time(n))
+        case%replay%time(n) = merge(numbers(ntens + 1), real(n, wp)*case%replay%dtime, column(ntens + 1) > 0)
+        call require(case%replay%time(n) >= now, "time = " // to_text(case%replay%time(n)) // &
+          ": expected at least " // to_text(now) // ", the time before (0 at the start)")
+        now = max(now, case%replay%time(n))
         call require(.not. abs(numbers(ntens + 2)) > 0.0_wp, "s_Ty = " // to_text(numbers(ntens + 2)) // &
           ": expected 0 with ntens = 2")
-        record%strain(:, n) = numbers(:ntens)/unit
-        call require(all(bounded(record%strain(:, n), bound)), "expected strains of a magnitude up to " // &
+        case%replay%strain(:, n) = numbers(:ntens)/unit
+        call require(all(bounded(case%replay%strain(:, n), bound)), "expected strains of a magnitude up to " // &
           to_text(bound))
       end if
       if (.not. good) bad = bad + 1
@@ -122,8 +115,8 @@ contains
     place%line = -1
     if (bad > most_lines) call fail(errors, place, "... and " // integer_text(bad - most_lines) // " more bad lines")
     if (n == 0 .and. errors%n == earlier) call fail(errors, place, "no line of numbers")
-    record%strain = record%strain(:, :n)
-    record%time = record%time(:n)
+    case%replay%strain = case%replay%strain(:, :n)
+    case%replay%time = case%replay%time(:n)
 
   contains
 
@@ -177,9 +170,8 @@ contains
 
   !> Replay a record. Each of its increments gives a row, whose `iterations` are the calls of umat. Components that the
   !> host does not have are 0, also t_Ty with NTENS = 2.
-  subroutine run_replay(case, record, label, table, progress, failure)
-    type(case_type), intent(in) :: case                      !! the case
-    type(strains_type), intent(in) :: record                 !! strains
+  subroutine run_replay(case, label, table, progress, failure)
+    type(case_type), intent(in) :: case                      !! the case, with its record
     character(len=*), intent(in) :: label                    !! name of the run, for the progress line
     type(history_type), intent(inout) :: table               !! rows are added
     type(progress_type), intent(inout) :: progress           !! clock
@@ -206,9 +198,9 @@ contains
     unset = garbage
     row%step = 1
     row%report%iterations = size(fractions)
-    do n = 1, size(record%time)
-      dstran = record%strain(:, n) - stran
-      dtime = record%time(n) - row%time
+    do n = 1, size(case%replay%time)
+      dstran = case%replay%strain(:, n) - stran
+      dtime = case%replay%time(n) - row%time
       stress = committed_stress
       do call_number = 1, size(fractions)
         first_stress = stress
@@ -242,7 +234,7 @@ contains
       committed = statev
       committed_stress = stress
       row%increment = n
-      row%time = record%time(n)
+      row%time = case%replay%time(n)
       do i = 1, 3
         if (position(i) == 0) cycle
         row%s(i) = case%joint%h*stran(position(i))
@@ -253,7 +245,7 @@ contains
       row%report%cut = pnewdt < 1.0_wp
       call name_events(law, table%last%state, row%state, table%regime, row)
       call add_row(table, row)
-      call show_progress(progress, label, n, size(record%time))
+      call show_progress(progress, label, n, size(case%replay%time))
     end do
   end subroutine run_replay
 

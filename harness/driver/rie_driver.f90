@@ -11,7 +11,7 @@ program rie_driver
   use case_law, only: check_case, get_law, law_type
   use case_run, only: failed_file, failed_title, measures_of_case, run_case, warn_of
   use driver_output, only: exit_input, exit_ok, finish, may_replace, report_start, same_file, say, without, write_report
-  use replay, only: read_replayed, strains_type
+  use replay, only: read_replayed
   implicit none
 
   character(len=*), parameter :: usage(20) = [character(len=96) :: &
@@ -122,7 +122,6 @@ contains
   subroutine run()
     type(case_file_type) :: file
     type(errors_type) :: errors
-    type(strains_type), allocatable :: strains(:)
     type(law_type), allocatable :: laws(:)
     character(len=:), allocatable :: header, label
     real(wp) :: largest(n_measures), measures(n_measures)
@@ -131,10 +130,10 @@ contains
     call read_cases(path, file, errors)
     call end_on_errors(errors)
     call csv_header(header, .false.)
-    allocate (laws(size(file%cases)), strains(size(file%cases)))
+    allocate (laws(size(file%cases)))
     do i = 1, size(file%cases)
       call get_law(file%cases(i), path, laws(i)%law, errors)
-      if (errors%n == 0 .and. size(file%cases(i)%steps) == 0) call read_replayed(file%cases(i), strains(i), errors)
+      if (errors%n == 0 .and. size(file%cases(i)%steps) == 0) call read_replayed(file%cases(i), errors)
       if (errors%n > 0) exit
     end do
     associate (cases => file%cases, values => file%values)
@@ -171,7 +170,7 @@ contains
         if (check) then
           call check_case(cases(i), laws(i)%law, label, code)
         else
-          call run_case(cases(i), laws(i)%law, strains(i), label, result_file(values, i), report, planes, quiet, &
+          call run_case(cases(i), laws(i)%law, label, result_file(values, i), report, planes, quiet, &
             measures, code)
         end if
         worst = max(worst, code)

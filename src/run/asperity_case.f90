@@ -33,6 +33,8 @@ module asperity_case
     character(len=:), allocatable :: file   !! CSV
     integer :: ntens = 3                    !! components of the host
     real(wp) :: dtime = 1.0_wp              !! time increment where the file has no time
+    real(wp), allocatable :: strain(:, :)   !! (ntens, n) total strains, once the file has been read
+    real(wp), allocatable :: time(:)        !! (n) their times
   end type replay_type
 
   !> A case; one that has been read has been checked.
