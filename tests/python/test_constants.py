@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern, Step, read_case
 
-RT = Pattern.regular(2, 30.0)
 CONSTANTS = dict(kn=82.0, ks=36.0, ft=0.25, GfI=0.018, c=0.35, GfII=0.125, tan_phi=0.75)
 JOINT = "kn=82 ks=36 ft=.25 GfI=.018 c=.35 GfII=.125 tan_phi=.75"
-PATH = "&step t_N = -1.0, increments = 20 /\n&step slip = {}, increments = {} /\n"
 
 
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")

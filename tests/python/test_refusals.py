@@ -14,7 +14,7 @@ CASE = """&case title = 'joint' /
 &step t_N = -1.0, increments = 10 /
 &step slip = 0.2, -0.2, increments = 20, 40 /
 """
-PATTERN, PRELOAD = "sides = 4, theta = 20.0, flat = 0.25", "t_N = -1.0, increments = 10"
+PATTERN = "sides = 4, theta = 20.0, flat = 0.25"
 LISTED = "normals = 1, 0, 0, weights = 1"
 FIRST_STEP = "&step t_N = -1.0, increments = 10 /\n&step slip = 0.2, -0.2, increments = 20, 40 /\n"
 JOINT = "kn=82 ks=36 ft=.25 GfI=.018 c=.35 GfII=.125 tan_phi=.75"

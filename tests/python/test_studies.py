@@ -147,6 +147,7 @@ def test_a_snap_is_drawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
 
 # --- speed --------------------------------------------------------------------------------------------------
 
+
 @pytest.mark.long
 def test_benchmark_is_drawn(tmp_path: Path) -> None:
     """The CSV of a short run has the times of all patterns and kernels that the picture shows."""
