@@ -59,7 +59,9 @@ contains
     end if
     call clear_progress(progress)
     call close_file()
-    if (.not. case%umat%given) worst = measures_of_case(case, -table%least_traction, table%largest_slip)
+    if (.not. case%umat%given) worst = measures(case%props, -table%least_traction, 0.0_wp, table%largest_slip)
+    ! as before the run
+    worst(:m_tension) = 0.0_wp
 
     code = exit_ok
     associate (row => table%last)
@@ -244,25 +246,18 @@ contains
     end do
   end subroutine warn_of
 
-  !> Measures of a case: before the run those that the case determines, after it those of its largest pressure and slip.
-  pure function measures_of_case(case, pressure, slip) result(values)
+  !> Measures of warnings that a case determines before its run.
+  pure function measures_of_case(case) result(values)
     type(case_type), intent(in) :: case              !! the case
-    real(wp), intent(in), optional :: pressure       !! largest of the run, >= 0, stress
-    real(wp), intent(in), optional :: slip           !! largest of the run, length
     real(wp) :: tension, values(n_measures)
     integer :: i
-    if (present(pressure) .and. present(slip)) then
-      values = measures(case%props, pressure, 0.0_wp, slip)
-      values(:m_tension) = 0.0_wp
-    else
-      tension = 0.0_wp
-      do i = 1, size(case%steps)
-        associate (step => case%steps(i))
-          if (step%control%traction(1) .and. step%has_target(1)) tension = max(tension, maxval(step%targets(1, :)))
-        end associate
-      end do
-      values = measures(case%props, 0.0_wp, tension, 0.0_wp)
-    end if
+    tension = 0.0_wp
+    do i = 1, size(case%steps)
+      associate (step => case%steps(i))
+        if (step%control%traction(1) .and. step%has_target(1)) tension = max(tension, maxval(step%targets(1, :)))
+      end associate
+    end do
+    values = measures(case%props, 0.0_wp, tension, 0.0_wp)
   end function measures_of_case
 
 end module case_run
