@@ -332,6 +332,8 @@ def checks(found: Fit) -> Iterator[tuple[bool, str]]:
         wide = f", intervals widened by {found.widening:.1f}" if found.widening > 1.0 else ""
         text = f"the law differs from the tests by more than noise: scatter {scatter:.1%} of the range, {how}"
         yield scatter > max(found.model_error, NEGLIGIBLE), text + wide
+    if np.ptp([test.pressed for test in found.problem.tests]) == 0.0:
+        yield False, "at one pressure a different law may fit as well: test at others, too"
     if found.lost_rows:
         yield True, f"the model has no equilibrium at {found.lost_rows} rows"
     if not found.converged:
