@@ -48,9 +48,8 @@ contains
     logical, intent(in), optional :: by_rows                      !! true: tangent(j, i, :), as C and Python store it
     type(block_type) :: block
     type(limits_type) :: limits
-    real(wp) :: from(3)
     logical :: rows
-    integer :: n
+    integer :: first, n
 
     failed = 0
     status = time_status(joint, dt)
@@ -62,45 +61,56 @@ contains
     rows = .false.
     if (present(by_rows)) rows = by_rows
     ! a team of one thread would cost as much as a dozen points
-    if (n >= worth_threads) then
-      !$omp parallel
-      call update_all()
-      !$omp end parallel
+    if (n < worth_threads) then
+      do first = 1, n, chunk
+        failed = min(failed, first_bad(first))
+      end do
     else
-      call update_all()
+      !$omp parallel do schedule(static) reduction(min: failed)
+      do first = 1, n, chunk
+        failed = min(failed, first_bad(first))
+      end do
+      !$omp end parallel do
     end if
-    if (failed > n) then
-      failed = 0
+    if (failed <= n) then
+      status = point_status(joint, start_of(failed), s(:, failed), state(:, failed))
       return
     end if
-    from = 0.0_wp
-    if (present(s_old)) from = s_old(:, failed)
-    status = point_status(joint, from, s(:, failed), state(:, failed))
-
-  contains
-
-    !> Find the first bad point; if there is none, update all points. The threads that call it share its loops.
-    subroutine update_all()
-      real(wp) :: from(3)
-      integer :: first, i, last
-      from = 0.0_wp
-      !$omp do schedule(static) reduction(min: failed)
-      do first = 1, n, chunk
-        last = min(first + chunk - 1, n)
-        if (rows_bounded(limits, separation_bound(joint), first, last, s, state, s_old)) cycle
-        do i = last, first, -1
-          if (present(s_old)) from = s_old(:, i)
-          if (point_status(joint, from, s(:, i), state(:, i)) /= status_ok) failed = min(failed, i)
-        end do
-      end do
-      !$omp end do
-      if (failed <= n) return
-      !$omp do schedule(static)
+    failed = 0
+    if (n < worth_threads) then
       do first = 1, n, chunk
         call update_rows(block, first, min(first + chunk - 1, n), s, state, traction, rows, s_old, tangent)
       end do
-      !$omp end do
-    end subroutine update_all
+    else
+      !$omp parallel do schedule(static)
+      do first = 1, n, chunk
+        call update_rows(block, first, min(first + chunk - 1, n), s, state, traction, rows, s_old, tangent)
+      end do
+      !$omp end parallel do
+    end if
+
+  contains
+
+    !> Number of the first bad point of a chunk, n + 1 if there is none.
+    function first_bad(first) result(bad)
+      integer, intent(in) :: first   !! point with which the chunk begins
+      integer :: bad
+      integer :: i, last
+      bad = n + 1
+      last = min(first + chunk - 1, n)
+      if (rows_bounded(limits, separation_bound(joint), first, last, s, state, s_old)) return
+      do i = last, first, -1
+        if (point_status(joint, start_of(i), s(:, i), state(:, i)) /= status_ok) bad = i
+      end do
+    end function first_bad
+
+    !> Separation of a point at the start.
+    function start_of(i) result(from)
+      integer, intent(in) :: i   !! point
+      real(wp) :: from(3)
+      from = 0.0_wp
+      if (present(s_old)) from = s_old(:, i)
+    end function start_of
 
   end subroutine update_points
 

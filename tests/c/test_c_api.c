@@ -141,9 +141,38 @@ static int initial_state_carries_the_traction(void) {
                      ASPERITY_BAD_PROPS);
 }
 
+static int threads_of_the_host_have_their_own_points(void) {
+  /* Each thread of a host's parallel region updates arrays of its own; with OpenMP in one library for both. */
+  enum { MOST = 3000, THREADS = 3, SIZES = 3 };
+  const double props[] = FLAT_PROPS;
+  const int sizes[SIZES] = {1, 100, MOST};
+  static double s[MOST][3], state[THREADS + 1][MOST][FLAT_STATEV], traction[THREADS + 1][MOST][3];
+  int bad = 0;
+  for (int i = 0; i < MOST; i++) s[i][1] = S0 * (1.0 + 8.0 * i / MOST);
+  for (int k = 0; k < SIZES; k++) {
+    int status[THREADS + 1];
+    memset(state, 0, sizeof state);
+    memset(traction, 0, sizeof traction);
+    status[0] = asperity_update(props, N_FLAT_PROPS, 0.0, sizes[k], NULL, s[0], FLAT_STATEV, state[0][0], traction[0][0],
+                                NULL, NULL, 0);
+#pragma omp parallel for num_threads(THREADS) schedule(static, 1)
+    for (int t = 1; t <= THREADS; t++) {
+      status[t] = asperity_update(props, N_FLAT_PROPS, 0.0, sizes[k], NULL, s[0], FLAT_STATEV, state[t][0],
+                                  traction[t][0], NULL, NULL, 0);
+    }
+    bad += FAILS(traction[0][sizes[k] - 1][1] > 0.0);
+    for (int t = 0; t <= THREADS; t++) {
+      bad += FAILS(status[t] == ASPERITY_OK) + FAILS(memcmp(state[t], state[0], sizeof state[0]) == 0);
+      bad += FAILS(memcmp(traction[t], traction[0], sizeof traction[0]) == 0);
+    }
+  }
+  return bad;
+}
+
 int main(void) {
   int (*const tests[])(void) = {version_is_text, kernels_are_those_of_the_environment, nstatv_counts_planes,
                                 bad_props_are_named_all_at_once, tangent_comes_by_rows, null_start_and_null_tangent,
-                                null_arrays, negative_counts_are_told_as_they_came, initial_state_carries_the_traction};
+                                null_arrays, negative_counts_are_told_as_they_came, initial_state_carries_the_traction,
+                                threads_of_the_host_have_their_own_points};
   return check_run(sizeof tests / sizeof tests[0], tests);
 }
