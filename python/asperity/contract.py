@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+import os
 import reprlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -14,6 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 
 Floats = NDArray[np.float64]
+
+_pause = getattr(ctypes.CDLL(_core.__file__), "omp_pause_resource_all", None)
+if _pause is not None:
+    # a fork copies what these threads wait for, but not the threads
+    os.register_at_fork(before=lambda: _pause(1))
 
 (
     N_FIXED_PROPS,

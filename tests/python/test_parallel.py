@@ -38,6 +38,24 @@ def test_executors(processes: int) -> None:
             map_in_order(os._exit, [1, 1], executor)
 
 
+def update_many(joint: Interface) -> None:
+    """Update more points than a single thread does."""
+    joint.update(np.full((4000, 3), 1e-3), np.zeros((4000, joint.nstatv)))
+
+
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_fork() -> None:
+    """A process that is forked after threads have shared points updates points, too."""
+    joint = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(4, 30.0))
+    update_many(joint)
+    child = get_context("fork").Process(target=update_many, args=(joint,))
+    child.start()
+    child.join(60.0)
+    code = child.exitcode
+    child.kill()
+    assert code == 0
+
+
 def test_sweep(tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """The runs of a sweep write the same files and messages, one of them without equilibrium."""
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
