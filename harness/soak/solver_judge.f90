@@ -40,30 +40,25 @@ contains
     type(point_type), intent(in) :: old, new       !! the point at both ends of the row
     integer, intent(in) :: snaps                   !! reported snaps
     type(verdict_type), intent(out) :: verdict     !! findings
-    type(point_type) :: halves
     if (law%joint%material%wears) return
     if (moves_far(law, control, old, new, snaps) .or. energy_defect(law, old, new) > least_energy) then
-      call examine(law, control, start, target, 0.0_wp, 1.0_wp, old, deepest, verdict, halves)
-      ! the guard judges a whole increment: smaller ones may jump where the row, which ends elsewhere, does not
-      if (law%joint%material%guard .and. verdict%jump > 0.0_wp) then
-        if (2.0_wp*move_between(control, halves, new) > verdict%jump*law%joint%material%s0) verdict%jump = 0.0_wp
-      end if
+      call examine(law, control, start, target, 0.0_wp, 1.0_wp, old, new, deepest, verdict)
     end if
     if (snaps > 0) verdict%jump = 0.0_wp
   end subroutine judge_row
 
   !> Examine a part of the increment in two halves, and each half that moves far or does not balance in the same way.
-  recursive subroutine examine(law, control, start, target, from, to, old, depth, verdict, end)
+  recursive subroutine examine(law, control, start, target, from, to, old, new, depth, verdict)
     type(rie_law), intent(in) :: law                 !! the law
     type(control_type), intent(in) :: control        !! what is given in the whole increment
     real(wp), intent(in) :: start(3), target(3)      !! given values at its ends
     real(wp), intent(in) :: from, to                 !! the part, as fractions of the increment
-    type(point_type), intent(in) :: old              !! the point at `from`
+    type(point_type), intent(in) :: old, new         !! the point at `from` and, in one increment, at `to`
     integer, intent(in) :: depth                     !! further halvings
     type(verdict_type), intent(inout) :: verdict     !! findings so far
-    type(point_type), intent(out) :: end             !! the point at `to`, or where the halves lose the equilibrium
     type(control_type) :: half
-    type(point_type) :: last, part, point
+    type(point_type) :: last, point
+    type(verdict_type) :: found
     type(report_type) :: report
     real(wp) :: defect, ends(3), reached
     logical :: far
@@ -79,22 +74,25 @@ contains
         call advance(law, half, start + ends(i)*(target - start), start + ends(i + 1)*(target - start), point, &
           reached, report)
         ! smaller increments may lose the equilibrium of the row
-        end = point
-        if (reached < 1.0_wp) return
+        if (reached < 1.0_wp) exit
         if (report%released > least_energy*m%k_n*m%s0**2 .and. .not. m%tau_v > 0.0_wp) then
-          verdict%jump = max(verdict%jump, maxval(abs(report%after - report%before))/m%s0)
+          found%jump = max(found%jump, maxval(abs(report%after - report%before))/m%s0)
         end if
         far = moves_far(law, control, last, point, report%snaps)
         defect = energy_defect(law, last, point)
         if (depth > 0 .and. (far .or. defect > least_energy)) then
-          call examine(law, control, start, target, ends(i), ends(i + 1), last, depth - 1, verdict, part)
+          call examine(law, control, start, target, ends(i), ends(i + 1), last, point, depth - 1, found)
         else
           far = far .and. maxval(abs(point%state(ledger) - last%state(ledger))) > least_energy*m%k_n*m%s0**2
-          if (far) verdict%jump = max(verdict%jump, move_between(control, last, point)/m%s0)
-          if (defect > least_energy) verdict%defect = max(verdict%defect, defect)
+          if (far) found%jump = max(found%jump, move_between(control, last, point)/m%s0)
+          if (defect > least_energy) found%defect = max(found%defect, defect)
         end if
       end do
+      ! the guard judges a whole increment: smaller ones may jump where this one, which ends elsewhere, does not
+      if (m%guard .and. 2.0_wp*move_between(control, point, new) > found%jump*m%s0) found%jump = 0.0_wp
     end associate
+    verdict%jump = max(verdict%jump, found%jump)
+    verdict%defect = max(verdict%defect, found%defect)
   end subroutine examine
 
   !> Work of an increment that is neither stored nor dissipated, relative to the energy K s0^2 of a plane at its

@@ -8,7 +8,7 @@ module asperity_follow
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
   use asperity_tolerances, only: closer, least_rupture, longest_change, most_updates, &
-    residual_tolerance, rounding_scale, smallest_fraction, unexplained, unexplained_fraction
+    overshoot, residual_tolerance, rounding_scale, smallest_fraction, unexplained, unexplained_fraction
   implicit none
   private
   public :: follow, open_joint
@@ -122,8 +122,9 @@ contains
     type(newton_type) :: halfway
     type(point_type) :: back, middle
     real(wp) :: change(3), ending(3), error, extent, matrix(3, 3), move, prescribed, tolerated
-    logical :: broken
+    logical :: broken, last, predicted
     good = .true.
+    last = fractions(2) - fractions(1) < 2.0_wp*smallest_fraction
     associate (traction => equations%control%traction)
       if (.not. any(traction)) return
       good = .not. unstable(result%last, law%stiffness) .and. &
@@ -131,10 +132,19 @@ contains
       change = (fractions(2) - fractions(1))*(equations%target - equations%start)
       ! damage that takes time releases a traction without a move
       if (good .and. .not. (law%rate_dependent .and. equations%control%dt > 0.0_wp)) then
-        if (carries_nothing(law, equations, new)) good = .not. stays_closed(law, equations, change, old)
+        if (carries_nothing(law, equations, new)) good = releases(law, equations, change, old, last)
       end if
+      if (.not. good) return
       move = largest_move(equations, old, new)
-      if (.not. good .or. move <= unexplained*law%length) return
+      matrix = free_matrix(law, equations, old)
+      if (move <= unexplained*law%length) then
+        if (last .or. alike(matrix, result%last)) return
+        ! a jump back may cancel the move
+        ending = predict(equations, old, change)
+        call eliminate(3, matrix, ending, predicted)
+        good = .not. predicted .or. maxval(abs(ending), mask=traction) <= unexplained*law%length
+        return
+      end if
       good = result%stable
       broken = law%cannot_soften(equations%old%state)
       ! beside other free separations friction may be unstable without softening
@@ -145,8 +155,8 @@ contains
       if (broken .or. (law%rate_dependent .and. equations%control%dt > 0.0_wp)) extent = max(extent, &
         maxval(abs(old%s), mask=traction))
       ! a step that cannot be halved may be longer than this in the prescribed values themselves
-      if (fractions(2) - fractions(1) < 2.0_wp*smallest_fraction .and. prescribed > unexplained*law%length) return
-      if (move > longest_change*extent) good = alike(free_matrix(law, equations, old), result%last)
+      if (last .and. prescribed > unexplained*law%length) return
+      if (move > longest_change*extent) good = alike(matrix, result%last)
       if (.not. good) return
       if (law%rate_dependent .or. law%wears) then
         ! the step back, as the tangent does not have the effect of time and wear
@@ -193,24 +203,27 @@ contains
     end do
   end subroutine open_joint
 
-  !> Whether a point carries a traction that its tangent does not release in a change of the prescribed values: a joint
-  !> that carries nothing at the end of the step is then on another branch, even if it has not moved.
-  pure function stays_closed(law, equations, change, point) result(yes)
+  !> Whether a point carries nothing, or its tangent releases what it carries just at the end of a step: a joint that
+  !> carries nothing at this end is else on another branch, even if it has not moved.
+  pure function releases(law, equations, change, point, last) result(yes)
     class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(in) :: equations   !! the equations
-    real(wp), intent(in) :: change(3)               !! of the prescribed values
+    real(wp), intent(in) :: change(3)               !! of the prescribed values in the step
     type(point_type), intent(in) :: point           !! the point before it
-    real(wp) :: ahead(3), matrix(3, 3)
-    logical :: yes
-    yes = .not. carries_nothing(law, equations, point)
-    if (.not. yes) return
+    logical, intent(in) :: last                     !! whether the step cannot be halved, and may release more
+    real(wp) :: ahead(3), left, matrix(3, 3)
+    logical :: predicted, yes
+    yes = carries_nothing(law, equations, point)
+    if (yes) return
     matrix = free_matrix(law, equations, point)
     ahead = predict(equations, point, change)
-    call eliminate(3, matrix, ahead, yes)
-    if (.not. yes) return
+    call eliminate(3, matrix, ahead, predicted)
+    yes = .not. predicted
+    if (yes) return
     ahead = merge(ahead, change, equations%control%traction)
-    yes = dot_product(point%traction + matmul(point%tangent, ahead), point%traction) > 0.0_wp
-  end function stays_closed
+    left = dot_product(point%traction + matmul(point%tangent, ahead), point%traction)
+    yes = left <= 0.0_wp .and. (last .or. left >= -overshoot*dot_product(point%traction, point%traction))
+  end function releases
 
   !> Whether the traction of a point is a rounding error, such as what is left of a release.
   pure function carries_nothing(law, equations, point) result(yes)

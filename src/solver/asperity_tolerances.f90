@@ -38,6 +38,8 @@ module asperity_tolerances
   !> longer change and the mean of the predictions by both tangents, relative to s0. The difference may also be this
   !> fraction of the change of the prescribed values.
   real(wp), parameter, public :: unexplained = 0.01_wp, unexplained_fraction = 0.025_wp
+  !> Traction beyond zero that the tangent may predict where a joint opens, relative to the traction before the step.
+  real(wp), parameter, public :: overshoot = 0.25_wp
   !> Distance from a kink at which Newton's method starts on its closing side, relative to s0.
   real(wp), parameter, public :: closer = 1.0e-4_wp
   !> Largest number of updates of the law in an increment: a second of work.

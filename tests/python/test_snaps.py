@@ -75,3 +75,22 @@ def test_contact_near_its_largest_closure(kc: float, remains: float, pressure: f
     closure = pressure / (kc * 150.0) * remains / (1.0 - remains)
     history = joint(2, 30.0, kc=kc, closure=closure).confined_slip(0.0, even(0.3, 60), -pressure, preload=100)
     assert len(history) == 60
+
+
+@pytest.mark.parametrize("n", [2, 3, 10])
+def test_coarse_slips_break_no_bond(n: int) -> None:
+    """A joint whose asperities let go in a snap stays bonded, however long the slips are that lead there."""
+    constants = {"eta": 0.99, "sigma02": 7.11, "kc": 1.04, "height": 0.0104, "damage0": 0.22, "closure": 0.13}
+    rough = joint(57, 46.4, 0.0, **constants)
+    coarse, fine = (rough.confined_slip(95.0, even(0.15, k), 0.0, preload=10) for k in (n, 100))
+    assert [snap.row for snap in coarse.snaps] == [n // 2]
+    assert fine.separation[-1, 0] > 9.0 * constants["height"]
+    np.testing.assert_allclose(coarse.separation[-1], fine.separation[-1], rtol=0, atol=1e-8)
+
+
+def test_snap_that_turns_the_slip_back() -> None:
+    """A snap across the slip is reported where the joint has moved as far ahead as the snap takes it back."""
+    rough = joint(10, 30.0, turn=-318.0, height=0.04458, closure=3.6268e-5)
+    springs = {"t_N": -5.3225, "k_N": 1.007431, "t_Ty": 0.0, "k_Ty": 0.577448}
+    history = rough.run([Step(increments=10, **springs), Step(s_Tx=0.2045454545, increments=15, **springs)])
+    assert [snap.row for snap in history.snaps] == [24]
