@@ -15,7 +15,6 @@ from asperity.paper import command
 from asperity.paper.fracture_energy import (
     DIRECTIONS,
     MATERIAL,
-    PATTERNS,
     TABLE_5,
     distinct,
     fracture_energy,
@@ -52,7 +51,7 @@ It covers twice the rounding of a number written with six digits (5e-6) and diff
 """
 
 
-@pytest.mark.parametrize("name", PATTERNS)
+@pytest.mark.parametrize("name", TABLE_5)
 def test_converged_energies(name: str) -> None:
     """The largest and smallest energy over 64 directions are those of an independent implementation.
 
@@ -67,7 +66,7 @@ def test_converged_energies(name: str) -> None:
 @pytest.mark.parametrize("name", TABLE_5)
 def test_table_5(name: str) -> None:
     """The three printed numbers of a pattern are reproduced to the last digit."""
-    assert sampled(name) == TABLE_5[name]
+    assert sampled(name) == TABLE_5[name][1:]
 
 
 @pytest.mark.parametrize("sides", [2, 3, 4, 6, 32])
@@ -92,7 +91,7 @@ def test_patterns_of_the_tables() -> None:
         away = np.abs(planes.normals[:, None] - wanted[None]).max(axis=2)
         assert max(away.min(axis=0).max(), away.min(axis=1).max()) < 1e-12
         assert planes.weights == pytest.approx(1.0 / len(wanted), rel=1e-12)
-    weights = [round(pattern(name).weights[-1], 5) for name in PATTERNS]
+    weights = [round(pattern(name).weights[-1], 5) for name in TABLE_5]
     assert weights == [0.33333, 0.22222, 0.16667, 0.11111, 0.02083]
 
 

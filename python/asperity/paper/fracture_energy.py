@@ -13,17 +13,14 @@ from ..material import Material
 from ..pattern import Pattern
 from ..slip_curves import slip_curves
 
-PATTERNS = {"RT": 2, "RP-3": 3, "RP-4": 4, "RP-6": 6, "RP-32": 32}
-"""Inclined planes of the patterns of Table 4."""
-
 TABLE_5 = {
-    "RT": ("0.3475", "0.2963", "1.1727"),
-    "RP-3": ("0.3391", "0.3241", "1.0463"),
-    "RP-4": ("0.3338", "0.3333", "1.0014"),
-    "RP-6": ("0.3352", "0.3312", "1.0120"),
-    "RP-32": ("0.3332", "0.3330", "1.0006"),
+    "RT": (2, "0.3475", "0.2963", "1.1727"),
+    "RP-3": (3, "0.3391", "0.3241", "1.0463"),
+    "RP-4": (4, "0.3338", "0.3333", "1.0014"),
+    "RP-6": (6, "0.3352", "0.3312", "1.0120"),
+    "RP-32": (32, "0.3332", "0.3330", "1.0006"),
 }
-"""Largest and smallest energy, N/mm, and their ratio, as printed."""
+"""Inclined planes of a pattern of Table 4; largest and smallest energy, N/mm, and their ratio, as printed."""
 
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)  # Table 2: MPa, N/mm
 THETA = 30.0  # inclination of the planes of Section 4.4, degrees
@@ -51,7 +48,7 @@ class Energies:
 
 def pattern(name: str) -> Pattern:
     """A pattern of Table 4 at 30 degrees."""
-    return Pattern.regular(PATTERNS[name], THETA)
+    return Pattern.regular(TABLE_5[name][0], THETA)
 
 
 def distinct(pattern: Pattern, directions: Floats) -> tuple[Floats, np.ndarray]:
