@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from string import Template
@@ -86,6 +86,12 @@ class Element:
         text = path.read_text(encoding="utf-8", errors="replace")
         return cls(text, run.interface, test.sigma_N, slip, press, slide, history.after_step(1), value)
 
+    @classmethod
+    def of_kit(cls, folder: Path) -> Element:
+        """Element of the case in the folder of a kit."""
+        value = json.loads((folder / "model.json").read_text(encoding="utf-8"))["value"]
+        return cls.of_case(folder / "joint.nml", value)
+
     @property
     def rows(self) -> list[list[float]]:
         """Slip, opening, shear traction and damage at equal parts of the slip."""
@@ -130,8 +136,15 @@ class Element:
         value = {"model.json": json.dumps({"value": self.value}) + "\n"} if "single.py" in names else {}
         return {"README.md": self.readme(host), "joint.nml": self.text} | value | texts
 
-    def compare(self, found: Sequence[Sequence[float]]) -> None:
-        """Print slip, opening and force of a host and the expected ones; SystemExit if they differ."""
+    def follow(self, step: Callable[[float, float], Sequence[float]]) -> None:
+        """Take a host along the path and print its rows and the expected ones; SystemExit if they differ.
+
+        step: solves for a slip and a normal traction, returns slip, opening and shear force.
+        """
+        for k in range(1, self.press + 1):
+            step(0.0, self.sigma_N * k / self.press)
+        taken = [step(self.slip * k / self.slide, self.sigma_N) for k in range(1, self.slide + 1)]
+        found = taken[self.every - 1 :: self.every]
         print(f"{'U1':>12}{'U3':>14}{'expected':>14}{'RF1':>14}{'expected':>14}")
         for row, (u, w, force, _) in zip(found, self.rows, strict=True):
             lengths, stresses = map(self._length, (row[1], w)), map(self._stress, (row[2], force))

@@ -3,7 +3,6 @@
 The blocks beside it move as rigid bodies, so that the opening is the only unknown.
 """
 
-import json
 import os
 from pathlib import Path
 
@@ -14,8 +13,7 @@ from asperity_akantu import register
 
 HERE = Path(__file__).parent
 MOST_ITERATIONS = 100
-value = json.loads((HERE / "model.json").read_text(encoding="utf-8"))["value"]
-element = Element.of_case(HERE / "joint.nml", value)
+element = Element.of_kit(HERE)
 tolerance = 1.0e-10 * element.interface.material.sigma0
 
 made = register()
@@ -33,28 +31,20 @@ upper = solids[heights.argmax()]
 displacement = model.getDisplacement()
 
 
-def step(slip: float, sigma_N: float, opening: float) -> tuple[float, np.ndarray]:
-    """Find the opening at which the joint carries sigma_N; returns it and the traction (N, Tx, Ty)."""
+def step(slip: float, sigma_N: float) -> tuple[float, float, float]:
+    """Find the opening at which the joint carries sigma_N; returns slip, opening and force."""
+    displacement[upper, 0] = slip
     for _ in range(MOST_ITERATIONS):
-        displacement[upper, 0], displacement[upper, 2] = slip, opening
         model.assembleInternalForces()
         [kind] = joint.types()
         points = joint.points(kind)
         left = points.traction[:, 0].mean() - sigma_N
         if abs(left) <= tolerance:
             joint.commit()
-            return opening, points.traction.mean(axis=0)
-        opening -= left / points.tangent[:, 0, 0].mean()
+            force = -np.array(model.getInternalForce())[upper, 0].sum()
+            return slip, displacement[upper[0], 2], force
+        displacement[upper, 2] -= left / points.tangent[:, 0, 0].mean()
     raise SystemExit(f"slip {slip:g}: no opening carries {sigma_N:g}")
 
 
-opening, found = 0.0, []
-for k in range(1, element.press + 1):
-    opening, traction = step(0.0, element.sigma_N * k / element.press, opening)
-for k in range(1, element.slide + 1):
-    slip = element.slip * k / element.slide
-    opening, traction = step(slip, element.sigma_N, opening)
-    if k % element.every == 0:
-        force = -np.array(model.getInternalForce())[upper, 0].sum()
-        found.append((slip, opening, force))
-element.compare(found)
+element.follow(step)
