@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from asperity import Interface, Material, Pattern
+from asperity import Interface, Material, Pattern, Step
 from asperity.cli import main
 from asperity.contract import Floats
 from asperity.export.element import Element
@@ -37,6 +37,24 @@ def path(plane: bool = False) -> Floats:
 def reach(separations: Floats) -> Floats:
     """Stiffness times the largest separation so far, (T, 1): the scale of the tractions of a path."""
     return STIFFNESS * np.maximum.accumulate(np.linalg.norm(separations, axis=1))[:, None]
+
+
+def assert_law(joint: Interface, tolerance: float, separation: Floats, *values: Floats) -> None:
+    """Assert that every point (T, points, 3) has the law on its own history.
+
+    values: tractions, and maybe the first state variables; tolerance: of both, of tractions over sigma0.
+    """
+    sizes = (joint.material.sigma0, 1.0)[: len(values)]
+    for k in range(separation.shape[1]):
+        expected = joint.replay(separation[:, k])
+        for found, known, size in zip(values, (expected.traction, expected.state), sizes, strict=False):
+            assert np.abs(found[:, k] - known[:, : found.shape[2]]).max() <= tolerance * size
+
+
+def from_state(joint: Interface, state: Floats, separation: Floats) -> Floats:
+    """Tractions (T, 3) of a point along separations (T, 3) from a state at separation zero."""
+    s_N, s_Tx, s_Ty = separation.T
+    return joint.rows(Step(s_N=s_N, s_Tx=s_Tx, s_Ty=s_Ty, increments=1), state)[0].traction
 
 
 CASE = """&case title = 'mine' /

@@ -18,10 +18,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import meshio
 import numpy as np
+from asperity.contract import Floats
 from matplotlib.collections import PolyCollection
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 STYLES = ("C0-", "C1--", "k:")
 """Colours and lines of the joints from below."""

@@ -11,10 +11,8 @@ from pathlib import Path
 
 import numpy as np
 from asperity import contract
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from asperity.contract import Floats
+from asperity.mesh.cells import Integers
 
 JOINTS = {4: "quad", 6: "wedge", 8: "hexahedron"}
 """Cells between the two faces of a joint, by their number of nodes."""

@@ -7,10 +7,9 @@ from itertools import permutations
 
 import meshio
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from asperity.contract import Floats
+from asperity.mesh.cells import Integers
+from numpy.typing import ArrayLike
 
 AROUND = {
     2: ((0,), (1,)),

@@ -19,15 +19,13 @@ import akantu as aka
 import meshio
 import numpy as np
 from asperity import Interface, Material, Pattern, contract
-from numpy.typing import NDArray
+from asperity.contract import Floats
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 sys.path.insert(0, str(Path(__file__).parent / "kit"))
 import paraview_files as paraview
 import structured
 from asperity_akantu import Joint, Points, register
-
-Floats = NDArray[np.float64]
 
 JOINT = Interface(Material(sigma0=3.0, Gc=0.003, eta=0.9, mu=0.5), Pattern.regular(4, theta=30.0))
 LENGTH, HEIGHT, SIZE = 40.0, 4.0, 1.0

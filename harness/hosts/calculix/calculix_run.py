@@ -11,9 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
+from asperity.contract import Floats
 
 DIVERGED = 201
 """Exit code of ccx for an error, such as an increment below its limit."""

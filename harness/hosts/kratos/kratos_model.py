@@ -19,10 +19,9 @@ import KratosMultiphysics.python_linear_solver_factory as solvers
 import KratosMultiphysics.StructuralMechanicsApplication as Structural
 import numpy as np
 from asperity import Interface
+from asperity.contract import Floats
 from asperity.mesh import Jointed, write
 from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 Kratos.Logger.GetDefaultOutput().SetSeverity(Kratos.Logger.Severity.WARNING)
 Kratos.ParallelUtilities.SetNumThreads(1)  # one thread: every run adds in the same order

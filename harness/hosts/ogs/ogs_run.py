@@ -14,12 +14,11 @@ from pathlib import Path
 import meshio
 import numpy as np
 from asperity import Interface, contract
+from asperity.contract import Floats
 from numpy.typing import ArrayLike, NDArray
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import paraview_files as paraview
-
-Floats = NDArray[np.float64]
 
 STATE = "material_state_variable_"
 """Beginning of the names of state variables at integration points."""

@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from asperity import Interface
+from asperity.contract import Floats
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 from skfem import FacetBasis
-
-Floats = NDArray[np.float64]
 
 COMPONENTS = 2
 """Components N (y) and Tx (x) in the plane; the separation along Ty is 0."""
