@@ -8,9 +8,6 @@
 set -eu
 cd "$(dirname "$0")/.."
 python=.venv/bin/python
-ASPERITY_LIBRARY=$($python -c "import asperity; print(asperity.library())")
-export ASPERITY_LIBRARY
-export ASPERITY_CALCULIX=build/calculix
 
 # step HEADLINE LOG COMMAND...
 step() {
