@@ -29,7 +29,9 @@ from asperity_akantu import Joint, Points, register
 
 JOINT = Interface(Material(sigma0=3.0, Gc=0.003, eta=0.9, mu=0.5), Pattern.regular(4, theta=30.0))
 LENGTH, HEIGHT, SIZE = 40.0, 4.0, 1.0
-YOUNG, POISSON, DENSITY = 30000.0, 0.2, 2.5e-9
+ARMS = 2.5e-9, 30000.0, 0.2
+"""Density, Young's modulus and Poisson's ratio."""
+
 SPEED, OPENING = 300.0, 0.13
 """Of the pulled end, mm/s and mm."""
 
@@ -51,13 +53,11 @@ model solid_mechanics_model_cohesive [
   ]
   material elastic [
     name = block
-    rho = {density}
-    E = {young}
-    nu = {poisson}
+    rho = {solid[0]}
+    E = {solid[1]}
+    nu = {solid[2]}
   ]
-  material {law} [
-    name = joint
-  ]
+  {card}
 ]
 """
 
@@ -88,7 +88,8 @@ class Result:
 
 def run(folder: Path) -> Result:
     """Pull the end of the upper arm up."""
-    model, mesh, joint = start(folder)
+    x, y = (np.linspace(0.0, side, round(side / SIZE) + 1) for side in (LENGTH, 2.0 * HEIGHT))
+    model, mesh, joint = start(folder, structured.grid(x, y, sides=()), JOINT, HEIGHT, ARMS)
     dt = STABLE * model.getStableTimeStep()
     model.setTimeStep(dt)
     count = int(np.ceil(OPENING / (SPEED * dt)))
@@ -120,24 +121,31 @@ def run(folder: Path) -> Result:
     return Result(*(np.array(column) for column in zip(*rows, strict=True)), steps)
 
 
-def start(folder: Path) -> tuple[aka.SolidMechanicsModelCohesive, aka.Mesh, Joint]:
-    """Model, mesh and joint."""
-    name = f"asperity_{next(RUNS)}"
-    made = register(JOINT, name)
-    x, y = (np.linspace(0.0, side, round(side / SIZE) + 1) for side in (LENGTH, 2.0 * HEIGHT))
-    middle = f"[-1, {LENGTH + 1}], [{HEIGHT - 0.1}, {HEIGHT + 0.1}]"
-    text = INPUT.format(box=middle, density=DENSITY, young=YOUNG, poisson=POISSON, law=name)
-    mesh = read(folder, text, structured.grid(x, y, sides=()))
-    model = aka.SolidMechanicsModelCohesive(mesh)
-    model.initFull(_analysis_method=aka._explicit_lumped_mass, _is_extrinsic=True)
-    model.updateAutomaticInsertion()
-    return model, mesh, made[0]
+def start(
+    folder: Path,
+    mesh: meshio.Mesh,
+    joint: Interface,
+    z: float,
+    solid: tuple[float, float, float],
+    extrinsic: bool = True,
+    method: object = aka._explicit_lumped_mass,
+    of_card: bool = False,
+    **options: object,
+) -> tuple[aka.SolidMechanicsModelCohesive, aka.Mesh, Joint]:
+    """Model, mesh, which must live on, and joint at the height z of a mesh of one kind of cells.
 
-
-def read(folder: Path, text: str, mesh: meshio.Mesh) -> aka.Mesh:
-    """Mesh of one kind of cells, after Akantu has read an input."""
+    solid: density, Young's modulus, Poisson's ratio.  extrinsic: whether elements are inserted during the
+    run.  of_card: the input file has the constants, by `asperity card`.  options: of `register`.
+    """
+    name, dimension = f"asperity_{next(RUNS)}", mesh.points.shape[1]
+    made = register(None if of_card else joint, name, **options)
+    card = joint.card("akantu", name="joint") if of_card else "material asperity [\n    name = joint\n  ]"
+    card = card.replace("material asperity [", f"material {name} [")
+    low, high = mesh.points.min(axis=0) - 1.0, mesh.points.max(axis=0) + 1.0
+    low[-1], high[-1] = z - 0.1, z + 0.1
+    box = ", ".join(f"[{a}, {b}]" for a, b in zip(low, high, strict=True))
+    text = INPUT.format(box=box, solid=solid, card=card)
     (folder / "input.dat").write_text(text, encoding="utf-8")
-    dimension = mesh.points.shape[1]
     tags = [np.ones(len(mesh.cells[0].data), dtype=int)]
     whole = meshio.Mesh(
         np.pad(mesh.points, ((0, 0), (0, 3 - dimension))), mesh.cells,
@@ -148,7 +156,11 @@ def read(folder: Path, text: str, mesh: meshio.Mesh) -> aka.Mesh:
     aka.parseInput(str(folder / "input.dat"))
     found = aka.Mesh(dimension)
     found.read(str(folder / "mesh.msh"))
-    return found
+    model = aka.SolidMechanicsModelCohesive(found)
+    model.initFull(_analysis_method=method, _is_extrinsic=extrinsic)
+    if extrinsic:
+        model.updateAutomaticInsertion()
+    return model, found, made[0]
 
 
 def step_of(

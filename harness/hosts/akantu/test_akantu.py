@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface
 
 pytest.importorskip("akantu", reason="asperity[akantu] is not installed")
 
@@ -34,35 +33,19 @@ LAW = {2: PLANE, 3: SOLID}
 
 
 def cubes(
-    folder: Path,
-    dimension: int,
-    interface: Interface,
-    of_card: bool = False,
-    method: object = aka._static,
-    tx: tuple[float, ...] = (1.0, 0.0, 0.0),
+    folder: Path, dimension: int, method: object = aka._static, **options: object
 ) -> tuple[aka.Mesh, aka.SolidMechanicsModelCohesive, Joint, np.ndarray]:
-    """Two soft cubes, 1 mm, with a joint: mesh, which must live on, model, joint, nodes of the upper cube.
-
-    of_card: the input file has the constants, by `asperity card`.
-    """
-    name = f"asperity_{next(peel.RUNS)}"
-    made = register(None if of_card else interface, name, tx=tx)
-    box = "[-1, 2], " * (dimension - 1) + "[0.9, 1.1]"
-    text = peel.INPUT.format(box=box, density=1e-9, young=1e-9, poisson=0.2, law=name)
-    if of_card:
-        card = interface.card("akantu", name="joint").replace("material asperity [", f"material {name} [")
-        text = text.replace(f"material {name} [\n    name = joint\n  ]", card)
-    mesh = peel.read(folder, text, grid(*[range(2)] * (dimension - 1), range(3), sides=()))
-    model = aka.SolidMechanicsModelCohesive(mesh)
-    model.initFull(_analysis_method=method, _is_extrinsic=False)
+    """Two soft cubes, 1 mm, with a joint: mesh, which must live on, model, joint, nodes of the upper cube."""
+    whole, soft = grid(*[range(2)] * (dimension - 1), range(3), sides=()), (1e-9, 1e-9, 0.2)
+    model, mesh, joint = peel.start(folder, whole, LAW[dimension], 1.0, soft, False, method, **options)
     x, cells = np.array(mesh.getNodes()), np.array(mesh.getConnectivity(CUBE[dimension]))
     upper = np.unique(cells[x[cells][:, :, -1].mean(axis=1) > 1.0])
-    return mesh, model, made[0], upper
+    return mesh, model, joint, upper
 
 
 def follow(folder: Path, dimension: int, of_card: bool = False) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Separation and traction (T, points, 3) on a path, and the forces of the upper cube (T, dimension)."""
-    _mesh, model, joint, upper = cubes(folder, dimension, LAW[dimension], of_card)
+    _mesh, model, joint, upper = cubes(folder, dimension, of_card=of_card)
     rows = []
     for n, x, y in exported.path(dimension == 2).tolist():
         model.getDisplacement()[upper] = [x, n] if dimension == 2 else [x, y, n]
@@ -90,7 +73,7 @@ def test_element_has_the_law(dimension: int, tmp_path: Path) -> None:
 @pytest.mark.parametrize(("dimension", "about"), [(2, 0), (3, 0), (3, 1)])
 def test_sheared_joint_that_turns(dimension: int, about: int, tmp_path: Path) -> None:
     """A sheared joint that is turned rigidly by 90 and 120 degrees keeps its tractions, in axes that turn."""
-    mesh, model, joint, upper = cubes(tmp_path, dimension, LAW[dimension], method=aka._explicit_lumped_mass)
+    mesh, model, joint, upper = cubes(tmp_path, dimension, aka._explicit_lumped_mass)
     model.getBlockedDOFs()[:] = True
     model.setTimeStep(1e-9)
     x = np.array(mesh.getNodes())
@@ -128,7 +111,7 @@ def test_exported_element(tmp_path: Path) -> None:
 
 def test_symmetric_storage(tmp_path: Path) -> None:
     """Akantu keeps one triangle of the stiffness, which friction makes unsymmetric."""
-    mesh, model, joint, upper = cubes(tmp_path, 2, LAW[2])
+    mesh, model, joint, upper = cubes(tmp_path, 2)
     for slip in (0.0, 0.1, 0.2, 0.25):
         joint.commit()
         model.getDisplacement()[upper] = [slip, -0.01]
@@ -151,7 +134,7 @@ def in_process(code: str) -> str:
 def test_direction_along_the_normal(tmp_path: Path) -> None:
     """Tx has no direction where it is along the normal: the message has both."""
     errors = in_process(
-        f"mesh, model, *others = test_akantu.cubes(pathlib.Path({str(tmp_path)!r}), 3, test_akantu.SOLID, "
+        f"mesh, model, *others = test_akantu.cubes(pathlib.Path({str(tmp_path)!r}), 3, "
         "tx=(0.0, 0.0, 1.0))\nmodel.assembleInternalForces()"
     )
     assert "tx = [0.0, 0.0, 1.0]: expected a direction across the normal" in errors
@@ -198,11 +181,9 @@ def test_insertion_is_a_part_of_the_strength() -> None:
 
 def test_insertion_in_space(tmp_path: Path) -> None:
     """Elements between tetrahedra: the forces of the top are the tractions of the points."""
-    made = register(peel.JOINT, "asperity_tetrahedra")
-    mesh = peel.read(tmp_path, input_between("asperity_tetrahedra", 30000.0), tetrahedra())
-    model = aka.SolidMechanicsModelCohesive(mesh)
-    model.initFull(_analysis_method=aka._explicit_lumped_mass, _is_extrinsic=True)
-    model.updateAutomaticInsertion()
+    cubes = grid(range(2), range(2), range(3), sides=())
+    whole = meshio.Mesh(cubes.points, [("tetra", simplices(cubes.points, cubes.cells[0].data))])
+    model, mesh, joint = peel.start(tmp_path, whole, peel.JOINT, 1.0, (1e-9, 30000.0, 0.0))
     model.setTimeStep(0.3 * model.getStableTimeStep())
     height = np.array(mesh.getNodes())[:, 2]
     top, bottom = np.flatnonzero(height > 1.9), np.flatnonzero(height < 0.1)
@@ -212,41 +193,25 @@ def test_insertion_in_space(tmp_path: Path) -> None:
         model.checkCohesiveStress()
         model.getDisplacement()[top] = np.array([3e-7, 5e-7, 1e-6]) * k
         model.solveStep("explicit_lumped")
-        made[0].commit()
-        if made[0].types():
-            traction = made[0].points(aka._cohesive_3d_6).traction
+        joint.commit()
+        if joint.types():
+            traction = joint.points(aka._cohesive_3d_6).traction
             force = -np.array(model.getInternalForce())[top].sum(axis=0)
             rows.append(np.append(force[[2, 0, 1]], traction.mean(axis=0)))
     force, traction = np.array(rows)[:, :3], np.array(rows)[:, 3:]
-    assert len(made[0].points(aka._cohesive_3d_6).state) == 6  # two triangles
+    assert len(joint.points(aka._cohesive_3d_6).state) == 6  # two triangles
     worst = np.abs(np.abs(force) - np.abs(traction)).max() / traction.max()
     print(f"forces differ from tractions by {worst:.1e} of the largest, {traction.max():.2f} MPa")
     assert worst <= 0.15  # waves
 
 
-def input_between(law: str, young: float) -> str:
-    """Input of two cubes one above the other, between which elements may be inserted."""
-    box = "[-1, 2], [-1, 2], [0.9, 1.1]"
-    return peel.INPUT.format(box=box, density=1e-9, young=young, poisson=0.0, law=law)
-
-
-def tetrahedra() -> meshio.Mesh:
-    """Two cubes of six tetrahedra each, one above the other."""
-    cubes = grid(range(2), range(2), range(3), sides=())
-    return meshio.Mesh(cubes.points, [("tetra", simplices(cubes.points, cubes.cells[0].data))])
-
-
 def test_insertion_between_hexahedra_is_refused(tmp_path: Path) -> None:
     """Stresses of Akantu on facets of hexahedra are wrong by orders of magnitude."""
     errors = in_process(
-        "import akantu as aka, numpy as np\n"
-        "test_akantu.register(test_akantu.SOLID, 'joints')\n"
+        "import numpy as np\n"
         "cubes = test_akantu.grid(*[np.linspace(0, 1, 3)] * 2, np.linspace(0, 2, 3), sides=())\n"
-        "text = test_akantu.input_between('joints', 1.0)\n"
-        f"mesh = peel.read(pathlib.Path({str(tmp_path)!r}), text, cubes)\n"
-        "model = aka.SolidMechanicsModelCohesive(mesh)\n"
-        "model.initFull(_analysis_method=aka._explicit_lumped_mass, _is_extrinsic=True)\n"
-        "model.updateAutomaticInsertion()\n"
+        f"folder, solid = pathlib.Path({str(tmp_path)!r}), (1e-9, 1.0, 0.0)\n"
+        "model, *others = peel.start(folder, cubes, test_akantu.SOLID, 1.0, solid)\n"
         "model.assembleInternalForces()\n"
         "model.checkCohesiveStress()\n"
     )
