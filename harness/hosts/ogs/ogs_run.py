@@ -20,6 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import paraview_files as paraview
 
+PROJECT = Path(__file__).parent / "kit" / "single.prj"
+"""One layer; the patch triplet.xml makes a masonry triplet of it."""
+
 STATE = "material_state_variable_"
 """Beginning of the names of state variables at integration points."""
 
@@ -54,18 +57,12 @@ class Run:
         return np.array([time for time, _ in rows]), [fields(self.folder / name) for _, name in rows]
 
 
-def write_mesh(path: Path, points: Floats, cells: ArrayLike, kind: str, **data: Mapping[str, list]) -> None:
-    """Write a mesh of cells (m, nodes of a cell; from 0) of one kind; data: those of meshio."""
-    xyz = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
-    meshio.Mesh(xyz, [(kind, np.asarray(cells, dtype="i8"))], **data).write(path)
-
-
 def write_part(path: Path, points: Floats, cells: ArrayLike, kind: str) -> None:
-    """Write a part of the boundary, its cells given by nodes of the whole mesh, from 0."""
-    nodes = np.asarray(cells)
-    used, local = np.unique(nodes, return_inverse=True)
+    """Write a part of the boundary, its cells (m, nodes of a cell) by nodes of the whole mesh, from 0."""
+    used, local = np.unique(cells, return_inverse=True)
+    xyz = np.pad(points[used], ((0, 0), (0, 3 - points.shape[1])))
     ids = {"bulk_node_ids": used.astype("u8")}
-    write_mesh(path, points[used], local.reshape(nodes.shape), kind, point_data=ids)
+    meshio.Mesh(xyz, [(kind, local.reshape(np.shape(cells)))], ids).write(path)
 
 
 def fields(path: Path) -> dict[str, Floats]:
@@ -115,12 +112,12 @@ def program() -> Path:
     return Path(sys.executable).parent / "ogs"
 
 
-def run(project: Path, folder: Path, *patches: str) -> Run:
-    """Run a project with patches (texts) on the meshes of a folder, with one thread; output in `out`.
+def run(folder: Path, *patches: str) -> Run:
+    """Run the project with patches (texts) on the meshes of a folder, with one thread; output in `out`.
 
     The code is not 0 where OpenGeoSys ended with an error.
     """
-    command = [str(program()), str(project), "-m", str(folder), "-o", str(folder / "out")]
+    command = [str(program()), str(PROJECT), "-m", str(folder), "-o", str(folder / "out")]
     out = folder / "out"
     out.mkdir(exist_ok=True)
     for old in [*out.glob("*.vtu"), *out.glob("*.pvd")]:

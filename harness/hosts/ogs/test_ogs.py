@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern, contract
+from asperity.hosts.kits import KITS
 from asperity.installed import generic_library
 
 pytest.importorskip("ogs", reason="asperity[ogs] is not installed")
@@ -22,7 +23,6 @@ import ogs_run
 import triplet
 from ogs_run import Floats, Run, changed, values
 
-LAYER = Path(__file__).parent / "kit" / "single.prj"
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0)
 RT = Interface(MATERIAL, Pattern.regular(2, theta=30.0))
 PRESSURE = 1.0
@@ -43,14 +43,12 @@ STEPS = "/*/time_loop/processes/process/time_stepping"
 def box(
     folder: Path, interface: Interface, *changes: tuple[str, str, str], h: float = THIN, r: float = 0.0
 ) -> Run:
-    """Run the layer of single.prj, a square of the side WIDTH, with changes of the project."""
-    square = np.array([[0.0, 0.0], [WIDTH, 0.0], [WIDTH, WIDTH], [0.0, WIDTH]])
-    points = np.vstack([np.column_stack([square, np.full(4, z)]) for z in (0.0, h)])
-    ids = {"MaterialIDs": [np.array([1], dtype="i4")]}
-    ogs_run.write_mesh(folder / "layer.vtu", points, [range(8)], "hexahedron", cell_data=ids)
-    for name, face in {"bottom": range(4), "top": range(4, 8)}.items():
-        ogs_run.write_part(folder / f"{name}.vtu", points, [face], "quad")
-    return ogs_run.run(LAYER, folder, interface.card("ogs", h=h, r=r), changed(*changes))
+    """Run the layer of the kit, a square of the side WIDTH, with changes of the project."""
+    for file in ogs_run.PROJECT.parent.glob("*.vtu"):
+        mesh = meshio.read(file)
+        mesh.points *= [WIDTH, WIDTH, h / KITS["ogs"][0]["h"]]
+        mesh.write(folder / file.name)
+    return ogs_run.run(folder, interface.card("ogs", h=h, r=r), changed(*changes))
 
 
 def path(run: Run) -> tuple[Floats, Floats, list[dict[str, Floats]]]:

@@ -1,8 +1,8 @@
 """Masonry triplet in OpenGeoSys: three bricks, two bed joints, slip of the middle brick under pressure.
 
-The model is triplet.prj, 2D plane strain in mm, N, MPa with thickness 1; a joint is a layer of the thickness
-THICKNESS.  As a script this module prints force and dilation beside those of a material point, and writes
-them, and all steps for ParaView.
+The model is triplet.xml, a patch of the project of the kit: 2D plane strain in mm, N, MPa with thickness 1; a
+joint is a layer of the thickness THICKNESS.  As a script this module prints force and dilation beside those
+of a material point, and writes them, and all steps for ParaView.
 """
 
 from __future__ import annotations
@@ -23,8 +23,7 @@ from asperity.options import add_options
 from ogs_run import Floats
 from structured import grid
 
-PROJECT = Path(__file__).parent / "triplet.prj"
-HYDRO = Path(__file__).parent / "hydro.xml"
+TRIPLET, HYDRO = (Path(__file__).parent / f"{name}.xml" for name in ("triplet", "hydro"))
 LENGTH, HEIGHT, THICKNESS = 210.0, 52.0, 0.1
 PRESSURE, SLIP = 0.5, 0.6
 WATER, VISCOSITY = 0.2, 1.0e-9
@@ -101,7 +100,8 @@ def run(
     mesh = jointed(nx, ny, h)
     write_meshes(folder, mesh, h)
     moved = ogs_run.changed(ogs_run.values("slip", [0.0, 0.0, end]))
-    done = ogs_run.run(PROJECT, folder, *patches, moved, law.card("ogs", dimension=2, h=h))
+    patches = TRIPLET.read_text(encoding="utf-8"), *patches, moved, law.card("ogs", dimension=2, h=h)
+    done = ogs_run.run(folder, *patches)
     if done.code != 0:
         raise RuntimeError(done.output)
     steps = done.steps()[1][PRELOAD_STEPS:]
