@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +13,7 @@ import meshio
 import numpy as np
 import pytest
 
-from harness.studies.validation.wall_runs import PROGRAM, PYTHON, SOLVERS, environment
+from harness.studies.validation.wall_runs import PROGRAM, PYTHON, SOLVERS, start
 
 pytestmark = pytest.mark.skipif(
     not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
@@ -52,10 +51,7 @@ MORTAR = """
 
 def run(words: str, ranks: int = 1, code: str = "", name: str = "walls") -> tuple[int, str, str]:
     """Exit status, output and messages of a program, or of a code with its options."""
-    mpiexec = [PYTHON.parent / "mpiexec", "-n", str(ranks)] if ranks > 1 else []
-    program = ["-c", code] if code else [PROGRAM.parent / f"{name}.py"]
-    command = [*mpiexec, PYTHON, *program, *shlex.split(words)]
-    done = subprocess.run(command, env=environment(), capture_output=True, text=True, check=False)
+    done = start(words, name, ranks, code)
     return done.returncode, done.stdout, done.stderr
 
 

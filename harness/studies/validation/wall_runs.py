@@ -92,9 +92,15 @@ ARCH = re.compile(r"t/R ([\d.]+): ([\d.]+) g, limit analysis ([\d.]+) g, (\d+) u
 """Line of arch.py."""
 
 
-def environment() -> dict[str, str]:
-    """Environment of the program: one thread a rank."""
-    return os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+def start(
+    words: str, name: str = "walls", ranks: int = 1, code: str = ""
+) -> subprocess.CompletedProcess[str]:
+    """Run a program of this host, or a code, with options, one thread a rank."""
+    mpiexec = [PYTHON.parent / "mpiexec", "-n", str(ranks)] if ranks > 1 else []
+    program = ["-c", code] if code else [PROGRAM.with_name(f"{name}.py")]
+    command = [*mpiexec, PYTHON, *program, *shlex.split(words)]
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
 
 
 def execute(name: str, folder: Path) -> None:
@@ -107,9 +113,7 @@ def execute(name: str, folder: Path) -> None:
     out.unlink(missing_ok=True)  # of a run that was ended
     line = f"{RUNS[name]} --out {out}"
     line += f" --pvd {folder / words}.pvd" * (name in FIELDS)
-    end = subprocess.run(
-        [PYTHON, PROGRAM, *shlex.split(line)], env=environment(), capture_output=True, text=True, check=False
-    )
+    end = start(line)
     if end.returncode not in (0, 3):
         raise RuntimeError(f"{name}: exit {end.returncode}: {end.stderr}")
     done.write_text(end.stdout.splitlines()[-1] + "\n", encoding="utf-8")
@@ -122,15 +126,14 @@ def execute_all(folder: Path, workers: int = 1) -> None:
     with ThreadPoolExecutor(workers) as pool:
         list(pool.map(lambda name: execute(name, folder), RUNS))
     mesh, field = folder / "window.msh", folder / "window.pvd"
-    for line in (f"window_mesh.py {mesh}", f"window.py {mesh} --pvd {field}"):
-        program, *words = line.split()
-        subprocess.run([PYTHON, PROGRAM.with_name(program), *words], env=environment(), check=True)
+    start(f"{mesh}", "window_mesh").check_returncode()
+    start(f"{mesh} --pvd {field}", "window").check_returncode()
     head = "mu,tan_psi,dim,ratio,found,limit,unknowns"
     lines = ["# Made by python -m harness.studies.validation.walls --fit", head]
     for case, line in ARCHES.items():
-        command = [PYTHON, PROGRAM.with_name("arch.py"), *line.split(), "--folder", folder]
-        found = subprocess.run(command, env=environment(), capture_output=True, text=True, check=True).stdout
-        lines += [f"{case},{','.join(numbers)}" for numbers in ARCH.findall(found)]
+        found = start(f"{line} --folder {folder}", "arch")
+        found.check_returncode()
+        lines += [f"{case},{','.join(numbers)}" for numbers in ARCH.findall(found.stdout)]
     (DATA / "arches.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
