@@ -53,6 +53,14 @@ class Run:
         times, rows = zip(*self.tables[name], strict=True)
         return np.array(times), np.array(rows)
 
+    def vectors(self, start: str) -> Floats:
+        """N, Tx, Ty (T, points, 3) of a table of stresses, or of strains, whose shears are halves."""
+        return self.table(start)[1][:, :, 2:][..., [N, TX, TY]]
+
+    def state(self, elset: str) -> Floats:
+        """State variables of the points of a set (T, points, nstatv)."""
+        return self.table(f"{elset} internal")[1][:, :, 2:]
+
 
 def program_file(text: str) -> Path:
     """Path of a program, for argparse."""

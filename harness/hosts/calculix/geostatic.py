@@ -18,7 +18,7 @@ import calculix_run
 import numpy as np
 from asperity import Interface, Material, Pattern, contract
 from asperity.mesh import split, write
-from calculix_run import TX, TY, Floats, N, Run
+from calculix_run import Floats, Run
 from numpy.typing import ArrayLike
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
@@ -117,15 +117,9 @@ def run(
         raise RuntimeError(f"ccx ended with {done.code}:\n{done.output[-2000:]}\n{done.errors[-2000:]}")
     _, u = done.table("NALL displacements")
     _, force = done.table("GROUND forces")
-    _, strain = done.table("ROUGH_1 strains")
-    _, stress = done.table("ROUGH_1 stresses")
-    _, statev = done.table("ROUGH_1 internal")
-    # the first two columns are element and point; shears of strains are tensor components
-    return Result(
-        u[:, :, 1:], force[:, :, 1:].sum(axis=1),
-        THICKNESS * strain[:, :, 2:][..., [N, TX, TY]] * [1.0, 2.0, 2.0],
-        stress[:, :, 2:][..., [N, TX, TY]], statev[:, :, 2:], done,
-    )  # fmt: skip
+    separation = THICKNESS * done.vectors("ROUGH_1 strains") * [1.0, 2.0, 2.0]
+    of_joint = separation, done.vectors("ROUGH_1 stresses"), done.state("ROUGH_1")
+    return Result(u[:, :, 1:], force[:, :, 1:].sum(axis=1), *of_joint, done)
 
 
 def _model() -> tuple[str, range, range]:

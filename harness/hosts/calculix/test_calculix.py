@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from asperity import contract
 from asperity.mesh import Joint, split, write
-from calculix_run import DIGITS, TX, TY, Floats, N
+from calculix_run import DIGITS, Floats
 from exported import LEGS
 from exported import SOLID as ROUGH
 from structured import Integers, grid
@@ -36,25 +36,25 @@ def steps(legs: Legs, kind: str, axes: Floats, elset: str = "ROUGH") -> str:
     return text
 
 
+def assert_is_the_driver(done: calculix_run.Run, elset: str = "ROUGH") -> None:
+    """Stresses and state variables of all points are those of the library along LEGS."""
+    assert done.code == 0, done.output[-500:]
+    separation = exported.path()
+    expected, traction = ROUGH.replay(separation), done.vectors(f"{elset} stresses")
+    assert len(traction) == len(separation) and expected.damage[-1] == 1.0
+    off = np.abs(traction - expected.traction[:, None]).max(axis=1) / exported.reach(separation)
+    print(f"difference of stresses {off.max():.1e} K |s|, seven digits printed")
+    assert off.max() <= DIGITS
+    # energies and slips are small compared with the terms of their sums
+    known = expected.state[:, None]
+    assert np.all(np.abs(done.state(elset) - known) <= DIGITS * (1.0 + np.abs(known)))
+
+
 @pytest.mark.parametrize("h", [1.0, 1e-3])
 def test_layer_is_the_driver(ccx: Path, h: float, tmp_path: Path) -> None:
     """Stresses of a thin layer are the driver's tractions, its state variables those of the library."""
-    separation = exported.path()
-    expected = ROUGH.replay(separation)
     card = ROUGH.card("calculix", h=h, name="ROUGH")
-    done = calculix_run.run(ccx, tmp_path, layer(card, h, LEGS, ", DIRECT"))
-    assert done.code == 0, done.output[-500:]
-    _, stress = done.table("ROUGH stresses")
-    _, state = done.table("ROUGH internal")
-    traction = stress[:, :, 2:][..., [N, TX, TY]]
-    assert len(traction) == len(separation) and expected.damage[-1] == 1.0
-    off = np.abs(traction - expected.traction[:, None]).max(axis=1) / exported.reach(separation)
-    worst = float(off.max())
-    print(f"h = {h:g}: difference of stresses {worst:.1e} K |s|, seven digits printed")
-    assert worst <= DIGITS
-    # energies and slips are small compared with the terms of their sums
-    known = expected.state[:, None]
-    assert np.all(np.abs(state[:, :, 2:] - known) <= DIGITS * (1.0 + np.abs(known)))
+    assert_is_the_driver(calculix_run.run(ccx, tmp_path, layer(card, h, LEGS, ", DIRECT")))
 
 
 def blocks(folder: Path, whole: meshio.Mesh, direction: object = None) -> tuple[str, Joint, Integers]:
@@ -75,15 +75,8 @@ def test_upright_joint_of_a_mesh(ccx: Path, tmp_path: Path) -> None:
     """A joint of `asperity mesh` with the normal x follows the library, in the axes of its orientation."""
     whole = grid(range(3), range(2), range(2), block=[[[0]], [[1]]], sides=())
     text, joint, _ = blocks(tmp_path, whole, (0.0, 1.0, 2.0))
-    done = calculix_run.run(ccx, tmp_path, text + steps(LEGS, ", DIRECT", joint.axes[0], "joint_1"))
-    assert done.code == 0, done.output[-500:]
-    history = ROUGH.replay(exported.path())
-    stress, state = (done.table(f"JOINT_1 {name}")[1][:, :, 2:] for name in ("stresses", "internal"))
-    off = np.abs(stress[..., [N, TX, TY]] - history.traction[:, None]).max(axis=1)
-    # the orientation is written with nine digits
-    assert (off / exported.reach(exported.path())).max() <= DIGITS
-    expected = history.state[:, None]
-    assert np.all(np.abs(state - expected) <= DIGITS * (1.0 + np.abs(expected)))
+    text += steps(LEGS, ", DIRECT", joint.axes[0], "joint_1")  # the orientation is written with nine digits
+    assert_is_the_driver(calculix_run.run(ccx, tmp_path, text), "JOINT_1")
 
 
 def test_exported_element(ccx: Path, tmp_path: Path) -> None:
@@ -91,9 +84,9 @@ def test_exported_element(ccx: Path, tmp_path: Path) -> None:
     one, _ = exported.element("calculix", tmp_path / "kit")
     done = calculix_run.run(ccx, tmp_path, (tmp_path / "kit" / "single.inp").read_text())
     assert done.code == 0, done.output[-500:]
-    names = "TOP disp", "TOP total", "JOINT internal"
-    moved, force, state = (done.table(name)[1] for name in names)
-    rows = np.column_stack([moved[:, :, [1, 3]].mean(axis=1), force[:, 0, 0], state[:, :, 2].mean(axis=1)])
+    moved, force = (done.table(f"TOP {name}")[1] for name in ("disp", "total"))
+    damage = done.state("JOINT")[:, :, 0].mean(axis=1)
+    rows = np.column_stack([moved[:, :, [1, 3]].mean(axis=1), force[:, 0, 0], damage])
     exported.assert_same(one, rows, 10 * DIGITS)
 
 
@@ -109,8 +102,8 @@ def test_two_threads_give_the_same_bytes(ccx: Path, tmp_path: Path) -> None:
     assert runs[0].code == runs[1].code == 0
     assert "Using up to 2 cpu(s) for the stress calculation" in runs[1].output
     assert len(runs[0].data) > 1_000_000 and runs[0].data == runs[1].data
-    _, state = runs[0].table("JOINT_1 internal")
-    damage, friction = (2 + contract.statev_index(name) for name in ("damage", "friction"))
+    state = runs[0].state("JOINT_1")
+    damage, friction = (contract.statev_index(name) for name in ("damage", "friction"))
     assert state[-1, :, damage].max() > 0.9 and state[-1, :, friction].max() > 0.0
     print(f"{len(runs[0].data)} bytes of stresses and state variables are the same")
 
@@ -142,6 +135,5 @@ def test_damage_growth_cuts_the_increment(ccx: Path, tmp_path: Path) -> None:
 
 def largest_growth(run: calculix_run.Run) -> float:
     """Largest growth of the damage of a plane in one increment."""
-    _, state = run.table("ROUGH internal")
-    damage: Floats = state[:, 0, 2 + contract.N_POINT_STATEV :: contract.N_PLANE_STATEV]
+    damage = run.state("ROUGH")[:, 0, contract.N_POINT_STATEV :: contract.N_PLANE_STATEV]
     return float(np.diff(damage, axis=0, prepend=0.0).max())

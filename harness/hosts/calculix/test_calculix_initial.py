@@ -9,7 +9,7 @@ import geostatic
 import numpy as np
 import pytest
 from asperity import contract
-from calculix_run import DIGITS, TX, TY, Floats, N
+from calculix_run import DIGITS, Floats
 from exported import SOLID as ROUGH
 from exported import STIFFNESS, from_state
 from geostatic import HEIGHT, JOINT, LENGTH, SLIDE, TRACTION, WIDTH
@@ -49,12 +49,10 @@ def test_type_stress_reaches_the_umat(ccx: Path, tmp_path: Path) -> None:
     text = layer(card, 0.01, (*STILL, (3, (0.0, 0.01, 0.0))), ", DIRECT")
     done = calculix_run.run(ccx, tmp_path, with_initial(text, "STRESS", lines(tractions)))
     assert done.code == 0, done.errors
-    _, stress = done.table("ROUGH stresses")
-    _, state = done.table("ROUGH internal")
-    traction, initial = stress[:, :, 2:][..., [N, TX, TY]], ROUGH.initial(tractions)
+    traction, initial = done.vectors("ROUGH stresses"), ROUGH.initial(tractions)
     assert np.all(np.abs(traction[0] - tractions) <= DIGITS * np.abs(tractions).max())
     offset = initial[:, OFFSET]
-    assert np.all(np.abs(state[0, :, 2:][:, OFFSET] - offset) <= DIGITS * np.abs(offset).max())
+    assert np.all(np.abs(done.state("ROUGH")[0, :, OFFSET] - offset) <= DIGITS * np.abs(offset).max())
     slips = np.arange(1, 4) * 0.01 / 3.0
     for k, one in enumerate(initial):
         expected = from_state(ROUGH, one, np.outer(slips, [0.0, 1.0, 0.0]))
@@ -79,10 +77,9 @@ def test_type_solution_by_file(ccx: Path, tmp_path: Path) -> None:
     file.write_text("\n" + file.read_text().replace("\n", "\n\n"))
     done = calculix_run.run(ccx, tmp_path, with_initial(text, "SOLUTION, USER", ""))
     assert done.code == 0, done.errors
-    _, state = done.table("ROUGH internal")
     expected = np.array([states.get((1, k), np.zeros(ROUGH.nstatv)) for k in POINTS])
     expected[:, STATUS] = 1.0
-    assert np.all(np.abs(state[0, :, 2:] - expected) <= DIGITS * np.abs(expected))
+    assert np.all(np.abs(done.state("ROUGH")[0] - expected) <= DIGITS * np.abs(expected))
 
 
 def test_states_of_no_point(ccx: Path, tmp_path: Path) -> None:

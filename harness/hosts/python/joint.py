@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -126,9 +125,3 @@ class Newton:
         out = self.stiffness @ u + force - load
         scale = max(np.abs(force).max(), np.abs(out[self.fixed]).max(), np.abs(load).max(), self.least)
         return out, tangent, float(np.abs(out[free]).max() / scale)
-
-
-def progress(text: str) -> None:
-    """Show progress in one line on a terminal."""
-    if sys.stderr.isatty():
-        print(f"\r{text}\033[K", end="", file=sys.stderr, flush=True)

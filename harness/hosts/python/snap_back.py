@@ -16,7 +16,7 @@ from asperity import Interface, Material, Pattern, contract
 from asperity.options import add_options
 from asperity.style import COLOURS, TWO, new_figure, printed, save
 from dissipation import DissipationControl
-from joint import Floats, Joint, Newton, NotConverged, progress
+from joint import Floats, Joint, Newton, NotConverged
 from skfem import Basis, ElementQuad1, ElementVector, FacetBasis, MeshQuad
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
@@ -76,8 +76,6 @@ def by_dissipation(model: tuple[Newton, Floats], energy: float) -> Curve:
     while newton.joint.state[:, 0].min() < 1.0 or control.factor < max(moved for moved, _ in rows):
         u = control.step(u)
         rows.append((control.factor, control.force))
-        progress(f"snap_back: end moved by {control.factor:.4f} mm, {len(rows)} steps")
-    progress("")
     return _curve(rows, newton)
 
 
