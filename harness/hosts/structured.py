@@ -21,6 +21,12 @@ AROUND = {
 KINDS = {2: "line", 4: "quad", 8: "hexahedron"}
 """Cells by their number of nodes."""
 
+QUADRATIC = {
+    "triangle6": "01 12 20", "quad8": "01 12 23 30", "tetra10": "01 12 20 03 13 23",
+    "hexahedron20": "01 12 23 30 45 56 67 74 04 15 26 37",
+}  # fmt: skip
+"""Edges of a cell in the order of the nodes in their middles."""
+
 SIDES = ("left", "right", "bottom", "top", "front", "back")
 """Groups of the faces at the ends of the first, the last and the second of three axes."""
 

@@ -145,11 +145,7 @@ def test_directions_in_space() -> None:
 
 def test_middles_of_quadratic_faces() -> None:
     """A node of a face beyond its corners is in the middle of the edge after the corner with its place."""
-    edges = {
-        "triangle6": "01 12 20", "quad8": "01 12 23 30", "tetra10": "01 12 20 03 13 23",
-        "hexahedron20": "01 12 23 30 45 56 67 74 04 15 26 37",
-    }  # fmt: skip
-    for kind, text in edges.items():
+    for kind, text in structured.QUADRATIC.items():
         pairs = [tuple(map(int, word)) for word in text.split()]
         first = pairs[-1][1] + 1 if kind in ("tetra10", "hexahedron20") else len(pairs)
         for face in FACES[kind]:

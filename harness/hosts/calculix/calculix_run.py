@@ -6,12 +6,13 @@ import argparse
 import os
 import re
 import subprocess
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from asperity.contract import Floats
+from numpy.typing import ArrayLike
 
 DIVERGED = 201
 """Exit code of ccx for an error, such as an increment below its limit."""
@@ -121,10 +122,9 @@ def _number(text: str) -> float:
         return float(re.sub(r"(?<=\d)([+-]\d{3})$", r"E\1", text))
 
 
-def numbers(values: Iterable[int], per_line: int = 12) -> str:
-    """Lines of numbers of a set."""
-    texts = [str(int(value)) for value in values]
-    return "".join(", ".join(texts[i : i + per_line]) + ",\n" for i in range(0, len(texts), per_line))
+def nset(name: str, members: ArrayLike) -> str:
+    """Set of the nodes of a mask."""
+    return f"*NSET, NSET={name}\n" + "".join(f"{node},\n" for node in np.flatnonzero(members) + 1)
 
 
 def write_states(folder: Path, states: Mapping[tuple[int, int], Floats]) -> None:

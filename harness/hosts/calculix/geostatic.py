@@ -137,8 +137,7 @@ def _model() -> tuple[str, range, range]:
     start, end = x[:, 0] == 0.0, x[:, 0] == LENGTH
     ground = below | np.isin(np.arange(len(x)), joint.minus)
     sets = {"NALL": ground | ~ground, "GROUND": ground, "FOOT": foot & ~end, "TOP": top & ~end}
-    for name, members in sets.items():
-        text += f"*NSET, NSET={name}\n" + calculix_run.numbers(np.flatnonzero(members) + 1)
+    text += "".join(calculix_run.nset(name, members) for name, members in sets.items())
     order = np.lexsort(x.T)
     ties = (order[one[order]] + 1 for one in (end & ~ground, start & ~ground))
     for pair in zip(*ties, strict=True):

@@ -62,13 +62,12 @@ def blocks(folder: Path, whole: meshio.Mesh, direction: object = None) -> tuple[
     mesh = split(whole, direction=direction)
     [file] = write(folder / "mesh.inp", mesh, "calculix", {"joint": ROUGH}, layer=1e-3)
     [joint] = mesh.joints["joint"]
-    upper = np.unique(mesh.cells["hexahedron"][mesh.block["hexahedron"] == 1]) + 1
-    text = file.read_text() + "*NSET, NSET=TOP\n" + calculix_run.numbers(upper)
-    base = np.setdiff1d(np.arange(1, len(mesh.points) + 1), upper)
-    text += "*NSET, NSET=BASE\n" + calculix_run.numbers(base)
+    top = np.zeros(len(mesh.points), bool)
+    top[mesh.cells["hexahedron"][mesh.block["hexahedron"] == 1]] = True
+    text = file.read_text() + calculix_run.nset("TOP", top) + calculix_run.nset("BASE", ~top)
     text += "*MATERIAL, NAME=ROCK\n*ELASTIC\n1., 0.\n*BOUNDARY\nBASE, 1, 3\n"
     text += "".join(f"*SOLID SECTION, ELSET={name}, MATERIAL=ROCK\n" for name in mesh.names)
-    return text, joint, upper
+    return text, joint, np.flatnonzero(top) + 1
 
 
 def test_upright_joint_of_a_mesh(ccx: Path, tmp_path: Path) -> None:

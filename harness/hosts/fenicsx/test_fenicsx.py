@@ -55,6 +55,13 @@ def run(words: str, ranks: int = 1, code: str = "", name: str = "walls") -> tupl
     return done.returncode, done.stdout, done.stderr
 
 
+def rows_of(out: Path, words: str, ranks: int = 1) -> np.ndarray:
+    """Rows of a run of the walls that ends well."""
+    code, _, messages = run(f"{words} --out {out}", ranks)
+    assert code == 0, messages
+    return rows(out)
+
+
 def rows(file: Path) -> np.ndarray:
     """Rows of a run."""
     return np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
@@ -70,25 +77,17 @@ def test_exported_element(tmp_path: Path) -> None:
 )
 def test_ranks(tmp_path: Path, words: str, ranks: tuple[int, ...]) -> None:
     """Any number of ranks gives the forces of one."""
-    found = []
-    for count in (1, *ranks):
-        out = tmp_path / f"{count}.csv"
-        code, _, messages = run(f"{SMALL} {words} --out {out}", count)
-        assert code == 0, messages
-        found.append(rows(out)[:, :3])
-    for one in found[1:]:
-        assert one == pytest.approx(found[0], abs=1e-8)
+    alone, *found = (rows_of(tmp_path / f"{n}.csv", f"{SMALL} {words}", n)[:, :3] for n in (1, *ranks))
+    for one in found:
+        assert one == pytest.approx(alone, abs=1e-8)
 
 
 def test_two_levels(tmp_path: Path) -> None:
     """Iterations with two levels by blocks, on two ranks, give the forces of MUMPS."""
-    forces = []
-    for words, ranks in ("", 1), (SOLVERS["mg"], 2):
-        out = tmp_path / f"{ranks}.csv"
-        code, _, messages = run(f"{SMALL} --tolerance 1e-6 --tau 0.05 --to 0.1 {words} --out {out}", ranks)
-        assert code == 0, messages
-        forces.append(rows(out)[:, :3])
-    assert forces[1] == pytest.approx(forces[0], abs=1e-4)
+    words = f"{SMALL} --tolerance 1e-6 --tau 0.05 --to 0.1"
+    mumps = rows_of(tmp_path / "mumps.csv", words)
+    blocks = rows_of(tmp_path / "blocks.csv", f"{words} {SOLVERS['mg']}", 2)
+    assert blocks[:, :3] == pytest.approx(mumps[:, :3], abs=1e-4)
 
 
 def test_rocking_wall(tmp_path: Path) -> None:
@@ -200,10 +199,8 @@ def test_law_that_fails(tmp_path: Path, last: int, status: int) -> None:
 def test_a_run_goes_on(tmp_path: Path) -> None:
     """From the files of a run that ended earlier, on two ranks."""
     whole, part = tmp_path / "whole.csv", tmp_path / "part.csv"
-    words = f"{SMALL} --tau 0.05 --out"
-    assert run(f"{words} {whole} --to 0.5 1", 2)[0] == 0
-    assert run(f"{words} {part} --to 0.5", 2)[0] == 0
-    status, _, messages = run(f"{words} {part} --to 0.5 1 --resume", 2)
-    assert status == 0, messages
-    assert rows(part) == pytest.approx(rows(whole), abs=1e-8)
-    assert "expected the files of a run" in run(f"{words} {part} --elements 2 1 --resume", 2)[2]
+    words = f"{SMALL} --tau 0.05"
+    rows_of(part, f"{words} --to 0.5", 2)
+    resumed = rows_of(part, f"{words} --to 0.5 1 --resume", 2)
+    assert resumed == pytest.approx(rows_of(whole, f"{words} --to 0.5 1", 2), abs=1e-8)
+    assert "expected the files of a run" in run(f"{words} --out {part} --elements 2 1 --resume", 2)[2]

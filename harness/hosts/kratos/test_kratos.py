@@ -17,7 +17,7 @@ import meshio
 from asperity.mesh import split
 from exported import MATERIAL, PLANE, SOLID, STIFFNESS
 from kratos_model import Floats, Structure
-from structured import grid, simplices
+from structured import QUADRATIC, grid, simplices
 
 ROUNDING = 1.0e-12
 """Tolerance of tractions, relative to K times the largest separation so far."""
@@ -168,24 +168,17 @@ def test_newton_is_quadratic() -> None:
 
 # --- meshes of asperity.mesh ------------------------------------------------
 
-QUADRATIC = {
-    "triangle": "01 12 20", "quad": "01 12 23 30", "tetra": "01 12 20 03 13 23",
-    "hexahedron": "01 12 23 30 45 56 67 74 04 15 26 37",
-}  # fmt: skip
-"""Edges of a cell in the order of the nodes in their middles, by the name of the linear cell."""
-
-
 def blocks(kind: str) -> meshio.Mesh:
     """Two blocks of quadratic cells, one on the other."""
-    whole = grid(*([range(2)] * (1 + (kind in ("tetra", "hexahedron")))), range(3))
+    whole = grid(*([range(2)] * (1 + (kind in ("tetra10", "hexahedron20")))), range(3))
     points, cells = whole.points, whole.cells[0].data
-    cells = simplices(points, cells) if kind in ("triangle", "tetra") else cells
+    cells = simplices(points, cells) if kind in ("triangle6", "tetra10") else cells
     block = (points[cells].mean(axis=1)[:, -1] > 1.0).astype(int)
     ends = np.sort(cells[:, [[int(k) for k in edge] for edge in QUADRATIC[kind].split()]], axis=2)
     edges, middle = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)
     cells = np.concatenate([cells, len(points) + middle.reshape(len(cells), -1)], axis=1)
     points = np.concatenate([points, points[edges].mean(axis=1)])
-    return meshio.Mesh(points, [(f"{kind}{cells.shape[1]}", cells)], cell_data={"block": [block]})
+    return meshio.Mesh(points, [(kind, cells)], cell_data={"block": [block]})
 
 
 @pytest.mark.parametrize("kind", QUADRATIC)
