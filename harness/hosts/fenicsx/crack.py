@@ -25,7 +25,8 @@ from asperity.style import COLOURS, TWO, new_figure, printed, save
 from jointed import Model, Steps
 from structured import grid
 
-B = 1000.0
+B, DOMAIN = 1000.0, 100.0
+"""Half length of the crack, mm, and half width of the plate over it."""
 MODULUS, POISSON = 25000.0, 0.25
 PLANE_STRAIN = MODULUS / (1 - POISSON**2)
 ANGLE, FRICTION = math.radians(20.0), math.radians(30.0)
@@ -91,11 +92,11 @@ class Crack:
         return float(np.abs(self.weights @ self.separation[:, :2] - mean).max() / mean.max())
 
 
-def run(kind: str, n: int, domain: float = 100.0) -> Crack:
-    """Solve a benchmark in a plate of the half width `domain` times b, with n elements along the crack."""
+def run(kind: str, n: int) -> Crack:
+    """Solve a benchmark with n elements along the crack."""
     half = 1.0 - np.linspace(1.0, 0.0, n // 2 + 1) ** 2
-    far = np.geomspace(half[-1] - half[-2], domain, n)
-    far = (domain - 1.0) * np.cumsum(np.diff(far, prepend=0.0)) / domain
+    far = np.geomspace(half[-1] - half[-2], DOMAIN, n)
+    far = (DOMAIN - 1.0) * np.cumsum(np.diff(far, prepend=0.0)) / DOMAIN
     right, up = B * np.r_[half, 1.0 + far], B * np.r_[0.0, far]
     x, y = (np.r_[-one[:0:-1], one] for one in (right, up))
     inside = {"joint": lambda a, b, x, normal: np.abs(x[:, 0]) < B}
@@ -161,7 +162,6 @@ def main() -> None:
     add_options(
         parser,
         ("--elements N", elements, int, {"nargs": "+", "default": [16, 32, 64]}),
-        ("--domain D", "half width of the plate over b", 100.0),
         ("-o --output FILE", "picture", Path),
     )
     options = parser.parse_args()
@@ -169,7 +169,7 @@ def main() -> None:
         parser.error(f"--elements {bad[0]}: expected even numbers > 0")
     print("benchmark, elements, error, order, largest slip and opening, normal traction at s = 0")
     for kind in STIFF:
-        cracks = [run(kind, n, options.domain) for n in options.elements]
+        cracks = [run(kind, n) for n in options.elements]
         errors = [one.imbalance() if kind == "height" else one.error(kind) for one in cracks]
         for k, (n, one, error) in enumerate(zip(options.elements, cracks, errors, strict=True)):
             order = math.log(errors[k - 1] / error) / math.log(n / options.elements[k - 1]) if k else math.nan

@@ -255,7 +255,7 @@ def test_refused_step_ends_a_run_with_fixed_steps(tmp_path: Path) -> None:
 def test_triplet(tmp_path: Path) -> None:
     """Two joints between bricks: residual force and dilation of the closed form, a peak below the point's."""
     points = ogs_run.with_points(triplet.JOINT)
-    result = triplet.run(tmp_path, 12, 3, triplet.THICKNESS, points)
+    result = triplet.run(tmp_path, 12, 3, points)
     force, _ = triplet.prediction(result.slip)
     print(f"residual force {result.force[-1]:.6f} N, of the material point {force[-1]:.6f} N")
     # the closed form of a facing plane
@@ -284,7 +284,7 @@ def test_triplet(tmp_path: Path) -> None:
 
 def test_water_in_the_joints(tmp_path: Path) -> None:
     """HYDRO_MECHANICS: drained joints have the strength of the effective pressure, and its dilation."""
-    result = triplet.run(tmp_path, 12, 3, triplet.THICKNESS, *triplet.with_water(1e3))
+    result = triplet.run(tmp_path, 12, 3, *triplet.with_water(1e3))
     effective = triplet.PRESSURE - triplet.WATER
     force, _ = triplet.prediction(result.slip, effective)
     print(f"force at the end {result.force[-1]:.6f} N, of the material point {force[-1]:.6f} N")
@@ -301,7 +301,7 @@ def test_tight_joints_that_open_suck_water(tmp_path: Path) -> None:
     Pressure and force are those of steady flow into a joint that opens at a constant rate.
     """
     columns, permeability = 12, 2e-5
-    result = triplet.run(tmp_path, columns, 3, triplet.THICKNESS, *triplet.with_water(permeability))
+    result = triplet.run(tmp_path, columns, 3, *triplet.with_water(permeability))
     fall = triplet.suction(permeability)
     # mean of a parabola, interpolated between the nodes
     mean = 2.0 / 3.0 * fall * (1.0 - 1.0 / columns**2)

@@ -56,10 +56,10 @@ class Result:
         return float(self.fields[-1]["pressure"][joint.minus].min())
 
 
-def jointed(nx: int, ny: int, h: float) -> Jointed:
-    """Mesh of bricks of nx x ny elements, whose joints will take the thickness h from them."""
-    bricks = [np.linspace(0.0, HEIGHT, ny + 1) + k * (HEIGHT + h) for k in range(3)]
-    below, above = HEIGHT + 0.5 * h, 2.0 * HEIGHT + 1.5 * h
+def jointed(nx: int, ny: int) -> Jointed:
+    """Mesh of bricks of nx x ny elements, whose joints will take their thickness from them."""
+    bricks = [np.linspace(0.0, HEIGHT, ny + 1) + k * (HEIGHT + THICKNESS) for k in range(3)]
+    below, above = HEIGHT + 0.5 * THICKNESS, 2.0 * HEIGHT + 1.5 * THICKNESS
     y = np.r_[bricks[0][:-1], below, bricks[1][1:-1], above, bricks[2][1:]]
     mesh = grid(np.linspace(0.0, LENGTH, nx + 1), y)
     n = np.arange(len(mesh.points)).reshape(nx + 1, -1)
@@ -73,34 +73,28 @@ def jointed(nx: int, ny: int, h: float) -> Jointed:
     return split(mesh, {"joint": None})
 
 
-def write_meshes(folder: Path, mesh: Jointed, h: float) -> None:
+def write_meshes(folder: Path, mesh: Jointed) -> None:
     """Write the meshes of the project: bricks and joints, and parts of their boundary."""
-    write(folder / "triplet.vtu", mesh, "ogs", layer=h)
+    write(folder / "triplet.vtu", mesh, "ogs", layer=THICKNESS)
     [joint] = mesh.joints["joint"]
     across = np.stack([joint.minus, joint.plus], axis=-1).reshape(-1, 2)
     at_end = np.isin(mesh.points[across[:, 0], 0], (0.0, LENGTH))
     parts = {name: np.concatenate(mesh.groups[name]) for name in ("bottom", "middle", "top")}
     for name, lines in (parts | {"ends": across[at_end]}).items():
-        ogs_run.write_part(folder / f"{name}.vtu", layer_points(mesh, h), lines, "line")
+        ogs_run.write_part(folder / f"{name}.vtu", layer_points(mesh, THICKNESS), lines, "line")
 
 
 def run(
-    folder: Path,
-    nx: int = 21,
-    ny: int = 5,
-    h: float = THICKNESS,
-    *patches: str,
-    law: Interface = JOINT,
-    end: float = SLIP,
+    folder: Path, nx: int, ny: int, *patches: str, law: Interface = JOINT, end: float = SLIP
 ) -> Result:
     """Apply the pressure, then move the middle brick to a slip (mm); bricks of nx x ny elements.
 
     Patches of the project come before the card.
     """
-    mesh = jointed(nx, ny, h)
-    write_meshes(folder, mesh, h)
+    mesh = jointed(nx, ny)
+    write_meshes(folder, mesh)
     moved = ogs_run.changed(ogs_run.values("slip", [0.0, 0.0, end]))
-    patches = TRIPLET.read_text(encoding="utf-8"), *patches, moved, law.card("ogs", dimension=2, h=h)
+    patches = TRIPLET.read_text(encoding="utf-8"), *patches, moved, law.card("ogs", dimension=2, h=THICKNESS)
     done = ogs_run.run(folder, *patches)
     if done.code != 0:
         raise RuntimeError(done.output)
@@ -118,13 +112,13 @@ def with_water(permeability: float) -> list[str]:
     return [HYDRO.read_text(encoding="utf-8"), ogs_run.changed(("replace", where, repr(permeability)))]
 
 
-def suction(permeability: float, h: float = THICKNESS) -> float:
+def suction(permeability: float) -> float:
     """Fall of the water pressure in the middle of a joint that slides, below that at its ends.
 
-    Steady flow into the opening joint: h k/viscosity p'' = rate of the dilation, slip rate SLIP in 1 s.
+    Steady flow into the opening joint: THICKNESS k/viscosity p'' = rate of the dilation, SLIP in 1 s.
     """
     rate = SLIP * np.tan(np.radians(THETA))
-    return float(rate * VISCOSITY * LENGTH**2 / (8.0 * h * permeability))
+    return float(rate * VISCOSITY * LENGTH**2 / (8.0 * THICKNESS * permeability))
 
 
 def prediction(slip: Floats, pressure: float = PRESSURE, law: Interface = JOINT) -> tuple[Floats, Floats]:
@@ -143,13 +137,9 @@ def main() -> None:
         ("--slip SLIP", "of the middle brick, mm, > 0", SLIP),
         ("--csv FILE.csv", "write force and rise over the slip", Path),
         ("--pvd FILE.pvd", "write all steps for ParaView", Path),
-        ("--folder DIR", "keep meshes, patches and output of OpenGeoSys there", Path),
-        ("--thickness H", "of the joints, mm, > 0", THICKNESS),
         ("--water K", "permeability, mm2, > 0, of joints with water; without: dry", float),
     )
     options = parser.parse_args()
-    if not 0.0 < options.thickness < HEIGHT:
-        parser.error(f"--thickness {options.thickness:g}: expected 0 < thickness < {HEIGHT:g}")
     for name in ("slip", "water"):
         if (value := getattr(options, name)) is not None and not 0.0 < value < float("inf"):
             parser.error(f"--{name} {value:g}: expected more than 0")
@@ -158,9 +148,7 @@ def main() -> None:
     patches += [] if options.pvd is None else [ogs_run.with_points(law)]
     pressure = PRESSURE if options.water is None else PRESSURE - WATER
     with tempfile.TemporaryDirectory() as name:
-        folder = options.folder or Path(name)
-        folder.mkdir(parents=True, exist_ok=True)
-        result = run(folder, 21, 5, options.thickness, *patches, law=law, end=options.slip)
+        result = run(Path(name), 21, 5, *patches, law=law, end=options.slip)
         force, rise = prediction(result.slip, pressure, law)
         found = result.run.iterations
         print(f"{len(found)} steps, {sum(found)} iterations, at most {max(found)}")
@@ -174,7 +162,7 @@ def main() -> None:
             head = "slip,force,rise,force_point,rise_point"
             np.savetxt(options.csv, table, "%.6f", ",", header=head, comments="")
         if options.pvd is not None:
-            ogs_run.write_paraview(options.pvd, folder / "triplet.vtu", result.run, law, options.thickness)
+            ogs_run.write_paraview(options.pvd, Path(name, "triplet.vtu"), result.run, law, THICKNESS)
 
 
 if __name__ == "__main__":

@@ -97,7 +97,7 @@ def work(curve: Curve) -> float:
     return float(np.trapezoid(curve.force, curve.moved))
 
 
-def draw(path: Path, steps: int) -> None:
+def draw(path: Path) -> None:
     """Draw force over displacement of three bars, and print the numbers."""
     opening = np.concatenate([np.linspace(0, S_0, 20), np.linspace(S_0, 1.2 * S_F, 60)])
     print("length / limit  steps  largest move [mm]  rupture [N]  work [N]  prescribed displacements")
@@ -108,7 +108,7 @@ def draw(path: Path, steps: int) -> None:
             ax.plot(*closed_form(opening, length), "-", color=colour, label=f"{share:g} of the limit")
             curve = by_dissipation(bar(length), BOND.Gc / 30)
             ax.plot(curve.moved, curve.force, "o", color=colour, markersize=2.5)
-            other = by_displacement(bar(length), 1.2 * float(curve.moved.max()), steps)
+            other = by_displacement(bar(length), 1.2 * float(curve.moved.max()), 200)
             if other.broken < 1.0:
                 ax.plot(other.moved[-1:], other.force[-1:], "x", color=colour, markersize=8)
             end = "passes" if other.broken == 1.0 else f"stops at {other.moved[-1]:.4f} mm"
@@ -127,13 +127,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    steps, output = ("--steps N", "with prescribed displacements", 200), ("-o --output FILE", "picture")
-    add_options(parser, steps, (*output, Path("snap_back.png")))
-    options = parser.parse_args()
-    if options.steps < 1:
-        parser.error(f"--steps {options.steps}: expected at least 1")
-    draw(options.output, options.steps)
-    print(options.output)
+    add_options(parser, ("-o --output FILE", "picture", Path("snap_back.png")))
+    output = parser.parse_args().output
+    draw(output)
+    print(output)
 
 
 if __name__ == "__main__":
