@@ -25,7 +25,6 @@ from matplotlib.figure import Figure
 from scipy.optimize import least_squares
 
 from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE, panel
-from .crushed import strength
 from .validation import sandstone
 
 RT = Pattern.regular(2, 30.0)
@@ -227,7 +226,7 @@ def envelope(joint: Joint, low: float, high: float, crushed: bool) -> tuple[Floa
 
     def law(x: Floats) -> Floats:
         slope, crush = np.exp(x[0]), np.exp(x[1]) if crushed else np.inf
-        return np.array([strength(one, slope, mu, crush) for one in stresses])
+        return np.array([sandstone.strength(one, slope, mu, crush) for one in stresses])
 
     start = np.log([0.5, low])[: 1 + crushed]
     return stresses, peaks, law(least_squares(lambda x: np.log(law(x) / peaks), start).x)

@@ -50,12 +50,12 @@ def read_timings(path: Path) -> pandas.DataFrame:
     return found
 
 
-def measure(*options: str, level: str = "v3") -> pandas.DataFrame:
+def measure(level: str) -> pandas.DataFrame:
     """Run the benchmark, which prints its table, and return its rows; level: the kernels, "v3" or "v1"."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "bench.csv")
         environment = os.environ | {"ASPERITY_ISA": level}
-        done = subprocess.run([BENCH, "--csv", path, *options], check=False, env=environment)
+        done = subprocess.run([BENCH, "--csv", path], check=False, env=environment)
         if done.returncode != 0:
             raise ValueError(f"{BENCH}: exit code {done.returncode}: expected 0")
         return read_timings(path)
@@ -139,13 +139,8 @@ def _curve(
 
 def _speed(options: argparse.Namespace) -> int:
     """Read CSVs of the benchmark, or run the benchmark, then draw."""
-    if options.csv and options.quick:
-        raise ValueError(f"--quick: expected without {options.csv[0]}, which is not run again")
-    quick = ["--quick"] * options.quick
-    if options.csv:
-        parts = [read_timings(path) for path in options.csv]
-    else:
-        parts = [measure(*quick, level=level) for _ in range(RUNS) for level in ("v1", "v3")]
+    parts = [read_timings(path) for path in options.csv]
+    parts = parts or [measure(level) for _ in range(RUNS) for level in ("v1", "v3")]
     draw_speed(pandas.concat(parts), options.output)
     print(options.output)
     return 0
@@ -160,7 +155,6 @@ main = program(
         {"nargs": "*"},
     ),
     ("-o --output FILE", "picture, .png or .pdf", Path("speed.png")),
-    ("--quick", "short runs with rough results"),
 )
 
 if __name__ == "__main__":

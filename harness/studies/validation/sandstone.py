@@ -13,10 +13,9 @@ from asperity.steps import slip_path
 from asperity.style import TWO, new_figure
 from asperity.tables import markdown
 from matplotlib.figure import Figure
-from scipy.optimize import least_squares
+from scipy.optimize import brentq, least_squares
 
 from ..concepts_draw import BLACK, BLUE, GREEN, ORANGE, panel
-from ..crushed import strength
 from .common import LOST, Constants, Study, fitted, joint, rows
 
 JOINTS = ("JA", "JB", "JC")
@@ -110,6 +109,21 @@ def fits() -> dict[str, Constants]:
 
 def _without(start: Constants, known: Constants) -> tuple[tuple[str, float], ...]:
     return tuple((name, value) for name, value in start.items() if name not in known)
+
+
+def strength(sigma_n: float, slope: float, mu: float, crush: float) -> float:
+    """Shear strength of a joint without bond that begins to climb one plane, whose pressure crushes it.
+
+    slope: tangent of the inclination; crush: stress, inf for none.  Closed form of docs/extensions.md,
+    section 7.
+    """
+
+    def forces(p: float) -> Floats:
+        t = slope * np.log1p(p / crush) / (p / crush) if np.isfinite(crush) else slope
+        return np.asarray(p / np.hypot(1.0, t) * np.array([1.0 - mu * t, t + mu]))
+
+    p = brentq(lambda p: forces(p)[0] - sigma_n, 1e-6 * sigma_n, 1e6 * sigma_n, xtol=1e-12 * sigma_n)
+    return float(forces(p)[1])
 
 
 def envelope(tests: Floats, crushed: bool = True) -> Callable[[float], float]:
