@@ -163,7 +163,8 @@ def test_every_bad_value_is_named(routine: Routine) -> None:
     rejected(call, routine, BAD_SEPARATION, f"{name}(2) = NaN: expected a finite number", "(3) = -Inf")
     with errors() as said:
         routine(np.random.default_rng(1), call)
-        assert "(1)" not in said()
+        words = said()
+        assert "(1)" not in words and "NTENS" not in words
     call = virgin(routine, float, 3)
     call.props[12:14] = -0.5, 1.25
     rejected(call, routine, BAD_PROPS, "PROPS(13) tau_v = -0.5", "PROPS(14) dalpha = 1.25")

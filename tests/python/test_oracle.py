@@ -41,7 +41,7 @@ OPTIONS = {
     "closure and guard": {"closure": 0.06, "guard": True},
     "closure and viscosity": {"closure": 0.06, "tau_v": 0.3, "damage0": 0.2},
     "almost closed": {"closure": 0.02, "damage0": 0.5},
-    "crush": {"crush": 2.0, "kc": 20.0},
+    "crush": {"crush": 200.0, "kc": 20.0},
     "crush and height": {"crush": 1.0, "height": 0.3, "damage0": 1.0, "kc": 50.0},
     "crush and wear": {"crush": 5.0, "W0": 0.4, "damage0": 0.5},
     "crush and guard": {"crush": 2.0, "height": 0.5, "guard": True},
