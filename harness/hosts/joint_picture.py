@@ -113,7 +113,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Structure and joints, drawn from a PVD file.")
     parser.add_argument("pvd", type=Path, metavar="FILE.pvd", help="written by an example with --pvd")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE.png", help="default: FILE.png")
-    parser.add_argument("--step", type=int, help="from 0; default: that whose damage varies most")
     parser.add_argument("--scale", type=float, default=1.0, help="of displacements (default: %(default)s)")
     parser.add_argument("--title", default="", help="of the picture")
     parser.add_argument("--curves", type=Path, metavar="FILE.csv", help="to be drawn below")
@@ -125,10 +124,8 @@ def main() -> None:
         curves = {} if options.curves is None else read_curves(options.curves)
     except (OSError, ValueError) as error:
         parser.error(str(error))
-    if options.step is not None and not 0 <= options.step < len(steps):
-        parser.error(f"--step {options.step}: expected 0 to {len(steps) - 1}")
     spread = [np.ptp(values) if len(values := field(one, "damage")) else 0.0 for _, _, one in steps]
-    k = int(np.argmax(spread)) if options.step is None else options.step
+    k = int(np.argmax(spread))  # the step whose damage varies most
     _, solids, joints = steps[k]
     title = f"{options.title or options.pvd.stem}, step {k}"
     output = options.output or options.pvd.with_suffix(".png")

@@ -274,13 +274,11 @@ def _whole(jointed: Jointed, laws: Mapping[str, Interface]) -> tuple:
         raise ValueError(f"cells of the types {kind}: expected one of {', '.join(BASIX)} for fenicsx")
     if set(laws) != set(jointed.joints):
         raise ValueError(f"laws of {', '.join(laws)}: expected those of {', '.join(jointed.joints)}")
-    rows: list[list[np.ndarray]] = [[] for _ in range(6)]
+    rows = []
     for name, parts in jointed.joints.items():
         for one in parts:
-            weight = _weights(jointed.points[one.minus])
-            law = np.full(len(one.area), list(laws).index(name))
-            for row, value in zip(rows, (one.minus, one.plus, law, one.axes, weight, one.cells), strict=True):
-                row.append(value)
+            law, weight = np.full(len(one.area), list(laws).index(name)), _weights(jointed.points[one.minus])
+            rows.append((one.minus, one.plus, law, one.axes, weight, one.cells))
     groups = {}
     for name, some in jointed.groups.items():
         area = np.zeros(len(jointed.points))
@@ -288,7 +286,7 @@ def _whole(jointed: Jointed, laws: Mapping[str, Interface]) -> tuple:
             np.add.at(area, nodes, _weights(jointed.points[nodes]))
         groups[name] = jointed.nodes(name), area[jointed.nodes(name)]
     cells = jointed.cells[kind][:, BASIX[kind]].astype(np.int64)
-    faces = [np.concatenate(row) for row in rows]
+    faces = [np.concatenate(column) for column in zip(*rows, strict=True)]
     return cells, jointed.points, (kind, d, jointed.block[kind], jointed.names, groups, faces)
 
 

@@ -155,13 +155,9 @@ class Structure:
 
     # --- steps -------------------------------------------------------------------
 
-    def initialise(self) -> None:
-        """Create the laws of all points, as the first step does; the model has to be complete."""
-        self.solver()
-
     def stress_solids(self, stress: Sequence[float]) -> None:
         """Set the initial stress xx, yy, (zz,) xy, (yz, xz) of all solids; the model has to be complete."""
-        self.initialise()
+        self.solver()  # creates the laws of all points
         interfaces = {element.Id for element in self.interfaces}
         solids = self.part.CreateSubModelPart("Solids")
         solids.AddElements([element.Id for element in self.part.Elements if element.Id not in interfaces])
@@ -200,7 +196,7 @@ class Structure:
         return norms
 
     def solver(self) -> Kratos.ResidualBasedNewtonRaphsonStrategy:
-        """Return the strategy of Kratos; the model has to be complete."""
+        """Return the strategy of Kratos, with the laws of all points; the model has to be complete."""
         if self._strategy is None:
             utilities = Kratos.VariableUtils()
             for axis in range(3):
@@ -240,18 +236,11 @@ class Structure:
 
     def points(self) -> tuple[Floats, Floats]:
         """Return separations and tractions (points, 3) of all points as (N, Tx, Ty); Ty is 0 in 2D."""
-        separation = self._output(Geo.GEO_RELATIVE_DISPLACEMENT_VECTOR)
-        return separation, self._output(Geo.GEO_EFFECTIVE_TRACTION_VECTOR)
-
-    def _output(self, variable: object) -> Floats:
-        rows = [
-            list(value)
-            for element in self.interfaces
-            for value in element.CalculateOnIntegrationPoints(variable, self.part.ProcessInfo)
-        ]
-        out = np.zeros((len(rows), 3))
-        out[:, : self.dimension] = np.array(rows)
-        return out
+        found, info = [], self.part.ProcessInfo
+        for name in (Geo.GEO_RELATIVE_DISPLACEMENT_VECTOR, Geo.GEO_EFFECTIVE_TRACTION_VECTOR):
+            rows = [list(x) for one in self.interfaces for x in one.CalculateOnIntegrationPoints(name, info)]
+            found.append(np.pad(np.array(rows), ((0, 0), (0, 3 - self.dimension))))
+        return found[0], found[1]
 
 
 def _law(name: str) -> Kratos.ConstitutiveLaw:

@@ -250,7 +250,7 @@ def test_state_variables_carry_a_traction(damage: float) -> None:
 def test_initial_stress_does_not_reach_the_umat() -> None:
     """Smallest case that shows that Kratos ignores the initial stress of an interface, without a message."""
     s, _ = one_element()
-    s.initialise()
+    s.solver()
     vectors = Kratos.Vector([0.0] * 3), Kratos.Vector(INITIAL.tolist()), Kratos.Matrix(3, 3)
     Kratos.SetInitialStateProcess3D(s.part, *vectors).ExecuteInitializeSolutionStep()
     s.step(0.0)

@@ -62,13 +62,6 @@ def path(run: Run) -> tuple[Floats, Floats, list[dict[str, Floats]]]:
     return separation, traction, steps
 
 
-def steps(*pairs: tuple[int, float]) -> tuple[str, str, str]:
-    """Change of the steps after the preload: pairs of number and size."""
-    rows = ((PRELOAD_STEPS, 1.0 / PRELOAD_STEPS), *pairs)
-    texts = (f"<pair><repeat>{n}</repeat><delta_t>{size!r}</delta_t></pair>" for n, size in rows)
-    return "replace", f"{STEPS}/timesteps", f"<timesteps>{''.join(texts)}</timesteps>"
-
-
 def assert_is_the_driver(run: Run, interface: Interface = RT) -> None:
     """Rise and shear traction at the slips of the run are those of the driver's solver."""
     separation, traction, _ = path(run)
@@ -152,8 +145,9 @@ def test_cycle(tmp_path: Path) -> None:
     cycle = values("slip", [0.0, 0.0, 0.2, -0.2, 0.1])
     coords = ("replace", "/*/curves/curve[name='slip']/coords/text()", "0 1 2 3 4")
     held = ("replace", "/*/curves/curve[name='pressure']/coords/text()", "0 1 4")
-    end = ("replace", f"{STEPS}/t_end/text()", "4")
-    run = box(tmp_path, RT, cycle, coords, held, end, steps((90, 1.0 / 30.0)))
+    numbers = ("t_end", "4"), ("timesteps/pair[2]/repeat", "90"), ("timesteps/pair[2]/delta_t", repr(1 / 30))
+    steps = (("replace", f"{STEPS}/{where}/text()", text) for where, text in numbers)
+    run = box(tmp_path, RT, cycle, coords, held, *steps)
     assert_is_the_driver(run)
     separation, _, fields = path(run)
     assert separation[:, 1].min() == pytest.approx(-0.2) and separation[-1, 1] == pytest.approx(0.1)
@@ -204,14 +198,12 @@ def test_without_axes_the_normal_is_x(tmp_path: Path) -> None:
 # --- refused calls ----------------------------------------------------------
 
 
-def adaptive(first: float) -> tuple[str, str, str]:
-    """Change to adaptive time steps."""
-    text = (
-        "<type>IterationNumberBasedTimeStepping</type><t_initial>0</t_initial><t_end>2</t_end>"
-        f"<initial_dt>{first}</initial_dt><minimum_dt>1e-4</minimum_dt><maximum_dt>0.25</maximum_dt>"
-        "<number_iterations>1 10 20</number_iterations><multiplier>1.2 1.0 0.5</multiplier>"
-    )
-    return "replace", STEPS, f"<time_stepping>{text}</time_stepping>"
+ADAPTIVE = (
+    "<type>IterationNumberBasedTimeStepping</type><t_initial>0</t_initial><t_end>2</t_end>"
+    "<initial_dt>0.25</initial_dt><minimum_dt>1e-4</minimum_dt><maximum_dt>0.25</maximum_dt>"
+    "<number_iterations>1 10 20</number_iterations><multiplier>1.2 1.0 0.5</multiplier>"
+)
+"""Adaptive time steps."""
 
 
 def refused_near(time: float) -> list[tuple[str, str, str]]:
@@ -231,7 +223,8 @@ def refused_near(time: float) -> list[tuple[str, str, str]]:
 
 def test_refused_step_is_repeated_with_a_smaller_one(tmp_path: Path) -> None:
     """Adaptive time steps: a call that the law refuses rejects the step, which is repeated from its start."""
-    run = box(tmp_path, RT, adaptive(0.25), *refused_near(1.25))
+    steps = "replace", STEPS, f"<time_stepping>{ADAPTIVE}</time_stepping>"
+    run = box(tmp_path, RT, steps, *refused_near(1.25))
     assert run.code == 0, run.output
     assert "AsperityLayer3: PROPS(4) mu = -1: expected >= 0" in run.output
     print(f"{run.rejected} steps rejected of {len(run.iterations)}")
