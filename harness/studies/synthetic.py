@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas
 from asperity.contract import Floats
 from asperity.fit.model import SIDES, Problem, slip_curve
 from asperity.fit.records import ShearTest
@@ -85,15 +86,13 @@ def noisy(y: Floats, noise: float, rng: np.random.Generator) -> Floats:
 
 
 def write_record(path: Path, tests: Sequence[ShearTest]) -> None:
-    """Text of a CSV file of tests, with five digits."""
-    dilation = ["dilation [mm]"] if all(test.s_N is not None for test in tests) else []
-    lines = [",".join(["test", "slip [mm]", "tau [MPa]", *dilation, "sigma_N [MPa]", "k_N [MPa/mm]"])]
+    """Write a CSV file of tests, with five digits."""
+    parts = []
     for number, test in enumerate(tests, 1):
-        for i in range(test.slip.size):
-            numbers = [test.slip[i], test.tau[i], *([] if test.s_N is None else [test.s_N[i]])]
-            numbers += [test.sigma_N, test.k_N]
-            lines.append(",".join([str(number), *(f"{number:.5g}" for number in numbers)]))
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        columns = {"test": number, "slip [mm]": test.slip, "tau [MPa]": test.tau}
+        columns |= {} if test.s_N is None else {"dilation [mm]": test.s_N}
+        parts.append(pandas.DataFrame(columns | {"sigma_N [MPa]": test.sigma_N, "k_N [MPa/mm]": test.k_N}))
+    pandas.concat(parts).to_csv(path, index=False, float_format="%.5g")
 
 
 def _run(options: argparse.Namespace) -> int:

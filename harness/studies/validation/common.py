@@ -120,12 +120,9 @@ class Study:
         found = self.fit()
         if not found:
             return
-        names = list(dict.fromkeys(name for one in found.values() for name in one))
-        lines = [f"# Found by python -m harness.studies.validation.{self.name.replace('-', '_')} --fit"]
-        lines.append(",".join(["fit", *names]))
-        for fit, one in found.items():
-            lines.append(",".join([fit, *(f"{one[name]:g}" if name in one else "" for name in names)]))
-        self._constants_file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        made = f"# Found by python -m harness.studies.validation.{self.name.replace('-', '_')} --fit\n"
+        table = pandas.DataFrame([{"fit": fit} | one for fit, one in found.items()])
+        self._constants_file.write_text(made + table.to_csv(index=False, float_format="%g"), encoding="utf-8")
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
         """Run the program."""
