@@ -7,7 +7,7 @@ module asperity_follow
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: closer, least_rupture, longest_change, most_updates, &
+  use asperity_tolerances, only: closer, finest_scale, least_rupture, longest_change, most_updates, &
     overshoot, residual_tolerance, rounding_scale, smallest_fraction, unexplained, unexplained_fraction
   implicit none
   private
@@ -138,7 +138,7 @@ contains
       move = largest_move(equations, old, new)
       matrix = free_matrix(law, equations, old)
       if (move <= unexplained*law%length) then
-        if (last .or. alike(matrix, result%last)) return
+        if (last .or. law%rate_dependent .or. law%wears .or. alike(matrix, result%last)) return
         ! a jump back may cancel the move
         ending = predict(equations, old, change)
         call eliminate(3, matrix, ending, predicted)
@@ -222,7 +222,10 @@ contains
     if (yes) return
     ahead = merge(ahead, change, equations%control%traction)
     left = dot_product(point%traction + matmul(point%tangent, ahead), point%traction)
-    yes = left <= 0.0_wp .and. (last .or. left >= -overshoot*dot_product(point%traction, point%traction))
+    yes = left <= 0.0_wp
+    ! what is left of an earlier release may go at once
+    if (yes .and. .not. last .and. maxval(abs(point%traction)) > finest_scale*law%stress) &
+      yes = left >= -overshoot*dot_product(point%traction, point%traction)
   end function releases
 
   !> Whether the traction of a point is a rounding error, such as what is left of a release.

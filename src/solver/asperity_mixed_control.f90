@@ -56,7 +56,7 @@ contains
       equations%done = min(1.0_wp, reached + 2.0_wp*smallest_fraction)
       found = any(control%traction) .and. equations%report%updates < most_updates
       if (found) call snap(law, equations, found)
-      if (.not. found .and. control%traction(1)) then
+      if (.not. found .and. control%traction(1) .and. equations%report%updates < most_updates) then
         ! the motion may stop on its way to an open joint, which is in equilibrium without prescribed tractions
         equations%old = before
         lifted%s = before%s
