@@ -19,11 +19,12 @@ from structured import Integers, grid
 Legs = tuple[tuple[int, tuple[float, float, float]], ...]
 
 
-def layer(card: str, h: float, legs: Legs, kind: str) -> str:
-    """The element of the kit with prescribed displacements; `kind` follows *STATIC."""
+def layer(h: float, legs: Legs, kind: str = "", initial: str = "", **card: float) -> str:
+    """The element of the kit with initial conditions and displacements; `kind` follows *STATIC."""
     head = (Path(__file__).parent / "kit" / "single.inp").read_text(encoding="utf-8").split("${card}")[0]
     text = head.replace("$h", repr(h)).replace("ELSET=JOINT", "ELSET=ROUGH")
-    return text + card + "*BOUNDARY\nBOTTOM, 1, 3\n" + steps(legs, kind, np.eye(3)[[2, 0, 1]])
+    text += ROUGH.card("calculix", h=h, name="ROUGH", **card) + initial + "*BOUNDARY\nBOTTOM, 1, 3\n"
+    return text + steps(legs, kind, np.eye(3)[[2, 0, 1]])
 
 
 def steps(legs: Legs, kind: str, axes: Floats, elset: str = "ROUGH") -> str:
@@ -52,8 +53,7 @@ def assert_is_the_driver(done: calculix_run.Run, elset: str = "ROUGH") -> None:
 @pytest.mark.parametrize("h", [1.0, 1e-3])
 def test_layer_is_the_driver(ccx: Path, h: float, tmp_path: Path) -> None:
     """Stresses of a thin layer are the driver's tractions, its state variables those of the library."""
-    card = ROUGH.card("calculix", h=h, name="ROUGH")
-    assert_is_the_driver(calculix_run.run(ccx, tmp_path, layer(card, h, LEGS, ", DIRECT")))
+    assert_is_the_driver(calculix_run.run(ccx, tmp_path, layer(h, LEGS, ", DIRECT")))
 
 
 def blocks(folder: Path, whole: meshio.Mesh, direction: object = None) -> tuple[str, Joint, Integers]:
@@ -106,8 +106,7 @@ def test_two_threads_give_the_same_bytes(ccx: Path, tmp_path: Path) -> None:
 
 def test_a_rejected_call_cuts_the_increment(ccx: Path, tmp_path: Path) -> None:
     """A constant out of range gives a message and PNEWDT < 1; the run ends without a result."""
-    card = ROUGH.card("calculix", h=1.0, name="ROUGH").replace("0.5, 30.0", "-0.5, 30.0")
-    text = layer(card, 1.0, ((4, (0.01, 0.0, 0.0)),), "")
+    text = layer(1.0, ((4, (0.01, 0.0, 0.0)),)).replace("0.5, 30.0", "-0.5, 30.0")
     done = calculix_run.run(ccx, tmp_path, text, code=calculix_run.DIVERGED)
     assert "asperity umat: PROPS(4) mu = -0.5: expected" in done.errors
     cuts = done.output.count("the increment is reattempted")
@@ -117,10 +116,8 @@ def test_a_rejected_call_cuts_the_increment(ccx: Path, tmp_path: Path) -> None:
 
 def test_damage_growth_cuts_the_increment(ccx: Path, tmp_path: Path) -> None:
     """PROPS 14: an increment in which damage grows too much is repeated with a smaller one."""
-    card = ROUGH.card("calculix", h=1.0, name="ROUGH", dalpha=0.1)
-    legs = ((10, (0.3, 0.0, 0.0)),)
-    free = calculix_run.run(ccx, tmp_path, layer(ROUGH.card("calculix", h=1.0, name="ROUGH"), 1.0, legs, ""))
-    cut = calculix_run.run(ccx, tmp_path, layer(card, 1.0, legs, ""))
+    texts = (layer(1.0, ((10, (0.3, 0.0, 0.0)),), **card) for card in ({}, {"dalpha": 0.1}))
+    free, cut = (calculix_run.run(ccx, tmp_path, text) for text in texts)
     growth = [largest_growth(run) for run in (free, cut)]
     print(f"attempts {free.attempts} and {cut.attempts}")
     print(f"largest growth of damage {growth[0]:.2f} and {growth[1]:.2f}")

@@ -30,24 +30,22 @@ STILL = ((1, (0.0, 0.0, 0.0)),)
 """One increment without displacement."""
 
 
-def with_initial(text: str, kind: str, rows: str) -> str:
-    """The input of `layer` with initial conditions."""
-    return text.replace("*STEP", f"*INITIAL CONDITIONS, TYPE={kind}\n{rows}*STEP", 1)
+BY_FILE = "*INITIAL CONDITIONS, TYPE=SOLUTION, USER\n"
 
 
-def lines(tractions: Floats) -> str:
+def stressed(tractions: Floats) -> str:
     """Initial stresses of the points of element 1, from tractions (8, 3)."""
     rows = zip(POINTS, tractions.tolist(), strict=True)
-    return "".join(f"1, {point}, 0., 0., {n}, 0., {x}, {y}\n" for point, (n, x, y) in rows)
+    lines = (f"1, {point}, 0., 0., {n}, 0., {x}, {y}\n" for point, (n, x, y) in rows)
+    return "*INITIAL CONDITIONS, TYPE=STRESS\n" + "".join(lines)
 
 
 def test_type_stress_reaches_the_umat(ccx: Path, tmp_path: Path) -> None:
     """Every point gets its own initial stress once, with sign and order; without strain it is constant."""
     grade = np.linspace(0.1, 0.8, len(POINTS))[:, None]
     tractions = grade * [-1.0, 0.4, -0.2]
-    card = ROUGH.card("calculix", h=0.01, name="ROUGH")
-    text = layer(card, 0.01, (*STILL, (3, (0.0, 0.01, 0.0))), ", DIRECT")
-    done = calculix_run.run(ccx, tmp_path, with_initial(text, "STRESS", lines(tractions)))
+    text = layer(0.01, (*STILL, (3, (0.0, 0.01, 0.0))), ", DIRECT", stressed(tractions))
+    done = calculix_run.run(ccx, tmp_path, text)
     traction, initial = done.vectors("ROUGH stresses"), ROUGH.initial(tractions)
     assert np.all(np.abs(traction[0] - tractions) <= DIGITS * np.abs(tractions).max())
     offset = initial[:, OFFSET]
@@ -60,9 +58,7 @@ def test_type_stress_reaches_the_umat(ccx: Path, tmp_path: Path) -> None:
 
 def test_traction_that_cannot_be(ccx: Path, tmp_path: Path) -> None:
     """For tension beyond the strength the message has the largest traction; the run ends without a result."""
-    text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, "")
-    tractions = np.tile([6.0, 0.0, 0.0], (len(POINTS), 1))
-    text = with_initial(text, "STRESS", lines(tractions))
+    text = layer(0.01, STILL, "", stressed(np.tile([6.0, 0.0, 0.0], (len(POINTS), 1))))
     done = calculix_run.run(ccx, tmp_path, text, code=calculix_run.DIVERGED)
     assert not done.iterations
     assert "asperity umat: initial t_N = 6: beyond the strength of the planes" in done.errors
@@ -70,12 +66,11 @@ def test_traction_that_cannot_be(ccx: Path, tmp_path: Path) -> None:
 
 def test_type_solution_by_file(ccx: Path, tmp_path: Path) -> None:
     """Every point gets its own state variables; a point without a row is virgin; empty lines are ignored."""
-    text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, ", DIRECT")
     states = {(1, k): ROUGH.initial([-0.1 * k, 0.0, 0.0], damage=k / 10.0) for k in POINTS if k != 3}
     calculix_run.write_states(tmp_path, states)
     file = tmp_path / calculix_run.STATES
     file.write_text("\n" + file.read_text().replace("\n", "\n\n"))
-    done = calculix_run.run(ccx, tmp_path, with_initial(text, "SOLUTION, USER", ""))
+    done = calculix_run.run(ccx, tmp_path, layer(0.01, STILL, ", DIRECT", BY_FILE))
     expected = np.array([states.get((1, k), np.zeros(ROUGH.nstatv)) for k in POINTS])
     expected[:, STATUS] = 1.0
     assert np.all(np.abs(done.state("ROUGH")[0] - expected) <= DIGITS * np.abs(expected))
@@ -83,11 +78,10 @@ def test_type_solution_by_file(ccx: Path, tmp_path: Path) -> None:
 
 def test_states_of_no_point(ccx: Path, tmp_path: Path) -> None:
     """A row beyond the last point of the model is an error."""
-    text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, ", DIRECT")
     state = ROUGH.initial([-0.1, 0.0, 0.0], damage=0.5)
     calculix_run.write_states(tmp_path, {(1, 8): state, (2, 1): state})
     with pytest.raises(ValueError, match=r"initial_state\.txt: rows are left over"):
-        calculix_run.run(ccx, tmp_path, with_initial(text, "SOLUTION, USER", ""))
+        calculix_run.run(ccx, tmp_path, layer(0.01, STILL, ", DIRECT", BY_FILE))
 
 
 @pytest.mark.parametrize(
@@ -102,11 +96,10 @@ def test_states_of_no_point(ccx: Path, tmp_path: Path) -> None:
 )
 def test_wrong_file_of_states(ccx: Path, tmp_path: Path, row: str | None, reason: str) -> None:
     """A missing file, or a row of wrong length, without numbers or of no point, ends the run and is shown."""
-    text = layer(ROUGH.card("calculix", h=0.01, name="ROUGH"), 0.01, STILL, "")
+    text = layer(0.01, STILL, "", BY_FILE)
     if row is not None:
         text += "*ELEMENT, TYPE=C3D8, ELSET=ROUGH\n2, 1, 2, 3, 4, 5, 6, 7, 8\n" if "9" in row else ""
         (tmp_path / calculix_run.STATES).write_text(row + "\n")
-    text = with_initial(text, "SOLUTION, USER", "")
     done = calculix_run.run(ccx, tmp_path, text, code=calculix_run.DIVERGED)
     assert f"initial_state.txt: {row}: " in done.errors or row is None
     assert reason in done.errors
