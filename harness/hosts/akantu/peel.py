@@ -66,9 +66,8 @@ DAMAGE, *ENERGIES = (contract.statev_index(name) for name in paraview.OF_STATE)
 
 @dataclass(frozen=True)
 class Result:
-    """Rows of the run: opening, force, its work, energies of arms and joint; steps for ParaView."""
+    """Rows of the run: force, its work, energies of arms and joint; steps for ParaView."""
 
-    opening: Floats
     force: Floats
     work: Floats
     arms: Floats
@@ -116,7 +115,7 @@ def run(folder: Path) -> Result:
             step = step_of(mesh, model, at, SPEED * k * dt)
             of_joint = AREA * float(step.state[..., ENERGIES].sum()) - given
             of_arms = model.getEnergy("kinetic") + model.getEnergy("potential")
-            rows.append((step.time, force, work, of_arms, of_joint))
+            rows.append((force, work, of_arms, of_joint))
             steps.append(step)
     return Result(*(np.array(column) for column in zip(*rows, strict=True)), steps)
 

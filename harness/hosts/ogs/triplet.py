@@ -37,23 +37,16 @@ JOINT = Interface(Material(sigma0=0.3, Gc=0.03, eta=0.95, mu=0.6, kc=20.0), Patt
 
 @dataclass(frozen=True)
 class Result:
-    """Histories with a row for each step from the end of the preload on, the mesh and the run.
+    """Histories with a row for each step from the end of the preload on, and the run.
 
-    slip and force of the middle brick, rise of the top; fields of each step.
+    slip and force of the middle brick, rise of the top, lowest water pressure in the joints (0: dry).
     """
 
     slip: Floats
     force: Floats
     rise: Floats
-    mesh: Jointed
-    fields: list[dict[str, Floats]]
+    water: Floats
     run: ogs_run.Run
-
-    @property
-    def water(self) -> float:
-        """Lowest water pressure in the joints at the end."""
-        [joint] = self.mesh.joints["joint"]
-        return float(self.fields[-1]["pressure"][joint.minus].min())
 
 
 def jointed(nx: int, ny: int) -> Jointed:
@@ -97,11 +90,12 @@ def run(
     patches = TRIPLET.read_text(encoding="utf-8"), *patches, moved, law.card("ogs", dimension=2, h=THICKNESS)
     done = ogs_run.run(folder, *patches)
     steps = done.steps()[1][PRELOAD_STEPS:]
-    middle, top = mesh.nodes("middle"), mesh.nodes("top")
+    middle, top, [joint] = mesh.nodes("middle"), mesh.nodes("top"), mesh.joints["joint"]
     slip = np.array([step["displacement"][middle[0], 0] for step in steps])
     force = np.array([step["NodalForces"][middle, 0].sum() for step in steps])
     rise = np.array([step["displacement"][top, 1].mean() for step in steps])
-    return Result(slip, force, rise - rise[0], mesh, steps, done)
+    water = np.array([step["pressure"][joint.minus].min() if "pressure" in step else 0.0 for step in steps])
+    return Result(slip, force, rise - rise[0], water, done)
 
 
 def with_water(permeability: float) -> list[str]:
@@ -154,7 +148,8 @@ def main() -> None:
         print(f"force at the end {result.force[-1]:.2f} N, of the material point {force[-1]:.2f} N")
         print(f"rise at the end {result.rise[-1]:.4f} mm, of the material point {rise[-1]:.4f} mm")
         if options.water is not None:
-            print(f"lowest water pressure in the joints {result.water:.4f} MPa, at their ends {WATER:g} MPa")
+            lowest = f"{result.water[-1]:.4f} MPa, at their ends {WATER:g} MPa"
+            print(f"lowest water pressure in the joints {lowest}")
         if options.csv is not None:
             table = np.column_stack([result.slip, result.force, result.rise, force, rise])
             head = "slip,force,rise,force_point,rise_point"
