@@ -27,20 +27,15 @@ def panel(ax: Axes, x: str = "", y: str = "", title: str = "", **limits: object)
     ax.grid(alpha=0.3)
 
 
-def profile(theta: float, periods: int = 2) -> Floats:
-    """Corners (x, z) of a trapezoidal profile: a third of its length is flat, slopes of theta degrees."""
-    z = np.tan(np.radians(theta))
-    one = np.array([(0.0, 0.0), (0.5, 0.0), (1.5, z), (2.0, z), (3.0, 0.0)])
-    shifted = [np.add(one, (3.0 * k, 0.0)) for k in range(periods)]
-    return np.vstack(
-        [*(part[:-1] for part in shifted), shifted[-1][-1:], np.add(shifted[-1][-1:], (0.5, 0.0))]
-    )
+RISE = float(np.tan(np.radians(30.0)))
+CORNERS = 0.0, 0.5, 1.5, 2.0, 3.0, 3.5, 4.5, 5.0, 6.0, 6.5
+PROFILE = np.column_stack([CORNERS, RISE * np.array([0, 0, 1, 1, 0, 0, 1, 1, 0, 0])])
+"""Slope of 30 degrees; corners (x, z) of a trapezoidal profile, a third of whose length is flat."""
 
 
-def bodies(ax: Axes, s: tuple[float, float], theta: float = 30.0) -> None:
+def bodies(ax: Axes, s: tuple[float, float]) -> None:
     """Section through a joint whose upper side has moved by s = (s_N, s_Tx)."""
-    lower = profile(theta)
-    upper = np.add(lower, (s[1], s[0]))
+    lower, upper = PROFILE, np.add(PROFILE, (s[1], s[0]))
     floor, roof = -0.8, 2.1
     for line, level, fill in ((lower, floor, STONE[0]), (upper, roof, STONE[1])):
         outline = np.vstack([line, (line[-1, 0], level), (line[0, 0], level)])
@@ -65,7 +60,7 @@ def joint() -> Figure:
     apart, climbing, traction, planes = axes
     s = (0.75, 0.55)
     bodies(apart, s)
-    crest = np.add(profile(30.0)[2], (0.25, 0.0))
+    crest = np.add(PROFILE[2], (0.25, 0.0))
     arrow(apart, crest, (s[1], s[0]), ORANGE)
     legs = np.add(crest, [(0.0, 0.0), (s[1], 0.0), (s[1], s[0])])
     apart.plot(*legs.T, ":", color=ORANGE, linewidth=1.2)
@@ -86,11 +81,10 @@ def joint() -> Figure:
     apart.set_title(title, **NOTE)
 
     slip = 0.55
-    bodies(climbing, (slip * np.tan(np.radians(30.0)), slip))
-    line = profile(30.0)
+    bodies(climbing, (slip * RISE, slip))
     for k in (1, 5):
-        climbing.plot(*line[k : k + 2].T, color=ORANGE, linewidth=4, solid_capstyle="butt")
-        climbing.plot(*line[k + 2 : k + 4].T, color=BLUE, linewidth=4, solid_capstyle="butt")
+        climbing.plot(*PROFILE[k : k + 2].T, color=ORANGE, linewidth=4, solid_capstyle="butt")
+        climbing.plot(*PROFILE[k + 2 : k + 4].T, color=BLUE, linewidth=4, solid_capstyle="butt")
     arrow(climbing, (2.3, 1.85), (1.0, 0.0), BLACK)
     climbing.text(3.4, 1.78, r"slip $s_{Tx} > 0$", **NOTE)
     climbing.text(0.35, -0.35, "faces the slip: in contact, climbed", color=ORANGE, **NOTE)
@@ -100,9 +94,8 @@ def joint() -> Figure:
 
     bodies(traction, (0.75, 0.0))
     for x in (1.75, 4.75):
-        z = np.tan(np.radians(30.0))
-        arrow(traction, (x, z), (0.0, 0.32), ORANGE)
-        arrow(traction, (x, z + 0.75), (0.0, -0.32), ORANGE)
+        arrow(traction, (x, RISE), (0.0, 0.32), ORANGE)
+        arrow(traction, (x, RISE + 0.75), (0.0, -0.32), ORANGE)
     traction.text(1.75, 1.6, r"$t_N > 0$: tension", color=ORANGE, ha="center", **NOTE)
     for x in (0.05, 3.05):
         arrow(traction, (x, 0.12), (0.4, 0.0), BLUE)

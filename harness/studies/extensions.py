@@ -140,14 +140,14 @@ SLOW = 4.0
 """Normal tractions, MPa, and W0, N/mm, of the comparison with Plesha's law."""
 
 
-def shares(sigma_N: float, count: int = 20) -> tuple[Floats, Floats, Floats]:
-    """Slips of cycles under sigma_N, and the share of the slope that is left: mean of the facets, Plesha.
+def shares(sigma_N: float) -> tuple[Floats, Floats, Floats]:
+    """Slips of 20 cycles under sigma_N, and the share of the slope that is left: mean of the facets, Plesha.
 
     Plesha's work is that of the joint, ours that of a facet per unit of its area, on which the whole normal
     traction acts in every other half of a cycle: c = 1/(2 gamma W0) with the weight gamma of the facet.
     """
     material = replace(WORN, height=0.0, W0=SLOW)
-    slips = path(*([AMPLITUDE, -AMPLITUDE] * count))
+    slips = path(*([AMPLITUDE, -AMPLITUDE] * 20))
     history = Interface(material, RT).confined_slip(0.0, slips, sigma_N)
     share = 1.0 - 0.5 * (history.worn(2) + history.worn(3))
     c = 0.5 / (RT.weights[1] * material.W0)

@@ -15,7 +15,7 @@ import meshio
 import numpy as np
 from asperity import Interface, contract
 from asperity.contract import Floats
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 import paraview_files as paraview
@@ -54,14 +54,6 @@ class Run:
         sets = ET.parse(collection).getroot().iter("DataSet")
         rows = [(float(one.attrib["timestep"]), one.attrib["file"]) for one in sets]
         return np.array([time for time, _ in rows]), [fields(self.folder / name) for _, name in rows]
-
-
-def write_part(path: Path, points: Floats, cells: ArrayLike, kind: str) -> None:
-    """Write a part of the boundary, its cells (m, nodes of a cell) by nodes of the whole mesh, from 0."""
-    used, local = np.unique(cells, return_inverse=True)
-    xyz = np.pad(points[used], ((0, 0), (0, 3 - points.shape[1])))
-    ids = {"bulk_node_ids": used.astype("u8")}
-    meshio.Mesh(xyz, [(kind, local.reshape(np.shape(cells)))], ids).write(path)
 
 
 def fields(path: Path) -> dict[str, Floats]:

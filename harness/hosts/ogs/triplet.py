@@ -69,12 +69,15 @@ def jointed(nx: int, ny: int) -> Jointed:
 def write_meshes(folder: Path, mesh: Jointed) -> None:
     """Write the meshes of the project: bricks and joints, and parts of their boundary."""
     write(folder / "triplet.vtu", mesh, "ogs", layer=THICKNESS)
+    points = np.pad(layer_points(mesh, THICKNESS), ((0, 0), (0, 1)))
     [joint] = mesh.joints["joint"]
     across = np.stack([joint.minus, joint.plus], axis=-1).reshape(-1, 2)
     at_end = np.isin(mesh.points[across[:, 0], 0], (0.0, LENGTH))
     parts = {name: np.concatenate(mesh.groups[name]) for name in ("bottom", "middle", "top")}
     for name, lines in (parts | {"ends": across[at_end]}).items():
-        ogs_run.write_part(folder / f"{name}.vtu", layer_points(mesh, THICKNESS), lines, "line")
+        used, local = np.unique(lines, return_inverse=True)
+        ids = {"bulk_node_ids": used.astype("u8")}
+        meshio.Mesh(points[used], [("line", local.reshape(-1, 2))], ids).write(folder / f"{name}.vtu")
 
 
 def run(

@@ -7,7 +7,6 @@ import os
 import re
 import shlex
 import subprocess
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -120,11 +119,11 @@ def execute(name: str, folder: Path) -> None:
     print(f"{name}: {end.stdout.splitlines()[-1]}", flush=True)
 
 
-def execute_all(folder: Path, workers: int = 1) -> None:
+def execute_all(folder: Path) -> None:
     """Run all walls whose summary is not in the folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(lambda name: execute(name, folder), RUNS))
+    for name in RUNS:
+        execute(name, folder)
     mesh, field = folder / "window.msh", folder / "window.pvd"
     start(f"{mesh}", "window_mesh").check_returncode()
     start(f"{mesh} --pvd {field}", "window").check_returncode()
