@@ -18,7 +18,7 @@ from . import _core
 Floats = NDArray[np.float64]
 
 _pause = getattr(ctypes.CDLL(_core.__file__), "omp_pause_resource_all", None)
-if _pause is not None:
+if _pause is not None and hasattr(os, "register_at_fork"):
     # a fork copies what these threads wait for, but not the threads
     os.register_at_fork(before=lambda: _pause(1))
 
