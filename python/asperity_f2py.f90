@@ -61,15 +61,15 @@ subroutine contract_version(text)
   text = version
 end subroutine contract_version
 
-!> Constants of a joint without bond.
-subroutine contract_joint(kn, ks, constants)
+!> Constants of a joint without bond, and their numbers in PROPS.
+subroutine contract_joint(kn, ks, constants, numbers)
   use asperity_material, only: joint_constants, joint_props
   implicit none
   double precision, intent(in) :: kn, ks             !! stiffness in closing and in shear, stress/length
-  double precision, intent(out) :: constants(4)      !! sigma0, Gc, eta, kc: PROPS 1, 2, 3, 16
-  double precision :: all_constants(size(joint_props))
-  all_constants = joint_constants(kn, ks)
-  constants = all_constants(:4)
+  double precision, intent(out) :: constants(7)
+  integer, intent(out) :: numbers(7)
+  constants = joint_constants(kn, ks)
+  numbers = joint_props
 end subroutine contract_joint
 
 !> Check PROPS.

@@ -152,6 +152,13 @@ def default(name: str) -> float:
     return value
 
 
+def joint_constants(kn: float, ks: float) -> dict[str, float]:
+    """Constants by name, in the order of PROPS, of a joint without bond with these stiffnesses."""
+    constants, numbers = _core.contract_joint(kn, ks)
+    given = dict(zip(numbers.tolist(), constants.tolist(), strict=True))
+    return {row.name: given[row.index] for row in props_table() if row.index in given}
+
+
 def pack(values: dict[str, float], listed: Iterable[float] = ()) -> Floats:
     """Vector PROPS from values by name, with defaults for the others, and the values of the listed planes."""
     props = np.array([0.0 if row.default is None else row.default for row in props_table()])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _core, contract
+from . import contract
 
 
 class ModelWarning(UserWarning):
@@ -54,7 +54,7 @@ class Material(_Constants):
         >>> round(joint.K, 12), joint.kc, joint.damage0
         (5.0, 4.0, 1.0)
         """
-        given = [name for name in ("sigma0", "Gc", "eta", "sigma02", "Gc2", "kc") if name in others]
+        given = [name for name in contract.joint_constants(1.0, 1.0) if name in others and name != "damage0"]
         text = "expected without kn and ks, which give sigma0, Gc, eta and kc"
         bad = [f"{name} = {contract.shown(others[name])}: {text}" for name in given]
         if others.get("damage0", 1.0) != 1.0:
@@ -68,8 +68,7 @@ class Material(_Constants):
             bad.append(f"kn = {contract.shown(kn)}: expected at most 1e10 ks")
         if bad:
             raise ValueError("\n".join(bad))
-        bond = dict(zip(("sigma0", "Gc", "eta", "kc"), _core.contract_joint(kn, ks).tolist(), strict=True))
-        return cls(mu=mu, **others | bond | {"damage0": 1.0})
+        return cls(mu=mu, **others | contract.joint_constants(kn, ks))
 
     @classmethod
     def from_masonry(

@@ -34,7 +34,7 @@ MATERIAL = tuple(row.name for row in TIMELESS if row.owner == "law")
 KS = "ks"
 """Shear stiffness of a joint without bond, a constant in place of those of the bond."""
 
-BOND = ("sigma0", "Gc", "eta", "sigma02", "Gc2", "damage0")
+BOND = tuple(name for name in contract.joint_constants(1.0, 1.0) if name != "kc")
 INCLINED = ("theta", "flat", "height", "W0", "crush")
 """Constants that a joint without bond does not have, and those of inclined planes."""
 
