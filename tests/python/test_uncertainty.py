@@ -19,7 +19,7 @@ from asperity.fit.model import SCALES
 from asperity.fit.report import case_of, covariance_text
 from asperity.fit.result import CONFIDENCE, Fit, residual_ratio
 from asperity.uncertainty.distribution import of_deviations, read
-from asperity.uncertainty.spread import RESULTS, load_paths, spread
+from asperity.uncertainty.spread import RESULTS, load_path, spread
 
 from harness.studies import synthetic as study
 
@@ -49,9 +49,10 @@ def found() -> Fit:
 def test_friction_of_a_flat_joint() -> None:
     """The sliding joint carries mu |sigma_N|: its quantiles are those of the normal distribution of mu."""
     count, sd, levels = 2000, 0.05, (0.05, 0.5, 0.95)
-    [path] = load_paths(case(FLAT))
-    distribution = of_deviations(path.props, {"mu": sd}, {})
-    found = spread(path, ("mu",), distribution.draw(count, 1), levels, ThreadPoolExecutor(1))
+    one = case(FLAT)
+    distribution = of_deviations(one.runs[0].props, {"mu": sd}, {})
+    path = load_path(one.path, one.runs[0])
+    found = spread(path, distribution, count, 1, np.array(levels), ThreadPoolExecutor(1))
     assert not found.out and len(found.results) == count
     for i, level in enumerate(levels):
         exact = 2.0 * NormalDist(0.5, sd).inv_cdf(level)
@@ -109,8 +110,8 @@ def test_samples_of_a_fit_have_its_intervals(found: Fit) -> None:
 def test_curves_are_those_of_the_driver(text: str) -> None:
     """Slip tests, prescribed paths, springs and viscous damage: the curves are the rows of the driver."""
     one = case(text)
-    [path], rows = load_paths(one), drive(one.path)[None]
-    values, work = path.curve(path.props)
+    path, rows = load_path(one.path, one.runs[0]), drive(one.path)[None]
+    values, work = path.curve(np.array(path.run.props))
     assert len(work) == len(path.x) <= len(rows) + 1 and path.x[0] == 0.0
     n = min(len(rows), len(path.x) if path.first >= 0 else len(path.x) - 1)
     for ours, theirs in (

@@ -24,8 +24,8 @@ from ..options import (
     units_of,
     workers,
 )
-from .distribution import CONSTANTS, Distribution, distribution_of
-from .spread import BATCH, CURVES, RESULTS, Spread, spreads
+from .distribution import CONSTANTS, Distribution
+from .spread import BATCH, CURVES, RESULTS, Spread, uncertainty
 
 MOST_LEFT_OUT = 0.01  # fraction of samples without a result above which the quantiles must not be used
 
@@ -72,14 +72,13 @@ def _run(options: argparse.Namespace) -> int:
         if len(pair) != 2:
             raise ValueError(f"--correlation {name}={value:g}: expected NAME,NAME=VALUE")
         correlations[pair] = value
-    distribution, source = distribution_of(case, options.fit, deviations, correlations)
-    given = distribution, options.samples, options.seed, levels
+    given = deviations, correlations, options.fit, options.samples, options.seed, levels
     with (
         workers(options, os.cpu_count()) as executor,
         progress_bar(options.samples * len(case.runs), "sample") as bar,
     ):
-        found = spreads(case, *given, executor, lambda: bar.update(min(BATCH, bar.total - bar.n)))
-    print(head(distribution, source))
+        found = uncertainty(case, *given, executor, lambda: bar.update(min(BATCH, bar.total - bar.n)))
+    print(head(found[0].distribution))
     print(f"samples     {options.samples}, seed {options.seed}")
     print(report(case.sweep, found))
     if options.output is not None:
@@ -99,11 +98,11 @@ def _run(options: argparse.Namespace) -> int:
     return NO_RESULT if worst > MOST_LEFT_OUT else 0
 
 
-def head(distribution: Distribution, source: str) -> str:
+def head(distribution: Distribution) -> str:
     """Text of a distribution."""
     of_fit = "those of the logarithm, logit or value, as a fit has it"
     kind = of_fit if distribution.transformed else "absolute"
-    lines = [f"constants   {source}; standard deviations are {kind}"]
+    lines = [f"constants   {distribution.source}; standard deviations are {kind}"]
     sizes = np.sqrt(np.diag(distribution.covariance))
     for name, value, size in zip(distribution.names, distribution.values, sizes, strict=True):
         lines.append(f"  {name:<10}{value:>12.5g} +- {size:.4g}")
@@ -115,7 +114,8 @@ def head(distribution: Distribution, source: str) -> str:
 
 def report(sweep: str, found: Sequence[Spread]) -> str:
     """Text of what was left out, and of the quantiles of the results."""
-    titles = ["" if one.path.value is None else f"{sweep} = {one.path.value:g}" for one in found]
+    values = [one.path.run.value for one in found]
+    titles = ["" if value is None else f"{sweep} = {value:g}" for value in values]
     lines = []
     for title, one in zip(titles, found, strict=True):
         reasons = ", ".join(f"{count} {reason}" for reason, count in one.out.items())
@@ -142,5 +142,5 @@ def write_curves(path: Path, sweep: str, found: Sequence[Spread]) -> None:
             columns |= {f"{curve}_{v:g}": one.curves[i, :, k] for i, v in enumerate(one.levels)}
         frames.append(DataFrame(columns))
         if sweep:  # which may be called slip
-            frames[-1].insert(0, sweep, one.path.value, allow_duplicates=True)
+            frames[-1].insert(0, sweep, one.path.run.value, allow_duplicates=True)
     concat(frames).to_csv(path, index=False, float_format="%.7g", lineterminator="\n")

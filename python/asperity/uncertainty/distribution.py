@@ -14,7 +14,6 @@ from ..case_files import Case
 from ..contract import Floats
 from ..fit.model import INCLINED, KS, SCALES, TIMELESS, from_scale, to_scale
 from ..fit.report import file_of
-from ..material import Material
 
 CONSTANTS = tuple(row.name for row in TIMELESS)  # constants that may be uncertain
 DIGITS = 1.0e-4
@@ -33,13 +32,14 @@ class Distribution:
     """Normal distribution of constants, or of their values on their scales where they come from a fit.
 
     names (p); mean (p,) and covariance (p, p): of the constants, or on their scales.  model_error: relative
-    standard deviations of tau and of s_N, by which the law itself misses the tests.
+    standard deviations of tau and of s_N, by which the law itself misses the tests.  source: file, or option.
     """
 
     names: tuple[str, ...]
     mean: Floats
     covariance: Floats
     transformed: bool
+    source: str
     model_error: tuple[float, float] = (0.0, 0.0)
 
     @property
@@ -78,13 +78,13 @@ def distribution_of(
     fit: Path | None = None,
     deviations: Mapping[str, float] | None = None,
     correlations: Mapping[tuple[str, str], float] | None = None,
-) -> tuple[Distribution, str]:
-    """Distribution of the constants of a case, and where it comes from; arguments of `uncertainty`."""
+) -> Distribution:
+    """Distribution of the constants of a case; arguments of `uncertainty`."""
     path, props = case.path, case.runs[0].props
     if deviations:
         if fit is not None:
             raise ValueError(f"--fit {fit}: expected without --sd")
-        found, source = of_deviations(props, deviations, correlations or {}), "--sd"
+        found = of_deviations(props, deviations, correlations or {})
     else:
         if correlations:
             raise ValueError("--correlation: expected with --sd; a fit has its own")
@@ -94,7 +94,7 @@ def distribution_of(
                 f"{file}: expected the file that asperity fit -o {path} writes, --fit with its name, or --sd "
                 "NAME=VALUE"
             )
-        found, source = read(file), str(file)
+        found = read(file)
         for name, value in zip(found.names, found.values, strict=True):
             of_case = case.runs[0].interface.material.K if name == KS else props[contract.index(name)]
             if abs(of_case - value) > DIGITS * abs(value):
@@ -110,7 +110,7 @@ def distribution_of(
             raise ValueError(f"{path}: {name}: expected a regular pattern, not listed planes")
         if name != KS and len({run.props[contract.index(name)] for run in case.runs}) > 1:
             raise ValueError(f"{path}: &sweep: expected one that leaves {name} alone, which is uncertain")
-    return found, source
+    return found
 
 
 def read(path: Path) -> Distribution:
@@ -130,7 +130,7 @@ def read(path: Path) -> Distribution:
     except (KeyError, TypeError, ValueError) as problem:
         text = "expected a file that this version of asperity fit -o has written"
         raise ValueError(f"{path}: {text} ({problem})") from None
-    return Distribution(names, mean, covariance, True, (error, of_dilation))
+    return Distribution(names, mean, covariance, True, str(path), (error, of_dilation))
 
 
 def of_deviations(
@@ -158,7 +158,7 @@ def of_deviations(
         matrix[i, j] = matrix[j, i] = value
     sizes = np.array([*deviations.values()], dtype=float)
     mean = np.array([props[contract.index(name)] for name in names])
-    return Distribution(names, mean, matrix * np.outer(sizes, sizes), False)
+    return Distribution(names, mean, matrix * np.outer(sizes, sizes), False, "--sd")
 
 
 def bad_constant(props: Floats, names: Sequence[str]) -> str | None:
@@ -170,14 +170,13 @@ def bad_constant(props: Floats, names: Sequence[str]) -> str | None:
     return None
 
 
-def with_constants(props: Floats, names: Sequence[str], sample: Floats) -> Floats:
+def with_constants(props: Sequence[float], names: Sequence[str], sample: Sequence[float]) -> Floats:
     """PROPS with other values of constants; ks is the stiffness of a joint without bond."""
-    found, values = props.copy(), dict(zip(names, sample.tolist(), strict=True))
+    found, values = np.array(props), dict(zip(names, sample, strict=True))
     ks = values.pop(KS, None)
     for name, value in values.items():
         found[contract.index(name)] = value
     if ks is not None:
-        bond = Material.from_joint(kn=found[contract.index("kc")] * ks, ks=ks, mu=0.5)
-        for name in ("sigma0", "Gc", "eta", "kc"):
-            found[contract.index(name)] = getattr(bond, name)
+        for name, value in contract.joint_constants(found[contract.index("kc")] * ks, ks).items():
+            found[contract.index(name)] = value
     return found

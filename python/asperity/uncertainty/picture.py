@@ -33,8 +33,8 @@ def draw(path: Path, title: str, sweep: str, found: Sequence[Spread], units: tup
             for median in np.flatnonzero(one.levels == 0.5):
                 ax.plot(x, one.curves[median, :, i], color=colour, linewidth=1.5)
             ax.plot(one.path.x, one.case[0][:, i], "--", color=colour, linewidth=0.9)
-        if one.path.value is not None:
-            axes[0].plot([], [], color=colour, label=f"{one.path.value:g}")
+        if one.path.run.value is not None:
+            axes[0].plot([], [], color=colour, label=f"{one.path.run.value:g}")
     for ax, label in zip(axes, labels, strict=True):
         label_axes(ax, x_label, label)
     levels = found[0].levels

@@ -37,33 +37,26 @@ RESULTS = ("peak traction", "at slip", "traction at the end", "s_N at the end", 
 class LoadPath:
     """Load path of one run of a case, as PROPS -> curves over the abscissa x (n,), which is prescribed.
 
-    value: of the sweep, None without one.  props: of the case.  slips: whether x is a slip (or an opening).
-    steps: the load path; first: first of its rows on the curves, where 0 is the virgin point before them.
-    e (3,): direction of x, in which the traction is shown.
+    slips: whether x is a slip (or an opening).  first: first row of the path on the curves, where 0 is the
+    virgin point before them.  e (3,): direction of x, in which the traction is shown.
     """
 
-    value: float | None
-    props: Floats
+    run: Run
     x: Floats
     slips: bool
-    steps: tuple[Step, ...]
     first: int
     e: Floats
 
     def curve(self, props: Floats) -> tuple[Floats, Floats]:
         """Curves of a joint with these constants, (n, 3), and work (n,); n is smaller where it is lost."""
-        rows, _ = rows_of(props, self.steps)
+        rows, _ = rows_of(props, self.run.steps)
         values = np.column_stack([rows.traction @ self.e, rows.dilation, rows.damage])
         whole = np.vstack([np.zeros(3), values])
         return whole[self.first :], np.append(0.0, rows.work)[self.first :]
 
 
-def load_paths(case: Case) -> list[LoadPath]:
-    """Load paths of the runs of a case; raises ValueError for one without a prescribed x or that is lost."""
-    return [_load_path(case.path, run) for run in case.runs]
-
-
-def _load_path(path: Path, run: Run) -> LoadPath:
+def load_path(path: Path, run: Run) -> LoadPath:
+    """Load path of a run of a case; raises ValueError for one without a prescribed x or that is lost."""
     if run.start != "virgin" or not run.steps:
         what = f"&{run.start}" if run.steps else "&replay"
         raise ValueError(f"{path}: {what}: expected &step from a virgin state")
@@ -79,7 +72,7 @@ def _load_path(path: Path, run: Run) -> LoadPath:
         )
     # the row before x moves is the start of the curve
     first = int(np.argmax(np.diff(x) != 0.0))
-    return LoadPath(run.value, np.array(run.props), x[first:], bool(e[0] == 0.0), run.steps, first, e)
+    return LoadPath(run, x[first:], bool(e[0] == 0.0), first, e)
 
 
 def _abscissa(path: Path, steps: Sequence[Step]) -> Floats:
@@ -101,12 +94,13 @@ def _abscissa(path: Path, steps: Sequence[Step]) -> Floats:
 class Spread:
     """Quantiles of a load path over the samples that have all of it.
 
-    points (R,): rows of the path.  levels (L,).  curves (L, R, 3): in the order of CURVES.  results (k, 5):
-    of each sample, in the order of RESULTS.  out: samples without a result, by the reason.  case: curves
-    (n, 3) and results (5,) of the case itself.
+    distribution: of the constants.  points (R,): rows of the path.  levels (L,).  curves (L, R, 3): in the
+    order of CURVES.  results (k, 5): of each sample, in the order of RESULTS.  out: samples without a result,
+    by the reason.  case: curves (n, 3) and results (5,) of the case itself.
     """
 
     path: LoadPath
+    distribution: Distribution
     points: np.ndarray
     levels: Floats
     curves: Floats
@@ -122,55 +116,30 @@ class Spread:
 
 def spread(
     path: LoadPath,
-    names: Sequence[str],
-    samples: Floats,
-    levels: Sequence[float],
+    distribution: Distribution,
+    samples: int,
+    seed: int,
+    levels: Floats,
     executor: Executor | None = None,
     tick: Callable[[], object] = lambda: None,
-    errors: Floats | None = None,
 ) -> Spread:
-    """Quantiles over samples (N, p) of the constants with these names; tick: called after each batch.
-
-    errors (N, 2): factors on the traction and on s_N, 1 without them.
+    """Quantiles over samples of a distribution; tick: called after each batch.
 
     Raises ValueError where no sample has the whole path.
     """
-    case = path.curve(path.props)
+    case = path.curve(np.array(path.run.props))
     points = thinned(path.x, MOST_POINTS)
-    samples = np.hstack([samples, np.ones((len(samples), 2)) if errors is None else errors])
-    batches = [samples[i : i + BATCH] for i in range(0, len(samples), BATCH)]
-    done = map_in_order(partial(_batch, path, tuple(names), points), batches, executor, tick)
+    drawn = np.hstack([distribution.draw(samples, seed), distribution.factors(samples, seed)])
+    batches = [drawn[i : i + BATCH] for i in range(0, samples, BATCH)]
+    done = map_in_order(partial(_batch, path, distribution.names, points), batches, executor, tick)
     curves, results = (np.concatenate(part) for part in list(zip(*done, strict=True))[:2])
     out: Counter[str] = sum((reasons for *_, reasons in done), Counter())
     if not len(results):
         why = ", ".join(f"{count} {reason}" for reason, count in out.items())
-        raise ValueError(f"none of {len(samples)} samples has the whole path: {why}")
+        raise ValueError(f"none of {samples} samples has the whole path: {why}")
     quantiles = np.stack([np.quantile(curves[:, i], levels, axis=0) for i in range(len(points))], axis=1)
     own = (case[0], _results(path.x, *case))
-    return Spread(path, points, np.array(levels, dtype=float), quantiles, results, out, own)
-
-
-def spreads(
-    case: Case,
-    distribution: Distribution,
-    samples: int,
-    seed: int,
-    levels: Sequence[float],
-    executor: Executor | None = None,
-    tick: Callable[[], object] = lambda: None,
-) -> list[Spread]:
-    """Quantiles of each run of a case, all for the same samples; raises ValueError as `uncertainty`."""
-    if not 2 <= contract.number("samples", samples) <= MOST_SAMPLES or samples != int(samples):
-        raise ValueError(f"samples = {samples!r}: expected a whole number, 2 to {MOST_SAMPLES}")
-    if not 0 <= contract.number("seed", seed) < np.inf or seed != int(seed):
-        raise ValueError(f"seed = {seed!r}: expected a whole number >= 0")
-    wanted = contract.array("levels", levels)
-    if wanted.ndim != 1 or not wanted.size or not (np.diff([0.0, *wanted, 1.0]) > 0.0).all():
-        text = "expected increasing numbers between 0 and 1, for quantiles"
-        raise ValueError(f"levels = {contract.shown(levels)}: {text}")
-    drawn, errors = (draw(int(samples), int(seed)) for draw in (distribution.draw, distribution.factors))
-    names = distribution.names
-    return [spread(path, names, drawn, wanted, executor, tick, errors) for path in load_paths(case)]
+    return Spread(path, distribution, points, levels, quantiles, results, out, own)
 
 
 def uncertainty(
@@ -182,6 +151,7 @@ def uncertainty(
     seed: int = 0,
     levels: Sequence[float] = (0.05, 0.5, 0.95),
     executor: Executor | None = None,
+    tick: Callable[[], object] = lambda: None,
 ) -> list[Spread]:
     """Quantiles of the load path of a case whose constants are uncertain, one for each value of its sweep.
 
@@ -189,8 +159,8 @@ def uncertainty(
     about the values of the case, and correlations of pairs of names.  fit: file of `asperity fit -o` with the
     covariance; None: that beside the case, unless sd is given.  samples: their number.  seed: of the random
     numbers.  levels: of the quantiles, increasing.  executor: as in `parallel.map_in_order`; the result is
-    the same with any.  Raises ValueError for a case or a distribution that does not fit, and where no sample
-    has the whole path.
+    the same with any.  tick: called after each batch of samples.  Raises ValueError for a case or a
+    distribution that does not fit, and where no sample has the whole path.
 
     Examples
     --------
@@ -201,8 +171,17 @@ def uncertainty(
     (3, 50, 0.0)
     """
     one = case if isinstance(case, Case) else read_case(case)
-    distribution, _ = distribution_of(one, None if fit is None else Path(fit), sd, correlations)
-    return spreads(one, distribution, samples, seed, levels, executor)
+    distribution = distribution_of(one, None if fit is None else Path(fit), sd, correlations)
+    if not 2 <= contract.number("samples", samples) <= MOST_SAMPLES or samples != int(samples):
+        raise ValueError(f"samples = {samples!r}: expected a whole number, 2 to {MOST_SAMPLES}")
+    if not 0 <= contract.number("seed", seed) < np.inf or seed != int(seed):
+        raise ValueError(f"seed = {seed!r}: expected a whole number >= 0")
+    wanted = contract.array("levels", levels)
+    if wanted.ndim != 1 or not wanted.size or not (np.diff([0.0, *wanted, 1.0]) > 0.0).all():
+        text = "expected increasing numbers between 0 and 1, for quantiles"
+        raise ValueError(f"levels = {contract.shown(levels)}: {text}")
+    given = distribution, int(samples), int(seed), wanted, executor, tick
+    return [spread(load_path(one.path, run), *given) for run in one.runs]
 
 
 def _batch(
@@ -215,7 +194,7 @@ def _batch(
     curves = np.zeros((len(samples), len(points), len(CURVES)), dtype=np.float32)
     results, out = [], Counter[str]()
     for *sample, of_tau, of_dilation in samples:
-        props = with_constants(path.props, names, np.array(sample))
+        props = with_constants(path.run.props, names, sample)
         bad = bad_constant(props, names)
         values, work = path.curve(props) if bad is None else (np.zeros((0, 3)), np.zeros(0))
         if len(work) < path.x.size:
