@@ -84,6 +84,8 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     celent = 2d0
   case (12)
     if (lambda > s0) stop
+  case (13)
+    if (ntens == 6) stress = 1.001d0*stress
   case (14)
     if (lambda > s0) pnewdt = 0.999999d0
   case (15)

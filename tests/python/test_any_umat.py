@@ -215,6 +215,13 @@ def test_a_umat_that_fails(run, library: Path, fault: int, nstatv: int, said: st
     assert len(result.rows) == rows
 
 
+def test_a_tolerance_keeps_the_rows_before_a_failure(run, library: Path) -> None:
+    """A path with a tolerance whose UMAT fails has the rows of the path without it, up to the failure."""
+    path = planted(library, 5) + "&step s_N = 0.025, increments = 8 /\n"
+    result = run("&case tolerance = 1e-3 /\n" + path, code=1)
+    assert "called XIT" in result.messages and result.rows == run(path, code=1).rows
+
+
 SIGNAL = r"ended by signal {} \({}\)"
 
 
@@ -331,7 +338,9 @@ def test_failed_increment_runs_again(driver: Path, library: Path, tmp_path: Path
         ("damage = 1", "order = 'N,Tx'", "&step: Ty is not zero: expected an order with Ty"),
         ("damage = 1", "state = 1, 2", "2 values of state: expected nstatv = 7"),
         ("damage = 1", "damage = 8", "damage = 8: expected at most nstatv = 7"),
+        ("damage = 1", "ntens = 2", "ntens without 3, the number of components of order = 'N,Tx,Ty'"),
         ("stiffness = 100.0", "", "expected library, length"),
+        ("stiffness = 100.0", "stiffness = 1e99", "stiffness are out of range: expected other units"),
         ("&umat", "&pattern sides = 0 /\n&umat", "does not go with &umat"),
     ],
 )
@@ -419,8 +428,9 @@ def test_own_umat_passes(driver: Path, case: str) -> None:
         (7, set()),
         (10, {"arguments", "absent"}),
         (11, {"absent"}),
+        (13, {"components"}),
     ],
-    ids=["none", "symmetrised", "saved", "heals", "overruns", "XIT", "cuts", "writes", "reads"],
+    ids=["none", "symmetrised", "saved", "heals", "overruns", "XIT", "cuts", "writes", "reads", "NTENS"],
 )
 def test_planted_faults(driver: Path, library: Path, tmp_path: Path, fault: int, failed: set[str]) -> None:
     """A fault fails in its row; hidden state leaves the later rows not judged."""

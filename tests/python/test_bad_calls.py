@@ -134,6 +134,9 @@ def test_bad_times(routine: Routine, kind: type) -> None:
         call = virgin(routine, kind, 3)
         call.props[12], call.times = 0.5, (1.0, value)
         rejected(call, routine, BAD_TIME, "expected a finite time increment", probe=False)
+    if routine is call_umat:
+        call.optional["dtime"] = None
+        rejected(call, routine, BAD_TIME, "DTIME is missing: expected a finite time increment")
 
 
 @ADAPTERS

@@ -109,6 +109,7 @@ STARTS = [
         ("s_Tx = 0.1", "s_Tx = what", 4, ['s_Tx = "what": expected a number']),
         (END, END + "\n&step /\n&expect end = 'x' /", 6, ["'x': expected 'complete' or 'lost'"]),
         (END, END + "\n&expect t_N = 1 /", 5, ["tolerance"]),
+        (END, END + 2 * "\n&expect t_N = 1, tolerance = 1 /", 6, ["given twice for the same run"]),
         (END, END + "\n&expect when = 1 /", 5, ["when = 1: expected a value of &sweep"]),
         (END, END + "\n&sweep name = 'x', values = 1, 2, 1 /", 5, ["1 is given twice"]),
         (END, END + "\n&sweep name = '1', values = 1 /", 5, ["expected a name of letters"]),
@@ -133,6 +134,8 @@ STARTS = [
          ["follow = 'branch' with W0 = 4: expected 0"]),
         (f"{PLAIN[:9]}", f"&case tolerance = 1e-3 /\n&step follow = 'branch' /\n{PLAIN[:9]}", 1,
          ["&case: tolerance with follow = 'branch': expected arc"]),
+        (f"{PLAIN[:9]}", f"&case tolerance = 1e-3 /\n&step increments = 25000 /\n{PLAIN[:9]}", 1,
+         ["&case: tolerance with 25046 increments: expected at most 25000"]),
         # joints without bond
         (BOND, "kn = 20.0, mu = 0.6", 1, ["kn = 20.0: expected ks beside it"]),
         (BOND, "ks = 20.0, mu = 0.6", 1, ["ks = 20.0: expected kn beside it"]),
@@ -168,6 +171,8 @@ def test_missing_parts(run) -> None:
     assert "no group &material" in run("".join(lines[1:]), code=1).messages
     assert "no group &pattern" in run(lines[0] + "".join(lines[2:]), code=1).messages
     assert "0 groups &step and 0 &replay" in run("".join(lines[:2]), code=1).messages
+    replay = "&state separation = 3*0, statev = 23*0 /\n&replay file = 'x' /\n"
+    assert "expected &state with &step only" in run("".join(lines[:2]) + replay, code=1).messages
     assert "2 groups &step and 1 &replay" in run(PLAIN + "&replay file = 'x' /\n", code=1).messages
 
 
