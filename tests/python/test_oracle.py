@@ -199,6 +199,20 @@ def test_initial_states(option: str) -> None:
     assert accepted == enough
 
 
+def test_crushed_share() -> None:
+    """The share of a facet that its pressure crushes keeps its digits at small pressures."""
+    material = Material(3.0, 0.3, 0.9, 0.5, kc=100.0, damage0=1.0, crush=1e3)
+    interface = Interface(material, Pattern.regular(2, 30.0, 0.0))
+    s, start = np.zeros((POINTS, 3)), np.zeros((POINTS, interface.nstatv))
+    s[:, 1] = np.linspace(0.001, 0.02, POINTS)
+    s[:, 0] = -s[:, 1]
+    omega = by_c(interface.props(), s, start, 0.0 * s, 0.0)[1][:, -4]
+    # the pressure over `crush`, by the closure along the normal of the crushed facet
+    slope = (1.0 - omega) * np.tan(np.radians(30.0))
+    x = 0.1 * material.K * s[:, 1] * (1.0 + slope) / np.hypot(1.0, slope)
+    np.testing.assert_allclose(omega, 1.0 - np.log1p(x) / x, rtol=2e-14)
+
+
 TRACTION = 1e-12
 """Of K |s|: 4500 rounding errors, for sums over up to 65 planes after up to 20 increments."""
 
