@@ -25,7 +25,6 @@ contains
     status = status_props
     if (.not. representable(joint%material, joint%pattern%steepest, real(largest_separation, real64), &
       [real(tiny(1.0_wp), real64), real(huge(1.0_wp), real64)], dt)) return
-    if (real(joint%material%eta, wp) >= 1.0_wp) return
     status = status_ok
     call set_block(joint, material_of(joint%material), block, dt)
   end subroutine new_block
