@@ -44,6 +44,7 @@ OPTIONS = {
     "crush": {"crush": 200.0, "kc": 20.0},
     "crush and height": {"crush": 1.0, "height": 0.3, "damage0": 1.0, "kc": 50.0},
     "crush and wear": {"crush": 5.0, "W0": 0.4, "damage0": 0.5},
+    "crush and closure": {"crush": 500.0, "closure": 0.05, "kc": 2.0, "damage0": 0.5},
     "crush and guard": {"crush": 2.0, "height": 0.5, "guard": True},
     "mode II": {"closure": 0.06, "damage0": 0.3, "sigma02": 4.0, "Gc2": 0.6},
     "all": {"closure": 0.06, "damage0": 0.3, "kc": 2.0, "height": 0.3, "W0": 0.5, "crush": 3.0, "guard": True,
