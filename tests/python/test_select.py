@@ -98,6 +98,17 @@ def test_a_tighter_tolerance_needs_more_planes() -> None:
     assert f"PROPS(24)   3.0, 0.3, 0.9, 0.5, 30.0, {answers[1].pattern.m}.0, " in text
 
 
+def test_strength_of_crushed_asperities_is_that_of_the_curves() -> None:
+    """With crush the closed form, 20 % for RP-4, is not the strength: the ends of the curves are compared."""
+    case = LoadCase(replace(TABLE_2, kc=20.0, crush=5.0), 30.0, (-5.0,), (0.6,))
+    answer = select(case, 0.1)
+    sides = answer.pattern.m
+    ends = curves(case, Pattern.regular(sides, 30.0), 180.0 / sides * np.linspace(0.0, 1.0, 5), -5.0)[0][-1]
+    dense = curves(case, Pattern.regular(64, 30.0), np.array([360.0 / 64 * 0.25]), -5.0)[0][-1]
+    assert answer.errors.residual == pytest.approx(np.abs(ends / dense - 1.0).max(), abs=0.01)
+    assert 0.0 < answer.errors.residual < 0.5 * replace(case, material=TABLE_2).residual_error(sides)
+
+
 @pytest.mark.parametrize(
     ("case", "why"),
     [

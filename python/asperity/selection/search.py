@@ -111,9 +111,11 @@ class LoadCase:
         """Relative difference of the residual strengths between two planes and up a plane.
 
         Asperities that end or wear end at the strength mu in every direction; before, the curves differ.
+        Those that are crushed have no closed form: the ends of the curves are compared.
         """
         material = self.material
-        if self.smooth or material.height > 0.0 or material.W0 > 0.0 or (self.planar and sides == 2):
+        ends = material.height > 0.0 or material.W0 > 0.0 or material.crush > 0.0
+        if self.smooth or ends or (self.planar and sides == 2):
             return 0.0
         dense = float(material.residual_strength(self.theta))
         weakest = float(material.residual_strength(self.theta, 180.0 / sides)) if sides else material.mu
@@ -127,8 +129,9 @@ class Errors(NamedTuple):
 
     tau_L, transverse: L2 norms over the path of the error of the traction along the slip and across it, over
     the L2 norm of the reference traction along the slip.  s_N: L2 norm of the error of the dilation over the
-    larger of that of the reference and s0.  residual: error of the residual strength (closed form), 0 where
-    the load case does not reach this strength.  NaN: not computed, because another error was too large.
+    larger of that of the reference and s0.  residual: error of the residual strength (closed form, or with
+    crush the traction at the end), 0 where the load case does not reach this strength.  NaN: not computed,
+    because another error was too large.
     """
 
     tau_L: float = 0.0
@@ -201,7 +204,7 @@ class Reference:
     """Mean curves of the fine pattern over directions along a path; planar: those of the three planes.
 
     means: traction along the slip and dilation (2, n) for each normal traction, up to a loss of equilibrium.
-    fully_damaged: whether the load case reaches the residual strength.
+    damaged: whether the path reaches the residual strength, for each.
     """
 
     def __init__(
@@ -214,7 +217,7 @@ class Reference:
         else:
             runs = self._runs(case.regular(REFERENCE_SIDES), 360.0 / REFERENCE_SIDES * np.array(average))
         self.means: list[Floats] = []
-        self.fully_damaged = False
+        self.damaged: list[bool] = []
         for sigma_N, run in zip(case.sigma_N, runs, strict=True):
             rows = int(run.rows.min())
             if rows < 1:
@@ -223,7 +226,7 @@ class Reference:
                     "the reference has no equilibrium"
                 )
             self.means.append(np.stack([one[:, :rows].mean(axis=0) for one in (run.tau_L, run.s_N)]))
-            self.fully_damaged |= bool(sigma_N < 0.0 and run.damage[:, -1].min() >= FULLY_DAMAGED)
+            self.damaged.append(bool(sigma_N < 0.0 and run.damage[:, -1].min() >= FULLY_DAMAGED))
 
     @property
     def lost(self) -> tuple[tuple[float, float], ...]:
@@ -238,11 +241,14 @@ class Reference:
         return max(self._error(own, one.shape[1], one[:1], 0.0, one[1:]).worst for own, one in pairs)
 
     def errors(self, pattern: Pattern, angles: Floats) -> Errors:
-        """Errors of a pattern in directions (degrees), without the residual strength."""
-        pairs = zip(self.means, self._runs(pattern, angles), strict=True)
-        return Errors.largest(
-            *(self._error(mean, run.rows, run.tau_L, run.tau_across, run.s_N) for mean, run in pairs)
-        )
+        """Errors of a pattern in directions (degrees), without the closed form of the residual strength."""
+        several = []
+        for mean, damaged, run in zip(self.means, self.damaged, self._runs(pattern, angles), strict=True):
+            several.append(self._error(mean, run.rows, run.tau_L, run.tau_across, run.s_N))
+            if damaged and self.case.material.crush > 0.0 and run.rows.min() == mean.shape[1]:
+                end = float(np.abs(run.tau_L[:, -1] / mean[0, -1] - 1.0).max())
+                several.append(Errors(residual=end))
+        return Errors.largest(*several)
 
     def _runs(self, pattern: Pattern, angles: Floats) -> list[SlipCurves]:
         """Curves of a pattern in directions, for each normal traction."""
@@ -288,7 +294,7 @@ def select(
     def candidate(sides: int, most: float = np.inf) -> Candidate:
         """Errors of a pattern; where that of the residual strength exceeds `most`, the others are NaN."""
         pattern = case.regular(sides, case.direction if case.planar else 0.0)
-        left = case.residual_error(sides) if dense.fully_damaged else 0.0
+        left = case.residual_error(sides) if any(dense.damaged) else 0.0
         errors = Errors(np.nan, np.nan, np.nan, left)
         if left <= most:
             errors = Errors.largest(
