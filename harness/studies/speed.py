@@ -7,7 +7,9 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import pandas
@@ -80,17 +82,16 @@ KINDS = {1: "portable", 3: "AVX2", 0: "one set of kernels"}
 def draw_speed(timings: pandas.DataFrame, path: Path) -> None:
     """Draw the error against the time per point into a file that ends in .png or .pdf."""
     blocks = timings[timings.kernel == "block"]
-    times = blocks.groupby(["isa", "precision", "tangent", "pattern"]).ns_per_point.median().to_dict()
+    times = blocks.groupby(["isa", "precision", "tangent", "pattern"]).ns_per_point.median()
+    kernels = [*product(sorted(set(timings.isa)), ("double", "single"), FACETS)]
     errors = {name: pattern_errors(height) for name, (_, height) in FACETS.items()}
     with printed():
         figure, axes = new_figure(TWO, 3.2, ncols=2, sharey=True, sharex=True)
         for ax, tangent, title in zip(
             axes, (True, False), ("stress and tangent", "stress only"), strict=True
         ):
-            for isa in sorted(set(timings.isa)):
-                for precision in ("double", "single"):
-                    for name, (end, _) in FACETS.items():
-                        _curve(ax, times, errors[name], (isa, precision, tangent), name, end)
+            for isa, precision, name in kernels:
+                _curve(ax, times.get((isa, precision, tangent), {}), errors[name], isa, precision, name)
             log_axes(ax, "time per point [ns]", r"relative error of $\tau_L$" if tangent else "")
             ax.set_title(title)
             ax.margins(x=0.15)
@@ -106,35 +107,20 @@ def pattern_errors(height: float) -> dict[str, float]:
 
 
 def _curve(
-    ax: Axes,
-    times: dict[tuple[int, str, bool, str], float],
-    errors: dict[str, float],
-    kernel: tuple[int, str, bool],
-    name: str,
-    end: str,
+    ax: Axes, times: Mapping[str, float], errors: Mapping[str, float], isa: int, precision: str, name: str
 ) -> None:
     """Draw the curve of one kernel; the names of the patterns stand at that of AVX2 in single precision."""
-    isa, precision, _ = kernel
-    points = [(times[key], error, p) for p, error in errors.items() if (key := (*kernel, p + end)) in times]
-    if not points:
-        return
-    x, y, patterns = zip(*points, strict=True)
-    colour = COLOURS[{1: 1, 3: 0, 0: 3}[isa]]
-    ax.plot(
-        x,
-        y,
-        ("o" if precision == "double" else "s") + ("-" if end == "" else ":"),
-        color=colour,
-        markersize=3.5,
-        linewidth=1.0,
-        markerfacecolor=colour if precision == "double" else "white",
-        label=f"{KINDS[isa]}, {precision}{name}",
-    )
-    if (precision, end) == ("single", "") and isa != 1:
-        for at, error, pattern in zip(x, y, patterns, strict=True):
-            ax.annotate(
-                pattern, (at, error), (-4, -2), textcoords="offset points", ha="right", va="top", fontsize=6
-            )
+    end, _ = FACETS[name]
+    points = [(times[p + end], error, p) for p, error in errors.items() if p + end in times]
+    colour, double = COLOURS[{1: 1, 3: 0, 0: 3}[isa]], precision == "double"
+    style = {"markersize": 3.5, "linewidth": 1.0, "markerfacecolor": colour if double else "white"}
+    if points:
+        line = ("o" if double else "s") + (":" if end else "-")
+        x, y, _ = zip(*points, strict=True)
+        ax.plot(x, y, line, color=colour, label=f"{KINDS[isa]}, {precision}{name}", **style)
+    for x, y, pattern in points if not (double or end or isa == 1) else ():
+        place = {"textcoords": "offset points", "ha": "right", "va": "top"}
+        ax.annotate(pattern, (x, y), (-4, -2), fontsize=6, **place)
 
 
 def _speed(options: argparse.Namespace) -> int:
