@@ -22,11 +22,12 @@ from asperity.interface import History, Interface
 from asperity.material import Material, ModelWarning
 from asperity.pattern import Pattern
 from asperity.style import DILATION, SLIP, TRACTION, TWO, new_figure, printed, save
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from . import extensions
-from .concepts_draw import BLACK, BLUE, GREEN, ORANGE, arrow, facet, joint, panel, patterns
+from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE, arrow, facet, joint, panel, patterns
 from .program import program
 
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0)
@@ -56,6 +57,11 @@ def parts(history: History, stiffness: float = MATERIAL.K) -> tuple[Floats, Floa
     return (1.0 - alpha) * stiffness * slip, alpha * stiffness * (slip - slipped)
 
 
+def point_out(ax: Axes, text: str, at: tuple[float, float], place: tuple[float, float], **style: str) -> None:
+    """Write a text at a place, with a line to a point of a curve."""
+    ax.annotate(text, at, place, arrowprops={"arrowstyle": "-"}, **style)
+
+
 def plane() -> Figure:
     """Draw bond and contact of one plane: opening and closing, damage, cyclic shear under pressure."""
     figure, (normal, damage, shear) = new_figure(TWO, 2.7, ncols=3)
@@ -70,20 +76,16 @@ def plane() -> Figure:
         pressed = stiff.replay(np.column_stack([closing, 0.0 * closing, 0.0 * closing])).traction[:, 0]
         inside = pressed > -3.2
         normal.plot(closing[inside], pressed[inside], style, color=ORANGE, label=f"contact, kc = {kc:g}")
-    line = {"arrowstyle": "-"}
-    normal.annotate(r"$\sigma_0$ at $s_0$", (MATERIAL.s_0, 3.0), (0.06, 3.0), va="center", arrowprops=line)
-    normal.annotate("$s_f$", (S_F, 0.0), (S_F, 0.9), ha="center", arrowprops=line)
-    normal.annotate("unloading\nto the origin", (0.045, 1.39), (0.12, 1.9), fontsize="small", arrowprops=line)
+    point_out(normal, r"$\sigma_0$ at $s_0$", (MATERIAL.s_0, 3.0), (0.06, 3.0), va="center")
+    point_out(normal, "$s_f$", (S_F, 0.0), (S_F, 0.9), ha="center")
+    point_out(normal, "unloading\nto the origin", (0.045, 1.39), (0.12, 1.9), **NOTE)
     normal.text(0.085, 0.35, "area $G_c$", color=BLUE)
     normal.text(-0.005, 1.3, "slope $K$", color=BLUE, ha="right")
     normal.legend(loc="lower right")
 
     size = ramp(0.0, 1.15 * S_F)
-    for eta, style, place in (
-        (0.5, "-", (0.146, 0.5)),
-        (0.9, "--", (0.05, 0.6)),
-        (0.99, "-.", (0.022, 0.91)),
-    ):
+    places = (0.146, 0.5), (0.05, 0.6), (0.022, 0.91)
+    for eta, style, place in zip((0.5, 0.9, 0.99), ("-", "--", "-."), places, strict=True):
         other = Interface(replace(MATERIAL, eta=eta), Pattern.regular(0, 0.0))
         history = other.replay(np.column_stack([size, 0.0 * size, 0.0 * size]))
         damage.plot(size, history.damage, style, color=BLACK)
@@ -101,9 +103,8 @@ def plane() -> Figure:
     residual = -MATERIAL.mu * PRESSURE
     shear.text(0.1, 0.18, "contact", color=ORANGE)
     shear.text(0.045, 1.0, "bond", color=BLUE)
-    shear.annotate(r"$\mu\,|\sigma_N|$", (0.23, residual), (0.2, 1.3), arrowprops={"arrowstyle": "-"})
-    shear.annotate("reversal:\nstick, then slip", (slips[forth + 20], 0.0), (0.13, -1.2), fontsize="small",
-                   arrowprops={"arrowstyle": "-"})  # fmt: skip
+    point_out(shear, r"$\mu\,|\sigma_N|$", (0.23, residual), (0.2, 1.3))
+    point_out(shear, "reversal:\nstick, then slip", (slips[forth + 20], 0.0), (0.13, -1.2), **NOTE)
     reach = (-0.055, 0.235)
     title = "(a) opening and closing"
     panel(normal, "normal separation $s_n$ [mm]", "normal traction [MPa]", title, xlim=reach)
@@ -128,12 +129,9 @@ def slip_test_with_names() -> Figure:
     for ax, values in ((tau, history.traction[:, 1]), (dilation, history.separation[:, 0])):
         ax.plot(slips[: turn + 1], values[: turn + 1], color=BLUE)
         ax.plot(slips[turn:], values[turn:], "--", color=BLUE)
-    line = {"arrowstyle": "-"}
-    tau.annotate("damage\nbegins", (0.0188, 4.0), (0.035, 2.4), fontsize="small", arrowprops=line)
-    tau.annotate(
-        "peak", (slips[peak], history.traction[peak, 1]), (0.11, 4.9), fontsize="small", arrowprops=line
-    )
-    tau.annotate("fully damaged", (0.174, up), (0.2, 3.0), fontsize="small", arrowprops=line)
+    point_out(tau, "damage\nbegins", (0.0188, 4.0), (0.035, 2.4), **NOTE)
+    point_out(tau, "peak", (slips[peak], history.traction[peak, 1]), (0.11, 4.9), **NOTE)
+    point_out(tau, "fully damaged", (0.174, up), (0.2, 3.0), **NOTE)
     for level, place, colour, text in (
         (up, up - 0.33, ORANGE, r"up: $|\sigma_N|\,(\mu + \tan\theta)/(1 - \mu\tan\theta)$"),
         (down, down + 0.1, GREEN, r"down: $|\sigma_N|\,(\tan\theta - \mu)/(1 + \mu\tan\theta)$"),
