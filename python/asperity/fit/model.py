@@ -55,6 +55,9 @@ DEFAULTS = {row.name: row.default for row in TIMELESS if row.default is not None
 DEFAULTS |= {"eta": 0.9}
 """Values of constants that are neither free nor set."""
 
+ENDING = tuple(name for name in INCLINED if DEFAULTS.get(name) == 0.0)
+"""Constants by which asperities end, wear or are crushed; 0: they do not."""
+
 SIDES, INCREMENTS, PRELOAD = 8, 200, 50
 """Inclined planes of the default pattern, RP-8, nearly isotropic and cheap; smallest number of increments
 along a test, with which a fit begins; and increments in which sigma_N is applied before the slip.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .fitting import problem_of, search
-from .model import DEFAULTS, INCLINED, ROCK, SIDES
+from .model import ENDING, ROCK, SIDES
 from .result import BETTER, Fit, failed_checks
 
 Arguments = dict[str, Any]
@@ -22,7 +22,7 @@ LARGEST_ERROR = 0.1
 """Largest scatter, as a fraction of the range, that is proposed to be accepted."""
 
 CUSTOMARY = {"flat": (1.0 / 3.0,), "kc": (20.0, 100.0, 1.0), "eta": (0.9,)}
-CUSTOMARY |= {name: (0.0,) for name in INCLINED if DEFAULTS.get(name) == 0.0}
+CUSTOMARY |= dict.fromkeys(ENDING, (0.0,))
 """Values of constants that the tests do not determine: the first one inside the interval, or 0 for none."""
 
 SEVERAL = 1.2

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..contract import Floats
 from ..interface import Interface
-from .model import KS, SCALES, Problem, at_rows, from_scale, material_of, residual_ratio
+from .model import ENDING, KS, SCALES, Problem, at_rows, from_scale, material_of, residual_ratio
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -185,11 +185,12 @@ class Fit:
 
     @property
     def derived(self) -> dict[str, Estimate]:
-        """Intervals of s_f and of the residual ratio, where they depend on free constants."""
+        """Intervals of s_f and, for asperities that do not end, of the residual ratio, if not all is set."""
         free, found = {*self.problem.free}, {}
         if {"sigma0", "Gc"} & free:
             found["s_f"] = self.of(lambda values: material_of(values).s_f)
-        if {"mu", "theta"} & free and np.isfinite(residual_ratio(self.values)):
+        stays = not any(self.values.get(name) for name in ENDING)
+        if stays and {"mu", "theta"} & free and np.isfinite(residual_ratio(self.values)):
             found["ratio"] = self.of(residual_ratio)
         return found
 
