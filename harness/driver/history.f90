@@ -3,7 +3,7 @@
 module history
   use asperity_kinds, only: wp
   use asperity_control_point, only: point_type
-  use asperity_load_path, only: row_type
+  use asperity_load_path, only: row_type, set_point
   use asperity_point_law, only: event_length, point_law
   use asperity_rows, only: csv_header, csv_line
   use driver_output, only: create_file, write_line
@@ -57,10 +57,7 @@ contains
     type(point_type), intent(in) :: point           !! start of the run
     character(len=event_length) :: ignored
     call law%find_events(point%s, point%state, point%state, table%regime, ignored)
-    table%last%s = point%s
-    table%last%traction = point%traction
-    table%last%state = point%state
-    table%last%work = point%work
+    call set_point(table%last, point)
   end subroutine start_from
 
   !> Write a row by one system call, so that a run that is ended leaves complete rows.

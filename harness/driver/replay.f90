@@ -89,11 +89,12 @@ contains
       end if
       good = .true.
       numbers = spread(0.0_wp, 1, size(column))
+      ! a field that the line does not have is no number
+      list = [list, spread(repeat(" ", longest_field), 1, max(0, maxval(column) - size(list)))]
       do i = 1, size(column)
         if (column(i) == 0 .or. .not. good) cycle
-        call to_real(trim(list(min(column(i), size(list)))), numbers(i), good)
-        good = good .and. column(i) <= size(list)
-        call require(good, "column " // integer_text(column(i)) // " = """ // text_of(column(i)) // &
+        call to_real(trim(list(column(i))), numbers(i), good)
+        call require(good, "column " // integer_text(column(i)) // " = """ // printable(trim(list(column(i)))) // &
           """: expected a number")
       end do
       if (.not. named) call require(size(list) <= ntens, integer_text(size(list)) // " columns: expected " // &
@@ -127,14 +128,6 @@ contains
       if (.not. yes .and. bad < most_lines) call fail(errors, place, text)
       good = good .and. yes
     end subroutine require
-
-    !> Text of a field in a message.
-    function text_of(i) result(text)
-      integer, intent(in) :: i   !! number of the field
-      character(len=:), allocatable :: text
-      call set_text(text, "")
-      if (i <= size(list)) call set_text(text, printable(trim(list(i))))
-    end function text_of
 
     !> Numbers of the columns from the header.
     subroutine find_columns()

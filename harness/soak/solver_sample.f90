@@ -3,8 +3,8 @@ module solver_sample
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_checks, only: bounded
   use asperity_text, only: integer_text, to_text
-  use asperity_contract, only: n_fixed_props, p_crush, p_eta, p_flat, p_gc, p_guard, p_m, p_mu, p_sigma0, p_tau_v, &
-    p_theta, p_turn, p_w0, plane_statev, prop_table, status_ok
+  use asperity_contract, only: n_fixed_props, p_eta, p_flat, p_gc, p_m, p_mu, p_sigma0, p_theta, p_turn, &
+    plane_statev, prop_table, status_ok
   use asperity_initial, only: carry_traction
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
@@ -110,8 +110,7 @@ contains
       sample%step = sf*steps(1)*(steps(2)/steps(1))**uniform(seed)
       call vary(other, sample)
       if (present(branch)) then
-        ! a branch takes no time and no wear
-        props([p_tau_v, p_guard, p_w0, p_crush]) = 0.0_wp
+        where (.not. prop_table%on_branch) props = 0.0_wp
         sample%initial = 0
       end if
       ! the slip is along Tx, and the pattern is rotated instead

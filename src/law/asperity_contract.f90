@@ -42,6 +42,7 @@ module asperity_contract
     character(len=6) :: scale         !! of the values: linear, log, logit (0 to 1), or whole (numbers)
     logical :: divides = .false.      !! whether 0 stands for none or a default, and the law divides by other values
     character(len=3) :: measure = ""  !! s_f: the ratio of a value above 0 to s_f is limited (length_ratio_limit)
+    logical :: on_branch = .true.     !! whether a branch can be followed with a value above 0
   end type prop_type
 
   !> Bounds of the constants. With them every product of the law is in the range of a double; they lie far outside any
@@ -90,7 +91,7 @@ module asperity_contract
     prop_type("Gc2", "law", "rupture energy in mode II; 0: as Gc", "stress*length", ">= 0 (0, or 1e-50 to 1e50)", &
               0.0_wp, large, 0.0_wp, [1.0e-6_wp, 150.0_wp], "log", divides=.true.), &
     prop_type("tau_v", "law", "relaxation time of the viscous damage; 0: none", "time", ">= 0 (at most 1e50)", &
-              0.0_wp, large, 0.0_wp, [0.01_wp, 100.0_wp], "log"), &
+              0.0_wp, large, 0.0_wp, [0.01_wp, 100.0_wp], "log", on_branch=.false.), &
     prop_type("dalpha", "numerics", "largest growth of damage in an increment; 0: no limit", "-", "0 <= dalpha < 1", &
               0.0_wp, below_one, 0.0_wp, [0.01_wp, 0.5_wp], "logit"), &
     prop_type("r", "host", "NTENS = 6: in-plane stiffness as a fraction of K h", "-", "0 <= r <= 1", &
@@ -98,17 +99,19 @@ module asperity_contract
     prop_type("kc", "law", "normal stiffness of a closed plane over Kn; 0 means 1", "-", ">= 0 (at most 1e10)", &
               0.0_wp, top, 1.0_wp, [0.1_wp, 1.0e3_wp], "log"), &
     prop_type("guard", "law", "1: damage grows only where its dissipation is not negative", "-", "0 or 1", &
-              0.0_wp, 1.0_wp, 0.0_wp, [0.0_wp, 1.0_wp], "whole"), &
+              0.0_wp, 1.0_wp, 0.0_wp, [0.0_wp, 1.0_wp], "whole", on_branch=.false.), &
     prop_type("height", "law", "asperity height, where the dilation ends; 0: it never ends", "length", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-3_wp, 1.0e3_wp], "log", .true., "s_f"), &
     prop_type("W0", "law", "frictional work that wears an asperity to 37 % (0: no wear)", "stress*length", &
-              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-3_wp, 1.0e3_wp], "log", divides=.true.), &
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-3_wp, 1.0e3_wp], "log", .true., &
+              on_branch=.false.), &
     prop_type("damage0", "law", "damage of every plane from the start; 1: a joint without bond", "-", "0 to 1", &
               0.0_wp, 1.0_wp, 0.0_wp, [0.01_wp, 0.99_wp], "logit"), &
     prop_type("closure", "law", "largest closure of the hyperbolic contact; 0: linear contact", "length", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-5_wp, 1.0e2_wp], "log", .true., "s_f"), &
     prop_type("crush", "law", "contact pressure that crushes asperities to 69 % (0: none)", "stress", &
-              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-2_wp, 1.0e2_wp], "log", divides=.true.), &
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-2_wp, 1.0e2_wp], "log", .true., &
+              on_branch=.false.), &
     prop_type("slot23", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
     prop_type("slot24", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear")]
 

@@ -6,7 +6,7 @@ module asperity_case
   use asperity_case_groups, only: carry_initial, check_state, expect_group, expect_type, initial_group, initial_type, &
     state_group, state_type, sweep_group
   use asperity_case_material, only: prop_entries, props_groups
-  use asperity_case_text, only: group_index, name_index, of_file, of_group, read_text, text_type
+  use asperity_case_text, only: group_index, of_file, of_group, read_text, text_type
   use asperity_case_umat, only: umat_group, umat_type
   use asperity_checks, only: review_props
   use asperity_contract, only: n_fixed_props, status_ok
@@ -161,7 +161,7 @@ contains
     end do
     foreign = group_index(text, "umat") > 0
     do g = 1, text%n_groups
-      i = name_index(text%groups(g)%name, group_names)
+      i = findloc(group_names, text%groups(g)%name, dim=1)
       if (i == 0) then
         call fail(errors, of_group(text, g), "unknown group: expected " // names(3:))
         cycle
@@ -175,8 +175,8 @@ contains
     do i = 2, 3
       if (n(i) == 0 .and. .not. foreign) call fail(errors, of_file(text), "no group &" // trim(group_names(i)))
     end do
-    i = name_index("step", group_names)
-    g = name_index("replay", group_names)
+    i = findloc(group_names, "step", dim=1)
+    g = findloc(group_names, "replay", dim=1)
     if ((n(i) > 0) .eqv. (n(g) > 0)) call fail(errors, of_file(text), integer_text(n(i)) // &
       " groups &step and " // integer_text(n(g)) // " &replay: expected one or more &step, or one &replay")
   end subroutine check_groups
@@ -217,7 +217,7 @@ contains
             if (allocated(entry%values)) call set_text(follow, followed(nint(entry%values(1))))
             call string_entry(io, trim(step_table(i)%name), follow, followed(0))
             ! another text has no number in the range of the table
-            if (io%found) entry%values = [real(name_index(lower(follow), followed) - 1, wp)]
+            if (io%found) entry%values = [real(findloc(followed, lower(follow), dim=1) - 1, wp)]
           else
             call reals_entry(io, trim(step_table(i)%name), entry%values)
           end if

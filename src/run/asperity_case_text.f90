@@ -11,7 +11,7 @@ module asperity_case_text
   use asperity_text_file, only: blanks, check_bytes, line_end, load_file, lower, newline, printable
   implicit none
   private
-  public :: read_text, group_index, name_index, of_file, of_group, of_entry, token_text, value_text
+  public :: read_text, group_index, of_file, of_group, of_entry, token_text, value_text
 
   integer, parameter, public :: name_length = 32
   !> A value: its position in the source.
@@ -276,15 +276,5 @@ contains
     integer :: g
     g = findloc(text%groups(:text%n_groups)%name, name, dim=1)
   end function group_index
-
-  !> Position of a lower-case name in a list of names; 0: none.
-  pure function name_index(name, names) result(i)
-    character(len=*), intent(in) :: name       !! lower case
-    character(len=*), intent(in) :: names(:)   !! in any case
-    integer :: i
-    do i = size(names), 1, -1
-      if (lower(names(i)) == name) exit
-    end do
-  end function name_index
 
 end module asperity_case_text

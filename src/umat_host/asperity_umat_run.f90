@@ -9,7 +9,7 @@ module asperity_umat_run
     run_type, set_point, start_run
   use asperity_refine, only: refine_path
   use asperity_text, only: set_text
-  use asperity_umat_worker, only: end_worker, leave_notes, receive_row, send_row, start_worker, worker_type
+  use asperity_umat_worker, only: end_worker, leave_notes, n_notes, receive_row, send_row, start_worker
   implicit none
   private
   public :: start_umat_run, next_umat_row
@@ -84,11 +84,11 @@ contains
   !> End a run.
   subroutine end_umat_run(run)
     type(umat_run_type), intent(inout) :: run   !! the run -> why it has ended
-    type(worker_type) :: worker
-    call end_worker(worker)
-    run%run%increment_type = transfer(worker%notes, no_increment)
-    run%reason = worker%text
-    if (len(run%failure) == 0) run%failure = worker%failure
+    character(len=:), allocatable :: failure
+    real(wp) :: notes(n_notes)
+    call end_worker(failure, run%reason, notes)
+    run%run%increment_type = transfer(notes, no_increment)
+    if (len(run%failure) == 0) run%failure = failure
   end subroutine end_umat_run
 
   !> The work of the child: rows, and if equilibrium is lost the start of the last increment, with step 0.

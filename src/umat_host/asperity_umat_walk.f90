@@ -4,7 +4,7 @@ module asperity_umat_walk
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_funptr, c_int, c_loc, c_ptr
   use asperity_foreign_umat, only: foreign_law, how_type, n_header, open_umat
   use asperity_kinds, only: wp
-  use asperity_umat_worker, only: end_worker, receive_row, send_row, start_worker, worker_type
+  use asperity_umat_worker, only: end_worker, n_notes, receive_row, send_row, start_worker
   implicit none
   private
   public :: add_increment, walk
@@ -74,7 +74,8 @@ contains
     real(wp), allocatable, intent(out) :: found(:, :)           !! (:, 0:n) results, 1 where they are not known, or
                                                                 !! differences after each increment
     character(len=:), allocatable, intent(out) :: failure       !! why the UMAT has failed, empty: it has not
-    type(worker_type) :: worker
+    character(len=:), allocatable :: text
+    real(wp) :: notes(n_notes)
     integer :: i, n
     n = n_first + plan%path%law%n_state
     if (allocated(plan%known)) n = 1
@@ -86,8 +87,7 @@ contains
     do while (receive_row(found(:, min(i + 1, size(plan%path%dt))), n) /= 0)
       i = i + 1
     end do
-    call end_worker(worker)
-    failure = worker%failure
+    call end_worker(failure, text, notes)
   end subroutine walk
 
   !> The work of the child.

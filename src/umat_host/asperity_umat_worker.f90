@@ -7,16 +7,9 @@ module asperity_umat_worker
   public :: start_worker, receive_row, end_worker, send_row, leave_notes, c_text
 
   !> Numbers of the notes of a child.
-  integer, parameter :: n_notes = 16
+  integer, parameter, public :: n_notes = 16
   !> Longest text, of which a child leaves at most 1000 characters.
   integer, parameter :: longest = 2000
-
-  !> What a child left.
-  type, public :: worker_type
-    character(len=:), allocatable :: failure   !! why the work is not complete, with the increment; empty: it is
-    character(len=:), allocatable :: text
-    real(wp) :: notes(n_notes) = 0.0_wp
-  end type worker_type
 
   ! a process has one child at a time
   interface
@@ -66,12 +59,15 @@ module asperity_umat_worker
 contains
 
   !> End a child that still works, and take what it left.
-  subroutine end_worker(worker)
-    type(worker_type), intent(out) :: worker   !! what it left
-    character(kind=c_char) :: text(longest), reason(longest)
-    call c_end(worker%notes, n_notes, text, reason, longest)
-    worker%text = c_text(text)
-    worker%failure = c_text(reason)
+  subroutine end_worker(failure, text, notes)
+    character(len=:), allocatable, intent(out) :: failure   !! why the work is not complete, with the increment; empty:
+                                                            !! it is
+    character(len=:), allocatable, intent(out) :: text      !! of its notes
+    real(wp), intent(out) :: notes(n_notes)                 !! their numbers
+    character(kind=c_char) :: left(longest), reason(longest)
+    call c_end(notes, n_notes, left, reason, longest)
+    text = c_text(left)
+    failure = c_text(reason)
   end subroutine end_worker
 
   !> Text of C up to its end.
