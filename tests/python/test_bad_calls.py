@@ -173,6 +173,15 @@ def test_every_bad_value_is_named(routine: Routine) -> None:
     rejected(call, routine, BAD_PROPS, "PROPS(13) tau_v = -0.5", "PROPS(14) dalpha = 1.25")
 
 
+def test_negative_separations_are_not_named() -> None:
+    """Of a point with a bad separation only that is named, whatever the signs of the others."""
+    call = virgin(call_c, float, 3)
+    call.strain[:] = -2.0e-3
+    call.increment[1, 1] = np.nan
+    message = call_c(np.random.default_rng(1), call).message
+    assert message.startswith("point 2: s_Tx = NaN: expected") and message.count("expected") == 1
+
+
 @pytest.mark.parametrize(
     "values",
     [{1: 1.0e25}, {4: 1.0e10, 16: 1.0e10}, {9: 1.0e-40}, {9: 1.0e-25}, {9: 1.0e25}, {9: 1.0e38},
