@@ -22,7 +22,7 @@ module replay
   use asperity_load_path, only: name_events, row_type
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_text, only: integer_text, set_text, to_text
-  use asperity_text_file, only: line_end, load_file, longest_field, lower, newline, printable, split, to_real
+  use asperity_text_file, only: last_before, load_file, longest_field, lower, newline, printable, split, to_real
   use history, only: add_row, history_type
   use host_routines, only: umat
   use progress_line, only: progress_type, show_progress
@@ -73,7 +73,7 @@ contains
     place%line = 0
     first = 1
     do while (first <= len(source))
-      last = line_end(source, first)
+      last = last_before(newline, source, first)
       call split(source(first:last), list)
       first = last + 2
       place%line = place%line + 1

@@ -8,7 +8,7 @@ module asperity_case_text
   use asperity_errors, only: error_type, errors_type, fail
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text
-  use asperity_text_file, only: blanks, check_bytes, line_end, load_file, lower, newline, printable
+  use asperity_text_file, only: blanks, check_bytes, last_before, load_file, lower, newline, printable
   implicit none
   private
   public :: read_text, group_index, of_file, of_group, of_entry, token_text, value_text
@@ -84,9 +84,9 @@ contains
       case (newline)
         line = line + 1
       case ("!")
-        last = line_end(text%source, i)
+        last = last_before(newline, text%source, i)
       case ("&")
-        last = end_of_word(text%source, i + 1)
+        last = last_before(word_end, text%source, i + 1)
         if (inside) call fail(errors, of_group(text, text%n_groups), "no closing / before &" // &
           text%source(i + 1:last) // " in line " // integer_text(line))
         if (text%n_groups == size(text%groups)) text%groups = [text%groups, text%groups]
@@ -99,7 +99,7 @@ contains
         if (inside) then
           call take_item()
         else
-          last = line_end(text%source, i)
+          last = last_before(newline, text%source, i)
           call fail(errors, of_file(text, line), """" // printable(text%source(i:last)) // &
             """ outside a group: expected &name, or ! before a comment")
         end if
@@ -140,7 +140,7 @@ contains
           next = index(text%source(last + 1:), c)
           if (next == 0 .or. index(text%source(last + 1:last + next), newline) > 0) then
             call reject("string without its closing " // c)
-            last = line_end(text%source, i)
+            last = last_before(newline, text%source, i)
             exit
           end if
           last = last + next
@@ -150,7 +150,7 @@ contains
         end do
         call add_token(i + 1, last - 1, .true.)
       case default
-        last = end_of_word(text%source, i)
+        last = last_before(word_end, text%source, i)
         next = verify(text%source(last + 1:), blanks)
         if (next > 0) then
           if (text%source(last + next:last + next) /= "=") next = 0
@@ -198,15 +198,6 @@ contains
     end subroutine add_token
 
   end subroutine read_text
-
-  !> Last position of the word that starts at i; i - 1 if there is none.
-  pure function end_of_word(source, i) result(last)
-    character(len=*), intent(in) :: source   !! text
-    integer, intent(in) :: i                 !! first position
-    integer :: last
-    last = scan(source(i:), word_end)
-    last = merge(len(source), i + last - 2, last == 0)
-  end function end_of_word
 
   !> Place of an error in the whole file, or in a line; a text that is not in a file has no place.
   pure function of_file(text, line) result(place)

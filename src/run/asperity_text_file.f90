@@ -5,7 +5,7 @@ module asperity_text_file
   use asperity_text, only: integer_text
   implicit none
   private
-  public :: beside, check_bytes, line_end, load_file, lower, printable, split, to_real
+  public :: beside, check_bytes, last_before, load_file, lower, printable, split, to_real
 
   character(len=*), parameter, public :: newline = achar(10)
   character(len=*), parameter, public :: blanks = " " // achar(9) // newline // achar(13)
@@ -72,14 +72,15 @@ contains
     end do
   end subroutine check_bytes
 
-  !> Last position of the line that contains position i.
-  pure function line_end(source, i) result(last)
+  !> Last position before a character of a set, or of the text; i - 1 if this character is at i.
+  pure function last_before(set, source, i) result(last)
+    character(len=*), intent(in) :: set      !! characters
     character(len=*), intent(in) :: source   !! text
-    integer, intent(in) :: i                 !! position
+    integer, intent(in) :: i                 !! first position
     integer :: last
-    last = index(source(i:), newline)
+    last = scan(source(i:), set)
     last = merge(i + last - 2, len(source), last > 0)
-  end function line_end
+  end function last_before
 
   !> Fields of a line, which commas separate.
   pure subroutine split(line, list)
