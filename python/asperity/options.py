@@ -99,11 +99,11 @@ def replace_file(path: Path, content: str | bytes) -> None:
     """Write a file; one that is there is replaced when the new one is complete, as on a full disk."""
     data = content.encode("utf-8") if isinstance(content, str) else content
     target = path.resolve()
-    if target.exists() and not target.is_file():
-        target.write_bytes(data)
-        return
     part = target.with_name(f".{target.name}.{os.getpid()}")
     try:
+        if target.exists() and not target.is_file():
+            target.write_bytes(data)
+            return
         part.write_bytes(data)
         if target.exists():
             shutil.copymode(target, part)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from asperity.cli import main
 from asperity.installed import driver
-from asperity.options import PICTURES, may_replace
+from asperity.options import PICTURES, may_replace, replace_file
 from asperity.style import new_figure, save
 
 CASE = """&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 20.0 /
@@ -158,3 +158,10 @@ def test_a_file_that_cannot_be_written_is_kept(command: list[str]) -> None:
     )
     assert done.returncode != 0 and "File too large" in done.stderr
     assert Path("old.txt").read_bytes() == before and sorted(Path().iterdir()) == names
+
+
+def test_a_device_that_is_full_is_named():
+    """The error of a full device has its name."""
+    with pytest.raises(OSError, match="No space left") as error:
+        replace_file(Path("/dev/full"), "text")
+    assert error.value.filename == "/dev/full"
