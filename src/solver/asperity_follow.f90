@@ -224,8 +224,8 @@ contains
     left = dot_product(point%traction + matmul(point%tangent, ahead), point%traction)
     yes = left <= 0.0_wp
     ! what is left of an earlier release may go at once
-    if (yes .and. .not. last .and. maxval(abs(point%traction)) > finest_scale*law%stress) &
-      yes = left >= -overshoot*dot_product(point%traction, point%traction)
+    if (last .or. maxval(abs(point%traction)) <= finest_scale*law%stress) return
+    if (yes) yes = left >= -overshoot*dot_product(point%traction, point%traction)
   end function releases
 
   !> Whether the traction of a point is a rounding error, such as what is left of a release.

@@ -32,7 +32,6 @@ def test_peak_and_scale_in_closed_form() -> None:
         (SAMPLE.peak_strength(1.0), np.tan(np.radians(50.0))),
         (SAMPLE.peak_strength(10.0), 10.0 * np.tan(np.radians(40.0))),
         (SAMPLE.damage_coefficient(1.0), 10.0 / 24.0 + 0.7),
-        (SAMPLE.peak_dilation_angle(1.0), 20.0 / (10.0 / 24.0 + 0.7)),
         (SAMPLE.peak_slip, 1000.0 * 0.1 / 500.0 * 100.0**0.33),
         # ten times the length: JRC falls by 10^(-0.02 JRC), JCS by 10^(-0.03 JRC), the peak comes later
         (block.jrc_n, 10.0**0.8),
@@ -58,7 +57,7 @@ def test_mobilised_strength_and_dilation() -> None:
     assert np.all(s_N[slip <= 0.3 * peak] == 0.0) and s_N[slip >= 101.0 * peak] == pytest.approx(s_N[-1])
     # the slope has a kink at the peak and the grid of the integral does not have this point
     for found, part in ((slope.max(), 1.0), (slope[np.searchsorted(slip, 4.0 * peak)], 0.7)):
-        angle = part * SAMPLE.peak_dilation_angle(1.0)
+        angle = part * 20.0 / (10.0 / 24.0 + 0.7)
         assert found == pytest.approx(np.tan(np.radians(angle)), rel=1e-2)
     # just below JCS the joint is all but smooth, and the curves are still finite
     test = curves(Joint(jrc=20.0, jcs=50.0, phi_r=25.0, length=0.1), 49.9)

@@ -94,10 +94,6 @@ class Joint:
         """M = JRC/(12 log10(JCS/sigma_n)) + 0.70, which lowers the dilation angle."""
         return float(self.jrc_n / (12.0 * np.log10(self.jcs_n / sigma_n)) + 0.7)
 
-    def peak_dilation_angle(self, sigma_n: float) -> float:
-        """Dilation angle at the peak, JRC log10(JCS/sigma_n)/M, degrees."""
-        return self.roughness_angle(sigma_n) / self.damage_coefficient(sigma_n)
-
     def shear(self, slip: Floats, sigma_n: float) -> Floats:
         """Shear traction over the slip (T,), mm, from 0 on; MPa."""
         tau: Floats = sigma_n * np.tan(np.radians(self.phi_r + self._mobilised(slip, sigma_n)))
