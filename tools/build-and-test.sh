@@ -23,7 +23,7 @@ flang)
 esac
 
 # coverage counts what one thread runs
-[ "$preset" != debug ] || export OMP_NUM_THREADS=1
+[ "$preset" != debug ] || export OMP_THREAD_LIMIT=1
 
 cmake --preset "$preset" -DPython3_EXECUTABLE="$python" "$@"
 # shellcheck disable=SC2086  # a list of words
