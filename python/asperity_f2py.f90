@@ -66,8 +66,8 @@ subroutine contract_joint(kn, ks, constants, numbers)
   use asperity_material, only: joint_constants, joint_props
   implicit none
   double precision, intent(in) :: kn, ks             !! stiffness in closing and in shear, stress/length
-  double precision, intent(out) :: constants(7)
-  integer, intent(out) :: numbers(7)
+  double precision, intent(out) :: constants(7)      !! of joint_props
+  integer, intent(out) :: numbers(7)                 !! joint_props
   constants = joint_constants(kn, ks)
   numbers = joint_props
 end subroutine contract_joint

@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 _pause = getattr(ctypes.CDLL(_core.__file__), "omp_pause_resource_all", None)
 if _pause is not None and hasattr(os, "register_at_fork"):
-    # a fork copies what these threads wait for, but not the threads
+    # the child of a fork does not have OpenMP's threads and would wait for them: end them before (1: soft)
     os.register_at_fork(before=lambda: _pause(1))
 
 (

@@ -90,7 +90,7 @@ contains
       call newton_solve(law, equations, fractions(2), huge(1.0_wp), trial, result)
       if (attempt == 2) result%step = predicted
       good = result%converged
-      if (good) call judge(law, equations, fractions, result, here, trial, good)
+      if (good) call judge(law, equations, fractions, last, result, here, trial, good)
       if (good) return
     end do
   end subroutine solve_step
@@ -112,19 +112,19 @@ contains
   end function worn_retreat
 
   !> Whether a converged step continues the curve.
-  pure subroutine judge(law, equations, fractions, result, old, new, good)
+  pure subroutine judge(law, equations, fractions, last, result, old, new, good)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates are counted
     real(wp), intent(in) :: fractions(2)                   !! at both ends of the step
+    logical, intent(in) :: last                         !! whether the step cannot be halved
     type(newton_type), intent(in) :: result             !! of Newton's method; its step is the predicted one
     type(point_type), intent(in) :: old, new            !! both ends of the step
     logical, intent(out) :: good                        !! whether the step is accepted
     type(newton_type) :: halfway
     type(point_type) :: back, middle
     real(wp) :: change(3), ending(3), error, extent, matrix(3, 3), move, prescribed, tolerated
-    logical :: broken, last, predicted
+    logical :: broken, predicted
     good = .true.
-    last = fractions(2) - fractions(1) < 2.0_wp*smallest_fraction
     associate (traction => equations%control%traction)
       if (.not. any(traction)) return
       good = .not. unstable(result%last, law%stiffness) .and. &
@@ -203,8 +203,8 @@ contains
     end do
   end subroutine open_joint
 
-  !> Whether a point carries nothing, or its tangent releases what it carries just at the end of a step: a joint that
-  !> carries nothing at this end is else on another branch, even if it has not moved.
+  !> Whether a point carries nothing, or its tangent, if it predicts anything, releases what it carries just at the end
+  !> of a step. Otherwise a joint that carries nothing at this end is on another branch, even if it has not moved.
   pure function releases(law, equations, change, point, last) result(yes)
     class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(in) :: equations   !! the equations

@@ -36,7 +36,7 @@ contains
     type(report_type), intent(out) :: report        !! report
     type(equations_type) :: equations
     type(point_type) :: before, begin, lifted
-    logical :: found, open
+    logical :: found, stays_open
     reached = 0.0_wp
     if (.not. (all_bounded(size(target), target, largest_target) .and. law%admissible(point%state))) then
       report%ended = ended_rejected
@@ -55,13 +55,13 @@ contains
       before = equations%old
       equations%done = min(1.0_wp, reached + 2.0_wp*smallest_fraction)
       found = any(control%traction) .and. equations%report%updates < most_updates
-      open = .false.
+      stays_open = .false.
       if (found) call snap(law, equations, found)
       if (.not. found .and. control%traction(1)) then
         ! the motion may stop on its way to an open joint, which is in equilibrium without prescribed tractions, and
         ! stays open beyond the limit of updates
-        open = equations%report%updates >= most_updates .and. .not. any(abs(before%traction) > 0.0_wp)
-        if (open) equations%done = 1.0_wp
+        stays_open = equations%report%updates >= most_updates .and. .not. any(abs(before%traction) > 0.0_wp)
+        if (stays_open) equations%done = 1.0_wp
         equations%old = before
         lifted%s = before%s
         call open_joint(law, equations, equations%done, lifted, found)
@@ -74,7 +74,7 @@ contains
       end if
       equations%report%parts = equations%report%parts + 1
       call close_opening(law, equations)
-      if (.not. open) call note_snap(law, equations, before)
+      if (.not. stays_open) call note_snap(law, equations, before)
       reached = equations%done
     end do
     point = equations%old

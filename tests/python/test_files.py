@@ -160,7 +160,7 @@ def test_a_file_that_cannot_be_written_is_kept(command: list[str]) -> None:
     assert Path("old.txt").read_bytes() == before and sorted(Path().iterdir()) == names
 
 
-def test_a_device_that_is_full_is_named():
+def test_a_device_that_is_full_is_named() -> None:
     """The error of a full device has its name."""
     with pytest.raises(OSError, match="No space left") as error:
         replace_file(Path("/dev/full"), "text")
