@@ -2,7 +2,7 @@
 !> limits above which a user is warned, and the sentences. Driver and Python take all three from here.
 module asperity_warnings
   use asperity_contract, only: n_fixed_props, p_eta, p_gc, p_gc2, p_sigma0, p_sigma02, p_theta, status_ok
-  use asperity_interface, only: interface_type, new_interface
+  use asperity_interface, only: interface_type, new_interface, start_damage
   use asperity_kinds, only: wp
   use asperity_material, only: largest_closure_share, material_type
   use asperity_text, only: short
@@ -48,17 +48,17 @@ contains
     values = 0.0_wp
     call new_interface(props, joint, status)
     if (status /= status_ok) return
-    associate (material => joint%material, n => joint%pattern%n)
+    associate (material => joint%material, n => joint%pattern%n, damage => start_damage(joint, 0.0_wp))
       stress = stress_alone(joint, pressure)
       closure = closure_under(material, stress)
       values(m_steep) = closure*material%inv_largest_closure
       s_f = 0.0_wp
       ! without a bond there is no strength, and s_f is no length of the joint
-      if (material%damage0 < 1.0_wp) then
+      if (damage < 1.0_wp) then
         s_f = 2.0_wp*props(p_gc)/props(p_sigma0)
         if (differs(props, p_sigma02, p_sigma0) .or. differs(props, p_gc2, p_gc)) values(m_modes) = 1.0_wp
         values(m_tension) = max(0.0_wp, tension)/props(p_sigma0)* &
-          ((1.0_wp - props(p_eta)*material%damage0)/(1.0_wp - material%damage0))
+          ((1.0_wp - props(p_eta)*damage)/(1.0_wp - damage))
       end if
       if (.not. any(joint%pattern%sin_theta(:n) > 0.0_wp)) return
       if (size(props) <= n_fixed_props) then
