@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, Step
+from asperity import Interface, Material, ModelWarning, Pattern, Step
 from asperity.cli import main
 from asperity.fit import ShearTest, failed_checks, fit, read_tests
 from asperity.fit import model as fit_model
 from asperity.fit import result as outcome
+from asperity.fit.checks import shows_dilation
 from asperity.fit.model import residual_ratio
 from asperity.fit.report import case_of, report
 
@@ -176,6 +177,23 @@ def test_doubts_are_told() -> None:
     tests = [replace(one, s_N=1e-3 * one.s_N) for one in study.synthetic(0.03, 0)]  # type: ignore[operator]
     found = fit(tests, ("mu", "theta"), SOME | {"sigma0": 1.5, "Gc": 0.15}, starts=2)
     assert "no result: theta is at its lower bound 0.5, where its interval has no meaning" in report(found)
+
+
+def test_dilation_that_is_noise() -> None:
+    """A saw-cut joint, whose dilation is the noise of the gauge, is flat; with a signal below it is not."""
+    random, slip = np.random.default_rng(3), np.linspace(0.0, 3.0, 101)[1:]
+
+    def box(sigma_N: float, opening: float) -> ShearTest:
+        tau = np.minimum(20.0 * slip, -0.62 * sigma_N) * (1.0 + 0.01 * random.standard_normal(100))
+        s_N = 0.002 * random.standard_normal(100) + opening * slip
+        return ShearTest(f"box {sigma_N:g}", slip, tau, s_N, sigma_N)
+
+    with pytest.warns(ModelWarning, match="the dilation of the tests is noise: the joint is taken as flat"):
+        found = fit([box(-0.5, 0.0), box(-1.0, 0.0)])
+    assert not failed_checks(found)
+    assert found.values["theta"] == 0.0
+    assert found.estimates["mu"].low <= 0.62 <= found.estimates["mu"].high
+    assert not shows_dilation([box(-0.5, 0.0), box(-1.0, 0.0)]) and shows_dilation([box(-1.0, 0.002)])
 
 
 @pytest.mark.slow

@@ -253,6 +253,13 @@ def test_unusual_sizes(tmp_path: Path) -> None:
         read_tests(write(tmp_path, UNITS + ROWS.replace(",-1\n", ",-500\n")))
 
 
+def test_closing_joint(tmp_path: Path) -> None:
+    """A joint that closes as far as it should open gives a warning."""
+    rows = "".join(f"{i},{min(i, 4)},{-0.2 * i:g},-5\n" for i in range(1, 9))
+    with pytest.warns(asperity.ModelWarning, match="dilation: -1.6 at the end: .* check the sign"):
+        read_tests(write(tmp_path, "slip,tau,dilation,sigma_N\n" + rows))
+
+
 @pytest.mark.parametrize(
     ("text", "decimal", "slip", "tau"),
     [

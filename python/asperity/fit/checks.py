@@ -26,6 +26,14 @@ LARGEST_RATIO, LARGEST_FRICTION = 1.0e3, 100.0
 STEEPEST, OFFSET = 20.0, 0.5
 """Ratio of dilation to slip of planes of 87 degrees; largest first dilation or slip over its range."""
 
+CLOSING = 0.05
+"""Closure over the slip at the end of a test beyond which its sign may be the other one."""
+
+SIGNAL, DEVIATIONS = 0.25, 3.0
+"""Largest correlation of neighbouring rows, and this in standard deviations of that of independent ones, of a
+dilation that is noise.
+"""
+
 USUAL = {"length": (1e-6, 1.0), "stress": (1e3, 2e8)}
 """Usual sizes of the largest slip, in metres, and of the largest stress, in pascals."""
 
@@ -62,6 +70,17 @@ def check_rows(test: ShearTest, sigma_N: Floats) -> None:
     offset = abs(float(s_N[0])) > STEEPEST * abs(float(slip[0])) + OFFSET * dilated
     text = f"column dilation: {s_N[0]:g} at slip {slip[0]:g}: expected the change since the start"
     refuse(offset, f"{first}, {text} of the slip")
+    closes = s_N[-1] < -CLOSING * abs(float(slip[-1])) and s_N[-1] < -OFFSET * dilated
+    text = f"{test.name}: column dilation: {s_N[-1]:.3g} at the end: a joint that slips usually opens"
+    warn_if(closes, f"{text}, and opening is positive: check the sign")
+
+
+def shows_dilation(tests: Sequence[ShearTest]) -> bool:
+    """Whether a dilation was measured that is no noise, by the correlation of its neighbouring rows."""
+    columns = [test.s_N for test in tests if test.s_N is not None]
+    rows, total = sum(map(len, columns)), sum(float(np.var(s_N)) * s_N.size for s_N in columns)
+    noise = 0.5 * sum(float(np.sum(np.diff(s_N) ** 2)) for s_N in columns)
+    return bool(total > 0.0 and 1.0 - noise / total > min(SIGNAL, DEVIATIONS / np.sqrt(rows)))
 
 
 def check_sizes(tests: Sequence[ShearTest]) -> None:

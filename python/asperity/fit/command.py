@@ -169,7 +169,7 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     slip, pressed = max(test.slip.max() for test in tests), [test.pressed for test in tests]
     before: list[Arguments] = []
     for step in range(MOST_STEPS):
-        with progress(options) as tick:
+        with shown_warnings(), progress(options) as tick:
             found = fit(tests, **given, tick=tick)
         print(report(found, units, "accepted" if options.accept else "no result"))
         for text in model_warnings(found.interface.material, found.interface.pattern, *pressed, slip=slip):

@@ -12,7 +12,7 @@ from .. import contract
 from ..contract import Floats
 from ..parallel import map_in_order
 from . import model
-from .checks import refuse
+from .checks import refuse, shows_dilation, warn_if
 from .model import BOND, INCLINED, KS, MORTAR, PLAUSIBLE, ROCK, SCALES, SIDES, Problem, plausible
 from .records import ShearTest
 from .result import BETTER, ENOUGH, REFINE, SAME, Fit
@@ -91,10 +91,18 @@ def fit(
     refuse(not fraction, f"model_error = {model_error:g}: expected a fraction of the range, 0 to 1")
     refuse(not np.isfinite(direction), f"direction = {direction:g}: expected a finite angle in degrees")
     fixed, start = dict(fixed or {}), dict(start or {})
-    # a dilation that never changes was not measured
-    idle = [one.s_N is not None and not np.ptp(one.s_N) > 0.0 for one in tests]
-    tests = [replace(one, s_N=None) if none else one for one, none in zip(tests, idle, strict=True)]
-    forms = _forms({*(name.lstrip("+") for name in free or ()), *fixed, *start}, joint)
+    named = {*(name.lstrip("+") for name in free or ()), *fixed, *start}
+    # a dilation that never changes was not measured; one that is noise shows that there is none
+    noise = not {*INCLINED} & named and not shows_dilation(tests)
+    warn_if(
+        noise and any(one.s_N is not None and np.ptp(one.s_N) for one in tests),
+        "the dilation of the tests is noise: the joint is taken as flat",
+    )
+    tests = [
+        replace(one, s_N=None) if one.s_N is not None and (noise or not np.ptp(one.s_N) > 0.0) else one
+        for one in tests
+    ]
+    forms = _forms(named, joint)
     problems = [problem_of(tests, form, free, fixed, start, sides, direction) for form in forms]
     rough = {one.form: replace(search(one, start, starts, tick), model_error=model_error) for one in problems}
     criteria = {form: float(one.result.bic) for form, one in rough.items()}
