@@ -20,9 +20,10 @@ from .joint import Joint
 if TYPE_CHECKING:
     from ..fit.records import ShearTest
 
-STRESSES, KC, STEP = 5, 100.0, 0.03
-"""Normal stresses of an envelope, in equal ratios from the lowest to the highest; kn/ks; and step of the
-differences, relative to logarithms: wide, because the peak of a curve in rows is not smooth.
+STRESSES, KC, STEP, SAME = 5, 100.0, 0.03, 1.0e-4
+"""Normal stresses of an envelope, in equal ratios from the lowest to the highest; kn/ks; step of the
+differences, relative to logarithms: wide, because the peak of a curve in rows is not smooth; and change of
+the sum of squares, whose root is above 1e-3, and of the constants at which the least squares end.
 """
 
 STEEPEST, WIDE = 2.5, 5.0
@@ -131,8 +132,11 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
     ks = 2.0 * joint.peak_strength(pressure) / joint.peak_slip
     start = np.log([slope, 2.0 * high, ks, joint.dilation(slips[-1:], pressure)[0]])
     bounds = start - WIDE, np.minimum(start + WIDE, [np.log(STEEPEST), *[np.inf] * 3])
-    jac = {"jac": "3-point", "diff_step": STEP, "x_scale": "jac"}
-    return law(least_squares(residuals, start, bounds=bounds, **jac).x)
+    settings = {"jac": "3-point", "diff_step": STEP, "x_scale": "jac", "ftol": SAME, "xtol": SAME}
+    found = least_squares(residuals, start, bounds=bounds, **settings)
+    if not found.success:
+        raise ValueError("the least squares ended before they converged: expected other normal stresses")
+    return law(found.x)
 
 
 def table(found: Envelope) -> str:
