@@ -95,7 +95,7 @@ def _profile(ax: Axes, scan: Scan, planes: Planes, label: np.ndarray, e: Floats)
     length, high = np.ptp(points, axis=0)
     shown = min(length, max(LONGEST * high, length / 100.0))
     ax.set_xlim(scan.x[0] - 0.01 * shown, scan.x[0] + 1.01 * shown)
-    ax.set_aspect("equal", adjustable="datalim" if high == 0.0 else "box")
+    ax.set_aspect("equal" if high > 0.0 else "auto")
     bar = ax.figure.colorbar(lines, ax=ax, orientation="horizontal", aspect=50, shrink=0.6)
     bar.set_label("inclination of the plane [degrees]")
     part = "" if shown == length else f", the first {shown:.3g} of {length:.3g} {scan.unit}"
