@@ -33,7 +33,6 @@ module asperity_point_law
     integer :: step = 0, increment = 0   !! of the load path, for routines of a host
     integer :: attempt = 0               !! at an increment or a part of it, counted along the path
     real(wp) :: began = 0.0_wp           !! time at which the step of the load path began
-    real(wp) :: asked = 1.0_wp           !! fraction of an increment that a law asks for which does not override `ask`
   contains
     procedure :: admissible
     procedure :: ask
@@ -116,13 +115,11 @@ contains
   end function contact_opening
 
   !> Fraction of the increment that the law asks for, after an attempt at it: 1 if it is content, less if the increment
-  !> is to be divided, 0 if the law has failed.
-  pure subroutine ask(law, fraction, reason)
-    class(point_law), intent(in) :: law                         !! the law
-    real(wp), intent(out) :: fraction                              !! 0 to 1
-    character(len=:), allocatable, intent(inout) :: reason      !! set if the law has failed
-    fraction = law%asked
-    if (fraction <= 0.0_wp) call set_text(reason, "the law has failed")
+  !> is to be divided.
+  pure subroutine ask(law, fraction)
+    class(point_law), intent(in) :: law     !! the law
+    real(wp), intent(out) :: fraction       !! above 0, to 1
+    fraction = 1.0_wp
   end subroutine ask
 
   !> In which direction prescribed tractions are beyond what the law can carry from a state on, and how much it carries

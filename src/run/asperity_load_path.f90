@@ -59,13 +59,13 @@ module asperity_load_path
     type(row_type), allocatable :: rows(:)           !! if they have been computed before, as those of a refined path
     integer, private :: given_rows = 0               !! of them
     logical, allocatable, private :: regime(:, :)    !! for the events
-    character(len=:), allocatable, private :: reason !! why the law has failed
+    character(len=:), allocatable, private :: reason !! why the law ends the run
   end type run_type
 
 contains
 
-  !> Take an increment as `advance`, from its start again in parts where the law is not content. A law that has failed,
-  !> or asks for less than the smallest part, ends it.
+  !> Take an increment as `advance`, from its start again in parts where the law is not content. A law that asks for less
+  !> than the smallest part ends it.
   pure subroutine advance_as_asked(law, control, ends, point, reached, report, reason)
     class(point_law), intent(inout) :: law          !! the law; attempts are counted
     type(control_type), intent(in) :: control       !! what is prescribed
@@ -91,10 +91,9 @@ contains
       call advance(law, of_part, from, to, point, converged, last)
       report%iterations = report%iterations + last%iterations
       report%updates = report%updates + last%updates
-      call law%ask(asked, reason)
+      call law%ask(asked)
       if (asked < 1.0_wp) then
         point = here
-        if (asked <= 0.0_wp) exit
         report%cut = .true.
         part = min(max(least_cut, asked), most_cut)*part
         if (part >= smallest_part) cycle
@@ -193,10 +192,9 @@ contains
     if (branches) then
       run%law%attempt = run%law%attempt + 1
       call branch_step(run%law, run%branch, run%point, row%report)
-      call run%law%ask(asked, run%reason)
+      call run%law%ask(asked)
       if (asked < 1.0_wp) then
-        if (.not. allocated(run%reason)) run%reason = "the law asks for a smaller step along the branch: " // &
-          "expected a smaller arc"
+        run%reason = "the law asks for a smaller step along the branch: expected a smaller arc"
         run%point = run%before
         row%report%ended = ended_rejected
       end if

@@ -225,10 +225,9 @@ contains
   end function magnitude
 
   !> Fraction of the increment that the UMAT asks for by PNEWDT; one that fails ends the process.
-  pure subroutine ask(law, fraction, reason)
-    class(foreign_law), intent(in) :: law                    !! not used
-    real(wp), intent(out) :: fraction                           !! above 0, to 1
-    character(len=:), allocatable, intent(inout) :: reason   !! not changed
+  pure subroutine ask(law, fraction)
+    class(foreign_law), intent(in) :: law   !! not used
+    real(wp), intent(out) :: fraction       !! above 0, to 1
     call c_ask(fraction)
   end subroutine ask
 
