@@ -64,8 +64,8 @@ module asperity_load_path
 
 contains
 
-  !> Take an increment as `advance`, from its start again in parts where the law is not content. A law that asks for less
-  !> than the smallest part ends it.
+  !> Take an increment as `advance`, from its start again in parts where the law is not content. A law that asks for
+  !> less than the smallest part ends it.
   pure subroutine advance_as_asked(law, control, ends, point, reached, report, reason)
     class(point_law), intent(inout) :: law          !! the law; attempts are counted
     type(control_type), intent(in) :: control       !! what is prescribed
