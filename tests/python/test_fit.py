@@ -10,9 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, Step
-from asperity.cli import main
 from asperity.fit import ShearTest, failed_checks, fit, read_tests
-from asperity.fit import model as fit_model
 from asperity.fit import result as outcome
 from asperity.fit.checks import shows_dilation
 from asperity.fit.model import residual_ratio
@@ -206,7 +204,7 @@ def test_rupture_energy_needs_rows_beyond_the_peak(turn: float) -> None:
     assert ("Gc is not determined: rows beyond the peak" in " ".join(failed_checks(found))) == (turn < 0.045)
 
 
-# --- arguments and command ----------------------------------------------------------------------------------
+# --- arguments ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -232,31 +230,3 @@ def test_bad_arguments(arguments: dict[str, Any], message: str, tmp_path: Path) 
     tests = read_tests(written(tmp_path, "slip,tau,dilation,sigma_N\n" + ROWS))
     with pytest.raises(ValueError, match=re.escape(message)):
         fit(**({"tests": tests} | arguments))
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ("--set eta", "--set eta: expected NAME=VALUE"),
-        ("--free foo", "free: foo is unknown: expected one of"),
-        ("--free mu --set mu=.5", "free, set: mu: expected it free or set, not both"),
-        ("--units mm", "--units mm: expected LENGTH,STRESS"),
-        ("--units mm,mm", "--units mm,mm: [mm]: expected Pa, kPa, MPa, N/mm2"),
-        ("--free sigma0,mu", "Gc: expected it among the free ones, or a value, --set Gc="),
-        ("--set kc=2 --set kc=3", "--set kc=3: kc is given twice: expected one value"),
-        ("-o .", "-o .: expected a file that can be written"),
-        ("--sigma-N 1,x", "--sigma-N = 'x': expected a finite number"),
-    ],
-)
-def test_bad_options(
-    options: str,
-    message: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    """Errors go to standard error, with exit code 1, before the fit starts."""
-    monkeypatch.setattr(fit_model.Problem, "residuals", lambda *_: pytest.fail("fitted"))
-    path = written(tmp_path, "slip [mm],tau [MPa],dilation [mm],sigma_N [MPa]\n" + ROWS)
-    assert main(["fit", str(path), *options.split()]) == 1
-    assert message in capsys.readouterr().err

@@ -21,7 +21,6 @@ from asperity.paper.fracture_energy import (
     pattern,
     sampled,
 )
-from asperity.paper.outcome import FIVE
 from asperity.slip_curves import slip_curves
 from refresh import words_and_numbers
 
@@ -80,19 +79,6 @@ def test_symmetric_directions_are_the_same(sides: int) -> None:
     every = slip_curves(interface, DIRECTIONS, slips, -1.0).tau_L
     folded = slip_curves(interface, angles, slips, -1.0).tau_L[place]
     np.testing.assert_allclose(folded, every, rtol=0.0, atol=1e-10)
-
-
-def test_patterns_of_the_tables() -> None:
-    """Normals and weights of the patterns are those that Tables 1, 3 and 4 of the paper print."""
-    c, s = np.cos(np.radians(30.0)), 0.5
-    along, across = [(1, 0), (-1, 0)], [(0, 1), (0, -1)]
-    for planes, steps in ((pattern("RT"), along), (FIVE, along + across)):
-        wanted = np.array([(1.0, 0.0, 0.0), *((c, s * x, s * y) for x, y in steps)])
-        away = np.abs(planes.normals[:, None] - wanted[None]).max(axis=2)
-        assert max(away.min(axis=0).max(), away.min(axis=1).max()) < 1e-12
-        assert planes.weights == pytest.approx(1.0 / len(wanted), rel=1e-12)
-    weights = [round(pattern(name).weights[-1], 5) for name in TABLE_5]
-    assert weights == [0.33333, 0.22222, 0.16667, 0.11111, 0.02083]
 
 
 def test_energy_of_a_path_that_is_too_short(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -192,6 +192,37 @@ SURFACE = [
 ]
 """Options of `asperity surface` and part of its message."""
 
+TESTS = "slip [mm],tau [MPa],dilation [mm],sigma_N [MPa]\n" + "".join(
+    f"0.{i},{min(i, 4) * 0.2:.1f},{0.02 * i:.2f},-1\n" for i in range(1, 8)
+)
+FIT = [
+    ("--set eta", "--set eta: expected NAME=VALUE"),
+    ("--free foo", "free: foo is unknown: expected one of"),
+    ("--free mu --set mu=.5", "free, set: mu: expected it free or set, not both"),
+    ("--units mm", "--units mm: expected LENGTH,STRESS"),
+    ("--units mm,mm", "--units mm,mm: [mm]: expected Pa, kPa, MPa, N/mm2"),
+    ("--free sigma0,mu", "Gc: expected it among the free ones, or a value, --set Gc="),
+    ("--set kc=2 --set kc=3", "--set kc=3: kc is given twice: expected one value"),
+    ("-o .", "-o .: expected a file that can be written"),
+    ("--sigma-N 1,x", "--sigma-N = 'x': expected a finite number"),
+]
+"""Options of `asperity fit` and part of its message."""
+
+BARTON = [
+    ("--jrc=0", "JRC = 0: expected > 0 and <= 20"),
+    ("--phi-r=90", "phi_r = 90: expected degrees, > 0 and <= 70"),
+    ("--length=0.05", "sample = 0.1: expected m, > 0 and <= length = 0.05"),
+    ("--sigma-n=1,60", "sigma_n = 60: expected compression > 0 and < 50 MPa, JCS of the length"),
+    ("--sigma-n=1,x", "--sigma-n = 'x': expected a finite number"),
+    ("--sigma-n=1,1", "sigma_n = 1, 1: expected the lower normal stress first"),
+    ("--sigma-n=1,2,3", "--sigma-n 1,2,3: expected one normal stress, or LOW,HIGH"),
+    ("--sigma-n=1,2 --free=mu", "--free, --set, --sides: expected with one normal stress"),
+    ("--sigma-n=0.001", "expected at most 70 degrees of phi_r + JRC log10(JCS/sigma_n), not 76.99"),
+    ("--free=mu,sigma0", "sigma0: expected without ks, which is that of a joint without bond"),
+    ("--jrc=0 --jcs=-5", "JRC = 0: expected > 0 and <= 20\nJCS = -5: expected"),
+]
+"""Options of `asperity barton` and part of its message."""
+
 TEMPLATES = [
     (changed(f"&pattern {PATTERN} /\n", ""), "case.nml: no group &pattern"),
     (changed("mu = 0.5", "mu = x", sweep="0.2, 0.5"),
@@ -209,8 +240,11 @@ ROWS = [
     *(("surface scan.csv", text, message) for text, message in SCANS),
     *((f"surface scan.csv {words}", "", message) for words, message in SURFACE),
     *(("surface scan.csv --case case.nml", text, message) for text, message in TEMPLATES),
+    *((f"fit scan.csv {words}", TESTS, message) for words, message in FIT),
+    *((f"barton --jrc=10 --jcs=50 --phi-r=30 --length=0.1 --sigma-n=1 {words}", "", message)
+      for words, message in BARTON),
     *((f"surface {name}", "", f"asperity: {name}") for name in ("none.csv", "folder.csv", "binary.csv")),
-]
+]  # fmt: skip
 
 
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")

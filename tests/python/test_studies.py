@@ -4,23 +4,19 @@ from __future__ import annotations
 
 import re
 import subprocess
-from itertools import pairwise
 from pathlib import Path
 
 import matplotlib.image
 import numpy as np
 import pytest
-from asperity import Interface, Pattern
 from refresh import words_and_numbers
 
 from harness.studies import accuracy, concepts, speed
-from harness.studies.newton import NewtonStudy, newton_path
 from harness.studies.stability.__main__ import main as stability
 from harness.studies.stability.branches import steep_snap
 from harness.studies.stability.entries import MODES, TABLE_2, as_expected
 
 DOCS = Path(__file__).parents[2] / "docs"
-RP_4 = Interface(TABLE_2, Pattern.regular(4, 30.0))
 
 
 def is_drawn(path: Path) -> bool:
@@ -73,40 +69,6 @@ def test_pictures_of_concepts(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     for path in drawn:
         assert path.stat().st_size > 10000 and (DOCS / "images" / path.name).is_file()
         assert f"(images/{path.name})" in pages
-
-
-# --- Newton's method without safeguards ---------------------------------------------------------------------
-
-
-def pulled_by_springs(tangent: str, stiffness: float = TABLE_2.K) -> NewtonStudy:
-    """Pressure, then slip by springs at 20 degrees: every component is an unknown, as in an FE code.
-
-    The four increments are coarse enough to need at least four iterations each.
-    """
-    spring, angle = np.array([0.0, stiffness, stiffness]), np.radians(20.0)
-    targets = np.outer(np.linspace(0.0, 0.4, 5), stiffness * np.array([0.0, np.cos(angle), np.sin(angle)]))
-    targets[:, 0] = -1.0
-    return newton_path(RP_4, targets, (True, True, True), tangent, most=200, spring=spring)
-
-
-def orders(study: NewtonStudy) -> list[float]:
-    """Ratios of each residual below a tenth to the square of the previous one."""
-    pairs = (pair for row in study.residuals for pair in pairwise(row))
-    return [after / before**2 for before, after in pairs if before < 0.1 and after > 1e-13]
-
-
-def test_consistent_tangent_converges_quadratically() -> None:
-    """Convergence is quadratic with a bounded factor of the order of the curvature of the law."""
-    study = pulled_by_springs("consistent")
-    assert study.converged and len(orders(study)) > 5
-    assert max(orders(study)) < 100.0 and max(study.iterations) <= 6
-
-
-def test_symmetrised_tangent_needs_more() -> None:
-    """Its symmetric part converges to the same point at first order: the factor has no bound."""
-    study, consistent = pulled_by_springs("symmetrised"), pulled_by_springs("consistent")
-    assert study.converged and np.abs(study.traction - consistent.traction).max() < 1e-8 * TABLE_2.sigma0
-    assert sum(study.iterations) > 2 * sum(consistent.iterations) and max(orders(study)) > 1e6
 
 
 # --- catalogue of failure modes -----------------------------------------------------------------------------
