@@ -38,50 +38,62 @@ contains
    pure function real64_0(x) result(operand)
       real(real64), intent(in) :: x  !! any value
       type(operand_type) :: operand
-      operand = operand_type("real64", shape(x), [x])
+      operand = filled("real64", shape(x), [x])
    end function real64_0
 
    !> Operand of kind real64, rank 1.
    pure function real64_1(x) result(operand)
       real(real64), intent(in) :: x(:)  !! any values
       type(operand_type) :: operand
-      operand = operand_type("real64", shape(x), [x])
+      operand = filled("real64", shape(x), [x])
    end function real64_1
 
    !> Operand of kind real64, rank 2.
    pure function real64_2(x) result(operand)
       real(real64), intent(in) :: x(:, :)  !! any values
       type(operand_type) :: operand
-      operand = operand_type("real64", shape(x), [x])
+      operand = filled("real64", shape(x), [x])
    end function real64_2
 
    !> Operand of kind integer, rank 0.
    pure function integer_0(x) result(operand)
       integer, intent(in) :: x  !! any value
       type(operand_type) :: operand
-      operand = operand_type("integer", shape(x), [real(x, real64)])
+      operand = filled("integer", shape(x), [real(x, real64)])
    end function integer_0
 
    !> Operand of kind integer, rank 1.
    pure function integer_1(x) result(operand)
       integer, intent(in) :: x(:)  !! any values
       type(operand_type) :: operand
-      operand = operand_type("integer", shape(x), real(x, real64))
+      operand = filled("integer", shape(x), real(x, real64))
    end function integer_1
 
    !> Operand of kind logical, rank 0.
    pure function logical_0(x) result(operand)
       logical, intent(in) :: x  !! any value
       type(operand_type) :: operand
-      operand = operand_type("logical", shape(x), [merge(1.0_real64, 0.0_real64, x)])
+      operand = filled("logical", shape(x), [merge(1.0_real64, 0.0_real64, x)])
    end function logical_0
 
    !> Operand of kind character, rank 0.
    pure function character_0(x) result(operand)
       character(len=*), intent(in) :: x  !! any text
       type(operand_type) :: operand
-      operand = operand_type("character", shape(x), [0.0_real64], x)
+      operand = filled("character", shape(x), [0.0_real64])
+      operand%text = x
    end function character_0
+
+   !> Operand with these components.
+   pure function filled(kind, extents, v) result(operand)
+      character(len=*), intent(in) :: kind  !! name of the kind
+      integer, intent(in) :: extents(:)     !! shape
+      real(real64), intent(in) :: v(:)      !! elements
+      type(operand_type) :: operand
+      operand%kind = kind
+      operand%extents = extents
+      operand%v = v
+   end function filled
 
    !> Whether op holds for one pair of elements. A NaN and an infinity fail every assertion.
    pure function compare(op, e, a, t) result(holds)
