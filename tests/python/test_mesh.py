@@ -11,7 +11,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern
+from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.cli import main
 from asperity.mesh import Joint, Jointed, split, write
 from asperity.mesh.cells import FACES
@@ -118,7 +118,7 @@ def test_joint_that_ends_inside() -> None:
         split(mesh, {"fault": None}, direction=(0.0, 1.0))
 
 
-def test_laws_by_rule() -> None:
+def test_laws_by_rule(tmp_path: Path) -> None:
     """Faces belong to the first rule that holds: a function of normals, then patterns."""
     mesh = grid((4, 4), (2, 2))
     found = split(mesh, {"head": lambda a, b, x, n: np.abs(n[:, 0]) > 0.5, "bed": ("block_*", "*")})
@@ -128,6 +128,8 @@ def test_laws_by_rule() -> None:
     one = split(mesh, {"low": ("block_0", "block_2")})
     assert only(one).area.sum() == 2.0 and only(one).tips == 1
     assert one.summary().splitlines()[1] == "joint low: 2 faces, length 2, 1 tips"
+    with pytest.warns(ModelWarning, match="joint low ends inside the mesh, where its layer has no thickness"):
+        write(tmp_path / "wall.vtu", one, "ogs", layer=0.01)
 
 
 def test_directions_in_space() -> None:
@@ -271,6 +273,8 @@ def test_calculix_layers(tmp_path: Path) -> None:
     assert "*SOLID SECTION, ELSET=joint_2, MATERIAL=ABAQUSJOINT, ORIENTATION=joint_2" in text
     with pytest.raises(ValueError, match="layer = 0: expected the thickness of its layers"):
         write(tmp_path / "wall.inp", found, "calculix")
+    with pytest.raises(ValueError, match="layer = 1: expected less than 1, for the cells at joint joint"):
+        write(tmp_path / "wall.inp", found, "calculix", layer=1.0)
     found.names[0] = "two words"
     with pytest.raises(ValueError, match="name 'two words': expected a letter, then letters"):
         write(tmp_path / "wall.inp", found)

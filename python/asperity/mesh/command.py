@@ -44,6 +44,7 @@ HOSTS = ("abaqus", "calculix", "kratos", "ogs", "vtu")
 def _mesh(options: argparse.Namespace) -> int:
     """Split the mesh, write it and print its counts."""
     from ..case_files import read_run
+    from ..model_checks import shown_warnings
     from .hosts import write
     from .split import split
 
@@ -68,7 +69,8 @@ def _mesh(options: argparse.Namespace) -> int:
             raise ValueError(f"--law {text}: expected NAME=CASE.nml")
         laws[name] = read_run(Path(case), None).interface
     mesh = split(options.mesh, rules or None, options.blocks, options.direction)
-    files = write(options.output, mesh, options.host, laws, options.layer)
+    with shown_warnings():
+        files = write(options.output, mesh, options.host, laws, options.layer)
     print(mesh.summary())
     print(*files, sep="\n")
     return 0

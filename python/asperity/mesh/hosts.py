@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import warnings
 from collections.abc import Iterator, Mapping
 from itertools import chain, pairwise
 from pathlib import Path
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..cards.blocks import KRATOS
 from ..contract import Floats
+from ..material import ModelWarning
 from .cells import Integers, corners
 from .split import Joint, Jointed, default_tangent
 
@@ -53,7 +55,8 @@ def write(
     joints by name, whose material blocks are written, too.  layer: thickness of the solids by which
     CalculiX and OpenGeoSys represent joints.
 
-    Raises ValueError for a law without a joint, and for elements that the host does not have.
+    Raises ValueError for a law without a joint, for elements that the host does not have, and for layers that
+    are too thick.
     """
     path, laws = Path(path), dict(laws or {})
     host = host or {".inp": "abaqus", ".mdpa": "kratos", ".vtu": "vtu"}.get(path.suffix)
@@ -71,6 +74,8 @@ def write(
             )
     if host not in ("kratos", "vtu"):
         _check_faces(mesh, host)
+    if layer:
+        _check_layer(mesh, layer)
     return WRITERS[host](path, mesh, laws, layer)
 
 
@@ -82,6 +87,19 @@ def _check_faces(mesh: Jointed, host: str) -> None:
             raise ValueError(f"joint {name}: {count} faces of {k} nodes: expected linear ones for {host}")
         if (mesh.points[joint.minus] != mesh.points[joint.plus]).any():
             raise ValueError(f"joint {name}: its sides are a period apart: expected one place for {host}")
+
+
+def _check_layer(mesh: Jointed, h: float) -> None:
+    """Raise ValueError for a layer that does not fit into the cells beside it; warn of one that tapers off."""
+    centres = np.concatenate([mesh.points[cells].mean(1) for cells in mesh.cells.values()])
+    for name, joint in ((name, one) for name, parts in mesh.joints.items() for one in parts):
+        away = centres[joint.cells] - mesh.points[joint.minus].mean(1)[:, None]
+        most = 2.0 * float(np.abs(np.einsum("fsd,fd->fs", away, joint.axes[:, 0])).min())
+        if h >= most:
+            raise ValueError(f"layer = {h:g}: expected less than {most:.3g}, for the cells at joint {name}")
+        if joint.tips:
+            text = f"joint {name} ends inside the mesh, where its layer has no thickness: its last elements"
+            warnings.warn(f"{text} are too stiff, and break too early", ModelWarning, stacklevel=3)
 
 
 def layer_points(mesh: Jointed, h: float) -> Floats:
