@@ -90,7 +90,7 @@ def _check_faces(mesh: Jointed, host: str) -> None:
 
 
 def _check_layer(mesh: Jointed, h: float) -> None:
-    """Raise ValueError for a layer that does not fit into the cells beside it; warn of one that tapers off."""
+    """Raise ValueError for a layer that does not fit into the cells beside it; warn of one with tips."""
     centres = np.concatenate([mesh.points[cells].mean(1) for cells in mesh.cells.values()])
     for name, joint in ((name, one) for name, parts in mesh.joints.items() for one in parts):
         away = centres[joint.cells] - mesh.points[joint.minus].mean(1)[:, None]
