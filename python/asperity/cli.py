@@ -11,9 +11,19 @@ from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
+from threading import current_thread, main_thread
 
 from .installed import driver, named_case
-from .options import NO_EQUILIBRIUM, add_options, add_output, add_workers, check_outputs, results_of, units_of
+from .options import (
+    NO_EQUILIBRIUM,
+    add_options,
+    add_output,
+    add_workers,
+    check_outputs,
+    end,
+    results_of,
+    units_of,
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -38,6 +48,7 @@ def execute(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> int:
     # pictures are written to files, on machines without a display, too
     os.environ.setdefault("MPLBACKEND", "Agg")
     options = parser.parse_args(arguments)
+    before = signal.signal(signal.SIGTERM, end) if current_thread() is main_thread() else None
     try:
         code = int(options.action(options))
         sys.stdout.flush()
@@ -52,6 +63,9 @@ def execute(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> int:
         return 1
     except KeyboardInterrupt:
         return 130
+    finally:
+        if before is not None:
+            signal.signal(signal.SIGTERM, before)
 
 
 class _Version(argparse.Action):

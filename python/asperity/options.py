@@ -8,9 +8,9 @@ import os
 import re
 import shutil
 import signal
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -80,12 +80,37 @@ def workers(options: argparse.Namespace, jobs: int | None = None) -> AbstractCon
         raise ValueError(f"--jobs {count}: expected 1 to {most}, the number of processors")
     if count == 1:
         return ThreadPoolExecutor(1)
+    return _processes(count)
+
+
+@contextmanager
+def _processes(count: int) -> Iterator[Executor]:
+    """Processes that end, with what they compute, where an exception as that of Ctrl-C leaves the block."""
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
-    # A fork would copy the locks of threads, but not the threads. On Ctrl-C this process ends the others.
-    ignore = (signal.SIGINT, signal.SIG_IGN)
-    return ProcessPoolExecutor(count, get_context("spawn"), initializer=signal.signal, initargs=ignore)
+    # a fork would copy the locks of threads, but not the threads
+    pool = ProcessPoolExecutor(count, get_context("spawn"), initializer=_begin_worker)
+    try:
+        yield pool
+    except BaseException:
+        for process in list((pool._processes or {}).values()):
+            while process.is_alive():  # each time it ends what it computes, or itself if it waits
+                process.terminate()
+                process.join(0.1)
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _begin_worker() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, end)
+
+
+def end(*_: object) -> None:
+    """End this process on the signal TERM, with those that it has started."""
+    raise SystemExit(128 + signal.SIGTERM)
 
 
 def progress_bar(total: int | None, unit: str) -> Any:
