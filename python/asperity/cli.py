@@ -20,7 +20,7 @@ from .options import (
     add_output,
     add_workers,
     check_outputs,
-    end,
+    end_on_signal,
     results_of,
     units_of,
 )
@@ -48,7 +48,7 @@ def execute(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> int:
     # pictures are written to files, on machines without a display, too
     os.environ.setdefault("MPLBACKEND", "Agg")
     options = parser.parse_args(arguments)
-    before = signal.signal(signal.SIGTERM, end) if current_thread() is main_thread() else None
+    before = signal.signal(signal.SIGTERM, end_on_signal) if current_thread() is main_thread() else None
     try:
         code = int(options.action(options))
         sys.stdout.flush()

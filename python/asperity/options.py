@@ -105,10 +105,10 @@ def _processes(count: int) -> Iterator[Executor]:
 
 def _begin_worker() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, end)
+    signal.signal(signal.SIGTERM, end_on_signal)
 
 
-def end(*_: object) -> None:
+def end_on_signal(*_: object) -> None:
     """End this process on the signal TERM, with those that it has started."""
     raise SystemExit(128 + signal.SIGTERM)
 
