@@ -40,6 +40,12 @@ WHY = {
 }  # fmt: skip
 
 
+AT_FIRST = (
+    "** Zero state variables are the initial state of the joint, so no initial conditions are needed.",
+    "** The first call of a point reads an initial stress (TYPE=STRESS).",
+)
+
+
 @dataclass(frozen=True)
 class Block:
     """Contents of a material block; props and statev are in the order of the library."""
@@ -100,8 +106,7 @@ def _abaqus(block: Block) -> str:
         f"*User Material, constants={len(block.props)}{'' if block.explicit else ', unsymm'}",
         *_constants(block.props),
         "** No DELETE, because contact survives rupture. status is 1 after the first call of a point.",
-        "** Zero state variables are the initial state of the joint, so no initial conditions are needed.",
-        "** The first call of a point reads an initial stress (TYPE=STRESS).",
+        *AT_FIRST,
         "** TYPE=SOLUTION gives cracked planes.",
         "*Depvar",
         f"{len(block.statev)},",
@@ -134,8 +139,7 @@ def _calculix(block: Block) -> str:
         "** All constants are given: 8 or 16 of them would need a further line, with the temperature.",
         f"*USER MATERIAL, CONSTANTS={len(props)}",
         *_constants(props),
-        "** Zero state variables are the initial state of the joint, so no initial conditions are needed.",
-        "** The first call of a point reads an initial stress (TYPE=STRESS).",
+        *AT_FIRST,
         "** TYPE=SOLUTION, USER gives cracked planes.",
         "*DEPVAR",
         f"{len(block.statev)}",
@@ -181,34 +185,36 @@ def _kratos(block: Block) -> str:
 def _ogs(block: Block) -> str:
     """OpenGeoSys: a patch of the project, `ogs -p CARD PROJECT`."""
     law = generic.behaviour(contract.check(block.props)[0])
-    comments = [
-        *_remarks(block, "ogs -p THIS_FILE PROJECT.prj"),
+    comments = _remarks(
+        block,
+        "ogs -p THIS_FILE PROJECT.prj",
         f"the layer has the material id 1 and the thickness h = {block.thickness()!r}: adapt both",
         "axes: N, Tx, Ty of the layer, here of a horizontal one; a project has one local_coordinate_system, "
         "whose parameters may be of the type MeshElement",
         "zero state variables are the initial state of the joint; initial_values gives another one",
-    ]
+    )
     return generic.patch(block.name, law, block.props, block.dimension, comments)
 
 
 def _mtest(block: Block) -> str:
     """MTest: behaviour and properties; `asperity card` adds the load path of the case."""
     law = generic.behaviour(contract.check(block.props)[0], "mtest", "Joint")
-    return generic.mtest_head(law, block.props, _remarks(block, "mtest THIS_FILE.mtest"))
+    return generic.mtest_head(law, block.props, _remarks(block, "mtest THIS_FILE.mtest", mark="// "))
 
 
 def _oofem(block: Block) -> str:
     """OOFEM: the record of a material; it loads the UMAT of the library."""
     names = ", ".join(f"{i} {text}" for i, text in enumerate(block.statev, 1))
-    comments = [
-        *_remarks(block, "NonLinearStatic with lstype 0 smtype 1 (unsymmetric), LSpace elements"),
-        f"layer of LSpace elements, its normal along z, of the thickness h = {block.thickness()!r}",
-        "OOFEM goes on after a step that has not converged: look at the iterations",
-        f"state: {names}",
-    ]
     props = " ".join(repr(value) for value in block.props.tolist())
     return _text(
-        *(f"# {line}" for line in comments),
+        *_remarks(
+            block,
+            "NonLinearStatic with lstype 0 smtype 1 (unsymmetric), LSpace elements",
+            f"layer of LSpace elements, its normal along z, of the thickness h = {block.thickness()!r}",
+            "OOFEM goes on after a step that has not converged: look at the iterations",
+            f"state: {names}",
+            mark="# ",
+        ),
         f"AbaqusUserMaterial 1 d 0.0 numstate {len(block.statev)} properties {len(block.props)} {props} "
         f'umat "{library()}" name "{block.name}"',
     )
@@ -216,13 +222,10 @@ def _oofem(block: Block) -> str:
 
 def _akantu(block: Block) -> str:
     """Akantu: the section of a material that asperity_akantu.py of `asperity export akantu` reads."""
-    comments = [
-        *_remarks(block, "in Python before aka.parseInput: joints = asperity_akantu.register()"),
-        "at the end of every step: joints[0].commit()",
-    ]
+    run = "in Python before aka.parseInput: joints = asperity_akantu.register()"
     constants = (row.name for row in contract.owned("law", "pattern"))
     return _text(
-        *(f"# {line}" for line in comments),
+        *_remarks(block, run, "at the end of every step: joints[0].commit()", mark="# "),
         "material asperity [",
         f"  name = {block.name}",
         *(f"  {name} = {block.prop(name)!r}" for name in constants),
@@ -236,9 +239,9 @@ def _fenicsx(block: Block) -> str:
         ", ".join(f"{row.name}={block.prop(row.name)!r}" for row in contract.owned(owner) if row.name != "m")
         for owner in ("law", "pattern")
     )
-    comments = _remarks(block, f'Model(mesh, {{"{block.name}": {block.name}}}, E, nu) of jointed.py')
+    run = f'Model(mesh, {{"{block.name}": {block.name}}}, E, nu) of jointed.py'
     return _text(
-        *(f"# {line}" for line in comments),
+        *_remarks(block, run, mark="# "),
         "from asperity import Interface, Material, Pattern",
         "",
         f"{block.name} = Interface(Material({law}), Pattern({block.prop('m'):.0f}, {pattern}))",
@@ -248,18 +251,15 @@ def _fenicsx(block: Block) -> str:
 def _comments(block: Block, run: str, count: int = contract.N_USED_PROPS) -> str:
     """Head of a block: its origin, the first entries of PROPS, how to run it, and the notes."""
     names = ", ".join(row.name for row in contract.props_table()[:count])
-    head, *others = _remarks(block, run)
-    return "\n".join(f"** {line}" for line in (f"{head}: {names}", *others))
+    head, *others = _remarks(block, run, mark="** ")
+    return "\n".join([f"{head}: {names}", *others])
 
 
-def _remarks(block: Block, run: str) -> list[str]:
-    """Lines at the head of a block: its origin, how to run it, and the notes."""
-    return [
-        f"asperity {contract.library_version()}",
-        "units: one consistent set, such as mm, N, MPa, N/mm; theta and turn in degrees",
-        run,
-        *block.notes,
-    ]
+def _remarks(block: Block, run: str, *more: str, mark: str = "") -> list[str]:
+    """Lines at the head of a block, after a mark: its origin, how to run it, the notes, and more."""
+    units = "units: one consistent set, such as mm, N, MPa, N/mm; theta and turn in degrees"
+    texts = f"asperity {contract.library_version()}", units, run, *block.notes, *more
+    return [f"{mark}{text}" for text in texts]
 
 
 def _text(*lines: str) -> str:

@@ -84,15 +84,11 @@ def _parameter(name: str, values: str) -> str:
 
 
 def mtest_head(law: str, props: contract.Floats, comments: Sequence[str]) -> str:
-    """Behaviour and all its material properties; it has no external state variable."""
-    lines = [
-        *(f"// {text}" for text in comments),
-        "@ModellingHypothesis 'Tridimensional';",
-        f"@Behaviour<generic> '{generic_library()}' '{law}';",
-    ]
-    for name in property_names(law):
-        lines.append(f"@MaterialProperty<constant> '{name}' {float(props[contract.index(name)])!r};")
-    return "\n".join(lines) + "\n"
+    """Behaviour and all its material properties, after comments; it has no external state variable."""
+    values = {name: float(props[contract.index(name)]) for name in property_names(law)}
+    head = "@ModellingHypothesis 'Tridimensional';", f"@Behaviour<generic> '{generic_library()}' '{law}';"
+    given = (f"@MaterialProperty<constant> '{name}' {value!r};" for name, value in values.items())
+    return "\n".join([*comments, *head, *given]) + "\n"
 
 
 def mtest_path(steps: Sequence[Step]) -> str:
