@@ -9,9 +9,10 @@ import sys
 import tempfile
 from pathlib import Path
 
+from asperity.case_writer import props_line
 from asperity.fit.fitting import fit
 from asperity.fit.records import DEFAULT, read_tests
-from asperity.fit.report import draw, props_line, report
+from asperity.fit.report import draw, report
 
 from .program import program
 from .synthetic import DEFAULT_NOISE, synthetic, write_record
@@ -27,7 +28,7 @@ def example(picture: Path) -> str:
         text = report(found, DEFAULT).replace(f"{folder}{os.sep}", "")
     draw(found, DEFAULT, picture)
     text = re.sub(r"\ntest 2, sigma_N.*?\n(?=\n)", "\n", text, count=1, flags=re.DOTALL)
-    return f"```text\n{text}\n\n{props_line(found.interface)}\n```"
+    return f"```text\n{text}\n\n{props_line(found.interface.props())}\n```"
 
 
 def _write(options: argparse.Namespace) -> int:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
+from .contract import Floats
 from .pattern import Pattern
 
 CASE_INCREMENTS = 100  # increments of a step of `slip_case`
@@ -63,6 +64,12 @@ def pattern_text(pattern: Pattern) -> str:
 def rounded(value: float, digits: int) -> float:
     """Return a number rounded to significant digits."""
     return float(f"{value:.{digits}g}")
+
+
+def props_line(props: Floats, digits: int = 6) -> str:
+    """Line with the vector PROPS; 17 digits are all."""
+    values = [repr(rounded(value, digits)) for value in props.tolist()]
+    return f"PROPS({len(values)})   {', '.join(values)}"
 
 
 def slip_case(

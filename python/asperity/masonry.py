@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -46,8 +45,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--sigma-N SIGMA_N,...", pressures, str, {"nargs": "+", "default": [PRESSURES]}),
     )
     add_output(parser, "CASE.nml", "write a case, a slip under each of these tractions, a new file")
-    # a list that begins with a minus sign is a value, as a number is
-    parser._negative_number_matcher = re.compile(r"-[\d.]")
     parser.set_defaults(action=_run)
 
 

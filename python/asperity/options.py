@@ -38,6 +38,8 @@ def add_options(parser: argparse._ActionsContainer, *rows: tuple[Any, ...]) -> N
         else:
             settings |= {"type": type(kind), "default": kind}
             text += "" if "default" in text else " (default: %(default)s)"
+        if words[-1].endswith(",..."):  # a list that begins with a minus sign is a value, as a number is
+            parser._negative_number_matcher = re.compile(r"-[\d.]")
         parser.add_argument(*names, help=text, **settings | (more[1] if len(more) > 1 else {}))
 
 

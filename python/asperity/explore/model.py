@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from .. import contract
-from ..case_writer import case_text
+from ..case_writer import case_text, props_line
 from ..contract import Floats
 from ..errors import EquilibriumLost
 from ..fit.model import MATERIAL, TIMELESS, plausible
@@ -233,8 +233,7 @@ def as_python(choice: Choice) -> str:
 
 def as_props(choice: Choice) -> str:
     """Line with PROPS; raises ValueError for values that the library refuses."""
-    props = choice.interface.props()
-    return f"PROPS({len(props)})   {', '.join(map(repr, props.tolist()))}\n"
+    return props_line(choice.interface.props(), 17) + "\n"
 
 
 TEXTS = {"case": as_case, "Python": as_python, "PROPS": as_props}  # what can be copied

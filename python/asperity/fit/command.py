@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import re
 import shlex
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -13,6 +12,7 @@ from pathlib import Path
 from .. import contract
 from .. import options as cli
 from ..cards.blocks import HOSTS
+from ..case_writer import props_line
 from ..interface import Interface
 from ..model_checks import model_warnings, shown_warnings
 from ..tables import size
@@ -21,7 +21,7 @@ from .fitting import STARTS_TRIED, fit
 from .model import AUTO, MORTAR, ROCK, SCALES, SIDES
 from .proposal import VALUE, Arguments, proposal
 from .records import DEFAULT, NONE, read_tests
-from .report import accepted_text, case_of, covariance_text, draw, file_of, props_line, report
+from .report import accepted_text, case_of, covariance_text, draw, file_of, report
 from .result import Fit, failed_checks
 
 NO_RESULT = 3
@@ -142,8 +142,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--accept", "take constants that are no result: the best ones, marked as accepted"),
         ("--auto", "where the constants are no result, go on with the command that is proposed next"),
     )
-    # a list that begins with a minus sign is a value, as a number is
-    parser._negative_number_matcher = re.compile(r"-[\d.]")
     parser.description = (
         "Identify constants from shear-box tests. Where the tests do not give the constants, the exit code "
         "is 3 and no PROPS, case or card is written; the report says why, and which command to run next."
@@ -191,7 +189,7 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
         write(options, found.interface, partial(draw, found, units), "")
         return NO_RESULT
     accepted = accepted_text(found, reasons) if given["model_error"] or reasons else ""
-    print(f"\n{accepted}" if accepted else "", props_line(found.interface), sep="\n")
+    print(f"\n{accepted}" if accepted else "", props_line(found.interface.props()), sep="\n")
     texts = (case_of(found), accepted, covariance_text(found, accepted)) if options.output else ("", accepted)
     write(options, found.interface, partial(draw, found, units), *texts)
     return 0

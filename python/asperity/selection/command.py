@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..case_files import SlipTest, read_case, slip_tests
-from ..case_writer import pattern_text
+from ..case_writer import pattern_text, props_line
 from ..model_checks import shown_warnings, warn_of_physics
 from ..options import add_options, add_output, add_workers, check_outputs, progress_bar, replace_file, workers
 from ..steps import turns_of
@@ -121,10 +121,7 @@ def report(answer: Selection) -> str:
         f"cost       {ratio:.1f} times fewer planes than RP-{REFERENCE_SIDES}; "
         "the time of an update is nearly proportional to them"
     )
-    props = answer.interface.props()
-    return "\n".join(
-        [*lines, f"PROPS({len(props)})   " + ", ".join(f"{value!r}" for value in props.tolist())]
-    )
+    return "\n".join([*lines, props_line(answer.interface.props(), 17)])
 
 
 def _row(name: str, planes: int, errors: Errors) -> str:
