@@ -5,26 +5,17 @@
 ! characters); `threadsafe` releases the lock of the
 ! interpreter.
 
-!> Sizes of the contract.
-subroutine contract_sizes(sizes)
-  use asperity_contract, only: max_inclined, n_facet_statev, n_fixed_props, n_listed_values, n_plane_statev, &
-    n_point_statev, n_required_props
-  implicit none
-  integer, intent(out) :: sizes(7)   !! in the order of the names in contract.py
-  sizes = [n_fixed_props, n_required_props, n_listed_values, n_point_statev, n_plane_statev, n_facet_statev, &
-    max_inclined]
-end subroutine contract_sizes
-
 !> Row i of a table of the library.
 subroutine table_row(table, i, texts, numbers)
-  use asperity_contract, only: prop_table, statev_table
+  use asperity_contract, only: max_inclined, n_facet_statev, n_fixed_props, n_listed_values, n_plane_statev, &
+    n_point_statev, n_required_props, prop_table, statev_table, version
   use asperity_rows, only: row_columns
   use asperity_steps, only: step_table
   implicit none
-  integer, intent(in) :: table                  !! 1 PROPS, 2 STATEV, 3 columns of rows, 4 entries of a step
+  integer, intent(in) :: table                  !! 1 PROPS, 2 STATEV, 3 columns of rows, 4 entries of a step, 5 sizes
   integer, intent(in) :: i                      !! from 1
-  character(len=64), intent(out) :: texts(6)    !! name first; all blank beyond the last row
-  double precision, intent(out) :: numbers(5)   !! lower, upper, default, plausible, or whether single, default
+  character(len=64), intent(out) :: texts(7)    !! name first; all blank beyond the last row
+  double precision, intent(out) :: numbers(7)   !! as the callers in Python name them
   texts = ""
   numbers = 0.0d0
   select case (table)
@@ -36,7 +27,9 @@ subroutine table_row(table, i, texts, numbers)
     texts(4) = prop_table(i)%unit
     texts(5) = prop_table(i)%admissible
     texts(6) = prop_table(i)%scale
-    numbers = [prop_table(i)%lower, prop_table(i)%upper, prop_table(i)%default, prop_table(i)%plausible]
+    texts(7) = prop_table(i)%shown_by
+    numbers(:6) = [prop_table(i)%lower, prop_table(i)%upper, prop_table(i)%default, prop_table(i)%plausible, &
+      merge(1.0d0, 0.0d0, prop_table(i)%inclined)]
   case (2)
     if (i > size(statev_table)) return
     texts(1) = statev_table(i)%name
@@ -45,21 +38,17 @@ subroutine table_row(table, i, texts, numbers)
   case (3)
     if (i > size(row_columns)) return
     texts(1) = row_columns(i)
-  case default
+  case (4)
     if (i > size(step_table)) return
     texts(1) = step_table(i)%name
     texts(2) = step_table(i)%expected
     numbers(:2) = [merge(1.0d0, 0.0d0, step_table(i)%single), step_table(i)%default]
+  case default
+    texts(1) = version
+    numbers = [n_fixed_props, n_required_props, n_listed_values, n_point_statev, n_plane_statev, n_facet_statev, &
+      max_inclined]
   end select
 end subroutine table_row
-
-!> Version of the library.
-subroutine contract_version(text)
-  use asperity_contract, only: version
-  implicit none
-  character(len=16), intent(out) :: text   !! padded with blanks
-  text = version
-end subroutine contract_version
 
 !> Constants of a joint without bond, and their numbers in PROPS.
 subroutine contract_joint(kn, ks, constants, numbers)
@@ -90,21 +79,6 @@ subroutine interface_review(nprops, props, n_planes, wears, status)
   n_planes = joint%pattern%n
   wears = merge(1, 0, joint%material%wears)
 end subroutine interface_review
-
-!> What is wrong with PROPS: all bad values at once (a function of its own, since f2py takes long to hand back a text).
-subroutine interface_errors(nprops, props, message)
-  use asperity_checks, only: review_props
-  use asperity_text, only: put_text
-  implicit none
-  integer, intent(in) :: nprops                    !! number of constants
-  double precision, intent(in) :: props(nprops)    !! PROPS
-  character(len=32768), intent(out) :: message     !! a line for every bad value
-  character(len=:), allocatable :: text
-  integer :: status
-  text = ""
-  call review_props(props, status, text, by_name=.true.)
-  call put_text(text, message)
-end subroutine interface_errors
 
 !> Warnings about a joint, and the largest increment of slip of an FE code.
 subroutine interface_warnings(nprops, props, pressure, tension, slip, warnings, increment)
@@ -182,14 +156,16 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, tract
   if (status == status_ok) call update_points(joint, s, state, traction, status, failed, s_old, tangent, dt, .true.)
 end subroutine interface_update
 
-!> What is wrong with the duration, else with a point: all bad values (a function of its own, as interface_errors is).
-subroutine update_errors(nprops, props, nstatv, s_old, s, dt, state, message)
+!> What is wrong with PROPS, else with the duration, else with a point: all bad values (a function of its own, since f2py
+!> takes long to hand back a text).
+subroutine input_errors(nprops, props, nstatv, s_old, s, dt, state, message)
   use asperity_call_checks, only: explain_point, explain_time
+  use asperity_checks, only: review_props
   use asperity_interface, only: interface_type, new_interface
   use asperity_text, only: put_text
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
-  double precision, intent(in) :: props(nprops)          !! admissible PROPS
+  double precision, intent(in) :: props(nprops)          !! PROPS
   integer, intent(in) :: nstatv                          !! state variables of the point
   double precision, intent(in) :: s_old(3), s(3)         !! separation (N, Tx, Ty) at start and end, length
   double precision, intent(in) :: dt                     !! duration of the increment, time
@@ -199,11 +175,14 @@ subroutine update_errors(nprops, props, nstatv, s_old, s, dt, state, message)
   character(len=:), allocatable :: text
   integer :: status
   text = ""
-  call new_interface(props, joint, status)
-  call explain_time(joint, "dt", text, dt)
-  if (len(text) == 0) call explain_point(joint, s_old, s, state, text)
+  call review_props(props, status, text, by_name=.true.)
+  if (len(text) == 0) then
+    call new_interface(props, joint, status)
+    call explain_time(joint, "dt", text, dt)
+    if (len(text) == 0) call explain_point(joint, s_old, s, state, text)
+  end if
   call put_text(text, message)
-end subroutine update_errors
+end subroutine input_errors
 
 !> Give n states the offset at which they carry a traction.
 subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, message)

@@ -5,14 +5,13 @@
 !> &initial), separation and work there (huge: that of the energies), then lists with their lengths before them: the
 !> state, PROPS (none: the law is a UMAT), and for each step, whose number comes first, the values of each entry (-1:
 !> not given).
-subroutine case_numbers(path, has_source, source, room, numbers, length, pattern, title, sweep, status, message)
+subroutine case_numbers(path, source, room, numbers, length, pattern, title, sweep, status, message)
   use asperity_case, only: case_file_type, read_cases
   use asperity_errors, only: errors_type, put_records
   use asperity_steps, only: explicit_entries
   use asperity_text, only: put_text
   implicit none
-  character(len=*), intent(in) :: path               !! file, or name of the text in errors
-  integer, intent(in) :: has_source                  !! 1: the text is `source`
+  character(len=*), intent(in) :: path               !! file; empty: the text is `source`
   character(len=*), intent(in) :: source             !! a text instead of the file
   integer, intent(in) :: room                        !! size of the array for the numbers
   double precision, intent(inout) :: numbers(room)   !! the content, as far as there is room for it
@@ -33,7 +32,7 @@ subroutine case_numbers(path, has_source, source, room, numbers, length, pattern
   sweep = ""
   message = ""
   status = 0
-  if (has_source == 1) then
+  if (len(path) == 0) then
     call read_cases(path, file, errors, source)
   else
     call read_cases(path, file, errors)

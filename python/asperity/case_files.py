@@ -126,14 +126,12 @@ def check_text(text: str) -> None:
     _content(b"", text.encode())
 
 
-def _content(path: bytes, source: bytes | None = None) -> tuple[Iterator[float], tuple[int, int], str, str]:
+def _content(path: bytes, source: bytes = b"") -> tuple[Iterator[float], tuple[int, int], str, str]:
     """Numbers of a case, place of &pattern, title and name of the sweep."""
     n = 4096
     while True:
         numbers = np.zeros(n)
-        n, pattern, *texts, status, message = _core.case_numbers(
-            path, source is not None, source or b"", numbers
-        )
+        n, pattern, *texts, status, message = _core.case_numbers(path, source, numbers)
         if status != 0:
             raise input_error(message)
         if n <= numbers.size:

@@ -22,6 +22,19 @@ if _pause is not None and hasattr(os, "register_at_fork"):
     # the child of a fork does not have OpenMP's threads and would wait for them: end them before (1: soft)
     os.register_at_fork(before=lambda: _pause(1))
 
+def _text(value: bytes) -> str:
+    return value.decode("ascii").rstrip()
+
+
+def table_rows(table: int) -> Iterator[tuple[list[str], list[float]]]:
+    """Texts and numbers of the rows of a table of the library, by its number in `table_row`."""
+    for i in count(1):
+        texts, numbers = _core.table_row(table, i)
+        if not texts[0].strip():
+            return
+        yield [*map(_text, texts.tolist())], numbers.tolist()
+
+
 (
     N_FIXED_PROPS,
     N_REQUIRED_PROPS,
@@ -30,7 +43,7 @@ if _pause is not None and hasattr(os, "register_at_fork"):
     N_PLANE_STATEV,
     N_FACET_STATEV,
     MAX_INCLINED,
-) = _core.contract_sizes().tolist()
+) = map(int, next(table_rows(5))[1])
 """Numbers of PROPS before the listed planes, without a default, and of a listed plane; numbers of state
 variables of a point, of a plane and, with wear, of its facet; largest number of inclined planes.
 """
@@ -42,7 +55,8 @@ class Prop:
 
     owner: law, pattern, host, numerics or reserved. lower, upper: smallest and largest admissible value.
     scale: linear, log, logit or whole. plausible: smallest and largest value that joints have, in multiples
-    of the sizes of the unit, which are the largest stress and length of a test.
+    of the sizes of the unit, which are the largest stress and length of a test.  inclined: whether it is one
+    of inclined planes only.  shown_by: what in a test determines it; may be empty.
     """
 
     index: int
@@ -52,10 +66,12 @@ class Prop:
     unit: str
     admissible: str
     scale: str
+    shown_by: str
     lower: float
     upper: float
     default: float | None
     plausible: tuple[float, float]
+    inclined: bool
 
     @property
     def integral(self) -> bool:
@@ -73,26 +89,13 @@ class Statev:
     unit: str
 
 
-def _text(value: bytes) -> str:
-    return value.decode("ascii").rstrip()
-
-
-def table_rows(table: int) -> Iterator[tuple[list[str], list[float]]]:
-    """Texts and numbers of the rows of a table of the library: PROPS, STATEV, columns, entries of a step."""
-    for i in count(1):
-        texts, numbers = _core.table_row(table, i)
-        if not texts[0].strip():
-            return
-        yield [*map(_text, texts.tolist())], numbers.tolist()
-
-
 @cache
 def props_table() -> tuple[Prop, ...]:
     """Entries of PROPS before the listed planes, in their order."""
     rows = []
-    for index, (texts, (lower, upper, default, *plausible)) in enumerate(table_rows(1), 1):
+    for index, (texts, (lower, upper, default, *plausible, inclined, _)) in enumerate(table_rows(1), 1):
         given = None if index <= N_REQUIRED_PROPS else default
-        rows.append(Prop(index, *texts, lower, upper, given, tuple(plausible)))
+        rows.append(Prop(index, *texts, lower, upper, given, tuple(plausible), bool(inclined)))
     return tuple(rows)
 
 
@@ -103,6 +106,12 @@ N_USED_PROPS = max(row.index for row in props_table() if row.owner != "reserved"
 def owned(*owners: str) -> tuple[Prop, ...]:
     """Entries of PROPS that belong to the law, the pattern, the host or the numerics, in their order."""
     return tuple(row for row in props_table() if row.owner in owners)
+
+
+def of_asperities(*units: str) -> tuple[str, ...]:
+    """Names of the constants by which asperities end, wear or yield; units: only those of these units."""
+    rows = (row for row in owned("law") if row.inclined)
+    return tuple(row.name for row in rows if not units or row.unit in units)
 
 
 @cache
@@ -217,10 +226,11 @@ def check(props: Floats) -> tuple[int, bool]:
     """
     n_planes, wears, status = _core.interface_review(props)
     if status != 0:
-        raise ValueError(_text(_core.interface_errors(props)))
+        nothing = np.zeros(3)
+        raise ValueError(_text(_core.input_errors(props, nothing, nothing, 0.0, nothing)))
     return n_planes, bool(wears)
 
 
 def library_version() -> str:
     """Version compiled into the library."""
-    return _text(_core.contract_version())
+    return next(table_rows(5))[0][0]

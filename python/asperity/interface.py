@@ -100,7 +100,7 @@ class Interface:
             if status != 0:
                 k = max(failed, 1) - 1
                 place = f"point {k} (of 0 to {n - 1}): " if failed > 0 else ""
-                message = _core.update_errors(self._props, s_old[k], s[k], duration, new[k])
+                message = _core.input_errors(self._props, s_old[k], s[k], duration, new[k])
                 raise ValueError(place + message.decode("ascii").rstrip())
         return Update(traction.view(), new.view(), tangent.view(), self.n_planes)
 

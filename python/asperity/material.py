@@ -42,7 +42,7 @@ class Material(_Constants):
 
     @classmethod
     def from_joint(cls, kn: float, ks: float, mu: float, **others: float) -> Material:
-        """Material of a joint without bond, such as a rock joint: damage0 = 1.
+        """Material of a joint without bond, such as a rock joint.
 
         kn, ks: stiffness in closing and in shear, stress/length, by a bond that gives the stiffness only:
         K = ks, kc = kn/ks.  mu: coefficient of friction.  others: further constants by name.  Raises
@@ -51,15 +51,15 @@ class Material(_Constants):
         Examples
         --------
         >>> joint = Material.from_joint(kn=20.0, ks=5.0, mu=0.6, height=0.2)
-        >>> round(joint.K, 12), joint.kc, joint.damage0
-        (5.0, 4.0, 1.0)
+        >>> round(joint.K, 12), joint.kc
+        (5.0, 4.0)
         """
-        given = [name for name in contract.joint_constants(1.0, 1.0) if name in others and name != "damage0"]
+        *of_bond, damage = contract.joint_constants(1.0, 1.0)
         text = "expected without kn and ks, which give sigma0, Gc, eta and kc"
-        bad = [f"{name} = {contract.shown(others[name])}: {text}" for name in given]
-        if others.get("damage0", 1.0) != 1.0:
-            bad.append(f"damage0 = {contract.shown(others['damage0'])}: expected 1 for a joint without bond")
-        others = {name: value for name, value in others.items() if name not in given}
+        bad = [f"{name} = {contract.shown(others[name])}: {text}" for name in of_bond if name in others]
+        if others.get(damage, 1.0) != 1.0:
+            bad.append(f"{damage} = {contract.shown(others[damage])}: expected 1 for a joint without bond")
+        others = {name: value for name, value in others.items() if name not in of_bond}
         try:
             cls(1.0, 1.0, 0.5, mu, **others)
         except ValueError as error:

@@ -43,6 +43,8 @@ module asperity_contract
     logical :: divides = .false.      !! whether 0 stands for none or a default, and the law divides by other values
     character(len=3) :: measure = ""  !! s_f: the ratio of a value above 0 to s_f is limited (length_ratio_limit)
     logical :: on_branch = .true.     !! whether a branch can be followed with a value above 0
+    logical :: inclined = .false.     !! whether it is one of inclined planes only
+    character(len=54) :: shown_by = ""   !! what in a test determines it
   end type prop_type
 
   !> Bounds of the constants. With them every product of the law is in the range of a double; they lie far outside any
@@ -67,19 +69,19 @@ module asperity_contract
 
   type(prop_type), parameter, public :: prop_table(n_fixed_props) = [ &
     prop_type("sigma0", "law", "strength of one plane", "stress", "> 0 (1e-50 to 1e50)", small, large, 0.0_wp, &
-              [1.0e-3_wp, 30.0_wp], "log"), &
+              [1.0e-3_wp, 30.0_wp], "log", shown_by="rows at the peak"), &
     prop_type("Gc", "law", "rupture energy", "stress*length", "> 0 (1e-50 to 1e50)", small, large, 0.0_wp, &
-              [1.0e-6_wp, 150.0_wp], "log"), &
+              [1.0e-6_wp, 150.0_wp], "log", shown_by="rows beyond the peak, up to the residual strength,"), &
     prop_type("eta", "law", "ductility 1 - s0/sf", "-", "0 < eta < 1", small, below_one, 0.0_wp, &
-              [0.05_wp, 0.995_wp], "logit"), &
+              [0.05_wp, 0.995_wp], "logit", shown_by="rows before the peak"), &
     prop_type("mu", "law", "friction coefficient", "-", ">= 0 (at most 1e10)", 0.0_wp, top, 0.0_wp, &
-              [0.01_wp, 2.0_wp], "log"), &
+              [0.01_wp, 2.0_wp], "log", shown_by="rows after the peak"), &
     prop_type("theta", "pattern", "inclination of the planes", "degree", "0 <= theta < 90", &
-              0.0_wp, below_right, 0.0_wp, [0.5_wp, 75.0_wp], "linear"), &
+              0.0_wp, below_right, 0.0_wp, [0.5_wp, 75.0_wp], "linear", inclined=.true., shown_by="the dilation"), &
     prop_type("m", "pattern", "inclined planes (0: flat; -k: k listed planes from 25 on)", "-", &
               "0, 2..64 or -1..-64, integral", -64.0_wp, 64.0_wp, 0.0_wp, [2.0_wp, 32.0_wp], "whole"), &
     prop_type("flat", "pattern", "weight of the flat plane", "-", "0 <= flat <= 1", 0.0_wp, 1.0_wp, 1.0_wp/3.0_wp, &
-              [0.005_wp, 0.95_wp], "logit"), &
+              [0.005_wp, 0.95_wp], "logit", inclined=.true., shown_by="tests at several pressures with the dilation"), &
     prop_type("turn", "pattern", "rotation of the pattern about N", "degree", "any finite angle", &
               -unbounded, unbounded, 0.0_wp, [-180.0_wp, 180.0_wp], "linear"), &
     prop_type("h", "host", "thickness by which the host divides (strain = separation/h)", "length", &
@@ -87,9 +89,9 @@ module asperity_contract
     prop_type("map", "host", "order of the host's components", "-", "0 or 1", 0.0_wp, 1.0_wp, 0.0_wp, &
               [0.0_wp, 1.0_wp], "whole"), &
     prop_type("sigma02", "law", "strength in mode II; 0: as sigma0", "stress", ">= 0 (0, or 1e-50 to 1e50)", &
-              0.0_wp, large, 0.0_wp, [1.0e-3_wp, 30.0_wp], "log", divides=.true.), &
+              0.0_wp, large, 0.0_wp, [1.0e-3_wp, 30.0_wp], "log", divides=.true., shown_by="a tension test"), &
     prop_type("Gc2", "law", "rupture energy in mode II; 0: as Gc", "stress*length", ">= 0 (0, or 1e-50 to 1e50)", &
-              0.0_wp, large, 0.0_wp, [1.0e-6_wp, 150.0_wp], "log", divides=.true.), &
+              0.0_wp, large, 0.0_wp, [1.0e-6_wp, 150.0_wp], "log", divides=.true., shown_by="a tension test"), &
     prop_type("tau_v", "law", "relaxation time of the viscous damage; 0: none", "time", ">= 0 (at most 1e50)", &
               0.0_wp, large, 0.0_wp, [0.01_wp, 100.0_wp], "log", on_branch=.false.), &
     prop_type("dalpha", "numerics", "largest growth of damage in an increment; 0: no limit", "-", "0 <= dalpha < 1", &
@@ -97,21 +99,23 @@ module asperity_contract
     prop_type("r", "host", "NTENS = 6: in-plane stiffness as a fraction of K h", "-", "0 <= r <= 1", &
               0.0_wp, 1.0_wp, 0.0_wp, [1.0e-9_wp, 1.0_wp], "log"), &
     prop_type("kc", "law", "normal stiffness of a closed plane over Kn; 0 means 1", "-", ">= 0 (at most 1e10)", &
-              0.0_wp, top, 1.0_wp, [0.1_wp, 1.0e3_wp], "log"), &
+              0.0_wp, top, 1.0_wp, [0.1_wp, 1.0e3_wp], "log", shown_by="the closure under pressure"), &
     prop_type("guard", "law", "1: damage grows only where its dissipation is not negative", "-", "0 or 1", &
               0.0_wp, 1.0_wp, 0.0_wp, [0.0_wp, 1.0_wp], "whole", on_branch=.false.), &
     prop_type("height", "law", "asperity height, where the dilation ends; 0: it never ends", "length", &
-              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-3_wp, 1.0e3_wp], "log", .true., "s_f"), &
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-3_wp, 1.0e3_wp], "log", .true., "s_f", &
+              inclined=.true., shown_by="a slip until the dilation ends"), &
     prop_type("W0", "law", "frictional work that wears an asperity to 37 % (0: no wear)", "stress*length", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-3_wp, 1.0e3_wp], "log", .true., &
-              on_branch=.false.), &
+              on_branch=.false., inclined=.true., shown_by="cycles"), &
     prop_type("damage0", "law", "damage of every plane from the start; 1: a joint without bond", "-", "0 to 1", &
-              0.0_wp, 1.0_wp, 0.0_wp, [0.01_wp, 0.99_wp], "logit"), &
+              0.0_wp, 1.0_wp, 0.0_wp, [0.01_wp, 0.99_wp], "logit", shown_by="rows before the peak"), &
     prop_type("closure", "law", "largest closure of the hyperbolic contact; 0: linear contact", "length", &
-              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-5_wp, 1.0e2_wp], "log", .true., "s_f"), &
+              ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-5_wp, 1.0e2_wp], "log", .true., "s_f", &
+              shown_by="the closure under pressure"), &
     prop_type("crush", "law", "contact pressure that crushes asperities to 69 % (0: none)", "stress", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-2_wp, 1.0e2_wp], "log", .true., &
-              on_branch=.false.), &
+              on_branch=.false., inclined=.true., shown_by="tests at several pressures"), &
     prop_type("slot23", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
     prop_type("slot24", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear")]
 

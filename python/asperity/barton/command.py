@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import contract
-from ..case_writer import rounded, slip_case
+from ..case_writer import props_line, rounded, slip_case
 from ..model_checks import model_warnings
 from ..options import add_options
 from .envelope import REACH, Envelope, curves, draw, envelope, table
@@ -22,7 +22,7 @@ as they begin under pressure.
 """
 
 BY_NATURE = """\
-A joint of Barton has no bond: the RIE has damage0 = 1, and ks is the stiffness below the peak.
+A joint of Barton has no bond: the RIE is damaged from the start, and ks is the stiffness below the peak.
 The curves have no scatter: the intervals say which constants the curves determine, not how well the rock is
 known. There is no covariance for asperity uncertainty."""
 """What the constants and their intervals mean."""
@@ -53,7 +53,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> int:
     """Print both laws under one stress or over a range, with warnings and PROPS, and write the files."""
     from ..fit.command import check_search, write
-    from ..fit.report import props_line
 
     check_search(options)
     stresses = [contract.number("--sigma-n", text) for text in options.sigma_n.split(",")]
@@ -72,7 +71,7 @@ def _run(options: argparse.Namespace) -> int:
     )
     for text in model_warnings(interface.material, interface.pattern, pressure, slip=end):
         print(f"warning: {text}")
-    print(f"\n{props_line(interface)}")
+    print(f"\n{props_line(interface.props())}")
     # without scatter there is no covariance
     write(options, interface, picture, case)
     return 0
@@ -102,9 +101,12 @@ def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float
         raise ValueError(
             "--free, --set, --sides: expected with one normal stress; LOW,HIGH needs none of them"
         )
+    from ..fit.records import DEFAULT
+    from ..fit.report import unit_of
+
     found = envelope(joint, low, high)
-    units = {"ks": "MPa/mm", "mu": "-", "theta": "degree", "height": "mm", "crush": "MPa"}
-    values = "\n".join(f"{name:<12}{found.values[name]:>12.5g}  {unit}" for name, unit in units.items())
+    shown = {name: value for name, value in found.values.items() if name != "kn"}
+    values = "\n".join(f"{name:<12}{one:>12.5g}  {unit_of(name, DEFAULT)}" for name, one in shown.items())
     material = {name: rounded(value, 6) for name, value in found.values.items() if name != "theta"}
     slips, tractions = [float(found.slips[-1])], [rounded(-one, 4) for one in found.stresses]
     case = slip_case("Joint of Barton", material, found.interface.pattern, tractions, slips)

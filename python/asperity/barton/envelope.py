@@ -40,7 +40,7 @@ class Envelope:
     """Joint of Barton and a law beside it under several normal stresses, MPa, mm and degrees.
 
     interface: the law.  stresses (n,): compression > 0.  slips (T,): of the curves, from 0 on.  values: kn,
-    ks, mu, theta, height and crush of a law that meets the strengths.
+    ks, mu, theta and what ends the asperities, of a law that meets the strengths.
     """
 
     joint: Joint
@@ -119,9 +119,10 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
     def law(x: Floats) -> Envelope:
         slope, crush, ks, height = np.exp(x).tolist()
         mu, theta = float(np.tan(np.radians(joint.phi_r))), float(np.degrees(np.arctan(slope)))
-        values = {"kn": KC * ks, "ks": ks, "mu": mu, "height": height, "crush": crush}
-        interface = Interface(Material.from_joint(**values), Pattern.regular(2, theta, flat=0.0))
-        return Envelope(joint, interface, stresses, slips, values | {"theta": theta})
+        values = {"kn": KC * ks, "ks": ks, "mu": mu, "theta": theta, "height": height, "crush": crush}
+        material = Material.from_joint(**{name: one for name, one in values.items() if name != "theta"})
+        interface = Interface(material, Pattern.regular(2, theta, flat=0.0))
+        return Envelope(joint, interface, stresses, slips, values)
 
     def residuals(x: Floats) -> Floats:
         barton, found = law(x).numbers

@@ -35,7 +35,7 @@ KS = "ks"
 """Shear stiffness of a joint without bond, a constant in place of those of the bond."""
 
 BOND = tuple(name for name in contract.joint_constants(1.0, 1.0) if name != "kc")
-INCLINED = ("theta", "flat", "height", "W0", "crush")
+INCLINED = tuple(row.name for row in TIMELESS if row.inclined)
 """Constants that a joint without bond does not have, and those of inclined planes."""
 
 ROCK, MORTAR, AUTO = "rock", "mortar", "auto"
@@ -55,7 +55,7 @@ DEFAULTS = {row.name: row.default for row in TIMELESS if row.default is not None
 DEFAULTS |= {"eta": 0.9}
 """Values of constants that are neither free nor set."""
 
-ENDING = tuple(name for name in INCLINED if DEFAULTS.get(name) == 0.0)
+ENDING = contract.of_asperities()
 """Constants by which asperities end, wear or are crushed; 0: they do not."""
 
 SIDES, INCREMENTS, PRELOAD = 8, 200, 50

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import contract
 from .fitting import problem_of, search
 from .model import ENDING, ROCK, SIDES
 from .result import BETTER, Fit, failed_checks
@@ -99,16 +100,17 @@ def _tried(
 
 
 def _changes(found: Fit, given: Arguments) -> Iterator[Arguments]:
-    """Changes of the model: crush for several pressures, wear in cycles, another pattern, no values."""
+    """Changes of the model: weak asperities at several pressures, wear in cycles, a pattern, no values."""
     problem, tests, free = found.problem, found.problem.tests, given.get("free") or ()
     pressures, inclined = np.abs([test.pressed for test in tests]), problem.sides > 0
     ends = inclined and any(test.saturates for test in tests)
     form = {"joint": ROCK} if problem.form == ROCK else {}
+    strength, height, work = map(contract.of_asperities, ("stress", "length", "stress*length"))
     for wanted, names in (
-        (inclined and pressures.max() > SEVERAL * pressures.min(), ("crush",)),
-        (inclined and pressures.max() > SEVERAL * pressures.min(), ("crush", "height")),
-        (ends, ("height",)),
-        (ends and any(len(test.turns) > 1 for test in tests), ("W0",)),
+        (inclined and pressures.max() > SEVERAL * pressures.min(), strength),
+        (inclined and pressures.max() > SEVERAL * pressures.min(), strength + height),
+        (ends, height),
+        (ends and any(len(test.turns) > 1 for test in tests), work),
     ):
         if wanted and not {*names} & {*problem.free, *given.get("fixed", {})}:
             yield form | {"free": (*free, *(names if free else (f"+{name}" for name in names)))}

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from ..case_writer import rounded, slip_case
-from ..interface import Interface
 from .model import DEFAULTS, KS, MATERIAL, MORTAR, ROCK, SCALES, UNITS
 from .records import NONE
 from .result import CONFIDENCE, REFINE, Fit, checks
@@ -68,7 +67,7 @@ def report(found: Fit, units: tuple[str, str] = NONE, verdict: str = "no result"
             lines.append(f"  {name:<12}{measured:>12.5g}{fitted:>12.5g}{change}")
     lines += ["", f"{'':<12}{'value':>12}{'low':>12}{'high':>12}  {CONFIDENCE:g} intervals"]
     for name, (value, low, high) in (found.estimates | found.derived).items():
-        unit = UNITS[name].replace("stress", units[1]).replace("length", units[0]).replace("*", " ")
+        unit = unit_of(name, units)
         ends = f"{low:>12.5g}{high:>12.5g}  {unit}"
         if name in found.undetermined or not 0.0 < high < 1e6 * max(low, 1e-300):
             ends = f"{'not determined':>24}  {unit}"
@@ -77,11 +76,9 @@ def report(found: Fit, units: tuple[str, str] = NONE, verdict: str = "no result"
     return "\n".join([*lines, "", *told]).rstrip()
 
 
-def props_line(interface: Interface) -> str:
-    """Line with the vector PROPS."""
-    props = interface.props()
-    values = ", ".join(f"{float(f'{value:.6g}')!r}" for value in props.tolist())
-    return f"PROPS({len(props)})   {values}"
+def unit_of(name: str, units: tuple[str, str]) -> str:
+    """Unit of a constant with these units of length and stress."""
+    return UNITS[name].replace("stress", units[1]).replace("length", units[0]).replace("*", " ")
 
 
 def accepted_text(found: Fit, reasons: Iterable[str]) -> str:

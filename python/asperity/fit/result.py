@@ -12,7 +12,7 @@ import numpy as np
 
 from ..contract import Floats
 from ..interface import Interface
-from .model import ENDING, KS, SCALES, Problem, at_rows, from_scale, material_of, residual_ratio
+from .model import ENDING, KS, SCALES, TIMELESS, Problem, at_rows, from_scale, material_of, residual_ratio
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -57,23 +57,7 @@ of that; moving a constant by this many standard errors it makes the fit no resu
 normal distribution over its median absolute deviation.
 """
 
-SHOWN_BY = {
-    name: text
-    for names, text in (
-        (f"eta {KS} damage0", "rows before the peak"),
-        ("sigma0", "rows at the peak"),
-        ("Gc", "rows beyond the peak, up to the residual strength,"),
-        ("mu", "rows after the peak"),
-        ("theta", "the dilation"),
-        ("flat", "tests at several pressures with the dilation"),
-        ("crush", "tests at several pressures"),
-        ("kc closure", "the closure under pressure"),
-        ("height", "a slip until the dilation ends"),
-        ("W0", "cycles"),
-        ("sigma02 Gc2", "a tension test"),
-    )
-    for name in names.split()
-}
+SHOWN_BY = {row.name: row.shown_by for row in TIMELESS if row.shown_by} | {KS: "rows before the peak"}
 """What in the test data determines a constant."""
 
 

@@ -113,9 +113,8 @@ class LoadCase:
         Asperities that end or wear end at the strength mu in every direction; before, the curves differ.
         Those that are crushed have no closed form: the ends of the curves are compared.
         """
-        material = self.material
-        ends = material.height > 0.0 or material.W0 > 0.0 or material.crush > 0.0
-        if self.smooth or ends or (self.planar and sides == 2):
+        material, ends = self.material, contract.of_asperities()
+        if self.smooth or any(getattr(material, name) for name in ends) or (self.planar and sides == 2):
             return 0.0
         dense = float(material.residual_strength(self.theta))
         weakest = float(material.residual_strength(self.theta, 180.0 / sides)) if sides else material.mu
@@ -129,9 +128,9 @@ class Errors(NamedTuple):
 
     tau_L, transverse: L2 norms over the path of the error of the traction along the slip and across it, over
     the L2 norm of the reference traction along the slip.  s_N: L2 norm of the error of the dilation over the
-    larger of that of the reference and s0.  residual: error of the residual strength (closed form, or with
-    crush the traction at the end), 0 where the load case does not reach this strength.  NaN: not computed,
-    because another error was too large.
+    larger of that of the reference and s0.  residual: error of the residual strength (closed form, or the
+    traction at the end where asperities are crushed), 0 where the load case does not reach this strength.
+    NaN: not computed, because another error was too large.
     """
 
     tau_L: float = 0.0
@@ -245,7 +244,8 @@ class Reference:
         several = []
         for mean, damaged, run in zip(self.means, self.damaged, self._runs(pattern, angles), strict=True):
             several.append(self._error(mean, run.rows, run.tau_L, run.tau_across, run.s_N))
-            if damaged and self.case.material.crush > 0.0 and run.rows.min() == mean.shape[1]:
+            crushed = any(getattr(self.case.material, name) for name in contract.of_asperities("stress"))
+            if damaged and crushed and run.rows.min() == mean.shape[1]:
                 end = float(np.abs(run.tau_L[:, -1] / mean[0, -1] - 1.0).max())
                 several.append(Errors(residual=end))
         return Errors.largest(*several)
