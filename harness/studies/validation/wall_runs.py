@@ -37,10 +37,13 @@ ROUGH = "10 0", "20 0.1", "10 0.5", "5 0.1"
 
 SOLVERS = {
     "MUMPS": "",
-    "gamg": "--petsc='-ksp_type gmres -ksp_rtol 1e-6 -ksp_gmres_restart 200 -pc_type gamg'",
+    "gamg": "--petsc='-ksp_type fgmres -ksp_rtol 1e-6 -ksp_gmres_restart 200 -pc_type gamg'",
     "mg": "--petsc='-ksp_type fgmres -ksp_rtol 1e-6 -ksp_gmres_restart 200 -pc_type mg'",
 }
-"""Algebraic multigrid with the rigid motions as near null space; two levels by blocks."""
+"""Algebraic multigrid with the rigid motions as near null space; two levels by blocks.
+
+GMRES would judge the preconditioned residual, which falls long before that of the equations.
+"""
 
 RUNS = {
     "J4D": f"--wall J4D {MORTAR}",
@@ -72,7 +75,7 @@ RUNS = {
     "3D 45": f"{SOLID} --turn 45",
     "3D 0": f"{SOLID} --turn 0",
     **{f"scale {k} {name}": f"{SOLID_STEPS} --scale {k} {words}"
-       for name, words in SOLVERS.items() for k in (1, 2, 4, 6)[: 3 if name == "gamg" else 4]},
+       for name, words in SOLVERS.items() for k in (1, 2, 4, 6)},
 }
 """Options by the name of a run."""
 
