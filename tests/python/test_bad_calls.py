@@ -129,9 +129,14 @@ def test_bad_states(routine: Routine, kind: type) -> None:
 
 @ADAPTERS
 def test_bad_times(routine: Routine, kind: type) -> None:
-    """With viscous damage a time increment has to be finite and not negative."""
+    """With viscous damage a time increment has to be finite and not negative; without it changes no bit."""
     for value in (np.nan, SIGNALLING, np.inf, -1.0):
         call = virgin(routine, kind, 3)
+        expected = routine(np.random.default_rng(1), call)
+        call.times = (1.0, value)
+        found = routine(np.random.default_rng(1), call)
+        assert np.isfinite(found.stress).all() and found.stress.tobytes() == expected.stress.tobytes()
+        assert found.state.tobytes() == expected.state.tobytes()
         call.props[12], call.times = 0.5, (1.0, value)
         rejected(call, routine, BAD_TIME, "expected a finite time increment", probe=False)
     if routine is call_umat:
@@ -184,7 +189,9 @@ def test_negative_separations_are_not_named() -> None:
 
 @pytest.mark.parametrize(
     "values",
-    [{1: 1.0e25}, {4: 1.0e10, 16: 1.0e10}, {9: 1.0e-40}, {9: 1.0e-25}, {9: 1.0e25}, {9: 1.0e38},
+    [{1: 1.0e25}, {1: 1.0e-25, 16: 1.0e10}, {2: 1.0e25, 16: 1.0e10}, {2: 1.0e-25, 16: 1.0e10},
+     {1: 1.0e26, 2: 1.0e34}, {3: 1.0e-39}, {4: 1.0e10, 16: 1.0e10}, {9: 1.0e-40}, {9: 1.0e-25}, {9: 1.0e25},
+     {9: 1.0e38},
      {1: 1.0e-20, 2: 1.0e-19, 11: 1.0e-15, 12: 1.0e-19, 16: 1.0e5}],
 )  # fmt: skip
 def test_range_of_single_precision(values: dict[int, float]) -> None:

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from support_driver import FLAT, MATERIAL, ROOT, RP_4, call, read_csv
+from support_driver import FLAT, MATERIAL, RP_4, call, read_csv
 
 
 def test_sweep(run, tmp_path: Path) -> None:
@@ -114,11 +114,7 @@ def test_progress(driver: Path, tmp_path: Path) -> None:
 
 
 def test_commands(driver: Path, tmp_path: Path) -> None:
-    """--help and --version print their text; a wrong command line gives exit code 1."""
-
-    version = re.search(r'version = "(.*)"', (ROOT / "src" / "law" / "asperity_contract.f90").read_text())
-    assert version is not None
-    assert call(driver, "--version", folder=tmp_path).stdout == f"rie_driver {version[1]}\n"
+    """--help prints its text; a wrong command line gives exit code 1."""
     assert "usage: rie_driver CASE.nml" in call(driver, "--help", folder=tmp_path).stdout
     for arguments in ([], ["a.nml", "b.nml"], ["--no-such"], ["a.nml", "-o"], [""], ["a.nml", "-o", ""]):
         process = call(driver, *arguments, folder=tmp_path)

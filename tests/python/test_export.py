@@ -21,6 +21,8 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "harness" / "hosts" / "abaqus
 from deck_check import model
 from support_abaqus import run_explicit, run_standard
 
+from harness.hosts.exported import CASE
+
 ELEMENT = Element.of_case()
 THETA = 30.0
 RESIDUAL = ELEMENT.interface.material.residual_strength(THETA)
@@ -75,18 +77,11 @@ def test_force_replaces_the_files_of_the_kit_only(tmp_path: Path) -> None:
     assert (tmp_path / "kit" / "README.md").read_text() == "mine"
 
 
-MINE = """&material sigma0 = 0.25, Gc = 0.02, eta = 0.9, mu = 0.7, kc = 8.0 /
-&pattern sides = 4, theta = 20.0, turn = 15.0 /
-&step t_N = -0.5, increments = 8 /
-&step slip = 0.4, -0.1, increments = 83, 20 /
-"""
-
-
 @pytest.mark.parametrize("host", kit.HOSTS)
 def test_element_of_a_case(host: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The element has the joint of the case up to its first reversal, and the rows of the material point."""
     case, folder = tmp_path / "mine.nml", tmp_path / "kit"
-    case.write_text(MINE)
+    case.write_text(CASE)
     assert main(["export", host, str(folder), "--case", str(case)]) == 0
     out = capsys.readouterr().out
     readme = (folder / "README.md").read_text(encoding="utf-8")
@@ -96,7 +91,7 @@ def test_element_of_a_case(host: str, tmp_path: Path, capsys: pytest.CaptureFixt
     expected = run.interface.confined_slip(0.0, np.linspace(0.0, 0.4, 86)[1:], -0.5, 8)
     np.testing.assert_allclose(found[:, 2], expected.tau[16::17], atol=1e-7)
     np.testing.assert_allclose(found[:, 1], expected.dilation[16::17], atol=1e-7)
-    assert (folder / "joint.nml").read_text() == MINE and "$" not in readme
+    assert (folder / "joint.nml").read_text() == CASE and "$" not in readme
     named = set(re.findall(r"`([\w.-]+\.[a-z]\w*)`", readme))
     written_by_a_run = {"single.dat", "single.out", "single.npz", "single_standard.dat"}
     assert named - written_by_a_run <= {path.name for path in folder.iterdir()}

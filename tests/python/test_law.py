@@ -12,12 +12,12 @@ import pytest
 from asperity import EquilibriumLost, History, Interface, Material, Pattern, Step, read_case
 from asperity.contract import N_POINT_STATEV
 from asperity.model_checks import model_warnings
-from scipy.optimize import brentq
 from support_driver import MATERIAL
 from support_driver import RP_4 as PYRAMID
 from test_oracle import OPTIONS
 
 from harness.studies.extensions import JOINTS, envelope
+from harness.studies.validation.sandstone import strength
 
 SEED = 2025
 DT = 0.1
@@ -144,15 +144,7 @@ def sheared(
 
 def closed_form(pressure: float) -> float:
     """Shear traction of the joint that slides up one plane, whose pressure crushes it."""
-
-    def excess(p: float) -> float:
-        slope = np.tan(np.radians(THETA)) * np.log1p(p / CRUSH) / (p / CRUSH)
-        c = 1.0 / np.hypot(1.0, slope)
-        return 0.5 * p * c * (1.0 - slope * MU) - pressure
-
-    p = brentq(excess, 1e-9, 1e3 * pressure)
-    slope = np.tan(np.radians(THETA)) * np.log1p(p / CRUSH) / (p / CRUSH)
-    return 0.5 * p * (slope + MU) / np.hypot(1.0, slope)
+    return 0.5 * strength(2.0 * pressure, np.tan(np.radians(THETA)), MU, CRUSH)
 
 
 @pytest.mark.parametrize("pressure", [0.1, 1.0, 10.0])
