@@ -22,12 +22,12 @@ contains
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp) :: tangent(3, 3)                       !! stress/length
     real(wp), parameter :: rest(3) = 0.0_wp
-    ! a small closure: every plane is closed and undamaged
-    real(wp), parameter :: closure(3) = [-1.0e-6_wp, 0.0_wp, 0.0_wp]
+    ! a small pressure: every plane is closed and undamaged
+    real(wp), parameter :: closed(3) = [-1.0e-6_wp, 0.0_wp, 0.0_wp]
     real(wp) :: state(joint%n_statev), traction(3), s(3)
     state = 0.0_wp
     s = rest
-    if (joint%material%k_c > joint%material%k_n) s = joint%material%s0*closure
+    if (joint%material%k_c > joint%material%k_n) s = joint%material%s0*closed
     call update_point_in_place(joint, rest, s, state, traction, tangent)
   end function virgin_tangent
 
