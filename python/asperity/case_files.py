@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from . import _core, contract
-from .contract import Floats
+from .contract import Floats, refuse
 from .errors import input_error
 from .history import History
 from .interface import Interface
@@ -114,8 +114,7 @@ def read_case(path: str | Path, any_law: bool = False) -> Case:
     numbers, pattern, title, sweep = _content(os.fsencode(path))
     runs = [_run(numbers, bool(sweep)) for _ in range(int(next(numbers)))]
     umat = runs[0] is None
-    if umat and not any_law:
-        raise ValueError(f"{path}: &umat: expected &material and &pattern")
+    refuse(umat and not any_law, f"{path}: &umat: expected &material and &pattern")
     source, (first, last) = path.read_bytes(), pattern
     found = () if umat else tuple(runs)
     return Case(path, title or path.stem, sweep, found, source[: first - 1], source[last:], umat, len(runs))
@@ -153,8 +152,7 @@ def read_run(path: Path, value: str | None = None, with_path: bool = False) -> R
         what = "with a &sweep" if with_path else "where a constant is the name of a sweep"
         raise ValueError(f"{path}: --value {value}: expected {what} only")
     expected = f"{case.sweep}, as {', '.join(f'{one.value:g}' for one in case.runs)}"
-    if value is None:
-        raise ValueError(f"{path}: --value is missing: expected one for {expected}")
+    refuse(value is None, f"{path}: --value is missing: expected one for {expected}")
     for one in case.runs:
         if contract.number("--value", value) == one.value:
             return one

@@ -22,6 +22,7 @@ if _pause is not None and hasattr(os, "register_at_fork"):
     # the child of a fork does not have OpenMP's threads and would wait for them: end them before (1: soft)
     os.register_at_fork(before=lambda: _pause(1))
 
+
 def _text(value: bytes) -> str:
     return value.decode("ascii").rstrip()
 
@@ -182,6 +183,12 @@ def number(name: str, value: float, admissible: str = "a finite number") -> floa
         return float(value)
     except (OverflowError, TypeError, ValueError):
         raise ValueError(f"{name} = {shown(value)}: expected {admissible}") from None
+
+
+def refuse(wrong: object, text: str) -> None:
+    """Raise ValueError where something is wrong."""
+    if wrong:
+        raise ValueError(text)
 
 
 def array(name: str, value: ArrayLike, *shapes: tuple[int | str, ...]) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import contract
-from .contract import Floats
+from .contract import Floats, refuse
 from .pattern import direction_vector
 from .steps import Point
 
@@ -74,8 +74,7 @@ class _Named:
     def worn(self, plane: int) -> Floats:
         """Worn share of the asperity of a plane, 0 to 1; raises ValueError for a material without wear."""
         at = self._place(plane)
-        if not self.wears:
-            raise ValueError("worn: expected a material whose facets wear (W0 > 0)")
+        refuse(not self.wears, "worn: expected a material whose facets wear (W0 > 0)")
         return self.state[:, contract.statev_names(self.planes, True).index(f"worn_{plane}", at)]
 
     def _column(self, name: str) -> Floats:
@@ -202,8 +201,7 @@ class History(_Named):
     def _along(self, direction: float | None) -> Floats:
         if direction is not None:
             angle = contract.number("direction", direction)
-            if not np.isfinite(angle):
-                raise ValueError(f"direction = {angle:g}: expected a finite angle in degrees")
+            refuse(not np.isfinite(angle), f"direction = {angle:g}: expected a finite angle in degrees")
             return direction_vector(angle)
         slip = self.separation[:, 1:]
         size = np.hypot(*slip.T)
@@ -220,8 +218,7 @@ class History(_Named):
     @property
     def end(self) -> Point:
         """Separation, state and work of the last row, from which `Interface.run` may continue."""
-        if len(self) == 0:
-            raise ValueError("end: expected a history with rows")
+        refuse(len(self) == 0, "end: expected a history with rows")
         s_N, s_Tx, s_Ty = self.separation[-1].tolist()
         return Point(self.state[-1], (s_N, s_Tx, s_Ty), float(self.work[-1]))
 
@@ -285,8 +282,7 @@ class History(_Named):
             raise ValueError(f"{path}: {error}") from None
         if missing := [name for name in COLUMNS if name not in table]:
             raise ValueError(f"{path}: expected columns {', '.join(missing)}")
-        if table.empty:
-            raise ValueError(f"{path}: expected rows after the header")
+        refuse(table.empty, f"{path}: expected rows after the header")
         if not isinstance(table.index, pandas.RangeIndex):  # made of values without a name
             count = table.shape[1] + table.index.nlevels
             raise ValueError(f"{path}: line 2: {count} values: expected {table.shape[1]}")

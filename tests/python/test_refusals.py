@@ -219,6 +219,7 @@ BARTON = [
     ("--sigma-n=1,2 --free=mu", "--free, --set, --sides: expected with one normal stress"),
     ("--sigma-n=0.001", "expected at most 70 degrees of phi_r + JRC log10(JCS/sigma_n), not 76.99"),
     ("--free=mu,sigma0", "sigma0: expected without ks, which is that of a joint without bond"),
+    ("--sigma-n -2,-1", "sigma_n = -2: expected compression > 0"),
     ("--jrc=0 --jcs=-5", "JRC = 0: expected > 0 and <= 20\nJCS = -5: expected"),
 ]
 """Options of `asperity barton` and part of its message."""

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .. import contract
+from ..contract import refuse
 from ..installed import kratos_adapter, library
 from . import generic
 
@@ -69,14 +70,12 @@ class Block:
 
 def card(host: str, block: Block) -> str:
     """Text for the input of a host; raises ValueError for a value that the host cannot take."""
-    if host not in HOSTS:
-        raise ValueError(f"host = {host!r}: expected one of {', '.join(HOSTS)}")
+    refuse(host not in HOSTS, f"host = {host!r}: expected one of {', '.join(HOSTS)}")
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,39}", block.name):
         raise ValueError(
             f"name = {block.name!r}: expected a letter, then up to 39 letters, digits or underscores"
         )
-    if block.dimension not in (2, 3):
-        raise ValueError(f"dimension = {block.dimension}: expected 2 or 3")
+    refuse(block.dimension not in (2, 3), f"dimension = {block.dimension}: expected 2 or 3")
     if host != "abaqus" and (block.explicit or block.density is not None):
         raise ValueError(f"explicit, density: expected for abaqus only, not for {host}")
     if block.density is not None and not 0.0 < block.density < float("inf"):

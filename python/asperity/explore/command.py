@@ -8,6 +8,7 @@ import sys
 import webbrowser
 
 from .. import contract
+from ..contract import refuse
 from ..options import add_options, assigned
 from .model import LOGARITHMIC, OPTIONAL, VALUES
 
@@ -29,8 +30,7 @@ def add_arguments(explore: argparse.ArgumentParser) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     values = _values(options.values)
-    if not 0 <= options.port <= 65535:
-        raise ValueError(f"--port {options.port}: expected 0 to 65535")
+    refuse(not 0 <= options.port <= 65535, f"--port {options.port}: expected 0 to 65535")
     try:
         from bokeh.server.server import Server
     except ImportError:
@@ -65,12 +65,10 @@ def _values(texts: list[str]) -> dict[str, float]:
     """Values at the start, those of the command instead of the defaults."""
     values = dict(VALUES)
     for name, text in assigned(texts).items():
-        if name not in VALUES:
-            raise ValueError(f"{name}={text}: expected one of {', '.join(VALUES)}")
+        refuse(name not in VALUES, f"{name}={text}: expected one of {', '.join(VALUES)}")
         values[name] = value = contract.number(name, text)
         least = ">= 0" if name in OPTIONAL else "> 0" if name in LOGARITHMIC else ""
         if not math.isfinite(value) or (least and value < 0.0) or (least == "> 0" and value == 0.0):
             raise ValueError(f"{name}={text}: expected a number {least}".rstrip())
-        if name == "sides" and not value.is_integer():
-            raise ValueError(f"{name}={text}: expected a whole number")
+        refuse(name == "sides" and not value.is_integer(), f"{name}={text}: expected a whole number")
     return values

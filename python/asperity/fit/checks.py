@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..contract import Floats
+from ..contract import Floats, refuse
 from ..material import ModelWarning
 from ..tables import size
 
@@ -36,12 +36,6 @@ dilation that is noise.
 
 USUAL = {"length": (1e-6, 1.0), "stress": (1e3, 2e8)}
 """Usual sizes of the largest slip, in metres, and of the largest stress, in pascals."""
-
-
-def refuse(wrong: object, text: str) -> None:
-    """Raise ValueError where something is wrong."""
-    if wrong:
-        raise ValueError(text)
 
 
 def warn_if(odd: object, text: str) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..contract import refuse
 from ..options import add_options, add_output, check_outputs
 
 START = r".{,6}mesh with joints of asperity|<VTKFile.{,400}<!--This file was created by meshio"
@@ -48,14 +49,12 @@ def _mesh(options: argparse.Namespace) -> int:
     from .hosts import write
     from .split import split
 
-    if options.output is None:
-        raise ValueError("-o: expected the name of the mesh to write, .inp, .mdpa or .vtu")
+    refuse(options.output is None, "-o: expected the name of the mesh to write, .inp, .mdpa or .vtu")
     check_outputs(options.force, [options.mesh], ("-o", options.output, START))
     rules: dict[str, list[str] | dict[str, str] | None] = {}
     for text in options.joint:
         found = re.fullmatch(r"(\w+)(?:=([^:~]+)([:~])([^:~]+))?", text)
-        if not found:
-            raise ValueError(f"--joint {text}: expected NAME, NAME=A:B or NAME=A~B")
+        refuse(not found, f"--joint {text}: expected NAME, NAME=A:B or NAME=A~B")
         name, one, sign, other = found.groups()
         rules[name] = {one: other} if sign == "~" else [one, other] if one else None
     if options.direction is not None and not (
@@ -65,8 +64,7 @@ def _mesh(options: argparse.Namespace) -> int:
     laws = {}
     for text in options.law:
         name, equals, case = text.partition("=")
-        if not equals:
-            raise ValueError(f"--law {text}: expected NAME=CASE.nml")
+        refuse(not equals, f"--law {text}: expected NAME=CASE.nml")
         laws[name] = read_run(Path(case), None).interface
     mesh = split(options.mesh, rules or None, options.blocks, options.direction)
     with shown_warnings():

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cards.blocks import KRATOS
-from ..contract import Floats
+from ..contract import Floats, refuse
 from ..material import ModelWarning
 from .cells import Integers, corners
 from .split import Joint, Jointed, default_tangent
@@ -60,8 +60,7 @@ def write(
     """
     path, laws = Path(path), dict(laws or {})
     host = host or {".inp": "abaqus", ".mdpa": "kratos", ".vtu": "vtu"}.get(path.suffix)
-    if host not in WRITERS:
-        raise ValueError(f"{path}: host {host}: expected one of {', '.join(WRITERS)}")
+    refuse(host not in WRITERS, f"{path}: host {host}: expected one of {', '.join(WRITERS)}")
     if unknown := sorted(set(laws) - set(mesh.joints)):
         raise ValueError(f"law of {unknown[0]}: expected a joint of the mesh: {', '.join(mesh.joints)}")
     if (host in ("calculix", "ogs")) != (layer > 0.0):
@@ -95,8 +94,7 @@ def _check_layer(mesh: Jointed, h: float) -> None:
     for name, joint in ((name, one) for name, parts in mesh.joints.items() for one in parts):
         away = centres[joint.cells] - mesh.points[joint.minus].mean(1)[:, None]
         most = 2.0 * float(np.abs(np.einsum("fsd,fd->fs", away, joint.axes[:, 0])).min())
-        if h >= most:
-            raise ValueError(f"layer = {h:g}: expected less than {most:.3g}, for the cells at joint {name}")
+        refuse(h >= most, f"layer = {h:g}: expected less than {most:.3g}, for the cells at joint {name}")
         if joint.tips:
             text = f"joint {name} ends inside the mesh, where its layer has no thickness: its last elements"
             warnings.warn(f"{text} are too stiff, and break too early", ModelWarning, stacklevel=3)
@@ -146,8 +144,7 @@ def _numbered(form: str, first: int, data: Integers, text: str = "%d", by: str =
 def _inp(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float) -> list[Path]:
     """Abaqus with cohesive elements, CalculiX with layers."""
     d, points = mesh.dimension, layer_points(mesh, layer) if layer else mesh.points
-    if layer and d == 2:
-        raise ValueError("a plane mesh: expected solids for calculix, whose UMATs are those of solids")
+    refuse(layer and d == 2, "a plane mesh: expected solids for calculix, whose UMATs are those of solids")
     if unknown := sorted(set(mesh.cells) - set(ABAQUS)):
         raise ValueError(f"cells of the type {unknown[0]}: expected one of {', '.join(ABAQUS)}")
     text = [f"** {HEAD}\n*Node\n", _numbered("%d", 1, points, "%.15g")]
@@ -246,8 +243,7 @@ def _vtu(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float) ->
     import meshio
 
     d, points = mesh.dimension, layer_points(mesh, layer) if layer else mesh.points
-    if laws:
-        raise ValueError(f"laws of {', '.join(laws)}: expected none in a .vtu file")
+    refuse(laws, f"laws of {', '.join(laws)}: expected none in a .vtu file")
     cells = [(kind, data) for kind, data in mesh.cells.items()]
     number = [mesh.block[kind] for kind in mesh.cells]
     axes = [np.broadcast_to(np.eye(3), (len(one), 3, 3)) for one in number]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from .. import contract
-from ..contract import Floats
+from ..contract import Floats, refuse
 from ..material import ModelWarning
 from ..pattern import Pattern
 from ..tables import read_table, size
@@ -45,12 +45,10 @@ def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "m
     table = read_table(path, "a CSV with a profile or a height map")
     titles = zip(table.names, table.units, strict=True)
     header = ", ".join(name + (f" [{given}]" if given else "") for name, given in titles)
-    if not len(table.cells):
-        raise ValueError(f"{path}: expected rows of numbers")
+    refuse(not len(table.cells), f"{path}: expected rows of numbers")
     places = range(table.cells.shape[1])
     if spacing is not None:
-        if header:
-            raise ValueError(f"{path}: {header}: expected a matrix of numbers, as --spacing says")
+        refuse(header, f"{path}: {header}: expected a matrix of numbers, as --spacing says")
         names = [str(i + 1) for i in places]
         z = table.numbers(places, names, names)
         x, y = (step * np.arange(n) for step, n in zip((spacing[0], spacing[-1]), z.shape[::-1], strict=True))
@@ -146,8 +144,7 @@ def _map(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Sc
         starts = ordered[1:][sizes > EVEN * sizes.max(initial=0.0)]
         place = np.searchsorted(starts, given, side="right")
         axis = np.bincount(place, given) / np.bincount(place)
-        if len(axis) == 1:
-            raise ValueError(f"{path}: {name} = {axis[0]:g} throughout: expected a map; a profile is x, z")
+        refuse(len(axis) == 1, f"{path}: {name} = {axis[0]:g} throughout: expected a map; a profile is x, z")
         _enough(path, f"different {name}", len(axis))
         if np.abs(axis - even(axis)).max() > EVEN * np.diff(axis).mean():
             return _cloud(path, data, unit)
@@ -267,5 +264,4 @@ def _triangles(path: Path) -> tuple[Floats, np.ndarray]:
 
 
 def _enough(path: Path, what: str, count: int) -> None:
-    if count < LEAST_POINTS:
-        raise ValueError(f"{path}: {count} {what}: expected at least {LEAST_POINTS}")
+    refuse(count < LEAST_POINTS, f"{path}: {count} {what}: expected at least {LEAST_POINTS}")

@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import contract
 from ..case_files import Case, Run, read_case
-from ..contract import Floats
+from ..contract import Floats, refuse
 from ..history import SEPARATION
 from ..load_path import rows_of
 from ..parallel import map_in_order
@@ -66,10 +66,7 @@ def load_path(path: Path, run: Run) -> LoadPath:
     e = _abscissa(path, run.steps)
     rows, lost = run.interface.rows(run.steps)
     x = np.append(0.0, rows.separation @ e)
-    if lost:
-        raise ValueError(
-            f"the case itself loses equilibrium beyond {x[-1]:g}: expected one to the end of its path"
-        )
+    refuse(lost, f"the case itself loses equilibrium beyond {x[-1]:g}: expected one to the end of its path")
     # the row before x moves is the start of the curve
     first = int(np.argmax(np.diff(x) != 0.0))
     return LoadPath(run, x[first:], bool(e[0] == 0.0), first, e)
