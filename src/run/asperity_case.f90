@@ -129,6 +129,8 @@ contains
     call check_groups(io%text, io%errors)
     allocate (case%props(0))
     call all_groups(io, sweep_values, case)
+    if (case%refines .and. case%replay%given) call fail(io%errors, of_group(io%text, group_index(io%text, "case")), &
+      "tolerance with &replay, whose increments are recorded: expected tolerance with &step only")
     if (case%refines .and. io%errors%n == 0) call explain_tolerance(case%tolerance, case%steps, io%errors, &
       of_group(io%text, group_index(io%text, "case")))
     if (io%errors%n > 0 .or. case%umat%given) return

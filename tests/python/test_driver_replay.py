@@ -47,11 +47,7 @@ def test_replay_file_is_beside_the_case(driver: Path, tmp_path: Path) -> None:
         ("", "0,0,0\n0,nan,0\n", ['record.csv:2: column 2 = "nan": expected a number']),
         ("", "0,0,0\n0,1e60,0\n", ["record.csv:2: expected strains of a magnitude up to"]),
         ("ntens = 2,", "0,0,0\n", ["record.csv:1: 3 columns: expected 2 (ntens)"]),
-        (
-            "",
-            "time,e_1,e_2,e_3\n1,0,0,0\n0.5,0,0,0\n",
-            ["record.csv:3: time = 0.5: expected at least 1"],
-        ),
+        ("", "time,e_1,e_2,e_3\n1,0,0,0\n0.5,0,0,0\n", ["record.csv:3: time = 0.5: expected at least 1"]),
         (
             "",
             "0,0,0\nx,0,0\n0,1e60,0\n0,0\n",
@@ -64,6 +60,7 @@ def test_replay_file_is_beside_the_case(driver: Path, tmp_path: Path) -> None:
         ("", "s_N,s_Tx,s_Ty\n", ["no line of numbers"]),
         ("", "", ["record.csv", "expected a"]),
         ("", "0,0,0\n\x00", ["record.csv:2: byte 0: expected a text file"]),
+        ("&case tolerance = 1e-3 /\n&replay", "0,0,0\n", ["case.nml:3: &case: tolerance with &replay"]),
         # initial states that the host routine rejects
         ("&initial traction = -1, 0, 0.1 /\n&replay ntens = 2,", "0,0\n",
          ["case.nml:3: &initial: traction = -1, 0, 0.1: expected t_Ty = 0 with ntens = 2"]),
