@@ -197,8 +197,9 @@ def array(name: str, value: ArrayLike, *shapes: tuple[int | str, ...]) -> Floats
     shapes: those that are admissible, if not any is; a letter stands for any length.
     """
     try:
-        if np.iscomplexobj(value):  # NumPy would drop the imaginary parts
-            raise TypeError("complex")
+        kind = np.asarray(value).dtype.kind
+        if kind in "cmM" or np.ma.is_masked(value):  # NumPy would drop imaginary parts, units and masks
+            raise TypeError({"c": "complex", "m": "durations", "M": "dates"}.get(kind, "masked values"))
         found = np.asarray(value, dtype=float, order="C")
     except (OverflowError, TypeError, ValueError) as error:
         try:

@@ -147,6 +147,9 @@ ROWS: list[tuple[Callable[[], object], str]] = [
             lambda z: RP_4.confined_slip(0.0, z.real, -1.0, times=z),
         )
     ),
+    # masks and dates, which are not dropped either
+    (lambda: RP_4.update(np.ma.masked_equal([[0.1, 0.2, 0.0]], 0.2)), "^s: masked values, expected numbers$"),
+    (lambda: RP_4.update(np.zeros((1, 3), "M8[s]")), r"^s\[0, 0\] = .*: expected a"),
     # initial states
     *(
         (lambda given=given: RP_4.initial(**given), message)
