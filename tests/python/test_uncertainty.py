@@ -140,6 +140,9 @@ def test_samples_without_a_result_are_counted(said: Callable) -> None:
     least, most = (np.sum(energies < (1.0 + near) * smallest) - refused for near in (-0.02, 0.02))
     assert found and least <= int(found[1]) <= most
     assert f"no result: {(refused + int(found[1])) / count:.2%} of the samples have none" in out
+    case(ROUGH + CYCLE)
+    out, _ = said("uncertainty case.nml --sd 'eta=1e-4 theta=20' --samples 50 --jobs 1", 3)
+    assert re.search(r"left out    \d+ out of the range of theta$", out, re.MULTILINE)
 
 
 @pytest.mark.slow

@@ -160,8 +160,10 @@ def bad_constant(props: Floats, names: Sequence[str]) -> str | None:
     """Name of the first constant of PROPS that is out of its range; None where all are admissible."""
     try:
         contract.check(props)
-    except ValueError as error:
-        return next((name for name in names if f"{name} = " in str(error)), names[0])
+    except ValueError:
+        rows = (row for row in contract.props_table() if row.name in names)
+        bad = {row.name for row in rows if not row.lower <= props[row.index - 1] <= row.upper}
+        return next((name for name in names if name in bad), names[0])
     return None
 
 
