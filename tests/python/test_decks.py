@@ -75,6 +75,7 @@ def test_deck(driver: Path, deck: Path, tmp_path: Path) -> None:
         try:
             history = run.history()
             assert_rows(history, rows, 0.0)
+            assert history.events == rows.events
         except EquilibriumLost as lost:
             history = lost.history
         assert_reference(run, history)

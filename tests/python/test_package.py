@@ -1,11 +1,10 @@
-"""The package against its contract: names, arrays, threads, restart, events and warnings."""
+"""The package against its contract: names, arrays, threads, restart and warnings."""
 
 from __future__ import annotations
 
 import os
 import pickle
 import re
-import subprocess
 from dataclasses import FrozenInstanceError, fields, replace
 from itertools import pairwise
 from pathlib import Path
@@ -14,12 +13,10 @@ import numpy as np
 import pytest
 from asperity import (
     EquilibriumLost,
-    History,
     Interface,
     Material,
     Pattern,
     contract,
-    installed,
 )
 from support_calls import LIBRARY, umat
 
@@ -271,18 +268,3 @@ def test_memory_does_not_grow() -> None:
     calls(int(os.environ.get("ASPERITY_CALLS", "100000")))
     # a leak of one double per call would be 0.8 MB or more, one of 128 bytes per rejected call 256 kB
     assert resident_bytes() - before < 256_000
-
-
-def test_events_are_those_of_the_driver(tmp_path: Path) -> None:
-    """The events of a replay equal the event column of the driver for the same separations."""
-    (tmp_path / "case.nml").write_text(
-        "&material sigma0=3, Gc=0.3, eta=0.9, mu=0.5 /\n&pattern sides=4, theta=30 /\n"
-        "&step t_N=-1, increments=20 /\n&step slip=0.3,-0.3,0.0, direction=20, increments=60 /\n"
-    )
-    subprocess.run([installed.driver(), "case.nml"], cwd=tmp_path, capture_output=True, check=True)
-    rows = History.from_csv(tmp_path / "case.csv")
-    solver = ("substeps", "cut")
-    names = [(row, [one for one in text.split("+") if one not in solver]) for row, text in rows.events]
-    expected = tuple((row, "+".join(found)) for row, found in names if found)
-    assert RP_4.replay(rows.separation).events == expected
-    assert {"onset", "damaged", "slip", "open", "close"} <= {name for _, found in names for name in found}
