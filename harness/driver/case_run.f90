@@ -84,8 +84,7 @@ contains
       end if
     end if
     if (len(failure) > 0) call say(label // ": " // failure)
-    keeps = table%last%lost .and. .not. case%expect%lost
-    if (broken) keeps = keeps .or. run%number(1) > 0
+    keeps = (table%last%lost .and. .not. case%expect%lost) .or. (broken .and. run%number(1) > 0)
     if (keeps) call keep_failed(case, run, label, output)
     call write_report(report, code, failure, table%last%lost)
     if (quiet) return
@@ -93,10 +92,11 @@ contains
     if (table%updates > 0) counts = integer_text(table%updates) // " updates of the law, "
     if (table%snaps > 0) counts = counts // integer_text(table%snaps) // &
       trim(merge(" snap ", " snaps", table%snaps == 1)) // " that released " // short(table%released) // ", "
+    why = trim(merge("stopped at", "ended at  ", broken .or. table%last%lost))
+    if (table%last%lost .and. table%last%report%ended /= ended_rejected) why = "equilibrium lost after"
     call say(label // ": " // integer_text(table%n_rows) // " increments, " // integer_text(table%iterations) // &
-      " iterations (at most " // integer_text(table%most_iterations) // "), " // counts // &
-      trim(merge("equilibrium lost after ", "ended at               ", table%last%lost .and. &
-      table%last%report%ended /= ended_rejected)) // " " // text // ", written to " // output)
+      " iterations (at most " // integer_text(table%most_iterations) // "), " // counts // why // " " // text // &
+      ", written to " // output)
     if (case%umat%given) return
     text = trim(increment_text(case%joint, max(0.0_wp, -table%least_traction), table%largest_slip))
     if (len(text) > 0) call say(label // ": " // text)

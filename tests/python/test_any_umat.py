@@ -220,6 +220,7 @@ def test_a_tolerance_keeps_the_rows_before_a_failure(run, library: Path) -> None
     path = planted(library, 5) + "&step s_N = 0.025, increments = 8 /\n"
     result = run("&case tolerance = 1e-3 /\n" + path, code=1)
     assert "called XIT" in result.messages and result.rows == run(path, code=1).rows
+    assert "stopped at step 1 increment 3" in result.messages and "ended at" not in result.messages
 
 
 SIGNAL = r"ended by signal {} \({}\)"
