@@ -31,7 +31,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
     if list(arguments[:1]) == ["help"]:  # as asperity help fit
         arguments = [*arguments[1:2], "--help"]
-    parser = _parser(next((text for text in arguments if text in COMMANDS), ""))
+    try:
+        parser = _parser(next((text for text in arguments if text in COMMANDS), ""))
+    except KeyboardInterrupt:  # modules are imported
+        return 130
     word = next((text for text in arguments if not text.startswith("-")), None)
     if word is not None and word not in COMMANDS:
         near = get_close_matches(word, COMMANDS, 1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 
 import numpy as np
@@ -41,7 +41,7 @@ def rows_of(
     nstatv = contract.n_statev(*sizes)
     start = Point(np.zeros(nstatv)) if start is None else start
     start = start if isinstance(start, Point) else Point(start)
-    steps = [steps] if isinstance(steps, Step) else list(steps)
+    steps = [steps] if isinstance(steps, Step) else list(steps) if isinstance(steps, Iterable) else []
     if not steps or not all(isinstance(step, Step) for step in steps):
         raise ValueError("steps: expected one asperity.Step or more")
     relative = 0.0 if tolerance is None else contract.number("tolerance", tolerance, "1e-8 to 0.1")
