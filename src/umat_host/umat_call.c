@@ -206,6 +206,7 @@ void umat_call(int attempt, int ntens, int nstatv, int nprops, const double *pro
   if (own.block == NULL) place_arguments(ntens, nstatv, nprops);
   snprintf(name, sizeof name, "%-80s", "INTERFACE");
   call_once(input);
+  umat_worker_end_copies();
   check_guards();
   for (int k = STRAN; strict && k < COUNT; k++) {
     const size_t bytes = (size_t)own.size[k] * sizeof *own.block;

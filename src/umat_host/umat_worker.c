@@ -80,13 +80,16 @@ _Noreturn void umat_worker_fail(const char *reason) {
   exit(1);
 }
 
+/* End a process that a UMAT has started by fork, and that returned as well. */
+void umat_worker_end_copies(void) {
+  if (board != NULL && getpid() != self) _exit(0);
+}
+
 /* Send a row from the child. */
 void umat_worker_send(const double *numbers, int n) {
   static char *row;
   const size_t size = sizeof sent + (size_t)n * sizeof *numbers;
   struct stat found;
-  /* a process that a UMAT has started, and that returned as well */
-  if (getpid() != self) _exit(0);
   row = realloc(row, size);
   if (row == NULL) abort();
   memcpy(row, &sent, sizeof sent);

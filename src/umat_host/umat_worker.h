@@ -3,6 +3,7 @@
 #define UMAT_WORKER_H
 
 void umat_worker_begin(int step, int increment);
+void umat_worker_end_copies(void);
 _Noreturn void umat_worker_fail(const char *reason);
 
 #endif

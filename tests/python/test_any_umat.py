@@ -280,6 +280,14 @@ def test_no_process_is_left(run, attacker) -> None:
     assert "98765" not in listed.stdout
 
 
+def test_copies_of_a_process_do_not_go_on(run, attacker, tmp_path: Path) -> None:
+    """Where a UMAT forks in each call, only the process that was there before calls it again."""
+    log = tmp_path / "pids"
+    note = f'FILE *log = fopen("{log}", "a"); fprintf(log, "%d\\n", getpid()); fclose(log); fork();'
+    assert len(run(attacker(note)).rows) == 8
+    assert len(set(log.read_text().split())) == 1 < len(log.read_text().split())
+
+
 def test_inputs_are_not_replaced(run, attacker, tmp_path: Path) -> None:
     """The library of a UMAT and the case file are neither results nor reports, even with --force."""
     case = attacker("")
