@@ -284,7 +284,7 @@ def test_copies_of_a_process_do_not_go_on(run, attacker, tmp_path: Path) -> None
     """Where a UMAT forks in each call, only the process that was there before calls it again."""
     log = tmp_path / "pids"
     note = f'FILE *log = fopen("{log}", "a"); fprintf(log, "%d\\n", getpid()); fclose(log); fork();'
-    assert len(run(attacker(note)).rows) == 8
+    assert len(run(attacker(note).replace("s_N = 0.008", "t_N = 0.8")).rows) == 8
     assert len(set(log.read_text().split())) == 1 < len(log.read_text().split())
 
 
