@@ -30,7 +30,10 @@ def run_sweep(case: Path, output: Path, passed_on: Sequence[str], options: argpa
     count = read_case(case, any_law=True).count
     one_run = partial(_one_run, case, output, passed_on)
     with workers(options) as executor, progress_bar(count, "run") as bar:
-        done = map_in_order(one_run, range(1, count + 1), executor, bar.update)
+        if options.jobs == 1:  # in this thread, with which the driver ends
+            done = [(one_run(number), bar.update())[0] for number in range(1, count + 1)]
+        else:
+            done = map_in_order(one_run, range(1, count + 1), executor, bar.update)
     sys.stderr.write("".join(dict.fromkeys(line for _, lines in done for line in lines)))
     return max(code for code, _ in done)
 

@@ -91,17 +91,21 @@ def test_sweep(tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: p
 
 
 @pytest.mark.skipif(len(getattr(os, "sched_getaffinity", str)(0)) < 2, reason="needs two processors")
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_command_that_is_ended_ends_its_processes(number: int, code: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("number", "code", "jobs"), [(signal.SIGINT, 130, 2), (signal.SIGTERM, 143, 2), (signal.SIGTERM, 143, 1)]
+)
+def test_a_command_that_is_ended_ends_its_processes(
+    number: int, code: int, jobs: int, tmp_path: Path
+) -> None:
     """Ctrl-C and `kill` end the runs of a sweep, too, before they are complete."""
     path = tmp_path / "long.nml"
     path.write_text(
         "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /\n&pattern sides = 0 /\n"
         "&sweep name = 'p', values = -1, -2 /\n&step t_N = p /\n&step slip = 5, increments = 9000000 /\n"
     )
-    command = [sys.executable, "-m", "asperity", "run", path, "-o", tmp_path / "out.csv", "--jobs", "2"]
+    command = [sys.executable, "-m", "asperity", "run", path, "-o", tmp_path / "out.csv", "--jobs", f"{jobs}"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as process:
-        while len([*tmp_path.glob("out_*.csv")]) < 2 and process.poll() is None:
+        while len([*tmp_path.glob("out_*.csv")]) < jobs and process.poll() is None:
             time.sleep(0.1)
         process.send_signal(number)
         # no process holds the pipe any more
