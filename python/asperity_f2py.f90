@@ -135,7 +135,7 @@ end subroutine interface_planes
 subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, traction, tangent, status, failed)
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
-  use asperity_points, only: update_points
+  use asperity_arrays, only: update_points
   implicit none
   integer, intent(in) :: nprops                          !! number of constants
   double precision, intent(in) :: props(nprops)          !! admissible PROPS

@@ -5,7 +5,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
                      tolerance, n_columns, room, numbers, states, events, n_rows, lost, status, message)
   use asperity_call_checks, only: explain_point, point_status
   use asperity_contract, only: status_ok, status_separation
-  use asperity_control_point, only: new_point, point_type
+  use asperity_equations, only: new_point, point_type
   use asperity_errors, only: error_type, errors_type, fail, put_records
   use asperity_interface, only: interface_type, new_interface
   use asperity_load_path, only: explain_loss, next_row, row_type, run_type

@@ -6,7 +6,7 @@ module point_work
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_point, only: update_point
-  use asperity_points, only: update_points
+  use asperity_arrays, only: update_points
   use host_routines, only: umat
   use start_states, only: n_states, start_type
   use textbook, only: textbook_update

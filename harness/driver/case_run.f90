@@ -4,11 +4,11 @@ module case_run
   use asperity_case, only: case_type, write_case
   use asperity_case_groups, only: explain_unexpected
   use asperity_contract, only: p_tau_v
-  use asperity_control_point, only: new_point, point_type
+  use asperity_equations, only: new_point, point_type
   use asperity_foreign_umat, only: foreign_law, umat_name
   use asperity_kinds, only: wp
   use asperity_load_path, only: explain_loss, next_row, row_type, run_type
-  use asperity_mixed_control, only: ended_rejected
+  use asperity_increment, only: ended_rejected
   use asperity_point_law, only: point_law
   use asperity_refine, only: refine_path
   use asperity_steps, only: e_arc, e_follow, e_increments, e_k, e_s, e_t, e_time

@@ -2,7 +2,7 @@
 !> module `asperity_rows` and, on request, those of the state (docs/reference/driver.md).
 module history
   use asperity_kinds, only: wp
-  use asperity_control_point, only: point_type
+  use asperity_equations, only: point_type
   use asperity_load_path, only: row_type, set_point
   use asperity_point_law, only: event_length, point_law
   use asperity_rows, only: csv_header, csv_line

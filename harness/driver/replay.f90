@@ -14,7 +14,7 @@ module replay
   use asperity_case, only: case_type
   use asperity_checks, only: bounded
   use asperity_contract, only: v_friction, v_rupture, v_stored
-  use asperity_control_point, only: work_between
+  use asperity_equations, only: work_between
   use asperity_errors, only: error_type, errors_type, fail
   use asperity_host, only: component_map
   use asperity_interface, only: separation_bound

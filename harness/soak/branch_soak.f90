@@ -3,9 +3,9 @@
 program branch_soak
   use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
   use asperity_branch, only: branch_step, branch_type, new_branch
-  use asperity_control_point, only: control_type, new_point, point_type
+  use asperity_equations, only: control_type, new_point, point_type
   use asperity_kinds, only: wp
-  use asperity_mixed_control, only: advance, ended_complete, ended_endless, report_type
+  use asperity_increment, only: advance, ended_complete, ended_endless, report_type
   use asperity_pattern, only: direction_vector
   use asperity_text, only: integer_text, to_text
   use progress_line, only: start_progress, clear_progress, progress_type, show_progress

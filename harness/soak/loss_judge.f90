@@ -5,12 +5,12 @@
 !> the residual is computed on a grid, and Newton's method starts from the best grid points. Every trial is one
 !> increment from the state of the point, without time and wear.
 module loss_judge
-  use asperity_control_point, only: control_type, equations_type, evaluate, farthest_equilibrium, new_equations, &
+  use asperity_equations, only: control_type, equations_type, evaluate, farthest_equilibrium, new_equations, &
     point_type, unstable
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
-  use asperity_mixed_control, only: snap
+  use asperity_increment, only: snap
   implicit none
   private
   public :: examine_loss

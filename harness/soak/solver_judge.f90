@@ -4,9 +4,9 @@
 !> that a divided increment is another load path.
 module solver_judge
   use asperity_contract, only: v_friction, v_rupture, v_stored
-  use asperity_control_point, only: control_type, point_type
+  use asperity_equations, only: control_type, point_type
   use asperity_kinds, only: wp
-  use asperity_mixed_control, only: advance, report_type
+  use asperity_increment, only: advance, report_type
   use asperity_rie_law, only: rie_law
   implicit none
   private

@@ -8,8 +8,8 @@ module solver_sample
   use asperity_initial, only: carry_traction
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
-  use asperity_control_point, only: control_type, new_point, point_type, ramp
-  use asperity_mixed_control, only: advance, ended_limit, ended_lost, report_type
+  use asperity_equations, only: control_type, new_point, point_type, ramp
+  use asperity_increment, only: advance, ended_limit, ended_lost, report_type
   use asperity_pattern, only: direction_vector
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_tolerances, only: smallest_fraction

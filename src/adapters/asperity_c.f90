@@ -6,7 +6,7 @@ module asperity_c
   use asperity_contract, only: status_nstatv, status_ok, status_size, status_time, version
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, new_interface
-  use asperity_points, only: update_points
+  use asperity_arrays, only: update_points
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text
   implicit none

@@ -11,7 +11,7 @@ contains
 
   !> Traction, state and consistent tangent of a point at separation s, from the state it had at separation s_old.
   !>
-  !> This procedure does not test its input; `update_points` of asperity_points does.
+  !> This procedure does not test its input; `update_points` of asperity_arrays does.
   pure subroutine update_point(joint, s_old, s, state_old, state, traction, tangent, dt, wearing)
     type(interface_type), intent(in) :: joint          !! material and pattern
     real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start of the increment, length

@@ -2,10 +2,10 @@
 !> asks for, as hosts divide increments for PNEWDT.
 module asperity_load_path
   use asperity_branch, only: branch_step, branch_type, new_branch
-  use asperity_control_point, only: control_type, ended_complete, ended_endless, ended_limit, ended_rejected, &
+  use asperity_equations, only: control_type, ended_complete, ended_endless, ended_limit, ended_rejected, &
     point_type, ramp, report_type
   use asperity_kinds, only: wp
-  use asperity_mixed_control, only: advance
+  use asperity_increment, only: advance
   use asperity_point_law, only: event_length, name_event, point_law
   use asperity_steps, only: component_names, step_type
   use asperity_text, only: append, integer_text, short, to_text

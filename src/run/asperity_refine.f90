@@ -2,7 +2,7 @@
 module asperity_refine
   use asperity_checks, only: bounded
   use asperity_contract, only: v_friction, v_rupture, v_stored
-  use asperity_control_point, only: point_type
+  use asperity_equations, only: point_type
   use asperity_errors, only: error_type, errors_type, fail
   use asperity_kinds, only: wp
   use asperity_load_path, only: start_run, next_row, row_type, run_type, set_point

@@ -1,7 +1,7 @@
 !> Steps of a load path: what each of them prescribes, with the rules and defaults of &step.
 module asperity_steps
   use asperity_checks, only: bounded
-  use asperity_control_point, only: control_type
+  use asperity_equations, only: control_type
   use asperity_errors, only: error_type, errors_type, fail
   use asperity_kinds, only: wp
   use asperity_pattern, only: direction_vector

@@ -2,7 +2,7 @@
 module asperity_umat_run
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_loc, c_null_char, c_ptr
   use asperity_case, only: case_type
-  use asperity_control_point, only: new_point, point_type
+  use asperity_equations, only: new_point, point_type
   use asperity_foreign_umat, only: foreign_law, n_header, open_umat
   use asperity_kinds, only: wp
   use asperity_load_path, only: begin_row, end_row, explain_loss, increment_type, row_head, row_type, &

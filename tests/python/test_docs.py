@@ -226,7 +226,7 @@ def test_columns_and_events(tmp_path: Path) -> None:
     of_rows, of_events = re.split(r"^(?=\| event \| what)", rows, flags=re.MULTILINE)
     expected = {re.sub(r"_1$", "_k", name) for name in columns if not re.search(r"_[2-9]$", name)}
     assert names_in_table(of_rows) == expected
-    sources = [ROOT / name for name in ("src/law/asperity_rie_law.f90", "src/run/asperity_load_path.f90")]
+    sources = [ROOT / name for name in ("src/joint/asperity_rie_law.f90", "src/run/asperity_load_path.f90")]
     source = "".join(path.read_text(encoding="utf-8") for path in sources)
     events = set(re.findall(r'name_event\((?:row%)?events?, "(\w+)"', source))
     assert events and names_in_table(of_events) == events

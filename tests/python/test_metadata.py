@@ -183,28 +183,54 @@ def test_equivalent_mutants_are_of_this_source() -> None:
     assert rows and not [row for row in rows if row["before"] not in text_of(row["file"])]
 
 
-# --- layers of the Fortran sources --------------------------------------------------------------------------
+# --- walls between the folders of the Fortran sources -----------------------------------------------------
 
-SOURCES = (file for name in ("solver", "run") for file in (ROOT / "src" / name).glob("*.f90"))
-SOLVER = sorted(file for file in SOURCES if not file.stem.startswith("asperity_case"))
-"""Without the readers of case files, which have constants and planes."""
-DOOR = "call_checks checks contract elimination interface kinds pattern point_law rie_law text"
-"""What they may use of src/law: types, texts, checks, and the law through point_law and rie_law."""
+FOLDERS = {
+    "law": set(),
+    "point": {"asperity_kinds", "asperity_checks", "asperity_text"},
+    "joint": {"law", "point"},
+    "adapters": {"law", "point", "joint"},
+    "run": {"law", "point", "joint"},
+    "umat_host": {"law", "point", "joint", "run"},
+}
+"""What the modules of a folder of src may use beside each other: folders, or modules by name."""
+KNOW_NO_PLANE = [ROOT / "src" / "joint" / "asperity_initial.f90"] + [
+    file for file in sorted((ROOT / "src" / "run").glob("*.f90")) if not file.stem.startswith("asperity_case")
+]
+"""Initial states and runs; readers of case files have constants and planes."""
 NAMES_OF_CONSTANTS = {"asperity_initial.f90": {"pattern%n", "material%guard"}}
 """Names of constants in messages, and numbers of planes in the array of a state."""
 
 
-@pytest.mark.parametrize("file", SOLVER, ids=lambda file: file.stem)
-def test_solver_knows_no_plane(file: Path) -> None:
-    """A module uses solver, runs and the door, and no other constant than the listed ones."""
+def modules_of(folder: str) -> dict[str, set[str]]:
+    """Module files of a folder of src and what each uses, directly or through files that it includes."""
+    uses = {}
+    for file in sorted((ROOT / "src" / folder).rglob("*.f90")):
+        text = file.read_text(encoding="utf-8")
+        for name in re.findall(r'^ *include "(.+)"', text, re.MULTILINE):
+            text += "".join(path.read_text(encoding="utf-8") for path in (ROOT / "src").rglob(name))
+        uses[file.stem] = set(re.findall(r"^ *use *(asperity_\w+)", re.sub(r"!.*", "", text), re.MULTILINE))
+    return uses
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_walls_between_folders_of_src(folder: str) -> None:
+    """A module uses modules of its own folder and of those that stand before it; src/point knows no joint."""
+    uses = modules_of(folder)
+    assert uses and set().union(*uses.values())
+    allowed = set(uses)
+    for name in FOLDERS[folder]:
+        allowed |= {name} if name.startswith("asperity_") else set(modules_of(name))
+    assert set().union(*uses.values()) <= allowed | {"asperity_instruction_set"}
+
+
+@pytest.mark.parametrize("file", KNOW_NO_PLANE, ids=lambda file: file.stem)
+def test_runs_know_no_plane(file: Path) -> None:
+    """A module names no other constant of the law than the listed ones, and takes no formula of a plane."""
     text = re.sub(r"!.*", "", file.read_text(encoding="utf-8"))
-    used = set(re.findall(r"^\s*use (?:, intrinsic ::)?\s*(asperity_\w+)", text, re.MULTILINE))
-    assert used
-    assert used <= {f"asperity_{name}" for name in DOOR.split()} | {other.stem for other in SOLVER}
     assert set(re.findall(r"\b(?:pattern|material)%\w+", text)) <= NAMES_OF_CONSTANTS.get(file.name, set())
-    if "asperity_pattern" in used:
-        names = re.findall(r"use asperity_pattern, only: (.*)", text)
-        assert names == ["direction_vector"]
+    borrowed = re.findall(r"use asperity_(?:pattern|material|point), only: (.*)", text)
+    assert set(borrowed) <= {"direction_vector"}
 
 
 # --- targets that CONTRIBUTING.md names ---------------------------------------------------------------------

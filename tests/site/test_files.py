@@ -28,7 +28,7 @@ def test_every_page_of_the_repository_is_there(pages: dict[Path, str]) -> None:
 def test_api_has_comments() -> None:
     """Comments of Fortran, C and Python are in the reference."""
     for name, words in {
-        "files/src/law/asperity_points.f90": ["Checked entry to the law", "first bad point", "update_points"],
+        "files/src/law/asperity_arrays.f90": ["Checked entry to the law", "first bad point", "update_points"],
         "files/src/asperity.h": ["Update n points over one increment", "tangent", "asperity_update"],
         "api/python": ["Take n points over one increment", "EquilibriumLost", "confined_slip"],
     }.items():

@@ -15,7 +15,7 @@ module asperity_generic
   use asperity_interface, only: interface_type, new_interface, plane_damage
   use asperity_kinds, only: wp
   use asperity_point, only: update_point_in_place
-  use asperity_points, only: virgin_tangent
+  use asperity_arrays, only: virgin_tangent
   use asperity_text, only: integer_text, to_text
   implicit none
   private

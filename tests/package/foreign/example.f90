@@ -2,7 +2,7 @@
 program example
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp   ! real64 of iso_fortran_env
-  use asperity_points, only: update_points
+  use asperity_arrays, only: update_points
   implicit none
   type(interface_type) :: joint
   real(wp), allocatable :: state(:, :)

@@ -1,7 +1,7 @@
 !> Semismooth Newton method with a line search for the prescribed tractions. At a kink of the law the consistent tangent
 !> is the derivative of the side on which the iterate lies.
 module asperity_newton
-  use asperity_control_point, only: equations_type, evaluate, free_matrix, point_type, unstable
+  use asperity_equations, only: equations_type, evaluate, free_matrix, point_type, unstable
   use asperity_elimination, only: eliminate
   use asperity_kinds, only: wp
   use asperity_point_law, only: point_law

@@ -1,7 +1,7 @@
 !> The curve of equilibria of one update: the fractions of an increment from 0 to 1, each computed from the state at the
 !> fraction that was reached before. Time and wear grow with the fraction. The result does not depend on the steps.
-module asperity_follow
-  use asperity_control_point, only: equations_type, evaluate, farthest_equilibrium, free_matrix, &
+module asperity_equilibrium_path
+  use asperity_equations, only: equations_type, evaluate, farthest_equilibrium, free_matrix, &
     largest_move, point_type, predict, ramp, unstable
   use asperity_elimination, only: eliminate
   use asperity_kinds, only: wp
@@ -253,4 +253,4 @@ contains
     end do
   end function alike
 
-end module asperity_follow
+end module asperity_equilibrium_path

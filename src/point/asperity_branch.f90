@@ -4,11 +4,11 @@
 !> Every step is an update of the law from the last equilibrium. The prescribed values depend on a load factor, which
 !> may decrease: at a fold they turn back, where the stable path would snap.
 module asperity_branch
-  use asperity_control_point, only: equations_type, evaluate, farthest_equilibrium, free_matrix, is_unstiff, &
+  use asperity_equations, only: equations_type, evaluate, farthest_equilibrium, free_matrix, is_unstiff, &
     new_equations, predict, ramp
   use asperity_elimination, only: eliminate
   use asperity_kinds, only: wp
-  use asperity_mixed_control, only: advance, control_type, ended_complete, ended_endless, ended_lost, ended_rejected, &
+  use asperity_increment, only: advance, control_type, ended_complete, ended_endless, ended_lost, ended_rejected, &
     point_type, report_type
   use asperity_point_law, only: point_law
   use asperity_tolerances, only: backwards, endless, fold_halvings, largest_turn, longest_push, most_branch_steps, &

@@ -6,10 +6,10 @@ module asperity_initial
   use asperity_checks, only: bounded
   use asperity_contract, only: n_facet_statev, n_statev, status_initial, status_ok, v_friction, v_offset, v_rupture, &
     v_status
-  use asperity_control_point, only: ramp
+  use asperity_equations, only: ramp
   use asperity_interface, only: interface_type, plane_damage, start_damage
   use asperity_kinds, only: wp
-  use asperity_mixed_control, only: advance, control_type, ended_lost, new_point, point_type, report_type
+  use asperity_increment, only: advance, control_type, ended_lost, new_point, point_type, report_type
   use asperity_rie_law, only: new_rie_law, rate_independent_law, rie_law, slipped_separation
   use asperity_text, only: append, integer_text, set_text, to_text
   use asperity_tolerances, only: initial_increments, most_repeats, residual_tolerance

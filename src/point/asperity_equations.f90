@@ -3,7 +3,7 @@
 !>
 !> The unknowns are the free separations, those of prescribed tractions. Vectors and matrices have all three components;
 !> those of prescribed separations are decoupled: their residual and their change are zero.
-module asperity_control_point
+module asperity_equations
   use asperity_checks, only: all_bounded
   use asperity_kinds, only: wp
   use asperity_point_law, only: point_law
@@ -231,4 +231,4 @@ contains
     work = 0.5_wp*sum((traction_old + traction)*(s - s_old))
   end function work_between
 
-end module asperity_control_point
+end module asperity_equations

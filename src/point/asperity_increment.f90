@@ -2,12 +2,12 @@
 !>
 !> The increment follows its curve of equilibria. Where the curve ends, a motion leads to the next equilibrium: a snap
 !> (docs/solver.md).
-module asperity_mixed_control
+module asperity_increment
   use asperity_checks, only: all_bounded
-  use asperity_control_point, only: control_type, ended_complete, ended_endless, ended_limit, ended_lost, &
+  use asperity_equations, only: control_type, ended_complete, ended_endless, ended_limit, ended_lost, &
     ended_rejected, equations_type, evaluate, farthest_equilibrium, is_unstiff, largest_move, new_equations, &
     new_point, point_type, ramp, report_type
-  use asperity_follow, only: follow, open_joint
+  use asperity_equilibrium_path, only: follow, open_joint
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
@@ -211,4 +211,4 @@ contains
       snap_resolution*law%length
   end function may_fall
 
-end module asperity_mixed_control
+end module asperity_increment

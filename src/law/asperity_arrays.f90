@@ -1,5 +1,5 @@
 !> Checked entry to the law: every input is tested before any point is updated.
-module asperity_points
+module asperity_arrays
   use asperity_call_checks, only: point_status, time_status
   use asperity_block_kernel_double, only: rows_bounded, update_rows
   use asperity_checks, only: limits_type, set_limits
@@ -114,4 +114,4 @@ contains
 
   end subroutine update_points
 
-end module asperity_points
+end module asperity_arrays
