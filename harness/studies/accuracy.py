@@ -16,15 +16,16 @@ import pandas
 from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.material import Material
-from asperity.paper.fracture_energy import MATERIAL, THETA, fracture_energy
-from asperity.paper.outcome import signed
 from asperity.pattern import Pattern
-from asperity.slip_curves import SlipCurves, slip_curves
-from asperity.style import COLOURS, TWO, new_figure, printed, save
-from asperity.tables import markdown
+from asperity.tools.slip_curves import SlipCurves, slip_curves
+from asperity.tools.style import COLOURS, TWO, new_figure, printed, save
+from asperity.tools.tables import markdown
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
+
+from harness.studies.paper.fracture_energy import MATERIAL, THETA, fracture_energy
+from harness.studies.paper.outcome import signed
 
 from .program import program
 from .tables import refresh

@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from asperity import ForeignUmat, Interface, Material, Pattern, Step
-from asperity.style import DILATION, SLIP, TRACTION, TWO, curves, new_figure, printed, save
+from asperity.tools.style import DILATION, SLIP, TRACTION, TWO, curves, new_figure, printed, save
 from matplotlib.figure import Figure
 
 SOURCE, PICTURE = Path("tests/python/planted_umat.f"), Path("docs/images/any-umat.png")

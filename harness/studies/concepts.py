@@ -16,12 +16,12 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from asperity import masonry
 from asperity.contract import Floats
 from asperity.interface import History, Interface
 from asperity.material import Material, ModelWarning
 from asperity.pattern import Pattern
-from asperity.style import DILATION, SLIP, TRACTION, TWO, new_figure, printed, save
+from asperity.tools import masonry
+from asperity.tools.style import DILATION, SLIP, TRACTION, TWO, new_figure, printed, save
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from tqdm import tqdm

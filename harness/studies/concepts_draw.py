@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from asperity.barton.joint import MOBILISED
 from asperity.contract import Floats
 from asperity.pattern import Pattern
-from asperity.pattern_pictures import GREYS, STONE, plan
-from asperity.style import COLOURS, TWO, new_figure
+from asperity.tools.barton.joint import MOBILISED
+from asperity.tools.pattern_pictures import GREYS, STONE, plan
+from asperity.tools.style import COLOURS, TWO, new_figure
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 

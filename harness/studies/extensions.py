@@ -11,18 +11,19 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from asperity.barton.joint import Joint
 from asperity.contract import Floats
 from asperity.interface import History, Interface
 from asperity.material import Material, ModelWarning
-from asperity.paper.fracture_energy import MATERIAL as TABLE_2
-from asperity.paper.outcome import FIVE
 from asperity.pattern import Pattern
 from asperity.steps import turns_of
-from asperity.style import DILATION, SLIP, TRACTION, TWO, curves, new_figure
+from asperity.tools.barton.joint import Joint
+from asperity.tools.style import DILATION, SLIP, TRACTION, TWO, curves, new_figure
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 from scipy.optimize import least_squares
+
+from harness.studies.paper.fracture_energy import MATERIAL as TABLE_2
+from harness.studies.paper.outcome import FIVE
 
 from .concepts_draw import BLACK, BLUE, GREEN, NOTE, ORANGE, panel
 from .validation import sandstone

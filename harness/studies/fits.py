@@ -10,9 +10,9 @@ import tempfile
 from pathlib import Path
 
 from asperity.case_writer import props_line
-from asperity.fit.fitting import fit
-from asperity.fit.records import DEFAULT, read_tests
-from asperity.fit.report import draw, report
+from asperity.tools.fit.fitting import fit
+from asperity.tools.fit.records import DEFAULT, read_tests
+from asperity.tools.fit.report import draw, report
 
 from .program import program
 from .synthetic import DEFAULT_NOISE, synthetic, write_record

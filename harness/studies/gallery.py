@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from asperity.paper.command import ENTRIES, Entry, write
-
+from .paper.command import ENTRIES, Entry, write
 from .tables import fill
 
 PAGE = Path("docs/gallery/README.md")

@@ -13,9 +13,10 @@ from itertools import product
 from pathlib import Path
 
 import pandas
-from asperity.paper.fracture_energy import MATERIAL
-from asperity.style import COLOURS, TWO, new_figure, printed, save
+from asperity.tools.style import COLOURS, TWO, new_figure, printed, save
 from matplotlib.axes import Axes
+
+from harness.studies.paper.fracture_energy import MATERIAL
 
 from .accuracy import log_axes, plane_errors
 from .program import program

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pandas
 from asperity.contract import Floats
-from asperity.fit.model import SIDES, Problem, slip_curve
-from asperity.fit.records import ShearTest
+from asperity.tools.fit.model import SIDES, Problem, slip_curve
+from asperity.tools.fit.records import ShearTest
 
 from .program import program
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from asperity import contract
-from asperity.tables import markdown
+from asperity.tools.tables import markdown
 
 from .program import DIFFERS, program
 

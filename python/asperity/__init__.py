@@ -1,36 +1,40 @@
 """asperity: interface law for rough quasi-brittle interfaces (damage, friction, interlocking).
 
 Law of Albarella, Serpieri, Alfano and Sacco (2015), docs/theory.md.  Components are (N, Tx, Ty), tension
-and opening positive, angles in degrees, units the user's consistent set.
+and opening positive, angles in degrees, units the user's consistent set.  The law, load paths and case files
+need NumPy alone; the toolbox (fits, scans, pictures) is `asperity.tools` with packages of its own.
 """
 
-import re
-from importlib import import_module
-from pathlib import Path
-from typing import Any
+from . import contract as contract
+from .case_files import read_case as read_case
+from .contract import library_version
+from .errors import EquilibriumLost as EquilibriumLost
+from .foreign import ForeignUmat as ForeignUmat
+from .history import History as History
+from .history import Snap as Snap
+from .history import Update as Update
+from .installed import library as library
+from .interface import Interface as Interface
+from .material import Material as Material
+from .material import ModelWarning as ModelWarning
+from .pattern import Pattern as Pattern
+from .steps import Point as Point
+from .steps import Step as Step
 
-_STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
-_LINES = re.findall(r"^from \.([\w.]*) import (\w+)", _STUB, re.MULTILINE)
-_HOMES = {name: home or name for home, name in _LINES}
-"""Module of each public name, from the stub. A module is imported when one of its names is first used."""
-
-__all__ = list(_HOMES)
-
-
-def __getattr__(name: str) -> Any:
-    """Import the module of a public name and return the value of the name."""
-    home = _HOMES.get("contract" if name == "__version__" else name)
-    if home is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = import_module(f".{home}", __name__)
-    if name == "__version__":
-        found = found.library_version()
-    elif name != home:
-        found = getattr(found, name)
-    globals()[name] = found
-    return found
-
-
-def __dir__() -> list[str]:
-    """Public names."""
-    return sorted([*__all__, "__version__"])
+__version__ = library_version()
+__all__ = [
+    "EquilibriumLost",
+    "ForeignUmat",
+    "History",
+    "Interface",
+    "Material",
+    "ModelWarning",
+    "Pattern",
+    "Point",
+    "Snap",
+    "Step",
+    "Update",
+    "contract",
+    "library",
+    "read_case",
+]

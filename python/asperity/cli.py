@@ -31,10 +31,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
     if list(arguments[:1]) == ["help"]:  # as asperity help fit
         arguments = [*arguments[1:2], "--help"]
+    chosen = next((text for text in arguments if text in COMMANDS), "")
     try:
-        parser = _parser(next((text for text in arguments if text in COMMANDS), ""))
+        parser = _parser(chosen)
     except KeyboardInterrupt:  # modules are imported
         return 130
+    except ModuleNotFoundError as error:
+        print(f"asperity {chosen}: {error}", file=sys.stderr)
+        return 1
     word = next((text for text in arguments if not text.startswith("-")), None)
     if word is not None and word not in COMMANDS:
         near = get_close_matches(word, COMMANDS, 1)
@@ -60,7 +64,7 @@ def execute(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> int:
         # the reader, such as head, has all it wants; the flush at the exit of Python must not fail either
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except (OSError, ValueError) as error:
+    except (ModuleNotFoundError, OSError, ValueError) as error:
         named = isinstance(error, OSError) and error.filename is not None
         print(f"asperity: {f'{error.filename}: {error.strerror}' if named else error}", file=sys.stderr)
         return 1
@@ -96,7 +100,7 @@ def _parser(chosen: str) -> argparse.ArgumentParser:
         formatter_class=_Help,
     )
     parser.epilog = (
-        "asperity COMMAND --help explains a command. --jobs N sets the number of processes of paper, run, "
+        "asperity COMMAND --help explains a command. --jobs N sets the number of processes of run, "
         "select and uncertainty."
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
@@ -144,20 +148,19 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "cases": ("list or copy the cases of the package", _imported("starters", "cases_arguments")),
     "run": ("run a case by the driver and draw it", _run_arguments),
     "check-umat": ("check a UMAT along the load path of a case", _check_arguments),
-    "fit": ("identify parameters from shear-box tests", _imported("fit.command")),
-    "masonry": ("find the constants of a mortar joint", _imported("masonry")),
-    "barton": ("find the constants that come closest to JRC, JCS and phi_r", _imported("barton.command")),
-    "surface": ("find the planes of a scanned profile or height map", _imported("surface.command")),
-    "select": ("find the cheapest pattern that a load case needs", _imported("selection.command")),
+    "fit": ("identify parameters from shear-box tests", _imported("tools.fit.command")),
+    "masonry": ("find the constants of a mortar joint", _imported("tools.masonry")),
+    "barton": ("find the constants closest to JRC, JCS and phi_r", _imported("tools.barton.command")),
+    "surface": ("find the planes of a scanned profile or height map", _imported("tools.surface.command")),
+    "select": ("find the cheapest pattern that a load case needs", _imported("tools.selection.command")),
     "uncertainty": (
         "find the scatter of a load case whose constants are uncertain",
-        _imported("uncertainty.command"),
+        _imported("tools.uncertainty.command"),
     ),
     "mesh": ("put joints into a mesh, for a host program", _imported("mesh.command")),
     "card": ("print the material block for the input of a host program", _imported("card_command")),
     "export": ("write a model of one element for a host program", _imported("export.command")),
-    "explore": ("open a page with sliders for constants and load path", _imported("explore.command")),
-    "paper": ("recompute the figures and tables of the paper", _imported("paper.command")),
+    "explore": ("open a page with sliders for constants and load path", _imported("tools.explore.command")),
     "doctor": ("check the installation and look for host programs", _imported("doctor")),
 }
 """Summary of each subcommand, and the function that adds its arguments."""
@@ -190,8 +193,8 @@ def _run(options: argparse.Namespace) -> int:
     if options.plot is not None and written and code in (0, NO_EQUILIBRIUM):
         from .case_files import read_case
         from .history import History
-        from .plots import figure_of
-        from .style import save
+        from .tools.plots import figure_of
+        from .tools.style import save
 
         results = {value: History.from_csv(path) for value, path in written.items()}
         case = read_case(path, any_law=True)

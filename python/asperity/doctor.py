@@ -13,10 +13,15 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from typing import NamedTuple
 
-from . import installed
+import numpy as np
 
-PACKAGES = ("numpy", "scipy", "matplotlib", "tqdm", "pandas", "pint", "lmfit")
-"""Packages that the commands need."""
+from . import contract, installed
+from .interface import Interface
+from .material import Material
+from .pattern import Pattern
+
+TOOLS = ("scipy", "matplotlib", "tqdm", "pandas", "pint", "lmfit")
+"""Packages of the toolbox, which `pip install 'asperity[tools]'` brings."""
 
 HOST_PROGRAMS = {"CalculiX": ("ccx", "ccx_2.20"), "Abaqus": ("abaqus",), "gfortran": ("gfortran",)}
 HOST_MODULES = {"Kratos": "KratosMultiphysics", "scikit-fem": "skfem"}
@@ -51,8 +56,6 @@ def _run(_: argparse.Namespace) -> int:
 
 def findings() -> Iterator[Finding]:
     """Findings in the order of the report."""
-    from . import contract
-
     version = contract.library_version()
     yield Finding("asperity", f"{version} in {installed.library().parent}", True)
     yield _library(version)
@@ -60,11 +63,12 @@ def findings() -> Iterator[Finding]:
     yield Finding("sources", f"for Abaqus: {installed.abaqus()}")
     yield _law()
     yield Finding("python", f"{platform.python_version()}, {platform.platform()}")
-    for name in PACKAGES:
+    yield Finding("numpy", np.__version__, True)
+    for name in TOOLS:
         try:
             yield Finding(name, importlib.metadata.version(name), True)
         except importlib.metadata.PackageNotFoundError:
-            yield Finding(name, "not installed: expected it, pip install asperity brings it", False)
+            yield Finding(name, "not installed: the toolbox needs it (pip install 'asperity[tools]')")
     yield _threads()
     for name, module in HOST_MODULES.items():
         place = find_spec(module)
@@ -100,12 +104,6 @@ def _driver(version: str) -> Finding:
 
 def _law() -> Finding:
     """Whether the library agrees with closed forms: opening, the residual strength and its dilation."""
-    import numpy as np
-
-    from .interface import Interface
-    from .material import Material
-    from .pattern import Pattern
-
     material, theta, pressure = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=1.0e4), 30.0, 0.5
     opening = np.linspace(0.0, 1.5 * material.s_f, 61)
     pulled = Interface(material, Pattern.regular(0, 0.0)).replay(opening[:, None] * [1.0, 0.0, 0.0])

@@ -9,12 +9,13 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from . import contract
 from .case_writer import case_text
 from .errors import EquilibriumLost
-from .history import ENERGIES, History
+from .history import ENERGIES, History, csv_columns, finite_column
 from .installed import driver
 from .load_path import history_of
 from .steps import Point, Step
@@ -93,11 +94,11 @@ class ForeignUmat:
 
 def _rows(output: Path, lost: bool, message: str) -> History:
     """Rows of the driver with all columns; the message is an event, instead of a lost row."""
-    import pandas
-
-    table = pandas.read_csv(output, dtype=str, na_filter=False)
-    table = table[: len(table) - lost]
-    n = table.columns.get_loc("event")
-    numbers = table.iloc[:, :n].astype(float).to_numpy()
-    states = table[["damage", *ENERGIES[:3], *table.columns[n + 1 :]]].astype(float).to_numpy()
-    return history_of(numbers, states, table["event"].to_numpy("S64"), 0, message)
+    table = csv_columns(output)
+    names = [*table]
+    n = names.index("event")
+    rows = len(table["event"]) - lost
+    values = {name: finite_column(output, table, name)[:rows] for name in names if name != "event"}
+    numbers = np.column_stack([values[name] for name in names[:n]])
+    states = np.column_stack([values[name] for name in ("damage", *ENERGIES[:3], *names[n + 1 :])])
+    return history_of(numbers, states, np.array(table["event"][:rows], dtype="S64"), 0, message)

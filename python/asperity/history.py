@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -261,9 +262,12 @@ class History(_Named):
 
     def to_csv(self, path: str | Path, planes: bool = False) -> None:
         """Write the columns of `columns` to a CSV file, with all digits."""
-        import pandas
-
-        pandas.DataFrame(self.columns(planes)).to_csv(path, index=False)
+        columns = self.columns(planes)
+        values = [column if isinstance(column, list) else column.tolist() for column in columns.values()]
+        with Path(path).open("w", encoding="utf-8", newline="") as file:
+            rows = csv.writer(file, lineterminator="\n")
+            rows.writerow(columns)
+            rows.writerows(zip(*values, strict=True))
 
     @classmethod
     def from_csv(cls, path: str | Path) -> History:
@@ -271,34 +275,17 @@ class History(_Named):
 
         Raises ValueError if a column or all rows are missing, and for every cell that is no finite number.
         """
-        import pandas
-
-        try:
-            encoding = {"encoding": "utf-8-sig", "encoding_errors": "replace"}
-            table = pandas.read_csv(path, dtype=str, na_filter=False, **encoding)
-        except pandas.errors.EmptyDataError:
-            table = pandas.DataFrame()
-        except pandas.errors.ParserError as error:
-            raise ValueError(f"{path}: {error}") from None
+        table = csv_columns(path)
         if missing := [name for name in COLUMNS if name not in table]:
             raise ValueError(f"{path}: expected columns {', '.join(missing)}")
-        refuse(table.empty, f"{path}: expected rows after the header")
-        if not isinstance(table.index, pandas.RangeIndex):  # made of values without a name
-            count = table.shape[1] + table.index.nlevels
-            raise ValueError(f"{path}: line 2: {count} values: expected {table.shape[1]}")
-        cells = table[[*COLUMNS[:-1]]]
-        good = np.isfinite(cells.apply(pandas.to_numeric, errors="coerce").to_numpy(float))
-        for row, k in np.argwhere(~good)[:1]:
-            found = f"line {row + 2}, column {COLUMNS[k]}: {cells.iat[row, k] or 'empty'}"
-            raise ValueError(f"{path}: {found}: expected a finite number")
-        numbers = cells.astype(float)  # to_numeric may be off in the last digit
-        state = np.zeros((len(table), contract.N_POINT_STATEV))
+        refuse(not table["event"], f"{path}: expected rows after the header")
+        numbers = {name: finite_column(path, table, name) for name in COLUMNS[:-1]}
+        state = np.zeros((len(table["event"]), contract.N_POINT_STATEV))
         for name in ("damage", *ENERGIES[:3]):
             state[:, contract.statev_index(name)] = numbers[name]
         events = tuple((row, text) for row, text in enumerate(table["event"]) if text)
-        parts = [*SEPARATION], [*TRACTION], "damage", "work"
-        s, t, damage, work = (numbers[part].to_numpy(float, copy=True) for part in parts)
-        return cls(s, t, damage, state, work, events)
+        s, t = (np.column_stack([numbers[name] for name in names]) for names in (SEPARATION, TRACTION))
+        return cls(s, t, numbers["damage"], state, numbers["work"], events)
 
     def _events(self) -> list[str]:
         """Events of each row, joined by +; one after the last row belongs to it."""
@@ -313,3 +300,30 @@ class History(_Named):
 def _freeze(*arrays: Floats) -> None:
     for array in arrays:
         array.flags.writeable = False
+
+
+def csv_columns(path: str | Path) -> dict[str, list[str]]:
+    """Cells of a CSV file by the names in its first line; raises ValueError where a line has other values."""
+    with Path(path).open(encoding="utf-8-sig", errors="replace", newline="") as file:
+        lines = csv.reader(file)
+        names = next(lines, [])
+        rows = []
+        for row in lines:
+            if len(row) not in (0, len(names)):
+                raise ValueError(f"{path}: line {lines.line_num}: {len(row)} values: expected {len(names)}")
+            rows += [row] if row else []
+    return {name: [row[i] for row in rows] for i, name in enumerate(names)}
+
+
+def finite_column(path: str | Path, table: dict[str, list[str]], name: str) -> Floats:
+    """Column of `csv_columns` as numbers; raises ValueError for the first cell that is no finite number."""
+    numbers = np.empty(len(table[name]))
+    for row, cell in enumerate(table[name]):
+        try:
+            numbers[row] = float(cell.replace("_", "?"))  # Python would take 1_0 for 10
+        except ValueError:
+            numbers[row] = np.nan
+        if not np.isfinite(numbers[row]):
+            found = f"line {row + 2}, column {name}: {cell or 'empty'}"
+            raise ValueError(f"{path}: {found}: expected a finite number")
+    return numbers

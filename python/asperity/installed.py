@@ -5,9 +5,18 @@ from __future__ import annotations
 import os
 import sys
 from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 
 DRIVER_VARIABLE = "ASPERITY_DRIVER"  # environment variable with the path of another driver
+
+
+def needed(extra: str, *modules: str) -> None:
+    """Raise ModuleNotFoundError that names an extra if one of its modules is not installed."""
+    missing = [name for name in modules if find_spec(name) is None]
+    if missing:
+        text = f"{', '.join(missing)} not installed: pip install 'asperity[{extra}]' brings what is needed"
+        raise ModuleNotFoundError(text, name=missing[0])
 
 
 def library() -> Path:

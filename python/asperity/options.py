@@ -14,6 +14,8 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
+from .installed import needed
+
 NO_EQUILIBRIUM = 2  # exit code of the driver after a lost equilibrium
 
 
@@ -117,6 +119,7 @@ def end_on_signal(*_: object) -> None:
 
 def progress_bar(total: int | None, unit: str) -> Any:
     """Count and remaining time on a terminal, of work that takes longer than two seconds, by tqdm."""
+    needed("tools", "tqdm")
     from tqdm import tqdm
 
     return tqdm(total=total, unit=unit, delay=2.0, disable=None, leave=False)

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity.barton.envelope import Envelope, curves, envelope
-from asperity.barton.joint import MOBILISED, Joint
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import main
+from asperity.tools.barton.envelope import Envelope, curves, envelope
+from asperity.tools.barton.joint import MOBILISED, Joint
 
 SAMPLE = Joint(jrc=10.0, jcs=100.0, phi_r=30.0, length=0.1)
 """Joint as long as the sample.  At sigma_n = 1 MPa, log10(JCS/sigma_n) = 2: roughness adds 20 degrees."""

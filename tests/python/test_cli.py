@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 import shutil
 import subprocess
 import sys
@@ -22,12 +24,11 @@ from asperity import (
     case_files,
     doctor,
     installed,
-    plots,
-    style,
 )
 from asperity.cli import main
 from asperity.installed import all_cases
 from asperity.options import results_of
+from asperity.tools import plots, style
 
 RT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(2, 30.0))
 LAW = "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /\n"
@@ -87,34 +88,80 @@ def test_wrong_usage(words: str, message: str, capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["run", "case.nml", "-o", "out.csv"]])
-def test_what_needs_no_numbers_imports_none(arguments: list[str]) -> None:
-    """Help and a run without a picture start at once: neither numpy nor matplotlib is imported."""
+def test_what_needs_no_tools_imports_none(arguments: list[str]) -> None:
+    """Help and a run without a picture start at once: no package of the toolbox is imported."""
     write("case.nml", CASE)
     done = python(
         "import atexit, sys\nfrom asperity.cli import main\n"
-        "atexit.register(lambda: print({'numpy', 'matplotlib', 'scipy', 'tqdm'} & {*sys.modules}))\n"
+        "atexit.register(lambda: print({'matplotlib', 'pandas', 'scipy', 'tqdm'} & {*sys.modules}))\n"
         f"sys.exit(main({arguments!r}))"
     )
     assert done.stdout.splitlines()[-1] == "set()"
 
 
+BARE = """
+import asperity, numpy, sys
+from asperity import Interface, Material, Pattern, Step, read_case
+joint = Interface(Material(3.0, 0.3, 0.9, 0.5), Pattern.regular(2, 30.0))
+assert joint.update([[0.01, 0.0, 0.0]]).traction[0, 0] > 0.0
+rows = joint.run([Step(t_N=-1.0, increments=10), Step(slip=0.1, increments=20)])
+rows.to_csv("rows.csv")
+assert numpy.array_equal(asperity.History.from_csv("rows.csv").separation, rows.separation)
+assert len(read_case("case.nml").runs) == 1
+"""
+"""What the core does: law, load path, case file, result."""
+
+
+@pytest.fixture
+def bare(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Function that runs Python with asperity and NumPy alone, as in an environment without the extras."""
+    lone = tmp_path / "lone"
+    lone.mkdir()
+    for package in (asperity, np):
+        folder = Path(package.__path__[0])
+        for path in (folder, folder.with_name(f"{folder.name}.libs")):
+            if path.exists():
+                (lone / path.name).symlink_to(path)
+
+    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-S", *arguments]
+        environment = {"PYTHONPATH": str(lone), "PATH": os.environ["PATH"]}
+        return subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+
+    return run
+
+
 @pytest.mark.slow
-def test_names_of_the_package() -> None:
-    """Each public name is imported at its first use, whichever comes first; an unknown name is an error."""
-    done = python(
-        "import sys\nimport asperity\n"
-        "for name in asperity.__all__:\n"
-        "    for module in list(sys.modules):\n"
-        "        if module.startswith('asperity') and module != 'asperity._core':\n"
-        "            del sys.modules[module]\n"
-        "    import asperity\n"
-        "    print(getattr(asperity, name))\n"
-        "asperity.nothing",
-        check=False,
-    )
-    for name, line in zip(asperity.__all__, done.stdout.splitlines(), strict=True):
-        assert name.lower() in line.lower()
-    assert "AttributeError: module 'asperity' has no attribute 'nothing'" in done.stderr
+def test_the_core_needs_numpy_alone(bare: Callable) -> None:
+    """Law, load paths, case files, results and their commands work without the toolbox's packages."""
+    write("case.nml", CASE)
+    done = bare("-c", BARE)
+    assert done.returncode == 0, done.stderr
+    commands = "new -o joint.nml", "run joint.nml", "card abaqus joint.nml", "export abaqus folder", "doctor"
+    for words in commands:
+        done = bare("-m", "asperity", *words.split())
+        assert done.returncode == 0 and "WRONG" not in done.stdout, f"{words}: {done.stdout}{done.stderr}"
+    assert Path("joint.csv").is_file() and list(Path("folder").iterdir())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("words", "extra"),
+    [
+        ("fit test.csv", "tools"),
+        ("select case.nml", "tools"),
+        ("explore", "tools"),
+        ("run case.nml --plot", "tools"),
+        ("mesh walls.msh -o walls.inp", "mesh"),
+    ],
+)
+def test_a_missing_extra_is_named(words: str, extra: str, bare: Callable) -> None:
+    """A command that needs more than NumPy names the extra that brings it."""
+    write("case.nml", CASE)
+    write("walls.msh", "")
+    done = bare("-m", "asperity", *words.split())
+    assert done.returncode == 1 and f"pip install 'asperity[{extra}]'" in done.stderr, done.stderr
+    assert "Traceback" not in done.stderr
 
 
 @pytest.mark.parametrize("command", [["cases"], ["run", "figure05b", "-o", "-", "--quiet"]])
@@ -130,13 +177,14 @@ def test_a_pipe_that_closes(command: list[str]) -> None:
 
 
 def test_doctor(said: Callable, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The report of a sound installation has no error; another driver, or a missing package, is one."""
+    """The report of a sound installation has no error; another driver is one, a missing tool is named."""
     out, _ = said("doctor")
     assert "WRONG" not in out and "differs from closed forms by" in out
     monkeypatch.setenv("ASPERITY_DRIVER", shutil.which("true") or "/bin/true")
-    monkeypatch.setattr(doctor, "PACKAGES", ("numpy", "no-package"))
-    lines = [line for line in said("doctor", 1)[0].splitlines() if "WRONG" in line]
-    assert [line.split()[0] for line in lines] == ["driver", "no-package"]
+    monkeypatch.setattr(doctor, "TOOLS", ("no-package",))
+    out = said("doctor", 1)[0]
+    assert [line.split()[0] for line in out.splitlines() if "WRONG" in line] == ["driver"]
+    assert re.search(r"^no-package +not installed: .* 'asperity\[tools\]'", out, re.MULTILINE)
     monkeypatch.setenv("ASPERITY_DRIVER", "nothing")
     message = "ASPERITY_DRIVER = nothing: expected the path of rie_driver"
     assert message in said("doctor", 1)[0] and message in said("run figure02", 1)[1]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import importlib.util
 import re
-import sys
 import urllib.parse
 import urllib.request
 from collections.abc import Callable
@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from asperity import Pattern
 from asperity.case_files import drive
-from asperity.explore.model import (
+from asperity.pattern import direction_vector
+from asperity.tools.explore.model import (
     VALUES,
     Choice,
     answer,
@@ -25,7 +26,6 @@ from asperity.explore.model import (
     plan,
     section,
 )
-from asperity.pattern import direction_vector
 from support_browser import served
 
 PLAIN = Choice(VALUES, "one cycle")
@@ -117,8 +117,8 @@ def test_planes_in_contact() -> None:
 
 def test_page_without_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
     """Sliders change curves, texts and messages; changes that come together are one redraw."""
-    from asperity.explore.model import SLIDERS
-    from asperity.explore.page import Page
+    from asperity.tools.explore.model import SLIDERS
+    from asperity.tools.explore.page import Page
     from bokeh.document import Document
 
     assert set(SLIDERS) == set(VALUES)
@@ -160,5 +160,6 @@ def test_server_and_its_page() -> None:
 
 def test_missing_bokeh(monkeypatch: pytest.MonkeyPatch, said: Callable) -> None:
     """Without Bokeh the message says what to install."""
-    monkeypatch.setitem(sys.modules, "bokeh.server.server", None)
+    found = importlib.util.find_spec
+    monkeypatch.setattr("asperity.installed.find_spec", lambda name: None if name == "bokeh" else found(name))
     assert "asperity[explore]" in said("explore --no-browser", 1)[1]

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, read_case
-from asperity.fit.fitting import fit
-from asperity.fit.records import ShearTest
-from asperity.fit.report import case_of, report
 from asperity.installed import driver
 from asperity.model_checks import model_warnings
+from asperity.tools.fit.fitting import fit
+from asperity.tools.fit.records import ShearTest
+from asperity.tools.fit.report import case_of, report
 
 from harness.studies import extensions
 from harness.studies.extensions import PRESSURE, TABLE_2, path

@@ -13,7 +13,7 @@ import pytest
 from asperity.cli import main
 from asperity.installed import driver
 from asperity.options import PICTURES, may_replace, replace_file
-from asperity.style import new_figure, save
+from asperity.tools.style import new_figure, save
 
 CASE = """&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 20.0 /
 &pattern sides = 4, theta = 10.0 /
@@ -49,7 +49,6 @@ COMMANDS = [
     (["uncertainty", "case.nml", *SEARCH, "-o", "out.csv"], "out.csv"),
     (["surface", "scan.csv", "--spacing", "1", "-o", "out"], "out.csv"),
     (["surface", "scan.csv", "--spacing", "1", "--case", "case.nml", "-o", "out"], "out.nml"),
-    (["paper", "--figure", "2", "-o", "out"], "out/figure02.csv"),
 ]
 
 

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, Step
-from asperity.fit import ShearTest, failed_checks, fit, read_tests
-from asperity.fit import result as outcome
-from asperity.fit.checks import shows_dilation
-from asperity.fit.model import residual_ratio
-from asperity.fit.report import case_of, report
+from asperity.tools.fit import ShearTest, failed_checks, fit, read_tests
+from asperity.tools.fit import result as outcome
+from asperity.tools.fit.checks import shows_dilation
+from asperity.tools.fit.model import residual_ratio
+from asperity.tools.fit.report import case_of, report
 
 from harness.studies import synthetic as study
 

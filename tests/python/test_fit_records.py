@@ -11,8 +11,8 @@ from typing import Any
 import asperity
 import numpy as np
 import pytest
-from asperity.fit import ShearTest, read_tests
-from asperity.tables import read_table
+from asperity.tools.fit import ShearTest, read_tests
+from asperity.tools.tables import read_table
 
 HEADER, SHORT, ENVELOPE = "slip,tau,dilation,sigma_N\n", "slip,tau,sigma_N\n", "sigma_N,peak,residual,slip\n"
 WITH_K = "slip,tau,dilation,k_N,sigma_N\n"

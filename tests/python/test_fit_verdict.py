@@ -18,11 +18,11 @@ import pytest
 from asperity import Interface, Material, Pattern
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import main
-from asperity.fit import fit, read_tests
-from asperity.fit.command import COVARIANCE, HEADING
-from asperity.fit.result import failed_checks
 from asperity.options import PICTURES, may_replace
-from asperity.uncertainty import uncertainty
+from asperity.tools.fit import fit, read_tests
+from asperity.tools.fit.command import COVARIANCE, HEADING
+from asperity.tools.fit.result import failed_checks
+from asperity.tools.uncertainty import uncertainty
 
 from harness.studies import synthetic as study
 

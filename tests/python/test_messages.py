@@ -8,14 +8,16 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from asperity import Interface, LoadCase, Material, Pattern, Point, Step, contract, select
+from asperity import Interface, Material, Pattern, Point, Step, contract
 from asperity.installed import named_case
 from asperity.model_checks import check_model
-from asperity.paper.fracture_energy import MATERIAL
-from asperity.slip_curves import slip_curves
-from asperity.surface.scan import Scan
-from asperity.surface.scan_files import planes_from_scan
-from asperity.uncertainty.spread import uncertainty
+from asperity.tools.selection import LoadCase, select
+from asperity.tools.slip_curves import slip_curves
+from asperity.tools.surface.scan import Scan
+from asperity.tools.surface.scan_files import planes_from_scan
+from asperity.tools.uncertainty.spread import uncertainty
+
+from harness.studies.paper.fracture_energy import MATERIAL
 
 NAN, INF, HUGE = float("nan"), float("inf"), 10**400
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)

@@ -11,8 +11,12 @@ import numpy as np
 import pandas
 import pytest
 from asperity import Interface, ModelWarning, Pattern
-from asperity.paper import command
-from asperity.paper.fracture_energy import (
+from asperity.tools.slip_curves import slip_curves
+from refresh import words_and_numbers
+
+from harness.studies import gallery
+from harness.studies.paper import command
+from harness.studies.paper.fracture_energy import (
     DIRECTIONS,
     MATERIAL,
     TABLE_5,
@@ -21,10 +25,6 @@ from asperity.paper.fracture_energy import (
     pattern,
     sampled,
 )
-from asperity.slip_curves import slip_curves
-from refresh import words_and_numbers
-
-from harness.studies import gallery
 
 GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
 
@@ -83,12 +83,12 @@ def test_symmetric_directions_are_the_same(sides: int) -> None:
 
 def test_energy_of_a_path_that_is_too_short(monkeypatch: pytest.MonkeyPatch) -> None:
     """It is an error if a traction remains at the end, or if the number of steps becomes too large."""
-    monkeypatch.setattr("asperity.paper.fracture_energy.SPAN", 0.5)
+    monkeypatch.setattr("harness.studies.paper.fracture_energy.SPAN", 0.5)
     with pytest.raises(ValueError, match="expected a fully damaged, open interface"):
         fracture_energy(MATERIAL, pattern("RP-4"))
     monkeypatch.undo()
     with pytest.raises(ValueError, match=r"G_T changes by .* expected less than 1e-17"):
-        monkeypatch.setattr("asperity.paper.fracture_energy.FINEST", 840)
+        monkeypatch.setattr("harness.studies.paper.fracture_energy.FINEST", 840)
         fracture_energy(MATERIAL, pattern("RP-4"), np.array([3.0]), 1e-17)
 
 

@@ -18,7 +18,7 @@ import pytest
 from asperity import Interface, Material, Pattern, sweeps
 from asperity.cli import main
 from asperity.parallel import map_in_order
-from asperity.slip_curves import slip_curves
+from asperity.tools.slip_curves import slip_curves
 
 
 @pytest.mark.parametrize("processes", [0, 2])

@@ -55,7 +55,6 @@ NEW = [
     ("run figure05b --label-units m,Pa", "--label-units m,Pa: expected with --plot"),
     ("run case.nml --plot --label-units mm", "--label-units mm: expected LENGTH,STRESS"),
     ("run case.nml --plot no/such/folder.png", "no/such/folder.png"),
-    ("paper --figure 17", "--figure 17: expected one of 2, 4a, 4b"),
     ("explore --no-browser nu=1", "nu=1: expected one of sigma0"),
     ("explore --no-browser mu=x", "mu = 'x': expected a finite number"),
     ("explore --no-browser kc=0", "kc=0: expected a number > 0"),

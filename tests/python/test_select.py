@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, LoadCase, Material, NoPatternError, Pattern, Selection, contract, select
+from asperity import Interface, Material, Pattern, contract
 from asperity.case_files import read_case
-from asperity.selection.command import read_load_case, report
-from asperity.slip_curves import slip_curves
+from asperity.tools.selection import LoadCase, NoPatternError, Selection, select
+from asperity.tools.selection.command import read_load_case, report
+from asperity.tools.slip_curves import slip_curves
 
 pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
-from asperity.plots import figure_of
-from asperity.style import label_ends, merged, new_figure, printed
+from asperity.tools.plots import figure_of
+from asperity.tools.style import label_ends, merged, new_figure, printed
 from matplotlib.axes import Axes
 from matplotlib.text import Annotation
 

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.case_files import read_case
-from asperity.surface import slopes
-from asperity.surface.command import HEADING
-from asperity.surface.scan import Scan
-from asperity.surface.scan_files import read_scan
-from asperity.surface.slopes import Planes, Slips
+from asperity.tools.surface import slopes
+from asperity.tools.surface.command import HEADING
+from asperity.tools.surface.scan import Scan
+from asperity.tools.surface.scan_files import read_scan
+from asperity.tools.surface.slopes import Planes, Slips
 
 EXACT = 1.0e-9
 """Rounding error of heights of order 1 over a spacing of order 0.01, in degrees and fractions."""
@@ -265,7 +265,7 @@ def test_locking_is_told() -> None:
 @pytest.fixture
 def no_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave out the picture, which takes longest, where a test looks at the text only."""
-    monkeypatch.setattr("asperity.surface.picture.draw", lambda *_: None)
+    monkeypatch.setattr("asperity.tools.surface.picture.draw", lambda *_: None)
 
 
 def write(text: str) -> Path:

@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from asperity import EquilibriumLost, Interface, Material, Pattern
 from asperity.case_files import Case, drive, read_case
-from asperity.fit.fitting import fit
-from asperity.fit.model import SCALES
-from asperity.fit.report import case_of, covariance_text
-from asperity.fit.result import CONFIDENCE, Fit, residual_ratio
-from asperity.uncertainty.distribution import of_deviations, read
-from asperity.uncertainty.spread import RESULTS, load_path, spread
+from asperity.tools.fit.fitting import fit
+from asperity.tools.fit.model import SCALES
+from asperity.tools.fit.report import case_of, covariance_text
+from asperity.tools.fit.result import CONFIDENCE, Fit, residual_ratio
+from asperity.tools.uncertainty.distribution import of_deviations, read
+from asperity.tools.uncertainty.spread import RESULTS, load_path, spread
 
 from harness.studies import synthetic as study
 

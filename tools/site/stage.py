@@ -144,15 +144,19 @@ def navigation(text: str) -> list[object]:
 
 BEGIN = ("Interface", "Material", "Pattern", "Step", "History")
 """Names with which the Python reference begins."""
+TOOLS = ("barton", "fit", "plots", "selection", "surface", "uncertainty")
+"""Modules of the toolbox that the Python reference has."""
 
 
 def python_page() -> str:
     """Python reference: the public names, those of a joint first."""
-    stub = (ROOT / "python" / "asperity" / "__init__.pyi").read_text(encoding="utf-8")
+    package = (ROOT / "python" / "asperity" / "__init__.py").read_text(encoding="utf-8")
     lines = ["# Python", "", "The public names of the package, from the comments in its source.", ""]
-    names = re.findall(r"^from \.([\w.]*) import (\w+)", stub, re.MULTILINE)
+    names = re.findall(r"^from \.([\w.]*) import (\w+) as", package, re.MULTILINE)
     for home, name in sorted(names, key=lambda one: BEGIN.index(one[1]) if one[1] in BEGIN else len(BEGIN)):
         lines += [f"::: {'.'.join(filter(None, ('asperity', home, name)))}", ""]
+    lines += ["# Toolbox", "", "Modules of `asperity.tools`, each imported by its name.", ""]
+    lines += [line for name in TOOLS for line in (f"::: asperity.tools.{name}", "")]
     return "\n".join(lines)
 
 

@@ -21,7 +21,7 @@ from asperity import Interface, Material, Pattern
 from asperity.contract import Floats
 from asperity.mesh import split
 from asperity.options import add_options
-from asperity.style import COLOURS, TWO, new_figure, printed, save
+from asperity.tools.style import COLOURS, TWO, new_figure, printed, save
 from jointed import Model, Steps
 from structured import grid
 

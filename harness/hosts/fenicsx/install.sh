@@ -17,5 +17,5 @@ sys.exit(sys.version_info < (3, 12) or not os.path.isfile(h + "/Python.h"))' 2>/
 fi
 pip="$folder/bin/python -m pip install --quiet --no-compile"
 $pip dolfinx-solver-real gmsh meshio pytest || { echo "no wheels of dolfinx here, left out" && exit 77; }
-$pip --config-settings=build-dir="$folder-library" .
+$pip --config-settings=build-dir="$folder-library" ".[tools]"
 echo "$folder"

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from asperity import Interface, Material, Pattern, contract
 from asperity.options import add_options
-from asperity.style import COLOURS, TWO, new_figure, printed, save
+from asperity.tools.style import COLOURS, TWO, new_figure, printed, save
 from dissipation import DissipationControl
 from joint import Floats, Joint, Newton, NotConverged
 from skfem import Basis, ElementQuad1, ElementVector, FacetBasis, MeshQuad

@@ -1,1 +1,1 @@
-"""The figures and tables of the paper, recomputed: `asperity paper`."""
+"""The figures and tables of the paper, recomputed: `python -m harness.studies.paper`."""

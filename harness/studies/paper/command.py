@@ -1,24 +1,26 @@
-"""Command `asperity paper`: the figures and tables of the paper, a row for each with cases and findings."""
+"""The figures and tables of the paper, a row for each with cases and findings."""
 
 from __future__ import annotations
 
 import argparse
 import os
 import re
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from asperity.cli import execute
+from asperity.options import add_options, add_output, add_workers, check_outputs, progress_bar, workers
+from asperity.parallel import map_in_order
+from asperity.tools import style
+from asperity.tools.tables import markdown
 from matplotlib.figure import Figure
 from pandas import DataFrame
 from scipy.integrate import trapezoid
 
-from .. import style
-from ..options import add_options, add_output, add_workers, check_outputs, progress_bar, workers
-from ..parallel import map_in_order
-from ..tables import markdown
 from . import outcome
 from .fracture_energy import MATERIAL, TABLE_5, fracture_energy, pattern, sampled
 from .outcome import FIVE, ROUNDING, Case, curve_rows, percent, run_case
@@ -183,8 +185,10 @@ ENTRIES = (
 """Figures with computed curves, and Table 5, in the order of the paper."""
 
 
-def add_arguments(paper: argparse.ArgumentParser) -> None:
-    """Add the arguments of the subcommand."""
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command with arguments, or with those of the command line, and return its exit code."""
+    summary = "Recompute the figures and tables of the paper."
+    paper = argparse.ArgumentParser(prog="python -m harness.studies.paper", description=summary)
     add_output(paper, "DIR", "folder of the pictures and the numbers", Path("gallery"))
     add_options(
         paper,
@@ -192,6 +196,7 @@ def add_arguments(paper: argparse.ArgumentParser) -> None:
     )
     add_workers(paper)
     paper.set_defaults(action=_action)
+    return execute(paper, sys.argv[1:] if arguments is None else arguments)
 
 
 def _action(options: argparse.Namespace) -> int:

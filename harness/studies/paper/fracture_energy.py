@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from asperity.contract import Floats
+from asperity.interface import Interface
+from asperity.material import Material
+from asperity.pattern import Pattern
+from asperity.tools.slip_curves import slip_curves
 from scipy.integrate import trapezoid
-
-from ..contract import Floats
-from ..interface import Interface
-from ..material import Material
-from ..pattern import Pattern
-from ..slip_curves import slip_curves
 
 TABLE_5 = {
     "RT": (2, "0.3475", "0.2963", "1.1727"),

@@ -6,14 +6,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from asperity.case_files import SlipTest, drive, read_case, slip_tests
+from asperity.contract import Floats
+from asperity.installed import named_case
+from asperity.pattern import Pattern
+from asperity.steps import turns_of
 from pandas import DataFrame, concat
 from scipy.integrate import trapezoid
 
-from ..case_files import SlipTest, drive, read_case, slip_tests
-from ..contract import Floats
-from ..installed import named_case
-from ..pattern import Pattern
-from ..steps import turns_of
 from .fracture_energy import fracture_energy
 
 FIVE = Pattern.regular(4, 30.0, flat=0.2)  # the five planes of Table 3

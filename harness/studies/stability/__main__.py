@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from asperity.style import save
+from asperity.tools.style import save
 
 from ..program import DIFFERS, program
 from ..tables import refresh

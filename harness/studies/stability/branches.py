@@ -9,10 +9,11 @@ import numpy as np
 from asperity.contract import Floats
 from asperity.history import History
 from asperity.interface import Interface
-from asperity.paper.fracture_energy import MATERIAL as TABLE_2
 from asperity.pattern import Pattern
-from asperity.style import COLOURS, TWO, label_axes, new_figure, printed
+from asperity.tools.style import COLOURS, TWO, label_axes, new_figure, printed
 from matplotlib.figure import Figure
+
+from harness.studies.paper.fracture_energy import MATERIAL as TABLE_2
 
 STEEP = Pattern.regular(8, 60.0, flat=0.0, turn=298.64)
 """Eight steep planes; the seventh faces the slip along Tx best."""

@@ -15,9 +15,10 @@ from asperity import case_files, contract
 from asperity.contract import Floats
 from asperity.installed import named_case
 from asperity.interface import Interface
-from asperity.paper.fracture_energy import MATERIAL as TABLE_2
 from asperity.pattern import Pattern, direction_vector
 from numpy.typing import ArrayLike
+
+from harness.studies.paper.fracture_energy import MATERIAL as TABLE_2
 
 from ..extensions import locked
 from ..newton import NewtonStudy, newton_path, newton_study, work_along

@@ -12,8 +12,8 @@ from asperity.interface import Interface
 from asperity.material import Material
 from asperity.pattern import Pattern
 from asperity.steps import Step
-from asperity.style import ONE, new_figure
-from asperity.tables import markdown
+from asperity.tools.style import ONE, new_figure
+from asperity.tools.tables import markdown
 from matplotlib.figure import Figure
 
 from ..concepts_draw import BLACK, BLUE, GREEN, panel

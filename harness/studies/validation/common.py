@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pandas
 from asperity.contract import Floats
-from asperity.fit.fitting import minimise
-from asperity.fit.model import from_scale, plausible, to_scale
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.pattern import Pattern
-from asperity.style import printed, save
+from asperity.tools.fit.fitting import minimise
+from asperity.tools.fit.model import from_scale, plausible, to_scale
+from asperity.tools.style import printed, save
 from matplotlib.figure import Figure
 
 from ..program import DIFFERS, program

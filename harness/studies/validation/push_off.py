@@ -10,8 +10,8 @@ from functools import cache, partial
 import numpy as np
 from asperity.contract import Floats
 from asperity.steps import slip_path
-from asperity.style import TWO, new_figure
-from asperity.tables import markdown
+from asperity.tools.style import TWO, new_figure
+from asperity.tools.tables import markdown
 from matplotlib.figure import Figure
 
 from ..concepts_draw import BLACK, BLUE, GREEN, ORANGE, panel

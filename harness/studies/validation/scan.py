@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 from asperity.contract import Floats
 from asperity.pattern import direction_vector
-from asperity.style import TWO, new_figure
-from asperity.surface.scan import Scan
-from asperity.surface.scan_files import read_scan
-from asperity.surface.slopes import Facets, facets, nearest_regular
-from asperity.tables import markdown
+from asperity.tools.style import TWO, new_figure
+from asperity.tools.surface.scan import Scan
+from asperity.tools.surface.scan_files import read_scan
+from asperity.tools.surface.slopes import Facets, facets, nearest_regular
+from asperity.tools.tables import markdown
 from matplotlib.figure import Figure
 from scipy.optimize import curve_fit
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pandas
 from asperity.contract import Floats
-from asperity.style import COLOURS, TWO, new_figure, printed, save
-from asperity.tables import markdown
+from asperity.tools.style import COLOURS, TWO, new_figure, printed, save
+from asperity.tools.tables import markdown
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contract import Floats
-from ..surface.scan_files import read_mesh
+from .files import read_mesh
 
 if TYPE_CHECKING:
     import meshio
@@ -51,7 +51,7 @@ def read(mesh: meshio.Mesh | Path | str) -> meshio.Mesh:
         return mesh
     if not Path(mesh).is_file():
         raise ValueError(f"{mesh}: no such file: expected a mesh, such as .msh of gmsh, .inp or .vtu")
-    return read_mesh(Path(mesh), "a mesh that meshio reads")
+    return read_mesh(Path(mesh), "a mesh that meshio reads", "mesh")
 
 
 def tags(mesh: meshio.Mesh, data: str | None) -> tuple[list[str], list[Integers]]:

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from . import contract
-from .case_writer import case_text, pattern_entries, rounded, slip_case
-from .interface import Interface
-from .material import Material
-from .options import add_options, add_output, assigned, check_outputs, replace_file
-from .pattern import Pattern
+from .. import contract
+from ..case_writer import case_text, pattern_entries, rounded, slip_case
+from ..interface import Interface
+from ..material import Material
+from ..options import add_options, add_output, assigned, check_outputs, replace_file
+from ..pattern import Pattern
 from .slip_curves import slip_curves
 
 REQUIRED = ("kn", "ks", "ft", "GfI", "c", "GfII", "tan_phi")

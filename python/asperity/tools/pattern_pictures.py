@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
-from .contract import Floats
-from .pattern import Pattern, direction_vector
+from ..contract import Floats
+from ..pattern import Pattern, direction_vector
 from .style import COLOURS
 
 GREYS = ("#FFFFFF", "#D9E6F2", "#B3C6D9")

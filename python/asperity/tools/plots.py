@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from .contract import refuse, shown
-from .history import History
-from .interface import Interface
+from ..contract import refuse, shown
+from ..history import History
+from ..interface import Interface
 from .pattern_pictures import plan, section
 from .style import TWO, Line, curves, label_ends, labels_of, new_figure, printed, save
 

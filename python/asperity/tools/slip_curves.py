@@ -9,11 +9,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import contract
-from .contract import Floats, refuse
-from .interface import Interface
-from .parallel import map_in_order
-from .steps import slip_path
+from .. import contract
+from ..contract import Floats, refuse
+from ..interface import Interface
+from ..parallel import map_in_order
+from ..steps import slip_path
 
 COLUMNS = 5  # columns of a curve: s_N, tau_L, tau_across, damage, work
 

@@ -15,9 +15,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.optimize import isotonic_regression
 
-from .contract import Floats
-from .options import check_picture
-from .steps import turns_of
+from ..contract import Floats
+from ..options import check_picture
+from ..steps import turns_of
 
 ONE, TWO = 3.5, 7.2
 """Widths of a picture for one column and for two columns of a journal, inches.

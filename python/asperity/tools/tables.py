@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-    from .contract import Floats
+    from ..contract import Floats
 
 NUMBER = r"[-+]?(\d[\d.,'\s]*|[.,]\d+)([eE][-+]?\d+)?"
 EMPTY = r"(?i:|nan|n/?a|null|none|[-\u2013]+|#[^\s\d]\S*)"

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import contract
-from ..case_writer import props_line, rounded, slip_case
-from ..model_checks import model_warnings
-from ..options import add_options
+from ... import contract
+from ...case_writer import props_line, rounded, slip_case
+from ...model_checks import model_warnings
+from ...options import add_options
 from .envelope import REACH, Envelope, curves, draw, envelope, table
 from .joint import SAMPLE, Joint
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..contract import Floats, refuse
-from ..interface import Interface, ModelWarning
-from ..material import Material
-from ..pattern import Pattern
+from ...contract import Floats, refuse
+from ...interface import Interface, ModelWarning
+from ...material import Material
+from ...pattern import Pattern
 from .joint import Joint
 
 if TYPE_CHECKING:
@@ -102,8 +102,8 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
 
     Examples
     --------
-    >>> from asperity.barton.envelope import envelope
-    >>> from asperity.barton.joint import Joint
+    >>> from asperity.tools.barton.envelope import envelope
+    >>> from asperity.tools.barton.joint import Joint
     >>> found = envelope(Joint(jrc=10.0, jcs=100.0, phi_r=30.0, length=0.1), 0.5, 5.0)
     >>> bool(abs(found.parted).max() < 0.05)
     True

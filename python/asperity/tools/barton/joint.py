@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..contract import Floats
+from ...contract import Floats
 from ..tables import raise_all
 
 SAMPLE, LARGEST_JRC, STEEPEST = 0.1, 20.0, 70.0

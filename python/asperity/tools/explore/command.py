@@ -7,9 +7,10 @@ import math
 import sys
 import webbrowser
 
-from .. import contract
-from ..contract import refuse
-from ..options import add_options, assigned
+from ... import contract
+from ...contract import refuse
+from ...installed import needed
+from ...options import add_options, assigned
 from .model import LOGARITHMIC, OPTIONAL, VALUES
 
 
@@ -31,10 +32,9 @@ def add_arguments(explore: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> int:
     values = _values(options.values)
     refuse(not 0 <= options.port <= 65535, f"--port {options.port}: expected 0 to 65535")
-    try:
-        from bokeh.server.server import Server
-    except ImportError:
-        raise ValueError("asperity explore: expected Bokeh: pip install 'asperity[explore]'") from None
+    needed("explore", "bokeh")
+    from bokeh.server.server import Server
+
     from .page import Page
 
     try:

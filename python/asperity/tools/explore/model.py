@@ -10,15 +10,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from .. import contract
-from ..case_writer import case_text, props_line
-from ..contract import Floats
-from ..errors import EquilibriumLost
+from ... import contract
+from ...case_writer import case_text, props_line
+from ...contract import Floats
+from ...errors import EquilibriumLost
+from ...history import History
+from ...interface import Interface
+from ...material import Material, ModelWarning
+from ...pattern import Pattern, direction_vector
 from ..fit.model import MATERIAL, TIMELESS, plausible
-from ..history import History
-from ..interface import Interface
-from ..material import Material, ModelWarning
-from ..pattern import Pattern, direction_vector
 from ..pattern_pictures import outlines
 from ..surface.slopes import Planes
 

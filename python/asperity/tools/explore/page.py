@@ -12,7 +12,7 @@ from bokeh.layouts import column, row
 from bokeh.palettes import Cividis256
 from bokeh.plotting import figure
 
-from ..contract import Floats
+from ...contract import Floats
 from . import model
 
 BLUE, ORANGE, LOWER, UPPER = "#0072B2", "#D55E00", "#BBBBBB", "#DDDDDD"

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..contract import Floats, refuse
-from ..material import ModelWarning
+from ...contract import Floats, refuse
+from ...material import ModelWarning
 from ..tables import size
 
 if TYPE_CHECKING:

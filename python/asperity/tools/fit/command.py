@@ -9,12 +9,12 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
-from .. import contract
-from .. import options as cli
-from ..cards.blocks import HOSTS
-from ..case_writer import props_line
-from ..interface import Interface
-from ..model_checks import model_warnings, shown_warnings
+from ... import contract
+from ... import options as cli
+from ...cards.blocks import HOSTS
+from ...case_writer import props_line
+from ...interface import Interface
+from ...model_checks import model_warnings, shown_warnings
 from ..tables import size
 from .checks import refuse
 from .fitting import STARTS_TRIED, fit

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from .. import contract
-from ..contract import Floats
-from ..parallel import map_in_order
+from ... import contract
+from ...contract import Floats
+from ...parallel import map_in_order
 from . import model
 from .checks import refuse, shows_dilation, warn_if
 from .model import BOND, INCLINED, KS, MORTAR, PLAUSIBLE, ROCK, SCALES, SIDES, Problem, plausible
@@ -73,7 +73,7 @@ def fit(
     --------
     >>> import numpy as np
     >>> from asperity import Interface, Material, Pattern
-    >>> from asperity.fit import ShearTest, fit
+    >>> from asperity.tools.fit import ShearTest, fit
     >>> joint = Interface(Material(1.5, 0.15, 0.9, 0.5, kc=20.0), Pattern.regular(2, 20.0))
     >>> box = joint.confined_slip(0.0, np.linspace(0.0, 0.6, 31), sigma_N=-1.0)
     >>> test = ShearTest("box", box.slip_along()[1:], box.tau[1:], (box.dilation - box.dilation[0])[1:], -1.0)

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import contract
-from ..contract import Floats
-from ..interface import Interface
-from ..material import Material
-from ..pattern import Pattern
-from ..steps import slip_path, thinned
+from ... import contract
+from ...contract import Floats
+from ...interface import Interface
+from ...material import Material
+from ...pattern import Pattern
+from ...steps import slip_path, thinned
 from .records import ShearTest
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import contract
+from ... import contract
 from .fitting import problem_of, search
 from .model import ENDING, ROCK, SIDES
 from .result import BETTER, Fit, failed_checks

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import contract
-from ..contract import Floats
-from ..steps import turns_of
+from ... import contract
+from ...contract import Floats
+from ...steps import turns_of
 from ..tables import Table, raise_all, read_table, size
 from .checks import check_rows, check_sizes, refuse, warn_if
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..case_writer import rounded, slip_case
+from ...case_writer import rounded, slip_case
 from .model import DEFAULTS, KS, MATERIAL, MORTAR, ROCK, SCALES, UNITS
 from .records import NONE
 from .result import CONFIDENCE, REFINE, Fit, checks

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..contract import Floats
-from ..interface import Interface
+from ...contract import Floats
+from ...interface import Interface
 from .model import ENDING, KS, SCALES, TIMELESS, Problem, at_rows, from_scale, material_of, residual_ratio
 
 if TYPE_CHECKING:

@@ -7,11 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
-from ..case_files import SlipTest, read_case, slip_tests
-from ..case_writer import pattern_text, props_line
-from ..model_checks import shown_warnings, warn_of_physics
-from ..options import add_options, add_output, add_workers, check_outputs, progress_bar, replace_file, workers
-from ..steps import turns_of
+from ...case_files import SlipTest, read_case, slip_tests
+from ...case_writer import pattern_text, props_line
+from ...model_checks import shown_warnings, warn_of_physics
+from ...options import (
+    add_options,
+    add_output,
+    add_workers,
+    check_outputs,
+    progress_bar,
+    replace_file,
+    workers,
+)
+from ...steps import turns_of
 from .search import REFERENCE_SIDES, Errors, LoadCase, NoPatternError, Selection, select
 
 FEW_PLANES = 5

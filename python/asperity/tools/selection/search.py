@@ -15,11 +15,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import contract
-from ..contract import Floats
-from ..interface import Interface
-from ..material import Material
-from ..pattern import Pattern
+from ... import contract
+from ...contract import Floats
+from ...interface import Interface
+from ...material import Material
+from ...pattern import Pattern
 from ..slip_curves import SlipCurves, slip_curves
 
 REFERENCE_SIDES = 64  # sides of the fine pattern, whose mean over directions is the reference

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import contract
-from ..case_files import read_case
-from ..case_writer import pattern_text
-from ..interface import Interface
-from ..material import Material
-from ..model_checks import shown_warnings
-from ..options import add_options, add_output, check_outputs, numbers, progress_bar, replace_file
-from ..pattern import Pattern
+from ... import contract
+from ...case_files import read_case
+from ...case_writer import pattern_text
+from ...interface import Interface
+from ...material import Material
+from ...model_checks import shown_warnings
+from ...options import add_options, add_output, check_outputs, numbers, progress_bar, replace_file
+from ...pattern import Pattern
 from . import slopes
 from .scan import EVEN, Scan
 from .scan_files import read_scan

@@ -11,8 +11,8 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from ..contract import Floats
-from ..pattern import Pattern, unit_vector
+from ...contract import Floats
+from ...pattern import Pattern, unit_vector
 from ..style import COLOURS, TWO, label_axes, printed, save
 from .scan import Scan
 from .slopes import Facets, Planes, Slips

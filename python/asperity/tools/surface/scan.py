@@ -9,8 +9,8 @@ import numpy as np
 from scipy.integrate import trapezoid
 from scipy.ndimage import gaussian_filter1d
 
-from .. import contract
-from ..contract import Floats, refuse
+from ... import contract
+from ...contract import Floats, refuse
 
 LEAST_POINTS = 8  # smallest number of points along a direction of a scan
 EVEN = 0.05

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from contextlib import redirect_stderr, redirect_stdout
-from io import StringIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from .. import contract
-from ..contract import Floats, refuse
-from ..material import ModelWarning
-from ..pattern import Pattern
+from ... import contract
+from ...contract import Floats, refuse
+from ...material import ModelWarning
+from ...mesh.files import read_mesh
+from ...pattern import Pattern
 from ..tables import read_table, size
 from .scan import EVEN, LEAST_POINTS, Scan, even
 from .slopes import FLATNESS, bin_facets, directions_of, facets, nearest_regular
@@ -97,7 +95,7 @@ def planes_from_scan(
     Examples
     --------
     >>> import numpy as np
-    >>> from asperity.surface import Scan, planes_from_scan
+    >>> from asperity.tools.surface import Scan, planes_from_scan
     >>> x = np.linspace(0.0, 8.0, 81)
     >>> ridges = Scan(x, None, 0.5 * np.abs(x % 2.0 - 1.0)[None])
     >>> planes_from_scan(ridges).weights.round(6).tolist()
@@ -236,24 +234,9 @@ def _surface(path: Path, spacing: Sequence[float] | None, unit: str) -> Scan:
     return _filled(path, x, y, LinearTriInterpolator(sheet, points[:, 2])(x, y).filled(np.nan), unit)
 
 
-def read_mesh(path: Path, expected: str) -> Any:
-    """Mesh of a file by meshio; raises ValueError with the name of the file, why, and what was expected."""
-    try:
-        import meshio
-    except ImportError:
-        raise ValueError(f"{path}: expected meshio: pip install 'asperity[surface]'") from None
-    said = StringIO()
-    try:
-        with redirect_stdout(said), redirect_stderr(said), np.errstate(over="ignore"):
-            return meshio.read(path)
-    except (Exception, SystemExit) as error:  # meshio prints and exits where it cannot read
-        text = (" ".join(said.getvalue().split()) or str(error)).rstrip(".")
-        raise ValueError(f"{path}: {text}: expected {expected}") from None
-
-
 def _triangles(path: Path) -> tuple[Floats, np.ndarray]:
     """Points (n, 3) and triangles (m, 3) of a file."""
-    mesh = read_mesh(path, "a file of triangles")
+    mesh = read_mesh(path, "a file of triangles", "surface")
     points, cells = np.asarray(mesh.points, dtype=float), mesh.cells_dict
     triangles = cells.pop("triangle", np.empty((0, 3), dtype=int))
     others = ", ".join(sorted(set(cells) - {"vertex", "line"})) or "none"

@@ -14,9 +14,9 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from .. import contract
-from ..contract import Floats, refuse
-from ..pattern import Pattern, direction_vector, unit_vector
+from ... import contract
+from ...contract import Floats, refuse
+from ...pattern import Pattern, direction_vector, unit_vector
 from .scan import Scan
 
 LEAST_SHARE = 0.005

@@ -9,12 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import contract
-from ..case_files import read_case
-from ..fit.command import NO_RESULT
-from ..fit.report import file_of
-from ..model_checks import shown_warnings
-from ..options import (
+from ... import contract
+from ...case_files import read_case
+from ...model_checks import shown_warnings
+from ...options import (
     add_options,
     add_output,
     add_workers,
@@ -24,6 +22,8 @@ from ..options import (
     units_of,
     workers,
 )
+from ..fit.command import NO_RESULT
+from ..fit.report import file_of
 from .distribution import CONSTANTS, Distribution
 from .spread import BATCH, CURVES, RESULTS, Spread, uncertainty
 

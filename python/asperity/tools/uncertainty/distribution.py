@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import contract
-from ..case_files import Case
-from ..contract import Floats, refuse
+from ... import contract
+from ...case_files import Case
+from ...contract import Floats, refuse
 from ..fit.model import INCLINED, KS, SCALES, TIMELESS, from_scale, to_scale
 from ..fit.report import file_of
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..steps import turns_of
+from ...steps import turns_of
 from ..style import COLOURS, label_axes, labels_of, new_figure, printed, save
 from .spread import Spread
 

@@ -11,14 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import contract
-from ..case_files import Case, Run, read_case
-from ..contract import Floats, refuse
-from ..history import SEPARATION
-from ..load_path import rows_of
-from ..parallel import map_in_order
-from ..pattern import direction_vector
-from ..steps import Step, prescribed, thinned
+from ... import contract
+from ...case_files import Case, Run, read_case
+from ...contract import Floats, refuse
+from ...history import SEPARATION
+from ...load_path import rows_of
+from ...parallel import map_in_order
+from ...pattern import direction_vector
+from ...steps import Step, prescribed, thinned
 from .distribution import Distribution, bad_constant, distribution_of, with_constants
 
 CURVES = ("traction", "dilation", "damage")
@@ -162,7 +162,7 @@ def uncertainty(
     Examples
     --------
     >>> from asperity.installed import named_case
-    >>> from asperity.uncertainty import uncertainty
+    >>> from asperity.tools.uncertainty import uncertainty
     >>> [found] = uncertainty(named_case("figure05b"), sd={"mu": 0.05}, samples=50)
     >>> found.curves.shape[0], len(found.results), found.left_out
     (3, 50, 0.0)
