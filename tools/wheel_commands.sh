@@ -6,16 +6,24 @@ for program in gfortran gcc cc pip; do
   ! command -v "$program"
 done
 pip=$(echo /needed/pip-*.whl)
-python3 "$pip/pip" install --quiet --root-user-action ignore --no-index --find-links /needed --break-system-packages asperity
+install="python3 $pip/pip install --quiet --root-user-action ignore --no-index --find-links /needed --break-system-packages"
+$install asperity
 mkdir /first && cd /first
 
 asperity doctor
 rie_driver --version
-asperity run figure05b --quiet --plot
+asperity run figure05b --quiet
 asperity new mu=0.6 -o joint.nml
 rie_driver joint.nml --quiet
 asperity card abaqus joint.nml --sigma-N -1
 asperity export abaqus kit
+
+# the toolbox
+! python3 -c 'import scipy'
+! asperity surface --help 2>refused.txt
+grep 'asperity\[tools\]' refused.txt
+$install 'asperity[tools]'
+asperity run figure05b --quiet --force --plot
 asperity surface --help >help.txt
 
 # constants of synthetic tests, with a picture and a case that the driver runs
