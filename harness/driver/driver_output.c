@@ -1,11 +1,13 @@
 /* Files that the driver writes, one at a time, with what Fortran cannot do: each line is written by one system call,
  * and a line that is written in part is taken back; two runs are kept from one file; files are compared by their
- * inodes, and looked into without waiting for a pipe. A file that cannot be written ends the program with code 1. */
+ * inodes, and looked into without waiting for a pipe. A file that cannot be written, or that another process has changed
+ * or removed in the meantime, ends the program with code 1. */
 #define _XOPEN_SOURCE 700
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
 #include <stdbool.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,6 +23,14 @@ bool output_same_file(const char *first, const char *second);
 
 static int file = -1;     /* the open file */
 static char *name = NULL; /* of it */
+static uint64_t written;  /* checksum of what was written */
+
+/* Checksum (FNV-1a) of more bytes. */
+static const uint64_t no_bytes = 14695981039346656037u;
+static uint64_t sum_of(uint64_t sum, const char *bytes, size_t n) {
+  for (size_t i = 0; i < n; i++) sum = (sum ^ (unsigned char)bytes[i]) * 1099511628211u;
+  return sum;
+}
 
 /* End the program as the last call has failed. */
 static void not_written(void) {
@@ -34,6 +44,7 @@ void output_create(const char *path) {
   name = strdup(path);
   if (name == NULL) abort();
   file = STDOUT_FILENO;
+  written = no_bytes;
   if (strcmp(path, "-") == 0) return;
   file = open(path, O_WRONLY | O_CREAT, 0666);
   if (file < 0) not_written();
@@ -45,9 +56,32 @@ void output_create(const char *path) {
   if (ftruncate(file, 0) != 0 && errno != EINVAL) not_written();
 }
 
+/* Whether the file of the name has what was written: a UMAT may remove it, or write to it. */
+static bool is_whole(void) {
+  struct stat mine, found;
+  char bytes[1 << 16];
+  uint64_t sum = no_bytes;
+  if (fstat(file, &mine) != 0 || !S_ISREG(mine.st_mode)) return true;
+  const int again = open(name, O_RDONLY);
+  if (again < 0) return errno == EACCES;
+  bool whole = fstat(again, &found) == 0 && found.st_dev == mine.st_dev && found.st_ino == mine.st_ino;
+  for (ssize_t got = 1; whole && got > 0;) {
+    got = read(again, bytes, sizeof bytes);
+    if (got > 0) sum = sum_of(sum, bytes, (size_t)got);
+  }
+  close(again);
+  return whole && sum == written;
+}
+
 /* Close the file. */
 void output_close(void) {
-  if (file != STDOUT_FILENO && close(file) != 0) not_written();
+  if (file == STDOUT_FILENO) return;
+  const bool whole = is_whole();
+  if (close(file) != 0) not_written();
+  if (whole) return;
+  fprintf(stderr, "rie_driver: %s: another program, or the UMAT, has changed or removed it: expected rows of this run\n",
+          name);
+  exit(1);
 }
 
 /* Write all bytes, or none of them to a file. */
@@ -80,6 +114,7 @@ void output_write(const char *line, size_t n) {
   sigfillset(&all);
   if (!waits) sigprocmask(SIG_BLOCK, &all, &before);
   if (!write_all(line, n)) not_written();
+  written = sum_of(written, line, n);
   if (!waits) sigprocmask(SIG_SETMASK, &before, NULL);
 }
 

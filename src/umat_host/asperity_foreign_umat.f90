@@ -29,6 +29,7 @@ module asperity_foreign_umat
   type, public :: how_type
     logical :: strict = .false.       !! whether arguments that are the host's must not change
     logical :: ones = .false.         !! whether the numbers between the arguments are 1, or NaN
+    logical :: marks = .false.        !! whether each number of DDSDDE must be written
     character(len=6) :: absent = ""   !! name of the argument that is NULL; blank: none
     logical :: tries = .false.        !! whether each increment is tried before
     logical :: threads = .false.      !! whether the points are in threads
@@ -51,11 +52,11 @@ module asperity_foreign_umat
   ! the routines of C act on the one UMAT of this process; no result of a law depends on it before `ask`
   interface
     !> Open a library.
-    subroutine c_open(library, symbol, checks, strict, ones, absent) bind(c, name="umat_open")
+    subroutine c_open(library, symbol, job, checks, strict, ones, marks, absent) bind(c, name="umat_open")
       import :: c_char, c_int
       implicit none
-      character(kind=c_char), intent(in) :: library(*), symbol(*), absent(*)
-      integer(c_int), value :: checks, strict, ones
+      character(kind=c_char), intent(in) :: library(*), symbol(*), job(*), absent(*)
+      integer(c_int), value :: checks, strict, ones, marks
     end subroutine c_open
     !> POSIX: the whole path of a file; NULL if there is none.
     function c_whole_path(path, whole) bind(c, name="realpath") result(found)
@@ -113,9 +114,9 @@ contains
     type(how_type), intent(in), optional :: how    !! absent: as a host calls it
     type(how_type) :: this
     if (present(how)) this = how
-    call c_open(law%umat%library // c_null_char, law%umat%symbol // c_null_char, &
+    call c_open(law%umat%library // c_null_char, law%umat%symbol // c_null_char, job_name(law) // c_null_char, &
       merge(1_c_int, 0_c_int, present(how)), merge(1_c_int, 0_c_int, this%strict), merge(1_c_int, 0_c_int, this%ones), &
-      trim(this%absent) // c_null_char)
+      merge(1_c_int, 0_c_int, this%marks), trim(this%absent) // c_null_char)
   end subroutine open_umat
 
   !> Name of the UMAT in messages.
@@ -125,6 +126,18 @@ contains
     name = law%umat%symbol
     if (len(law%umat%library) > 0) name = name // " of " // law%umat%library
   end function umat_name
+
+  !> Name of the job, as GETJOBNAME gives it: that of the case file.
+  pure function job_name(law) result(name)
+    class(foreign_law), intent(in) :: law   !! the law
+    character(len=:), allocatable :: name
+    integer :: dot
+    name = "case"
+    if (.not. allocated(law%umat%place%file)) return
+    name = law%umat%place%file(index(law%umat%place%file, "/", back=.true.) + 1:)
+    dot = index(name, ".", back=.true.)
+    if (dot > 1) name = name(:dot - 1)
+  end function job_name
 
   !> Name of a number of a state behind the energies, for a column.
   pure function state_name(law, i) result(name)

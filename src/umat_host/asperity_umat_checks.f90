@@ -5,6 +5,7 @@ module asperity_umat_checks
   use asperity_kinds, only: wp
   use asperity_steps, only: component_names
   use asperity_text, only: integer_text, short
+  use asperity_umat_stiffness, only: try_stiffness
   use asperity_umat_walk, only: checked_path_type, difference, n_first, walk, walk_type
   implicit none
   private
@@ -14,11 +15,13 @@ module asperity_umat_checks
   character(len=*), parameter, public :: passed = "passed", failed = "FAILED", stated = "stated", &
     not_judged = "not judged", not_declared = "not declared"
 
-  !> Checks in their order; from `first_judged` on they are of no meaning if a UMAT has hidden state, which the
-  !> comparisons from `first_hidden` on find.
-  character(len=*), parameter, public :: check_names(11) = [character(len=12) :: "arguments", "repeated", "cut", &
-    "alternating", "threads", "absent", "components", "tangent", "symmetry", "energies", "dissipation"]
-  integer, parameter :: first_hidden = 2, first_judged = 6
+  !> Checks in their order; those from `first_compared` on compare walks, and from `first_judged` on they are of no
+  !> meaning if a UMAT has hidden state, which the comparisons from `first_hidden` on find.
+  character(len=*), parameter, public :: check_names(13) = [character(len=12) :: "stiffness", "written", "arguments", &
+    "repeated", "cut", "alternating", "threads", "absent", "components", "tangent", "symmetry", "energies", &
+    "dissipation"]
+  character(len=*), parameter :: of_energies(2) = [character(len=12) :: "energies", "dissipation"]
+  integer, parameter :: first_compared = 2, first_hidden = 4, first_judged = 8
 
   !> A check that compares the results of two walks to the last bit: how the second is made, and the first with the same
   !> parts and strictness.
@@ -28,7 +31,8 @@ module asperity_umat_checks
     logical :: two = .false.                  !! whether the second has two points, which the first has one by one
   end type comparison_type
   !> The first checks.
-  type(comparison_type), parameter :: comparisons(first_judged) = [ &
+  type(comparison_type), parameter :: comparisons(first_compared:first_judged) = [ &
+    comparison_type("with other numbers in DDSDDE at entry", how_type(marks=.true.)), &
     comparison_type("with other numbers outside its arguments", how_type(strict=.true., ones=.true.)), &
     comparison_type("when a call is repeated", how_type(tries=.true.)), &
     comparison_type("after a larger increment that is tried first", how_type(tries=.true., parts=2)), &
@@ -47,6 +51,8 @@ module asperity_umat_checks
   real(wp), parameter :: tangent_error = 1.0e-5_wp, kink = 1.0e-3_wp, energy_error = 0.01_wp, rounding = 1.0e-9_wp, &
     component_error = 1.0e-12_wp
   integer, parameter :: energy_parts = 16
+  !> Numbers that a remark names.
+  integer, parameter :: most_unchanged = 4
   !> Factors of the components of the path for the first point and for the second one.
   real(wp), parameter :: factors_of(3, 2) = reshape([1.0_wp, 1.0_wp, 1.0_wp, 0.6_wp, -0.6_wp, 0.3_wp], [3, 2])
 
@@ -65,8 +71,8 @@ contains
     type(check_type), intent(out) :: checks(:)             !! in the order of check_names
     type(walk_type) :: plan
     real(wp), allocatable :: a(:, :)
-    character(len=:), allocatable :: failure
-    logical :: hidden
+    character(len=:), allocatable :: failure, text
+    logical :: good, hidden
     integer :: i
     hidden = .false.
     plan%path = path
@@ -74,20 +80,46 @@ contains
     call walk(plan, a, failure)
     do i = 1, size(check_names)
       checks(i)%name = check_names(i)
-      if (size(path%dt) == 0) then
+      if (i < first_compared) then
+        call try_stiffness(path, good, text)
+        call judge(checks(i), trim(merge(passed, failed, good)), text)
+      else if (size(path%dt) == 0) then
         call judge(checks(i), not_judged, "the path has no increment")
       else if (hidden .and. i >= first_judged) then
         call judge(checks(i), not_judged, "results depend on earlier calls")
-      else if (len(failure) > 0 .and. i > 1) then
+      else if (len(failure) > 0 .and. i >= first_hidden) then
         call judge(checks(i), not_judged, failure)
       else if (i < first_judged) then
-        call compare(comparisons(min(i, first_judged)), plan, a, checks(i))
+        call compare(comparisons(max(first_compared, min(i, first_judged))), plan, a, checks(i))
+        if (i == first_compared .and. checks(i)%outcome == passed) call judge(checks(i), passed, "all of DDSDDE" // &
+          unchanged(plan, a))
       else
         call make_check(plan, a, checks(i))
       end if
       hidden = hidden .or. (checks(i)%outcome == failed .and. i >= first_hidden .and. i < first_judged)
     end do
   end subroutine check_umat
+
+  !> Numbers of STRESS and STATEV that the walk of a host leaves as they are, as a remark.
+  function unchanged(plan, a) result(text)
+    type(walk_type), intent(in) :: plan   !! the walk
+    real(wp), intent(in) :: a(:, 0:)      !! its results
+    character(len=:), allocatable :: text
+    integer :: i, left
+    text = ""
+    left = 0
+    do i = 1, plan%path%law%umat%ntens + plan%path%law%umat%nstatv
+      if (any(abs(a(n_first + n_header + i, 1:) - a(n_first + n_header + i, 0)) > 0.0_wp)) cycle
+      left = left + 1
+      if (left > most_unchanged) cycle
+      associate (statev => i - plan%path%law%umat%ntens)
+        if (statev > 0) text = text // ", STATEV(" // integer_text(statev) // ")"
+        if (statev <= 0) text = text // ", STRESS(" // integer_text(i) // ")"
+      end associate
+    end do
+    if (left > most_unchanged) text = text // " and " // integer_text(left - most_unchanged) // " more"
+    if (left > 0) text = "; along the path it never changes " // text(3:)
+  end function unchanged
 
   !> Set outcome and text of a check.
   subroutine judge(check, outcome, text)
@@ -188,7 +220,7 @@ contains
       if (.not. any(abs(sums) > 0.0_wp)) call judge(check, not_judged, "SPD and SCD are zero")
     end select
     if (len(failure) > 0) call judge(check, failed, failure)
-    if (any(check%name == check_names(10:)) .and. .not. plan%path%law%umat%has_energies) call judge(check, &
+    if (any(check%name == of_energies) .and. .not. plan%path%law%umat%has_energies) call judge(check, &
       not_declared, "energies = .false.")
   end subroutine make_check
 

@@ -9,7 +9,8 @@ module asperity_umat_run
     run_type, set_point, start_run
   use asperity_refine, only: refine_path
   use asperity_text, only: set_text
-  use asperity_umat_worker, only: end_worker, leave_notes, n_notes, receive_row, send_row, start_worker
+  use asperity_umat_stiffness, only: stiffness_fault
+  use asperity_umat_worker, only: end_worker, fail_worker, leave_notes, n_notes, receive_row, send_row, start_worker
   implicit none
   private
   public :: start_umat_run, next_umat_row
@@ -28,6 +29,7 @@ module asperity_umat_run
     type(foreign_law), private :: law
     type(case_type), private :: case                 !! load path and start
     real(wp), allocatable, private :: numbers(:)     !! a row
+    logical, private :: has_rows = .false.           !! whether the child has sent one
   end type umat_run_type
 
 contains
@@ -65,7 +67,7 @@ contains
       found = receive_row(run%numbers, size(run%numbers)) /= 0
       if (.not. found) then
         call end_umat_run(run)
-        if (len(run%failure) == 0 .or. .not. run%case%tolerance > 0.0_wp) return
+        if (len(run%failure) == 0 .or. run%has_rows .or. .not. run%case%tolerance > 0.0_wp) return
         ! a path with a tolerance has its rows at its end only: it is taken again as far as it goes
         run%case%tolerance = 0.0_wp
         call start_worker(c_funloc(follow_path), c_loc(run), run%law%umat%limit)
@@ -75,6 +77,7 @@ contains
       if (head%step == 0 .or. .not. head%lost) run%run%before = point_type(s=head%s, traction=head%traction, &
         work=head%work, state=run%numbers(n_head + 1:))
       if (head%step == 0) cycle
+      run%has_rows = .true.
       row%row_head = head
       row%state = run%numbers(n_head + 1:)
       return
@@ -98,7 +101,7 @@ contains
     type(point_type) :: start
     type(run_type) :: run
     type(row_type) :: row
-    character(len=:), allocatable :: text
+    character(len=:), allocatable :: fault, text
     integer :: n
     logical :: found
     call c_f_pointer(data, task)
@@ -107,6 +110,8 @@ contains
     associate (law => task%law, case => task%case)
       n = n_head + law%n_state
       start = new_point(law, case%state%statev, case%state%s)
+      fault = stiffness_fault(law, start)
+      if (len(fault) > 0) call fail_worker(fault // c_null_char)
       if (case%state%has_work) start%work = case%state%work
       call refine_path(law, case%steps, start, case%tolerance, run, text)
     end associate

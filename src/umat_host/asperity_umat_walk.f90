@@ -2,6 +2,7 @@
 !> results.
 module asperity_umat_walk
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_funptr, c_int, c_loc, c_ptr
+  use, intrinsic :: iso_fortran_env, only: int64
   use asperity_foreign_umat, only: foreign_law, how_type, n_header, open_umat
   use asperity_kinds, only: wp
   use asperity_umat_worker, only: end_worker, n_notes, receive_row, send_row, start_worker
@@ -11,8 +12,9 @@ module asperity_umat_walk
 
   !> Steps of the differences, relative to `length`.
   real(wp), parameter, public :: difference(2) = 1.0e-5_wp*[1.0_wp, 0.01_wp]
-  !> Updates of a thread, so that both work at the same time.
+  !> Updates of a thread, so that both work at the same time, and the time after which a slow UMAT makes no more, s.
   integer, parameter :: thread_updates = 20000
+  real(wp), parameter :: thread_seconds = 2.0_wp
   !> An increment that is not divided.
   real(wp), parameter :: whole(2) = [0.0_wp, 1.0_wp]
   !> Traction and tangent before the state in a result; numbers of the differences at an increment.
@@ -186,14 +188,18 @@ contains
     type(foreign_law) :: law
     real(wp), allocatable :: found(:)
     integer :: i, k
+    integer(int64) :: began, now, rate
     call c_f_pointer(data, plan)
     law = plan%path%law
+    call system_clock(began, rate)
     do i = 1, 1 + thread_updates/size(plan%path%dt)
       found = [spread(0.0_wp, 1, n_first), plan%path%start]
       do k = 1, size(plan%path%dt)
         found = after(law, plan%path, k, plan%factors(:, which), whole, found(n_first + 1:))
         if (any(abs(found - plan%known(:, k + 1, which)) > 0.0_wp)) plan%differs(which) = min(plan%differs(which), k)
       end do
+      call system_clock(now)
+      if (real(now - began, wp) > thread_seconds*real(rate, wp)) exit
     end do
   end subroutine walk_often
 

@@ -4,7 +4,7 @@ module asperity_umat_worker
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: start_worker, receive_row, end_worker, send_row, leave_notes, c_text
+  public :: start_worker, receive_row, end_worker, fail_worker, send_row, leave_notes, c_text
 
   !> Numbers of the notes of a child.
   integer, parameter, public :: n_notes = 16
@@ -45,6 +45,12 @@ module asperity_umat_worker
       integer(c_int), value :: n
       real(c_double), intent(in) :: numbers(n)
     end subroutine send_row
+    !> End this process, which is a child, with a reason, which ends with c_null_char.
+    subroutine fail_worker(reason) bind(c, name="umat_worker_fail")
+      import :: c_char
+      implicit none
+      character(kind=c_char), intent(in) :: reason(*)
+    end subroutine fail_worker
     !> Leave up to n_notes numbers and a text from a child; they replace earlier ones. The text ends with c_null_char,
     !> and is cut if it is too long.
     subroutine leave_notes(numbers, n, text) bind(c, name="umat_worker_note")

@@ -18,7 +18,7 @@
 
 /* Arguments in their order: name, size, and where the values are that umat_call passes. */
 #define ARGUMENTS(X)                                                                                                   \
-  X(STRESS, ntens, stress) X(STATEV, nstatv, statev) X(DDSDDE, ntens * ntens, zeros) X(SSE, 1, energies)               \
+  X(STRESS, ntens, stress) X(STATEV, nstatv, statev) X(DDSDDE, ntens * ntens, entry) X(SSE, 1, energies)               \
   X(SPD, 1, energies + 1) X(SCD, 1, energies + 2) X(RPL, 1, zeros) X(DDSDDT, ntens, zeros) X(DRPLDE, ntens, zeros)     \
   X(DRPLDT, 1, zeros) X(STRAN, ntens, stran) X(DSTRAN, ntens, dstran) X(TIME, 2, time) X(DTIME, 1, &dtime)             \
   X(TEMP, 1, zeros) X(DTEMP, 1, zeros) X(PREDEF, 1, zeros) X(DPRED, 1, zeros) X(CMNAME, 10, name)                      \
@@ -39,14 +39,19 @@ typedef void umat_routine(ARGUMENTS(TYPE) size_t cmname_length);
 /* Numbers between two arguments, and bytes without access on either side of the block. */
 enum { GUARD = 64, REACH = 1 << 28 };
 
+/* What DDSDDE has at entry where each number of it must be written; else it has negative zeros. */
+static const double MARK = 1.2345678901234567e-3;
+
 void umat_(void); /* that of this project, which is called without a library */
 
 /* The UMAT, and how it is called. */
 static umat_routine *routine;
 static int checks;      /* requests for smaller increments are not obeyed */
 static int strict;      /* arguments that are the host's must not change */
+static int marks;       /* DDSDDE has other numbers at entry, and each of them must be written */
 static double fill;     /* what the guards have */
 static int absent = -1; /* the argument that is NULL */
+static char job[81];    /* the name of the job in Abaqus, here of the case */
 
 /* The arguments of a thread. */
 typedef struct {
@@ -69,6 +74,33 @@ void stdb_abqerr_(const int *level, const char *text, const int *integers, const
   if (*level < -1) umat_worker_fail(said);
   fprintf(stderr, "%s\n", said);
 }
+
+/* A text of C into one of Fortran; its length. */
+static void to_fortran(const char *text, char *name, int *length, size_t room) {
+  const size_t n = strlen(text) < room ? strlen(text) : room;
+  memset(name, ' ', room);
+  memcpy(name, text, n);
+  *length = (int)n;
+}
+
+/* Utilities of Abaqus: folder of the results, name of the job, number of processes and the number of this one. */
+void getoutdir_(char *name, int *length, size_t room) {
+  char folder[4096] = "";
+  to_fortran(getcwd(folder, sizeof folder) != NULL ? folder : ".", name, length, room);
+}
+void getjobname_(char *name, int *length, size_t room) { to_fortran(job, name, length, room); }
+void getnumcpus_(int *number) { *number = 1; }
+void getrank_(int *rank) { *rank = 0; }
+
+/* Utilities of Abaqus: locks, by their numbers from 1 to 100. */
+static pthread_mutex_t locks[100];
+static pthread_mutex_t *lock_of(const int *number) {
+  if (*number < 1 || *number > 100) umat_worker_fail("it used a mutex whose number is not 1 to 100");
+  return &locks[*number - 1];
+}
+void mutexinit_(const int *number) { pthread_mutex_init(lock_of(number), NULL); }
+void mutexlock_(const int *number) { pthread_mutex_lock(lock_of(number)); }
+void mutexunlock_(const int *number) { pthread_mutex_unlock(lock_of(number)); }
 
 /* End the process if something was written outside the arguments: what lies nearer to the one before a guard is its. */
 static void check_guards(void) {
@@ -99,9 +131,12 @@ static void struck(int number) {
 
 /* Open the UMAT of a library, or that of this project for an empty name, and set how it is called: `ones` fills the
  * guards with 1 instead of NaN, which_absent names an argument that is NULL, if it is one. */
-void umat_open(const char *library, const char *symbol, int checked, int strictly, int ones, const char *which_absent) {
+void umat_open(const char *library, const char *symbol, const char *job_name, int checked, int strictly, int ones,
+               int marked, const char *which_absent) {
   checks = checked;
   strict = strictly;
+  marks = marked;
+  snprintf(job, sizeof job, "%s", job_name);
   fill = ones ? 1.0 : nan("0x77");
   for (int k = 0; k < COUNT; k++) {
     if (strcmp(names[k], which_absent) == 0) absent = k;
@@ -164,6 +199,22 @@ static int not_finite(int *argument) {
   return 0;
 }
 
+/* End the process if DDSDDE has a number that it had at entry. Some hosts pass zeros, and others what was there before:
+ * without marks, a part of DDSDDE may be left as it is. */
+static void check_written(int ntens, const double *entry) {
+  char reason[200] = "it does not write";
+  int left = 0;
+  for (int k = 0; k < ntens * ntens; k++) {
+    if (memcmp(own.block + own.place[DDSDDE] + k, entry, sizeof *entry) != 0) continue;
+    if (left++ > 2) continue;
+    snprintf(reason + strlen(reason), sizeof reason - strlen(reason), "%s DDSDDE(%d,%d)", left > 1 ? "," : "",
+             k % ntens + 1, k / ntens + 1);
+  }
+  if (left == ntens * ntens) umat_worker_fail("it does not write DDSDDE");
+  if (left > 3) snprintf(reason + strlen(reason), sizeof reason - strlen(reason), " and %d more", left - 3);
+  if (left > 0 && marks) umat_worker_fail(reason);
+}
+
 /* End the process as a result is not finite; what a guard of ones makes finite was read there. */
 static void fail_for(int argument, int index, const void *const *input) {
   const int suspects[] = {PROPS, STATEV};
@@ -194,6 +245,8 @@ void umat_call(int attempt, int ntens, int nstatv, int nprops, const double *pro
   const int integers[][4] = {{direct}, {ntens - direct}, {ntens}, {nstatv}, {nprops}, {1}, {counts[0], 1, 0, 0},
                              {counts[1]}};
   char name[81], reason[100];
+  double entry[36];
+  for (int k = 0; k < 36; k++) entry[k] = marks ? MARK : -0.0;
   const void *const input[] = {ARGUMENTS(VALUES)};
   int argument;
   *good = 0;
@@ -221,6 +274,7 @@ void umat_call(int attempt, int ntens, int nstatv, int nprops, const double *pro
   if (index > 0 && !(own.pnewdt < 1.0)) fail_for(argument, index, input);
   if (index > 0 && checks) umat_worker_fail("it returned no numbers, and asked for a smaller increment");
   if (own.pnewdt < 1.0 && !checks) return;
+  check_written(ntens, entry);
   *good = 1;
   memcpy(stress, own.block + own.place[STRESS], (size_t)ntens * sizeof *stress);
   memcpy(statev, own.block + own.place[STATEV], (size_t)nstatv * sizeof *statev);

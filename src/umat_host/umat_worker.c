@@ -248,7 +248,7 @@ static int wait_some(void) {
     waitpid(child.id, &child.status, 0);
     child.id = 0;
     child.over = 1;
-  } else if (now() - child.since > (ends ? fmin(LAST_SECONDS, child.limit) : child.limit)) {
+  } else if (now() - child.since > (ends ? LAST_SECONDS : child.limit)) {
     child.late = 1;
     kill(-child.id, SIGKILL);
   }
@@ -288,7 +288,10 @@ void umat_worker_end(double *notes, int n, char *text, char *reason, int length)
   treat(interrupted, SIG_DFL);
   if (left->reason[0] != '\0') {
     snprintf(why, sizeof why, "%.*s", TEXT, left->reason);
-  } else if (child.late && !left->done) {
+  } else if (child.late && left->done) {
+    snprintf(why, sizeof why, "its process did not end within %g s after the path was complete (atexit, or a lock)",
+             LAST_SECONDS);
+  } else if (child.late) {
     snprintf(why, sizeof why, "it did not complete the increment within the limit of %g s", child.limit);
   } else if (WIFSIGNALED(child.status) && !left->done) {
     snprintf(why, sizeof why, "it ended by signal %d (%s)", WTERMSIG(child.status), strsignal(WTERMSIG(child.status)));

@@ -43,9 +43,11 @@ ATTACKER = """
 #include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
+void wait_for_ever() { for (;;) pause(); }
 void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,
            double *ddsddt, double *drplde, double *drpldt, double *stran, double *dstran) {
-  for (int i = 0; i < 3; i++) stress[i] = 100 * (stran[i] + dstran[i]), ddsdde[4 * i] = 100;
+  for (int i = 0; i < 9; i++) ddsdde[i] = i % 4 == 0 ? 100 : 0;
+  for (int i = 0; i < 3; i++) stress[i] = 100 * (stran[i] + dstran[i]);
   if (stran[0] + dstran[0] > 0.0035) { ATTACK }
 }
 """
@@ -241,6 +243,7 @@ SIGNAL = r"ended by signal {} \({}\)"
         'for (;;) puts("still");': r"limit of 0\.5 s; it printed last: ",
         "if (fork() == 0) for (;;) pause(); abort();": SIGNAL.format(6, "Aborted"),
         "for (int i = 3; i < 1000; i++) close(i);": "closed a file of this program",
+        "signal(SIGSEGV, wait_for_ever); *(volatile int *)8 = 1;": r"limit of 0\.5 s",
         'exit(puts("negative damage"));': "it printed last: negative damage",
     }.items(),
 )
@@ -271,6 +274,118 @@ def test_harmless(run, attacker, attack: str) -> None:
     """Closed output, much of it, processes, folders, exceptions, alarms and input of a UMAT change no row."""
     plain, found = run(attacker("")), run(attacker(attack))
     assert found.rows == plain.rows and len(found.rows) == 8
+
+
+@pytest.mark.parametrize("attack", ["atexit(wait_for_ever);", "on_exit(wait_for_ever, 0);"])
+@pytest.mark.parametrize("tolerance", ["", "&case tolerance = 1e-3 /\n"])
+def test_an_endless_exit(run, attacker, attack: str, tolerance: str) -> None:
+    """A process that does not end after the path is ended and reported; the path has each row once."""
+    found = run(tolerance + attacker(attack), code=1)
+    assert "its process did not end within 2 s after the path was complete" in found.messages
+    assert found.rows == run(tolerance + attacker("")).rows
+
+
+@pytest.mark.parametrize(
+    "attack", ['unlink("case.csv");', 'rename("case.csv", "b.csv");', 'fclose(fopen("case.csv", "w"));']
+)
+def test_a_result_that_the_umat_removes(run, attacker, attack: str) -> None:
+    """Rows that are not in the file at the end are no success."""
+    assert "case.csv: another program, or the UMAT, has changed" in run(attacker(attack), code=1).messages
+
+
+NO_LAW = """
+void umat_({type} *stress, {type} *statev, {type} *ddsdde, double *a, double *b, double *c, double *d,
+           double *e, double *f, double *g, {type} *stran, {type} *dstran) {{ {body} }}
+"""
+"""UMAT without a law; the type is that of its real numbers."""
+
+ELASTIC = "for (int i = 0; i < 9; i++) ddsdde[i] = i % 4 ? 0 : {0}; for (int i = 0; i < 3; i++) "
+ELASTIC += "stress[i] = {1} * (stran[i] + dstran[i]);"
+DIAGONAL = ELASTIC.replace("i++", "i += 4", 1)
+
+
+@pytest.mark.parametrize(
+    ("real", "body", "code", "said", "failed"),
+    [
+        ("double", "", 1, "at the start of the path it does not write DDSDDE", {"path", "stiffness"}),
+        ("float", ELASTIC.format(100, 100), 1, "in double precision", {"path", "stiffness"}),
+        ("double", ELASTIC.format(-100, -100), 1, "= -100 of its DDSDDE: expected", {"path", "stiffness"}),
+        ("double", ELASTIC.format(5, 5), 0, "", {"stiffness"}),
+        ("double", ELASTIC.format(100, 0), 0, "", {"stiffness", "tangent"}),
+        ("double", ELASTIC.format(100, -100), 0, "", {"stiffness", "tangent"}),
+        ("double", DIAGONAL.format(100, 100), 0, "", {"written"}),
+        ("double", ELASTIC.format(100, 100), 0, "", set()),
+    ],
+    ids=["empty", "single", "negative", "soft", "no stress", "signs", "diagonal", "elastic"],
+)
+def test_no_law(run, driver, tmp_path: Path, real: str, body: str, code: int, said: str, failed) -> None:
+    """A routine that is no law, or not the declared one, ends without rows or fails its check."""
+    source, path = tmp_path / "no_law.c", tmp_path / "no_law.so"
+    source.write_text(NO_LAW.format(type=real, body=body), encoding="utf-8")
+    subprocess.run(["gcc", "-shared", "-fPIC", source, "-o", path], check=True)
+    case = "&umat library = 'no_law.so', length = 0.01, stiffness = 100, ntens = 3, energies = .false. /\n"
+    found = run(case + "&step s_N = 0.01, 0, increments = 4 /\n&step slip = 0.02, -0.02 /\n", code=code)
+    assert said in found.messages and bool(found.rows) == (code == 0)
+    done = call(driver, "case.nml", "--check", folder=tmp_path)
+    assert {name for name, outcome in outcomes(done.stdout).items() if outcome == "FAILED"} == failed
+    assert done.returncode == bool(failed)
+
+
+UTILITIES = """
+void sinv_(), sprinc_(), sprind_(), rotsig_(), getoutdir_(), getjobname_();
+void mutexinit_(), mutexlock_(), mutexunlock_();
+void umat_(double *stress, double *statev, double *ddsdde, double *a, double *b, double *c, double *d,
+           double *e, double *f, double *g, double *stran, double *dstran, double *h, double *k, double *l,
+           double *m, double *n, double *o, char *p, int *q, int *r, int *s, int *nstatv, double *props) {
+  static const int ndi = 3, nshr = 3, one = 1;
+  const int kind = props[6];
+  int length;
+  char name[256];
+  mutexinit_(&one), mutexlock_(&one), mutexunlock_(&one);
+  for (int i = 0; i < 9; i++) ddsdde[i] = i % 4 ? 0 : 100;
+  for (int i = 0; i < 3; i++) stress[i] = 100 * (stran[i] + dstran[i]);
+  sinv_(props, statev, statev + 1, &ndi, &nshr);
+  sprinc_(props, statev + 2, &kind, &ndi, &nshr);
+  sprind_(props, statev + 5, statev + 8, &kind, &ndi, &nshr);
+  rotsig_(props, props + 7, statev + 17, &kind, &ndi, &nshr);
+  getjobname_(name, &length, (long)256);
+  statev[23] = length + (name[0] == 'c' && name[4] == ' ' ? 0 : 1000);
+  getoutdir_(name, &length, (long)256);
+  statev[24] = length;
+}
+"""
+"""Elastic UMAT whose state variables are what Abaqus' utility routines return."""
+
+
+@pytest.mark.parametrize("kind", [1, 2], ids=["stress", "strain"])
+@pytest.mark.parametrize("equal", [False, True], ids=["distinct", "equal"])
+def test_utility_routines(run, tmp_path: Path, kind: int, equal: bool) -> None:
+    """SINV, SPRINC, SPRIND and ROTSIG agree with NumPy; folder and job are those of the case."""
+    source = tmp_path / "utilities.c"
+    source.write_text(UTILITIES, encoding="utf-8")
+    subprocess.run(["gcc", "-w", "-shared", "-fPIC", source, "-o", tmp_path / "utilities.so"], check=True)
+    draw = np.random.default_rng(2015)
+    rotation, _ = np.linalg.qr(draw.normal(size=(3, 3)))
+    tensor = rotation @ np.diag([2.0, 2.0, -1.0] if equal else [3.0, 1e-3, -7.0]) @ rotation.T
+    turn, _ = np.linalg.qr(draw.normal(size=(3, 3)))
+    rows, columns = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
+    factor = np.repeat([1.0, kind], 3)
+    props = [*(tensor[rows, columns] * factor), kind, *turn.T.ravel()]
+    text = ", ".join(f"{value:.17g}" for value in props)
+    case = f"&umat library = 'utilities.so', props = {text}, nstatv = 25,\n  length = 0.01, "
+    found = run(case + "stiffness = 100 /\n&step s_N = 0.001 /\n", "--planes")
+    statev = np.array([found[f"statev_{i + 1}"][-1] for i in range(25)])
+    close = partial(np.testing.assert_allclose, rtol=1e-12, atol=1e-13)
+    expected = np.linalg.eigvalsh(tensor)
+    close(np.sort(statev[2:5]), expected)
+    directions = statev[8:17].reshape(3, 3).T
+    close(directions @ directions.T, np.eye(3))
+    close(directions.T @ np.diag(statev[5:8]) @ directions, tensor)
+    close(statev[17:23], (turn @ tensor @ turn.T)[rows, columns] * factor)
+    if kind == 1:
+        deviator = tensor - np.trace(tensor) / 3 * np.eye(3)
+        close(statev[:2], [np.trace(tensor) / 3, np.sqrt(1.5 * np.sum(deviator**2))])
+    assert statev[23:].tolist() == [len("case"), len(str(tmp_path))]
 
 
 def test_no_process_is_left(run, attacker) -> None:
@@ -421,7 +536,7 @@ def test_own_umat_passes(driver: Path, case: str) -> None:
     path = Path(__file__).parents[2] / "harness/cases" / f"{case}.nml"
     done = call(driver, path, "--check", "--only", "1", folder=path.parent)
     found = outcomes(done.stdout)
-    assert done.returncode == 0 and len(found) == 12
+    assert done.returncode == 0 and len(found) == 14
     assert {name for name, outcome in found.items() if outcome != "passed"} == {"symmetry"}
 
 
@@ -432,7 +547,7 @@ def test_own_umat_passes(driver: Path, case: str) -> None:
         (1, {"tangent"}),
         (2, {"cut", "alternating", "threads"}),
         (3, {"dissipation"}),
-        (4, {"path"}),
+        (4, {"path", "stiffness"}),
         (5, {"path"}),
         (7, set()),
         (10, {"arguments", "absent"}),
@@ -476,5 +591,5 @@ def test_the_table_is_whole(driver: Path, attacker, tmp_path: Path, attack: str,
     case = attacker(f"if (statev[0]++ > 0) {{ {attack} }}")
     (tmp_path / "case.nml").write_text(case, encoding="utf-8")
     done = call(driver, "case.nml", "--check", folder=tmp_path)
-    assert done.returncode == 1 and len(outcomes(done.stdout)) == 12
+    assert done.returncode == 1 and len(outcomes(done.stdout)) == 14
     assert outcomes(done.stdout)["path"] == "FAILED" and said in done.stdout
