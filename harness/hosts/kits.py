@@ -7,10 +7,13 @@ from typing import Any
 from asperity import Interface, Material, Pattern, contract, installed
 from asperity.export.element import Element
 
+JOINTED = " ".join(f"jointed{part}.py" for part in ("", "_follow", "_mesh", "_model", "_output", "_steps"))
+"""Files of the solver for FEniCSx."""
+
 KITS: dict[str, tuple[dict[str, Any], str, str, str]] = {
     "akantu": ({"name": "joint"}, "", "material.dat", "single.py asperity_akantu.py single.msh"),
     "calculix": ({"name": "JOINT", "h": 1.0e-3}, "", "single.inp", ""),
-    "fenicsx": ({"name": "joint"}, "joint.py", "", "single.py jointed.py paraview_files.py"),
+    "fenicsx": ({"name": "joint"}, "joint.py", "", f"single.py {JOINTED} paraview_files.py"),
     "kratos": ({}, "joint.json", "", "single.py kratos_model.py"),
     "ogs": ({"h": 1.0e-4}, "card.xml", "path.xml", "single.prj layer.vtu bottom.vtu top.vtu"),
     "oofem": ({"h": 1.0e-4}, "", "single.in", "oofem_run.py"),

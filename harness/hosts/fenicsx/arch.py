@@ -75,7 +75,6 @@ def collapse(
     down, side = (model.body((np.eye(dim)[k] * WEIGHT * sign).tolist()) for k, sign in ((1, -1.0), (0, 1.0)))
     base = model.x[:, 1] < -0.3 * ratio * R + 1e-6
     steps = Steps(model, model.dofs(base, *range(dim)), options="-snes_max_it 30", drag=np.abs(down + side))
-    steps.size = total(np.abs(down).sum())
     at, step = 0.0, 0.02
     if not stands(steps, down):
         raise ValueError(f"t/R = {ratio:g}: the arch falls under its weight")

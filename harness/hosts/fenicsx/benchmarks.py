@@ -4,6 +4,9 @@
   12 M^2/(E h^3) at every length of the crack, whatever the law of the joint.
 - period: a block that is pressed between its own next periods, plane stress.
 - slope: 1 where a block rests 0.2 degrees below the angle of friction and slides 0.2 degrees above it.
+- block: largest horizontal force over the weight that a block carries, mu.
+- dam, uplift: largest horizontal force over the weight W of a dam on its foundation, without and with a
+  pressure of water in the joint, U in sum: (W - U) mu/W.
 """
 
 from __future__ import annotations
@@ -11,6 +14,7 @@ from __future__ import annotations
 import math
 import warnings
 
+import meshio
 import numpy as np
 from arch import stands
 from asperity import Interface, Material, Pattern
@@ -19,6 +23,8 @@ from jointed import COMM, Follow, Model, Steps, total
 from structured import grid
 
 ARM, E_ARM = 2.0, 30000.0
+BASE = 60.0
+"""Width of the dam, m."""
 BOND = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(0, 0.0))
 
 
@@ -68,10 +74,63 @@ def slope(mu: float = 0.7) -> tuple[float, float]:
     return float(rests == [True, False]), 1.0
 
 
+def carried(model: Model, fixed: np.ndarray, down: np.ndarray, push: np.ndarray) -> float:
+    """Largest share of a force, which grows until there is no equilibrium with the weight."""
+    steps = Steps(model, fixed)
+    none = np.zeros(len(fixed))
+    if not steps.solve(none, down):
+        raise RuntimeError(steps.message)
+    follow = Follow(steps, lambda t: (none, down + t * push), 0.05, 0.2)
+    while follow.at < 2.0 and not follow.reason:
+        follow.advance(2.0)
+    return follow.at
+
+
+def block(mu: float = 0.5) -> tuple[float, float]:
+    """Horizontal force over the weight of a block of 300 x 100 mm that rests by friction."""
+    mesh = split(grid(np.arange(7) * 50.0, np.arange(5) * 50.0, block=[0, 0, 1, 1]))
+    law = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=mu), Pattern.regular(0, 0.0))
+    model = Model(mesh, {"joint": law}, 2e4, 0.2)
+    down, push = ((model.body(force) * model.solid("block_1")) for force in ([0.0, -2.4e-5], [2.4e-5, 0.0]))
+    return carried(model, model.dofs(model.x[:, 1] < 1e-6, 0, 1), down, push), mu
+
+
+def dam(pressure: float, mu: float = 0.75) -> tuple[float, float]:
+    """Horizontal force over the weight of a dam, 60 m wide and 80 m high, on rock; m, MN.
+
+    pressure: of water in the joint at the heel, falling to 0 at the toe; it acts on both sides.
+    """
+    x, y = np.linspace(-BASE, 2.0 * BASE, 31), np.linspace(-40.0, 80.0, 13)
+    whole = grid(x, y, block=np.where(y[:-1] < 0.0, 1, 2), names={"rock": 1, "dam": 2}, sides=())
+    cells, tags = whole.cells[0].data, whole.cell_data["gmsh:physical"][0]
+    middle = whole.points[cells].mean(axis=1)[:, 0]
+    kept = (tags == 1) | ((middle > 0.0) & (middle < BASE))
+    slender = whole.points.copy()
+    slender[:, 0] *= 1.0 - 0.7 * np.maximum(slender[:, 1], 0.0) / 80.0
+    mesh = meshio.Mesh(slender, [("quad", cells[kept])], field_data=whole.field_data,
+                       cell_data={"gmsh:physical": [tags[kept]]})  # fmt: skip
+    law = Interface(Material.from_joint(kn=1e5, ks=5e4, mu=mu), Pattern.regular(0, 0.0))
+    model = Model(split(mesh), {"joint": law}, 3e4, 0.2, plane="strain")
+    down, push = (model.body(force) * model.solid("dam") for force in ([0.0, -0.024], [0.024, 0.0]))
+    at, part = model.x[:, 0], 3.0 * BASE / (len(x) - 1)
+    side = model.solid("dam").reshape(-1, 2)[:, 1] * 2.0 - 1.0
+    base = (np.abs(model.x[:, 1]) < 1e-9) & (at > -1e-9) & (at < BASE + 1e-9)
+    width = part * np.where((at < 1e-9) | (at > BASE - 1e-9), 0.5, 1.0)
+    water = np.zeros((model.n, 2))
+    water[base, 1] = (side * width * pressure * (1.0 - at / BASE))[base]
+    fixed = model.dofs((model.x[:, 1] < -40.0 + 1e-6) | (np.abs(at - 0.5 * BASE) > 1.5 * BASE - 1e-6), 0, 1)
+    weight = -total(down.sum())
+    uplift = 0.5 * pressure * BASE
+    return carried(model, fixed, down + water.ravel(), push), mu * (weight - uplift) / weight
+
+
 def main() -> None:
     """Run all."""
     warnings.simplefilter("ignore")
-    results = {"peel": peel(), "period": period(), "slope": slope()}
+    results = {
+        "peel": peel(), "period": period(), "slope": slope(), "block": block(), "dam": dam(0.0),
+        "uplift": dam(0.8),
+    }  # fmt: skip
     for name, (found, expected) in results.items() if COMM.rank == 0 else ():
         print(f"{name} {found:.6g} {expected:.6g}")
 

@@ -1,0 +1,103 @@
+"""Distribution of a mesh with joints over the ranks of MPI.
+
+A joint belongs to the rank of its cell on the minus side, which has the cell on the plus side as a ghost.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+
+from mpi4py import MPI  # isort: skip  # loads the library of MPI that dolfinx needs
+import numpy as np
+from asperity.contract import Floats
+from asperity.interface import Interface
+from asperity.mesh import Jointed
+from dolfinx import cpp, graph
+
+COMM = MPI.COMM_WORLD
+
+BASIX = {
+    "triangle": [0, 1, 2], "quad": [0, 1, 3, 2], "tetra": [0, 1, 2, 3],
+    "hexahedron": [0, 1, 3, 2, 4, 5, 7, 6],
+}  # fmt: skip
+"""Nodes of the cells of meshio in the order of dolfinx."""
+
+NAMES = {"quad": "quadrilateral", "tetra": "tetrahedron"}
+"""Names of cells in dolfinx, where meshio has others."""
+
+
+def _abort(*error: object) -> None:
+    """End all ranks where one has an error that nobody handles."""
+    sys.__excepthook__(*error)
+    COMM.Abort(1)
+
+
+if COMM.size > 1:
+    sys.excepthook = _abort
+
+
+def total(x: float) -> float:
+    """Sum over the ranks."""
+    return float(COMM.allreduce(float(x)))
+
+
+def agree(*messages: str) -> None:
+    """Raise ValueError on all ranks where one of them has a message that is not empty."""
+    if worst := max(COMM.allgather(max(messages, default=""))):
+        raise ValueError(worst)
+
+
+def _weights(x: Floats) -> Floats:
+    """Shares (f, k) of the corners x (f, k, d) of faces in their area."""
+    k = x.shape[1]
+    if k == 1:
+        return np.zeros(x.shape[:2])
+    edge = np.roll(x, -1, axis=1) - x
+    if k == 2:
+        return 0.5 * np.linalg.norm(edge, axis=2)
+    cross = np.linalg.norm(np.cross(edge, np.roll(edge, 1, axis=1)), axis=2)
+    return cross / (6 if k == 3 else 4)
+
+
+def distributed(jointed: Jointed, laws: Mapping[str, Interface]) -> tuple:
+    """Cells and nodes of a mesh, and what all ranks need of it."""
+    kind, d = ", ".join(jointed.cells), jointed.dimension
+    if kind not in BASIX:
+        raise ValueError(f"cells of the types {kind}: expected one of {', '.join(BASIX)} for fenicsx")
+    if set(laws) != set(jointed.joints):
+        raise ValueError(f"laws of {', '.join(laws)}: expected those of {', '.join(jointed.joints)}")
+    rows = []
+    for name, parts in jointed.joints.items():
+        for one in parts:
+            law, weight = np.full(len(one.area), list(laws).index(name)), _weights(jointed.points[one.minus])
+            rows.append((one.minus, one.plus, law, one.axes, weight, one.cells))
+    groups = {}
+    for name, some in jointed.groups.items():
+        area = np.zeros(len(jointed.points))
+        for nodes in some:
+            np.add.at(area, nodes, _weights(jointed.points[nodes]))
+        groups[name] = jointed.nodes(name), area[jointed.nodes(name)]
+    cells = jointed.cells[kind][:, BASIX[kind]].astype(np.int64)
+    faces = [np.concatenate(column) for column in zip(*rows, strict=True)]
+    return cells, jointed.points, (kind, d, jointed.block[kind], jointed.names, groups, faces)
+
+
+def partition(count: int, types: list, cells: list, sides: np.ndarray) -> object:
+    """Ranks of the cells here by dolfinx' partitioner, which has the joints as edges, too."""
+    dual = cpp.mesh.build_dual_graph(COMM, types, cells, 2)
+    if COMM.rank == 0:
+        n = len(dual.offsets) - 1
+        inside = np.stack([np.repeat(np.arange(n), np.diff(dual.offsets)), dual.array], 1)
+        ends = np.concatenate([inside, sides, sides[:, ::-1]])
+        ends = ends[np.argsort(ends[:, 0], kind="stable")]
+        offsets = np.searchsorted(ends[:, 0], range(n + 1)).astype(np.int32)
+        dual = cpp.graph.AdjacencyList_int64(ends[:, 1].copy(), offsets)
+    rank = graph.partitioner()(COMM, count, dual, False).array
+    if COMM.rank > 0:
+        return graph.adjacencylist(np.zeros(0, np.int32), np.zeros(1, np.int32))._cpp_object
+    ghost = np.stack([sides[:, 1], rank[sides[:, 0]]], 1)[rank[sides[:, 0]] != rank[sides[:, 1]]]
+    rows = np.concatenate([np.stack([np.arange(len(rank)), rank], 1), np.unique(ghost, axis=0)])
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]  # the owner comes first
+    offsets = np.searchsorted(rows[:, 0], range(len(rank) + 1)).astype(np.int32)
+    return graph.adjacencylist(rows[:, 1].astype(np.int32), offsets)._cpp_object

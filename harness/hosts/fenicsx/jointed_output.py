@@ -1,0 +1,46 @@
+"""Results for ParaView."""
+
+from __future__ import annotations
+
+import itertools
+import sys
+from pathlib import Path
+
+from jointed_model import Model  # isort: skip  # loads MPI
+import numpy as np
+from asperity import contract
+from jointed_mesh import BASIX, COMM, NAMES
+
+sys.path.append(str(Path(__file__).parent.parent))  # of paraview_files, where it is not beside this file
+import paraview_files
+
+
+class Output:
+    """Results for ParaView: FILE.pvd, and in a folder FILE the solids and joints of every rank and step."""
+
+    def __init__(self, model: Model, pvd: Path) -> None:
+        """Make the folder; FILE must end with .pvd."""
+        self.model, self.pvd, self.names, m = model, pvd, [], model
+        self.folder = paraview_files.folder_of(pvd)
+        kind = {there: here for here, there in NAMES.items()}
+        self.kind = kind.get(name := m.mesh.topology.cell_name(), name)
+        own = m.mesh.topology.index_map(m.d).size_local
+        self.solids = m.V.dofmap.list[:own][:, np.argsort(BASIX[self.kind])]
+        x = m.V.tabulate_dof_coordinates()[m.sides]
+        self.near = np.ptp(x, axis=0).max((1, 2)) < 1e-9 * np.ptp(m.x)  # those across a period are not drawn
+        low, high = m.sides[:, self.near]
+        self.joints = np.concatenate([low, high[:, ::-1] if m.d == 2 else high], 1)
+
+    def write(self, time: float) -> None:
+        """Write a step: displacements; damage, separation, traction and energies of the joints."""
+        m = self.model
+        nodes, u = m.V.tabulate_dof_coordinates()[:, : m.d], m.spread(m.u).reshape(-1, m.d)
+        results = [law.update(s, state, s, 1.0) for law, s, state in zip(m.laws, m.s, m.state, strict=True)]
+        room = contract.N_POINT_STATEV  # laws may have another number of planes
+        values = m.s, [r.traction for r in results], [state[:, :room] for state in m.state]
+        of_faces = (np.concatenate(one)[m.face_points[self.near]] for one in values)
+        step = paraview_files.Step(time, nodes, u, self.kind, self.solids, self.joints, *of_faces)
+        files = step.write(self.folder, f"{len(self.names):04}_{COMM.rank}")
+        self.names.append((time, [*itertools.chain(*COMM.allgather(files))]))
+        if COMM.rank == 0:
+            paraview_files.write_collection(self.pvd, self.names)

@@ -1,0 +1,177 @@
+"""Steps of a model by SNES of PETSc."""
+
+from __future__ import annotations
+
+from jointed_model import ADD, INT, LawError, Model  # isort: skip  # loads MPI
+import numpy as np
+from asperity.contract import Floats
+from jointed_mesh import COMM, agree, total
+from petsc4py import PETSc
+
+OPTIONS = (
+    "-ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps "
+    "-options_left 0 -snes_max_it 40 "
+    "-snes_linesearch_type bisection -snes_linesearch_max_it 25 -snes_linesearch_rtol 1e-2 "
+    "-pc_mg_galerkin both -mg_levels_ksp_type gmres -mg_levels_ksp_max_it 2 -mg_levels_pc_asm_type basic "
+    "-mg_levels_pc_asm_overlap 1 -mg_levels_sub_pc_type lu -mg_coarse_pc_type lu "
+    "-mg_coarse_pc_factor_mat_solver_type mumps"
+)
+"""Options of PETSc for the equations of a step, those for `-pc_type mg`, too; others replace them."""
+
+
+VANISHED = 1e-3
+"""Share of the largest forces of the steps before below which forces count as this share."""
+
+
+def _wrong(name: str, values: Floats | float, shape: tuple[int, ...]) -> str:
+    """What is wrong with values for some components, or nothing."""
+    if np.shape(values) != shape:
+        return (
+            f"{name} of the shape {np.shape(values)}: expected {shape}, one for each component on this rank"
+        )
+    return "" if np.isfinite(values).all() else f"{name}: expected finite numbers"
+
+
+class Steps:
+    """Steps of a model under prescribed displacements and loads.
+
+    fixed: owned components that are prescribed.  drag: forces over displacements in a step of the time 1.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        fixed: np.ndarray,
+        tolerance: float = 1e-6,
+        options: str = "",
+        drag: Floats | float = 0.0,
+    ) -> None:
+        """Set up SNES; tolerance: of the residual over the sum of prescribed forces and loads."""
+        self.model, self.fixed, self.tolerance = model, np.unique(np.asarray(fixed, np.int64)), tolerance
+        if not 0.0 < tolerance < 1.0:
+            raise ValueError(f"tolerance = {tolerance}: expected between 0 and 1")
+        inside = not len(self.fixed) or 0 <= self.fixed[0] <= self.fixed[-1] < len(model.u)
+        agree(
+            "" if inside else f"fixed {self.fixed[[0, -1]]}: expected components 0 to {len(model.u) - 1}",
+            _wrong("drag", drag, np.ndim(drag) * model.u.shape),
+        )
+        self.drag = np.broadcast_to(drag, model.u.shape) * np.ones(1)
+        if not COMM.allreduce(len(self.fixed)) and not total(np.abs(self.drag).sum()):
+            raise ValueError("nothing is fixed and there is no drag: expected components that hold the model")
+        self.rows = (self.fixed + model.map.local_range[0] * model.d).astype(INT)
+        self.load, self.iterations, self.message = 0.0 * model.u, 0, ""
+        self.reaction, self.size, self.largest = 0.0 * model.u, 0.0, 0.0
+        database = PETSc.Options()
+        database.insertString(f"{OPTIONS} {options}")
+        self.snes = PETSc.SNES().create(COMM)
+        self.x = model.K.createVecRight()
+        self.A = model.K.duplicate()
+        self.A.setNearNullSpace(self._rigid())
+        self.snes.setFunction(self._residual, self.x.duplicate())
+        self.snes.setJacobian(self._jacobian, self.A)
+        self.snes.setConvergenceTest(self._judge)
+        search = database.getString("snes_linesearch_type")
+        try:
+            self.snes.getLineSearch().setType(search)
+        except PETSc.Error as error:
+            found = ".".join(map(str, PETSc.Sys.getVersion()))
+            text = (
+                f"PETSc {found} has no line search {search}: expected PETSc 3.24 or later, or another one, "
+            )
+            raise ValueError(f"{text}such as -snes_linesearch_type cp") from error
+        self.snes.setFromOptions()
+        if self.snes.getKSP().getPC().getType() == PETSc.PC.Type.MG:
+            self._two_levels()
+
+    def _two_levels(self) -> None:
+        """Solve the part of each block on a rank by itself, and the rigid motions of all parts together."""
+        m, pc = self.model, self.snes.getKSP().getPC()
+        block = np.zeros(m.n + m.map.num_ghosts, np.int64)
+        block[m.V.dofmap.list] = m.cell_block[:, None]
+        names, part, count = np.unique(block[: m.n], return_inverse=True, return_counts=True)
+        motions = np.stack([v.array_r for v in self.A.getNearNullSpace().getVecs()], 1)
+        n, w = motions.shape
+        first = COMM.scan(len(names) * w) - len(names) * w + w * np.repeat(part, m.d)
+        rows = (w * np.arange(n + 1)).astype(INT), (first[:, None] + np.arange(w)).ravel().astype(INT)
+        P = PETSc.Mat().createAIJ(((n, None), (len(names) * w, None)), csr=(*rows, motions.ravel()))
+        pc.setMGLevels(2)
+        pc.setMGInterpolation(1, P)
+        nodes = np.split(np.argsort(part, kind="stable"), np.cumsum(count)[:-1])
+        dofs = [(m.dofs(one, *range(m.d)) + m.map.local_range[0] * m.d).astype(INT) for one in nodes]
+        one_by_one = pc.getMGSmoother(1).getPC()
+        one_by_one.setType(PETSc.PC.Type.ASM)
+        one_by_one.setASMLocalSubdomains(
+            len(dofs), [PETSc.IS().createGeneral(one, PETSc.COMM_SELF) for one in dofs]
+        )
+        self.snes.setFromOptions()
+
+    def _rigid(self) -> PETSc.NullSpace:
+        """Rigid motions, for algebraic multigrid."""
+        x = self.x.duplicate()
+        x.setBlockSize(self.model.d)
+        x.array[:] = self.model.x.ravel()
+        return PETSc.NullSpace().createRigidBody(x)
+
+    def _residual(self, snes: PETSc.SNES, x: PETSc.Vec, f: PETSc.Vec) -> None:
+        try:
+            self.reaction = self.model.forces(x, self.dt) - self.load
+        except LawError as error:
+            self.message = f"the law: {error}"
+            f.array[:] = np.nan  # outside the domain, as PETSc takes it
+            return
+        f.array[:] = self.reaction + self.drag / self.dt * (x.array_r - self.model.u)
+        f.array[self.fixed] = self.model.scale * (x.array_r[self.fixed] - self.values)
+
+    def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
+        self.model.tangent(A)
+        if self.drag.any():
+            slow = self.x.duplicate()
+            slow.array[:] = self.drag / self.dt
+            A.setDiagonal(slow, ADD)
+        A.zeroRows(self.rows, diag=self.model.scale)
+
+    def solve(self, values: Floats, load: Floats, dt: float = 1.0, ahead: Floats | float = 0.0) -> bool:
+        """Solve a step to displacements of the fixed components and loads; whether it converged.
+
+        ahead: guess of the change of the displacements.
+        """
+        values, load = np.asarray(values, float), np.asarray(load, float)
+        agree(
+            _wrong("values", values, self.fixed.shape),
+            _wrong("load", load, self.model.u.shape),
+            "" if 0.0 < dt < np.inf else f"dt = {dt}: expected above 0",
+        )
+        self.values, self.load, self.dt, self.message = values, load, dt, ""
+        self.x.array[:] = self.model.u + ahead
+        self.snes.solve(None, self.x)
+        self.model.linear += self.snes.getLinearSolveIterations()
+        self.iterations, reason = self.snes.getIterationNumber(), self.snes.getConvergedReason()
+        if reason <= 0:
+            self.message = self.message or f"SNES ends with {reason} after {self.iterations} iterations"
+            return False
+        # some line searches report convergence where they find no way down; and the state must be that of x
+        left = self.x.duplicate()
+        self._residual(self.snes, self.x, left)
+        if not self._small(left.norm()):
+            text = f"SNES reports convergence ({reason}) after {self.iterations} iterations, but the residual"
+            text += f" is {left.norm() / self.size:.2g} of the forces: expected at most {self.tolerance:g}"
+            self.message = self.message or text
+            return False
+        self.largest = max(self.largest, self.size)
+        self.model.accept(self.x)
+        return True
+
+    def _small(self, residual: float) -> bool:
+        """Whether a residual is small against the forces of the last call of `_residual`, kept as `size`."""
+        forces = total(np.abs(self.reaction[self.fixed]).sum()), total(np.abs(self.load).sum())
+        self.size = max(*forces, VANISHED * self.largest)
+        return residual <= self.tolerance * self.size
+
+    def _judge(self, snes: PETSc.SNES, iteration: int, norms: tuple[float, float, float]) -> int:
+        """Reason to end the iterations, or 0; norms: of x, of its last change and of the residual."""
+        reason = PETSc.SNES.ConvergedReason
+        if not np.isfinite(norms[2]):
+            return reason.DIVERGED_FNORM_NAN
+        if self._small(norms[2]):
+            return reason.CONVERGED_FNORM_ABS
+        return reason.DIVERGED_MAX_IT if iteration >= snes.getTolerances()[3] else reason.ITERATING
