@@ -32,6 +32,8 @@ module asperity_foreign_umat
     logical :: marks = .false.        !! whether each number of DDSDDE must be written
     character(len=6) :: absent = ""   !! name of the argument that is NULL; blank: none
     logical :: tries = .false.        !! whether each increment is tried before
+    logical :: rests = .false.        !! whether each increment is followed by one without a change, in no time
+    logical :: late = .false.         !! whether the walk begins where the path has unloaded most
     logical :: threads = .false.      !! whether the points are in threads
     integer :: parts = 1              !! of an increment
   end type how_type

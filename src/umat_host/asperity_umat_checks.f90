@@ -1,7 +1,7 @@
 !> Checks of a UMAT along a load path, as a table: what the walks of asperity_umat_walk send is judged here.
 module asperity_umat_checks
   use asperity_contract, only: v_friction, v_rupture, v_stored
-  use asperity_foreign_umat, only: how_type, n_header, u_work
+  use asperity_foreign_umat, only: foreign_law, how_type, n_header, u_work
   use asperity_kinds, only: wp
   use asperity_steps, only: component_names
   use asperity_text, only: integer_text, short
@@ -17,11 +17,11 @@ module asperity_umat_checks
 
   !> Checks in their order; those from `first_compared` on compare walks, and from `first_judged` on they are of no
   !> meaning if a UMAT has hidden state, which the comparisons from `first_hidden` on find.
-  character(len=*), parameter, public :: check_names(13) = [character(len=12) :: "stiffness", "written", "arguments", &
-    "repeated", "cut", "alternating", "threads", "absent", "components", "tangent", "symmetry", "energies", &
-    "dissipation"]
+  character(len=*), parameter, public :: check_names(15) = [character(len=12) :: "stiffness", "written", "arguments", &
+    "unmoved", "repeated", "cut", "alternating", "threads", "restart", "absent", "components", "tangent", "symmetry", &
+    "energies", "dissipation"]
   character(len=*), parameter :: of_energies(2) = [character(len=12) :: "energies", "dissipation"]
-  integer, parameter :: first_compared = 2, first_hidden = 4, first_judged = 8
+  integer, parameter :: first_compared = 2, first_hidden = 5, first_judged = 10
 
   !> A check that compares the results of two walks to the last bit: how the second is made, and the first with the same
   !> parts and strictness.
@@ -34,10 +34,12 @@ module asperity_umat_checks
   type(comparison_type), parameter :: comparisons(first_compared:first_judged) = [ &
     comparison_type("with other numbers in DDSDDE at entry", how_type(marks=.true.)), &
     comparison_type("with other numbers outside its arguments", how_type(strict=.true., ones=.true.)), &
+    comparison_type("without a change of the separation, in no time", how_type(rests=.true.)), &
     comparison_type("when a call is repeated", how_type(tries=.true.)), &
     comparison_type("after a larger increment that is tried first", how_type(tries=.true., parts=2)), &
     comparison_type("beside another point", how_type(), two=.true.), &
     comparison_type("from two threads", how_type(threads=.true.), two=.true.), &
+    comparison_type("in a new process and step after an unloading", how_type(late=.true.)), &
     comparison_type("where arguments that hosts may not have are NULL", how_type())]
 
   !> Arguments that hosts without temperatures, elements or orientations pass as NULL.
@@ -80,7 +82,9 @@ contains
     call walk(plan, a, failure)
     do i = 1, size(check_names)
       checks(i)%name = check_names(i)
-      if (i < first_compared) then
+      if (i < first_compared .and. is_damaged(path%law)) then
+        call judge(checks(i), not_judged, "the path begins with damage")
+      else if (i < first_compared) then
         call try_stiffness(path, good, text)
         call judge(checks(i), trim(merge(passed, failed, good)), text)
       else if (size(path%dt) == 0) then
@@ -99,6 +103,13 @@ contains
       hidden = hidden .or. (checks(i)%outcome == failed .and. i >= first_hidden .and. i < first_judged)
     end do
   end subroutine check_umat
+
+  !> Whether the state that &umat gives has damage.
+  pure logical function is_damaged(law)
+    type(foreign_law), intent(in) :: law   !! the law
+    is_damaged = .false.
+    if (law%umat%damage > 0) is_damaged = law%umat%first(law%umat%damage) > 0.0_wp
+  end function is_damaged
 
   !> Numbers of STRESS and STATEV that the walk of a host leaves as they are, as a remark.
   function unchanged(plan, a) result(text)

@@ -18,9 +18,10 @@ module asperity_umat_stiffness
   !> Separations of the check, relative to `length`; the virgin law is nearly linear there: largest part of the traction
   !> that is not.
   real(wp), parameter :: small = 1.0e-3_wp, curvature = 0.05_wp
-  !> The separations: at rest, closed, opened, sheared in both directions, each with the way back.
-  integer, parameter :: n_tries = 9, closed = 2, component(2:n_tries) = [1, 1, 1, 1, 2, 2, 3, 3]
-  real(wp), parameter :: size_of(2:n_tries) = [-1.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 1.0_wp, 0.0_wp]
+  !> The increments: without a change, then there and back for each component to either side.
+  integer, parameter :: n_probes = 6, n_tries = 2*n_probes + 1
+  !> Traction of a virgin point without separation that is no rounding error, relative to the strength.
+  real(wp), parameter :: at_rest = 1.0e-9_wp
 
 contains
 
@@ -62,30 +63,36 @@ contains
     type(walk_type) :: plan
     real(wp), allocatable :: found(:, :)
     real(wp) :: d, s, t
-    real(wp) :: stiffness(4)
-    integer :: i, j, n
+    real(wp) :: stiffness(n_probes)
+    integer :: i, j
     plan%path = path
     plan%factors = reshape([1.0_wp, 1.0_wp, 1.0_wp], [3, 1])
     associate (law => path%law)
       plan%path%start = law%virgin()
+      ! that of this project begins at the state of the case
+      if (len(law%umat%library) == 0) plan%path%start = 0.0_wp
       plan%path%dt = spread(1.0_wp, 1, n_tries)
       if (size(path%dt) > 0) plan%path%dt = path%dt(1)
       plan%path%step = spread(1, 1, n_tries)
       plan%path%increment = [(i, i=1, n_tries)]
       plan%path%s = reshape([(0.0_wp, i=1, 3*(n_tries + 1))], [3, n_tries + 1])
-      do i = 2, n_tries
-        plan%path%s(component(i), i + 1) = small*law%length*size_of(i)
+      do i = 2, n_tries, 2
+        j = (i + 2)/4
+        if (law%umat%position(j) > 0) plan%path%s(j, i + 1) = small*law%length*merge(1.0_wp, -1.0_wp, mod(i, 4) == 0)
       end do
       call walk(plan, found, text)
       good = len(text) == 0
       if (.not. good) return
-      n = 0
+      good = maxval(abs(found(:3, 1))) <= at_rest*law%stress
+      text = "the traction without separation is up to " // short(maxval(abs(found(:3, 1)))) // ": expected 0"
+      if (.not. good) return
+      stiffness = 0.0_wp
       do i = 2, n_tries, 2
-        j = component(i)
+        j = (i + 2)/4
         if (law%umat%position(j) == 0) cycle
         d = found(4*j, i)
-        s = small*law%length*size_of(i)
-        t = found(j, i) - found(j, 1)
+        s = plan%path%s(j, i + 1)
+        t = found(j, i)
         good = .false.
         if (d < 0.0_wp) then
           text = negative(j, d, law)
@@ -96,16 +103,17 @@ contains
           good = .true.
         end if
         if (.not. good) return
-        n = n + 1
-        stiffness(n) = d
+        stiffness(i/2) = d
       end do
-      associate (ratio => stiffness(:n)/law%stiffness)
-        text = "d t/d s is " // short(minval(stiffness(:n))) // " to " // short(maxval(stiffness(:n))) // &
-          " at small separations"
+      associate (found => stiffness(:2*count(law%umat%position > 0)))
+        text = "d t/d s is " // short(minval(found)) // " to " // short(maxval(found)) // " at small separations"
         ! the UMAT of this project may be that of a joint without a bond
-        good = any(ratio >= 1.0_wp/near .and. ratio <= near) .or. &
-          (len(law%umat%library) == 0 .and. any(ratio > 0.0_wp))
+        good = any(abs(log(max(found, tiny(found))/law%stiffness)) <= log(near)) .or. &
+          (len(law%umat%library) == 0 .and. any(found > 0.0_wp))
         if (.not. good) text = text // ": expected stiffness = " // short(law%stiffness)
+        if (size(found) == 4 .or. .not. good) return
+        good = all(found(3:) > 0.0_wp) .or. all(found(3:) <= 0.0_wp)
+        if (.not. good) text = "DDSDDE has a stiffness in one direction of slip and none in another one"
       end associate
     end associate
   end subroutine try_stiffness

@@ -15,8 +15,11 @@ module asperity_umat_walk
   !> Updates of a thread, so that both work at the same time, and the time after which a slow UMAT makes no more, s.
   integer, parameter :: thread_updates = 20000
   real(wp), parameter :: thread_seconds = 2.0_wp
-  !> An increment that is not divided.
-  real(wp), parameter :: whole(2) = [0.0_wp, 1.0_wp]
+  !> An increment that is not divided, and one of no length at its end.
+  real(wp), parameter :: whole(2) = [0.0_wp, 1.0_wp], rest(2) = [1.0_wp, 1.0_wp]
+  !> Change of the traction in a rest, relative to that in the increment before, which a law with explicit terms may
+  !> have, and the part of the strength that is a rounding error.
+  real(wp), parameter :: explicit = 2.0_wp, rounding = 1.0e-6_wp
   !> Traction and tangent before the state in a result; numbers of the differences at an increment.
   integer, parameter, public :: n_first = 12
   integer, parameter :: n_differences = 48
@@ -97,36 +100,78 @@ contains
     type(c_ptr), value :: data   !! walk
     type(walk_type), pointer :: plan
     type(foreign_law) :: law
-    real(wp), allocatable :: points(:, :), tried(:)
-    integer :: i, k, p
+    type(checked_path_type) :: path
+    real(wp), allocatable :: before(:, :), points(:, :), tried(:)
+    integer :: first, i, k, p
+    logical :: differs
     call c_f_pointer(data, plan)
     law = plan%path%law
+    path = plan%path
     call open_umat(law, plan%how)
     points = spread([spread(0.0_wp, 1, n_first), plan%path%start], 2, size(plan%factors, 2))
     if (plan%how%threads) call c_threads(c_funloc(walk_often), data)
-    do i = 1, size(plan%path%dt)
-      if (plan%how%threads) then
+    first = 1
+    if (plan%how%late) then
+      first = most_unloaded(path)
+      points = plan%known(:, first, :)
+      path%step(first:) = path%step(first:) + 1
+      path%increment(first:) = [(i, i=1, size(path%dt) - first + 1)]
+    end if
+    do i = 1, size(path%dt)
+      if (i < first) then
+        call send_row([0.0_wp], 1)
+        cycle
+      else if (plan%how%threads) then
         call send_row(merge([1.0_wp], [0.0_wp], any(i >= plan%differs)), 1)
         cycle
       else if (plan%differences) then
         call send_row(differences_at(law, plan, i), n_differences)
         cycle
       end if
+      before = points(:3, :)
       do p = 1, size(points, 2)
         associate (point => points(:, p), factors => plan%factors(:, p), parts => plan%how%parts)
-          if (plan%how%tries) tried = after(law, plan%path, i, factors, whole, point(n_first + 1:))
+          if (plan%how%tries) tried = after(law, path, i, factors, whole, point(n_first + 1:))
           do k = 1, parts
-            point = after(law, plan%path, i, factors, real([k - 1, k], wp)/real(parts, wp), point(n_first + 1:))
+            point = after(law, path, i, factors, real([k - 1, k], wp)/real(parts, wp), point(n_first + 1:))
           end do
         end associate
       end do
       if (allocated(plan%known)) then
-        call send_row(merge([1.0_wp], [0.0_wp], any(abs(points - plan%known(:, i + 1, :)) > 0.0_wp)), 1)
+        ! in a new step, a UMAT may store other numbers of the increment
+        k = merge(n_first, size(points, 1), plan%how%late)
+        differs = any(abs(points(:k, :) - plan%known(:k, i + 1, :)) > 0.0_wp)
+        if (plan%how%rests) then
+          tried = after(law, path, i, plan%factors(:, 1), rest, points(n_first + 1:, 1))
+          differs = maxval(abs(tried(:3) - points(:3, 1))) > rounding*law%stress + &
+            explicit*maxval(abs(points(:3, 1) - before(:, 1)))
+        end if
+        call send_row(merge([1.0_wp], [0.0_wp], differs), 1)
       else
         call send_row(points(:, 1), size(points, 1))
       end if
     end do
   end subroutine walk_there
+
+  !> The increment that follows the largest unloading within a step, where results depend most on the history; a UMAT
+  !> may lose the history at the start of each step.
+  pure function most_unloaded(path) result(first)
+    type(checked_path_type), intent(in) :: path   !! the path
+    integer :: first
+    real(wp) :: largest, most, now
+    integer :: i
+    first = size(path%dt)/2 + 1
+    largest = 0.0_wp
+    most = 0.0_wp
+    do i = 1, size(path%dt) - 1
+      now = norm2(path%s(:, i + 1))
+      if (path%increment(i) == 1) largest = norm2(path%s(:, i))
+      largest = max(largest, now)
+      if (largest - now <= most .or. path%increment(i + 1) == 1) cycle
+      most = largest - now
+      first = i + 1
+    end do
+  end function most_unloaded
 
   !> Traction, and whether STATEV changes, with each component at the end of an increment larger and smaller, by two
   !> steps.

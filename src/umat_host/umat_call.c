@@ -40,7 +40,7 @@ typedef void umat_routine(ARGUMENTS(TYPE) size_t cmname_length);
 enum { GUARD = 64, REACH = 1 << 28 };
 
 /* What DDSDDE has at entry where each number of it must be written; else it has negative zeros. */
-static const double MARK = 1.2345678901234567e-3;
+static const double MARK = 1.2345678901234567e7;
 
 void umat_(void); /* that of this project, which is called without a library */
 

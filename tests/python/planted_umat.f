@@ -14,6 +14,8 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   double precision :: d, d_old, k, largest, lambda, old(3), s(3), s0, sf, slope, w(3)
   integer :: at(3), i, j, n
   fault = nint(props(5))
+  if (fault == 19 .and. .not. saved > 0d0 .or. fault == 20 .and. kinc == 1) statev(:2) = 0d0
+  if (fault == 19) saved = 1d0
   at = [1, 2, 3]
   if (ntens == 6) at = [3, 5, 6]
   n = min(ntens, 3)

@@ -53,7 +53,7 @@ void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *
 """
 """Elastic UMAT that does something at larger openings."""
 
-HIDDEN = {"repeated", "cut", "alternating", "threads"}
+HIDDEN = {"repeated", "cut", "alternating", "threads", "restart"}
 """Checks that hidden state fails."""
 
 
@@ -314,9 +314,13 @@ DIAGONAL = ELASTIC.replace("i++", "i += 4", 1)
         ("double", ELASTIC.format(100, 0), 0, "", {"stiffness", "tangent"}),
         ("double", ELASTIC.format(100, -100), 0, "", {"stiffness", "tangent"}),
         ("double", DIAGONAL.format(100, 100), 0, "", {"written"}),
+        ("double", "double old = ddsdde[0]; " + ELASTIC.format("100 + old", 100), 0, "", {"written"}),
+        ("double", ELASTIC.format(100, 100).replace("stran[i] + ", ""), 0, "", {"unmoved"}),
+        ("double", ELASTIC.format(100, "1 + 100"), 0, "", {"stiffness"}),
+        ("double", ELASTIC.format(100, "i < 2 ? 0 : 100"), 0, "", {"stiffness", "tangent"}),
         ("double", ELASTIC.format(100, 100), 0, "", set()),
     ],
-    ids=["empty", "single", "negative", "soft", "no stress", "signs", "diagonal", "elastic"],
+    ids="empty single negative soft zero signs diagonal reads increments prestress one elastic".split(),
 )
 def test_no_law(run, driver, tmp_path: Path, real: str, body: str, code: int, said: str, failed) -> None:
     """A routine that is no law, or not the declared one, ends without rows or fails its check."""
@@ -536,7 +540,7 @@ def test_own_umat_passes(driver: Path, case: str) -> None:
     path = Path(__file__).parents[2] / "harness/cases" / f"{case}.nml"
     done = call(driver, path, "--check", "--only", "1", folder=path.parent)
     found = outcomes(done.stdout)
-    assert done.returncode == 0 and len(found) == 14
+    assert done.returncode == 0 and len(found) == 16
     assert {name for name, outcome in found.items() if outcome != "passed"} == {"symmetry"}
 
 
@@ -571,6 +575,15 @@ def test_planted_faults(driver: Path, library: Path, tmp_path: Path, fault: int,
         assert "it uses COORDS" in done.stdout
 
 
+@pytest.mark.parametrize(("fault", "failed"), [(14, {"path"}), (19, {"restart"}), (20, {"restart"})])
+def test_requests_and_initial_states(driver, library: Path, tmp_path: Path, fault: int, failed: set) -> None:
+    """Endless requests end a path; a state that is set to 0 in a new process, or in each step, is lost."""
+    (tmp_path / "case.nml").write_text(planted(library, fault) + MIXED, encoding="utf-8")
+    done = call(driver, "case.nml", "--check", folder=tmp_path)
+    assert {name for name, outcome in outcomes(done.stdout).items() if outcome == "FAILED"} == failed
+    assert done.returncode == 1
+
+
 def test_what_a_umat_does_not_declare(driver: Path, attacker, tmp_path: Path) -> None:
     """Components and energies that a UMAT does not have are no failures; without a word they are."""
     case = attacker("")
@@ -591,5 +604,5 @@ def test_the_table_is_whole(driver: Path, attacker, tmp_path: Path, attack: str,
     case = attacker(f"if (statev[0]++ > 0) {{ {attack} }}")
     (tmp_path / "case.nml").write_text(case, encoding="utf-8")
     done = call(driver, "case.nml", "--check", folder=tmp_path)
-    assert done.returncode == 1 and len(outcomes(done.stdout)) == 14
+    assert done.returncode == 1 and len(outcomes(done.stdout)) == 16
     assert outcomes(done.stdout)["path"] == "FAILED" and said in done.stdout
