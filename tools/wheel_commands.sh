@@ -19,8 +19,8 @@ asperity card abaqus joint.nml --sigma-N -1
 asperity export abaqus kit
 
 # the toolbox
-! python3 -c 'import scipy'
-! asperity surface --help 2>refused.txt
+if python3 -c 'import scipy'; then exit 1; fi
+if asperity surface --help 2>refused.txt; then exit 1; fi
 grep 'asperity\[tools\]' refused.txt
 $install 'asperity[tools]'
 asperity run figure05b --quiet --force --plot

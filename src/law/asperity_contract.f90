@@ -16,7 +16,7 @@ module asperity_contract
     p_kc = 16, p_guard = 17, p_height = 18, p_w0 = 19, p_damage0 = 20, p_closure = 21, p_crush = 22
   !> PROPS before the listed planes, and how many of them have no default. The last ones are reserved: a new constant
   !> takes one of them, so that the listed planes of existing decks keep their place.
-  integer, parameter, public :: n_fixed_props = 24, n_required_props = 4
+  integer, parameter, public :: n_fixed_props = 32, n_required_props = 4
   !> Number of values of a listed plane (n_N, n_Tx, n_Ty, gamma).
   integer, parameter, public :: n_listed_values = 4
   !> Largest number of inclined planes, and of all planes with the flat one.
@@ -78,7 +78,7 @@ module asperity_contract
               [0.01_wp, 2.0_wp], "log", shown_by="rows after the peak"), &
     prop_type("theta", "pattern", "inclination of the planes", "degree", "0 <= theta < 90", &
               0.0_wp, below_right, 0.0_wp, [0.5_wp, 75.0_wp], "linear", inclined=.true., shown_by="the dilation"), &
-    prop_type("m", "pattern", "inclined planes (0: flat; -k: k listed planes from 25 on)", "-", &
+    prop_type("m", "pattern", "inclined planes (0: flat; -k: k listed planes from 33 on)", "-", &
               "0, 2..64 or -1..-64, integral", -64.0_wp, 64.0_wp, 0.0_wp, [2.0_wp, 32.0_wp], "whole"), &
     prop_type("flat", "pattern", "weight of the flat plane", "-", "0 <= flat <= 1", 0.0_wp, 1.0_wp, 1.0_wp/3.0_wp, &
               [0.005_wp, 0.95_wp], "logit", inclined=.true., shown_by="tests at several pressures with the dilation"), &
@@ -117,7 +117,15 @@ module asperity_contract
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-2_wp, 1.0e2_wp], "log", .true., &
               on_branch=.false., inclined=.true., shown_by="tests at several pressures"), &
     prop_type("slot23", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
-    prop_type("slot24", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear")]
+    prop_type("slot24", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
+    prop_type("slot25", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
+    prop_type("slot26", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
+    prop_type("slot27", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
+    prop_type("slot28", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
+    prop_type("slot29", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
+    prop_type("slot30", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
+    prop_type("slot31", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
+    prop_type("slot32", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear")]
 
   ! --- STATEV --------------------------------------------------------------------------------------------------------
   integer, parameter, public :: v_damage = 1, v_stored = 2, v_rupture = 3, v_friction = 4, v_status = 5, &
