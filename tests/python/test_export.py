@@ -143,8 +143,8 @@ def test_explicit_element(single: bool) -> None:
 
 # --- the check of the decks -------------------------------------------------------------------------------
 
-REST = "0.0, 0.0, 0.0, 0.0, 0.0"
-"""Of a line of eight zeros, that of W0 and the one after it."""
+ZEROS = ", ".join(["0.0"] * 8)
+"""Line of a card with its last constants; the line before has W0."""
 PROPS = contract.N_FIXED_PROPS
 """Number of constants of a regular pattern."""
 
@@ -160,7 +160,7 @@ MISTAKES = [
      "unsymm is missing, which friction needs"),
     ("wallette", ", unsymm=YES", "", "unsymm=YES is missing"),
     ("wallette", "*Depvar\n17,", "*Depvar\n16,", "*depvar: expected 17: damage"),
-    ("wallette", f"\n0.0, 0.0, 0.0, {REST}\n0.0, 0.0, 0.0, {REST}", f"\n0.0, 0.0, 0.1, {REST}\n0.0, 0.0, 0.0, {REST}",
+    ("wallette", f"\n0.0, 0.0, 0.0, {ZEROS[15:]}\n{ZEROS}", f"\n0.0, 0.0, 0.1, {ZEROS[15:]}\n{ZEROS}",
      "*depvar: expected 23"),
     ("wallette", "JOINT, material=JOINT", "JOINT, material=GLUE", "material = GLUE: does not exist"),
     ("wallette", "Solid Section, elset=UNITS", "Solid Section, elset=JOINT", "is of the type COH2D4"),
