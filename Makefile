@@ -10,7 +10,7 @@
 # file has changed. Variables: PYTHON, FLANG, JOBS, PFUNIT_DIR (of PFUNITConfig.cmake), ADDRESS (of the repository,
 # for release). CMakePresets.json names the builds; what a step printed is in build/logs.
 ifneq ($(words $(CURDIR)),1)
-$(error $(CURDIR): expected a path without spaces (f2py splits it))
+$(error $(CURDIR): expected a path without spaces (make splits it))
 endif
 export JOBS ?= 2
 

@@ -1,5 +1,6 @@
 # This script installs the library to a fresh prefix, checks the exported symbols, and builds and runs the foreign
-# project. CTest calls it with WORK, BINARY_DIR, LIBRARY, NM, GENERATOR, C_COMPILER, FORTRAN_COMPILER, FORTRAN_FLAGS.
+# project. CTest calls it with WORK, SOURCES, BINARY_DIR, LIBRARY, NM, GENERATOR, C_COMPILER, FORTRAN_COMPILER,
+# FORTRAN_FLAGS.
 set(prefix ${WORK}/prefix)
 set(build ${WORK}/build)
 set(passed 0)
@@ -52,6 +53,27 @@ if(NOT license)
   finish(1)
 endif()
 
+# the package is used where the compiler of this build is not
+file(GLOB_RECURSE targets ${prefix}/*/asperityTargets*.cmake)
+foreach(file IN LISTS targets)
+  file(STRINGS ${file} absolute REGEX "[\"; ]/[a-z]")
+  if(absolute)
+    message("${file} has a path of this machine: ${absolute}")
+    finish(1)
+  endif()
+endforeach()
+
+# as a part of another project: both targets exist, and the flags of asperity are not those of the project
+step(configure_fetched ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/fetched -B ${WORK}/fetched -G ${GENERATOR}
+     -DSOURCES=${SOURCES} -DCMAKE_C_COMPILER=${C_COMPILER} -DCMAKE_Fortran_COMPILER=${FORTRAN_COMPILER}
+     -DCMAKE_Fortran_FLAGS=${FORTRAN_FLAGS})
+file(STRINGS ${WORK}/fetched/compile_commands.json own REGEX "\"command\".*example.f90")
+list(FILTER own INCLUDE REGEX "-std=|-Wall")
+if(own)
+  message("the flags of asperity are those of another project, too: ${own}")
+  finish(1)
+endif()
+
 find_program(PKG_CONFIG NAMES pkg-config pkgconf)
 if(PKG_CONFIG)
   file(GLOB_RECURSE pc ${prefix}/*/asperity.pc)
@@ -63,5 +85,12 @@ if(PKG_CONFIG)
   step(build_by_pkg_config ${C_COMPILER} ${CMAKE_CURRENT_LIST_DIR}/foreign/from_c.c ${flags} -Wl,-rpath,${where} -lm
        -o ${WORK}/by_pkg_config)
   step(run_by_pkg_config ${WORK}/by_pkg_config)
+  # and from the archive alone
+  step(pkg_config_static ${PKG_CONFIG} --cflags --libs --static asperity)
+  file(GLOB_RECURSE archive ${prefix}/*/libasperity.a)
+  string(REPLACE "-lasperity" "\"${archive}\"" output "${output}")
+  separate_arguments(flags UNIX_COMMAND "${output}")
+  step(build_static_by_pkg_config ${C_COMPILER} ${CMAKE_CURRENT_LIST_DIR}/foreign/from_c.c ${flags} -o ${WORK}/static)
+  step(run_static_by_pkg_config ${WORK}/static)
 endif()
 finish(0)
