@@ -68,7 +68,7 @@ LABS = {
     "thousands, quoted": (
         "utf-8",
         "Shear disp. (mm),Shear stress (Pa),Normal stress (Pa),Vertical disp. (um)\n"
-        + seven(lambda i: f'{0.1 * i:.1f},"{200000 * min(i, 4):,}","-1,000,000.0",{20 * i}.0'),
+        + seven(lambda i: f'{0.1 * i:.1f},"{200000 * min(i, 4):,}.0","-1,000,000",{20 * i}.0'),
     ),
     "time of day": (
         "utf-8",
@@ -263,19 +263,25 @@ def test_closing_joint(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "decimal", "slip", "tau"),
     [
-        # whole numbers of three digits beside it, or another cell of the file, show what the mark is
-        ("100;950;-500\n200;1,234;-500\n", None, 200.0, 1234.0),
+        # the column itself, or all others, show what the mark is
         ("0,1;1,150;-5\n0,2;1,234;-5\n", None, 0.2, 1.234),
-        ("0.1;1,150;-5\n0.2;1,234;-5\n", None, 0.2, 1234.0),
+        ("0.1;1,150.5;-5\n0.2;1,234;-5\n", None, 0.2, 1234.0),
+        ("0.1;950;-5\n0.2;1,234,000;-5\n", None, 0.2, 1234000.0),
+        ("40.000;1,5;-5\n50.000;2,5;-5\n", ".", 50.0, 2.5),
+        ("40.000;1,5;-5\n50.000;2,5;-5\n", ",", 50000.0, 2.5),
         ("1,000;1,150;-5\n2,000;1,234;-5\n", ",", 2.0, 1.234),
         ("1,000;1,150;-5\n2,000;1,234;-5\n", ".", 2000.0, 1234.0),
         ("1.000,1.150,-5\n2.000,1.234,-5\n", None, 2.0, 1.234),
         ("1,000;1,150;-5\n2,000;1,234;-5\n", None, 0.0, 0.0),
         ("1.000;1.150;-5\n2.000;1.234;-5\n", None, 0.0, 0.0),
+        ("1.000;1,5;-5\n2.000;2,5;-5\n", None, 0.0, 0.0),
+        ("1.000;1.200,9;-5\n2.000;300,5;-5\n", None, 0.0, 0.0),
+        ("1,000;0.5;-5\n2,000;0.75;-5\n", None, 0.0, 0.0),
+        ("1.000\t1,5\t-5\n2.000\t2,5\t-5\n", None, 0.0, 0.0),
     ],
 )
 def test_decimal_marks(text: str, decimal: str | None, slip: float, tau: float, tmp_path: Path) -> None:
-    """1,234 is read by what the other cells show; a file that shows nothing is refused."""
+    """1,234 is read by what its column or all others show; otherwise the file is refused."""
     mark = next(one for one in ";\t," if one in text)
     path = write(tmp_path, f"slip{mark}tau{mark}sigma_N\n" + text + text.splitlines()[-1])
     table = read_table(path, "numbers")
@@ -303,10 +309,10 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     (LINE + SHORT + LINE[17:], {}, "line 9, column slip: slip: expected a finite number"),
     # decimal marks
     (HEADER + ROWS + '"0,9",1,0.1,-1\n', {}, "line 9, column slip: 0,9: expected a finite number"),
-    (SHORT.replace(",", ";") + "0.5;1,5;-1\n0.2;2;-1\n", {}, "line 2, column tau: 1,5: expected a finite"),
+    (SHORT.replace(",", ";") + "0.5;1,5;-1\n2;2.5;-1\n1;1,7;-1\n", {}, "line 3, column tau: 2.5: expected a"),
     # units
     ("slip [mm],tau [kPa],sigma_N\n", {}, "sigma_N has no unit: expected one for every column, as slip [mm]"),
-    ("slip [mm],tau [kN],sigma_N [MPa]\n", {}, "line 1: tau [kN]: expected Pa, kPa, MPa, N/mm2, kN/m2, bar,"),
+    ("slip [mm],tau [kN],sigma_N [MPa]\n", {}, "line 1: tau [kN]: expected Pa, kPa, MPa, N/mm2, kN/m2, kg/"),
     (UNITS.replace("dilation [mm]", "k_N [kN/mm]"), {}, "k_N [kN/mm]: expected a unit of stress/length, suc"),
     # signs and sizes
     (HEADER + ROWS + "0.9,1,0.1,1\n", {}, "line 9, column sigma_N: 1: expected compression in all rows"),
@@ -352,11 +358,13 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     """Errors have the file and the expectation."""
     path = write(tmp_path, HEADER + ROWS)
     other = write(tmp_path, UNITS + ROWS, "other.csv")
+    empty = tmp_path / "empty"
+    empty.mkdir()
     old = tmp_path / "old.xls"
     old.write_bytes(b"\xd0\xcf\x11\xe0\0\0\0")
     for files, error, message in (
         ([tmp_path / "none.csv"], FileNotFoundError, "none.csv"),
-        ([tmp_path], IsADirectoryError, "Is a directory"),
+        ([empty], ValueError, r"empty: expected files that end in \.csv"),
         ([old], ValueError, "old.xls is no text: expected a CSV file with slip, tau, sigma_N"),
         ([path, tmp_path / "." / "record.csv"], ValueError, "record.csv: given twice: expected each file on"),
         ([other, path], ValueError, r"record.csv: no units in the header: expected units in .*other"),

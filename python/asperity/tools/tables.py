@@ -1,67 +1,63 @@
-"""Tables: CSV files as instruments and spreadsheets write them, their units, and Markdown."""
+"""Tables: CSV files and workbooks as instruments and spreadsheets write them, and Markdown."""
 
 from __future__ import annotations
 
 import csv
 import re
+import warnings
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, field
 from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from ..material import ModelWarning
+from .cells import numbers_of
+from .units import UNITS, header, size
+from .workbooks import sheets
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
     from ..contract import Floats
 
-NUMBER = r"[-+]?(\d[\d.,'\s]*|[.,]\d+)([eE][-+]?\d+)?"
-EMPTY = r"(?i:|nan|n/?a|null|none|[-\u2013]+|#[^\s\d]\S*)"
-"""A number in any notation, and cells without a number, such as #DIV/0!."""
+__all__ = ["Table", "markdown", "raise_all", "read_table", "read_tables", "size"]
 
-WITH_MARK = {
-    mark: rf"[-+]?(\d*|[1-9]\d{{0,2}}(\{other}\d{{3}})+)(\{mark}\d*)?([eE][-+]?\d+)?"
-    for mark, other in (".,", ",.")
-}
-"""A number with a decimal mark; the other mark separates thousands."""
+NUMBER = re.compile(r"[-+]?(\d[\d.,'\u2019\s]*|[.,]\d+)([eE][-+]?\d+)?|(?i:nan)|#\S.*")
+"""A number in any notation, or an error of a spreadsheet."""
 
-UNIT = (
-    r"(?:[kMG]?(?:Pa|N)|psi|ksi|bar|kgf?|kp|t|[n\u00b5\u03bcumc]?m|in|ft|s|min|deg|[-%\u00b0])"
-    r"(?:\s*/\s*(?:[cm]?m|in|ft)\s*(?:\^|\*\*)?[23\u00b2\u00b3]?)?"
-)
-HEADER = re.compile(
-    rf"\s*(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|(?:\sin|/|,)\s+({UNIT})|[\s_]({UNIT}(?<=[a\u00b2\u00b32-9m])))?\s*"
-)
-UNITS = re.compile(rf"[\[(]?\s*({UNIT})?\s*[\])]?")
-"""Units, the name of a column with its unit, and a cell of a row of units."""
-
-COMMENT = re.compile(r"(^|\s)#(?!\u00a1?[A-Z]+(/\w+)?[!?]?(\s|[;,]|$)).*")
-OF_HEADER = re.compile(r"(^|\s)#(?!\s*([;,\t\"[(]|$)).*")
+COMMENT = re.compile(r"(^|\s)#(?!\u00a1?[A-Z]+(/\w+)?[!?]?(\s|[;,|]|$)).*")
+OF_HEADER = re.compile(r"(^|\s)#(?!\s*([;,|\t\"[(]|$)).*")
 """A comment, but for #DIV/0! and other errors of spreadsheets, or for # in the name of a column."""
 
-QUOTED = re.compile(r'(?:^|(?<=[;,\t]))"[^"]{,80}"(?=[;,\t]|$)', re.MULTILINE)
+HIDDEN = re.compile(r"\s*[#%!]+\s*(.*)")
+"""A line that is a comment, as that which numpy.savetxt puts above its numbers."""
+
+RULE = re.compile(r"[-+|:=\s]+")
+"""A line below the header of a table in Markdown or of a database."""
+
+QUOTED = re.compile(r'(?:^|(?<=[;,|\t]))"[^"]{,80}"(?=[;,|\t]|$)', re.MULTILINE)
 """A quoted cell."""
+
+SEPARATORS = ("|", ";", "\t", ",", "")
+"""Separators of cells, in the order in which they are tried; the empty one stands for blanks."""
 
 FIRST_LINES = 400
 """Lines in which the header is searched."""
 
-EXAMPLES = {
-    "length": ("m", "m, cm, mm, um, in or ft"),
-    "stress": ("Pa", "Pa, kPa, MPa, N/mm2, kN/m2, bar, psi or ksi"),
-    "stiffness": ("Pa/m", "a unit of stress/length, such as MPa/mm"),
-}
-"""SI unit and usual units of each kind."""
-
 MOST_ERRORS = 10
 """Largest number of errors of a file that are listed."""
+
+ENDINGS = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".md", ".xlsx", ".xlsm")
+"""Endings of the files of a folder that are read."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """Cells (T, C) of a CSV file as text, by lines of the file; line: of the header, with names and units.
+    """Cells (T, C) of a file as text, by its lines; line: of the header, 0 without one, with names and units.
 
-    separator: of the cells, empty for blanks.
+    path: the file, for messages, with the sheet of a workbook.  separator: of the cells, empty for blanks.
+    headings: the cells of the header as they stand in the file.  hidden: the header is a comment.
     """
 
     path: Path
@@ -70,11 +66,22 @@ class Table:
     units: list[str]
     cells: DataFrame
     separator: str
+    headings: list[str] = field(default_factory=list)
+    hidden: bool = False
 
     @property
     def lines(self) -> list[int]:
         """Lines of the rows (T,)."""
         return [int(line) for line in self.cells.index]
+
+    def places(self, heading: str) -> list[int]:
+        """Columns with a heading, as it stands in the file, or the name in it without unit.
+
+        Upper and lower case and the number of blanks do not matter.
+        """
+        wanted = _folded(heading)
+        whole = [i for i, one in enumerate(self.headings) if _folded(one) == wanted]
+        return whole or [i for i, one in enumerate(self.names) if _folded(one) == wanted]
 
     def numbers(
         self,
@@ -85,90 +92,172 @@ class Table:
     ) -> Floats:
         """Numbers (T, n) of columns, NaN where a cell of those named in `gaps` is empty or an error.
 
-        decimal: the mark "." or ","; None: that with which all cells are numbers.  Raises ValueError with
-        every cell that is no finite number, and for files with which both marks agree, such as 1,234.
+        decimal: the mark "." or "," of columns that do not show theirs.  Raises ValueError with every cell
+        that is no finite number, and for columns in which both marks agree with all cells, such as 1,234,
+        unless the other columns show that the mark is decimal.
         """
-        import numpy as np
-        import pandas as pd
-
-        texts = self.cells[list(columns)].set_axis(list(names), axis=1)
-        found = texts.apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
-        if np.isfinite(found).all() and decimal != "," and self.separator != ";":
-            return found
-        plain = texts.replace(r"(?<=\d)['\u2019\s](?=\d{3})", "", regex=True)
-        empty = plain.apply(lambda one: one.str.fullmatch(EMPTY)).to_numpy(dtype=bool)
-        mark = decimal or self._decimal_mark(plain.mask(empty, ""))
-        good = plain.apply(lambda one: one.str.fullmatch(WITH_MARK[mark]))
-        thousands = {",": ".", ".": ","}[mark]
-        plain = plain.apply(lambda one: one.str.replace(thousands, "").str.replace(mark, "."))
-        found = plain.where(good).apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
-        places = np.argwhere(~np.isfinite(found) & ~(empty & np.isin(list(names), list(gaps)))).tolist()
-        wrong = [f"line {self.lines[i]}, column {names[j]}: {texts.iat[i, j] or 'empty'}" for i, j in places]
-        wanted = "expected a finite number" + " with a decimal comma" * (mark == ",")
-        raise_all([f"{self.path}: {text}: {wanted}" for text in wrong])
+        places = self.path, gaps, decimal, self.separator
+        found, wrong = numbers_of(self.cells, columns, names, str(places[0]), *places[1:])
+        raise_all(wrong)
         return found
 
-    def _decimal_mark(self, cells: DataFrame) -> str:
-        """Decimal mark with which most cells are numbers; raises ValueError where both marks agree with all.
 
-        The mark of 1,234 separates thousands beside whole numbers of three digits in the same column.  A
-        point separates none, unless the cells are separated by semicolons, as where commas are decimal.
-        """
-        odd = {mark: (~cells.stack().str.fullmatch(form)).sum() for mark, form in WITH_MARK.items()}
-        for mark, other in (",.", ".,") if odd[","] == odd["."] else ():
-            for name, column in cells.items():
-                marked = column[column.str.contains(mark, regex=False)]
-                if len(marked) and column.str.fullmatch(r"[-+]?\d{3}").any():
-                    return other
-                if len(marked) and (mark == "," or self.separator == ";"):
-                    text = f"{self.path}: line {marked.index[0]}, column {name}: {marked.iloc[0]}"
-                    wanted = "expected numbers that show the decimal mark, or --decimal comma or point"
-                    raise ValueError(f"{text} may be a decimal number, or have thousands: {wanted}")
-        return "," if odd[","] < odd["."] else "."
+def read_tables(paths: Iterable[str | Path], expected: str) -> list[Table]:
+    """Tables of files, of all files of folders, and of all sheets of workbooks, or one, as book.xlsx:Sheet.
+
+    A ModelWarning names files of a folder that are no tables by their ending, and sheets without rows of
+    numbers.  Raises as `read_table`, with the errors of all files, and for a folder without tables.
+    """
+    found, bad = [], []
+    for path in map(Path, paths):
+        files = [path]
+        if path.is_dir():
+            inside = sorted(one for one in path.iterdir() if one.is_file() and one.name[0] not in ".~")
+            files = [one for one in inside if one.suffix.lower() in ENDINGS]
+            others = ", ".join(one.name for one in inside if one not in files)
+            if others:
+                warnings.warn(f"{path}: files not read: {others}", ModelWarning, stacklevel=2)
+            if not files:
+                bad.append(f"{path}: expected files that end in {', '.join(ENDINGS)}")
+        for file in files:
+            try:
+                found += _of_file(file, expected)
+            except ValueError as error:
+                bad.append(str(error))
+    raise_all(bad)
+    return found
 
 
 def read_table(path: Path, expected: str) -> Table:
-    """Cells of a CSV file; its separators are semicolons, tabs, commas or blanks, and # begins a comment.
+    """Cells of a text file, or of the one sheet of a workbook with numbers; # begins a comment.
 
-    The header is the line above the first long run of rows of numbers, and a row of units may follow it; the
-    lines before are left out.  Raises ValueError with what is expected for a file that is no text, and with
-    every row of another length; OSError for a file that cannot be read.
+    Its separators are semicolons, tabs, commas, bars or blanks.  The header is the line above the first long
+    run of rows of numbers, also behind #, and a row of units may follow it; the lines before are left out.
+    Raises ValueError with what is expected for a file that is no text, with every row of another length, and
+    with rows of numbers above the header; OSError for a file that cannot be read.
     """
+    found = _of_file(path, expected)
+    if len(found) != 1:
+        names = ", ".join(one.path.name for one in found)
+        raise ValueError(f"{path}: {len(found)} sheets with numbers: expected one of {names}")
+    return found[0]
+
+
+def _of_file(path: Path, expected: str) -> list[Table]:
+    """Tables of the sheets of a workbook, or the one of a text file."""
+    file, colon, sheet = str(path).rpartition(":")
+    book = Path(file) if colon and not path.exists() else path
+    if book.suffix.lower() not in (".xlsx", ".xlsm"):
+        raw = _text(path, expected).splitlines()
+        return [_table(path, raw, [COMMENT.sub("", line).strip(" ") for line in raw])]
+    found, empty = [], []
+    for name, rows in sheets(book, sheet if book is not path else "").items():
+        label = Path(f"{book}:{name}")
+        table = _table(label, *_as_lines(rows)) if any(map(any, rows)) else None
+        if table is not None and len(table.cells):
+            found.append(table)
+        else:
+            empty.append(name)
+    if not found:
+        raise ValueError(f"{book}: no sheet with rows of numbers: expected {expected}")
+    if empty:
+        text = f"{book}: sheets without rows of numbers, not read: {', '.join(empty)}"
+        warnings.warn(text, ModelWarning, stacklevel=3)
+    return found
+
+
+def _as_lines(rows: Sequence[Sequence[str]]) -> tuple[list[str], list[str]]:
+    """Lines of a sheet with tabs between the cells, with and without comments."""
+    cells = [[cell.replace("\n", " ").replace("\t", " ") for cell in row] for row in rows]
+    raw = ["\t".join(row) for row in cells]
+    return raw, ["" if row and row[0].startswith("#") else line for row, line in zip(cells, raw, strict=True)]
+
+
+def _table(path: Path, raw: Sequence[str], lines: list[str]) -> Table:
+    """Table of the lines of a file, as they are and without comments."""
     from pandas import DataFrame
 
-    raw = _text(path, expected).splitlines()
-    lines = [COMMENT.sub("", line).strip(" ") for line in raw]
     start, mark = _first_row(lines)
-    above = [i for i in range(start) if lines[i].strip(' ;,\t"')]
-    head = _split(OF_HEADER.sub("", raw[above[-1]]), mark) if above else []
-    row_of_units: list[str] = []
-    if len(above) > 1 and sum(map(bool, head)) > 1 and all(map(UNITS.fullmatch, head)):
-        row_of_units = [cell.strip("[]() ") for cell in head]
-        head = _split(raw[above[-2]], mark)
-    while len(head) > 1 and not head[-1]:
-        head.pop()
-    names = above[-1 - bool(row_of_units)] if len(head) > 1 else -1
-    groups = _split(raw[names - 1], mark) if mark and names - 1 in above and len({*head}) < len(head) else []
-    for i, group in enumerate(groups[: len(head)] if len(groups) > 1 else []):
-        groups[i] = group or groups[i - 1]
-        head[i] = f"{groups[i]} {head[i]}"
-    parts = [part for part in map(HEADER.fullmatch, head if names >= 0 else ()) if part]
-    units = [part[2] or part[3] or part[4] or "" for part in parts]
-    units = [one or more for one, more in zip_longest(units, row_of_units[: len(units)], fillvalue="")]
-    rows = {i: _split(text, mark) for i, text in enumerate(lines[start:], start + 1) if text.strip(";,\t ")}
-    width = len(parts) or len(next(iter(rows.values()), []))
+    if mark == "|":
+        lines = ["" if RULE.fullmatch(line) else line for line in lines]
+    rows = {i: _split(text, mark) for i, text in enumerate(lines[start:], start + 1) if text.strip(";,\t |")}
+    first = next(iter(rows.values()), [])
+    line, head, row_of_units, hidden = _header(path, raw[:start], mark, len(first))
+    parts = [header(one) for one in head]
+    units = [one or more for (_, one), more in zip_longest(parts, row_of_units[: len(parts)], fillvalue="")]
+    width = len(parts) or len(first)
     for row in rows.values():
         while len(row) > width and not row[-1]:
             row.pop()
-    raise_all(
-        [
-            f"{path}: line {i}: {len(row)} values: expected {width}, one for each column"
-            for i, row in rows.items()
-            if len(row) != width
-        ]
-    )
+    wanted = f"expected {width}, one for each column"
+    wrong = {i: len(row) for i, row in rows.items() if len(row) != width}
+    raise_all([f"{path}: line {i}: {count} values: {wanted}" for i, count in wrong.items()])
+    _refuse_rows_above(path, lines[:start], mark, width, line)
     cells = DataFrame([*rows.values()], index=[*rows], columns=range(width), dtype=str)
-    return Table(path, names + 1, [part[1] for part in parts], units, cells, mark)
+    names = [re.sub(r"\s+", " ", name) for name, _ in parts]
+    return Table(path, line, names, units, cells, mark, head, hidden)
+
+
+def _header(path: Path, raw: Sequence[str], mark: str, width: int) -> tuple[int, list[str], list[str], bool]:
+    """Line of the header, 0 without one, its cells, a row of units, and whether the header is a comment."""
+    above: list[tuple[int, list[str], bool]] = []
+    for i, text in enumerate(raw, 1):
+        comment = HIDDEN.fullmatch(text)
+        hidden = bool(comment) and not (mark and re.match(r"\s*#\s*[;,|\t]", text))
+        cells = _split(comment[1] if comment and hidden else OF_HEADER.sub("", text), mark)
+        while len(cells) > max(width, 1) and not cells[-1]:
+            cells.pop()
+        if any(cells) and not RULE.fullmatch(text):
+            above.append((i, cells, hidden))
+    units: list[str] = []
+    if len(above) > 1:
+        last = above[-1][1]
+        if sum(map(bool, last)) > 1 and len(last) <= max(width, 1) and all(map(UNITS.fullmatch, last)):
+            units = [cell.strip("[]() ") for cell in above.pop()[1]]
+    plain = [one for one in above if not one[2]]
+    full = [one for one in above[-1:] if one[2] and len(one[1]) == width > 1]
+    behind = [one for one in full if not any(map(_is_number, one[1]))]
+    names = plain[-1] if plain else None
+    if behind and (names is None or len([cell for cell in names[1] if cell]) != width):
+        names = behind[0]
+    if names is None or len(names[1]) < 2:
+        if plain and any(len([cell for cell in one[1] if cell]) == width > 1 for one in above):
+            wanted = f"expected {width} numbers below the header, or a comment"
+            raise ValueError(f"{path}: line {plain[-1][0]}: {wanted}")
+        if units:
+            wanted = "expected a line of names above"
+            raise ValueError(f"{path}: line {len(raw)}: units {', '.join(units)}: {wanted}")
+        return 0, [], [], False
+    line, head, hidden = names
+    odd = [cell for cell in head if _is_number(cell)]
+    if odd or all(re.match(r"[-+.,]?\d", cell) for cell in head if cell):
+        text = "expected names of columns above the numbers, or a row of numbers"
+        raise ValueError(f"{path}: line {line}: {(odd or head)[0]}: {text}")
+    while len(head) > 1 and not head[-1]:
+        head.pop()
+    groups = next((cells for i, cells, _ in above if i == line - 1), []) if mark and not hidden else []
+    if len({*head}) < len(head) and len(groups) > 1:
+        for i, group in enumerate(groups[: len(head)]):
+            groups[i] = group or groups[i - 1]
+            head[i] = f"{groups[i]} {head[i]}"
+    return line, head, units, hidden
+
+
+def _refuse_rows_above(path: Path, lines: Sequence[str], mark: str, width: int, header: int) -> None:
+    """Raise ValueError for rows of numbers above the first one, whole or, below the header, cut off."""
+    for i, text in enumerate(lines, 1):
+        cells = [cell for cell in (_split(text, mark) if text else []) if cell]
+        if cells and all(map(_is_number, cells)) and (i > header or len(cells) == width > 1):
+            wanted = "expected one table, or # before the line"
+            raise ValueError(f"{path}: line {i}: numbers above those of the table: {wanted}")
+
+
+def _is_number(cell: str) -> bool:
+    return bool(NUMBER.fullmatch(cell)) and not cell.startswith("#")
+
+
+def _folded(text: str) -> str:
+    return re.sub(r"\s+", " ", text.strip(' "')).casefold()
 
 
 def _text(path: Path, expected: str) -> str:
@@ -191,48 +280,31 @@ def _split(line: str, mark: str) -> list[str]:
     """Cells of a line; blanks separate names with units in brackets, too."""
     if not mark:
         return re.findall(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?", line)
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=mark, skipinitialspace=True), [])]
+    if mark == "|":
+        line = re.sub(r"^\s*\||\|\s*$", "", line)
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=mark, skipinitialspace=True), [])]
+    except csv.Error:  # a cell of more than 131072 characters
+        return line.split(mark)
 
 
 def _first_row(lines: Sequence[str]) -> tuple[int, str]:
     """First line of the longest run of lines with numbers, and the separator of its cells."""
-    number = re.compile(rf"{NUMBER}|(?i:nan)|#\S.*")
-    best = (0, len(lines), next((mark for line in reversed(lines) for mark in ";\t," if mark in line), ""))
-    for mark in (";", "\t", ",", ""):
+    last = next((mark for line in reversed(lines) for mark in SEPARATORS if mark and mark in line), "")
+    best = (0, len(lines), last)
+    for mark in SEPARATORS:
         first, length = 0, 0
         for i, line in enumerate([*lines[:FIRST_LINES], "end"]):
             cells = [cell for cell in (_split(line, mark) if line else []) if cell]
-            numbers = sum(bool(number.fullmatch(cell)) for cell in cells)
+            numbers = sum(bool(NUMBER.fullmatch(cell)) for cell in cells)
             # 0,1 0,2 has decimal commas
             commas = mark == "," and any(re.fullmatch(r"[-+.\d]+(\s+[-+.\d]+)+", cell) for cell in cells)
             if len(cells) > 1 and 2 * numbers >= len(cells) and not commas:
                 first, length = (first if length else i), length + 1
-            elif cells:
+            elif cells and not (mark == "|" and RULE.fullmatch(line)):
                 best = max(best, (length, first, mark), key=lambda one: one[0])
                 length = 0
     return best[1:]
-
-
-@cache
-def _registry() -> Any:
-    import pint
-
-    return pint.UnitRegistry(cache_folder=None)
-
-
-@cache
-def size(kind: str, text: str, where: str = "") -> float:
-    """Unit of a kind (length, stress, stiffness) in SI units; raises ValueError for anything else.
-
-    where: begins the message.
-    """
-    plain = re.sub(r"(?<=[A-Za-z])\^?([23])", r"**\1", text.replace("kp", "kgf").strip())
-    plain = plain.replace("\N{SUPERSCRIPT TWO}", "**2").replace("\N{SUPERSCRIPT THREE}", "**3")
-    unit, examples = EXAMPLES[kind]
-    try:
-        return float(_registry().Quantity(1.0, _registry().parse_units(plain)).to(unit).magnitude)
-    except Exception:  # pint raises errors of its own, of Python's tokenizer and of the arithmetic of units
-        raise ValueError(f"{where}[{text}]: expected {examples}") from None
 
 
 def raise_all(errors: Sequence[str]) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from ... import contract
 from ...contract import Floats
 from ...steps import turns_of
-from ..tables import Table, raise_all, read_table, size
+from ..tables import Table, raise_all, read_tables, size
 from .checks import check_rows, check_sizes, refuse, warn_if
 
 if TYPE_CHECKING:
@@ -173,7 +173,15 @@ def read_tests(
     refuse(not files, "no test: expected a file")
     twice = next((path for path in files if [*map(Path.resolve, files)].count(path.resolve()) > 1), None)
     refuse(twice, f"{twice}: given twice: expected each file once")
-    found = _of_all(files, lambda path: _read(path, target, columns or {}, bool(held), decimal))
+    expected = f"a CSV file with {', '.join(REQUIRED)}"
+
+    def of_file(path: Path) -> list[DataFrame]:
+        found = []
+        for table in read_tables([path], expected):
+            found += _read(table, target, columns or {}, bool(held), decimal)
+        return found
+
+    found = _of_all(files, of_file)
     without = [rows for rows in found if "sigma_N" not in rows]
     text = f"sigma_N: {len(held)} values for {len(without)} tests without that column: expected one for each"
     refuse(held and (not without or len(held) not in (1, len(without))), f"{text}, or one for all")
@@ -200,7 +208,7 @@ def _of_all(items: Sequence[Any], function: Callable[[Any], list[Any]]) -> list[
 
 
 def _read(
-    path: Path,
+    table: Table,
     target: tuple[str, str] | None,
     renamed: Mapping[str, str],
     optional: bool,
@@ -212,7 +220,7 @@ def _read(
     """
     from pandas import DataFrame
 
-    table = read_table(path, f"a CSV file with {', '.join(REQUIRED)}")
+    path = table.path
     none = f"{path}: no rows: expected a header with slip, tau, sigma_N, then numbers"
     refuse(not table.names, none)
     names = _columns(table, renamed, optional)
@@ -289,14 +297,18 @@ def _columns(table: Table, renamed: Mapping[str, str], optional: bool) -> list[s
 
     A name of the user comes before one of this program, and this before one of a laboratory.
     """
-    headers, lower = table.names, [name.lower() for name in table.names]
+    headers, lower = table.headings, [name.lower() for name in table.names]
     there = f"{table.path}: line {table.line}: columns {', '.join(headers)}: expected"
-    missing = [header for header in renamed.values() if header.lower() not in lower]
+    given = {name: table.places(header) for name, header in renamed.items()}
+    missing = [renamed[name] for name, places in given.items() if not places]
     refuse(missing, f"{there} {', '.join(missing)}, too (--columns)")
     exact = {name.lower(): name for name in KNOWN if name not in renamed}
-    exact |= {header.lower(): name for name, header in renamed.items()}
     taken = {*renamed, *(exact[name] for name in lower if name in exact)}
-    names = [exact.get(name.lower(), name if standard(name) in taken else standard(name)) for name in headers]
+    names = [exact.get(low, name if standard(name) in taken else standard(name))
+             for name, low in zip(table.names, lower, strict=True)]
+    for name, places in given.items():
+        for place in places:
+            names[place] = name
     required = ENVELOPE if {"peak", "residual"} & {*names} and "tau" not in names else REQUIRED
     missing = [name for name in required if name not in names and not (optional and name == "sigma_N")]
     other = f"--columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column with another name"

@@ -1,0 +1,51 @@
+"""Sheets of .xlsx workbooks as cells of text, by openpyxl."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from ..installed import needed
+
+
+def sheets(path: Path, wanted: str = "") -> dict[str, list[list[str]]]:
+    """Cells of the sheets of a workbook by name, or of the one that is wanted, as text.
+
+    A number has a decimal point, whatever the format of its cell.  Raises ValueError for a file that is no
+    workbook, for a sheet that is not there, and for a formula whose value the file does not have.
+    """
+    needed("tools", "openpyxl")
+    from openpyxl import load_workbook
+
+    path.stat()
+    try:
+        values = load_workbook(path, data_only=True)
+        formulas = load_workbook(path, data_only=False)
+    except Exception as error:  # openpyxl raises those of zipfile, of XML and its own
+        raise ValueError(f"{path}: {type(error).__name__}: expected a workbook, .xlsx") from None
+    names = [sheet.title for sheet in values.worksheets]
+    if wanted and wanted not in names:
+        raise ValueError(f"{path}: sheet {wanted}: expected one of {', '.join(names)}")
+    found = {}
+    for name in [wanted] if wanted else names:
+        rows = values[name].iter_rows(values_only=True), formulas[name].iter_rows(values_only=True)
+        cells: list[list[str]] = []
+        for i, (line, written) in enumerate(zip(*rows, strict=True), 1):
+            for j, (value, formula) in enumerate(zip(line, written, strict=True), 1):
+                if value is None and formula is not None:
+                    text = f"line {i}, cell {j}: {formula}: expected the value of the formula, too"
+                    raise ValueError(f"{path}:{name}: {text}; open the file and save it")
+            cells.append([_text(value) for value in line])
+        found[name] = cells
+    return found
+
+
+def _text(value: Any) -> str:
+    """Text of a cell; a number with three decimals gets a fourth one, so that no mark is in doubt."""
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        return value.strip()
+    text = str(value)
+    return text + "0" * bool(re.fullmatch(r"-?\d+\.\d{3}", text))
