@@ -27,8 +27,11 @@ ELEMENTS = {
 }
 """Dimension, number of nodes and number of stress components of the element types."""
 
+SIDES = {"CPE3": 3, "CPS3": 3, "CPE4": 4, "CPS4": 4, "C3D4": 4, "C3D6": 5, "C3D8": 6}
+"""Number of faces of the solids."""
+
 KEYWORDS = (
-    "heading node nset elset element material elastic density user_material depvar cohesive_section "
+    "heading node nset elset surface element material elastic density user_material depvar cohesive_section "
     "solid_section initial_conditions equation amplitude boundary step static dynamic controls cload dload "
     "output node_output element_output node_print el_print end_step"
 )
@@ -181,6 +184,14 @@ class Model:
         self.sets[keyword.name][keyword.options[keyword.name]] = [int(number) for number in numbers]
 
     _elset = _nset
+
+    def _surface(self, keyword: Keyword) -> None:
+        for name, side in keyword.data:
+            for number in self.of(keyword, "elset", name):
+                kind = self.elements[number][0]
+                most = SIDES[kind.removesuffix("I")]
+                right = side in [f"S{k + 1}" for k in range(most)]
+                keyword.check(right, f"{side}: expected S1 to S{most} of {kind}")
 
     def _material(self, keyword: Keyword) -> None:
         self.materials[keyword.options["name"]] = {}

@@ -1,48 +1,25 @@
-"""Faces of the cells of meshio, and the blocks and groups of a mesh by name."""
+"""The cells of a mesh, their faces, and the blocks and groups by name."""
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..contract import Floats
+from ..material import ModelWarning
 from .files import read_mesh
+from .groups import OWNER, blocks_of, groups_of
+from .shapes import FACES, MIRRORED, PLANE, Integers, corner_sizes, corners, dimension, place
+from .touching import check_touching, joined
 
 if TYPE_CHECKING:
     import meshio
 
-Integers = NDArray[np.int64]
-
-_HEXAHEDRON = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
-_MIDDLES = (
-    (8, 9, 10, 11), (12, 13, 14, 15), (8, 17, 12, 16), (9, 18, 13, 17), (10, 19, 14, 18), (11, 16, 15, 19),
-)  # fmt: skip
-
-FACES: dict[str, tuple[tuple[int, ...], ...]] = {
-    "triangle": ((0, 1), (1, 2), (2, 0)),
-    "triangle6": ((0, 1, 3), (1, 2, 4), (2, 0, 5)),
-    "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
-    "quad8": ((0, 1, 4), (1, 2, 5), (2, 3, 6), (3, 0, 7)),
-    "quad9": ((0, 1, 4), (1, 2, 5), (2, 3, 6), (3, 0, 7)),
-    "tetra": ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)),
-    "tetra10": ((0, 1, 2, 4, 5, 6), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (0, 2, 3, 6, 9, 7)),
-    "wedge": ((0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
-    "hexahedron": _HEXAHEDRON,
-    "hexahedron20": tuple(a + b for a, b in zip(_HEXAHEDRON, _MIDDLES, strict=True)),
-}
-"""Nodes of the faces of a cell: corners around the face, then the middles of its edges from the first on."""
-
-PLANE = ("triangle", "triangle6", "quad", "quad8", "quad9")
-"""Cells of plane meshes; in a mesh with solids they are faces."""
-
-
-def corners(d: int, nodes: int) -> int:
-    """Number of corners of a face with so many nodes."""
-    return 2 if d == 2 else {3: 3, 4: 4, 6: 3, 8: 4}[nodes]
+NO_SIZE = 1e-9  # size of a cell over that of a square or cube of its longest side, below which it has none
 
 
 def read(mesh: meshio.Mesh | Path | str) -> meshio.Mesh:
@@ -54,71 +31,19 @@ def read(mesh: meshio.Mesh | Path | str) -> meshio.Mesh:
     return read_mesh(Path(mesh), "a mesh that meshio reads", "mesh")
 
 
-def tags(mesh: meshio.Mesh, data: str | None) -> tuple[list[str], list[Integers]]:
-    """Names, and for each array of cells the number of the name of every cell (-1: none).
-
-    data: name of the cell data; by default the physical groups of gmsh, or its entities, or the cell sets, or
-    the only integer cell data.
-    """
-    found: dict[str, list[Any]] = mesh.cell_data
-    whole = [name for name, one in found.items() if all(np.asarray(part).dtype.kind in "iu" for part in one)]
-    if data is None and "gmsh:physical" not in found and any(name[:5] != "gmsh:" for name in mesh.cell_sets):
-        return _sets(mesh)
-    known = [name for name in (data, "gmsh:physical", "gmsh:geometrical") if name in whole]
-    if data is not None and data not in whole:
-        raise ValueError(
-            f"blocks = {data}: expected integer cell data of the mesh: {', '.join(whole) or 'none'}"
-        )
-    if not known and len(whole) != 1:
-        raise ValueError(
-            f"the mesh has no groups: expected physical groups of gmsh, cell sets or cell data {whole}"
-        )
-    data = (known or whole)[0]
-    dimensions = [_dimension(block.type) for block in mesh.cells]
-    called = {(dim, tag): name for name, (tag, dim) in mesh.field_data.items() if "phys" in data}
-    parts = [np.asarray(part, np.int64) for part in found[data]]
-    least, room = min(int(part.min(initial=0)) for part in parts), 1 << 40  # larger than a tag
-    keys = [d * room + part - least for d, part in zip(dimensions, parts, strict=True)]
-    found_keys, number = np.unique(np.concatenate(keys), return_inverse=True)
-    pairs = [(key // room, key % room + least) for key in found_keys.tolist()]
-    names = [called.get(pair, f"block_{pair[1]}") for pair in pairs]
-    return names, np.split(number, np.cumsum([len(key) for key in keys])[:-1])
-
-
-def _sets(mesh: meshio.Mesh) -> tuple[list[str], list[Integers]]:
-    """Cell sets; a cell that is in more than one of them has the name of the smallest."""
-    parts = {
-        name: [np.asarray([] if one is None else one, np.int64) for one in some]
-        for name, some in mesh.cell_sets.items()
-        if not name.startswith("gmsh:")
-    }
-    names = sorted(parts, key=lambda name: -sum(len(one) for one in parts[name]))
-    out = [np.full(len(block.data), -1, np.int64) for block in mesh.cells]
-    for k, name in enumerate(names):
-        for where, one in zip(out, parts[name], strict=True):
-            where[one] = k
-    order = np.argsort(names)
-    place = np.append(np.argsort(order), -1)
-    return [names[k] for k in order], [place[one] for one in out]
-
-
-def _dimension(kind: str) -> int:
-    if kind.startswith(("vertex", "line")):
-        return int(kind.startswith("line"))
-    return 2 if kind in PLANE else 3
-
-
 @dataclass
 class Faces:
     """Faces with one number of nodes.
 
-    nodes, place (f, k): nodes and their places among those of all cells.  cell (f,): of a face.
-    first, second: faces that are the same.  number (f,): that of their pair, or -1.
+    nodes, place (f, k): nodes and their places among those of all cells.  cell, side (f,): cell of a face,
+    and its number in the cell, from 1.  first, second: faces that are the same.  number (f,): that of their
+    pair, or -1.
     """
 
     nodes: Integers
     place: Integers
     cell: Integers
+    side: Integers
     key: Integers
 
     def pair(self, points: Floats) -> None:
@@ -127,7 +52,7 @@ class Faces:
         same = (self.key[order[1:]] == self.key[order[:-1]]).all(1)
         if (same[1:] & same[:-1]).any():
             where = points[self.nodes[order[1:-1][same[1:] & same[:-1]][0]]].mean(0)
-            raise ValueError(f"a face at {where} has more than two cells: expected one or two")
+            raise ValueError(f"a face at {place(where)} has more than two cells: expected one or two")
         self.first, self.second = order[:-1][same], order[1:][same]
         self.number = np.full(len(order), -1, np.int64)
         self.number[self.first] = self.number[self.second] = np.arange(len(self.first))
@@ -135,9 +60,11 @@ class Faces:
 
 @dataclass(frozen=True)
 class Solids:
-    """Cells of a mesh by type, the block of each, their faces, and named faces.
+    """Cells of a mesh by type, the block of each, their faces, and named groups.
 
-    block (m,): number in `names`.  centres (m, d): of the cells.  facets: nodes of the named faces.
+    block (m,): number in `names`.  centres (m, d): of the cells.  facets: nodes of the named faces, and the
+    cells of which alone they are faces, or -1.  sets:
+    cells of the groups that are no blocks.  spots: nodes of the groups of points, and of lines in space.
     """
 
     points: Floats
@@ -146,7 +73,9 @@ class Solids:
     names: list[str]
     centres: Floats
     faces: list[Faces]
-    facets: dict[str, list[Integers]]
+    facets: dict[str, list[tuple[Integers, Integers]]]
+    sets: dict[str, Integers]
+    spots: dict[str, Integers]
 
     @property
     def dimension(self) -> int:
@@ -154,35 +83,136 @@ class Solids:
         return self.points.shape[1]
 
 
-def solids(mesh: meshio.Mesh, blocks: str | None) -> Solids:
-    """Solids of a mesh, or the cells of a plane one; ValueError for types and groups that do not fit."""
-    names, tag = tags(mesh, blocks)
+def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> Solids:
+    """Solids of a mesh, or the cells of a plane one; ValueError for types and groups that do not fit.
+
+    blocks: cell data, or names of the groups that are blocks, with commas.  join: distance of nodes that
+    become one; 0: blocks that touch without common faces stay apart; None: they are refused.
+    """
     kinds = {block.type for block in mesh.cells}
     d = 3 if kinds & (set(FACES) - set(PLANE)) else 2
     here = sorted(kind for kind in kinds & set(FACES) if (kind in PLANE) == (d == 2))
-    unknown = sorted(kind for kind in kinds - set(FACES) if _dimension(kind) == 3)
+    unknown = sorted(kind for kind in kinds - set(FACES) if dimension(kind) >= d or not here)
     if unknown or not here:
         raise ValueError(f"cells of the types {', '.join(unknown or kinds)}: expected {', '.join(FACES)}")
-    points = np.asarray(mesh.points, float)
-    z = points[:, 2:]
-    if d == 2 and np.ptp(z, axis=0).any():
-        raise ValueError(f"z from {z.min():g} to {z.max():g}: expected a plane mesh or solids")
+    points = _plane(np.asarray(mesh.points, float), mesh, here) if d == 2 else np.asarray(mesh.points, float)
     points = np.ascontiguousarray(points[:, :d])
-    facets: dict[str, list[Integers]] = {}
+    if (bad := ~np.isfinite(points).all(1)).any():
+        raise ValueError(f"node {np.flatnonzero(bad)[0] + 1} at {place(points[bad][0])}: expected finite places")
     parts = {kind: [k for k, one in enumerate(mesh.cells) if one.type == kind] for kind in here}
-    cells = {
-        kind: np.concatenate([np.asarray(mesh.cells[k].data, np.int64) for k in some])
-        for kind, some in parts.items()
+    data = [np.asarray(one.data, np.int64) for one in mesh.cells]
+    if join:
+        node = joined(
+            points,
+            np.unique(np.concatenate([data[k].ravel() for some in parts.values() for k in some])),
+            join,
+        )
+        data = [node[one] for one in data]
+    cells = {kind: np.concatenate([data[k] for k in some]) for kind, some in parts.items()}
+    cells = {kind: one for kind, one in cells.items() if len(one)}
+    if not cells:
+        raise ValueError(f"no cells: expected some of the types {', '.join(FACES)}")
+    centres = np.concatenate([points[one].mean(1) for one in cells.values()])
+    first = dict(zip((k for some in parts.values() for k in some), _starts(data, parts), strict=True))
+    choice = (
+        None if blocks is None or blocks in mesh.cell_data else [word.strip() for word in blocks.split(",")]
+    )
+    groups = groups_of(mesh, blocks if choice is None else None)
+    members, facets, spots = {}, {}, {}
+    number = np.full(sum(map(len, data)) + 1, -1, np.int64)  # of a cell; the last one for none
+    starts = np.cumsum([0, *map(len, data)])
+    for k, one in first.items():
+        number[starts[k] : starts[k + 1]] = one + np.arange(len(data[k]))
+    owner = [number[one] for one in mesh.cell_data.get(OWNER, [np.full(len(one), -1) for one in data])]
+    for name, some in groups.items():
+        for k, one in enumerate(some):
+            if len(one) and k in first:
+                members[name] = np.union1d(members.get(name, np.zeros(0, np.int64)), first[k] + one)
+            elif len(one) and dimension(mesh.cells[k].type) == d - 1:
+                facets.setdefault(name, []).append((data[k][one], owner[k][one]))
+            elif len(one):
+                spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), data[k][one].ravel())
+    for name, nodes in (mesh.point_sets or {}).items():
+        at = np.asarray(nodes, np.int64).ravel()
+        spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), node[at] if join else at)
+    names, block = blocks_of(members, choice, centres)
+    sets = {
+        name: one for name, one in members.items() if name not in names and not name.startswith("instance:")
     }
-    of_cell = np.concatenate([tag[k] for some in parts.values() for k in some])
-    if (bad := int((of_cell < 0).sum())) > 0:
-        raise ValueError(f"{bad} of {len(of_cell)} cells are in no block: expected a group for each")
-    for one, numbers in zip(mesh.cells, tag, strict=True):
-        for number in np.unique(numbers[numbers >= 0]) if _dimension(one.type) == d - 1 else ():
-            facets.setdefault(names[number], []).append(np.asarray(one.data, np.int64)[numbers == number])
-    used, of_cell = np.unique(of_cell, return_inverse=True)
-    centres = np.concatenate([points[data].mean(1) for data in cells.values()])
-    return Solids(points, cells, of_cell, [names[k] for k in used], centres, _faces(cells, points, d), facets)
+    cells = _sound(cells, points, centres, block, names)
+    faces = _faces(cells, points, d)
+    facets = {name: _once(some, d) for name, some in facets.items()}
+    if join is None or join > 0.0:
+        check_touching(points, faces, block, names)
+    return Solids(points, cells, block, names, centres, faces, facets, sets, spots)
+
+
+def _starts(data: list[Integers], parts: dict[str, list[int]]) -> Integers:
+    """Number of the first cell of each array of cells, in the order of `parts`."""
+    counts = [len(data[k]) for some in parts.values() for k in some]
+    return np.cumsum([0, *counts])[:-1]
+
+
+def _plane(points: Floats, mesh: meshio.Mesh, kinds: list[str]) -> Floats:
+    """Nodes of a mesh in x and y; ValueError for one in another plane or in space."""
+    used = np.unique(
+        np.concatenate([one.data.ravel() for one in mesh.cells if one.type in kinds]).astype(np.int64)
+    )
+    spread = np.ptp(points[used], axis=0) if len(used) else np.zeros(3)
+    if len(spread) == 3 and spread[2] > 1e-9 * spread.max():
+        z = points[used, 2]
+        flat = [name for name, size in zip("xyz", spread, strict=True) if size <= 1e-9 * spread.max()]
+        text = f"z from {z.min():g} to {z.max():g}" + (f", {flat[0]} constant" if flat else "")
+        raise ValueError(f"{text}: expected a plane mesh in x and y, or solids")
+    return points
+
+
+def _sound(
+    cells: dict[str, Integers], points: Floats, centres: Floats, block: Integers, names: list[str]
+) -> dict[str, Integers]:
+    """Cells of positive size: those inside out are turned; ValueError for those without size, or twice."""
+    found, first, turned, uneven = {}, 0, 0, 0
+    what = "area" if points.shape[1] == 2 else "volume"
+    for kind, data in cells.items():
+        x = points[data]
+        sizes = corner_sizes(kind, x)
+        scale = np.ptp(x, axis=1).max(1)[:, None] ** points.shape[1]
+        alike = np.sort(data, axis=1)
+        ordered = np.lexsort(alike.T[::-1])
+        again = ordered[1:][(alike[ordered[1:]] == alike[ordered[:-1]]).all(1)]
+        for wrong, text in (
+            ((np.diff(alike, axis=1) == 0).any(1), "have a node twice"),
+            (np.isin(np.arange(len(data)), again), "are there twice"),
+            ((np.abs(sizes.mean(1, keepdims=True)) <= NO_SIZE * scale).any(1), f"have no {what}"),
+        ):
+            if wrong.any():
+                k = int(np.flatnonzero(wrong)[0]) + first
+                where = f"cell {k + 1} of block {names[block[k]]} at {place(centres[k])}"
+                raise ValueError(
+                    f"{wrong.sum()} of {len(data)} cells ({kind}) {text}, as {where}: expected none"
+                )
+        back = sizes.mean(1) < 0.0
+        uneven += int((sizes * np.where(back, -1.0, 1.0)[:, None] < -NO_SIZE * scale).any(1).sum())
+        found[kind] = np.where(back[:, None], data[:, list(MIRRORED[kind])], data)
+        turned, first = turned + int(back.sum()), first + len(data)
+    if uneven:
+        text = f"{uneven} cells have corners of negative {what}"
+        why = "their nodes are in a wrong order, or they are distorted"
+        warnings.warn(f"{text}: {why}", ModelWarning, stacklevel=4)
+    if turned:
+        warnings.warn(f"{turned} cells of negative {what} were turned round", ModelWarning, stacklevel=4)
+    return found
+
+
+def _once(facets: list[tuple[Integers, Integers]], d: int) -> list[tuple[Integers, Integers]]:
+    """Faces of a group, each once, in one array for each number of nodes."""
+    found = []
+    for size in sorted({one.shape[1] for one, _ in facets}):
+        some = [pair for pair in facets if pair[0].shape[1] == size]
+        rows, owner = (np.concatenate(one) for one in zip(*some, strict=True))
+        _, first = np.unique(np.column_stack([_key(rows, d), owner]), axis=0, return_index=True)
+        found.append((rows[np.sort(first)], owner[np.sort(first)]))
+    return found
 
 
 def _key(nodes: Integers, d: int) -> Integers:
@@ -192,27 +222,30 @@ def _key(nodes: Integers, d: int) -> Integers:
 
 def _faces(cells: dict[str, Integers], points: Floats, d: int) -> list[Faces]:
     """Faces of all cells by their number of nodes, with the pairs that are inside."""
-    parts: dict[int, list[tuple[Integers, Integers, Integers]]] = {}
+    parts: dict[int, list[tuple[Integers, ...]]] = {}
     cell, place = 0, 0
     for kind, data in cells.items():
         for size in sorted({len(face) for face in FACES[kind]}):
-            local = np.array([face for face in FACES[kind] if len(face) == size])
+            sides = [k for k, face in enumerate(FACES[kind]) if len(face) == size]
+            local = np.array([FACES[kind][k] for k in sides])
             where = place + data.shape[1] * np.arange(len(data))[:, None, None] + local
             owner = np.repeat(cell + np.arange(len(data)), len(local))
-            parts.setdefault(size, []).append(
-                (data[:, local].reshape(-1, size), where.reshape(-1, size), owner)
-            )
+            side = np.tile(np.array(sides) + 1, len(data))
+            nodes = data[:, local].reshape(-1, size)
+            parts.setdefault(size, []).append((nodes, where.reshape(-1, size), owner, side))
         cell, place = cell + len(data), place + data.size
     found = []
     for some in parts.values():
-        nodes, where, owner = (np.concatenate(one) for one in zip(*some, strict=True))
-        found.append(Faces(nodes, where, owner, _key(nodes, d)))
+        nodes, where, owner, side = (np.concatenate(one) for one in zip(*some, strict=True))
+        found.append(Faces(nodes, where, owner, side, _key(nodes, d)))
         found[-1].pair(points)
     return found
 
 
 def locate(face: Faces, facets: Integers, d: int) -> Integers:
     """Number of a face for each facet, or -1."""
+    if not len(facets):
+        return np.zeros(0, np.int64)
     key = _key(facets, d)
     known = np.zeros(max(int(face.key.max()), int(key.max())) + 1, bool)
     known[key] = True

@@ -15,6 +15,9 @@ START = r".{,6}mesh with joints of asperity|<VTKFile.{,400}<!--This file was cre
 """Start of a file that this command writes."""
 
 
+MATERIALS = r"\{\s*\"properties\""  # start of the materials of Kratos
+
+
 def add_arguments(mesh: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     mesh.description = (
@@ -27,10 +30,15 @@ def add_arguments(mesh: argparse.ArgumentParser) -> None:
     )
     add_options(
         mesh,
-        ("mesh MESH", "file that meshio reads: .msh of gmsh, .inp, .vtu", Path),
+        ("mesh MESH", "mesh: .msh of gmsh, .inp of Abaqus, .vtu or another one that meshio reads", Path),
         ("--joint RULE", rules, list),
         ("--law NAME=CASE.nml", "constants of a joint, whose material is written, too", list),
-        ("--blocks DATA", "cell data with the blocks (default: physical groups, entities or cell sets)", str),
+        (
+            "--blocks A,B,...",
+            "groups that are blocks, or cell data with their numbers (default: all groups)",
+            str,
+        ),
+        ("--join TOL", "distance of nodes that become one; 0: blocks without common nodes stay apart", float),
         ("--direction X", "of a vector: Tx is its projection onto the joint", float, {"nargs": "+"}),
         ("--host", "default: by the ending .inp, .mdpa, .vtu of the output", str, {"choices": HOSTS}),
         ("--layer H", "thickness of the solids that are joints in CalculiX and OpenGeoSys", 0.0),
@@ -40,6 +48,8 @@ def add_arguments(mesh: argparse.ArgumentParser) -> None:
 
 
 HOSTS = ("abaqus", "calculix", "kratos", "ogs", "vtu")
+ENDINGS = {".inp": ("abaqus", "calculix"), ".mdpa": ("kratos",), ".vtu": ("vtu", "ogs")}
+"""Endings of the output and their hosts, the default one first."""
 
 
 def _mesh(options: argparse.Namespace) -> int:
@@ -50,7 +60,16 @@ def _mesh(options: argparse.Namespace) -> int:
     from .split import split
 
     refuse(options.output is None, "-o: expected the name of the mesh to write, .inp, .mdpa or .vtu")
-    check_outputs(options.force, [options.mesh], ("-o", options.output, START))
+    ending = options.output.suffix
+    refuse(ending not in ENDINGS, f"-o {options.output}: expected a name that ends in {', '.join(ENDINGS)}")
+    host = options.host or ENDINGS[ending][0]
+    refuse(host not in ENDINGS[ending], f"-o {options.output}: expected another ending for --host {host}")
+    materials = (
+        [("-o", options.output.with_suffix(".json"), MATERIALS)] if host == "kratos" and options.law else []
+    )
+    check_outputs(options.force, [options.mesh], ("-o", options.output, START), *materials)
+    if options.join is not None and not 0.0 <= options.join < np.inf:
+        raise ValueError(f"--join {options.join:g}: expected a distance >= 0")
     rules: dict[str, list[str] | dict[str, str] | None] = {}
     for text in options.joint:
         found = re.fullmatch(r"(\w+)(?:=([^:~]+)([:~])([^:~]+))?", text)
@@ -66,8 +85,8 @@ def _mesh(options: argparse.Namespace) -> int:
         name, equals, case = text.partition("=")
         refuse(not equals, f"--law {text}: expected NAME=CASE.nml")
         laws[name] = read_run(Path(case), None).interface
-    mesh = split(options.mesh, rules or None, options.blocks, options.direction)
     with shown_warnings():
+        mesh = split(options.mesh, rules or None, options.blocks, options.direction, options.join)
         files = write(options.output, mesh, options.host, laws, options.layer)
     print(mesh.summary())
     print(*files, sep="\n")

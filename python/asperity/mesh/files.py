@@ -1,4 +1,4 @@
-"""Mesh files by meshio."""
+"""Mesh files: decks of Abaqus and text files of gmsh by readers of this package, others by meshio."""
 
 from __future__ import annotations
 
@@ -20,10 +20,26 @@ def read_mesh(path: Path, expected: str, extra: str) -> Any:
     needed(extra, "meshio")
     import meshio
 
+    from . import abaqus, gmsh
+
+    if path.suffix.lower() == ".inp":
+        return abaqus.read_deck(path)
+    if path.suffix.lower() == ".msh" and gmsh.is_text(path):
+        return gmsh.read_msh(path)
     said = StringIO()
     try:
         with redirect_stdout(said), redirect_stderr(said), np.errstate(over="ignore"):
-            return meshio.read(path)
+            mesh = meshio.read(path)
     except (Exception, SystemExit) as error:  # meshio prints and exits where it cannot read
         text = (" ".join(said.getvalue().split()) or str(error)).rstrip(".")
-        raise ValueError(f"{path}: {text}: expected {expected}") from None
+        raise ValueError(f"{path}: {text or type(error).__name__}: expected {expected}") from None
+    points = np.asarray(mesh.points)
+    for block in mesh.cells:
+        data = np.asarray(block.data)
+        if data.dtype.kind not in "iu" or (data.size and not 0 <= data.min() <= data.max() < len(points)):
+            raise ValueError(f"{path}: a {block.type} has nodes that are not there: expected {expected}")
+    for values in mesh.cell_data.get("gmsh:physical", []):
+        if path.suffix.lower() == ".msh" and not np.all(values):
+            text = "cells in no physical group in a binary file"
+            raise ValueError(f"{path}: {text}: expected a text file of gmsh (Mesh.Binary = 0)")
+    return mesh

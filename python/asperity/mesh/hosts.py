@@ -16,13 +16,18 @@ from numpy.typing import NDArray
 from ..cards.blocks import KRATOS
 from ..contract import Floats, refuse
 from ..material import ModelWarning
-from .cells import Integers, corners
+from ..options import replace_file
+from .shapes import Integers, corners
 from .split import Joint, Jointed, default_tangent
 
 if TYPE_CHECKING:
     from ..interface import Interface
 
 HEAD = "mesh with joints of asperity"  # first words of a file, after the sign of a comment
+
+LABEL = r"[A-Za-z_][\w-]*"
+"""Names that Abaqus, CalculiX and Kratos can read: those of Abaqus/CAE, too."""
+
 ABAQUS = {
     "triangle": "CPE3", "triangle6": "CPE6", "quad": "CPE4", "quad8": "CPE8", "tetra": "C3D4",
     "tetra10": "C3D10", "wedge": "C3D6", "hexahedron": "C3D8", "hexahedron20": "C3D20",
@@ -37,6 +42,9 @@ SOLIDS = {2: "quad", 3: "wedge", 4: "hexahedron"}
 
 TWENTY = [*range(12), *range(16, 20), *range(12, 16)]
 """Nodes of a hexahedron of 20 nodes in the order of Kratos: its upright edges come before the upper ones."""
+
+CONDITIONS = {2: "LineLoadCondition2D", 3: "SurfaceLoadCondition3D"}
+"""Conditions of Kratos on the faces of groups and joints, before their number of nodes."""
 
 SINGULAR = 0.05
 """Directions in which the normals at a node differ by less are left out when its layers get a thickness."""
@@ -66,10 +74,10 @@ def write(
     if (host in ("calculix", "ogs")) != (layer > 0.0):
         what = "the thickness of its layers, > 0" if not layer else "none: its joints have no thickness"
         raise ValueError(f"layer = {layer:g}: expected {what}, for {host}")
-    for name in (*mesh.names, *mesh.joints, *mesh.groups):
-        if host in ("abaqus", "calculix", "kratos") and not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
+    for name in (*mesh.names, *mesh.joints, *mesh.groups, *mesh.sets, *mesh.surfaces):
+        if host in ("abaqus", "calculix", "kratos") and not re.fullmatch(LABEL, name, re.ASCII):
             raise ValueError(
-                f"name {name!r}: expected a letter, then letters, digits, underscores, for {host}"
+                f"name {name!r}: expected a letter, then letters, digits, underscores, hyphens, for {host}"
             )
     if host not in ("kratos", "vtu"):
         _check_faces(mesh, host)
@@ -113,14 +121,16 @@ def layer_points(mesh: Jointed, h: float) -> Floats:
     return mesh.points + 0.5 * h * np.einsum("nij,nj->ni", inverse, side)
 
 
-def _blocks(mesh: Jointed) -> Iterator[tuple[str, str, Integers]]:
-    """Type, name of the block and cells, block by block."""
+def _blocks(mesh: Jointed) -> Iterator[tuple[str, str, Integers, Integers]]:
+    """Type, name of the block, cells and their numbers through all types, block by block."""
+    before = 0
     for kind, cells in mesh.cells.items():
         order = np.argsort(mesh.block[kind], kind="stable")
         ends = np.searchsorted(mesh.block[kind][order], range(len(mesh.names) + 1))
         for name, (first, last) in zip(mesh.names, pairwise(ends), strict=True):
             if last > first:
-                yield kind, name, cells[order[first:last]]
+                yield kind, name, cells[order[first:last]], before + order[first:last]
+        before += len(cells)
 
 
 def _between(joint: Joint, d: int) -> Integers:
@@ -148,9 +158,10 @@ def _inp(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float) ->
     if unknown := sorted(set(mesh.cells) - set(ABAQUS)):
         raise ValueError(f"cells of the type {unknown[0]}: expected one of {', '.join(ABAQUS)}")
     text = [f"** {HEAD}\n*Node\n", _numbered("%d", 1, points, "%.15g")]
-    number = 1
-    for kind, block, cells in _blocks(mesh):
+    number, written = 1, np.zeros(sum(map(len, mesh.cells.values())), np.int64)
+    for kind, block, cells, rows in _blocks(mesh):
         text.append(f"*Element, type={ABAQUS[kind]}, elset={block}\n" + _numbered("%d", number, cells + 1))
+        written[rows] = np.arange(number, number + len(cells))
         number += len(cells)
     orientations = []
     for name, parts in mesh.joints.items():
@@ -187,12 +198,20 @@ def _inp(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float) ->
             card += "".join(map(section.format, sets))
         orientations.append(card)
     for group in mesh.groups:
-        nodes = mesh.nodes(group) + 1
-        text.append(f"*Nset, nset={group}\n" + "".join(
-            ", ".join(map(str, nodes[i : i + 16].tolist())) + "\n" for i in range(0, len(nodes), 16)
-        ))  # fmt: skip
-    path.write_text("".join(text + orientations), encoding="utf-8")
+        text.append(f"*Nset, nset={group}\n" + _list(mesh.nodes(group) + 1))
+    for name, cells in mesh.sets.items():
+        text.append(f"*Elset, elset={name}\n" + _list(np.sort(written[cells])))
+    for name, rows in mesh.surfaces.items():
+        lines = _lines("%d, S%d\n", written[rows[:, 0]], rows[:, 1])
+        text.append(f"*Surface, type=element, name={name}\n" + lines)
+    replace_file(path, "".join(text + orientations))
     return [path]
+
+
+def _list(numbers: Integers) -> str:
+    """Lines of 16 numbers."""
+    rows = (numbers[i : i + 16].tolist() for i in range(0, len(numbers), 16))
+    return "".join(", ".join(map(str, row)) + "\n" for row in rows)
 
 
 def _mdpa(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float) -> list[Path]:
@@ -202,7 +221,7 @@ def _mdpa(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float) -
     points = np.zeros((len(mesh.points), 3))
     points[:, :d] = mesh.points
     text = [f"// {HEAD}\nBegin ModelPartData\nEnd ModelPartData\n"]
-    text += [f"Begin Properties {k}\nEnd Properties\n" for k in range(1, len(names) + 1)]
+    text += [f"Begin Properties {k}\nEnd Properties\n" for k in range(len(names) + 1)]
     text += ["Begin Nodes\n", _numbered("%d", 1, points, "%.15g", " "), "End Nodes\n"]
     number, parts = 1, {name: (np.zeros(0, np.int64), [np.zeros(0, np.int64)]) for name in names}
 
@@ -214,49 +233,83 @@ def _mdpa(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float) -
         parts[name] = np.union1d(used, nodes), [*numbers, np.arange(number, number + len(nodes))]
         number += len(nodes)
 
-    for kind, block, cells in _blocks(mesh):
+    written = np.zeros(sum(map(len, mesh.cells.values())), np.int64)
+    for kind, block, cells, rows in _blocks(mesh):
+        written[rows] = np.arange(number, number + len(cells))
         cells = cells[:, TWENTY] if kind == "hexahedron20" else cells
         add(block, f"SmallDisplacementElement{d}D{cells.shape[1]}N", cells)
     for name, some in mesh.joints.items():
         for joint in some:
             k = joint.minus.shape[1]
             add(name, f"{KRATOS[d][1]}{k}Plus{k}N", np.concatenate([joint.minus, joint.plus], 1))
-    parts |= {name: (mesh.nodes(name), [np.zeros(0, np.int64)]) for name in mesh.groups if name not in parts}
+    none = np.zeros(0, np.int64)
+    conditions: dict[str, list[Integers]] = {}
+    last = 1
+    for name, rows in mesh.surfaces.items():
+        for nodes in mesh.face_nodes(rows):
+            kind = f"{CONDITIONS[d]}{nodes.shape[1]}N"
+            text.append(
+                f"Begin Conditions {kind}\n{_numbered('%d 0', last, nodes + 1, by=' ')}End Conditions\n"
+            )
+            conditions.setdefault(name, []).append(np.arange(last, last + len(nodes)))
+            here, numbers = parts.get(name, (none, [none]))
+            parts[name] = np.union1d(here, nodes), numbers
+            last += len(nodes)
+    for name in mesh.groups:
+        here, numbers = parts.get(name, (none, [none]))
+        parts[name] = np.union1d(here, mesh.nodes(name)), numbers
+    for name, cells in mesh.sets.items():
+        here, numbers = parts.get(name, (none, [none]))
+        parts[name] = np.union1d(here, mesh.nodes_of(cells)), [*numbers, np.sort(written[cells])]
     for name, (nodes, numbers) in parts.items():
-        text += [f"Begin SubModelPart {name}\nBegin SubModelPartNodes\n", _lines("%d\n", nodes + 1)]
-        text += ["End SubModelPartNodes\nBegin SubModelPartElements\n"]
-        text += [_lines("%d\n", np.concatenate(numbers)), "End SubModelPartElements\nEnd SubModelPart\n"]
-    path.write_text("".join(text), encoding="utf-8")
+        text.append(f"Begin SubModelPart {name}\n")
+        lists = ("Nodes", nodes + 1), ("Elements", np.concatenate(numbers))
+        for what, one in (*lists, ("Conditions", np.concatenate(conditions.get(name, [none])))):
+            text.append(f"Begin SubModelPart{what}\n{_lines('%d' + chr(10), one)}End SubModelPart{what}\n")
+        text.append("End SubModelPart\n")
     if not laws:
+        replace_file(path, "".join(text))
         return [path]
     cards = []
     for name, law in laws.items():
         [card] = json.loads(law.card("kratos", name=name, dimension=d))["properties"]
         cards.append(card | {"model_part_name": f"Main.{name}", "properties_id": names[name]})
     other = path.with_suffix(".json")
-    other.write_text(json.dumps({"properties": cards}, indent=2) + "\n", encoding="utf-8")
+    replace_file(path, "".join(text))
+    replace_file(other, json.dumps({"properties": cards}, indent=2) + "\n")
     return [path, other]
 
 
 def _vtu(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float) -> list[Path]:
-    """VTU of blocks and joints with N, Tx, Ty; MaterialIDs: the numbers of the blocks, then of the joints."""
+    """VTU of blocks and joints with N, Tx, Ty; MaterialIDs: the numbers of the blocks, then of the joints.
+
+    Their names are field data with the number and the dimension.
+
+    OpenGeoSys has two components in the plane, and a right-handed pair of axes: Tx is N turned to the left.
+    """
     import meshio
+
+    from .vtu import write_vtu
 
     d, points = mesh.dimension, layer_points(mesh, layer) if layer else mesh.points
     refuse(laws, f"laws of {', '.join(laws)}: expected none in a .vtu file")
     cells = [(kind, data) for kind, data in mesh.cells.items()]
     number = [mesh.block[kind] for kind in mesh.cells]
-    axes = [np.broadcast_to(np.eye(3), (len(one), 3, 3)) for one in number]
+    axes = [np.broadcast_to(np.eye(d), (len(one), d, d)) for one in number]
+    sense = np.array([1.0, -1.0])[:, None] if layer and d == 2 else 1.0
     for k, parts in enumerate(mesh.joints.values()):
         for joint in parts:
             between = _between(joint, d)
             cells.append((SOLIDS[between.shape[1] // 2], between))
             number.append(np.full(len(between), len(mesh.names) + k))
-            axes.append(np.pad(joint.axes, ((0, 0), (0, 3 - d), (0, 3 - d))))
+            axes.append(joint.axes * sense)
+    room = 0 if layer else 3 - d
+    axes = [np.pad(one, ((0, 0), (0, 0), (0, room))) for one in axes]
     data = {name: [one[:, k] for one in axes] for k, name in enumerate(("N", "Tx", "Ty")[:d])}
     data["MaterialIDs"] = [one.astype(np.int32) for one in number]
     points = np.pad(points, ((0, 0), (0, 3 - d)))
-    meshio.Mesh(points, cells, {"origin": mesh.origin}, data).write(path)
+    names = [(name, k, d - (name in mesh.joints)) for k, name in enumerate((*mesh.names, *mesh.joints))]
+    write_vtu(path, meshio.Mesh(points, cells, {"origin": mesh.origin}, data), names)
     return [path]
 
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..contract import Floats
-from .cells import Faces, Integers, Solids, corners, locate, read, solids
+from ..material import ModelWarning
+from .cells import Faces, Solids, locate, read, solids
+from .shapes import FACES, Integers, area, backward, corners, place
+from .sides import turned
 
 if TYPE_CHECKING:
     import meshio
@@ -26,6 +29,8 @@ Joints = Mapping[str, "Rule | Sequence[str] | Mapping[str, str] | None"]
 NEARLY_NORMAL = 0.001
 """Sine of the angle between a direction and a normal below which it gives no direction in the face."""
 
+MOST_PAIRS = 4  # pairs of blocks that the summary names for each joint
+
 SAME_PLACE = 1e-6  # distance of two nodes a period apart from that period, over the size of the mesh
 
 
@@ -35,7 +40,8 @@ class Joint:
 
     minus, plus (f, k): nodes of both sides, node on node; the right-hand normal of minus is N, and its edge
     from node 0 to node 1 is the one closest to Tx.  cells (f, 2): cells beside them.  axes (f, d, d): N from
-    minus to plus, Tx and, in 3D, Ty = N x Tx.  area (f,): lengths in 2D.
+    minus to plus, Tx and, in 3D, Ty = N x Tx.  area (f,): lengths in 2D.  sides (f, 2): numbers of the
+    faces in the cells beside them, from 1, those of Abaqus.
     """
 
     minus: Integers
@@ -43,6 +49,7 @@ class Joint:
     cells: Integers
     axes: Floats
     area: Floats
+    sides: Integers
 
     @property
     def tips(self) -> int:
@@ -55,7 +62,9 @@ class Jointed:
     """A mesh with joints: nodes (n, d), cells (m, k) by type, and the number of the block of each cell.
 
     names: of the blocks.  joints: by name, in one entry for each kind of face.  groups: faces of the named
-    groups on the outside, and nodes of named points, by name.  origin (n,): node of the mesh before.
+    groups, on joints those of both sides, and nodes of named points, by name.  sets: cells of the groups that
+    are no blocks, counted through all types.  surfaces: rows (cell, its face from 1) of the groups of faces
+    and, as NAME_minus and NAME_plus, of both sides of the joints.  origin (n,): node of the mesh before.
     """
 
     points: Floats
@@ -64,6 +73,8 @@ class Jointed:
     names: list[str]
     joints: dict[str, list[Joint]]
     groups: dict[str, list[Integers]]
+    sets: dict[str, Integers]
+    surfaces: dict[str, Integers]
     origin: Integers
 
     @property
@@ -77,18 +88,77 @@ class Jointed:
             raise ValueError(f"{group}: no such group: expected one of {', '.join(self.groups) or 'none'}")
         return np.unique(np.concatenate([one.ravel() for one in self.groups[group]]))
 
+    def face_nodes(self, surface: Integers) -> list[Integers]:
+        """Nodes of the faces of a surface, rows (cell, face), in one array for each number of nodes.
+
+        Their right-hand normal points out of their cells; in the plane the cells are on the left of edges.
+        """
+        found: dict[int, list[Integers]] = {}
+        first, d = 0, self.dimension
+        for kind, data in self.cells.items():
+            for side, face in enumerate(FACES[kind], 1):
+                at = (surface[:, 0] >= first) & (surface[:, 0] < first + len(data)) & (surface[:, 1] == side)
+                if not at.any():
+                    continue
+                cells = data[surface[at, 0] - first]
+                nodes = cells[:, face]
+                if d == 3:
+                    x = self.points[nodes[:, : corners(d, len(face))]]
+                    away = x.mean(1) - self.points[cells].mean(1)
+                    inward = np.einsum("fd,fd->f", area(x)[0], away) < 0.0
+                    nodes = np.where(inward[:, None], nodes[:, backward(d, len(face))], nodes)
+                found.setdefault(len(face), []).append(nodes)
+            first += len(data)
+        return [np.concatenate(found[size]) for size in sorted(found)]
+
+    def nodes_of(self, cells: Integers) -> Integers:
+        """Nodes of cells, counted through all types."""
+        found, first = [np.zeros(0, np.int64)], 0
+        for data in self.cells.values():
+            found.append(data[cells[(cells >= first) & (cells < first + len(data))] - first].ravel())
+            first += len(data)
+        return np.unique(np.concatenate(found))
+
     def summary(self) -> str:
-        """Counts of cells, blocks, nodes and faces."""
+        """Counts of cells, nodes and faces: of the whole, the blocks, the groups and the joints."""
         count, used = sum(map(len, self.cells.values())), len(np.unique(self.origin))
         lines = [f"{count} cells in {len(self.names)} blocks, {used} nodes, {len(self.origin)} with joints"]
+        block = np.concatenate([self.block[kind] for kind in self.cells])
+        size, d = ("length" if self.dimension == 2 else "area"), self.dimension
+        lines += [f"block {name}: {(block == k).sum()} cells" for k, name in enumerate(self.names)]
+        lines += [f"group {name}: {len(some)} cells" for name, some in self.sets.items()]
+        for name, some in self.groups.items():
+            faces = [one for one in some if one.shape[1] > 1]
+            total, whole = 0, 0.0
+            for one in faces:
+                corner = one[:, : corners(d, one.shape[1])]
+                _, first = np.unique(np.sort(self.origin[corner], axis=1), axis=0, return_index=True)
+                total, whole = total + len(first), whole + float(area(self.points[corner[first]])[1].sum())
+            if total:
+                lines.append(f"group {name}: {total} faces, {size} {whole:.6g}")
+            elif some:
+                lines.append(f"group {name}: {len(self.nodes(name))} nodes")
         for name, parts in self.joints.items():
-            area = sum(float(one.area.sum()) for one in parts)
+            whole = sum(float(one.area.sum()) for one in parts)
             ends = sum(one.tips for one in parts)
-            size = "length" if self.dimension == 2 else "area"
-            lines.append(
-                f"joint {name}: {sum(len(one.area) for one in parts)} faces, {size} {area:.6g}, {ends} tips"
-            )
+            faces_of = sum(len(one.area) for one in parts)
+            text = f"joint {name}: {faces_of} faces, {size} {whole:.6g}, {ends} tips"
+            lines.append(f"{text}, {self._normals(parts, block)}")
         return "\n".join(lines)
+
+    def _normals(self, parts: list[Joint], block: Integers) -> str:
+        """Where N of a joint points: from which block to which."""
+        pairs = np.concatenate([block[one.cells] for one in parts])
+        found, at, count = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
+        normals = np.concatenate([one.axes[:, 0] for one in parts])
+        words = []
+        for k in np.argsort(-count, kind="stable"):
+            a, b = (self.names[one] for one in found[k])
+            mean = normals[at.ravel() == k].mean(0)
+            text = ", ".join(f"{one:.2g}" for one in (mean.round(6) + 0.0).tolist())
+            words.append(f"N from {a} to {b}" if a != b else f"N inside {a} about ({text})")
+        more = f", and of {len(words) - MOST_PAIRS} other pairs" if len(words) > MOST_PAIRS else ""
+        return "; ".join(words[:MOST_PAIRS]) + more
 
 
 def split(
@@ -96,6 +166,7 @@ def split(
     joints: Joints | None = None,
     blocks: str | None = None,
     direction: ArrayLike | None = None,
+    join: float | None = None,
 ) -> Jointed:
     """Double the nodes of a mesh along joints.
 
@@ -106,17 +177,20 @@ def split(
     None, the faces of the group of this name; a pair of patterns, the faces between different blocks whose
     names they match ("*", "brick*"); a function of the blocks on both sides, centres and normals of the faces
     between blocks; {"right": "left"}, two groups of faces on the outside of a periodic mesh, joined by a
-    joint whose N points out of the first one.  Default: all faces between blocks, as "joint".  blocks: cell
-    data that have the number of the block of each cell, see `cells.tags`.  direction: of Tx, which is its
-    projection onto the face.  Default in 3D: x, or z where N is along x.
+    joint whose N points out of the first one.  Default: all faces between blocks, as "joint".  blocks: names
+    of the groups that are blocks, with commas, or cell data that have their numbers; by default the groups,
+    see `groups.blocks_of`.  join: distance of nodes that become one; by default, blocks that touch without
+    common faces are refused; with 0 they stay apart.  direction: of Tx, its projection onto the face.
+    Default in 3D: x, or z where N is along x.
 
-    N points to the block that comes later in the order of the tags; within one block along the axis that is
-    closest to the normals.  In 2D, N is Tx turned to the left: with a direction the sides follow from it.
+    N points to the block that comes later in the order of the groups.  The named faces of a joint have N on
+    one side along each connected part, inside a block along the axis closest to its mean.  In 2D, N is Tx
+    turned to the left: with a direction the sides follow from it.
 
-    Raises ValueError with the name of a group and the number of its faces.
+    Raises ValueError with the name of a group and the number of its faces, or of cells and their place.
     """
     mesh = read(mesh)
-    old = solids(mesh, blocks)
+    old = solids(mesh, blocks, join)
     rules = joints or {"joint": ("*", "*")}
     if both := sorted(set(rules) & set(old.names)):
         raise ValueError(f"joint {both[0]}: a block has this name: expected another one")
@@ -124,21 +198,43 @@ def split(
     own, origin = _double(old, chosen)
     points = old.points[origin]
     found: dict[str, list[Joint]] = {name: [] for name in rules}
-    for face, which in zip(old.faces, chosen, strict=True):
-        for number, (name, rule) in enumerate(rules.items()):
-            if isinstance(rule, Mapping):
-                sides = _period(old, face, rule, name)
-            else:
-                sides = _inside(old, face, np.flatnonzero(which == number))
+    for number, (name, rule) in enumerate(rules.items()):
+        rows = [np.flatnonzero(which == number) for which in chosen]
+        turns = turned(old, rows, name) if rule is None else [None] * len(rows)
+        for face, at, turn in zip(old.faces, rows, turns, strict=True):
+            sides = (
+                _period(old, face, rule, name) if isinstance(rule, Mapping) else _inside(old, face, at, turn)
+            )
             if len(sides[0]):
                 found[name].append(_joint(sides, own, points, direction, name))
+        _check_tips(name, found[name], points)
     cells, block, place, cell = {}, {}, 0, 0
     for kind, one in old.cells.items():
         cells[kind] = own[place : place + one.size].reshape(one.shape)
         block[kind] = old.block[cell : cell + len(one)]
         place, cell = place + one.size, cell + len(one)
-    groups = _groups(mesh.point_sets or {}, old, own, origin)
-    return Jointed(points, cells, block, old.names, found, groups, origin)
+    groups, surfaces = _groups(old, own, origin, [which >= 0 for which in chosen])
+    for name, some in found.items():
+        for k, side in enumerate(("minus", "plus")):
+            rows = [np.stack([one.cells[:, k], one.sides[:, k]], 1) for one in some]
+            if f"{name}_{side}" in surfaces:
+                raise ValueError(f"joint {name}: a group is named {name}_{side}: expected another name")
+            surfaces[f"{name}_{side}"] = np.concatenate([np.zeros((0, 2), np.int64), *rows])
+    return Jointed(points, cells, block, old.names, found, groups, old.sets, surfaces, origin)
+
+
+def _check_tips(name: str, parts: list[Joint], points: Floats) -> None:
+    """Name faces of which no node is doubled: all of them are tips."""
+    closed = [(one.minus == one.plus).all(1) for one in parts]
+    if not (count := sum(int(one.sum()) for one in closed)):
+        return
+    where = next(points[one.minus[at]].mean(1)[0] for one, at in zip(parts, closed, strict=True) if at.any())
+    total = sum(map(len, closed))
+    text = f"joint {name}: {count} of its {total} faces end with all their nodes inside the mesh"
+    text = f"{text}, as at {place(where)}"
+    if count == total:
+        raise ValueError(f"{text}, and cannot open: expected more faces along the joint")
+    warnings.warn(f"{text}: they cannot open", ModelWarning, stacklevel=4)
 
 
 def _choose(joints: Joints, old: Solids) -> list[Integers]:
@@ -166,7 +262,7 @@ def _choose(joints: Joints, old: Solids) -> list[Integers]:
             elif callable(rule):
                 where = np.flatnonzero(at)
                 x = old.points[face.nodes[face.first[where], :c]]
-                at[where] = rule(np.minimum(a, b)[at], np.maximum(a, b)[at], x.mean(1), _area(x)[0])
+                at[where] = rule(np.minimum(a, b)[at], np.maximum(a, b)[at], x.mean(1), area(x)[0])
             else:
                 one, other = (np.array([fnmatchcase(text, word) for text in old.names]) for word in rule)
                 at &= (one[a] & other[b]) | (one[b] & other[a])
@@ -222,36 +318,22 @@ def _in_order(face: Faces, rows: Integers) -> Integers:
     return np.take_along_axis(face.place[rows], np.argsort(face.nodes[rows], axis=1), axis=1)
 
 
-def _area(x: Floats) -> tuple[Floats, Floats]:
-    """Normals (f, d) and areas of faces with the corners x (f, k, d); in 2D the edge turned to the left."""
-    if x.shape[2] == 2:
-        edge = x[:, 1] - x[:, 0]
-        normal = np.stack([-edge[:, 1], edge[:, 0]], 1)
-    elif x.shape[1] == 3:
-        normal = 0.5 * np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
-    else:
-        normal = 0.5 * np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
-    size = np.linalg.norm(normal, axis=1)
-    return normal / size[:, None], size
+Sides = tuple[Integers, Integers, Integers, Integers, Floats]
+"""Places of the nodes of both sides, node on node, cells and their faces (f, 2), normals to the second."""
 
 
-Sides = tuple[Integers, Integers, Integers, Floats]
-"""Places of the nodes of both sides, node on node, cells beside them (f, 2), and normals to the second."""
-
-
-def _inside(old: Solids, face: Faces, at: Integers) -> Sides:
-    """Sides of the pairs `at` of faces inside the mesh."""
+def _inside(old: Solids, face: Faces, at: Integers, turn: Integers | None = None) -> Sides:
+    """Sides of the pairs `at` of faces inside the mesh; turn: those whose second face comes first."""
     first, second, block = face.first[at], face.second[at], old.block
     a, b = face.cell[first], face.cell[second]
-    normal, _ = _area(old.points[face.nodes[first][:, : corners(old.dimension, face.nodes.shape[1])]])
+    normal, _ = area(old.points[face.nodes[first][:, : corners(old.dimension, face.nodes.shape[1])]])
     normal *= np.sign(np.einsum("fd,fd->f", normal, old.centres[b] - old.centres[a]))[:, None]
-    along = normal[:, np.abs(normal).sum(0).argmax()]
-    turn = np.where(block[a] == block[b], along < 0.0, block[a] > block[b])
+    turn = block[a] > block[b] if turn is None else turn
     first, second = np.where(turn, second, first), np.where(turn, first, second)
     plus = np.empty((len(at), face.nodes.shape[1]), np.int64)
     np.put_along_axis(plus, np.argsort(face.nodes[first], axis=1), _in_order(face, second), axis=1)
-    cells = face.cell[np.stack([first, second], 1)]
-    return face.place[first], plus, cells, np.where(turn[:, None], -normal, normal)
+    both = np.stack([first, second], 1)
+    return face.place[first], plus, face.cell[both], face.side[both], np.where(turn[:, None], -normal, normal)
 
 
 def _period(old: Solids, face: Faces, rule: Mapping[str, str], name: str) -> Sides:
@@ -275,43 +357,42 @@ def _period(old: Solids, face: Faces, rule: Mapping[str, str], name: str) -> Sid
             f"joint {name}: {bad} of the {all_} faces of {pair[0]} and {pair[1]} have no partner a period "
             "away: expected a periodic mesh"
         )
-    cells = face.cell[np.stack([first, second[partner]], 1)]
-    normal, _ = _area(x[:, : corners(old.dimension, x.shape[1])])
+    both = np.stack([first, second[partner]], 1)
+    cells = face.cell[both]
+    normal, _ = area(x[:, : corners(old.dimension, x.shape[1])])
     normal *= np.sign(np.einsum("fd,fd->f", normal, x.mean(1) - old.centres[cells[:, 0]]))[:, None]
     plus = np.take_along_axis(face.place[second[partner]], apart.argmin(2), axis=1)
-    return face.place[first], plus, cells, normal
+    return face.place[first], plus, cells, face.side[both], normal
 
 
 def _joint(sides: Sides, own: Integers, points: Floats, direction: ArrayLike | None, name: str) -> Joint:
     """Faces of a joint, oriented; own, points: nodes of the places, and where they are."""
-    minus, plus, cells, normal = own[sides[0]], own[sides[1]], *sides[2:]
+    minus, plus, cells, faces, normal = own[sides[0]], own[sides[1]], *sides[2:]
     d, c = points.shape[1], corners(points.shape[1], minus.shape[1])
     if direction is not None:
         tangent = _projected(normal, direction, name)
     else:
         tangent = default_tangent(normal) if d == 3 else np.stack([normal[:, 1], -normal[:, 0]], 1)
     if d == 2:
-        turned = np.stack([-tangent[:, 1], tangent[:, 0]], 1)
-        turn = (np.einsum("fd,fd->f", turned, normal) < 0.0)[:, None]
+        left = np.stack([-tangent[:, 1], tangent[:, 0]], 1)
+        turn = (np.einsum("fd,fd->f", left, normal) < 0.0)[:, None]
         minus, plus = np.where(turn, plus, minus), np.where(turn, minus, plus)
-        cells, normal = np.where(turn, cells[:, ::-1], cells), turned
+        cells, faces = (np.where(turn, one[:, ::-1], one) for one in (cells, faces))
+        normal = left
     across = [] if d == 2 else [np.cross(normal, tangent)]
     axes = np.stack([normal, tangent, *across], 1)
     # nodes of the sides in the order that hosts want
-    right, area = _area(points[minus[:, :c]])
-    backward = np.einsum("fd,fd->f", right, normal) < 0.0
-    back = np.r_[0, np.arange(c - 1, 0, -1), c + np.arange(minus.shape[1] - c)[::-1]]
-    if d == 2:
-        back[:2] = [1, 0]
+    right, size = area(points[minus[:, :c]])
+    wrong = np.einsum("fd,fd->f", right, normal) < 0.0
     for side in (minus, plus):
-        side[backward] = side[backward][:, back]
+        side[wrong] = side[wrong][:, backward(d, minus.shape[1])]
     if d == 3:
         edges = np.roll(points[minus[:, :c]], -1, axis=1) - points[minus[:, :c]]
         start = (np.einsum("fkd,fd->fk", edges, axes[:, 1]) / np.linalg.norm(edges, axis=2)).argmax(1)
         round_ = (start[:, None] + np.arange(c)) % c
         round_ = np.concatenate([round_, c + round_], 1)[:, : minus.shape[1]]
         minus, plus = (np.take_along_axis(side, round_, axis=1) for side in (minus, plus))
-    return Joint(minus, plus, cells, axes, area)
+    return Joint(minus, plus, cells, axes, size, faces)
 
 
 def default_tangent(normal: Floats) -> Floats:
@@ -340,7 +421,7 @@ def _facets(old: Solids, group: str, joint: str) -> list[Integers]:
     if group not in old.facets:
         known = ", ".join(old.facets) or "none"
         raise ValueError(f"joint {joint}: {group}: no such group of faces: expected one of {known}")
-    return old.facets[group]
+    return [one for one, _ in old.facets[group]]
 
 
 def _outside(old: Solids, face: Faces, facets: Integers) -> Integers:
@@ -352,14 +433,49 @@ def _outside(old: Solids, face: Faces, facets: Integers) -> Integers:
 
 
 def _groups(
-    point_sets: Mapping[str, ArrayLike], old: Solids, own: Integers, origin: Integers
-) -> dict[str, list[Integers]]:
-    """Faces on the outside by group, with their new nodes, and nodes of the sets of points."""
+    old: Solids, own: Integers, origin: Integers, parted: list[NDArray[np.bool_]]
+) -> tuple[dict[str, list[Integers]], dict[str, Integers]]:
+    """Faces by group, with their new nodes, and nodes of named points; rows (cell, face) of groups of faces.
+
+    Of faces inside the mesh those on both sides are taken where a joint parts them and no cell is given, else
+    one.
+    """
     groups: dict[str, list[Integers]] = {}
+    surfaces: dict[str, Integers] = {}
     for name, some in old.facets.items():
-        for one, face in product(some, old.faces):
-            groups.setdefault(name, []).append(own[face.place[_outside(old, face, one)]])
-    groups = {name: rows for name, rows in groups.items() if sum(map(len, rows))}
-    for name, nodes in point_sets.items():
-        groups.setdefault(name, []).append(np.flatnonzero(np.isin(origin, np.asarray(nodes)))[:, None])
-    return groups
+        lost, rows_of = 0, []
+        for one, owner in some:
+            known = np.zeros(len(one), bool)
+            for face, cut in zip(old.faces, parted, strict=True):
+                if corners(old.dimension, one.shape[1]) != corners(old.dimension, face.nodes.shape[1]):
+                    continue
+                row = locate(face, one, old.dimension)
+                known |= row >= 0
+                only, row = owner[row >= 0], row[row >= 0]
+                pair = face.number[row]
+                both = np.zeros(len(row), bool)
+                if len(face.first):
+                    first, second = face.first[pair], face.second[pair]
+                    other = np.where(row == first, second, first)
+                    row = np.where((pair >= 0) & (face.cell[other] == only), other, row)
+                    both = (pair >= 0) & (only < 0) & cut[pair]
+                row = np.concatenate([row[~both], face.first[pair[both]], face.second[pair[both]]])
+                groups.setdefault(name, []).append(own[face.place[row]])
+                rows_of.append(np.stack([face.cell[row], face.side[row]], 1))
+            lost += int((~known).sum())
+        if lost:
+            count = sum(len(one) for one, _ in some)
+            text = f"group {name}: {lost} of its {count} faces are no faces of cells: they are left out"
+            warnings.warn(text, ModelWarning, stacklevel=4)
+        if sum(map(len, rows_of)):
+            surfaces[name] = np.concatenate(rows_of)
+    groups = {name: [row for row in rows if len(row)] for name, rows in groups.items() if sum(map(len, rows))}
+    for name, nodes in old.spots.items():
+        at = np.flatnonzero(np.isin(origin, nodes))
+        missing = int((~np.isin(nodes, origin)).sum())
+        if missing:
+            text = f"group {name}: {missing} of its {len(nodes)} nodes are in no cell: they are left out"
+            warnings.warn(text, ModelWarning, stacklevel=4)
+        if len(at):
+            groups.setdefault(name, []).append(at[:, None])
+    return groups, surfaces

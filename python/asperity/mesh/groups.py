@@ -1,0 +1,137 @@
+"""Named groups of the cells of a mesh, and which of them are the blocks."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..contract import Floats
+from .shapes import Integers, dimension, place
+
+if TYPE_CHECKING:
+    import meshio
+
+OWNER = "asperity:owner"
+"""Cell data: the number, through all arrays, of the cell that a cell is a face of, or -1."""
+
+Members = dict[str, list[Integers]]
+"""Names of groups, and for each array of cells the numbers of its cells in the group."""
+
+
+def groups_of(mesh: meshio.Mesh, data: str | None = None) -> Members:
+    """All groups of cells, each whole: cell sets, physical groups of gmsh, or integer cell data.
+
+    data: name of the cell data to take; by default the cell sets and physical groups, or gmsh's entities, or
+    the only integer cell data.  Raises ValueError where there is none.
+    """
+    arrays: dict[str, list[Any]] = mesh.cell_data
+    whole = [
+        name
+        for name, one in arrays.items()
+        if name != OWNER and all(np.asarray(part).dtype.kind in "iu" for part in one)
+    ]
+    if data is not None:
+        return _of_data(mesh, data)
+    found: Members = {}
+    tags = {name: int(tag) for name, (tag, _) in mesh.field_data.items()}
+    for name, some in sorted(mesh.cell_sets.items(), key=lambda one: (tags.get(one[0], 0), one[0])):
+        if not name.startswith("gmsh:"):
+            found[name] = [np.asarray([] if one is None else one, np.int64) for one in some]
+    if "gmsh:physical" in whole:
+        found = {**_of_data(mesh, "gmsh:physical"), **found}
+    if found:
+        return found
+    if "gmsh:geometrical" in whole:
+        return _of_data(mesh, "gmsh:geometrical")
+    if len(whole) != 1:
+        known = ", ".join(whole) or "none"
+        raise ValueError(
+            f"the mesh has no groups: expected groups of gmsh, cell sets or one array of {known}"
+        )
+    return _of_data(mesh, whole[0])
+
+
+def _of_data(mesh: meshio.Mesh, data: str) -> Members:
+    """Groups of equal numbers in cell data; 0 of gmsh is no physical group."""
+    called = {(dim, tag): name for name, (tag, dim) in mesh.field_data.items() if "phys" in data}
+    found: Members = {}
+    order: dict[str, int] = {}
+    for k, (block, values) in enumerate(zip(mesh.cells, mesh.cell_data[data], strict=True)):
+        numbers = np.asarray(values, np.int64)
+        for tag in np.unique(numbers).tolist():
+            name = called.get((dimension(block.type), tag), f"block_{tag}")
+            rows = found.setdefault(name, [np.zeros(0, np.int64)] * len(mesh.cells))
+            found[name][k] = np.union1d(rows[k], np.flatnonzero(numbers == tag))
+            order[name] = tag  # the solids come last
+    return {name: found[name] for name in sorted(found, key=order.__getitem__)}
+
+
+def blocks_of(
+    cells: dict[str, Integers], choice: list[str] | None, centres: Floats
+) -> tuple[list[str], Integers]:
+    """Names of the blocks and the number of the block of each cell.
+
+    cells: groups, with the numbers of their cells.  choice: names of the blocks, or patterns.  By default
+    they are the groups, without one of all cells and internal ones ("_...") if the others have all once.
+    Raises ValueError with the number, the place and the groups of a cell that is in two blocks or in none.
+    """
+    total = len(centres)
+    own = {name: one for name, one in cells.items() if len(one) and not name.startswith("instance:")}
+    parts = {name.partition(":")[2]: one for name, one in cells.items() if name.startswith("instance:")}
+    if choice is not None:
+        known = {**parts, **own}
+        chosen = {}
+        for word in choice:
+            here = [name for name in known if fnmatchcase(name, word)]
+            if not here:
+                raise ValueError(
+                    f"blocks = {word}: expected groups of the mesh: {', '.join(known) or 'none'}"
+                )
+            chosen |= {name: known[name] for name in here}
+        return _numbered(chosen, total, centres, {})
+    inner = {name: one for name, one in own.items() if not name.startswith("_")}
+    some = {name: one for name, one in inner.items() if len(one) < total}
+    if some and _once(some, total):
+        return _numbered(some, total, centres, {})
+    if parts and _once(parts, total) and (len(parts) > 1 or not inner) and not some:
+        return _numbered(parts, total, centres, {})
+    return _numbered(inner or own or parts, total, centres, {**own, **parts})
+
+
+def _once(some: Members | dict[str, Integers], total: int) -> bool:
+    return bool((np.bincount(np.concatenate(list(some.values())), minlength=total) == 1).all())
+
+
+def _numbered(
+    some: dict[str, Integers], total: int, centres: Floats, known: dict[str, Integers]
+) -> tuple[list[str], Integers]:
+    names = list(some)
+    block = np.full(total, -1, np.int64)
+    for k, name in enumerate(names):
+        if (twice := some[name][block[some[name]] >= 0]).size:
+            cell = int(twice[0])
+            inside = [one for one in names if cell in some[one]]
+            text = f"{len(twice)} of {total} cells are in two groups, as a cell at {place(centres[cell])}"
+            text = f"{text} in {' and '.join(inside)}"
+            raise ValueError(f"{text}: expected one block for each: {_advice(known, total)}")
+        block[some[name]] = k
+    if (lost := np.flatnonzero(block < 0)).size:
+        text = f"{len(lost)} of {total} cells are in no block, as a cell at {place(centres[lost[0]])}"
+        raise ValueError(f"{text}: expected a group for each{_advice(known, total, '; ')}")
+    return names, block
+
+
+def _advice(known: dict[str, Integers], total: int, before: str = "") -> str:
+    """What to do: groups that have every cell once, the largest first."""
+    chosen: list[str] = []
+    seen = np.zeros(total, bool)
+    for name in sorted(known, key=lambda name: -len(known[name])):
+        if len(known[name]) < total and not seen[known[name]].any():
+            chosen.append(name)
+            seen[known[name]] = True
+    words = ",".join(chosen) if chosen and seen.all() else ""
+    if words:
+        return f"{before}name the blocks, as --blocks {words}"
+    return "" if before else "name the blocks, --blocks A,B,..."

@@ -1,0 +1,118 @@
+"""One side of a joint along each connected part of its faces."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..contract import Floats
+from .shapes import Integers, area, corners, place
+
+if TYPE_CHECKING:
+    from .cells import Solids
+
+FLAT = np.cos(np.radians(30.0))
+"""Cosine of the angle up to which two of three or more faces at an edge go on into each other."""
+
+NO_MEAN = 1e-6
+"""Mean normal, over that of a plane, below which faces are a closed surface."""
+
+
+def turned(old: Solids, rows: list[Integers], name: str) -> list[NDArray[np.bool_]]:
+    """Pairs of faces, by kind, whose first face must come second so that connected faces have N on one side.
+
+    rows: pairs of faces of a joint, by kind of face.  N points to the later block where there are two, else
+    along the axis that is closest to the mean of N, or out of a closed surface.  Raises ValueError where
+    there are no two sides, as on a Moebius strip.
+    """
+    d, total = old.dimension, sum(map(len, rows))
+    if not total:
+        return [np.zeros(0, bool) for _ in rows]
+    normals, areas, middles, order, rims = [], [], [], [], []
+    count = 0
+    for face, at in zip(old.faces, rows, strict=True):
+        first, second = face.cell[face.first[at]], face.cell[face.second[at]]
+        around = face.nodes[face.first[at]][:, : corners(d, face.nodes.shape[1])]
+        x = old.points[around]
+        normal, size = area(x)
+        back = np.einsum("fd,fd->f", normal, old.centres[second] - old.centres[first]) < 0.0
+        around = np.where(back[:, None], around[:, ::-1], around)
+        normals.append(np.where(back[:, None], -normal, normal))
+        areas.append(size)
+        middles.append(x.mean(1))
+        order.append(np.sign(old.block[second] - old.block[first]))
+        rims.append(_rim(around, d, count))
+        count += len(at)
+    n, size, middle, wish = (np.concatenate(one) for one in (normals, areas, middles, order))
+    sign, part = one_sided(np.concatenate(rims), n, middle, old.points, name)
+    for k in np.unique(part):
+        at = np.flatnonzero(part == k)
+        vector = sign[at] * size[at]
+        later = float(vector @ wish[at])
+        mean = vector @ n[at]
+        if abs(later) > NO_MEAN * size[at].sum():
+            along = later
+        elif np.linalg.norm(mean) > NO_MEAN * size[at].sum():
+            largest = np.flatnonzero(np.abs(mean) > (1.0 - NO_MEAN) * np.abs(mean).max())
+            along = mean[largest[-1]]
+        else:
+            along = float(vector @ np.einsum("fd,fd->f", n[at], middle[at] - middle[at].mean(0)))
+        if along < 0.0:
+            sign[at] *= -1.0
+    return np.split(sign < 0.0, np.cumsum([len(at) for at in rows])[:-1])
+
+
+def _rim(around: Integers, d: int, first: int) -> Integers:
+    """Rows (two nodes in order, or one in the plane, sense, face) of the edges of faces."""
+    face = first + np.arange(len(around))
+    if d == 2:
+        sense = np.ones(len(around), np.int64)
+        ends = [np.stack([around[:, k], around[:, k], s * sense, face], 1) for k, s in ((0, 1), (1, -1))]
+        return np.concatenate(ends)
+    a, b = around.ravel(), np.roll(around, -1, axis=1).ravel()
+    return np.stack(
+        [np.minimum(a, b), np.maximum(a, b), np.where(a < b, 1, -1), np.repeat(face, around.shape[1])], 1
+    )
+
+
+def one_sided(
+    rim: Integers, n: Floats, middle: Floats, points: Floats, name: str
+) -> tuple[Floats, Integers]:
+    """Sign of each face that makes neighbours alike, and the number of its connected part."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    total = len(n)
+    _, edge, count = np.unique(rim[:, :2], axis=0, return_inverse=True, return_counts=True)
+    edge = edge.ravel()
+    order = np.argsort(edge, kind="stable")
+    start = np.cumsum([0, *count])
+    two = start[:-1][count == 2]
+    one, other = rim[order[two]], rim[order[two + 1]]
+    links = [np.stack([one[:, 3], other[:, 3], one[:, 2] != other[:, 2]], 1)]
+    for k in np.flatnonzero(count > 2):
+        here = rim[order[start[k] : start[k + 1]]]
+        middle_of = points[here[0, :2]].mean(0)
+        for i, a in enumerate(here):
+            for b in here[i + 1 :]:
+                f, g = a[3], b[3]
+                level = float(n[f] @ n[g])
+                if abs(level) > FLAT and (middle[f] - middle_of) @ (middle[g] - middle_of) < 0.0:
+                    links.append(np.array([[f, g, level > 0.0]]))
+    a, b, same = np.concatenate(links).T
+    same = same.astype(bool)
+    ends = (
+        np.concatenate([a, a + total]),
+        np.concatenate([np.where(same, b, b + total), np.where(same, b + total, b)]),
+    )
+    graph = coo_array((np.ones(len(ends[0]), np.int8), ends), shape=(2 * total, 2 * total))
+    _, part = connected_components(graph, directed=False)
+    if (bad := np.flatnonzero(part[:total] == part[total:])).size:
+        raise ValueError(
+            f"joint {name}: {len(bad)} faces are connected and have no two sides, as at "
+            f"{place(middle[bad[0]])}: expected a surface that is no Moebius strip"
+        )
+    least = np.minimum(part[:total], part[total:])
+    return np.where(part[:total] == least, 1.0, -1.0), least

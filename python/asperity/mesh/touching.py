@@ -1,0 +1,119 @@
+"""Blocks that touch without common faces: meshed apart, or with hanging nodes."""
+
+from __future__ import annotations
+
+from itertools import chain
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..contract import Floats
+from .shapes import Integers, corners, place
+
+if TYPE_CHECKING:
+    from .cells import Faces
+
+SAME_PLACE = 1e-6
+"""Distance of a node from another one, or from a face, over the size of the face, at which they touch."""
+
+
+def joined(points: Floats, used: Integers, distance: float) -> Integers:
+    """Node that each node becomes where nodes of cells within a distance are one."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import KDTree
+
+    if not 0.0 < distance < np.inf:
+        raise ValueError(f"join = {distance:g}: expected a distance >= 0")
+    pairs = KDTree(points[used]).query_pairs(distance, output_type="ndarray")
+    links = coo_array((np.ones(len(pairs), np.int8), (pairs[:, 0], pairs[:, 1])), shape=(len(used),) * 2)
+    count, part = connected_components(links, directed=False)
+    least = np.full(count, len(points), np.int64)
+    np.minimum.at(least, part, used)
+    node = np.arange(len(points))
+    node[used] = least[part]
+    return node
+
+
+def check_touching(points: Floats, faces: list[Faces], block: Integers, names: list[str]) -> None:
+    """Raise ValueError, with number, place and blocks, where faces on the outside touch other cells."""
+    from scipy.spatial import KDTree
+
+    d = points.shape[1]
+    outside = [(face, np.flatnonzero(face.number < 0)) for face in faces]
+    corner = [face.nodes[rows][:, : corners(d, face.nodes.shape[1])] for face, rows in outside]
+    cell = np.concatenate([face.cell[rows] for face, rows in outside])
+    nodes = np.unique(np.concatenate([one.ravel() for one in corner]))
+    owner = np.zeros(len(points), np.int64)
+    owner[np.concatenate([one.ravel() for one in corner])] = np.concatenate(
+        [np.repeat(face.cell[rows], one.shape[1]) for (face, rows), one in zip(outside, corner, strict=True)]
+    )
+    x = points[nodes]
+    least = min(
+        float(np.linalg.norm(points[one[:, 1]] - points[one[:, 0]], axis=1).min())
+        for one in corner
+        if len(one)
+    )
+    tree = KDTree(x)
+    if len(pairs := tree.query_pairs(SAME_PLACE * least, output_type="ndarray")):
+        a, b = nodes[pairs].T
+        one, other = (names[block[owner[nodes[0]]]] for nodes in (a, b))
+        where = f"nodes {a[0] + 1} and {b[0] + 1} at {place(points[a[0]])}, of {one} and {other}"
+        raise ValueError(
+            f"{len(pairs)} pairs of nodes have one place, as {where}: expected blocks with common nodes: "
+            f"--join {SAME_PLACE * least:.1g} makes them one, --join 0 leaves them apart"
+        )
+    centres = np.concatenate([points[one].mean(1) for one in corner])
+    spots = np.concatenate([x, centres])
+    spot_cell = np.concatenate([owner[nodes], cell])
+    wood = KDTree(spots)
+    first = 0
+    for one in corner:
+        if not len(one):
+            continue
+        y, middle = points[one], points[one].mean(1)
+        radius = np.linalg.norm(y - middle[:, None], axis=2).max(1)
+        near = wood.query_ball_point(middle, radius * (1.0 + SAME_PLACE))
+        rows = np.repeat(np.arange(len(one)), [len(some) for some in near])
+        at = np.fromiter(chain.from_iterable(near), np.int64, len(rows))
+        mine = at == len(nodes) + first + rows  # the middle of the face itself
+        own = (one[rows] == np.append(nodes, np.full(len(centres), -1))[at][:, None]).any(1)
+        rows, at = rows[~(mine | own)], at[~(mine | own)]
+        inside = _inside(y[rows], spots[at])
+        if inside.any():
+            k, spot = rows[inside][0], at[inside][0]
+            a, b = names[block[cell[first + k]]], names[block[spot_cell[spot]]]
+            raise ValueError(
+                f"{len(np.unique(rows[inside]))} faces touch others without common nodes, as one of {a} at "
+                f"{place(middle[k])} and {b} at {place(spots[spot])}: expected blocks that share their faces "
+                "(BooleanFragments in gmsh); --join 0 leaves them apart"
+            )
+        first += len(one)
+
+
+def _inside(x: Floats, p: Floats) -> np.ndarray:
+    """Whether points p (f, d) lie on faces with the corners x (f, k, d), to a part of their size."""
+    size = np.ptp(x, axis=1).max(1)
+    if x.shape[2] == 2:
+        edge, to = x[:, 1] - x[:, 0], p - x[:, 0]
+        length = np.linalg.norm(edge, axis=1)
+        away = np.abs(edge[:, 0] * to[:, 1] - edge[:, 1] * to[:, 0]) / length
+        along = np.einsum("fd,fd->f", edge, to) / length
+        slack = SAME_PLACE * size
+        return np.asarray((away <= slack) & (along > slack) & (along < length - slack))
+    found = np.zeros(len(x), bool)
+    for k in range(1, x.shape[1] - 1):  # the triangles of a face
+        a, u, v = x[:, 0], x[:, k] - x[:, 0], x[:, k + 1] - x[:, 0]
+        normal = np.cross(u, v)
+        area = np.linalg.norm(normal, axis=1)
+        area = np.where(area > 0.0, area, 1.0)
+        away = np.abs(np.einsum("fd,fd->f", normal, p - a)) / area
+        w = np.einsum("fd,fd->f", np.cross(u, p - a), normal) / area**2
+        s = np.einsum("fd,fd->f", np.cross(p - a, v), normal) / area**2
+        found |= (
+            (away <= SAME_PLACE * size)
+            & (w >= -SAME_PLACE)
+            & (s >= -SAME_PLACE)
+            & (w + s <= 1.0 + SAME_PLACE)
+        )
+    return found
