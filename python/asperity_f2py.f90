@@ -132,7 +132,7 @@ subroutine interface_planes(nprops, props, n_planes, normals, weights)
 end subroutine interface_planes
 
 !> Update n points over one increment.
-subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, traction, tangent, status, failed)
+subroutine interface_update(nprops, props, nstatv, n, s_old, s, aimed, aim, dt, state, traction, tangent, status, failed)
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type, new_interface
   use asperity_arrays, only: update_points
@@ -143,6 +143,8 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, tract
   integer, intent(in) :: n                               !! points
   double precision, intent(in) :: s_old(3, n)            !! separation (N, Tx, Ty) at the start, length
   double precision, intent(in) :: s(3, n)                !! separation at the end, length
+  integer, intent(in) :: aimed                           !! 1: traction and tangent of frozen variables
+  double precision, intent(in) :: aim(3, n)              !! separation of these; not read without
   double precision, intent(in) :: dt                     !! duration of the increment (viscous damage only), time
   double precision, intent(inout) :: state(nstatv, n)    !! STATEV, start -> end
   double precision, intent(inout) :: traction(3, n)      !! traction at the end, stress
@@ -153,12 +155,17 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, dt, state, tract
   type(interface_type) :: joint
   failed = 0
   call new_interface(props, joint, status)
-  if (status == status_ok) call update_points(joint, s, state, traction, status, failed, s_old, tangent, dt, .true.)
+  if (status /= status_ok) return
+  if (aimed == 1) then
+    call update_points(joint, s, state, traction, status, failed, s_old, tangent, dt, .true., aim)
+  else
+    call update_points(joint, s, state, traction, status, failed, s_old, tangent, dt, .true.)
+  end if
 end subroutine interface_update
 
 !> What is wrong with PROPS, else with the duration, else with a point: all bad values (a function of its own, since f2py
 !> takes long to hand back a text).
-subroutine input_errors(nprops, props, nstatv, s_old, s, dt, state, message)
+subroutine input_errors(nprops, props, nstatv, s_old, s, aim, dt, state, message)
   use asperity_call_checks, only: explain_point, explain_time
   use asperity_checks, only: review_props
   use asperity_interface, only: interface_type, new_interface
@@ -168,6 +175,7 @@ subroutine input_errors(nprops, props, nstatv, s_old, s, dt, state, message)
   double precision, intent(in) :: props(nprops)          !! PROPS
   integer, intent(in) :: nstatv                          !! state variables of the point
   double precision, intent(in) :: s_old(3), s(3)         !! separation (N, Tx, Ty) at start and end, length
+  double precision, intent(in) :: aim(3)                 !! separation of frozen variables; zero without
   double precision, intent(in) :: dt                     !! duration of the increment, time
   double precision, intent(in) :: state(nstatv)          !! STATEV at the start
   character(len=32768), intent(out) :: message           !! a line for every bad value
@@ -179,7 +187,7 @@ subroutine input_errors(nprops, props, nstatv, s_old, s, dt, state, message)
   if (len(text) == 0) then
     call new_interface(props, joint, status)
     call explain_time(joint, "dt", text, dt)
-    if (len(text) == 0) call explain_point(joint, s_old, s, state, text)
+    if (len(text) == 0) call explain_point(joint, s_old, s, state, text, aim)
   end if
   call put_text(text, message)
 end subroutine input_errors

@@ -47,12 +47,15 @@ int asperity_initial_state(const double *props, int nprops, int n, const double 
  *   dt       duration of the increment, >= 0; used only by viscous damage (tau_v > 0, PROPS 13)
  *   s_old    double[n][3], separation at the start (used by the energies, and with wear or the guard by the traction); NULL: zero
  *   s        double[n][3], separation at the end
+ *   aim      double[n][3], separation of which damage, friction bound and facets make traction and tangent (symmetric)
+ *            in place of those of s; the state is that of s all the same; NULL: none
  *   state    double[n][nstatv], state variables, start -> end; all zero: virgin
  *   traction double[n][3], traction at the end
- *   tangent  double[n][3][3], d traction_i / d s_j (not symmetric); NULL: not computed
+ *   tangent  double[n][3][3], d traction_i / d s_j (not symmetric without aim); NULL: not computed
  * Returns ASPERITY_OK, or the status of the first rejected point; then only the message is written. */
-int asperity_update(const double *props, int nprops, double dt, int n, const double *s_old, const double *s, int nstatv,
-                    double *state, double *traction, double *tangent, char *message, int size);
+int asperity_update(const double *props, int nprops, double dt, int n, const double *s_old, const double *s,
+                    const double *aim, int nstatv, double *state, double *traction, double *tangent, char *message,
+                    int size);
 
 /* UMAT of Abaqus/Standard, CalculiX and Kratos (Fortran calling convention, DDSDDE by columns). */
 void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,

@@ -235,7 +235,7 @@ def check(props: Floats) -> tuple[int, bool]:
     n_planes, wears, status = _core.interface_review(props)
     if status != 0:
         nothing = np.zeros(3)
-        raise ValueError(_text(_core.input_errors(props, nothing, nothing, 0.0, nothing)))
+        raise ValueError(_text(_core.input_errors(props, nothing, nothing, nothing, 0.0, nothing)))
     return n_planes, bool(wears)
 
 

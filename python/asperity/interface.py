@@ -54,6 +54,7 @@ class Interface:
         s_old: ArrayLike | None = None,
         dt: float | None = None,
         out: tuple[Floats, Floats, Floats] | None = None,
+        aim: ArrayLike | None = None,
     ) -> Update:
         """Take n points over one increment; the arguments are not modified, except for out.
 
@@ -63,6 +64,9 @@ class Interface:
         out: arrays to which traction (n, 3), state (n, nstatv) and tangent (n, 3, 3) are written, contiguous
         doubles in C order, which the result then shows.  The state at the end may replace that at the start:
         `out[1] is state`.
+        aim (n, 3), length: traction and tangent take the damage, the friction bound and the facets that the
+        law has at the separation aim; the contact stays unilateral, and the state is that at s all the same.
+        The tangent is then symmetric and has no negative eigenvalue (docs/theory.md, section 10).
 
         Raises ValueError for wrong shapes and for values that are missing, not finite or out of range; a
         state that was to be replaced is then unchanged.
@@ -86,21 +90,24 @@ class Interface:
         start = None if state is None else contract.array("state", state, (n, self.nstatv))
         s_old = np.zeros((n, 3)) if s_old is None else contract.array("s_old", s_old, (n, 3))
         shapes = (n, 3), (n, self.nstatv), (n, 3, 3)
+        at = s if aim is None else contract.array("aim", aim, (n, 3))
         if out is None:
             traction, new, tangent = map(np.empty, shapes)
         else:
-            traction, new, tangent = _outputs(out, shapes, {"s": s, "state": start, "s_old": s_old})
+            inputs = {"s": s, "state": start, "s_old": s_old, "aim": at}
+            traction, new, tangent = _outputs(out, shapes, inputs)
         duration = 0.0 if self._is_missing("dt", dt) else float(dt)
         if start is not new:
             new[:] = 0.0 if start is None else start
         if n > 0:  # f2py accepts no empty arrays
             status, failed = _core.interface_update(
-                self._props, s_old.T, s.T, duration, new.T, traction.T, tangent.T
+                self._props, s_old.T, s.T, aim is not None, at.T, duration, new.T, traction.T, tangent.T
             )
             if status != 0:
                 k = max(failed, 1) - 1
+                frozen = np.zeros(3) if aim is None else at[k]
                 place = f"point {k} (of 0 to {n - 1}): " if failed > 0 else ""
-                message = _core.input_errors(self._props, s_old[k], s[k], duration, new[k])
+                message = _core.input_errors(self._props, s_old[k], s[k], frozen, duration, new[k])
                 raise ValueError(place + message.decode("ascii").rstrip())
         return Update(traction.view(), new.view(), tangent.view(), self.n_planes)
 

@@ -82,8 +82,8 @@ contains
   end function asperity_initial_state
 
   !> Update n points over one increment; returns 0, or a status code with the reasons in the message only.
-  function asperity_update(props, nprops, dt, n, s_old, s, nstatv, state, traction, tangent, message, size) bind(C) &
-    result(status)
+  function asperity_update(props, nprops, dt, n, s_old, s, aim, nstatv, state, traction, tangent, message, size) &
+    bind(C) result(status)
     integer(c_int), value :: nprops                     !! number of constants
     real(c_double), value :: dt                         !! duration, >= 0, time; not used if tau_v = 0
     integer(c_int), value :: n                          !! points
@@ -91,17 +91,18 @@ contains
     type(c_ptr), value :: props                         !! double[nprops] material constants
     type(c_ptr), value :: s_old                         !! double[n][3] separation at the start, NULL: zero
     type(c_ptr), value :: s                             !! double[n][3] separation (N, Tx, Ty) at the end, length
+    type(c_ptr), value :: aim                           !! double[n][3] separation of frozen variables, NULL: none
     type(c_ptr), value :: state                         !! double[n][nstatv] state variables, start -> end
     type(c_ptr), value :: traction                      !! double[n][3] traction at the end, stress
     type(c_ptr), value :: tangent                       !! double[n][3][3] d traction_i/d s_j, may be NULL
     type(c_ptr), value :: message                       !! char[size], may be NULL
     integer(c_int), value :: size                       !! bytes of the message
     integer(c_int) :: status
-    real(wp), pointer, contiguous :: from(:, :), to(:, :), states(:, :), t(:, :), d(:, :, :)
+    real(wp), pointer, contiguous :: from(:, :), to(:, :), goal(:, :), states(:, :), t(:, :), d(:, :, :)
     real(wp), target :: none(0)
     character(len=:), allocatable :: text
     type(interface_type) :: joint
-    real(wp) :: start(3)
+    real(wp) :: frozen(3), start(3)
     integer :: failed
 
     allocate (character(len=0) :: text)
@@ -121,16 +122,19 @@ contains
         call c_f_pointer(traction, t, [3, n])
       end if
       ! a null pointer is an absent optional argument
-      nullify (from, d)
+      nullify (from, goal, d)
       if (c_associated(s_old)) call c_f_pointer(s_old, from, [3, n])
+      if (c_associated(aim)) call c_f_pointer(aim, goal, [3, n])
       if (c_associated(tangent)) call c_f_pointer(tangent, d, [3, 3, n])
-      call update_points(joint, to, states, t, status, failed, from, d, dt, by_rows=.true.)
+      call update_points(joint, to, states, t, status, failed, from, d, dt, .true., goal)
       if (status == status_time) then
         call explain_time(joint, "dt", text, dt)
       else if (status /= status_ok) then
         start = 0.0_wp
         if (associated(from)) start = from(:, failed)
-        call explain_point(joint, start, to(:, failed), states(:, failed), text)
+        frozen = 0.0_wp
+        if (associated(goal)) frozen = goal(:, failed)
+        call explain_point(joint, start, to(:, failed), states(:, failed), text, frozen)
         text = "point " // integer_text(failed) // ": " // text
       end if
     end if

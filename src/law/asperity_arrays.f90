@@ -1,8 +1,9 @@
 !> Checked entry to the law: every input is tested before any point is updated.
 module asperity_arrays
+  use asperity_aim, only: update_aimed
   use asperity_call_checks, only: point_status, time_status
   use asperity_block_kernel_double, only: rows_bounded, update_rows
-  use asperity_checks, only: limits_type, set_limits
+  use asperity_checks, only: all_bounded, limits_type, set_limits
   use asperity_kinds, only: wp
   use asperity_block_double, only: block_type, chunk, new_block
   use asperity_contract, only: energy_limit, status_ok
@@ -34,8 +35,9 @@ contains
   !> Update n points over one increment; nothing is written unless every input of every point is admissible.
   !>
   !> The points are processed in blocks, by several threads if the library is built with OpenMP. The result of a point
-  !> does not depend, to the last bit, on which other points are in the call or on the number of threads.
-  subroutine update_points(joint, s, state, traction, status, failed, s_old, tangent, dt, by_rows)
+  !> does not depend, to the last bit, on which other points are in the call or on the number of threads. With an aim,
+  !> traction and tangent are those of frozen variables (asperity_aim); the state is the same.
+  subroutine update_points(joint, s, state, traction, status, failed, s_old, tangent, dt, by_rows, aim)
     type(interface_type), intent(in) :: joint                     !! the interface
     real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
     real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end
@@ -46,6 +48,7 @@ contains
     real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
     real(wp), intent(in), optional :: dt                          !! duration, required if tau_v > 0, time
     logical, intent(in), optional :: by_rows                      !! true: tangent(j, i, :), as C and Python store it
+    real(wp), intent(in), optional, contiguous :: aim(:, :)       !! (3, n) separation of frozen variables, absent: none
     type(block_type) :: block
     type(limits_type) :: limits
     logical :: rows
@@ -73,11 +76,17 @@ contains
       !$omp end parallel do
     end if
     if (failed <= n) then
-      status = point_status(joint, start_of(failed), s(:, failed), state(:, failed))
+      status = status_of(failed)
       return
     end if
     failed = 0
-    if (n < worth_threads) then
+    if (present(aim)) then
+      !$omp parallel do schedule(static) if (n >= worth_threads)
+      do first = 1, n, chunk
+        call update_aimed(joint, block, first, min(first + chunk - 1, n), aim, s, state, traction, rows, s_old, tangent)
+      end do
+      !$omp end parallel do
+    else if (n < worth_threads) then
       do first = 1, n, chunk
         call update_rows(block, first, min(first + chunk - 1, n), s, state, traction, rows, s_old, tangent)
       end do
@@ -98,19 +107,26 @@ contains
       integer :: i, last
       bad = n + 1
       last = min(first + chunk - 1, n)
-      if (rows_bounded(limits, separation_bound(joint), first, last, s, state, s_old)) return
+      if (rows_bounded(limits, separation_bound(joint), first, last, s, state, s_old)) then
+        if (.not. present(aim)) return
+        if (all_bounded(3*(last - first + 1), aim(:, first:last), separation_bound(joint))) return
+      end if
       do i = last, first, -1
-        if (point_status(joint, start_of(i), s(:, i), state(:, i)) /= status_ok) bad = i
+        if (status_of(i) /= status_ok) bad = i
       end do
     end function first_bad
 
-    !> Separation of a point at the start.
-    function start_of(i) result(from)
+    !> Whether the input of a point is admissible.
+    function status_of(i) result(point)
       integer, intent(in) :: i   !! point
-      real(wp) :: from(3)
+      integer :: point
+      real(wp) :: from(3), goal(3)
       from = 0.0_wp
       if (present(s_old)) from = s_old(:, i)
-    end function start_of
+      goal = 0.0_wp
+      if (present(aim)) goal = aim(:, i)
+      point = point_status(joint, from, s(:, i), state(:, i), goal)
+    end function status_of
 
   end subroutine update_points
 

@@ -18,25 +18,30 @@ module asperity_call_checks
 contains
 
   !> Whether the input of a point is admissible.
-  pure function point_status(joint, s_old, s, state_old) result(status)
+  pure function point_status(joint, s_old, s, state_old, aim) result(status)
     type(interface_type), intent(in) :: joint          !! the interface
     real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start, length
     real(wp), intent(in) :: s(3)                       !! separation at the end, length
     real(wp), intent(in), contiguous :: state_old(:)   !! STATEV at the start
+    real(wp), intent(in), optional :: aim(3)           !! separation of frozen variables, length
     integer :: status                                  !! 0, status_nstatv, status_state or status_separation
     real(wp) :: bound
     bound = separation_bound(joint)
     status = status_separation
+    if (present(aim)) then
+      if (.not. all_bounded(3, aim, bound)) return
+    end if
     if (all_bounded(3, s, bound) .and. all_bounded(3, s_old, bound)) status = state_status(joint, state_old)
   end function point_status
 
   !> Append one line for each value of the input of a point that is not admissible.
-  pure subroutine explain_point(joint, s_old, s, state_old, message)
+  pure subroutine explain_point(joint, s_old, s, state_old, message, aim)
     type(interface_type), intent(in) :: joint                  !! the interface
     real(wp), intent(in) :: s_old(:)                           !! (3) separation (N, Tx, Ty) at the start, length
     real(wp), intent(in) :: s(:)                               !! (3) separation at the end, length
     real(wp), intent(in), contiguous :: state_old(:)           !! (nstatv) STATEV at the start
     character(len=:), allocatable, intent(inout) :: message    !! lines are appended
+    real(wp), intent(in), optional :: aim(3)                   !! separation of frozen variables, length
     character(len=4), parameter :: names(3) = ["s_N ", "s_Tx", "s_Ty"]
     real(wp) :: bound
     integer :: i
@@ -44,6 +49,7 @@ contains
     do i = 1, 3
       call review(message, trim(names(i)) // " at the start", s_old(i), bound, .true.)
       call review(message, trim(names(i)), s(i), bound, .true.)
+      if (present(aim)) call review(message, trim(names(i)) // " of the aim", aim(i), bound, .true.)
     end do
     call explain_state(joint, state_old, energy_limit, slip_bound(joint), message)
   end subroutine explain_point

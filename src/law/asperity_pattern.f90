@@ -4,7 +4,7 @@ module asperity_pattern
   use asperity_contract, only: max_inclined, max_planes, min_inclined, n_listed_values
   implicit none
   private
-  public :: pattern_type, regular_pattern, listed_pattern, plane_normal, direction_vector
+  public :: pattern_type, regular_pattern, listed_pattern, plane_axes, plane_normal, direction_vector
 
   !> Multiple of the vectors of every instruction set, doubles.
   integer, parameter :: vector_width = 4
@@ -141,6 +141,16 @@ contains
     real(wp) :: n(3)
     n = [pattern%cos_theta(k), -pattern%sin_theta(k)*pattern%e_x(k), -pattern%sin_theta(k)*pattern%e_y(k)]
   end function plane_normal
+
+  !> Axes (1) of plane k: rows n, t and h.
+  pure function plane_axes(pattern, k) result(axes)
+    type(pattern_type), intent(in) :: pattern     !! frames and weights
+    integer, intent(in) :: k                      !! plane, 1..Np
+    real(wp) :: axes(3, 3)
+    axes(1, :) = plane_normal(pattern, k)
+    axes(2, :) = [pattern%sin_theta(k), pattern%cos_theta(k)*pattern%e_x(k), pattern%cos_theta(k)*pattern%e_y(k)]
+    axes(3, :) = [0.0_wp, pattern%e_y(k), pattern%h_y(k)]
+  end function plane_axes
 
   !> Unit vector (Tx, Ty) at an angle from Tx towards Ty; exact along the axes.
   pure function direction_vector(direction) result(e)

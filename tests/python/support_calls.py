@@ -176,9 +176,10 @@ def c_update(
     state: np.ndarray,
     tangent: bool = True,
     size: int = 400,
+    aim: np.ndarray | None = None,
     **sizes: int,
 ) -> Written:
-    """Call asperity_update, points in columns: stress, state, tangent, status, message.
+    """Call asperity_update, points in columns: stress, state, tangent, status, message; aim None: NULL.
 
     size: bytes of the message, 0: NULL.  sizes: n, nprops and nstatv, absent: those of the arrays.
     """
@@ -193,7 +194,8 @@ def c_update(
     out.by(
         library.asperity_update,
         *(address(props), sizes.get("nprops", len(props)), ctypes.c_double(dt), sizes.get("n", n)),
-        *(address(s_old), address(s), sizes.get("nstatv", nstatv), out.at("state"), out.at("stress")),
+        *(address(s_old), address(s), address(aim), sizes.get("nstatv", nstatv)),
+        *(out.at("state"), out.at("stress")),
         *(out.at("tangent") if tangent else None, text if size else None, size),
     )
     assert text.raw[size:] == b"#" * FENCE, "a message beyond its buffer"
@@ -233,10 +235,11 @@ def call_vumat(draw: np.random.Generator, call: Call) -> Written:
 
 
 def call_c(draw: np.random.Generator, call: Call) -> Written:
-    """Points with or without old separation, tangent and message."""
+    """Points with or without old separation, aim, tangent and message."""
     s_old, s = (np.asfortranarray(a.T) for a in (call.strain, call.strain + call.increment))
+    aim = np.asfortranarray((call.strain + draw.uniform(-2.0, 2.0) * call.increment).T)
     arguments = (call.props, call.times[1], None if draw.random() < 0.25 else s_old, s, call.state.T)
-    sizes = call.optional | {"tangent": draw.random() < 0.75}
+    sizes = call.optional | {"tangent": draw.random() < 0.75, "aim": aim if draw.random() < 0.3 else None}
     out = c_update(LIBRARY, *arguments, size=int(draw.integers(300)), **sizes)
     if out.status:
         again = c_update(LIBRARY, *arguments, size=400, **sizes)

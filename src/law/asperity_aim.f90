@@ -1,0 +1,134 @@
+!> Traction and tangent with the damage, the friction bound and the facets of another separation, the aim.
+!>
+!> The state is that of the law at s. The traction is the gradient of a convex function of s, so that the tangent is
+!> symmetric and has no negative eigenvalue (docs/theory.md, section 10).
+module asperity_aim
+  use asperity_block_double, only: block_type, chunk
+  use asperity_block_kernel_double, only: update_rows
+  use asperity_contract, only: plane_statev, v_offset
+  use asperity_interface, only: interface_type
+  use asperity_kinds, only: wp
+  use asperity_material, only: material_type
+  use asperity_pattern, only: plane_axes
+  use asperity_point, only: kinematics_type, plane_kinematics
+  use asperity_types_double, only: local_type
+  implicit none
+  private
+  public :: frozen_response, update_aimed
+
+contains
+
+  include "asperity_contact.inc"
+
+  !> Update points first..last, at most `chunk`, with the traction and the tangent of frozen variables.
+  pure subroutine update_aimed(joint, block, first, last, aim, s, state, traction, by_rows, s_old, tangent)
+    type(interface_type), intent(in) :: joint                     !! the interface
+    type(block_type), intent(in) :: block                         !! the same for blocks
+    integer, intent(in) :: first, last                            !! points
+    real(wp), intent(in), contiguous :: aim(:, :)                 !! (3, n) separation of the frozen variables, length
+    real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
+    real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end
+    real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
+    logical, intent(in) :: by_rows                                !! of update_rows; the tangent is symmetric
+    real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
+    real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
+    real(wp), dimension(joint%n_statev, chunk) :: start, frozen
+    real(wp), dimension(3, chunk) :: from, to, unused
+    real(wp) :: d(3, 3)
+    integer :: i, k, n
+    n = last - first + 1
+    start(:, :n) = state(:joint%n_statev, first:last)
+    ! the state has the bits of a call without aim
+    call update_rows(block, first, last, s, state, traction, by_rows, s_old, tangent)
+    frozen(:, :n) = start(:, :n)
+    to(:, :n) = aim(:, first:last)
+    from(:, :n) = 0.0_wp
+    if (present(s_old)) from(:, :n) = s_old(:, first:last)
+    call update_rows(block, 1, n, to(:, :n), frozen(:, :n), unused(:, :n), by_rows, from(:, :n))
+    do i = 1, n
+      k = first + i - 1
+      call frozen_response(joint, to(:, i), s(:, k), start(:, i), frozen(:, i), traction(:, k), d)
+      if (present(tangent)) tangent(:, :, k) = d
+    end do
+  end subroutine update_aimed
+
+  !> Traction and tangent of a point at s, with the damage alpha, the friction bound mu p, and the facets of the aim.
+  !>
+  !> The separation of the contact is linear in s about the aim. The trial stress beyond the bound is projected on the
+  !> circle with the radius mu p: the friction of Tresca. Contact is unilateral, its pressure that of s.
+  pure subroutine frozen_response(joint, aim, s, start, frozen, traction, tangent)
+    type(interface_type), intent(in) :: joint             !! material and pattern
+    real(wp), intent(in) :: aim(3)                        !! separation (N, Tx, Ty) of the frozen variables, length
+    real(wp), intent(in) :: s(3)                          !! separation at the end, length
+    real(wp), intent(in) :: start(joint%n_statev)         !! STATEV at the start of the increment
+    real(wp), intent(in) :: frozen(joint%n_statev)        !! STATEV that the law gives at the aim
+    real(wp), intent(out) :: traction(3)                  !! traction (N, Tx, Ty), stress
+    real(wp), intent(out) :: tangent(3, 3)                !! d traction_i/d s_j, stress/length
+    type(kinematics_type) :: at
+    real(wp), dimension(3) :: bond, contact, offset
+    real(wp) :: across(3), axes(3, 3), along(3), part(3, 3), term(3)
+    real(wp) :: alpha, bound, direction(2), elastic(2), factor, trial, weight
+    integer :: i, j, k
+    traction = 0.0_wp
+    tangent = 0.0_wp
+    offset = start(v_offset:v_offset + 2)
+    do k = 1, joint%pattern%n
+      i = plane_statev(k)
+      alpha = frozen(i)
+      at = plane_kinematics(joint, k, aim + offset, frozen)
+      axes = plane_axes(joint%pattern, k)
+      bond = matmul(axes, s + offset)
+      contact = at%contact + matmul(at%gradient, s - aim)
+      elastic = contact(2:3) - start(i + 1:i + 2)
+      trial = hypot(elastic(1), elastic(2))
+      direction = elastic/(trial + tiny(trial))
+      bound = joint%material%mu*pressure(joint%material, local_of(at%contact))
+      ! a contact that is open at the aim has no friction
+      if (trial <= bound .and. at%contact(1) <= 0.0_wp) then
+        factor = 1.0_wp
+        along = at%gradient(2, :)
+        across = at%gradient(3, :)
+      else
+        elastic = min(trial, bound)*direction
+        factor = min(trial, bound)/(trial + tiny(trial))
+        along = 0.0_wp
+        across = direction(1)*at%gradient(3, :) - direction(2)*at%gradient(2, :)
+      end if
+      associate (m => joint%material, g => at%gradient)
+        weight = joint%pattern%gamma(k)*m%k_t
+        term = (1.0_wp - alpha)*matmul([m%kn_kt*opening(local_of(bond)) - pressure(m, local_of(bond)), bond(2:3)], axes)
+        term = term + alpha*matmul([-pressure(m, local_of(contact)), elastic], g)
+        do j = 1, 3
+          part(:, j) = (1.0_wp - alpha)*(normal_stiffness(m, bond(1), m%kn_kt)*axes(1, :)*axes(1, j) + &
+            axes(2, :)*axes(2, j) + axes(3, :)*axes(3, j)) + alpha*(normal_stiffness(m, contact(1), 0.0_wp)*g(1, :)* &
+            g(1, j) + factor*(along*along(j) + across*across(j)))
+        end do
+      end associate
+      traction = traction + weight*term
+      tangent = tangent + weight*part
+    end do
+    ! the products of different order are rounded differently
+    do j = 1, 2
+      tangent(j + 1:, j) = tangent(j, j + 1:)
+    end do
+  end subroutine frozen_response
+
+  !> Normal stiffness of bond or contact, over k_t; where it just touches, that of the bond (as straight_tangent).
+  pure function normal_stiffness(m, normal, open) result(stiffness)
+    type(material_type), intent(in) :: m   !! constants
+    real(wp), intent(in) :: normal         !! normal separation, length
+    real(wp), intent(in) :: open           !! stiffness of an opening, over k_t
+    real(wp) :: stiffness
+    stiffness = m%kn_kt
+    if (normal < 0.0_wp) stiffness = contact_stiffness(m, local_type(normal, 0.0_wp, 0.0_wp))
+    if (normal > 0.0_wp) stiffness = open
+  end function normal_stiffness
+
+  !> Separation of a plane in its axes, as the functions of the contact take it.
+  pure function local_of(x) result(local)
+    real(wp), intent(in) :: x(3)   !! n, t, h, length
+    type(local_type) :: local
+    local = local_type(x(1), x(2), x(3))
+  end function local_of
+
+end module asperity_aim
