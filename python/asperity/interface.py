@@ -325,8 +325,8 @@ class Interface:
         notes: Sequence[str] = (),
         **of_host: float,
     ) -> str:
-        """Material block of the input of a host: "abaqus", "akantu", "calculix", "fenicsx", "kratos",
-        "mtest", "ogs" or "oofem".
+        """Material block of the input of a host: "abaqus", "akantu", "calculix", "cast3m", "fenicsx",
+        "kratos", "mtest", "ogs" or "oofem".
 
         explicit: for Abaqus/Explicit, which needs a density (mass per area and thickness h).  stress: largest
         compression, sigma_N < 0; modulus and size: E of the solid beside the interface and length of its
@@ -338,12 +338,20 @@ class Interface:
         found = check_model(self.material, self.pattern, stress, modulus, size, direction)
         texts = [*notes, *(one.text if one.good else f"WARNING: {one.text}" for one in found)]
         names = contract.statev_names(*contract.check(self._props))
-        block = cards.Block(name, self.props(**of_host), names, texts, dimension, explicit, density)
+        block = cards.Block(
+            name, self.props(**of_host), names, texts, dimension, explicit, density, self._largest_stiffness()
+        )
         text = cards.card(host, block)
         for one in found:
             if not one.good:
                 warnings.warn(one.text, ModelWarning, stacklevel=2)
         return text
+
+    def _largest_stiffness(self) -> tuple[float, float]:
+        """Stiffness in shear and in opening of a virgin joint, or that of its contact if it is larger."""
+        tangent = self.update(np.zeros((1, 3)), dt=1.0).tangent[0]
+        factor = max(1.0, self.material.kc)
+        return factor * float(tangent[1, 1]), factor * float(tangent[0, 0])
 
     def _is_missing(self, name: str, value: object) -> bool:
         """Return whether the time is None; raises ValueError if viscous damage needs a time."""

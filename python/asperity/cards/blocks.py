@@ -23,10 +23,12 @@ KRATOS = {
 }
 """Law and interface element of Kratos by dimension, and the numbers of nodes of its faces."""
 
-REGULAR = ("akantu", "calculix", "fenicsx", "mtest", "ogs")  # hosts that take no listed planes, m < 0
+REGULAR = ("akantu", "calculix", "cast3m", "fenicsx", "mtest", "ogs")
+"""Hosts that take no listed planes, m < 0."""
 ONLY: dict[str, dict[str, float]] = {
     "akantu": {"h": 1, "map": 0, "dalpha": 0},
     "calculix": {"map": 0, "dimension": 3},
+    "cast3m": {"h": 1, "map": 0, "r": 0},
     "fenicsx": {"h": 1, "map": 0, "dalpha": 0},
     "kratos": {"h": 1, "map": 0},
     "mtest": {"h": 1, "map": 0, "r": 0, "dimension": 3},
@@ -58,6 +60,7 @@ class Block:
     dimension: int = 3
     explicit: bool = False
     density: float | None = None
+    stiffness: tuple[float, float] = (0.0, 0.0)  # largest in shear and in opening, for Cast3M
 
     def prop(self, name: str) -> float:
         """Entry of PROPS by name."""
@@ -201,6 +204,20 @@ def _mtest(block: Block) -> str:
     return generic.mtest_head(law, block.props, _remarks(block, "mtest THIS_FILE.mtest", mark="// "))
 
 
+def _cast3m(block: Block) -> str:
+    """Cast3M: model and material of joint elements, in Gibiane."""
+    law = generic.behaviour(contract.check(block.props)[0], "cast3m", "Castem")
+    comments = _remarks(
+        block,
+        "LD_LIBRARY_PATH=FOLDER_OF_THE_LIBRARY castem THIS_FILE.dgibi",
+        f"{block.name}: the mesh of joint elements, JOI4 or JOT3, in two dimensions JOI2",
+        "KS and KN are those of the operator with which Cast3M iterates, not constants of the law",
+        "MTest calls this function as Cast3M does; Cast3M itself was not run",
+        mark="* ",
+    )
+    return _text(*comments, *generic.castem(block.name, law, block.props, block.stiffness))
+
+
 def _oofem(block: Block) -> str:
     """OOFEM: the record of a material; it loads the UMAT of the library."""
     names = ", ".join(f"{i} {text}" for i, text in enumerate(block.statev, 1))
@@ -271,7 +288,7 @@ def _constants(props: contract.Floats) -> list[str]:
 
 
 HOSTS = {
-    "abaqus": _abaqus, "akantu": _akantu, "calculix": _calculix, "fenicsx": _fenicsx, "kratos": _kratos,
-    "mtest": _mtest, "ogs": _ogs, "oofem": _oofem,
+    "abaqus": _abaqus, "akantu": _akantu, "calculix": _calculix, "cast3m": _cast3m, "fenicsx": _fenicsx,
+    "kratos": _kratos, "mtest": _mtest, "ogs": _ogs, "oofem": _oofem,
 }  # fmt: skip
 """Writers of the blocks by host."""

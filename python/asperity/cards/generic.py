@@ -1,4 +1,4 @@
-"""Blocks with a "generic" behaviour: a patch of a project of OpenGeoSys, and the input of MTest (TFEL)."""
+"""Blocks with a behaviour of libasperity_generic: of OpenGeoSys, MTest (TFEL) and Cast3M."""
 
 from __future__ import annotations
 
@@ -31,10 +31,13 @@ def behaviour(n_planes: int, host: str = "ogs", kind: str = "Layer") -> str:
     return name
 
 
-def property_names(name: str) -> list[str]:
-    """Names of the material properties of a behaviour, read from the library as MGIS reads them."""
-    n = _number(f"{name}_nMaterialProperties")
-    texts = (ctypes.c_char_p * n).in_dll(_library(), f"{name}_MaterialProperties")
+def property_names(name: str, kind: str = "MaterialProperties") -> list[str]:
+    """Names of the material properties of a behaviour, read from the library as MGIS reads them.
+
+    kind: "InternalStateVariables" for those of its state.
+    """
+    n = _number(f"{name}_n{kind}")
+    texts = (ctypes.c_char_p * n).in_dll(_library(), f"{name}_{kind}")
     return [(text or b"").decode("ascii") for text in texts]
 
 
@@ -89,6 +92,40 @@ def mtest_head(law: str, props: contract.Floats, comments: Sequence[str]) -> str
     head = "@ModellingHypothesis 'Tridimensional';", f"@Behaviour<generic> '{generic_library()}' '{law}';"
     given = (f"@MaterialProperty<constant> '{name}' {value!r};" for name, value in values.items())
     return "\n".join([*comments, *head, *given]) + "\n"
+
+
+def castem(name: str, law: str, props: contract.Floats, stiffness: Sequence[float]) -> list[str]:
+    """Lines of Gibiane that define model and material of a joint of Cast3M, whose names have four letters.
+
+    stiffness: in shear and in opening, of the operator with which Cast3M iterates.
+    """
+    constants, variables = property_names(law), property_names(law, "InternalStateVariables")
+    leading = {"KS": stiffness[0], "KN": stiffness[1], "RHO": 0.0, "ALPN": 0.0}
+    own = {f"A{i:02}": float(props[contract.index(one)]) for i, one in enumerate(constants, 1)}
+    values = leading | own
+    states = [f"V{i:03}" for i in range(1, len(variables) + 1)]
+    return [
+        *(f"* {short}: {one}" for short, one in zip(own, constants, strict=True)),
+        *(f"* {short}: {one}" for short, one in zip(states, variables, strict=True)),
+        "COEL = 'MOTS'",
+        *_in_lines([f"'{one}'" for one in values]),
+        "STAT = 'MOTS'",
+        *_in_lines([f"'{one}'" for one in states]),
+        f"MODL = 'MODELISER' {name} 'MECANIQUE' 'ELASTIQUE' 'ISOTROPE'",
+        "  'NON_LINEAIRE' 'UTILISATEUR'",
+        f"  'LIB_LOI' '{generic_library().name}'",
+        f"  'FCT_LOI' '{law}'",
+        "  'C_MATERIAU' COEL 'C_VARINTER' STAT",
+        "  'CONS' 'JOINT' 'JOI4' ;",
+        "MATL = 'MATERIAU' MODL",
+        *_in_lines([f"'{one}' {value!r}" for one, value in values.items()], 2),
+    ]
+
+
+def _in_lines(words: Sequence[str], per_line: int = 6) -> list[str]:
+    """Words in lines of at most 72 columns, as Gibiane reads no more; the last one ends the instruction."""
+    lines = ["  " + " ".join(words[i : i + per_line]) for i in range(0, len(words), per_line)]
+    return [*lines[:-1], f"{lines[-1]} ;"]
 
 
 def mtest_path(steps: Sequence[Step]) -> str:

@@ -19,12 +19,12 @@ module asperity_generic
   use asperity_text, only: integer_text, to_text
   implicit none
   private
-  public :: asperity_generic_joint, asperity_generic_layer, behaviour_name, material_properties
+  public :: asperity_generic_joint, asperity_generic_layer, behaviour_name, material_properties, point_view, state_view
 
   !> Largest number of planes of a behaviour: those of a regular pattern of 32 sides and a flat plane.
   integer, parameter, public :: most_planes = 33
   !> Length of the name of a behaviour.
-  integer, parameter, public :: name_length = 15
+  integer, parameter, public :: name_length = 16
 
   !> Bytes of a message of MGIS.
   integer(c_int), parameter :: message_size = 512
@@ -68,7 +68,8 @@ contains
 
   !> Joint: traction (N, Tx, Ty) of a separation; returns 1, or -1 with a message.
   function asperity_generic_joint(point, n_planes, n) bind(C) result(done)
-    type(point_view), intent(in) :: point   !! what MGIS passes
+    ! not intent(in): what it points at is written, and a caller in Fortran must know that
+    type(point_view), intent(inout) :: point   !! what MGIS passes
     integer(c_int), value :: n_planes       !! number of planes
     integer(c_int), value :: n              !! components: 2 or 3
     integer(c_int) :: done
@@ -89,11 +90,11 @@ contains
   end function asperity_generic_layer
 
   !> Name of a behaviour.
-  pure function behaviour_name(layer, n_planes) result(name)
-    logical, intent(in) :: layer      !! layer or joint
-    integer, intent(in) :: n_planes   !! number of planes
+  pure function behaviour_name(kind, n_planes) result(name)
+    character(len=*), intent(in) :: kind   !! Joint, Layer or Castem (a joint of Cast3M)
+    integer, intent(in) :: n_planes        !! number of planes
     character(len=name_length) :: name
-    name = merge("AsperityLayer", "AsperityJoint", layer) // integer_text(n_planes)
+    name = "Asperity" // trim(kind) // integer_text(n_planes)
   end function behaviour_name
 
   !> Which entries of PROPS are material properties of a behaviour.
@@ -160,11 +161,12 @@ contains
       end if
     end if
     if (status /= status_ok) then
-      text = trim(behaviour_name(behaviour%layer, behaviour%n_planes)) // ": "
+      text = trim(behaviour_name(merge("Layer", "Joint", behaviour%layer), behaviour%n_planes)) // ": "
       call explain(status, props, joint, behaviour, request, point%dt, from, to, strain, initial, state, text)
       call put_text(text, point%message, message_size)
       ! OpenGeoSys does not show the message of MGIS
       write (error_unit, "(2a)") "asperity generic: ", text
+      flush (error_unit)
       call request_cut(rejected_pnewdt, factor)
       done = -1
       return
@@ -267,7 +269,8 @@ contains
       select case (status)
       case (status_nstatv)
         if (joint%pattern%n /= behaviour%n_planes .and. joint%pattern%n <= most_planes) then
-          lines = "expected " // trim(behaviour_name(behaviour%layer, joint%pattern%n)) // " for the "
+          lines = "expected " // trim(behaviour_name(merge("Layer", "Joint", behaviour%layer), joint%pattern%n)) // &
+            " for the "
         else
           lines = integer_text(size(state)) // " state variables: no behaviour has those of the "
         end if

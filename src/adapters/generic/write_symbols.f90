@@ -1,5 +1,5 @@
-!> Writes the C source of libasperity_generic: the symbols that MGIS reads of each behaviour, with names and bounds of
-!> the contract, and its functions. The build runs it: write_symbols FILE.
+!> Writes the C source of libasperity_generic: the symbols that MGIS and MTest read of each behaviour, with names and
+!> bounds of the contract, and its functions. The build runs it: write_symbols FILE.
 program write_symbols
   use asperity_contract, only: n_statev, prop_table, prop_type, version
   use asperity_generic, only: behaviour_name, material_properties, most_planes, name_length
@@ -19,11 +19,28 @@ program write_symbols
   !> stress to the axes of the joint.
   character(len=*), parameter :: switches(*) = [character(len=52) :: "mfront_mkt = 1", "api_version = 1", &
     "SymmetryType = 0", "ElasticSymmetryType = 0", "requiresStiffnessTensor = 0", &
-    "requiresThermalExpansionCoefficientTensor = 0", "TemperatureRemovedFromExternalStateVariables = 0", &
-    "ComputesInternalEnergy = 1", "ComputesDissipatedEnergy = 1", "UsableInPurelyImplicitResolution = 1", &
+    "requiresThermalExpansionCoefficientTensor = 0", &
+    "UsableInPurelyImplicitResolution = 1", &
     "nInitializeFunctions = 0", "nPostProcessings = 0"]
-  character(len=*), parameter :: texts(*) = [character(len=29) :: 'mfront_interface = "Generic"', &
+  character(len=*), parameter :: texts(*) = [character(len=29) :: &
     'tfel_version = "none"', 'src = "asperity"', 'unit_system = ""', 'author = ""', 'date = ""', 'validator = ""']
+  !> A joint of Cast3M, which passes the arguments of Abaqus.
+  character(len=*), parameter :: castem(*) = [character(len=90) :: &
+    "int asperity_castem_joint(int, double *, double *, double *, const double *,", &
+    "  const double *, const double *, const long *, const long *, const double *,", &
+    "  const long *, double *);", &
+    "#define JOINT(name, n) \", &
+    "  void name(double *stress, double *statev, double *ddsdde, void *a, void *b, void *c, \", &
+    "    void *d, void *e, void *f, void *g, double *stran, double *dstran, void *h, \", &
+    "    double *dtime, void *i, void *j, void *k, void *l, void *m, void *o, void *p, \", &
+    "    long *ntens, long *nstatv, double *props, long *nprops, void *q, void *r, \", &
+    "    double *pnewdt, void *s, void *t, void *u, void *v, void *w, void *x, void *y, \", &
+    "    void *z, long *kinc) { \", &
+    "    (void)a, (void)b, (void)c, (void)d, (void)e, (void)f, (void)g, (void)h, (void)i, \", &
+    "    (void)j, (void)k, (void)l, (void)m, (void)o, (void)p, (void)q, (void)r, (void)s, \", &
+    "    (void)t, (void)u, (void)v, (void)w, (void)x, (void)y, (void)z; \", &
+    "    *kinc = asperity_castem_joint(n, stress, statev, ddsdde, stran, dstran, dtime, \", &
+    "      ntens, nstatv, props, nprops, pnewdt); }"]
   character(len=1024) :: path
   integer :: n, unit
 
@@ -32,30 +49,35 @@ program write_symbols
   write (unit, "(a)") "/* Written by write_symbols from the contract of asperity " // version // ". */"
   write (unit, "(a)") "int asperity_generic_joint(void *point, int n_planes, int n);"
   write (unit, "(a)") "int asperity_generic_layer(void *point, int n_planes, int n);"
+  write (unit, "(a)") (trim(castem(n)), n=1, size(castem))
   do n = 1, most_planes
-    call write_behaviour(.false., n)
-    call write_behaviour(.true., n)
+    call write_behaviour("Joint", n)
+    call write_behaviour("Layer", n)
+    call write_behaviour("Castem", n)
   end do
   close (unit)
 
 contains
 
   !> All symbols of a behaviour.
-  subroutine write_behaviour(layer, n_planes)
-    logical, intent(in) :: layer      !! layer or joint
-    integer, intent(in) :: n_planes   !! number of planes
+  subroutine write_behaviour(kind, n_planes)
+    character(len=*), intent(in) :: kind   !! Joint, Layer or Castem
+    integer, intent(in) :: n_planes        !! number of planes
     character(len=text_length) :: gradient, force, none(0)
     character(len=name_length) :: name
     character(len=:), allocatable :: call_of
     integer :: components(size(hypotheses))
     type(prop_type), allocatable :: properties(:)
     integer :: i, kind_of_gradient
+    logical :: layer
 
-    name = behaviour_name(layer, n_planes)
+    layer = kind == "Layer"
+    name = behaviour_name(kind, n_planes)
     gradient = merge("Strain             ", "OpeningDisplacement", layer)
     force = merge("Stress       ", "CohesiveForce", layer)
     kind_of_gradient = merge(symmetric_tensor, vector, layer)
     components = merge(of_layer, of_joint, layer)
+    if (kind == "Castem") components(3) = 0   ! MTest has no such joint
 
     write (unit, "(/, a)") "/* " // trim(name) // " */"
     do i = 1, size(switches)
@@ -63,6 +85,13 @@ contains
     end do
     call declare("unsigned short", name, "BehaviourType = " // merge("1", "3", layer))
     call declare("unsigned short", name, "BehaviourKinematic = " // merge("1", "2", layer))
+    ! Cast3M passes the temperature by an argument of its own
+    call declare("unsigned short", name, "TemperatureRemovedFromExternalStateVariables = " // &
+      merge("1", "0", kind == "Castem"))
+    call declare("unsigned short", name, "ComputesInternalEnergy = " // merge("0", "1", kind == "Castem"))
+    call declare("unsigned short", name, "ComputesDissipatedEnergy = " // merge("0", "1", kind == "Castem"))
+    call declare("char *const", name, 'mfront_interface = "' // trim(merge("Castem ", "Generic", kind == "Castem")) // &
+      '"')
     do i = 1, size(texts)
       call declare("char *const", name, texts(i))
     end do
@@ -85,6 +114,10 @@ contains
           to_text(row%upper))
       end associate
     end do
+    if (kind == "Castem") then
+      write (unit, "(a)") "JOINT(" // trim(name) // ", " // integer_text(n_planes) // ")"
+      return
+    end if
     call_of = merge("asperity_generic_layer", "asperity_generic_joint", layer)
     do i = 1, size(hypotheses)
       if (components(i) == 0) cycle
