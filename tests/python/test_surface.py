@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 import sys
+import warnings
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import meshio
 import numpy as np
@@ -324,7 +326,7 @@ SPACINGS = np.meshgrid(WAVE[:40], 2.0 * WAVE[:20])
     ("z", "warning"),
     [
         (np.sin(WAVE), ""),
-        (1e-4 * np.sin(WAVE), "an rms slope of 7e-05 is unusual: are x and z in the same unit?"),
+        (1e-4 * np.sin(WAVE), "an rms slope of 7e-05 is unusual: is z in the unit of x?"),
         (5.0 * np.sin(WAVE), "an rms slope of 3.9 is unusual"),
         (NOISE, r"the rms slope at 0.1 mm is \d+% above that at 0.2: there is no plateau"),
         (np.sin(SPACINGS[0]), r"points are 0.1 to 0.2 mm apart; --sampling 0.2 gives them one scale\Z"),
@@ -521,3 +523,155 @@ def test_lines_of_a_flat_profile(said: Callable) -> None:
     assert "\n&pattern sides = 0 /\n" in out and "\nPROPS  sigma0, Gc, eta, mu, 0, 0, " in out
     out, _ = said("surface scan.csv --material sigma0=3,Gc=0.3,eta=0.9,mu=0.5")
     assert "&pattern normals = 1, 0, 0, weights = 1 /" in out and "\nPROPS  3, 0.3, " in out
+
+
+# --- holes, spikes, grids of ESRI, drawn files --------------------------------------------------------------
+
+
+def ridge(code: float | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points of ridges along y with slopes of 1/4, every half unit; some have a code."""
+    x, y = (one.ravel() for one in np.meshgrid(np.arange(33) / 2.0, np.arange(17) / 2.0))
+    z = 0.25 * np.abs(np.mod(x, 8.0) - 4.0)
+    if code is not None:
+        z[[40, 41, 100, 333]] = code
+    return x, y, z
+
+
+RIDGE = np.degrees(np.arctan(0.25))
+
+
+def warned(text: str, spacing: tuple[float, ...] | None = None, **options: Any) -> tuple[Scan, list[str]]:
+    """Scan of a file with this text, and the warnings."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scan = read_scan(write(text), spacing, **options)
+    return scan, [str(one.message) for one in caught]
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("code", "nodata", "message"),
+    [
+        (None, (), ""),
+        (-9999.0, (), "4 of 561 heights are -9999, which marks missing points: they are holes"),
+        (-32768.0, (), "4 of 561 heights are -32768, which marks missing points: they are holes"),
+        (1e30, (), r"4 of 561 heights are 1e\+30, which marks missing points: they are holes"),
+        (999.0, (), "4 of 561 heights are 999, which marks missing points: they are holes"),
+        (7.5, (7.5,), r"4 of 561 heights are 7.5 \(--nodata\): they are holes"),
+    ],
+)
+def test_codes_of_missing_points_are_holes(
+    code: float | None, nodata: tuple[float, ...], message: str
+) -> None:
+    """The slope of the ridges is that without the codes, which a warning counts."""
+    x, y, z = ridge(code)
+    files = {"map": rows(x, y, z, header="x [mm],y [mm],z [mm]"), "matrix": rows(*z.reshape(17, 33).T)}
+    head = "NCOLS 33\nNROWS 17\nXLLCORNER -0.25\nYLLCORNER -0.25\nCELLSIZE 0.5\n"
+    rows_down = rows(*z.reshape(17, 33)[::-1].T).replace(",", " ")
+    files["grid"] = head + f"NODATA_VALUE {code or 77:g}\n" + rows_down
+    for kind, text in files.items():
+        spacing = (0.5, 0.5) if kind == "matrix" else None
+        scan, told = warned(text, spacing, nodata=() if kind == "grid" else nodata)
+        named = kind == "grid" and code is not None
+        expected = re.escape(f"4 of 561 heights are {code:g}") if named else message
+        assert len(told) == (2 if message else 0)
+        assert not message or (re.search(expected, told[0]) and "4 of 561 points are in holes" in told[1])
+        assert (scan.x[0], scan.x[-1], scan.y[0], scan.y[-1]) == (0.0, 16.0, 0.0, 8.0)  # type: ignore[index]
+        found = slopes.facets(scan)
+        assert np.percentile(found.inclination, [5, 50, 90]) == pytest.approx([RIDGE] * 3, abs=EXACT)
+        assert not found.doubt
+
+
+@pytest.mark.usefixtures("folder")
+def test_spikes_and_profiles_with_gaps() -> None:
+    """A spike is named by its place, a gap of a profile is counted; a value that does not occur is named."""
+    x, y, z = ridge()
+    z[100] = 30.0
+    with pytest.warns(ModelWarning, match=r"1 of 561 heights are spikes, the first at x = 0.5, y = 1.5: "):
+        scan = read_scan(write(rows(x, y, z, header="x,y,z")))
+    assert "is z in the unit of x?" in slopes.facets(scan).doubt
+    with pytest.warns(ModelWarning, match="no height is 5: expected one that --nodata names"):
+        read_scan(write(rows(x, y, ridge()[2], header="x,y,z")), nodata=[5.0])
+    z = 0.25 * np.abs(np.mod(WAVE, 1.0) - 0.5)
+    z[[10, 20]] = -9999.0
+    with pytest.warns(ModelWarning, match="2 of 400 points are left out"):
+        scan = read_scan(write(rows(WAVE, z, header="x,z")))
+    assert scan.z.min() >= 0.0
+
+
+@pytest.mark.usefixtures("folder")
+def test_header_behind_a_sign() -> None:
+    """Units behind # count; a comment of as many words as columns is none; bare units are refused."""
+    x, y, z = ridge()
+    scan = read_scan(write(rows(x, y, 1000.0 * z, header="# x [mm],y [mm],z [um]")))
+    assert slopes.facets(scan).mean_slope == pytest.approx(0.25, abs=EXACT)
+    scan = read_scan(write(rows(x, y, z, header="# made,by,hand")))
+    assert slopes.facets(scan).mean_slope == pytest.approx(0.25, abs=EXACT)
+    for header, message in (
+        ("# a [mm],b [mm],c [um]", "columns a .mm., b .mm., c .um.: expected columns x, z"),
+        ("# mm,mm,um", "expected a line of names above|expected columns x, z"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            read_scan(write(rows(x, y, z, header=header)))
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("nrows 9", "nrows 8"), "81 heights: expected 8 rows of 9"),
+        (("cellsize 1", "cellsize 0"), "expected a cellsize > 0"),
+        (("nrows 9", "nrows 9.5"), "expected whole numbers"),
+        (("nrows 9", "rows 9"), "line 2: rows 9: expected one of ncols, nrows"),
+        (("0.5", "o.5"), "line 6: o.5: expected a number"),
+    ],
+)
+def test_bad_grids(change: tuple[str, str], message: str) -> None:
+    """What does not fit the head of a grid is refused."""
+    body = "\n".join(" ".join(f"{0.5 * ((i + j) % 3)}" for i in range(9)) for j in range(9))
+    text = f"ncols 9\nnrows 9\nxllcorner 0\nyllcorner 0\ncellsize 1\n{body}\n"
+    assert read_scan(write(text)).z.shape == (9, 9)
+    with pytest.raises(ValueError, match=message):
+        read_scan(write(text.replace(*change, 1)))
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(("seed", "count"), [(1, 60), pytest.param(2, 1000, marks=pytest.mark.slow)])
+def test_drawn_scans(seed: int, count: int) -> None:
+    """Of drawn scans with a damaged line all other points keep their heights, without an error or warning."""
+    rng, whole = np.random.default_rng(seed), 0
+    for number in range(count):
+        nx, ny = rng.integers(8, 14, 2)
+        step = float(rng.choice([0.1, 0.5, 25.0]))
+        profile = number % 3 == 0
+        x, y = np.meshgrid(step * np.arange(nx * (1 + 2 * profile)), step * np.arange(1 if profile else ny))
+        z = np.round(0.3 * step * np.sin(x / step + rng.uniform(0.0, 6.0)) * np.cos(0.7 * y / step), 5)
+        points = np.column_stack([one.ravel() for one in ((x, z) if profile else (x, y, z))])
+        mark = str(rng.choice([",", ";", "\t", " "]))
+        names = ["x", "z"] if profile else ["x", "y", "z"]
+        unit = str(rng.choice(["", " [mm]"])) if mark != " " else ""
+        lines = [str(rng.choice(["", "# "])) + mark.join(name + unit for name in names)]
+        lines += [mark.join(f"{one:.5f}" for one in row) for row in points]
+        at = int(rng.integers(0, len(lines)))
+        damaged = lines[at]
+        if number % 5:
+            place, sign = int(rng.integers(0, len(damaged) + 1)), str(rng.choice([*"01,;.-#x \t\"e"]))
+            more, five = damaged[:place] + sign + damaged[place:], mark.join(["1"] * 5)
+            kinds = damaged[:place], more, f"{damaged}\n{damaged}", "", five, "-9999"
+            damaged = str(rng.choice(kinds))
+        try:
+            scan, told = warned("\n".join([*lines[:at], damaged, *lines[at + 1 :]]) + "\n")
+        except ValueError:
+            assert number % 5
+            continue
+        if told:
+            continue
+        whole += 1
+        assert scan.z.size >= len(points) - bool(number % 5), (number, damaged)
+        for i, point in enumerate(points):
+            if i + 1 != at:
+                row = 0 if profile else int(np.abs(scan.y - point[1]).argmin())  # type: ignore[operator]
+                place = int(np.abs(scan.x - point[0]).argmin())
+                assert abs(scan.x[place] - point[0]) < 0.05 * step, (number, damaged)
+                assert scan.z[row, place] == pytest.approx(point[-1], abs=1e-9), (number, damaged)
+    assert whole > count // 5

@@ -76,7 +76,7 @@ def test_units() -> None:
         ("stress", "kN"),
         ("length", "Mm"),
         ("length", "MPa"),
-        ("area", "mm"),
+        ("length", "0mm"), ("area", "mm"),
     ):
         with pytest.raises(ValueError, match=rf"x \[{text}\]: expected "):
             size(kind, text, "x ")

@@ -107,7 +107,7 @@ def numbers_of(
         clean = text.str.replace(OTHER[mark], "", regex=False).str.replace(mark, ".", regex=False)
         found[:, j] = pd.to_numeric(clean.where(good), errors="coerce").to_numpy(dtype=float)
         bad = ~np.isfinite(found[:, j]) & ~(empty.to_numpy() & (name in gaps))
-        wanted = "expected a finite number" + f" with {WORDS[mark]}" * bool(shown[column] == ",")
+        wanted = "expected a finite number" + f" with {WORDS[mark]}" * (mark == ",")
         if shown[column]:
             reason = f"the column has {WORDS[mark]}"
         elif agreed:

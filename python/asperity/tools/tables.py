@@ -210,7 +210,7 @@ def _header(path: Path, raw: Sequence[str], mark: str, width: int) -> tuple[int,
         if any(cells) and not RULE.fullmatch(text):
             above.append((i, cells, hidden))
     units: list[str] = []
-    if len(above) > 1:
+    if len(above) > 1 or (above and above[0][2]):
         last = above[-1][1]
         if sum(map(bool, last)) > 1 and len(last) <= max(width, 1) and all(map(UNITS.fullmatch, last)):
             units = [cell.strip("[]() ") for cell in above.pop()[1]]

@@ -88,6 +88,8 @@ def size(kind: str, text: str, where: str = "") -> float:
     plain = re.sub(r"(?<=[A-Za-z)])\s+(?=[A-Za-z])", "*", plain)
     plain = re.sub(r"[A-Za-z\u00b5\u03bc]+", lambda word: NAMES.get(word[0].lower(), word[0]), plain)
     unit, examples = EXAMPLES[kind]
+    if re.search(r"(?<![A-Za-z\u00b5\u03bc^*(-])\d", re.sub(r"(?<=[a-z])\s+(?=-?[1-3])", "", text)):
+        raise ValueError(f"{where}[{text}]: expected {examples}")  # a number, as in 0mm, is no unit
     try:
         return float(_registry().parse_expression(plain).to(unit).magnitude)
     except Exception:  # pint raises errors of its own, of Python's tokenizer and of the arithmetic of units

@@ -28,7 +28,6 @@ REQUIRED = tuple(row.name for row in contract.props_table() if row.default is No
 """Constants of a material that have no default."""
 
 ROUNDING = 1.0e-9  # errors and angles (degrees) below this are shown as 0
-PLAUSIBLE = (3.0e-3, 3.0)  # rms slopes beyond these give a warning, because z may be in another unit than x
 GROWTH = 1.1  # a warning is printed if half the sampling length raises the rms slope by this factor
 UNLIKE = 1.5
 """Ratio of the largest to the smallest spacing that gives a warning, because slopes depend on the spacing."""
@@ -42,11 +41,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         (
             "scan SCAN",
-            "columns x, z (profile) or x, y, z (map) with units, a matrix (--spacing), or triangles (.stl)",
+            "columns x, z (profile) or x, y, z (map) with units, a matrix (--spacing), a grid of ESRI, or "
+            "triangles (.stl)",
             Path,
         ),
         ("--spacing DX[,DY]", "a CSV is a matrix, x along a row, y downwards; grid of triangles", _lengths),
         ("--unit UNIT", "unit of lengths whose header names none", "mm"),
+        ("--nodata VALUE", "height that marks missing points, beside -9999 and other usual ones", list),
     )
     scale = parser.add_argument_group("scale", "slopes depend on it; in the unit of x")
     add_options(
@@ -97,8 +98,9 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"{template.path}: &material: expected numbers, not the name of a sweep")
     material = _material(options.material) if template is None else template.runs[0].material
     mu = MU if material is None else material.mu
+    nodata = [contract.number("--nodata", text) for text in options.nodata]
     with shown_warnings():
-        original = read_scan(options.scan, options.spacing, options.unit)
+        original = read_scan(options.scan, options.spacing, options.unit, nodata)
     smooth = original if options.smooth is None else original.smoothed(options.smooth)
     scan = smooth if options.sampling is None else smooth.sampled(options.sampling)
     found = slopes.facets(scan, options.direction)
@@ -152,8 +154,8 @@ def _run(options: argparse.Namespace) -> int:
 def scale_warnings(scan: Scan, found: Facets, direction: float) -> Iterator[str]:
     """Warnings about units and scale."""
     rms, unit, (low, high) = found.rms_slope, scan.unit, scan.steps
-    if rms > FLATNESS and not PLAUSIBLE[0] <= rms <= PLAUSIBLE[1]:
-        yield f"an rms slope of {rms:.2g} is unusual: are x and z in the same unit?"
+    if found.doubt:
+        yield found.doubt
     if high > UNLIKE * low:
         yield f"points are {low:g} to {high:g} {unit} apart; --sampling {high:g} gives them one scale"
     if rms > FLATNESS and 2.0 * high <= scan.longest:

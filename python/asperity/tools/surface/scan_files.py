@@ -14,6 +14,8 @@ from ...material import ModelWarning
 from ...mesh.files import read_mesh
 from ...pattern import Pattern
 from ..tables import read_table, size
+from .grids import is_grid, read_grid
+from .holes import warn_of_spikes, without_codes
 from .scan import EVEN, LEAST_POINTS, Scan, even
 from .slopes import FLATNESS, bin_facets, directions_of, facets, nearest_regular
 
@@ -29,31 +31,52 @@ MOST_MISSING = 0.5  # part of the points of a grid above which the others are ta
 MOST_POINTS = 1e7  # largest number of points of the grid that replaces triangles
 
 
-def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "mm") -> Scan:
+def read_scan(
+    path: Path, spacing: Sequence[float] | None = None, unit: str = "mm", nodata: Sequence[float] = ()
+) -> Scan:
     """Read the profile, height map or cloud of points of a CSV; with a spacing (dx, dy) a matrix of heights.
 
     Lengths are converted to the unit of x; `unit` is that of a file that names none.  Files of triangles
-    become heights on a grid of that spacing.  Holes are filled straight between the points around, and a
-    ModelWarning has their number.  Raises ValueError with line and value.
+    become heights on a grid of that spacing; a grid of ESRI has its own.  Heights of `nodata`, in the unit of
+    the file, and those that mark missing points are holes, which are filled straight between the points
+    around.  A ModelWarning has their number, and that of spikes.  Raises ValueError with line and value.
     """
+    scan = _read(path, spacing, unit, nodata)
+    warn_of_spikes(path, scan.x, scan.y, scan.z)
+    return scan
+
+
+def _read(path: Path, spacing: Sequence[float] | None, unit: str, nodata: Sequence[float]) -> Scan:
     if unit != "mm":
         _size(path, unit)
     if path.suffix.lower() in MESHES:
+        refuse(nodata, f"{path}: --nodata: expected for heights; a file of triangles leaves out missing ones")
         return _surface(path, spacing, unit)
+    if is_grid(path):
+        refuse(spacing, f"{path}: --spacing: expected without it, the grid has its cellsize")
+        x, y, z, codes = read_grid(path)
+        _enough(path, "columns", len(x))
+        _enough(path, "rows", len(y))
+        codes = [one for one in codes if (z == one).any()]
+        return _filled(path, *np.meshgrid(x, y), without_codes(path, z, [*codes, *nodata]), unit)
     table = read_table(path, "a CSV with a profile or a height map")
     titles = zip(table.names, table.units, strict=True)
     header = ", ".join(name + (f" [{given}]" if given else "") for name, given in titles)
     refuse(not len(table.cells), f"{path}: expected rows of numbers")
     places = range(table.cells.shape[1])
     if spacing is not None:
-        refuse(header, f"{path}: {header}: expected a matrix of numbers, as --spacing says")
+        wanted = "expected a matrix of numbers, as --spacing says"
+        refuse(header and not table.hidden, f"{path}: {header}: {wanted}")
         names = [str(i + 1) for i in places]
-        z = table.numbers(places, names, names)
+        z = without_codes(path, table.numbers(places, names, names), nodata)
         x, y = (step * np.arange(n) for step, n in zip((spacing[0], spacing[-1]), z.shape[::-1], strict=True))
         _enough(path, "columns", len(x))
         _enough(path, "rows", len(y))
         return _filled(path, *np.meshgrid(x, y), z, unit)
-    names = [name.lower() for name in table.names] or {2: ["x", "z"], 3: ["x", "y", "z"]}.get(len(places), [])
+    names = [name.lower() for name in table.names]
+    if not names or (table.hidden and not any(table.units) and not {*names} & {*"xyz"}):
+        # a comment that has as many words as there are columns is no header
+        names, header = {2: ["x", "z"], 3: ["x", "y", "z"]}.get(len(places), []), header * (len(places) > 3)
     if sorted(names) not in (["x", "z"], ["x", "y", "z"]):
         found = f"columns {header}" if header else f"{len(places)} columns without names"
         raise ValueError(f"{path}: {found}: {EXPECTED}")
@@ -62,7 +85,10 @@ def read_scan(path: Path, spacing: Sequence[float] | None = None, unit: str = "m
     units = [given for given in table.units if given] or [unit] * len(names)
     unit = units[names.index("x")]
     factors = [1.0 if given == unit else _size(path, given) / _size(path, unit) for given in units]
-    numbers = table.numbers(places, names, ["z"] if "y" in names else []) * factors
+    numbers = np.array(table.numbers(places, names, ["z"]))
+    place = names.index("z")
+    numbers[:, place] = without_codes(path, numbers[:, place], nodata)
+    numbers *= factors
     data = dict(zip(names, numbers.T, strict=True))
     return (_profile if len(names) == 2 else _map)(path, data, table.lines, unit)
 
@@ -108,6 +134,8 @@ def planes_from_scan(
     one = scan if isinstance(scan, Scan) else read_scan(Path(scan))
     one = one if smooth is None else one.smoothed(smooth)
     found = facets(one if sampling is None else one.sampled(sampling), direction)
+    if found.doubt:
+        warnings.warn(found.doubt, ModelWarning, stacklevel=2)
     # numbers out of range are refused with regular, too
     listed = bin_facets(found, directions, bins, direction, flat_below)[0]
     if not regular:
@@ -116,8 +144,12 @@ def planes_from_scan(
 
 
 def _profile(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Scan:
-    """Profile with increasing x; a profile with decreasing x is reversed."""
-    x, z = data["x"], data["z"]
+    """Profile with increasing x; one with decreasing x is reversed.  Points without height are left out."""
+    gaps = np.isnan(data["z"])
+    x, z, lines = data["x"][~gaps], data["z"][~gaps], np.array(lines)[~gaps].tolist()
+    text = f"{path}: {gaps.sum()} of {gaps.size} points are left out, because they have no height"
+    if gaps.any():
+        warnings.warn(text, ModelWarning, stacklevel=4)
     _enough(path, "points", len(x))
     if (np.diff(x) < 0.0).all():
         x, z, lines = x[::-1], z[::-1], lines[::-1]
@@ -168,10 +200,11 @@ def _cloud(path: Path, data: dict[str, Floats], unit: str) -> Scan:
 
     points = np.column_stack([data[name] for name in "xyz"])
     points = points[np.isfinite(points[:, 2])]
+    _enough(path, "heights", len(points))
     x, y = _grid(path, points, float(np.ptp(points[:, :2], axis=0).prod()) / len(points))
     apart = f"heights {x[0, 1] - x[0, 0]:.4g} apart, straight between them"
     warnings.warn(f"{path}: {len(points)} points on no grid: {apart}", ModelWarning, stacklevel=4)
-    return _filled(path, x, y, griddata(points[:, :2], points[:, 2], (x, y)), unit)
+    return _filled(path, x, y, griddata(points[:, :2], points[:, 2], (x, y)), unit, outline=True)
 
 
 def _grid(path: Path, points: Floats, area: float, spacing: Sequence[float] | None = None) -> list[Floats]:
@@ -186,14 +219,23 @@ def _grid(path: Path, points: Floats, area: float, spacing: Sequence[float] | No
     return np.meshgrid(*(low[i] + np.minimum(steps[i] * np.arange(counts[i]), sides[i]) for i in (0, 1)))
 
 
-def _filled(path: Path, x: Floats, y: Floats, z: Floats, unit: str) -> Scan:
-    """Map without its gaps: those at the outline are cut off, holes are filled between the points."""
+def _filled(path: Path, x: Floats, y: Floats, z: Floats, unit: str, outline: bool = False) -> Scan:
+    """Map without its gaps: those at the outline are cut off, holes are filled between the points.
+
+    outline: the points have an outline that is no rectangle, so that cutting off is no reason for a warning.
+    """
     from scipy.interpolate import griddata
+    from scipy.spatial import QhullError
 
     gaps = np.isnan(z)
+    given = int((~gaps).sum())
+    _enough(path, "heights", int((~gaps).sum()))
     if gaps.any():
         z = z.copy()
-        z[gaps] = griddata((x[~gaps], y[~gaps]), z[~gaps], (x[gaps], y[gaps]))
+        try:
+            z[gaps] = griddata((x[~gaps], y[~gaps]), z[~gaps], (x[gaps], y[gaps]))
+        except QhullError:
+            raise ValueError(f"{path}: all points with heights are on one line: expected a map") from None
     inner = np.s_[1:], np.s_[:-1], np.s_[:, 1:], np.s_[:, :-1]
     while (out := np.isnan(z)).any():
         missing = [side.mean() for side in (out[0], out[-1], out[:, 0], out[:, -1])]
@@ -202,6 +244,9 @@ def _filled(path: Path, x: Floats, y: Floats, z: Floats, unit: str) -> Scan:
             break
     for i, name in enumerate("yx"):
         _enough(path, f"different {name} within the outline", z.shape[i])
+    if not outline and (lost := given - int((~gaps).sum())):
+        text = f"{path}: {lost} of {given} heights are cut off with the gaps at the outline"
+        warnings.warn(text, ModelWarning, stacklevel=4)
     if gaps.any():
         text = f"{path}: {gaps.sum()} of {gaps.size} points are in holes: heights straight between the others"
         warnings.warn(text, ModelWarning, stacklevel=4)
@@ -231,7 +276,8 @@ def _surface(path: Path, spacing: Sequence[float] | None, unit: str) -> Scan:
         )
     # by default a cell has the mean area of two triangles
     x, y = _grid(path, corners.reshape(-1, 3), up.mean(), spacing)
-    return _filled(path, x, y, LinearTriInterpolator(sheet, points[:, 2])(x, y).filled(np.nan), unit)
+    z = LinearTriInterpolator(sheet, points[:, 2])(x, y).filled(np.nan)
+    return _filled(path, x, y, z, unit, outline=True)
 
 
 def _triangles(path: Path) -> tuple[Floats, np.ndarray]:

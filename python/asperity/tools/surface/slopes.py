@@ -26,6 +26,8 @@ LEAST_SHARE = 0.005
 FLATNESS = 1.0e-6  # slope (tangent) that counts as a rounding error of the heights
 SAME = 1.0e-3  # bins whose slopes (tangents) differ by less than this form one plane
 TIE = 1.0e-9  # planes whose slopes along a slip differ by less than this share the load
+PLAUSIBLE = (3.0e-3, 3.0)  # rms slopes beyond these are doubted, because z may be in another unit than x
+STEEP, MOST_STEEP = 85.0, 0.01  # angle, degrees, and the fraction of the area above it that is doubted, too
 AS_GOOD = 0.01  # error, above the smallest one, up to which the smallest number of sides is chosen
 Tick = Callable[[], object]  # function that is called after every direction
 
@@ -116,6 +118,17 @@ class Facets(Planes):
     ratio: float = 1.0
     tilt: float = 0.0
     profile: bool = False
+
+    @property
+    def doubt(self) -> str:
+        """Warning about slopes that no joint has, empty if there is none."""
+        steep = float(self.nominal[self.inclination > STEEP].sum())
+        if self.rms_slope > FLATNESS and not PLAUSIBLE[0] <= self.rms_slope <= PLAUSIBLE[1]:
+            return f"an rms slope of {self.rms_slope:.2g} is unusual: is z in the unit of x?"
+        if steep > MOST_STEEP:
+            text = f"{steep:.1%} of the area is inclined by more than {STEEP:g} degrees"
+            return f"{text}: is z in the unit of x?"
+        return ""
 
 
 @dataclass(frozen=True, eq=False)
