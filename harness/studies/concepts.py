@@ -20,7 +20,7 @@ from asperity.contract import Floats
 from asperity.interface import History, Interface
 from asperity.material import Material, ModelWarning
 from asperity.pattern import Pattern
-from asperity.tools import masonry
+from asperity.tools import joint as bonded
 from asperity.tools.style import DILATION, SLIP, TRACTION, TWO, new_figure, printed, save
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -253,10 +253,10 @@ def envelope() -> Figure:
     figure, (peaks, shares) = new_figure(TWO, 2.7, ncols=2)
     flat, c, mu = Pattern.regular(0, 0.0), MORTAR.sigma02, MORTAR.mu
     pressures = np.linspace(0.0, 2.2, 23)
-    better = masonry.strength_for_peak(MORTAR, flat, MET, c - mu * MET)
+    better = bonded.strength_for_peak(MORTAR, flat, MET, c - mu * MET)
     for sigma02, colour, style in ((c, BLUE, "-"), (better, GREEN, "-.")):
         joint = replace(MORTAR, sigma02=sigma02)
-        found = [masonry.peak(joint, flat, -p) for p in pressures]
+        found = [bonded.peak(joint, flat, -p) for p in pressures]
         peaks.plot(pressures, found, style, color=colour, label=rf"peak, $\sigma_{{02}}$ = {sigma02:.3g} MPa")
     peaks.plot(pressures, c + mu * pressures, "--", color=BLACK, label=r"$c + \mu p$")
     peaks.plot(pressures, mu * pressures, ":", color=BLACK, label=r"$\mu p$, residual strength")

@@ -10,6 +10,7 @@ from . import contract
 from .cards.blocks import HOSTS
 from .cards.generic import mtest_path
 from .case_files import read_run
+from .installed import case_file
 from .model_checks import shown_warnings
 from .options import add_options, add_output, check_outputs, replace_file
 
@@ -23,7 +24,7 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
     add_options(
         card,
         ("host", None, str, {"choices": tuple(HOSTS)}),
-        ("case CASE.nml", "namelist input of rie_driver", Path),
+        ("case CASE.nml", "case file of rie_driver, or a name of `asperity cases`", case_file),
         ("--name NAME", "name of material and elements", "INTERFACE"),
         ("--value VALUE", "value of the sweep, for a case with a sweep", str),
     )

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _core
+from . import _core, contract
 from .contract import Floats
 from .pattern import Pattern
 
@@ -44,6 +44,12 @@ def case_text(*groups: tuple[str, Mapping[str, Any]]) -> str:
     text = np.zeros(64 + 40 * (len(names) + len(values)) + 2 * sum(map(len, strings)), "S1")
     length = _core.case_text(*arrays, text)
     return b"".join(text[:length].tolist()).decode()
+
+
+def entries_of(values: Mapping[str, float], digits: int = 10) -> dict[str, float]:
+    """Entries of the group &material of constants, rounded; one of 0 is left out where 0 is its default."""
+    zero = {row.name for row in contract.props_table() if row.default == 0.0}
+    return {name: rounded(value, digits) for name, value in values.items() if value or name not in zero}
 
 
 def pattern_entries(pattern: Pattern) -> dict[str, Any]:

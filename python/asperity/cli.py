@@ -31,6 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
     if list(arguments[:1]) == ["help"]:  # as asperity help fit
         arguments = [*arguments[1:2], "--help"]
+    if arguments and arguments[0] in OLD_NAMES:
+        arguments = [OLD_NAMES[arguments[0]], *arguments[1:]]
     chosen = next((text for text in arguments if text in COMMANDS), "")
     try:
         parser = _parser(chosen)
@@ -149,7 +151,7 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "run": ("run a case by the driver and draw it", _run_arguments),
     "check-umat": ("check a UMAT along the load path of a case", _check_arguments),
     "fit": ("identify parameters from shear-box tests", _imported("tools.fit.command")),
-    "masonry": ("find the constants of a mortar joint", _imported("tools.masonry")),
+    "joint": ("find the constants of a joint with a bond: mortar, dam, rock", _imported("tools.joint")),
     "barton": ("find the constants closest to JRC, JCS and phi_r", _imported("tools.barton.command")),
     "surface": ("find the planes of a scanned profile or height map", _imported("tools.surface.command")),
     "select": ("find the cheapest pattern that a load case needs", _imported("tools.selection.command")),
@@ -164,6 +166,9 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "doctor": ("check the installation and look for host programs", _imported("doctor")),
 }
 """Summary of each subcommand, and the function that adds its arguments."""
+
+OLD_NAMES = {"masonry": "joint"}
+"""Other names of commands, which the help does not list."""
 
 
 def _case(options: argparse.Namespace) -> Path:

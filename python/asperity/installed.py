@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 from importlib.resources import files
@@ -72,6 +73,17 @@ def named_case(name: str) -> Path:
         if name in (known, path.stem):
             return path
     raise ValueError(f"{name}: expected a case file, or a name that `asperity cases` lists")
+
+
+def case_file(text: str) -> Path:
+    """Case file that an argument of a command names, by its path or as `asperity cases` lists it."""
+    path = Path(text)
+    if path.is_file() or path.suffix:
+        return path
+    try:
+        return named_case(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(error) from None
 
 
 def _library(name: str) -> Path:

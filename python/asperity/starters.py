@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 from .case_files import check_text, read_case
 from .case_writer import Word, case_text
 from .installed import all_cases, named_case
 from .options import add_options, add_output, assigned, check_outputs, replace_file
+from .plausible import doubts
 
 LOAD = {"sigma_N": "-1.0", "slip": "0.6", "direction": "0.0", "increments": "200"}
 """Entries of the load path, and their values in a new case."""
@@ -54,6 +56,9 @@ def cases_arguments(cases: argparse.ArgumentParser) -> None:
 
 
 def _new(options: argparse.Namespace) -> int:
+    file = next((text for text in options.values if "=" not in text and text.endswith(".nml")), "")
+    if file:
+        raise ValueError(f"{file}: expected NAME=VALUE, or -o {file} for the name of the file")
     values = assigned(options.values)
     check_outputs(options.force, [], ("-o", options.output))
     taken = {name: values.pop(name, value) for name, value in LOAD.items()}
@@ -71,6 +76,8 @@ def _new(options: argparse.Namespace) -> int:
     }
     text = TEXT.format(name=options.output, **texts)
     check_text(text)
+    for doubt in doubts(mu=float(material.get("mu", "0").lower().replace("d", "e"))):
+        print(f"asperity: warning: {doubt}", file=sys.stderr)
     replace_file(options.output, text)
     print(options.output)
     return 0

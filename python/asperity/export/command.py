@@ -9,6 +9,7 @@ import tempfile
 from importlib import import_module
 from pathlib import Path
 
+from ..installed import case_file
 from ..model_checks import shown_warnings
 from ..options import add_options
 
@@ -25,7 +26,11 @@ def add_arguments(export: argparse.ArgumentParser) -> None:
         export,
         ("host", None, str, {"choices": HOSTS}),
         ("folder DIR", "a new folder, or an empty one", Path),
-        ("--case CASE.nml", "your joint: t_N, then slip along Tx under it (default: a joint to try)", Path),
+        (
+            "--case CASE.nml",
+            "your joint: t_N, then slip along Tx under it (default: a joint to try)",
+            case_file,
+        ),
         ("--value VALUE", "value of the sweep, for a case with a sweep", str),
         ("--force", "replace the files of the kit in a folder with files"),
     )

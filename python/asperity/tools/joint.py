@@ -1,43 +1,55 @@
-"""Command `asperity masonry`: constants of the law for a mortar joint, and the peaks that they give."""
+"""Command `asperity joint`: constants of the law for a joint with a bond, and the peaks that they give."""
 
 from __future__ import annotations
 
 import argparse
+import warnings
 from dataclasses import replace
 
 import numpy as np
 
 from .. import contract
-from ..case_writer import case_text, pattern_entries, rounded, slip_case
+from ..case_writer import case_text, entries_of, pattern_entries, rounded, slip_case
 from ..interface import Interface
-from ..material import Material
+from ..material import Material, ModelWarning
+from ..model_checks import shown_warnings
 from ..options import add_options, add_output, assigned, check_outputs, replace_file
 from ..pattern import Pattern
+from ..plausible import doubts, doubts_of_bond
 from .slip_curves import slip_curves
 
 REQUIRED = ("kn", "ks", "ft", "GfI", "c", "GfII", "tan_phi")
 OPTIONAL = ("tan_psi", "delta")
+ANGLES = {"phi": "tan_phi", "psi": "tan_psi"}
+"""Angles in degrees that may be given instead of their tangents."""
 
-PRESSURES = "-0.05,-0.3,-1.21"  # normal tractions of the peaks, as in tests of mortar joints in MPa
+PRESSURES = "-0.05,-0.3,-1.21"  # normal tractions of the peaks, MPa, as in tests of mortar joints
 INCREMENTS, SHOWN_INCREMENTS = 2000, 400  # of the slip in which a peak is found, and of that in the case
 SHOWN = ("sigma0", "Gc", "eta", "mu", "kc", "sigma02", "Gc2", "height")
 """Constants in the group &material; others have their default."""
 
+ABOUT = """\
+Find the constants of a joint with a bond from those of other interface models: a mortar joint, the contact of
+a dam and its foundation, a lift joint of concrete, a healed rock joint. For a joint without bond see asperity
+barton, or give kn, ks and mu in a case. Units are any consistent set, such as N, mm and MPa."""
+
 DIFFERENCES = """\
-kc = 1: kn acts in compression, too, because it is that of a mortar joint as a whole.
-The shear stiffness is c^2/(2 GfII (1 - eta)) = {Kt:.3g} and not ks = {ks:g}: one eta serves both modes.
+kc = 1: kn acts in closing, too, as in a joint of mortar or concrete; a stiffer contact has a larger kc.
+The shear stiffness is c^2/(2 GfII (1 - eta)) = {Kt:g} and not ks = {ks:g}: one eta serves both modes.
 The peak is below c + tan_phi |sigma_N|, because friction acts on the damaged part of the joint only. With a
 sigma02 above c the peak reaches this value at one pressure:
 """
-"""Where the law differs from an interface model of masonry."""
+"""Where the law differs from other interface models."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     names = (
-        f"constants of the joint: {', '.join(REQUIRED)}; and for a dilatancy tan_psi exp(-delta slip): "
-        f"{', '.join(OPTIONAL)} (delta = 0: the dilation never ends)"
+        "kn, ks: stiffnesses; ft, GfI: tensile strength and energy of mode I; c, GfII: cohesion and energy "
+        "of mode II; tan_phi, or phi in degrees: residual friction; and for a dilatancy "
+        "tan_psi exp(-delta slip): tan_psi, or psi in degrees, and delta (0: the dilation never ends)"
     )
+    parser.description = ABOUT
     pressures = f"normal tractions of the peaks, <= 0 (default: {PRESSURES})"
     add_options(
         parser,
@@ -61,7 +73,7 @@ def peak(material: Material, pattern: Pattern, sigma_N: float) -> float:
 
 
 def strength_for_peak(material: Material, pattern: Pattern, sigma_N: float, wanted: float) -> float:
-    """Return the sigma02 with which the peak is the wanted one, larger than that of the material."""
+    """Strength sigma02 with which the peak is the wanted one, larger than that of the material."""
     from scipy.optimize import brentq
 
     def missing(sigma02: float) -> float:
@@ -74,19 +86,22 @@ def strength_for_peak(material: Material, pattern: Pattern, sigma_N: float, want
 
 
 def _run(options: argparse.Namespace) -> int:
-    values, stresses = _checked(options)
-    check_outputs(options.force, [], ("-o", options.output))
-    material = Material.from_masonry(**values)
+    with shown_warnings():
+        values, stresses = _checked(options)
+        check_outputs(options.force, [], ("-o", options.output))
+        material = Material.from_masonry(**values)
+        bonds = {"GfI": (values["ft"], values["GfI"]), "GfII": (values["c"], values["GfII"])}
+        _warn(doubts(**values) + doubts_of_bond(**bonds))
     tan_psi = values.get("tan_psi", 0.0)
     pattern = pattern_of(tan_psi)
-    given = {name: rounded(getattr(material, name), 10) for name in SHOWN if getattr(material, name)}
+    given = entries_of({name: getattr(material, name) for name in SHOWN})
     print(case_text(("material", given), ("pattern", pattern_entries(pattern))))
     if tan_psi > 0.0:
         print(f"theta = arctan(tan_psi), mu = tan(phi - psi): {material.mu:.4g} on planes of that slope.")
         height = f"{material.height:.4g}" if material.height else "infinite"
         print(f"The dilation along Tx ends at the height tan_psi/delta: {height}.")
     Kt = material.sigma02**2 / (2.0 * material.Gc2 * (1.0 - material.eta))
-    print(DIFFERENCES.format(Kt=Kt, ks=values["ks"]))
+    print(DIFFERENCES.format(Kt=rounded(Kt, 3), ks=values["ks"]))
     print(f"{'sigma_N':>10}{'peak':>10}{'c + tan_phi |sigma_N|':>24}{'sigma02 for this peak':>24}")
     for sigma_N in stresses:
         wanted = values["c"] - values["tan_phi"] * sigma_N
@@ -97,10 +112,16 @@ def _run(options: argparse.Namespace) -> int:
         print(f"{sigma_N:>10g}{found:>10.5g}{wanted:>24.5g}{better:>24.5g}")
     if options.output is not None:
         slips = [_reach(material)]
-        text = slip_case("Mortar joint", given, pattern, stresses, slips, increments=SHOWN_INCREMENTS)
+        text = slip_case("Joint with a bond", given, pattern, stresses, slips, increments=SHOWN_INCREMENTS)
         replace_file(options.output, text)
         print(f"\n{options.output}")
     return 0
+
+
+def _warn(texts: list[str]) -> None:
+    """Give a ModelWarning for each text."""
+    for text in texts:
+        warnings.warn(text, ModelWarning, stacklevel=2)
 
 
 def _reach(material: Material) -> float:
@@ -110,14 +131,24 @@ def _reach(material: Material) -> float:
 
 def _checked(options: argparse.Namespace) -> tuple[dict[str, float], list[float]]:
     """Constants by name and normal tractions; raises ValueError with a line for every bad one."""
-    known = (*REQUIRED, *OPTIONAL)
+    known = (*REQUIRED, *OPTIONAL, *ANGLES)
     stresses = " ".join(text for text in options.sigma_N if "=" not in text).replace(",", " ").split()
     texts = assigned([*options.values, *(text for text in options.sigma_N if "=" in text)])
-    bad = [f"{name} is missing: expected {name}=VALUE" for name in REQUIRED if name not in texts]
-    values, tractions = {}, []
+    given = {*texts, *(ANGLES.get(name, "") for name in texts)}
+    bad = [f"{name} is missing: expected {name}=VALUE" for name in REQUIRED if name not in given]
+    both = [name for name, tangent in ANGLES.items() if {name, tangent} <= {*texts}]
+    bad += [f"{name} = {texts[name]}: expected without {ANGLES[name]}" for name in both]
+    values: dict[str, float] = {}
+    tractions = []
     for name, text in [*texts.items(), *(("--sigma-N", text) for text in stresses)]:
         try:
-            if name in known:
+            if name in ANGLES:
+                angle = contract.number(name, text)
+                if not 0.0 <= angle < 90.0:
+                    raise ValueError(f"{name} = {text}: expected degrees, >= 0 and < 90")
+                values[ANGLES[name]] = float(np.tan(np.radians(angle)))
+                _warn(doubts(**{name: angle}))
+            elif name in known:
                 values[name] = contract.number(name, text)
             elif name in texts:
                 raise ValueError(f"{name} = {text}: expected one of {', '.join(known)}")

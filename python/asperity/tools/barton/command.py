@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -13,6 +14,7 @@ from ... import contract
 from ...case_writer import props_line, rounded, slip_case
 from ...model_checks import model_warnings
 from ...options import add_options
+from ...plausible import doubts
 from .envelope import REACH, Envelope, curves, draw, envelope, table
 from .joint import SAMPLE, Joint
 
@@ -59,6 +61,9 @@ def _run(options: argparse.Namespace) -> int:
     if len(stresses) > 2:
         raise ValueError(f"--sigma-n {options.sigma_n}: expected one normal stress, or LOW,HIGH")
     joint = Joint(options.jrc, options.jcs, options.phi_r, options.length, options.sample)
+    given = {"JCS": joint.jcs, "phi_r": joint.phi_r, "length": joint.length, "sample": joint.sample}
+    for text in doubts(**given):
+        print(f"asperity: warning: {text}", file=sys.stderr)
     found, more, case, picture = (_curve if len(stresses) == 1 else _envelope)(options, joint, *stresses)
     interface, pressure, end = found.interface, -float(found.stresses[-1]), float(found.slips[-1])
     print(

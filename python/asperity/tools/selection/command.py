@@ -9,6 +9,7 @@ import numpy as np
 
 from ...case_files import SlipTest, read_case, slip_tests
 from ...case_writer import pattern_text, props_line
+from ...installed import case_file
 from ...model_checks import shown_warnings, warn_of_physics
 from ...options import (
     add_options,
@@ -35,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         (
             "case CASE.nml",
             "case of the driver: t_N, then slip under it; a sweep gives the stress range",
-            Path,
+            case_file,
         ),
         ("--tolerance ERROR", "largest error of traction, dilation and residual strength", 0.01),
         ("--planar", "the surface is a ridge and slips across it, along the direction of the case only"),

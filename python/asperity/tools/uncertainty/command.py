@@ -11,6 +11,7 @@ import numpy as np
 
 from ... import contract
 from ...case_files import read_case
+from ...installed import case_file
 from ...model_checks import shown_warnings
 from ...options import (
     add_options,
@@ -42,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     drawn = {"nargs": "?", "const": Path("uncertainty.png")}
     add_options(
         parser,
-        ("case CASE.nml", "case file with a prescribed slip or opening", Path),
+        ("case CASE.nml", "case file with a prescribed slip or opening", case_file),
         ("--fit FILE.json", "written by asperity fit (default: CASE.fit.json, unless --sd is given)", Path),
         ("--sd NAME=VALUE", f"standard deviation (normal, about the value of the case), of {names}", list),
         ("--correlation NAME,NAME=VALUE", "correlation of two of them (default: 0)", list),

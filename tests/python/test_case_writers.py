@@ -1,0 +1,94 @@
+"""What a command writes as a case, the driver, `asperity card` and `asperity export` take."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity import read_case
+from asperity.cli import main
+
+BOND = "kn=82 ks=36 ft=.25 GfI=.018 c=.35 GfII=.125"
+DAM = "kn=2e4 ks=1e4 ft=.3 GfI=.1 c=.9 GfII=.5"
+ENVELOPE = "barton --jrc 10 --sigma-n .5,2"
+BARTON = "--jrc 10 --jcs 80 --phi-r 28 --length 0.1"
+CASE = """&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 20.0 /
+&pattern sides = 4, theta = 10.0 /
+&step t_N = -1.0, increments = 10 /
+&step slip = 0.2, increments = 20 /
+"""
+
+WRITERS = {
+    "new": "new -o case.nml",
+    "new, no friction": "new mu=0 sides=0 -o case.nml",
+    "new, no bond": "new kn=50 ks=20 mu=0.6 closure=0.1 -o case.nml",
+    "new, all of it": "new height=0.1 W0=2 crush=0.3 theta=20 sides=6 turn=5 -o case.nml",
+    "joint": f"joint {BOND} tan_phi=.75 -o case.nml",
+    "joint, no friction": f"joint {BOND} tan_phi=0 -o case.nml",
+    "joint, all friction by dilatancy": f"joint {BOND} tan_phi=.2 tan_psi=.2 delta=5 -o case.nml",
+    "joint, angles, no pressure": f"joint {DAM} phi=45 psi=5 --sigma-N 0 -o case.nml",
+    "masonry": f"masonry {BOND} tan_phi=0 --sigma-N=-0.3 -o case.nml",
+    "barton": f"barton {BARTON} --sigma-n 0.5,2 -o case.nml",
+    "select": "select old.nml --tolerance 0.5 -o case.nml",
+    "surface": "surface scan.csv --spacing 1 --case old.nml -o case",
+}
+"""Commands that write case.nml."""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Current folder with the files that the commands read."""
+    monkeypatch.chdir(tmp_path)
+    Path("old.nml").write_text(CASE, encoding="utf-8")
+    x, y = np.meshgrid(np.arange(12), np.arange(12))
+    np.savetxt("scan.csv", 0.05 * np.sin(x * 0.9) * np.cos(y * 0.7), delimiter=",")
+    return tmp_path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", WRITERS)
+def test_cases_are_taken(name: str, said: Callable) -> None:
+    """Run, card and export take the case; it has friction, and a sweep value for each of its tractions."""
+    said(WRITERS[name])
+    assert main(["run", "case.nml", "--quiet", "-o", "rows.csv"]) == 0
+    assert main(["card", "abaqus", "case.nml"]) == 0
+    for run in read_case("case.nml").runs:
+        value = [] if run.value is None else [f"--value={run.value:.10g}"]
+        folder = f"kit{0.0 if run.value is None else run.value:g}"
+        assert main(["export", "abaqus", folder, "--case", "case.nml", *value]) == 0
+
+
+def test_names_of_cases(said: Callable) -> None:
+    """The cases of the package have their names in all commands; a case is no value of a new one."""
+    assert "*Depvar" in said("card abaqus rough_joint")[0]
+    with pytest.raises(SystemExit, match="2"):
+        main(["card", "abaqus", "rough_jiont"])
+    assert "case.nml: expected NAME=VALUE, or -o case.nml" in said("new case.nml", 1)[1]
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        (f"joint {BOND} tan_phi=36.9", "tan_phi = 36.9: expected a tangent; that of 36.9 degrees is 0.751"),
+        (f"joint {BOND} phi=.64", "phi = 0.64: expected degrees; 0.64 radians are 36.7 degrees"),
+        (f"joint {BOND.replace('.018', '18')} tan_phi=.75", "GfI = 18: the bond breaks at a separation"),
+        (f"{ENVELOPE} --jcs 80 --phi-r .52 --length .1", "phi_r = 0.52: expected degrees; 0.52 radians"),
+        (f"{ENVELOPE} --jcs 50000 --phi-r 28 --length .1", "JCS = 50000: expected MPa; 50000 kPa are 50"),
+        (f"{ENVELOPE} --jcs 80 --phi-r 28 --length 100", "length = 100: expected m; 100 mm are 0.1 m"),
+        ("new mu=27 sides=0", "mu = 27: expected a tangent; that of 27 degrees is 0.51"),
+    ],
+)
+def test_doubtful_values(command: str, message: str, capfd: pytest.CaptureFixture[str]) -> None:
+    """A value that is probably in another unit gives a warning that names the unit meant."""
+    code = main(command.split())
+    assert code in (0, 1) and message in capfd.readouterr().err
+
+
+def test_angles(said: Callable) -> None:
+    """Angles in degrees stand for their tangents; both at once, and no angle, are refused."""
+    by_angle, by_tangent = (said(f"joint {BOND} {one}")[0] for one in ("phi=45", "tan_phi=1"))
+    assert by_angle == by_tangent == said(f"masonry {BOND} tan_phi=1")[0]
+    assert "phi = 45: expected without tan_phi" in said(f"joint {BOND} phi=45 tan_phi=1", 1)[1]
+    assert "phi = 90: expected degrees, >= 0 and < 90" in said(f"joint {BOND} phi=90", 1)[1]
