@@ -151,7 +151,7 @@ def test_commands_have_their_options(page: str, words: list[str], capsys: pytest
     except SystemExit as end:
         # HOST and RHO stand for values
         assert end.code == 0 or re.search(
-            r"invalid (choice|float value): '[A-Za-z|]+'", capsys.readouterr().err
+            r"invalid (choice|float value): '[A-Za-z0-9|]+'", capsys.readouterr().err
         )
 
 
