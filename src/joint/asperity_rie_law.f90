@@ -240,8 +240,6 @@ contains
         ": expected 0, as no time passes on a branch")
       if (m%inv_w0 > 0.0_wp) call append(message, place // "W0 = " // to_text(1.0_wp/m%inv_w0) // &
         ": expected 0, as wear depends on the increments")
-      if (m%kt_crush > 0.0_wp) call append(message, place // "crush = " // to_text(m%k_t/m%kt_crush) // &
-        ": expected 0, as crushing depends on the increments")
       if (m%guard) call append(message, place // &
         "guard = 1: expected 0, as damage that the guard prevents may grow at once later")
     end associate

@@ -113,9 +113,9 @@ module asperity_contract
     prop_type("closure", "law", "largest closure of the hyperbolic contact; 0: linear contact", "length", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-5_wp, 1.0e2_wp], "log", .true., "s_f", &
               shown_by="the closure under pressure"), &
-    prop_type("crush", "law", "contact pressure that crushes asperities to 69 % (0: none)", "stress", &
+    prop_type("crush", "law", "pressure that crushes asperities to 69 %; use kc >= 10 (0: none)", "stress", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-2_wp, 1.0e2_wp], "log", .true., &
-              on_branch=.false., inclined=.true., shown_by="tests at several pressures"), &
+              inclined=.true., shown_by="tests at several pressures"), &
     prop_type("slot23", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
     prop_type("slot24", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
     prop_type("slot25", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &

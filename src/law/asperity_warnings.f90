@@ -13,7 +13,7 @@ module asperity_warnings
   !> The measures. Those of the contact assume that the inclined plane of the smallest weight carries the whole
   !> pressure. Those up to m_tension are known before a run.
   integer, parameter, public :: m_modes = 1, &   !! 1 if strength or energy of mode II differ from those of mode I
-    m_locking = 2, &       !! mu tan(theta) of the steepest plane, 0 where a finite height ends the climb
+    m_locking = 2, &       !! mu tan(theta) of the steepest plane; 0 where a finite height ends the climb, or with crush
     m_radians = 3, &       !! inclination of a regular pattern, degrees, where it may have been meant in radians
     m_low = 4, &           !! s_f over the asperity height
     m_tension = 5, &       !! largest normal traction over the strength
@@ -22,11 +22,14 @@ module asperity_warnings
     m_runaway = 8, &       !! elastic energy of the friction over W0
     m_let_go = 9, &        !! this energy over W0, times the climbed height over the closure, where planes share it
     m_steep = 10, &        !! closure over the largest closure Vm
-    n_measures = 10
+    m_lasting = 11, &      !! with crush, mu tan(theta) of the steepest plane
+    m_late = 12, &         !! with crush, K_t over the secant stiffness of the contact
+    n_measures = 12
 
   !> Limits: a larger measure gives a warning.
   real(wp), parameter, public :: limits(n_measures) = [0.0_wp, nearest(1.0_wp, -1.0_wp), 0.0_wp, 1.0_wp, &
-    nearest(1.0_wp, -1.0_wp), 0.1_wp, 0.1_wp, 0.01_wp, 1.0_wp, largest_closure_share]
+    nearest(1.0_wp, -1.0_wp), 0.1_wp, 0.1_wp, 0.01_wp, 1.0_wp, largest_closure_share, nearest(1.0_wp, -1.0_wp), &
+    0.1_wp + epsilon(1.0_wp)]
   !> Length of a text that holds each sentence.
   integer, parameter, public :: text_size = 240
   !> Inclinations (degrees) below this may have been meant in radians: a right angle is 1.57.
@@ -64,7 +67,12 @@ contains
       if (size(props) <= n_fixed_props) then
         if (props(p_theta) < largest_radian) values(m_radians) = props(p_theta)
       end if
-      if (.not. material%height > 0.0_wp) values(m_locking) = material%mu*joint%pattern%steepest
+      if (material%kt_crush > 0.0_wp) then
+        values(m_lasting) = material%mu*joint%pattern%steepest
+        values(m_late) = material%k_t/(material%k_c + stress*material%inv_largest_closure)
+      else if (.not. material%height > 0.0_wp) then
+        values(m_locking) = material%mu*joint%pattern%steepest
+      end if
       values(m_low) = s_f*material%inv_height
       if (s_f > 0.0_wp) values(m_soft) = closure/s_f
       values(m_deep) = closure*material%inv_height
@@ -116,7 +124,7 @@ contains
 
   !> Sentence about a measure that is beyond its limit.
   pure function warning_text(which, value) result(text)
-    integer, intent(in) :: which    !! m_modes..m_steep
+    integer, intent(in) :: which    !! m_modes..m_late
     real(wp), intent(in) :: value   !! of the measure
     character(len=text_size) :: text
     character(len=*), parameter :: alone = "a plane that carries the largest pressure alone"
@@ -149,6 +157,12 @@ contains
     case (m_steep)
       text = alone // " closes by " // short(value) // " of the largest closure Vm, " // trim(limit) // &
         ": beyond it the contact follows the tangent of the hyperbola"
+    case (m_lasting)
+      text = "mu tan(theta) = " // short(value) // " of the steepest plane: expected < 1 with crush, because no " // &
+        "pressure crushes a slope below tan(theta) - 1/mu"
+    case (m_late)
+      text = "the bond is " // short(value) // " times as stiff as " // alone // ", " // trim(limit) // &
+        " with crush: on a softer contact asperities are crushed after the peak"
     case default
       text = "the elastic slip of " // alone // " wears " // short(value) // " times its closure off, " // &
         trim(limit) // ": planes that share the pressure may then wear off in jumps"

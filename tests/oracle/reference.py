@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .facet import Facet, facets, uphill_axes
+from .facet import Facet, facets, profile, uphill_axes
 
 Floats = NDArray[np.floating]
 Pattern = tuple[Floats, Floats]
@@ -361,19 +361,33 @@ def _crushed(parameters: Parameters, p: Floats) -> Floats:
     return np.where(x.real > 1e-2, 1.0 - np.log1p(x) / np.where(x.real > 0.0, x, 1.0), -series)
 
 
+def _pressure_factor(parameters: Parameters, frame: Floats, s: Floats) -> Floats:
+    """Part (..., k) of the pressure that crushes the facets at a separation s (..., 3), 0 to 1.
+
+    At a constant separation a facet releases p c^3 (z + rho w z'^2 - (tau/p) (rho z - w) z') per unit of rho
+    that it loses, with the unworn z and z'.  The factor is the bracket over z for tau = mu p, each term at
+    the rho of 0 to 1 that makes it smallest; where this is negative, and at and below the foot, it is 0.
+    """
+    axes, slope = uphill_axes(frame)
+    w, u, _ = np.moveaxis(np.einsum("kab,...b->...ka", axes, s), -1, 0)
+    climbs = (u.real > 0.0) & (slope > PARALLEL)
+    z, dz, _ = profile(np.where(climbs, u, 1.0), np.where(climbs, slope, 1.0), parameters.height)
+    rub = parameters.mu * _positive(z - w) * dz
+    return np.where(climbs, _positive(1.0 - (rub - np.where(w.real < 0.0, w, 0.0) * dz**2) / z), 0.0)
+
+
 def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | None) -> Floats:
     """Worn share (..., k) of the facets after an increment to s, the offset included.
 
     The pressure of a facet and the share that it crushes belong together; bisection finds them, and a step of
-    Newton's method their derivative.  A flank below its foot is not crushed.  A facet with damage must be
-    climbed at s and, unworn, open by wear.
+    Newton's method their derivative.
     """
     if parameters.crush == 0.0:
         return start.omega
 
     def missing(s: Floats, omega: Floats) -> Floats:
-        contact = _kinematics(parameters, start.frame, s, omega)[1]
-        return _crushed(parameters, _pressure(parameters, contact)) - omega
+        p = _pressure(parameters, _kinematics(parameters, start.frame, s, omega)[1])
+        return _crushed(parameters, _pressure_factor(parameters, start.frame, s) * p) - omega
 
     if known is None:
         low, high = np.zeros_like(start.omega), np.ones_like(start.omega)
@@ -381,12 +395,7 @@ def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | Non
             middle = 0.5 * (low + high)
             more = missing(s.real, middle) > 0.0
             low, high = np.where(more, middle, low), np.where(more, high, middle)
-        axes, slope = uphill_axes(start.frame)
-        above = np.einsum("ka,...a->...k", axes[:, 1], s.real) >= 0.0
-        unworn = facets(start.frame, s.real, parameters.height, np.zeros_like(low))
-        climbed = (unworn.height > 0.0) & (unworn.by_omega[..., 0] >= 0.0)
-        crushable = (slope > PARALLEL) & above & (climbed | (start.alpha == 0.0))
-        known = np.where(crushable, np.maximum(low, start.omega), start.omega)
+        known = np.maximum(low, start.omega)
     if not np.iscomplexobj(s):
         return known
     slope = missing(s.real, known + 1j * IMAGINARY).imag / IMAGINARY

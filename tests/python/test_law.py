@@ -9,15 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import EquilibriumLost, History, Interface, Material, Pattern, Step, read_case
+from asperity import EquilibriumLost, Interface, Material, Pattern, Step, read_case
 from asperity.contract import N_POINT_STATEV
 from asperity.model_checks import model_warnings
 from support_driver import MATERIAL
 from support_driver import RP_4 as PYRAMID
 from test_oracle import OPTIONS
-
-from harness.studies.extensions import JOINTS, envelope
-from harness.studies.validation.sandstone import strength
 
 SEED = 2025
 DT = 0.1
@@ -121,92 +118,6 @@ def test_damage_of_a_broken_joint_is_1() -> None:
         assert np.all((damage > 1.0 - 1e-14) & (damage <= 1.0))
         history = joint.confined_slip(0.0, [0.01], -1.0, 1)
         assert history.damage.max() <= 1.0
-
-
-# --- asperities that the pressure crushes ---
-
-CRUSH, THETA, MU = 2.0, 30.0, 0.6
-
-
-def joint(crush: float = CRUSH, height: float = 0.0, **others: float) -> Interface:
-    """Joint without bond of two planes that face each other."""
-    material = Material(3.0, 0.3, 0.99, MU, kc=100.0, damage0=1.0, crush=crush, height=height, **others)
-    return Interface(material, Pattern.regular(2, THETA, flat=0.0))
-
-
-def sheared(
-    interface: Interface, increments: int = 1000, pressure: float = 1.0, slip: float = 1.0
-) -> History:
-    """Slip under a constant pressure."""
-    steps = [Step(t_N=-pressure, increments=20), Step(slip=slip, increments=increments)]
-    return interface.run(steps)
-
-
-def closed_form(pressure: float) -> float:
-    """Shear traction of the joint that slides up one plane, whose pressure crushes it."""
-    return 0.5 * strength(2.0 * pressure, np.tan(np.radians(THETA)), MU, CRUSH)
-
-
-@pytest.mark.parametrize("pressure", [0.1, 1.0, 10.0])
-def test_strength_over_pressure(pressure: float) -> None:
-    """The strength follows the closed form, and no increment of any length is above it.
-
-    Its ratio to the pressure falls with the pressure.
-    """
-    elastic = MU * pressure / joint().material.K
-    for increments in (800, 10):
-        shear = sheared(joint(), increments, pressure, 60.0 * elastic).traction[:, 1]
-        assert [shear[-1], shear.max()] == pytest.approx([closed_form(pressure)] * 2, rel=1e-8)
-    assert closed_form(10.0) / 10.0 < 0.8 * closed_form(0.1) / 0.1
-
-
-def test_increment_of_length_zero() -> None:
-    """A facet that is pressed and then climbed is crushed at once: the same separation has the same traction.
-
-    That at the start of the increment has no effect on the traction.
-    """
-    for interface in (joint(), joint(height=1.0), joint(closure=0.05)):
-        pressed, slid = interface.run([Step(t_N=-1.0), Step(slip=0.01)]).state, [[0.001, 0.01, 0.0]]
-        first = interface.update(slid, pressed[:1])
-        again = interface.update(slid, first.state, slid)
-        assert first.state[0, -4] > 0.0
-        assert again.traction == pytest.approx(first.traction, rel=1e-12)
-
-
-@pytest.mark.parametrize(("sides", "direction"), [(3, 45.0), (5, 10.0), (8, 20.0)])
-def test_planes_that_share_the_pressure(sides: int, direction: float) -> None:
-    """Facets share a pressure and give way as if on springs: the increments have little effect."""
-    material = Material(3.0, 0.3, 0.99, MU, kc=100.0, damage0=1.0, crush=CRUSH, height=1.0)
-    interface = Interface(material, Pattern.regular(sides, THETA, flat=0.0))
-    along = np.cos(np.radians(direction)), np.sin(np.radians(direction))
-    few, many = (
-        interface.run(
-            [Step(t_N=-1.0, increments=20), Step(s_Tx=0.3 * along[0], s_Ty=0.3 * along[1], increments=n)]
-        ).traction[20:, 1:]
-        @ along
-        for n in (60, 240)
-    )
-    assert np.abs(few[9:] / many[39::4] - 1.0).max() < 0.01
-
-
-@pytest.mark.slow
-def test_energies() -> None:
-    """Along a cycle the work is stored or dissipated, and no row takes energy back from friction and wear."""
-    steps = [Step(t_N=-1.0, increments=50), Step(slip=[0.4, -0.4, 0.4], increments=[400, 800, 800])]
-    for interface in (joint(height=0.5), joint(), joint(W0=2.0), joint(closure=0.05, height=0.5)):
-        rows = interface.run(steps)
-        spent = rows.stored + rows.rupture + rows.friction
-        # the work of the trapezoidal rule, of second order in the increment
-        assert np.abs(rows.work - spent).max() < 2e-3 * rows.work[-1]
-        assert np.all(np.diff(rows.friction) >= 0.0)
-
-
-def test_envelopes_of_barton() -> None:
-    """One plane with crush follows each envelope of Barton; without crush the best one is off by a tenth."""
-    for joint in JOINTS:
-        for crushed, least, most in ((True, 0.008, 0.014), (False, 0.1, 0.2)):
-            _, peaks, law = envelope(*joint, crushed)
-            assert least < np.sqrt(np.mean((law / peaks - 1.0) ** 2)) < most
 
 
 # --- viscous damage and cut requests ---

@@ -96,7 +96,7 @@ def test_a_tighter_tolerance_needs_more_planes() -> None:
     assert caught.value.best.name == "RP-63" and 1e-5 < caught.value.best.errors.worst < 2e-3
     text = report(answers[1])
     assert f"cost       {65 / answers[1].planes:.1f} times fewer planes than RP-64" in text
-    assert f"PROPS(24)   3.0, 0.3, 0.9, 0.5, 30.0, {answers[1].pattern.m}.0, " in text
+    assert f"PROPS(32)   3.0, 0.3, 0.9, 0.5, 30.0, {answers[1].pattern.m}.0, " in text
 
 
 def test_strength_of_crushed_asperities_is_that_of_the_curves() -> None:
@@ -166,8 +166,8 @@ def test_command(said: Callable) -> None:
     assert read_load_case(path, planar=True).smooth
     path.write_text(CASE_FILE.replace("values = -1.0, -2.0", "values = -1.0").replace("kc = 10", "kc = 1"))
     out, err = said("select joint.nml --tolerance 0.1 -o chosen.nml")
-    assert "meets it, checked" in out and "PROPS(24)" in out
+    assert "meets it, checked" in out and "PROPS(32)" in out
     assert err.startswith("asperity: warning: a plane that carries the largest pressure alone")
     assert err.count("\n") == 1
     chosen = read_case(Path("chosen.nml")).runs[0]
-    assert f"PROPS(24)   {', '.join(map(repr, chosen.interface.props().tolist()))}" in out
+    assert f"PROPS(32)   {', '.join(map(repr, chosen.interface.props().tolist()))}" in out

@@ -119,11 +119,24 @@ def strength(sigma_n: float, slope: float, mu: float, crush: float) -> float:
     """
 
     def forces(p: float) -> Floats:
-        t = slope * np.log1p(p / crush) / (p / crush) if np.isfinite(crush) else slope
+        t = slope * kept(p / crush, slope * mu) if np.isfinite(crush) else slope
         return np.asarray(p / np.hypot(1.0, t) * np.array([1.0 - mu * t, t + mu]))
 
     p = brentq(lambda p: forces(p)[0] - sigma_n, 1e-6 * sigma_n, 1e6 * sigma_n, xtol=1e-12 * sigma_n)
     return float(forces(p)[1])
+
+
+def kept(pressure: float, mu_slope: float) -> float:
+    """Share rho of a facet that a pressure (over crush) leaves where the climb begins on a stiff contact.
+
+    rho = log(1 + x)/x with x = pressure (1 - mu (1 - rho) tan(theta)); mu_slope is mu tan(theta).
+    """
+
+    def missing(rho: float) -> float:
+        x = pressure * max(1.0 - mu_slope * (1.0 - rho), 0.0)
+        return rho - (float(np.log1p(x)) / x if x > 0.0 else 1.0)
+
+    return float(brentq(missing, 0.0, 1.0, xtol=1e-15)) if pressure > 0.0 else 1.0
 
 
 def envelope(tests: Floats, crushed: bool = True) -> Callable[[float], float]:

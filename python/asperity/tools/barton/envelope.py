@@ -97,7 +97,7 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
 
     mu is tan(phi_r).  Least squares of theta, crush, ks and height on the strengths at five stresses, and on
     the slip at the peak and the opening at the end of the curve at the middle one, all relative.
-    The slip climbs one of two planes: planes that share the pressure are crushed in jumps.  Stresses in MPa.
+    The slip climbs one of two planes.  Stresses in MPa.
     Raises ValueError for stresses out of range.
 
     Examples
