@@ -587,6 +587,9 @@ def test_spikes_and_profiles_with_gaps() -> None:
     """A spike is named by its place, a gap of a profile is counted; a value that does not occur is named."""
     x, y, z = ridge()
     z[100] = 30.0
+    apart = np.where(x + y < 2.0, -5.0, ridge()[2])
+    told = warned(rows(x, y, apart, header="x,y,z"))[1]
+    assert f"{(x + y < 2.0).sum()} of 561 heights are spikes" in told[0]
     with pytest.warns(ModelWarning, match=r"1 of 561 heights are spikes, the first at x = 0.5, y = 1.5: "):
         scan = read_scan(write(rows(x, y, z, header="x,y,z")))
     assert "is z in the unit of x?" in slopes.facets(scan).doubt
@@ -607,6 +610,9 @@ def test_header_behind_a_sign() -> None:
     assert slopes.facets(scan).mean_slope == pytest.approx(0.25, abs=EXACT)
     scan = read_scan(write(rows(x, y, z, header="# made,by,hand")))
     assert slopes.facets(scan).mean_slope == pytest.approx(0.25, abs=EXACT)
+    _, told = warned("# Value units: um\n" + rows(x, y, z, header="x,y,z"))
+    expected = "scan.csv: line 1: # Value units: um: not read as units: expected them in the header,"
+    assert len(told) == 1 and told[0].startswith(expected)
     for header, message in (
         ("# a [mm],b [mm],c [um]", "columns a .mm., b .mm., c .um.: expected columns x, z"),
         ("# mm,mm,um", "expected a line of names above|expected columns x, z"),

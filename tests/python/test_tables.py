@@ -41,6 +41,9 @@ HEADED = "0.1,0.5,-1\n0.2,0.6,-1\n"
         ("Lab A,,\n# slip,tau,sigma_N\n" + HEADED, LAB, [""] * 3),
         ("slip_um,vs_MPA,Normal Kpa\n" + HEADED, ["slip", "vs", "Normal"], ["um", "MPA", "Kpa"]),
         ("u_mm,tau_kg_cm2,sn (kg/cm2)\n" + HEADED, ["u", "tau", "sn"], ["mm", "kg/cm2", "kg/cm2"]),
+        ("# slip [mm],tau [MPa],sigma_N [MPa]\n# ----\n# made by hand\n" + HEADED, LAB, ["mm", "MPa", "MPa"]),
+        ("slip/mm,tau / MPa,sigma_N - MPa\n" + HEADED, LAB, ["mm", "MPa", "MPa"]),
+        ("slip (in mm),tau: kPa,sigma_N [N/mm^2]\n" + HEADED, LAB, ["mm", "kPa", "N/mm^2"]),
         # names of quantities are no units
         ("s_N,k_n,sigma_N\n" + HEADED, ["s_N", "k_n", "sigma_N"], ["", "", ""]),
         ("| slip [mm] | tau [MPa] | sigma_N [MPa] |\n|---|--:|:-:|\n| 0.1 | 0.5 | -1 |\n| 0.2 | 0.6 | -1 |\n",

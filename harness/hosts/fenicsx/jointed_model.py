@@ -100,6 +100,7 @@ class Model:
         self._points(self.local(minus), self.local(plus), law, axes, self.thickness * weight)
         self._stiffness(young, nu, plane)
         self.u, self.clock, self.linear = np.zeros(self.n * d), 0.0, 0
+        self.aim: list[Floats] | None = None
 
     def local(self, nodes: np.ndarray) -> np.ndarray:
         """Local numbers of nodes of the mesh that this rank has."""
@@ -197,7 +198,10 @@ class Model:
         return b.array[: self.n * self.d].copy()
 
     def forces(self, x: PETSc.Vec, dt: float) -> Floats:
-        """Internal forces (n d,); separations and results of the law are kept in `trial`."""
+        """Internal forces (n d,); separations and results of the law are kept in `trial`.
+
+        With an `aim`, separations by law, damage, bounds of friction and slopes are those of the law there.
+        """
         d = self.d
         u = self.spread(x.array_r).reshape(-1, d)
         f = self._f.x.array.reshape(-1, d)
@@ -206,8 +210,9 @@ class Model:
         message, begin = "", time.process_time()
         jump = np.einsum("pkd,pd->pk", self.axes, u[self.pairs[:, 1]] - u[self.pairs[:, 0]])
         try:
-            for p, law, state, s in zip(self.parts, self.laws, self.state, self.s, strict=True):
-                self.trial.append((jump[p], law.update(jump[p], state, s, dt)))
+            for k, (p, law) in enumerate(zip(self.parts, self.laws, strict=True)):
+                aim = None if self.aim is None else self.aim[k]
+                self.trial.append((jump[p], law.update(jump[p], self.state[k], self.s[k], dt, aim=aim)))
         except ValueError as error:
             message = str(error)
         self.clock += time.process_time() - begin
@@ -234,6 +239,20 @@ class Model:
         k = np.einsum("pkd,pkl,ple,p->pde", self.axes, tangent, self.axes, self.area, optimize=True)
         self._add(A, np.einsum("ij,pde->pidje", [[1.0, -1.0], [-1.0, 1.0]], k).ravel())
         A.assemble()
+
+    def frozen(self, dt: float) -> tuple[float, float]:
+        """Errors of the last forces by their aim: largest of a damage, sum of those of nodal forces."""
+        damage, force = 0.0, 0.0
+        for k, (p, law) in enumerate(zip(self.parts, self.laws, strict=True)):
+            s, found = self.trial[k]
+            taken, true = (law.update(one, self.state[k], self.s[k], dt) for one in (self.aim[k], s))
+            first, step = contract.N_POINT_STATEV, contract.N_PLANE_STATEV
+            planes = slice(first, first + step * law.n_planes, step)
+            alpha = (true.state[:, planes], taken.state[:, planes])
+            damage = max(damage, np.abs(np.subtract(*alpha)).max(initial=0.0))
+            error = np.linalg.norm(true.traction - found.traction, axis=1)
+            force += float(self.area[p] @ error)
+        return COMM.allreduce(float(damage), MPI.MAX), total(force)
 
     def accept(self, x: PETSc.Vec) -> None:
         """End a step."""

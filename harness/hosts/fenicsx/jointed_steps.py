@@ -10,7 +10,7 @@ from petsc4py import PETSc
 
 OPTIONS = (
     "-ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps "
-    "-options_left 0 -snes_max_it 40 "
+    "-options_left 0 -snes_max_it 20 "
     "-snes_linesearch_type bisection -snes_linesearch_max_it 25 -snes_linesearch_rtol 1e-2 "
     "-pc_mg_galerkin both -mg_levels_ksp_type gmres -mg_levels_ksp_max_it 2 -mg_levels_pc_asm_type basic "
     "-mg_levels_pc_asm_overlap 1 -mg_levels_sub_pc_type lu -mg_coarse_pc_type lu "
@@ -32,10 +32,18 @@ def _wrong(name: str, values: Floats | float, shape: tuple[int, ...]) -> str:
     return "" if np.isfinite(values).all() else f"{name}: expected finite numbers"
 
 
+SOFT = 1e-8
+"""Share of the largest stiffness that the tangent of passes has more, because blocks may float."""
+
+PASSES, SAME_DAMAGE, SAME_FORCE = 8, 1e-3, 1e-4
+"""Most passes of a step, and errors below which no further pass is made."""
+
+
 class Steps:
     """Steps of a model under prescribed displacements and loads.
 
     fixed: owned components that are prescribed.  drag: forces over displacements in a step of the time 1.
+    errors: of the last step by passes, largest of a damage and of forces over those of the model.
     """
 
     def __init__(
@@ -61,6 +69,7 @@ class Steps:
         self.rows = (self.fixed + model.map.local_range[0] * model.d).astype(INT)
         self.load, self.iterations, self.message = 0.0 * model.u, 0, ""
         self.reaction, self.size, self.largest = 0.0 * model.u, 0.0, 0.0
+        self.passes, self.errors = 0, (0.0, 0.0)
         database = PETSc.Options()
         database.insertString(f"{OPTIONS} {options}")
         self.snes = PETSc.SNES().create(COMM)
@@ -124,10 +133,10 @@ class Steps:
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
         self.model.tangent(A)
-        if self.drag.any():
-            slow = self.x.duplicate()
-            slow.array[:] = self.drag / self.dt
-            A.setDiagonal(slow, ADD)
+        soft = SOFT * self.model.scale if self.model.aim is not None else 0.0
+        more = self.x.duplicate()
+        more.array[:] = self.drag / self.dt + soft
+        A.setDiagonal(more, ADD)
         A.zeroRows(self.rows, diag=self.model.scale)
 
     def solve(self, values: Floats, load: Floats, dt: float = 1.0, ahead: Floats | float = 0.0) -> bool:
@@ -135,6 +144,49 @@ class Steps:
 
         ahead: guess of the change of the displacements.
         """
+        self.passes, self.errors = 0, (0.0, 0.0)
+        good = self._find(values, load, dt, self.model.u + ahead)
+        if good:
+            self.model.accept(self.x)
+        return good
+
+    def solve_by_passes(
+        self,
+        values: Floats,
+        load: Floats,
+        dt: float,
+        aim: list[Floats],
+        ahead: Floats | float = 0.0,
+        most: int = PASSES,
+    ) -> bool:
+        """Solve a step by convex problems; whether they converged, with `errors` of the result.
+
+        Damage, bounds of friction and slopes of the joints are those of the law at `aim`, separations by law:
+        first a guess, then the solution of the pass before.  Contact is free.  Each pass is the minimum of a
+        convex energy; where the passes converge, the step is that of the law.
+        """  # fmt: skip
+        iterations, x, good = 0, self.model.u + ahead, False
+        try:
+            for self.passes in range(1, most + 1):
+                x[self.fixed] = values
+                self.model.aim = aim
+                good = self._find(values, load, dt, x)
+                iterations += self.iterations
+                if not good:
+                    break
+                damage, force = self.model.frozen(dt)
+                self.errors = damage, force / self.size
+                if damage < SAME_DAMAGE and self.errors[1] < SAME_FORCE:
+                    break
+                x, aim = self.x.array_r.copy(), [s for s, _ in self.model.trial]
+        finally:
+            self.model.aim, self.iterations = None, iterations
+        if good:
+            self.model.accept(self.x)
+        return good
+
+    def _find(self, values: Floats, load: Floats, dt: float, start: Floats) -> bool:
+        """Find displacements `x` that balance the forces; whether they do."""
         values, load = np.asarray(values, float), np.asarray(load, float)
         agree(
             _wrong("values", values, self.fixed.shape),
@@ -142,7 +194,7 @@ class Steps:
             "" if 0.0 < dt < np.inf else f"dt = {dt}: expected above 0",
         )
         self.values, self.load, self.dt, self.message = values, load, dt, ""
-        self.x.array[:] = self.model.u + ahead
+        self.x.array[:] = start
         self.snes.solve(None, self.x)
         self.model.linear += self.snes.getLinearSolveIterations()
         self.iterations, reason = self.snes.getIterationNumber(), self.snes.getConvergedReason()
@@ -158,7 +210,6 @@ class Steps:
             self.message = self.message or text
             return False
         self.largest = max(self.largest, self.size)
-        self.model.accept(self.x)
         return True
 
     def _small(self, residual: float) -> bool:

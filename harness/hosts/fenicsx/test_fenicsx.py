@@ -49,9 +49,8 @@ MORTAR = """
 """
 """The law of window.py as a case."""
 
-def run(
-    words: str, ranks: int = 1, code: str = "", name: str = "walls", status: int = 0
-) -> tuple[str, str]:
+
+def run(words: str, ranks: int = 1, code: str = "", name: str = "walls", status: int = 0) -> tuple[str, str]:
     """Output and messages of a program, or of a code with its options, that ends with a status."""
     done = start(words, name, ranks, code)
     assert done.returncode == status, done.stderr

@@ -23,9 +23,10 @@ from asperity.mesh import Jointed, split
 from asperity.options import add_options
 from asperity.pattern import Pattern
 from jointed import COMM, Follow, Model, Output, Steps, total
+from jointed_follow import ERRORS, PASSES
 from structured import grid
 
-HEAD = "displacement [mm],horizontal [kN],vertical [kN],dissipated [kN mm],iterations"
+HEAD = "displacement [mm],horizontal [kN],vertical [kN],dissipated [kN mm],iterations,passes,e_a [-],e_t [-]"
 
 MID_BRICK, STIFFER = 1.0e4, 10.0
 """Stiffness of the potential crack in a brick, N/mm3; modulus of a beam over that of the bricks."""
@@ -185,14 +186,18 @@ class Run:
             self.steps = Steps(m, np.r_[base, m.dofs(pushed, *range(m.d))], o.tolerance, o.petsc, drag)
             load = 0.0 * load
         at, along = m.u[self.steps.fixed], np.isin(self.steps.fixed, push)
-        self.follow = Follow(self.steps, lambda t: (at + t * along, load), o.step, o.most)
+        self.follow = Follow(
+            self.steps, lambda t: (at + t * along, load), o.step, o.most, 1e-5, o.passes, o.limit, o.errors
+        )
+        self.follow.by_passes = self.follow.always = o.always
 
     def row(self) -> tuple[float, ...]:
-        """Displacement, forces at the base, energy of rupture and friction, iterations."""
+        """Displacement, forces at the base, energy of rupture and friction, iterations, passes, errors."""
         m = self.model
         F = self.steps.reaction.reshape(-1, m.d)[self.bottom]
         along, up = (total(F[:, k].sum()) / 1e3 for k in (0, -1))
-        return self.follow.at, -along, up, m.spent() / 1e3, self.steps.iterations
+        steps = self.steps
+        return self.follow.at, -along, up, m.spent() / 1e3, steps.iterations, steps.passes, *steps.errors
 
 
 def options() -> argparse.Namespace:
@@ -214,6 +219,19 @@ def options() -> argparse.Namespace:
         ("--to MM", "displacements in turn (4)", float, {"nargs": "+", "default": [4.0]}),
         ("--step MM", "first step", 0.02),
         ("--most MM", "largest step", 0.05),
+        ("--passes N", "most of a step where Newton's method fails; 0: none", PASSES),
+        ("--always", "all steps by passes"),
+        (
+            "--errors E",
+            "of a damage and of forces, beyond which a shorter step by passes follows (0.1 0.05)",
+            float,
+            {"nargs": 2, "default": ERRORS},
+        ),
+        (
+            "--limit E",
+            "of the error of forces, beyond which a shortest step by passes ends the run",
+            ERRORS[1],
+        ),
         ("--tolerance TOLERANCE", "residual over the prescribed forces and loads", 1e-6),
         ("--petsc OPTIONS", "of PETSc, in one word", str, {"default": ""}),
         ("--out FILE.csv", "rows, and FILE.RANK.npz to go on from", Path),
@@ -226,6 +244,10 @@ def options() -> argparse.Namespace:
         ("scale", o.scale >= 1, "at least 1"),
         ("step", 0.0 < o.step <= o.most < np.inf, "between 0 and --most"),
         ("tolerance", 0.0 < o.tolerance < 0.1, "between 0 and 0.1"),
+        ("passes", o.passes >= 0, "at least 0"),
+        ("always", not o.always or o.passes, "with --passes of at least 1"),
+        ("errors", all(0.0 < one < 1.0 for one in o.errors), "2 numbers between 0 and 1"),
+        ("limit", 0.0 < o.limit < 1.0, "between 0 and 1"),
         ("drag", 0.0 <= o.drag < np.inf, "at least 0"),
         ("to", np.isfinite(o.to).all() and all(np.diff([0.0, *o.to])), "finite, each another than before"),
         ("resume", not o.resume or o.out, "with --out"),
@@ -264,11 +286,15 @@ def main() -> int:
                     follow.save(o.out)
         if output and follow.at == end:
             output.write(end)
-    at, force = np.array(rows).reshape(-1, 5)[:, :2].T
+    at, force, _, spent, _, passes, *errors = np.array(rows).reshape(-1, len(HEAD.split(","))).T
     peak = int(np.abs(force).argmax()) if len(force) else 0
     say(json.dumps({
         "unknowns": run.model.K.getSize()[0], "points": int(total(len(run.model.area))), "ranks": COMM.size,
-        "steps": len(rows), "cuts": follow.cuts, "iterations": follow.taken, "linear": run.model.linear,
+        "steps": len(rows), "cuts": follow.cuts, "repeated": follow.repeated,
+        "by_passes": int((passes > 0).sum()), "e_a": float(errors[0].max(initial=0.0)),
+        "e_t": float(errors[1].max(initial=0.0)), "work": float(np.trapezoid(np.r_[0, force], np.r_[0, at])),
+        "dissipated": float(spent[-1]) if rows else 0.0,
+        "iterations": follow.taken, "linear": run.model.linear,
         "seconds": time.process_time() - begin, "law": run.model.clock,
         "memory": COMM.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 1e6,
         "peak": float(force[peak]) if rows else 0.0, "at": float(at[peak]) if rows else 0.0, "end": follow.at,

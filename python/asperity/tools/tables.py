@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from ..material import ModelWarning
 from .cells import numbers_of
-from .units import UNITS, header, size
+from .units import MENTIONED, UNITS, header, size
 from .workbooks import sheets
 
 if TYPE_CHECKING:
@@ -58,6 +58,7 @@ class Table:
 
     path: the file, for messages, with the sheet of a workbook.  separator: of the cells, empty for blanks.
     headings: the cells of the header as they stand in the file.  hidden: the header is a comment.
+    remarks: lines above the rows that may say units, where the header has none.
     """
 
     path: Path
@@ -68,6 +69,13 @@ class Table:
     separator: str
     headings: list[str] = field(default_factory=list)
     hidden: bool = False
+    remarks: list[str] = field(default_factory=list)
+
+    def warn_of_remarks(self) -> None:
+        """Give a ModelWarning where lines above the header may say units that the header does not have."""
+        if self.remarks and not any(self.units):
+            text = f"{self.path}: {self.remarks[0]}: not read as units: expected them in the header, x [mm]"
+            warnings.warn(text, ModelWarning, stacklevel=3)
 
     @property
     def lines(self) -> list[int]:
@@ -195,7 +203,9 @@ def _table(path: Path, raw: Sequence[str], lines: list[str]) -> Table:
     _refuse_rows_above(path, lines[:start], mark, width, line)
     cells = DataFrame([*rows.values()], index=[*rows], columns=range(width), dtype=str)
     names = [re.sub(r"\s+", " ", name) for name, _ in parts]
-    return Table(path, line, names, units, cells, mark, head, hidden)
+    others = [(i, text.strip()) for i, text in enumerate(raw[:start], 1) if i != line]
+    remarks = [f"line {i}: {text:.80}" for i, text in others if MENTIONED.search(text)]
+    return Table(path, line, names, units, cells, mark, head, hidden, remarks)
 
 
 def _header(path: Path, raw: Sequence[str], mark: str, width: int) -> tuple[int, list[str], list[str], bool]:
@@ -207,7 +217,7 @@ def _header(path: Path, raw: Sequence[str], mark: str, width: int) -> tuple[int,
         cells = _split(comment[1] if comment and hidden else OF_HEADER.sub("", text), mark)
         while len(cells) > max(width, 1) and not cells[-1]:
             cells.pop()
-        if any(cells) and not RULE.fullmatch(text):
+        if any(cells) and not RULE.fullmatch(comment[1] if comment and hidden else text):
             above.append((i, cells, hidden))
     units: list[str] = []
     if len(above) > 1 or (above and above[0][2]):
@@ -215,11 +225,12 @@ def _header(path: Path, raw: Sequence[str], mark: str, width: int) -> tuple[int,
         if sum(map(bool, last)) > 1 and len(last) <= max(width, 1) and all(map(UNITS.fullmatch, last)):
             units = [cell.strip("[]() ") for cell in above.pop()[1]]
     plain = [one for one in above if not one[2]]
-    full = [one for one in above[-1:] if one[2] and len(one[1]) == width > 1]
-    behind = [one for one in full if not any(map(_is_number, one[1]))]
+    full = [one for one in above if one[2] and len(one[1]) == width > 1]
+    full = [one for one in full if not any(map(_is_number, one[1]))]
+    behind = [one for one in full if any(unit for _, unit in map(header, one[1]))] or full
     names = plain[-1] if plain else None
     if behind and (names is None or len([cell for cell in names[1] if cell]) != width):
-        names = behind[0]
+        names = behind[-1]
     if names is None or len(names[1]) < 2:
         if plain and any(len([cell for cell in one[1] if cell]) == width > 1 for one in above):
             wanted = f"expected {width} numbers below the header, or a comment"

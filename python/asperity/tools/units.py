@@ -48,7 +48,7 @@ SUFFIX = (
     rf"|(?:{LENGTHS})(?<!ft)(?<!in))"
 )
 HEADER = re.compile(
-    rf"\s*(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|(?:\sin|/|,)\s+((?i:{UNIT}))|(?<=\w)[\s_]+((?i:{SUFFIX})))?\s*"
+    rf"\s*(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|(?:(?:\sin|,)\s+|/\s*)((?i:{UNIT}))|(?<=[\w:,-])[\s_]+((?i:{SUFFIX})))?\s*"
 )
 """Name of a column with its unit: in brackets, after `in`, a slash or a comma, or at the end of the name."""
 
@@ -62,7 +62,13 @@ def header(text: str) -> tuple[str, str]:
     if part is None or not part[1]:
         return text.strip(), ""
     unit = part[2] or part[3] or re.sub(r"(?<=[a-zA-Z])_(?=[a-zA-Z])", "/", part[4] or "")
-    return part[1], unit.strip()
+    return part[1].rstrip(" -:,/") or part[1], re.sub(r"^in\s+", "", unit.strip())
+
+
+MENTIONED = re.compile(
+    rf"(?:\bunits?\b|[\[(:=,]\s*(?:{STRESSES}|{LENGTHS})\s*(?:[\])]|,|;|$))", re.IGNORECASE
+)
+"""Text of a comment that may say units of columns."""
 
 
 @cache

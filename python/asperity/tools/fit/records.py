@@ -221,6 +221,7 @@ def _read(
     from pandas import DataFrame
 
     path = table.path
+    table.warn_of_remarks()
     none = f"{path}: no rows: expected a header with slip, tau, sigma_N, then numbers"
     refuse(not table.names, none)
     names = _columns(table, renamed, optional)

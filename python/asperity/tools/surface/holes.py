@@ -20,9 +20,10 @@ SMALL_CODES = (-999.0, 999.0, 9999.0, -99.0, 99.0)
 HUGE = 1.0e20
 """Size from which a value marks a missing height, as 1e30 and the largest single-precision number do."""
 
-SPIKE, STEEP = 10.0, 3.0
-"""Smallest height of a spike over its neighbours: over that of 99 % of the points, and over the spacing."""
-
+SPIKE, STEEP, FEW = 10.0, 3.0, 0.2
+"""Smallest height of a spike over its neighbours: over that of 99 % of the points, and over the spacing; and
+largest part of the points that may be apart from all others.
+"""
 
 def without_codes(path: Path, z: Floats, nodata: Sequence[float]) -> Floats:
     """Heights with NaN where they have a value of `nodata`, or one that marks missing points.
@@ -54,6 +55,18 @@ def without_codes(path: Path, z: Floats, nodata: Sequence[float]) -> Floats:
     return z
 
 
+def _apart(z: Floats) -> np.ndarray:
+    """Which heights are apart from all others, few of them, by more than the range of the others."""
+    ordered = np.sort(z, axis=None)
+    gaps = np.diff(ordered)
+    i = int(gaps.argmax())
+    low, high = ordered[: i + 1], ordered[i + 1 :]
+    few, many = (low, high) if low.size < high.size else (high, low)
+    if few.size > FEW * z.size or not gaps[i] > np.ptp(many):
+        return np.zeros(z.shape, dtype=bool)
+    return np.isin(z, few)
+
+
 def warn_of_spikes(path: Path, x: Floats, y: Floats | None, z: Floats) -> None:
     """Give a ModelWarning with number and place of heights (ny, nx) that stand far above or below others."""
     from scipy.ndimage import median_filter
@@ -61,6 +74,7 @@ def warn_of_spikes(path: Path, x: Floats, y: Floats | None, z: Floats) -> None:
     above = np.abs(z - median_filter(z, size=3 if y is not None else (1, 3), mode="nearest"))
     usual = float(np.percentile(above, 99.0, method="lower"))
     spikes = above > max(SPIKE * usual, STEEP * float(np.diff(x).mean()))
+    spikes |= _apart(z)
     if spikes.any():
         row, column = (int(place[0]) for place in np.nonzero(spikes))
         at = f"x = {x[column]:g}" + ("" if y is None else f", y = {y[row]:g}")

@@ -60,6 +60,7 @@ def _read(path: Path, spacing: Sequence[float] | None, unit: str, nodata: Sequen
         codes = [one for one in codes if (z == one).any()]
         return _filled(path, *np.meshgrid(x, y), without_codes(path, z, [*codes, *nodata]), unit)
     table = read_table(path, "a CSV with a profile or a height map")
+    table.warn_of_remarks()
     titles = zip(table.names, table.units, strict=True)
     header = ", ".join(name + (f" [{given}]" if given else "") for name, given in titles)
     refuse(not len(table.cells), f"{path}: expected rows of numbers")

@@ -1,0 +1,83 @@
+"""Steps by passes on FEniCSx: those of the law, also where Newton's method stops, with their errors."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness.studies.validation.wall_runs import PYTHON, start
+
+pytestmark = pytest.mark.skipif(
+    not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
+)
+
+DRY = "--wall SW30 --elements 2 2 --tolerance 1e-5 --step 0.1 --most 0.5"
+
+FIXED = "--elements 2 2 --step 0.1 --most 0.1 --tau 0.05 --to 0.5"
+"""Fixed steps, as long as none is cut."""
+
+
+def wall(words: str, out: Path, ranks: int = 1, status: int = 0) -> tuple[np.ndarray, dict, str]:
+    """Rows, summary and messages of a run that ends with a status."""
+    done = start(f"{words} --out {out}", ranks=ranks)
+    assert done.returncode == status, done.stderr
+    return np.loadtxt(out, delimiter=",", skiprows=1, ndmin=2), json.loads(done.stdout), done.stderr
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_passes_find_the_step_of_the_law(ranks: int, tmp_path: Path) -> None:
+    """Passes end at the forces of Newton's method, within the error that they report."""
+    newton, _, _ = wall(FIXED, tmp_path / "newton.csv")
+    found, summary, _ = wall(f"{FIXED} --always --passes 20", tmp_path / "passes.csv", ranks)
+    assert summary["by_passes"] == len(found) == len(newton)
+    forces = np.abs(newton[:, 1:3]).sum(axis=1)
+    assert (np.abs(found - newton)[:, 1:3].max(axis=1) <= 2.0 * (found[:, 7] + 1e-4) * forces).all()
+    assert found[:, 7].max() < 1e-3
+
+
+def test_a_dry_wall_without_drag(tmp_path: Path) -> None:
+    """Newton's method stops where blocks float; with passes the wall has the forces of one with a drag."""
+    _, stopped, messages = wall(f"{DRY} --to 2 --passes 0", tmp_path / "newton.csv", status=3)
+    assert stopped["end"] < 2.0 and "walls.py: stopped at" in messages
+    found, summary, _ = wall(f"{DRY} --to 2", tmp_path / "passes.csv")
+    slow, _, _ = wall(f"{DRY} --to 2 --drag 1e-6", tmp_path / "slow.csv")
+    assert 0 < summary["by_passes"] < len(found)
+    assert found[-1, 1:3] == pytest.approx(slow[-1, 1:3], rel=5e-3)
+    by_passes = found[:, 5] > 0
+    assert (found[~by_passes, 6:] == 0.0).all() and (found[:, 7] <= 0.05).all()
+
+
+def test_an_error_above_the_limit_ends_the_run(tmp_path: Path) -> None:
+    """A snap that even a shortest step carries only with unbalanced forces: exit status 3, with the error."""
+    words = "--elements 2 2 --passes 1 --always --errors 1e-3 1e-4"
+    rows, summary, messages = wall(f"{words} --to 2 --limit 1e-4", tmp_path / "rows.csv", status=3)
+    assert summary["end"] == pytest.approx(rows[-1, 0]) and summary["end"] < 2.0
+    assert "the last pass has an error of" in messages
+    assert summary["e_t"] <= 1e-4
+
+
+def test_a_run_by_passes_goes_on(tmp_path: Path) -> None:
+    """From the files of a run that ended earlier."""
+    whole, part = tmp_path / "whole.csv", tmp_path / "part.csv"
+    words = "--elements 2 2 --tau 0.05 --always --passes 2"
+    wall(f"{words} --to 0.3", part)
+    resumed, _, _ = wall(f"{words} --to 0.3 0.6 --resume", part)
+    assert resumed == pytest.approx(wall(f"{words} --to 0.3 0.6", whole)[0], abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("--passes -1", "--passes -1: expected at least 0"),
+        ("--limit 0", "--limit 0.0: expected between 0 and 1"),
+        ("--errors 0.1 2", "--errors [0.1, 2.0]: expected 2 numbers between 0 and 1"),
+        ("--always --passes 0", "--always True: expected with --passes of at least 1"),
+    ],
+)
+def test_bad_options(words: str, expected: str) -> None:
+    """A value out of range is named with what was expected."""
+    done = start(words)
+    assert done.returncode == 2 and expected in done.stderr
