@@ -98,7 +98,8 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
     points = _plane(np.asarray(mesh.points, float), mesh, here) if d == 2 else np.asarray(mesh.points, float)
     points = np.ascontiguousarray(points[:, :d])
     if (bad := ~np.isfinite(points).all(1)).any():
-        raise ValueError(f"node {np.flatnonzero(bad)[0] + 1} at {place(points[bad][0])}: expected finite places")
+        where = f"node {np.flatnonzero(bad)[0] + 1} at {place(points[bad][0])}"
+        raise ValueError(f"{where}: expected finite places")
     parts = {kind: [k for k, one in enumerate(mesh.cells) if one.type == kind] for kind in here}
     data = [np.asarray(one.data, np.int64) for one in mesh.cells]
     if join:
