@@ -5,14 +5,16 @@ Writing needs meshio (`pip install "asperity[paraview]"`).  A script of your own
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import meshio
 import numpy as np
 from asperity import contract
 from asperity.contract import Floats
-from asperity.mesh.cells import Integers
+from asperity.mesh.shapes import Integers
+from asperity.mesh.vtu import write_vtu
 
 JOINTS = {4: "quad", 6: "wedge", 8: "hexahedron"}
 """Cells between the two faces of a joint, by their number of nodes."""
@@ -27,7 +29,8 @@ class Step:
 
     kind: type of the solids in meshio.  The nodes of a joint are those of one face and then, in the order of
     VTK, of the other one.  separation and traction (N, Tx, Ty) and state of the points of the joints have the
-    shape (joints, points of a joint, components); the fields are means over the points.
+    shape (joints, points of a joint, components); the fields are means over the points.  block, joint:
+    numbers of the blocks of the solids and of the joints in `blocks` and `names`, which the files carry.
     """
 
     time: float
@@ -39,6 +42,10 @@ class Step:
     separation: Floats
     traction: Floats
     state: Floats
+    block: Integers | None = None
+    joint: Integers | None = None
+    blocks: Sequence[str] = ()
+    names: Sequence[str] = ()
 
     def write(self, folder: Path, label: str) -> list[str]:
         """Write solids_LABEL.vtu and joints_LABEL.vtu; returns the names.
@@ -52,14 +59,18 @@ class Step:
                 raise ValueError(f"{name} of {found} joints: expected {len(self.joints)}")
         fields = {name: self.state[..., contract.statev_index(name)].mean(1) for name in OF_STATE}
         fields |= {"separation": self.separation.mean(1), "traction": self.traction.mean(1)}
-        self._mesh(self.kind, self.solids, {}).write(folder / f"solids_{label}.vtu")
-        self._mesh(JOINTS[self.joints.shape[1]], self.joints, fields).write(folder / f"joints_{label}.vtu")
+        d, joints = self.nodes.shape[1], JOINTS[self.joints.shape[1]]
+        here, there = ({} if one is None else {"MaterialIDs": one} for one in (self.block, self.joint))
+        for part, names, kind, cells, data in (
+            ("solids", self.blocks, self.kind, self.solids, here),
+            ("joints", self.names, joints, self.joints, fields | there),
+        ):
+            named = [(name, k, d - (part == "joints")) for k, name in enumerate(names)]
+            write_vtu(folder / f"{part}_{label}.vtu", self._mesh(kind, cells, data), named)
         return [f"solids_{label}.vtu", f"joints_{label}.vtu"]
 
-    def _mesh(self, kind: str, cells: Integers, fields: dict[str, Floats]) -> object:
+    def _mesh(self, kind: str, cells: Integers, fields: dict[str, Floats]) -> meshio.Mesh:
         """Mesh in three dimensions, as ParaView wants it."""
-        import meshio
-
         nodes, moved = (np.pad(x, ((0, 0), (0, 3 - x.shape[1]))) for x in (self.nodes, self.displacement))
         of_cells = {name: [field] for name, field in fields.items()}
         return meshio.Mesh(nodes, [(kind, cells)], {"displacement": moved}, of_cells)

@@ -8,7 +8,7 @@ from itertools import permutations
 import meshio
 import numpy as np
 from asperity.contract import Floats
-from asperity.mesh.cells import Integers
+from asperity.mesh.shapes import Integers
 from numpy.typing import ArrayLike
 
 AROUND = {

@@ -13,10 +13,10 @@ pytest.importorskip("akantu", reason="asperity[akantu] is not installed")
 
 import akantu as aka
 import exported
-import joint_picture
 import meshio
 import paraview_files as paraview
 import peel
+from asperity.tools.picture import read_results
 from asperity_akantu import Joint, register
 from exported import PLANE, SOLID
 from structured import grid, simplices
@@ -168,9 +168,9 @@ def test_elements_inserted_during_the_run(tmp_path: Path) -> None:
     assert broken > 5.0 * peel.SIZE
     assert result.joint[-1] >= 0.97 * peel.JOINT.material.Gc * broken  # 2.5 % came with the initial stress
     paraview.write(tmp_path / "peel.pvd", result.steps)
-    joints = joint_picture.read(tmp_path / "peel.pvd")[-1][2]
+    drawn = read_results(tmp_path / "peel.pvd")[-1]
     damage = result.steps[-1].state[..., peel.DAMAGE].mean(axis=1)
-    assert np.array_equal(joints.cell_data["damage"][0], damage)
+    assert np.array_equal(drawn.fields["damage"][0], damage)
 
 
 def test_insertion_is_a_part_of_the_strength() -> None:

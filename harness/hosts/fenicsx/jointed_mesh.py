@@ -64,7 +64,7 @@ def distributed(jointed: Jointed, laws: Mapping[str, Interface]) -> tuple:
     """Cells and nodes of a mesh, and what all ranks need of it."""
     kind, d = ", ".join(jointed.cells), jointed.dimension
     if kind not in BASIX:
-        raise ValueError(f"cells of the types {kind}: expected one of {', '.join(BASIX)} for fenicsx")
+        raise ValueError(f"cells of the types {kind}: expected one type for fenicsx, of {', '.join(BASIX)}")
     if set(laws) != set(jointed.joints):
         raise ValueError(f"laws of {', '.join(laws)}: expected those of {', '.join(jointed.joints)}")
     rows = []

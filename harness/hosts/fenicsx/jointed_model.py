@@ -73,7 +73,7 @@ class Model:
         young = dict(E) if isinstance(E, Mapping) else dict.fromkeys(self.names, E)
         _check_elastic(young, self.names, nu, thickness, plane)
         minus, plus, law, axes, weight, sides = faces
-        self.laws, self.d = list(laws.values()), d
+        self.laws, self.joints, self.d = list(laws.values()), list(laws), d
         self.thickness = thickness if d == 2 else 1.0
         if COMM.rank > 0:
             cells, points = np.zeros((0, len(BASIX[kind])), np.int64), np.zeros((0, d))
@@ -97,6 +97,7 @@ class Model:
         self._known = m.geometry.input_global_indices[self._order]
         self._node = node[self._order]
         minus, plus, law, axes, weight = (one[mine] for one in (minus, plus, law, axes, weight))
+        self.face_joint = law
         self._points(self.local(minus), self.local(plus), law, axes, self.thickness * weight)
         self._stiffness(young, nu, plane)
         self.u, self.clock, self.linear = np.zeros(self.n * d), 0.0, 0

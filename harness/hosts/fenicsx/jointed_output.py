@@ -39,7 +39,8 @@ class Output:
         room = contract.N_POINT_STATEV  # laws may have another number of planes
         values = m.s, [r.traction for r in results], [state[:, :room] for state in m.state]
         of_faces = (np.concatenate(one)[m.face_points[self.near]] for one in values)
-        step = paraview_files.Step(time, nodes, u, self.kind, self.solids, self.joints, *of_faces)
+        numbers = m.cell_block[: len(self.solids)], m.face_joint[self.near], m.names, m.joints
+        step = paraview_files.Step(time, nodes, u, self.kind, self.solids, self.joints, *of_faces, *numbers)
         files = step.write(self.folder, f"{len(self.names):04}_{COMM.rank}")
         self.names.append((time, [*itertools.chain(*COMM.allgather(files))]))
         if COMM.rank == 0:

@@ -17,10 +17,10 @@ from asperity.installed import generic_library
 pytest.importorskip("ogs", reason="asperity[ogs] is not installed")
 
 import exported
-import joint_picture
 import meshio
 import ogs_run
 import triplet
+from asperity.cli import main
 from ogs_run import Floats, Run, changed, values
 
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0)
@@ -265,9 +265,9 @@ def test_triplet(tmp_path: Path) -> None:
     exported.assert_law(triplet.JOINT, OF_STRAINS, *history, state[..., :1])  # the damage
     pvd = tmp_path / "fields.pvd"
     ogs_run.write_paraview(pvd, tmp_path / "triplet.vtu", result.run, triplet.JOINT, triplet.THICKNESS)
-    _, solids, joints = joint_picture.read(pvd)[-1]
-    joint_picture.draw(tmp_path / "fields.png", "triplet", solids, joints, 100.0, {})
+    assert main(["picture", str(pvd), "-o", str(tmp_path / "fields.png"), "--field", "slip"]) == 0
     # the opening of a joint is the jump of the displacements over its cell
+    joints = meshio.read(sorted((tmp_path / "fields").glob("joints_*.vtu"))[-1])
     u = joints.point_data["displacement"][joints.cells[0].data][..., 1]
     jump = np.abs(u[:, 2:].mean(axis=1) - u[:, :2].mean(axis=1))
     assert jump == pytest.approx(np.abs(joints.cell_data["separation"][0][:, 0]), abs=1e-9)
