@@ -23,7 +23,7 @@ TYPES = {
 
 
 def joints_of(step: Results, field: str, scale: float) -> Any:
-    """Faces of the joints where they have moved, with the values of a field, or the numbers of their names."""
+    """Faces of the joints where they have moved, with a field, or with the numbers of their names."""
     import pyvista
 
     places, faces, first = [], [], 0
