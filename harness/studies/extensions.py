@@ -15,9 +15,9 @@ from asperity.contract import Floats
 from asperity.interface import History, Interface
 from asperity.material import Material, ModelWarning
 from asperity.pattern import Pattern
-from asperity.steps import turns_of
+from asperity.steps import Step, turns_of
 from asperity.tools.barton.joint import Joint
-from asperity.tools.style import DILATION, SLIP, TRACTION, TWO, curves, new_figure
+from asperity.tools.style import DILATION, ONE, SLIP, TRACTION, TWO, curves, new_figure
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 from scipy.optimize import least_squares
@@ -259,9 +259,48 @@ def crushed() -> Figure:
     return figure
 
 
+INCREMENTS = (50, 200, 800, 3200)
+"""Of each of the legs of a random walk."""
+
+
+def walk(seed: int, increments: int) -> History:
+    """Random joint with crush along six legs between random separations."""
+    rng = np.random.default_rng(seed)
+    material = Material(
+        3.0, 0.3, 0.9, rng.uniform(0.2, 1.0), kc=10 ** rng.uniform(0.0, 2.0), damage0=rng.choice([0.0, 1.0]),
+        crush=10 ** rng.uniform(-0.5, 1.5), height=rng.choice([0.0, 0.5]), closure=rng.choice([0.0, 0.05]),
+    )  # fmt: skip
+    theta, flat, turn = rng.uniform(15.0, 45.0), rng.choice([0.0, 1.0 / 3.0]), rng.uniform(0.0, 90.0)
+    pattern = Pattern.regular(int(rng.choice([2, 4, 6])), theta, flat, turn)
+    legs = zip(rng.uniform(-0.02, 0.1, 6), *rng.uniform(-0.3, 0.3, (2, 6)), strict=True)
+    steps = [Step(s_N=n, s_Tx=x, s_Ty=y, increments=increments) for n, x, y in legs]
+    return Interface(material, pattern).run(steps)
+
+
+def imbalance(rows: History) -> float:
+    """Largest difference of work and energies, stored and dissipated, over the largest work."""
+    left = rows.work - (rows.stored + rows.rupture + rows.friction)
+    return float(np.abs(left).max() / np.abs(rows.work).max())
+
+
+def crushed_energy() -> Figure:
+    """Draw how the energies of crushed joints close with the increments of random walks."""
+    figure, (axes,) = new_figure(ONE, 2.6)
+    for seed in range(24):
+        left = [imbalance(walk(seed, n)) for n in INCREMENTS]
+        axes.loglog(INCREMENTS, left, "-", color=BLUE, linewidth=0.6)
+    ends = np.array([INCREMENTS[0], INCREMENTS[-1]])
+    axes.loglog(ends, 0.05 * (ends[0] / ends) ** 2, "--", color=BLACK, label="second order")
+    axes.legend()
+    title = "24 random joints and walks"
+    panel(axes, "increments of each of 6 legs", "work less energies, over the work", title)
+    return figure
+
+
 PICTURES: dict[str, Callable[[], Figure]] = {
     "extensions_paper": paper_figures,
     "extensions_wear": wear,
     "extensions_ends": ends,
     "extensions_crush": crushed,
+    "extensions_crush_energy": crushed_energy,
 }

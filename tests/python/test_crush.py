@@ -10,7 +10,7 @@ import pytest
 from asperity import History, Interface, Material, Pattern, Step
 from test_oracle import POINTS, by_c
 
-from harness.studies.extensions import JOINTS, envelope
+from harness.studies.extensions import JOINTS, envelope, imbalance, walk
 from harness.studies.validation.sandstone import strength
 from tests.oracle import reference
 
@@ -117,6 +117,15 @@ def test_envelopes_of_barton() -> None:
         for crushed, least, most in ((True, 0.005, 0.012), (False, 0.1, 0.2)):
             _, peaks, law = envelope(*joint, crushed)
             assert least < np.sqrt(np.mean((law / peaks - 1.0) ** 2)) < most
+
+
+@pytest.mark.parametrize("seed", range(100, 112))
+def test_energies_of_random_walks(seed: int) -> None:
+    """Along a random walk friction never decreases, and work and energies agree to second order."""
+    rows = [walk(seed, n) for n in (100, 800)]
+    assert all(np.all(np.diff(one.friction) >= 0.0) for one in rows)
+    # an eighth of the length: 1/64 where the order is reached, 1/8 where energy jumps
+    assert imbalance(rows[1]) < imbalance(rows[0]) / 16.0
 
 
 # --- without a jump ---

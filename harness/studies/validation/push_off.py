@@ -23,7 +23,7 @@ STRONG, WEAK = "1/.0/6.8", "1/.0/3.6"
 SLIPS = np.concatenate(
     [np.linspace(a, b, n)[1:] for a, b, n in ((0.0, 0.02, 21), (0.02, 0.3, 57), (0.3, 2.24, 98))]
 )
-"""Slips of the model, mm: at first short beside the elastic slip, 0.005 mm, as crushing depends on them."""
+"""Slips of the model, mm: at first short beside the elastic slip, 0.005 mm."""
 
 PRELOAD = 20
 """Increments of the pressure before the slip."""
