@@ -54,6 +54,7 @@ $(parts): %: $(passed)/%
 $(passed)/lint: $(tree) | .venv/installed
 	@$(step) "Lint: Fortran" build/logs/lint-fortran.log $(venv)/fortitude check src harness tests
 	@$(step) "Lint: Python" build/logs/lint-python.log $(venv)/ruff check .
+	@$(step) "Types: Python" build/logs/types.log $(venv)/mypy
 	@$(step) "Lint: layers of the package" build/logs/lint-imports.log env PYTHONPATH=python $(venv)/lint-imports --no-cache
 	@$(step) "Lint: YAML" build/logs/lint-yaml.log $(venv)/yamllint --strict .
 	$(done)

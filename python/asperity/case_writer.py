@@ -25,7 +25,10 @@ def case_text(*groups: tuple[str, Mapping[str, Any]]) -> str:
     groups: name and entries, in their order. A value is a number, a list of numbers, a text or a `Word`. One
     that is None, or a list without numbers, is left out. `check_text` checks a text.
     """
-    names, kinds, counts, values, strings = [], [], [], [], []
+    names: list[str] = []
+    values: list[float] = []
+    strings: list[bytes] = []
+    kinds, counts = [], []
     for group, entries_of in groups:
         given = {name: value for name, value in entries_of.items() if value is not None}
         for name, value in [(group, None), *given.items()]:
@@ -41,9 +44,9 @@ def case_text(*groups: tuple[str, Mapping[str, Any]]) -> str:
             values += numbers
             strings.append(text)
     arrays = np.array(names, "S32"), kinds, counts, values or [0.0], np.array(strings, f"S{LONGEST}")
-    text = np.zeros(64 + 40 * (len(names) + len(values)) + 2 * sum(map(len, strings)), "S1")
-    length = _core.case_text(*arrays, text)
-    return b"".join(text[:length].tolist()).decode()
+    room = np.zeros(64 + 40 * (len(names) + len(values)) + 2 * sum(map(len, strings)), "S1")
+    length = _core.case_text(*arrays, room)
+    return b"".join(room[:length].tolist()).decode()
 
 
 def entries_of(values: Mapping[str, float], digits: int = 10) -> dict[str, float]:

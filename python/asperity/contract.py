@@ -7,7 +7,7 @@ import os
 import reprlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from itertools import count
 
 import numpy as np
@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 _pause = getattr(ctypes.CDLL(_core.__file__), "omp_pause_resource_all", None)
 if _pause is not None and hasattr(os, "register_at_fork"):
     # the child of a fork does not have OpenMP's threads and would wait for them: end them before (1: soft)
-    os.register_at_fork(before=lambda: _pause(1))
+    os.register_at_fork(before=partial(_pause, 1))
 
 
 def _text(value: bytes) -> str:
@@ -177,7 +177,7 @@ def pack(values: dict[str, float], listed: Iterable[float] = ()) -> Floats:
     return np.concatenate([props, np.array(list(listed), dtype=float)])
 
 
-def number(name: str, value: float, admissible: str = "a finite number") -> float:
+def number(name: str, value: float | str, admissible: str = "a finite number") -> float:
     """Convert a value to a double; raises ValueError with its name if that is not possible."""
     try:
         return float(value)
@@ -205,8 +205,8 @@ def array(name: str, value: ArrayLike, *shapes: tuple[int | str, ...]) -> Floats
         try:
             for i, one in np.ndenumerate(np.asarray(value, dtype=object)):
                 number(f"{name}[{', '.join(map(str, i))}]", one)
-        except ValueError as found:
-            raise found from None
+        except ValueError as wrong:
+            raise wrong from None
         raise ValueError(f"{name}: {error}, expected numbers") from None
     if not shapes or found.shape in shapes:
         return found

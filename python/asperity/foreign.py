@@ -72,7 +72,8 @@ class ForeignUmat:
             case, output, report = (Path(folder, name) for name in ("case.nml", "out.csv", "out.json"))
             case.write_text(case_text(*groups), encoding="utf-8")
             # what the UMAT prints last is in the message
-            command = [driver(), case, "-o", output, "--planes", "--quiet", "--report", report]
+            command: list[str | Path] = [driver(), case, "-o", output, "--planes", "--quiet"]
+            command += ["--report", report]
             subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
             result = json.loads(report.read_text(encoding="utf-8"))
             message, lost = result["message"], result["lost"]

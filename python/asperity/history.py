@@ -41,7 +41,7 @@ class _Named:
         """Number of planes."""
         if self.n_planes is not None:
             return self.n_planes
-        return (self.state.shape[1] - contract.N_POINT_STATEV) // contract.N_PLANE_STATEV
+        return int(self.state.shape[1] - contract.N_POINT_STATEV) // contract.N_PLANE_STATEV
 
     @property
     def stored(self) -> Floats:
@@ -70,7 +70,7 @@ class _Named:
     @property
     def wears(self) -> bool:
         """Whether the state has variables of wear."""
-        return self.state.shape[1] > contract.n_statev(self.planes)
+        return bool(self.state.shape[1] > contract.n_statev(self.planes))
 
     def worn(self, plane: int) -> Floats:
         """Worn share of the asperity of a plane, 0 to 1; raises ValueError for a material without wear."""
@@ -209,7 +209,8 @@ class History(_Named):
         if not size.any():
             return np.array([1.0, 0.0])
         first = (size >= 0.5 * size.max()).argmax()
-        return slip[first] / size[first]
+        direction: Floats = slip[first] / size[first]
+        return direction
 
     @property
     def lost(self) -> bool:

@@ -230,7 +230,7 @@ def may_replace(path: Path, start: str | None) -> bool:
     """Whether a file is new, empty, a device, or begins as the command begins it (regular expression)."""
     if not path.is_file() or path.stat().st_size == 0:
         return True
-    return bool(start) and bool(re.match(start, path.read_bytes().decode("latin-1"), re.DOTALL))
+    return bool(start) and bool(re.match(start or "", path.read_bytes().decode("latin-1"), re.DOTALL))
 
 
 def results_of(output: Path) -> dict[float | None, Path]:

@@ -40,6 +40,6 @@ def run_sweep(case: Path, output: Path, passed_on: Sequence[str], options: argpa
 
 def _one_run(case: Path, output: Path, options: Sequence[str], number: int) -> tuple[int, list[str]]:
     """Exit code and messages of one value of the sweep."""
-    command = [driver(), case, "-o", output, "--only", str(number), *options]
+    command: list[str | Path] = [driver(), case, "-o", output, "--only", str(number), *options]
     run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
     return run.returncode, run.stdout.decode("utf-8", "replace").splitlines(keepends=True)

@@ -126,7 +126,7 @@ def _warn(texts: list[str]) -> None:
 
 def _reach(material: Material) -> float:
     """Slip at which the bond is broken."""
-    return 2.0 * material.Gc2 / material.sigma02
+    return float(2.0 * material.Gc2 / material.sigma02)
 
 
 def _checked(options: argparse.Namespace) -> tuple[dict[str, float], list[float]]:

@@ -7,7 +7,6 @@ import re
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -192,7 +191,8 @@ def _table(path: Path, raw: Sequence[str], lines: list[str]) -> Table:
     first = next(iter(rows.values()), [])
     line, head, row_of_units, hidden = _header(path, raw[:start], mark, len(first))
     parts = [header(one) for one in head]
-    units = [one or more for (_, one), more in zip_longest(parts, row_of_units[: len(parts)], fillvalue="")]
+    below = [*row_of_units, *[""] * len(parts)]
+    units = [unit or below[i] for i, (_, unit) in enumerate(parts)]
     width = len(parts) or len(first)
     for row in rows.values():
         while len(row) > width and not row[-1]:

@@ -217,7 +217,8 @@ def _grid(path: Path, points: Floats, area: float, spacing: Sequence[float] | No
         counts = np.floor(sides / steps * (1.0 + FLATNESS)) + 1.0
         if (count := counts.prod()) > MOST_POINTS:
             raise ValueError(f"{path}: {count:.3g} points at --spacing: expected at most {MOST_POINTS:g}")
-    return np.meshgrid(*(low[i] + np.minimum(steps[i] * np.arange(counts[i]), sides[i]) for i in (0, 1)))
+    axes = (low[i] + np.minimum(steps[i] * np.arange(counts[i]), sides[i]) for i in (0, 1))
+    return [*np.meshgrid(*axes)]
 
 
 def _filled(path: Path, x: Floats, y: Floats, z: Floats, unit: str, outline: bool = False) -> Scan:
