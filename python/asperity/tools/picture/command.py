@@ -44,8 +44,10 @@ def _picture(options: argparse.Namespace) -> int:
     if options.scale is not None and not np.isfinite(options.scale):
         raise ValueError(f"--scale {options.scale:g}: expected a number")
     label, kind = FIELDS[options.field]
+    length = ""
     if options.label_units is not None:
         units = dict(zip(("length", "stress"), units_of(options.label_units), strict=True))
+        length = f" [{units['length']}]"
         label += f" [{units[kind]}]" if kind else ""
 
     from ..style import save, save_pixels
@@ -64,7 +66,7 @@ def _picture(options: argparse.Namespace) -> int:
         from .plane import draw_plane
 
         curves = None if options.curves is None else read_curves(options.curves)
-        save(draw_plane(step, options.field, scale, label, title, curves), output)
+        save(draw_plane(step, options.field, scale, label, title, curves, length), output)
     else:
         from .space import draw_space
 

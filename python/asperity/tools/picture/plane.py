@@ -17,11 +17,17 @@ CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
 
 @printed()
 def draw_plane(
-    step: Results, field: str, scale: float, label: str, title: str, curves: dict[str, Floats] | None = None
+    step: Results,
+    field: str,
+    scale: float,
+    label: str,
+    title: str,
+    curves: dict[str, Floats] | None = None,
+    length: str = "",
 ) -> Figure:
     """Draw the deformed solids, and the joints in the colours of a field, or of their names (field "name").
 
-    curves: columns by name, drawn below over the first one, NAME_point beside NAME.
+    curves: columns by name, drawn below over the first one, NAME_point beside NAME.  length: unit behind x and y.
     """
     wide = [name for name in (curves or {}) if not name.endswith("_point")][1:]
     places = np.concatenate([(x + scale * u)[:, :2] for x, u, *_ in step.solids])
@@ -54,7 +60,7 @@ def draw_plane(
     axes.add_collection(drawn)
     axes.set_aspect("equal")
     axes.autoscale_view()
-    axes.set(xlabel="x", ylabel="y", title=title)
+    axes.set(xlabel=f"x{length}", ylabel=f"y{length}", title=title)
     if wide and curves:
         x_name, at = next(iter(curves.items()))
         for ax, name in zip(rows[1].subplots(1, len(wide), squeeze=False)[0], wide, strict=True):
