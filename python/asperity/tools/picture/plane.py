@@ -27,7 +27,7 @@ def draw_plane(
 ) -> Figure:
     """Draw the deformed solids, and the joints in the colours of a field, or of their names (field "name").
 
-    curves: columns by name, drawn below over the first one, NAME_point beside NAME.  length: unit behind x and y.
+    curves: columns by name, drawn below over the first one, NAME_point beside NAME.  length: unit of x and y.
     """
     wide = [name for name in (curves or {}) if not name.endswith("_point")][1:]
     places = np.concatenate([(x + scale * u)[:, :2] for x, u, *_ in step.solids])
