@@ -8,10 +8,11 @@ module asperity_equilibrium_path
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
   use asperity_tolerances, only: closer, finest_scale, least_rupture, longest_change, most_updates, &
-    overshoot, residual_tolerance, rounding_scale, smallest_fraction, unexplained, unexplained_fraction
+    overshoot, residual_tolerance, rounding_scale, shortest_wear, smallest_fraction, snap_resolution, &
+    unbalanced_wear, unexplained, unexplained_fraction, unprompted
   implicit none
   private
-  public :: follow, open_joint
+  public :: falls, follow, open_joint
 
 contains
 
@@ -20,6 +21,9 @@ contains
   !> A step is accepted if Newton's method converges over stable tangents and if the free separations change by
   !> `longest_change` at most; beyond `unexplained` the change must agree with the tangents at both ends of the step.
   !> Otherwise the step is halved.
+  !>
+  !> The state follows a fall by wear in steps whose energies balance, as the energy of a step is that of the mean of
+  !> both ends.
   pure subroutine follow(law, equations)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations, the point at `done` -> at the new `done`
@@ -35,6 +39,15 @@ contains
       next = min(1.0_wp, fraction + step)
       call solve_step(law, equations, [fraction, next], here, trial, good)
       if (good) then
+        if (loses_energy(law, equations, trial, next)) then
+          if (fraction > equations%done) then
+            call commit(equations, here, fraction)
+            cycle
+          else if (next - fraction > shortest_wear) then
+            step = 0.5_wp*min(step, 1.0_wp - fraction)
+            cycle
+          end if
+        end if
         here = trial
         fraction = next
         step = 2.0_wp*step
@@ -42,11 +55,53 @@ contains
         step = 0.5_wp*min(step, 1.0_wp - fraction)
       end if
     end do
-    if (fraction <= equations%done) return
-    equations%old = here
+    if (fraction > equations%done) call commit(equations, here, fraction)
+  end subroutine follow
+
+  !> Let the equations start at a point of the curve.
+  pure subroutine commit(equations, point, fraction)
+    type(equations_type), intent(inout) :: equations    !! the equations, at `done` -> at this fraction
+    type(point_type), intent(in) :: point               !! the point
+    real(wp), intent(in) :: fraction                    !! of the increment
+    equations%old = point
     equations%done = fraction
     equations%report%parts = equations%report%parts + 1
-  end subroutine follow
+  end subroutine commit
+
+  !> Whether the energies of a fall by wear from the last committed point to this one do not balance.
+  pure function loses_energy(law, equations, point, fraction) result(yes)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(in) :: equations       !! the equations
+    type(point_type), intent(in) :: point               !! a point of the curve
+    real(wp), intent(in) :: fraction                    !! of the increment, of this point
+    logical :: yes
+    real(wp) :: change(2), work
+    yes = falls(law, equations, equations%old, point, fraction - equations%done)
+    if (.not. yes) return
+    change = law%energies(point%state) - law%energies(equations%old%state)
+    work = point%work - equations%old%work
+    yes = abs(work - sum(change)) > unbalanced_wear*max(law%stress*law%length, abs(work) + sum(abs(change)))
+  end function loses_energy
+
+  !> Whether a joint falls by wear between two points: its free separations move far more than the prescribed values,
+  !> and it spends the energy that it had stored. The curve has no fold there, as the wear of the increment grows along
+  !> it.
+  pure function falls(law, equations, before, after, fraction) result(yes)
+    class(point_law), intent(in) :: law             !! the law
+    type(equations_type), intent(in) :: equations   !! the equations
+    type(point_type), intent(in) :: before, after   !! the points
+    real(wp), intent(in) :: fraction                !! of the increment between them
+    logical :: yes
+    real(wp) :: change(2), prescribed
+    yes = law%wears
+    if (.not. yes) return
+    prescribed = fraction*maxval(abs(equations%target - equations%start)/merge(law%stiffness, 1.0_wp, &
+      equations%control%traction))
+    yes = largest_move(equations, before, after) > max(snap_resolution*law%length, unprompted*prescribed)
+    if (.not. yes) return
+    change = law%energies(after%state) - law%energies(before%state)
+    yes = change(1) < 0.0_wp .and. change(2) > unprompted*abs(after%work - before%work)
+  end function falls
 
   !> Take a step, by Newton's method from the separations at its start. If the result is not accepted, the method starts
   !> from the separations that the tangent at the start predicts: the first start may open or close a stiff contact

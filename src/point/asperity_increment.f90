@@ -7,7 +7,7 @@ module asperity_increment
   use asperity_equations, only: control_type, ended_complete, ended_endless, ended_limit, ended_lost, &
     ended_rejected, equations_type, evaluate, farthest_equilibrium, is_unstiff, largest_move, new_equations, &
     new_point, point_type, ramp, report_type
-  use asperity_equilibrium_path, only: follow, open_joint
+  use asperity_equilibrium_path, only: falls, follow, open_joint
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
@@ -77,6 +77,7 @@ contains
       if (.not. stays_open) call note_snap(law, equations, before)
       reached = equations%done
     end do
+    call note_fall(law, equations, point)
     point = equations%old
     report = equations%report
   end subroutine advance
@@ -183,6 +184,23 @@ contains
       end if
     end associate
   end subroutine note_snap
+
+  !> Report a fall by wear, compared with the point at the start of the increment.
+  pure subroutine note_fall(law, equations, before)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(inout) :: equations    !! the point at the end of the increment; the report is set
+    type(point_type), intent(in) :: before              !! the point at its start
+    associate (after => equations%old, report => equations%report)
+      if (report%snaps > 0) return
+      if (.not. falls(law, equations, before, after, equations%done)) return
+      report%snaps = 1
+      report%before = before%s
+      report%after = after%s
+      ! friction and wear take what was stored: what does not balance is the error of the steps, and none is created
+      report%released = max(0.0_wp, after%work - before%work - sum(law%energies(after%state) - &
+        law%energies(before%state)))
+    end associate
+  end subroutine note_fall
 
   !> If every plane is open and fully damaged and t_N is prescribed, every larger opening is an equilibrium, too. In
   !> that case move to the equilibrium with the smallest |s_N|.

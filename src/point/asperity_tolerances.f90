@@ -38,6 +38,10 @@ module asperity_tolerances
   !> longer change and the mean of the predictions by both tangents, relative to s0. The difference may also be this
   !> fraction of the change of the prescribed values.
   real(wp), parameter, public :: unexplained = 0.01_wp, unexplained_fraction = 0.025_wp
+  !> A wearing joint falls if it moves by this multiple of the change of the prescribed values, and spends this multiple
+  !> of their work. Its energies may not balance by this part of their terms or of the energy of a plane at its
+  !> strength, or more in a smaller part of the increment than the last number.
+  real(wp), parameter, public :: unprompted = 5.0_wp, unbalanced_wear = 0.003_wp, shortest_wear = 2.0_wp**(-12)
   !> Traction beyond zero that the tangent may predict where a joint opens, relative to the traction before the step.
   real(wp), parameter, public :: overshoot = 0.25_wp
   !> Distance from a kink at which Newton's method starts on its closing side, relative to s0.

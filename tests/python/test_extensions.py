@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, ModelWarning, Pattern, read_case
+from asperity import Interface, Material, ModelWarning, Pattern, Step, read_case
 from asperity.installed import driver
 from asperity.model_checks import model_warnings
 from asperity.tools.fit.fitting import fit
@@ -91,6 +91,48 @@ def test_shared_pressure_wears_in_jumps(sides: int, direction: float, W0: float,
     assert (drop(joint, direction, np.linspace(0.0, 0.6, 601), -1.0) > 0.05) == jumps
     found = model_warnings(joint.material, joint.pattern, -1.0, slip=0.6)
     assert any("share the pressure" in text for text in found) == jumps
+
+
+@pytest.mark.parametrize("parts", [1, 2])
+def test_fall_by_wear_is_a_snap(parts: int) -> None:
+    """A locked joint that loses its contact by wear reports the fall and books what it had stored."""
+    material = replace(TABLE_2, eta=0.99, mu=1.2, kc=10.0, height=0.365, W0=0.0433)
+    joint = Interface(material, Pattern.regular(3, 56.8, flat=0.1))
+    press = Step(t_N=-0.937, increments=20)
+    test = joint.run([press, Step(slip=0.2, direction=334.65, increments=60 * parts)])
+    fall = int(np.argmin(np.diff(test.separation[:, 0]))) + 1
+    lost = test.stored[fall - 1] - test.stored[fall]
+    assert lost > 0.3 * test.stored.max()
+    assert np.ptp(test.separation[fall - 1 : fall + 1, 0]) > 0.5 * test.separation[:, 0].max()
+    [snap] = [snap for snap in test.snaps if snap.row == fall]
+    assert snap.before == tuple(test.separation[fall - 1]) and snap.after == tuple(test.separation[fall])
+    ledger = test.work - test.stored - test.rupture - test.friction
+    # within the work of the slip of the row, by the trapezoidal rule, and the steps of the fall
+    assert 0.0 <= snap.released < 0.05 * lost
+    assert abs(ledger[fall] - ledger[fall - 1]) < 0.05 * lost
+
+
+def test_guard_decides_by_the_increment() -> None:
+    """An update at the same separation changes the traction with the guard in few rows, and once."""
+    rng = np.random.default_rng(4)
+    changes = []
+    for _ in range(200):
+        mu, kc = rng.choice([0.3, 0.5, 0.8]), rng.choice([1.0, 10.0, 100.0])
+        material = replace(TABLE_2, mu=mu, kc=kc, guard=True)
+        joint = Interface(material, Pattern.regular(int(rng.choice([2, 3, 4])), rng.uniform(0.0, 50.0)))
+        s, state = np.zeros((1, 3)), np.zeros((1, joint.nstatv))
+        for _ in range(60):
+            old, s = s, s + 0.02 * rng.uniform(0.1, 1.0) * rng.normal(size=(1, 3))
+            s[0, 0] = np.clip(s[0, 0], -0.1, 0.05)
+            first = joint.update(s, state, old)
+            state = first.state
+            second = joint.update(s, state, s)
+            third = joint.update(s, second.state, s)
+            scale = max(np.linalg.norm(first.traction), TABLE_2.sigma0)
+            changes.append(np.linalg.norm(second.traction - first.traction) / scale)
+            assert np.linalg.norm(third.traction - second.traction) < 1e-12 * scale
+    changed = np.array(changes) > 1e-9
+    assert 0 < changed.mean() < 0.01 and max(changes) < 0.2
 
 
 # --- fit ----------------------------------------------------------------------------------------------------
