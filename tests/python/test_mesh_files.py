@@ -445,3 +445,16 @@ def test_no_two_sides() -> None:
         one_sided(rim, n, middle, points, "fault")
     sign, part = one_sided(rim[rim[:, 3] < 4], n[:4], middle[:4], points, "fault")
     assert np.abs(sign).tolist() == [1.0] * 4 and len(set(part.tolist())) == 1
+
+
+def test_cells_that_a_reader_loses(tmp_path: Path) -> None:
+    """A cell of a legacy VTK file whose type is unknown is not lost without a word."""
+    grid = structured.grid(range(3), range(3), block=[1, 2], sides=())
+    points = np.pad(grid.points, ((0, 0), (0, 1)))
+    path = tmp_path / "wall.vtk"
+    meshio.Mesh(points, grid.cells, cell_data=grid.cell_data).write(path, binary=False)
+    assert len(split(path).block["quad"]) == 4
+    head, types, rest = path.read_text(encoding="utf-8").partition("CELL_TYPES 4\n9\n")
+    path.write_text(head + types.replace("9", "-1") + rest, encoding="utf-8")
+    with pytest.raises(ValueError, match="3 cells of 4 are read"):
+        split(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -38,6 +39,10 @@ def read_mesh(path: Path, expected: str, extra: str) -> Any:
         data = np.asarray(block.data)
         if data.dtype.kind not in "iu" or (data.size and not 0 <= data.min() <= data.max() < len(points)):
             raise ValueError(f"{path}: a {block.type} has nodes that are not there: expected {expected}")
+    legacy = path.suffix.lower() == ".vtk"
+    counted = re.search(rb"\nCELL_TYPES\s+(\d+)", path.read_bytes()) if legacy else None
+    if counted and int(counted[1]) != (count := sum(len(block.data) for block in mesh.cells)):
+        raise ValueError(f"{path}: {count} cells of {int(counted[1])} are read: expected {expected}")
     for values in mesh.cell_data.get("gmsh:physical", []):
         if path.suffix.lower() == ".msh" and not np.all(values):
             text = "cells in no physical group in a binary file"
