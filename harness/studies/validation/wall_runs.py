@@ -24,10 +24,24 @@ DRY = "--drag 1e-6 --tolerance 1e-5 --step 0.1 --most 0.5"
 MORTAR = "--tau 0.002"
 """Options of the dry walls and of those with mortar."""
 
+CP = "-snes_linesearch_type cp -snes_max_it 40"
+"""Options of PETSc for all runs but PASSES; these have no passes."""
+
+ALONE = f"--elements 2 2 {DRY.replace('--drag 1e-6 ', '')}"
+"""Options of dry walls without drag."""
+
 SOLID = "--tau 0.005 --elements 4 1 3 --theta 10 --height 0.1 --to 3.5"
 """Options of a wall in three dimensions."""
 
 ROCKING, SLIDING = "--to 5 10 15 20", "--to 4 8 12"
+
+PASSES = {
+    "SW30 newton": f"--wall SW30 {ALONE} --to 9 --passes 0",
+    "SW30 drag": f"--wall SW30 {ALONE} --to 9 --passes 0 --drag 1e-6",
+    "SW30 passes": f"--wall SW30 {ALONE} --to 9",
+    "WS100 passes": f"--wall WS100 {ALONE} {ROCKING}",
+}
+"""Runs by the line search bisection, and by passes where it stops."""
 
 SOLID_STEPS = "--tau 0.02 --elements 4 2 3 --to 0.04 --tolerance 1e-5"
 """Options of the runs in three dimensions that are timed."""
@@ -71,11 +85,15 @@ RUNS = {
         f"planes {sides}": f"{MORTAR} --theta 10 --height 0.1 --sides {sides} --turn {turn}"
         for sides, turn in ((2, 0), (8, 22.5), (16, 11.25))
     },
+    **PASSES,
     "J4D 8 6": f"{MORTAR} --elements 8 6 --to 2.3",
     "3D 45": f"{SOLID} --turn 45",
     "3D 0": f"{SOLID} --turn 0",
-    **{f"scale {k} {name}": f"{SOLID_STEPS} --scale {k} {words}"
-       for name, words in SOLVERS.items() for k in (1, 2, 4, 6)},
+    **{
+        f"scale {k} {name}": f"{SOLID_STEPS} --scale {k} {words}"
+        for name, words in SOLVERS.items()
+        for k in (1, 2, 4, 6)
+    },
 }
 """Options by the name of a run."""
 
@@ -114,6 +132,10 @@ def execute(name: str, folder: Path) -> None:
     out = folder / f"{words}.csv"
     out.unlink(missing_ok=True)  # of a run that was ended
     line = f"{RUNS[name]} --out {out}"
+    if name not in PASSES:
+        petsc = "--petsc='"
+        line = line.replace(petsc, f"{petsc}{CP} ") if petsc in line else f"{line} {petsc}{CP}'"
+        line += " --passes 0"
     line += f" --pvd {folder / words}.pvd" * (name in FIELDS)
     end = start(line)
     if end.returncode not in (0, 3):
@@ -140,22 +162,25 @@ def execute_all(folder: Path) -> None:
 
 
 def store(folder: Path) -> None:
-    """Write the curves and the summaries of all runs to the folder `data`."""
-    made = "# Made by python -m harness.studies.validation.walls --fit"
-    lines, sums = [made, "run,displacement,horizontal,vertical"], [made]
+    """Write the curves and the summaries of all runs to the folder `data`; runs that are not there stay."""
+    paths, sums = [], []
     for name in RUNS:
         file = folder / name.replace(" ", "-")
-        if not file.with_name(file.name + ".json").exists():
+        done = file.with_name(file.name + ".json")
+        if not done.exists():
+            paths.append(rows("walls_runs").query("run == @name"))
+            sums.append(rows("walls_summaries").query("run == @name"))
             continue
         curve = np.loadtxt(f"{file}.csv", delimiter=",", skiprows=1, ndmin=2)[:, :3]
         curve = np.vstack([[0.0, 0.0, curve[0, 2]], curve])
         if not name.startswith("scale"):  # these end where they are pressed
-            lines += [",".join([name, *(f"{x:.5g}" for x in row)]) for row in curve]
-        found = json.loads(file.with_name(file.name + ".json").read_text(encoding="utf-8"))
-        sums += [",".join(["run", *found])] * (len(sums) == 1)
-        sums.append(",".join([name, *(f"{value:.6g}" for value in found.values())]))
-    for file, text in (("walls_runs.csv", lines), ("walls_summaries.csv", sums)):
-        (DATA / file).write_text("\n".join(text) + "\n", encoding="utf-8")
+            parts = dict(zip(("displacement", "horizontal", "vertical"), curve.T, strict=True))
+            paths.append(pandas.DataFrame({"run": name, **parts}))
+        sums.append(pandas.DataFrame([{"run": name, **json.loads(done.read_text(encoding="utf-8"))}]))
+    for file, parts, digits in (("walls_runs", paths, "%.5g"), ("walls_summaries", sums, "%.6g")):
+        table = pandas.concat(parts).to_csv(index=False, float_format=digits)
+        made = "# Made by python -m harness.studies.validation.walls --fit\n"
+        (DATA / f"{file}.csv").write_text(made + table, encoding="utf-8")
 
 
 def curves() -> dict[str, Floats]:

@@ -149,6 +149,15 @@ SOLID = {
 }
 
 
+PASSES = {
+    "SW30 newton": ("SW30", "Newton's method, no drag", 9.0),
+    "SW30 drag": ("SW30", "Newton's method, drag", 9.0),
+    "SW30 passes": ("SW30", "passes where it fails, no drag", 9.0),
+    "WS100 passes": ("WS100", "passes where it fails, no drag", 20.0),
+}
+"""Runs with passes: wall, method and end."""
+
+
 def outcomes(summaries: pandas.DataFrame, labels: dict[str, str], *head: str, end: float) -> str:
     """Table of runs of J4D that pass the snaps of its bricks up to a displacement, or stop."""
     body = []
@@ -157,6 +166,19 @@ def outcomes(summaries: pandas.DataFrame, labels: dict[str, str], *head: str, en
         where = "passes" if one.end >= end else f"stops at {one.end:.2f} mm"
         body.append([label, f"{one.peak:.1f}", f"{one.iterations:.0f}", f"{one[head[3]]:.0f}", where])
     return markdown([*head], body)
+
+
+def passes(summaries: pandas.DataFrame) -> str:
+    """Table of dry walls by passes."""
+    body = []
+    for name, (wall, method, end) in PASSES.items():
+        one = summaries.loc[name]
+        where = "passes" if one.end >= end else f"stops at {one.end:.2f} mm"
+        steps = f"{one.by_passes:.0f} of {one.steps:.0f}"
+        error = f"{one.e_t:.1g}" if one.by_passes else ""
+        body.append([wall, method, f"{one.peak:.1f}", f"{one.iterations:.0f}", steps, error, where])
+    head = ["wall", "method", "peak, kN", "iterations", "steps by passes", "largest error of forces", "end"]
+    return markdown(head, body)
 
 
 def scale(summaries: pandas.DataFrame) -> str:
@@ -268,6 +290,7 @@ def tables(_: Mapping[str, Constants]) -> dict[str, str]:
         "methods": outcomes(
             summaries, METHODS, "method", "peak, kN", "iterations", "seconds", "end", end=4.0
         ),
+        "passes": passes(summaries),
         "choices": outcomes(
             summaries, CHOICES, "J4D", "peak, kN", "iterations", "seconds", "to 2.3 mm", end=2.3
         ),
