@@ -2,7 +2,7 @@
 
 !> Content of a case file, or of a text in its form: the number of runs, then for each run the value of the sweep (0
 !> without one), 1 if a loss of equilibrium is expected, the tolerance (0: none), the start (0 virgin, 1 &state, 2
-!> &initial), separation and work there (huge: that of the energies), then lists with their lengths before them: the
+!> &initial), separation, work there (huge: that of the energies) and water pressure, then lists with their lengths before them: the
 !> state, PROPS (none: the law is a UMAT), and for each step, whose number comes first, the values of each entry (-1:
 !> not given).
 subroutine case_numbers(path, source, room, numbers, length, pattern, title, sweep, status, message)
@@ -24,7 +24,7 @@ subroutine case_numbers(path, source, room, numbers, length, pattern, title, swe
   type(case_file_type) :: file
   type(errors_type) :: errors
   character(len=:), allocatable :: text
-  double precision :: start(4)
+  double precision :: start(5)
   integer :: i, j, k
   length = 0
   pattern = 0
@@ -54,7 +54,7 @@ subroutine case_numbers(path, source, room, numbers, length, pattern, title, swe
       if (size(file%values) > 0) start(1) = file%values(i)
       call put([start(1), dble(merge(1, 0, case%expect%lost)), case%tolerance, &
         dble(merge(merge(2, 1, case%initial%given), 0, case%state%given))])
-      start = [case%state%s, case%state%work]
+      start = [case%state%s, case%state%work, case%state%p]
       if (.not. case%state%has_work) start(4) = huge(start)
       call put(start)
       call put_list(case%state%statev)

@@ -23,8 +23,9 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   integer, intent(in) :: counts(n_entries, n_steps)         !! values of each entry, -1: not given
   integer, intent(in) :: n_values                           !! values of all entries, at least 1
   double precision, intent(in) :: values(n_values)          !! values, entry by entry and step by step
-  double precision, intent(in) :: start(4)                  !! separation (N, Tx, Ty), length, and work so far at the
-                                                            !! start; a work that is not finite: the energies of the state
+  double precision, intent(in) :: start(5)                  !! separation (N, Tx, Ty), length, work so far and water
+                                                            !! pressure at the start; a work that is not finite: the
+                                                            !! energies of the state
   double precision, intent(in) :: state(nstatv)             !! STATEV at the start; 0: virgin
   integer, intent(in) :: refines                            !! 1: increments to a tolerance; 0: as they are given
   double precision, intent(in) :: tolerance                 !! relative
@@ -77,7 +78,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   if (errors%n == 0) then
     point = new_point(law, state, start(:3))
     if (abs(start(4)) <= huge(start)) point%work = start(4)
-    call refine_path(law, steps, point, merge(tolerance, 0.0d0, refines == 1), run, text)
+    call refine_path(law, steps, point, start(5), merge(tolerance, 0.0d0, refines == 1), run, text)
     call fail(errors, error_type(), text)
   end if
   do while (errors%n == 0)

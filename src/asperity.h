@@ -21,7 +21,8 @@ enum asperity_status {
   ASPERITY_BAD_STATE = 6,      /* a state is not finite, or a damage is outside 0..1 */
   ASPERITY_BAD_SIZE = 7,       /* a negative number of points or of bytes of a message, or an array that is NULL */
   ASPERITY_BAD_TIME = 8,       /* viscous damage: a time increment is missing, not finite or negative */
-  ASPERITY_BAD_INITIAL = 9     /* an initial traction that the state cannot carry */
+  ASPERITY_BAD_INITIAL = 9,    /* an initial traction that the state cannot carry */
+  ASPERITY_BAD_WATER = 10      /* a water pressure is missing, not finite or negative */
 };
 
 /* Version of the library as text; returns its length. */
@@ -49,12 +50,13 @@ int asperity_initial_state(const double *props, int nprops, int n, const double 
  *   s        double[n][3], separation at the end
  *   aim      double[n][3], separation of which damage, friction bound and facets make traction and tangent (symmetric)
  *            in place of those of s; the state is that of s all the same; NULL: none
+ *   p        double[n], water pressure in the joint at the end, >= 0: the traction is total; NULL: 0
  *   state    double[n][nstatv], state variables, start -> end; all zero: virgin
  *   traction double[n][3], traction at the end
  *   tangent  double[n][3][3], d traction_i / d s_j (not symmetric without aim); NULL: not computed
  * Returns ASPERITY_OK, or the status of the first rejected point; then only the message is written. */
 int asperity_update(const double *props, int nprops, double dt, int n, const double *s_old, const double *s,
-                    const double *aim, int nstatv, double *state, double *traction, double *tangent, char *message,
+                    const double *aim, const double *p, int nstatv, double *state, double *traction, double *tangent, char *message,
                     int size);
 
 /* UMAT of Abaqus/Standard, CalculiX and Kratos (Fortran calling convention, DDSDDE by columns). */

@@ -54,7 +54,7 @@ contains
     if (size(case%steps) > 0) then
       call run_path(case, law, label, table, progress, run, failure, broken, why)
     else
-      if (case%initial%given) call start_from(table, law, new_point(law, case%state%statev))
+      if (case%initial%given) call start_from(table, law, new_point(law, case%state%statev), 0.0_wp)
       call run_replay(case, label, table, progress, failure)
     end if
     call clear_progress(progress)
@@ -130,9 +130,9 @@ contains
     class default
       start = new_point(law, case%state%statev, case%state%s)
       if (case%state%has_work) start%work = case%state%work
-      call refine_path(law, case%steps, start, case%tolerance, run, failure)
+      call refine_path(law, case%steps, start, case%state%p, case%tolerance, run, failure)
     end select
-    if (case%state%given) call start_from(table, law, start)
+    if (case%state%given) call start_from(table, law, start, case%state%p)
     do
       if (case%umat%given) then
         call next_umat_row(child, row, found)
@@ -249,12 +249,15 @@ contains
   !> Measures of warnings that a case determines before its run.
   pure function measures_of_case(case) result(values)
     type(case_type), intent(in) :: case              !! the case
-    real(wp) :: tension, values(n_measures)
+    real(wp) :: p, tension, values(n_measures)
     integer :: i
     tension = 0.0_wp
+    p = case%state%p
     do i = 1, size(case%steps)
       associate (step => case%steps(i))
-        if (step%control%traction(1) .and. step%has_target(1)) tension = max(tension, maxval(step%targets(1, :)))
+        if (.not. (step%control%traction(1) .and. step%has_target(1))) cycle
+        if (allocated(step%water)) p = maxval(step%water)
+        tension = max(tension, maxval(step%targets(1, :)) + p)
       end associate
     end do
     values = measures(case%props, 0.0_wp, tension, 0.0_wp)

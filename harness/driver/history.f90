@@ -20,7 +20,7 @@ module history
     integer :: updates = 0                 !! of the law, of all rows; 0: not counted
     integer :: snaps = 0                   !! of all rows
     real(wp) :: released = 0.0_wp          !! energy released by them, stress*length
-    real(wp) :: least_traction = 0.0_wp    !! smallest t_N
+    real(wp) :: least_traction = 0.0_wp    !! smallest t_N that the law carries
     real(wp) :: largest_slip = 0.0_wp      !! largest norm of (s_Tx, s_Ty)
     logical, private :: every = .false.    !! whether all numbers of a row have columns
     integer, private :: first = huge(1)    !! first number of the state that has a column
@@ -51,13 +51,14 @@ contains
   end subroutine open_history
 
   !> Set the state from which work and events are counted, for a run that does not start from a virgin point.
-  subroutine start_from(table, law, point)
+  subroutine start_from(table, law, point, p)
     type(history_type), intent(inout) :: table      !! the file, no row yet
     class(point_law), intent(in) :: law             !! the law
     type(point_type), intent(in) :: point           !! start of the run
+    real(wp), intent(in) :: p                       !! water pressure there, stress
     character(len=event_length) :: ignored
     call law%find_events(point%s, point%state, point%state, table%regime, ignored)
-    call set_point(table%last, point)
+    call set_point(table%last, point, p)
   end subroutine start_from
 
   !> Write a row by one system call, so that a run that is ended leaves complete rows.
@@ -74,7 +75,7 @@ contains
     table%snaps = table%snaps + row%report%snaps
     table%released = table%released + row%report%released
     table%most_iterations = max(table%most_iterations, row%report%iterations)
-    table%least_traction = min(table%least_traction, row%traction(1))
+    table%least_traction = min(table%least_traction, row%traction(1) + row%p)
     table%largest_slip = max(table%largest_slip, norm2(row%s(2:)))
   end subroutine add_row
 

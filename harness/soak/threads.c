@@ -82,7 +82,7 @@ static void by_points(int first, int last, result_type *out) {
     if (p % 97 == 0) asperity_initial_state(props, NPROPS, 1, traction, NSTATV, out->rows[p], NULL, 0);
   }
   for (int step = 0; step < STEPS; step++)
-    asperity_update(props, NPROPS, dt, last - first, NULL, strain[step][first], NULL, NSTATV, out->rows[first],
+    asperity_update(props, NPROPS, dt, last - first, NULL, strain[step][first], NULL, NULL, NSTATV, out->rows[first],
                     out->stress[first], out->tangent[first], NULL, 0);
 }
 
@@ -91,7 +91,7 @@ static void by_rejected(int first, int last, result_type *out) {
   for (int p = first; p < last; p++) {
     double state[NSTATV] = {0};
     for (int i = 8; i < 8 + p % (NSTATV - 8); i++) state[i] = 1e300 * strain[0][p][0];
-    out->rows[p][0] = asperity_update(props, NPROPS, p % 2 ? dt : -1.0, 1, NULL, strain[0][p], NULL, NSTATV, state,
+    out->rows[p][0] = asperity_update(props, NPROPS, p % 2 ? dt : -1.0, 1, NULL, strain[0][p], NULL, NULL, NSTATV, state,
                                       out->stress[p], NULL, out->message[p], sizeof out->message[p]);
   }
 }

@@ -188,7 +188,7 @@ def _listed(numbers: Iterator[float], n: int | None = None) -> list[float]:
 def _run(numbers: Iterator[float], swept: bool) -> Run | None:
     """Next run of a case; None if its law is a UMAT."""
     value, loses, tolerance, kind = _listed(numbers, 4)
-    *s, work = _listed(numbers, 4)
+    *s, work, water = _listed(numbers, 5)
     state = np.array(_listed(numbers))
     props = tuple(_listed(numbers))
     steps = []
@@ -202,7 +202,7 @@ def _run(numbers: Iterator[float], swept: bool) -> Run | None:
     pattern = Pattern(**_values(props, "pattern"), listed=tuple(map(tuple, listed)))
     start, point = STARTS[int(kind)], None
     if start != "virgin":
-        point = Point(state, tuple(s), work if abs(work) < np.finfo(float).max else None)
+        point = Point(state, tuple(s), work if abs(work) < np.finfo(float).max else None, water)
     of_sweep = value if swept else None
     path_and_end = start, tuple(steps), point, tolerance or None, loses == 1.0
     return Run(of_sweep, props, material, pattern, *path_and_end)

@@ -19,14 +19,14 @@ SEPARATION, TRACTION = ("s_N", "s_Tx", "s_Ty"), ("t_N", "t_Tx", "t_Ty")
 """Names of columns, as in the results of the driver."""
 
 ENERGIES = ("stored", "rupture", "friction", "work")  # energies per unit area, in the order of the columns
-COLUMNS = (*SEPARATION, *TRACTION, "damage", *ENERGIES, "event")
+COLUMNS = (*SEPARATION, *TRACTION, "p", "damage", *ENERGIES, "event")
 """Columns of the results of the driver without the state of the planes."""
 
 EVENTS = ("onset", "damaged", "open", "close", "slip", "snap", "turn", "substeps", "cut", "lost")
 """Names of events in the order in which a row has them."""
 
 
-ARRAYS = ("separation", "traction", "damage", "state", "work", "step", "position", "time", "iterations")
+ARRAYS = ("separation", "traction", "damage", "state", "work", "step", "position", "time", "iterations", "p")
 """Fields of a history with a value for each row."""
 
 
@@ -134,8 +134,9 @@ class Snap:
 class History(_Named):
     """One point along a load path; the first axis of every field is the row.
 
-    separation (T, 3), length; traction (T, 3), stress; damage (T,); state (T, nstatv), by name in stored,
-    rupture, friction, alpha(plane), slip(plane); work (T,): of the traction on the separation, the preload
+    separation (T, 3), length; traction (T, 3), total, stress; p (T,): water pressure, by which the law
+    carries more than the total normal traction; damage (T,); state (T, nstatv), by name in stored, rupture,
+    friction, alpha(plane), slip(plane); work (T,): of the traction of the law on the separation, the preload
     included, stress*length; events: (row, text), those of a preload with row 0; snaps: the jumps among them,
     the longest of each row.  step (T,): from 1; position (T,): number of targets that were reached before,
     plus the share of the way to the next one; time (T,); iterations (T,) of Newton's method.
@@ -153,9 +154,12 @@ class History(_Named):
     position: Floats = field(default_factory=lambda: np.zeros(0))
     time: Floats = field(default_factory=lambda: np.zeros(0))
     iterations: NDArray[np.int_] = field(default_factory=lambda: np.zeros(0, dtype=int))
+    p: Floats | None = None
 
     def __post_init__(self) -> None:
-        """Make the arrays read-only."""
+        """Make the arrays read-only; without water its pressure is zero."""
+        if self.p is None:
+            object.__setattr__(self, "p", np.zeros(len(self.damage)))
         _freeze(*(getattr(self, name) for name in ARRAYS))
 
     def __len__(self) -> int:
@@ -222,7 +226,7 @@ class History(_Named):
         """Separation, state and work of the last row, from which `Interface.run` may continue."""
         refuse(len(self) == 0, "end: expected a history with rows")
         s_N, s_Tx, s_Ty = self.separation[-1].tolist()
-        return Point(self.state[-1], (s_N, s_Tx, s_Ty), float(self.work[-1]))
+        return Point(self.state[-1], (s_N, s_Tx, s_Ty), float(self.work[-1]), float(self.p[-1]))
 
     def after_step(self, step: int) -> History:
         """Rows after a step; the events before belong to the first of them.
@@ -254,7 +258,7 @@ class History(_Named):
         """
         found: dict[str, Any] = dict(zip(SEPARATION, self.separation.T, strict=True))
         found |= dict(zip(TRACTION, self.traction.T, strict=True))
-        found |= {"damage": self.damage} | {name: getattr(self, name) for name in ENERGIES}
+        found |= {"p": self.p, "damage": self.damage} | {name: getattr(self, name) for name in ENERGIES}
         found["event"] = self._events()
         if planes:
             names = contract.statev_names(self.planes, self.wears)
@@ -286,7 +290,7 @@ class History(_Named):
             state[:, contract.statev_index(name)] = numbers[name]
         events = tuple((row, text) for row, text in enumerate(table["event"]) if text)
         s, t = (np.column_stack([numbers[name] for name in names]) for names in (SEPARATION, TRACTION))
-        return cls(s, t, numbers["damage"], state, numbers["work"], events)
+        return cls(s, t, numbers["damage"], state, numbers["work"], events, p=numbers["p"])
 
     def _events(self) -> list[str]:
         """Events of each row, joined by +; one after the last row belongs to it."""

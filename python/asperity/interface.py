@@ -55,6 +55,7 @@ class Interface:
         dt: float | None = None,
         out: tuple[Floats, Floats, Floats] | None = None,
         aim: ArrayLike | None = None,
+        p: ArrayLike | None = None,
     ) -> Update:
         """Take n points over one increment; the arguments are not modified, except for out.
 
@@ -67,6 +68,8 @@ class Interface:
         aim (n, 3), length: traction and tangent take the damage, the friction bound and the facets that the
         law has at the separation aim; the contact stays unilateral, and the state is that at s all the same.
         The tangent is then symmetric and has no negative eigenvalue (docs/theory.md, section 10).
+        p: water pressure at the end, one or (n,), stress, >= 0: the traction is total, so that the law
+        carries its normal component + p.
 
         Raises ValueError for wrong shapes and for values that are missing, not finite or out of range; a
         state that was to be replaced is then unchanged.
@@ -97,6 +100,7 @@ class Interface:
             inputs = {"s": s, "state": start, "s_old": s_old, "aim": at}
             traction, new, tangent = _outputs(out, shapes, inputs)
         duration = 0.0 if self._is_missing("dt", dt) else float(dt)
+        water = 0.0 if p is None else _pressure(p, n)
         if start is not new:
             new[:] = 0.0 if start is None else start
         if n > 0:  # f2py accepts no empty arrays
@@ -109,19 +113,29 @@ class Interface:
                 place = f"point {k} (of 0 to {n - 1}): " if failed > 0 else ""
                 message = _core.input_errors(self._props, s_old[k], s[k], frozen, duration, new[k])
                 raise ValueError(place + message.decode("ascii").rstrip())
+        if p is not None:
+            traction[:, 0] -= water
         return Update(traction.view(), new.view(), tangent.view(), self.n_planes)
 
-    def initial(self, traction: ArrayLike, damage: ArrayLike = 0.0, slip: ArrayLike | None = None) -> Floats:
+    def initial(
+        self,
+        traction: ArrayLike,
+        damage: ArrayLike = 0.0,
+        slip: ArrayLike | None = None,
+        p: ArrayLike = 0.0,
+    ) -> Floats:
         """State (nstatv,) or (n, nstatv) of points that carry a traction (3,) or (n, 3) at separation zero.
 
         damage, 0 to 1: of all planes, or (Np,) of each.  slip, length: inelastic slips (s_dit, s_dih) of
-        all planes, (2,), or of each, (Np, 2); None is zero.  The traction is applied in proportion, from
-        zero; the separation that belongs to it becomes the offset (STATEV 6 to 8).  Rupture and friction
-        count from this state on, so they are zero in it.  Raises ValueError for wrong input and for a
-        traction that the state cannot carry; the message contains the traction that it can.
+        all planes, (2,), or of each, (Np, 2); None is zero.  p: water pressure, one or (n,), stress: the
+        traction is total, and the state carries the normal traction t_N + p.  The traction is applied in
+        proportion, from zero; the separation that belongs to it becomes the offset (STATEV 6 to 8).  Rupture
+        and friction count from this state on, so they are zero in it.  Raises ValueError for wrong input and
+        for a traction that the state cannot carry; the message contains the traction that it can.
         """
         given = contract.array("traction", traction, (3,), ("n", 3))
         tractions = np.array(given, ndmin=2)
+        tractions[:, 0] += _pressure(p, len(tractions))
         state = np.zeros((len(tractions), self.nstatv))
         shape = (len(tractions), self.n_planes, contract.N_PLANE_STATEV)
         planes = state[:, contract.N_POINT_STATEV : contract.n_statev(self.n_planes)].reshape(shape)
@@ -174,7 +188,7 @@ class Interface:
         warn_of_physics(
             self.material,
             self.pattern,
-            history.traction[:, 0].min(initial=0.0),
+            (history.traction[:, 0] + history.p).min(initial=0.0),
             max(prescribed, default=0.0),
             slip=np.hypot(*history.separation[:, 1:].T).max(initial=0.0),
         )
@@ -371,6 +385,17 @@ class Interface:
                 f"times[{i}] = {array[i]:g}: expected a finite number from {before[i]:g}, the time before, on"
             )
         return array
+
+
+def _pressure(p: ArrayLike, n: int) -> Floats:
+    """Water pressures (n,) of one or n values; raises ValueError for one that is negative or not finite."""
+    given = contract.array("p", p, (), (n,))
+    good = np.atleast_1d(np.isfinite(given) & (given >= 0.0))
+    if not good.all():
+        k = int(np.argmin(good))
+        place = f"p[{k}]" if given.ndim else "p"
+        raise ValueError(f"{place} = {np.atleast_1d(given)[k]:g}: expected a finite water pressure >= 0")
+    return np.broadcast_to(given, (n,))
 
 
 def _outputs(

@@ -47,7 +47,10 @@ def rows_of(
     relative = 0.0 if tolerance is None else contract.number("tolerance", tolerance, "1e-8 to 0.1")
     counts, values = pack(steps)
     work = np.nan if start.work is None else contract.number("work", start.work)
-    place = np.append(contract.array("separation", start.separation, (3,)), work)
+    water = contract.number("p", start.p)
+    if water < 0.0:
+        raise ValueError(f"p = {contract.shown(start.p)}: expected >= 0")
+    place = np.append(contract.array("separation", start.separation, (3,)), (work, water))
     state = contract.array("state", start.state, (nstatv,))
     n = FIRST_ROOM
     if tolerance is None and not any(step.follow == "branch" for step in steps):
@@ -91,5 +94,5 @@ def history_of(
         for row in np.flatnonzero(column["snaps"] > 0.0).tolist()
     )
     more = {name: column[name].astype(int) for name in ("step", "iterations")}
-    more |= {name: column[name] for name in ("damage", "work", "position", "time")}
+    more |= {name: column[name] for name in ("damage", "work", "position", "time", "p")}
     return History(s, t, state=states.copy(), events=events, snaps=snaps, n_planes=n_planes, **more)

@@ -48,7 +48,8 @@ class Step:
     lists are followed (1). time: duration of the step, divided equally among its increments, or a list, the
     time to each target (1); it matters for viscous damage only. follow, "stable" or "branch": the point jumps
     where the stable path ends, or continues along the unstable part, where the prescribed values turn back
-    and forward again. arc: longest step along the branch, times s0 (0.05).
+    and forward again. arc: longest step along the branch, times s0 (0.05). p: targets of the water pressure
+    in the joint, stress, >= 0; t_N is the total traction, of which the law carries t_N + p.
 
     Raises ValueError if a value is no number. Everything else is checked by `Interface.run`.
 
@@ -76,6 +77,7 @@ class Step:
     time: ArrayLike | None = None
     follow: str | None = None
     arc: float | None = None
+    p: ArrayLike | None = None
 
     def __post_init__(self) -> None:
         """Numbers become floats, lists become tuples of floats."""
@@ -105,7 +107,7 @@ class Step:
         return int(np.clip(np.nan_to_num((parts.sum() + last) * (self.cycles or 1.0)), 1.0, 1e7))
 
 
-TARGETS = ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "slip")  # entries with a value for each target
+TARGETS = ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "slip", "p")  # entries with a value for each target
 _DEFAULTS = {entry.name: entry.default for entry in entries()}
 
 
@@ -113,12 +115,13 @@ _DEFAULTS = {entry.name: entry.default for entry in entries()}
 class Point:
     """Start of a load path: STATEV (nstatv,), separation (N, Tx, Ty), length, and work so far, stress*length.
 
-    A work that is None is the sum of stored and dissipated energies.
+    A work that is None is the sum of stored and dissipated energies.  p: water pressure, stress.
     """
 
     state: Floats
     separation: tuple[float, float, float] = (0.0, 0.0, 0.0)
     work: float | None = None
+    p: float = 0.0
 
 
 def pack(steps: Sequence[Step]) -> tuple[NDArray[np.int32], Floats]:

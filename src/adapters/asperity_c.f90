@@ -3,12 +3,12 @@ module asperity_c
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
   use asperity_call_checks, only: explain_nstatv, explain_point, explain_time
   use asperity_checks, only: review_props
-  use asperity_contract, only: status_nstatv, status_ok, status_size, status_time, version
+  use asperity_contract, only: status_nstatv, status_ok, status_size, status_time, status_water, version
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, new_interface
   use asperity_arrays, only: update_points
   use asperity_kinds, only: wp
-  use asperity_text, only: integer_text
+  use asperity_text, only: integer_text, to_text
   implicit none
   private
   public :: asperity_version, asperity_nstatv, asperity_initial_state, asperity_update, put_text
@@ -82,8 +82,8 @@ contains
   end function asperity_initial_state
 
   !> Update n points over one increment; returns 0, or a status code with the reasons in the message only.
-  function asperity_update(props, nprops, dt, n, s_old, s, aim, nstatv, state, traction, tangent, message, size) &
-    bind(C) result(status)
+  function asperity_update(props, nprops, dt, n, s_old, s, aim, p, nstatv, state, traction, tangent, message, &
+    size) bind(C) result(status)
     integer(c_int), value :: nprops                     !! number of constants
     real(c_double), value :: dt                         !! duration, >= 0, time; not used if tau_v = 0
     integer(c_int), value :: n                          !! points
@@ -92,13 +92,14 @@ contains
     type(c_ptr), value :: s_old                         !! double[n][3] separation at the start, NULL: zero
     type(c_ptr), value :: s                             !! double[n][3] separation (N, Tx, Ty) at the end, length
     type(c_ptr), value :: aim                           !! double[n][3] separation of frozen variables, NULL: none
+    type(c_ptr), value :: p                             !! double[n] water pressure at the end, NULL: 0
     type(c_ptr), value :: state                         !! double[n][nstatv] state variables, start -> end
     type(c_ptr), value :: traction                      !! double[n][3] traction at the end, stress
     type(c_ptr), value :: tangent                       !! double[n][3][3] d traction_i/d s_j, may be NULL
     type(c_ptr), value :: message                       !! char[size], may be NULL
     integer(c_int), value :: size                       !! bytes of the message
     integer(c_int) :: status
-    real(wp), pointer, contiguous :: from(:, :), to(:, :), goal(:, :), states(:, :), t(:, :), d(:, :, :)
+    real(wp), pointer, contiguous :: from(:, :), to(:, :), goal(:, :), water(:), states(:, :), t(:, :), d(:, :, :)
     real(wp), target :: none(0)
     character(len=:), allocatable :: text
     type(interface_type) :: joint
@@ -122,13 +123,17 @@ contains
         call c_f_pointer(traction, t, [3, n])
       end if
       ! a null pointer is an absent optional argument
-      nullify (from, goal, d)
+      nullify (from, goal, water, d)
       if (c_associated(s_old)) call c_f_pointer(s_old, from, [3, n])
       if (c_associated(aim)) call c_f_pointer(aim, goal, [3, n])
+      if (c_associated(p)) call c_f_pointer(p, water, [n])
       if (c_associated(tangent)) call c_f_pointer(tangent, d, [3, 3, n])
-      call update_points(joint, to, states, t, status, failed, from, d, dt, .true., goal)
+      call update_points(joint, to, states, t, status, failed, from, d, dt, .true., goal, water)
       if (status == status_time) then
         call explain_time(joint, "dt", text, dt)
+      else if (status == status_water) then
+        text = "point " // integer_text(failed) // ": p = " // to_text(water(failed)) // &
+          ": expected a finite water pressure >= 0"
       else if (status /= status_ok) then
         start = 0.0_wp
         if (associated(from)) start = from(:, failed)

@@ -1,11 +1,13 @@
 !> Procedures of all host adapters: component orders and requests for a smaller increment.
 module asperity_host
   use, intrinsic :: iso_fortran_env, only: int64
+  use asperity_checks, only: bounded
   use asperity_interface, only: interface_type, plane_damage
   use asperity_kinds, only: wp
+  use asperity_text, only: append, integer_text, to_text
   implicit none
   private
-  public :: component_map, vumat_map, request_cut, request_slower_damage
+  public :: component_map, vumat_map, request_cut, request_slower_damage, water_pressure, explain_water
 
   !> Increment factor requested when a call is rejected.
   real(wp), parameter, public :: rejected_pnewdt = 0.25_wp
@@ -43,6 +45,35 @@ contains
     if (ndir == 1 .and. nshr == 1) position = [1, 2, 0]
     if (ndir == 1 .and. nshr == 2) position = [1, 3, 2]
   end function vumat_map
+
+  !> Water pressure in a joint, from the predefined fields of a host; NaN if the host passes none.
+  pure function water_pressure(joint, predef, dpred) result(p)
+    type(interface_type), intent(in) :: joint      !! the interface
+    real(wp), intent(in), optional :: predef(*)    !! predefined fields at the start; any bits where there is no water
+    real(wp), intent(in), optional :: dpred(*)     !! their increments; absent: zero
+    real(wp) :: p                                  !! stress, 0 without water
+    p = 0.0_wp
+    if (joint%water == 0) return
+    p = quiet_nan
+    if (.not. present(predef)) return
+    p = predef(joint%water)
+    if (.not. present(dpred)) return
+    if (bounded(p, huge(p)) .and. bounded(dpred(joint%water), huge(p))) then
+      p = p + dpred(joint%water)
+    else
+      p = quiet_nan
+    end if
+  end function water_pressure
+
+  !> Append why a water pressure is not admissible.
+  pure subroutine explain_water(joint, name, p, message)
+    type(interface_type), intent(in) :: joint                 !! the interface
+    character(len=*), intent(in) :: name                      !! of the fields, as the host calls them
+    real(wp), intent(in) :: p                                 !! what the host passed; NaN: nothing finite
+    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
+    call append(message, name // "(" // integer_text(joint%water) // ") = " // to_text(p) // &
+      ": expected the water pressure in the joint, finite and >= 0, as PROPS(23) = " // integer_text(joint%water))
+  end subroutine explain_water
 
   !> Request a smaller increment from the host: PNEWDT may arrive as 1 (Abaqus), -1 (CalculiX) or absent (Kratos).
   pure subroutine request_cut(factor, pnewdt)

@@ -3,14 +3,17 @@
 !> docs/reference/contract.md describes PROPS, STATEV and the component orders. DDSDDE is the consistent tangent; it is
 !> unsymmetric (Abaqus: UNSYMM). Hosts may pass NULL for the optional arguments. SSE, SPD and SCD are written, but never
 !> read. STRESS is read only at the first call of a point (STATEV 5 is 0), as the initial traction. DTIME is read only
-!> for viscous damage (PROPS 13). A rejected call fills STRESS and DDSDDE with NaN and does not change STATEV.
+!> for viscous damage (PROPS 13), PREDEF and DPRED only for water (PROPS 23): STRESS is the total traction, from which the
+!> law acts on the part without the water pressure. A rejected call fills STRESS and DDSDDE with NaN and does not change STATEV.
 subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
   use asperity_call_checks, only: explain_call, host_status
+  use asperity_checks, only: bounded
   use asperity_contract, only: max_ntens, max_planes, status_initial, &
-    status_ok, v_friction, v_offset, v_rupture, v_stored
-  use asperity_host, only: component_map, quiet_nan, rejected_pnewdt, request_cut, request_slower_damage
+    status_ok, status_water, v_friction, v_offset, v_rupture, v_stored
+  use asperity_host, only: component_map, explain_water, quiet_nan, rejected_pnewdt, request_cut, request_slower_damage, &
+    water_pressure
   use asperity_initial, only: carry_traction, explain_initial, first_traction
   use asperity_interface, only: interface_type, new_interface, plane_damage
   use asperity_kinds, only: wp
@@ -32,13 +35,15 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   character(len=*), intent(in) :: cmname         !! material name, not used (Kratos passes one character)
   real(wp), intent(inout), optional :: pnewdt    !! increment factor, written only to request a cut
   real(wp), intent(in), optional :: dtime        !! time increment, required for viscous damage
+  real(wp), intent(in), optional :: predef(*)    !! predefined fields at the start, required for water
+  real(wp), intent(in), optional :: dpred(*)     !! their increments
   ! the following arguments are not used, and NULL in some hosts
   real(wp), intent(inout), optional :: rpl, ddsddt(*), drplde(*), drpldt
-  real(wp), intent(in), optional :: time(*), temp, dtemp, predef(*), dpred(*), coords(*), drot(*), celent, &
+  real(wp), intent(in), optional :: time(*), temp, dtemp, coords(*), drot(*), celent, &
     dfgrd0(*), dfgrd1(*)
   integer, intent(in), optional :: noel, npt, layer, kspt, kstep, kinc
   type(interface_type) :: joint
-  real(wp) :: from(3), to(3), traction(3), tangent(3, 3), layer_stiffness, damage(max_planes)
+  real(wp) :: from(3), to(3), traction(3), tangent(3, 3), layer_stiffness, damage(max_planes), p
   character(len=:), allocatable :: message
   integer :: i, n, position(3), status
 
@@ -46,6 +51,11 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   position = component_map(ntens, joint%map)
   if (status == status_ok) status = host_status(joint, position, ntens, stran, dstran, nstatv, statev, &
     dtime)
+  p = 0.0_wp
+  if (status == status_ok .and. joint%water > 0) then
+    p = water_pressure(joint, predef, dpred)
+    if (.not. bounded(p, huge(p)) .or. p < 0.0_wp) status = status_water
+  end if
   if (status == status_ok) then
     traction = 0.0_wp
     from = 0.0_wp
@@ -57,6 +67,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
       to(i) = joint%h*(stran(position(i)) + dstran(position(i)))
     end do
     if (first_traction(traction, statev)) then
+      traction(1) = traction(1) + water_pressure(joint, predef)
       call carry_traction(joint, traction, position > 0, statev, status)
       ! the initial traction belongs to the separation at the start, which is not zero in every host
       if (status == status_ok) statev(v_offset:v_offset + 2) = statev(v_offset:v_offset + 2) - from
@@ -65,6 +76,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   if (status /= status_ok) then
     allocate (character(len=0) :: message)
     call explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message, dtime)
+    if (status == status_water) call explain_water(joint, "PREDEF", p, message)
     if (status == status_initial) call explain_initial(joint, traction, position > 0, statev, message)
     call report_umat(message)
     stress = quiet_nan
@@ -77,6 +89,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   if (joint%dalpha > 0.0_wp) damage(:n) = plane_damage(joint, statev)
   call update_point_in_place(joint, from, to, statev, traction, tangent, dtime)
   if (joint%dalpha > 0.0_wp) call request_slower_damage(joint, damage(:n), statev, pnewdt)
+  if (joint%water > 0) traction(1) = traction(1) - p
 
   if (ntens == max_ntens) then
     ! the three components of a solid layer that an interface does not have

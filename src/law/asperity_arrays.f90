@@ -3,10 +3,10 @@ module asperity_arrays
   use asperity_aim, only: update_aimed
   use asperity_call_checks, only: point_status, time_status
   use asperity_block_kernel_double, only: rows_bounded, update_rows
-  use asperity_checks, only: all_bounded, limits_type, set_limits
+  use asperity_checks, only: all_bounded, bounded, limits_type, set_limits
   use asperity_kinds, only: wp
   use asperity_block_double, only: block_type, chunk, new_block
-  use asperity_contract, only: energy_limit, status_ok
+  use asperity_contract, only: energy_limit, status_ok, status_water
   use asperity_interface, only: interface_type, separation_bound, slip_bound
   use asperity_point, only: update_point_in_place
   implicit none
@@ -37,18 +37,19 @@ contains
   !> The points are processed in blocks, by several threads if the library is built with OpenMP. The result of a point
   !> does not depend, to the last bit, on which other points are in the call or on the number of threads. With an aim,
   !> traction and tangent are those of frozen variables (asperity_aim); the state is the same.
-  subroutine update_points(joint, s, state, traction, status, failed, s_old, tangent, dt, by_rows, aim)
+  subroutine update_points(joint, s, state, traction, status, failed, s_old, tangent, dt, by_rows, aim, p)
     type(interface_type), intent(in) :: joint                     !! the interface
     real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
     real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end
     real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
-    integer, intent(out) :: status                                !! 0, status_time or that of the first bad point
+    integer, intent(out) :: status                                !! 0, status_time, status_water or that of the first bad point
     integer, intent(out) :: failed                                !! number of the first bad point, 0: none
     real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
     real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
     real(wp), intent(in), optional :: dt                          !! duration, required if tau_v > 0, time
     logical, intent(in), optional :: by_rows                      !! true: tangent(j, i, :), as C and Python store it
     real(wp), intent(in), optional, contiguous :: aim(:, :)       !! (3, n) separation of frozen variables, absent: none
+    real(wp), intent(in), optional, contiguous :: p(:)            !! (n) water pressure: tractions are total; absent: 0
     type(block_type) :: block
     type(limits_type) :: limits
     logical :: rows
@@ -80,6 +81,13 @@ contains
       return
     end if
     failed = 0
+    if (present(p)) then
+      do first = n, 1, -1
+        if (.not. bounded(p(first), huge(p)) .or. p(first) < 0.0_wp) failed = first
+      end do
+      if (failed > 0) status = status_water
+      if (failed > 0) return
+    end if
     if (present(aim)) then
       !$omp parallel do schedule(static) if (n >= worth_threads)
       do first = 1, n, chunk
@@ -97,6 +105,7 @@ contains
       end do
       !$omp end parallel do
     end if
+    if (present(p)) traction(1, :n) = traction(1, :n) - p
 
   contains
 

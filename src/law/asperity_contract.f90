@@ -13,7 +13,7 @@ module asperity_contract
   ! --- PROPS ---------------------------------------------------------------------------------------------------------
   integer, parameter, public :: p_sigma0 = 1, p_gc = 2, p_eta = 3, p_mu = 4, p_theta = 5, p_m = 6, p_flat = 7, &
     p_turn = 8, p_h = 9, p_map = 10, p_sigma02 = 11, p_gc2 = 12, p_tau_v = 13, p_dalpha = 14, p_r = 15, &
-    p_kc = 16, p_guard = 17, p_height = 18, p_w0 = 19, p_damage0 = 20, p_closure = 21, p_crush = 22
+    p_kc = 16, p_guard = 17, p_height = 18, p_w0 = 19, p_damage0 = 20, p_closure = 21, p_crush = 22, p_water = 23
   !> PROPS before the listed planes, and how many of them have no default. The last ones are reserved: a new constant
   !> takes one of them, so that the listed planes of existing decks keep their place.
   integer, parameter, public :: n_fixed_props = 32, n_required_props = 4
@@ -116,7 +116,8 @@ module asperity_contract
     prop_type("crush", "law", "pressure that crushes asperities to 69 %; use kc >= 10 (0: none)", "stress", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-2_wp, 1.0e2_wp], "log", .true., &
               inclined=.true., shown_by="tests at several pressures"), &
-    prop_type("slot23", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
+    prop_type("water", "host", "number of the predefined field that is the water pressure (0: none)", "-", &
+              "0 or a whole number up to 1000", 0.0_wp, 1.0e3_wp, 0.0_wp, [0.0_wp, 1.0_wp], "whole"), &
     prop_type("slot24", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
     prop_type("slot25", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
     prop_type("slot26", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
@@ -169,7 +170,7 @@ module asperity_contract
   ! --- status codes --------------------------------------------------------------------------------------------------
   integer, parameter, public :: status_ok = 0, status_props = 1, status_nprops = 2, status_nstatv = 3, &
     status_ntens = 4, status_separation = 5, status_state = 6, status_size = 7, status_time = 8, &
-    status_initial = 9
+    status_initial = 9, status_water = 10
 
 contains
 

@@ -2,7 +2,7 @@
 module asperity_interface
   use asperity_checks, only: read_props
   use asperity_contract, only: n_fixed_props, n_statev, p_dalpha, p_flat, p_h, p_m, p_map, p_r, p_theta, p_turn, &
-    plane_statev, separation_limit, status_ok
+    p_water, plane_statev, separation_limit, status_ok
   use asperity_kinds, only: wp
   use asperity_material, only: material_type, new_material
   use asperity_pattern, only: listed_pattern, pattern_type, regular_pattern
@@ -17,6 +17,7 @@ module asperity_interface
     integer :: n_statev               !! state variables the law needs
     real(wp) :: h                     !! thickness by which the host divides separations, length
     integer :: map                    !! order of the host's components, 0 or 1
+    integer :: water                  !! predefined field of the host that is the water pressure, 0: none
     real(wp) :: r                     !! stiffness of the other components, as a fraction of K h
     real(wp) :: dalpha                !! largest growth of damage in an increment (PNEWDT), 0: no limit
   end type interface_type
@@ -47,6 +48,7 @@ contains
     joint%n_statev = n_statev(joint%pattern%n, joint%material%wears)
     joint%h = merge(p(p_h), 1.0_wp, p(p_h) > 0.0_wp)
     joint%map = int(p(p_map))
+    joint%water = int(p(p_water))
     joint%r = p(p_r)
     joint%dalpha = p(p_dalpha)
   end subroutine new_interface

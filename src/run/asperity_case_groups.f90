@@ -22,7 +22,8 @@ module asperity_case_groups
   !> The group &initial.
   type, public :: initial_type
     logical :: given = .false.                      !! false: virgin, without traction
-    real(wp) :: traction(3) = 0.0_wp                !! (N, Tx, Ty), stress
+    real(wp) :: traction(3) = 0.0_wp                !! total (N, Tx, Ty), stress
+    real(wp) :: p = 0.0_wp                          !! water pressure, stress
     real(wp), allocatable :: damage(:)              !! of all planes or of each, size 0: none
     real(wp), allocatable :: slip(:)                !! s_dit, s_dih of all planes or of each, length, size 0: none
     type(error_type) :: of_traction, of_damage, of_slip   !! places of errors in them
@@ -34,6 +35,7 @@ module asperity_case_groups
     logical :: given = .false.              !! false: virgin, separation zero
     real(wp) :: s(3) = 0.0_wp               !! separation (N, Tx, Ty), length
     real(wp), allocatable :: statev(:)      !! STATEV
+    real(wp) :: p = 0.0_wp                  !! water pressure, stress
     logical :: has_work = .false.           !! false: the work is the sum of stored and dissipated energy
     real(wp) :: work = 0.0_wp               !! work of the traction so far, stress*length
     type(error_type) :: place               !! of an error in it
@@ -69,6 +71,8 @@ contains
     call require(io, any(size(traction) == [0, 3]), integer_text(size(traction)) // &
       " values: expected three (t_N, t_Tx, t_Ty)")
     if (size(traction) == size(initial%traction)) initial%traction = traction
+    call real_entry(io, "p", initial%p, 0.0_wp)
+    call require(io, initial%p >= 0.0_wp, "expected >= 0")
     call reals_entry(io, "damage", initial%damage)
     initial%of_damage = io%place
     call require(io, all(initial%damage >= 0.0_wp .and. initial%damage <= 1.0_wp), "expected 0 to 1")
@@ -96,6 +100,8 @@ contains
     if (io%writes) s = state%s
     call reals_entry(io, "separation", s)
     call reals_entry(io, "statev", state%statev)
+    call real_entry(io, "p", state%p, 0.0_wp)
+    call require(io, state%p >= 0.0_wp, "expected >= 0")
     call real_entry(io, "work", state%work, given=state%has_work)
     call close_group(io)
     if (io%writes) return
@@ -119,7 +125,7 @@ contains
     type(state_type), intent(inout) :: state                  !! state at the start, with the offset of the planes
     type(errors_type), intent(inout) :: errors   !! errors are added
     character(len=:), allocatable :: reasons
-    real(wp) :: largest
+    real(wp) :: carried(3), largest
     integer :: earlier, i, k, status
     logical :: loaded
 
@@ -144,7 +150,9 @@ contains
     largest = slip_factor*separation_bound(joint)
     if (.not. all(bounded(initial%slip, largest))) call fail(errors, initial%of_slip, &
       "expected a magnitude up to " // to_text(largest))
-    loaded = any(abs(initial%traction) > 0.0_wp)
+    carried = [initial%traction(1) + initial%p, initial%traction(2:)]
+    state%p = initial%p
+    loaded = any(abs(carried) > 0.0_wp)
     if (any(abs(initial%traction) > 0.0_wp .and. .not. prescribed)) call fail(errors, &
         initial%of_traction, "expected t_Ty = 0 with ntens = 2")
     if (replays .and. .not. loaded .and. size(initial%slip) > 0) call fail(errors, &
@@ -152,10 +160,10 @@ contains
       "offset of a slip only if the stress is not zero")
     if (errors%n > earlier) return
     state%statev = initial%planes
-    call carry_traction(joint, initial%traction, prescribed, state%statev, status)
+    call carry_traction(joint, carried, prescribed, state%statev, status)
     allocate (character(len=0) :: reasons)
     if (status == status_ok) return
-    call explain_initial(joint, initial%traction, prescribed, initial%planes, reasons)
+    call explain_initial(joint, carried, prescribed, initial%planes, reasons)
     if (allocated(initial%of_traction%name)) call fail(errors, initial%of_traction, reasons)
     if (.not. allocated(initial%of_traction%name)) call fail(errors, initial%of_slip, reasons)
   end subroutine carry_initial

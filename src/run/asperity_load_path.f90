@@ -22,8 +22,9 @@ module asperity_load_path
     real(wp) :: position = 0.0_wp                    !! targets reached before, and the fraction of the next one
     real(wp) :: time = 0.0_wp
     real(wp) :: s(3) = 0.0_wp                        !! separation (N, Tx, Ty), length
-    real(wp) :: traction(3) = 0.0_wp                 !! stress
-    real(wp) :: work = 0.0_wp                        !! of the traction so far, stress*length
+    real(wp) :: traction(3) = 0.0_wp                 !! total, stress
+    real(wp) :: p = 0.0_wp                           !! water pressure, by which the law carries more than the total t_N
+    real(wp) :: work = 0.0_wp                        !! of the traction without water so far, stress*length
     type(report_type) :: report = report_type()      !! of the increment
     logical :: turn = .false.                        !! the prescribed values turn back, or forward again
     logical :: lost = .false.                        !! no equilibrium was found beyond this row
@@ -35,7 +36,7 @@ module asperity_load_path
     real(wp), allocatable :: state(:)                !! STATEV
   end type row_type
 
-  !> What an increment prescribes.
+  !> What an increment prescribes. Tractions are those of the law: the total normal traction and the water pressure.
   type, public :: increment_type
     type(control_type) :: control = control_type()
     real(wp) :: given(3) = 0.0_wp                    !! values at its end: separation, or traction + spring*separation
@@ -55,6 +56,7 @@ module asperity_load_path
     real(wp), private :: from(3) = 0.0_wp, to(3) = 0.0_wp   !! prescribed values at the target before and at this one
     real(wp), private :: start(3) = 0.0_wp           !! prescribed values at the start of the last increment
     real(wp), private :: offset(3) = 0.0_wp          !! spring*separation at the start of the step
+    real(wp), private :: p_from = 0.0_wp, p_to = 0.0_wp   !! water pressure at the target before and at this one
     type(branch_type), private :: branch             !! progress along the branch
     type(row_type), allocatable :: rows(:)           !! if they have been computed before, as those of a refined path
     integer, private :: given_rows = 0               !! of them
@@ -120,11 +122,12 @@ contains
   end subroutine advance_as_asked
 
   !> Begin a run (not pure, as the law may be of any type).
-  subroutine start_run(law, steps, run, start)
+  subroutine start_run(law, steps, run, start, p)
     class(point_law), intent(in) :: law                   !! the law
     type(step_type), intent(in) :: steps(:)               !! the load path, checked
     type(run_type), intent(out) :: run                    !! no row yet
     type(point_type), intent(in) :: start                 !! the point at its start
+    real(wp), intent(in) :: p                             !! water pressure there, stress
     character(len=event_length) :: ignored
     integer :: i
     allocate (run%law, source=law)
@@ -135,6 +138,7 @@ contains
     run%point = start
     call law%find_events(start%s, start%state, start%state, run%regime, ignored)
     run%given = run%point%s
+    run%p_to = p
   end subroutine start_run
 
   !> Take the next increment. After a row that is lost there is none.
@@ -208,7 +212,7 @@ contains
     row%done = run%earlier + nint(run%fraction*real(parts, wp))
     row%time = ramp(run%time, run%time + run%steps(run%step)%durations(run%target), run%fraction)
     row%turn = branches .and. run%branch%turned
-    call set_point(row, run%point)
+    call set_point(row, run%point, ramp(run%p_from, run%p_to, merge(run%branch%factor, run%fraction, branches)))
     row%step = run%step
     row%increment = row%increment + 1
     row%position = real(run%passed - 1, wp) + run%fraction
@@ -217,11 +221,14 @@ contains
   end subroutine end_row
 
   !> Set the point of a row.
-  pure subroutine set_point(row, point)
+  pure subroutine set_point(row, point, p)
     type(row_type), intent(inout) :: row     !! the row
     type(point_type), intent(in) :: point    !! its point
+    real(wp), intent(in) :: p                !! its water pressure, stress
     row%s = point%s
+    row%p = p
     row%traction = point%traction
+    row%traction(1) = point%traction(1) - p
     row%work = point%work
     row%state = point%state
   end subroutine set_point
@@ -261,6 +268,11 @@ contains
     run%from = run%given
     run%to = run%given
     where (run%steps(run%step)%has_target) run%to = run%steps(run%step)%targets(:, run%target) + run%offset
+    run%p_from = run%p_to
+    if (allocated(run%steps(run%step)%water)) run%p_to = run%steps(run%step)%water(run%target)
+    ! the total traction is prescribed, or constant
+    if (run%control%traction(1)) run%to(1) = run%to(1) + merge(run%p_to, run%p_to - run%p_from, &
+      run%steps(run%step)%has_target(1))
     arc = run%steps(run%step)%arc
     if (arc > 0.0_wp) run%branch = new_branch(run%law, run%control, run%from, run%to, arc)
   end subroutine next_target
@@ -326,6 +338,7 @@ contains
           to_text(farthest) // " s_f"
       end if
     end if
+    if (max(run%p_from, run%p_to) > 0.0_wp) text = text // "; the water pressure is added to the total t_N"
     if (run%control%traction(1) .and. run%given(1) > 0.0_wp) text = text // "; tension is positive"
     call append(message, text)
   end subroutine explain_loss

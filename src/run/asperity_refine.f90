@@ -54,10 +54,11 @@ contains
   !> The tolerance is relative to the largest traction (at least the strength), separation (at least s_f) and work (at
   !> least that of the bond). The distance is that between the curves, so that a jump may move by a small part of the
   !> path.
-  subroutine refine_path(law, steps, start, tolerance, run, message)
+  subroutine refine_path(law, steps, start, p, tolerance, run, message)
     class(point_law), intent(in) :: law                       !! the law
     type(step_type), intent(in) :: steps(:)                   !! the load path, checked
     type(point_type), intent(in) :: start                     !! the point at its start
+    real(wp), intent(in) :: p                                 !! water pressure there, stress
     real(wp), intent(in) :: tolerance                         !! admissible, or 0: increments as they are given
     type(run_type), intent(out) :: run                        !! no row yet; or the finest one, at its end, with rows
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended if the tolerance is not reached
@@ -67,7 +68,7 @@ contains
     real(wp) :: earlier, error, least, scales(n_values)
     integer :: i
     if (.not. tolerance > 0.0_wp) then
-      call start_run(law, steps, run, start)
+      call start_run(law, steps, run, start, p)
       return
     end if
     least = merge(1.0_wp, unbonded, law%bonded)
@@ -75,7 +76,7 @@ contains
     do i = 1, size(steps)
       finer(i)%increments = max(least_parts, steps(i)%increments)
     end do
-    call run_rows(law, finer, start, run, fine)
+    call run_rows(law, finer, start, p, run, fine)
     error = huge(error)
     ! gfortran reads the bounds of what is assigned to
     allocate (values(0, 0))
@@ -84,7 +85,7 @@ contains
       do i = 1, size(steps)
         finer(i)%increments = 2*finer(i)%increments
       end do
-      call run_rows(law, finer, start, run, fine)
+      call run_rows(law, finer, start, p, run, fine)
       values = table_of(fine)
       scales(1:3) = max(least*law%reach, maxval(abs(values(1:3, :))))
       scales(4:6) = max(least*law%stress, maxval(abs(values(4:6, :))))
@@ -105,18 +106,19 @@ contains
   end subroutine refine_path
 
   !> The start of a path and its rows.
-  subroutine run_rows(law, steps, start, run, rows)
+  subroutine run_rows(law, steps, start, p, run, rows)
     class(point_law), intent(in) :: law                     !! the law
     type(step_type), intent(in) :: steps(:)                 !! the load path
     type(point_type), intent(in) :: start                   !! the point at its start
+    real(wp), intent(in) :: p                               !! water pressure there, stress
     type(run_type), intent(out) :: run                      !! the run, at its end
     type(row_type), allocatable, intent(out) :: rows(:)     !! the start, then the rows; the last one may be lost
     type(row_type) :: row
     integer :: n
     logical :: found
-    call start_run(law, steps, run, start)
+    call start_run(law, steps, run, start, p)
     allocate (rows(run%total + 1))
-    call set_point(rows(1), start)
+    call set_point(rows(1), start, p)
     n = 1
     do
       call next_row(run, row, found)

@@ -11,12 +11,12 @@ module asperity_rows
   !> Columns in their order: numbers (of a replay, `iterations` are calls; `position` is the number of targets reached
   !> before, and the fraction of the next one; `before` and `after` are those of the longest snap). A file has the first
   !> `n_written` of them or, for a program, all, then the names of events, then those of the state.
-  character(len=*), parameter, public :: row_columns(25) = [character(len=10) :: "step", "increment", "time", "s_N", &
-    "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "damage", "stored", "rupture", "friction", "work", "iterations", &
+  character(len=*), parameter, public :: row_columns(26) = [character(len=10) :: "step", "increment", "time", "s_N", &
+    "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "p", "damage", "stored", "rupture", "friction", "work", "iterations", &
     "position", "updates", "snaps", "before_N", "before_Tx", "before_Ty", "after_N", "after_Tx", "after_Ty", "released"]
-  integer, parameter :: n_written = 15
+  integer, parameter :: n_written = 16
   !> Columns that are whole numbers.
-  integer, parameter :: whole(5) = [1, 2, 15, 17, 18]
+  integer, parameter :: whole(5) = [1, 2, 16, 18, 19]
 
 contains
 
@@ -25,7 +25,7 @@ contains
     type(row_type), intent(in) :: row   !! the row
     real(wp) :: numbers(size(row_columns))
     associate (report => row%report)
-      numbers = [real([row%step, row%increment], wp), row%time, row%s, row%traction, &
+      numbers = [real([row%step, row%increment], wp), row%time, row%s, row%traction, row%p, &
         row%state([v_damage, v_stored, v_rupture, v_friction]), row%work, real(report%iterations, wp), row%position, &
         real([report%updates, report%snaps], wp), report%before, report%after, report%released]
     end associate

@@ -30,7 +30,7 @@ module asperity_steps
   real(wp), parameter :: most = huge(1.0_wp)
 
   !> Entries of a step; `follow` is 0 for 'stable', 1 for 'branch'.
-  type(entry_type), parameter, public :: step_table(16) = [ &
+  type(entry_type), parameter, public :: step_table(17) = [ &
     entry_type("s_N", .false., .false., -most, most, 0.0_wp, "a finite separation"), &
     entry_type("s_Tx", .false., .false., -most, most, 0.0_wp, "a finite separation"), &
     entry_type("s_Ty", .false., .false., -most, most, 0.0_wp, "a finite separation"), &
@@ -47,12 +47,13 @@ module asperity_steps
     entry_type("cycles", .true., .true., 1.0_wp, real(most_targets, wp), 1.0_wp, "a whole number from 1 to 1000000"), &
     entry_type("time", .false., .false., 0.0_wp, most, 1.0_wp, ">= 0"), &
     entry_type("follow", .true., .true., 0.0_wp, 1.0_wp, 0.0_wp, "'stable' or 'branch'"), &
-    entry_type("arc", .true., .false., least_arc, largest_arc, default_arc, "0.00001 to 1 (times s0)")]
+    entry_type("arc", .true., .false., least_arc, largest_arc, default_arc, "0.00001 to 1 (times s0)"), &
+    entry_type("p", .false., .false., 0.0_wp, most, 0.0_wp, "a finite pressure >= 0")]
 
   !> Positions in the table; those of the components N, Tx, Ty follow the first.
   integer, parameter, public :: e_s = 0, e_t = 3, e_k = 6
   integer, parameter, public :: e_slip = 10, e_direction = 11, e_increments = 12, e_cycles = 13, e_time = 14, &
-    e_follow = 15, e_arc = 16
+    e_follow = 15, e_arc = 16, e_p = 17
 
   !> Values of an entry.
   type, public :: list_type
@@ -67,7 +68,8 @@ module asperity_steps
     type(control_type) :: control                    !! which value of each component is prescribed
     logical :: changed(3) = .false.                  !! whether the control of a component differs from the step before
     logical :: has_target(3) = .false.               !! false: the prescribed value is constant
-    real(wp), allocatable :: targets(:, :)           !! (3, n) separation or traction, with all cycles
+    real(wp), allocatable :: targets(:, :)           !! (3, n) separation or total traction, with all cycles
+    real(wp), allocatable :: water(:)                !! (n) water pressures; not allocated: that of the step before
     integer, allocatable :: increments(:)            !! (n) increments to each target
     real(wp), allocatable :: durations(:)            !! (n) time to each target
     real(wp), allocatable :: slip(:)                 !! (n) slips along `direction`, if they give s_Tx and s_Ty
@@ -222,6 +224,7 @@ contains
     do i = 1, 3
       if (entries(i) > 0) n = max(n, size(given(entries(i))%values))
     end do
+    if (has(e_p)) n = max(n, size(given(e_p)%values))
     cycles = nint(given(e_cycles)%values(1))
     associate (increments => given(e_increments)%values, times => given(e_time)%values)
       if (size(increments) > n) then
@@ -239,6 +242,7 @@ contains
           if (entries(i) > 0) step%targets(i, :) = factors(i)*run_through(given(entries(i))%values, n, cycles)
         end do
         if (entries(2) == e_slip) step%slip = run_through(given(e_slip)%values, n, cycles)
+        if (has(e_p)) step%water = run_through(given(e_p)%values, n, cycles)
         step%increments = nint(run_through(increments, n, cycles))
         step%durations = run_through(times, n, cycles)
         if (size(times) == 1) step%durations = times(1)*(real(step%increments, wp)/sum(real(step%increments, wp)))
@@ -271,6 +275,7 @@ contains
       given(e_slip)%values = step%slip
       given(e_direction)%values = [step%direction]
     end if
+    if (allocated(step%water)) given(e_p)%values = step%water
     if (step%arc > 0.0_wp) then
       given(e_follow)%values = [1.0_wp]
       given(e_arc)%values = [step%arc]
@@ -302,6 +307,7 @@ contains
     do n = 1, size(steps)
       largest = max(largest, maxval(abs(steps(n)%targets), mask=spread(steps(n)%control%traction, 2, &
         size(steps(n)%increments))))
+      if (allocated(steps(n)%water)) largest = max(largest, maxval(steps(n)%water))
     end do
     if (law%bonded .and. largest >= 0.0_wp) largest = largest + law%stress
     if (largest > 0.0_wp) limits%upper = min(limits%upper, resolved*largest/(epsilon(largest)*law%stiffest))

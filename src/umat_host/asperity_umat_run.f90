@@ -51,7 +51,7 @@ contains
     end do
     start%work = sum(law%energies(start%state))
     if (case%state%has_work) start%work = case%state%work
-    call start_run(law, case%steps, run%run, start)
+    call start_run(law, case%steps, run%run, start, case%state%p)
     run%run%before = start
     allocate (run%numbers(n_head + law%n_state))
     call start_worker(c_funloc(follow_path), c_loc(run), law%umat%limit)
@@ -113,7 +113,7 @@ contains
       fault = stiffness_fault(law, start)
       if (len(fault) > 0) call fail_worker(fault // c_null_char)
       if (case%state%has_work) start%work = case%state%work
-      call refine_path(law, case%steps, start, case%tolerance, run, text)
+      call refine_path(law, case%steps, start, case%state%p, case%tolerance, run, text)
     end associate
     do
       call begin_row(run, row, found)
@@ -124,7 +124,7 @@ contains
     end do
     if (row%lost .and. len(text) == 0) call explain_loss(run, row, text)
     row%step = 0
-    call set_point(row, run%before)
+    call set_point(row, run%before, 0.0_wp)   ! the traction of the law
     if (row%lost) call send_row(packed(row), n)
     call leave_notes(transfer(run%increment_type, start%s, n_increment), n_increment, text // c_null_char)
   end subroutine follow_path

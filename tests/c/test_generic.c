@@ -214,7 +214,7 @@ static int follows(const char *behaviour, int n, int worn) {
     for (int i = 0; i < n; i++)
       p.gradient[i] = component[i] < 0 ? beside[i] : s[component[i]] / (h * weight[component[i]]);
     bad += FAILS(call(&p, behaviour, !flat ? "Tridimensional" : layer ? "PlaneStrain" : "PlaneStress", 4.0) == 1);
-    bad += FAILS(update(props, n_props, 0.0, 1, from, s, NULL, n_statev, state, traction, tangent[0], NULL,
+    bad += FAILS(update(props, n_props, 0.0, 1, from, s, NULL, NULL, n_statev, state, traction, tangent[0], NULL,
                         0) == ASPERITY_OK);
     double elastic = 0.0;
     for (int i = 0; i < n; i++) {

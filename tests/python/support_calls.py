@@ -90,11 +90,12 @@ def umat(
     dstran: np.ndarray,
     dtime: float | None = 0.0,
     pnewdt: float | None = 1.0,
+    fields: tuple[np.ndarray | None, np.ndarray | None] = (ANY, ANY),
     **sizes: int,
 ) -> Written:
     """Call the UMAT for a point: stress, state, tangent, energies, pnewdt; None: the host passes NULL.
 
-    sizes: nprops and nstatv, absent: those of the arrays.
+    fields: PREDEF and DPRED.  sizes: nprops and nstatv, absent: those of the arrays.
     """
     ntens, any_value = len(stress), address(ANY)
     out = Written(
@@ -112,7 +113,7 @@ def umat(
         *(ctypes.c_void_p(energies + 8 * i) for i in range(3)),
         *[any_value] * 4,
         *(address(stran), address(dstran), any_value, address(time)),
-        *[any_value] * 4,
+        *(any_value, any_value, *map(address, fields)),
         *(NAME, *_integers(1, ntens - 1, ntens, sizes.get("nstatv", len(statev)))),
         *(address(props), *_integers(sizes.get("nprops", len(props)))),
         *(any_value, any_value, address(None) if pnewdt is None else out.at("pnewdt")),
@@ -134,11 +135,13 @@ def vumat(
     state: np.ndarray,
     energies: np.ndarray | float = 0.0,
     ndir: int = 1,
+    fields: tuple[np.ndarray, np.ndarray] | None = None,
     **sizes: int,
 ) -> Written:
     """Call the VUMAT of the precision of props for a block, points in rows: stress, state, 2 energies.
 
-    times: total time and increment.  sizes: as for umat, and n.
+    times: total time and increment.  fields: fieldOld and fieldNew, points in rows.  sizes: as for umat, and
+    n.
     """
     kind, n = props.dtype.type, len(density)
     out = Written(
@@ -152,13 +155,18 @@ def vumat(
     old = np.asfortranarray(np.broadcast_to(energies, (n, 2)), dtype=kind)
     unused = np.full(9 * n + 1, np.nan, dtype=kind)
     none, second = address(unused), n * unused.itemsize
+    of_fields = [np.asfortranarray(a, dtype=kind) for a in fields or ()]
+    n_fields = of_fields[0].shape[1] if of_fields else 0
+    before, after = map(address, of_fields or (unused, unused))
     out.by(
         library.vumat_single_ if kind == np.float32 else library.vumat_,
-        *_integers(sizes.get("n", n), ndir, stress.shape[1] - ndir, sizes.get("nstatv", state.shape[1]), 0),
+        *_integers(
+            sizes.get("n", n), ndir, stress.shape[1] - ndir, sizes.get("nstatv", state.shape[1]), n_fields
+        ),
         *_integers(sizes.get("nprops", len(props)), 0),
         *(address(total), address(total), address(dt), NAME, none, none, address(props), address(density)),
-        *(address(strain), *[none] * 5, address(stress), address(state)),
-        *(address(old), ctypes.c_void_p(old.ctypes.data + second), *[none] * 4),
+        *(address(strain), *[none] * 4, before, address(stress), address(state)),
+        *(address(old), ctypes.c_void_p(old.ctypes.data + second), *[none] * 3, after),
         *(out.at("stress"), out.at("state"), out.at("energies")),
         ctypes.c_void_p(out.at("energies").value + second),
         ctypes.c_size_t(80),
@@ -194,7 +202,7 @@ def c_update(
     out.by(
         library.asperity_update,
         *(address(props), sizes.get("nprops", len(props)), ctypes.c_double(dt), sizes.get("n", n)),
-        *(address(s_old), address(s), address(aim), sizes.get("nstatv", nstatv)),
+        *(address(s_old), address(s), address(aim), address(None), sizes.get("nstatv", nstatv)),
         *(out.at("state"), out.at("stress")),
         *(out.at("tangent") if tangent else None, text if size else None, size),
     )

@@ -94,6 +94,7 @@ class Draw(np.random.Generator):
             chosen = row.default is None or (row.owner != "reserved" and self.chance(0.3))
             values.append(self.constant(row, far) if chosen else row.default)
         values[PROP["theta"]] = self.uniform(0.0, 89.9)
+        values[PROP["water"]] = 0.0  # the calls pass no predefined fields
         sides = (0, 2, 3, 4, 5, 6, 12, 32, 63, 64)[self.integers(10)]
         if self.chance(0.15):
             sides = -int(self.integers(1, 9))

@@ -26,20 +26,21 @@ KRATOS = {
 REGULAR = ("akantu", "calculix", "cast3m", "fenicsx", "mtest", "ogs")
 """Hosts that take no listed planes, m < 0."""
 ONLY: dict[str, dict[str, float]] = {
-    "akantu": {"h": 1, "map": 0, "dalpha": 0},
-    "calculix": {"map": 0, "dimension": 3},
-    "cast3m": {"h": 1, "map": 0, "r": 0},
-    "fenicsx": {"h": 1, "map": 0, "dalpha": 0},
-    "kratos": {"h": 1, "map": 0},
-    "mtest": {"h": 1, "map": 0, "r": 0, "dimension": 3},
-    "ogs": {"map": 0, "dalpha": 0},
-    "oofem": {"map": 0, "dalpha": 0, "dimension": 3},
+    "akantu": {"h": 1, "map": 0, "dalpha": 0, "water": 0},
+    "calculix": {"map": 0, "dimension": 3, "water": 0},
+    "cast3m": {"h": 1, "map": 0, "r": 0, "water": 0},
+    "fenicsx": {"h": 1, "map": 0, "dalpha": 0, "water": 0},
+    "kratos": {"h": 1, "map": 0, "water": 0},
+    "mtest": {"h": 1, "map": 0, "r": 0, "dimension": 3, "water": 0},
+    "ogs": {"map": 0, "dalpha": 0, "water": 0},
+    "oofem": {"map": 0, "dalpha": 0, "dimension": 3, "water": 0},
 }
 """Constants, and the dimension, of which a host takes one value only."""
 
 WHY = {
     "h": ", whose joints pass separations", "map": ", whose order of components is fixed",
     "dalpha": ", which ignores a request for a smaller step", "r": ", whose joint has no other stress",
+    "water": ", which passes no predefined field to the law",
 }  # fmt: skip
 
 

@@ -1,0 +1,236 @@
+"""Water pressure in a joint: the total normal traction is that of the law less the pressure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from asperity import EquilibriumLost, History, Interface, Material, Pattern, Step, read_case
+from asperity.installed import driver
+from support_calls import LIBRARY, errors, umat, vumat
+from support_driver import call
+
+MU, PRESSURE, WATER = 0.5, 1.0, 0.4
+JOINT = Interface(Material(3.0, 0.3, 0.9, MU, kc=100.0, damage0=1.0), Pattern.regular(0, 0.0))
+"""Flat joint without bond, of which everything is known in closed form."""
+ROUGH = Interface(Material(3.0, 0.3, 0.9, MU, kc=20.0), Pattern.regular(4, 30.0, turn=10.0))
+STIFFNESS = 100.0 * JOINT.material.K
+ROUNDING = 1.0e-12
+"""Relative rounding of sums of a few tractions."""
+FIELDS = np.array([7.0, np.nan, 0.3])
+"""Predefined fields of a host; the third is water in these tests."""
+
+
+def path() -> np.ndarray:
+    """Separations (T, 3) that press, slide, turn back and open, length."""
+    rng = np.random.default_rng(4)
+    steps = np.cumsum(0.01 * rng.standard_normal((30, 3)), axis=0)
+    return steps - [0.005, 0.0, 0.0]
+
+
+# --- Python and the driver ----------------------------------------------------------------------------------
+
+
+def test_friction_acts_on_what_water_leaves() -> None:
+    """A joint under a constant total pressure slides at mu (pressure - water) and closes less."""
+    press = Step(t_N=-PRESSURE, increments=10)
+    test = JOINT.run([press, Step(p=WATER, increments=10), Step(slip=0.1, increments=40)])
+    assert test.traction[-1] == pytest.approx([-PRESSURE, MU * (PRESSURE - WATER), 0.0], rel=1e-9)
+    assert test.dilation[[9, 19]] == pytest.approx([-PRESSURE / STIFFNESS, -(PRESSURE - WATER) / STIFFNESS])
+    assert test.p[[9, 14, 19, -1]] == pytest.approx([0.0, WATER / 2, WATER, WATER], rel=ROUNDING)
+    # the run goes on with its water; it is let off at a constant total traction
+    again = JOINT.run([Step(t_N=-PRESSURE, p=0.0, increments=5), Step(slip=0.2, increments=5)], test.end)
+    assert again.traction[-1] == pytest.approx([-PRESSURE, MU * PRESSURE, 0.0], rel=1e-9)
+
+
+def test_an_open_joint_carries_the_water() -> None:
+    """Where the water exceeds the pressure the sides part: under a prescribed opening t_N = -p."""
+    test = JOINT.run(Step(s_N=0.05, p=[WATER, 2.0 * WATER], increments=4))
+    assert test.traction[[3, 7], 0] == pytest.approx([-WATER, -2.0 * WATER], rel=ROUNDING)
+    with pytest.raises(EquilibriumLost, match=r"carries at most t_N = 0, .* water pressure"):
+        JOINT.run([Step(t_N=-PRESSURE), Step(p=1.5 * PRESSURE)])
+
+
+def test_paths_with_water_are_those_of_effective_tractions() -> None:
+    """Steps, springs, a tolerance and a branch: prescribed t_N and p are t_N + p without water."""
+    slide = {"slip": [0.15, 0.05], "increments": 40}
+    for more in ({}, {"k_N": 5.0}, {"p": [0.4, 0.9]}):
+        p = np.array(more.get("p", [WATER, WATER]))
+        with_water = ROUGH.run([Step(t_N=-1.0, p=WATER), Step(t_N=[-1.2, -2.0], **slide, **more)])
+        spring = {name: more[name] for name in more if name == "k_N"}
+        without = ROUGH.run([Step(t_N=-1.0 + WATER), Step(t_N=np.array([-1.2, -2.0]) + p, **slide, **spring)])
+        assert with_water.separation == pytest.approx(without.separation, rel=1e-9, abs=1e-12)
+        assert with_water.traction[:, 0] + with_water.p == pytest.approx(without.traction[:, 0], rel=1e-9)
+        assert with_water.work == pytest.approx(without.work, rel=1e-9)
+    refined = ROUGH.run([Step(t_N=-1.0, p=WATER), Step(slip=0.2)], tolerance=1e-3)
+    coarse = ROUGH.run([Step(t_N=-1.0 + WATER), Step(slip=0.2)], tolerance=1e-3)
+    assert refined.traction[-1, 1] == pytest.approx(coarse.traction[-1, 1], rel=2e-3)
+    assert refined.p[-1] == pytest.approx(WATER, rel=ROUNDING)
+    branches = (
+        ROUGH.run([Step(t_N=t_N, p=p), Step(slip=0.2, follow="branch")])
+        for t_N, p in ((-1.0, WATER), (-1.0 + WATER, None))
+    )
+    assert np.subtract(*(branch.tau[-1] for branch in branches)) == pytest.approx(0.0, abs=1e-8)
+
+
+def test_points_and_initial_states() -> None:
+    """Update gives total tractions, the tangent and the state are untouched; an initial traction is total."""
+    s, p = np.array([[-0.001, 0.02, 0.0], [0.01, 0.0, 0.01]]), np.array([0.4, 0.0])
+    wet, dry = ROUGH.update(s, p=p), ROUGH.update(s)
+    assert np.array_equal(wet.traction, dry.traction - p[:, None] * [1.0, 0.0, 0.0])
+    assert np.array_equal(wet.state, dry.state) and np.array_equal(wet.tangent, dry.tangent)
+    start = ROUGH.initial([[-1.0, 0.2, 0.0]] * 2, p=p)
+    assert np.array_equal(start[0], ROUGH.initial([-1.0 + 0.4, 0.2, 0.0]))
+    at_rest = ROUGH.update(np.zeros((2, 3)), start, p=p).traction
+    assert at_rest == pytest.approx(np.array([[-1.0, 0.2, 0.0]] * 2), rel=1e-10)
+    wrong = (-0.1, "p = -0.1"), ([0.1, -2.0], r"p\[1\] = -2"), (np.nan, "p = nan"), ([1.0], "p has shape")
+    rest = np.zeros((2, 3))
+    for bad, words in wrong:
+        for refused in (lambda p=bad: ROUGH.update(s, p=p), lambda p=bad: ROUGH.initial(rest, p=p)):
+            with pytest.raises(ValueError, match=words):
+                refused()
+
+
+CASE = f"""&case title = 'Water' /
+&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = {MU}, kc = 100.0, damage0 = 1.0 /
+&pattern sides = 0 /
+&initial traction = -{PRESSURE}, 0.0, 0.0, p = {WATER} /
+&step t_N = -{PRESSURE}, slip = 0.1, increments = 20 /
+&step p = 0.0, {WATER}, slip = 0.2, increments = 20 /
+&expect t_N = -{PRESSURE}, t_Tx = {MU * (PRESSURE - WATER)}, tolerance = 1e-8 /
+"""
+
+
+def test_case_with_water(tmp_path: Path) -> None:
+    """The driver has a column p; Python reads the case and gives the same rows."""
+    (tmp_path / "wet.nml").write_text(CASE, encoding="utf-8")
+    assert call(driver(), "wet.nml", folder=tmp_path).returncode == 0
+    rows = History.from_csv(tmp_path / "wet.csv")
+    assert rows.p[[0, 19, 39, 59]] == pytest.approx([WATER, WATER, 0.0, WATER], rel=ROUNDING, abs=1e-300)
+    assert rows.tau[[19, 39, 59]] == pytest.approx(MU * (PRESSURE - rows.p[[19, 39, 59]]), rel=1e-9)
+    (run,) = read_case(tmp_path / "wet.nml").runs
+    history = run.history()
+    assert np.array_equal(history.separation, rows.separation) and np.array_equal(history.p, rows.p)
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [("p = -1.0", "p = -1"), ("p = 1.0, nan", 'p = "nan": '), ("p = 'a'", 'p = "a": ')],
+)
+def test_bad_water_in_a_case(entry: str, message: str, tmp_path: Path) -> None:
+    """A pressure that is negative or no number is named with its line."""
+    (tmp_path / "bad.nml").write_text(CASE.replace(f"p = 0.0, {WATER}", entry), encoding="utf-8")
+    done = call(driver(), "bad.nml", folder=tmp_path)
+    assert done.returncode == 1
+    assert f"bad.nml:6: &step: {message}" in done.stderr and "expected" in done.stderr
+
+
+# --- hosts --------------------------------------------------------------------------------------------------
+
+
+def test_umat_takes_a_predefined_field() -> None:
+    """STRESS is total: with PREDEF + DPRED as the water it is that of the law less the pressure."""
+    props, dpred = ROUGH.props(water=3), np.array([np.nan, np.nan, 0.25])
+    for order in ([0], [0, 1, 2], [2, 4, 5]):
+        ntens = {1: 2, 3: 3}[len(order)] if order != [2, 4, 5] else 6
+        state, before = np.zeros(ROUGH.nstatv), np.zeros(ntens)
+        dry_state = state.copy()
+        for s in path():
+            strain = np.zeros(ntens)
+            places = order if len(order) == 3 else [0, 1]
+            strain[places] = s[: len(places)]
+            wet, dry = (
+                umat(LIBRARY, values, np.zeros(ntens), start, before, strain - before, fields=(FIELDS, dpred))
+                for values, start in ((props, state), (ROUGH.props(), dry_state))
+            )
+            total = dry.stress.copy()
+            total[places[0]] -= FIELDS[2] + dpred[2]
+            assert np.array_equal(wet.stress, total) and np.array_equal(wet.tangent, dry.tangent)
+            assert np.array_equal(wet.state, dry.state)
+            state, dry_state, before = wet.state.copy(), dry.state.copy(), strain
+
+
+def test_umat_starts_from_a_total_stress() -> None:
+    """The initial STRESS and PREDEF make the state that Python makes of a total traction and p."""
+    total, none = np.array([-1.0, 0.2, 0.0]), np.zeros(3)
+    out = umat(LIBRARY, ROUGH.props(water=1), total, np.zeros(ROUGH.nstatv), none, none,
+               fields=(np.array([WATER]), np.zeros(1)))  # fmt: skip
+    expected = ROUGH.update(np.zeros((1, 3)), ROUGH.initial(total, p=WATER)[None])
+    assert out.state == pytest.approx(expected.state[0], rel=1e-12, abs=1e-15)
+    assert out.stress == pytest.approx(total, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("predef", "dpred", "words"),
+    [
+        (None, None, "PREDEF(1) = NaN"),
+        ([np.nan], [0.0], "PREDEF(1) = NaN"),
+        ([0.2], [np.inf], "PREDEF(1) = NaN"),
+        ([0.25], [-0.375], "PREDEF(1) = -0.125"),
+        ([-0.2], None, "PREDEF(1) = -0.2"),
+    ],
+)
+def test_umat_refuses_bad_water(predef: list | None, dpred: list | None, words: str) -> None:
+    """A host that passes no field, or one that is no pressure, gets NaN, a message and an unchanged state."""
+    state = np.zeros(ROUGH.nstatv)
+    fields = tuple(None if values is None else np.array(values) for values in (predef, dpred))
+    with errors() as said:
+        out = umat(LIBRARY, ROUGH.props(water=1), np.zeros(3), state, *np.zeros((2, 3)), fields=fields)
+        text = said()
+    assert np.isnan(out.stress).all() and np.array_equal(out.state, state)
+    assert words in text and "expected the water pressure" in text
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32])
+def test_vumat_takes_a_field(kind: type) -> None:
+    """Rows of both precisions are those without water less the pressure of their point."""
+    n, rounding = 200, 4.0 * float(np.finfo(kind).eps)
+    water = np.linspace(0.0, 1.5, n)
+    fields = [np.column_stack([np.full(n, np.nan), value]) for value in (0.5 * water, water)]
+    density, none = np.full(n, 2.5e-9, kind), np.zeros((n, 3))
+    increment = np.column_stack([np.linspace(-0.002, 0.01, n), np.full(n, 0.01), np.zeros(n)])
+    state = np.zeros((n, ROUGH.nstatv))
+    state[:, 4] = 1.0  # called before, so that no initial stress is read
+    wet, dry = (
+        vumat(LIBRARY, values.astype(kind), density, (1.0, 0.1), increment, none, state, fields=fields)
+        for values in (ROUGH.props(water=2), ROUGH.props())
+    )
+    assert np.array_equal(wet.state, dry.state)
+    assert np.array_equal(wet.stress[:, 1:], dry.stress[:, 1:])
+    assert wet.stress[:, 0] == pytest.approx(dry.stress[:, 0] - water, rel=rounding, abs=2.0 * rounding)
+    # the first call of a point: its stress is total
+    total, virgin = np.tile([-1.0, 0.0, 0.1], (n, 1)), np.zeros((n, ROUGH.nstatv))
+    start = [np.column_stack([np.full(n, np.nan), np.full(n, WATER)])] * 2
+    out = vumat(
+        LIBRARY, ROUGH.props(water=2).astype(kind), density, (1.0, 0.1), none, total, virgin, fields=start
+    )
+    assert out.stress == pytest.approx(total, rel=1e3 * rounding, abs=1e3 * rounding)
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32])
+@pytest.mark.parametrize(
+    ("bad", "words"),
+    [
+        (-0.25, "field(1) = -0.25"),
+        (np.nan, "field(1) = NaN"),
+        (np.inf, "field(1) = Inf"),
+        (None, "nfieldv = 0"),
+    ],
+)
+def test_vumat_refuses_bad_water(bad: float | None, words: str, kind: type) -> None:
+    """A negative or missing pressure in one point of the second chunk is named, and the state stays."""
+    n = 600
+    water = np.zeros((n, 1))
+    if bad is not None:
+        water[431] = bad
+    fields = None if bad is None else (np.zeros((n, 1)), water)
+    density, none, state = np.full(n, 2.5e-9, kind), np.zeros((n, 3)), np.zeros((n, ROUGH.nstatv))
+    with errors() as said:
+        out = vumat(
+            LIBRARY, ROUGH.props(water=1).astype(kind), density, (1.0, 0.1), none, none, state, fields=fields
+        )
+        text = said()
+    assert np.isnan(out.stress).all() and np.array_equal(out.state, state)
+    assert words in text and "expected" in text
+    assert bad is None or "point 432 of the block" in text
