@@ -276,21 +276,21 @@ class History(_Named):
 
     @classmethod
     def from_csv(cls, path: str | Path) -> History:
-        """Rows of a CSV file of the driver or of `to_csv`, without the state of the planes.
+        """Rows of a CSV file of the driver or of `to_csv`, without the state of the planes; p may be absent.
 
         Raises ValueError if a column or all rows are missing, and for every cell that is no finite number.
         """
         table = csv_columns(path)
-        if missing := [name for name in COLUMNS if name not in table]:
+        if missing := [name for name in COLUMNS if name not in table and name != "p"]:
             raise ValueError(f"{path}: expected columns {', '.join(missing)}")
         refuse(not table["event"], f"{path}: expected rows after the header")
-        numbers = {name: finite_column(path, table, name) for name in COLUMNS[:-1]}
+        numbers = {name: finite_column(path, table, name) for name in COLUMNS[:-1] if name in table}
         state = np.zeros((len(table["event"]), contract.N_POINT_STATEV))
         for name in ("damage", *ENERGIES[:3]):
             state[:, contract.statev_index(name)] = numbers[name]
         events = tuple((row, text) for row, text in enumerate(table["event"]) if text)
         s, t = (np.column_stack([numbers[name] for name in names]) for names in (SEPARATION, TRACTION))
-        return cls(s, t, numbers["damage"], state, numbers["work"], events, p=numbers["p"])
+        return cls(s, t, numbers["damage"], state, numbers["work"], events, p=numbers.get("p"))
 
     def _events(self) -> list[str]:
         """Events of each row, joined by +; one after the last row belongs to it."""

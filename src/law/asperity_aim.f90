@@ -65,8 +65,8 @@ contains
     real(wp), intent(out) :: traction(3)                  !! traction (N, Tx, Ty), stress
     real(wp), intent(out) :: tangent(3, 3)                !! d traction_i/d s_j, stress/length
     type(kinematics_type) :: at
-    real(wp), dimension(3) :: bond, contact, offset
-    real(wp) :: across(3), axes(3, 3), along(3), part(3, 3), term(3)
+    real(wp), dimension(3) :: bond, contact, damaged, offset, undamaged
+    real(wp) :: across(3), axes(3, 3), along(3), part(3, 3)
     real(wp) :: alpha, bound, direction(2), elastic(2), factor, trial, weight
     integer :: i, j, k
     traction = 0.0_wp
@@ -96,15 +96,18 @@ contains
       end if
       associate (m => joint%material, g => at%gradient)
         weight = joint%pattern%gamma(k)*m%k_t
-        term = (1.0_wp - alpha)*matmul([m%kn_kt*opening(local_of(bond)) - pressure(m, local_of(bond)), bond(2:3)], axes)
-        term = term + alpha*matmul([-pressure(m, local_of(contact)), elastic], g)
+        undamaged = [m%kn_kt*opening(local_of(bond)) - pressure(m, local_of(bond)), bond(2:3)]
+        damaged = [-pressure(m, local_of(contact)), elastic]
+        ! in steps, as gfortran takes a sum with a product of matrices for a reallocation
+        undamaged = matmul(undamaged, axes)
+        damaged = matmul(damaged, g)
         do j = 1, 3
           part(:, j) = (1.0_wp - alpha)*(normal_stiffness(m, bond(1), m%kn_kt)*axes(1, :)*axes(1, j) + &
             axes(2, :)*axes(2, j) + axes(3, :)*axes(3, j)) + alpha*(normal_stiffness(m, contact(1), 0.0_wp)*g(1, :)* &
             g(1, j) + factor*(along*along(j) + across*across(j)))
         end do
       end associate
-      traction = traction + weight*term
+      traction = traction + weight*((1.0_wp - alpha)*undamaged + alpha*damaged)
       tangent = tangent + weight*part
     end do
     ! the products of different order are rounded differently

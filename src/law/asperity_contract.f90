@@ -116,7 +116,7 @@ module asperity_contract
     prop_type("crush", "law", "pressure that crushes asperities to 69 %; use kc >= 10 (0: none)", "stress", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-2_wp, 1.0e2_wp], "log", .true., &
               inclined=.true., shown_by="tests at several pressures"), &
-    prop_type("water", "host", "number of the predefined field that is the water pressure (0: none)", "-", &
+    prop_type("water", "host", "number of the field that is the water pressure (0: none)", "-", &
               "0 or a whole number up to 1000", 0.0_wp, 1.0e3_wp, 0.0_wp, [0.0_wp, 1.0_wp], "whole"), &
     prop_type("slot24", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
     prop_type("slot25", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
