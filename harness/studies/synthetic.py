@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas
 from asperity.contract import Floats
-from asperity.tools.fit.model import SIDES, Problem, slip_curve
+from asperity.tools.fit.model import Problem, slip_curve
 from asperity.tools.fit.records import ShearTest
 
 from .program import program
@@ -21,6 +21,9 @@ TRUTH = {"sigma0": 1.5, "Gc": 0.15, "eta": 0.9, "mu": 0.5, "theta": 20.0, "flat"
 
 FREE = ("sigma0", "Gc", "mu", "theta")
 """Parameters that a fit of these tests usually leaves free."""
+
+SIDES = 8
+"""Inclined planes."""
 
 SET = {name: value for name, value in TRUTH.items() if name not in FREE}
 """The others, fixed at their true values."""

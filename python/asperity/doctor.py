@@ -20,7 +20,7 @@ from .interface import Interface
 from .material import Material
 from .pattern import Pattern
 
-TOOLS = ("scipy", "matplotlib", "tqdm", "pandas", "pint", "lmfit", "openpyxl")
+TOOLS = ("scipy", "matplotlib", "tqdm", "pandas", "pint", "openpyxl")
 """Packages of the toolbox, which `pip install 'asperity[tools]'` brings."""
 
 HOST_PROGRAMS = {"CalculiX": ("ccx", "ccx_2.20"), "Abaqus": ("abaqus",), "gfortran": ("gfortran",)}

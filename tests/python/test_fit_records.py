@@ -329,9 +329,8 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     (LINE, {"k_N": -1.0}, "k_N = -1: expected a finite stiffness > 0"),
     (LINE, {"k_T": 2.0}, "line 5: k_T = 2 takes 0.4 off the slip 0.4: expected more than tau/slip = 2"),
     (LINE, {"k_N": 5.0, "sigma_N_path": True}, "k_N = 5: expected no stiffness beside a prescribed"),
-    (ENVELOPE + "-1,2,1,5\n-2,1,2,5\n", {}, "3, column peak: 1: expected at least the residual strength"),
-    (ENVELOPE + "-1,2,,5\n-1,2,,5\n", {}, "record.csv: 0 rows: expected at least 1"),
-    (ENVELOPE + "-1,2,1,5\n", {"k_T": 5.0}, "k_T, sigma_N_path: expected columns slip, tau, sigma_N"),
+    (ENVELOPE + "-1,2,1,5\n-2,1,2,5\n", {}, "line 3: residual = 2: expected at most the peak, 1"),
+    (ENVELOPE + "-1,2,1,5\n", {"k_T": 5.0}, "k_T, sigma_N_path: expected curves, not strengths alone"),
 ]
 
 

@@ -197,7 +197,7 @@ TESTS = "slip [mm],tau [MPa],dilation [mm],sigma_N [MPa]\n" + "".join(
 FIT = [
     ("--set eta", "--set eta: expected NAME=VALUE"),
     ("--free foo", "free: foo is unknown: expected one of"),
-    ("--free mu --set mu=.5", "free, set: mu: expected it free or set, not both"),
+    ("--free mu --set mu=.5", "mu: expected it free or fixed, not both"),
     ("--units mm", "--units mm: expected LENGTH,STRESS"),
     ("--units mm,mm", "--units mm,mm: [mm]: expected Pa, kPa, MPa, N/mm2"),
     ("--free sigma0,mu", "Gc: expected it among the free ones, or a value, --set Gc="),
@@ -217,7 +217,7 @@ BARTON = [
     ("--sigma-n=1,2,3", "--sigma-n 1,2,3: expected one normal stress, or LOW,HIGH"),
     ("--sigma-n=1,2 --free=mu", "--free, --set, --sides: expected with one normal stress"),
     ("--sigma-n=0.001", "expected at most 70 degrees of phi_r + JRC log10(JCS/sigma_n), not 76.99"),
-    ("--free=mu,sigma0", "sigma0: expected without ks, which is that of a joint without bond"),
+    ("--free=mu,sigma0", "sigma0: expected without ks, and not for rock: these are constants of a bond"),
     ("--sigma-n -2,-1", "sigma_n = -2: expected compression > 0"),
     ("--jrc=0 --jcs=-5", "JRC = 0: expected > 0 and <= 20\nJCS = -5: expected"),
 ]

@@ -13,8 +13,8 @@ from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.pattern import Pattern
-from asperity.tools.fit.fitting import minimise
 from asperity.tools.fit.model import from_scale, plausible, to_scale
+from asperity.tools.fit.squares import least
 from asperity.tools.style import printed, save
 from matplotlib.figure import Figure
 
@@ -74,15 +74,10 @@ def fitted(
         pairs = zip(names, x, strict=True)
         return dict(fixed or {}) | {name: float(from_scale(name, one)) for name, one in pairs}
 
-    results = [
-        minimise(
-            lambda x: residuals(named(x)),
-            names, np.array([float(to_scale(name, start[name])) for name in names]), low_high, step=step,
-        )
-        for start in starts
-    ]  # fmt: skip
-    best = min(results, key=lambda one: float(one.chisqr))
-    return {name: float(f"{value:.4g}") for name, value in named(best.x).items()}
+    points = [np.array([float(to_scale(name, start[name])) for name in names]) for start in starts]
+    results = [least(lambda x: residuals(named(x)), one, low_high, step=step) for one in points]
+    best = min(results, key=lambda one: float(one[1] @ one[1]))
+    return {name: float(f"{value:.4g}") for name, value in named(best[0]).items()}
 
 
 @dataclass(frozen=True)

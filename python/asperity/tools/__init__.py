@@ -6,4 +6,4 @@ imports nothing from here.
 
 from ..installed import needed
 
-needed("tools", "lmfit", "matplotlib", "openpyxl", "pandas", "pint", "scipy", "tqdm")
+needed("tools", "matplotlib", "openpyxl", "pandas", "pint", "scipy", "tqdm")

@@ -13,14 +13,15 @@ import numpy as np
 from ... import contract
 from ...case_writer import props_line, rounded, slip_case
 from ...model_checks import model_warnings
-from ...options import add_options
+from ...options import add_options, numbers
 from ...plausible import doubts
 from .envelope import REACH, Envelope, curves, draw, envelope, table
 from .joint import SAMPLE, Joint
 
 FREE, FIXED = ("ks", "mu", "theta", "height"), {"flat": contract.default("flat"), "kc": 20.0}
-"""Constants of one normal stress, and values that are not identified: the curves hardly depend on kc = kn/ks,
-as they begin under pressure.
+SIDES = 8
+"""Constants of one normal stress; values that are not identified, as the curves hardly depend on kc = kn/ks
+because they begin under pressure; and inclined planes.
 """
 
 BY_NATURE = """\
@@ -35,7 +36,7 @@ Found = tuple[Envelope, str, str, Callable[[Path], object]]
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    from ..fit.command import add_search
+    from ..fit.command import add_results
 
     needed = {"required": True}
     stresses = "normal stress of the curves, or LOW,HIGH of an envelope; compression > 0"
@@ -48,15 +49,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--sample M", "length of the samples on which JRC and JCS were measured", SAMPLE),
         ("--sigma-n MPA,...", stresses, str, needed),
     )
-    add_search(parser, ",".join(FREE), FIXED)
+    known = ", ".join(f"{name}={value:.4g}" for name, value in FIXED.items())
+    add_options(
+        parser,
+        ("--free NAMES", "constants to identify from the curves of one stress", ",".join(FREE)),
+        ("--set NAME=VALUE", f"constants that are known (default: {known})", list),
+        ("--sides SIDES", f"inclined planes of the pattern (default: {SIDES})", int),
+        ("--direction DEGREES", "direction of the slip, from Tx", 0.0),
+    )
+    add_results(parser)
     parser.set_defaults(action=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
     """Print both laws under one stress or over a range, with warnings and PROPS, and write the files."""
-    from ..fit.command import check_search, write
+    from ..fit.command import check_results, write
 
-    check_search(options)
+    check_results(options)
     stresses = [contract.number("--sigma-n", text) for text in options.sigma_n.split(",")]
     if len(stresses) > 2:
         raise ValueError(f"--sigma-n {options.sigma_n}: expected one normal stress, or LOW,HIGH")
@@ -84,20 +93,23 @@ def _run(options: argparse.Namespace) -> int:
 
 def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> Found:
     """Law that comes closest to the curves under one normal stress."""
-    from ..fit.command import arguments_of, progress
+    from ..fit.command import progress
     from ..fit.fitting import fit
     from ..fit.model import ROCK
+    from ..fit.picture import draw as draw_fit
     from ..fit.records import DEFAULT
     from ..fit.report import case_of, report
-    from ..fit.report import draw as draw_fit
 
-    test = curves(joint, sigma_n)
-    with progress(options) as tick:
-        found = fit([test], **arguments_of(options, FIXED) | {"joint": ROCK}, tick=tick)
+    test, free = curves(joint, sigma_n), tuple(name.strip() for name in options.free.split(","))
+    known = FIXED | {name: value for name, (value,) in numbers("--set", options.set, 1).items()}
+    fixed = {name: value for name, value in known.items() if name not in free}
+    sides = SIDES if options.sides is None else options.sides
+    with progress() as tick:
+        found = fit([test], ROCK, fixed, free, sides, options.direction, tick)
     slips = np.append(0.0, test.slip)
     both = Envelope(joint, found.interface, np.array([sigma_n]), slips, found.values)
     picture = partial(draw_fit, found, DEFAULT, of_tests=f"Barton, JRC {joint.jrc:g}")
-    return both, f"{BY_NATURE}\n\n{report(found, DEFAULT, 'note')}", case_of(found), picture
+    return both, f"{BY_NATURE}\n\n{report(found, DEFAULT)}", case_of(found), picture
 
 
 def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float) -> Found:

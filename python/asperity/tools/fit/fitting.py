@@ -1,314 +1,259 @@
-"""Constants of the law from shear-box tests: least squares on the forward model, by lmfit."""
+"""The fit of shear-box tests: ladder of models, choice, other assumptions, blind predictions, verdict."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from ... import contract
-from ...contract import Floats
-from ...parallel import map_in_order
-from . import model
+from ...pattern import Pattern
+from .assumptions import PATTERNS, alternatives, of_dilation, of_strength
 from .checks import refuse, shows_dilation, warn_if
-from .model import BOND, INCLINED, KS, MORTAR, PLAUSIBLE, ROCK, SCALES, SIDES, Problem, plausible
+from .evidence import cycles, guesses, noise
+from .intervals import Assumption, Intervals, spreads
+from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
+from .model import AUTO, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES
 from .records import ShearTest
-from .result import BETTER, ENOUGH, REFINE, SAME, Fit
+from .result import Fit
+from .squares import Solution, refitted, searched
+from .verdict import (
+    FAIR,
+    SPRINGS,
+    blind,
+    compared,
+    grade_of,
+    remarks,
+    too_little,
+    undetermined,
+    worst_errors,
+)
 
-STEP = 1.0e-3
-"""Step of the differences on the scales of the constants, relative to their ranges of the order of one.
-
-The error of central ones is STEP**2 times the third derivative, 1e-6 where the law is smooth; that of the
-solver, 1e-13 to 1e-12 over STEP, is far below.
-"""
-
-SAMPLES, STARTS_TRIED, AGREEING, MORE_STARTS = 48, 5, 3, 3
-"""Points of a Latin hypercube, the best of which are the starts; number of starts; where fewer than AGREEING
-reach the smallest sum, up to MORE_STARTS times as many: one in four ends in the local minimum of a curve that
-never softens (small s_f).
-"""
-
-FOUND, SEARCHED, MOST_EVALUATIONS = 1.0e-8, 1.0e-4, 60
-"""Relative change of the sum of squares at which the least squares end, and a search from a start; largest
-number of evaluations of the model in each, besides those for derivatives.
-"""
-
-MOST_WEIGHT = 5.0
-"""Largest weight of the dilation beside tau, which weighs each by its own scatter, and its inverse."""
-
-REFINEMENTS, MOST_ROWS = 3, 400000
-"""Largest number of refinements, which divide an increment by at most 64, and of increments of a test in the
-finest model: 150 MB of state for nine planes.
-"""
+WEIGHTS, NEAR = (0.2, 5.0), 1.0e-3
+"""Smallest and largest weight of the dilation; distance from a bound, over its range, that lies at it."""
 
 
 def fit(
     tests: Sequence[ShearTest],
-    free: Sequence[str] | None = None,
+    joint: str = AUTO,
     fixed: Mapping[str, float] | None = None,
-    start: Mapping[str, float] | None = None,
-    sides: int | None = None,
+    free: Sequence[str] | None = None,
+    sides: int = SIDES,
     direction: float = 0.0,
-    starts: int = STARTS_TRIED,
-    model_error: float = 0.0,
-    joint: str = model.AUTO,
     tick: Callable[[str], object] = lambda _: None,
 ) -> Fit:
-    """Least-squares constants of measured tests, which `read_tests` returns or which are made of arrays.
+    """Constants of measured tests, which `read_tests` returns or which are made of arrays.
 
-    free, fixed: names, and values by name, theta in degrees. Without `free` those are free that shear-box
-    tests show and that are not fixed, and names that begin with + are added to them; others have their
-    default. start: an additional start, by name. sides: inclined planes (None: 8, or 0 for tests without
-    dilation and theta). direction: of the slip, degrees. starts: number of starts. model_error: accepted
-    scatter, over the range, of a model that differs from the tests by more than noise; it widens the
-    intervals. joint: "mortar" with a bond, "rock" without, or "auto", that with the smaller information
-    criterion. tick: called with the name of every part of a fit when it is done. The fit is a result if its
-    `failed_checks` are empty.
+    joint: "rock" without bond, "mortar" with one, or "auto", that which the tests support.  fixed: values
+    that are known from elsewhere, by name, theta in degrees; the stiffnesses ks and kc are varied, too.
+    free: these constants alone, in place of the ladder of models.  sides: inclined planes of the pattern.
+    direction: of the slip, degrees.  tick: called with the name of every part of the fit when it begins.  The
+    fit is a result if its `reasons` are empty.
 
-    Raises ValueError for inadmissible names and values and for fewer data than the free constants need.
+    Raises ValueError for inadmissible names and values and for tests with too few rows.
 
     Examples
     --------
     >>> import numpy as np
     >>> from asperity import Interface, Material, Pattern
     >>> from asperity.tools.fit import ShearTest, fit
-    >>> joint = Interface(Material(1.5, 0.15, 0.9, 0.5, kc=20.0), Pattern.regular(2, 20.0))
-    >>> box = joint.confined_slip(0.0, np.linspace(0.0, 0.6, 31), sigma_N=-1.0)
-    >>> test = ShearTest("box", box.slip_along()[1:], box.tau[1:], (box.dilation - box.dilation[0])[1:], -1.0)
-    >>> known = {"sigma0": 1.5, "Gc": 0.15, "eta": 0.9, "kc": 20.0, "flat": 1 / 3}
-    >>> found = fit([test], free=["mu", "theta"], fixed=known, sides=2, starts=2)
-    >>> {name: round(one.value, 3) for name, one in found.estimates.items()}
+    >>> joint = Interface(Material.from_joint(kn=2e4, ks=1e3, mu=0.5), Pattern.regular(2, 20.0, flat=0.0))
+    >>> slips, tests = np.linspace(0.0, 0.6, 31), []
+    >>> for sigma_N in (-1.0, -2.0):
+    ...     box = joint.confined_slip(0.0, slips, sigma_N=sigma_N)
+    ...     opening = (box.dilation - box.dilation[0])[1:]
+    ...     tests.append(ShearTest(f"{sigma_N}", slips[1:], box.tau[1:], opening, sigma_N))
+    >>> found = fit(tests, joint="rock")
+    >>> {name: round(found.values[name], 2) for name in ("mu", "theta")}
     {'mu': 0.5, 'theta': 20.0}
     """
+    known = _checked(tests, joint, fixed or {}, free, sides, direction)
+    usable = [_without_noise(test) for test in tests]
+    shown = [test for test in usable if test.s_N is not None]
+    if shown and not {*INCLINED} & {*known} and not shows_dilation(shown):
+        warn_if(True, "the dilation of the tests is noise: the joint is taken as flat")
+        usable = [replace(test, s_N=None) for test in usable]
+    if free is not None:
+        fixed_here = {"flat": 0.0} | known
+        models = [Model(tuple(free), sides, fixed_here)]
+    else:
+        models = ladder(usable, joint, known, sides)
+    rows = sum(test.slip.size for test in tests)
+    refuse(not models, f"{rows} rows in {len(tests)} tests: expected at least 6, for two constants")
+    return _fit(usable, models, direction, tick)
+
+
+def _checked(
+    tests: Sequence[ShearTest],
+    joint: str,
+    fixed: Mapping[str, float],
+    free: Sequence[str] | None,
+    sides: int,
+    direction: float,
+) -> dict[str, float]:
+    """The known values, after a check of all arguments."""
     proper = isinstance(tests, Sequence) and tests and all(isinstance(one, ShearTest) for one in tests)
     refuse(not proper, f"tests = {contract.shown(tests)}: expected a list of tests, as that of read_tests")
+    refuse(joint not in (ROCK, MORTAR, AUTO), f"joint = {joint!r}: expected {ROCK}, {MORTAR} or {AUTO}")
     refuse(isinstance(free, str), f"free = {free!r}: expected a sequence of names")
-    whole = 1 <= contract.number("starts", starts) <= SAMPLES and starts == int(starts)
-    refuse(not whole, f"starts = {starts!r}: expected 1 to {SAMPLES}, a whole number")
-    fraction = 0.0 <= model_error < 1.0
-    refuse(not fraction, f"model_error = {model_error:g}: expected a fraction of the range, 0 to 1")
     refuse(not np.isfinite(direction), f"direction = {direction:g}: expected a finite angle in degrees")
-    fixed, start = dict(fixed or {}), dict(start or {})
-    named = {*(name.lstrip("+") for name in free or ()), *fixed, *start}
-    # a dilation that never changes was not measured; one that is noise shows that there is none
-    noise = not {*INCLINED} & named and not shows_dilation(tests)
-    warn_if(
-        noise and any(one.s_N is not None and np.ptp(one.s_N) for one in tests),
-        "the dilation of the tests is noise: the joint is taken as flat",
-    )
-    tests = [
-        replace(one, s_N=None) if one.s_N is not None and (noise or not np.ptp(one.s_N) > 0.0) else one
-        for one in tests
-    ]
-    forms = _forms(named, joint)
-    problems = [problem_of(tests, form, free, fixed, start, sides, direction) for form in forms]
-    rough = {one.form: replace(search(one, start, starts, tick), model_error=model_error) for one in problems}
-    criteria = {form: float(one.result.bic) for form, one in rough.items()}
-    form = min(rough, key=lambda one: criteria[one])
-    # a bond that the tests do not determine is not there if they fit as well without
-    needless = len(rough) > 1 and BETTER * rough[ROCK].costs[0] <= rough[MORTAR].costs[0]
-    if needless and rough[MORTAR].loose_bond:
-        form = ROCK
-    found = _refined(problems[forms.index(form)], replace(rough[form], criteria=criteria), tick)
-    if form == MORTAR and needless and found.loose_bond:
-        found = _refined(problems[forms.index(ROCK)], replace(rough[ROCK], criteria=criteria), tick)
-    return found
-
-
-def search(
-    problem: Problem,
-    start: Mapping[str, float],
-    starts: int = 1,
-    tick: Callable[[str], object] = lambda _: None,
-) -> Fit:
-    """Fit of few rows in few increments, from a start, if any, and the best points of a Latin hypercube.
-
-    It ends where AGREEING of the starts reach the same smallest sum of squares.
-    """
-    coarse, ranked, found = problem.coarse(), [], []
-    if set(start) != set(problem.free) or starts > 1:
-        points = _hypercube(coarse)
-        costs = [float(r @ r) for r in map_in_order(coarse.residuals, points, None)]
-        ranked = [points[i] for i in np.argsort(costs)]
-    if start:
-        ranked.insert(0, coarse.x((coarse.values(ranked[0]) if ranked else {}) | dict(start)))
-    for x in ranked[: MORE_STARTS * starts if starts > 1 else 1]:
-        sums = sorted(float(one.chisqr) for one in found)
-        if len(sums) >= starts and sums[min(AGREEING, starts) - 1] <= SAME * sums[0]:
-            break
-        found.append(minimise(coarse.residuals, coarse.free, x, coarse.ends, SEARCHED))
-        tick(f"start {len(found)} of {starts}, {problem.form}")
-    found.sort(key=lambda one: float(one.chisqr))
-    return Fit(coarse, found[0], tuple(float(one.chisqr) for one in found))
-
-
-def _hypercube(problem: Problem) -> list[Floats]:
-    """Points on the scales of the constants, SAMPLES of a Latin hypercube."""
-    from scipy.stats import qmc
-
-    ranges = []
-    for name in ("s_f" if name == "Gc" else name for name in problem.free):
-        low, high = model.to_scale(name, plausible(name, *problem.size, PLAUSIBLE | model.STARTS))
-        margin = 0.0 if name in model.STARTS else (high - low) / 3.0
-        ranges.append((low + margin, high - margin))
-    sampler = qmc.LatinHypercube(len(ranges), rng=0)
-    points = qmc.scale(sampler.random(SAMPLES), *np.transpose(ranges))
-    if "Gc" in problem.free:
-        points[:, problem.free.index("Gc")] += [np.log(0.5 * problem.values(x)["sigma0"]) for x in points]
-    return list(np.clip(points, *problem.ends))
-
-
-def _refined(problem: Problem, rough: Fit, tick: Callable[[str], object]) -> Fit:
-    """Fit of all rows, whose increments are divided until they move no constant."""
-    # residuals that are no noise say nothing about weights
-    tau, dilation = rough.scatter
-    if not rough.dependent and dilation > 0.0:
-        problem = replace(problem, weight=float(np.clip(tau / dilation, 1.0 / MOST_WEIGHT, MOST_WEIGHT)))
-    x, slopes = rough.x, lambda x: differences(problem.residuals, x)
-    while True:
-        result = minimise(problem.residuals, problem.free, x, problem.ends, FOUND, slopes)
-        found = replace(rough, problem=problem, result=result)
-        parts = problem.refinement * REFINE
-        finer = replace(problem, refinement=parts)
-        shift = found.shift_by(finer.residuals(found.x) - found.residuals)
-        tick(f"1/{parts} of the increments")
-        longest = max(slips.size for slips, _ in finer.paths)
-        if shift <= ENOUGH or parts > REFINE**REFINEMENTS or REFINE * longest > MOST_ROWS:
-            return replace(found, shift=shift)
-        # the derivatives of the coarser model are near enough
-        x, problem, slopes = found.x, finer, lambda _, known=found.result.jac: known
-
-
-def minimise(
-    residuals: Callable[[Floats], Floats],
-    names: Sequence[str],
-    x: Floats,
-    ends: Floats,
-    tolerance: float = FOUND,
-    derivatives: Callable[[Floats], Floats] | None = None,
-    step: float = STEP,
-) -> Any:
-    """Result of lmfit for constants on their scales, between the ends (2, p), from x on.
-
-    derivatives: of the residuals; None: forward differences with a step.
-    """
-    import lmfit
-
-    parameters, margin = lmfit.Parameters(), 1e-6 * np.ptp(ends, axis=0)
-    for name, *row in zip(names, np.clip(x, ends[0] + margin, ends[1] - margin), *ends, strict=True):
-        parameters.add(name, row[0], min=row[1], max=row[2])
-
-    def vector(parameters: Any) -> Floats:
-        return np.array([*parameters.valuesdict().values()])
-
-    def jacobian(x: Floats) -> Floats:
-        return derivatives(x) if derivatives else differences(residuals, x, step, residuals(x))
-
-    # the errors of constants without influence are no numbers
-    with np.errstate(divide="ignore", invalid="ignore"):
-        result = lmfit.minimize(
-            lambda now: residuals(vector(now)),
-            parameters,
-            method="least_squares",
-            jac=lambda now: jacobian(vector(now)),
-            x_scale="jac",
-            max_nfev=MOST_EVALUATIONS,
-            **{"ftol": tolerance, "xtol": 10.0 * tolerance, "gtol": tolerance},
+    for what, names in (("fixed", fixed), ("free", free or ())):
+        other = next((name for name in names if name not in SCALES), "")
+        refuse(other, f"{what}: {other} is unknown: expected one of {', '.join(SCALES)}")
+    if free is not None:
+        refuse(
+            not free or len({*free}) < len(free),
+            f"free: {', '.join(free) or 'none'}: expected names, each once",
         )
-    if result.aborted:
-        result.x = vector(result.params)
-        result.jac = jacobian(result.x)
-    return result
+        both = ", ".join(name for name in free if name in fixed)
+        refuse(both, f"{both}: expected it free or fixed, not both")
+    bond = [name for name in ("sigma0", "Gc", "eta", "damage0") if name in fixed or name in (free or ())]
+    text = f"{', '.join(bond)}: expected without {KS}, and not for rock: these are constants of a bond"
+    refuse(bond and (joint == ROCK or KS in fixed or KS in (free or ())), text)
+    known = {name: contract.number(name, value) for name, value in fixed.items()}
+    if free is not None:
+        given = {*free, *known}
+        needed = ["sigma0", "Gc", "mu"] if {"sigma0", "Gc"} & given else ["mu"]
+        needed += [KS] * (len(needed) == 1 and not {KS, KT} & given)
+        needed += ["theta"] * bool({"height", "crush", "W0", "flat"} & {*free})
+        missing = next((name for name in needed if name not in given), "")
+        refuse(missing, f"{missing}: expected it among the free ones, or a value, --set {missing}=")
+    for name, value in known.items():
+        refuse(not 0.0 <= value < np.inf, f"{name} = {value:g}: expected a finite value >= 0")
+    theta = known.get("theta", 0.0)
+    refuse(0.0 < theta < 0.1, f"theta = {theta:g}: expected degrees, 0 or at least 0.1 (a radian is 57.3)")
+    refuse(known.get("eta", 0.9) >= 1.0, f"eta = {known.get('eta', 0.9):g}: expected below 1")
+    refuse(sides != int(sides) or sides < 1, f"sides = {sides!r}: expected a whole number, 1 or more")
+    Pattern.regular(int(sides), theta or 10.0, flat=known.get("flat", 0.0))
+    return known
 
 
-def differences(
-    residuals: Callable[[Floats], Floats], x: Floats, step: float = STEP, here: Floats | None = None
-) -> Floats:
-    """Derivatives of residuals by central differences, or with the residuals at x by forward ones."""
-    steps = np.diag(step * np.maximum(1.0, 0.1 * np.abs(x)))
-    found = np.array(map_in_order(residuals, [*(x + steps), *(x - steps if here is None else [])], None))
-    if here is None:
-        return (found[: x.size] - found[x.size :]).T / (2.0 * np.diag(steps))
-    return (found - here).T / np.diag(steps)
+def _without_noise(test: ShearTest) -> ShearTest:
+    """Test without a dilation that never changes, which was not measured."""
+    return test if test.s_N is None or np.ptp(test.s_N) > 0.0 else replace(test, s_N=None)
 
 
-def _forms(names: Collection[str], joint: str) -> list[str]:
-    """Forms of a joint that are possible with these constants free or set; raises ValueError."""
-    of_bond = [name for name in BOND if name in names]
-    known = joint in (ROCK, MORTAR, model.AUTO)
-    refuse(not known, f"joint = {joint!r}: expected {ROCK}, {MORTAR} or {model.AUTO}")
-    bond = f"{', '.join(of_bond)}: expected without {KS}, which is that of a joint without bond"
-    refuse(of_bond and (KS in names or joint == ROCK), bond)
-    refuse(KS in names and joint == MORTAR, f"{KS}: expected without a bond, --joint {ROCK}")
-    possible = [MORTAR] if of_bond else [ROCK] if KS in names else [MORTAR, ROCK]
-    return possible if joint == model.AUTO else [joint]
+def _fit(tests: list[ShearTest], models: list[Model], direction: float, tick: Callable[[str], object]) -> Fit:
+    """Fit by a ladder of models; without the dilation where the law does not meet it."""
+    found: list[Solution] = []
+    guess = guesses(tests)
+    for model in models:
+        tick("+".join(model.free))
+        smaller = [one for one in found if {*one.model.free} < {*model.free}]
+        if any(is_noise(one) for one in smaller):
+            continue
+        starts = [
+            guess | {k: v for k, v in one.values.items() if k in model.free} for one in reversed(smaller[-2:])
+        ]
+        found.append(searched(tests, model, [*starts, guess], direction))
+    index, bic = choose(found)
+    chosen, notes = _spring(tests, found[index], guess, direction)
+    scatter = chosen.scatter
+    if "dilation" in scatter:
+        shown = [test for test in tests if test.s_N is not None]
+        of_noise = np.mean([noise(test.s_N) / max(np.ptp(test.s_N), 1e-300) for test in shown])  # type: ignore[arg-type, type-var]
+        if scatter["dilation"] > FAIR + of_noise:
+            bare = [replace(test, s_N=None) for test in tests]
+            known = models[0].fixed
+            kept = ladder(bare, _joint_of(models), known, models[0].sides)
+            alone = _fit(bare, kept or models[:1], direction, tick)
+            text = (
+                f"the law misses the dilation (scatter {scatter['dilation']:.0%}): these are "
+                "constants of the strength alone"
+            )
+            alone.reasons.insert(0, text)
+            return alone
+    weight = 1.0
+    if "dilation" in scatter:
+        weight = float(np.clip(scatter["tau"] / max(scatter["dilation"], 1e-12), *WEIGHTS))
+    tick("all rows")
+    chosen = refitted(chosen, tests, weight=weight)
+    tick("other assumptions")
+    others = alternatives(chosen, found, bic, index)
+    fits = [refitted(start, tests, model, weight, 1e-5) for start, model in others]
+    ranked = criteria([chosen, *fits])
+    assumptions = [*_assumed(fits, ranked), *of_strength(chosen, tests), *of_dilation(chosen, tests)]
+    intervals = Intervals(chosen, spreads(chosen), assumptions)
+    estimates = {name: intervals.of(name) for name in chosen.model.free}
+    tick("blind predictions")
+    fitted, unseen = compared(chosen.problem, chosen.values), blind(chosen, tests)
+    errors = worst_errors(chosen.scatter, fitted, unseen)
+    grade, worst = grade_of(max(errors.values())), max(errors, key=lambda name: errors[name])
+    reasons = [f"the law misses the {worst} by {errors[worst]:.0%}"] if grade == "poor" else []
+    low, high = chosen.problem.ends if chosen.x.size else (chosen.x, chosen.x)
+    near = np.minimum(chosen.x - low, high - chosen.x) < NEAR * (high - low)
+    at_bounds = [name for name, one in zip(chosen.model.free, near, strict=True) if one]
+    for name in undetermined(estimates, at_bounds):
+        value, below, above = estimates[name]
+        text = f"{name} is not determined: {value:.3g} [{below:.3g}, {above:.3g}]"
+        if name in SPRINGS:
+            notes.append(f"{text}; the other constants do not depend on it")
+        elif name == "crush":
+            notes.append(f"{text}; the strengths hold between the pressures of the tests")
+        else:
+            reasons.append(f"{text}; {HELP.get(name, 'further tests')} would show it")
+    reasons += too_little(chosen, tests)
+    notes += remarks(chosen, tests)
+    models_tried = [(one.model.free, value - bic[index]) for one, value in zip(found, bic, strict=True)]
+    judged = (fitted, unseen, errors, grade, reasons, notes, assumptions, models_tried)
+    return Fit(tests, chosen, intervals, estimates, *judged)
 
 
-def _default_free(problem: Problem, form: str, fixed: Mapping[str, float]) -> list[str]:
-    """Constants that are free unless they are set: those which shear-box tests of this form can show.
+def _joint_of(models: Sequence[Model]) -> str:
+    """Form of the joints of a ladder."""
+    forms = {MORTAR if model.bond else ROCK for model in models}
+    return forms.pop() if len(forms) == 1 else AUTO
 
-    theta needs a measured dilation, flat and kc this or theta, and height a dilation that ends.
+
+HELP = {
+    "mu": "rows beyond the peak, up to the residual strength",
+    "theta": "a measured dilation, or a second pressure",
+    "height": "a longer slip, until the dilation ends",
+    "sigma0": "more rows about the peak, or a smaller pressure",
+    "Gc": "more rows between peak and residual strength",
+    "crush": "tests at pressures further apart",
+    "W0": "more cycles",
+}
+"""What shows a constant."""
+
+
+def _assumed(fits: Sequence[Solution], ranked: Sequence[float]) -> Iterator[Assumption]:
+    """Fits with other assumptions; ranked: criteria of the chosen fit and of these."""
+    for found, value in zip(fits, ranked[1:], strict=True):
+        difference = value - ranked[0]
+        # crush goes with the weight of a plane: for other patterns its value is a convention
+        of_pattern = found.model.name in PATTERNS
+        parts = tuple(name for name in found.values if not (of_pattern and name in ("crush", "W0")))
+        yield Assumption(found.model.name, difference, found.values, difference < GAIN, parts)
+
+
+def _spring(
+    tests: list[ShearTest], found: Solution, guess: Mapping[str, float], direction: float
+) -> tuple[Solution, list[str]]:
+    """The model with a rigid spring where the rows do not show it, or with one in the joint; and notes.
+
+    A constant at the value that means stiff is stiff, and not undetermined.
     """
-    tests, free = problem.tests, [KS, "mu"] if form == ROCK else ["sigma0", "Gc", "eta", "mu"]
-    dilates = any(test.s_N is not None for test in tests)
-    if any(test.envelope for test in tests):
-        return free[-1:] if form == ROCK else ["sigma0", "mu"]
-    if problem.sides == 0 or not (dilates or fixed.get("theta")):
-        return free
-    free += ["theta"] * dilates + ["flat", "kc"]
-    return free + ["height"] * any(test.saturates for test in tests)
-
-
-def problem_of(
-    tests: Sequence[ShearTest],
-    form: str,
-    wanted: Sequence[str] | None,
-    fixed: Mapping[str, float],
-    start: Mapping[str, float],
-    sides: int | None,
-    direction: float,
-) -> Problem:
-    """Problem of a fit; raises ValueError for inadmissible names and values and too few data."""
-
-    def only(what: str, names: Collection[str], allowed: Collection[str], text: str) -> None:
-        other = ", ".join(name for name in names if name not in allowed)
-        refuse(other, f"{what}: {other}{text}")
-
-    free = [name.removeprefix("+") for name in wanted or ()]
-    for what, names in (("free", free), ("set", fixed), ("start", start)):
-        only(what, names, SCALES, f" is unknown: expected one of {', '.join(SCALES)}")
-    only("free, set", free, {*SCALES} - {*fixed}, ": expected it free or set, not both")
-    sloped = [name for name, value in fixed.items() if value and name != "flat"]
-    if sides is None:
-        inclines = {*INCLINED} & {*free, *sloped} or any(test.s_N is not None for test in tests)
-        sides = SIDES if inclines else 0
-    empty = Problem(list(tests), (), {}, sides, float(direction))
-    if wanted is None or any(name.startswith("+") for name in wanted):
-        shown = _default_free(empty, form, fixed)
-        free = [name for name in shown if name not in fixed and name not in free] + free
-    once = free and len(set(free)) == len(free)
-    refuse(not once, f"free: {', '.join(free) or 'none'}: expected names, each once")
-    only("start", start, free, f": expected one of the free ones, {', '.join(free)}")
-    for what, names in (("free", free), ("set", sloped)) if sides == 0 else ():
-        even = {*SCALES} - {*INCLINED}
-        only(what, names, even, ": expected inclined planes, which sides = 0 does not have")
-    # the contact of a joint without bond is stiff
-    usual = {"kc": 20.0} if form == ROCK else {}
-    known = model.DEFAULTS | usual | ({"theta": 0.0} if sides == 0 else {}) | dict(fixed)
-    names = [name for name in SCALES if name not in (BOND if form == ROCK else (KS,))]
-    missing = next((name for name in names if name not in free and name not in known), "")
-    why = " (no dilation was measured that shows it)" if missing == "theta" and wanted is None else ""
-    refuse(missing, f"{missing}: expected it among the free ones, or a value, --set {missing}={why}")
-    flattest, theta = PLAUSIBLE["theta"][0], known.get("theta", 0.0)
-    angle = f"set: theta = {theta:g}: expected degrees, 0 or at least {flattest:g} (a radian is 57.3)"
-    refuse(0.0 < theta < flattest, angle)
-    values = {name: contract.number(name, known[name]) for name in names if name not in free}
-    problem = replace(empty, free=tuple(free), fixed=values)
-    # refuses values that no joint has
-    problem.interface(problem.values(problem.ends.mean(axis=0)))
-    count, least = len(problem.rows), 2 * len(free)
-    few = f"{count} values in {len(tests)} tests: expected more than {least}, twice the {len(free)} free"
-    refuse(count <= least, f"{few} constants")
-    return problem
+    stress, length = found.problem.size
+    model = found.model
+    spring = next((name for name in SPRINGS if name in model.free), "")
+    if not spring or cycles(tests):
+        return found, []
+    value = STIFF * stress / length
+    start = [{**guess, **found.values}, guess]
+    rigid = searched(tests, model.without(spring, **{spring: value}), start, direction, 1)
+    if criteria([found, rigid])[1] < criteria([found, rigid])[0]:
+        what = "the spring in series (kT)" if spring == KT else "the joint (ks)"
+        return rigid, [f"{what} is rigid: the rows do not show its stiffness"]
+    if spring == KT:
+        # the elastic slip is that of the joint: of its planes, or of a bond that softens with the shape eta
+        new, contact = (KS, {"kc": STIFF}) if not model.bond else ("eta", {})
+        if new in model.fixed:
+            return found, []
+        other = model.instead(KT, new, **contact | {k: v for k, v in model.fixed.items() if k == "kc"})
+        start = [guess | found.values | {KS: 2.0 * found.values[KT], "eta": guess["eta"]}]
+        inside = searched(tests, other, start, direction)
+        if criteria([found, inside])[1] < criteria([found, inside])[0]:
+            return inside, [f"the elastic slip is that of the joint ({new}), not of a spring in series (kT)"]
+    return found, []

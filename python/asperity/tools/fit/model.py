@@ -31,8 +31,10 @@ TIMELESS = tuple(
 MATERIAL = tuple(row.name for row in TIMELESS if row.owner == "law")
 """Constants of the material; the others are those of the pattern."""
 
-KS = "ks"
-"""Shear stiffness of a joint without bond, a constant in place of those of the bond."""
+KS, KT = "ks", "kT"
+"""Shear stiffness of a joint without bond, a constant in place of those of the bond; and that of a spring in
+series with the joint, along the slip: specimen, box and matedness.
+"""
 
 BOND = tuple(name for name in contract.joint_constants(1.0, 1.0) if name != "kc")
 INCLINED = tuple(row.name for row in TIMELESS if row.inclined)
@@ -41,26 +43,19 @@ INCLINED = tuple(row.name for row in TIMELESS if row.inclined)
 ROCK, MORTAR, AUTO = "rock", "mortar", "auto"
 """Forms of a joint: without bond, with bond, and that of the two which the tests support."""
 
-SCALES = {row.name: row.scale for row in TIMELESS} | {KS: "log"}
-UNITS = {row.name: row.unit for row in TIMELESS} | {KS: "stress/length", "s_f": "length", "ratio": "-"}
-PLAUSIBLE = {row.name: row.plausible for row in TIMELESS} | {KS: (1e-2, 1e5), "kn": (1e-2, 1e8)}
+SCALES = {row.name: row.scale for row in TIMELESS} | dict.fromkeys((KS, KT), "log")
+UNITS = {row.name: row.unit for row in TIMELESS} | dict.fromkeys((KS, KT), "stress/length")
+PLAUSIBLE = {row.name: row.plausible for row in TIMELESS} | dict.fromkeys((KS, KT), (1e-2, 1e5))
+PLAUSIBLE |= {"kn": (1e-2, 1e8)}
 """Scale, unit and plausible range of a constant; the range is in multiples of the size of its unit."""
-
-STARTS = {"sigma0": (0.05, 2.0), "s_f": (0.02, 1.5), "eta": (0.4, 0.97), "mu": (0.15, 1.0), KS: (1.0, 1e3)}
-STARTS |= {"theta": (5.0, 45.0), "flat": (0.1, 0.6), "kc": (0.5, 50.0)}
-STARTS |= {"height": (0.03, 3.0), "W0": (0.05, 5.0)}
-"""Ranges of the starts, of s_f in place of Gc, because the tests show its size; of others the middle."""
 
 DEFAULTS = {row.name: row.default for row in TIMELESS if row.default is not None and row.name != "theta"}
 DEFAULTS |= {"eta": 0.9}
 """Values of constants that are neither free nor set."""
 
-ENDING = contract.of_asperities()
-"""Constants by which asperities end, wear or are crushed; 0: they do not."""
-
-SIDES, INCREMENTS, PRELOAD = 8, 200, 50
-"""Inclined planes of the default pattern, RP-8, nearly isotropic and cheap; smallest number of increments
-along a test, with which a fit begins; and increments in which sigma_N is applied before the slip.
+SIDES, INCREMENTS, PRELOAD = 2, 150, 50
+"""Inclined planes of the default pattern, along the slip; smallest number of increments along a test; and
+increments in which sigma_N is applied before the slip.
 """
 
 PENALTY, LEAST_SPREAD = 3.0, 0.05
@@ -93,11 +88,6 @@ def material_of(values: Mapping[str, float]) -> Material:
     return Material.from_joint(kn=given.pop("kc") * values[KS], ks=values[KS], **given)
 
 
-def residual_ratio(values: Mapping[str, float]) -> float:
-    """|tau|/|sigma_N| of a fully damaged interface that slides up one facing plane; inf if it locks."""
-    return float(material_of(values).residual_strength(values["theta"]))
-
-
 def plausible(
     name: str, stress: float, length: float, ranges: Mapping[str, tuple[float, float]] = PLAUSIBLE
 ) -> tuple[float, float]:
@@ -114,8 +104,7 @@ class Problem:
 
     tests: the measured tests.  free: names of the constants to identify.  fixed: values of the others.
     sides: inclined planes of the pattern.  direction: of the slip, degrees.  increments: smallest number
-    along a test.  refinement: number of sub-increments of each of these and of each preload increment.
-    weight: of the residuals of the dilation.
+    along a test.  weight: of the residuals of the dilation.
     """
 
     tests: Sequence[ShearTest]
@@ -124,7 +113,6 @@ class Problem:
     sides: int = SIDES
     direction: float = 0.0
     increments: int = INCREMENTS
-    refinement: int = 1
     weight: float = 1.0
 
     @property
@@ -151,7 +139,7 @@ class Problem:
             nodes = np.append(0.0, test.slip)
             lengths = np.abs(np.diff(nodes))
             parts = np.maximum(1, np.ceil(lengths / lengths.sum() * self.increments - 1e-9).astype(int))
-            rows = np.cumsum(np.append(0, parts * self.refinement))
+            rows = np.cumsum(np.append(0, parts))
             found.append((np.interp(np.arange(rows[-1] + 1), rows, nodes), rows[1:]))
         return found
 
@@ -159,15 +147,14 @@ class Problem:
     def rows(self) -> DataFrame:
         """Row of every residual: number of its test, name of its column, row there, measured value, scale.
 
-        The scale is the range in the test, or for an envelope its peak.
+        The scale is the range in the test.
         """
         from pandas import DataFrame, concat
 
         least = LEAST_SPREAD * max([0.0, *(np.ptp(one.s_N) for one in self.tests if one.s_N is not None)])
         parts = []
         for number, test in enumerate(self.tests):
-            scale = np.ptp([0.0, *test.tau] if test.envelope else test.tau)
-            columns = [("tau", test.tau, scale)]
+            columns = [("tau", test.tau, float(np.ptp(test.tau)))]
             if test.s_N is not None:
                 columns.append(("dilation", test.s_N, max(float(np.ptp(test.s_N)), least)))
             for name, measured, of_column in columns:
@@ -195,19 +182,18 @@ class Problem:
 
     def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
         """tau, s_N and the number of converged rows of each test, from `slip_curve`."""
-        interface, preload = self.interface(values), self.refinement * PRELOAD
-        pairs = zip(self.tests, self.paths, strict=True)
-        return [slip_curve(interface, test, *path, self.direction, preload) for test, path in pairs]
+        interface, pairs = self.interface(values), zip(self.tests, self.paths, strict=True)
+        return [slip_curve(interface, test, *path, self.direction, PRELOAD) for test, path in pairs]
 
     def residuals(self, x: Floats) -> Floats:
         """Model less measurement, divided by the range of tau or of s_N of each test, with their weights."""
         model, lost, curves = [], [], self.curves(self.values(x))
         for test, (_, rows), (tau, s_N, done) in zip(self.tests, self.paths, curves, strict=True):
-            columns = [at_rows(test, tau, rows)] + [s_N[rows]] * (test.s_N is not None)
+            columns = [tau[rows]] + [s_N[rows]] * (test.s_N is not None)
             model += columns
             lost += [rows >= done] * len(columns)
         left = (np.concatenate(model) - self.rows.measured.to_numpy()) / self.rows.scale.to_numpy()
-        left += PENALTY * np.concatenate(lost)
+        left = np.where(np.isfinite(left), left, PENALTY) + PENALTY * np.concatenate(lost)
         return np.where(self.is_dilation, self.weight, 1.0) * left
 
     def coarse(self) -> Problem:
@@ -219,11 +205,6 @@ class Problem:
             some = {name: one if one is None else one[rows] for name, one in columns.items()}
             tests.append(replace(test, **some, lines=()))
         return replace(self, tests=tests, increments=min(self.increments, MOST_SEARCHED))
-
-
-def at_rows(test: ShearTest, tau: Floats, rows: np.ndarray) -> Floats:
-    """Shear traction of the model in the rows of a test; the peak of an envelope is the largest one."""
-    return np.array([tau.max(), tau[rows[1]]]) if test.envelope else tau[rows]
 
 
 def slip_curve(

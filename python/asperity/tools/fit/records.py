@@ -16,16 +16,17 @@ from ...contract import Floats
 from ...steps import turns_of
 from ..tables import Table, raise_all, read_tables, size
 from .checks import check_rows, check_sizes, refuse, warn_if
+from .strength import Strength
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-REQUIRED, ENVELOPE = ("slip", "tau", "sigma_N"), ("slip", "peak", "residual", "sigma_N")
-OPTIONAL = ("dilation", "k_N", "test")  # the first one not in an envelope
-KNOWN = tuple(dict.fromkeys(REQUIRED + ENVELOPE + OPTIONAL))
-"""Columns of a file; ENVELOPE: a row for each test."""
+REQUIRED, OPTIONAL = ("slip", "tau", "sigma_N"), ("dilation", "k_N", "test")
+STRENGTHS, BESIDE = ("peak", "sigma_N"), ("residual", "peak_slip", "slip")
+KNOWN = tuple(dict.fromkeys(REQUIRED + STRENGTHS + BESIDE + OPTIONAL))
+"""Columns of a file; STRENGTHS, BESIDE: those needed and others of a table with a row for each test."""
 
-KINDS = {"slip": "length", "dilation": "length", "k_N": "stiffness"}
+KINDS = {"slip": "length", "peak_slip": "length", "dilation": "length", "k_N": "stiffness"}
 KINDS |= dict.fromkeys(("tau", "sigma_N", "peak", "residual"), "stress")
 DEFAULT, NONE = ("mm", "MPa"), ("length", "stress")
 """What each column measures; units to which numbers with units are converted, and labels without units."""
@@ -50,6 +51,7 @@ OTHER = r"rate|speed|veloc|geschwind|vitesse|force|kraft|forza|fuerza|forca|stra
 RULES = {
     "peak": rf"(?=.*(peak|spitze|bruch|picco|pico|\bpic\b)){STRENGTH}",
     "residual": rf"(?=.*resid){STRENGTH}",
+    "peak_slip": rf"(?=.*(peak|spitze|bruch|picco|pico|\bpic\b)){PATH}(?!.*(normal|vertical|vertikal))",
     "slip": rf"{SHEAR}{PATH}|schlupf|glissement",
     "tau": rf"{SHEAR}{STRESS}|tau\b",
     "sigma_N": rf"{NORMAL}{STRESS}|sigma_?n?\b",
@@ -68,8 +70,7 @@ class ShearTest:
     s_N counts from the start of the slip, opening positive.  sigma_N: normal traction there, stress, <= 0;
     k_N: normal stiffness of the box, stress/length, 0 where sigma_N is constant.  name: file and test.
     units: of length and stress where the file has them.  lines (T,): of the file, empty where there is none.
-    path_N (T,): measured normal traction of each row, None where sigma_N and k_N give it.  envelope: the two
-    rows are the peak, at a slip that is not known, and the residual strength.
+    path_N (T,): measured normal traction of each row, None where sigma_N and k_N give it.
     Raises ValueError for inadmissible data.
     """
 
@@ -82,7 +83,6 @@ class ShearTest:
     units: dict[str, str] = field(default_factory=dict)
     lines: tuple[int, ...] = ()
     path_N: Floats | None = None
-    envelope: bool = False
 
     def __post_init__(self) -> None:
         """Check shapes and values."""
@@ -94,7 +94,7 @@ class ShearTest:
             wrong = values.shape != (self.slip.size,) or not (values.size and np.isfinite(values).all())
             wanted = f"expected finite numbers of shape ({self.slip.size or 'T'},)"
             refuse(wrong, f"{self.name}: {name} has shape {values.shape}: {wanted}")
-            same = name in ("slip", "tau") and not np.ptp(values) > 0.0 and not self.envelope
+            same = name in ("slip", "tau") and not np.ptp(values) > 0.0
             text = f"{self.name}: column {name} is {values[0]:g} in all rows: expected values that change"
             refuse(same, text)
         for name in ("sigma_N", "k_N"):
@@ -124,7 +124,7 @@ class ShearTest:
     @property
     def saturates(self) -> bool:
         """Whether the dilation ends: its slope at the end of the first stroke is well below that before."""
-        if self.s_N is None or self.envelope:
+        if self.s_N is None:
             return False
         end = int(np.argmax(np.abs(self.slip) >= FAR * np.abs(self.slip).max()))
         way = self.slip[: end + 1] / self.slip[end]
@@ -148,8 +148,11 @@ def read_tests(
     columns: Mapping[str, str] | None = None,
     sigma_N: float | Sequence[float] | None = None,
     decimal: str | None = None,
-) -> list[ShearTest]:
+) -> list[ShearTest] | list[Strength]:
     """Read tests from CSV files with columns slip, tau, sigma_N and optional dilation, k_N, test.
+
+    Files with a column peak in place of tau have the strengths of a test in each row: sigma_N, peak and,
+    where they were measured, residual, peak_slip, and slip at the residual strength.
 
     Numbers with a unit are converted to the units of length and stress of the target, mm and MPa without one;
     numbers without units have those of the target, if there is one.  A row with an empty cell is left out.
@@ -190,6 +193,13 @@ def read_tests(
     for rows in found:
         if "k_N" not in rows or rows.k_N.isna().all():
             rows["k_N"] = k_N or 0.0
+    tables = ["peak" in rows for rows in found]
+    mixed = any(tables) and not all(tables)
+    refuse(mixed, "some files have curves and others strengths alone: expected one kind at a time")
+    if any(tables):
+        refuse(k_T or sigma_N_path, "k_T, sigma_N_path: expected curves, not strengths alone")
+        strengths: list[Strength] = _of_all(found, _strengths)
+        return strengths
     tests: list[ShearTest] = _of_all(found, lambda rows: _tests(rows, k_T, sigma_N_path))
     check_sizes(tests)
     return tests
@@ -239,8 +249,10 @@ def _read(
     found, left_out, returns = [], [], []
     for test, group in rows.groupby(np.array(of_test, dtype=object), sort=False):
         # a column without any number in a test is not measured in it
+        # and a strength that one test of a table does not have is left open
         unused = [name for name in ("dilation", "k_N") if name in group and group[name].isna().all()]
-        kept = group.drop(columns=unused).dropna(subset=[*{*group} - {"k_N", *unused}])
+        open_ = {*BESIDE} if "peak" in group else set()
+        kept = group.drop(columns=unused).dropna(subset=[*{*group} - {"k_N", *unused} - open_])
         left_out += sorted({*group.index} - {*kept.index})
         starts = [0, *(_starts(kept) if apart else []), len(kept)]
         returns += [str(kept.index[start]) for start in starts[1:-1]]
@@ -305,12 +317,15 @@ def _columns(table: Table, renamed: Mapping[str, str], optional: bool) -> list[s
     refuse(missing, f"{there} {', '.join(missing)}, too (--columns)")
     exact = {name.lower(): name for name in KNOWN if name not in renamed}
     taken = {*renamed, *(exact[name] for name in lower if name in exact)}
-    names = [exact.get(low, name if standard(name) in taken else standard(name))
-             for name, low in zip(table.names, lower, strict=True)]
+    names = [
+        exact.get(low, name if standard(name) in taken else standard(name))
+        for name, low in zip(table.names, lower, strict=True)
+    ]
     for name, places in given.items():
         for place in places:
             names[place] = name
-    required = ENVELOPE if {"peak", "residual"} & {*names} and "tau" not in names else REQUIRED
+    table_of_strengths = {"peak", "residual"} & {*names} and "tau" not in names
+    required = STRENGTHS if table_of_strengths else REQUIRED
     missing = [name for name in required if name not in names and not (optional and name == "sigma_N")]
     other = f"--columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column with another name"
     more = "--sigma-N VALUE for files without sigma_N; stresses, not forces"
@@ -318,16 +333,36 @@ def _columns(table: Table, renamed: Mapping[str, str], optional: bool) -> list[s
     twice = next((name for name in KNOWN if names.count(name) > 1), "")
     text = f"column {twice} is there twice: expected one, or --columns {twice}=HEADER"
     refuse(twice, f"{table.path}: line {table.line}: {text}")
-    used = required + OPTIONAL[required is ENVELOPE :]
+    used = STRENGTHS + BESIDE if table_of_strengths else REQUIRED + OPTIONAL
     unused = [header for header, name in zip(headers, names, strict=True) if name not in used]
     warn_if(unused, f"{table.path}: columns not used: {', '.join(unused)}")
     return [name if name in used else "" for name in names]
 
 
+def _strengths(rows: DataFrame) -> list[Strength]:
+    """Strengths of the tests of a table, a row for each."""
+    _, path, units = rows.attrs.values()
+    given = [name for name in STRENGTHS + BESIDE if name in rows]
+    # compression has either sign, the same in all rows
+    mixed = not ((rows.sigma_N > 0.0).all() or (rows.sigma_N < 0.0).all())
+    refuse(mixed, f"{path}: column sigma_N: expected compression in all rows, with the same sign, not 0")
+    found: list[Strength] = _of_all(
+        [*rows.iterrows()],
+        lambda one: [
+            Strength(
+                f"{path}: line {one[0]}",
+                **{name: float(one[1][name]) for name in given} | {"sigma_N": -abs(float(one[1].sigma_N))},
+                units=units,
+            )
+        ],
+    )
+    return found
+
+
 def _tests(rows: DataFrame, k_T: float | None, sigma_N_path: bool) -> list[ShearTest]:
-    """Test from its rows, or a test for each row of an envelope, after checks of the rows."""
+    """Test from its rows, after checks of the rows."""
     name, path, units = rows.attrs.values()
-    envelope, stiffness = "tau" not in rows, rows.k_N.dropna()
+    stiffness = rows.k_N.dropna()
 
     def each(column: str, wrong: Any, text: str) -> None:
         """Refuse the first row where a column is wrong; text: what is wrong with its value."""
@@ -335,26 +370,12 @@ def _tests(rows: DataFrame, k_T: float | None, sigma_N_path: bool) -> list[Shear
             raise ValueError(f"{path}: line {line}, column {column}: {value:g}{text}")
 
     several = f"{path}: column k_N: {stiffness.nunique()} values: expected one a test"
-    refuse(stiffness.nunique() > 1 and not envelope, several)
+    refuse(stiffness.nunique() > 1, several)
     if (rows.sigma_N >= 0.0).all():
         rows = rows.assign(sigma_N=0.0 - rows.sigma_N)
     each("sigma_N", rows.sigma_N > 0.0, ": expected compression in all rows, with the same sign")
     each("k_N", rows.k_N < 0.0, ": expected a stiffness >= 0")
-    least = 1 if envelope else LEAST_ROWS
-    refuse(len(rows) < least, f"{name}: {len(rows)} rows: expected at least {least}")
-    if envelope:
-        refuse(k_T or sigma_N_path, f"{name}: k_T, sigma_N_path: expected columns {', '.join(REQUIRED)}")
-        each("slip", rows.slip <= 0.0, ": expected > 0")
-        each("residual", rows.residual <= 0.0, ": expected > 0")
-        each("peak", rows.peak < rows.residual, ": expected at least the residual strength")
-        # the slip of the peak is not read
-        return [
-            ShearTest(
-                f"{path}: line {line}", np.array([0.5, 1.0]) * row.slip, np.array([row.peak, row.residual]),
-                None, row.sigma_N, np.nan_to_num(row.k_N), units, (line, line), envelope=True,
-            )
-            for line, row in rows.iterrows()
-        ]  # fmt: skip
+    refuse(len(rows) < LEAST_ROWS, f"{name}: {len(rows)} rows: expected at least {LEAST_ROWS}")
     slip, tau, sigma_N = (rows[column].to_numpy() for column in REQUIRED)
     lines, s_N = tuple(rows.index.tolist()), rows["dilation"].to_numpy() if "dilation" in rows else None
     if k_T is not None:

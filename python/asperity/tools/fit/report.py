@@ -1,165 +1,345 @@
-"""Results of a fit as text, case file, file of the covariance and picture."""
+"""Results of a fit as a report of one screen, a case file and the file of the intervals."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from ...case_writer import rounded, slip_case
-from .model import DEFAULTS, KS, MATERIAL, MORTAR, ROCK, SCALES, UNITS
-from .records import NONE
-from .result import CONFIDENCE, REFINE, Fit, checks
+from ...case_writer import Word, case_text, pattern_entries, rounded
+from ...contract import Floats
+from ...interface import Interface
+from ...material import Material
+from ...pattern import Pattern
+from .evidence import first_stroke
+from .intervals import CONFIDENCE, Estimate
+from .model import KS, KT, MATERIAL, SCALES, UNITS
+from .records import NONE, ShearTest
+from .result import Fit
+from .strengths import StrengthFit
+from .verdict import FAIR, GOOD, Comparison, coverage
 
-MOST_TURNS = 20
-"""Largest number of reversals that a case repeats, as noise on the slip makes more."""
+MOST_TURNS, MOST_TESTS, INCREMENTS = 20, 8, 100
+"""Most reversals that a case repeats; most tests of which the report shows the numbers; increments."""
 
-FORMS = {MORTAR: "mortar joint, with bond", ROCK: "rock joint, without bond"}
-
-MARKS = "osD^v"
-"""Marks of the tests in the picture."""
+COLUMNS = {"peak": "peak", "slip at peak": "at slip", "residual": "residual", "dilation": "dilation"}
+"""Numbers of a test and their headings."""
 
 
-def report(found: Fit, units: tuple[str, str] = NONE, verdict: str = "no result") -> str:
-    """Lines of the report: tests, assumptions, measured and fitted numbers, constants, checks.
-
-    verdict: word before the reasons why the fit is no result.
-    """
-    problem, lines = found.problem, []
-    for test in problem.tests:
-        load = f"sigma_N {test.sigma_N:g}" + (f", k_N {test.k_N:g}" if test.k_N > 0.0 else "")
-        load += "" if test.path_N is None else f" to {test.path_N[-1]:g} as measured"
-        seen, turns = "with dilation" if test.s_N is not None else "no dilation", len(test.turns) - 1
-        rows = f"{test.slip.size} rows, {seen}, {load}, {turns} reversal{'s' * (turns != 1)}"
-        if test.envelope:
-            rows = f"peak {test.tau[0]:g}, residual {test.tau[1]:g}, {load}"
-        lines.append(f"test        {test.name}: {rows}")
-    criteria = ", ".join(f"{name} {one:.5g}" for name, one in found.criteria.items())
-    compared = f"; information criterion (BIC): {criteria}" if len(found.criteria) > 1 else ""
-    lines.append(f"form        {FORMS[problem.form]}{compared}")
-    dilates = problem.is_dilation.any()
-    if not dilates and "theta" not in problem.free and not problem.fixed["theta"]:
-        lines.append(
-            "theta       is not fitted, as no dilation was measured: mu contains the slope of the planes"
-        )
-    pattern = f"RP-{problem.sides}" if problem.sides > 2 else ("RT" if problem.sides == 2 else "flat")
-    given = [
-        f", {name} = {value:g}"
-        for name, value in problem.fixed.items()
-        if (problem.sides > 0 or name not in ("theta", "flat")) and (value or DEFAULTS.get(name) != 0.0)
-    ]
-    scatter = [f"{name} {one:.2%}" for name, one in zip(("tau", "dilation"), found.scatter, strict=True)]
-    lines += [
-        f"assumed     {pattern}, slip along {problem.direction:g} degrees{''.join(given)}",
-        f"scatter     of the residuals over the range of each test: {', '.join(scatter[: 1 + dilates])}",
-        f"starts      sums of squares {', '.join(f'{cost:.4g}' for cost in found.costs)}",
-        f"increments  1/{problem.increments * problem.refinement} of a test; divided by {REFINE} they change "
-        f"constants by up to {found.shift:.1g} standard errors",
+def report(found: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
+    """Report of a fit; verbose: also all tests, the models of the ladder and the correlations."""
+    tests, model = found.tests, found.solution.model
+    low, high, slip = coverage(tests)
+    form = "with bond" if model.bond else "without bond"
+    pattern = f"{model.sides} sides" if "theta" in {*model.free, *model.fixed} else "flat"
+    lines = [
+        f"tests       {len(tests)}, {sum(one.slip.size for one in tests)} rows, pressure "
+        f"{low:.4g} to {high:.4g} "
+        f"{units[1]}, slip to {slip:.4g} {units[0]}",
+        f"model       joint {form}, {pattern}; free: {', '.join(model.free)}{_known(found)}",
+        "scatter     "
+        + ", ".join(f"{name} {value:.1%}" for name, value in found.scatter.items())
+        + " of the range of each test",
         "",
-        f"{'':<14}{'measured':>12}{'fitted':>12}{'difference':>13}",
+        *_compared(found.fitted, found.blind, verbose),
+        "",
+        *_constants(found.estimates | derived(found), units),
+        *_assumptions(found),
     ]
-    for number, test in enumerate(problem.tests):
-        lines.append(f"test {number + 1}, sigma_N {test.sigma_N:g}")
-        for name, measured, fitted in found.comparison.loc[number].itertuples():
-            change = f"{fitted / measured - 1.0:>13.1%}" if measured else ""
-            lines.append(f"  {name:<12}{measured:>12.5g}{fitted:>12.5g}{change}")
-    lines += ["", f"{'':<12}{'value':>12}{'low':>12}{'high':>12}  {CONFIDENCE:g} intervals"]
-    for name, (value, low, high) in (found.estimates | found.derived).items():
-        unit = unit_of(name, units)
-        ends = f"{low:>12.5g}{high:>12.5g}  {unit}"
-        if name in found.undetermined or not 0.0 < high < 1e6 * max(low, 1e-300):
-            ends = f"{'not determined':>24}  {unit}"
-        lines.append(f"{name:<12}{value:>12.5g}{ends}")
-    told = [f"{verdict if bad else 'note'}: {text}" for bad, text in checks(found)]
-    return "\n".join([*lines, "", *told]).rstrip()
+    if verbose:
+        steps = ", ".join(f"{'+'.join(free)} {value:+.1f}" for free, value in found.models)
+        lines += ["", f"ladder      information criterion over that of the choice: {steps}"]
+        lines += _correlations(found.free, found.covariance)
+    return "\n".join([*lines, "", *verdict(found)])
+
+
+def strength_report(found: StrengthFit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
+    """Report of a fit of strengths without curves."""
+    pressures = [-one.sigma_N for one in found.tests]
+    lines = [
+        (
+            f"tests       {len(found.tests)} strengths, pressure {min(pressures):.4g} to "
+            f"{max(pressures):.4g} {units[1]}"
+        ),
+        f"model       joint {'with' if 'sigma0' in found.free else 'without'} bond, closed form "
+        "of the strengths; "
+        f"free: {', '.join(found.free)}",
+        "",
+        *_compared(found.fitted, found.blind, verbose),
+        "",
+        *_constants(found.estimates, units),
+        "",
+        f"{'peaks by':<22}{'rms':>8}{'blind':>8}  constants",
+    ]
+    for label, values, fitted, unseen in found.others:
+        constants = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
+        missed = "" if np.isnan(unseen) else f"{unseen:.1%}"
+        lines.append(f"{label:<22}{fitted:>8.1%}{missed:>8}  {constants}".rstrip())
+    return "\n".join([*lines, "", *verdict(found)])
+
+
+def derived(found: Fit) -> dict[str, Estimate]:
+    """Peak intercept (cohesion) of a joint with a bond, extrapolated to no pressure."""
+    if not found.solution.model.bond or "theta" not in found.free:
+        return {}
+    return {"cohesion": found.intervals.of("sigma0", lambda values: values["sigma0"])}
+
+
+def _known(found: Fit) -> str:
+    hidden = {"theta": 0.0, "flat": 0.0, "height": 0.0, "crush": 0.0, "W0": 0.0, "closure": 0.0}
+    shown = [
+        f"{name} = {value:g}"
+        for name, value in found.solution.model.fixed.items()
+        if value != hidden.get(name)
+    ]
+    return f"; known: {', '.join(shown)}" if shown else ""
+
+
+def _compared(fitted: Sequence[Comparison], unseen: Sequence[Comparison], verbose: bool) -> list[str]:
+    """Measured, fitted and blind numbers of each test."""
+    names = [name for name in COLUMNS if any(name in row.measured for row in fitted)]
+    lines = [
+        f"{'measured / fitted' + ' / blind' * bool(unseen):<28}" + "".join(f"{COLUMNS[n]:>26}" for n in names)
+    ]
+    shown = len(fitted) if verbose else MOST_TESTS
+    for i, row in enumerate(fitted[:shown]):
+        cells = []
+        for name in names:
+            if name not in row.measured:
+                cells.append("")
+                continue
+            values = [
+                row.measured[name],
+                row.predicted[name],
+                *([unseen[i].predicted[name]] if unseen else []),
+            ]
+            cells.append(" / ".join(f"{value:.4g}" for value in values))
+        lines.append(f"{short(row.test):<28}" + "".join(f"{cell:>26}" for cell in cells))
+    more = len(fitted) - shown
+    return lines + [f"... and {more} more (--verbose)"] * (more > 0)
+
+
+def short(name: str) -> str:
+    """Name of a test without the folder of its file, 27 characters at most."""
+    text = name.replace("\\", "/").rsplit("/", 1)[-1]
+    return text if len(text) <= 27 else f"...{text[-24:]}"
+
+
+def _constants(estimates: Mapping[str, Estimate], units: tuple[str, str]) -> list[str]:
+    lines = [f"{'':<12}{'value':>12}{'low':>12}{'high':>12}  {CONFIDENCE:g} intervals"]
+    for name, (value, low, high) in estimates.items():
+        lines.append(f"{name:<12}{value:>12.4g}{low:>12.4g}{high:>12.4g}  {unit_of(name, units)}")
+    return lines
+
+
+def _assumptions(found: Fit) -> Iterator[str]:
+    """What other assumptions do to the constants and the misfit."""
+    if not found.assumptions:
+        return
+    names = [name for name in found.free if name != KT]
+    yield ""
+    yield f"{'assumed instead':<34}{'misfit':>8}  " + "".join(f"{name:>10}" for name in names)
+    for one in found.assumptions:
+        values = "".join(
+            f"{one.values[name]:>10.4g}" if name in one.values else f"{'':>10}" for name in names
+        )
+        note = "" if one.admissible else "  (the tests exclude it)"
+        yield f"{one.name[:33]:<34}{one.difference:>+8.1f}  {values}{note}".rstrip()
+
+
+def _correlations(names: Sequence[str], covariance: Floats) -> Iterator[str]:
+    sizes = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    table = covariance / np.outer(sizes, sizes)
+    pairs = ((table[i, j], a, b) for i, a in enumerate(names) for j, b in enumerate(names) if i < j)
+    strong = [f"{a}, {b} {value:.2f}" for value, a, b in pairs if abs(value) > 0.9]
+    if strong:
+        yield f"correlation {'; '.join(strong)}"
+
+
+def verdict(found: Fit | StrengthFit) -> list[str]:
+    """Grade with the errors on which it rests, reasons and notes."""
+    errors = ", ".join(f"{name} {value:.1%}" for name, value in found.errors.items())
+    lines = [f"grade       {found.grade} (good: at most {GOOD:.0%}, fair: {FAIR:.0%}); errors: {errors}"]
+    lines += [f"no result   {text}" for text in found.reasons]
+    return lines + [f"note        {text}" for text in found.notes]
 
 
 def unit_of(name: str, units: tuple[str, str]) -> str:
     """Unit of a constant with these units of length and stress."""
-    return UNITS[name].replace("stress", units[1]).replace("length", units[0]).replace("*", " ")
+    unit = UNITS.get(name, "stress" if name == "cohesion" else "")
+    return unit.replace("stress", units[1]).replace("length", units[0]).replace("*", " ")
 
 
-def accepted_text(found: Fit, reasons: Iterable[str]) -> str:
-    """What the user has accepted of a fit, for case, covariance and card; empty where there is nothing."""
-    tau, dilation = found.deviation
-    parts = [f"{100.0 * tau:.2g} % of tau"] + [f"{100.0 * dilation:.2g} % of s_N"] * (dilation > 0.0)
-    text = "; ".join([*[f"the law misses the tests by {' and '.join(parts)}"] * (tau > 0.0), *reasons])
-    return f"accepted with {text}" if text else ""
+def comment(found: Fit | StrengthFit) -> str:
+    """Grade and intervals as one line, for cases and cards."""
+    intervals = ", ".join(f"{name} {one.low:.3g} to {one.high:.3g}" for name, one in found.estimates.items())
+    state = "" if found.is_result else f"; no result: {found.reasons[0]}"
+    return f"grade {found.grade}{state}; {CONFIDENCE:g} intervals: {intervals}"
 
 
 def case_of(found: Fit) -> str:
-    """Case file with the identified interface and the tests as a sweep; normal springs are left out.
-
-    `asperity card`, `select` and `run` read this file.
-    """
-    problem, values = found.problem, found.values
-    turns = max((test.turns for test in problem.tests), key=lambda one: np.abs(np.diff([0.0, *one])).sum())
-    if len(turns) > MOST_TURNS:
+    """Case file with the identified joint, its spring in series and the tests as a sweep, with their k_N."""
+    tests, values = found.tests, found.values
+    turns = max((test.turns for test in tests), key=lambda one: np.abs(np.diff([0.0, *one])).sum())
+    first = max(tests, key=lambda one: float(np.abs(one.slip).max()))
+    if found.spring:  # as it was fitted, along the first stroke
+        turns = [float(first.slip[np.argmax(np.abs(first.slip[first_stroke(first)]))])]
+    elif len(turns) > MOST_TURNS:
         turns = [max(turns, key=abs)]
-    material = {name: values[name] for name in MATERIAL if values.get(name, 0.0) or name in problem.free}
+    material = {name: values[name] for name in MATERIAL if values.get(name, 0.0) or name in found.free}
     if KS in values:
         material = {"kn": values[KS] * material.pop("kc"), KS: values[KS]} | material
-    material = {name: rounded(value, 6) for name, value in material.items()}
-    tractions = [rounded(test.sigma_N, 4) for test in problem.tests]
-    text = slip_case("Shear box", material, found.interface.pattern, tractions, turns, problem.direction)
-    note = "The tests had a normal stiffness k_N; this case keeps their initial normal traction constant."
-    return (f"! {note}\n" if any(test.k_N > 0.0 for test in problem.tests) else "") + text
+    stiffnesses = {test.k_N for test in tests}
+    k_N = tests[0].k_N
+    notes = [f"The tests have {len(stiffnesses)} stiffnesses k_N; this is that of the first."] * (
+        len(stiffnesses) > 1
+    )
+    notes += ["The tests were fitted with their measured normal tractions."] * any(
+        t.path_N is not None for t in tests
+    )
+    tractions = [rounded(test.sigma_N, 4) for test in tests]
+    joint, direction = (material, found.interface.pattern), found.solution.problem.direction
+    text = shear_case("Shear box", *joint, tractions, turns, direction, k_N, found.spring)
+    return "".join(f"! {note}\n" for note in [_first_upper(comment(found)), *notes]) + text
 
 
-def covariance_text(found: Fit, accepted: str = "") -> str:
-    """Content of CASE.fit.json, from which `asperity uncertainty` draws samples; accepted: by the user.
+def _first_upper(text: str) -> str:
+    return text[0].upper() + text[1:] + "."
 
-    The covariance is widened as the intervals of the fit are.
+
+def shear_case(
+    title: str,
+    material: Mapping[str, float],
+    pattern: Pattern,
+    tractions: Sequence[float],
+    slips: Sequence[float],
+    direction: float = 0.0,
+    k_N: float = 0.0,
+    spring: float = 0.0,
+) -> str:
+    """Case file of a shear box: normal traction, then slips, with a normal stiffness and a spring in series.
+
+    With a spring of stiffness k the shear traction is k times the slip of the box less that of the joint.
     """
-    names = found.problem.free
+    held, several = sorted({*tractions}, reverse=True), len({*tractions}) > 1
+    parts = [INCREMENTS] * len(slips)
+    slide: dict[str, object] = {"k_N": rounded(k_N, 6)} if k_N else {}
+    slide |= {"t_N": Word("sigma_N") if several else held[0]} if k_N else {}
+    if spring:
+        k = rounded(spring, 6)
+        for axis, part in (("x", np.cos(np.radians(direction))), ("y", np.sin(np.radians(direction)))):
+            slide |= {f"t_T{axis}": [rounded(k * float(part) * one, 6) for one in slips], f"k_T{axis}": k}
+    else:
+        slide |= {"slip": [rounded(one, 6) for one in slips], "direction": direction}
+    return case_text(
+        ("case", {"title": title}),
+        ("material", {name: rounded(value, 6) for name, value in material.items()}),
+        ("pattern", pattern_entries(pattern)),
+        *([("sweep", {"name": "sigma_N", "values": held})] if several else []),
+        ("step", {"t_N": Word("sigma_N") if several else held[0], "increments": INCREMENTS}),
+        ("step", slide | {"increments": parts}),
+    )
+
+
+def strength_case(found: StrengthFit) -> str:
+    """Case file of the joint of strengths; what they do not show is assumed and said."""
+    material, pattern, notes = _joint_of(found)
+    tractions = [rounded(one.sigma_N, 4) for one in found.tests]
+    stiffnesses = [one.peak / one.peak_slip for one in found.tests if np.isfinite(one.peak_slip)]
+    spring = float(np.median(stiffnesses)) if stiffnesses else 0.0
+    text = shear_case("Shear strengths", material, pattern, tractions, [_slip(found)], spring=spring)
+    return "".join(f"! {note}\n" for note in [_first_upper(comment(found)), *notes]) + text
+
+
+def strength_interface(found: StrengthFit) -> Interface:
+    """Joint of strengths, with what they do not show assumed."""
+    material, pattern, _ = _joint_of(found)
+    made = Material.from_joint if KS in material else Material
+    return Interface(made(**material), pattern)
+
+
+def _slip(found: StrengthFit) -> float:
+    """Slip at the residual strength, or at the peak, or 1."""
+    slips = [one.slip for one in found.tests] + [one.peak_slip for one in found.tests]
+    return max((slip for slip in slips if np.isfinite(slip)), default=1.0)
+
+
+def _joint_of(found: StrengthFit) -> tuple[dict[str, float], Pattern, list[str]]:
+    """Constants of the material, pattern, and what is assumed."""
+    values, slip = found.values, _slip(found)
+    slope = float(np.tan(np.radians(values.get("theta", 0.0))))
+    notes = []
+    if not any(np.isfinite([one.slip, one.peak_slip]).any() for one in found.tests):
+        notes.append("The strengths have no slips: a slip of 1 is assumed.")
+    if "sigma0" in values:
+        material = {
+            "sigma0": values["sigma0"],
+            "Gc": 0.05 * values["sigma0"] * slip,
+            "eta": 0.999,
+            "mu": values["mu"],
+        }
+        notes.append("Gc is assumed: strengths do not show it.")
+        return material | {"kc": 1.0}, Pattern.regular(0, 0.0), notes
+    ks = 1e3 * max(one.peak for one in found.tests) / slip
+    material = {"kn": 20.0 * ks, "ks": ks, "mu": values["mu"]}
+    if not slope:
+        return material, Pattern.regular(0, 0.0), notes
+    material["height"] = values.get("height", slip * slope / 6.0)
+    if "height" not in values:
+        notes.append("The height is assumed: the slope ends before the residual strength.")
+    if "crush" in values:
+        material["crush"] = values["crush"]
+    return material, Pattern.regular(2, values["theta"], flat=0.0), notes
+
+
+def intervals_text(found: Fit | StrengthFit) -> str:
+    """Content of CASE.fit.json: constants with intervals and covariance, grade, errors, predictions."""
+    names = [name for name in found.free if name != KT]
+    places = [found.free.index(name) for name in names]
+    covariance = found.covariance[np.ix_(places, places)]
+    error = (
+        found.model_error
+        if isinstance(found, Fit)
+        else (found.errors.get("blind peak", found.errors["peak"]), 0.0)
+    )
     content = {
         "parameters": names,
         "values": [found.values[name] for name in names],
         "scales": [SCALES[name] for name in names],
-        "covariance on the scales": (found.covariance * found.widening**2).tolist(),
-        "accepted": accepted,
-        "model error of tau and s_N": found.deviation if accepted else (0.0, 0.0),
+        "covariance on the scales": covariance.tolist(),
+        "intervals": {name: list(one[1:]) for name, one in found.estimates.items()},
+        "grade": found.grade,
+        "no result": found.reasons,
+        "notes": found.notes,
+        "errors": found.errors,
+        "model error of tau and s_N": error,
+        "tests": [
+            {"test": short(row.test), "measured": dict(row.measured), "fitted": dict(row.predicted)}
+            | ({"blind": dict(unseen.predicted)} if unseen else {})
+            for row, unseen in zip(found.fitted, found.blind or [None] * len(found.fitted), strict=True)
+        ],
     }
-    return json.dumps(content, indent=1) + "\n"
+    return json.dumps(content, indent=1, default=float) + "\n"
+
+
+def residuals_text(found: Fit) -> str:
+    """CSV of the measured and fitted rows with their residuals over the range."""
+    problem = found.solution.problem
+    columns = ["test", "row", "quantity", "slip", "measured", "fitted", "residual_over_range"]
+    rows, residuals = problem.rows, found.residuals
+    lines = [",".join(columns)]
+    for i, row in enumerate(rows.itertuples()):
+        test: ShearTest = problem.tests[row.test]
+        fitted = row.measured + residuals[i] * row.scale
+        name = short(test.name).replace(",", ";").replace('"', "'")
+        values = f"{test.slip[row.row]:.7g},{row.measured:.7g},{fitted:.7g},{residuals[i]:.5g}"
+        line = test.lines[row.row] if test.lines else row.row + 1
+        lines.append(f"{name},{line},{row.name},{values}")
+    return "\n".join(lines) + "\n"
 
 
 def file_of(case: Path) -> Path:
-    """File beside a case, where `asperity fit` writes the covariance."""
+    """File beside a case, where `asperity fit` writes the intervals."""
     return case.parent / f"{case.stem}.fit.json"
-
-
-def draw(found: Fit, units: tuple[str, str], path: Path, of_tests: str = "") -> None:
-    """Draw tests and fit over the slip: tau, and s_N where it was measured.
-
-    of_tests: what the tests are where they are curves, which are drawn as dashed lines.
-    """
-    from ..style import COLOURS, LINES, ONE, TWO, label_axes, new_figure, printed, save
-
-    problem, (length, stress) = found.problem, units
-    columns = 1 + any(test.s_N is not None for test in problem.tests)
-    rows = zip(problem.tests, problem.paths, found.curves, strict=True)
-    with printed():
-        figure, axes = new_figure(TWO if columns > 1 else ONE, 3.0, ncols=columns)
-        for i, (test, (slips, _), (tau, s_N, done)) in enumerate(rows):
-            colour, mark = COLOURS[i % len(COLOURS)], MARKS[i % len(MARKS)]
-            label = rf"$\sigma_N$ = {test.sigma_N:g}".replace("-", "−")
-            label += f", $k_N$ = {test.k_N:g}" if test.k_N else ""
-            for ax, measured, model in zip(axes, (test.tau, test.s_N), (tau, s_N), strict=False):
-                if measured is not None and test.envelope:
-                    ax.axhline(measured[0], color=colour, linewidth=0.6)
-                    ax.plot(test.slip[1:], measured[1:], mark, color=colour, markersize=4.0)
-                elif measured is not None:
-                    style = {} if of_tests else {"markersize": 2.0, "alpha": 0.5}
-                    ax.plot(test.slip, measured, "--" if of_tests else mark, color=colour, **style)
-                line = "-" if of_tests else LINES[i % len(LINES)]
-                ax.plot(slips[:done], model[:done], line, color=colour, label=label)
-        labels = (rf"traction $\tau$ [{stress}]", f"dilation $s_N$ [{length}]")
-        for ax, name in zip(axes, labels, strict=False):
-            label_axes(ax, f"slip [{length}]", name)
-        handles, texts = axes[0].get_legend_handles_labels()
-        shown = f"dashed: {of_tests}, solid" if of_tests else "points: test data, lines"
-        title = f"{shown}: fit; stresses in {stress}"
-        figure.legend(handles, texts, loc="outside upper center", ncols=min(4, len(texts)), title=title)
-        save(figure, path)

@@ -104,6 +104,8 @@ def head(distribution: Distribution) -> str:
     of_fit = "those of the logarithm, logit or value, as a fit has it"
     kind = of_fit if distribution.transformed else "absolute"
     lines = [f"constants   {distribution.source}; standard deviations are {kind}"]
+    if distribution.grade:
+        lines.append(f"grade       {distribution.grade}")
     sizes = np.sqrt(np.diag(distribution.covariance))
     for name, value, size in zip(distribution.names, distribution.values, sizes, strict=True):
         lines.append(f"  {name:<10}{value:>12.5g} +- {size:.4g}")

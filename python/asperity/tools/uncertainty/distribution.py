@@ -33,6 +33,7 @@ class Distribution:
 
     names (p); mean (p,) and covariance (p, p): of the constants, or on their scales.  model_error: relative
     standard deviations of tau and of s_N, by which the law itself misses the tests.  source: file, or option.
+    grade: of the fit, and why it is no result; empty without a fit.
     """
 
     names: tuple[str, ...]
@@ -41,6 +42,7 @@ class Distribution:
     transformed: bool
     source: str
     model_error: tuple[float, float] = (0.0, 0.0)
+    grade: str = ""
 
     @property
     def values(self) -> Floats:
@@ -119,6 +121,7 @@ def read(path: Path) -> Distribution:
         mean = np.array([to_scale(name, value) for name, value in zip(names, content["values"], strict=True)])
         covariance = np.array(content["covariance on the scales"], dtype=float)
         error, of_dilation = map(float, content["model error of tau and s_N"])
+        grade = "; no result: ".join([str(content["grade"]), *map(str, content["no result"][:1])])
         sound = names and content["scales"] == [SCALES[name] for name in names]
         sound = sound and np.isfinite([*mean, *covariance.ravel(), error, of_dilation]).all()
         least = ASYMMETRY * np.abs(covariance).max()
@@ -128,7 +131,7 @@ def read(path: Path) -> Distribution:
     except (KeyError, TypeError, ValueError) as problem:
         text = "expected a file that this version of asperity fit -o has written"
         raise ValueError(f"{path}: {text} ({problem})") from None
-    return Distribution(names, mean, covariance, True, str(path), (error, of_dilation))
+    return Distribution(names, mean, covariance, True, str(path), (error, of_dilation), grade)
 
 
 def of_deviations(

@@ -26,6 +26,7 @@ CURVES = ("traction", "dilation", "damage")
 
 MOST_SAMPLES = 1_000_000  # a sample takes up to 3 kB of memory
 BATCH = 250  # samples of a task, whatever the number of workers
+ROUNDING = 1.0e-9  # of a slip, over the largest one
 MOST_POINTS = 121
 """Largest number of points of a curve for which quantiles are computed; ends and reversals are among them."""
 
@@ -38,7 +39,8 @@ class LoadPath:
     """Load path of one run of a case, as PROPS -> curves over the abscissa x (n,), which is prescribed.
 
     slips: whether x is a slip (or an opening).  first: first row of the path on the curves, where 0 is the
-    virgin point before them.  e (3,): direction of x, in which the traction is shown.
+    virgin point before them.  e (3,): direction of x, in which the traction is shown.  spring: stiffness in
+    series with the joint, 0 without one; x is then the slip of both.
     """
 
     run: Run
@@ -46,6 +48,7 @@ class LoadPath:
     slips: bool
     first: int
     e: Floats
+    spring: float = 0.0
 
     def curve(self, props: Floats) -> tuple[Floats, Floats]:
         """Curves of a joint with these constants, (n, 3), and work (n,); n is smaller where it is lost."""
@@ -63,17 +66,21 @@ def load_path(path: Path, run: Run) -> LoadPath:
     if run.tolerance is not None or any(step.follow == "branch" for step in run.steps):
         what = "tolerance" if run.tolerance is not None else "follow = 'branch'"
         raise ValueError(f"{path}: {what}: expected increments, which all samples share")
-    e = _abscissa(path, run.steps)
+    e, spring = _abscissa(path, run.steps)
     rows, lost = run.interface.rows(run.steps)
-    x = np.append(0.0, rows.separation @ e)
+    x = np.append(0.0, rows.separation @ e + (rows.traction @ e / spring if spring else 0.0))
     refuse(lost, f"the case itself loses equilibrium beyond {x[-1]:g}: expected one to the end of its path")
-    # the row before x moves is the start of the curve
-    first = int(np.argmax(np.diff(x) != 0.0))
-    return LoadPath(run, x[first:], bool(e[0] == 0.0), first, e)
+    # the row before x moves is the start of the curve; the slip of a spring has the rounding errors of both
+    first = int(np.argmax(np.abs(np.diff(x)) > (ROUNDING * np.abs(x).max() if spring else 0.0)))
+    return LoadPath(run, x[first:], bool(e[0] == 0.0), first, e, spring)
 
 
-def _abscissa(path: Path, steps: Sequence[Step]) -> Floats:
-    """Unit vector (3,) of the prescribed separation over which curves are drawn: of a slip, or of s_N."""
+def _abscissa(path: Path, steps: Sequence[Step]) -> tuple[Floats, float]:
+    """Unit vector (3,) of the prescribed separation over which curves are drawn, and the spring in series.
+
+    The separation is a slip or s_N.  A shear box with a spring in series prescribes the tractions t_Tx, t_Ty
+    = k times the slip of both, beside springs k_Tx = k_Ty = k of the joint.
+    """
     unit = dict(zip(SEPARATION, np.eye(3), strict=True))
     for names in (("slip", "s_Tx", "s_Ty"), ("s_N",)):
         for step in steps:
@@ -82,8 +89,13 @@ def _abscissa(path: Path, steps: Sequence[Step]) -> Floats:
                 along = direction_vector(step.direction or 0.0)
                 e = np.array([0.0, *along]) if moved[0] == "slip" else unit[moved[0]]
                 if not any(traction[i] for traction in prescribed(steps) for i in np.flatnonzero(e)):
-                    return e
+                    return e, 0.0
                 break
+    boxes = [step for step in steps if step.k_Tx and step.k_Tx == step.k_Ty and step.t_Tx is not None]
+    if boxes and boxes[0] is steps[-1]:
+        first = np.array([0.0, np.atleast_1d(boxes[0].t_Tx)[0], np.atleast_1d(boxes[0].t_Ty or 0.0)[0]])
+        if np.linalg.norm(first) > 0.0:
+            return first / np.linalg.norm(first), float(boxes[0].k_Tx)
     raise ValueError(f"{path}: expected &step with a prescribed slip or opening, over which curves are drawn")
 
 

@@ -1,0 +1,164 @@
+"""Shear tests by laws that are not that of asperity, with noise, and data that no law meets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+Floats = np.ndarray
+
+
+class Test(NamedTuple):
+    """Slip, tau and dilation (T,), or no dilation; pressure; normal stiffness; mm and MPa."""
+
+    slip: Floats
+    tau: Floats
+    dilation: Floats | None
+    pressure: float
+    k_N: float = 0.0
+
+
+class Drawn(NamedTuple):
+    """Tests, constants with the same meaning in the law of asperity, and numbers of each test by name."""
+
+    tests: list[Test]
+    truth: dict[str, float]
+    numbers: list[dict[str, float]]
+
+
+def noisy(rng: np.random.Generator, test: Test, noise: float, dilates: bool = True) -> Test:
+    """A test with noise, a fraction of the largest tau and dilation."""
+    tau = test.tau + rng.normal(0.0, noise * np.abs(test.tau).max(), test.slip.size)
+    dilation = None
+    if dilates and test.dilation is not None:
+        size = noise * max(float(np.abs(test.dilation).max()), 1e-6)
+        dilation = test.dilation + rng.normal(0.0, size, test.slip.size)
+    return test._replace(tau=tau, dilation=dilation)
+
+
+def slips_behind_spring(slips: Floats, strength: Callable[[float], float], stiffness: float) -> Floats:
+    """Slip of a joint behind a spring: slip = u + strength(u)/stiffness, 0 below the strength."""
+    found = []
+    for slip in slips:
+        holds = strength(0.0) / stiffness >= slip
+        found.append(0.0 if holds else brentq(lambda u, s=slip: u + strength(u) / stiffness - s, 0.0, slip))
+    return np.array(found)
+
+
+def mohr_coulomb(rng: np.random.Generator) -> Drawn:
+    """Friction on a slope that decays with the slip, behind a spring; CNL or CNS."""
+    mu, theta, height = rng.uniform(0.45, 0.75), rng.uniform(8.0, 22.0), rng.uniform(0.3, 1.2)
+    stiffness, k_N, tests = rng.uniform(5.0, 12.0), float(rng.choice([0.0, 0.0, 3.0])), []
+    slope = float(np.tan(np.radians(theta)))
+
+    def state(u: float, pressure: float) -> tuple[float, float]:
+        left = np.exp(-u * slope / height)
+        opening, now = height * (1.0 - left), slope * left
+        return (pressure + k_N * opening) * (mu + now) / (1.0 - mu * now), opening
+
+    for pressure in sorted(rng.uniform(0.4, 2.5, int(rng.integers(1, 5)))):
+        rows, end = int(rng.integers(30, 201)), 4.0 * height / slope
+        slips = np.linspace(end / rows, end, rows)
+        own = slips_behind_spring(slips, lambda u, p=pressure: state(u, p)[0], stiffness)
+        tau = np.array(
+            [state(u, pressure)[0] if u > 0.0 else stiffness * s for u, s in zip(own, slips, strict=True)]
+        )
+        dilation = np.array([state(u, pressure)[1] for u in own])
+        tests.append(noisy(rng, Test(slips, tau, dilation, float(pressure), k_N), rng.uniform(0.01, 0.05)))
+    return Drawn(tests, {"mu": mu, "theta": theta, "height": height}, [])
+
+
+def cohesion(rng: np.random.Generator) -> Drawn:
+    """Cohesion with linear softening and friction, to which the dilation adds none; half have no dilation."""
+    bond, energy, mu = rng.uniform(0.3, 1.2), rng.uniform(0.03, 0.2), rng.uniform(0.6, 0.9)
+    stiffness, slope, decay = rng.uniform(30.0, 120.0), rng.uniform(0.1, 0.4), rng.uniform(3.0, 10.0)
+    dilates, tests = bool(rng.random() < 0.5), []
+    for pressure in sorted(rng.uniform(0.1, 1.5, int(rng.integers(1, 5)))):
+        rows, end = int(rng.integers(30, 201)), max(10.0 * energy / bond, 3.0 / decay * dilates)
+        slips = np.linspace(end / rows, end, rows)
+
+        def strength(u: float, p: float = pressure) -> float:
+            return max(0.0, bond * (1.0 - u * bond / (2.0 * energy))) + mu * p
+
+        own = slips_behind_spring(slips, strength, stiffness)
+        tau = np.array([strength(u) if u > 0.0 else stiffness * s for u, s in zip(own, slips, strict=True)])
+        dilation = slope / decay * (1.0 - np.exp(-decay * own))
+        tests.append(
+            noisy(rng, Test(slips, tau, dilation, float(pressure)), rng.uniform(0.01, 0.05), dilates)
+        )
+    truth = {"mu": mu, "sigma0": bond, "Gc": energy}
+    truth |= {"theta": float(np.degrees(np.arctan(slope))), "height": slope / decay} if dilates else {}
+    return Drawn(tests, truth, [])
+
+
+def barton_bandis(rng: np.random.Generator) -> Drawn:
+    """Barton and Bandis with a mobilised JRC; the dilation angle is half of the roughness part."""
+    jrc, jcs, phi_r = rng.uniform(5.0, 15.0), rng.uniform(30.0, 120.0), rng.uniform(26.0, 33.0)
+    tests, numbers = [], []
+    peak_slip = 100.0 / 500.0 * (jrc / 0.1) ** 0.33
+    for pressure in sorted(np.exp(rng.uniform(np.log(0.3), np.log(4.0), int(rng.integers(1, 5))))):
+        rows, end = int(rng.integers(30, 201)), 8.0 * peak_slip
+        slips, angle = np.linspace(end / rows, end, rows), jrc * np.log10(jcs / pressure)
+        at, share = (
+            np.array([0.0, 0.3, 0.6, 1.0, 2.0, 4.0, 10.0]),
+            np.array([-phi_r / angle, 0.0, 0.75, 1.0, 0.85, 0.7, 0.5]),
+        )
+        fine = np.linspace(0.0, end, 4001)
+        slope = np.tan(np.radians(0.5 * angle * np.maximum(np.interp(fine / peak_slip, at, share), 0.0)))
+        opening = np.append(0.0, np.cumsum(slope[1:] * np.diff(fine)))
+        tau = pressure * np.tan(np.radians(phi_r + np.interp(slips / peak_slip, at, share) * angle))
+        dilation = np.interp(slips, fine, opening)
+        tests.append(noisy(rng, Test(slips, tau, dilation, float(pressure)), rng.uniform(0.01, 0.05)))
+        numbers.append(
+            {"peak": float(tau.max()), "residual": float(tau[-1]), "dilation": float(dilation[-1])}
+        )
+    return Drawn(tests, {}, numbers)
+
+
+def nonsense(rng: np.random.Generator) -> Drawn:
+    """Data that no joint gives: noise, a strength that halves or only rises, shuffled rows, wrong signs."""
+    rows = int(rng.choice([8, 9, 12, 14, 20, 40]))
+    slips = np.linspace(0.1, 2.0, rows)
+
+    def one(tau: Floats, pressure: float = 1.0, dilation: Floats | None = None) -> Test:
+        return Test(slips, tau, dilation, pressure)
+
+    kind = int(rng.integers(9))
+    noise = rng.normal(0.0, 0.01, rows)
+    if kind == 0:
+        tests = [one(np.abs(rng.normal(0.5, 0.2, rows)))]
+    elif kind == 1:
+        tests = [one(np.linspace(0.9, 0.4, rows) + noise)]
+    elif kind == 2:
+        tests = [one(np.linspace(0.1, 1.2, rows) + noise)]
+    elif kind == 3:
+        tests = [one(rng.permutation(slips) * 0.5)]
+    elif kind == 4:
+        tests = [
+            one(np.abs(rng.normal(0.5 * p, 0.2 * p, rows)), p, rng.normal(0.0, 0.1, rows))
+            for p in (0.5, 1.0, 2.0)
+        ]
+    elif kind == 5:
+        tests = [one(np.linspace(0.9, 0.4, rows) * p + noise, p) for p in (0.5, 1.0)]
+    elif kind == 6:
+        rise = 1.0 - np.exp(-slips / 0.1)
+        tests = [one(strength * rise + noise, p) for p, strength in ((0.5, 1.2), (1.0, 0.8), (2.0, 0.5))]
+    else:
+        sound = mohr_coulomb(rng).tests
+        if kind == 7:
+            tests = [test._replace(dilation=-test.dilation, k_N=0.0) for test in sound]
+        else:
+            tests = [test._replace(tau=test.tau * (-1.0) ** i) for i, test in enumerate(sound + sound[:1])]
+    return Drawn(tests, {"kind": float(kind)}, [])
+
+
+KINDS = {
+    "Mohr-Coulomb, decaying dilation": mohr_coulomb,
+    "cohesion, linear softening": cohesion,
+    "Barton-Bandis": barton_bandis,
+    "nonsense": nonsense,
+}
+"""Laws by name."""

@@ -1,0 +1,118 @@
+"""What a fit assumes, each replaced by its alternatives, which the intervals contain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from .evidence import first_stroke
+from .intervals import Assumption
+from .ladder import GAIN, OFFSET, STIFF, WORSE, Model
+from .model import KS, KT
+from .records import ShearTest
+from .squares import Solution, refitted
+
+SIDES, FLAT, BRITTLE, TIMES = 8, 1.0 / 3.0, 0.99, 2.0
+PATTERNS = ("8 sides", "flat 1/3")
+"""Pattern and flat plane in place of two sides; eta in place of 0.999; and factor on a given stiffness; and
+names of other patterns.
+"""
+
+
+def alternatives(
+    chosen: Solution, found: Sequence[Solution], bic: Sequence[float], index: int
+) -> list[tuple[Solution, Model]]:
+    """Models in place of the chosen one, and the solutions from which their fits start."""
+    base, made = chosen.model, []
+
+    def add(model: Model, name: str, start: Solution = chosen) -> None:
+        made.append((start, replace(model, name=name)))
+
+    def fixed(**values: float) -> Model:
+        return replace(base, fixed={**base.fixed, **values})
+
+    if base.bond and KT in base.free and "eta" not in base.fixed:
+        add(fixed(eta=BRITTLE), "friction that grows with the damage of the bond")
+        add(base.instead(KT, "eta"), "elastic slip of the bond (eta)")
+    if base.bond and "eta" in base.free and first_only(chosen.problem.tests):
+        add(base.instead("eta", KT), "spring in series")
+    if "theta" in base.free:
+        # on one stroke of a rigid joint without crushed asperities the pattern has no effect
+        if {"crush", "W0"} & {*base.free} or not base.series or base.bond:
+            if base.sides == 2:
+                add(replace(base, sides=SIDES), PATTERNS[0])
+            if "flat" not in base.fixed:
+                add(fixed(flat=FLAT), PATTERNS[1])
+        if KT in base.free and not base.bond:
+            add(base.instead(KT, KS, kc=STIFF), "spring in the joint")
+        elif KS in base.free and "W0" not in base.free and first_only(chosen.problem.tests):
+            other = base.instead(KS, KT)
+            add(replace(other, fixed={k: v for k, v in other.fixed.items() if k != "kc"}), "spring in series")
+    for name in ("ks", "kc", "kT"):
+        if name in base.fixed and any(name in one.model.fixed for one in found):
+            value = base.fixed[name]
+            add(fixed(**{name: TIMES * value}), f"{name} {TIMES * value:.3g}")
+            add(fixed(**{name: value / TIMES}), f"{name} {value / TIMES:.3g}")
+    for i, (one, value) in enumerate(zip(found, bic, strict=True)):
+        if i != index and value < min(bic) + GAIN:
+            label = "+".join(one.model.free)
+            add(one.model, f"{'mortar' if one.model.bond else 'rock'}, {label}", one)
+    return made
+
+
+def first_only(tests: Sequence[ShearTest]) -> bool:
+    """Whether no slip is reversed."""
+    return all(first_stroke(test).stop == test.slip.size for test in tests)
+
+
+def of_strength(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:
+    """Bond and friction where the slope of the dilation adds none, as in models of masonry."""
+    model = chosen.model
+    if not (model.bond and "theta" in model.free):
+        return
+    free = tuple(name for name in model.free if name not in ("theta", "height", "crush", "W0"))
+    bare = [replace(test, s_N=None) for test in tests]
+    other = refitted(chosen, bare, replace(model, free=free), 1.0, 1e-5)
+    yield _beside(chosen, other, "a slope without friction", "tau", ("mu", "sigma0", "Gc", KT))
+
+
+def _beside(chosen: Solution, other: Solution, name: str, column: str, parts: tuple[str, ...]) -> Assumption:
+    square, own = other.mean_squares[column], chosen.mean_squares[column]
+    allowed = square <= (WORSE * np.sqrt(own) + OFFSET) ** 2
+    rows = int(np.sum(~chosen.problem.is_dilation))
+    difference = rows * float(np.log(max(square, 1e-12) / max(own, 1e-12)))
+    return Assumption(name, difference, other.values, bool(allowed), parts)
+
+
+def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:
+    """Slope and height of the dilation alone, as that of a rigid joint: z = H (1 - exp(-u T/H))."""
+    from scipy.optimize import least_squares
+
+    model = chosen.model
+    if not (model.bond and KT in chosen.values and "theta" in model.free):
+        return
+    stiffness, slips, dilations = chosen.values[KT], [], []
+    for test in tests:
+        if test.s_N is not None:
+            rows = first_stroke(test)
+            slips.append(np.maximum(0.0, np.abs(test.slip[rows]) - np.abs(test.tau[rows]) / stiffness))
+            dilations.append(test.s_N[rows] / max(float(np.ptp(test.s_N)), 1e-300))
+    scales = [float(np.ptp(test.s_N)) for test in tests if test.s_N is not None]
+    ends = "height" in model.free
+
+    def misfit(x: np.ndarray) -> np.ndarray:
+        slope, height = np.exp(x[0]), np.exp(x[1]) if ends else np.inf
+        heights = [u * slope if not ends else height * (1.0 - np.exp(-u * slope / height)) for u in slips]
+        return np.concatenate([z / s - d for z, s, d in zip(heights, scales, dilations, strict=True)])
+
+    start = [np.log(np.tan(np.radians(chosen.values["theta"])))]
+    start += [np.log(max(chosen.values["height"], 1e-9))] * ends
+    found = least_squares(misfit, start, max_nfev=50)
+    values = {"theta": float(np.degrees(np.arctan(np.exp(found.x[0]))))}
+    values |= {"height": float(np.exp(found.x[1]))} if ends else {}
+    square, own = float(np.mean(found.fun**2)), chosen.mean_squares["dilation"]
+    allowed = square <= (WORSE * np.sqrt(own) + OFFSET) ** 2
+    difference = found.fun.size * float(np.log(max(square, 1e-12) / max(own, 1e-12)))
+    yield Assumption("the dilation alone", difference, values, bool(allowed), ("theta", "height"))

@@ -1,0 +1,133 @@
+"""Report of a fit as one HTML file with its pictures, for a reader who does not run the program."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterable, Sequence
+from datetime import date
+from html import escape
+from importlib.metadata import version
+
+from ...case_writer import props_line
+from .intervals import CONFIDENCE
+from .picture import curves_figure, envelope_figure
+from .report import COLUMNS, case_of, derived, short, strength_case, strength_interface, unit_of
+from .result import Fit
+from .strengths import StrengthFit
+from .verdict import FAIR, GOOD
+
+START = "<!-- asperity fit -->"
+"""Start of the file."""
+
+STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 62em; margin: 2em auto; padding: 0 1em }
+h1 { font-size: 1.5em } h2 { font-size: 1.15em; margin-top: 2em } img { max-width: 100% }
+table { border-collapse: collapse; margin: .7em 0 } th, td { padding: .2em .8em; text-align: right }
+th { border-bottom: 1px solid #888 } td:first-child, th:first-child { text-align: left }
+tr:nth-child(even) td { background: #f5f5f5 } pre { background: #f5f5f5; padding: .8em; overflow-x: auto }
+.grade { font-weight: bold; padding: .1em .6em; border-radius: .3em; color: #fff }
+.good { background: #2a7d46 } .fair { background: #b7791f } .poor { background: #b23a3a }
+"""
+"""Style of the page."""
+
+MEANING = f"""
+<p>The intervals ({CONFIDENCE:g}) contain the noise of the tests, the misfit of the law and other
+assumptions. A <em>blind</em> number was predicted by the other tests alone. The grade is that of the largest
+error: good up to {GOOD:.0%}, fair up to {FAIR:.0%}, else poor. The constants hold for
+the pressures and slips of the tests.</p>
+"""
+"""What the numbers mean."""
+
+
+def page(found: Fit | StrengthFit, units: tuple[str, str], command: str) -> str:
+    """Text of the page."""
+    curves = isinstance(found, Fit)
+    figure = curves_figure(found, units) if isinstance(found, Fit) else envelope_figure(found, units)
+    estimates = found.estimates | (derived(found) if isinstance(found, Fit) else {})
+    rows = [
+        (name, *(f"{value:.4g}" for value in one), unit_of(name, units)) for name, one in estimates.items()
+    ]
+    verdict = "The constants may be used." if found.is_result else "The constants must not be used: "
+    parts = [
+        f"<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'><title>Shear tests: fit</title>"
+        f"<style>{STYLE}</style></head><body>",
+        f"<h1>Joint constants from {len(found.tests)} shear tests</h1>",
+        (
+            f"<p><span class='grade {found.grade}'>{found.grade}</span> "
+            f"{verdict}{escape('; '.join(found.reasons))}</p>"
+        ),
+        *(f"<p>Note: {escape(text)}.</p>" for text in found.notes),
+        "<h2>Tests and fit</h2>",
+        _image(figure),
+        _compared(found),
+        "<h2>Constants</h2>",
+        _table(("constant", "value", "low", "high", "unit"), rows),
+        MEANING,
+    ]
+    if isinstance(found, Fit) and found.assumptions:
+        names = [name for name in found.free if name != "kT"]
+        head = ("assumed instead", "misfit (BIC)", *names, "")
+        table = []
+        for one in found.assumptions:
+            cells = [f"{one.values[name]:.4g}" if name in one.values else "" for name in names]
+            allowed = "" if one.admissible else "excluded by the tests"
+            table.append((one.name, f"{one.difference:+.1f}", *cells, allowed))
+        parts += ["<h2>Other assumptions</h2>", _table(head, table)]
+    if isinstance(found, StrengthFit):
+        table = [
+            (label, f"{fitted:.1%}", f"{unseen:.1%}" if unseen == unseen else "",
+             ", ".join(f"{n} {v:.3g}" for n, v in values.items()))
+            for label, values, fitted, unseen in found.others
+        ]  # fmt: skip
+        parts += [
+            "<h2>Peaks by other criteria</h2>",
+            _table(("criterion", "rms", "blind rms", "constants"), table),
+        ]
+    case = case_of(found) if isinstance(found, Fit) else strength_case(found)
+    errors = [(name, f"{value:.1%}") for name, value in found.errors.items()]
+    interface = found.interface if isinstance(found, Fit) else strength_interface(found)
+    parts += [
+        "<h2>Errors</h2>",
+        _table(("of", "largest" if curves else "rms"), errors),
+        "<h2>Case</h2>",
+        f"<pre>{escape(case)}</pre>",
+        f"<pre>{escape(props_line(interface.props()))}</pre>",
+        "<h2>How this was made</h2>",
+        (
+            f"<pre>{escape(command)}</pre><p>asperity {version('asperity')}, "
+            f"{date.today().isoformat()}. Tests:</p><ul>"
+        ),
+        *(f"<li>{escape(short(test.name))}</li>" for test in found.tests),
+        "</ul></body></html>\n",
+    ]
+    return START + "\n" + "\n".join(parts)
+
+
+def _image(figure: object) -> str:
+    from ..style import encoded, printed
+
+    with printed():
+        data = base64.b64encode(encoded(figure, ".png")).decode()  # type: ignore[arg-type]
+    return f"<img alt='measured and fitted curves' src='data:image/png;base64,{data}'>"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
+    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<table><tr>{top}</tr>{body}</table>"
+
+
+def _compared(found: Fit | StrengthFit) -> str:
+    """Measured, fitted and blind numbers of each test."""
+    names = [name for name in COLUMNS if any(name in row.measured for row in found.fitted)]
+    head, rows = ["test"], []
+    kinds = ("measured", "fitted", "blind")[: 2 + bool(found.blind)]
+    for name in names:
+        head += [f"{COLUMNS[name]}, {kind}" for kind in kinds]
+    for i, row in enumerate(found.fitted):
+        cells = [short(row.test)]
+        for name in names:
+            values = [row.measured, row.predicted, *([found.blind[i].predicted] if found.blind else [])]
+            cells += [f"{one[name]:.4g}" if name in one else "" for one in values]
+        rows.append(cells)
+    return _table(head, rows)

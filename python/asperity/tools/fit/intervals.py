@@ -1,0 +1,165 @@
+"""Intervals that count the misfit of the law: residuals in groups that are independent of one another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ...contract import Floats
+from .model import PLAUSIBLE, from_scale, plausible, to_scale
+from .squares import Solution, jacobian
+
+CONFIDENCE, PARTS, MANY, RIDGE = 0.95, 8, 3, 1.0e-3
+"""Of the intervals; parts of a curve; number of tests beyond which whole tests are groups, too; and share of
+the information that remains of a constant that a single group shows.
+"""
+
+
+class Estimate(NamedTuple):
+    """Value and ends of its interval."""
+
+    value: float
+    low: float
+    high: float
+
+    @property
+    def half(self) -> float:
+        """Larger one of the relative distances of the ends."""
+        return max(self.high - self.value, self.value - self.low) / max(abs(self.value), 1e-300)
+
+
+@dataclass(frozen=True, eq=False)
+class Assumption:
+    """What stands in place of an assumption: its information criterion over that of the fit, and its
+    constants.
+
+    admissible: whether the tests allow it, so that it is part of the intervals; parts: constants to which it
+    applies, all of them without a list.
+    """
+
+    name: str
+    difference: float
+    values: Mapping[str, float]
+    admissible: bool
+    parts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """Covariance (p, p) of the constants on their scales, and the quantile of Student's t for it."""
+
+    covariance: Floats
+    quantile: float
+
+
+def spreads(found: Solution) -> list[Spread]:
+    """Covariances by kind of group: parts of the way of all tests together, of each test, and whole tests."""
+    from scipy.stats import t as student
+
+    if not found.x.size:
+        return []
+    slopes, made = jacobian(found.problem, found.x), []
+    for groups, whole in _groups(found, slopes):
+        covariance, count = _delete_one(slopes, found.residuals, groups)
+        freedom = count - 1 if whole else count - found.x.size
+        quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)) if freedom >= 1 else np.inf
+        made.append(Spread(covariance, quantile))
+    return made
+
+
+def _groups(found: Solution, slopes: Floats) -> Iterator[tuple[np.ndarray, bool]]:
+    """Group of each residual, and whether the groups are whole tests.
+
+    The parts say the same about the constants: with equal rows a fifth has all of the softening.
+    """
+    rows, tests = found.problem.rows, found.problem.tests
+    column = found.problem.is_dilation.astype(int)
+    test, part = rows.test.to_numpy(), np.zeros(len(rows), dtype=int)
+    share = np.sum(np.linalg.qr(slopes)[0] ** 2, axis=1)
+    slips = [np.append(0.0, one.slip) for one in tests]
+    ways = [np.cumsum(np.abs(np.diff(slip))) for slip in slips]
+    way = np.array([ways[t][r] / ways[t][-1] for t, r in zip(test, rows.row, strict=True)])
+    for kind in {*column.tolist()}:
+        own = np.flatnonzero(column == kind)
+        own = own[np.argsort(way[own], kind="stable")]
+        total = np.cumsum(share[own] + 1e-9)
+        place = (total - 0.5 * share[own]) / total[-1] * PARTS
+        part[own] = np.clip(place, 0, PARTS - 1).astype(int)
+    each = part + PARTS * column
+    yield each, False
+    yield each + 2 * PARTS * test, False
+    if len(tests) > MANY:
+        yield test, True
+
+
+def _delete_one(slopes: Floats, residuals: Floats, groups: np.ndarray) -> tuple[Floats, int]:
+    """Covariance of the linear problem without one group after the other (CR3), and the number of groups."""
+    labels, moves = np.unique(groups), []
+    information = slopes.T @ slopes
+    ridge = RIDGE * np.diag(np.diag(information))
+    for label in labels:
+        own = groups == label
+        rest = information - slopes[own].T @ slopes[own] + ridge
+        moves.append(np.linalg.lstsq(rest, slopes[own].T @ residuals[own], rcond=1e-12)[0])
+    moved = np.array(moves)
+    return (len(labels) - 1) / len(labels) * (moved.T @ moved), len(labels)
+
+
+@dataclass(frozen=True, eq=False)
+class Intervals:
+    """Intervals of constants and of any function of them: groups of residuals, then other assumptions."""
+
+    found: Solution
+    spreads: list[Spread]
+    assumptions: list[Assumption]
+
+    def of(self, name: str, function: Callable[[Mapping[str, float]], float] | None = None) -> Estimate:
+        """Value and interval of a constant, or of a function on the scale of a constant or "" (logarithm)."""
+        problem, x = self.found.problem, self.found.x
+
+        def place(values: Mapping[str, float]) -> float:
+            return float(to_scale(name, function(values) if function else values[name]))
+
+        here, steps = place(problem.values(x)), 1e-4 * np.eye(x.size)
+        pairs = ((place(problem.values(x + h)), place(problem.values(x - h))) for h in steps)
+        slope = np.array([(above - below) / 2e-4 for above, below in pairs])
+        sizes = [one.quantile * np.sqrt(max(0.0, slope @ one.covariance @ slope)) for one in self.spreads]
+        half = max([0.0, *(size for size in sizes if not np.isnan(size))])
+        low = high = 0.0
+        for one in self.assumptions:
+            applies = name in one.parts if one.parts else function is not None or name in one.values
+            if one.admissible and applies and (function is not None or one.values.get(name, 0.0) > 0.0):
+                shift = place(one.values) - here
+                low, high = min(low, shift), max(high, shift)
+        ends = [here, here - np.hypot(half, low), here + np.hypot(half, high)]
+        value, *both = (float(one) for one in from_scale(name, ends))
+        if function is None and name in PLAUSIBLE:
+            both = list(np.clip(both, *plausible(name, *problem.size)))
+        return Estimate(value, min(both[0], value), max(both[1], value))
+
+    @property
+    def covariance(self) -> Floats:
+        """Covariance (p, p) on the scales whose 0.95 ellipse has the intervals, for samples."""
+        size = self.found.x.size
+        if not size:
+            return np.zeros((0, 0))
+        kept = [one for one in self.spreads if np.isfinite(one.quantile)]
+        normal = 1.959964
+        matrix = np.zeros((size, size))
+        if kept:
+            widest = max(kept, key=lambda one: float(np.sum(np.diag(one.covariance)) * one.quantile**2))
+            matrix = widest.covariance * (widest.quantile / normal) ** 2
+        names = self.found.model.free
+        halves = []
+        for name in names:
+            low, high = (float(to_scale(name, end)) for end in self.of(name)[1:])
+            halves.append(0.5 * (high - low) / normal)
+        # correlations of the groups, standard deviations of the intervals
+        sizes = np.sqrt(np.diag(matrix))
+        factors = np.divide(halves, sizes, out=np.ones(size), where=sizes > 0.0)
+        scaled = matrix * np.outer(factors, factors)
+        np.fill_diagonal(scaled, np.square(halves))
+        return scaled

@@ -1,0 +1,172 @@
+"""The ladder of models, simplest first, and the choice of one by what the rows can tell apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from ...contract import Floats
+from .evidence import cycles
+from .model import KS, KT, MORTAR, PLAUSIBLE, ROCK, Problem, plausible, to_scale
+from .records import ShearTest
+from .series import Series
+from .squares import Solution
+
+GAIN, LEAST_DATA, ROWS_EACH = 6.0, 4.0, 3
+"""Information criterion that a further constant must gain; least number of independent data of a curve; and
+rows for each constant below which a model is left out.
+"""
+
+STIFF, STIFF_CONTACT, BRITTLE, SOFT_CYCLES = 1.0e3, 20.0, 0.999, 1.0e2
+"""Stiffness of a joint or spring that counts as rigid, over stress/length of the tests; kc of a rigid
+contact; eta of a bond beside which friction acts from the first slip on; and largest ks in cycles, where a
+stiffer joint takes too many increments.
+"""
+
+APART, WORSE, OFFSET, NOISE = 1.5, 1.5, 0.005, 0.6
+"""Ratio of two pressures that show the crushing of asperities; a model is left out if its scatter of tau is
+this times the smallest one and an offset above; and independent data over all of residuals that are noise.
+"""
+
+
+class Cyclic(Problem):
+    """Cycles, in which the elastic slip is that of the joint."""
+
+    @cached_property
+    def ends(self) -> Floats:
+        """Bounds of the free constants on their scales, (2, p)."""
+        ranges = PLAUSIBLE | {KS: (PLAUSIBLE[KS][0], SOFT_CYCLES)}
+        return np.transpose([to_scale(name, plausible(name, *self.size, ranges)) for name in self.free])
+
+
+@dataclass(frozen=True)
+class Model:
+    """Free constants, planes of the pattern, and constants that are not those of the usual model."""
+
+    free: tuple[str, ...]
+    sides: int = 2
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    name: str = ""
+
+    @property
+    def bond(self) -> bool:
+        """Whether the joint has a bond."""
+        return "sigma0" in {*self.free, *self.fixed}
+
+    @property
+    def series(self) -> bool:
+        """Whether the joint is rigid with a spring in series."""
+        return KT in {*self.free, *self.fixed}
+
+    def problem(self, tests: Sequence[ShearTest], weight: float = 1.0, direction: float = 0.0) -> Problem:
+        """Problem of these tests; what is not free is rigid, or is not there."""
+        rest = {"theta": 0.0, "flat": 0.0, "height": 0.0, "crush": 0.0, "W0": 0.0, "closure": 0.0}
+        rest |= {"damage0": 0.0, "sigma02": 0.0, "Gc2": 0.0} if self.bond else {}
+        rest |= {"kc": 1.0 if self.bond and self.series else STIFF_CONTACT}
+        if self.bond:
+            rest["eta"] = BRITTLE if self.series else 0.9
+        elif self.series:
+            stress = max(float(np.abs(test.tau).max()) for test in tests)
+            rest[KS] = STIFF * stress / max(float(np.abs(test.slip).max()) for test in tests)
+        values = {name: value for name, value in (rest | dict(self.fixed)).items() if name not in self.free}
+        sloped = {"theta"} & {*self.free} or self.fixed.get("theta")
+        kind = Series if self.series else Cyclic if cycles(tests) else Problem
+        return kind(list(tests), self.free, values, self.sides if sloped else 0, direction, weight=weight)
+
+    def without(self, name: str, **fixed: float) -> Model:
+        """The model without a free constant, with others fixed."""
+        free = tuple(one for one in self.free if one != name)
+        return Model(free, self.sides, dict(self.fixed) | fixed, self.name)
+
+    def instead(self, old: str, new: str, **fixed: float) -> Model:
+        """The model with one free constant in place of another."""
+        free = tuple(new if one == old else one for one in self.free)
+        return Model(free, self.sides, dict(self.fixed) | fixed, self.name)
+
+
+def ladder(tests: Sequence[ShearTest], joint: str, known: Mapping[str, float], sides: int) -> list[Model]:
+    """Models that the tests may show, simplest first; known: values that the user has given.
+
+    Rock: friction, a slope, its height, crushed asperities at several pressures, wear in cycles.  Mortar: the
+    same with a bond.  An elastic spring lies in series with the joint, or in cycles within it.
+    """
+    dilates = any(test.s_N is not None and np.ptp(test.s_N) > 0.0 for test in tests)
+    levels = sorted({round(-test.pressed, 9) for test in tests})
+    # one curve of the strength does not show a slope beside the friction
+    slope = ("theta", "height") if dilates else ("theta",) if len(levels) > 1 else ()
+    several, reversed_ = len(levels) > 1 and levels[-1] > APART * levels[0], cycles(tests)
+    slopes: list[tuple[str, ...]] = [(), *(slope[: i + 1] for i in range(len(slope)))]
+    crushed = [("theta", "crush"), ("theta", "height", "crush")][: 1 + dilates] if several else []
+    worn = [("theta", "W0"), ("theta", "height", "W0")] if reversed_ and dilates else []
+    bonded = slopes if dilates else slopes[:1]
+    spring = (KS,) if reversed_ else (KT,)
+    found = []
+    if joint != MORTAR:
+        found += [(*spring, "mu", *more) for more in slopes + crushed + worn]
+    if joint != ROCK:
+        found += [(*(() if reversed_ else spring), "sigma0", "Gc", "mu", *more) for more in bonded]
+    rows = sum(test.slip.size * (1 + (test.s_N is not None)) for test in tests)
+    models: list[Model] = []
+    for free in found:
+        fixed = dict(known)
+        # a stiffness of the joint that the user gives stands in place of a spring in series
+        kept = tuple(name for name in free if name not in known and not (name == KT and KS in known))
+        inclined = "theta" in {*free, *known}
+        left_out = not inclined and any(known.get(name) for name in ("height", "crush", "W0"))
+        if not left_out and ROWS_EACH * len(kept) <= rows and not any(one.free == kept for one in models):
+            models.append(Model(kept, sides, fixed))
+    return models
+
+
+def independent(found: Solution) -> dict[str, float]:
+    """Number of independent data of tau and of the dilation: n (1 - rho)/(1 + rho) of every curve.
+
+    rho is the correlation of neighbouring residuals, as no law meets a joint within its noise.
+    """
+    counts = {"tau": 0.0, "dilation": 0.0}
+    for (_, name), rows in found.problem.rows.groupby(["test", "name"]).indices.items():
+        r = found.residuals[rows]
+        rho = float(r[:-1] @ r[1:] / max(float(r @ r), 1e-300)) if r.size > 2 else 0.0
+        rho = min(max(rho, 0.0), 0.98)
+        counts[str(name)] += min(r.size, max(LEAST_DATA, r.size * (1.0 - rho) / (1.0 + rho)))
+    return counts
+
+
+def is_noise(found: Solution) -> bool:
+    """Whether the residuals are noise, so that a larger model has nothing to explain."""
+    least = min(test.slip.size for test in found.problem.tests)
+    return least > 20 and sum(independent(found).values()) > NOISE * found.residuals.size
+
+
+def criteria(found: Sequence[Solution]) -> list[float]:
+    """Information criterion (BIC) of each model, with the independent data of the one that fits best."""
+    squares = [one.mean_squares for one in found]
+    floor = 1e-12
+    sums = [sum(np.log(max(value, floor)) for value in one.values()) for one in squares]
+    best = int(np.argmin(sums))
+    counts = independent(found[best])
+    total = np.log(max(sum(counts.values()), 2.0))
+    return [
+        float(sum(counts[name] * np.log(max(value, floor) / max(squares[best][name], floor))
+                  for name, value in one.items() if name in squares[best]) + solution.x.size * total)
+        for solution, one in zip(found, squares, strict=True)
+    ]  # fmt: skip
+
+
+def choose(found: Sequence[Solution]) -> tuple[int, list[float]]:
+    """The smallest model that no larger one beats by GAIN for each constant that it adds; and the criteria.
+
+    Strength comes first: a dilation that no friction law meets must not choose a wrong strength.
+    """
+    bic, tau = criteria(found), [one.mean_squares["tau"] for one in found]
+    limit = (WORSE * np.sqrt(min(tau)) + OFFSET) ** 2
+    ranked = [value if square <= limit else value + 1e6 for value, square in zip(bic, tau, strict=True)]
+    best = int(np.argmin(ranked))
+    order = sorted(range(len(found)), key=lambda i: (found[i].x.size, ranked[i]))
+    fewer = (
+        i for i in order if ranked[i] <= ranked[best] + GAIN * max(0, found[best].x.size - found[i].x.size)
+    )
+    return next(fewer, best), bic

@@ -1,0 +1,89 @@
+"""Pictures of a fit: curves of tests and law, and envelopes of strengths."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .criteria import CRITERIA
+from .result import Fit
+from .strengths import StrengthFit, law_strengths
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MARKS = "osD^v"
+"""Marks of the tests."""
+
+
+def draw(found: Fit | StrengthFit, units: tuple[str, str], path: Path, of_tests: str = "") -> None:
+    """Draw a fit into a file; of_tests: as in `curves_figure`."""
+    from ..style import printed, save
+
+    with printed():
+        if isinstance(found, StrengthFit):
+            save(envelope_figure(found, units), path)
+        else:
+            save(curves_figure(found, units, of_tests), path)
+
+
+def curves_figure(found: Fit, units: tuple[str, str], of_tests: str = "") -> Figure:
+    """Tests and fit over the slip: tau, and s_N where it was measured.
+
+    of_tests: what the tests are where they are curves, which are drawn as dashed lines.
+    """
+    from ..style import COLOURS, LINES, ONE, TWO, label_axes, new_figure
+
+    problem, (length, stress) = found.solution.problem, units
+    columns = 1 + any(test.s_N is not None for test in problem.tests)
+    rows = zip(problem.tests, problem.paths, problem.curves(found.values), strict=True)
+    figure, axes = new_figure(TWO if columns > 1 else ONE, 3.0, ncols=columns)
+    for i, (test, (slips, _), (tau, s_N, done)) in enumerate(rows):
+        colour, mark = COLOURS[i % len(COLOURS)], MARKS[i % len(MARKS)]
+        label = rf"$\sigma_N$ = {test.sigma_N:.4g}".replace("-", "\u2212")
+        label += f", $k_N$ = {test.k_N:g}" if test.k_N else ""
+        for ax, measured, law in zip(axes, (test.tau, test.s_N), (tau, s_N), strict=False):
+            if measured is not None:
+                style = {} if of_tests else {"markersize": 2.0, "alpha": 0.5}
+                ax.plot(test.slip, measured, "--" if of_tests else mark, color=colour, **style)
+            line = "-" if of_tests else LINES[i % len(LINES)]
+            # without a measured dilation that of the law is not drawn
+            if measured is not None or ax is axes[0]:
+                ax.plot(slips[:done], law[:done], line, color=colour, label=label)
+    labels = (rf"traction $\tau$ [{stress}]", f"dilation $s_N$ [{length}]")
+    for ax, name in zip(axes, labels, strict=False):
+        label_axes(ax, f"slip [{length}]", name)
+    handles, texts = axes[0].get_legend_handles_labels()
+    shown = f"dashed: {of_tests}, solid" if of_tests else "points: test data, lines"
+    title = f"{shown}: fit; stresses in {stress}"
+    figure.legend(handles, texts, loc="outside upper center", ncols=min(4, len(texts)), title=title)
+    return figure
+
+
+def envelope_figure(found: StrengthFit, units: tuple[str, str]) -> Figure:
+    """Peak and residual strengths over the pressure, the law, and the criteria of others."""
+    from ..style import COLOURS, ONE, label_axes, new_figure
+
+    figure, (ax,) = new_figure(ONE, 3.6, ncols=1)
+    pressure = np.array([-one.sigma_N for one in found.tests])
+    fine = np.linspace(0.02 * pressure.max(), 1.15 * pressure.max(), 200)
+    ax.plot(
+        pressure, [one.peak for one in found.tests], "o", color="k", markersize=4.0, label="peak, measured"
+    )
+    residual = np.array([one.residual for one in found.tests])
+    slips = [one.slip for one in found.tests if np.isfinite(one.slip)]
+    peak, rest = law_strengths(fine, found.values, max(slips) if slips else np.inf)
+    ax.plot(fine, peak, color=COLOURS[0], linewidth=1.6, label="law")
+    if np.isfinite(residual).any():
+        ax.plot(pressure, residual, "s", color="0.5", markersize=4.0, label="residual, measured")
+        ax.plot(fine, rest, "--", color=COLOURS[0], label="law, residual")
+    by_label = {criterion.label: criterion for criterion in CRITERIA}
+    for i, (label, values, *_) in enumerate(found.others[1:], 1):
+        strength = by_label[label].strength(fine, values)
+        ax.plot(fine, strength, ":", color=COLOURS[i % len(COLOURS)], linewidth=1.1, label=label)
+    label_axes(ax, rf"pressure $-\sigma_N$ [{units[1]}]", f"shear strength [{units[1]}]")
+    ax.set_ylim(0.0, 1.1 * max(float(peak.max()), max(one.peak for one in found.tests)))
+    ax.legend(fontsize=7)
+    return figure

@@ -1,0 +1,169 @@
+"""Least squares of a model: residuals with penalties, derivatives, starts and solutions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...contract import Floats
+from .model import PENALTY, Problem, to_scale
+
+if TYPE_CHECKING:
+    from .ladder import Model
+    from .records import ShearTest
+
+Function = Callable[[Floats], Floats]
+"""Residuals of a point."""
+
+AROUND, REACH = 6, {"ks": 1.2, "kT": 1.2, "mu": 0.15, "sigma0": 0.5, "Gc": 1.2, "crush": 1.2, "W0": 1.2}
+REACH |= {"height": 0.4, "eta": 0.0}
+"""Points around a start, and their distance from it, on a logarithm; of others OTHERS."""
+
+OTHERS, STEP = 0.3, 1.0e-3
+"""Distance of a point from a start, and step of the differences."""
+
+SEARCHED, FOUND, MOST = 1.0e-4, 1.0e-7, 40
+"""Relative change of the sum of squares at which a search ends, and the fit of all rows; and largest number
+of evaluations.
+"""
+
+
+@dataclass(eq=False)
+class Solution:
+    """Constants x (p,) of a model on their scales, with the residuals (n,) of its problem."""
+
+    model: Model
+    problem: Problem
+    x: Floats
+    residuals: Floats
+
+    @property
+    def values(self) -> dict[str, float]:
+        """All constants by name."""
+        return self.problem.values(self.x)
+
+    @property
+    def mean_squares(self) -> dict[str, float]:
+        """Mean squares of tau and of the dilation, over their ranges, without weights."""
+        dilation = self.problem.is_dilation
+        parts = {"tau": self.residuals[~dilation], "dilation": self.residuals[dilation] / self.problem.weight}
+        return {name: float(np.mean(part**2)) for name, part in parts.items() if part.size}
+
+    @property
+    def scatter(self) -> dict[str, float]:
+        """Scatter of tau and of the dilation over their ranges."""
+        return {name: float(np.sqrt(value)) for name, value in self.mean_squares.items()}
+
+
+def residuals(problem: Problem, x: Floats) -> Floats:
+    """Residuals; a trial for which the law has no result has a penalty in each row, as it is no error."""
+    try:
+        found = problem.residuals(x)
+    except (ValueError, ArithmeticError):
+        return np.full(len(problem.rows), PENALTY)
+    return np.where(np.isfinite(found), found, PENALTY)
+
+
+def jacobian(problem: Problem, x: Floats) -> Floats:
+    """Derivatives (n, p) by central differences."""
+    return _differences(lambda at: residuals(problem, at), x, None, STEP)
+
+
+def _differences(function: Function, x: Floats, here: Floats | None, step: float) -> Floats:
+    """Derivatives (n, p) by forward differences, or by central ones without the value at x."""
+    columns = []
+    for move in np.diag(step * np.maximum(1.0, 0.1 * np.abs(x))):
+        size = move.sum()
+        if here is None:
+            columns.append((function(x + move) - function(x - move)) / (2.0 * size))
+        else:
+            columns.append((function(x + move) - here) / size)
+    return np.transpose(columns)
+
+
+def least(
+    function: Function, x: Floats, ends: Floats, tolerance: float = FOUND, step: float = STEP
+) -> tuple[Floats, Floats]:
+    """Point and residuals at the smallest sum of squares from x on, between the ends (2, p).
+
+    tolerance: relative change at which the least squares end.  step: of forward differences.
+    """
+    from scipy.optimize import least_squares
+
+    low, high = ends
+    margin = 1e-6 * (high - low)
+    last: list[tuple[Floats, Floats]] = []
+
+    def value(at: Floats) -> Floats:
+        last[:] = [(at.copy(), function(at))]
+        return last[0][1]
+
+    def slopes(at: Floats) -> Floats:
+        here = last[0][1] if last and np.array_equal(last[0][0], at) else function(at)
+        return _differences(function, at, here, step)
+
+    tolerances = {"ftol": tolerance, "xtol": 10.0 * tolerance, "gtol": tolerance}
+    start = np.clip(x, low + margin, high - margin)
+    found = least_squares(value, start, slopes, (low, high), x_scale="jac", max_nfev=MOST, **tolerances)
+    return found.x, found.fun
+
+
+def solve(problem: Problem, x: Floats, tolerance: float = FOUND) -> tuple[Floats, Floats]:
+    """Constants and residuals at the smallest sum of squares from x on, within the plausible ranges."""
+    if not x.size:
+        return x, residuals(problem, x)
+    return least(lambda at: residuals(problem, at), x, problem.ends, tolerance)
+
+
+def searched(
+    tests: Sequence[ShearTest],
+    model: Model,
+    guesses: Sequence[Mapping[str, float]],
+    direction: float = 0.0,
+    starts: int = 2,
+) -> Solution:
+    """Solution on few rows, from the best of points around the guesses; the first of them is always tried."""
+    problem = model.problem(tests, 1.0, direction).coarse()
+    rng, points = np.random.default_rng(0), []
+    middle = problem.values(problem.ends.mean(axis=0)) if model.free else {}
+    for guess in guesses:
+        centre = {
+            name: max(guess.get(name, guesses[-1].get(name, middle[name])), 1e-6) for name in model.free
+        }
+        points.append(problem.x(centre))
+        for _ in range(AROUND):
+            moved = {n: v * np.exp(REACH.get(n, OTHERS) * rng.uniform(-1.0, 1.0)) for n, v in centre.items()}
+            if "eta" in moved:
+                moved["eta"] = min(moved["eta"], 0.999)
+            points.append(problem.x(moved))
+    points = [np.clip(x, *problem.ends) if x.size else x for x in points]
+    costs = [float(r @ r) for r in (residuals(problem, x) for x in points)]
+    tried = {0} | {int(i) for i in np.argsort(costs)[:starts]}
+    solutions = (solve(problem, points[i], SEARCHED) for i in sorted(tried))
+    return Solution(model, problem, *min(solutions, key=lambda one: float(one[1] @ one[1])))
+
+
+def refitted(
+    found: Solution,
+    tests: Sequence[ShearTest],
+    model: Model | None = None,
+    weight: float | None = None,
+    tolerance: float = FOUND,
+) -> Solution:
+    """Fit of all rows of tests with a model, from a solution of it or of another one on."""
+    model = model or found.model
+    problem = model.problem(
+        tests, found.problem.weight if weight is None else weight, found.problem.direction
+    )
+    known = dict(found.values)
+    known["ks"] = 2.0 * known["kT"] if "kT" in known else known.get("ks", 1.0)
+    known.setdefault("kT", 0.5 * known["ks"])
+    low, high = problem.ends if model.free else (np.zeros(0), np.zeros(0))
+    middle = dict(zip(model.free, 0.5 * (low + high), strict=True))
+    start = np.array([
+        float(to_scale(name, known[name])) if known.get(name) else middle[name] for name in model.free
+    ])  # fmt: skip
+    return Solution(model, problem, *solve(problem, start, tolerance))

@@ -1,0 +1,42 @@
+"""Strengths of a test without its curve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .checks import refuse
+
+
+@dataclass(frozen=True)
+class Strength:
+    """Peak and residual strength of a test at a normal traction <= 0, stress; nan where it was not measured.
+
+    peak_slip: slip at the peak, slip: at the residual strength, length.  name: file and line.  units: of
+    length and stress where the file has them.  Raises ValueError for inadmissible values.
+    """
+
+    name: str
+    sigma_N: float
+    peak: float
+    residual: float = np.nan
+    peak_slip: float = np.nan
+    slip: float = np.nan
+    units: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        refuse(
+            not -np.inf < self.sigma_N < 0.0,
+            f"{self.name}: sigma_N = {self.sigma_N:g}: expected compression, < 0",
+        )
+        refuse(not 0.0 < self.peak < np.inf, f"{self.name}: peak = {self.peak:g}: expected a strength > 0")
+        for name in ("residual", "peak_slip", "slip"):
+            value = getattr(self, name)
+            refuse(
+                not (np.isnan(value) or 0.0 < value < np.inf),
+                f"{self.name}: {name} = {value:g}: expected > 0",
+            )
+        text = f"{self.name}: residual = {self.residual:g}: expected at most the peak, {self.peak:g}"
+        refuse(self.residual > self.peak, text)

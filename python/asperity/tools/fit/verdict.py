@@ -1,0 +1,167 @@
+"""Measured beside predicted numbers, the grade of a fit, and reasons why its constants are no result."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .evidence import first_slope, first_stroke, last_slope, numbers, pressures
+from .intervals import Estimate
+from .ladder import ROWS_EACH, independent
+from .model import KS, KT, Problem
+from .records import ShearTest
+from .squares import Solution, refitted
+
+GOOD, FAIR = 0.05, 0.15
+"""Largest error of a good and of a fair fit."""
+
+FACTOR, LOOSE, FACTOR_LOOSE = 2.0, ("Gc", "W0"), 5.6
+"""Factor from a constant to an end of its interval beyond which it is not determined, and that of some."""
+
+LEAST_ROWS, SLIDING, SHARE_SLIDING, SLIDING_ROWS = 10, 0.05, 0.1, 3
+"""Rows with which a law can be judged; slip beyond the spring, over the largest slip, of a row that slides;
+and fraction and number of such rows.
+"""
+
+ENDED, SAME_CURVE = 0.3, 2
+"""Slope of the dilation at the end over the largest one above which it has not ended; and constants that one
+curve of the strength shows.
+"""
+
+SPRINGS = (KS, KT)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Measured and predicted numbers of a test by name, and their relative errors."""
+
+    test: str
+    measured: Mapping[str, float]
+    predicted: Mapping[str, float]
+    errors: Mapping[str, float]
+
+
+def grade_of(error: float) -> str:
+    """Grade of the largest error."""
+    return "good" if error <= GOOD else "fair" if error <= FAIR else "poor"
+
+
+def compared(problem: Problem, values: Mapping[str, float], only: int | None = None) -> list[Comparison]:
+    """Measured and predicted numbers of the tests of a problem, or of one of them."""
+    top = max([0.0, *(float(np.abs(one.s_N).max()) for one in problem.tests if one.s_N is not None)])
+    parts, found = zip(problem.tests, problem.paths, problem.curves(values), strict=True), []
+    for number, (test, (_, rows), (tau, s_N, _)) in enumerate(parts):
+        if only is not None and number != only:
+            continue
+        measured = numbers(test, test.tau, test.s_N)
+        predicted = numbers(test, tau[rows], None if test.s_N is None else s_N[rows])
+        off = {name: abs(predicted[name] - value) for name, value in measured.items()}
+        sizes = {name: abs(value) for name, value in measured.items()} | {"dilation": top}
+        errors = {
+            name: off[name] / max(sizes[name], 1e-300)
+            for name in ("peak", "residual", "dilation")
+            if name in off and sizes[name] > 0.0
+        }
+        found.append(Comparison(test.name, measured, predicted, errors))
+    return found
+
+
+def blind(found: Solution, tests: Sequence[ShearTest]) -> list[Comparison]:
+    """Each test predicted by the others, with the same model."""
+    made: list[Comparison] = []
+    for number in range(len(tests)) if len(tests) > 1 else ():
+        rest = [test for i, test in enumerate(tests) if i != number]
+        model = found.model
+        if "crush" in model.free and len({round(test.pressed, 9) for test in rest}) < 2:
+            model = model.without("crush", crush=found.values["crush"])
+        if not model.free:
+            continue
+        without = refitted(found, rest, model, tolerance=1e-5)
+        problem, values = found.model.problem(tests, 1.0, found.problem.direction), dict(without.values)
+        made += compared(problem, values, number)
+    return made
+
+
+def worst_errors(
+    scatter: Mapping[str, float], fitted: Sequence[Comparison], unseen: Sequence[Comparison]
+) -> dict[str, float]:
+    """Largest error by name: scatter over the range, of the fitted tests and of blind ones."""
+    found = {"scatter": max(scatter.values())}
+    for label, rows in (("", fitted), ("blind ", unseen)):
+        for row in rows:
+            for name, error in row.errors.items():
+                found[label + name] = max(found.get(label + name, 0.0), error)
+    return found
+
+
+def undetermined(estimates: Mapping[str, Estimate], at_bounds: Sequence[str]) -> list[str]:
+    """Constants whose interval is wider than a factor or that lie at a bound."""
+    found = []
+    for name, (value, low, high) in estimates.items():
+        factor = FACTOR_LOOSE if name in (*LOOSE, *SPRINGS) else FACTOR
+        wide = high > factor * max(value, 1e-300) or value > factor * max(low, 1e-300)
+        if wide or name in at_bounds:
+            found.append(name)
+    return found
+
+
+def too_little(found: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
+    """Reasons why the tests cannot show what is free, whatever the intervals."""
+    own = [name for name in found.model.free if name not in SPRINGS]
+    rows, data = sum(test.slip.size for test in tests), sum(independent(found).values())
+    if rows < LEAST_ROWS:
+        yield f"{rows} rows: at least {LEAST_ROWS} are needed to judge the law by"
+    if data < ROWS_EACH * len(own):
+        yield f"{data:.0f} independent data for {len(own)} constants: longer tests or further ones are needed"
+    if KT in found.model.free and not _slides(found):
+        yield "the tests end before the joint slides: mu is not shown; longer tests are needed"
+    dilates, levels = any(test.s_N is not None for test in tests), {round(test.pressed, 9) for test in tests}
+    if not dilates and len(levels) < 2:
+        if len(own) > SAME_CURVE:
+            yield f"one curve of the strength does not show {', '.join(own)}: a second pressure would"
+        if "theta" in own:
+            yield "one curve without dilation does not show theta: measure the dilation, or a second pressure"
+
+
+def _slides(found: Solution) -> bool:
+    """Whether in some test enough rows lie beyond the slip of the spring."""
+    problem, stiffness = found.problem, found.values[KT]
+    for test, (_, rows), (tau, *_) in zip(
+        problem.tests, problem.paths, problem.curves(found.values), strict=True
+    ):
+        beyond = np.abs(test.slip) - np.abs(tau[rows]) / stiffness > SLIDING * np.abs(test.slip).max()
+        if np.sum(beyond) >= max(SLIDING_ROWS, SHARE_SLIDING * test.slip.size):
+            return True
+    return False
+
+
+def remarks(found: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
+    """Notes that a reader needs to use the constants."""
+    ratios = [last_slope(test) / first_slope(test) for test in tests if first_slope(test) > 0.0]
+    if "theta" in found.model.free and ratios and max(ratios) > ENDED:
+        yield (
+            f"the dilation has not ended (its slope at the end is {max(ratios):.0%} of the first one): mu is "
+            "the friction beside this dilation, not tan(phi_r)"
+        )
+    if found.model.bond and "theta" in found.model.free:
+        yield (
+            "sigma0 is the bond beside the friction of the slope: the peak intercept (cohesion) has "
+            "a line of its own"
+        )
+    if len(tests) == 1:
+        yield (
+            "one test: nothing was predicted that the fit had not seen; a second test at another "
+            "pressure shows it"
+        )
+
+
+def coverage(tests: Sequence[ShearTest]) -> tuple[float, float, float]:
+    """Smallest and largest pressure, and largest slip of the tests: where the constants have been seen."""
+    levels = [float(np.max(pressures(test)[first_stroke(test)])) for test in tests]
+    return (
+        min(-test.pressed for test in tests),
+        max(levels),
+        max(float(np.abs(one.slip).max()) for one in tests),
+    )
