@@ -151,6 +151,7 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
     "run": ("run a case by the driver and draw it", _run_arguments),
     "check-umat": ("check a UMAT along the load path of a case", _check_arguments),
     "fit": ("identify parameters from shear-box tests", _imported("tools.fit.command")),
+    "predict": ("predict shear-box tests with a joint, and compare", _imported("tools.fit.predict")),
     "joint": ("find the constants of a joint with a bond: mortar, dam, rock", _imported("tools.joint")),
     "barton": ("find the constants closest to JRC, JCS and phi_r", _imported("tools.barton.command")),
     "surface": ("find the planes of a scanned profile or height map", _imported("tools.surface.command")),

@@ -43,7 +43,7 @@ def report(found: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> 
         + ", ".join(f"{name} {value:.1%}" for name, value in found.scatter.items())
         + " of the range of each test",
         "",
-        *_compared(found.fitted, found.blind, verbose),
+        *compared_rows(found.fitted, found.blind, verbose),
         "",
         *_constants(found.estimates | derived(found), units),
         *_assumptions(found),
@@ -67,7 +67,7 @@ def strength_report(found: StrengthFit, units: tuple[str, str] = NONE, verbose: 
         "of the strengths; "
         f"free: {', '.join(found.free)}",
         "",
-        *_compared(found.fitted, found.blind, verbose),
+        *compared_rows(found.fitted, found.blind, verbose),
         "",
         *_constants(found.estimates, units),
         "",
@@ -97,12 +97,13 @@ def _known(found: Fit) -> str:
     return f"; known: {', '.join(shown)}" if shown else ""
 
 
-def _compared(fitted: Sequence[Comparison], unseen: Sequence[Comparison], verbose: bool) -> list[str]:
-    """Measured, fitted and blind numbers of each test."""
+def compared_rows(
+    fitted: Sequence[Comparison], unseen: Sequence[Comparison], verbose: bool, title: str = ""
+) -> list[str]:
+    """Measured, fitted and blind numbers of each test, under a title."""
+    title = title or "measured / fitted" + " / blind" * bool(unseen)
     names = [name for name in COLUMNS if any(name in row.measured for row in fitted)]
-    lines = [
-        f"{'measured / fitted' + ' / blind' * bool(unseen):<28}" + "".join(f"{COLUMNS[n]:>26}" for n in names)
-    ]
+    lines = [f"{title:<28}" + "".join(f"{COLUMNS[n]:>26}" for n in names)]
     shown = len(fitted) if verbose else MOST_TESTS
     for i, row in enumerate(fitted[:shown]):
         cells = []
