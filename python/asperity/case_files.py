@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -211,10 +211,22 @@ def _run(numbers: Iterator[float], swept: bool) -> Run | None:
 def slip_tests(case: Case) -> Iterator[SlipTest]:
     """Slip tests of a case, one for each value of its sweep.
 
+    A spring in series along the slip, as that of a shear box, is left out: the joint slips as far as both.
     Raises ValueError unless the case starts from a virgin point and is a slip under a constant normal
     traction or an opening in mode I.
     """
     return (slip_test(case.path, run) for run in case.runs)
+
+
+def _without_spring(step: Step) -> Step:
+    """Slip in place of the tractions t_Tx, t_Ty = k times the slip of a box beside k_Tx = k_Ty = k."""
+    if not (step.k_Tx and step.k_Tx == step.k_Ty and step.t_Tx is not None and step.t_Ty is not None):
+        return step
+    x, y = np.broadcast_arrays(np.atleast_1d(step.t_Tx), np.atleast_1d(step.t_Ty))
+    far = int(np.hypot(x, y).argmax())
+    e = np.array([x[far], y[far]]) / np.hypot(x[far], y[far])
+    slip, direction = (x * e[0] + y * e[1]) / step.k_Tx, float(np.degrees(np.arctan2(e[1], e[0])))
+    return replace(step, slip=slip, direction=direction, t_Tx=None, t_Ty=None, k_Tx=None, k_Ty=None)
 
 
 def slip_test(path: Path, run: Run) -> SlipTest:
@@ -224,7 +236,8 @@ def slip_test(path: Path, run: Run) -> SlipTest:
     preload, sigma_N, direction = 0, 0.0, 0.0
     opened = False
     slips = [np.zeros(1)]
-    for step, traction in zip(run.steps, prescribed(run.steps), strict=True):
+    steps = [_without_spring(step) for step in run.steps]
+    for step, traction in zip(steps, prescribed(steps), strict=True):
         given = {name for name in TARGETS if getattr(step, name) is not None}
         loaded = bool(preload) or len(slips) > 1
         if any((step.k_N, step.k_Tx, step.k_Ty)) or any(traction[1:]) or step.follow == "branch":

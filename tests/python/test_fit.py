@@ -143,8 +143,8 @@ def test_envelope_of_the_law_is_that_of_the_driver() -> None:
     )
     tests, slips = [], np.linspace(0.0, 0.2, 400)
     truth = {"mu": 0.6, "theta": theta, "crush": crush}
-    # the closed form neglects the compliance of the contact
-    tolerance = (1.0 + np.tan(np.radians(theta)) ** 2) / kc
+    # the closed form neglects the compliance of the contact, in the slope and in the pressure
+    tolerance = 2.0 * (1.0 + np.tan(np.radians(theta)) ** 2) / kc
     for pressure in (0.3, 0.6, 1.0, 2.0, 3.0, 4.0):
         peak = joint.confined_slip(0.0, slips, -pressure).tau.max()
         assert law_peak(np.array([pressure]), truth)[0] == pytest.approx(peak, rel=tolerance)

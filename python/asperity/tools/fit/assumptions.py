@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from .evidence import first_stroke
 from .intervals import Assumption
-from .ladder import GAIN, OFFSET, STIFF, WORSE, Model
+from .ladder import GAIN, STIFF, Model, independent
 from .model import KS, KT
 from .records import ShearTest
 from .squares import Solution, refitted
 
 SIDES, FLAT, BRITTLE, TIMES = 8, 1.0 / 3.0, 0.99, 2.0
 PATTERNS = ("8 sides", "flat 1/3")
+PLACES = ("spring in series", "spring in the joint", "elastic slip of the bond (eta)")
 """Pattern and flat plane in place of two sides; eta in place of 0.999; and factor on a given stiffness; and
-names of other patterns.
+names of other patterns and of other places of the elastic slip.
 """
 
 
@@ -75,15 +76,22 @@ def of_strength(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assump
     free = tuple(name for name in model.free if name not in ("theta", "height", "crush", "W0"))
     bare = [replace(test, s_N=None) for test in tests]
     other = refitted(chosen, bare, replace(model, free=free), 1.0, 1e-5)
-    yield _beside(chosen, other, "a slope without friction", "tau", ("mu", "sigma0", "Gc", KT))
+    parts = ("mu", "sigma0", "Gc", KT)
+    yield _beside(chosen, other.mean_squares["tau"], other.values, "a slope without friction", "tau", parts)
 
 
-def _beside(chosen: Solution, other: Solution, name: str, column: str, parts: tuple[str, ...]) -> Assumption:
-    square, own = other.mean_squares[column], chosen.mean_squares[column]
-    allowed = square <= (WORSE * np.sqrt(own) + OFFSET) ** 2
-    rows = int(np.sum(~chosen.problem.is_dilation))
-    difference = rows * float(np.log(max(square, 1e-12) / max(own, 1e-12)))
-    return Assumption(name, difference, other.values, bool(allowed), parts)
+def _beside(
+    chosen: Solution,
+    square: float,
+    values: Mapping[str, float],
+    name: str,
+    column: str,
+    parts: tuple[str, ...],
+) -> Assumption:
+    """Constants of one column alone, which its independent data allow."""
+    own = max(chosen.mean_squares[column], 1e-12)
+    difference = independent(chosen)[column] * float(np.log(max(square, 1e-12) / own))
+    return Assumption(name, difference, values, difference < GAIN, parts)
 
 
 def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:
@@ -112,7 +120,5 @@ def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assump
     found = least_squares(misfit, start, max_nfev=50)
     values = {"theta": float(np.degrees(np.arctan(np.exp(found.x[0]))))}
     values |= {"height": float(np.exp(found.x[1]))} if ends else {}
-    square, own = float(np.mean(found.fun**2)), chosen.mean_squares["dilation"]
-    allowed = square <= (WORSE * np.sqrt(own) + OFFSET) ** 2
-    difference = found.fun.size * float(np.log(max(square, 1e-12) / max(own, 1e-12)))
-    yield Assumption("the dilation alone", difference, values, bool(allowed), ("theta", "height"))
+    square = float(np.mean(found.fun**2))
+    yield _beside(chosen, square, values, "the dilation alone", "dilation", ("theta", "height"))

@@ -9,7 +9,7 @@ import numpy as np
 
 from ... import contract
 from ...pattern import Pattern
-from .assumptions import PATTERNS, alternatives, of_dilation, of_strength
+from .assumptions import PATTERNS, PLACES, alternatives, of_dilation, of_strength
 from .checks import refuse, shows_dilation, warn_if
 from .evidence import cycles, guesses, noise
 from .intervals import Assumption, Intervals, spreads
@@ -30,8 +30,10 @@ from .verdict import (
     worst_errors,
 )
 
-WEIGHTS, NEAR = (0.2, 5.0), 1.0e-3
-"""Smallest and largest weight of the dilation; distance from a bound, over its range, that lies at it."""
+WEIGHTS, NEAR, SWITCHES = (0.2, 5.0), 1.0e-3, 2
+"""Smallest and largest weight of the dilation; distance from a bound, over its range, that lies at it; and
+number of assumptions that may be replaced by better ones.
+"""
 
 
 def fit(
@@ -173,6 +175,18 @@ def _fit(tests: list[ShearTest], models: list[Model], direction: float, tick: Ca
     others = alternatives(chosen, found, bic, index)
     fits = [refitted(start, tests, model, weight, 1e-5) for start, model in others]
     ranked = criteria([chosen, *fits])
+    for _ in range(SWITCHES):
+        # values that the user has given stay
+        free = [i for i, one in enumerate(fits, 1) if one.model.name in PATTERNS + PLACES]
+        best = min(free, key=lambda i: ranked[i], default=0)
+        if ranked[best] >= ranked[0] - GAIN:
+            break
+        # another pattern or place of the spring explains the tests better: it takes its place
+        chosen = refitted(fits[best - 1], tests, weight=weight)
+        notes.append(f"assumed instead of the usual: {chosen.model.name}")
+        others = alternatives(chosen, found, bic, index)
+        fits = [refitted(start, tests, model, weight, 1e-5) for start, model in others]
+        ranked = criteria([chosen, *fits])
     assumptions = [*_assumed(fits, ranked), *of_strength(chosen, tests), *of_dilation(chosen, tests)]
     intervals = Intervals(chosen, spreads(chosen), assumptions)
     estimates = {name: intervals.of(name) for name in chosen.model.free}

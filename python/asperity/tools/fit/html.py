@@ -11,7 +11,7 @@ from importlib.metadata import version
 from ...case_writer import props_line
 from .intervals import CONFIDENCE
 from .picture import curves_figure, envelope_figure
-from .report import COLUMNS, case_of, derived, short, strength_case, strength_interface, unit_of
+from .report import COLUMNS, case_of, short, strength_case, strength_interface, unit_of
 from .result import Fit
 from .strengths import StrengthFit
 from .verdict import FAIR, GOOD
@@ -43,10 +43,9 @@ def page(found: Fit | StrengthFit, units: tuple[str, str], command: str) -> str:
     """Text of the page."""
     curves = isinstance(found, Fit)
     figure = curves_figure(found, units) if isinstance(found, Fit) else envelope_figure(found, units)
-    estimates = found.estimates | (derived(found) if isinstance(found, Fit) else {})
-    rows = [
-        (name, *(f"{value:.4g}" for value in one), unit_of(name, units)) for name, one in estimates.items()
-    ]
+    rows = []
+    for name, one in found.estimates.items():
+        rows.append((name, *(f"{value:.4g}" for value in one), unit_of(name, units)))
     verdict = "The constants may be used." if found.is_result else "The constants must not be used: "
     parts = [
         f"<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'><title>Shear tests: fit</title>"

@@ -45,7 +45,7 @@ def report(found: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> 
         "",
         *compared_rows(found.fitted, found.blind, verbose),
         "",
-        *_constants(found.estimates | derived(found), units),
+        *_constants(found.estimates, units),
         *_assumptions(found),
     ]
     if verbose:
@@ -78,13 +78,6 @@ def strength_report(found: StrengthFit, units: tuple[str, str] = NONE, verbose: 
         missed = "" if np.isnan(unseen) else f"{unseen:.1%}"
         lines.append(f"{label:<22}{fitted:>8.1%}{missed:>8}  {constants}".rstrip())
     return "\n".join([*lines, "", *verdict(found)])
-
-
-def derived(found: Fit) -> dict[str, Estimate]:
-    """Peak intercept (cohesion) of a joint with a bond, extrapolated to no pressure."""
-    if not found.solution.model.bond or "theta" not in found.free:
-        return {}
-    return {"cohesion": found.intervals.of("sigma0", lambda values: values["sigma0"])}
 
 
 def _known(found: Fit) -> str:
@@ -169,7 +162,7 @@ def verdict(found: Fit | StrengthFit) -> list[str]:
 
 def unit_of(name: str, units: tuple[str, str]) -> str:
     """Unit of a constant with these units of length and stress."""
-    unit = UNITS.get(name, "stress" if name == "cohesion" else "")
+    unit = UNITS.get(name, "")
     return unit.replace("stress", units[1]).replace("length", units[0]).replace("*", " ")
 
 

@@ -146,10 +146,7 @@ def remarks(found: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
             "the friction beside this dilation, not tan(phi_r)"
         )
     if found.model.bond and "theta" in found.model.free:
-        yield (
-            "sigma0 is the bond beside the friction of the slope: the peak intercept (cohesion) has "
-            "a line of its own"
-        )
+        yield "sigma0 is the bond beside the friction of the slope; 'a slope without friction' is it alone"
     if len(tests) == 1:
         yield (
             "one test: nothing was predicted that the fit had not seen; a second test at another "
