@@ -226,3 +226,19 @@ def test_arguments_are_checked(arguments: dict, message: str) -> None:
     """Wrong arguments are refused by their names and values."""
     with pytest.raises(ValueError, match=re.escape(message)), warnings.catch_warnings():
         fit(rock(0)[0], **arguments)
+
+
+def test_prediction_of_tests_that_were_not_fitted(found: Fit, said: Callable) -> None:
+    """The joint of one pressure predicts another test of the same law; the errors are those of the table."""
+    Path("joint.nml").write_text(case_of(found))
+    unseen = replace(rock(0)[0][0], name="unseen", s_N=None)
+    rows = "\n".join(f"{u},{tau},{-unseen.sigma_N}" for u, tau in zip(unseen.slip, unseen.tau, strict=True))
+    Path("unseen.csv").write_text(f"slip,tau,sigma_N\n{rows}\n")
+    out, _ = said("predict joint.nml unseen.csv --plot predict.png")
+    assert "grade       good" in out or "grade       fair" in out
+    assert Path("predict.png").read_bytes().startswith(b"\x89PNG")
+    pairs = zip(unseen.slip, 0.5 * unseen.tau, strict=True)
+    halved = "\n".join(f"{u},{tau},{-unseen.sigma_N}" for u, tau in pairs)
+    Path("unseen.csv").write_text(f"slip,tau,sigma_N\n{halved}\n")
+    out, _ = said("predict joint.nml unseen.csv", 3)
+    assert "grade       poor" in out
