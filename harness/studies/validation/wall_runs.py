@@ -40,6 +40,7 @@ PASSES = {
     "SW30 drag": f"--wall SW30 {ALONE} --to 9 --passes 0 --drag 1e-6",
     "SW30 passes": f"--wall SW30 {ALONE} --to 9",
     "WS100 passes": f"--wall WS100 {ALONE} {ROCKING}",
+    "3D passes": f"{SOLID} --turn 0",
 }
 """Runs by the line search bisection, and by passes where it stops."""
 

@@ -154,6 +154,7 @@ PASSES = {
     "SW30 drag": ("SW30", "Newton's method, drag", 9.0),
     "SW30 passes": ("SW30", "passes where it fails, no drag", 9.0),
     "WS100 passes": ("WS100", "passes where it fails, no drag", 20.0),
+    "3D passes": ("J4D in 3D, turn 0, below", "passes where it fails", 3.5),
 }
 """Runs with passes: wall, method and end."""
 
@@ -169,7 +170,7 @@ def outcomes(summaries: pandas.DataFrame, labels: dict[str, str], *head: str, en
 
 
 def passes(summaries: pandas.DataFrame) -> str:
-    """Table of dry walls by passes."""
+    """Table of runs with passes."""
     body = []
     for name, (wall, method, end) in PASSES.items():
         one = summaries.loc[name]
