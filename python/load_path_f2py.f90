@@ -1,17 +1,18 @@
-! Load paths in the shape f2py reads (see asperity_f2py.f90).
+! Load paths in the shape f2py reads (see asperity_f2py.f90): a run is begun, gives its rows in parts, and is ended. Its
+! handle has the addresses of the run and of its last row.
 
-!> Rows of a load path.
-subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values, values, start, state, refines, &
-                     tolerance, n_columns, room, numbers, states, events, n_rows, lost, status, message)
+!> Begin a load path. The run must be ended if the status is 0.
+subroutine path_begin(nprops, props, nstatv, n_entries, n_steps, counts, n_values, values, start, state, refines, &
+                      tolerance, handle, status, message)
+  use, intrinsic :: iso_c_binding, only: c_loc
   use asperity_call_checks, only: explain_point, point_status
   use asperity_contract, only: status_ok, status_separation
   use asperity_equations, only: new_point, point_type
   use asperity_errors, only: error_type, errors_type, fail, put_records
   use asperity_interface, only: interface_type, new_interface
-  use asperity_load_path, only: explain_loss, next_row, row_type, run_type
+  use asperity_load_path, only: row_type, run_type
   use asperity_refine, only: explain_tolerance, refine_path
   use asperity_rie_law, only: new_rie_law, rie_law
-  use asperity_rows, only: row_numbers
   use asperity_steps, only: check_steps, complete_steps, step_type
   use asperity_text, only: integer_text, put_text
   implicit none
@@ -29,28 +30,21 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   double precision, intent(in) :: state(nstatv)             !! STATEV at the start; 0: virgin
   integer, intent(in) :: refines                            !! 1: increments to a tolerance; 0: as they are given
   double precision, intent(in) :: tolerance                 !! relative
-  integer, intent(in) :: room                               !! size of the arrays of rows
-  integer, intent(in) :: n_columns                          !! columns, as table_row names them
-  double precision, intent(inout) :: numbers(n_columns, room)   !! numbers of each row
-  double precision, intent(inout) :: states(nstatv, room)   !! STATEV
-  character(len=64), intent(inout) :: events(room)          !! names joined by +, blank: none
-  integer, intent(out) :: n_rows                            !! rows; those beyond the room are counted, not kept
-  integer, intent(out) :: lost                              !! 1: no equilibrium beyond the last row
+  integer, intent(out) :: handle(4)                         !! of the run
   integer, intent(out) :: status                            !! 0 or status_separation
-  character(len=32768), intent(out) :: message              !! errors (put_records), or why equilibrium was lost
+  character(len=32768), intent(out) :: message              !! errors (put_records)
   !f2py threadsafe
   type(interface_type) :: joint
   type(rie_law) :: law
   type(errors_type) :: errors
   type(step_type), allocatable :: steps(:)
   type(point_type) :: point
-  type(run_type) :: run
-  type(row_type) :: row
+  type(row_type), pointer :: row
+  type(run_type), pointer :: run
   character(len=:), allocatable :: text
   integer :: first, i, j
-  logical :: found
-  n_rows = 0
-  lost = 0
+  handle = 0
+  message = ""
   text = ""
   call new_interface(props, joint, status)
   if (status /= status_ok) return
@@ -68,8 +62,7 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   law = new_rie_law(joint)
   call complete_steps(steps, errors, error_type())
   if (errors%n == 0) call check_steps(law, steps, errors, error_type())
-  if (errors%n == 0 .and. refines == 1) call explain_tolerance(tolerance, steps, errors, &
-    error_type())
+  if (errors%n == 0 .and. refines == 1) call explain_tolerance(tolerance, steps, errors, error_type())
   if (errors%n == 0) then
     if (point_status(joint, start(:3), start(:3), state) /= status_ok) call explain_point(joint, start(:3), start(:3), &
       state, text)
@@ -78,25 +71,74 @@ subroutine path_rows(nprops, props, nstatv, n_entries, n_steps, counts, n_values
   if (errors%n == 0) then
     point = new_point(law, state, start(:3))
     if (abs(start(4)) <= huge(start)) point%work = start(4)
+    allocate (run)
     call refine_path(law, steps, point, start(5), merge(tolerance, 0.0d0, refines == 1), run, text)
     call fail(errors, error_type(), text)
+    if (errors%n > 0) deallocate (run)
   end if
-  do while (errors%n == 0)
+  if (errors%n == 0) then
+    allocate (row)
+    handle = [transfer(c_loc(run), handle), transfer(c_loc(row), handle)]
+    return
+  end if
+  status = status_separation
+  text = ""
+  call put_records(errors, text)
+  call put_text(text, message)
+end subroutine path_begin
+
+!> Next rows of a load path, as many as there is room for. Fewer: the path is at its end.
+subroutine path_next(handle, nstatv, n_columns, room, numbers, states, events, n_rows, lost, message)
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_null_ptr
+  use asperity_load_path, only: explain_loss, next_row, row_type, run_type
+  use asperity_rows, only: row_numbers
+  use asperity_text, only: put_text
+  implicit none
+  integer, intent(in) :: handle(4)                              !! of the run
+  integer, intent(in) :: nstatv                                 !! state variables of a point
+  integer, intent(in) :: n_columns                              !! columns, as table_row names them
+  integer, intent(in) :: room                                   !! size of the arrays of rows
+  double precision, intent(inout) :: numbers(n_columns, room)   !! numbers of each row
+  double precision, intent(inout) :: states(nstatv, room)       !! STATEV
+  character(len=64), intent(inout) :: events(room)              !! names joined by +, blank: none
+  integer, intent(out) :: n_rows                                !! rows
+  integer, intent(out) :: lost                                  !! 1: no equilibrium beyond the last row
+  character(len=32768), intent(out) :: message                  !! why equilibrium was lost
+  !f2py threadsafe
+  type(row_type), pointer :: row
+  type(run_type), pointer :: run
+  character(len=:), allocatable :: text
+  logical :: found
+  call c_f_pointer(transfer(handle(:2), c_null_ptr), run)
+  call c_f_pointer(transfer(handle(3:), c_null_ptr), row)
+  message = ""
+  lost = 0
+  n_rows = 0
+  do while (n_rows < room)
     call next_row(run, row, found)
-    if (.not. found) exit
+    if (.not. found) return
     n_rows = n_rows + 1
-    if (n_rows > room) cycle
     numbers(:, n_rows) = row_numbers(row)
     states(:, n_rows) = row%state
     events(n_rows) = row%events
-  end do
-  if (errors%n > 0) then
-    status = status_separation
-    text = ""
-    call put_records(errors, text)
-  else if (row%lost) then
+    if (.not. row%lost) cycle
     lost = 1
+    text = ""
     call explain_loss(run, row, text)
-  end if
-  call put_text(text, message)
-end subroutine path_rows
+    call put_text(text, message)
+    return
+  end do
+end subroutine path_next
+
+!> End a load path.
+subroutine path_end(handle)
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_null_ptr
+  use asperity_load_path, only: row_type, run_type
+  implicit none
+  integer, intent(in) :: handle(4)   !! of the run
+  type(row_type), pointer :: row
+  type(run_type), pointer :: run
+  call c_f_pointer(transfer(handle(:2), c_null_ptr), run)
+  call c_f_pointer(transfer(handle(3:), c_null_ptr), row)
+  deallocate (run, row)
+end subroutine path_end

@@ -14,8 +14,8 @@ from .errors import input_error
 from .history import History, Snap
 from .steps import Point, Step, pack
 
-FIRST_ROOM, MOST_ROOM = 2048, 1_000_000
-"""Rows that are allocated where their number is not known before, and at most at first."""
+MOST_ROOM = 100_000
+"""Rows that are allocated at once, at most."""
 
 
 @cache
@@ -44,7 +44,6 @@ def rows_of(
     steps = [steps] if isinstance(steps, Step) else list(steps) if isinstance(steps, Iterable) else []
     if not steps or not all(isinstance(step, Step) for step in steps):
         raise ValueError("steps: expected one asperity.Step or more")
-    relative = 0.0 if tolerance is None else contract.number("tolerance", tolerance, "1e-8 to 0.1")
     counts, values = pack(steps)
     work = np.nan if start.work is None else contract.number("work", start.work)
     water = contract.number("p", start.p)
@@ -52,28 +51,39 @@ def rows_of(
         raise ValueError(f"p = {contract.shown(start.p)}: expected >= 0")
     place = np.append(contract.array("separation", start.separation, (3,)), (work, water))
     state = contract.array("state", start.state, (nstatv,))
-    n = FIRST_ROOM
-    if tolerance is None and not any(step.follow == "branch" for step in steps):
-        n = min(sum(map(len, steps)), MOST_ROOM)
-    while True:
-        room = n
-        numbers, states = np.zeros((room, len(column_names()))), np.empty((room, nstatv))
-        names = np.zeros(room, "S64")
-        n, ended, status, message = _core.path_rows(
-            props, counts.T, values, place, state, tolerance is not None, relative, numbers.T, states.T, names
-        )
-        if status != 0:
-            raise input_error(message)
-        if n <= room:
-            break
+    relative = 0.0 if tolerance is None else contract.number("tolerance", tolerance, "1e-8 to 0.1")
+    refines = tolerance is not None
+    handle, status, message = _core.path_begin(props, counts.T, values, place, state, refines, relative)
+    if status != 0:
+        raise input_error(message)
+    try:
+        numbers, states, names, loss = _all_rows(handle, nstatv, min(sum(map(len, steps)) + 1, MOST_ROOM))
+    finally:
+        _core.path_end(handle)
+    n = len(numbers)
     lost = ""
-    if ended:
+    if loss is not None:
         last = dict(zip(column_names(), numbers[n - 1], strict=True))
         s, t = (", ".join(f"{last[f'{one}_{axis}']:.6g}" for axis in ("N", "Tx", "Ty")) for one in "st")
         place = f"step {last['step']:g} increment {last['increment']:g}, s = ({s}), t = ({t})"
-        lost = f"equilibrium lost beyond {place}: {message.decode('ascii').rstrip()}"
+        lost = f"equilibrium lost beyond {place}: {loss}"
     kept = slice(n if keep_lost else n - bool(lost))
     return history_of(numbers[kept], states[kept], names[kept], sizes[0], "" if keep_lost else lost), lost
+
+
+def _all_rows(
+    handle: NDArray[np.int32], nstatv: int, room: int
+) -> tuple[Floats, Floats, NDArray[np.bytes_], str | None]:
+    """Numbers, states and events of all rows of a run, and why equilibrium was lost, if it was."""
+    parts, loss, n = [], None, room
+    while n == room and loss is None:
+        numbers, states = np.zeros((room, len(column_names()))), np.empty((room, nstatv))
+        names = np.zeros(room, "S64")
+        n, lost, message = _core.path_next(handle, numbers.T, states.T, names)
+        parts.append((numbers[:n], states[:n], names[:n]))
+        loss = message.decode("ascii").rstrip() if lost else None
+    numbers, states, names = (np.concatenate(kind) for kind in zip(*parts, strict=True))
+    return numbers, states, names, loss
 
 
 def history_of(

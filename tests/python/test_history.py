@@ -12,7 +12,7 @@ from pathlib import Path
 import asperity
 import numpy as np
 import pytest
-from asperity import History, Interface, Material, Pattern, Step, contract, steps
+from asperity import History, Interface, Material, Pattern, Step, contract, load_path, steps
 from asperity.history import COLUMNS, ENERGIES
 from asperity.tools.plots import plot
 
@@ -179,3 +179,25 @@ def test_plot(history: History, tmp_path: Path) -> None:
         "plots.plot(j.replay([[0.01, 0, 0]])); assert dict(matplotlib.rcParams) == before"
     )
     subprocess.run([sys.executable, "-c", script], check=True)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        [Step(t_N=-1.0, increments=10), Step(slip=0.1, increments=20)],
+        [Step(t_N=6.0, k_N=40.0, follow="branch")],
+        [Step(t_N=6.0, increments=20)],
+    ],
+    ids=["path", "branch", "lost"],
+)
+def test_rows_in_parts(monkeypatch: pytest.MonkeyPatch, path: list[Step]) -> None:
+    """A run whose rows do not fit into the room gives the same rows, in parts, and the same loss."""
+    joint = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=20.0), Pattern.regular(0, theta=0.0))
+    whole = load_path.rows_of(joint.props(), path)
+    monkeypatch.setattr(load_path, "MOST_ROOM", 3)
+    parts = load_path.rows_of(joint.props(), path)
+    assert len(whole[0]) > 3 and parts[1] == whole[1]
+    np.testing.assert_array_equal(parts[0].traction, whole[0].traction)
+    np.testing.assert_array_equal(parts[0].state, whole[0].state)
+    np.testing.assert_array_equal(parts[0].step, whole[0].step)
+    assert parts[0].events == whole[0].events
