@@ -49,8 +49,8 @@ contains
   !> Water pressure in a joint, from the predefined fields of a host; NaN if the host passes none.
   pure function water_pressure(joint, predef, dpred) result(p)
     type(interface_type), intent(in) :: joint      !! the interface
-    real(wp), intent(in), optional :: predef(*)    !! predefined fields at the start; any bits where there is no water
-    real(wp), intent(in), optional :: dpred(*)     !! their increments; absent: zero
+    real(wp), intent(in), optional :: predef(joint%water)   !! predefined fields at the start, any bits
+    real(wp), intent(in), optional :: dpred(joint%water) !! their increments; absent: zero
     real(wp) :: p                                  !! stress, 0 without water
     p = 0.0_wp
     if (joint%water == 0) return

@@ -3,8 +3,8 @@
 !> docs/reference/contract.md describes PROPS, STATEV and the component orders. DDSDDE is the consistent tangent; it is
 !> unsymmetric (Abaqus: UNSYMM). Hosts may pass NULL for the optional arguments. SSE, SPD and SCD are written, but never
 !> read. STRESS is read only at the first call of a point (STATEV 5 is 0), as the initial traction. DTIME is read only
-!> for viscous damage (PROPS 13), PREDEF and DPRED only for water (PROPS 23): STRESS is the total traction, from which the
-!> law acts on the part without the water pressure. A rejected call fills STRESS and DDSDDE with NaN and does not change STATEV.
+!> for viscous damage (PROPS 13), PREDEF and DPRED only for water (PROPS 23). STRESS is the total traction: the law acts
+!> on it without the water pressure. A rejected call fills STRESS and DDSDDE with NaN and does not change STATEV.
 subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
@@ -12,8 +12,8 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   use asperity_checks, only: bounded
   use asperity_contract, only: max_ntens, max_planes, status_initial, &
     status_ok, status_water, v_friction, v_offset, v_rupture, v_stored
-  use asperity_host, only: component_map, explain_water, quiet_nan, rejected_pnewdt, request_cut, request_slower_damage, &
-    water_pressure
+  use asperity_host, only: component_map, explain_water, quiet_nan, rejected_pnewdt, request_cut, &
+    request_slower_damage, water_pressure
   use asperity_initial, only: carry_traction, explain_initial, first_traction
   use asperity_interface, only: interface_type, new_interface, plane_damage
   use asperity_kinds, only: wp

@@ -42,7 +42,8 @@ contains
     real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
     real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end
     real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
-    integer, intent(out) :: status                                !! 0, status_time, status_water or that of the first bad point
+    integer, intent(out) :: status                                !! 0, status_time, status_water, or that of the
+                                                                  !! first bad point
     integer, intent(out) :: failed                                !! number of the first bad point, 0: none
     real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
     real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
