@@ -83,7 +83,7 @@ def fit(
         models = ladder(usable, joint, known, sides)
     rows = sum(test.slip.size for test in tests)
     refuse(not models, f"{rows} rows in {len(tests)} tests: expected at least 6, for two constants")
-    return _fit(usable, models, direction, tick)
+    return _fit(usable, models, direction, tick, free is not None)
 
 
 def _checked(
@@ -136,8 +136,17 @@ def _without_noise(test: ShearTest) -> ShearTest:
     return test if test.s_N is None or np.ptp(test.s_N) > 0.0 else replace(test, s_N=None)
 
 
-def _fit(tests: list[ShearTest], models: list[Model], direction: float, tick: Callable[[str], object]) -> Fit:
-    """Fit by a ladder of models; without the dilation where the law does not meet it."""
+def _fit(
+    tests: list[ShearTest],
+    models: list[Model],
+    direction: float,
+    tick: Callable[[str], object],
+    given: bool = False,
+) -> Fit:
+    """Fit by a ladder of models; without the dilation where the law does not meet it.
+
+    given: the model is that of the user, which no other one replaces.
+    """
     found: list[Solution] = []
     guess = guesses(tests)
     for model in models:
@@ -150,12 +159,12 @@ def _fit(tests: list[ShearTest], models: list[Model], direction: float, tick: Ca
         ]
         found.append(searched(tests, model, [*starts, guess], direction))
     index, bic = choose(found)
-    chosen, notes = _spring(tests, found[index], guess, direction)
+    chosen, notes = (found[index], []) if given else _spring(tests, found[index], guess, direction)
     scatter = chosen.scatter
     if "dilation" in scatter:
         shown = [test for test in tests if test.s_N is not None]
         of_noise = np.mean([noise(test.s_N) / max(np.ptp(test.s_N), 1e-300) for test in shown])  # type: ignore[arg-type, type-var]
-        if scatter["dilation"] > FAIR + of_noise:
+        if scatter["dilation"] > FAIR + of_noise and not given:
             bare = [replace(test, s_N=None) for test in tests]
             known = models[0].fixed
             kept = ladder(bare, _joint_of(models), known, models[0].sides)
@@ -175,7 +184,7 @@ def _fit(tests: list[ShearTest], models: list[Model], direction: float, tick: Ca
     others = alternatives(chosen, found, bic, index)
     fits = [refitted(start, tests, model, weight, 1e-5) for start, model in others]
     ranked = criteria([chosen, *fits])
-    for _ in range(SWITCHES):
+    for _ in range(0 if given else SWITCHES):
         # values that the user has given stay
         free = [i for i, one in enumerate(fits, 1) if one.model.name in PATTERNS + PLACES]
         best = min(free, key=lambda i: ranked[i], default=0)
