@@ -249,15 +249,24 @@ contains
   !> Measures of warnings that a case determines before its run.
   pure function measures_of_case(case) result(values)
     type(case_type), intent(in) :: case              !! the case
-    real(wp) :: p, tension, values(n_measures)
+    real(wp) :: p, tension, total, values(n_measures)
+    real(wp), allocatable :: pressures(:)
     integer :: i
     tension = 0.0_wp
     p = case%state%p
+    total = -huge(total)   ! not known, as t_N is not prescribed
     do i = 1, size(case%steps)
       associate (step => case%steps(i))
-        if (.not. (step%control%traction(1) .and. step%has_target(1))) cycle
-        if (allocated(step%water)) p = maxval(step%water)
-        tension = max(tension, maxval(step%targets(1, :)) + p)
+        pressures = spread(p, 1, size(step%increments))
+        if (allocated(step%water)) pressures = step%water
+        p = pressures(size(pressures))
+        if (step%changed(1)) total = -huge(total)
+        if (step%control%traction(1) .and. step%has_target(1)) then
+          tension = max(tension, maxval(step%targets(1, :) + pressures))
+          total = step%targets(1, size(pressures))
+        else if (step%control%traction(1)) then
+          tension = max(tension, total + maxval(pressures))
+        end if
       end associate
     end do
     values = measures(case%props, 0.0_wp, tension, 0.0_wp)

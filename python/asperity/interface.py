@@ -94,13 +94,13 @@ class Interface:
         s_old = np.zeros((n, 3)) if s_old is None else contract.array("s_old", s_old, (n, 3))
         shapes = (n, 3), (n, self.nstatv), (n, 3, 3)
         at = s if aim is None else contract.array("aim", aim, (n, 3))
+        water = None if p is None else _pressure(p, n)
         if out is None:
             traction, new, tangent = map(np.empty, shapes)
         else:
-            inputs = {"s": s, "state": start, "s_old": s_old, "aim": at}
+            inputs = {"s": s, "state": start, "s_old": s_old, "aim": at, "p": water}
             traction, new, tangent = _outputs(out, shapes, inputs)
         duration = 0.0 if self._is_missing("dt", dt) else float(dt)
-        water = 0.0 if p is None else _pressure(p, n)
         if start is not new:
             new[:] = 0.0 if start is None else start
         if n > 0:  # f2py accepts no empty arrays
@@ -113,7 +113,7 @@ class Interface:
                 place = f"point {k} (of 0 to {n - 1}): " if failed > 0 else ""
                 message = _core.input_errors(self._props, s_old[k], s[k], frozen, duration, new[k])
                 raise ValueError(place + message.decode("ascii").rstrip())
-        if p is not None:
+        if water is not None:
             traction[:, 0] -= water
         return Update(traction.view(), new.view(), tangent.view(), self.n_planes)
 
@@ -135,7 +135,8 @@ class Interface:
         """
         given = contract.array("traction", traction, (3,), ("n", 3))
         tractions = np.array(given, ndmin=2)
-        tractions[:, 0] += _pressure(p, len(tractions))
+        water = _pressure(p, len(tractions))
+        tractions[:, 0] += water
         state = np.zeros((len(tractions), self.nstatv))
         shape = (len(tractions), self.n_planes, contract.N_PLANE_STATEV)
         planes = state[:, contract.N_POINT_STATEV : contract.n_statev(self.n_planes)].reshape(shape)
@@ -145,7 +146,8 @@ class Interface:
         if len(tractions) > 0:
             status, message = _core.interface_initial(self._props, tractions.T, state.T)
             if status != 0:
-                raise ValueError(message.decode("ascii").rstrip())
+                effective = "; t_N is the total one and p" if water.any() else ""
+                raise ValueError(message.decode("ascii").rstrip() + effective)
         return state[0] if given.ndim == 1 else state
 
     def run(

@@ -19,6 +19,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   use asperity_kinds, only: wp
   use asperity_point, only: update_point_in_place
   use asperity_report_umat, only: report_umat
+  use asperity_text, only: append
   implicit none
   integer, intent(in) :: ndi                     !! direct stress components, not used
   integer, intent(in) :: nshr                    !! shear stress components, not used
@@ -53,7 +54,9 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     dtime)
   p = 0.0_wp
   if (status == status_ok .and. joint%water > 0) then
-    p = water_pressure(joint, predef, dpred)
+    ! at the start and at the end
+    p = water_pressure(joint, predef)
+    if (bounded(p, huge(p)) .and. p >= 0.0_wp) p = water_pressure(joint, predef, dpred)
     if (.not. bounded(p, huge(p)) .or. p < 0.0_wp) status = status_water
   end if
   if (status == status_ok) then
@@ -77,7 +80,10 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     allocate (character(len=0) :: message)
     call explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message, dtime)
     if (status == status_water) call explain_water(joint, "PREDEF", p, message)
-    if (status == status_initial) call explain_initial(joint, traction, position > 0, statev, message)
+    if (status == status_initial) then
+      call explain_initial(joint, traction, position > 0, statev, message)
+      if (joint%water > 0) call append(message, "initial t_N: that of STRESS and the water pressure")
+    end if
     call report_umat(message)
     stress = quiet_nan
     ddsdde = quiet_nan

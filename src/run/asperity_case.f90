@@ -9,7 +9,7 @@ module asperity_case
   use asperity_case_text, only: group_index, of_file, of_group, read_text, text_type
   use asperity_case_umat, only: umat_group, umat_type
   use asperity_checks, only: review_props
-  use asperity_contract, only: n_fixed_props, status_ok
+  use asperity_contract, only: n_fixed_props, p_water, status_ok
   use asperity_errors, only: errors_type, fail, sort_lines
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
@@ -248,6 +248,8 @@ contains
     call require(io, replay%dtime >= 0.0_wp, "expected >= 0")
     given = .false.
     if (size(props) > 0) call prop_entries(io, "replay", props, given)
+    ! water is the last of them
+    if (size(props) > 0) call require(io, .not. props(p_water) > 0.0_wp, "expected 0, as the file has no field")
     call close_group(io)
     if (io%writes) return
     if (len(replay%file) == 0) call fail(io%errors, io%place, "expected file = 'a CSV of recorded strains'")

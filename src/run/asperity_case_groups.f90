@@ -73,6 +73,8 @@ contains
     if (size(traction) == size(initial%traction)) initial%traction = traction
     call real_entry(io, "p", initial%p, 0.0_wp)
     call require(io, initial%p >= 0.0_wp, "expected >= 0")
+    call require(io, .not. initial%p > 0.0_wp .or. group_index(io%text, "replay") == 0, &
+      "expected 0 with &replay, whose file has no water pressure")
     call reals_entry(io, "damage", initial%damage)
     initial%of_damage = io%place
     call require(io, all(initial%damage >= 0.0_wp .and. initial%damage <= 1.0_wp), "expected 0 to 1")
@@ -164,6 +166,7 @@ contains
     allocate (character(len=0) :: reasons)
     if (status == status_ok) return
     call explain_initial(joint, carried, prescribed, initial%planes, reasons)
+    if (initial%p > 0.0_wp) call set_text(reasons, reasons // "; t_N is the total one and p")
     if (allocated(initial%of_traction%name)) call fail(errors, initial%of_traction, reasons)
     if (.not. allocated(initial%of_traction%name)) call fail(errors, initial%of_slip, reasons)
   end subroutine carry_initial

@@ -338,8 +338,10 @@ contains
           to_text(farthest) // " s_f"
       end if
     end if
-    if (max(run%p_from, run%p_to) > 0.0_wp) text = text // "; the water pressure is added to the total t_N"
-    if (run%control%traction(1) .and. run%given(1) > 0.0_wp) text = text // "; tension is positive"
+    if (run%control%traction(1)) then
+      if (max(run%p_from, run%p_to) > 0.0_wp) text = text // "; the water pressure is added to the total t_N"
+      if (run%given(1) > 0.0_wp) text = text // "; tension is positive"
+    end if
     call append(message, text)
   end subroutine explain_loss
 

@@ -90,6 +90,11 @@ def test_points_and_initial_states() -> None:
         for refused in (lambda p=bad: ROUGH.update(s, p=p), lambda p=bad: ROUGH.initial(rest, p=p)):
             with pytest.raises(ValueError, match=words):
                 refused()
+    out = np.full((1, 3), 0.4), np.zeros((1, ROUGH.nstatv)), np.zeros((1, 3, 3))
+    with pytest.raises(ValueError, match=r"out\[0\] overlaps p"):
+        ROUGH.update(s[:1], p=out[0][:, 0], out=out)
+    with pytest.raises(ValueError, match=r"t_N = 0.2.*tension on a crack.*t_N is the total one and p"):
+        JOINT.initial([-0.2, 0.0, 0.0], p=0.4)
 
 
 CASE = f"""&case title = 'Water' /
@@ -124,6 +129,45 @@ def test_bad_water_in_a_case(entry: str, message: str, tmp_path: Path) -> None:
     done = call(driver(), "bad.nml", folder=tmp_path)
     assert done.returncode == 1
     assert f"bad.nml:6: &step: {message}" in done.stderr and "expected" in done.stderr
+
+
+LOST = """&case title = 'Lifted by water' /
+&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /
+&pattern sides = 0 /
+&step t_N = -1.0, p = 0.25 /
+&step p = 6.0, increments = 20 /
+"""
+
+
+def test_a_failed_increment_with_water_is_repeated(tmp_path: Path) -> None:
+    """The warning counts water on a constant t_N, and the case of the lost increment ends where it ended."""
+    (tmp_path / "lost.nml").write_text(LOST, encoding="utf-8")
+    first = call(driver(), "lost.nml", folder=tmp_path)
+    again = call(driver(), "lost.failed.nml", folder=tmp_path)
+    assert first.returncode == again.returncode == 2
+    rows, row = (History.from_csv(tmp_path / name) for name in ("lost.csv", "lost.failed.csv"))
+    assert np.array_equal(row.separation, rows.separation[-1:])
+    # the flat bond carries sigma0 = 3: t_N = -1 and p = 6 ask for 5
+    assert "the normal traction reaches 1.66667 times the strength" in first.stderr
+    assert row.traction[-1, 0] == pytest.approx(rows.traction[-1, 0] + rows.p[-1], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("initial", "replay", "words"),
+    [
+        (", p = 0.5", "", "&initial: p = 0.5: expected 0 with &replay"),
+        ("", ", water = 1", "&replay: water = 1: expected 0"),
+    ],
+)
+def test_replays_have_no_water(initial: str, replay: str, words: str, tmp_path: Path) -> None:
+    """A file of strains has no predefined field, so that water in a replay is refused."""
+    head = CASE.partition("&initial")[0]
+    text = f"{head}&initial traction = -1.0, 0.0, 0.0{initial} /\n&replay file = 'e.csv'{replay} /\n"
+    (tmp_path / "case.nml").write_text(text, encoding="utf-8")
+    (tmp_path / "e.csv").write_text("s_N,s_Tx,s_Ty\n0,0.001,0\n", encoding="utf-8")
+    done = call(driver(), "case.nml", folder=tmp_path)
+    assert done.returncode == 1
+    assert words in done.stderr
 
 
 # --- hosts --------------------------------------------------------------------------------------------------
@@ -169,6 +213,7 @@ def test_umat_starts_from_a_total_stress() -> None:
         ([0.2], [np.inf], "PREDEF(1) = NaN"),
         ([0.25], [-0.375], "PREDEF(1) = -0.125"),
         ([-0.2], None, "PREDEF(1) = -0.2"),
+        ([-0.2], [0.5], "PREDEF(1) = -0.2"),
     ],
 )
 def test_umat_refuses_bad_water(predef: list | None, dpred: list | None, words: str) -> None:
@@ -180,6 +225,49 @@ def test_umat_refuses_bad_water(predef: list | None, dpred: list | None, words: 
         text = said()
     assert np.isnan(out.stress).all() and np.array_equal(out.state, state)
     assert words in text and "expected the water pressure" in text
+
+
+def test_water_may_end_but_for_rounding() -> None:
+    """A sum of PREDEF and DPRED that is negative by rounding is no water."""
+    predef, dpred = np.array([0.7]), np.array([-np.nextafter(0.7, 1.0)])
+    assert predef[0] + dpred[0] < 0.0
+    state, none, s = np.zeros(ROUGH.nstatv), np.zeros(3), np.array([-0.001, 0.01, 0.0])
+    wet, dry = (
+        umat(LIBRARY, ROUGH.props(water=i), none, state, none, s, fields=(predef, dpred)) for i in (1, 0)
+    )
+    assert np.array_equal(wet.stress, dry.stress)
+
+
+def test_vumat_starts_points_among_others() -> None:
+    """Points whose first call is in the middle of a block give what they give alone, with their water."""
+    n = 700
+    rng = np.random.default_rng(11)
+    fields = rng.uniform(0.0, 0.5, (2, n, 2))
+    stress = np.column_stack([rng.uniform(-2.0, -0.6, n), np.zeros(n), rng.uniform(-0.1, 0.1, n)])
+    strain, state = 0.002 * rng.standard_normal((n, 3)), np.zeros((n, ROUGH.nstatv))
+    state[:, 4] = rng.random(n) < 0.9  # the others are called for the first time
+    assert 0.0 < state[:, 4].mean() < 1.0
+    density = np.full(n, 2.5e-9)
+
+    def called(rows: slice) -> tuple[np.ndarray, ...]:
+        out = vumat(
+            LIBRARY, ROUGH.props(water=2), density[rows], (1.0, 0.1), strain[rows], stress[rows], state[rows],
+            fields=(fields[0, rows], fields[1, rows]),
+        )  # fmt: skip
+        return out.stress, out.state, out.energies
+
+    together, alone = called(slice(n)), [called(slice(k, k + 1)) for k in range(n)]
+    for whole, parts in zip(together, zip(*alone, strict=True), strict=True):
+        assert np.array_equal(whole, np.concatenate(parts))
+    # the energy is the work of the total stress: trapezoids of engineering shears, per unit mass
+    work = (0.5 * (stress + together[0]) * strain * [1.0, 2.0, 2.0]).sum(axis=1)
+    assert together[2][:, 0] * density == pytest.approx(work, rel=1e-9, abs=1e-15)
+
+
+def test_card_names_the_field() -> None:
+    """Abaqus' block says which field is the water pressure, and only where there is water."""
+    assert "** *Field, variable=3 is the water pressure" in ROUGH.card("abaqus", water=3)
+    assert "water pressure" not in ROUGH.card("abaqus")
 
 
 @pytest.mark.parametrize("kind", [np.float64, np.float32])

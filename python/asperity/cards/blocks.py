@@ -102,6 +102,8 @@ def _abaqus(block: Block) -> str:
     names = [text.replace("offset", "separation") if block.explicit else text for text in block.statev]
     element = "COH3D8, COH3D6" if block.dimension == 3 else "COH2D4, COHAX4"
     density = [] if block.density is None else ["*Density", f"{block.density!r},"]
+    field = block.prop("water")
+    water = f"** *Field, variable={field:.0f} is the water pressure in the joint, >= 0; stresses are total."
     return _text(
         _comments(block, run),
         f"*Material, name={block.name}",
@@ -111,6 +113,7 @@ def _abaqus(block: Block) -> str:
         "** No DELETE, because contact survives rupture. status is 1 after the first call of a point.",
         *AT_FIRST,
         "** TYPE=SOLUTION gives cracked planes.",
+        *([water] if field else []),
         "*Depvar",
         f"{len(block.statev)},",
         *(f"{i}, {text}, {text}" for i, text in enumerate(names, 1)),

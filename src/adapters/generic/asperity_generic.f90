@@ -99,7 +99,7 @@ contains
 
   !> Which entries of PROPS are material properties of a behaviour.
   !>
-  !> MGIS fixes the order of the components and knows no predefined fields, so that there is no `map` and no `water`.
+  !> MGIS fixes the order of the components, and the behaviours have no external state variables: no `map`, no `water`.
   !> The gradient of a joint is the separation, so that a joint has no constant of the host. Reserved entries are no
   !> properties.
   pure function material_properties(layer) result(yes)
