@@ -66,7 +66,8 @@ class ForeignUmat:
         start = state if state is None or isinstance(state, Point) else Point(contract.array("state", state))
         groups = [("case", {} if tolerance is None else {"tolerance": tolerance}), ("umat", self._given())]
         if start is not None:
-            groups += [("state", {"separation": start.separation, "statev": start.state, "work": start.work})]
+            given = {"separation": start.separation, "statev": start.state, "work": start.work, "p": start.p}
+            groups += [("state", given)]
         groups += [("step", step.given()) for step in path]
         with TemporaryDirectory() as folder:
             case, output, report = (Path(folder, name) for name in ("case.nml", "out.csv", "out.json"))

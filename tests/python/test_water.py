@@ -6,7 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import EquilibriumLost, History, Interface, Material, Pattern, Step, read_case
+from asperity import (
+    EquilibriumLost,
+    ForeignUmat,
+    History,
+    Interface,
+    Material,
+    Pattern,
+    Step,
+    library,
+    read_case,
+)
+from asperity.cli import main
 from asperity.installed import driver
 from support_calls import LIBRARY, errors, umat, vumat
 from support_driver import call
@@ -152,6 +163,17 @@ def test_a_failed_increment_with_water_is_repeated(tmp_path: Path) -> None:
     assert row.traction[-1, 0] == pytest.approx(rows.traction[-1, 0] + rows.p[-1], rel=1e-9)
 
 
+def test_a_umat_of_others_goes_on_with_its_water() -> None:
+    """A run by the UMAT as one of others, and a run from its end, are those of the law itself."""
+    hosted = ForeignUmat(library(), 0.2, STIFFNESS, tuple(ROUGH.props()), ROUGH.nstatv)
+    first, second = [Step(t_N=-1.0, p=WATER), Step(slip=0.05)], Step(t_N=-1.0, slip=0.1)
+    runs = [(start := law.run(first), law.run(second, start.end)) for law in (hosted, ROUGH)]
+    for theirs, own in zip(*runs, strict=True):
+        assert theirs.p == pytest.approx(own.p, rel=ROUNDING)
+        assert theirs.separation == pytest.approx(own.separation, rel=1e-9, abs=1e-12)
+        assert theirs.traction == pytest.approx(own.traction, rel=1e-9, abs=1e-9)
+
+
 @pytest.mark.parametrize(
     ("initial", "replay", "words"),
     [
@@ -262,6 +284,15 @@ def test_vumat_starts_points_among_others() -> None:
     # the energy is the work of the total stress: trapezoids of engineering shears, per unit mass
     work = (0.5 * (stress + together[0]) * strain * [1.0, 2.0, 2.0]).sum(axis=1)
     assert together[2][:, 0] * density == pytest.approx(work, rel=1e-9, abs=1e-15)
+
+
+def test_mtest_has_no_water(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """An input of MTest cannot hold the water of a step, which is refused by name."""
+    text = CASE.replace("&initial traction = -1.0, 0.0, 0.0, p = 0.4 /", "&step t_N = -1.0, slip = 0.0 /")
+    assert "&initial" not in text
+    (tmp_path / "wet.nml").write_text(text, encoding="utf-8")
+    assert main(["card", "mtest", str(tmp_path / "wet.nml")]) == 1
+    assert "step 3: p = 0.4: expected no water for mtest" in capsys.readouterr().err
 
 
 def test_card_names_the_field() -> None:

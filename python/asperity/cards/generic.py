@@ -148,6 +148,8 @@ def mtest_path(steps: Sequence[Step]) -> str:
         for name in ("k_N", "k_Tx", "k_Ty"):
             if getattr(step, name):
                 raise ValueError(f"step {number}: {name} = {getattr(step, name):g}: expected 0 for mtest")
+        if step.p is not None and any(step.p):
+            raise ValueError(f"step {number}: p = {max(step.p):g}: expected no water for mtest")
         targets = {
             i: given
             for i, axis in enumerate(("N", "Tx", "Ty"))
