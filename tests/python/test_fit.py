@@ -154,6 +154,22 @@ def test_envelope_of_the_law_is_that_of_the_driver() -> None:
     assert one.values["mu"] == pytest.approx(0.6, rel=tolerance)
 
 
+def test_strengths_keep_or_refuse_what_is_known() -> None:
+    """A known constant is that of the result; one that strengths do not have is an error, not ignored."""
+    tests = [Strength(str(p), -p, 0.3 + 0.7 * p, 0.6 * p) for p in (0.2, 0.6, 1.0, 1.5)]
+    for name, value in (("theta", 10.0), ("sigma0", 0.2), ("mu", 0.5)):
+        found = fit_strengths(tests, fixed={name: value})
+        assert found.values[name] == value
+        assert not {"theta", "sigma0"} <= {*found.values}
+    for known, message in (
+        ({"qq": 1.0}, "qq: strengths alone have only mu"),
+        ({"kc": 20.0}, "kc: strengths alone have only mu"),
+        ({"theta": 10.0, "sigma0": 0.2}, "no model has all of that"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            fit_strengths(tests, fixed=known)
+
+
 def test_criteria_find_their_own_constants() -> None:
     """Peaks of each criterion are met by it; peaks in any order of magnitude give a grade."""
     from asperity.tools.fit.criteria import CRITERIA

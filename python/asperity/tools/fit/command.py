@@ -190,6 +190,8 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     if isinstance(tests[0], Strength):
         refuse(free is not None, f"--free {options.free}: expected curves, not strengths alone")
         refuse(options.residuals, f"--residuals {options.residuals}: expected curves, not strengths alone")
+        refuse(options.sides != SIDES, f"--sides {options.sides}: expected curves, not strengths alone")
+        refuse(options.direction, f"--direction {options.direction:g}: expected curves, not strengths alone")
         found = fit_strengths(tests, options.joint, known)  # type: ignore[arg-type]
         text, case = strength_report(found, units, options.verbose), strength_case(found)
         interface = strength_interface(found)

@@ -68,6 +68,9 @@ MODELS = {
 }
 """Free constants of the models, and the form of the joint."""
 
+KNOWN = ("mu", "theta", "crush", "height", "sigma0")
+"""Constants that the closed form has."""
+
 
 @dataclass(eq=False)
 class StrengthFit:
@@ -124,11 +127,15 @@ def fit_strengths(
     refuse(joint not in (ROCK, MORTAR, AUTO), f"joint = {joint!r}: expected {ROCK}, {MORTAR} or {AUTO}")
     refuse(len(tests) < LEAST_TESTS, f"{len(tests)} tests: expected at least {LEAST_TESTS}")
     known = {name: contract.number(name, value) for name, value in (fixed or {}).items()}
+    other = next((name for name in known if name not in KNOWN), "")
+    refuse(other, f"fixed: {other}: strengths alone have only {', '.join(KNOWN)}")
     data = _Data(tests, known)
-    models = [free for free, form in MODELS.items() if joint in (AUTO, form)]
+    # a model without a constant that is known would contradict it; a slope may be crushed and end
+    has = {free: {*free, "crush", "height"} if "theta" in free else {*free} for free in MODELS}
+    models = [free for free, form in MODELS.items() if joint in (AUTO, form) and {*known} <= has[free]]
     models = [tuple(name for name in free if name not in known) for free in models]
     models = [free for free in dict.fromkeys(models) if free and data.shows(free)]
-    refuse(not models, "the strengths show none of the constants that are not known")
+    refuse(not models, "the strengths show nothing beside what is known, or no model has all of that")
     solutions = [data.solve(free) for free in models]
     bic = [data.criterion(x, free) for x, free in zip(solutions, models, strict=True)]
     best = int(np.argmin(bic))
