@@ -81,13 +81,11 @@ def strength_report(found: StrengthFit, units: tuple[str, str] = NONE, verbose: 
 
 
 def _known(found: Fit) -> str:
+    """Values that are not those of the usual model; a spring that the rows do not show is rigid."""
     hidden = {"theta": 0.0, "flat": 0.0, "height": 0.0, "crush": 0.0, "W0": 0.0, "closure": 0.0}
-    shown = [
-        f"{name} = {value:g}"
-        for name, value in found.solution.model.fixed.items()
-        if value != hidden.get(name)
-    ]
-    return f"; known: {', '.join(shown)}" if shown else ""
+    fixed = found.solution.model.fixed
+    shown = [f"{name} = {value:.4g}" for name, value in fixed.items() if value != hidden.get(name)]
+    return f"; fixed: {', '.join(shown)}" if shown else ""
 
 
 def compared_rows(

@@ -1,0 +1,143 @@
+"""Fits of tests by laws that are not that of asperity: `python -m harness.studies.fits --write 20`.
+
+The tables say how often the truth lies within the intervals, and how often nonsense is taken for a result.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+import warnings
+from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import pandas
+from asperity.tools.fit import Fit, ShearTest, fit
+from asperity.tools.fit.verdict import compared
+from asperity.tools.tables import markdown
+
+from .other_laws import KINDS, Drawn
+from .program import DIFFERS, program
+from .tables import refresh
+
+DATA = Path(__file__).parent / "validation" / "data" / "fits.csv"
+PAGE = Path(__file__).parents[2] / "docs" / "validation" / "fits.md"
+"""What was found in each set, and the page."""
+
+Row = dict[str, object]
+"""Set, exit code, seconds and what was found of one constant."""
+
+
+def tests_of(drawn: Drawn) -> list[ShearTest]:
+    """Drawn tests as those of a fit."""
+    return [
+        ShearTest(f"test {i}", one.slip, one.tau, one.dilation, -one.pressure, one.k_N)
+        for i, one in enumerate(drawn.tests, 1)
+    ]
+
+
+def judged(job: tuple[str, int, int]) -> list[Row]:
+    """What a fit finds of the truth of one set: a row for each constant or number."""
+    kind, seed, number = job
+    drawn = KINDS[kind](np.random.default_rng([seed, number]))
+    begin = time.process_time()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = fit(tests_of(drawn))
+    of_set: Row = {"kind": kind, "seed": seed, "set": number, "code": 0 if found.is_result else 3}
+    of_set |= {"grade": found.grade, "scatter": found.errors["scatter"], "cpu": time.process_time() - begin}
+    rows: list[Row] = [of_set | {"name": ""}]
+    for name, truth in drawn.truth.items():
+        if name in found.estimates:
+            rows.append(of_set | {"name": name, "truth": truth} | _inside(truth, *found.estimates[name]))
+    for test, numbers in enumerate(drawn.numbers):
+        for name, truth in numbers.items():
+            rows.append(of_set | {"name": name, "truth": truth} | _inside(truth, *_number(found, test, name)))
+    return rows
+
+
+def _number(found: Fit, test: int, name: str) -> tuple[float, float, float]:
+    """Peak, residual or dilation of a test by the fitted law, with its interval."""
+    problem = found.solution.problem
+
+    def of(values: dict[str, float]) -> float:
+        whole = type(problem)(problem.tests, (), values, problem.sides)
+        rows = compared(whole, values, test)[0].predicted
+        return max(abs(rows.get(name, 0.0)), 1e-12)
+
+    return tuple(found.of(of))  # type: ignore[return-value, arg-type]
+
+
+def _inside(truth: float, value: float, low: float, high: float) -> Row:
+    return {"value": value, "low": low, "high": high}
+
+
+def table(rows: pandas.DataFrame) -> str:
+    """Coverage, widths and errors of each constant by kind of truth, of the sets that end with 0."""
+    lines = []
+    for (kind, name), part in rows[rows.name.notna() & (rows.name != "")].groupby(
+        ["kind", "name"], sort=False
+    ):
+        if kind == "nonsense":
+            continue
+        accepted = part[part.code == 0]
+        cells = [str(kind), str(name)]
+        for some in (accepted, part):
+            inside = (some.low <= some.truth) & (some.truth <= some.high)
+            cells.append(f"{inside.sum()} of {len(some)}")
+        size = accepted.value.abs()
+        half = np.maximum(accepted.high - accepted.value, accepted.value - accepted.low) / size
+        error = (accepted.value - accepted.truth).abs() / accepted.truth.abs()
+        cells += [f"{100.0 * one.median():.1f}" if len(one) else "-" for one in (half, error)]
+        lines.append(cells)
+    head = ["law", "constant", "inside, code 0", "inside, all", "half width, median, %", "error, median, %"]
+    return markdown(head, lines)
+
+
+def sets(rows: pandas.DataFrame) -> str:
+    """Number of sets that end with 0, and times, by kind of truth."""
+    lines = []
+    for kind, part in rows[rows.name.isna() | (rows.name == "")].groupby("kind", sort=False):
+        met = part[part.scatter <= 0.05]
+        seeds = ", ".join(str(seed) for seed in sorted({*part.seed}))
+        met_text = "-" if kind == "nonsense" else f"{(met.code == 0).sum()} of {len(met)}"
+        times = f"{part.cpu.median():.1f} / {part.cpu.max():.1f}"
+        lines.append([str(kind), seeds, str(len(part)), str((part.code == 0).sum()), met_text, times])
+    head = ["law", "seed", "sets", "end with 0", "scatter <= 5 %: with 0", "CPU, median / largest, s"]
+    return markdown(head, lines)
+
+
+def _write(options: argparse.Namespace) -> int:
+    """Fit drawn sets, if asked for, and fill the page."""
+    if options.write:
+        kinds = [kind for kind in KINDS if not options.kind or kind.startswith(options.kind)]
+        jobs = [(kind, options.seed, number) for kind in kinds for number in range(options.write)]
+        with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+            found: Iterable[list[Row]] = pool.map(judged, jobs)
+            frame = pandas.DataFrame([row for rows in found for row in rows])
+        frame.to_csv(DATA, index=False, float_format="%.5g")
+    if not DATA.exists():
+        print(f"{DATA}: expected a file that --write has written")
+        return DIFFERS
+    rows = pandas.read_csv(DATA)
+    same = refresh(
+        PAGE, options.check, {"fits-coverage": lambda: table(rows), "fits-sets": lambda: sets(rows)}
+    )
+    print(f"{PAGE}: {'up to date' if same else 'not up to date' if options.check else 'written'}")
+    return DIFFERS if options.check and not same else 0
+
+
+main = program(
+    _write,
+    ("--write SETS", "draw and fit this many sets of each law; else use what was found", 0),
+    ("--seed SEED", "of the sets", 0),
+    ("--kind LAW", "start of the name of one law", ""),
+    ("--check", "write nothing; exit with 1 if the page differs"),
+)
+
+if __name__ == "__main__":
+    sys.exit(main())
