@@ -31,7 +31,7 @@ LANGUAGES = {
     ".xml": "xml",
 }
 PAPER = ROOT / "docs" / "paper" / "paper.md"
-FORTRAN = [f"asperity_{name}.f90" for name in "interface points contract kinds initial umat vumat".split()]
+FORTRAN = [f"asperity_{name}.f90" for name in "interface arrays contract kinds initial umat vumat".split()]
 API = [next((ROOT / "src").rglob(name)) for name in ("asperity.h", *FORTRAN)]
 """Header and sources with what a program may call or use."""
 KEPT = {".md", ".png", ".csv"}

@@ -28,11 +28,11 @@ from asperity.interface import Interface
 
 update, calls = Interface.update, [0]
 
-def failing(*words):
+def failing(*words, **names):
     calls[0] += 1
     if calls[0] in range({first}, {last}):
         raise ValueError("point 3: planted")
-    return update(*words)
+    return update(*words, **names)
 
 Interface.update = failing
 sys.path.insert(0, {folder!r})
