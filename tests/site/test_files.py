@@ -18,8 +18,8 @@ def test_every_page_of_the_repository_is_there(pages: dict[Path, str]) -> None:
     """Each Markdown page has a page of the site, as have the C header and the public Fortran sources."""
     sources = {*ROOT.glob("[A-Z]*.md"), *(ROOT / "docs").rglob("*.md")} - {ROOT / "docs/paper/paper.md"}
     names = [re.sub(r"(^|/)README$", r"\1index", str(s.relative_to(ROOT).with_suffix(""))) for s in sources]
-    fortran = [f"law/asperity_{name}" for name in ("interface", "points", "contract", "kinds")]
-    fortran += ["solver/asperity_initial", "adapters/asperity_umat", "adapters/asperity_vumat"]
+    fortran = [f"law/asperity_{name}" for name in ("interface", "arrays", "contract", "kinds")]
+    fortran += ["joint/asperity_initial", "adapters/asperity_umat", "adapters/asperity_vumat"]
     names += [f"files/src/{name}.f90" for name in fortran] + ["files/src/asperity.h", "api/python"]
     wanted = {SITE / (f"{name}.html" if name.endswith("index") else f"{name}/index.html") for name in names}
     assert len(wanted) > 50 and wanted - set(pages) == set()
