@@ -61,6 +61,7 @@ contains
     type(case_io), intent(inout) :: io                        !! the file
     type(initial_type), intent(inout) :: initial              !! initial state
     real(wp), allocatable :: traction(:)
+    type(error_type) :: of_p
 
     if (.not. io%writes) allocate (initial%damage(0), initial%slip(0))
     call open_group(io, "initial", initial%given)
@@ -73,8 +74,7 @@ contains
     if (size(traction) == size(initial%traction)) initial%traction = traction
     call real_entry(io, "p", initial%p, 0.0_wp)
     call require(io, initial%p >= 0.0_wp, "expected >= 0")
-    call require(io, .not. initial%p > 0.0_wp .or. group_index(io%text, "replay") == 0, &
-      "expected 0 with &replay, whose file has no water pressure")
+    of_p = io%place
     call reals_entry(io, "damage", initial%damage)
     initial%of_damage = io%place
     call require(io, all(initial%damage >= 0.0_wp .and. initial%damage <= 1.0_wp), "expected 0 to 1")
@@ -84,6 +84,8 @@ contains
     if (io%writes) return
     if (io%text%groups(io%group)%last < io%text%groups(io%group)%first) call fail(io%errors, io%place, &
       "nothing given: expected traction, damage or slip")
+    if (initial%p > 0.0_wp .and. group_index(io%text, "replay") > 0) call fail(io%errors, of_p, &
+      "expected 0 with &replay, whose file has no water pressure")
     if (group_index(io%text, "state") > 0) call fail(io%errors, io%place, &
       "a run starts from &initial or from &state, in line " // &
       integer_text(io%text%groups(group_index(io%text, "state"))%line) // ": expected the one or the other")
