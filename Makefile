@@ -31,6 +31,7 @@ native := CMakeLists.txt cmake src $(filter-out %/studies,$(wildcard harness/*))
 code := $(call files,$(native) CMakePresets.json Makefile tools \
   $(filter-out %/python %/oracle,$(wildcard tests/*)))
 package := $(call files,$(native) pyproject.toml python)
+c_files = $(filter %.c %.h %.cpp,$(call files,src harness tests))
 tree := $(wildcard .ci/* .github/* .github/*/*) $(call files,$(filter-out build%,$(wildcard *)))
 
 .DELETE_ON_ERROR:
@@ -53,7 +54,8 @@ check:
 $(parts): %: $(passed)/%
 $(passed)/lint: $(tree) | .venv/installed
 	@$(step) "Lint: Fortran" build/logs/lint-fortran.log $(venv)/fortitude check src harness tests
-	@$(step) "Lint: Python" build/logs/lint-python.log $(venv)/ruff check .
+	@$(step) "Lint: Python" build/logs/lint-python.log sh -ec '$(venv)/ruff check .; $(venv)/ruff format --check .'
+	@$(step) "Lint: C" build/logs/lint-c.log sh -ec '$(venv)/clang-format --dry-run --Werror $(c_files)'
 	@$(step) "Types: Python" build/logs/types.log $(venv)/mypy
 	@$(step) "Lint: layers of the package" build/logs/lint-imports.log env PYTHONPATH=python $(venv)/lint-imports --no-cache
 	@$(step) "Lint: YAML" build/logs/lint-yaml.log $(venv)/yamllint --strict .

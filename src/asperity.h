@@ -56,8 +56,8 @@ int asperity_initial_state(const double *props, int nprops, int n, const double 
  *   tangent  double[n][3][3], d traction_i / d s_j (not symmetric without aim); NULL: not computed
  * Returns ASPERITY_OK, or the status of the first rejected point; then only the message is written. */
 int asperity_update(const double *props, int nprops, double dt, int n, const double *s_old, const double *s,
-                    const double *aim, const double *p, int nstatv, double *state, double *traction, double *tangent, char *message,
-                    int size);
+                    const double *aim, const double *p, int nstatv, double *state, double *traction, double *tangent,
+                    char *message, int size);
 
 /* UMAT of Abaqus/Standard, CalculiX and Kratos (Fortran calling convention, DDSDDE by columns). */
 void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,
@@ -71,23 +71,22 @@ void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *
 /* VUMAT of Abaqus/Explicit for cohesive elements, in double and in single precision (Fortran calling convention, arrays
  * (nblock, *) by columns; docs/how-to/abaqus.md). */
 void vumat_(const int *nblock, const int *ndir, const int *nshr, const int *nstatev, const int *nfieldv,
-            const int *nprops, const int *lanneal, const double *stepTime, const double *totalTime,
-            const double *dt, const char *cmname, const double *coordMp, const double *charLength,
-            const double *props, const double *density, const double *strainInc, const double *relSpinInc,
-            const double *tempOld, const double *stretchOld, const double *defgradOld, const double *fieldOld,
-            const double *stressOld, const double *stateOld, const double *enerInternOld,
-            const double *enerInelasOld, const double *tempNew, const double *stretchNew,
-            const double *defgradNew, const double *fieldNew, double *stressNew, double *stateNew,
-            double *enerInternNew, double *enerInelasNew);
+            const int *nprops, const int *lanneal, const double *stepTime, const double *totalTime, const double *dt,
+            const char *cmname, const double *coordMp, const double *charLength, const double *props,
+            const double *density, const double *strainInc, const double *relSpinInc, const double *tempOld,
+            const double *stretchOld, const double *defgradOld, const double *fieldOld, const double *stressOld,
+            const double *stateOld, const double *enerInternOld, const double *enerInelasOld, const double *tempNew,
+            const double *stretchNew, const double *defgradNew, const double *fieldNew, double *stressNew,
+            double *stateNew, double *enerInternNew, double *enerInelasNew);
 void vumat_single_(const int *nblock, const int *ndir, const int *nshr, const int *nstatev, const int *nfieldv,
                    const int *nprops, const int *lanneal, const float *stepTime, const float *totalTime,
                    const float *dt, const char *cmname, const float *coordMp, const float *charLength,
                    const float *props, const float *density, const float *strainInc, const float *relSpinInc,
                    const float *tempOld, const float *stretchOld, const float *defgradOld, const float *fieldOld,
                    const float *stressOld, const float *stateOld, const float *enerInternOld,
-                   const float *enerInelasOld, const float *tempNew, const float *stretchNew,
-                   const float *defgradNew, const float *fieldNew, float *stressNew, float *stateNew,
-                   float *enerInternNew, float *enerInelasNew);
+                   const float *enerInelasOld, const float *tempNew, const float *stretchNew, const float *defgradNew,
+                   const float *fieldNew, float *stressNew, float *stateNew, float *enerInternNew,
+                   float *enerInelasNew);
 
 #ifdef __cplusplus
 }

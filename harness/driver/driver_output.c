@@ -79,8 +79,8 @@ void output_close(void) {
   const bool whole = is_whole();
   if (close(file) != 0) not_written();
   if (whole) return;
-  fprintf(stderr, "rie_driver: %s: another program, or the UMAT, has changed or removed it: expected rows of this run\n",
-          name);
+  fprintf(stderr,
+          "rie_driver: %s: another program, or the UMAT, has changed or removed it: expected rows of this run\n", name);
   exit(1);
 }
 

@@ -13,8 +13,7 @@
 
 enum { THREADS = 8, ROUND = 40000, STEPS = 3, NSTATV = 8 + 3 * 5, NPROPS = 14, ENTRIES = 4, BLOCK = 137 };
 /* Table 2 of the paper, RP-4, 30 degrees, turned; tau_v = 0.5, dalpha = 0.05 */
-static const double props[NPROPS] = {3.0, 0.3, 0.9, 0.5, 30.0, 4.0, 1.0 / 3.0, 10.0, 1.0, 0.0,
-                                     0.0, 0.0, 0.5, 0.05};
+static const double props[NPROPS] = {3.0, 0.3, 0.9, 0.5, 30.0, 4.0, 1.0 / 3.0, 10.0, 1.0, 0.0, 0.0, 0.0, 0.5, 0.05};
 static const double dt = 0.1;
 static const char *const names[ENTRIES] = {"umat", "vumat", "asperity_update", "rejected calls"};
 
@@ -91,8 +90,8 @@ static void by_rejected(int first, int last, result_type *out) {
   for (int p = first; p < last; p++) {
     double state[NSTATV] = {0};
     for (int i = 8; i < 8 + p % (NSTATV - 8); i++) state[i] = 1e300 * strain[0][p][0];
-    out->rows[p][0] = asperity_update(props, NPROPS, p % 2 ? dt : -1.0, 1, NULL, strain[0][p], NULL, NULL, NSTATV, state,
-                                      out->stress[p], NULL, out->message[p], sizeof out->message[p]);
+    out->rows[p][0] = asperity_update(props, NPROPS, p % 2 ? dt : -1.0, 1, NULL, strain[0][p], NULL, NULL, NSTATV,
+                                      state, out->stress[p], NULL, out->message[p], sizeof out->message[p]);
   }
 }
 
@@ -148,7 +147,8 @@ int main(int argc, char **argv) {
     for (int p = 0; p < round; p++) damaged += entry == 1 ? serial.state[0][p] : serial.rows[p][0];
     printf("threads %s: %ld points by %d threads, mean damage %.3f, rounds that differ from one thread: %ld\n",
            names[entry], done[entry], THREADS, damaged / round, differences - before);
-    failed += differences > before || (entry < 3 ? !(damaged > 0.1 * round && damaged < 0.95 * round) : damaged < round);
+    failed +=
+        differences > before || (entry < 3 ? !(damaged > 0.1 * round && damaged < 0.95 * round) : damaged < round);
   }
   printf("%d passed, %d failed\n", ENTRIES - failed, failed);
   return failed != 0;

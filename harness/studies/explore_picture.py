@@ -1,6 +1,6 @@
 """Draw the page of `asperity explore`, as a headless Chromium shows it.
 
-    python -m harness.studies.explore_picture docs/images/explore.png
+python -m harness.studies.explore_picture docs/images/explore.png
 """
 
 from __future__ import annotations

@@ -7,8 +7,7 @@
 static int level = 1;
 
 /* Level 3 of the x86-64 psABI, as far as the kernels use it; ASPERITY_ISA=v1 in the environment forbids it. */
-__attribute__((constructor)) static void choose(void)
-{
+__attribute__((constructor)) static void choose(void) {
   const char *wanted = getenv("ASPERITY_ISA");
   __builtin_cpu_init();
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
@@ -17,7 +16,4 @@ __attribute__((constructor)) static void choose(void)
     level = 3;
 }
 
-int asperity_isa(void)
-{
-  return level;
-}
+int asperity_isa(void) { return level; }

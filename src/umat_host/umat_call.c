@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 /* Arguments in their order: name, size, and where the values are that umat_call passes. */
+// clang-format off
 #define ARGUMENTS(X)                                                                                                   \
   X(STRESS, ntens, stress) X(STATEV, nstatv, statev) X(DDSDDE, ntens * ntens, entry) X(SSE, 1, energies)               \
   X(SPD, 1, energies + 1) X(SCD, 1, energies + 2) X(RPL, 1, zeros) X(DDSDDT, ntens, zeros) X(DRPLDE, ntens, zeros)     \
@@ -35,6 +36,7 @@
 enum { ARGUMENTS(NAME) COUNT };
 static const char *const names[] = {ARGUMENTS(TEXT)};
 typedef void umat_routine(ARGUMENTS(TYPE) size_t cmname_length);
+// clang-format on
 
 /* Numbers between two arguments, and bytes without access on either side of the block. */
 enum { GUARD = 64, REACH = 1 << 28 };
@@ -242,8 +244,8 @@ void umat_call(int attempt, int ntens, int nstatv, int nprops, const double *pro
   static const double zeros[36] = {0.0}, unit[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
   const int direct = ntens == 6 ? 3 : 1;
   /* KSTEP is the first of the four numbers of JSTEP; 1 is a static analysis */
-  const int integers[][4] = {{direct}, {ntens - direct}, {ntens}, {nstatv}, {nprops}, {1}, {counts[0], 1, 0, 0},
-                             {counts[1]}};
+  const int integers[][4] = {{direct}, {ntens - direct},     {ntens},    {nstatv}, {nprops},
+                             {1},      {counts[0], 1, 0, 0}, {counts[1]}};
   char name[81], reason[100];
   double entry[36];
   for (int k = 0; k < 36; k++) entry[k] = marks ? MARK : -0.0;

@@ -9,7 +9,7 @@
 enum { POINT_STATEV = 8, PLANE_STATEV = 3, STATUS = 4, OFFSET = 5 };
 
 /* The value is 1, with a line on standard error, if the condition is false. */
-#define FAILS(condition) \
+#define FAILS(condition)                                                                           \
   ((condition) ? 0 : (fprintf(stderr, "%s:%d: expected %s\n", __FILE__, __LINE__, #condition), 1))
 
 /* The value is 1, with both values on standard error, unless |value - expected| <= tolerance (also 1 for NaN). */

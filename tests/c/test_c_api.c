@@ -38,8 +38,8 @@ static int nstatv_counts_planes(void) {
   /* The contract gives 8 + 3 Np, with m inclined planes and, by the default share, the flat one. */
   const double regular[] = {SIGMA0, GC, ETA, MU, 30.0, 4.0}, flat[] = FLAT_PROPS;
   char message[] = "######";
-  int bad = FAILS(asperity_nstatv(regular, 6, message, sizeof message) ==
-                  POINT_STATEV + PLANE_STATEV * (4 + 1)) + FAILS(message[0] == '\0');
+  int bad = FAILS(asperity_nstatv(regular, 6, message, sizeof message) == POINT_STATEV + PLANE_STATEV * (4 + 1)) +
+            FAILS(message[0] == '\0');
   return bad + FAILS(asperity_nstatv(flat, N_FLAT_PROPS, NULL, 0) == FLAT_STATEV);
 }
 
@@ -58,8 +58,8 @@ static int tangent_comes_by_rows(void) {
   const double s[3] = {-0.1 * S0, 10.0 * S0, 0.0};
   double state[FLAT_STATEV] = {0}, traction[3], tangent[3][3];
   state[ALPHA] = 1.0;
-  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, s, NULL, NULL, FLAT_STATEV, state, traction, tangent[0],
-                                  NULL, 0) == ASPERITY_OK);
+  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, s, NULL, NULL, FLAT_STATEV, state, traction,
+                                  tangent[0], NULL, 0) == ASPERITY_OK);
   bad += DIFFERS(K * s[0], traction[0], STRESS_TOLERANCE) + DIFFERS(-MU * K * s[0], traction[1], STRESS_TOLERANCE);
   return bad + DIFFERS(-MU * K, tangent[1][0], TANGENT_TOLERANCE) + DIFFERS(0.0, tangent[0][1], TANGENT_TOLERANCE);
 }
@@ -70,15 +70,15 @@ static int friction_keeps_the_bound_of_the_aim(void) {
   double aim[3] = {-0.1 * S0, 0.0, S0}, state[FLAT_STATEV] = {0}, traction[3], tangent[3][3];
   char message[256];
   state[ALPHA] = 1.0;
-  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, s, aim, NULL, FLAT_STATEV, state, traction, tangent[0],
-                                  NULL, 0) == ASPERITY_OK);
+  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, s, aim, NULL, FLAT_STATEV, state, traction,
+                                  tangent[0], NULL, 0) == ASPERITY_OK);
   bad += DIFFERS(K * s[0], traction[0], STRESS_TOLERANCE) + DIFFERS(-MU * K * aim[0], traction[1], STRESS_TOLERANCE);
   bad += DIFFERS(0.0, tangent[1][0], TANGENT_TOLERANCE) + DIFFERS(K, tangent[0][0], TANGENT_TOLERANCE);
   /* the state is that of s */
   bad += DIFFERS(s[1] + MU * s[0], state[ALPHA + 1], 1e-12 * s[1]);
   aim[0] = nan("");
-  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, s, aim, NULL, FLAT_STATEV, state, traction, NULL, message,
-                               sizeof message) == ASPERITY_BAD_SEPARATION);
+  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, s, aim, NULL, FLAT_STATEV, state, traction, NULL,
+                               message, sizeof message) == ASPERITY_BAD_SEPARATION);
   return bad + FAILS(strstr(message, "s_N of the aim = NaN") != NULL);
 }
 
@@ -86,14 +86,14 @@ static int null_start_and_null_tangent(void) {
   const double props[] = FLAT_PROPS, zero[3] = {0}, s[3] = {2.0 * S0, S0, -S0}, unknown[3] = {nan(""), 0.0, 0.0};
   double state[2][FLAT_STATEV] = {{0}}, traction[2][3], tangent[3][3];
   char message[256];
-  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, s, NULL, NULL, FLAT_STATEV, state[0], traction[0], NULL,
-                                  NULL, 0) == ASPERITY_OK);
+  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, s, NULL, NULL, FLAT_STATEV, state[0], traction[0],
+                                  NULL, NULL, 0) == ASPERITY_OK);
   bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, zero, s, NULL, NULL, FLAT_STATEV, state[1], traction[1],
                                tangent[0], NULL, 0) == ASPERITY_OK);
   bad += FAILS(state[0][ALPHA] > 0.0);
   bad += FAILS(memcmp(state[0], state[1], sizeof state[0]) == 0);
-  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, unknown, s, NULL, NULL, FLAT_STATEV, state[1], traction[1], NULL,
-                               message, sizeof message) == ASPERITY_BAD_SEPARATION);
+  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, unknown, s, NULL, NULL, FLAT_STATEV, state[1], traction[1],
+                               NULL, message, sizeof message) == ASPERITY_BAD_SEPARATION);
   bad += FAILS(strstr(message, "s_N at the start = NaN") != NULL);
   return bad + FAILS(memcmp(traction[0], traction[1], sizeof traction[0]) == 0);
 }
@@ -116,18 +116,18 @@ static int null_arrays(void) {
                                         i == 2 ? NULL : state, message, sizeof message) == ASPERITY_BAD_SIZE);
     bad += FAILS(strstr(message, names[i]) == message);
   }
-  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 0, NULL, NULL, NULL, NULL, FLAT_STATEV, NULL, NULL, NULL, message,
-                               sizeof message) == ASPERITY_OK);
-  return bad + FAILS(asperity_initial_state(props, N_FLAT_PROPS, 0, NULL, FLAT_STATEV, NULL, message,
-                                            sizeof message) == ASPERITY_OK);
+  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 0, NULL, NULL, NULL, NULL, FLAT_STATEV, NULL, NULL, NULL,
+                               message, sizeof message) == ASPERITY_OK);
+  return bad + FAILS(asperity_initial_state(props, N_FLAT_PROPS, 0, NULL, FLAT_STATEV, NULL, message, sizeof message) ==
+                     ASPERITY_OK);
 }
 
 static int negative_counts_are_told_as_they_came(void) {
   const double props[] = FLAT_PROPS, zero[3] = {0};
   double state[FLAT_STATEV] = {0}, traction[3] = {-7.0, -7.0, -7.0};
   char message[256] = "";
-  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, zero, NULL, NULL, FLAT_STATEV, state, traction, NULL,
-                                  message, -1) == ASPERITY_BAD_SIZE);
+  int bad = FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, zero, NULL, NULL, FLAT_STATEV, state, traction,
+                                  NULL, message, -1) == ASPERITY_BAD_SIZE);
   bad += FAILS(traction[0] == -7.0) + FAILS(state[STATUS] == 0.0) + FAILS(message[0] == '\0');
   bad += FAILS(asperity_nstatv(props, -5, message, sizeof message) == 0);
   bad += FAILS(strstr(message, "NPROPS = -5: expected at least 4") != NULL);
@@ -145,8 +145,8 @@ static int initial_state_carries_the_traction(void) {
   int bad = FAILS(asperity_initial_state(props, N_FLAT_PROPS, 1, wanted, FLAT_STATEV, state, message, sizeof message) ==
                   ASPERITY_OK);
   for (int i = 0; i < 3; i++) bad += DIFFERS(wanted[i] / K, state[OFFSET + i], 1e-10 * S0);
-  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, zero, NULL, NULL, FLAT_STATEV, state, traction, NULL, NULL,
-               0) == ASPERITY_OK);
+  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 1, NULL, zero, NULL, NULL, FLAT_STATEV, state, traction, NULL,
+                               NULL, 0) == ASPERITY_OK);
   for (int i = 0; i < 3; i++) bad += DIFFERS(wanted[i], traction[i], 1e-10 * SIGMA0);
   dead[0][ALPHA] = dead[1][ALPHA] = 1.0;
   bad += FAILS(asperity_initial_state(props, N_FLAT_PROPS, 2, tension[0], FLAT_STATEV, dead[0], message,
@@ -172,8 +172,8 @@ static int water_is_part_of_the_total_traction(void) {
   for (int i = 0; i < 2; i++)
     bad += FAILS(wet[i][0] == dry[i][0] - p[i] && wet[i][1] == dry[i][1] && wet[i][2] == dry[i][2]);
   bad += FAILS(memcmp(state[0], state[1], sizeof state[0]) == 0);
-  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 2, NULL, s[0], NULL, bad_p, FLAT_STATEV, state[2][0], wet[0], NULL,
-                               message, sizeof message) == ASPERITY_BAD_WATER);
+  bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 2, NULL, s[0], NULL, bad_p, FLAT_STATEV, state[2][0], wet[0],
+                               NULL, message, sizeof message) == ASPERITY_BAD_WATER);
   bad += FAILS(strstr(message, "point 2: p = -0.5: expected a finite water pressure >= 0") != NULL);
   for (int i = 0; i < FLAT_STATEV; i++) bad += FAILS(!(fabs(state[2][0][i]) > 0.0));
   return bad;
@@ -208,10 +208,17 @@ static int threads_of_the_host_have_their_own_points(void) {
 }
 
 int main(void) {
-  int (*const tests[])(void) = {version_is_text, kernels_are_those_of_the_environment, nstatv_counts_planes,
-                                bad_props_are_named_all_at_once, tangent_comes_by_rows,
-                                friction_keeps_the_bound_of_the_aim, null_start_and_null_tangent, null_arrays,
-                                negative_counts_are_told_as_they_came, initial_state_carries_the_traction,
-                                water_is_part_of_the_total_traction, threads_of_the_host_have_their_own_points};
+  int (*const tests[])(void) = {version_is_text,
+                                kernels_are_those_of_the_environment,
+                                nstatv_counts_planes,
+                                bad_props_are_named_all_at_once,
+                                tangent_comes_by_rows,
+                                friction_keeps_the_bound_of_the_aim,
+                                null_start_and_null_tangent,
+                                null_arrays,
+                                negative_counts_are_told_as_they_came,
+                                initial_state_carries_the_traction,
+                                water_is_part_of_the_total_traction,
+                                threads_of_the_host_have_their_own_points};
   return check_run(sizeof tests / sizeof tests[0], tests);
 }

@@ -7,7 +7,12 @@
 #include "asperity.h"
 #include "check.h"
 
-enum { MOST_PLANES = 33, FACET_STATEV = 2, MOST_STATEV = POINT_STATEV + (PLANE_STATEV + FACET_STATEV) * MOST_PLANES, MOST_PROPERTIES = 32 };
+enum {
+  MOST_PLANES = 33,
+  FACET_STATEV = 2,
+  MOST_STATEV = POINT_STATEV + (PLANE_STATEV + FACET_STATEV) * MOST_PLANES,
+  MOST_PROPERTIES = 32
+};
 enum { SIGMA0 = 3, RUPTURE = 2, FRICTION = 3, STORED = 1, ALPHA = POINT_STATEV };
 static const double GC = 0.3, ETA = 0.9, MU = 0.5, THICKNESS = 0.25, R = 0.125;
 #define S0 ((1.0 - ETA) * 2.0 * GC / SIGMA0)
@@ -97,10 +102,14 @@ static const double PROPS[] = {3.0, 0.3, 0.9, 0.5, 30.0, 2.0, 1.0 / 3.0};
 enum { N_PROPS = 7, N_STATEV = POINT_STATEV + PLANE_STATEV * 3, N_WORN = N_STATEV + FACET_STATEV * 3 };
 /* The same with asperities that end, wear and are crushed. */
 static const double WORN[] = {3.0, 0.3, 0.9, 0.5, 30.0, 2.0, 1.0 / 3.0, 0.0, 1.0, 0.0, 0.0,
-                              0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.3, 2.0, 0.0, 0.0, 4.0};
+                              0.0, 0.0, 0.0, 0.0, 1.0,  0.0, 0.3,       2.0, 0.0, 0.0, 4.0};
 
 static int call(Point *p, const char *behaviour, const char *hypothesis, double request) {
-  Data d = {p->message, 0.0, p->operator, &p->factor, NULL,
+  Data d = {p->message,
+            0.0,
+            p->operator,
+            &p->factor,
+            NULL,
             {p->old_gradient, p->old_force, NULL, p->properties, p->old_variables, NULL, NULL, NULL},
             {p->gradient, p->force, NULL, p->properties, p->variables, &p->stored, &p->dissipated, NULL}};
   p->operator[0] = request;
@@ -115,11 +124,22 @@ static void accept(Point *p) {
 
 /* All symbols that MGIS reads when it loads a behaviour. */
 static int loads(const char *behaviour, int layer, int planes) {
-  static const char *const numbers[] = {
-      "mfront_mkt", "api_version", "SymmetryType", "ElasticSymmetryType", "requiresStiffnessTensor",
-      "requiresThermalExpansionCoefficientTensor", "ComputesInternalEnergy", "ComputesDissipatedEnergy",
-      "TemperatureRemovedFromExternalStateVariables", "nInitializeFunctions", "nPostProcessings",
-      "nExternalStateVariables", "nParameters", "nGradients", "nThermodynamicForces", "nTangentOperatorBlocks"};
+  static const char *const numbers[] = {"mfront_mkt",
+                                        "api_version",
+                                        "SymmetryType",
+                                        "ElasticSymmetryType",
+                                        "requiresStiffnessTensor",
+                                        "requiresThermalExpansionCoefficientTensor",
+                                        "ComputesInternalEnergy",
+                                        "ComputesDissipatedEnergy",
+                                        "TemperatureRemovedFromExternalStateVariables",
+                                        "nInitializeFunctions",
+                                        "nPostProcessings",
+                                        "nExternalStateVariables",
+                                        "nParameters",
+                                        "nGradients",
+                                        "nThermodynamicForces",
+                                        "nTangentOperatorBlocks"};
   static const int expected[] = {1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 1, 1, 2};
   const char *gradient = layer ? "Strain" : "OpeningDisplacement", *force = layer ? "Stress" : "CohesiveForce";
   const int type = layer ? 1 : 2, n_statev = POINT_STATEV + (PLANE_STATEV + FACET_STATEV) * planes;
@@ -214,8 +234,8 @@ static int follows(const char *behaviour, int n, int worn) {
     for (int i = 0; i < n; i++)
       p.gradient[i] = component[i] < 0 ? beside[i] : s[component[i]] / (h * weight[component[i]]);
     bad += FAILS(call(&p, behaviour, !flat ? "Tridimensional" : layer ? "PlaneStrain" : "PlaneStress", 4.0) == 1);
-    bad += FAILS(update(props, n_props, 0.0, 1, from, s, NULL, NULL, n_statev, state, traction, tangent[0], NULL,
-                        0) == ASPERITY_OK);
+    bad += FAILS(update(props, n_props, 0.0, 1, from, s, NULL, NULL, n_statev, state, traction, tangent[0], NULL, 0) ==
+                 ASPERITY_OK);
     double elastic = 0.0;
     for (int i = 0; i < n; i++) {
       const int c = component[i];
@@ -325,7 +345,11 @@ static int errors(void) {
   p.old_force[0] = 10.0 * SIGMA0;
   bad += rejected(p, "AsperityLayer3", 4.0, "t_N");
   /* without a buffer for the message and without a factor */
-  Data d = {NULL, 0.0, p.operator, NULL, NULL,
+  Data d = {NULL,
+            0.0,
+            p.operator,
+            NULL,
+            NULL,
             {p.old_gradient, p.old_force, NULL, p.properties, p.old_variables, NULL, NULL, NULL},
             {p.gradient, p.force, NULL, p.properties, p.variables, NULL, NULL, NULL}};
   p.operator[0] = 4.0;
@@ -338,7 +362,11 @@ static int time_and_its_step(void) {
   /* Viscous damage needs a duration. Damage that grows by more than dalpha asks for a smaller step, with results. */
   Point p = virgin("AsperityJoint3");
   set(&p, "AsperityJoint3", "tau_v", 1.0);
-  Data d = {p.message, -1.0, p.operator, &p.factor, NULL,
+  Data d = {p.message,
+            -1.0,
+            p.operator,
+            &p.factor,
+            NULL,
             {p.old_gradient, p.old_force, NULL, p.properties, p.old_variables, NULL, NULL, NULL},
             {p.gradient, p.force, NULL, p.properties, p.variables, NULL, NULL, NULL}};
   int bad = FAILS(function("AsperityJoint3", "Tridimensional")(&d) == -1) + FAILS(strstr(p.message, "dt = -1") != NULL);
@@ -368,8 +396,13 @@ static int initial_traction(void) {
 }
 
 int main(int count, char **arguments) {
-  static int (*const tests[])(void) = {every_behaviour_loads, properties_are_those_of_the_contract, behaviours_are_the_law,
-                                       requests, errors, time_and_its_step, initial_traction};
+  static int (*const tests[])(void) = {every_behaviour_loads,
+                                       properties_are_those_of_the_contract,
+                                       behaviours_are_the_law,
+                                       requests,
+                                       errors,
+                                       time_and_its_step,
+                                       initial_traction};
   library = count == 2 ? dlopen(arguments[1], RTLD_NOW) : NULL;
   if (library == NULL) {
     fprintf(stderr, "%s\n", count == 2 ? dlerror() : "expected the path of libasperity_generic");
@@ -377,6 +410,7 @@ int main(int count, char **arguments) {
   }
   const void *address = dlsym(library, "asperity_update");
   memcpy(&update, &address, sizeof update);
-  if (update == NULL || !has("AsperityJoint3", "MaterialProperties")) return check_run(1, tests); /* the other tests need the symbols */
+  if (update == NULL || !has("AsperityJoint3", "MaterialProperties"))
+    return check_run(1, tests); /* the other tests need the symbols */
   return check_run(sizeof tests / sizeof *tests, tests);
 }

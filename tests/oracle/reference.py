@@ -428,9 +428,7 @@ def _damage(parameters: Parameters, s: Floats, alpha_old: Floats, dt: float) -> 
     return np.where(growing, reached, alpha_old)
 
 
-def _friction(
-    parameters: Parameters, s: Floats, slip_old: Floats
-) -> tuple[Floats, Floats, NDArray[np.int8]]:
+def _friction(parameters: Parameters, s: Floats, slip_old: Floats) -> tuple[Floats, Floats, NDArray[np.int8]]:
     """Return mapping (30)-(39) of every plane: friction traction tau_d, slip s_di, branch."""
     trial = parameters.Kt * (s[..., 1:] - slip_old)
     size = _size(trial)

@@ -15,6 +15,7 @@ from asperity.tools.barton.joint import MOBILISED, Joint
 SAMPLE = Joint(jrc=10.0, jcs=100.0, phi_r=30.0, length=0.1)
 """Joint as long as the sample.  At sigma_n = 1 MPa, log10(JCS/sigma_n) = 2: roughness adds 20 degrees."""
 
+
 def test_peak_and_scale_in_closed_form() -> None:
     """Strength, dilation angle and slip at the peak where logarithms are whole; longer joints are weaker."""
     block = Joint(jrc=10.0, jcs=100.0, phi_r=30.0, length=1.0)

@@ -62,12 +62,21 @@ def test_replay_file_is_beside_the_case(driver: Path, tmp_path: Path) -> None:
         ("", "0,0,0\n\x00", ["record.csv:2: byte 0: expected a text file"]),
         ("&case tolerance = 1e-3 /\n&replay", "0,0,0\n", ["case.nml:3: &case: tolerance with &replay"]),
         # initial states that the host routine rejects
-        ("&initial traction = -1, 0, 0.1 /\n&replay ntens = 2,", "0,0\n",
-         ["case.nml:3: &initial: traction = -1, 0, 0.1: expected t_Ty = 0 with ntens = 2"]),
-        ("&initial slip = 0.1, 0, damage = 1 /\n&replay", "0,0,0\n",
-         ["case.nml:3: &initial: slip = 0.1, 0: expected a traction with it"]),
-        ("&initial traction = 1, 0, 0, damage = 1 /\n&replay", "0,0,0\n",
-         ["case.nml:3: &initial: traction = 1, 0, 0: initial t_N = 1: tension"]),
+        (
+            "&initial traction = -1, 0, 0.1 /\n&replay ntens = 2,",
+            "0,0\n",
+            ["case.nml:3: &initial: traction = -1, 0, 0.1: expected t_Ty = 0 with ntens = 2"],
+        ),
+        (
+            "&initial slip = 0.1, 0, damage = 1 /\n&replay",
+            "0,0,0\n",
+            ["case.nml:3: &initial: slip = 0.1, 0: expected a traction with it"],
+        ),
+        (
+            "&initial traction = 1, 0, 0, damage = 1 /\n&replay",
+            "0,0,0\n",
+            ["case.nml:3: &initial: traction = 1, 0, 0: initial t_N = 1: tension"],
+        ),
     ],
 )
 def test_bad_replay(run, tmp_path: Path, options: str, record: str | None, fragments: list[str]) -> None:

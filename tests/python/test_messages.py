@@ -87,18 +87,26 @@ ROWS: list[tuple[Callable[[], object], str]] = [
     ),
     # patterns
     (lambda: Pattern.planes([[0, 1, 0], [1, 0, 0]], [0.5, 0.5]), "^n_N of listed plane 1 = 0: expected > 0"),
-    (lambda: Pattern.planes([[1, NAN, 0], [1, 0, 0]], [0.5, 0.5]),
-     "n_Tx of listed plane 1 = NaN: expected finite"),
-    (lambda: Pattern.planes([[1, 0, 0], [1, 0, INF]], [0.5, 0.5]),
-     "n_Ty of listed plane 2 = Inf.*: expected fin"),
-    (lambda: Pattern.planes(TWO, [0.5, 0.4]),
-     "weights gamma of the listed planes sum to 0.9: expected 1 within"),
+    (
+        lambda: Pattern.planes([[1, NAN, 0], [1, 0, 0]], [0.5, 0.5]),
+        "n_Tx of listed plane 1 = NaN: expected finite",
+    ),
+    (
+        lambda: Pattern.planes([[1, 0, 0], [1, 0, INF]], [0.5, 0.5]),
+        "n_Ty of listed plane 2 = Inf.*: expected fin",
+    ),
+    (
+        lambda: Pattern.planes(TWO, [0.5, 0.4]),
+        "weights gamma of the listed planes sum to 0.9: expected 1 within",
+    ),
     (lambda: Pattern(-2), "m = -2: expected 0 for 0 listed planes"),
     (lambda: Pattern([(1.0, 0.0, 0.0)]), "expected a number of planes; Pattern.planes.normals, weights"),
     (lambda: Interface(TABLE_2, 8), "pattern = 8: expected a Pattern, as Pattern.regular"),
     # load paths
-    (lambda: RP_4.confined_slip(NAN, [0.0, INF, 0.1], -INF, preload=0),
-     r"^sigma_N = -Inf.*: expected .*\npreload = 0: exp.*\nslips\[1\] = Inf.*: exp.*\ndirection = NaN: exp"),
+    (
+        lambda: RP_4.confined_slip(NAN, [0.0, INF, 0.1], -INF, preload=0),
+        r"^sigma_N = -Inf.*: expected .*\npreload = 0: exp.*\nslips\[1\] = Inf.*: exp.*\ndirection = NaN: exp",
+    ),
     (lambda: RP_4.run([{"t_N": 1.0}]), "steps: expected one asperity.Step or more"),
     (lambda: RP_4.run(None), "steps: expected one asperity.Step or more"),
     (lambda: RP_4.run(Step(), Point(np.full(23, 2.0))), r"STATEV\(9\) alpha = 2"),
@@ -130,8 +138,10 @@ ROWS: list[tuple[Callable[[], object], str]] = [
         for s in (bad((3, 3), {i: value}) for value in (NAN, INF, -INF, 1e80))
     ),
     *(
-        (lambda i=i, value=value: RP_4.update(SIX, bad((2, 23), {i: value})),
-         rf"^point 1 \(of 0 to 1\): STATEV\({i + 1}\) {name} = ")
+        (
+            lambda i=i, value=value: RP_4.update(SIX, bad((2, 23), {i: value})),
+            rf"^point 1 \(of 0 to 1\): STATEV\({i + 1}\) {name} = ",
+        )
         for i, value, name in (
             (1, NAN, "stored"),
             (6, INF, "offset_Tx"),
@@ -219,10 +229,14 @@ ROWS: list[tuple[Callable[[], object], str]] = [
         )
     ),
     (lambda: ONE_PLANE.card("calculix"), "m = -1: expected a regular pattern for calculix"),
-    (lambda: Interface(TABLE_2, Pattern.regular(33, 30.0)).card("ogs"),
-     "34 planes: expected fewer for ogs, whose library has no AsperityLayer34"),
-    (lambda: Interface(Material(3.0, 0.3, 0.9, 0.5, crush=2.0), RT.pattern).card("calculix"),
-     "crush = 2: expected 0 for calculix, which passes at most 21"),
+    (
+        lambda: Interface(TABLE_2, Pattern.regular(33, 30.0)).card("ogs"),
+        "34 planes: expected fewer for ogs, whose library has no AsperityLayer34",
+    ),
+    (
+        lambda: Interface(Material(3.0, 0.3, 0.9, 0.5, crush=2.0), RT.pattern).card("calculix"),
+        "crush = 2: expected 0 for calculix, which passes at most 21",
+    ),
     (lambda: check_model(TABLE_2, RT.pattern, direction=NAN), "direction = nan: expected a finite angle"),
     # tools
     *(

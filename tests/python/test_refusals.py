@@ -63,8 +63,10 @@ NEW = [
     (f"masonry {JOINT[6:]} ks2=3 tan_psi=x --sigma-N 0.3 y", "kn is missing: expected kn=VALUE\n"),
     (f"masonry {JOINT} ks2=3 --sigma-N 0.3", "ks2 = 3: expected one of kn, ks, ft"),
     (f"masonry {JOINT} ks2=3 --sigma-N 0.3", "\n--sigma-N = 0.3: expected a normal traction <= 0"),
-    (f"masonry {JOINT[6:]} kn=-1 delta=-2",
-     "delta = -2.0: expected >= 0 (at most 1e10)\nkn = -1.0: expected > 0"),
+    (
+        f"masonry {JOINT[6:]} kn=-1 delta=-2",
+        "delta = -2.0: expected >= 0 (at most 1e10)\nkn = -1.0: expected > 0",
+    ),
     (f"masonry {JOINT} delta=2", "delta = 2.0: expected with tan_psi > 0"),
     (f"masonry {JOINT} -o case.nml", "case.nml: this file is there"),
 ]
@@ -77,12 +79,18 @@ CARD = [
     ("abaqus --value=-1", changed("t_N = -1.0", "t_N = x", sweep="-1, -2"), "--value -1: expected where"),
     ("abaqus --value 3", changed("mu = 0.5", "mu = x", sweep="1, 2"), "expected one of x, as 1, 2"),
     ("abaqus --value y", changed("mu = 0.5", "mu = x", sweep="1, 2"), "--value = 'y': expected a finite"),
-    ("abaqus", changed("mu = 0.5", "mu = x", sweep="0.1, 0.2"),
-     "asperity: case.nml: --value is missing: expected one for x, as 0.1, 0.2\n"),
+    (
+        "abaqus",
+        changed("mu = 0.5", "mu = x", sweep="0.1, 0.2"),
+        "asperity: case.nml: --value is missing: expected one for x, as 0.1, 0.2\n",
+    ),
     ("mtest", changed("t_N = -1.0", "t_N = -1.0, k_N = 2.0"), "step 1: k_N = 2: expected 0 for mtest"),
     ("mtest", changed(FIRST_STEP, "&step s_N = 0.1, follow = 'branch' /"), "'branch': expected 'stable'"),
-    ("mtest", changed("slip = 0.2, -0.2, increments = 20, 40", "s_N = 0.1"),
-     "steps with 2 sets of prescribed components: expected one"),
+    (
+        "mtest",
+        changed("slip = 0.2, -0.2, increments = 20, 40", "s_N = 0.1"),
+        "steps with 2 sets of prescribed components: expected one",
+    ),
     ("mtest", changed("&step t_N", "&initial damage = 0.5 /\n&step t_N"), "from a virgin joint for mtest"),
 ]
 """Host and options of `asperity card`, case, part of the message."""
@@ -97,8 +105,11 @@ SELECT = [
     ("", changed("&step t_N = -1.0, increments = 10 /\n", ""), "expected &step with t_N"),
     ("", changed(PATTERN, LISTED), "sides, theta and flat; with listed planes there is nothing to select"),
     ("", changed("mu = 0.5", "mu = 0.5, W0 = 4.0"), "W0 = 4: expected 0, or a planar load case"),
-    ("--tolerance 1e-6", changed("-0.2, increments = 20, 40", "increments = 20", "0.2,", "0.2, "),
-     "no pattern up to RP-63 meets the tolerance 1e-06"),
+    (
+        "--tolerance 1e-6",
+        changed("-0.2, increments = 20, 40", "increments = 20", "0.2,", "0.2, "),
+        "no pattern up to RP-63 meets the tolerance 1e-06",
+    ),
     ("-o case.nml", "", "case.nml: this file is read or written by the same command: expected another name"),
 ]
 """Options of `asperity select`, case, part of the message."""
@@ -118,21 +129,39 @@ UNCERTAINTY = [
     ("--sd mu=0.1 --fit x.json", "", "--fit x.json: expected without --sd"),
     (f"--sd 'mu=0.1 theta=2 flat=0.01' --correlation {CIRCLE}", "", "contradict each other"),
     # in N and m the variance of the strength is 1e13 times that of the friction
-    (f"--sd 'sigma0=3e5 mu=0.05 theta=1 flat=0.01' --correlation {CIRCLE}", changed(*SI),
-     "contradict each other"),
-    ("--sd 'mu=0.1 theta=2' --correlation 'mu,theta=0.5 theta,mu=-0.5'", "",
-     "--correlation mu,theta=0.5: given twice: expected one value"),
+    (
+        f"--sd 'sigma0=3e5 mu=0.05 theta=1 flat=0.01' --correlation {CIRCLE}",
+        changed(*SI),
+        "contradict each other",
+    ),
+    (
+        "--sd 'mu=0.1 theta=2' --correlation 'mu,theta=0.5 theta,mu=-0.5'",
+        "",
+        "--correlation mu,theta=0.5: given twice: expected one value",
+    ),
     ("--sd theta=1", changed(PATTERN, "sides = 0"), "theta: expected inclined planes"),
     ("--sd flat=0.1", changed(PATTERN, LISTED), "flat: expected a regular pattern"),
-    ("--sd mu=0.1", changed(FIRST_STEP, "&step t_Tx = 1.0 /"),
-     "expected &step with a prescribed slip or opening"),
-    ("--sd mu=0.1", changed("&step t_N", "&initial damage = 1.0 /\n&step t_N"),
-     "&initial: expected &step from a"),
+    (
+        "--sd mu=0.1",
+        changed(FIRST_STEP, "&step t_Tx = 1.0 /"),
+        "expected &step with a prescribed slip or opening",
+    ),
+    (
+        "--sd mu=0.1",
+        changed("&step t_N", "&initial damage = 1.0 /\n&step t_N"),
+        "&initial: expected &step from a",
+    ),
     ("--sd mu=.1", changed("title =", "tolerance = 1e-3, title ="), "expected increments"),
-    ("--sd mu=0.1", changed("mu = 0.5", "mu = x", sweep="0.4, 0.5"),
-     "&sweep: expected one that leaves mu alone"),
-    ("--sd mu=0.1 --jobs 1", changed(PATTERN, "sides = 0", "t_N = -1.0", "t_N = 2.0"),
-     "the case itself loses"),
+    (
+        "--sd mu=0.1",
+        changed("mu = 0.5", "mu = x", sweep="0.4, 0.5"),
+        "&sweep: expected one that leaves mu alone",
+    ),
+    (
+        "--sd mu=0.1 --jobs 1",
+        changed(PATTERN, "sides = 0", "t_N = -1.0", "t_N = 2.0"),
+        "the case itself loses",
+    ),
     ("--sd mu=0.1 --plot case.fit.json.png -o case.fit.json", "", "is read or written by the same command"),
 ]
 """Options of `asperity uncertainty`, case, part of the message."""
@@ -142,8 +171,11 @@ EXPORT = [
     ("kit", changed("mu = 0.5", "mu = 0.5, tau_v = 0.1"), "tau_v = 0.1: expected 0"),
     ("kit", changed("t_N = -1.0", "t_N = 0.1"), "expected &step with t_N <= 0"),
     ("kit", changed("slip", "s_N"), "expected &step with t_N, then slip"),
-    ("kit", changed("0.5, kc = 10.0", "0.7", PATTERN, "sides = 4, theta = 45.0", "-1.0", "0.0"),
-     "the joint jumps"),
+    (
+        "kit",
+        changed("0.5, kc = 10.0", "0.7", PATTERN, "sides = 4, theta = 45.0", "-1.0", "0.0"),
+        "the joint jumps",
+    ),
     ("kit", changed("mu = 0.5", "mu = x", sweep="0.0, 0.7"), "--value is missing: expected one for x"),
     ("kit", changed("slip = 0.2, -0.2", "slip = 0.0, 0.0"), "slip = 0: expected a slip that is not zero"),
     (".", "", "expected an empty folder or a new one; --force replaces"),
@@ -162,8 +194,10 @@ SCANS = [
     (LINE + "7,1\n", f"line 11: x = 7 after 8: {INCREASE} (overhang"),
     ("x,z\n1,2\n2,3\n", "2 points: expected at least 8"),
     (GRID + "3,3,1\n", "line 83: x = 3, y = 3 again: expected one height a point"),
-    (rows(NINE, np.tile(3.0, 9), np.zeros(9), header="x,y,z"),
-     "y = 3 throughout: expected a map; a profile is x, z"),
+    (
+        rows(NINE, np.tile(3.0, 9), np.zeros(9), header="x,y,z"),
+        "y = 3 throughout: expected a map; a profile is x, z",
+    ),
     ("x;z\n0,5;1,25\n1;2.5\n", "line 3, column z: 2.5: expected a finite number with decimal commas"),
     ("x;z\n1;1,900\n2;1,000\n", "line 2, column z: 1,900 may be a decimal number, or have thousands"),
     ("x;z\n0,500;900\n100;0,250\n", "2 points: expected at least 8"),
@@ -225,8 +259,10 @@ BARTON = [
 
 TEMPLATES = [
     (changed(f"&pattern {PATTERN} /\n", ""), "case.nml: no group &pattern"),
-    (changed("mu = 0.5", "mu = x", sweep="0.2, 0.5"),
-     "case.nml: &material: expected numbers, not the name of a"),
+    (
+        changed("mu = 0.5", "mu = x", sweep="0.2, 0.5"),
+        "case.nml: &material: expected numbers, not the name of a",
+    ),
     (changed("mu = 0.5", "mu = much"), 'case.nml:2: &material: mu = "much": expected a number'),
 ]
 """Case that `asperity surface --case` copies, and part of the message."""

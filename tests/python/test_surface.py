@@ -661,7 +661,7 @@ def test_drawn_scans(seed: int, count: int) -> None:
         at = int(rng.integers(0, len(lines)))
         damaged = lines[at]
         if number % 5:
-            place, sign = int(rng.integers(0, len(damaged) + 1)), str(rng.choice([*"01,;.-#x \t\"e"]))
+            place, sign = int(rng.integers(0, len(damaged) + 1)), str(rng.choice([*'01,;.-#x \t"e']))
             more, five = damaged[:place] + sign + damaged[place:], mark.join(["1"] * 5)
             kinds = damaged[:place], more, f"{damaged}\n{damaged}", "", five, "-9999"
             damaged = str(rng.choice(kinds))

@@ -79,7 +79,8 @@ def test_units() -> None:
         ("stress", "kN"),
         ("length", "Mm"),
         ("length", "MPa"),
-        ("length", "0mm"), ("area", "mm"),
+        ("length", "0mm"),
+        ("area", "mm"),
     ):
         with pytest.raises(ValueError, match=rf"x \[{text}\]: expected "):
             size(kind, text, "x ")

@@ -53,10 +53,7 @@ def test_overview_has_the_numbers_of_the_pages() -> None:
     assert f"shear stress {low[1]:.2f} to {high[1]:.2f} MPa" in text
     joints = sandstone.STUDY.constants()
     away = np.array(
-        [
-            100.0 * sandstone.errors(joints[f"crush 1+5 {name}"], name)[[1, 2, 3]]
-            for name in sandstone.JOINTS
-        ]
+        [100.0 * sandstone.errors(joints[f"crush 1+5 {name}"], name)[[1, 2, 3]] for name in sandstone.JOINTS]
     )
     for i, what in enumerate(("peak", "slip at the peak", "stress at 10 mm")):
         assert f"{what} {away[..., i].min():.0f} to {away[..., i].max():.0f} %" in text

@@ -23,13 +23,13 @@
 #include <string.h>
 
 typedef struct record {
-  struct record *next;   /* next record of the bucket */
-  const double *key;     /* address of STRESS */
-  size_t values;         /* number of values of each state below */
-  int step;              /* KSTEP of the trial state; NONE: no call yet */
-  double *committed;     /* STRESS, strain, STATEV at the start of the step; owns the memory of all three states */
-  double *trial;         /* the same after the last call */
-  double *initial;       /* STRESS, strain, STATEV of the first call; Kratos passes them at every call */
+  struct record *next; /* next record of the bucket */
+  const double *key;   /* address of STRESS */
+  size_t values;       /* number of values of each state below */
+  int step;            /* KSTEP of the trial state; NONE: no call yet */
+  double *committed;   /* STRESS, strain, STATEV at the start of the step; owns the memory of all three states */
+  double *trial;       /* the same after the last call */
+  double *initial;     /* STRESS, strain, STATEV of the first call; Kratos passes them at every call */
 } record;
 
 enum {

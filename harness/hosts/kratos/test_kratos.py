@@ -168,6 +168,7 @@ def test_newton_is_quadratic() -> None:
 
 # --- meshes of asperity.mesh ------------------------------------------------
 
+
 def blocks(kind: str) -> meshio.Mesh:
     """Two blocks of quadratic cells, one on the other."""
     whole = grid(*([range(2)] * (1 + (kind in ("tetra10", "hexahedron20")))), range(3))

@@ -80,9 +80,7 @@ def write_meshes(folder: Path, mesh: Jointed) -> None:
         meshio.Mesh(points[used], [("line", local.reshape(-1, 2))], ids).write(folder / f"{name}.vtu")
 
 
-def run(
-    folder: Path, nx: int, ny: int, *patches: str, law: Interface = JOINT, end: float = SLIP
-) -> Result:
+def run(folder: Path, nx: int, ny: int, *patches: str, law: Interface = JOINT, end: float = SLIP) -> Result:
     """Apply the pressure, then move the middle brick to a slip (mm); bricks of nx x ny elements.
 
     Patches of the project come before the card.

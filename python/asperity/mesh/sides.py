@@ -77,9 +77,7 @@ def _rim(around: Integers, d: int, first: int) -> Integers:
     )
 
 
-def one_sided(
-    rim: Integers, n: Floats, middle: Floats, points: Floats, name: str
-) -> tuple[Floats, Integers]:
+def one_sided(rim: Integers, n: Floats, middle: Floats, points: Floats, name: str) -> tuple[Floats, Integers]:
     """Sign of each face that makes neighbours alike, and the number of its connected part."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components

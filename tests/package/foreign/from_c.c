@@ -8,7 +8,8 @@ int main(void) {
   const double s0 = (1.0 - eta) * 2.0 * gc / sigma0, s[3] = {0.5 * s0, 0.0, 0.0};
   double state[11] = {0}, traction[3];
   char message[256] = "";
-  if (asperity_update(props, 4, 0.0, 1, NULL, s, NULL, NULL, 11, state, traction, NULL, message, sizeof message) != ASPERITY_OK ||
+  if (asperity_update(props, 4, 0.0, 1, NULL, s, NULL, NULL, 11, state, traction, NULL, message, sizeof message) !=
+          ASPERITY_OK ||
       fabs(traction[0] - 0.5 * sigma0) > 1e-14 * sigma0) {
     fprintf(stderr, "mu = %g: t_N = %.17g, expected %.17g. %s\n", mu, traction[0], 0.5 * sigma0, message);
     return 1;

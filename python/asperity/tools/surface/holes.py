@@ -25,6 +25,7 @@ SPIKE, STEEP, FEW = 10.0, 3.0, 0.2
 largest part of the points that may be apart from all others.
 """
 
+
 def without_codes(path: Path, z: Floats, nodata: Sequence[float]) -> Floats:
     """Heights with NaN where they have a value of `nodata`, or one that marks missing points.
 
