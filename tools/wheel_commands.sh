@@ -48,10 +48,10 @@ ls -l figure05b.csv figure05b.png joint.csv fit.png found*.csv
 # what hosts need: library, header, sources for Abaqus
 python3 - <<END
 import ctypes
-from asperity.installed import abaqus, generic_library, kratos_adapter, library
+from asperity.installed import abaqus, generic_library, library, named_library
 
 ctypes.CDLL(str(library())).umat_
-ctypes.CDLL(str(kratos_adapter())).umat_
+ctypes.CDLL(str(named_library("asperity_kratos"))).umat_
 ctypes.CDLL(str(generic_library()))
 for name in ("asperity_abaqus", "asperity_abaqus_standard", "asperity_abaqus_explicit", "asperity_abaqus_single"):
     assert (abaqus() / f"{name}.f90").is_file(), name

@@ -6,9 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from . import contract
-from .cards.blocks import HOSTS
-from .cards.generic import mtest_path
+from . import contract, hosts
 from .case_files import read_run
 from .installed import case_file
 from .model_checks import shown_warnings
@@ -23,7 +21,7 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     add_options(
         card,
-        ("host", None, str, {"choices": tuple(HOSTS)}),
+        ("host", None, str, {"choices": tuple(hosts.hosts("card"))}),
         ("case CASE.nml", "case file of rie_driver, or a name of `asperity cases`", case_file),
         ("--name NAME", "name of material and elements", "INTERFACE"),
         ("--value VALUE", "value of the sweep, for a case with a sweep", str),
@@ -73,10 +71,11 @@ def _card(options: argparse.Namespace) -> int:
             **{name: getattr(options, name) for name in names},
             **of_host | {name: value for name, value in given.items() if value is not None},
         )
-    if options.host == "mtest":
+    writer = hosts.part(options.host, "card")
+    if writer is not None and hosts.of(options.host, "card").path:
         if run.start != "virgin" or not run.steps:
-            raise ValueError(f"{options.case}: expected &step groups from a virgin joint for mtest")
-        text += mtest_path(run.steps)
+            raise ValueError(f"{options.case}: expected &step groups from a virgin joint for {options.host}")
+        text += writer.path_of(run.steps)
     elif run.start != "virgin":
         print(
             f"asperity: warning: {options.case}: &{run.start}: not in the block, which is that of a virgin "

@@ -16,16 +16,13 @@ from typing import NamedTuple
 import numpy as np
 
 from . import contract, installed
+from .hosts import Host, hosts
 from .interface import Interface
 from .material import Material
 from .pattern import Pattern
 
 TOOLS = ("scipy", "matplotlib", "tqdm", "pandas", "pint", "openpyxl")
 """Packages of the toolbox, which `pip install 'asperity[tools]'` brings."""
-
-HOST_PROGRAMS = {"CalculiX": ("ccx", "ccx_2.20"), "Abaqus": ("abaqus",), "gfortran": ("gfortran",)}
-HOST_MODULES = {"Kratos": "KratosMultiphysics", "scikit-fem": "skfem"}
-"""Programs and Python modules of the hosts, and the compiler that they need for user materials."""
 
 LONGEST_VERSION = 32  # characters of the version, with the final null
 KERNELS = {0: "the platform of the build", 1: "any x86-64", 3: "x86-64-v3 (AVX2)"}  # meaning of asperity_isa
@@ -70,12 +67,12 @@ def findings() -> Iterator[Finding]:
         except importlib.metadata.PackageNotFoundError:
             yield Finding(name, "not installed: the toolbox needs it (pip install 'asperity[tools]')")
     yield _threads()
-    for name, module in HOST_MODULES.items():
-        place = find_spec(module)
-        yield Finding(name, f"module {module} found" if place else f"module {module} not found")
-    for name, programs in HOST_PROGRAMS.items():
-        paths = [path for path in map(shutil.which, programs) if path]
-        yield Finding(name, paths[0] if paths else f"{programs[0]} not found on PATH")
+    for host in sorted(hosts().values(), key=lambda host: bool(host.programs)):
+        if host.module or host.programs:
+            yield Finding(host.title, _of_host(host))
+    yield Finding(
+        "gfortran", shutil.which("gfortran") or "not found on PATH: user materials of hosts need it"
+    )
 
 
 def _library(version: str) -> Finding:
@@ -100,6 +97,17 @@ def _driver(version: str) -> Finding:
     except (OSError, subprocess.CalledProcessError, IndexError) as error:
         return Finding("driver", f"{error}", False)
     return Finding("driver", f"{found}, {path}", found == version)
+
+
+def _of_host(host: Host) -> str:
+    """Whether a host is here, and how its Python packages are installed."""
+    if not host.module:
+        paths = [path for path in map(shutil.which, host.programs) if path]
+        return paths[0] if paths else f"{host.programs[0]} not found on PATH"
+    if find_spec(host.module):
+        return f"module {host.module} found"
+    packages = " ".join(f"'{name}'" for name in host.packages)
+    return f"module {host.module} not found" + (f" (pip install {packages})" if packages else "")
 
 
 def _law() -> Finding:

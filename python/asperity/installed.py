@@ -22,27 +22,17 @@ def needed(extra: str, *modules: str) -> None:
 
 def library() -> Path:
     """Path of the shared library: symbols umat_ and those of asperity.h."""
-    return _library("asperity")
+    return named_library("asperity")
 
 
 def generic_library() -> Path:
     """Path of the library of "generic" behaviours, which programs with MGIS load."""
-    return _library("asperity_generic")
-
-
-def kratos_adapter() -> Path:
-    """Path of the commit adapter, a UMAT that stores states for Kratos' interface elements (Linux only)."""
-    return _library("asperity_kratos")
+    return named_library("asperity_generic")
 
 
 def abaqus() -> Path:
     """Folder of the single source files for Abaqus."""
     return _installed("abaqus/asperity_abaqus.f90").parent
-
-
-def kit(host: str) -> Path:
-    """Folder of the files for the one-element model of a host."""
-    return Path(str(files(__package__) / "hosts" / host))
 
 
 def run_driver() -> None:
@@ -86,7 +76,8 @@ def case_file(text: str) -> Path:
         raise argparse.ArgumentTypeError(error) from None
 
 
-def _library(name: str) -> Path:
+def named_library(name: str) -> Path:
+    """Path of a shared library of the package."""
     suffix = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
     return _installed(f"lib{name}{suffix}")
 

@@ -341,8 +341,7 @@ class Interface:
         notes: Sequence[str] = (),
         **of_host: float,
     ) -> str:
-        """Material block of the input of a host: "abaqus", "akantu", "calculix", "cast3m", "fenicsx",
-        "kratos", "mtest", "ogs" or "oofem".
+        """Material block of the input of a host, such as "abaqus"; `asperity card --help` has the names.
 
         explicit: for Abaqus/Explicit, which needs a density (mass per area and thickness h).  stress: largest
         compression, sigma_N < 0; modulus and size: E of the solid beside the interface and length of its

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, contract
 from asperity.case_files import read_run
-from asperity.installed import all_cases, kratos_adapter
+from asperity.installed import all_cases, named_library
 from asperity.model_checks import check_model
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
@@ -106,7 +106,8 @@ def test_kratos_dimensions(dimension: int, law: str, element: str) -> None:
     material = block["properties"][0]["Material"]
     assert material["constitutive_law"]["name"] == law and element in block["elements"]
     expected = {  # see harness/hosts/kratos
-        "GEO_DRAINAGE_TYPE": "constant_pw_field", "BIOT_COEFFICIENT": 0.0, "UDSM_NAME": str(kratos_adapter()),
+        "GEO_DRAINAGE_TYPE": "constant_pw_field", "BIOT_COEFFICIENT": 0.0,
+        "UDSM_NAME": str(named_library("asperity_kratos")),
         "UMAT_PARAMETERS": RT.props().tolist(), "STATE_VARIABLES": [0.0] * RT.nstatv,
     }  # fmt: skip
     assert expected.items() <= material["Variables"].items()

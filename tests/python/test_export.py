@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import contract, installed, read_case
+from asperity import contract, hosts, installed, read_case
 from asperity.cli import main
 from asperity.export import command as kit
 from asperity.export.element import Element
@@ -77,7 +77,7 @@ def test_force_replaces_the_files_of_the_kit_only(tmp_path: Path) -> None:
     assert (tmp_path / "kit" / "README.md").read_text() == "mine"
 
 
-@pytest.mark.parametrize("host", kit.HOSTS)
+@pytest.mark.parametrize("host", hosts.hosts("kit"))
 def test_element_of_a_case(host: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The element has the joint of the case up to its first reversal, and the rows of the material point."""
     case, folder = tmp_path / "mine.nml", tmp_path / "kit"

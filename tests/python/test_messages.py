@@ -105,7 +105,7 @@ ROWS: list[tuple[Callable[[], object], str]] = [
     # load paths
     (
         lambda: RP_4.confined_slip(NAN, [0.0, INF, 0.1], -INF, preload=0),
-        r"^sigma_N = -Inf.*: expected .*\npreload = 0: exp.*\nslips\[1\] = Inf.*: exp.*\ndirection = NaN: exp",
+        r"^sigma_N = -Inf.*: exp.*\npreload = 0: exp.*\nslips\[1\] = Inf.*: exp.*\ndirection = NaN: exp",
     ),
     (lambda: RP_4.run([{"t_N": 1.0}]), "steps: expected one asperity.Step or more"),
     (lambda: RP_4.run(None), "steps: expected one asperity.Step or more"),

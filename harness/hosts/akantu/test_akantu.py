@@ -1,4 +1,4 @@
-"""Akantu's cohesive elements with the law: run by `make hosts`, which installs asperity[akantu] first."""
+"""Akantu's cohesive elements with the law: run by `make hosts`, which installs its packages first."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("akantu", reason="asperity[akantu] is not installed")
+pytest.importorskip("akantu", reason="akantu is not installed")
 
 import akantu as aka
 import exported

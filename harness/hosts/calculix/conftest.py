@@ -16,7 +16,7 @@ def ccx(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Path of a ccx linked with libasperity."""
     folder = HERE.parents[2] / "build" / "calculix"
     if not (folder / "ready").exists():
-        pytest.skip("no build/calculix: harness/hosts/calculix/build.sh build/calculix")
+        pytest.skip("no build/calculix: harness/hosts/calculix/install.sh build/calculix")
     program = tmp_path_factory.mktemp("ccx") / "ccx"
     subprocess.run([HERE / "link.sh", folder, library(), program], check=True)
     return program

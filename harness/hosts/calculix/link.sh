@@ -1,11 +1,11 @@
 #!/bin/sh
-# link.sh FOLDER LIBRARY PROGRAM: a ccx whose UMAT is that of LIBRARY and whose SDVINI is sdvini.f90, from what build.sh
+# link.sh FOLDER LIBRARY PROGRAM: a ccx whose UMAT is that of LIBRARY and whose SDVINI is sdvini.f90, from what install.sh
 # left in FOLDER; takes less than a second.
 # CalculiX is under the GPL: keep the program to yourself.
 set -eu
 [ $# = 3 ] || { echo "usage: link.sh FOLDER LIBRARY PROGRAM"; exit 2; }
 folder=$1 library=$2 program=$3
-[ -f "$folder/ready" ] || { echo "$folder: expected the folder that build.sh has made"; exit 2; }
+[ -f "$folder/ready" ] || { echo "$folder: expected the folder that install.sh has made"; exit 2; }
 [ -f "$library" ] || { echo "$library: expected libasperity.so"; exit 2; }
 libraries=$(cd "$folder/deb/usr/lib/"*/ && pwd)
 gfortran -o "$program" "$folder/ccx.o" "$(dirname "$0")/sdvini.f90" -Wl,--no-as-needed "$library" -Wl,--as-needed "$folder/ccx.a" \

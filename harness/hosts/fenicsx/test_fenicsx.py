@@ -117,7 +117,7 @@ def test_window_in_kratos(tmp_path: Path) -> None:
     separation = np.linalg.norm(joints.cell_data["separation"][0], axis=1)
     assert np.linalg.norm(apart, axis=1) == pytest.approx(separation, abs=1e-12)
     assert joints.cell_data["damage"][0].max() > 0.5
-    pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="no asperity[kratos]")
+    pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="Kratos is not installed")
     other = tmp_path / "kratos.csv"
     command = [sys.executable, PROGRAM.parents[1] / "kratos" / "any_wall.py", mesh, "--to", "0.6", "--out"]
     subprocess.run([*command, other], check=True, capture_output=True)

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
 from asperity.contract import Floats
-from asperity.installed import kratos_adapter
+from asperity.installed import named_library
 from exported import from_state
 from numpy.typing import ArrayLike
 
-LIBRARY = ctypes.CDLL(str(kratos_adapter()))
+LIBRARY = ctypes.CDLL(str(named_library("asperity_kratos")))
 ROUGH = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(4, theta=30.0))
 PATH = np.array([[0.0, 0.05, 0.0], [0.03, 0.1, 0.0], [0.01, 0.01, 0.02], [-0.01, -0.05, 0.0]])
 """Separations of the steps: sliding, opening, unloading, closing."""

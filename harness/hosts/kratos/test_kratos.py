@@ -1,4 +1,4 @@
-"""Kratos' interface elements with libasperity: run by `make hosts`, which installs asperity[kratos] first."""
+"""Kratos' interface elements with libasperity: run by `make hosts`, which installs its packages first."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from asperity import Interface, Pattern, library
 
-pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="asperity[kratos] is not installed")
+pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="kratos is not installed")
 
 import exported
 import KratosMultiphysics as Kratos

@@ -1,4 +1,4 @@
-"""OpenGeoSys with libasperity_generic: run by `make hosts`, which installs asperity[ogs] first."""
+"""OpenGeoSys with libasperity_generic: run by `make hosts`, which installs its packages first."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern, contract
-from asperity.hosts.kits import KITS
+from asperity import Interface, Material, Pattern, contract, hosts
 from asperity.installed import generic_library
 
-pytest.importorskip("ogs", reason="asperity[ogs] is not installed")
+pytest.importorskip("ogs", reason="ogs is not installed")
 
 import exported
 import meshio
@@ -47,7 +46,7 @@ def box(
     """Run the layer of the kit, a square of the side WIDTH, with changes of the project."""
     for file in ogs_run.PROJECT.parent.glob("*.vtu"):
         mesh = meshio.read(file)
-        mesh.points *= [WIDTH, WIDTH, h / KITS["ogs"][0]["h"]]
+        mesh.points *= [WIDTH, WIDTH, h / hosts.of("ogs", "kit").options["h"]]
         mesh.write(folder / file.name)
     return ogs_run.run(folder, interface.card("ogs", h=h, r=r), changed(*changes), fails=fails)
 

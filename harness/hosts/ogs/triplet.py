@@ -18,7 +18,7 @@ import ogs_run
 from asperity import Interface, Material, Pattern
 from asperity.case_files import read_run
 from asperity.mesh import Jointed, split, write
-from asperity.mesh.hosts import layer_points
+from asperity.mesh.writing import layer_points
 from asperity.options import add_options
 from ogs_run import Floats
 from structured import grid

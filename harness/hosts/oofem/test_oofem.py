@@ -1,4 +1,4 @@
-"""OOFEM with the UMAT of libasperity: run by `make hosts`, which installs asperity[oofem] first."""
+"""OOFEM with the UMAT of libasperity: run by `make hosts`, which installs its packages first."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern
+from asperity import Interface, Material, Pattern, hosts
 from asperity.contract import Floats
 from asperity.export.element import Element
-from asperity.hosts.kits import KITS, filled
+from asperity.export.kits import filled
 
-pytest.importorskip("oofem", reason="asperity[oofem] is not installed")
+pytest.importorskip("oofem", reason="oofem is not installed")
 
 import exported
 
 HERE = Path(__file__).parent
 MATERIAL = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
-PRESSURE, THICKNESS, PRELOAD_STEPS = 1.0, KITS["oofem"][0]["h"], 10
+PRESSURE, THICKNESS, PRELOAD_STEPS = 1.0, hosts.of("oofem", "kit").options["h"], 10
 PATH = f"""&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /
 &pattern sides = 2, theta = 30.0 /
 &step t_N = {-PRESSURE}, increments = {PRELOAD_STEPS} /

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-pytest.importorskip("skfem", reason="asperity[fe] is not installed")
+pytest.importorskip("skfem", reason="scikit-fem is not installed")
 
 import snap_back
 

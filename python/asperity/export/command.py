@@ -6,14 +6,16 @@ import argparse
 import os
 import shutil
 import tempfile
-from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from ..hosts import hosts
 from ..installed import case_file
 from ..model_checks import shown_warnings
 from ..options import add_options
 
-HOSTS = ("abaqus", "akantu", "calculix", "fenicsx", "kratos", "ogs", "oofem")
+if TYPE_CHECKING:
+    from .element import Element
 
 
 def add_arguments(export: argparse.ArgumentParser) -> None:
@@ -24,7 +26,7 @@ def add_arguments(export: argparse.ArgumentParser) -> None:
     )
     add_options(
         export,
-        ("host", None, str, {"choices": HOSTS}),
+        ("host", None, str, {"choices": tuple(hosts("kit"))}),
         ("folder DIR", "a new folder, or an empty one", Path),
         (
             "--case CASE.nml",
@@ -53,9 +55,11 @@ def _export(options: argparse.Namespace) -> int:
     return 0
 
 
-def files(host: str, element: object, examples: bool = True) -> dict[str, bytes]:
+def files(host: str, element: Element, examples: bool = True) -> dict[str, bytes]:
     """Contents of the kit of a host by file name; examples: whether it has other models, too."""
-    texts = import_module("asperity.hosts.kits").files(host, element, examples)
+    from .kits import files as contents
+
+    texts = contents(host, element, examples)
     return {name: text if isinstance(text, bytes) else text.encode() for name, text in texts.items()}
 
 

@@ -11,7 +11,7 @@ from string import Template
 
 import numpy as np
 
-from .. import contract, installed
+from .. import contract, hosts, installed
 from ..case_files import read_run, slip_test
 from ..history import History
 from ..interface import Interface
@@ -122,17 +122,19 @@ class Element:
 
     def filled(self, host: str, name: str, **texts: str) -> str:
         """Text of a template of a host."""
-        text = (installed.kit(host) / name).read_text(encoding="utf-8")
+        text = (hosts.folder(host) / name).read_text(encoding="utf-8")
         return Template(text).substitute(self.numbers(), **texts)
 
     def readme(self, host: str, **texts: str) -> str:
         """README of a kit."""
         version = contract.library_version()
-        return self.filled(host, "README.md", table=self.table(), version=version, **texts)
+        packages = " ".join(f"'{one}'" for one in hosts.hosts()[host].packages)
+        texts = {"table": self.table(), "version": version, "packages": packages, **texts}
+        return self.filled(host, "README.md", **texts)
 
     def scripts(self, host: str, *names: str) -> dict[str, str]:
         """README, case and these files of a kit, which read the case."""
-        texts = {name: (installed.kit(host) / name).read_text(encoding="utf-8") for name in names}
+        texts = {name: (hosts.folder(host) / name).read_text(encoding="utf-8") for name in names}
         value = {"model.json": json.dumps({"value": self.value}) + "\n"} if "single.py" in names else {}
         return {"README.md": self.readme(host), "joint.nml": self.text} | value | texts
 

@@ -9,11 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from ..contract import refuse
+from ..hosts import hosts
 from ..options import add_options, add_output, check_outputs
 
 START = r".{,6}mesh with joints of asperity|<VTKFile.{,400}<!--This file was created by meshio"
 """Start of a file that this command writes."""
 
+
+ENDINGS = tuple(dict.fromkeys(host.mesh.ending for host in hosts("mesh").values() if host.mesh))
+"""Endings of the output."""
 
 MATERIALS = r"\{\s*\"properties\""  # start of the materials of Kratos
 
@@ -24,6 +28,7 @@ def add_arguments(mesh: argparse.ArgumentParser) -> None:
         "Double the nodes of a mesh along joints. The joints are the faces between blocks (physical groups, "
         "cell sets), or the named faces of --joint."
     )
+    choices = {"choices": tuple(hosts("mesh"))}
     rules = (
         "NAME: a group of faces; NAME=A:B: faces between blocks that match A and B (default: joint=*:*); "
         "NAME=A~B: faces of the group A and, a period away, of B"
@@ -40,30 +45,31 @@ def add_arguments(mesh: argparse.ArgumentParser) -> None:
         ),
         ("--join TOL", "distance of nodes that become one; 0: blocks without common nodes stay apart", float),
         ("--direction X", "of a vector: Tx is its projection onto the joint", float, {"nargs": "+"}),
-        ("--host", "default: by the ending .inp, .mdpa, .vtu of the output", str, {"choices": HOSTS}),
+        (
+            "--host",
+            "default: by the ending .inp, .mdpa, .vtu of the output",
+            str,
+            choices,
+        ),
         ("--layer H", "thickness of the solids that are joints in CalculiX and OpenGeoSys", 0.0),
     )
     add_output(mesh, "FILE", "mesh with joints: .inp, .mdpa, .vtu", Path)
     mesh.set_defaults(action=_mesh)
 
 
-HOSTS = ("abaqus", "calculix", "kratos", "ogs", "vtu")
-ENDINGS = {".inp": ("abaqus", "calculix"), ".mdpa": ("kratos",), ".vtu": ("vtu", "ogs")}
-"""Endings of the output and their hosts, the default one first."""
-
-
 def _mesh(options: argparse.Namespace) -> int:
     """Split the mesh, write it and print its counts."""
     from ..case_files import read_run
     from ..model_checks import shown_warnings
-    from .hosts import write
+    from .hosts import of_ending, write
     from .split import split
 
     refuse(options.output is None, "-o: expected the name of the mesh to write, .inp, .mdpa or .vtu")
     ending = options.output.suffix
-    refuse(ending not in ENDINGS, f"-o {options.output}: expected a name that ends in {', '.join(ENDINGS)}")
-    host = options.host or ENDINGS[ending][0]
-    refuse(host not in ENDINGS[ending], f"-o {options.output}: expected another ending for --host {host}")
+    able = of_ending(ending)
+    refuse(not able, f"-o {options.output}: expected a name that ends in {', '.join(ENDINGS)}")
+    host = options.host or able[0]
+    refuse(host not in able, f"-o {options.output}: expected another ending for --host {host}")
     materials = (
         [("-o", options.output.with_suffix(".json"), MATERIALS)] if host == "kratos" and options.law else []
     )

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from ... import contract
 from ... import options as cli
-from ...cards.blocks import HOSTS
 from ...case_writer import props_line
+from ...hosts import hosts
 from ...interface import Interface
 from ...model_checks import model_warnings, shown_warnings
 from ..tables import size
@@ -55,7 +55,7 @@ def add_results(parser: argparse.ArgumentParser) -> None:
     cli.add_options(
         parser,
         ("--plot FILE", "plot of tests and fit, .png or .pdf (default: fit.png)", Path, drawn),
-        ("--card", "also print the material block of a host", str, {"choices": tuple(HOSTS)}),
+        ("--card", "also print the material block of a host", str, {"choices": tuple(hosts("card"))}),
     )
     cli.add_output(parser, "CASE.nml", "write a case, and the intervals for uncertainty, CASE.fit.json")
 

@@ -1,10 +1,10 @@
 #!/bin/sh
-# build.sh FOLDER: CalculiX from Debian's source package, compiled once into FOLDER (a few minutes), and again when this
+# install.sh FOLDER: CalculiX from Debian's source package, compiled once into FOLDER (a few minutes), and again when this
 # script has changed; nothing is installed.
 # What is missing of the machine (deb-src entries, headers, run-time libraries) is taken into FOLDER as well.
 # Exit codes: 0 ready, 77 this machine cannot get or build the source, with the reason in the last line.
 set -u
-[ $# = 1 ] || { echo "usage: build.sh FOLDER"; exit 2; }
+[ $# = 1 ] || { echo "usage: install.sh FOLDER"; exit 2; }
 mkdir -p "$1" && folder=$(cd "$1" && pwd) || exit 2
 inputs=$(cksum <"$0")
 if [ -f "$folder/ready" ] && [ "$(cat "$folder/inputs" 2>&1)" = "$inputs" ]; then

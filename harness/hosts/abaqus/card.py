@@ -1,0 +1,36 @@
+"""The material block of Abaqus."""
+
+from __future__ import annotations
+
+from asperity.cards.blocks import AT_FIRST, Block, comments, constants, text_of
+
+
+def block_of(block: Block) -> str:
+    """Block for Abaqus, with the unsymmetric solver that friction needs and names of the state variables."""
+    run = f"abaqus job=NAME user=asperity_abaqus.f90{' double=both' if block.explicit else ''}"
+    if block.explicit and block.density is None:
+        raise ValueError("density is missing: expected a density (> 0) for Abaqus/Explicit")
+    # A VUMAT stores the separation there, because the host passes none.
+    names = [text.replace("offset", "separation") if block.explicit else text for text in block.statev]
+    element = "COH3D8, COH3D6" if block.dimension == 3 else "COH2D4, COHAX4"
+    density = [] if block.density is None else ["*Density", f"{block.density!r},"]
+    field = block.prop("water")
+    water = f"** *Field, variable={field:.0f} is the water pressure in the joint, >= 0; stresses are total."
+    return text_of(
+        comments(block, run),
+        f"*Material, name={block.name}",
+        *density,
+        f"*User Material, constants={len(block.props)}{'' if block.explicit else ', unsymm'}",
+        *constants(block.props),
+        "** No DELETE, because contact survives rupture. status is 1 after the first call of a point.",
+        *AT_FIRST,
+        "** TYPE=SOLUTION gives cracked planes.",
+        *([water] if field else []),
+        "*Depvar",
+        f"{len(block.statev)},",
+        *(f"{i}, {text}, {text}" for i, text in enumerate(names, 1)),
+        f"** Elements: {element}. Tx is their first shear direction, which an orientation rotates.",
+        f"*Cohesive Section, elset={block.name}, material={block.name}, response=TRACTION SEPARATION, "
+        "thickness=SPECIFIED",
+        f"{block.thickness()!r},",
+    )

@@ -1,0 +1,41 @@
+"""The material block of CalculiX."""
+
+from __future__ import annotations
+
+from asperity import contract
+from asperity.cards.blocks import AT_FIRST, Block, comments, constants, text_of
+
+MAX_CONSTANTS = 21
+"""Largest number of constants that CalculiX accepts; it does not check their number."""
+
+
+def block_of(block: Block) -> str:
+    """Block for CalculiX, whose UMATs have a name that begins with ABAQUS; names of SDV are comments."""
+    for row in contract.props_table()[MAX_CONSTANTS : contract.N_USED_PROPS]:
+        if block.prop(row.name) != row.default:
+            raise ValueError(
+                f"{row.name} = {block.prop(row.name):g}: expected {row.default:g} for calculix, which passes "
+                f"at most {MAX_CONSTANTS} constants"
+            )
+    props = block.props[:MAX_CONSTANTS]
+    name = block.name.upper()
+    if name.startswith("NL"):
+        raise ValueError(
+            f"name = {block.name!r}: expected none that begins with NL, which selects calculix' log strains"
+        )
+    return text_of(
+        comments(block, "ccx with the UMAT of asperity linked in", len(props)),
+        *(f"** SDV{i}: {text}" for i, text in enumerate(block.statev, 1)),
+        f"*MATERIAL, NAME=ABAQUS{name}",
+        "** All constants are given: 8 or 16 of them would need a further line, with the temperature.",
+        f"*USER MATERIAL, CONSTANTS={len(props)}",
+        *constants(props),
+        *AT_FIRST,
+        "** TYPE=SOLUTION, USER gives cracked planes.",
+        "*DEPVAR",
+        f"{len(block.statev)}",
+        "** The section is one layer of C3D8 (not C3D8R or C3D8I) with its normal along z, without NLGEOM, "
+        f"of the thickness h = {block.thickness()!r}.",
+        f"** r = {block.prop('r')!r}: 0 suits a layer bonded on both faces, 1e-9 one that stretches freely.",
+        f"*SOLID SECTION, ELSET={name}, MATERIAL=ABAQUS{name}",
+    )

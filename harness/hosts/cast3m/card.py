@@ -1,0 +1,58 @@
+"""The material block of Cast3M, in Gibiane."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from asperity import contract
+from asperity.cards.blocks import Block, remarks, text_of
+from asperity.cards.generic import behaviour, property_names
+from asperity.installed import generic_library
+
+
+def block_of(block: Block) -> str:
+    """Cast3M: model and material of joint elements, in Gibiane."""
+    law = behaviour(contract.check(block.props)[0], "cast3m", "Castem")
+    comments = remarks(
+        block,
+        "LD_LIBRARY_PATH=FOLDER_OF_THE_LIBRARY castem THIS_FILE.dgibi",
+        f"{block.name}: the mesh of joint elements, JOI4 or JOT3, in two dimensions JOI2",
+        "KS and KN are those of the operator with which Cast3M iterates, not constants of the law",
+        "MTest calls this function as Cast3M does; Cast3M itself was not run",
+        mark="* ",
+    )
+    return text_of(*comments, *_castem(block.name, law, block.props, block.stiffness))
+
+
+def _castem(name: str, law: str, props: contract.Floats, stiffness: Sequence[float]) -> list[str]:
+    """Lines of Gibiane that define model and material of a joint of Cast3M, whose names have four letters.
+
+    stiffness: in shear and in opening, of the operator with which Cast3M iterates.
+    """
+    constants, variables = property_names(law), property_names(law, "InternalStateVariables")
+    leading = {"KS": stiffness[0], "KN": stiffness[1], "RHO": 0.0, "ALPN": 0.0}
+    own = {f"A{i:02}": float(props[contract.index(one)]) for i, one in enumerate(constants, 1)}
+    values = leading | own
+    states = [f"V{i:03}" for i in range(1, len(variables) + 1)]
+    return [
+        *(f"* {short}: {one}" for short, one in zip(own, constants, strict=True)),
+        *(f"* {short}: {one}" for short, one in zip(states, variables, strict=True)),
+        "COEL = 'MOTS'",
+        *_in_lines([f"'{one}'" for one in values]),
+        "STAT = 'MOTS'",
+        *_in_lines([f"'{one}'" for one in states]),
+        f"MODL = 'MODELISER' {name} 'MECANIQUE' 'ELASTIQUE' 'ISOTROPE'",
+        "  'NON_LINEAIRE' 'UTILISATEUR'",
+        f"  'LIB_LOI' '{generic_library().name}'",
+        f"  'FCT_LOI' '{law}'",
+        "  'C_MATERIAU' COEL 'C_VARINTER' STAT",
+        "  'CONS' 'JOINT' 'JOI4' ;",
+        "MATL = 'MATERIAU' MODL",
+        *_in_lines([f"'{one}' {value!r}" for one, value in values.items()], 2),
+    ]
+
+
+def _in_lines(words: Sequence[str], per_line: int = 6) -> list[str]:
+    """Words in lines of at most 72 columns, as Gibiane reads no more; the last one ends the instruction."""
+    lines = ["  " + " ".join(words[i : i + per_line]) for i in range(0, len(words), per_line)]
+    return [*lines[:-1], f"{lines[-1]} ;"]

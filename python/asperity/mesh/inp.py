@@ -1,0 +1,89 @@
+"""Meshes with joints as input of Abaqus, with cohesive elements, and of CalculiX, with layers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..contract import refuse
+from ..options import replace_file
+from .shapes import Integers
+from .split import Jointed, default_tangent
+from .writing import HEAD, between, blocks, layer_points, lines, numbered
+
+if TYPE_CHECKING:
+    from ..interface import Interface
+
+ABAQUS = {
+    "triangle": "CPE3", "triangle6": "CPE6", "quad": "CPE4", "quad8": "CPE8", "tetra": "C3D4",
+    "tetra10": "C3D10", "wedge": "C3D6", "hexahedron": "C3D8", "hexahedron20": "C3D20",
+}  # fmt: skip
+"""Solids of Abaqus and CalculiX; replace CPE by CPS for plane stress."""
+
+COHESIVE = {(2, 2): "COH2D4", (3, 3): "COH3D6", (3, 4): "COH3D8"}
+"""Cohesive elements of Abaqus by dimension and number of nodes of a face."""
+
+
+def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, host: str) -> list[Path]:
+    """Abaqus with cohesive elements, CalculiX with layers."""
+    d, points = mesh.dimension, layer_points(mesh, layer) if layer else mesh.points
+    refuse(layer and d == 2, f"a plane mesh: expected solids for {host}, whose UMATs are those of solids")
+    if unknown := sorted(set(mesh.cells) - set(ABAQUS)):
+        raise ValueError(f"cells of the type {unknown[0]}: expected one of {', '.join(ABAQUS)}")
+    text = [f"** {HEAD}\n*Node\n", numbered("%d", 1, points, "%.15g")]
+    number, written = 1, np.zeros(sum(map(len, mesh.cells.values())), np.int64)
+    for kind, block, cells, rows in blocks(mesh):
+        text.append(f"*Element, type={ABAQUS[kind]}, elset={block}\n" + numbered("%d", number, cells + 1))
+        written[rows] = np.arange(number, number + len(cells))
+        number += len(cells)
+    orientations = []
+    for name, parts in mesh.joints.items():
+        card, sets = "", []
+        for joint in parts:
+            k = joint.minus.shape[1]
+            N, Tx = joint.axes[:, 0], joint.axes[:, 1]
+            if d == 3 and not layer and np.abs(Tx - default_tangent(N)).max() > 1e-6:
+                raise ValueError(
+                    f"joint {name}: expected no direction for {host}, whose Tx is the projection of x; turn "
+                    "the pattern, or give the section an *Orientation"
+                )
+            kind, parts_of = COHESIVE[d, k], [(name, slice(None))]
+            if layer:
+                kind = {3: "C3D6", 4: "C3D8"}[k]
+                tangents = joint.axes[:, 1:].reshape(len(joint.area), -1).round(9) + 0.0
+                axes, at = np.unique(tangents, axis=0, return_inverse=True)
+                parts_of = [(f"{name}_{len(sets) + i}", at.ravel() == i - 1) for i in range(1, len(axes) + 1)]
+                sets += [elset for elset, _ in parts_of]
+                for (elset, _), one in zip(parts_of, axes, strict=True):
+                    line = ", ".join(f"{x:.9g}" for x in one)
+                    orientations.append(f"*Orientation, name={elset}, system=rectangular\n{line}\n")
+            for elset, which in parts_of:
+                some = between(joint, d)[which] + 1
+                text.append(f"*Element, type={kind}, elset={elset}\n" + numbered("%d", number, some))
+                number += len(some)
+        if name in laws and not layer:
+            card = laws[name].card(host, name=name, dimension=d)
+        elif name in laws:
+            whole = laws[name].card(host, name=name, h=layer)
+            card, section = whole.split("*SOLID SECTION, ")
+            material = section.split("MATERIAL=")[1].strip()
+            section = f"*SOLID SECTION, ELSET={{0}}, MATERIAL={material}, ORIENTATION={{0}}\n"
+            card += "".join(map(section.format, sets))
+        orientations.append(card)
+    for group in mesh.groups:
+        text.append(f"*Nset, nset={group}\n" + _list(mesh.nodes(group) + 1))
+    for name, cells in mesh.sets.items():
+        text.append(f"*Elset, elset={name}\n" + _list(np.sort(written[cells])))
+    for name, rows in mesh.surfaces.items():
+        faces = lines("%d, S%d\n", written[rows[:, 0]], rows[:, 1])
+        text.append(f"*Surface, type=element, name={name}\n" + faces)
+    replace_file(path, "".join(text + orientations))
+    return [path]
+
+
+def _list(numbers: Integers) -> str:
+    """Lines of 16 numbers."""
+    rows = (numbers[i : i + 16].tolist() for i in range(0, len(numbers), 16))
+    return "".join(", ".join(map(str, row)) + "\n" for row in rows)
