@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import unicodedata
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,6 +14,7 @@ from ...contract import Floats
 from ...steps import turns_of
 from ..tables import Table, raise_all, read_tables, size
 from .checks import check_rows, check_sizes, refuse, warn_if
+from .headings import standard
 from .strength import Strength
 
 if TYPE_CHECKING:
@@ -41,26 +40,6 @@ LEAP, RETURN, LEAST_WAY, REVERSED = 3.0, 0.3, 0.1, -0.1
 smallest way over that of the file; and smallest tau over the largest one, because a joint that slips back in
 a cycle has reversed tau.
 """
-
-SHEAR = r"(?=.*(shear|horizontal|tangen|scher|schub|cisail|taglio|orizzontal|corte|cortant|cisalha))"
-NORMAL = r"(?=.*(normal|vertical|vertikal|confin))"
-PATH = r"(?=.*(disp|verschieb|weg\b|deplac|sposta|desplaza|desloca|slip))"
-STRESS = r"(?=.*(stress|spannung|contrainte|tension|sforzo|esfuerzo|tensao|traction|pressure|pression))"
-STRENGTH = r"(?=.*(stress|strength|spannung|festig|contrainte|resist|tension|esfuerzo|tensao))"
-OTHER = r"rate|speed|veloc|geschwind|vitesse|force|kraft|forza|fuerza|forca|strain"
-RULES = {
-    "peak": rf"(?=.*(peak|spitze|bruch|picco|pico|\bpic\b)){STRENGTH}",
-    "residual": rf"(?=.*resid){STRENGTH}",
-    "peak_slip": rf"(?=.*(peak|spitze|bruch|picco|pico|\bpic\b)){PATH}(?!.*(normal|vertical|vertikal))",
-    "slip": rf"{SHEAR}{PATH}|schlupf|glissement",
-    "tau": rf"{SHEAR}{STRESS}|tau\b",
-    "sigma_N": rf"{NORMAL}{STRESS}|sigma_?n?\b",
-    "dilation": rf"{NORMAL}{PATH}|s_n\b|dilat",
-    "k_N": rf"{NORMAL}(?=.*(stiff|steif|rigid))",
-    "test": r"(test|specimen|sample|versuchs?|proben?|essai|prova|provino|ensayo|ensaio)\W*"
-    r"(id|name|no|nr|number|nummer|n|code|label)?\W*$",
-}
-"""Names of the columns in English, German, French, Italian, Spanish and Portuguese."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -295,14 +274,6 @@ def _starts(rows: DataFrame) -> list[int]:
         if back and upright and reach > LEAST_WAY * np.ptp(slip):
             starts.append(i)
     return starts[1:]
-
-
-def standard(name: str) -> str:
-    """Column that a name of a laboratory stands for, or the name."""
-    text = name.replace("\u03c4", "tau").replace("\u03c3", "sigma").lower()
-    text = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().strip()
-    rules = {} if re.search(OTHER, text) else RULES
-    return next((column for column, rule in rules.items() if re.match(rule, text)), name)
 
 
 def _columns(table: Table, renamed: Mapping[str, str], optional: bool) -> list[str]:

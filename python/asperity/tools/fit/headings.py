@@ -1,0 +1,34 @@
+"""Names of columns as laboratories write them, in six languages."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+SHEAR = r"(?=.*(shear|horizontal|tangen|scher|schub|cisail|taglio|orizzontal|corte|cortant|cisalha))"
+NORMAL = r"(?=.*(normal|vertical|vertikal|confin))"
+PATH = r"(?=.*(disp|verschieb|weg\b|deplac|sposta|desplaza|desloca|slip))"
+STRESS = r"(?=.*(stress|spannung|contrainte|tension|sforzo|esfuerzo|tensao|traction|pressure|pression))"
+STRENGTH = r"(?=.*(stress|strength|spannung|festig|contrainte|resist|tension|esfuerzo|tensao))"
+OTHER = r"rate|speed|veloc|geschwind|vitesse|force|kraft|forza|fuerza|forca|strain"
+RULES = {
+    "peak": rf"(?=.*(peak|spitze|bruch|picco|pico|\bpic\b)){STRENGTH}",
+    "residual": rf"(?=.*resid){STRENGTH}",
+    "peak_slip": rf"(?=.*(peak|spitze|bruch|picco|pico|\bpic\b)){PATH}(?!.*(normal|vertical|vertikal))",
+    "slip": rf"{SHEAR}{PATH}|schlupf|glissement",
+    "tau": rf"{SHEAR}{STRESS}|tau\b",
+    "sigma_N": rf"{NORMAL}{STRESS}|sigma_?n?\b",
+    "dilation": rf"{NORMAL}{PATH}|s_n\b|dilat",
+    "k_N": rf"{NORMAL}(?=.*(stiff|steif|rigid))",
+    "test": r"(test|specimen|sample|versuchs?|proben?|essai|prova|provino|ensayo|ensaio)\W*"
+    r"(id|name|no|nr|number|nummer|n|code|label)?\W*$",
+}
+"""Names of the columns in English, German, French, Italian, Spanish and Portuguese."""
+
+
+def standard(name: str) -> str:
+    """Column that a name of a laboratory stands for, or the name."""
+    text = name.replace("\u03c4", "tau").replace("\u03c3", "sigma").lower()
+    text = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().strip()
+    rules = {} if re.search(OTHER, text) else RULES
+    return next((column for column, rule in rules.items() if re.match(rule, text)), name)
