@@ -240,7 +240,10 @@ def slip_test(path: Path, run: Run) -> SlipTest:
     for step, traction in zip(steps, prescribed(steps), strict=True):
         given = {name for name in TARGETS if getattr(step, name) is not None}
         loaded = bool(preload) or len(slips) > 1
-        if any((step.k_N, step.k_Tx, step.k_Ty)) or any(traction[1:]) or step.follow == "branch":
+        if step.k_N:
+            wanted = "expected a constant normal traction, as in the same case without k_N"
+            raise ValueError(f"{path}: &step: k_N = {step.k_N:g}, a constant normal stiffness: {wanted}")
+        if any((step.k_Tx, step.k_Ty)) or any(traction[1:]) or step.follow == "branch":
             given, parts = {"what is neither slip nor opening"}, []
         else:
             parts = [int(n) for n in step.increments]

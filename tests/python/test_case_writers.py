@@ -33,6 +33,11 @@ WRITERS = {
     "barton": f"barton {BARTON} --sigma-n 0.5,2 -o case.nml",
     "select": "select old.nml --tolerance 0.5 -o case.nml",
     "surface": "surface scan.csv --spacing 1 --case old.nml -o case",
+    "fit, strengths": "fit peaks.csv -o case.nml",
+    "fit, strengths, no friction": "fit peaks.csv --set mu=0 -o case.nml",
+    "fit, rock": "fit rock.csv -o case.nml",
+    "fit, mortar": "fit mortar.csv -o case.nml",
+    "fit, no friction": "fit rock.csv --set mu=0 -o case.nml",
 }
 """Commands that write case.nml."""
 
@@ -44,7 +49,23 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     Path("old.nml").write_text(CASE, encoding="utf-8")
     x, y = np.meshgrid(np.arange(12), np.arange(12))
     np.savetxt("scan.csv", 0.05 * np.sin(x * 0.9) * np.cos(y * 0.7), delimiter=",")
+    Path("peaks.csv").write_text(
+        "sigma_N,peak,residual,slip\n0.5,0.62,0.36,5\n1,1.14,0.73,5\n2,1.97,1.4,5\n3,2.6,2.11,5\n"
+    )
+    Path("rock.csv").write_text(shear_rows(bond=0.0))
+    Path("mortar.csv").write_text(shear_rows(bond=0.8))
     return tmp_path
+
+
+def shear_rows(bond: float) -> str:
+    """Two shear tests: friction and a bond that softens along a straight line, behind a spring."""
+    rng, rows = np.random.default_rng(3), ["test,slip,tau,sigma_N"]
+    for pressure in (0.5, 1.5):
+        for slip in np.linspace(0.02, 1.0, 50):
+            strength = 0.7 * pressure + bond * max(0.0, 1.0 - slip / 0.3)
+            tau = min(40.0 * slip, strength) + rng.normal(0.0, 0.01)
+            rows.append(f"{pressure},{slip:.4g},{tau:.5g},{pressure}")
+    return "\n".join(rows) + "\n"
 
 
 @pytest.mark.slow
@@ -58,6 +79,15 @@ def test_cases_are_taken(name: str, said: Callable) -> None:
         value = [] if run.value is None else [f"--value={run.value:.10g}"]
         folder = f"kit{0.0 if run.value is None else run.value:g}"
         assert main(["export", "abaqus", folder, "--case", "case.nml", *value]) == 0
+
+
+def test_case_of_a_normal_stiffness(said: Callable) -> None:
+    """A case under a constant normal stiffness runs; what needs a constant traction names k_N."""
+    said("fit rock.csv --k-N 3 -o case.nml")
+    assert main(["run", "case.nml", "--quiet", "-o", "rows.csv"]) == 0
+    assert main(["card", "abaqus", "case.nml"]) == 0
+    for command in ("export abaqus kit --value=-0.5 --case", "select"):
+        assert "k_N = 3, a constant normal stiffness" in said(f"{command} case.nml", 1)[1]
 
 
 def test_names_of_cases(said: Callable) -> None:

@@ -94,6 +94,11 @@ LABS = {
         "D\u00e9placement tangentiel (mm),Contrainte de cisaillement (MPa),D\u00e9placement normal (mm),"
         "Contrainte normale (MPa),Force normale (kN)\n" + ROWS.replace(",-1\n", ",-1.0,7\n"),
     ),
+    "symbols": (
+        "utf-8",
+        "dLs_mm,tau_MPa,dLn_mm,sigma_n_eff_MPa\n" + ROWS,
+    ),
+    "Greek symbols": ("utf-8", "\u03b4_h [mm],\u03c4 [MPa],\u03b4_v [mm],\u03c3_n [MPa]\n" + ROWS),
     "Italian, errors of a spreadsheet": (
         "utf-8",
         "Spostamento orizzontale [mm];Tensione tangenziale [MPa];Spostamento verticale [mm];"

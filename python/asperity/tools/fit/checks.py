@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,6 +33,9 @@ SIGNAL, DEVIATIONS = 0.25, 3.0
 """Largest correlation of neighbouring rows, and this in standard deviations of that of independent ones, of a
 dilation that is noise.
 """
+
+SAME_ROWS, SAME_DIGITS = 0.9, 6
+"""Fraction of the rows of a test in another one that makes it a copy, and digits in which they agree."""
 
 USUAL = {"length": (1e-6, 1.0), "stress": (1e3, 2e8)}
 """Usual sizes of the largest slip, in metres, and of the largest stress, in pascals."""
@@ -67,6 +70,39 @@ def check_rows(test: ShearTest, sigma_N: Floats) -> None:
     closes = s_N[-1] < -CLOSING * abs(float(slip[-1])) and s_N[-1] < -OFFSET * dilated
     text = f"{test.name}: column dilation: {s_N[-1]:.3g} at the end: a joint that slips usually opens"
     warn_if(closes, f"{text}, and opening is positive: check the sign")
+
+
+def check_known(known: Mapping[str, float]) -> None:
+    """Check values of constants that are known from elsewhere, by name.  Raises ValueError."""
+    for name, value in known.items():
+        refuse(not 0.0 <= value < np.inf, f"{name} = {value:g}: expected a finite value >= 0")
+    theta, eta = known.get("theta", 0.0), known.get("eta", 0.9)
+    refuse(0.0 < theta < 0.1, f"theta = {theta:g}: expected degrees, 0 or at least 0.1 (a radian is 57.3)")
+    refuse(theta >= 90.0, f"theta = {theta:g}: expected 0 <= theta < 90")
+    refuse(eta >= 1.0, f"eta = {eta:g}: expected below 1")
+
+
+def check_copies(tests: Sequence[ShearTest]) -> None:
+    """Raise ValueError for a test with the rows of another one, which would count twice."""
+    stress = max(float(np.abs(test.tau).max()) for test in tests)
+    length = max(float(np.abs(test.slip).max()) for test in tests)
+    rows = []
+    for test in tests:
+        columns = [test.slip / length, test.tau / stress]
+        pairs = {*zip(*(np.round(one, SAME_DIGITS).tolist() for one in columns), strict=True)}
+        for other, theirs in rows:
+            small, large = sorted((pairs, theirs), key=len)
+            same = len(small & large) > SAME_ROWS * len(small)
+            text = f"{test.name}: the rows are those of {other.name}: expected different tests, each once"
+            refuse(same and not _dilate_apart(test, other), text)
+        rows.append((test, pairs))
+
+
+def _dilate_apart(one: ShearTest, other: ShearTest) -> bool:
+    """Whether two tests with the same strengths have different dilations."""
+    if one.s_N is None or other.s_N is None or one.s_N.size != other.s_N.size:
+        return False
+    return not np.allclose(one.s_N, other.s_N, atol=1e-6 * float(np.ptp(one.s_N)))
 
 
 def shows_dilation(tests: Sequence[ShearTest]) -> bool:

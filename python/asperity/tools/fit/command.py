@@ -32,6 +32,7 @@ from .report import (
     strength_case,
     strength_interface,
     strength_report,
+    strength_residuals,
 )
 from .result import Fit
 from .strength import Strength
@@ -42,7 +43,7 @@ NO_RESULT = 3
 
 HEADING = "! Identified by asperity fit."
 INTERVALS = r'\{\s+"parameters"'
-RESIDUALS = "test,row,quantity,slip,"
+RESIDUALS = "test,(row,quantity,slip|sigma_N,quantity,measured),"
 """Starts of the files that a fit writes."""
 
 MARKS = {"point": ".", "comma": ","}
@@ -189,7 +190,6 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     found: Fit | StrengthFit
     if isinstance(tests[0], Strength):
         refuse(free is not None, f"--free {options.free}: expected curves, not strengths alone")
-        refuse(options.residuals, f"--residuals {options.residuals}: expected curves, not strengths alone")
         refuse(options.sides != SIDES, f"--sides {options.sides}: expected curves, not strengths alone")
         refuse(options.direction, f"--direction {options.direction:g}: expected curves, not strengths alone")
         found = fit_strengths(tests, options.joint, known)  # type: ignore[arg-type]
@@ -204,8 +204,9 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
             text += f"\nwarning     {warning}"
     print(text, "", props_line(interface.props()), sep="\n")
     write(options, interface, partial(draw, found, units), case, comment(found), intervals_text(found))
-    if options.residuals is not None and isinstance(found, Fit):
-        cli.replace_file(options.residuals, residuals_text(found))
+    if options.residuals is not None:
+        rows = residuals_text(found) if isinstance(found, Fit) else strength_residuals(found)
+        cli.replace_file(options.residuals, rows)
         print(options.residuals)
     if options.report is not None:
         from .html import page

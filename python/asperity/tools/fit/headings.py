@@ -10,15 +10,18 @@ NORMAL = r"(?=.*(normal|vertical|vertikal|confin))"
 PATH = r"(?=.*(disp|verschieb|weg\b|deplac|sposta|desplaza|desloca|slip))"
 STRESS = r"(?=.*(stress|spannung|contrainte|tension|sforzo|esfuerzo|tensao|traction|pressure|pression))"
 STRENGTH = r"(?=.*(stress|strength|spannung|festig|contrainte|resist|tension|esfuerzo|tensao))"
+SYMBOL = r"(d|delta|u|dl|du|delta_?[lu])_?"
+"""Beginning of a symbol of a displacement, as dLs, du_n or delta_h."""
+
 OTHER = r"rate|speed|veloc|geschwind|vitesse|force|kraft|forza|fuerza|forca|strain"
 RULES = {
     "peak": rf"(?=.*(peak|spitze|bruch|picco|pico|\bpic\b)){STRENGTH}",
     "residual": rf"(?=.*resid){STRENGTH}",
     "peak_slip": rf"(?=.*(peak|spitze|bruch|picco|pico|\bpic\b)){PATH}(?!.*(normal|vertical|vertikal))",
-    "slip": rf"{SHEAR}{PATH}|schlupf|glissement",
+    "slip": rf"{SHEAR}{PATH}|schlupf|glissement|{SYMBOL}(s|h|shear)$",
     "tau": rf"{SHEAR}{STRESS}|tau\b",
-    "sigma_N": rf"{NORMAL}{STRESS}|sigma_?n?\b",
-    "dilation": rf"{NORMAL}{PATH}|s_n\b|dilat",
+    "sigma_N": rf"{NORMAL}{STRESS}|sigma_?n?(_?eff)?\b",
+    "dilation": rf"{NORMAL}{PATH}|s_n\b|dilat|{SYMBOL}(n|v|normal)$",
     "k_N": rf"{NORMAL}(?=.*(stiff|steif|rigid))",
     "test": r"(test|specimen|sample|versuchs?|proben?|essai|prova|provino|ensayo|ensaio)\W*"
     r"(id|name|no|nr|number|nummer|n|code|label)?\W*$",
@@ -28,7 +31,7 @@ RULES = {
 
 def standard(name: str) -> str:
     """Column that a name of a laboratory stands for, or the name."""
-    text = name.replace("\u03c4", "tau").replace("\u03c3", "sigma").lower()
+    text = name.replace("\u03c4", "tau").replace("\u03c3", "sigma").replace("\u03b4", "delta").lower()
     text = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().strip()
     rules = {} if re.search(OTHER, text) else RULES
     return next((column for column, rule in rules.items() if re.match(rule, text)), name)

@@ -180,7 +180,8 @@ def case_of(found: Fit) -> str:
         turns = [float(first.slip[np.argmax(np.abs(first.slip[first_stroke(first)]))])]
     elif len(turns) > MOST_TURNS:
         turns = [max(turns, key=abs)]
-    material = {name: values[name] for name in MATERIAL if values.get(name, 0.0) or name in found.free}
+    needed = ("mu", *found.free)
+    material = {name: values[name] for name in MATERIAL if values.get(name, 0.0) or name in needed}
     if KS in values:
         material = {"kn": values[KS] * material.pop("kc"), KS: values[KS]} | material
     stiffnesses = {test.k_N for test in tests}
@@ -316,6 +317,24 @@ def intervals_text(found: Fit | StrengthFit) -> str:
     return json.dumps(content, indent=1, default=float) + "\n"
 
 
+def strength_residuals(found: StrengthFit) -> str:
+    """CSV of the measured, fitted and blind strengths with their relative errors."""
+    lines = ["test,sigma_N,quantity,measured,fitted,relative_error,blind,blind_relative_error"]
+    for test, row, unseen in zip(found.tests, found.fitted, found.blind, strict=True):
+        for name, measured in row.measured.items():
+            parts = [test.sigma_N, name, measured]
+            for one in (row, unseen):
+                parts += [one.predicted[name], one.predicted[name] / measured - 1.0]
+            texts = (one if isinstance(one, str) else f"{one:.7g}" for one in parts)
+            lines.append(f"{_cell(test.name)},{','.join(texts)}")
+    return "\n".join(lines) + "\n"
+
+
+def _cell(name: str) -> str:
+    """Name of a test as a cell of a CSV file."""
+    return short(name).replace(",", ";").replace('"', "'")
+
+
 def residuals_text(found: Fit) -> str:
     """CSV of the measured and fitted rows with their residuals over the range."""
     problem = found.solution.problem
@@ -325,7 +344,7 @@ def residuals_text(found: Fit) -> str:
     for i, row in enumerate(rows.itertuples()):
         test: ShearTest = problem.tests[row.test]
         fitted = row.measured + residuals[i] * row.scale
-        name = short(test.name).replace(",", ";").replace('"', "'")
+        name = _cell(test.name)
         values = f"{test.slip[row.row]:.7g},{row.measured:.7g},{fitted:.7g},{residuals[i]:.5g}"
         line = test.lines[row.row] if test.lines else row.row + 1
         lines.append(f"{name},{line},{row.name},{values}")

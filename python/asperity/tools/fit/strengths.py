@@ -9,7 +9,7 @@ import numpy as np
 
 from ... import contract
 from ...contract import Floats
-from .checks import refuse
+from .checks import check_known, refuse
 from .criteria import CRITERIA
 from .intervals import CONFIDENCE, Estimate
 from .model import AUTO, MORTAR, ROCK, from_scale, plausible, to_scale
@@ -46,6 +46,11 @@ def law_strengths(
     left = np.exp(-np.asarray(slip) * slope / height) if height > 0.0 else 0.0
     peak, residual = (_climbing(pressure, mu, share * slope * part) for part in (1.0, left))
     return values.get("sigma0", 0.0) + peak, residual
+
+
+def levels_of(pressure: Floats) -> int:
+    """Number of different pressures."""
+    return int(np.unique(np.round(pressure / pressure.max(), 6)).size)
 
 
 def law_peak(pressure: Floats, values: Mapping[str, float]) -> Floats:
@@ -125,11 +130,17 @@ def fit_strengths(
     proper = isinstance(tests, Sequence) and all(isinstance(one, Strength) for one in tests)
     refuse(not proper, f"tests = {contract.shown(tests)}: expected a list of strengths")
     refuse(joint not in (ROCK, MORTAR, AUTO), f"joint = {joint!r}: expected {ROCK}, {MORTAR} or {AUTO}")
-    refuse(len(tests) < LEAST_TESTS, f"{len(tests)} tests: expected at least {LEAST_TESTS}")
+    different = list({(one.sigma_N, one.peak, str(one.residual)): one for one in reversed(tests)}.values())[
+        ::-1
+    ]
+    copies = len(tests) - len(different)
+    text = f"{len(tests)} tests" + f", {copies} of them the same as others" * bool(copies)
+    refuse(len(different) < LEAST_TESTS, f"{text}: expected at least {LEAST_TESTS} different ones")
     known = {name: contract.number(name, value) for name, value in (fixed or {}).items()}
     other = next((name for name in known if name not in KNOWN), "")
     refuse(other, f"fixed: {other}: strengths alone have only {', '.join(KNOWN)}")
-    data = _Data(tests, known)
+    check_known(known)
+    data = _Data(different, known)
     # a model without a constant that is known would contradict it; a slope may be crushed and end
     has = {free: {*free, "crush", "height"} if "theta" in free else {*free} for free in MODELS}
     models = [free for free, form in MODELS.items() if joint in (AUTO, form) and {*known} <= has[free]]
@@ -141,7 +152,10 @@ def fit_strengths(
     best = int(np.argmin(bic))
     order = sorted(range(len(models)), key=lambda i: (len(models[i]), bic[i]))
     best = next(i for i in order if bic[i] <= bic[best] + GAIN * (len(models[best]) - len(models[i])))
-    return _judged(data, models[best], solutions[best])
+    found = _judged(data, models[best], solutions[best])
+    if copies:
+        found.notes.append(f"{copies} of {len(tests)} tests are the same as others: each counts once")
+    return found
 
 
 class _Data:
@@ -157,12 +171,16 @@ class _Data:
 
     def shows(self, free: tuple[str, ...]) -> bool:
         """Whether there are data enough: one more than the constants, and residuals for a slope alone."""
-        distinct = np.unique(np.round(self.pressure, 9)).size
-        several = distinct > 1 or not {"crush", "sigma0"} & {*free}
+        several = self.levels > 1 or not {"crush", "sigma0"} & {*free}
         slope = "theta" not in free or "crush" in free or bool(self.seen.any())
         # the slope that is left at the residual strength shows the height
         ends = "height" not in free or bool(self.seen.any() and np.isfinite(self.slip[self.seen]).all())
         return several and slope and ends and len(free) + 1 < self.peak.size + int(self.seen.sum())
+
+    @property
+    def levels(self) -> int:
+        """Number of different pressures."""
+        return levels_of(self.pressure)
 
     def ends(self, free: tuple[str, ...]) -> Floats:
         """Bounds on the scales, (2, p)."""
@@ -191,7 +209,7 @@ class _Data:
         guess = {"mu": mu, "sigma0": 0.2 * float(self.peak.min())}
         length = float(np.nanmax(self.slip)) if np.isfinite(self.slip).any() else 1.0
         starts = [start] if start is not None else []
-        for part in ((0.0, 0.0),) if "theta" not in free else ((10.0, 5.0), (25.0, 1.0)):
+        for part in ((0.0, 5.0),) if "theta" not in free else ((10.0, 5.0), (25.0, 1.0)):
             theta, crush = part
             whole = guess | {
                 "theta": theta,
@@ -267,7 +285,7 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
     notes = []
     for i, (name, one) in enumerate(estimates.items()):
         bound = min(x[i] - low[i], high[i] - x[i]) < 1e-3 * (high[i] - low[i])
-        if one.high > FACTOR * one.value or one.value > FACTOR * one.low or bound:
+        if one.high > FACTOR**2 * one.low or bound:
             text = f"{name} is not determined: {one.value:.3g} [{one.low:.3g}, {one.high:.3g}]"
             alone = name == "mu" and data.seen.any()
             (reasons if alone else notes).append(
@@ -280,6 +298,12 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
         notes.append(
             "a bond sigma0 is c, and mu is tan(phi), of c + phi: such a line extrapolates worse "
             "than it interpolates"
+        )
+    if data.levels == 1:
+        notes.append("one pressure: nothing is known about the strength at others")
+    if data.known.get("mu") == 0.0:
+        notes.append(
+            "mu = 0 was given: a joint without friction, with the strength of its slope or bond alone"
         )
     if not data.seen.any():
         notes.append("peaks alone: mu is that of the peaks, not of the residual strength")
@@ -301,13 +325,17 @@ def _others(
         ("law", {}, rms([row.errors["peak"] for row in fitted]), rms([row.errors["peak"] for row in unseen]))
     ]
     for criterion in CRITERIA:
-        if data.peak.size <= len(criterion.names):
+        # as many constants as pressures meet any peaks
+        if data.levels < len(criterion.names) or data.peak.size <= len(criterion.names):
             continue
         values = criterion.fit(data.pressure, data.peak)
         left = criterion.strength(data.pressure, values) / data.peak - 1.0
         missed = []
         for i in range(data.peak.size) if data.peak.size > len(criterion.names) + 1 else ():
             others = np.arange(data.peak.size) != i
+            if levels_of(data.pressure[others]) < len(criterion.names):
+                missed = []
+                break
             one = criterion.fit(data.pressure[others], data.peak[others], values)
             missed.append(float(criterion.strength(data.pressure[[i]], one)[0] / data.peak[i] - 1.0))
         found.append((criterion.label, values, rms(left.tolist()), rms(missed) if missed else np.nan))
