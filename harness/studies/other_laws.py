@@ -119,14 +119,17 @@ def barton_bandis(rng: np.random.Generator) -> Drawn:
 
 
 def nonsense(rng: np.random.Generator) -> Drawn:
-    """Data that no joint gives: noise, a strength that halves or only rises, shuffled rows, wrong signs."""
+    """Data that no joint gives: noise, a strength that halves or only rises, shuffled rows, wrong signs.
+
+    And elastic lines, random walks, a single row, a constant strength with one spike, rows in reversed order.
+    """
     rows = int(rng.choice([8, 9, 12, 14, 20, 40]))
     slips = np.linspace(0.1, 2.0, rows)
 
     def one(tau: Floats, pressure: float = 1.0, dilation: Floats | None = None) -> Test:
         return Test(slips, tau, dilation, pressure)
 
-    kind = int(rng.integers(9))
+    kind = int(rng.integers(14))
     noise = rng.normal(0.0, 0.01, rows)
     if kind == 0:
         tests = [one(np.abs(rng.normal(0.5, 0.2, rows)))]
@@ -146,9 +149,19 @@ def nonsense(rng: np.random.Generator) -> Drawn:
     elif kind == 6:
         rise = 1.0 - np.exp(-slips / 0.1)
         tests = [one(strength * rise + noise, p) for p, strength in ((0.5, 1.2), (1.0, 0.8), (2.0, 0.5))]
+    elif kind == 9:
+        tests = [one(0.8 * slips + rng.normal(0.0, 0.01, rows), p) for p in (0.5, 1.0)]
+    elif kind == 10:
+        tests = [one(np.abs(np.cumsum(rng.normal(0.0, 0.2, rows))) + 0.1)]
+    elif kind == 11:
+        tests = [Test(slips[:1], np.array([0.5]), None, 1.0)]
+    elif kind == 12:
+        tests = [one(np.where(np.arange(rows) == rows // 2, 0.9, 0.3), p) for p in (0.5, 1.0, 2.0)]
     else:
         sound = mohr_coulomb(rng).tests
-        if kind == 7:
+        if kind == 13:
+            tests = [test._replace(slip=test.slip[::-1], tau=test.tau[::-1], dilation=None) for test in sound]
+        elif kind == 7:
             tests = [test._replace(dilation=-test.dilation, k_N=0.0) for test in sound]
         else:
             tests = [test._replace(tau=test.tau * (-1.0) ** i) for i, test in enumerate(sound + sound[:1])]

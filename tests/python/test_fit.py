@@ -17,7 +17,7 @@ from asperity.tools.fit.report import case_of
 from asperity.tools.fit.strength import Strength
 from asperity.tools.fit.strengths import fit_strengths, law_peak
 
-from harness.studies import other_laws
+from harness.studies import fits, other_laws
 
 pytestmark = [pytest.mark.usefixtures("folder"), pytest.mark.filterwarnings("ignore::asperity.ModelWarning")]
 
@@ -76,15 +76,19 @@ def test_bond_of_another_law() -> None:
         assert estimate.low - margin <= drawn.truth[name] <= estimate.high + margin, name
 
 
-@pytest.mark.parametrize("kind", range(9))
+@pytest.mark.parametrize("kind", range(14))
 def test_nonsense_is_no_result(kind: int) -> None:
-    """Noise, halving strengths, shuffled rows and wrong signs never give constants to use."""
+    """Noise, halving strengths, shuffled rows and wrong signs are refused or give no constants to use."""
     for draw in range(200):
         drawn = other_laws.nonsense(np.random.default_rng([5, draw]))
         if drawn.truth["kind"] == kind and len(drawn.tests) <= 3 and drawn.tests[0].slip.size <= 80:
             break
-    one = fit(as_tests(drawn))
-    assert one.reasons and not one.is_result
+    try:
+        one = fit(fits.read_back(as_tests(drawn)))
+    except ValueError as error:
+        assert "expected" in str(error)
+    else:
+        assert one.reasons and not one.is_result
 
 
 def test_blind_numbers_are_those_of_the_other_tests(found: Fit) -> None:
@@ -165,9 +169,44 @@ def test_strengths_keep_or_refuse_what_is_known() -> None:
         ({"qq": 1.0}, "qq: strengths alone have only mu"),
         ({"kc": 20.0}, "kc: strengths alone have only mu"),
         ({"theta": 10.0, "sigma0": 0.2}, "no model has all of that"),
+        ({"theta": 95.0}, "theta = 95: expected 0 <= theta < 90"),
     ):
         with pytest.raises(ValueError, match=message):
             fit_strengths(tests, fixed=known)
+
+
+def test_tests_that_are_the_same_count_once(said: Callable) -> None:
+    """Copies of a test are an error or are counted once; one pressure shows no criterion of two constants."""
+    tests, _ = rock(0)
+    copy = replace(tests[0], name="copy")
+    part = replace(copy, slip=copy.slip[::2], tau=copy.tau[::2], s_N=None, sigma_N=-3.0)
+    for other in (copy, part):
+        with pytest.raises(ValueError, match=r"copy: the rows are those of test 1: expected different tests"):
+            fit([*tests, other])
+    peaks = [Strength(f"line {i}", -1.0, 1.5) for i in range(3)]
+    with pytest.raises(
+        ValueError, match="3 tests, 2 of them the same as others: expected at least 3 different"
+    ):
+        fit_strengths(peaks)
+    apart = [Strength(f"{peak}", -1.0, peak) for peak in (1.5, 1.52, 1.49)]
+    found = fit_strengths([*apart, apart[0]])
+    assert len(found.tests) == 3 and any("each counts once" in text for text in found.notes)
+    # with one pressure any line through its peak fits
+    assert [label for label, *_ in found.others] == ["law"]
+    assert any("one pressure" in text for text in found.notes)
+
+
+def test_residuals_of_strengths(said: Callable) -> None:
+    """The rows have every measured strength, and its errors are those of the fitted and blind values."""
+    Path("peaks.csv").write_text("sigma_N,peak,residual\n0.5,0.62,0.36\n1,1.14,0.73\n2,1.97,1.4\n3,2.6,\n")
+    said("fit peaks.csv --residuals rows.csv")
+    head, *rows = [line.split(",") for line in Path("rows.csv").read_text().splitlines()]
+    assert len(rows) == 7
+    for row in rows:
+        one = dict(zip(head, row, strict=True))
+        measured = float(one["measured"])
+        for name, error in (("fitted", "relative_error"), ("blind", "blind_relative_error")):
+            assert float(one[error]) == pytest.approx(float(one[name]) / measured - 1.0, abs=1e-5)
 
 
 def test_criteria_find_their_own_constants() -> None:
@@ -234,6 +273,7 @@ def test_command_of_no_result(said: Callable) -> None:
         ({"free": ("mu",), "fixed": {"mu": 0.5}}, "mu: expected it free or fixed, not both"),
         ({"joint": "clay"}, "joint = 'clay': expected rock, mortar or auto"),
         ({"fixed": {"theta": 0.01}}, "a radian is 57.3"),
+        ({"fixed": {"theta": 95.0}}, "theta = 95: expected 0 <= theta < 90"),
         ({"joint": "rock", "fixed": {"Gc": 1.0}}, "constants of a bond"),
         ({"fixed": {"mu": -0.5}}, "mu = -0.5: expected a finite value >= 0"),
     ],

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from .evidence import first_stroke
-from .intervals import Assumption
+from .intervals import Assumption, Intervals, spreads
 from .ladder import GAIN, STIFF, Model, independent
-from .model import KS, KT
+from .model import KS, KT, SCALES, SPRINGS, to_scale
 from .records import ShearTest
 from .squares import Solution, refitted
 
@@ -56,6 +56,10 @@ def alternatives(
             value = base.fixed[name]
             add(fixed(**{name: TIMES * value}), f"{name} {TIMES * value:.3g}")
             add(fixed(**{name: value / TIMES}), f"{name} {value / TIMES:.3g}")
+    ladder = found[index].model
+    if any(name in base.fixed and name in ladder.free for name in SPRINGS):
+        # a spring that the rows do not show was taken as rigid
+        add(ladder, PLACES[0] if KT in ladder.free else PLACES[1], found[index])
     for i, (one, value) in enumerate(zip(found, bic, strict=True)):
         if i != index and value < min(bic) + GAIN:
             label = "+".join(one.model.free)
@@ -76,8 +80,11 @@ def of_strength(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assump
     free = tuple(name for name in model.free if name not in ("theta", "height", "crush", "W0"))
     bare = [replace(test, s_N=None) for test in tests]
     other = refitted(chosen, bare, replace(model, free=free), 1.0, 1e-5)
-    parts = ("mu", "sigma0", "Gc", KT)
-    yield _beside(chosen, other.mean_squares["tau"], other.values, "a slope without friction", "tau", parts)
+    own, parts = Intervals(other, spreads(other), []), ("mu", "sigma0", "Gc", KT)
+    ends = {name: [float(to_scale(name, end)) for end in own.of(name)[1:]] for name in other.model.free}
+    halves = {name: 0.5 * (high - low) for name, (low, high) in ends.items()}
+    square = other.mean_squares["tau"]
+    yield _beside(chosen, square, other.values, "a slope without friction", "tau", parts, halves)
 
 
 def _beside(
@@ -87,38 +94,53 @@ def _beside(
     name: str,
     column: str,
     parts: tuple[str, ...],
+    halves: Mapping[str, float],
 ) -> Assumption:
     """Constants of one column alone, which its independent data allow."""
     own = max(chosen.mean_squares[column], 1e-12)
     difference = independent(chosen)[column] * float(np.log(max(square, 1e-12) / own))
-    return Assumption(name, difference, values, difference < GAIN, parts)
+    return Assumption(name, difference, values, difference < GAIN, parts, halves)
 
 
 def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:
-    """Slope and height of the dilation alone, as that of a rigid joint: z = H (1 - exp(-u T/H))."""
+    """Slope and height of the dilation alone, as that of a rigid joint: z = H (1 - exp(-u T/H)).
+
+    Its spring in series is its own, as the law may have put the elastic slip elsewhere.
+    """
     from scipy.optimize import least_squares
 
     model = chosen.model
-    if not (model.bond and KT in chosen.values and "theta" in model.free):
+    if not (model.bond and "theta" in model.free):
         return
-    stiffness, slips, dilations = chosen.values[KT], [], []
+    stress, length = chosen.problem.size
+    slips, tractions, dilations = [], [], []
     for test in tests:
         if test.s_N is not None:
             rows = first_stroke(test)
-            slips.append(np.maximum(0.0, np.abs(test.slip[rows]) - np.abs(test.tau[rows]) / stiffness))
+            slips.append(np.abs(test.slip[rows]))
+            tractions.append(np.abs(test.tau[rows]))
             dilations.append(test.s_N[rows] / max(float(np.ptp(test.s_N)), 1e-300))
     scales = [float(np.ptp(test.s_N)) for test in tests if test.s_N is not None]
     ends = "height" in model.free
 
     def misfit(x: np.ndarray) -> np.ndarray:
-        slope, height = np.exp(x[0]), np.exp(x[1]) if ends else np.inf
-        heights = [u * slope if not ends else height * (1.0 - np.exp(-u * slope / height)) for u in slips]
+        slope, height = np.exp(x[0]), np.exp(x[-1]) if ends else np.inf
+        own = [np.maximum(0.0, s - t / np.exp(x[1])) for s, t in zip(slips, tractions, strict=True)]
+        heights = [u * slope if not ends else height * (1.0 - np.exp(-u * slope / height)) for u in own]
         return np.concatenate([z / s - d for z, s, d in zip(heights, scales, dilations, strict=True)])
 
     start = [np.log(np.tan(np.radians(chosen.values["theta"])))]
+    start += [np.log(chosen.values.get(KT, 10.0 * stress / length))]
     start += [np.log(max(chosen.values["height"], 1e-9))] * ends
     found = least_squares(misfit, start, max_nfev=50)
     values = {"theta": float(np.degrees(np.arctan(np.exp(found.x[0]))))}
-    values |= {"height": float(np.exp(found.x[1]))} if ends else {}
+    values |= {"height": float(np.exp(found.x[-1]))} if ends else {}
     square = float(np.mean(found.fun**2))
-    yield _beside(chosen, square, values, "the dilation alone", "dilation", ("theta", "height"))
+    # twice the standard deviation of rows of which as many are independent as in the fit
+    rows = square * found.fun.size / max(1.0, independent(chosen)["dilation"])
+    sizes = 2.0 * np.sqrt(np.maximum(np.diag(np.linalg.pinv(found.jac.T @ found.jac)) * rows, 0.0))
+    theta = np.radians(values["theta"])
+    of_theta = float(np.degrees(sizes[0] * np.sin(theta) * np.cos(theta)))
+    of_theta /= 1.0 if SCALES["theta"] == "linear" else values["theta"]
+    halves = {"theta": of_theta, "height": float(sizes[-1])}
+    yield _beside(chosen, square, values, "the dilation alone", "dilation", ("theta", "height"), halves)

@@ -10,17 +10,16 @@ import numpy as np
 from ... import contract
 from ...pattern import Pattern
 from .assumptions import PATTERNS, PLACES, alternatives, of_dilation, of_strength
-from .checks import refuse, shows_dilation, warn_if
+from .checks import check_copies, check_known, refuse, shows_dilation, warn_if
 from .evidence import cycles, guesses, noise
 from .intervals import Assumption, Intervals, spreads
 from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
-from .model import AUTO, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES
+from .model import AUTO, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
 from .records import ShearTest
 from .result import Fit
 from .squares import Solution, refitted, searched
 from .verdict import (
     FAIR,
-    SPRINGS,
     blind,
     compared,
     grade_of,
@@ -121,13 +120,10 @@ def _checked(
         needed += ["theta"] * bool({"height", "crush", "W0", "flat"} & {*free})
         missing = next((name for name in needed if name not in given), "")
         refuse(missing, f"{missing}: expected it among the free ones, or a value, --set {missing}=")
-    for name, value in known.items():
-        refuse(not 0.0 <= value < np.inf, f"{name} = {value:g}: expected a finite value >= 0")
-    theta = known.get("theta", 0.0)
-    refuse(0.0 < theta < 0.1, f"theta = {theta:g}: expected degrees, 0 or at least 0.1 (a radian is 57.3)")
-    refuse(known.get("eta", 0.9) >= 1.0, f"eta = {known.get('eta', 0.9):g}: expected below 1")
+    check_known(known)
     refuse(sides != int(sides) or sides < 1, f"sides = {sides!r}: expected a whole number, 1 or more")
-    Pattern.regular(int(sides), theta or 10.0, flat=known.get("flat", 0.0))
+    Pattern.regular(int(sides), known.get("theta") or 10.0, flat=known.get("flat", 0.0))
+    check_copies(tests)
     return known
 
 
@@ -174,6 +170,7 @@ def _fit(
                 "constants of the strength alone"
             )
             alone.reasons.insert(0, text)
+            alone.errors["dilation left out"] = scatter["dilation"]
             return alone
     weight = 1.0
     if "dilation" in scatter:
@@ -196,7 +193,13 @@ def _fit(
         others = alternatives(chosen, found, bic, index)
         fits = [refitted(start, tests, model, weight, 1e-5) for start, model in others]
         ranked = criteria([chosen, *fits])
-    assumptions = [*_assumed(fits, ranked), *of_strength(chosen, tests), *of_dilation(chosen, tests)]
+    strength = [*of_strength(chosen, tests)]
+    if any(one.difference < -GAIN for one in strength):
+        alone = ", ".join(f"{name} {strength[0].values[name]:.3g}" for name in ("mu", "sigma0", "Gc"))
+        notes.append(
+            f"the slope of the dilation adds less friction than that of the law; without any: {alone}"
+        )
+    assumptions = [*_assumed(fits, ranked), *strength, *of_dilation(chosen, tests)]
     intervals = Intervals(chosen, spreads(chosen), assumptions)
     estimates = {name: intervals.of(name) for name in chosen.model.free}
     tick("blind predictions")
@@ -218,6 +221,10 @@ def _fit(
             reasons.append(f"{text}; {HELP.get(name, 'further tests')} would show it")
     reasons += too_little(chosen, tests)
     notes += remarks(chosen, tests)
+    if models[0].fixed.get("mu") == 0.0:
+        notes.append(
+            "mu = 0 was given: a joint without friction, with the strength of its bond or slope alone"
+        )
     models_tried = [(one.model.free, value - bic[index]) for one, value in zip(found, bic, strict=True)]
     judged = (fitted, unseen, errors, grade, reasons, notes, assumptions, models_tried)
     return Fit(tests, chosen, intervals, estimates, *judged)

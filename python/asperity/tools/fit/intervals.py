@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +37,8 @@ class Assumption:
     constants.
 
     admissible: whether the tests allow it, so that it is part of the intervals; parts: constants to which it
-    applies, all of them without a list.
+    applies, all of them without a list.  halves: half widths of their intervals on their scales, those of the
+    fit without them.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Assumption:
     values: Mapping[str, float]
     admissible: bool
     parts: tuple[str, ...] = ()
+    halves: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +58,10 @@ class Spread:
 
 
 def spreads(found: Solution) -> list[Spread]:
-    """Covariances by kind of group: parts of the way of all tests together, of each test, and whole tests."""
+    """Covariances by kind of group: parts of the way of all tests together, of each test, and whole tests.
+
+    And that of independent rows: a few groups may agree by chance.
+    """
     from scipy.stats import t as student
 
     if not found.x.size:
@@ -67,6 +72,11 @@ def spreads(found: Solution) -> list[Spread]:
         freedom = count - 1 if whole else count - found.x.size
         quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)) if freedom >= 1 else np.inf
         made.append(Spread(covariance, quantile))
+    freedom = found.residuals.size - found.x.size
+    if freedom >= 1:
+        scale = float(found.residuals @ found.residuals) / freedom
+        covariance = scale * np.linalg.pinv(slopes.T @ slopes, rcond=1e-12)
+        made.append(Spread(covariance, float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom))))
     return made
 
 
@@ -128,13 +138,13 @@ class Intervals:
         slope = np.array([(above - below) / 2e-4 for above, below in pairs])
         sizes = [one.quantile * np.sqrt(max(0.0, slope @ one.covariance @ slope)) for one in self.spreads]
         half = max([0.0, *(size for size in sizes if not np.isnan(size))])
-        low = high = 0.0
+        low, high = -half, half
         for one in self.assumptions:
             applies = name in one.parts if one.parts else function is not None or name in one.values
             if one.admissible and applies and (function is not None or one.values.get(name, 0.0) > 0.0):
-                shift = place(one.values) - here
-                low, high = min(low, shift), max(high, shift)
-        ends = [here, here - np.hypot(half, low), here + np.hypot(half, high)]
+                shift, own = place(one.values) - here, one.halves.get(name, half)
+                low, high = min(low, shift - own), max(high, shift + own)
+        ends = [here, here + low, here + high]
         value, *both = (float(one) for one in from_scale(name, ends))
         if function is None and name in PLAUSIBLE:
             both = list(np.clip(both, *plausible(name, *problem.size)))

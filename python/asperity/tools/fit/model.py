@@ -36,6 +36,9 @@ KS, KT = "ks", "kT"
 series with the joint, along the slip: specimen, box and matedness.
 """
 
+SPRINGS = (KS, KT)
+"""Stiffnesses of the elastic slip, on which the other constants do not depend."""
+
 BOND = tuple(name for name in contract.joint_constants(1.0, 1.0) if name != "kc")
 INCLINED = tuple(row.name for row in TIMELESS if row.inclined)
 """Constants that a joint without bond does not have, and those of inclined planes."""
