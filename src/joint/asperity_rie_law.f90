@@ -6,10 +6,12 @@ module asperity_rie_law
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type, plane_damage, separation_bound, start_damage
   use asperity_kinds, only: wp
+  use asperity_material, only: material_type
   use asperity_point, only: kinematics_type, plane_kinematics, update_point
   use asperity_pattern, only: plane_normal
   use asperity_point_law, only: event_length, name_event, point_law
   use asperity_text, only: append, integer_text, set_text, to_text
+  use asperity_types_double, only: local_type
   implicit none
   private
   public :: new_rie_law, rate_independent_law, slipped_separation, statev_name
@@ -22,6 +24,7 @@ module asperity_rie_law
     procedure, nopass :: energies
     procedure :: cannot_soften
     procedure :: admissible
+    procedure :: bond_pressure
     procedure :: magnitude
     procedure :: contact_opening
     procedure :: beyond_strength
@@ -34,6 +37,8 @@ module asperity_rie_law
   integer, parameter :: in_contact = 1, is_open = 2, slides_now = 3
 
 contains
+
+  include "asperity_contact.inc"
 
   !> The law of an interface.
   pure function new_rie_law(joint) result(law)
@@ -128,6 +133,25 @@ contains
     size = law%stiffest*maxval(abs([whole_separation(s, state), &
       (state(plane_statev(k) + 1:plane_statev(k) + 2), k=1, law%joint%pattern%n)]))
   end function magnitude
+
+  !> Largest pressure of the bond of a plane that is not fully damaged, stress. Linear pressures are below the stiffness
+  !> times the separation, so only those of a hyperbolic closure count.
+  pure function bond_pressure(law, s, state) result(largest)
+    class(rie_law), intent(in) :: law   !! the law
+    real(wp), intent(in) :: s(3)        !! separation (N, Tx, Ty), length
+    real(wp), intent(in) :: state(:)    !! STATEV
+    real(wp) :: largest
+    real(wp) :: alpha(law%joint%pattern%n), normal
+    integer :: k
+    largest = 0.0_wp
+    if (.not. law%stiffens) return
+    alpha = plane_damage(law%joint, state)
+    do k = 1, law%joint%pattern%n
+      if (.not. alpha(k) < 1.0_wp) cycle
+      normal = dot_product(plane_normal(law%joint%pattern, k), whole_separation(s, state))
+      largest = max(largest, law%joint%material%k_t*pressure(law%joint%material, local_type(normal, 0.0_wp, 0.0_wp)))
+    end do
+  end function bond_pressure
 
   !> Smallest separation N, not below zero with the offset, at which no plane is in contact, length.
   pure function contact_opening(law, s, state) result(opening)

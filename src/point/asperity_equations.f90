@@ -7,7 +7,8 @@ module asperity_equations
   use asperity_checks, only: all_bounded
   use asperity_kinds, only: wp
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: coarsest_scale, farthest, finest_scale, instability, rounding_scale
+  use asperity_tolerances, only: coarsest_scale, farthest, finest_scale, instability, resolved, residual_tolerance, &
+    rounding_scale
   implicit none
   private
   public :: new_point, new_equations, ramp, evaluate, free_matrix, predict, unstable, is_unstiff, &
@@ -109,7 +110,7 @@ contains
     real(wp), intent(out) :: residual(3)                !! traction + spring*separation + damping*move - value, stress
     real(wp), intent(out) :: error                      !! largest residual relative to the traction scale of
                                                         !! `residual_tolerance`; huge: x is out of range, no result
-    real(wp) :: finest, given, known, part, scale, steep, values(3), worn
+    real(wp) :: finest, given, hidden, known, part, scale, steep, values(3), worn
 
     residual = 0.0_wp
     error = huge(error)
@@ -128,12 +129,14 @@ contains
       given = max(0.0_wp, maxval(abs(values), mask=control%traction))
       steep = 1.0_wp
       if (law%stiffens) steep = max(1.0_wp, maxval(abs(point%tangent))/law%stiffest)
-      scale = steep*law%magnitude(point%s, point%state) + given
+      hidden = law%bond_pressure(point%s, point%state)
+      scale = steep*law%magnitude(point%s, point%state) + hidden + given
       ! an open joint that is fully damaged carries nothing, without rounding errors
       if (is_unstiff(point) .and. .not. equations%damping > 0.0_wp) scale = given
       ! The scale is bounded: otherwise a residual would count as small if free separations grow without bound.
       known = max(equations%moved, maxval(abs(values), mask=.not. control%traction))
-      scale = min(scale, max(coarsest_scale*(law%stress + given), rounding_scale*(steep*law%stiffest)*known))
+      scale = min(scale, max(coarsest_scale*(law%stress + given), rounding_scale*(steep*law%stiffest)*known, &
+        min(rounding_scale*hidden, resolved/residual_tolerance*(law%stress + given))))
       ! the strength of a joint without bond is a number in name only
       finest = finest_scale*law%stress
       given = maxval(max(abs(equations%start), abs(equations%target)), mask=control%traction)

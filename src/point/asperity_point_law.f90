@@ -36,6 +36,7 @@ module asperity_point_law
   contains
     procedure :: admissible
     procedure :: ask
+    procedure :: bond_pressure
     procedure :: beyond_strength
     procedure :: cannot_soften
     procedure :: contact_opening
@@ -121,6 +122,16 @@ contains
     real(wp), intent(out) :: fraction       !! above 0, to 1
     fraction = 1.0_wp
   end subroutine ask
+
+  !> Largest pressure of bonds of which only the undamaged part acts, stress: the rounding error of a damage near 1
+  !> times this pressure is an error of the traction. A law that does not know takes zero.
+  pure function bond_pressure(law, s, state) result(largest)
+    class(point_law), intent(in) :: law   !! the law
+    real(wp), intent(in) :: s(3)          !! separation (N, Tx, Ty), length
+    real(wp), intent(in) :: state(:)      !! state
+    real(wp) :: largest
+    largest = 0.0_wp
+  end function bond_pressure
 
   !> In which direction prescribed tractions are beyond what the law can carry from a state on, and how much it carries
   !> in this direction. A law without a closed form of its strength knows none.
