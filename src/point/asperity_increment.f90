@@ -11,9 +11,9 @@ module asperity_increment
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: fast_growth, first_motion, largest_target, least_damping, least_rupture, &
-    less_damping, more_damping, most_tries, most_updates, shortest_motion, slow_growth, smallest_fraction, &
-    snap_resolution, unbalanced
+  use asperity_tolerances, only: fast_growth, first_motion, imperfection, largest_target, least_damping, &
+    least_rupture, less_damping, more_damping, most_tries, most_updates, shortest_motion, slow_growth, &
+    smallest_fraction, snap_resolution, unbalanced
   implicit none
   private
   public :: control_type, point_type, report_type, new_point, advance, snap
@@ -104,7 +104,9 @@ contains
     far = farthest_equilibrium(law, equations, 0.5_wp)
     found = .false.
     ! the motion has constant prescribed values from the start on: the energies of their last change are not its own
-    call evaluate(law, equations, equations%old%s, equations%done, trial, residual, error)
+    trial%s = equations%old%s
+    if (count(equations%control%traction) > 1) trial%s = trial%s + imperfection*law%length
+    call evaluate(law, equations, trial%s, equations%done, trial, residual, error)
     if (error < huge(error)) equations%old = trial
     anchor = equations%old%s
     tries = 0

@@ -57,6 +57,9 @@ module asperity_tolerances
   real(wp), parameter, public :: least_rupture = 1.0e-9_wp
   !> First step of the motion, relative to s0; two equilibria that are nearer may be taken for one.
   real(wp), parameter, public :: first_motion = 0.005_wp
+  !> Displacement at the start of a motion of several free separations, relative to s0: a symmetric equilibrium that is
+  !> unstable has no motion of its own.
+  real(wp), parameter, public :: imperfection = 1.0e-6_wp
   !> Shortest step that is judged by its energies, relative to s0.
   real(wp), parameter, public :: shortest_motion = first_motion*2.0_wp**(-10)
   !> Tolerated energy that does not balance in a step of s0 of the motion, relative to the energy of a plane at its
