@@ -5,8 +5,8 @@ Writing needs meshio (`pip install "asperity[paraview]"`).  A script of your own
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import meshio
@@ -31,6 +31,7 @@ class Step:
     VTK, of the other one.  separation and traction (N, Tx, Ty) and state of the points of the joints have the
     shape (joints, points of a joint, components); the fields are means over the points.  block, joint:
     numbers of the blocks of the solids and of the joints in `blocks` and `names`, which the files carry.
+    others: further fields of the joints, (joints, points of a joint).
     """
 
     time: float
@@ -46,6 +47,7 @@ class Step:
     joint: Integers | None = None
     blocks: Sequence[str] = ()
     names: Sequence[str] = ()
+    others: Mapping[str, Floats] = field(default_factory=dict)
 
     def write(self, folder: Path, label: str) -> list[str]:
         """Write solids_LABEL.vtu and joints_LABEL.vtu; returns the names.
@@ -54,10 +56,12 @@ class Step:
         """
         if self.displacement.shape != self.nodes.shape:
             raise ValueError(f"displacement has shape {self.displacement.shape}: expected {self.nodes.shape}")
-        for name in ("separation", "traction", "state"):
-            if (found := len(getattr(self, name))) != len(self.joints):
-                raise ValueError(f"{name} of {found} joints: expected {len(self.joints)}")
-        fields = {name: self.state[..., contract.statev_index(name)].mean(1) for name in OF_STATE}
+        of_joints = {name: getattr(self, name) for name in ("separation", "traction", "state")}
+        for name, values in (of_joints | dict(self.others)).items():
+            if len(values) != len(self.joints):
+                raise ValueError(f"{name} of {len(values)} joints: expected {len(self.joints)}")
+        fields = {name: one.mean(1) for name, one in self.others.items()}
+        fields |= {name: self.state[..., contract.statev_index(name)].mean(1) for name in OF_STATE}
         fields |= {"separation": self.separation.mean(1), "traction": self.traction.mean(1)}
         d, joints = self.nodes.shape[1], JOINTS[self.joints.shape[1]]
         here, there = ({} if one is None else {"MaterialIDs": one} for one in (self.block, self.joint))

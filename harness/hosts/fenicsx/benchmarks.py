@@ -91,7 +91,7 @@ def block(mu: float = 0.5) -> tuple[float, float]:
     mesh = split(grid(np.arange(7) * 50.0, np.arange(5) * 50.0, block=[0, 0, 1, 1]))
     law = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=mu), Pattern.regular(0, 0.0))
     model = Model(mesh, {"joint": law}, 2e4, 0.2)
-    down, push = ((model.body(force) * model.solid("block_1")) for force in ([0.0, -2.4e-5], [2.4e-5, 0.0]))
+    down, push = (model.body(force, "block_1") for force in ([0.0, -2.4e-5], [2.4e-5, 0.0]))
     return carried(model, model.dofs(model.x[:, 1] < 1e-6, 0, 1), down, push), mu
 
 
@@ -111,17 +111,13 @@ def dam(pressure: float, mu: float = 0.75) -> tuple[float, float]:
                        cell_data={"gmsh:physical": [tags[kept]]})  # fmt: skip
     law = Interface(Material.from_joint(kn=1e5, ks=5e4, mu=mu), Pattern.regular(0, 0.0))
     model = Model(split(mesh), {"joint": law}, 3e4, 0.2, plane="strain")
-    down, push = (model.body(force) * model.solid("dam") for force in ([0.0, -0.024], [0.024, 0.0]))
-    at, part = model.x[:, 0], 3.0 * BASE / (len(x) - 1)
-    side = model.solid("dam").reshape(-1, 2)[:, 1] * 2.0 - 1.0
-    base = (np.abs(model.x[:, 1]) < 1e-9) & (at > -1e-9) & (at < BASE + 1e-9)
-    width = part * np.where((at < 1e-9) | (at > BASE - 1e-9), 0.5, 1.0)
-    water = np.zeros((model.n, 2))
-    water[base, 1] = (side * width * pressure * (1.0 - at / BASE))[base]
+    down, push = (model.body(force, "dam") for force in ([0.0, -0.024], [0.024, 0.0]))
+    model.pressure("joint", lambda x: pressure * (1.0 - x[:, 0] / BASE))
+    at = model.x[:, 0]
     fixed = model.dofs((model.x[:, 1] < -40.0 + 1e-6) | (np.abs(at - 0.5 * BASE) > 1.5 * BASE - 1e-6), 0, 1)
     weight = -total(down.sum())
     uplift = 0.5 * pressure * BASE
-    return carried(model, fixed, down + water.ravel(), push), mu * (weight - uplift) / weight
+    return carried(model, fixed, down, push), mu * (weight - uplift) / weight
 
 
 def main() -> None:

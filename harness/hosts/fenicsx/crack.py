@@ -22,7 +22,7 @@ from asperity.contract import Floats
 from asperity.mesh import split
 from asperity.options import add_options
 from asperity.tools.style import COLOURS, TWO, new_figure, printed, save
-from jointed import Model, Steps
+from jointed import COMM, Model, Steps
 from structured import grid
 
 B, DOMAIN = 1000.0, 100.0
@@ -102,9 +102,9 @@ def run(kind: str, n: int) -> Crack:
     inside = {"joint": lambda a, b, x, normal: np.abs(x[:, 0]) < B}
     mesh = split(grid(x, y, block=y[:-1] >= 0.0), inside)
     model = Model(mesh, {"joint": interface(kind)}, MODULUS, POISSON, plane="strain")
-    load, area = np.zeros((model.n, 2)), model.area[:, None]
+    load = np.zeros((model.n, 2))
     if kind == "pressure":
-        np.add.at(load[:, 1:], model.pairs, PRESSURE * np.stack([-area, area], 1))
+        model.pressure("joint", PRESSURE)
     else:
         for name, normal in {"left": (-1, 0), "right": (1, 0), "bottom": (0, -1), "top": (0, 1)}.items():
             nodes, share = model.group(name)
@@ -117,10 +117,11 @@ def run(kind: str, n: int) -> Crack:
         if not steps.solve(np.zeros(len(steps.fixed)), part * load.ravel()):
             raise RuntimeError(f"{kind}, {n} elements, part {part:g} of the load: {steps.message}")
     inner, law = model.area > 0.0, model.laws[0]
-    traction = law.update(model.s[0], model.state[0], model.s[0]).traction
-    place = model.x[model.pairs[inner, 0], 0]
+    traction = law.update(model.s[0], model.state[0], model.s[0], p=model.water.p).traction
+    parts = (model.water.x[:, 0], model.area, model.s[0], traction)
+    place, *values = (np.concatenate(COMM.allgather(one[inner])) for one in parts)
     order = np.argsort(place)
-    return Crack(place[order], *(one[inner][order] for one in (model.area, model.s[0], traction)))
+    return Crack(place[order], *(one[order] for one in values))
 
 
 def draw(cracks: dict[str, Crack], path: Path) -> None:
@@ -167,7 +168,8 @@ def main() -> None:
     options = parser.parse_args()
     if bad := [n for n in options.elements if n < 2 or n % 2]:
         parser.error(f"--elements {bad[0]}: expected even numbers > 0")
-    print("benchmark, elements, error, order, largest slip and opening, normal traction at s = 0")
+    show = print if COMM.rank == 0 else lambda text: None
+    show("benchmark, elements, error, order, largest slip and opening, normal traction at s = 0")
     for kind in STIFF:
         cracks = [run(kind, n) for n in options.elements]
         errors = [one.imbalance() if kind == "height" else one.error(kind) for one in cracks]
@@ -175,9 +177,9 @@ def main() -> None:
             order = math.log(errors[k - 1] / error) / math.log(n / options.elements[k - 1]) if k else math.nan
             opening, slip, _ = one.separation.max(axis=0)
             normal = one.traction[np.abs(one.x).argmin(), 0]
-            print(f"{kind} {n} {error:.6f} {order:.2f} {slip:.5f} {opening:.5f} {normal:.4f}")
+            show(f"{kind} {n} {error:.6f} {order:.2f} {slip:.5f} {opening:.5f} {normal:.4f}")
         options.shown = getattr(options, "shown", {}) | {kind: cracks[-1]}
-    if options.output is not None:
+    if options.output is not None and COMM.rank == 0:
         draw(options.shown, options.output)
 
 

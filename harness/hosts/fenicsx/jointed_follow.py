@@ -40,8 +40,9 @@ COUNTS = "cuts", "repeated", "taken", "count", "by_passes", "calm", "patience", 
 class Follow:
     """Steps along a path whose parameter is `at`; they are cut where they fail.
 
-    conditions: displacements of the fixed components and loads at a value of the parameter.  Where a short
-    step by Newton's method fails, steps by passes follow (`Steps.solve_by_passes`) until they are calm.
+    conditions: displacements of the fixed components and loads at a value of the parameter, for which it may
+    give pressures of the model, too.  Where a short step by Newton's method fails, steps by passes follow
+    (`Steps.solve_by_passes`) until they are calm.
     """
 
     def __init__(
@@ -81,23 +82,31 @@ class Follow:
         m, left = self.steps.model, end - self.at
         last = abs(left) <= self.step * (1.0 + 1e-6)  # no step of rounding errors is left
         move = left if last else float(np.copysign(self.step, left))
-        before, largest = (m.u, m.s, m.state), self.steps.largest
+        loads = self.conditions(self.at)[1] + m.water.outer
+        before, largest, water = (m.u, m.s, m.state), self.steps.largest, m.water.p
         values, load = self.conditions(end if last else self.at + move)
+
+        def loaded() -> bool:
+            change = np.abs(load + m.water.outer - loads).sum() + np.abs(m.water.p - water).sum()
+            return total(change) > 0.0
+
+        under_loads = loaded()
         if not self._solve(values, load, move):
             self.cuts += 1
-            self._cut(move, 0.5, self.steps.message)
+            m.water.p = water
+            self._cut(move, 0.5, self.steps.message, under_loads)
             return False
-        under_loads = total(np.abs(load - self.conditions(self.at)[1]).sum()) > 0.0
+        under_loads = under_loads or loaded()  # by a flow
         damage, force = self.steps.errors
         most = self.errors[0], min(self.errors[1], UNDER_LOADS) if under_loads else self.errors[1]
         excess = max(damage / most[0], force / most[1])
         shortest = abs(move) <= self.shortest * (1.0 + 1e-6) and not under_loads
         if excess > 1.0 and not (shortest and force <= self.limit):
             m.u, m.s, m.state = before
-            self.steps.largest = largest
+            self.steps.largest, m.water.p = largest, water
             self.repeated += 1
             text = f"the last pass has an error of {force:.2g} of the forces and {damage:.2g} of a damage"
-            self._cut(move, min(0.7, max(0.25, 0.8 / excess)), text, 0.0 if under_loads else self.shortest)
+            self._cut(move, min(0.7, max(0.25, 0.8 / excess)), text, under_loads, self.shortest)
             return False
         self.last, self.move = m.u - before[0], move
         self.jump = [new - old for new, old in zip(m.s, before[1], strict=True)]
@@ -116,8 +125,15 @@ class Follow:
         self.taken += self.steps.iterations
         return good
 
-    def _cut(self, move: float, share: float, message: str, floor: float = 0.0) -> None:
-        """Make the next step a share of this one; end the path where it is too short already."""
+    def _cut(self, move: float, share: float, message: str, under_loads: bool, shortest: float = 0.0) -> None:
+        """Make the next step a share of this one; end the path where it is too short already.
+
+        Near a limit load passes may fail where Newton's method does not, which is tried there, too.
+        """
+        if self.by_passes and under_loads and not self.always:
+            self.by_passes, self.step = False, abs(move)
+            return
+        floor = 0.0 if under_loads else shortest
         self.step = max(share * abs(move), floor)
         if self.step < self.least or abs(move) <= floor * (1.0 + 1e-6):
             self.reason = f"stopped at {self.at:.5g}: {message}"
@@ -147,7 +163,7 @@ class Follow:
         parts = {"s": m.s, "state": m.state, "jump": self.jump}
         joints = {f"{name}{k}": one for name, some in parts.items() for k, one in enumerate(some)}
         new = file.with_suffix(f".{COMM.rank}.new.npz")
-        np.savez(new, u=m.u, last=self.last, now=now, counts=counts, **joints)
+        np.savez(new, u=m.u, last=self.last, p=m.water.p, now=now, counts=counts, **joints)
         new.replace(file.with_suffix(f".{COMM.rank}.npz"))  # whole even if the run is ended here
 
     def resume(self, file: Path) -> None:
@@ -160,7 +176,7 @@ class Follow:
         ]
         if not COMM.allreduce(bool(all(same) and found["u"].shape == m.u.shape), MPI.LAND):
             raise ValueError(f"{file}: expected the files of a run with the same mesh, laws and ranks")
-        m.u, self.last = found["u"], found["last"]
+        m.u, self.last, m.water.p = found["u"], found["last"], found["p"]
         parts = ([found[f"{name}{k}"] for k in range(len(m.laws))] for name in ("s", "state", "jump"))
         m.s, m.state, self.jump = parts
         self.at, self.move, self.step, self.steps.largest = found["now"].tolist()

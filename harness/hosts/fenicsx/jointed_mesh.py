@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from mpi4py import MPI  # isort: skip  # loads the library of MPI that dolfinx needs
 import numpy as np
 from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.mesh import Jointed
+from asperity.mesh.shapes import FACES, Integers
 from dolfinx import cpp, graph
 
 COMM = MPI.COMM_WORLD
@@ -60,6 +62,39 @@ def _weights(x: Floats) -> Floats:
     return cross / (6 if k == 3 else 4)
 
 
+@dataclass(frozen=True)
+class Group:
+    """A group on all ranks: nodes, their shares in its area, and their places before joints doubled them.
+
+    faces (f, k): nodes of its faces, right-handed about the normal out of the cells; corners (f, k, d).
+    message: why they cannot carry a pressure.
+    """
+
+    nodes: Integers
+    area: Floats
+    places: Integers
+    faces: Integers
+    corners: Floats
+    message: str
+
+
+def _group(jointed: Jointed, name: str) -> Group:
+    nodes, area = jointed.nodes(name), np.zeros(len(jointed.points))
+    for some in jointed.groups[name]:
+        np.add.at(area, some, _weights(jointed.points[some]))
+    faces, message = np.zeros((0, 2), np.int64), "expected a group of faces"
+    if name in jointed.surfaces:
+        [faces] = jointed.face_nodes(jointed.surfaces[name])
+        [(kind, cells)] = jointed.cells.items()
+        near = cells[np.isin(cells, nodes).sum(1) >= faces.shape[1]]
+        all_ = np.sort(np.concatenate([near[:, list(one)] for one in FACES[kind]]))
+        known, count = np.unique(all_, axis=0, return_counts=True)
+        inner = len({*map(tuple, known[count > 1].tolist())} & {*map(tuple, np.sort(faces).tolist())})
+        message = f"{inner} of its {len(faces)} faces are inside the solids" if inner else ""
+    corners = jointed.points[faces]
+    return Group(nodes, area[nodes], jointed.origin[nodes], faces, corners, message)
+
+
 def distributed(jointed: Jointed, laws: Mapping[str, Interface]) -> tuple:
     """Cells and nodes of a mesh, and what all ranks need of it."""
     kind, d = ", ".join(jointed.cells), jointed.dimension
@@ -71,13 +106,9 @@ def distributed(jointed: Jointed, laws: Mapping[str, Interface]) -> tuple:
     for name, parts in jointed.joints.items():
         for one in parts:
             law, weight = np.full(len(one.area), list(laws).index(name)), _weights(jointed.points[one.minus])
-            rows.append((one.minus, one.plus, law, one.axes, weight, one.cells))
-    groups = {}
-    for name, some in jointed.groups.items():
-        area = np.zeros(len(jointed.points))
-        for nodes in some:
-            np.add.at(area, nodes, _weights(jointed.points[nodes]))
-        groups[name] = jointed.nodes(name), area[jointed.nodes(name)]
+            places, corners = jointed.origin[one.minus], jointed.points[one.minus]
+            rows.append((one.minus, one.plus, law, one.axes, weight, one.cells, places, corners))
+    groups = {name: _group(jointed, name) for name in jointed.groups}
     cells = jointed.cells[kind][:, BASIX[kind]].astype(np.int64)
     faces = [np.concatenate(column) for column in zip(*rows, strict=True)]
     return cells, jointed.points, (kind, d, jointed.block[kind], jointed.names, groups, faces)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from jointed_mesh import BASIX, COMM, NAMES, agree, distributed, partition, total  # isort: skip  # loads MPI
 import basix.ufl
@@ -16,7 +16,9 @@ from asperity.contract import Floats
 from asperity.interface import Interface, Update
 from asperity.mesh import Jointed
 from dolfinx import fem, la, mesh
+from jointed_water import Flow, Pressure, Water
 from mpi4py import MPI
+from numpy.typing import ArrayLike
 from petsc4py import PETSc
 
 INT, ADD = PETSc.IntType, PETSc.InsertMode.ADD_VALUES
@@ -72,7 +74,7 @@ class Model:
         kind, d, block, self.names, self.groups, faces = COMM.bcast(shared)
         young = dict(E) if isinstance(E, Mapping) else dict.fromkeys(self.names, E)
         _check_elastic(young, self.names, nu, thickness, plane)
-        minus, plus, law, axes, weight, sides = faces
+        minus, plus, law, axes, weight, sides, places, corners = faces
         self.laws, self.joints, self.d = list(laws.values()), list(laws), d
         self.thickness = thickness if d == 2 else 1.0
         if COMM.rank > 0:
@@ -96,25 +98,32 @@ class Model:
         self._order = np.argsort(m.geometry.input_global_indices)
         self._known = m.geometry.input_global_indices[self._order]
         self._node = node[self._order]
+        of_all = law, places, corners, mine
+        self.face_cells = block[sides[mine]]
         minus, plus, law, axes, weight = (one[mine] for one in (minus, plus, law, axes, weight))
         self.face_joint = law
         self._points(self.local(minus), self.local(plus), law, axes, self.thickness * weight)
         self._stiffness(young, nu, plane)
         self.u, self.clock, self.linear = np.zeros(self.n * d), 0.0, 0
+        self.water, self.stressed = Water(self, of_all), 0.0 * self.u
         self.aim: list[Floats] | None = None
 
     def local(self, nodes: np.ndarray) -> np.ndarray:
         """Local numbers of nodes of the mesh that this rank has."""
         return self._node[np.searchsorted(self._known, nodes)].astype(np.int32)
 
+    def owned(self, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Local numbers of those nodes of the mesh that this rank owns, and which these are."""
+        at = np.minimum(np.searchsorted(self._known, nodes), len(self._known) - 1)
+        local = np.where(self._known[at] == nodes, self._node[at], self.n)
+        return local[local < self.n], local < self.n
+
     def group(self, name: str) -> tuple[np.ndarray, Floats]:
         """Owned nodes of a group, and their shares in its area."""
         if name not in self.groups:
             raise ValueError(f"{name}: no such group: expected one of {', '.join(self.groups)}")
-        nodes, area = self.groups[name]
-        at = np.minimum(np.searchsorted(self._known, nodes), len(self._known) - 1)
-        local = np.where(self._known[at] == nodes, self._node[at], self.n)
-        return local[local < self.n], self.thickness * area[local < self.n]
+        local, here = self.owned(self.groups[name].nodes)
+        return local, self.thickness * self.groups[name].area[here]
 
     def dofs(self, nodes: np.ndarray, *components: int) -> np.ndarray:
         """Components of owned nodes, as indices or a mask of them."""
@@ -180,23 +189,108 @@ class Model:
         pointers, columns, rows = self.where
         A.setValuesLocalIJV(pointers, columns, values, ADD, rows)
 
-    def solid(self, *blocks: str) -> Floats:
-        """1 at the components of nodes of these blocks, 0 elsewhere, (n d,)."""
+    def _numbers(self, blocks: Sequence[str]) -> list[int]:
+        """Numbers of blocks."""
         if unknown := [name for name in blocks if name not in self.names]:
             raise ValueError(f"{unknown[0]}: no such block: expected one of {', '.join(self.names)}")
-        inside = np.isin(self.cell_block, [self.names.index(name) for name in blocks])
+        return [self.names.index(name) for name in blocks]
+
+    def solid(self, *blocks: str) -> Floats:
+        """1 at the components of nodes of these blocks, 0 elsewhere, (n d,)."""
+        inside = np.isin(self.cell_block, self._numbers(blocks))
         found = np.zeros((self.n + self.map.num_ghosts, self.d))
         found[self.V.dofmap.list[inside]] = 1.0
         return found[: self.n].ravel()
 
-    def body(self, force: Sequence[float]) -> Floats:
-        """Nodal forces of a force per volume, (d,)."""
+    def _inside(self, blocks: Sequence[str]) -> fem.Function:
+        """1 in the cells of these blocks, 0 elsewhere; without names 1 in all."""
+        found = fem.Function(fem.functionspace(self.mesh, ("DG", 0)))
+        inside = np.isin(self.cell_block, self._numbers(blocks or self.names))
+        found.x.array[found.function_space.dofmap.list.ravel()] = inside
+        return found
+
+    def body(self, force: Sequence[float], *blocks: str) -> Floats:
+        """Nodal forces of a force per volume, (d,), in these blocks; default: in all."""
         if np.shape(force) != (self.d,) or not np.isfinite(force).all():
             raise ValueError(f"force {list(force)}: expected {self.d} finite components")
         form = ufl.inner(fem.Constant(self.mesh, np.array(force, float)), ufl.TestFunction(self.V))
+        return self._assembled(self._inside(blocks) * form)
+
+    def _assembled(self, form: ufl.Form) -> Floats:
+        """Nodal forces of a virtual work per volume."""
         b = fem.assemble_vector(fem.form(form * self.thickness * ufl.dx))
         b.scatter_reverse(la.InsertMode.add)
         return b.array[: self.n * self.d].copy()
+
+    def pressure(self, name: str, p: Pressure) -> None:
+        """Give the pressure of water, >= 0, in a joint, on both of its sides, or on a group of faces.
+
+        p: a number, or a function of places (n, d) that returns n of them or one.  In a joint it may be a
+        function of places and openings s_N (n,): each step then repeats its equilibrium until p belongs to
+        the openings.  Tractions of the joints are total: the law carries t_N + p.
+        """
+        self.water.give(name, p)
+
+    def flow(
+        self,
+        joints: str | Sequence[str],
+        given: Mapping[str, Pressure],
+        viscosity: float,
+        a_0: float | Mapping[str, float] = 0.0,
+        a_min: float = 0.0,
+        weight: Sequence[float] | None = None,
+    ) -> Flow:
+        """Let water flow along joints, q = -a^3/(12 viscosity) (grad p - weight), steady with every step.
+
+        a = max(a_min, a_0 + s_N) is the aperture; a_0 may be given by joint.  given: pressures by group,
+        where its nodes are those of the joints.  weight: of the water, force per volume (d,).  The flow goes
+        through where the joints meet and replaces an earlier one along the same joints.  Raises ValueError
+        where nodes of a joint are cut off from every given pressure.
+        """
+        return self.water.flow(joints, given, viscosity, a_0, a_min, weight)
+
+    def initial(
+        self,
+        stress: ArrayLike | Callable[[Floats], Floats],
+        *blocks: str,
+        damage: float = 0.0,
+    ) -> None:
+        """Give the solids an initial stress, tension positive, before the first step.
+
+        stress: (d, d), or a function of places (n, d) that returns (n, d, d), linear in each cell.  blocks:
+        all by default.  Joints inside them carry the total traction of this stress at zero separation, with a
+        damage of their planes and the pressure that they have; raises ValueError where they cannot.
+        """
+        agree("initial stress: expected before the first step" if np.any(self.u) else "")
+        size = self.d, self.d
+
+        def tensors(x: Floats) -> Floats:
+            found = np.asarray(stress(x) if callable(stress) else stress, float)
+            if found.shape not in (size, (len(x), *size)):
+                raise ValueError(f"stress of the shape {found.shape}: expected {size} or {(len(x), *size)}")
+            if not np.isfinite(found).all() or np.abs(found - found.swapaxes(-1, -2)).max(initial=0.0) > (
+                1e-9 * np.abs(found).max(initial=0.0)
+            ):
+                raise ValueError("stress: expected finite, symmetric components")
+            return np.broadcast_to(found, (len(x), *size))
+
+        given = fem.Function(fem.functionspace(self.mesh, ("DG", 1, size)))
+        given.interpolate(lambda x: tensors(x[: self.d].T).reshape(-1, self.d**2).T)
+        virtual = ufl.grad(ufl.TestFunction(self.V))
+        self.stressed = self._assembled(self._inside(blocks) * ufl.inner(given, virtual))
+        inside = np.isin(self.face_cells, self._numbers(blocks or self.names)).all(1)
+        both = np.zeros(len(self.pairs), bool)
+        both[self.face_points[inside]] = True
+        on = np.einsum("pij,pj->pi", tensors(self.water.x), self.axes[:, 0])
+        traction = np.einsum("pkd,pd->pk", self.axes, on)
+        message = ""
+        for k, (p, law) in enumerate(zip(self.parts, self.laws, strict=True)):
+            at = both[p]
+            try:
+                self.state[k][at] = law.initial(traction[p][at], damage, p=self.water.p[p][at])
+            except ValueError as error:
+                message = message or f"{self.joints[k]}: {error}"
+        agree(message)
 
     def forces(self, x: PETSc.Vec, dt: float) -> Floats:
         """Internal forces (n d,); separations and results of the law are kept in `trial`.
@@ -212,8 +306,9 @@ class Model:
         jump = np.einsum("pkd,pd->pk", self.axes, u[self.pairs[:, 1]] - u[self.pairs[:, 0]])
         try:
             for k, (p, law) in enumerate(zip(self.parts, self.laws, strict=True)):
-                aim = None if self.aim is None else self.aim[k]
-                self.trial.append((jump[p], law.update(jump[p], self.state[k], self.s[k], dt, aim=aim)))
+                aim, water = None if self.aim is None else self.aim[k], self.water.p[p]
+                new = law.update(jump[p], self.state[k], self.s[k], dt, aim=aim, p=water)
+                self.trial.append((jump[p], new))
         except ValueError as error:
             message = str(error)
         self.clock += time.process_time() - begin
@@ -225,7 +320,7 @@ class Model:
         self._f.x.scatter_reverse(la.InsertMode.add)
         y = x.duplicate()
         self.K.mult(x, y)
-        return y.array + f.ravel()[: d * self.n]
+        return y.array + f.ravel()[: d * self.n] + self.stressed
 
     def spread(self, u: Floats) -> Floats:
         """Displacements of the owned nodes and the ghosts."""

@@ -32,15 +32,24 @@ class Output:
         self.joints = np.concatenate([low, high[:, ::-1] if m.d == 2 else high], 1)
 
     def write(self, time: float) -> None:
-        """Write a step: displacements; damage, separation, traction and energies of the joints."""
+        """Write a step: displacements; damage, separation, traction, energies and water of the joints.
+
+        Tractions are total, p is the pressure, and apertures are those of `Model.flow` or the openings.
+        """
         m = self.model
         nodes, u = m.V.tabulate_dof_coordinates()[:, : m.d], m.spread(m.u).reshape(-1, m.d)
-        results = [law.update(s, state, s, 1.0) for law, s, state in zip(m.laws, m.s, m.state, strict=True)]
+        water = [m.water.p[p] for p in m.parts]
+        rows = zip(m.laws, m.s, m.state, water, strict=True)
+        results = [law.update(s, state, s, 1.0, p=p) for law, s, state, p in rows]
         room = contract.N_POINT_STATEV  # laws may have another number of planes
         values = m.s, [r.traction for r in results], [state[:, :room] for state in m.state]
         of_faces = (np.concatenate(one)[m.face_points[self.near]] for one in values)
         numbers = m.cell_block[: len(self.solids)], m.face_joint[self.near], m.names, m.joints
-        step = paraview_files.Step(time, nodes, u, self.kind, self.solids, self.joints, *of_faces, *numbers)
+        fields = {"p": m.water.p[m.face_points], "aperture": m.water.aperture(m.s)}
+        fields = {name: one[self.near] for name, one in fields.items()}
+        step = paraview_files.Step(
+            time, nodes, u, self.kind, self.solids, self.joints, *of_faces, *numbers, fields
+        )
         files = step.write(self.folder, f"{len(self.names):04}_{COMM.rank}")
         self.names.append((time, [*itertools.chain(*COMM.allgather(files))]))
         if COMM.rank == 0:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from jointed_model import ADD, INT, LawError, Model  # isort: skip  # loads MPI
 import numpy as np
 from asperity.contract import Floats
 from jointed_mesh import COMM, agree, total
+from jointed_water import Mixing
+from mpi4py import MPI
 from petsc4py import PETSc
 
 OPTIONS = (
@@ -38,12 +42,19 @@ SOFT = 1e-8
 PASSES, SAME_DAMAGE, SAME_FORCE = 8, 1e-3, 1e-4
 """Most passes of a step, and errors below which no further pass is made."""
 
+SAME_WATER, MOST_WATER = 1e-6, 60
+"""Error of a pressure that depends on openings over the largest one, and most equilibria of a step."""
+
+MIXED = 0.3, 6
+"""Share of the difference by which such a pressure moves, and changes before that correct it."""
+
 
 class Steps:
     """Steps of a model under prescribed displacements and loads.
 
     fixed: owned components that are prescribed.  drag: forces over displacements in a step of the time 1.
     errors: of the last step by passes, largest of a damage and of forces over those of the model.
+    equilibria: of the last step, more than one where pressures of water depend on openings.
     """
 
     def __init__(
@@ -54,7 +65,7 @@ class Steps:
         options: str = "",
         drag: Floats | float = 0.0,
     ) -> None:
-        """Set up SNES; tolerance: of the residual over the sum of prescribed forces and loads."""
+        """Set up SNES; tolerance: of the residual over the sum of prescribed forces, loads or pressures."""
         self.model, self.fixed, self.tolerance = model, np.unique(np.asarray(fixed, np.int64)), tolerance
         if not 0.0 < tolerance < 1.0:
             raise ValueError(f"tolerance = {tolerance}: expected between 0 and 1")
@@ -69,7 +80,7 @@ class Steps:
         self.rows = (self.fixed + model.map.local_range[0] * model.d).astype(INT)
         self.load, self.iterations, self.message = 0.0 * model.u, 0, ""
         self.reaction, self.size, self.largest = 0.0 * model.u, 0.0, 0.0
-        self.passes, self.errors = 0, (0.0, 0.0)
+        self.passes, self.errors, self.equilibria = 0, (0.0, 0.0), 0
         database = PETSc.Options()
         database.insertString(f"{OPTIONS} {options}")
         self.snes = PETSc.SNES().create(COMM)
@@ -145,10 +156,7 @@ class Steps:
         ahead: guess of the change of the displacements.
         """
         self.passes, self.errors = 0, (0.0, 0.0)
-        good = self._find(values, load, dt, self.model.u + ahead)
-        if good:
-            self.model.accept(self.x)
-        return good
+        return self._with_water(self.model.u + ahead, lambda x: self._find(values, load, dt, x))
 
     def solve_by_passes(
         self,
@@ -165,25 +173,48 @@ class Steps:
         first a guess, then the solution of the pass before.  Contact is free.  Each pass is the minimum of a
         convex energy; where the passes converge, the step is that of the law.
         """  # fmt: skip
-        iterations, x, good = 0, self.model.u + ahead, False
-        try:
-            for self.passes in range(1, most + 1):
-                x[self.fixed] = values
-                self.model.aim = aim
-                good = self._find(values, load, dt, x)
-                iterations += self.iterations
-                if not good:
-                    break
-                damage, force = self.model.frozen(dt)
-                self.errors = damage, force / self.size
-                if damage < SAME_DAMAGE and self.errors[1] < SAME_FORCE:
-                    break
-                x, aim = self.x.array_r.copy(), [s for s, _ in self.model.trial]
-        finally:
-            self.model.aim, self.iterations = None, iterations
-        if good:
-            self.model.accept(self.x)
-        return good
+
+        def find(x: Floats) -> bool:
+            iterations, good, at = 0, False, aim
+            try:
+                for self.passes in range(1, most + 1):
+                    x[self.fixed] = values
+                    self.model.aim = at
+                    good = self._find(values, load, dt, x)
+                    iterations += self.iterations
+                    if not good:
+                        break
+                    damage, force = self.model.frozen(dt)
+                    self.errors = damage, force / self.size
+                    if damage < SAME_DAMAGE and self.errors[1] < SAME_FORCE:
+                        break
+                    x, at = self.x.array_r.copy(), [s for s, _ in self.model.trial]
+            finally:
+                self.model.aim, self.iterations = None, iterations
+            return good
+
+        return self._with_water(self.model.u + ahead, find)
+
+    def _with_water(self, x: Floats, find: Callable[[Floats], bool]) -> bool:
+        """Find the equilibrium from x, again until pressures belong to its openings, and accept it."""
+        water, mixing, iterations = self.model.water, Mixing(*MIXED), 0
+        before = water.p
+        for self.equilibria in range(1, MOST_WATER + 1):
+            good = find(x)
+            iterations, x = iterations + self.iterations, self.x.array_r.copy()
+            if not good:
+                break
+            aim = water.aim([s for s, _ in self.model.trial])
+            left = 0.0 if aim is None else COMM.allreduce(np.abs(aim - water.p).max(initial=0.0), MPI.MAX)
+            if left <= SAME_WATER * COMM.allreduce(water.p.max(initial=0.0), MPI.MAX):
+                self.iterations = iterations
+                self.model.accept(self.x)
+                return True
+            water.p = mixing.mixed(water.p, aim)
+        else:
+            self.message = f"the pressure of water still changes by {left:.2g} after {MOST_WATER} equilibria"
+        water.p, self.iterations = before, iterations
+        return False
 
     def _find(self, values: Floats, load: Floats, dt: float, start: Floats) -> bool:
         """Find displacements `x` that balance the forces; whether they do."""
@@ -193,7 +224,7 @@ class Steps:
             _wrong("load", load, self.model.u.shape),
             "" if 0.0 < dt < np.inf else f"dt = {dt}: expected above 0",
         )
-        self.values, self.load, self.dt, self.message = values, load, dt, ""
+        self.values, self.load, self.dt, self.message = values, load + self.model.water.outer, dt, ""
         self.x.array[:] = start
         self.snes.solve(None, self.x)
         self.model.linear += self.snes.getLinearSolveIterations()
@@ -215,6 +246,7 @@ class Steps:
     def _small(self, residual: float) -> bool:
         """Whether a residual is small against the forces of the last call of `_residual`, kept as `size`."""
         forces = total(np.abs(self.reaction[self.fixed]).sum()), total(np.abs(self.load).sum())
+        forces = *forces, total(self.model.area @ self.model.water.p)
         self.size = max(*forces, VANISHED * self.largest)
         return residual <= self.tolerance * self.size
 

@@ -165,6 +165,24 @@ def test_crack_converges_to_the_closed_form() -> None:
     assert opening == sorted(opening, reverse=True)
 
 
+def test_crack_on_two_ranks() -> None:
+    """They have the results of one, which a tip that both have does not change."""
+    alone, found = (run("--elements 16", ranks, name="crack")[0].split() for ranks in (1, 2))
+    assert [*map(is_number, alone)] == [*map(is_number, found)]
+    pairs = [pair for pair in zip(alone, found, strict=True) if is_number(pair[0])]
+    assert len(pairs) > 15
+    for one, other in pairs:
+        assert float(other) == pytest.approx(float(one), rel=1e-4, abs=1e-9, nan_ok=True)
+
+
+def is_number(word: str) -> bool:
+    """Whether a word is a number."""
+    try:
+        return bool(float(word)) or True
+    except ValueError:
+        return False
+
+
 @pytest.mark.parametrize(
     ("words", "expected"),
     [

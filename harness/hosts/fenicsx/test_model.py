@@ -44,6 +44,7 @@ WRONG = {
     "(m := model()).dofs(np.array([10**6]), 0)": "nodes 1000000 to 1000000: expected owned ones",
     'model().solid("rock")': "rock: no such block: expected one of block_0, block_1",
     'model().group("roof")': "roof: no such group: expected one of",
+    'model().body([0.0, -1.0], "rock")': "rock: no such block: expected one of block_0, block_1",
     "model().body([0.0, -1.0, 0.0])": "force [0.0, -1.0, 0.0]: expected 2 finite components",
     "steps([])": "nothing is fixed and there is no drag",
     "steps([10**6])": "expected components 0 to",
@@ -94,7 +95,7 @@ def test_no_equilibrium_without_forces(search: str, ranks: int) -> None:
     code = MODEL + f"""
 s = steps(m=model(), options="-snes_linesearch_type {search}")
 m = s.model
-down, push = (m.body(force) * m.solid("block_1") for force in ([0.0, -1e-2], [1e-2, 0.0]))
+down, push = (m.body(force, "block_1") for force in ([0.0, -1e-2], [1e-2, 0.0]))
 none = np.zeros(len(s.fixed))
 found = [s.solve(none, down + share * push) for share in (0.0, 0.3, 0.45, 0.51, 0.55, 0.6)]
 if COMM.rank == 0:

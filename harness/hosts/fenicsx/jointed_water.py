@@ -1,0 +1,287 @@
+"""Water in the joints and on the faces of a model: given pressures, and steady flow along joints."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from jointed_mesh import COMM, agree  # isort: skip  # loads MPI
+import basix
+import numpy as np
+from asperity.contract import Floats
+from asperity.mesh.shapes import place
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import splu
+
+if TYPE_CHECKING:
+    from jointed_model import Model
+
+Pressure = float | Callable[..., Floats]
+"""A number, or a function of places (n, d), or of places and openings (n,), with n values or one."""
+
+FACES = {2: ("interval", [0, 1]), 3: ("triangle", [0, 1, 2]), 4: ("quadrilateral", [0, 1, 3, 2])}
+"""Face in basix by its number of nodes, and these in its order."""
+
+DEGREE, DEGREE_FLOW = 8, 5
+"""Of the quadrature: a pressure on faces may have a kink, as at the level of the water; a^3 of the flow."""
+
+
+def quadrature(x: Floats, degree: int) -> tuple[Floats, Floats, Floats]:
+    """Of faces x (f, k, d): functions of the nodes (q, k), tangents (f, q, r, d), weights (q,)."""
+    name, order = FACES[x.shape[1]]
+    cell = basix.CellType[name]
+    points, weights = basix.make_quadrature(cell, degree)
+    table = basix.create_element(basix.ElementFamily.P, cell, 1).tabulate(1, points)[:, :, :, 0]
+    table[:, :, order] = table.copy()
+    return table, np.einsum("rqk,fkd->fqrd", table[1:], x), weights
+
+
+def of_opening(p: Pressure) -> bool:
+    """Whether a pressure is a function of the opening, too."""
+    words = inspect.signature(p).parameters.values() if callable(p) else ()
+    return sum(one.default is one.empty and one.kind <= one.POSITIONAL_OR_KEYWORD for one in words) > 1
+
+
+def values_of(name: str, p: Pressure, x: Floats, *opening: Floats) -> tuple[Floats, str]:
+    """Pressures (n,) at places (n, d), and what is wrong with them."""
+    if of_opening(p) and not opening:
+        return np.zeros(len(x)), f"{name}: p is a function of the opening: expected one of places alone"
+    found = np.asarray(p(x, *opening) if callable(p) else p, float)
+    if found.shape not in ((), (len(x),)):
+        return np.zeros(len(x)), f"{name}: p of the shape {found.shape}: expected one number or {len(x)}"
+    found = np.broadcast_to(found, len(x)).copy()
+    bad = np.flatnonzero(~(np.isfinite(found) & (found >= 0.0)))
+    for k in bad[:1]:
+        return found, f"{name}: p = {found[k]:g} at {place(x[k])}: expected a finite water pressure >= 0"
+    return found, ""
+
+
+class Flow:
+    """Steady flow of water along joints, q = -a^3/(12 viscosity) (grad p - weight) per width.
+
+    a = max(a_min, a_0 + s_N) is the aperture.  p (n,): at the places of the joints; rates: inflow at the
+    given ones by group, volume per time.  All ranks have the whole.
+    """
+
+    def __init__(
+        self,
+        names: list[str],
+        joint: np.ndarray,
+        places: np.ndarray,
+        corners: Floats,
+        given: dict[str, tuple[np.ndarray, Floats]],
+        law: tuple[float, Floats, float, Floats],
+    ) -> None:
+        """Refuse places that are cut off; joint (f,), places (f, k) and corners (f, k, d) of the faces.
+
+        given: places and pressures by group.  law: viscosity over the width, a_0 by joint, a_min, weight.
+        """
+        self.names, self.corners = names, corners
+        self.viscosity, a_0, self.a_min, weight = law
+        self.a_0 = a_0[joint][:, None]
+        known, nodes = np.unique(places, return_inverse=True)
+        self.nodes, n = nodes.reshape(places.shape), len(known)
+        self.p, self.rates = np.full(n, np.nan), dict.fromkeys(given, 0.0)
+        self.at = {name: np.searchsorted(known, one) for name, (one, _) in given.items()}
+        x = np.empty((n, corners.shape[2]))
+        x[self.nodes] = corners
+        for name, (_, values) in given.items():
+            old = self.p[self.at[name]]
+            for k in np.flatnonzero(np.abs(old - values) > 1e-9 * values.max())[:1]:
+                where = place(x[self.at[name][k]])
+                raise ValueError(f"{name}: p = {values[k]:g} at {where}, but {old[k]:g} by another group")
+            self.p[self.at[name]] = values
+        self.free = np.isnan(self.p)
+        pairs = np.stack([self.nodes, np.roll(self.nodes, 1, axis=1)]).reshape(2, -1)
+        links = coo_array((np.ones(pairs.shape[1], np.int8), tuple(pairs)), shape=(n, n))
+        count, part = connected_components(links, directed=False)
+        dry = np.bincount(part, ~self.free, count) == 0.0
+        for f in np.flatnonzero(dry[part[self.nodes[:, 0]]])[:1]:
+            text = f"{names[joint[f]]}: {dry[part].sum()} nodes are cut off from every given p, as at "
+            raise ValueError(f"{text}{place(x[self.nodes[f, 0]])}: expected one of {', '.join(given)} there")
+        table, tangents, weights = quadrature(corners, DEGREE_FLOW)
+        metric = np.einsum("fqrd,fqsd->fqrs", tangents, tangents)
+        inverse = np.linalg.inv(metric)
+        self.gradients = np.einsum("rqk,fqrs,fqsd->fqkd", table[1:], inverse, tangents, optimize=True)
+        self.shape, self.weights = table[0], weights * np.sqrt(np.linalg.det(metric))
+        self.pull = self.gradients @ weight
+
+    def aperture(self, opening: Floats) -> Floats:
+        """Aperture (f, k) of faces by their openings."""
+        return np.maximum(self.a_min, self.a_0 + opening)
+
+    def solve(self, opening: Floats) -> Floats:
+        """Pressures (f, k) at the openings (f, k); below 0, as a weight may give, they count as 0."""
+        cubed = (self.aperture(opening) @ self.shape.T) ** 3 / (12.0 * self.viscosity) * self.weights
+        matrix = np.einsum("fqkd,fqld,fq->fkl", self.gradients, self.gradients, cubed, optimize=True)
+        pulled = np.einsum("fqk,fq->fk", self.pull, cubed)
+        k, n, free = self.nodes.shape[1], len(self.p), self.free
+        rows, columns = np.repeat(self.nodes, k, 1).ravel(), np.tile(self.nodes, k).ravel()
+        A = coo_array((matrix.ravel(), (rows, columns)), shape=(n, n)).tocsr()
+        b = np.bincount(self.nodes.ravel(), pulled.ravel(), n)
+        if free.any():
+            held = A[free][:, ~free] @ self.p[~free]
+            self.p[free] = splu(A[free][:, free].tocsc()).solve(b[free] - held)
+        inflow = A @ self.p - b
+        self.rates = {name: float(inflow[at].sum()) for name, at in self.at.items()}
+        return np.maximum(self.p, 0.0)[self.nodes]
+
+
+class Water:
+    """Water of a model; p: at the points of the joints, outer: nodal forces of pressures on faces, (n d,)."""
+
+    def __init__(self, model: Model, faces: tuple[np.ndarray, np.ndarray, Floats, np.ndarray]) -> None:
+        """Begin without water; faces, of all ranks: joint, places, corners, and whether a face is here."""
+        self.model, m = model, model
+        self.joint, self.places, self.corners, self.mine = faces
+        self.x = m.V.tabulate_dof_coordinates()[m.pairs[:, 0], : m.d]
+        self.p, self.outer = np.zeros(len(m.pairs)), np.zeros(m.n * m.d)
+        self.by_opening: dict[str, Pressure] = {}
+        self.flows: list[tuple[Flow, np.ndarray]] = []
+        self.loads: dict[str, Floats] = {}
+
+    def give(self, name: str, p: Pressure) -> None:
+        """Give the pressure in a joint or on a group of faces."""
+        m = self.model
+        for flow, _ in self.flows:
+            if name in flow.names:
+                raise ValueError(f"{name}: its pressure is that of the flow along {', '.join(flow.names)}")
+        if name in m.joints:
+            new = self.p.copy()
+            new[m.parts[m.joints.index(name)]] = self._in_joint(name, p, m.s)
+            self.p = new
+            self.by_opening.pop(name, None)
+            if of_opening(p):
+                self.by_opening[name] = p
+        elif name in m.groups:
+            self.loads[name] = self._on_faces(name, p)
+            self.outer = np.sum(list(self.loads.values()), axis=0)
+        else:
+            known = ", ".join([*m.joints, *m.groups])
+            raise ValueError(f"{name}: no such joint or group: expected one of {known}")
+
+    def _in_joint(self, name: str, p: Pressure, s: list[Floats]) -> Floats:
+        """Pressures at the points of a joint."""
+        k = self.model.joints.index(name)
+        opening = [s[k][:, 0]] if of_opening(p) else []
+        values, message = values_of(name, p, self.x[self.model.parts[k]], *opening)
+        agree(message)
+        return values
+
+    def _on_faces(self, name: str, p: Pressure) -> Floats:
+        """Nodal forces of a pressure on the faces of a group, which all ranks compute."""
+        m, group = self.model, self.model.groups[name]
+        agree(f"{name}: {group.message}" if group.message else "")
+        table, along, weights = quadrature(group.corners, DEGREE)
+        at = np.einsum("qk,fkd->fqd", table[0], group.corners)
+        values, message = values_of(name, p, at.reshape(-1, m.d))
+        agree(message)
+        if m.d == 2:  # out of the cells, which are on the left
+            normal = np.stack([along[:, :, 0, 1], -along[:, :, 0, 0]], axis=2)
+        else:
+            normal = np.cross(along[:, :, 0], along[:, :, 1])
+        values = m.thickness * values.reshape(at.shape[:2]) * weights
+        forces = -np.einsum("fq,qk,fqd->fkd", values, table[0], normal, optimize=True)
+        local, here = m.owned(group.faces.ravel())
+        found = np.zeros((m.n, m.d))
+        np.add.at(found, local, forces.reshape(-1, m.d)[here])
+        return found.ravel()
+
+    def flow(
+        self,
+        joints: str | Sequence[str],
+        given: Mapping[str, Pressure],
+        viscosity: float,
+        a_0: float | Mapping[str, float] = 0.0,
+        a_min: float = 0.0,
+        weight: Sequence[float] | None = None,
+    ) -> Flow:
+        """Let water flow along joints; see `Model.flow`."""
+        m, names = self.model, [joints] if isinstance(joints, str) else list(joints)
+        first = dict(a_0) if isinstance(a_0, Mapping) else dict.fromkeys(names, a_0)
+        pull = np.zeros(m.d) if weight is None else np.asarray(weight, float)
+        others = [flow.names for flow, _ in self.flows if set(flow.names) != set(names)]
+        taken = [name for name in names for other in others if name in other]
+        unknown = [name for name in names if name not in m.joints]
+        lost = [name for name in given if name not in m.groups]
+        checks = {
+            f"{''.join(unknown[:1])}: no such joint: expected one of {', '.join(m.joints)}": not unknown,
+            f"joints {names}: expected at least one, each once": 0 < len(names) == len(set(names)),
+            f"{''.join(taken[:1])}: it is in a flow along other joints, too": not taken,
+            f"given {dict(given)}: expected the pressure at one group at least": len(given) > 0,
+            f"{''.join(lost[:1])}: no such group: expected one of {', '.join(m.groups)}": not lost,
+            f"viscosity = {viscosity}: expected above 0": 0.0 < viscosity < np.inf,
+            f"a_min = {a_min}: expected above 0": 0.0 < a_min < np.inf,
+            f"a_0 of {', '.join(first)}: expected one for each of {', '.join(names)}": {*first} == {*names},
+            f"a_0 = {a_0}: expected finite numbers": bool(np.isfinite(list(first.values())).all()),
+            f"weight = {pull.tolist()}: expected {m.d} finite numbers":
+                pull.shape == (m.d,) and bool(np.isfinite(pull).all()),
+        }  # fmt: skip
+        agree(next((text for text, good in checks.items() if not good), ""))
+        number = np.array([names.index(one) if one in names else -1 for one in m.joints])[self.joint]
+        rows = np.flatnonzero(number >= 0)
+        places, corners, ends = self.places[rows], self.corners[rows], {}
+        known, first_at = np.unique(places, return_index=True)
+        for name, p in given.items():
+            inside = np.isin(known, m.groups[name].places)
+            message = "" if inside.any() else f"{name}: no node of {', '.join(names)} is in it"
+            values, wrong = values_of(name, p, corners.reshape(-1, m.d)[first_at[inside]])
+            agree(message or wrong)
+            ends[name] = known[inside], values
+        law = viscosity / m.thickness, np.array([first[one] for one in names], float), a_min, pull
+        flow = Flow(names, number[rows], places, corners, ends, law)
+        self.flows = [one for one in self.flows if set(one[0].names) != set(names)] + [(flow, rows)]
+        for name in names:
+            self.by_opening.pop(name, None)
+        self.p = self.aim(m.s)
+        return flow
+
+    def _opening(self, rows: np.ndarray, s: list[Floats]) -> tuple[Floats, np.ndarray, np.ndarray]:
+        """Openings (f, k) of faces of all ranks; which of them are here, and their numbers here."""
+        mine = self.mine[rows]
+        here = np.cumsum(self.mine)[rows[mine]] - 1
+        found = np.zeros((len(rows), self.places.shape[1]))
+        found[mine] = np.concatenate(s)[self.model.face_points[here], 0]
+        return COMM.allreduce(found), mine, here
+
+    def aim(self, s: list[Floats]) -> Floats | None:
+        """Pressures at all points that belong to separations by law; None if they do not depend on these."""
+        if not self.by_opening and not self.flows:
+            return None
+        new, m = self.p.copy(), self.model
+        for name, p in self.by_opening.items():
+            new[m.parts[m.joints.index(name)]] = self._in_joint(name, p, s)
+        for flow, rows in self.flows:
+            opening, mine, here = self._opening(rows, s)
+            new[m.face_points[here]] = flow.solve(opening)[mine]
+        return new
+
+    def aperture(self, s: list[Floats]) -> Floats:
+        """Apertures at the nodes of the faces here, (f, k); a_0 and a_min are 0 where nothing flows."""
+        found = np.maximum(0.0, np.concatenate(s)[self.model.face_points, 0])
+        for flow, rows in self.flows:
+            opening, mine, here = self._opening(rows, s)
+            found[here] = flow.aperture(opening)[mine]
+        return found
+
+
+class Mixing:
+    """Anderson's acceleration of a fixed point p = aim(p), of which each rank has a part."""
+
+    def __init__(self, share: float, depth: int) -> None:
+        """Move by a share of the difference, corrected by the changes of `depth` iterations."""
+        self.share, self.depth = share, depth
+        self.p: list[Floats] = []
+        self.left: list[Floats] = []
+
+    def mixed(self, p: Floats, aim: Floats) -> Floats:
+        """Next pressures, >= 0."""
+        self.p, self.left = [*self.p, p][-self.depth - 1 :], [*self.left, aim - p][-self.depth - 1 :]
+        new = p + self.share * self.left[-1]
+        if len(self.p) > 1:
+            dp, dr = (np.diff(one, axis=0) for one in (self.p, self.left))
+            gram = COMM.allreduce(np.column_stack([dr @ dr.T, dr @ self.left[-1]]))
+            new = new - np.linalg.lstsq(gram[:, :-1], gram[:, -1])[0] @ (dp + self.share * dr)
+        return np.maximum(new, 0.0)

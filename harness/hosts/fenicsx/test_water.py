@@ -1,0 +1,344 @@
+"""Water and initial stress on FEniCSx beside closed forms, on one and on two ranks."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from test_model import MODEL
+
+from harness.studies.validation.wall_runs import PYTHON, start
+
+pytestmark = pytest.mark.skipif(
+    not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
+)
+
+HELPERS = """
+import json, sys, warnings
+import meshio
+from structured import simplices
+
+warnings.simplefilter("ignore")
+E, PRESS, MU = 2e4, 1.0, 0.5
+flat = Pattern.regular(0, 0.0)
+smooth = Interface(Material.from_joint(kn=200.0, ks=200.0, mu=MU), flat)
+found = {}
+
+def meshed(axes, joints=None, simplex=False, **other):
+    # a grid, in simplices on request, whose sides are cut by the diagonals of the cells
+    mesh = grid(*axes, **other)
+    if simplex:
+        d, cells, tags = len(axes), [], []
+        for block, tag in zip(mesh.cells, mesh.cell_data["gmsh:physical"]):
+            data = block.data
+            if block.type in ("quad", "hexahedron") and len(data[0]) == 2**d:
+                data = simplices(mesh.points, data)
+            elif block.type == "quad":
+                start = (mesh.points[data].sum(2).argmin(1)[:, None] + np.arange(4)) % 4
+                data = np.take_along_axis(data, start, 1)[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+            cells.append(({2: "line", 3: "triangle", 4: "tetra"}[data.shape[1]], data))
+            tags.append(np.repeat(tag, len(data) // len(tag)))
+        mesh = meshio.Mesh(mesh.points, cells, cell_data={"gmsh:physical": tags}, field_data=mesh.field_data)
+    return split(mesh, joints)
+
+def sums(m, values):
+    return [total(one) for one in values.reshape(-1, m.d).sum(0)]
+
+def largest(values):
+    return COMM.allreduce(float(np.abs(values).max(initial=0.0)), max)
+
+def two_blocks(d, simplex=False, law=smooth, nu=0.0, **other):
+    # 3 mm wide, with a joint at half of 2 mm height; in space 2 mm deep
+    axes = [np.linspace(0, 3, 7), *[np.linspace(0, 2, 5)] * (d - 1)]
+    block = np.zeros([len(a) - 1 for a in axes], int)
+    block[..., 2:] = 1
+    return Model(meshed(axes, simplex=simplex, block=block), {"joint": law}, E, nu, **other)
+
+def held(m, *components):
+    return Steps(m, np.r_[m.dofs(m.group("bottom")[0], *range(m.d)), m.dofs(m.group("top")[0], *components)])
+
+def solved(steps, values=0.0, load=0.0):
+    m = steps.model
+    if not steps.solve(values + 0.0 * steps.fixed, load + 0.0 * m.u):
+        raise SystemExit(steps.message)
+    return m
+"""
+"""What the scenes share."""
+
+ENDING = """
+if COMM.rank == 0:
+    print(json.dumps(found))
+"""
+
+
+def run(code: str, ranks: int) -> dict:
+    """What the scenes found."""
+    done = start("", ranks=ranks, code=MODEL + HELPERS + code + ENDING)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_pressures_on_faces(ranks: int) -> None:
+    """Water on a side has the thrust and the moment of the closed form, in all kinds of cells.
+
+    The level is inside of an element, whose nodal forces are those of a quadrature: 0.1 % of them.
+    """
+    found = run(
+        """
+for d, simplex in ((2, False), (2, True), (3, False), (3, True)):
+    m = two_blocks(d, simplex, thickness=2.0)
+    m.pressure("left", lambda x: np.maximum(1.7 - x[:, -1], 0.0))
+    force = m.water.outer.reshape(-1, d)
+    found[f"{d} {simplex}"] = [*sums(m, force), total(force[:, 0] @ m.x[:, -1])]
+    for side in ("right", "bottom", "top", "front", "back")[: 2 * d - 1]:
+        m.pressure(side, lambda x: np.maximum(1.7 - x[:, -1], 0.0))
+    found[f"{d} {simplex} all"] = sums(m, m.water.outer)
+    m.pressure("left", 0.0)
+    found[f"{d} {simplex} without"] = sums(m, m.water.outer)
+""",
+        ranks,
+    )
+    thrust, moment, uplift = 2.0 * 1.7**2 / 2, 2.0 * 1.7**3 / 6, 2.0 * 3.0 * 1.7
+    for name, values in found.items():
+        d = int(name[0])
+        if "all" in name:
+            expected = [*[0.0] * (d - 1), uplift]
+        elif "without" in name:
+            expected = [-thrust, *[0.0] * (d - 2), uplift]
+        else:
+            expected = [thrust, *[0.0] * (d - 1), moment]
+        assert values == pytest.approx(expected, abs=1e-3 * uplift), name
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_pressures_in_joints(ranks: int) -> None:
+    """Pressed by 1 with p = 0.4 a joint slides at mu (1 - p); p beyond what presses opens it, t_N = -p.
+
+    An opening h lowers p = 1/(1 + s_N/h) in a joint between two layers of the height 1: p = s_N E/2.
+    """
+    found = run(
+        """
+for d in (2, 3):
+    m = two_blocks(d)
+    steps = Steps(m, m.dofs(m.group("bottom")[0], *range(d)))
+    top, area = m.group("top")
+    down, push = np.zeros((2, m.n, d))
+    down[top, -1], push[top, 0] = -PRESS * area, PRESS * area
+    m.pressure("joint", 0.4)
+    solved(steps, 0.0, down.ravel())
+    follow = Follow(steps, lambda t: (0.0 * steps.fixed, down.ravel() + t * push.ravel()), 0.02, 0.05)
+    while not follow.reason and follow.at < 1.0:
+        follow.advance(1.0)
+    found[f"{d} slides"] = follow.at
+    for name, p in {"opens": 1.0, "of opening": lambda x, s: 1.0 / (1.0 + s / 1e-4)}.items():
+        m = two_blocks(d)
+        m.pressure("joint", p)
+        solved(held(m, *range(d)))
+        t = m.laws[0].update(m.s[0], m.state[0], m.s[0], p=m.water.p).traction[:, 0]
+        low = COMM.allreduce(float(m.s[0][:, 0].min(initial=1e9)), min)
+        found[f"{d} {name}"] = [low, largest(m.s[0][:, 0]), largest(t + m.water.p), largest(m.water.p)]
+    m.pressure("joint", lambda x, factor=0.5: factor)  # a number for all places; `factor` is no opening
+    found[f"{d} factor"] = largest(m.water.p)
+""",
+        ranks,
+    )
+    E, h = 2e4, 1e-4
+    opening = (-h + (h**2 + 8.0 * h / E) ** 0.5) / 2.0
+    for d in "23":
+        assert found[f"{d} slides"] == pytest.approx(0.5 * 0.6, rel=1e-3)
+        assert found[f"{d} factor"] == 0.5
+        for name, s, p in (("opens", 2.0 / E, 1.0), ("of opening", opening, opening * E / 2.0)):
+            low, high, misfit, most = found[f"{d} {name}"]
+            assert [low, high] == pytest.approx([s, s], rel=1e-5) and most == pytest.approx(p, rel=1e-5)
+            assert misfit < 1e-9  # an open joint without bond has t_N = -p
+
+
+FLOW = """
+from pathlib import Path
+for d, simplex in ((2, False), (2, True), (3, False), (3, True)):
+    m = two_blocks(d, simplex, thickness=2.0)
+    flow = m.flow("joint", {"left": 6.0, "right": 2.0}, 1e-9, a_0=0.02, a_min=0.01)
+    steps = held(m, *range(d))
+    up = np.isin(steps.fixed, m.dofs(m.group("top")[0], d - 1))
+    solved(steps, 1.0 * up)  # wide open: p does not change the aperture by much
+    found[f"{d} {simplex}"] = {
+        "rates": flow.rates, "p": largest(m.water.p - 6.0 + 4.0 * m.water.x[:, 0] / 3.0),
+        "aperture": largest(m.water.aperture(m.s) - 1.02),
+    }
+    Output(m, Path(FOLDER, f"{d}_{simplex}.pvd")).write(1.0)
+"""
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_flow(ranks: int, tmp_path: Path) -> None:
+    """Along a joint of one aperture q = a^3 dp/(12 viscosity L), and p is linear.
+
+    The pressure opens the joint by 2 p/E more: 6e-4 of 1.02, hence 2e-3 of the flow.
+    """
+    found = run(FLOW.replace("FOLDER", repr(str(tmp_path))), ranks)
+    rate = 2.0 * 1.02**3 / (12.0 * 1e-9) * 4.0 / 3.0
+    for name, one in found.items():
+        assert one["rates"]["left"] == pytest.approx(rate, rel=3e-3), name
+        assert sum(one["rates"].values()) == pytest.approx(0.0, abs=1e-9 * rate), name
+        assert one["p"] < 6.0 * 2e-3 and one["aperture"] < 1e-3, name
+        files = list((tmp_path / name.replace(" ", "_")).glob("joints_*.vtu"))
+        fields = [meshio.read(file).cell_data for file in files]
+        assert len(files) == ranks
+        p, aperture = (np.concatenate([one[field][0] for one in fields]) for field in ("p", "aperture"))
+        # faces of 0.5 mm: the first has its middle at 0.25
+        ends = [
+            6.0 - 4.0 * at / 3.0
+            for at in ((0.25, 2.75) if "False" in name or name[0] == "2" else (0.5 / 3.0, 3.0 - 0.5 / 3.0))
+        ]
+        assert [p.max(), p.min()] == pytest.approx(ends, rel=5e-3), name
+        assert aperture == pytest.approx(1.02, abs=1e-3), name
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_flow_through_a_junction_and_a_standing_column(ranks: int) -> None:
+    """Three equal branches share what comes in; under its weight water stands, p = weight times depth."""
+    found = run(
+        """
+rigid = Interface(Material(sigma0=1e3, Gc=1e3, eta=0.9, mu=MU, kc=10.0), flat)
+block = np.array([[0, 2], [1, 2]]).repeat(2, 0).repeat(2, 1)
+mesh = meshed([np.linspace(0, 2, 5), np.linspace(0, 2, 5)], {"stem": ("0", "1"), "bar": ("*", "*")},
+              block=block, names={"0": 0, "1": 1, "2": 2})
+m = Model(mesh, {"stem": rigid, "bar": rigid}, E, 0.2)
+flow = m.flow(["stem", "bar"], {"bottom": 3.0, "left": 0.0, "right": 0.0}, 1.0, a_0=0.5, a_min=1e-3)
+solved(held(m, 0, 1))
+found["rates"] = flow.rates
+found["junction"] = largest(m.water.p[(abs(m.water.x - 1.0) < 1e-6).all(1)])
+flow = m.flow(["bar", "stem"], {"left": 0.0}, 1.0, {"stem": 0.5, "bar": 0.2}, 1e-3, weight=[0.0, -0.7])
+solved(held(m, 0, 1))
+found["rest"] = [*map(abs, flow.rates.values())]
+found["column"] = largest(m.water.p - 0.7 * (1.0 - m.water.x[:, 1]))
+""",
+        ranks,
+    )
+    # the aperture changes by 1e-3, as the stiffness of the bond is 500
+    one = 0.5**3 / 12.0
+    assert found["junction"] == pytest.approx(1.0, rel=0.02)
+    expected = {"bottom": 2.0 * one, "left": -one, "right": -one}
+    assert found["rates"] == pytest.approx(expected, rel=0.05)
+    assert max(found["rest"]) < 1e-9 and found["column"] < 1e-9
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_initial_stress(ranks: int) -> None:
+    """Stress that balances the weight moves nothing; joints carry it, together with their water.
+
+    Less water then closes the joint by what the solids and the contact give way.
+    """
+    found = run(
+        """
+def rock(x):
+    d = x.shape[1]
+    stress = np.zeros((len(x), d, d))
+    for k in range(d):
+        stress[:, k, k] = 0.3 * (x[:, -1] - 2.0) * (1.0 if k == d - 1 else 0.6)
+    return stress
+
+for d, simplex in ((2, True), (3, False), (3, True)):
+    m = two_blocks(d, simplex, nu=0.2, plane="strain")
+    m.pressure("joint", 0.1)
+    m.initial(rock)
+    weight = m.body([0.0] * (d - 1) + [-0.3])
+    sides = [m.dofs(m.group(name)[0], k) for name, k in
+             (("left", 0), ("right", 0), ("front", 1), ("back", 1))[: 2 * d - 2]]
+    steps = Steps(m, np.concatenate([m.dofs(m.group("bottom")[0], d - 1), *sides]))
+    # the water lifts the upper block: its pressure on the joint's sides is a part of the equilibrium
+    solved(steps, 0.0, weight)
+    t = m.laws[0].update(m.s[0], m.state[0], m.s[0], p=m.water.p).traction
+    found[f"{d} {simplex}"] = [largest(m.u), largest(t[:, 0] + 0.3), largest(m.s[0])]
+    m.pressure("joint", 0.0)
+    solved(steps, 0.0, weight)
+    found[f"{d} {simplex} dry"] = [-largest(m.s[0][:, 0]), largest(m.s[0][:, 0] + 0.1 / 200.0)]
+""",
+        ranks,
+    )
+    for name, values in found.items():
+        if "dry" in name:
+            # t' = -0.2 becomes -0.3 over the stiffness 200 in closing
+            assert values[1] < 1e-6, name
+        else:
+            assert max(values) < 1e-9, name
+
+
+WRONG = {
+    'model().pressure("bed", 1.0)': "bed: no such joint or group: expected one of joint, ",
+    'model().pressure("joint", -1.0)': "joint: p = -1 at (",
+    'model().pressure("left", float("nan"))': "left: p = nan at (",
+    'model().pressure("joint", lambda x: x)': "joint: p of the shape",
+    'model().pressure("left", lambda x, s: s)': "left: p is a function of the opening: expected one of",
+    'model().pressure("heel", 1.0)': "heel: expected a group of faces",
+    'model().pressure("cut", 1.0)': "cut: 2 of its 2 faces are inside the solids",
+    'model().flow("bed", {"left": 1.0}, 1.0, 0.0, 1e-3)': "bed: no such joint: expected one of joint",
+    'model().flow("joint", {}, 1.0, 0.0, 1e-3)': "expected the pressure at one group at least",
+    'model().flow("joint", {"roof": 1.0}, 1.0, 0.0, 1e-3)': "roof: no such group: expected one of",
+    'model().flow("joint", {"top": 1.0}, 1.0, 0.0, 1e-3)': "top: no node of joint is in it",
+    'model().flow("joint", {"left": -1.0}, 1.0, 0.0, 1e-3)': "left: p = -1 at (",
+    'model().flow("joint", {"left": 1.0, "heel": 2.0}, 1.0, 0.0, 1e-3)': "heel: p = 2 at (0, 1), but 1 by",
+    'model().flow("joint", {"left": 1.0}, 0.0, 0.0, 1e-3)': "viscosity = 0.0: expected above 0",
+    'model().flow("joint", {"left": 1.0}, 1.0, 1e-3)': "a_min = 0.0: expected above 0",
+    'model().flow("joint", {"left": 1.0}, 1.0, {"bed": 1.0}, 1e-3)': "a_0 of bed: expected one for each",
+    'model().flow("joint", {"left": 1.0}, 1.0, 0.0, 1e-3, [1.0])': "weight = [1.0]: expected 2 finite",
+    'layered().flow(["low", "high"], {"heel": 1.0}, 1.0, 0.0, 1e-3)': "high: 4 nodes are cut off from every",
+    "flowing().pressure('joint', 1.0)": "joint: its pressure is that of the flow along joint",
+    "moved().initial([[0.0, 0.0], [0.0, 0.0]])": "initial stress: expected before the first step",
+    "model().initial([1.0, 0.0])": "stress of the shape (2,): expected (2, 2) or",
+    "model().initial([[1.0, 1.0], [0.0, 0.0]])": "stress: expected finite, symmetric components",
+    'model().initial(np.eye(2), "rock")': "rock: no such block: expected one of",
+    "model().initial([[0.0, 1.0], [1.0, -1.0]])": "joint: ",
+}
+"""Expressions and what their errors say."""
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_wrong_input(ranks: int) -> None:
+    """Every rank has the error, and it is one line."""
+    code = """
+def with_groups(rows):
+    m = grid(range(4), range(rows + 1), block=range(rows))
+    at = {tuple(x): k for k, x in enumerate(m.points.tolist())}
+    line = [[at[1.0, float(y)], at[1.0, y + 1.0]] for y in range(rows)]
+    cells = [*m.cells, ("vertex", [[at[0.0, 1.0]]]), ("line", line)]
+    tags = [*m.cell_data["gmsh:physical"], [-20], [-21] * rows]
+    names = m.field_data | {"heel": np.array([-20, 0]), "cut": np.array([-21, 1])}
+    return meshio.Mesh(m.points, cells, cell_data={"gmsh:physical": tags}, field_data=names)
+
+mesh = split(with_groups(2))
+layers = split(with_groups(3), {"low": ("block_0", "block_1"), "high": ("block_1", "block_2")})
+
+def layered():
+    return Model(layers, {"low": law, "high": law}, E, 0.2)
+
+def flowing():
+    m = model()
+    m.flow("joint", {"left": 1.0}, 1.0, 0.0, 1e-3)
+    return m
+
+def moved():
+    m = model()
+    m.pressure("joint", 1.0)
+    return solved(Steps(m, m.dofs(m.x[:, 1] < 1e-6, 0, 1), drag=1.0))
+"""
+    found = run(
+        f"""{code}
+for expression in {list(WRONG)!r}:
+    try:
+        eval(expression)
+        text = "accepted"
+    except ValueError as error:
+        text = str(error)
+    found[expression] = COMM.gather(text)
+""",
+        ranks,
+    )
+    told = {expression: {*texts} for expression, texts in found.items() if len(texts) == ranks}
+    assert told.keys() == WRONG.keys()
+    assert [(one, told[one]) for one in WRONG if not all(WRONG[one] in text for text in told[one])] == []
+    assert not any("\n" in text for texts in told.values() for text in texts)
