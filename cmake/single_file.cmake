@@ -1,7 +1,7 @@
 # cmake -DOUTPUT=<file> -DSOURCES=<a.f90|b.f90...> -DVERSION=<version> -DABOUT=<line> -P single_file.cmake
 #
 # Writes one free-form source for the user subroutine of a host: SOURCES in their order, `include` lines replaced by the
-# files they name (beside the source), vumat_single named as hosts call it, without directives of OpenMP.
+# files they name (beside one of the sources), vumat_single named as hosts call it, without directives of OpenMP.
 string(REPLACE "|" ";" sources "${SOURCES}")
 
 # the first line is a directive of Intel's compilers: free form, whatever the extension and the options say
@@ -11,12 +11,20 @@ set(text "!DIR$ FREEFORM
 ! Written by the build from src/: change it there.
 ! Local arrays must not be static, as solvers call from many threads: Intel -auto, gfortran -frecursive.
 ")
+set(folders "")
 foreach(source IN LISTS sources)
   get_filename_component(folder ${source} DIRECTORY)
+  list(APPEND folders ${folder})
+endforeach()
+list(REMOVE_DUPLICATES folders)
+foreach(source IN LISTS sources)
   file(READ ${source} part)
   while(part MATCHES "\n *include \"([^\"\n]+)\" *\n")
     set(line "${CMAKE_MATCH_0}")
-    file(READ ${folder}/${CMAKE_MATCH_1} included)
+    set(name "${CMAKE_MATCH_1}")
+    find_file(place ${name} PATHS ${folders} NO_DEFAULT_PATH NO_CACHE REQUIRED)
+    file(READ ${place} included)
+    unset(place)
     string(REPLACE "${line}" "\n${included}" part "${part}")
   endwhile()
   string(APPEND text "\n${part}")
