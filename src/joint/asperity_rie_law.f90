@@ -6,12 +6,10 @@ module asperity_rie_law
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type, plane_damage, separation_bound, start_damage
   use asperity_kinds, only: wp
-  use asperity_material, only: material_type
-  use asperity_point, only: kinematics_type, plane_kinematics, update_point
+  use asperity_point, only: closing_pressure, kinematics_type, plane_kinematics, update_point
   use asperity_pattern, only: plane_normal
   use asperity_point_law, only: event_length, name_event, point_law
   use asperity_text, only: append, integer_text, set_text, to_text
-  use asperity_types_double, only: local_type
   implicit none
   private
   public :: new_rie_law, rate_independent_law, slipped_separation, statev_name
@@ -37,8 +35,6 @@ module asperity_rie_law
   integer, parameter :: in_contact = 1, is_open = 2, slides_now = 3
 
 contains
-
-  include "asperity_contact.inc"
 
   !> The law of an interface.
   pure function new_rie_law(joint) result(law)
@@ -149,7 +145,7 @@ contains
     do k = 1, law%joint%pattern%n
       if (.not. alpha(k) < 1.0_wp) cycle
       normal = dot_product(plane_normal(law%joint%pattern, k), whole_separation(s, state))
-      largest = max(largest, law%joint%material%k_t*pressure(law%joint%material, local_type(normal, 0.0_wp, 0.0_wp)))
+      largest = max(largest, closing_pressure(law%joint, normal))
     end do
   end function bond_pressure
 
