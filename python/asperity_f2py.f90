@@ -192,6 +192,28 @@ subroutine input_errors(nprops, props, nstatv, s_old, s, aim, dt, state, message
   call put_text(text, message)
 end subroutine input_errors
 
+!> Stability of n points, from the eigenvalues of their tangents.
+subroutine interface_stability(nprops, props, n, tangent, numbers)
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_rie_law, only: new_rie_law, rie_law
+  use asperity_stability, only: stability_of
+  implicit none
+  integer, intent(in) :: nprops                     !! number of constants
+  double precision, intent(in) :: props(nprops)     !! admissible PROPS
+  integer, intent(in) :: n                          !! points
+  double precision, intent(in) :: tangent(3, 3, n)  !! d traction_i/d s_j, finite, stress/length
+  double precision, intent(inout) :: numbers(6, n)  !! stability_columns
+  !f2py threadsafe
+  type(interface_type) :: joint
+  type(rie_law) :: law
+  integer :: i, status
+  call new_interface(props, joint, status)
+  law = new_rie_law(joint)
+  do i = 1, n
+    numbers(:, i) = stability_of(tangent(:, :, i), law%stiffness)
+  end do
+end subroutine interface_stability
+
 !> Give n states the offset at which they carry a traction.
 subroutine interface_initial(nprops, props, nstatv, n, traction, state, status, message)
   use asperity_call_checks, only: explain_point

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Installs the packages of Debian or Ubuntu that are missing here, as root or with sudo; else names them and exits 1.
 # The only list of them; Python packages are listed in pyproject.toml. With the argument `site` also
-# what the site and its tests in Chromium need, with `lapack` what CalculiX needs.
+# what the site and its tests in Chromium need.
 set -u
 extra=${1:-}
 here=$(dirname "$0")
@@ -32,13 +32,11 @@ look() {
   need cmake recent_cmake
   need ninja-build command -v ninja
   need "python3 python3-venv python3-dev" "$here/python.sh"
-  case $extra in
-  lapack) need liblapack-dev links_lapack ;;
-  site)
+  need liblapack-dev links_lapack
+  if [ "$extra" = site ]; then
     need npm command -v npm
     need "chromium chromium-driver" eval "command -v chromium && command -v chromedriver"
-    ;;
-  esac
+  fi
   rm -r "$probes"
 }
 

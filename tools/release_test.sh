@@ -15,6 +15,6 @@ build=$(sed -n 's/^requires = \[\(.*\)\]$/\1/p' pyproject.toml | tr -d '",')
   "asperity[test] @ file://$(echo "$PWD/$out"/*.whl)"
 rm "$needed"/asperity-*.whl
 cp "$out/asperity-$version.tar.gz" "$needed"
-tools/bare_root.sh python3,python3-dev,python3-venv,gcc,g++,gfortran,cmake,ninja-build,make "$needed" tools/release_commands.sh
+tools/bare_root.sh python3,python3-dev,python3-venv,gcc,g++,gfortran,liblapack-dev,cmake,ninja-build,make "$needed" tools/release_commands.sh
 rm -rf "$needed"
 echo "the sdist builds in a bare root, and the tests of the installed package pass"

@@ -10,7 +10,9 @@ if [ "${1:-}" = --dry ]; then
   python -m build --sdist --no-isolation --outdir "$out"
   exit
 fi
-tools/install_extra.sh wheel
+version=$(python -c "import asperity; print(asperity.__version__)")
+# with the version pinned pip takes no package of this name from an index
+python -m pip install --quiet "asperity[wheel]==$version"
 rm -rf "$out"
 python -m build --outdir "$out/made"
 tools/repair_wheel.sh "$out"/made/*.whl "$out"

@@ -23,6 +23,7 @@ module history
     real(wp) :: least_traction = 0.0_wp    !! smallest t_N that the law carries
     real(wp) :: largest_slip = 0.0_wp      !! largest norm of (s_Tx, s_Ty)
     logical, private :: every = .false.    !! whether all numbers of a row have columns
+    real(wp), private :: stiffness = 0.0_wp   !! of the bond, for columns of the stability; 0: none
     integer, private :: first = huge(1)    !! first number of the state that has a column
     logical, allocatable :: regime(:, :)   !! of the law at the last row of a replay
   end type history_type
@@ -30,18 +31,20 @@ module history
 contains
 
   !> Open the file ("-": standard output) and write the header.
-  subroutine open_history(table, path, law, planes, every)
+  subroutine open_history(table, path, law, planes, every, stability)
     type(history_type), intent(out) :: table        !! the file, without rows
     character(len=*), intent(in) :: path            !! file, replaced if it exists
     class(point_law), intent(in) :: law             !! the law
     logical, intent(in) :: planes                   !! whether planes, or the numbers of a UMAT, have columns
     logical, intent(in) :: every                    !! whether all numbers of a row have columns
+    logical, intent(in) :: stability                !! whether the eigenvalues of the tangent have columns
     character(len=:), allocatable :: header
     integer :: i
 
     allocate (table%last%state(law%n_state), source=0.0_wp)
     call create_file(path)
-    call csv_header(header, every)
+    call csv_header(header, every, stability)
+    if (stability) table%stiffness = law%stiffness
     table%every = every
     if (planes) table%first = law%first_own
     do i = table%first, law%n_state
@@ -66,7 +69,7 @@ contains
     type(history_type), intent(inout) :: table      !! the file
     type(row_type), intent(in) :: row               !! the row
     character(len=:), allocatable :: line
-    call csv_line(row, table%every, table%first, line)
+    call csv_line(row, table%every, table%stiffness, table%first, line)
     call write_line(line)
     table%last = row
     table%n_rows = table%n_rows + 1

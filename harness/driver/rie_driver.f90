@@ -129,7 +129,7 @@ contains
 
     call read_cases(path, file, errors)
     call end_on_errors(errors)
-    call csv_header(header, .false.)
+    call csv_header(header, .false., .false.)
     allocate (laws(size(file%cases)))
     do i = 1, size(file%cases)
       call get_law(file%cases(i), path, laws(i)%law, errors)

@@ -12,6 +12,7 @@ from .errors import EquilibriumLost as EquilibriumLost
 from .foreign import ForeignUmat as ForeignUmat
 from .history import History as History
 from .history import Snap as Snap
+from .history import Stability as Stability
 from .history import Update as Update
 from .installed import library as library
 from .interface import Interface as Interface

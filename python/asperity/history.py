@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,9 @@ EVENTS = ("onset", "damaged", "open", "close", "slip", "snap", "turn", "substeps
 """Names of events in the order in which a row has them."""
 
 
-ARRAYS = ("separation", "traction", "damage", "state", "work", "step", "position", "time", "iterations", "p")
+ARRAYS = (
+    "separation", "traction", "damage", "state", "work", "step", "position", "time", "iterations", "p", "tangent",
+)  # fmt: skip
 """Fields of a history with a value for each row."""
 
 
@@ -116,6 +118,24 @@ class Update(_Named):
         return self._column("damage")
 
 
+class Stability(NamedTuple):
+    """Stability of points, from the eigenvalues of their tangents; the first axis of every field is the point.
+
+    second_order (n,): smallest eigenvalue of the symmetric part of the tangent over the stiffness of the bond;
+    where it is negative, the joint may go in the direction of mode (n, 3), its unit vector (N, Tx, Ty), by
+    itself.  real, flutter (n,): smallest real and largest imaginary part of the eigenvalues of the tangent
+    over the same stiffness; a tangent with complex ones can flutter.
+    """
+
+    second_order: Floats
+    real: Floats
+    flutter: Floats
+    mode: Floats
+
+
+N_STABILITY = 6  # numbers of a point: three, and the mode
+
+
 @dataclass(frozen=True)
 class Snap:
     """Jump to another branch of equilibria: row, separation (N, Tx, Ty) before and after it, length.
@@ -139,7 +159,8 @@ class History(_Named):
     friction, alpha(plane), slip(plane); work (T,): of the traction of the law on the separation, the preload
     included, stress*length; events: (row, text), those of a preload with row 0; snaps: the jumps among them,
     the longest of each row.  step (T,): from 1; position (T,): number of targets that were reached before,
-    plus the share of the way to the next one; time (T,); iterations (T,) of Newton's method.
+    plus the share of the way to the next one; time (T,); iterations (T,) of Newton's method; tangent
+    (T, 3, 3): as in `Update`; rows of a file have none.
     """
 
     separation: Floats
@@ -155,6 +176,7 @@ class History(_Named):
     time: Floats = field(default_factory=lambda: np.zeros(0))
     iterations: NDArray[np.int_] = field(default_factory=lambda: np.zeros(0, dtype=int))
     p: Floats | None = None
+    tangent: Floats = field(default_factory=lambda: np.zeros((0, 3, 3)))
 
     def __post_init__(self) -> None:
         """Make the arrays read-only; without water its pressure is zero."""

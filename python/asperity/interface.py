@@ -13,11 +13,12 @@ from . import _core, contract
 from .cards import blocks as cards
 from .contract import Floats, refuse
 from .errors import EquilibriumLost, InputError, slip_words
-from .history import History, Update
+from .history import N_STABILITY, History, Stability, Update
 from .load_path import rows_of
 from .material import Material, ModelWarning
 from .model_checks import check_model, warn_of_physics
 from .pattern import Pattern
+from .point_arrays import outputs, pressures
 from .steps import Point, Step, slip_path
 
 
@@ -94,12 +95,12 @@ class Interface:
         s_old = np.zeros((n, 3)) if s_old is None else contract.array("s_old", s_old, (n, 3))
         shapes = (n, 3), (n, self.nstatv), (n, 3, 3)
         at = s if aim is None else contract.array("aim", aim, (n, 3))
-        water = None if p is None else _pressure(p, n)
+        water = None if p is None else pressures(p, n)
         if out is None:
             traction, new, tangent = map(np.empty, shapes)
         else:
             inputs = {"s": s, "state": start, "s_old": s_old, "aim": at, "p": water}
-            traction, new, tangent = _outputs(out, shapes, inputs)
+            traction, new, tangent = outputs(out, shapes, inputs)
         duration = 0.0 if self._is_missing("dt", dt) else float(dt)
         if start is not new:
             new[:] = 0.0 if start is None else start
@@ -116,6 +117,28 @@ class Interface:
         if water is not None:
             traction[:, 0] -= water
         return Update(traction.view(), new.view(), tangent.view(), self.n_planes)
+
+    def stability(self, tangent: ArrayLike) -> Stability:
+        """Stability of n points with tangents (n, 3, 3), stress/length, as those of an `Update` or a `History`.
+
+        Raises ValueError for a wrong shape and for values that are not finite.
+
+        Examples
+        --------
+        >>> from asperity import Interface, Material, Pattern
+        >>> flat = Interface(Material(3.0, 0.3, 0.9, 0.5), Pattern.regular(0, 0.0))
+        >>> elastic, softening = flat.stability(flat.replay([[0.01, 0, 0], [0.1, 0, 0]]).tangent).second_order
+        >>> round(float(elastic), 12), round(float(softening), 6)
+        (1.0, -0.111111)
+        """
+        tangent = contract.array("tangent", tangent, ("n", 3, 3))
+        for i in np.flatnonzero(~np.isfinite(tangent).all(axis=(1, 2)))[:1]:
+            raise ValueError(f"tangent[{i}]: expected finite numbers")
+        numbers = np.zeros((len(tangent), N_STABILITY))
+        if len(tangent) > 0:
+            by_columns = np.ascontiguousarray(tangent.transpose(0, 2, 1))
+            _core.interface_stability(self._props, by_columns.T, numbers.T)
+        return Stability(*numbers[:, :3].T, numbers[:, 3:])
 
     def initial(
         self,
@@ -135,7 +158,7 @@ class Interface:
         """
         given = contract.array("traction", traction, (3,), ("n", 3))
         tractions = np.array(given, ndmin=2)
-        water = _pressure(p, len(tractions))
+        water = pressures(p, len(tractions))
         tractions[:, 0] += water
         state = np.zeros((len(tractions), self.nstatv))
         shape = (len(tractions), self.n_planes, contract.N_PLANE_STATEV)
@@ -386,37 +409,3 @@ class Interface:
                 f"times[{i}] = {array[i]:g}: expected a finite number from {before[i]:g}, the time before, on"
             )
         return array
-
-
-def _pressure(p: ArrayLike, n: int) -> Floats:
-    """Water pressures (n,) of one or n values; raises ValueError for one that is negative or not finite."""
-    given = contract.array("p", p, (), (n,))
-    good = np.atleast_1d(np.isfinite(given) & (given >= 0.0))
-    if not good.all():
-        k = int(np.argmin(good))
-        place = f"p[{k}]" if given.ndim else "p"
-        raise ValueError(f"{place} = {np.atleast_1d(given)[k]:g}: expected a finite water pressure >= 0")
-    return np.broadcast_to(given, (n,))
-
-
-def _outputs(
-    out: Sequence[Floats], shapes: Sequence[tuple[int, ...]], inputs: dict[str, Floats | None]
-) -> Sequence[Floats]:
-    """Arrays for traction, state and tangent; raises ValueError for one that cannot be written to."""
-    if not isinstance(out, Sequence) or len(out) != len(shapes):
-        found = f"has {len(out)} entries" if isinstance(out, Sequence) else f"= {contract.shown(out)}"
-        raise ValueError(f"out {found}: expected traction, state and tangent")
-    taken = dict(inputs)
-    for i, (array, shape) in enumerate(zip(out, shapes, strict=True)):
-        name = f"out[{i}]"
-        if not isinstance(array, np.ndarray) or array.dtype != np.float64 or not array.flags.carray:
-            found = f"a {array.dtype} array" if isinstance(array, np.ndarray) else contract.shown(array)
-            raise ValueError(f"{name} is {found}: expected writable float64, contiguous in C order")
-        contract.array(name, array, shape)
-        for other, values in taken.items():
-            in_place = i == 1 and other == "state" and values is array
-            # exact for contiguous arrays
-            if not in_place and values is not None and np.may_share_memory(values, array):
-                raise ValueError(f"{name} overlaps {other}: expected memory of its own")
-        taken[name] = array
-    return out

@@ -105,4 +105,7 @@ def history_of(
     )
     more = {name: column[name].astype(int) for name in ("step", "iterations")}
     more |= {name: column[name] for name in ("damage", "work", "position", "time", "p")}
+    axes = "N", "Tx", "Ty"
+    entries = np.array([[column[f"D_{i}_{j}"] for j in axes] for i in axes])
+    more["tangent"] = np.ascontiguousarray(entries.transpose(2, 0, 1))
     return History(s, t, state=states.copy(), events=events, snaps=snaps, n_planes=n_planes, **more)

@@ -41,6 +41,7 @@ module asperity_case
   type, public :: case_type
     character(len=:), allocatable :: title
     logical :: planes = .false.                   !! whether each plane has columns
+    logical :: stability = .false.                !! whether the eigenvalues of the tangent have columns
     logical :: refines = .false.                  !! whether the increments are refined to a tolerance
     real(wp) :: tolerance = 0.0_wp                !! of the load path, relative
     real(wp), allocatable :: props(:)             !! PROPS
@@ -131,6 +132,8 @@ contains
     call all_groups(io, sweep_values, case)
     if (case%refines .and. case%replay%given) call fail(io%errors, of_group(io%text, group_index(io%text, "case")), &
       "tolerance with &replay, whose increments are recorded: expected tolerance with &step only")
+    if (case%stability .and. case%replay%given) call fail(io%errors, of_group(io%text, group_index(io%text, "case")), &
+      "stability with &replay, whose rows are those of a host: expected stability with &step only")
     if (case%refines .and. io%errors%n == 0) call explain_tolerance(case%tolerance, case%steps, io%errors, &
       of_group(io%text, group_index(io%text, "case")))
     if (io%errors%n > 0 .or. case%umat%given) return
@@ -186,14 +189,15 @@ contains
   !> The group &case.
   subroutine case_group(io, case)
     type(case_io), intent(inout) :: io       !! the file
-    type(case_type), intent(inout) :: case   !! title, planes and tolerance
+    type(case_type), intent(inout) :: case   !! title, columns and tolerance
     logical :: given
     if (.not. io%writes) call set_text(case%title, "")
-    given = len(case%title) > 0 .or. case%planes .or. case%refines
+    given = len(case%title) > 0 .or. case%planes .or. case%refines .or. case%stability
     call open_group(io, "case", given)
     if (.not. given) return
     call string_entry(io, "title", case%title, "")
     call logical_entry(io, "planes", case%planes, .false.)
+    call logical_entry(io, "stability", case%stability, .false.)
     call real_entry(io, "tolerance", case%tolerance, given=case%refines)
     call close_group(io)
   end subroutine case_group

@@ -7,6 +7,7 @@ module asperity_load_path
   use asperity_kinds, only: wp
   use asperity_increment, only: advance
   use asperity_point_law, only: event_length, name_event, point_law
+  use asperity_stability, only: falling_direction
   use asperity_steps, only: component_names, step_type
   use asperity_text, only: append, integer_text, short, to_text
   use asperity_tolerances, only: endless, farthest, largest_arc, least_cut, most_branch_steps, most_cut, most_updates, &
@@ -23,6 +24,7 @@ module asperity_load_path
     real(wp) :: time = 0.0_wp
     real(wp) :: s(3) = 0.0_wp                        !! separation (N, Tx, Ty), length
     real(wp) :: traction(3) = 0.0_wp                 !! total, stress
+    real(wp) :: tangent(3, 3) = 0.0_wp               !! d traction_i/d s_j, stress/length
     real(wp) :: p = 0.0_wp                           !! water pressure, by which the law carries more than the total t_N
     real(wp) :: work = 0.0_wp                        !! of the traction without water so far, stress*length
     type(report_type) :: report = report_type()      !! of the increment
@@ -228,6 +230,7 @@ contains
     row%s = point%s
     row%p = p
     row%traction = point%traction
+    row%tangent = point%tangent
     row%traction(1) = point%traction(1) - p
     row%work = point%work
     row%state = point%state
@@ -297,7 +300,7 @@ contains
     type(row_type), intent(in) :: row                         !! its last row, lost
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended
     character(len=:), allocatable :: text
-    real(wp) :: asked, direction(3), most
+    real(wp) :: asked, direction(3), fall(3), most
     allocate (character(len=0) :: text)
     if (allocated(run%reason)) then
       call append(message, run%reason)
@@ -336,6 +339,10 @@ contains
       else
         text = "none found: the motion under the prescribed tractions reaches no equilibrium within " // &
           to_text(farthest) // " s_f"
+        fall = falling_direction(run%point%tangent, run%control%traction, run%control%spring, &
+          run%given - run%point%traction - run%control%spring*run%point%s)
+        if (any(abs(fall) > 0.0_wp)) text = text // "; the joint leaves its last equilibrium in the direction (" // &
+          short(fall(1)) // ", " // short(fall(2)) // ", " // short(fall(3)) // ")"
       end if
     end if
     if (run%control%traction(1)) then

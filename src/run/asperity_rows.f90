@@ -3,17 +3,20 @@ module asperity_rows
   use asperity_contract, only: v_damage, v_friction, v_rupture, v_stored
   use asperity_kinds, only: wp
   use asperity_load_path, only: row_type
+  use asperity_stability, only: stability_columns, stability_of
   use asperity_text, only: integer_text
   implicit none
   private
   public :: row_numbers, csv_header, csv_line
 
   !> Columns in their order: numbers (of a replay, `iterations` are calls; `position` is the number of targets reached
-  !> before, and the fraction of the next one; `before` and `after` are those of the longest snap). A file has the first
-  !> `n_written` of them or, for a program, all, then the names of events, then those of the state.
-  character(len=*), parameter, public :: row_columns(26) = [character(len=10) :: "step", "increment", "time", "s_N", &
+  !> before, and the fraction of the next one; `before` and `after` are those of the longest snap; `D` is the tangent). A
+  !> file has the first `n_written` of them or, for a program, all, then the names of events, on request the numbers of
+  !> the stability, then those of the state.
+  character(len=*), parameter, public :: row_columns(35) = [character(len=10) :: "step", "increment", "time", "s_N", &
     "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "p", "damage", "stored", "rupture", "friction", "work", "iterations", &
-    "position", "updates", "snaps", "before_N", "before_Tx", "before_Ty", "after_N", "after_Tx", "after_Ty", "released"]
+    "position", "updates", "snaps", "before_N", "before_Tx", "before_Ty", "after_N", "after_Tx", "after_Ty", "released", &
+    "D_N_N", "D_Tx_N", "D_Ty_N", "D_N_Tx", "D_Tx_Tx", "D_Ty_Tx", "D_N_Ty", "D_Tx_Ty", "D_Ty_Ty"]
   integer, parameter :: n_written = 16
   !> Columns that are whole numbers.
   integer, parameter :: whole(5) = [1, 2, 16, 18, 19]
@@ -27,29 +30,35 @@ contains
     associate (report => row%report)
       numbers = [real([row%step, row%increment], wp), row%time, row%s, row%traction, row%p, &
         row%state([v_damage, v_stored, v_rupture, v_friction]), row%work, real(report%iterations, wp), row%position, &
-        real([report%updates, report%snaps], wp), report%before, report%after, report%released]
+        real([report%updates, report%snaps], wp), report%before, report%after, report%released, &
+        reshape(row%tangent, [size(row%tangent)])]
     end associate
   end function row_numbers
 
   !> Header of a file, without the columns of the state.
-  pure subroutine csv_header(header, every)
+  pure subroutine csv_header(header, every, stability)
     character(len=:), allocatable, intent(out) :: header   !! names separated by commas
     logical, intent(in) :: every                           !! whether the file has all numbers of a row
+    logical, intent(in) :: stability                       !! whether it has those of the stability
     integer :: i
     header = ""
     do i = 1, merge(size(row_columns), n_written, every)
       header = header // trim(row_columns(i)) // ","
     end do
     header = header // "event"
+    do i = 1, merge(size(stability_columns), 0, stability)
+      header = header // "," // trim(stability_columns(i))
+    end do
   end subroutine csv_header
 
   !> Line of a row: numbers, events, and the numbers of the state from one of them on.
-  pure subroutine csv_line(row, every, first, line)
+  pure subroutine csv_line(row, every, stiffness, first, line)
     type(row_type), intent(in) :: row                    !! the row
     logical, intent(in) :: every                         !! whether the file has all its numbers
+    real(wp), intent(in) :: stiffness                    !! of the bond, for the stability, stress/length; 0: left out
     integer, intent(in) :: first                         !! first number of the state that has a column
     character(len=:), allocatable, intent(out) :: line   !! fields separated by commas
-    real(wp) :: numbers(size(row_columns))
+    real(wp) :: numbers(size(row_columns)), of_stability(size(stability_columns))
     integer :: i
     numbers = row_numbers(row)
     line = ""
@@ -62,6 +71,13 @@ contains
       end if
     end do
     line = line // trim(row%events)
+    if (stiffness > 0.0_wp) then
+      of_stability = stability_of(row%tangent, stiffness)
+      do i = 1, size(of_stability)
+        line = line // ","
+        call add_number(line, of_stability(i))
+      end do
+    end if
     do i = first, size(row%state)
       line = line // ","
       call add_number(line, row%state(i))

@@ -21,7 +21,7 @@ skip() {
 for tool in apt-get dpkg-source dpkg-deb gcc gfortran make; do
   command -v $tool >/dev/null || skip "$tool is not installed"
 done
-"$(dirname "$0")/../../../tools/install-dependencies.sh" lapack >/dev/null 2>&1
+"$(dirname "$0")/../../../tools/install-dependencies.sh" >/dev/null 2>&1
 for library in lapack blas; do
   printf 'end\n' >"$folder/probe.f90"
   gfortran "$folder/probe.f90" -l$library -o "$folder/probe" 2>/dev/null || skip "lib$library is not installed"

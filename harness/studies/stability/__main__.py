@@ -1,4 +1,4 @@
-"""Failure modes of solution methods: the entries of docs/results/stability.md and the picture of a snap."""
+"""Failure modes of solution methods: the entries of docs/results/stability.md and its pictures."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from ..program import DIFFERS, program
 from ..tables import refresh
 from .branches import draw
 from .entries import MODES, as_expected
+from .symmetric import chart, sentences
+from .symmetric import draw as draw_chart
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -26,18 +28,21 @@ def _run(options: argparse.Namespace) -> int:
     options.folder.mkdir(parents=True, exist_ok=True)
     picture = options.folder / "stability_snap.png"
     save(draw(), picture)
+    factors = chart()
+    regions = options.folder / "stability_symmetric.png"
+    save(draw_chart(factors), regions)
     text = "\n\n".join(sections)
     if options.page is None:
-        print(text, end="\n\n")
+        print(text, sentences(factors), sep="\n\n", end="\n\n")
     else:
-        refresh(options.page, False, {"stability": text})
-    print(picture)
+        refresh(options.page, False, {"stability": text, "symmetric": sentences(factors)})
+    print(picture, regions, sep="\n")
     return DIFFERS if bad else 0
 
 
 main = program(
     _run,
-    ("--folder DIR", "folder of the picture", Path()),
+    ("--folder DIR", "folder of the pictures", Path()),
     ("--page FILE.md", "fill the sections into a page, between the markers <!-- stability -->", Path),
     ("--only ENTRY", "which", str, {"nargs": "+", "choices": MODES}),
 )

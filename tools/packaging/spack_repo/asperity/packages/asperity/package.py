@@ -28,6 +28,7 @@ class Asperity(CMakePackage):
     depends_on("cxx", type="build")
     depends_on("fortran", type="build")
     depends_on("cmake@3.22:", type="build")
+    depends_on("lapack")
 
     def cmake_args(self):
         """Return the options of CMake."""

@@ -1,0 +1,45 @@
+"""Arrays of points that `Interface` takes and fills."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import contract
+from .contract import Floats
+
+
+def pressures(p: ArrayLike, n: int) -> Floats:
+    """Water pressures (n,) of one or n values; raises ValueError for one that is negative or not finite."""
+    given = contract.array("p", p, (), (n,))
+    good = np.atleast_1d(np.isfinite(given) & (given >= 0.0))
+    if not good.all():
+        k = int(np.argmin(good))
+        place = f"p[{k}]" if given.ndim else "p"
+        raise ValueError(f"{place} = {np.atleast_1d(given)[k]:g}: expected a finite water pressure >= 0")
+    return np.broadcast_to(given, (n,))
+
+
+def outputs(
+    out: Sequence[Floats], shapes: Sequence[tuple[int, ...]], inputs: dict[str, Floats | None]
+) -> Sequence[Floats]:
+    """Arrays for traction, state and tangent; raises ValueError for one that cannot be written to."""
+    if not isinstance(out, Sequence) or len(out) != len(shapes):
+        found = f"has {len(out)} entries" if isinstance(out, Sequence) else f"= {contract.shown(out)}"
+        raise ValueError(f"out {found}: expected traction, state and tangent")
+    taken = dict(inputs)
+    for i, (array, shape) in enumerate(zip(out, shapes, strict=True)):
+        name = f"out[{i}]"
+        if not isinstance(array, np.ndarray) or array.dtype != np.float64 or not array.flags.carray:
+            found = f"a {array.dtype} array" if isinstance(array, np.ndarray) else contract.shown(array)
+            raise ValueError(f"{name} is {found}: expected writable float64, contiguous in C order")
+        contract.array(name, array, shape)
+        for other, values in taken.items():
+            in_place = i == 1 and other == "state" and values is array
+            # exact for contiguous arrays
+            if not in_place and values is not None and np.may_share_memory(values, array):
+                raise ValueError(f"{name} overlaps {other}: expected memory of its own")
+        taken[name] = array
+    return out

@@ -1,0 +1,93 @@
+"""Stability of joints: eigenvalues against NumPy and closed forms, columns of the driver, the direction of a fall."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from asperity import EquilibriumLost, Interface, Material, Pattern, Step
+
+JOINT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(4, 30.0))
+CASE = """&case stability = T{more} /
+&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /
+&pattern sides = 4, theta = 30.0 /
+&step t_N = -1.0, increments = 4 /
+&step slip = 0.3, direction = 20, increments = 20 /
+"""
+COLUMNS = ["second_order", "least_real", "flutter", "mode_N", "mode_Tx", "mode_Ty"]
+ROUNDING = 1.0e-12
+"""Rounding errors of eigenvalues over the stiffness of the bond."""
+
+
+def expected(tangent: np.ndarray, stiffness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Smallest eigenvalue of the symmetric part, smallest real and largest imaginary part, by NumPy."""
+    D = tangent / stiffness
+    values = np.linalg.eigvals(D)
+    symmetric = np.linalg.eigvalsh(0.5 * (D + D.transpose(0, 2, 1)))[:, 0]
+    return symmetric, values.real.min(axis=1), values.imag.max(axis=1)
+
+
+def test_eigenvalues() -> None:
+    """Along a slip, and for random tangents with complex eigenvalues, the numbers are those of NumPy."""
+    along = JOINT.confined_slip(20.0, np.linspace(0.0, 0.6, 61)[1:], -1.0).tangent
+    drawn = JOINT.material.K * np.random.default_rng(2015).normal(size=(200, 3, 3))
+    for tangent in (along, drawn):
+        found = JOINT.stability(tangent)
+        for numbers, right in zip(found, expected(tangent, JOINT.material.K), strict=False):
+            assert np.abs(numbers - right).max() < ROUNDING
+        D = tangent / JOINT.material.K
+        along_mode = np.einsum("ni,nij,nj->n", found.mode, D, found.mode)
+        assert np.abs(along_mode - found.second_order).max() < ROUNDING
+        assert np.abs(np.linalg.norm(found.mode, axis=1) - 1.0).max() < ROUNDING
+    assert JOINT.stability(drawn).flutter.max() > 0.1
+    assert [one.shape for one in JOINT.stability(np.zeros((0, 3, 3)))] == [(0,), (0,), (0,), (0, 3)]
+
+
+def test_tangent_of_a_history() -> None:
+    """The rows of a run have the tangent of an update over their increment."""
+    history = JOINT.confined_slip(20.0, np.linspace(0.0, 0.3, 31)[1:], -1.0)
+    s, state = history.separation, history.state
+    again = JOINT.update(s[1:], state[:-1], s[:-1]).tangent
+    assert np.abs(again - history.tangent[1:]).max() < ROUNDING * JOINT.material.K
+
+
+@pytest.mark.parametrize("more", ["", ", planes = T", ", tolerance = 1e-3"])
+def test_columns_of_the_driver(run, more: str) -> None:
+    """The columns of a file are those of Python; they stand behind the event, before the planes."""
+    done = run(CASE.format(more=more))
+    at = done.header.index("event") + 1
+    assert done.header[at : at + 6] == COLUMNS and (done.header[at + 6 :] != []) == ("planes" in more)
+    tolerance = 1.0e-3 if "tolerance" in more else None
+    steps = Step(t_N=-1.0, increments=4), Step(slip=0.3, direction=20.0, increments=20)
+    history = JOINT.rows(steps, tolerance=tolerance)[0]
+    found = np.column_stack(JOINT.stability(history.tangent))
+    numbers = np.array([[float(cell) for cell in row[at : at + 6]] for row in done.rows])
+    assert np.abs(numbers - found).max() < ROUNDING
+
+
+def test_replay_has_no_stability(run) -> None:
+    """The rows of a replay are those of a host: asking for their stability is refused."""
+    text = CASE.format(more="").split("&step")[0] + "&replay file = 'x.csv' /\n"
+    assert "case.nml:1: &case: stability with &replay" in run(text, code=1).messages
+
+
+def test_direction_of_a_fall() -> None:
+    """A joint that is pulled beyond its strength opens; one that is pushed by a shear traction slides along it."""
+    with pytest.raises(EquilibriumLost, match="no equilibrium exists"):
+        JOINT.run(Step(t_N=4.0))
+    flat = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, height=0.1), Pattern.regular(2, 30.0))
+    steps = Step(t_N=-1.0, increments=10), Step(t_Tx=20.0, increments=100)
+    with pytest.raises(
+        EquilibriumLost, match=r"leaves its last equilibrium in the direction \((\S+), 0?"
+    ) as lost:
+        flat.run(steps)
+    text = str(lost.value).split("in the direction (")[1].split(")")[0]
+    N, Tx, Ty = map(float, text.split(", "))
+    assert Tx > 0.5 and N > 0.0 and Ty == pytest.approx(0.0, abs=1e-9)
+
+
+def test_refused() -> None:
+    """A tangent of another shape, or with a number that is not finite, is named."""
+    with pytest.raises(ValueError, match=r"tangent.*\(n, 3, 3\)"):
+        JOINT.stability(np.zeros((3, 3)))
+    with pytest.raises(ValueError, match=r"tangent\[1\]: expected finite numbers"):
+        JOINT.stability([np.eye(3), np.full((3, 3), np.nan)])
