@@ -27,7 +27,8 @@ EVENTS = ("onset", "damaged", "open", "close", "slip", "snap", "turn", "substeps
 
 
 ARRAYS = (
-    "separation", "traction", "damage", "state", "work", "step", "position", "time", "iterations", "p", "tangent",
+    "separation", "traction", "damage", "state", "work", "step", "position", "time", "iterations", "p",
+    "tangent",
 )  # fmt: skip
 """Fields of a history with a value for each row."""
 
@@ -119,12 +120,12 @@ class Update(_Named):
 
 
 class Stability(NamedTuple):
-    """Stability of points, from the eigenvalues of their tangents; the first axis of every field is the point.
+    """Stability of points, from the eigenvalues of their tangents; the first axis is the point.
 
-    second_order (n,): smallest eigenvalue of the symmetric part of the tangent over the stiffness of the bond;
-    where it is negative, the joint may go in the direction of mode (n, 3), its unit vector (N, Tx, Ty), by
-    itself.  real, flutter (n,): smallest real and largest imaginary part of the eigenvalues of the tangent
-    over the same stiffness; a tangent with complex ones can flutter.
+    second_order (n,): smallest eigenvalue of the symmetric part of the tangent over the stiffness of the
+    bond; where it is negative, the joint may go in the direction of mode (n, 3), its unit vector
+    (N, Tx, Ty), by itself.  real, flutter (n,): smallest real and largest imaginary part of the eigenvalues
+    of the tangent over the same stiffness; a tangent with complex ones can flutter.
     """
 
     second_order: Floats

@@ -119,7 +119,7 @@ class Interface:
         return Update(traction.view(), new.view(), tangent.view(), self.n_planes)
 
     def stability(self, tangent: ArrayLike) -> Stability:
-        """Stability of n points with tangents (n, 3, 3), stress/length, as those of an `Update` or a `History`.
+        """Stability of n points with tangents (n, 3, 3), stress/length, of an `Update` or a `History`.
 
         Raises ValueError for a wrong shape and for values that are not finite.
 

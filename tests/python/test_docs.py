@@ -219,6 +219,7 @@ def test_names_of_the_case_file(group: str, tmp_path: Path) -> None:
 def test_columns_and_events(tmp_path: Path) -> None:
     """Columns of the driver's CSV with those of one plane, and the events that its source names."""
     case = next(block.text for block in blocks("nml") if block.place.startswith(DRIVER))
+    case = case.replace("&case ", "&case stability = T, ", 1)
     (tmp_path / "case.nml").write_text(case, encoding="utf-8")
     assert run(driver(), "case.nml", "--planes", cwd=tmp_path).returncode == 0
     columns = (tmp_path / "case.csv").read_text(encoding="utf-8").splitlines()[0].split(",")

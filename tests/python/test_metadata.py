@@ -150,7 +150,7 @@ def test_spack_package() -> None:
     assert found_in(str(top / "repo.yaml"), r"^  namespace: (\w+)$") == [top.name]
     assert top.parent.name == "spack_repo"
     needed = set(found_in(SPACK, r'^    depends_on\("([^"]+)"'))
-    assert needed == {"c", "cxx", "fortran", f"cmake@{lowest}:"}
+    assert needed == {"c", "cxx", "fortran", f"cmake@{lowest}:", "lapack"}
 
 
 def test_fpm_has_the_sources_of_the_law() -> None:

@@ -1,4 +1,4 @@
-"""Stability of joints: eigenvalues against NumPy and closed forms, columns of the driver, the direction of a fall."""
+"""Stability of joints: eigenvalues against NumPy, columns of the driver, the direction of a fall."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_replay_has_no_stability(run) -> None:
 
 
 def test_direction_of_a_fall() -> None:
-    """A joint that is pulled beyond its strength opens; one that is pushed by a shear traction slides along it."""
+    """A joint under too much tension opens; one under too much shear slides along it."""
     with pytest.raises(EquilibriumLost, match="no equilibrium exists"):
         JOINT.run(Step(t_N=4.0))
     flat = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, height=0.1), Pattern.regular(2, 30.0))

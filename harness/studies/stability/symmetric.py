@@ -1,8 +1,9 @@
-"""Where a solver of a host may symmetrise the tangent of a joint: friction, slope of the planes and pressure."""
+"""Where a solver of a host may symmetrise the tangent of a joint: friction, slopes and pressure."""
 
 from __future__ import annotations
 
 import warnings
+
 import numpy as np
 from asperity import Interface, Material, ModelWarning, Pattern, Step
 from asperity.contract import Floats
@@ -53,7 +54,7 @@ def chart() -> Floats:
 
 
 def fluttering() -> Floats:
-    """Friction of the random joints that have a tangent with complex eigenvalues in a slip and its reversal."""
+    """Friction of the random joints whose tangent has complex eigenvalues in a slip and its reversal."""
     random, found = np.random.default_rng(SEED), []
     for _ in range(DRAWN):
         mu, theta, size = random.uniform([0.1, 5.0, -1.0], [1.3, 50.0, 1.0])
@@ -93,7 +94,8 @@ def sentences(factors: Floats) -> str:
     ]
     mu = fluttering()
     return (
-        f"It converges with every slope up to mu = {', '.join(most)}. Of {DRAWN} random joints (2 to 8 planes of "
-        f"5 to 50°, mu 0.1 to 1.3, slip and reversal in any direction under 0.1 to 10 MPa; seed {SEED}) {len(mu)} "
+        f"It converges with every slope up to mu = {', '.join(most)}. Of {DRAWN} random joints (2 to 8 "
+        "planes of 5 to 50°, mu 0.1 to 1.3, slip and reversal in any direction under 0.1 to 10 MPa; "
+        f"seed {SEED}) {len(mu)} "
         f"have a tangent with complex eigenvalues, all with mu >= {mu.min():.2f}: these can flutter."
     )
