@@ -18,7 +18,7 @@ from .load_path import rows_of
 from .material import Material, ModelWarning
 from .model_checks import check_model, warn_of_physics
 from .pattern import Pattern
-from .point_arrays import outputs, pressures
+from .point_arrays import is_missing, outputs, pressures, times_of
 from .steps import Point, Step, slip_path
 
 
@@ -101,7 +101,7 @@ class Interface:
         else:
             inputs = {"s": s, "state": start, "s_old": s_old, "aim": at, "p": water}
             traction, new, tangent = outputs(out, shapes, inputs)
-        duration = 0.0 if self._is_missing("dt", dt) else float(dt)
+        duration = 0.0 if is_missing("dt", dt, self.material.tau_v) else float(dt)
         if start is not new:
             new[:] = 0.0 if start is None else start
         if n > 0:  # f2py accepts no empty arrays
@@ -248,7 +248,7 @@ class Interface:
         [3.0, 0.0]
         """
         S = contract.array("S", S, ("n", 3))
-        durations = np.diff(self._times(times, len(S)), prepend=0.0)
+        durations = np.diff(times_of(times, len(S), self.material.tau_v), prepend=0.0)
         if len(S) == 0:
             return self.rows(Step(increments=1))[0].after_step(1)
         step = Step(s_N=S[:, 0], s_Tx=S[:, 1], s_Ty=S[:, 2], increments=1, time=durations)
@@ -301,7 +301,7 @@ class Interface:
         """
         slips = contract.array("slips", slips, ("T",))
         sigma_N = contract.number("sigma_N", sigma_N, "a finite traction")
-        times = self._times(times, len(slips))
+        times = times_of(times, len(slips), self.material.tau_v)
         if not 0.0 <= preload_time < np.inf:
             raise ValueError(f"preload_time = {preload_time!r}: expected a finite time >= 0")
         each = tolerance is None and follow == "stable"
@@ -390,22 +390,3 @@ class Interface:
         tangent = self.update(np.zeros((1, 3)), dt=1.0).tangent[0]
         factor = max(1.0, self.material.kc)
         return factor * float(tangent[1, 1]), factor * float(tangent[0, 0])
-
-    def _is_missing(self, name: str, value: object) -> bool:
-        """Return whether the time is None; raises ValueError if viscous damage needs a time."""
-        if value is None and self.material.tau_v > 0.0:
-            tau_v = self.material.tau_v
-            raise ValueError(f"{name} is missing: expected for viscous damage, tau_v = {tau_v:g}")
-        return value is None
-
-    def _times(self, times: ArrayLike | None, rows: int) -> Floats:
-        """Times (rows,), zeros if none are given."""
-        if self._is_missing("times", times):
-            return np.zeros(rows)
-        array = contract.array("times", times, (rows,))
-        before = np.append(0.0, array)[:-1]
-        for i in np.flatnonzero(~(np.isfinite(array) & (array >= before)))[:1]:
-            raise ValueError(
-                f"times[{i}] = {array[i]:g}: expected a finite number from {before[i]:g}, the time before, on"
-            )
-        return array

@@ -11,6 +11,26 @@ from . import contract
 from .contract import Floats
 
 
+def is_missing(name: str, value: object, tau_v: float) -> bool:
+    """Return whether a time is None; raises ValueError if viscous damage needs one."""
+    if value is None and tau_v > 0.0:
+        raise ValueError(f"{name} is missing: expected for viscous damage, tau_v = {tau_v:g}")
+    return value is None
+
+
+def times_of(times: ArrayLike | None, rows: int, tau_v: float) -> Floats:
+    """Times (rows,), zeros if none are given."""
+    if is_missing("times", times, tau_v) or times is None:
+        return np.zeros(rows)
+    array = contract.array("times", times, (rows,))
+    before = np.append(0.0, array)[:-1]
+    for i in np.flatnonzero(~(np.isfinite(array) & (array >= before)))[:1]:
+        raise ValueError(
+            f"times[{i}] = {array[i]:g}: expected a finite number from {before[i]:g}, the time before, on"
+        )
+    return array
+
+
 def pressures(p: ArrayLike, n: int) -> Floats:
     """Water pressures (n,) of one or n values; raises ValueError for one that is negative or not finite."""
     given = contract.array("p", p, (), (n,))

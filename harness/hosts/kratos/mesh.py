@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from asperity.mesh.jointed import Jointed
 from asperity.mesh.shapes import Integers
-from asperity.mesh.split import Jointed
 from asperity.mesh.writing import HEAD, blocks, lines, numbered
 from asperity.options import replace_file
 

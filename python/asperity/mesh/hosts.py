@@ -14,8 +14,8 @@ import numpy as np
 from .. import hosts
 from ..contract import refuse
 from ..material import ModelWarning
+from .jointed import Jointed
 from .shapes import corners
-from .split import Jointed
 
 if TYPE_CHECKING:
     from ..interface import Interface

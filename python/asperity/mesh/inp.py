@@ -9,8 +9,9 @@ import numpy as np
 
 from ..contract import refuse
 from ..options import replace_file
+from .jointed import Jointed
 from .shapes import Integers
-from .split import Jointed, default_tangent
+from .split import default_tangent
 from .writing import HEAD, between, blocks, layer_points, lines, numbered
 
 if TYPE_CHECKING:

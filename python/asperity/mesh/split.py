@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..contract import Floats
 from ..material import ModelWarning
 from .cells import Faces, Solids, locate, read, solids
-from .shapes import FACES, Integers, area, backward, corners, place
+from .jointed import Joint, Jointed
+from .shapes import Integers, area, backward, corners, place
 from .sides import turned
 
 if TYPE_CHECKING:
@@ -29,136 +29,7 @@ Joints = Mapping[str, "Rule | Sequence[str] | Mapping[str, str] | None"]
 NEARLY_NORMAL = 0.001
 """Sine of the angle between a direction and a normal below which it gives no direction in the face."""
 
-MOST_PAIRS = 4  # pairs of blocks that the summary names for each joint
-
 SAME_PLACE = 1e-6  # distance of two nodes a period apart from that period, over the size of the mesh
-
-
-@dataclass(frozen=True)
-class Joint:
-    """Faces of a joint.
-
-    minus, plus (f, k): nodes of both sides, node on node; the right-hand normal of minus is N, and its edge
-    from node 0 to node 1 is the one closest to Tx.  cells (f, 2): cells beside them.  axes (f, d, d): N from
-    minus to plus, Tx and, in 3D, Ty = N x Tx.  area (f,): lengths in 2D.  sides (f, 2): numbers of the
-    faces in the cells beside them, from 1, those of Abaqus.
-    """
-
-    minus: Integers
-    plus: Integers
-    cells: Integers
-    axes: Floats
-    area: Floats
-    sides: Integers
-
-    @property
-    def tips(self) -> int:
-        """Number of nodes that both sides share, where the joint ends inside the mesh."""
-        return len(np.unique(self.minus[self.minus == self.plus]))
-
-
-@dataclass(frozen=True)
-class Jointed:
-    """A mesh with joints: nodes (n, d), cells (m, k) by type, and the number of the block of each cell.
-
-    names: of the blocks.  joints: by name, in one entry for each kind of face.  groups: faces of the named
-    groups, on joints those of both sides, and nodes of named points, by name.  sets: cells of the groups that
-    are no blocks, counted through all types.  surfaces: rows (cell, its face from 1) of the groups of faces
-    and, as NAME_minus and NAME_plus, of both sides of the joints.  origin (n,): node of the mesh before.
-    """
-
-    points: Floats
-    cells: dict[str, Integers]
-    block: dict[str, Integers]
-    names: list[str]
-    joints: dict[str, list[Joint]]
-    groups: dict[str, list[Integers]]
-    sets: dict[str, Integers]
-    surfaces: dict[str, Integers]
-    origin: Integers
-
-    @property
-    def dimension(self) -> int:
-        """2 or 3."""
-        return self.points.shape[1]
-
-    def nodes(self, group: str) -> Integers:
-        """Nodes of a group."""
-        if group not in self.groups:
-            raise ValueError(f"{group}: no such group: expected one of {', '.join(self.groups) or 'none'}")
-        return np.unique(np.concatenate([one.ravel() for one in self.groups[group]]))
-
-    def face_nodes(self, surface: Integers) -> list[Integers]:
-        """Nodes of the faces of a surface, rows (cell, face), in one array for each number of nodes.
-
-        Their right-hand normal points out of their cells; in the plane the cells are on the left of edges.
-        """
-        found: dict[int, list[Integers]] = {}
-        first, d = 0, self.dimension
-        for kind, data in self.cells.items():
-            for side, face in enumerate(FACES[kind], 1):
-                at = (surface[:, 0] >= first) & (surface[:, 0] < first + len(data)) & (surface[:, 1] == side)
-                if not at.any():
-                    continue
-                cells = data[surface[at, 0] - first]
-                nodes = cells[:, face]
-                if d == 3:
-                    x = self.points[nodes[:, : corners(d, len(face))]]
-                    away = x.mean(1) - self.points[cells].mean(1)
-                    inward = np.einsum("fd,fd->f", area(x)[0], away) < 0.0
-                    nodes = np.where(inward[:, None], nodes[:, backward(d, len(face))], nodes)
-                found.setdefault(len(face), []).append(nodes)
-            first += len(data)
-        return [np.concatenate(found[size]) for size in sorted(found)]
-
-    def nodes_of(self, cells: Integers) -> Integers:
-        """Nodes of cells, counted through all types."""
-        found, first = [np.zeros(0, np.int64)], 0
-        for data in self.cells.values():
-            found.append(data[cells[(cells >= first) & (cells < first + len(data))] - first].ravel())
-            first += len(data)
-        return np.unique(np.concatenate(found))
-
-    def summary(self) -> str:
-        """Counts of cells, nodes and faces: of the whole, the blocks, the groups and the joints."""
-        count, used = sum(map(len, self.cells.values())), len(np.unique(self.origin))
-        lines = [f"{count} cells in {len(self.names)} blocks, {used} nodes, {len(self.origin)} with joints"]
-        block = np.concatenate([self.block[kind] for kind in self.cells])
-        size, d = ("length" if self.dimension == 2 else "area"), self.dimension
-        lines += [f"block {name}: {(block == k).sum()} cells" for k, name in enumerate(self.names)]
-        lines += [f"group {name}: {len(some)} cells" for name, some in self.sets.items()]
-        for name, some in self.groups.items():
-            faces = [one for one in some if one.shape[1] > 1]
-            total, whole = 0, 0.0
-            for one in faces:
-                corner = one[:, : corners(d, one.shape[1])]
-                _, first = np.unique(np.sort(self.origin[corner], axis=1), axis=0, return_index=True)
-                total, whole = total + len(first), whole + float(area(self.points[corner[first]])[1].sum())
-            if total:
-                lines.append(f"group {name}: {total} faces, {size} {whole:.6g}")
-            elif some:
-                lines.append(f"group {name}: {len(self.nodes(name))} nodes")
-        for name, parts in self.joints.items():
-            whole = sum(float(one.area.sum()) for one in parts)
-            ends = sum(one.tips for one in parts)
-            faces_of = sum(len(one.area) for one in parts)
-            text = f"joint {name}: {faces_of} faces, {size} {whole:.6g}, {ends} tips"
-            lines.append(f"{text}, {self._normals(parts, block)}")
-        return "\n".join(lines)
-
-    def _normals(self, parts: list[Joint], block: Integers) -> str:
-        """Where N of a joint points: from which block to which."""
-        pairs = np.concatenate([block[one.cells] for one in parts])
-        found, at, count = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
-        normals = np.concatenate([one.axes[:, 0] for one in parts])
-        words = []
-        for k in np.argsort(-count, kind="stable"):
-            a, b = (self.names[one] for one in found[k])
-            mean = normals[at.ravel() == k].mean(0)
-            text = ", ".join(f"{one:.2g}" for one in (mean.round(6) + 0.0).tolist())
-            words.append(f"N from {a} to {b}" if a != b else f"N inside {a} about ({text})")
-        more = f", and of {len(words) - MOST_PAIRS} other pairs" if len(words) > MOST_PAIRS else ""
-        return "; ".join(words[:MOST_PAIRS]) + more
 
 
 def split(

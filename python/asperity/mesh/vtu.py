@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..contract import refuse
-from .split import Jointed
+from .jointed import Jointed
 from .writing import between, layer_points
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contract import Floats
+from .jointed import Joint, Jointed
 from .shapes import Integers, corners
-from .split import Joint, Jointed
 
 HEAD = "mesh with joints of asperity"  # first words of a file, after the sign of a comment
 
