@@ -5,51 +5,6 @@
 ! characters); `threadsafe` releases the lock of the
 ! interpreter.
 
-!> Row i of a table of the library.
-subroutine table_row(table, i, texts, numbers)
-  use asperity_contract, only: max_inclined, n_facet_statev, n_fixed_props, n_listed_values, n_plane_statev, &
-    n_point_statev, n_required_props, prop_table, statev_table, version
-  use asperity_rows, only: row_columns
-  use asperity_steps, only: step_table
-  implicit none
-  integer, intent(in) :: table                  !! 1 PROPS, 2 STATEV, 3 columns of rows, 4 entries of a step, 5 sizes
-  integer, intent(in) :: i                      !! from 1
-  character(len=64), intent(out) :: texts(7)    !! name first; all blank beyond the last row
-  double precision, intent(out) :: numbers(7)   !! as the callers in Python name them
-  texts = ""
-  numbers = 0.0d0
-  select case (table)
-  case (1)
-    if (i > size(prop_table)) return
-    texts(1) = prop_table(i)%name
-    texts(2) = prop_table(i)%owner
-    texts(3) = prop_table(i)%meaning
-    texts(4) = prop_table(i)%unit
-    texts(5) = prop_table(i)%admissible
-    texts(6) = prop_table(i)%scale
-    texts(7) = prop_table(i)%shown_by
-    numbers(:6) = [prop_table(i)%lower, prop_table(i)%upper, prop_table(i)%default, prop_table(i)%plausible, &
-      merge(1.0d0, 0.0d0, prop_table(i)%inclined)]
-  case (2)
-    if (i > size(statev_table)) return
-    texts(1) = statev_table(i)%name
-    texts(2) = statev_table(i)%meaning
-    texts(3) = statev_table(i)%unit
-  case (3)
-    if (i > size(row_columns)) return
-    texts(1) = row_columns(i)
-  case (4)
-    if (i > size(step_table)) return
-    texts(1) = step_table(i)%name
-    texts(2) = step_table(i)%expected
-    numbers(:2) = [merge(1.0d0, 0.0d0, step_table(i)%single), step_table(i)%default]
-  case default
-    texts(1) = version
-    numbers = [n_fixed_props, n_required_props, n_listed_values, n_point_statev, n_plane_statev, n_facet_statev, &
-      max_inclined]
-  end select
-end subroutine table_row
-
 !> Constants of a joint without bond, and their numbers in PROPS.
 subroutine contract_joint(kn, ks, constants, numbers)
   use asperity_material, only: joint_constants, joint_props

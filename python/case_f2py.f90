@@ -1,98 +1,56 @@
-! Case files in the shape f2py reads (see asperity_f2py.f90).
+! Case files and tables of the library in the shape f2py reads (see asperity_f2py.f90). A text that the library makes has
+! a handle, its address, until `text_take` hands it out and frees it.
 
-!> Content of a case file, or of a text in its form: the number of runs, then for each run the value of the sweep (0
-!> without one), 1 if a loss of equilibrium is expected, the tolerance (0: none), the start (0 virgin, 1 &state, 2
-!> &initial), separation, work there (huge: that of the energies) and water pressure, then lists with their lengths before them: the
-!> state, PROPS (none: the law is a UMAT), and for each step, whose number comes first, the values of each entry (-1:
-!> not given).
-subroutine case_numbers(path, source, room, numbers, length, pattern, title, sweep, status, message)
+!> Content of a case file, or of a text in its form, as JSON (case_json); where it has errors those (errors_json).
+subroutine case_content(path, source, handle, length, good)
   use asperity_case, only: case_file_type, read_cases
-  use asperity_errors, only: errors_type, put_records
-  use asperity_steps, only: explicit_entries
-  use asperity_text, only: put_text
+  use asperity_errors, only: errors_type
+  use asperity_json, only: case_json, errors_json
+  use text_handles, only: new_handle
   implicit none
-  character(len=*), intent(in) :: path               !! file; empty: the text is `source`
-  character(len=*), intent(in) :: source             !! a text instead of the file
-  integer, intent(in) :: room                        !! size of the array for the numbers
-  double precision, intent(inout) :: numbers(room)   !! the content, as far as there is room for it
-  integer, intent(out) :: length                     !! numbers of the content
-  integer, intent(out) :: pattern(2)                 !! first and last byte of the group &pattern, from 1
-  character(len=4096), intent(out) :: title          !! may be blank
-  character(len=32), intent(out) :: sweep            !! name of the number that varies; blank: none
-  integer, intent(out) :: status                     !! 0 or 1, bad input
-  character(len=32768), intent(out) :: message       !! errors (put_records)
+  character(len=*), intent(in) :: path      !! file; empty: the text is `source`
+  character(len=*), intent(in) :: source    !! a text instead of the file
+  integer, intent(out) :: handle(2)         !! of the JSON
+  integer, intent(out) :: length            !! its bytes
+  integer, intent(out) :: good              !! 1: the content; 0: errors
   type(case_file_type) :: file
   type(errors_type) :: errors
   character(len=:), allocatable :: text
-  double precision :: start(5)
-  integer :: i, j, k
-  length = 0
-  pattern = 0
-  title = ""
-  sweep = ""
-  message = ""
-  status = 0
   if (len(path) == 0) then
     call read_cases(path, file, errors, source)
   else
     call read_cases(path, file, errors)
   end if
-  if (errors%n > 0) then
-    status = 1
-    text = ""
-    call put_records(errors, text)
-    call put_text(text, message)
-    return
+  good = merge(1, 0, errors%n == 0)
+  if (errors%n == 0) then
+    call case_json(file, text)
+  else
+    call errors_json(errors, text)
   end if
-  pattern = file%pattern
-  title = file%cases(1)%title
-  sweep = file%sweep
-  call put([dble(size(file%cases))])
-  do i = 1, size(file%cases)
-    associate (case => file%cases(i))
-      start(1) = 0.0d0
-      if (size(file%values) > 0) start(1) = file%values(i)
-      call put([start(1), dble(merge(1, 0, case%expect%lost)), case%tolerance, &
-        dble(merge(merge(2, 1, case%initial%given), 0, case%state%given))])
-      start = [case%state%s, case%state%work, case%state%p]
-      if (.not. case%state%has_work) start(4) = huge(start)
-      call put(start)
-      call put_list(case%state%statev)
-      call put_list(case%props)
-      call put([dble(size(case%steps))])
-      do j = 1, size(case%steps)
-        associate (given => explicit_entries(case%steps(j)))
-          do k = 1, size(given)
-            if (allocated(given(k)%values)) then
-              call put_list(given(k)%values)
-            else
-              call put([-1.0d0])
-            end if
-          end do
-        end associate
-      end do
-    end associate
-  end do
+  call new_handle(text, handle, length)
+end subroutine case_content
 
-contains
+!> Tables of the library as JSON (tables_json).
+subroutine library_tables(handle, length)
+  use asperity_json, only: tables_json
+  use text_handles, only: new_handle
+  implicit none
+  integer, intent(out) :: handle(2)   !! of the JSON
+  integer, intent(out) :: length      !! its bytes
+  character(len=:), allocatable :: text
+  call tables_json(text)
+  call new_handle(text, handle, length)
+end subroutine library_tables
 
-  !> Append a list with its length.
-  subroutine put_list(list)
-    double precision, intent(in) :: list(:)   !! its numbers
-    call put([dble(size(list))])
-    call put(list)
-  end subroutine put_list
-
-  !> Append numbers.
-  subroutine put(list)
-    double precision, intent(in) :: list(:)   !! these
-    integer :: n
-    n = max(0, min(size(list), room - length))
-    numbers(length + 1:length + n) = list(:n)
-    length = length + size(list)
-  end subroutine put
-
-end subroutine case_numbers
+!> Hand out a text and free it.
+subroutine text_take(handle, n, text)
+  use text_handles, only: take
+  implicit none
+  integer, intent(in) :: handle(2)                !! of the text
+  integer, intent(in) :: n                        !! its bytes
+  character(len=1), intent(inout) :: text(n)      !! the text
+  call take(handle, text)
+end subroutine text_take
 
 !> Text of a case file with groups and entries as they are given.
 subroutine case_text(n, names, kinds, counts, n_values, values, strings, room, text, length)

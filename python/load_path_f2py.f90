@@ -1,20 +1,22 @@
 ! Load paths in the shape f2py reads (see asperity_f2py.f90): a run is begun, gives its rows in parts, and is ended. Its
 ! handle has the addresses of the run and of its last row.
 
-!> Begin a load path. The run must be ended if the status is 0.
+!> Begin a load path. The run must be ended if the length is 0.
 subroutine path_begin(nprops, props, nstatv, n_entries, n_steps, counts, n_values, values, start, state, refines, &
-                      tolerance, handle, status, message)
+                      tolerance, handle, length)
   use, intrinsic :: iso_c_binding, only: c_loc
   use asperity_call_checks, only: explain_point, point_status
-  use asperity_contract, only: status_ok, status_separation
+  use asperity_contract, only: status_ok
   use asperity_equations, only: new_point, point_type
-  use asperity_errors, only: error_type, errors_type, fail, put_records
+  use asperity_errors, only: error_type, errors_type, fail
   use asperity_interface, only: interface_type, new_interface
+  use asperity_json, only: errors_json
   use asperity_load_path, only: row_type, run_type
   use asperity_refine, only: explain_tolerance, refine_path
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_steps, only: check_steps, complete_steps, step_type
-  use asperity_text, only: integer_text, put_text
+  use asperity_text, only: integer_text
+  use text_handles, only: new_handle
   implicit none
   integer, intent(in) :: nprops                             !! number of constants
   double precision, intent(in) :: props(nprops)             !! admissible PROPS
@@ -30,9 +32,8 @@ subroutine path_begin(nprops, props, nstatv, n_entries, n_steps, counts, n_value
   double precision, intent(in) :: state(nstatv)             !! STATEV at the start; 0: virgin
   integer, intent(in) :: refines                            !! 1: increments to a tolerance; 0: as they are given
   double precision, intent(in) :: tolerance                 !! relative
-  integer, intent(out) :: handle(4)                         !! of the run
-  integer, intent(out) :: status                            !! 0 or status_separation
-  character(len=32768), intent(out) :: message              !! errors (put_records)
+  integer, intent(out) :: handle(4)                         !! of the run; where it has errors, of their JSON
+  integer, intent(out) :: length                            !! bytes of the errors (errors_json), 0: none
   !f2py threadsafe
   type(interface_type) :: joint
   type(rie_law) :: law
@@ -42,9 +43,9 @@ subroutine path_begin(nprops, props, nstatv, n_entries, n_steps, counts, n_value
   type(row_type), pointer :: row
   type(run_type), pointer :: run
   character(len=:), allocatable :: text
-  integer :: first, i, j
+  integer :: first, i, j, status
   handle = 0
-  message = ""
+  length = 0
   text = ""
   call new_interface(props, joint, status)
   if (status /= status_ok) return
@@ -79,12 +80,10 @@ subroutine path_begin(nprops, props, nstatv, n_entries, n_steps, counts, n_value
   if (errors%n == 0) then
     allocate (row)
     handle = [transfer(c_loc(run), handle), transfer(c_loc(row), handle)]
-    return
+  else
+    call errors_json(errors, text)
+    call new_handle(text, handle(:2), length)
   end if
-  status = status_separation
-  text = ""
-  call put_records(errors, text)
-  call put_text(text, message)
 end subroutine path_begin
 
 !> Next rows of a load path, as many as there is room for. Fewer: the path is at its end.
@@ -96,7 +95,7 @@ subroutine path_next(handle, nstatv, n_columns, room, numbers, states, events, n
   implicit none
   integer, intent(in) :: handle(4)                              !! of the run
   integer, intent(in) :: nstatv                                 !! state variables of a point
-  integer, intent(in) :: n_columns                              !! columns, as table_row names them
+  integer, intent(in) :: n_columns                              !! columns, as `columns` of the tables names them
   integer, intent(in) :: room                                   !! size of the arrays of rows
   double precision, intent(inout) :: numbers(n_columns, room)   !! numbers of each row
   double precision, intent(inout) :: states(nstatv, room)       !! STATEV

@@ -19,7 +19,7 @@ REQUIRED = 0.95
 # Files whose tests are in Python, which run the driver of the release: reader of cases, errors and rows,
 # UMATs of others, Cast3M's door, and what a law has that says nothing of itself. They are counted apart.
 BY_PYTHON = re.compile(
-    r"/umat_host/|/run/asperity_(case|errors|rows|steps|text_file)|asperity_(castem|point_law)"
+    r"/umat_host/|/run/asperity_(case|errors|json|rows|steps|text_file)|asperity_(castem|point_law)"
 )
 
 # Python tests run more of this file: the falls of a joint by wear.

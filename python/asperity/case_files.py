@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +12,13 @@ import numpy as np
 
 from . import _core, contract
 from .contract import Floats, refuse
-from .errors import input_error
+from .errors import InputError, Record
 from .history import History
 from .interface import Interface
 from .load_path import rows_of
 from .material import Material
 from .pattern import Pattern
-from .steps import TARGETS, Point, Step, entries, prescribed, step_of
-
-STARTS = ("virgin", "state", "initial")  # starts of a run; their positions are the numbers of the library
+from .steps import TARGETS, Point, Step, prescribed, step_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,13 +108,22 @@ def read_case(path: str | Path, any_law: bool = False) -> Case:
     -10.0
     """
     path = Path(path)
-    numbers, pattern, title, sweep = _content(os.fsencode(path))
-    runs = [_run(numbers, bool(sweep)) for _ in range(int(next(numbers)))]
+    content = _content(os.fsencode(path))
+    runs = [_run(run) for run in content["runs"]]
     umat = runs[0] is None
     refuse(umat and not any_law, f"{path}: &umat: expected &material and &pattern")
-    source, (first, last) = path.read_bytes(), pattern
+    source, (first, last) = path.read_bytes(), content["pattern"]
     found = () if umat else tuple(runs)
-    return Case(path, title or path.stem, sweep, found, source[: first - 1], source[last:], umat, len(runs))
+    return Case(
+        path,
+        content["title"] or path.stem,
+        content["sweep"],
+        found,
+        source[: first - 1],
+        source[last:],
+        umat,
+        len(runs),
+    )
 
 
 def check_text(text: str) -> None:
@@ -125,17 +131,13 @@ def check_text(text: str) -> None:
     _content(b"", text.encode())
 
 
-def _content(path: bytes, source: bytes = b"") -> tuple[Iterator[float], tuple[int, int], str, str]:
-    """Numbers of a case, place of &pattern, title and name of the sweep."""
-    n = 4096
-    while True:
-        numbers = np.zeros(n)
-        n, pattern, *texts, status, message = _core.case_numbers(path, source, numbers)
-        if status != 0:
-            raise input_error(message)
-        if n <= numbers.size:
-            title, sweep = (text.decode("utf-8", "replace").rstrip() for text in texts)
-            return iter(numbers.tolist()), (int(pattern[0]), int(pattern[1])), title, sweep
+def _content(path: bytes, source: bytes = b"") -> dict[str, Any]:
+    """Content of a case file, or of a text, by names (case_json of asperity_json)."""
+    *text, good = _core.case_content(path, source)
+    content = contract.document(*text)
+    if not good:
+        raise InputError([Record(**error) for error in content])
+    return dict(content)
 
 
 def read_run(path: Path, value: str | None = None, with_path: bool = False) -> Run:
@@ -180,32 +182,21 @@ def _values(props: Sequence[float], *owners: str) -> dict[str, Any]:
     return {row.name: int(value) if row.integral else value for row, value in found}
 
 
-def _listed(numbers: Iterator[float], n: int | None = None) -> list[float]:
-    """Next n numbers; by default those of a list with its length before it."""
-    return list(islice(numbers, int(next(numbers)) if n is None else n))
-
-
-def _run(numbers: Iterator[float], swept: bool) -> Run | None:
-    """Next run of a case; None if its law is a UMAT."""
-    value, loses, tolerance, kind = _listed(numbers, 4)
-    *s, work, water = _listed(numbers, 5)
-    state = np.array(_listed(numbers))
-    props = tuple(_listed(numbers))
-    steps = []
-    for _ in range(int(next(numbers))):
-        counted = ((entry.name, int(next(numbers))) for entry in entries())
-        steps.append(step_of({name: _listed(numbers, n) for name, n in counted if n >= 0}))
+def _run(content: dict[str, Any]) -> Run | None:
+    """A run of a case by names; None if its law is a UMAT."""
+    props = tuple(map(float, content["props"]))
     if not props:
         return None
     material = Material(**_values(props, "law"))
     listed = np.reshape(props[contract.N_FIXED_PROPS :], (-1, contract.N_LISTED_VALUES)).tolist()
     pattern = Pattern(**_values(props, "pattern"), listed=tuple(map(tuple, listed)))
-    start, point = STARTS[int(kind)], None
+    start, point = content["start"], None
     if start != "virgin":
-        point = Point(state, tuple(s), work if abs(work) < np.finfo(float).max else None, water)
-    of_sweep = value if swept else None
-    path_and_end = start, tuple(steps), point, tolerance or None, loses == 1.0
-    return Run(of_sweep, props, material, pattern, *path_and_end)
+        N, Tx, Ty = map(float, content["s"])
+        point = Point(np.array(content["statev"]), (N, Tx, Ty), content.get("work"), content["p"])
+    steps = tuple(map(step_of, content["steps"]))
+    value, tolerance = content.get("value"), content.get("tolerance")
+    return Run(value, props, material, pattern, start, steps, point, tolerance, content["lost"])
 
 
 def slip_tests(case: Case) -> Iterator[SlipTest]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import ctypes
+import json
 import os
 import reprlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache, partial
-from itertools import count
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,24 +28,28 @@ def _text(value: bytes) -> str:
     return value.decode("ascii").rstrip()
 
 
-def table_rows(table: int) -> Iterator[tuple[list[str], list[float]]]:
-    """Texts and numbers of the rows of a table of the library, by its number in `table_row`."""
-    for i in count(1):
-        texts, numbers = _core.table_row(table, i)
-        if not texts[0].strip():
-            return
-        yield [*map(_text, texts.tolist())], numbers.tolist()
+def document(handle: NDArray[np.int32], length: int) -> Any:
+    """Content of a JSON text that the library has made."""
+    text = np.empty(length, "S1")
+    _core.text_take(handle, text)
+    return json.loads(text.tobytes().decode("utf-8", "replace"), strict=False)
 
 
-(
-    N_FIXED_PROPS,
-    N_REQUIRED_PROPS,
-    N_LISTED_VALUES,
-    N_POINT_STATEV,
-    N_PLANE_STATEV,
-    N_FACET_STATEV,
-    MAX_INCLINED,
-) = map(int, next(table_rows(5))[1])
+@cache
+def tables() -> dict[str, Any]:
+    """Tables of the library by names (tables_json of asperity_json)."""
+    found: dict[str, Any] = document(*_core.library_tables())
+    return found
+
+
+_SIZES = tables()["sizes"]
+N_FIXED_PROPS: int = _SIZES["fixed_props"]
+N_REQUIRED_PROPS: int = _SIZES["required_props"]
+N_LISTED_VALUES: int = _SIZES["listed_values"]
+N_POINT_STATEV: int = _SIZES["point_statev"]
+N_PLANE_STATEV: int = _SIZES["plane_statev"]
+N_FACET_STATEV: int = _SIZES["facet_statev"]
+MAX_INCLINED: int = _SIZES["max_inclined"]
 """Numbers of PROPS before the listed planes, without a default, and of a listed plane; numbers of state
 variables of a point, of a plane and, with wear, of its facet; largest number of inclined planes.
 """
@@ -94,9 +99,9 @@ class Statev:
 def props_table() -> tuple[Prop, ...]:
     """Entries of PROPS before the listed planes, in their order."""
     rows = []
-    for index, (texts, (lower, upper, default, *plausible, inclined, _)) in enumerate(table_rows(1), 1):
-        given = None if index <= N_REQUIRED_PROPS else default
-        rows.append(Prop(index, *texts, lower, upper, given, tuple(plausible), bool(inclined)))
+    for index, row in enumerate(tables()["props"], 1):
+        required = {"default": None} if index <= N_REQUIRED_PROPS else {}
+        rows.append(Prop(index, **row | {"plausible": tuple(row["plausible"])} | required))
     return tuple(rows)
 
 
@@ -118,7 +123,7 @@ def of_asperities(*units: str) -> tuple[str, ...]:
 @cache
 def statev_table() -> tuple[Statev, ...]:
     """State variables of a point, of the first plane and of its facet (only with wear), in their order."""
-    return tuple(Statev(index, *texts[:3]) for index, (texts, _) in enumerate(table_rows(2), 1))
+    return tuple(Statev(index, **row) for index, row in enumerate(tables()["statev"], 1))
 
 
 @cache
@@ -241,4 +246,5 @@ def check(props: Floats) -> tuple[int, bool]:
 
 def library_version() -> str:
     """Version compiled into the library."""
-    return next(table_rows(5))[0][0]
+    version: str = tables()["version"]
+    return version

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 if TYPE_CHECKING:
     from .history import History
 
-_BETWEEN = "\x1f"
-
 
 class Record(NamedTuple):
     """One error. What is empty or negative is not known.
@@ -20,18 +18,18 @@ class Record(NamedTuple):
     """
 
     words: str
-    file: str
-    line: int
-    group: str
-    step: int
-    name: str
-    at: int
-    value: str
-    text: str
+    file: str = ""
+    line: int = -1
+    group: str = ""
+    step: int = -1
+    name: str = ""
+    at: int = -1
+    value: str = ""
+    text: str = ""
 
 
 class InputError(ValueError):
-    """Bad input, with a record for each error."""
+    """Bad input, with a record for each error (errors_json of asperity_json)."""
 
     def __init__(self, records: Sequence[Record]) -> None:
         """All errors of an input."""
@@ -41,17 +39,6 @@ class InputError(ValueError):
     def __reduce__(self) -> tuple[type[InputError], tuple[tuple[Record, ...]]]:
         """Arguments for pickle, which sends the exception between processes."""
         return type(self), (self.records,)
-
-
-def input_error(message: bytes) -> InputError:
-    """Exception of the errors that the library hands out (`put_records` of asperity_errors)."""
-    records = []
-    for line in message.decode("utf-8", "replace").rstrip().split("\n"):
-        words, file, number, group, step, name, at, value, text = (line.split(_BETWEEN) + [""] * 8)[:9]
-        records.append(
-            Record(words, file, int(number or -1), group, int(step or -1), name, int(at or -1), value, text)
-        )
-    return InputError(records)
 
 
 SLIP_NAMES = {

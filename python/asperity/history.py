@@ -134,9 +134,6 @@ class Stability(NamedTuple):
     mode: Floats
 
 
-N_STABILITY = 6  # numbers of a point: three, and the mode
-
-
 @dataclass(frozen=True)
 class Snap:
     """Jump to another branch of equilibria: row, separation (N, Tx, Ty) before and after it, length.

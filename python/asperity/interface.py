@@ -13,7 +13,7 @@ from . import _core, contract
 from .cards import blocks as cards
 from .contract import Floats, refuse
 from .errors import EquilibriumLost, InputError, slip_words
-from .history import N_STABILITY, History, Stability, Update
+from .history import History, Stability, Update
 from .load_path import rows_of
 from .material import Material, ModelWarning
 from .model_checks import check_model, warn_of_physics
@@ -134,7 +134,7 @@ class Interface:
         tangent = contract.array("tangent", tangent, ("n", 3, 3))
         for i in np.flatnonzero(~np.isfinite(tangent).all(axis=(1, 2)))[:1]:
             raise ValueError(f"tangent[{i}]: expected finite numbers")
-        numbers = np.zeros((len(tangent), N_STABILITY))
+        numbers = np.zeros((len(tangent), len(contract.tables()["stability"])))
         if len(tangent) > 0:
             by_columns = np.ascontiguousarray(tangent.transpose(0, 2, 1))
             _core.interface_stability(self._props, by_columns.T, numbers.T)

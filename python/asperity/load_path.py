@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core, contract
 from .contract import Floats
-from .errors import input_error
+from .errors import InputError, Record
 from .history import History, Snap
 from .steps import Point, Step, pack
 
@@ -21,7 +21,7 @@ MOST_ROOM = 100_000
 @cache
 def column_names() -> tuple[str, ...]:
     """Names of the numbers of a row, from the table of the library."""
-    return tuple(texts[0] for texts, _ in contract.table_rows(3))
+    return tuple(contract.tables()["columns"])
 
 
 def rows_of(
@@ -53,9 +53,9 @@ def rows_of(
     state = contract.array("state", start.state, (nstatv,))
     relative = 0.0 if tolerance is None else contract.number("tolerance", tolerance, "1e-8 to 0.1")
     refines = tolerance is not None
-    handle, status, message = _core.path_begin(props, counts.T, values, place, state, refines, relative)
-    if status != 0:
-        raise input_error(message)
+    handle, length = _core.path_begin(props, counts.T, values, place, state, refines, relative)
+    if length > 0:
+        raise InputError([Record(**error) for error in contract.document(handle[:2], length)])
     try:
         numbers, states, names, loss = _all_rows(handle, nstatv, min(sum(map(len, steps)) + 1, MOST_ROOM))
     finally:

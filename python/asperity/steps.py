@@ -27,8 +27,7 @@ class Entry(NamedTuple):
 @cache
 def entries() -> tuple[Entry, ...]:
     """Entries of a step, from the table of the library."""
-    rows = contract.table_rows(4)
-    return tuple(Entry(name, bool(single), default) for (name, *_), (single, default, *_) in rows)
+    return tuple(Entry(**row) for row in contract.tables()["entries"])
 
 
 @dataclass(frozen=True, repr=False)

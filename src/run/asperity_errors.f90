@@ -3,7 +3,7 @@ module asperity_errors
   use asperity_text, only: append, integer_text, set_text
   implicit none
   private
-  public :: fail, sort_lines, word, put_words, put_records
+  public :: fail, sort_lines, word, put_words
 
   !> An error, or the place of one. What is not allocated, or is negative, is not known.
   type, public :: error_type
@@ -94,31 +94,5 @@ contains
       call append(text, line)
     end do
   end subroutine put_words
-
-  !> Append all errors as lines of fields for a program: words, file, line, group, step, name, at, value, text.
-  pure subroutine put_records(errors, text)
-    type(errors_type), intent(in) :: errors                !! the errors
-    character(len=:), allocatable, intent(inout) :: text   !! lines are appended
-    !> Unit separator of ASCII, which no text file has.
-    character(len=1), parameter :: next = achar(31)
-    character(len=:), allocatable :: line
-    integer :: i
-    do i = 1, errors%n
-      call word(errors%list(i), line)
-      associate (e => errors%list(i))
-        call append(text, line // next // field(e%file) // next // integer_text(e%line) // next // field(e%group) // &
-          next // integer_text(e%step) // next // field(e%name) // next // integer_text(e%at) // next // &
-          field(e%value) // next // field(e%text))
-      end associate
-    end do
-  end subroutine put_records
-
-  !> A text, empty if it is not known.
-  pure function field(text) result(known)
-    character(len=:), allocatable, intent(in) :: text   !! may be not allocated
-    character(len=:), allocatable :: known
-    call set_text(known, "")
-    if (allocated(text)) call set_text(known, text)
-  end function field
 
 end module asperity_errors
