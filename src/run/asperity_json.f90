@@ -233,7 +233,9 @@ contains
       if (value(i:i) == '"' .or. value(i:i) == achar(92)) then
         text = text // achar(92) // value(i:i)
       else if (code < 32) then
-        text = text // achar(92) // "u00" // digits(code/16 + 1:code/16 + 1) // digits(mod(code, 16) + 1:mod(code, 16) + 1)
+        associate (high => code/16 + 1, low => mod(code, 16) + 1)
+          text = text // achar(92) // "u00" // digits(high:high) // digits(low:low)
+        end associate
       else
         text = text // value(i:i)
       end if

@@ -11,8 +11,8 @@ module asperity_rows
 
   !> Columns in their order: numbers (of a replay, `iterations` are calls; `position` is the number of targets reached
   !> before, and the fraction of the next one; `before` and `after` are those of the longest snap; `D` is the tangent).
-  !> A file has the first `n_written` of them or, for a program, all, then the names of events, on request the numbers of
-  !> the stability, then those of the state.
+  !> A file has the first `n_written` of them or, for a program, all, then the names of events, on request the numbers
+  !> of the stability, then those of the state.
   character(len=*), parameter, public :: row_columns(35) = [character(len=10) :: "step", "increment", "time", "s_N", &
     "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "p", "damage", "stored", "rupture", "friction", "work", "iterations", &
     "position", "updates", "snaps", "before_N", "before_Tx", "before_Ty", "after_N", "after_Tx", "after_Ty", &
