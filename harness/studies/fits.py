@@ -17,8 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas
-from asperity.tools.fit import Fit, ShearTest, fit, read_tests
-from asperity.tools.fit.verdict import compared
+from asperity.tools.fit import ShearTest, fit, read_tests
 from asperity.tools.tables import markdown
 
 from .other_laws import KINDS, Drawn
@@ -81,20 +80,8 @@ def judged(job: tuple[str, int, int]) -> list[Row]:
             rows.append(of_set | {"name": name, "truth": truth} | _inside(truth, *found.estimates[name]))
     for test, numbers in enumerate(drawn.numbers):
         for name, truth in numbers.items():
-            rows.append(of_set | {"name": name, "truth": truth} | _inside(truth, *_number(found, test, name)))
+            rows.append(of_set | {"name": name, "truth": truth} | _inside(truth, *found.number(test, name)))
     return rows
-
-
-def _number(found: Fit, test: int, name: str) -> tuple[float, float, float]:
-    """Peak, residual or dilation of a test by the fitted law, with its interval."""
-    problem = found.solution.problem
-
-    def of(values: dict[str, float]) -> float:
-        whole = type(problem)(problem.tests, (), values, problem.sides)
-        rows = compared(whole, values, test)[0].predicted
-        return max(abs(rows.get(name, 0.0)), 1e-12)
-
-    return tuple(found.of(of))  # type: ignore[return-value, arg-type]
 
 
 def _inside(truth: float, value: float, low: float, high: float) -> Row:

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pandas
 from asperity.contract import Floats
+from asperity.tools.fit import ShearTest
 from asperity.tools.fit.model import Problem, slip_curve
-from asperity.tools.fit.records import ShearTest
 
 from .program import program
 

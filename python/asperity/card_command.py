@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from pathlib import Path
 
@@ -50,10 +51,10 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
     card.set_defaults(action=_card)
 
 
-def _accepted(case: Path) -> list[str]:
-    """What the user of a fit has accepted, from the comments of its case."""
+def _of_fit(case: Path) -> list[str]:
+    """Grade and intervals of a fit, and what it assumed, from the comments of its case."""
     lines = case.read_text(encoding="utf-8").splitlines()[:HEAD]
-    return [line[2:] for line in lines if line.startswith("! Accepted with")]
+    return [line[2:] for line in lines if re.match(r"! (Grade (good|fair|poor)\b|.* assumed)", line)]
 
 
 def _card(options: argparse.Namespace) -> int:
@@ -67,7 +68,7 @@ def _card(options: argparse.Namespace) -> int:
         text = run.interface.card(
             options.host,
             stress=options.sigma_N,
-            notes=_accepted(options.case),
+            notes=_of_fit(options.case),
             **{name: getattr(options, name) for name in names},
             **of_host | {name: value for name, value in given.items() if value is not None},
         )

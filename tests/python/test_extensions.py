@@ -12,8 +12,8 @@ import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, Step, read_case
 from asperity.installed import driver
 from asperity.model_checks import model_warnings
+from asperity.tools.fit import ShearTest
 from asperity.tools.fit.fitting import fit
-from asperity.tools.fit.records import ShearTest
 from asperity.tools.fit.report import case_of, report
 
 from harness.studies import extensions

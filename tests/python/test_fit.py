@@ -247,6 +247,8 @@ def test_command_writes_what_it_found(said: Callable) -> None:
     assert re.search(rf"^mu +{mu:.4g}", out, re.MULTILINE)
     assert read_case(Path("joint.nml")).runs[0].material.mu == pytest.approx(mu, rel=1e-5)
     assert f"grade {content['grade']}" in Path("joint.nml").read_text().lower()
+    card, _ = said("card abaqus joint.nml")
+    assert f"Grade {content['grade']}; 0.95 intervals: " in card
     page = Path("joint.html").read_text()
     assert f"{mu:.4g}" in page and "http" not in page and "data:image/png;base64" in page
     assert len(Path("rows.csv").read_text().splitlines()) == 1 + 2 * sum(t.slip.size for t in tests)

@@ -122,6 +122,51 @@ def test_files_of_laboratories(name: str, tmp_path: Path) -> None:
     assert len(test.lines) == 7 and all(re.match(r"[-\d.,: ]+[;,\t ]", lines[i - 1]) for i in test.lines)
 
 
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+@pytest.mark.parametrize("area", ["2500", "50,50"])
+def test_forces_over_an_area(area: str, tmp_path: Path) -> None:
+    """Forces over the area are the tractions; those of a box that shrinks follow its area."""
+    sizes = np.full(7, 2500.0) if area == "2500" else (50.0 - SLIP) * 50.0
+    rows = np.column_stack([SLIP, TAU * sizes * 1e-3, DILATION, np.full(7, 2.5)]).tolist()
+    lines = [",".join(map(repr, row)) for row in rows]
+    text = "\n".join(["Shear disp. (mm),Shear load (kN),Dilation (mm),Normal force (kN)", *lines, ""])
+    [test] = read_tests(write(tmp_path, text), area=area)
+    assert test.slip == pytest.approx(SLIP) and test.tau == pytest.approx(TAU)
+    if area == "2500":
+        assert test.sigma_N == pytest.approx(-1.0) and test.path_N is None
+    else:
+        assert test.path_N == pytest.approx(-2500.0 / sizes)
+    # a dead load that is given as a stress is that at the start
+    bare = text.replace("Normal force (kN)", "time")
+    [test] = read_tests(write(tmp_path, bare), area=area, sigma_N=1.0)
+    assert (-test.sigma_N if test.path_N is None else -test.path_N) == pytest.approx(2500.0 / sizes)
+
+
+def test_forces_without_an_area(tmp_path: Path) -> None:
+    """Forces alone ask for the area, a box is longer than its slip, and a table has one area."""
+    path = write(tmp_path, "slip (mm),Shear load (kN),sigma_N (MPa)\n" + seven(lambda i: f"{i},{i},1"))
+    with pytest.raises(ValueError, match=r"expected tau, too .*--area A for forces"):
+        read_tests(path)
+    with pytest.raises(ValueError, match="the slip reaches 7: expected less than L = 5"):
+        read_tests(path, area="5,5")
+    peaks = write(tmp_path, "sigma_N [MPa],Peak shear load [kN]\n1,15\n2,27\n3,38\n")
+    found = read_tests(peaks, area="10000")
+    assert [one.peak for one in found] == pytest.approx([1.5, 2.7, 3.8])
+    with pytest.raises(ValueError, match="strengths of a table: expected one area"):
+        read_tests(peaks, area="100,100")
+
+
+@pytest.mark.parametrize(("pressure", "closure"), [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)])
+def test_closure_tests_of_either_sign(pressure: float, closure: float, tmp_path: Path) -> None:
+    """Loading and unloading are told apart; pressure and closure count positive, from the first row."""
+    rows = [(0.5, 0.02), (1.0, 0.05), (2.0, 0.08), (4.0, 0.1), (2.0, 0.09), (0.5, 0.06)]
+    text = "".join(f"{pressure * p},{closure * c}\n" for p, c in rows)
+    [test] = read_tests(write(tmp_path, "Normal stress [MPa],Joint closure [mm]\n" + text))
+    assert test.pressure == pytest.approx([p for p, _ in rows])
+    assert test.closure == pytest.approx([c - 0.02 for _, c in rows])
+    assert test.loading.tolist() == [0, 1, 2, 3] and test.unloading.tolist() == [4, 5]
+
+
 def test_gaps_and_other_names(tmp_path: Path) -> None:
     """Rows with gaps are left out, with a warning; a name of the user comes before those of this program."""
     lines = (HEADER + ROWS).splitlines()

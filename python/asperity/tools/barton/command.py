@@ -96,7 +96,7 @@ def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> Found:
     from ..fit.command import progress
     from ..fit.fitting import fit
     from ..fit.model import ROCK
-    from ..fit.picture import draw as draw_fit
+    from ..fit.outputs import draw as draw_fit
     from ..fit.records import DEFAULT
     from ..fit.report import case_of, report
 

@@ -18,7 +18,7 @@ from ...pattern import Pattern
 from .joint import Joint
 
 if TYPE_CHECKING:
-    from ..fit.records import ShearTest
+    from ..fit.shear_test import ShearTest
 
 STRESSES, KC, STEP, SAME = 5, 100.0, 0.03, 1.0e-4
 """Normal stresses of an envelope, in equal ratios from the lowest to the highest; kn/ks; step of the
@@ -84,7 +84,7 @@ def peak(slips: Floats, tau: Floats) -> tuple[float, float]:
 
 def curves(joint: Joint, sigma_n: float) -> ShearTest:
     """Curves of a joint as a test of a fit.  Raises ValueError for a stress out of range."""
-    from ..fit.records import ShearTest
+    from ..fit.shear_test import ShearTest
 
     joint.check_stresses(sigma_n)
     slip = np.linspace(0.0, REACH * joint.peak_slip, ROWS_OF_TEST + 1)[1:]

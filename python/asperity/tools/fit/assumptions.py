@@ -11,7 +11,7 @@ from .evidence import first_stroke
 from .intervals import Assumption, Intervals, spreads
 from .ladder import GAIN, STIFF, Model, independent
 from .model import KS, KT, SCALES, SPRINGS, to_scale
-from .records import ShearTest
+from .shear_test import ShearTest
 from .squares import Solution, refitted
 
 SIDES, FLAT, BRITTLE, TIMES = 8, 1.0 / 3.0, 0.99, 2.0

@@ -13,7 +13,7 @@ from ...material import ModelWarning
 from ..tables import size
 
 if TYPE_CHECKING:
-    from .records import ShearTest
+    from .shear_test import ShearTest
 
 HELD = 0.05
 """Largest relative variation of a constant normal traction."""
@@ -84,25 +84,25 @@ def check_known(known: Mapping[str, float]) -> None:
 
 def check_copies(tests: Sequence[ShearTest]) -> None:
     """Raise ValueError for a test with the rows of another one, which would count twice."""
-    stress = max(float(np.abs(test.tau).max()) for test in tests)
-    length = max(float(np.abs(test.slip).max()) for test in tests)
-    rows = []
-    for test in tests:
-        columns = [test.slip / length, test.tau / stress]
-        pairs = {*zip(*(np.round(one, SAME_DIGITS).tolist() for one in columns), strict=True)}
-        for other, theirs in rows:
-            small, large = sorted((pairs, theirs), key=len)
+    columns = [[test.slip, test.tau] for test in tests]
+    if all(test.s_N is not None for test in tests):
+        columns = [[*some, test.s_N] for some, test in zip(columns, tests, strict=True)]  # type: ignore[list-item]
+    refuse_copies([test.name for test in tests], columns)
+
+
+def refuse_copies(names: Sequence[str], columns: Sequence[Sequence[Floats]]) -> None:
+    """Raise ValueError for a test with the rows of another one; columns (T,) of each test."""
+    every = zip(*columns, strict=True)
+    sizes = [max(1e-300, *(float(np.abs(one).max()) for one in same)) for same in every]
+    seen: list[tuple[str, set[tuple[float, ...]]]] = []
+    for name, own in zip(names, columns, strict=True):
+        parts = (np.round(one / size, SAME_DIGITS).tolist() for one, size in zip(own, sizes, strict=True))
+        rows = {*zip(*parts, strict=True)}
+        for other, theirs in seen:
+            small, large = sorted((rows, theirs), key=len)
             same = len(small & large) > SAME_ROWS * len(small)
-            text = f"{test.name}: the rows are those of {other.name}: expected different tests, each once"
-            refuse(same and not _dilate_apart(test, other), text)
-        rows.append((test, pairs))
-
-
-def _dilate_apart(one: ShearTest, other: ShearTest) -> bool:
-    """Whether two tests with the same strengths have different dilations."""
-    if one.s_N is None or other.s_N is None or one.s_N.size != other.s_N.size:
-        return False
-    return not np.allclose(one.s_N, other.s_N, atol=1e-6 * float(np.ptp(one.s_N)))
+            refuse(same, f"{name}: the rows are those of {other}: expected different tests, each once")
+        seen.append((name, rows))
 
 
 def shows_dilation(tests: Sequence[ShearTest]) -> bool:

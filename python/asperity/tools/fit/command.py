@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from typing import TypeAlias
 
 from ... import contract
 from ... import options as cli
@@ -18,32 +19,26 @@ from ...interface import Interface
 from ...model_checks import model_warnings, shown_warnings
 from ..tables import size
 from .checks import refuse
+from .closure_test import ClosureTest
+from .closures import fit_closures
 from .fitting import fit
 from .model import AUTO, MORTAR, ROCK, SCALES, SIDES
-from .picture import draw
-from .records import DEFAULT, NONE, ShearTest, read_tests
-from .report import (
-    case_of,
-    comment,
-    file_of,
-    intervals_text,
-    report,
-    residuals_text,
-    strength_case,
-    strength_interface,
-    strength_report,
-    strength_residuals,
-)
-from .result import Fit
+from .outputs import case_text_of, draw, interface_of, report_of, residuals_of
+from .records import DEFAULT, NONE, read_tests
+from .report import AnyFit, comment, file_of, intervals_text
+from .shear_test import ShearTest
 from .strength import Strength
-from .strengths import StrengthFit, fit_strengths
+from .strengths import fit_strengths
+
+AnyTests: TypeAlias = list[ShearTest] | list[Strength] | list[ClosureTest]
+"""Tests of one kind."""
 
 NO_RESULT = 3
 """Exit code where numbers must not be used: of a fit, or of too few samples."""
 
 HEADING = "! Identified by asperity fit."
 INTERVALS = r'\{\s+"parameters"'
-RESIDUALS = "test,(row,quantity,slip|sigma_N,quantity,measured),"
+RESIDUALS = "test,(row,quantity,(slip|pressure)|sigma_N,quantity,measured),"
 """Starts of the files that a fit writes."""
 
 MARKS = {"point": ".", "comma": ","}
@@ -115,8 +110,7 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         "tests as CSV with columns slip, tau, sigma_N and, if measured, dilation, k_N, test, or "
         "the names of a "
         "laboratory, as Shear stress [kPa]; or one row per test with sigma_N, peak and, if "
-        "measured, residual, "
-        "peak_slip, slip"
+        "measured, residual, peak_slip, slip; or closure tests with sigma_N, closure"
     )
     units = "units of the results, to which numbers with units are converted, and of numbers without"
     marks = {"choices": tuple(MARKS), "metavar": None}
@@ -126,6 +120,7 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         ("--sigma-N VALUE,...", "normal traction of each test, or of all, in files without that column", str),
         ("--k-N STIFFNESS", "normal stiffness of the box (CNS, stress/length), for all tests", float),
         ("--k-T K", "stiffness of the machine (stress/length): tau/k_T is subtracted from the slip", float),
+        ("--area A", "contact area for columns of forces, or L,B: a box that slips along L", str),
         ("--sigma-N-path", "prescribe sigma_N of every row as it was measured"),
         ("--columns NAME=HEADER", "column of the files with another name, as slip='Weg oben'", list),
         ("--decimal MARK", "decimal mark of files that do not show it, as 1,234", str, marks),
@@ -133,7 +128,7 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def read(options: argparse.Namespace) -> tuple[list[ShearTest] | list[Strength], tuple[str, str]]:
+def read(options: argparse.Namespace) -> tuple[AnyTests, tuple[str, str]]:
     """Tests of the files of the options, and their units."""
     target = options.units and tuple(options.units.split(","))
     refuse(target and len(target) != len(NONE), f"--units {options.units}: expected LENGTH,STRESS, as mm,MPa")
@@ -145,7 +140,7 @@ def read(options: argparse.Namespace) -> tuple[list[ShearTest] | list[Strength],
     with shown_warnings():
         tests = read_tests(
             options.records, **same, target=target, columns=columns, sigma_N=held,
-            decimal=MARKS.get(options.decimal),
+            decimal=MARKS.get(options.decimal), area=options.area,
         )  # fmt: skip
     return tests, (tests[0].units["length"], tests[0].units["stress"]) if tests[0].units else NONE
 
@@ -187,26 +182,30 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     known = {name: value for name, (value,) in cli.numbers("--set", options.set, 1).items()}
     free = options.free and tuple(name.strip() for name in options.free.split(",") if name.strip())
     tests, units = read(options)
-    found: Fit | StrengthFit
-    if isinstance(tests[0], Strength):
-        refuse(free is not None, f"--free {options.free}: expected curves, not strengths alone")
-        refuse(options.sides != SIDES, f"--sides {options.sides}: expected curves, not strengths alone")
-        refuse(options.direction, f"--direction {options.direction:g}: expected curves, not strengths alone")
-        found = fit_strengths(tests, options.joint, known)  # type: ignore[arg-type]
-        text, case = strength_report(found, units, options.verbose), strength_case(found)
-        interface = strength_interface(found)
-    else:
+    found: AnyFit
+    warned = ""
+    if isinstance(tests[0], ShearTest):
         with shown_warnings(), progress() as tick:
             found = fit(tests, options.joint, known, free, options.sides, options.direction, tick)  # type: ignore[arg-type]
-        text, case, interface = report(found, units, options.verbose), case_of(found), found.interface
-        slip, pressed = max(float(abs(t.slip).max()) for t in tests), [t.pressed for t in tests]  # type: ignore[union-attr]
-        for warning in model_warnings(interface.material, interface.pattern, *pressed, slip=slip):
-            text += f"\nwarning     {warning}"
-    print(text, "", props_line(interface.props()), sep="\n")
+        made, slip = found.interface, max(float(abs(t.slip).max()) for t in found.tests)
+        pressed = [test.pressed for test in found.tests]
+        warnings = model_warnings(made.material, made.pattern, *pressed, slip=slip)
+        warned = "".join(f"\nwarning     {warning}" for warning in warnings)
+    else:
+        closes = isinstance(tests[0], ClosureTest)
+        only = [("--free", free is not None), ("--sides", options.sides != SIDES)]
+        only += [("--direction", options.direction != 0.0)]
+        only += [("--set", bool(known)), ("--joint", options.joint != AUTO)] * closes
+        wrong = next((name for name, given in only if given), "")
+        what = "closures" if closes else "strengths alone"
+        refuse(wrong, f"{wrong}: expected curves of the slip, not {what}")
+        found = fit_closures(tests) if closes else fit_strengths(tests, options.joint, known)  # type: ignore[arg-type]
+    text, case = report_of(found, units, options.verbose), case_text_of(found)
+    interface = interface_of(found)
+    print(text + warned, "", props_line(interface.props()), sep="\n")
     write(options, interface, partial(draw, found, units), case, comment(found), intervals_text(found))
     if options.residuals is not None:
-        rows = residuals_text(found) if isinstance(found, Fit) else strength_residuals(found)
-        cli.replace_file(options.residuals, rows)
+        cli.replace_file(options.residuals, residuals_of(found))
         print(options.residuals)
     if options.report is not None:
         from .html import page

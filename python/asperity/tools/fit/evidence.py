@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...contract import Floats
-from .records import ShearTest
+from .shear_test import ShearTest
 
 SMOOTHED, AT_END, BACK = 0.05, 0.1, 0.02
 """Fraction of the rows over which a curve is averaged before its peak is read; fraction of the rows at the

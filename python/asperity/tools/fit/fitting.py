@@ -15,8 +15,8 @@ from .evidence import cycles, guesses, noise
 from .intervals import Assumption, Intervals, spreads
 from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
 from .model import AUTO, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
-from .records import ShearTest
 from .result import Fit
+from .shear_test import ShearTest
 from .squares import Solution, refitted, searched
 from .verdict import (
     FAIR,

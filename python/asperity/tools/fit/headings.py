@@ -13,11 +13,20 @@ STRENGTH = r"(?=.*(stress|strength|spannung|festig|contrainte|resist|tension|esf
 SYMBOL = r"(d|delta|u|dl|du|delta_?[lu])_?"
 """Beginning of a symbol of a displacement, as dLs, du_n or delta_h."""
 
-OTHER = r"rate|speed|veloc|geschwind|vitesse|force|kraft|forza|fuerza|forca|strain"
+FORCE = r"(?=.*(force|load|kraft|last\b|charge|forza|carico|fuerza|carga|forca))"
+PEAK = r"(?=.*(peak|spitze|bruch|picco|pico|\bpic\b))"
+OF_FORCES = {
+    "peak_force": rf"{PEAK}{FORCE}(?!.*normal)",
+    "residual_force": rf"(?=.*resid){FORCE}",
+    "shear_force": rf"{SHEAR}{FORCE}",
+    "normal_force": rf"{NORMAL}{FORCE}",
+}
+OTHER = r"rate|speed|veloc|geschwind|vitesse|strain"
 RULES = {
-    "peak": rf"(?=.*(peak|spitze|bruch|picco|pico|\bpic\b)){STRENGTH}",
+    "peak": rf"{PEAK}{STRENGTH}",
     "residual": rf"(?=.*resid){STRENGTH}",
-    "peak_slip": rf"(?=.*(peak|spitze|bruch|picco|pico|\bpic\b)){PATH}(?!.*(normal|vertical|vertikal))",
+    "peak_slip": rf"{PEAK}{PATH}(?!.*(normal|vertical|vertikal))",
+    "closure": r"(joint |fracture )?closure|schliess|kluftschl|fermeture|chiusura|cierre|fechamento",
     "slip": rf"{SHEAR}{PATH}|schlupf|glissement|{SYMBOL}(s|h|shear)$",
     "tau": rf"{SHEAR}{STRESS}|tau\b",
     "sigma_N": rf"{NORMAL}{STRESS}|sigma_?n?(_?eff)?\b",
@@ -33,5 +42,5 @@ def standard(name: str) -> str:
     """Column that a name of a laboratory stands for, or the name."""
     text = name.replace("\u03c4", "tau").replace("\u03c3", "sigma").replace("\u03b4", "delta").lower()
     text = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().strip()
-    rules = {} if re.search(OTHER, text) else RULES
+    rules = {} if re.search(OTHER, text) else OF_FORCES if re.match(FORCE, text) else RULES
     return next((column for column, rule in rules.items() if re.match(rule, text)), name)

@@ -9,26 +9,48 @@ from html import escape
 from importlib.metadata import version
 
 from ...case_writer import props_line
+from .closures import ClosureFit
 from .intervals import CONFIDENCE
-from .picture import curves_figure, envelope_figure
-from .report import COLUMNS, case_of, short, strength_case, strength_interface, unit_of
+from .outputs import case_text_of, figure_of, interface_of
+from .report import COLUMNS, AnyFit, short, unit_of
 from .result import Fit
 from .strengths import StrengthFit
 from .verdict import FAIR, GOOD
+
+TEXTS = ("meaning", "constants", "unit")
+"""Columns of words."""
 
 START = "<!-- asperity fit -->"
 """Start of the file."""
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 62em; margin: 2em auto; padding: 0 1em }
-h1 { font-size: 1.5em } h2 { font-size: 1.15em; margin-top: 2em } img { max-width: 100% }
+h1 { font-size: 1.5em } h2 { font-size: 1.15em; margin-top: 2em }
+img { max-width: min(100%, 50em); max-height: 26em }
 table { border-collapse: collapse; margin: .7em 0 } th, td { padding: .2em .8em; text-align: right }
 th { border-bottom: 1px solid #888 } td:first-child, th:first-child { text-align: left }
-tr:nth-child(even) td { background: #f5f5f5 } pre { background: #f5f5f5; padding: .8em; overflow-x: auto }
+tr:nth-child(even) td, pre { background: #f5f5f5 } pre { padding: .8em; white-space: pre-wrap }
+td.text, th.text { text-align: left }
 .grade { font-weight: bold; padding: .1em .6em; border-radius: .3em; color: #fff }
 .good { background: #2a7d46 } .fair { background: #b7791f } .poor { background: #b23a3a }
 """
 """Style of the page."""
+
+MEANINGS = {
+    "mu": "friction coefficient of the inclined planes",
+    "theta": "inclination of the asperities",
+    "height": "height of the asperities, the largest dilation",
+    "crush": "stress that crushes asperities",
+    "W0": "energy that wears asperities",
+    "sigma0": "strength of the bond",
+    "Gc": "fracture energy of the bond",
+    "eta": "shape of the softening of the bond",
+    "ks": "shear stiffness of the joint",
+    "kT": "stiffness in series: specimen, box, fit of the faces",
+    "kn": "normal stiffness without pressure",
+    "closure": "largest closure",
+}
+"""What the constants are."""
 
 MEANING = f"""
 <p>The intervals ({CONFIDENCE:g}) contain the noise of the tests, the misfit of the law and other
@@ -39,18 +61,23 @@ the pressures and slips of the tests.</p>
 """What the numbers mean."""
 
 
-def page(found: Fit | StrengthFit, units: tuple[str, str], command: str) -> str:
+def page(found: AnyFit, units: tuple[str, str], command: str) -> str:
     """Text of the page."""
-    curves = isinstance(found, Fit)
-    figure = curves_figure(found, units) if isinstance(found, Fit) else envelope_figure(found, units)
+    curves = not isinstance(found, StrengthFit)
+    figure = figure_of(found, units)
+    kind = "closure test" if isinstance(found, ClosureFit) else "shear test"
     rows = []
     for name, one in found.estimates.items():
-        rows.append((name, *(f"{value:.4g}" for value in one), unit_of(name, units)))
-    verdict = "The constants may be used." if found.is_result else "The constants must not be used: "
+        text = MEANINGS.get(name, "")
+        rows.append((name, *(f"{value:.4g}" for value in one), unit_of(name, units), text))
+    verdict = "The constants must not be used: "
+    if found.is_result:
+        verdict = "The constants may be used for the pressures of the tests."
     parts = [
-        f"<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'><title>Shear tests: fit</title>"
+        f"<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
+        f"<title>{kind.capitalize()}s: fit</title>"
         f"<style>{STYLE}</style></head><body>",
-        f"<h1>Joint constants from {len(found.tests)} shear tests</h1>",
+        f"<h1>Joint constants from {len(found.tests)} {kind}{'s' * (len(found.tests) != 1)}</h1>",
         (
             f"<p><span class='grade {found.grade}'>{found.grade}</span> "
             f"{verdict}{escape('; '.join(found.reasons))}</p>"
@@ -60,7 +87,7 @@ def page(found: Fit | StrengthFit, units: tuple[str, str], command: str) -> str:
         _image(figure),
         _compared(found),
         "<h2>Constants</h2>",
-        _table(("constant", "value", "low", "high", "unit"), rows),
+        _table(("constant", "value", "low", "high", "unit", "meaning"), rows),
         MEANING,
     ]
     if isinstance(found, Fit) and found.assumptions:
@@ -82,9 +109,9 @@ def page(found: Fit | StrengthFit, units: tuple[str, str], command: str) -> str:
             "<h2>Peaks by other criteria</h2>",
             _table(("criterion", "rms", "blind rms", "constants"), table),
         ]
-    case = case_of(found) if isinstance(found, Fit) else strength_case(found)
+    case = case_text_of(found)
     errors = [(name, f"{value:.1%}") for name, value in found.errors.items()]
-    interface = found.interface if isinstance(found, Fit) else strength_interface(found)
+    interface = interface_of(found)
     parts += [
         "<h2>Errors</h2>",
         _table(("of", "largest" if curves else "rms"), errors),
@@ -111,22 +138,24 @@ def _image(figure: object) -> str:
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
-    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    top = "".join(f"<th{' class=text' * (cell in TEXTS)}>{escape(cell)}</th>" for cell in head)
+    ends = ["" if name not in TEXTS else " class='text'" for name in head]
+    body = ""
+    for row in rows:
+        cells = (f"<td{end}>{escape(cell)}</td>" for end, cell in zip(ends, row, strict=True))
+        body += f"<tr>{''.join(cells)}</tr>"
     return f"<table><tr>{top}</tr>{body}</table>"
 
 
-def _compared(found: Fit | StrengthFit) -> str:
+def _compared(found: AnyFit) -> str:
     """Measured, fitted and blind numbers of each test."""
     names = [name for name in COLUMNS if any(name in row.measured for row in found.fitted)]
-    head, rows = ["test"], []
-    kinds = ("measured", "fitted", "blind")[: 2 + bool(found.blind)]
-    for name in names:
-        head += [f"{COLUMNS[name]}, {kind}" for kind in kinds]
+    rows = []
     for i, row in enumerate(found.fitted):
         cells = [short(row.test)]
         for name in names:
             values = [row.measured, row.predicted, *([found.blind[i].predicted] if found.blind else [])]
-            cells += [f"{one[name]:.4g}" if name in one else "" for one in values]
+            cells.append(" / ".join(f"{one[name]:.4g}" for one in values if name in one))
         rows.append(cells)
-    return _table(head, rows)
+    title = "<p>Measured / fitted" + " / blind" * bool(found.blind) + ":</p>"
+    return title + _table(["test", *(COLUMNS[name] for name in names)], rows)

@@ -68,7 +68,7 @@ def spreads(found: Solution) -> list[Spread]:
         return []
     slopes, made = jacobian(found.problem, found.x), []
     for groups, whole in _groups(found, slopes):
-        covariance, count = _delete_one(slopes, found.residuals, groups)
+        covariance, count = delete_one(slopes, found.residuals, groups)
         freedom = count - 1 if whole else count - found.x.size
         quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)) if freedom >= 1 else np.inf
         made.append(Spread(covariance, quantile))
@@ -105,7 +105,7 @@ def _groups(found: Solution, slopes: Floats) -> Iterator[tuple[np.ndarray, bool]
         yield test, True
 
 
-def _delete_one(slopes: Floats, residuals: Floats, groups: np.ndarray) -> tuple[Floats, int]:
+def delete_one(slopes: Floats, residuals: Floats, groups: np.ndarray) -> tuple[Floats, int]:
     """Covariance of the linear problem without one group after the other (CR3), and the number of groups."""
     labels, moves = np.unique(groups), []
     information = slopes.T @ slopes

@@ -11,8 +11,8 @@ import numpy as np
 from ...contract import Floats
 from .evidence import cycles
 from .model import KS, KT, MORTAR, PLAUSIBLE, ROCK, Problem, plausible, to_scale
-from .records import ShearTest
 from .series import Series
+from .shear_test import ShearTest
 from .squares import Solution
 
 GAIN, LEAST_DATA, ROWS_EACH = 6.0, 4.0, 3

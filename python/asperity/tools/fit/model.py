@@ -16,7 +16,7 @@ from ...interface import Interface
 from ...material import Material
 from ...pattern import Pattern
 from ...steps import slip_path, thinned
-from .records import ShearTest
+from .shear_test import ShearTest
 
 if TYPE_CHECKING:
     from pandas import DataFrame

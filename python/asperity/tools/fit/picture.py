@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,17 +15,6 @@ if TYPE_CHECKING:
 
 MARKS = "osD^v"
 """Marks of the tests."""
-
-
-def draw(found: Fit | StrengthFit, units: tuple[str, str], path: Path, of_tests: str = "") -> None:
-    """Draw a fit into a file; of_tests: as in `curves_figure`."""
-    from ..style import printed, save
-
-    with printed():
-        if isinstance(found, StrengthFit):
-            save(envelope_figure(found, units), path)
-        else:
-            save(curves_figure(found, units, of_tests), path)
 
 
 def curves_figure(found: Fit, units: tuple[str, str], of_tests: str = "") -> Figure:

@@ -16,13 +16,15 @@ from ...contract import Floats
 from ...interface import Interface
 from ...model_checks import shown_warnings
 from .checks import refuse
+from .closure_test import ClosureTest
+from .closures import closure_of
 from .command import NO_RESULT, add_reading, read
 from .evidence import cycles
 from .model import KT, Problem
 from .picture import MARKS
-from .records import ShearTest
 from .report import compared_rows
 from .series import Series
+from .shear_test import ShearTest
 from .strength import Strength
 from .verdict import Comparison, compared, grade_of
 
@@ -56,20 +58,20 @@ class Prediction:
     rms: over the range of each test for tau and dilation, relative for numbers such as the peak.
     """
 
-    tests: Sequence[ShearTest] | Sequence[Strength]
+    tests: Sequence[ShearTest] | Sequence[Strength] | Sequence[ClosureTest]
     compared: list[Comparison]
     rms: dict[str, float]
     curves: list[tuple[Floats, np.ndarray, Floats, Floats]]
 
     @property
     def grade(self) -> str:
-        """Grade of the largest root mean square."""
-        return grade_of(max(self.rms.values()))
+        """Grade of the largest root mean square, without the unloading of closure tests."""
+        return grade_of(max(value for name, value in self.rms.items() if name != "unloading"))
 
 
 def predict(
     joint: Interface,
-    tests: Sequence[ShearTest] | Sequence[Strength],
+    tests: Sequence[ShearTest] | Sequence[Strength] | Sequence[ClosureTest],
     spring: float = 0.0,
     direction: float = 0.0,
     slip: float = 0.0,
@@ -80,6 +82,8 @@ def predict(
     slip: to which the peak of strengths without a slip is searched, length.
     """
     refuse(not tests, "no test: expected one or more")
+    if isinstance(tests[0], ClosureTest):
+        return _closures(joint, tests)  # type: ignore[arg-type]
     if isinstance(tests[0], Strength):
         rows = [_strength(joint, test, direction, slip) for test in tests]  # type: ignore[arg-type]
         return Prediction(tests, rows, _rms(rows, {}), [])
@@ -101,10 +105,25 @@ def predict(
     return Prediction(tests, found, _rms(found, squares), made)
 
 
+def _closures(joint: Interface, tests: Sequence[ClosureTest]) -> Prediction:
+    """Closures of a joint; the unloading counts apart, as no elastic contact follows it."""
+    squares, rows, curves = dict[str, list[float]](loading=[], unloading=[]), [], []
+    for test in tests:
+        law = closure_of(joint, test)
+        away = (law - test.closure + test.closure[0]) / test.size
+        for name, part in (("loading", test.loading), ("unloading", test.unloading)):
+            squares[name] += [float(np.mean(away[part] ** 2))] * bool(part.size)
+        end = float(law[test.loading[-1]])
+        error = {"closure": abs(end / test.size - 1.0)}
+        rows.append(Comparison(test.name, {"closure": test.size}, {"closure": end}, error))
+        curves.append((test.pressure, test.loading, law, law))
+    return Prediction(tests, rows, _rms(rows, squares), curves)
+
+
 def _rms(rows: Sequence[Comparison], squares: Mapping[str, list[float]]) -> dict[str, float]:
     """Root mean squares of the curves, and of the numbers of all tests."""
     found = {name: float(np.sqrt(np.mean(parts))) for name, parts in squares.items() if parts}
-    for name in ("peak", "residual"):
+    for name in ("peak", "residual", "closure"):
         errors = [row.errors[name] for row in rows if name in row.errors]
         if errors:
             found[name] = float(np.sqrt(np.mean(np.square(errors))))
@@ -146,6 +165,15 @@ def figure_of(found: Prediction, units: tuple[str, str]) -> Figure:
     from ..style import COLOURS, ONE, TWO, label_axes, new_figure
 
     length, stress = units
+    if isinstance(found.tests[0], ClosureTest):
+        figure, (ax,) = new_figure(ONE, 3.4, ncols=1)
+        for i, (test, (pressure, rows, law, _)) in enumerate(zip(found.tests, found.curves, strict=True)):
+            colour, label = COLOURS[i % len(COLOURS)], ("measured", "predicted") if i == 0 else ("", "")
+            ax.plot(test.closure, pressure, "o", color=colour, markersize=3.0, label=label[0])  # type: ignore[union-attr]
+            ax.plot(law[rows], pressure[rows], color=colour, label=label[1])
+        label_axes(ax, f"closure since the first row [{length}]", f"pressure [{stress}]")
+        ax.legend()
+        return figure
     if not found.curves:
         figure, (ax,) = new_figure(ONE, 3.2, ncols=1)
         for name, mark in (("peak", "o"), ("residual", "s")):

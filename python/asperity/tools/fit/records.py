@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ... import contract
-from ...contract import Floats
-from ...steps import turns_of
 from ..tables import Table, raise_all, read_tables, size
+from ..units import area_of
 from .checks import check_rows, check_sizes, refuse, warn_if
+from .closure_test import ClosureTest
+from .forces import Area, over_area, shrinking
 from .headings import standard
+from .shear_test import ShearTest
 from .strength import Strength
 
 if TYPE_CHECKING:
@@ -22,100 +23,31 @@ if TYPE_CHECKING:
 
 REQUIRED, OPTIONAL = ("slip", "tau", "sigma_N"), ("dilation", "k_N", "test")
 STRENGTHS, BESIDE = ("peak", "sigma_N"), ("residual", "peak_slip", "slip")
-KNOWN = tuple(dict.fromkeys(REQUIRED + STRENGTHS + BESIDE + OPTIONAL))
-"""Columns of a file; STRENGTHS, BESIDE: those needed and others of a table with a row for each test."""
+FORCES = {
+    f"{name}_force": stress
+    for name, stress in zip(
+        ("shear", "normal", "peak", "residual"), ("tau", "sigma_N", "peak", "residual"), strict=True
+    )
+}
+CLOSURES = ("closure", "sigma_N")
+KNOWN = (*dict.fromkeys(REQUIRED + STRENGTHS + BESIDE + OPTIONAL + CLOSURES), *FORCES)
+"""Columns of a file; STRENGTHS, BESIDE: those needed and others of a table with a row for each test; FORCES:
+forces and the stresses that they are over an area.
+"""
 
-KINDS = {"slip": "length", "peak_slip": "length", "dilation": "length", "k_N": "stiffness"}
-KINDS |= dict.fromkeys(("tau", "sigma_N", "peak", "residual"), "stress")
+KINDS = dict.fromkeys(("slip", "peak_slip", "dilation", "closure"), "length") | {"k_N": "stiffness"}
+KINDS |= dict.fromkeys(FORCES.values(), "stress") | dict.fromkeys(FORCES, "force")
 DEFAULT, NONE = ("mm", "MPa"), ("length", "stress")
 """What each column measures; units to which numbers with units are converted, and labels without units."""
 
-LEAST_ROWS, SATURATED, LEAST_PART, FAR = 5, 0.7, 4, 0.98
-"""Rows of a test: fewer show no stiffness, peak or residual strength.  Ratio of two slopes of the dilation
-below which it ends, and smallest number of rows of a slope.  Slip over the largest one that counts as it.
-"""
+LEAST_ROWS = 5
+"""Rows of a test: fewer show no stiffness, peak or residual strength."""
 
 LEAP, RETURN, LEAST_WAY, REVERSED = 3.0, 0.3, 0.1, -0.1
 """Where the slip jumps back the next test begins: smallest jump over the usual step and over the way so far;
 smallest way over that of the file; and smallest tau over the largest one, because a joint that slips back in
 a cycle has reversed tau.
 """
-
-
-@dataclass(frozen=True, eq=False)
-class ShearTest:
-    """One test: slip (T,) and s_N (T,), None where not measured, length; tau (T,), stress.
-
-    s_N counts from the start of the slip, opening positive.  sigma_N: normal traction there, stress, <= 0;
-    k_N: normal stiffness of the box, stress/length, 0 where sigma_N is constant.  name: file and test.
-    units: of length and stress where the file has them.  lines (T,): of the file, empty where there is none.
-    path_N (T,): measured normal traction of each row, None where sigma_N and k_N give it.
-    Raises ValueError for inadmissible data.
-    """
-
-    name: str
-    slip: Floats
-    tau: Floats
-    s_N: Floats | None
-    sigma_N: float
-    k_N: float = 0.0
-    units: dict[str, str] = field(default_factory=dict)
-    lines: tuple[int, ...] = ()
-    path_N: Floats | None = None
-
-    def __post_init__(self) -> None:
-        """Check shapes and values."""
-        for name in ("slip", "tau", "s_N", "path_N"):
-            if getattr(self, name) is None:
-                continue
-            values = contract.array(name, getattr(self, name))
-            object.__setattr__(self, name, values)
-            wrong = values.shape != (self.slip.size,) or not (values.size and np.isfinite(values).all())
-            wanted = f"expected finite numbers of shape ({self.slip.size or 'T'},)"
-            refuse(wrong, f"{self.name}: {name} has shape {values.shape}: {wanted}")
-            same = name in ("slip", "tau") and not np.ptp(values) > 0.0
-            text = f"{self.name}: column {name} is {values[0]:g} in all rows: expected values that change"
-            refuse(same, text)
-        for name in ("sigma_N", "k_N"):
-            object.__setattr__(self, name, contract.number(name, getattr(self, name)))
-        worst = self.sigma_N if self.path_N is None else max(self.sigma_N, *self.path_N)
-        tension = f"{self.name}: sigma_N = {worst:g}: expected a finite compression, <= 0"
-        refuse(not -np.inf < worst <= 0.0, tension)
-        soft = f"{self.name}: k_N = {self.k_N:g}: expected a finite stiffness >= 0"
-        refuse(not 0.0 <= self.k_N < np.inf, soft)
-
-    @property
-    def pressed(self) -> float:
-        """Normal traction of the largest size, stress."""
-        return self.sigma_N if self.path_N is None else float(self.path_N.min())
-
-    @property
-    def turns(self) -> list[float]:
-        """Slips at the reversals, and the last slip."""
-        path = np.append(0.0, self.slip)
-        return list(path[turns_of(path)[1:]].tolist())
-
-    @property
-    def ends_far(self) -> bool:
-        """Whether the test ends at its largest slip, and not within a cycle."""
-        return bool(abs(self.slip[-1]) >= FAR * np.abs(self.slip).max())
-
-    @property
-    def saturates(self) -> bool:
-        """Whether the dilation ends: its slope at the end of the first stroke is well below that before."""
-        if self.s_N is None:
-            return False
-        end = int(np.argmax(np.abs(self.slip) >= FAR * np.abs(self.slip).max()))
-        way = self.slip[: end + 1] / self.slip[end]
-        parts = [np.flatnonzero((way >= low) & (way <= high)) for low, high in ((0.25, 0.5), (0.75, 1.0))]
-        if min(map(len, parts)) < LEAST_PART:
-            return False
-        before, at_end = (np.polyfit(way[part], self.s_N[part], 1)[0] for part in parts)
-        return bool(at_end < SATURATED * before)
-
-    def place(self, row: int) -> str:
-        """Name of the test, with the line of a row where it comes from a file."""
-        return f"{self.name}: line {self.lines[row]}" if self.lines else self.name
 
 
 def read_tests(
@@ -127,11 +59,13 @@ def read_tests(
     columns: Mapping[str, str] | None = None,
     sigma_N: float | Sequence[float] | None = None,
     decimal: str | None = None,
-) -> list[ShearTest] | list[Strength]:
+    area: str | None = None,
+) -> list[ShearTest] | list[Strength] | list[ClosureTest]:
     """Read tests from CSV files with columns slip, tau, sigma_N and optional dilation, k_N, test.
 
     Files with a column peak in place of tau have the strengths of a test in each row: sigma_N, peak and,
-    where they were measured, residual, peak_slip, and slip at the residual strength.
+    where they were measured, residual, peak_slip, and slip at the residual strength.  Files with a column
+    closure in place of slip and tau are closure tests.
 
     Numbers with a unit are converted to the units of length and stress of the target, mm and MPa without one;
     numbers without units have those of the target, if there is one.  A row with an empty cell is left out.
@@ -140,7 +74,10 @@ def read_tests(
     without that column, in the units of the target.  k_T: stiffness of the machine, stress/length; tau/k_T is
     taken off the slip.  sigma_N_path: sigma_N of each row is prescribed as it was measured.  columns: other
     names of columns in the files, by name.  sigma_N: of each test, or of all, for files without that column.
-    decimal: the mark "." or "," where a file does not show it.
+    decimal: the mark "." or "," where a file does not show it.  area: of the contact, "A", or "L,B" for one
+    that shrinks as the box slips along L, in squares of the unit of length of the results; columns
+    shear_force and normal_force, of a table peak_force and residual_force, are then divided by it.  Under a
+    normal force the traction of a shrinking area is prescribed row by row.
     Raises ValueError with file, line, column and value of every inadmissible entry, OSError for a file that
     cannot be read.
     """
@@ -156,11 +93,12 @@ def read_tests(
     twice = next((path for path in files if [*map(Path.resolve, files)].count(path.resolve()) > 1), None)
     refuse(twice, f"{twice}: given twice: expected each file once")
     expected = f"a CSV file with {', '.join(REQUIRED)}"
+    of_area = area_of(area) if area is not None else None
 
     def of_file(path: Path) -> list[DataFrame]:
         found = []
         for table in read_tables([path], expected):
-            found += _read(table, target, columns or {}, bool(held), decimal)
+            found += _read(table, target, columns or {}, bool(held), decimal, of_area)
         return found
 
     found = _of_all(files, of_file)
@@ -168,15 +106,24 @@ def read_tests(
     text = f"sigma_N: {len(held)} values for {len(without)} tests without that column: expected one for each"
     refuse(held and (not without or len(held) not in (1, len(without))), f"{text}, or one for all")
     for i, rows in enumerate(without):
-        rows["sigma_N"] = held[i % len(held)]
+        rows["sigma_N"] = held[i % len(held)] * shrinking(of_area, rows)
+        rows.attrs["shrinks"] = bool(np.ptp(rows["sigma_N"]) > 0.0)
     for rows in found:
         if "k_N" not in rows or rows.k_N.isna().all():
             rows["k_N"] = k_N or 0.0
-    tables = ["peak" in rows for rows in found]
-    mixed = any(tables) and not all(tables)
-    refuse(mixed, "some files have curves and others strengths alone: expected one kind at a time")
-    if any(tables):
-        refuse(k_T or sigma_N_path, "k_T, sigma_N_path: expected curves, not strengths alone")
+    kinds = {next((name for name in ("peak", "closure") if name in rows), "slip") for rows in found}
+    text = (
+        "some files have curves of the slip, others strengths alone or closures: expected one kind at a time"
+    )
+    refuse(len(kinds) > 1, text)
+    refuse(
+        kinds != {"slip"} and (k_T or sigma_N_path),
+        "k_T, sigma_N_path: expected curves, not strengths alone or closures",
+    )
+    if kinds == {"closure"}:
+        closures: list[ClosureTest] = _of_all(found, _closures)
+        return closures
+    if kinds == {"peak"}:
         strengths: list[Strength] = _of_all(found, _strengths)
         return strengths
     tests: list[ShearTest] = _of_all(found, lambda rows: _tests(rows, k_T, sigma_N_path))
@@ -202,6 +149,7 @@ def _read(
     renamed: Mapping[str, str],
     optional: bool,
     decimal: str | None,
+    area: Area | None,
 ) -> list[DataFrame]:
     """Rows of each test of a file by line, in the units of the target.
 
@@ -213,15 +161,17 @@ def _read(
     table.warn_of_remarks()
     none = f"{path}: no rows: expected a header with slip, tau, sigma_N, then numbers"
     refuse(not table.names, none)
-    names = _columns(table, renamed, optional)
+    names = _columns(table, renamed, optional, area is not None)
     measured = {name: unit for name, unit in zip(names, table.units, strict=True) if name in KINDS}
     factors = _factors(f"{path}: line {table.line}", measured, target or DEFAULT)
     refuse(not len(table.cells), none)
     places = [names.index(name) for name in measured]
     data = table.numbers(places, [*measured], [*measured], decimal) * factors
     rows = DataFrame(data, index=table.lines, columns=[*measured])
+    rows, shrinks = (rows, False) if area is None else over_area(rows, area, FORCES)
+    measured = {name: "" for name in rows} | {name: unit for name, unit in measured.items() if name in rows}
     labels = target or (DEFAULT if any(measured.values()) else ())
-    of_file = {"path": str(path), "units": dict(zip(NONE, labels, strict=False))}
+    of_file = {"path": str(path), "units": dict(zip(NONE, labels, strict=False)), "shrinks": shrinks}
     of_test = table.cells[names.index("test")] if "test" in names else [""] * len(rows)
     # only a column with this very name says that its rows are one test, also where the slip starts again
     apart = "test" not in {*map(str.lower, table.names), *renamed} and {"slip", "tau"} <= {*measured}
@@ -249,13 +199,14 @@ def _read(
 
 def _factors(where: str, given: Mapping[str, str], target: tuple[str, str]) -> list[float]:
     """Factor of every column from its unit to that of the target, 1 where no column has a unit."""
-    wanted = dict(zip(NONE, target, strict=True)) | {"stiffness": "({1})/({0})".format(*target)}
+    length, stress = (size(kind, unit) for kind, unit in zip(NONE, target, strict=True))
+    wanted = {"length": length, "stress": stress, "stiffness": stress / length, "force": stress * length**2}
     first = next((f"{name} [{unit}]" for name, unit in given.items() if unit), "")
     without = next((name for name, unit in given.items() if first and not unit), "")
     text = f"column {without} has no unit: expected one for every column, as {first} has, or none at all"
     refuse(without, f"{where}: {text}")
     kinds = ((KINDS[name], unit, f"{where}: {name} ") for name, unit in given.items() if first)
-    return [size(*one) / size(one[0], wanted[one[0]]) for one in kinds] or [1.0] * len(given)
+    return [size(*one) / wanted[one[0]] for one in kinds] or [1.0] * len(given)
 
 
 def _starts(rows: DataFrame) -> list[int]:
@@ -276,10 +227,11 @@ def _starts(rows: DataFrame) -> list[int]:
     return starts[1:]
 
 
-def _columns(table: Table, renamed: Mapping[str, str], optional: bool) -> list[str]:
+def _columns(table: Table, renamed: Mapping[str, str], optional: bool, forces: bool) -> list[str]:
     """Columns of the file, "" for those that are not used.
 
-    A name of the user comes before one of this program, and this before one of a laboratory.
+    A name of the user comes before one of this program, and this before one of a laboratory.  forces: an area
+    is given, so that forces come before stresses.
     """
     headers, lower = table.headings, [name.lower() for name in table.names]
     there = f"{table.path}: line {table.line}: columns {', '.join(headers)}: expected"
@@ -295,16 +247,23 @@ def _columns(table: Table, renamed: Mapping[str, str], optional: bool) -> list[s
     for name, places in given.items():
         for place in places:
             names[place] = name
-    table_of_strengths = {"peak", "residual"} & {*names} and "tau" not in names
-    required = STRENGTHS if table_of_strengths else REQUIRED
-    missing = [name for name in required if name not in names and not (optional and name == "sigma_N")]
+    dropped = {FORCES[name] for name in names if name in FORCES} if forces else {*FORCES}
+    names = ["" if name in dropped else name for name in names]
+    shown = {FORCES.get(name, name) for name in names}
+    curved = bool({"tau", "slip"} & shown)
+    closes = "closure" in shown and not curved
+    table_of_strengths = {"peak", "residual"} & shown and "tau" not in shown
+    required = STRENGTHS if table_of_strengths else CLOSURES if closes else REQUIRED
+    missing = [name for name in required if name not in shown and not (optional and name == "sigma_N")]
     other = f"--columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column with another name"
-    more = "--sigma-N VALUE for files without sigma_N; stresses, not forces"
+    more = "--sigma-N VALUE for files without sigma_N; --area A for forces"
     refuse(missing, f"{there} {', '.join(missing)}, too ({other}; {more})")
     twice = next((name for name in KNOWN if names.count(name) > 1), "")
     text = f"column {twice} is there twice: expected one, or --columns {twice}=HEADER"
     refuse(twice, f"{table.path}: line {table.line}: {text}")
-    used = STRENGTHS + BESIDE if table_of_strengths else REQUIRED + OPTIONAL
+    used = {*(STRENGTHS + BESIDE if table_of_strengths else REQUIRED + OPTIONAL)}
+    used = {*CLOSURES, "test"} if closes else used
+    used |= {name for name, stress in FORCES.items() if stress in used}
     unused = [header for header, name in zip(headers, names, strict=True) if name not in used]
     warn_if(unused, f"{table.path}: columns not used: {', '.join(unused)}")
     return [name if name in used else "" for name in names]
@@ -312,7 +271,8 @@ def _columns(table: Table, renamed: Mapping[str, str], optional: bool) -> list[s
 
 def _strengths(rows: DataFrame) -> list[Strength]:
     """Strengths of the tests of a table, a row for each."""
-    _, path, units = rows.attrs.values()
+    path, units = rows.attrs["path"], rows.attrs["units"]
+    refuse(rows.attrs["shrinks"], f"{path}: strengths of a table: expected one area, --area A")
     given = [name for name in STRENGTHS + BESIDE if name in rows]
     # compression has either sign, the same in all rows
     mixed = not ((rows.sigma_N > 0.0).all() or (rows.sigma_N < 0.0).all())
@@ -330,9 +290,22 @@ def _strengths(rows: DataFrame) -> list[Strength]:
     return found
 
 
+def _closures(rows: DataFrame) -> list[ClosureTest]:
+    """Closure test from its rows: pressure of either sign, and closure that grows with it."""
+    name, path = rows.attrs["name"], rows.attrs["path"]
+    pressure, closure = (rows[column].to_numpy() for column in ("sigma_N", "closure"))
+    mixed = pressure.min() < 0.0 < pressure.max()
+    refuse(mixed, f"{path}: column sigma_N: expected compression in all rows, with the same sign")
+    pressure = np.abs(pressure)
+    # closing has either sign
+    sign = np.sign(closure[np.argmax(pressure)] - closure[0]) or 1.0
+    return [ClosureTest(name, pressure, sign * (closure - closure[0]), rows.attrs["units"])]
+
+
 def _tests(rows: DataFrame, k_T: float | None, sigma_N_path: bool) -> list[ShearTest]:
     """Test from its rows, after checks of the rows."""
-    name, path, units = rows.attrs.values()
+    name, path, units, shrinks = (rows.attrs[key] for key in ("name", "path", "units", "shrinks"))
+    sigma_N_path = sigma_N_path or shrinks
     stiffness = rows.k_N.dropna()
 
     def each(column: str, wrong: Any, text: str) -> None:

@@ -5,26 +5,36 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
 from ...case_writer import Word, case_text, pattern_entries, rounded
 from ...contract import Floats
-from ...interface import Interface
-from ...material import Material
 from ...pattern import Pattern
+from .closures import ClosureFit
 from .evidence import first_stroke
 from .intervals import CONFIDENCE, Estimate
 from .model import KS, KT, MATERIAL, SCALES, UNITS
-from .records import NONE, ShearTest
+from .records import NONE
 from .result import Fit
+from .shear_test import ShearTest
 from .strengths import StrengthFit
 from .verdict import FAIR, GOOD, Comparison, coverage
 
 MOST_TURNS, MOST_TESTS, INCREMENTS = 20, 8, 100
 """Most reversals that a case repeats; most tests of which the report shows the numbers; increments."""
 
-COLUMNS = {"peak": "peak", "slip at peak": "at slip", "residual": "residual", "dilation": "dilation"}
+AnyFit: TypeAlias = Fit | StrengthFit | ClosureFit
+"""What a fit of curves, of strengths or of closures has found."""
+
+COLUMNS = {
+    "peak": "peak",
+    "slip at peak": "at slip",
+    "residual": "residual",
+    "dilation": "dilation",
+    "closure": "closure",
+}
 """Numbers of a test and their headings."""
 
 
@@ -45,38 +55,13 @@ def report(found: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> 
         "",
         *compared_rows(found.fitted, found.blind, verbose),
         "",
-        *_constants(found.estimates, units),
+        *constant_rows(found.estimates, units),
         *_assumptions(found),
     ]
     if verbose:
         steps = ", ".join(f"{'+'.join(free)} {value:+.1f}" for free, value in found.models)
         lines += ["", f"ladder      information criterion over that of the choice: {steps}"]
         lines += _correlations(found.free, found.covariance)
-    return "\n".join([*lines, "", *verdict(found)])
-
-
-def strength_report(found: StrengthFit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
-    """Report of a fit of strengths without curves."""
-    pressures = [-one.sigma_N for one in found.tests]
-    lines = [
-        (
-            f"tests       {len(found.tests)} strengths, pressure {min(pressures):.4g} to "
-            f"{max(pressures):.4g} {units[1]}"
-        ),
-        f"model       joint {'with' if 'sigma0' in found.free else 'without'} bond, closed form "
-        "of the strengths; "
-        f"free: {', '.join(found.free)}",
-        "",
-        *compared_rows(found.fitted, found.blind, verbose),
-        "",
-        *_constants(found.estimates, units),
-        "",
-        f"{'peaks by':<22}{'rms':>8}{'blind':>8}  constants",
-    ]
-    for label, values, fitted, unseen in found.others:
-        constants = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
-        missed = "" if np.isnan(unseen) else f"{unseen:.1%}"
-        lines.append(f"{label:<22}{fitted:>8.1%}{missed:>8}  {constants}".rstrip())
     return "\n".join([*lines, "", *verdict(found)])
 
 
@@ -89,12 +74,17 @@ def _known(found: Fit) -> str:
 
 
 def compared_rows(
-    fitted: Sequence[Comparison], unseen: Sequence[Comparison], verbose: bool, title: str = ""
+    fitted: Sequence[Comparison],
+    unseen: Sequence[Comparison],
+    verbose: bool,
+    title: str = "",
+    peaks: Sequence[Estimate] = (),
 ) -> list[str]:
-    """Measured, fitted and blind numbers of each test, under a title."""
+    """Measured, fitted and blind numbers of each test, under a title; peaks: intervals of the peaks."""
     title = title or "measured / fitted" + " / blind" * bool(unseen)
     names = [name for name in COLUMNS if any(name in row.measured for row in fitted)]
-    lines = [f"{title:<28}" + "".join(f"{COLUMNS[n]:>26}" for n in names)]
+    head = f"{title:<28}" + "".join(f"{COLUMNS[n]:>26}" for n in names)
+    lines = [head + f"{f'peak, {CONFIDENCE:g} interval':>26}" * bool(peaks)]
     shown = len(fitted) if verbose else MOST_TESTS
     for i, row in enumerate(fitted[:shown]):
         cells = []
@@ -108,6 +98,7 @@ def compared_rows(
                 *([unseen[i].predicted[name]] if unseen else []),
             ]
             cells.append(" / ".join(f"{value:.4g}" for value in values))
+        cells += [f"{one.low:.4g} to {one.high:.4g}" for one in peaks[i : i + 1]]
         lines.append(f"{short(row.test):<28}" + "".join(f"{cell:>26}" for cell in cells))
     more = len(fitted) - shown
     return lines + [f"... and {more} more (--verbose)"] * (more > 0)
@@ -119,7 +110,8 @@ def short(name: str) -> str:
     return text if len(text) <= 27 else f"...{text[-24:]}"
 
 
-def _constants(estimates: Mapping[str, Estimate], units: tuple[str, str]) -> list[str]:
+def constant_rows(estimates: Mapping[str, Estimate], units: tuple[str, str]) -> list[str]:
+    """Constants with their intervals."""
     lines = [f"{'':<12}{'value':>12}{'low':>12}{'high':>12}  {CONFIDENCE:g} intervals"]
     for name, (value, low, high) in estimates.items():
         lines.append(f"{name:<12}{value:>12.4g}{low:>12.4g}{high:>12.4g}  {unit_of(name, units)}")
@@ -150,7 +142,7 @@ def _correlations(names: Sequence[str], covariance: Floats) -> Iterator[str]:
         yield f"correlation {'; '.join(strong)}"
 
 
-def verdict(found: Fit | StrengthFit) -> list[str]:
+def verdict(found: AnyFit) -> list[str]:
     """Grade with the errors on which it rests, reasons and notes."""
     errors = ", ".join(f"{name} {value:.1%}" for name, value in found.errors.items())
     lines = [f"grade       {found.grade} (good: at most {GOOD:.0%}, fair: {FAIR:.0%}); errors: {errors}"]
@@ -160,11 +152,11 @@ def verdict(found: Fit | StrengthFit) -> list[str]:
 
 def unit_of(name: str, units: tuple[str, str]) -> str:
     """Unit of a constant with these units of length and stress."""
-    unit = UNITS.get(name, "")
+    unit = UNITS.get(name, "stress/length" if name == "kn" else "")
     return unit.replace("stress", units[1]).replace("length", units[0]).replace("*", " ")
 
 
-def comment(found: Fit | StrengthFit) -> str:
+def comment(found: AnyFit) -> str:
     """Grade and intervals as one line, for cases and cards."""
     intervals = ", ".join(f"{name} {one.low:.3g} to {one.high:.3g}" for name, one in found.estimates.items())
     state = "" if found.is_result else f"; no result: {found.reasons[0]}"
@@ -195,10 +187,11 @@ def case_of(found: Fit) -> str:
     tractions = [rounded(test.sigma_N, 4) for test in tests]
     joint, direction = (material, found.interface.pattern), found.solution.problem.direction
     text = shear_case("Shear box", *joint, tractions, turns, direction, k_N, found.spring)
-    return "".join(f"! {note}\n" for note in [_first_upper(comment(found)), *notes]) + text
+    return "".join(f"! {note}\n" for note in [first_upper(comment(found)), *notes]) + text
 
 
-def _first_upper(text: str) -> str:
+def first_upper(text: str) -> str:
+    """Text as a sentence."""
     return text[0].upper() + text[1:] + "."
 
 
@@ -236,71 +229,24 @@ def shear_case(
     )
 
 
-def strength_case(found: StrengthFit) -> str:
-    """Case file of the joint of strengths; what they do not show is assumed and said."""
-    material, pattern, notes = _joint_of(found)
-    tractions = [rounded(one.sigma_N, 4) for one in found.tests]
-    stiffnesses = [one.peak / one.peak_slip for one in found.tests if np.isfinite(one.peak_slip)]
-    spring = float(np.median(stiffnesses)) if stiffnesses else 0.0
-    text = shear_case("Shear strengths", material, pattern, tractions, [_slip(found)], spring=spring)
-    return "".join(f"! {note}\n" for note in [_first_upper(comment(found)), *notes]) + text
-
-
-def strength_interface(found: StrengthFit) -> Interface:
-    """Joint of strengths, with what they do not show assumed."""
-    material, pattern, _ = _joint_of(found)
-    made = Material.from_joint if KS in material else Material
-    return Interface(made(**material), pattern)
-
-
-def _slip(found: StrengthFit) -> float:
-    """Slip at the residual strength, or at the peak, or 1."""
-    slips = [one.slip for one in found.tests] + [one.peak_slip for one in found.tests]
-    return max((slip for slip in slips if np.isfinite(slip)), default=1.0)
-
-
-def _joint_of(found: StrengthFit) -> tuple[dict[str, float], Pattern, list[str]]:
-    """Constants of the material, pattern, and what is assumed."""
-    values, slip = found.values, _slip(found)
-    slope = float(np.tan(np.radians(values.get("theta", 0.0))))
-    notes = []
-    if not any(np.isfinite([one.slip, one.peak_slip]).any() for one in found.tests):
-        notes.append("The strengths have no slips: a slip of 1 is assumed.")
-    if "sigma0" in values:
-        material = {
-            "sigma0": values["sigma0"],
-            "Gc": 0.05 * values["sigma0"] * slip,
-            "eta": 0.999,
-            "mu": values["mu"],
-        }
-        notes.append("Gc is assumed: strengths do not show it.")
-        return material | {"kc": 1.0}, Pattern.regular(0, 0.0), notes
-    ks = 1e3 * max(one.peak for one in found.tests) / slip
-    material = {"kn": 20.0 * ks, "ks": ks, "mu": values["mu"]}
-    if not slope:
-        return material, Pattern.regular(0, 0.0), notes
-    material["height"] = values.get("height", slip * slope / 6.0)
-    if "height" not in values:
-        notes.append("The height is assumed: the slope ends before the residual strength.")
-    if "crush" in values:
-        material["crush"] = values["crush"]
-    return material, Pattern.regular(2, values["theta"], flat=0.0), notes
-
-
-def intervals_text(found: Fit | StrengthFit) -> str:
+def intervals_text(found: AnyFit) -> str:
     """Content of CASE.fit.json: constants with intervals and covariance, grade, errors, predictions."""
     names = [name for name in found.free if name != KT]
     places = [found.free.index(name) for name in names]
     covariance = found.covariance[np.ix_(places, places)]
-    error = (
-        found.model_error
-        if isinstance(found, Fit)
-        else (found.errors.get("blind peak", found.errors["peak"]), 0.0)
-    )
+    if isinstance(found, Fit):
+        error = found.model_error
+    elif isinstance(found, StrengthFit):
+        error = found.errors.get("blind peak", found.errors["peak"]), 0.0
+    else:
+        error = 0.0, found.errors.get("blind closure", found.errors["closure"])
+    peaks = found.peaks if isinstance(found, StrengthFit) else []
+    if isinstance(found, Fit):
+        peaks = [found.number(i, "peak") for i in range(len(found.fitted))]
     content = {
         "parameters": names,
         "values": [found.values[name] for name in names],
-        "scales": [SCALES[name] for name in names],
+        "scales": [SCALES.get(name, "log") for name in names],
         "covariance on the scales": covariance.tolist(),
         "intervals": {name: list(one[1:]) for name, one in found.estimates.items()},
         "grade": found.grade,
@@ -310,27 +256,17 @@ def intervals_text(found: Fit | StrengthFit) -> str:
         "model error of tau and s_N": error,
         "tests": [
             {"test": short(row.test), "measured": dict(row.measured), "fitted": dict(row.predicted)}
+            | ({"peak interval": list(peaks[i][1:])} if peaks else {})
             | ({"blind": dict(unseen.predicted)} if unseen else {})
-            for row, unseen in zip(found.fitted, found.blind or [None] * len(found.fitted), strict=True)
+            for i, (row, unseen) in enumerate(
+                zip(found.fitted, found.blind or [None] * len(found.fitted), strict=True)
+            )
         ],
     }
     return json.dumps(content, indent=1, default=float) + "\n"
 
 
-def strength_residuals(found: StrengthFit) -> str:
-    """CSV of the measured, fitted and blind strengths with their relative errors."""
-    lines = ["test,sigma_N,quantity,measured,fitted,relative_error,blind,blind_relative_error"]
-    for test, row, unseen in zip(found.tests, found.fitted, found.blind, strict=True):
-        for name, measured in row.measured.items():
-            parts = [test.sigma_N, name, measured]
-            for one in (row, unseen):
-                parts += [one.predicted[name], one.predicted[name] / measured - 1.0]
-            texts = (one if isinstance(one, str) else f"{one:.7g}" for one in parts)
-            lines.append(f"{_cell(test.name)},{','.join(texts)}")
-    return "\n".join(lines) + "\n"
-
-
-def _cell(name: str) -> str:
+def cell_of(name: str) -> str:
     """Name of a test as a cell of a CSV file."""
     return short(name).replace(",", ";").replace('"', "'")
 
@@ -344,7 +280,7 @@ def residuals_text(found: Fit) -> str:
     for i, row in enumerate(rows.itertuples()):
         test: ShearTest = problem.tests[row.test]
         fitted = row.measured + residuals[i] * row.scale
-        name = _cell(test.name)
+        name = cell_of(test.name)
         values = f"{test.slip[row.row]:.7g},{row.measured:.7g},{fitted:.7g},{residuals[i]:.5g}"
         line = test.lines[row.row] if test.lines else row.row + 1
         lines.append(f"{name},{line},{row.name},{values}")

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from ...contract import Floats
 from ...interface import Interface
 from .intervals import Assumption, Estimate, Intervals
 from .model import KT
-from .records import ShearTest
+from .shear_test import ShearTest
 from .squares import Solution
-from .verdict import Comparison
+from .verdict import Comparison, compared
 
 
 @dataclass(eq=False)
@@ -85,6 +87,24 @@ class Fit:
     def of(self, function: Callable[[Mapping[str, float]], float]) -> Estimate:
         """Value and interval of a positive function of the constants."""
         return self.intervals.of("", function)
+
+    def number(self, test: int, name: str) -> Estimate:
+        """Number of a test by the law, with an interval that contains the misfit of such numbers.
+
+        name: peak, slip at peak, residual or dilation.  The misfit is that of the blind predictions where
+        there are any.
+        """
+        problem = self.solution.problem
+
+        def of(values: Mapping[str, float]) -> float:
+            whole = type(problem)(problem.tests, (), values, problem.sides, problem.direction)
+            return max(abs(compared(whole, values, test)[0].predicted.get(name, 0.0)), 1e-12)
+
+        value, low, high = self.of(of)
+        missed = [row.errors[name] for row in self.blind or self.fitted if name in row.errors]
+        off = 2.0 * float(np.sqrt(np.mean(np.square(missed)))) * value if missed else 0.0
+        below, above = (float(np.hypot(one, off)) for one in (value - low, high - value))
+        return Estimate(value, value - below, value + above)
 
     @property
     def model_error(self) -> tuple[float, float]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...contract import Floats
 from .model import KT, PRELOAD, Problem, slip_curve
-from .records import ShearTest
+from .shear_test import ShearTest
 
 
 class Series(Problem):

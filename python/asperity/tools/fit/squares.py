@@ -13,7 +13,7 @@ from .model import PENALTY, Problem, to_scale
 
 if TYPE_CHECKING:
     from .ladder import Model
-    from .records import ShearTest
+    from .shear_test import ShearTest
 
 Function = Callable[[Floats], Floats]
 """Residuals of a point."""

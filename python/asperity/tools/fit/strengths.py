@@ -273,13 +273,15 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
         curves.append(np.log(law_peak(data.pressure, of_rest)))
     here = np.log(law_peak(data.pressure, values))
     halves = quantile * np.sqrt((count - 1) / count * np.sum((np.array(curves) - here) ** 2, axis=0))
-    peaks = [Estimate(*np.exp([a, a - h, a + h]).tolist()) for a, h in zip(here, halves, strict=True)]
     errors: dict[str, float] = {}
     for label, rows in (("", fitted), ("blind ", unseen)):
         for name in ("peak", "residual"):
             missed = [row.errors[name] for row in rows if name in row.errors]
             if missed:
                 errors[label + name] = float(np.sqrt(np.mean(np.square(missed))))
+    # the misfit of the law is part of what a peak may be
+    halves = np.hypot(halves, 2.0 * errors["blind peak"])
+    peaks = [Estimate(*np.exp([a, a - h, a + h]).tolist()) for a, h in zip(here, halves, strict=True)]
     grade, worst = grade_of(max(errors.values())), max(errors, key=lambda name: errors[name])
     reasons = [f"the law misses the {worst} by {errors[worst]:.0%}"] if grade == "poor" else []
     notes = []

@@ -11,7 +11,7 @@ from .evidence import first_slope, first_stroke, last_slope, numbers, pressures,
 from .intervals import Estimate
 from .ladder import NOISE, ROWS_EACH, independent
 from .model import KT, SPRINGS, Problem
-from .records import ShearTest
+from .shear_test import ShearTest
 from .squares import Solution, refitted
 
 GOOD, FAIR = 0.05, 0.15

@@ -1,0 +1,82 @@
+"""Results of a fit of closure tests as a report, a case, rows and a picture."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...case_writer import case_text, rounded
+from .closures import ASSUMED_MU, ClosureFit
+from .records import NONE
+from .report import INCREMENTS, cell_of, comment, compared_rows, constant_rows, first_upper, verdict
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def closure_report(found: ClosureFit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
+    """Report of a fit of closure tests."""
+    rows = sum(len(test.loading) for test in found.tests)
+    pressures = [float(one) for test in found.tests for one in test.pressure[test.loading[[0, -1]]]]
+    contact = "hyperbolic contact" if "closure" in found.free else "contact of one stiffness"
+    lines = [
+        f"tests       {len(found.tests)} closure tests, {rows} rows of loading, pressure "
+        f"{min(pressures):.4g} to {max(pressures):.4g} {units[1]}",
+        f"model       {contact}; free: {', '.join(found.free)}",
+        "",
+        *compared_rows(found.fitted, found.blind, verbose),
+        "",
+        *constant_rows(found.estimates, units),
+    ]
+    back = [one for one, test in zip(found.unloading, found.tests, strict=True) if len(test.unloading)]
+    lines += ["", f"unloading   predicted, missed by {max(back):.1%} of the closure"] * bool(back)
+    return "\n".join([*lines, "", *verdict(found)])
+
+
+def closure_case(found: ClosureFit) -> str:
+    """Case file of a flat joint with this contact, which is pressed and released."""
+    top = max(float(test.pressure[test.loading[-1]]) for test in found.tests)
+    first = min(float(test.pressure[0]) for test in found.tests)
+    kn = rounded(found.values["kn"], 6)
+    material = {"kn": kn, "ks": kn, "mu": ASSUMED_MU}
+    material |= {name: rounded(value, 6) for name, value in found.values.items() if name == "closure"}
+    steps = [("step", {"t_N": -rounded(one, 6), "increments": INCREMENTS}) for one in (first, top, first)]
+    groups = [("case", {"title": "Closure"}), ("material", material), ("pattern", {"sides": 0})]
+    text = case_text(*groups, *steps[first <= 0.0 :])
+    notes = [first_upper(comment(found)), "ks and mu are assumed: closure tests do not show them."]
+    return "".join(f"! {note}\n" for note in notes) + text
+
+
+def closure_residuals(found: ClosureFit) -> str:
+    """CSV of the measured closures, those of the law, and the differences over the largest closure."""
+    lines = ["test,row,quantity,pressure,measured,fitted,residual_over_range"]
+    for test in found.tests:
+        law = found.curve(test.pressure, float(test.pressure[0]))
+        for i, (pressure, closure) in enumerate(zip(test.pressure, test.closure, strict=True)):
+            kind = "loading" if i in test.loading else "unloading" if i in test.unloading else "later"
+            away = (law[i] - closure) / test.size
+            cells = f"{pressure:.7g},{closure:.7g},{law[i]:.7g},{away:.5g}"
+            lines.append(f"{cell_of(test.name)},{i + 1},{kind},{cells}")
+    return "\n".join(lines) + "\n"
+
+
+def closure_figure(found: ClosureFit, units: tuple[str, str]) -> Figure:
+    """Pressure over the closure of the tests, and of the law."""
+    from ..style import COLOURS, ONE, label_axes, new_figure
+
+    figure, (ax,) = new_figure(ONE, 3.4, ncols=1)
+    for i, test in enumerate(found.tests):
+        colour = COLOURS[i % len(COLOURS)]
+        parts = (("loading", test.loading, "full"), ("unloading", test.unloading, "none"))
+        for label, rows, fill in parts:
+            if rows.size:
+                style = {"color": colour, "markersize": 4.0, "fillstyle": fill}
+                label = label if i == 0 else ""
+                ax.plot(test.closure[rows], test.pressure[rows], "o", label=label, **style)
+        first, top = test.pressure[0], test.pressure[test.loading[-1]]
+        fine = np.linspace(first, top, 100)
+        ax.plot(found.curve(fine, float(first)), fine, color=colour, label="law" if i == 0 else "")
+    label_axes(ax, f"closure since the first row [{units[0]}]", f"pressure [{units[1]}]")
+    ax.legend()
+    return figure

@@ -1,0 +1,66 @@
+"""A closure test: pressure and closure of a joint, loading and unloading."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ... import contract
+from ...contract import Floats
+from .checks import refuse
+
+FALL = 0.02
+"""Fall of the pressure, over its range, that ends the loading, and rise that ends the unloading."""
+
+
+@dataclass(frozen=True, eq=False)
+class ClosureTest:
+    """Pressure (T,), stress, >= 0, and closure (T,) since the first row, length, both growing as it closes.
+
+    name: file and test.  units: of length and stress where the file has them.  Raises ValueError for
+    inadmissible values.
+    """
+
+    name: str
+    pressure: Floats
+    closure: Floats
+    units: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        for name in ("pressure", "closure"):
+            values = contract.array(name, getattr(self, name))
+            object.__setattr__(self, name, values)
+            wrong = values.shape != (self.pressure.size,) or not np.isfinite(values).all()
+            refuse(wrong, f"{self.name}: {name} has shape {values.shape}: expected finite numbers (T,)")
+            same = not (values.size and np.ptp(values) > 0.0)
+            refuse(same, f"{self.name}: column {name} is the same in all rows: expected values that change")
+        refuse(self.pressure.min() < 0.0, f"{self.name}: pressure = {self.pressure.min():g}: expected >= 0")
+        rows = self.loading
+        refuse(len(rows) < 3, f"{self.name}: {len(rows)} rows of loading: expected at least 3")
+        opens = self.closure[rows][-1] <= self.closure[0]
+        refuse(opens, f"{self.name}: column closure: the joint does not close as the pressure grows")
+
+    @property
+    def loading(self) -> np.ndarray:
+        """Rows of the first loading."""
+        top = np.maximum.accumulate(self.pressure)
+        fallen = np.flatnonzero(top - self.pressure > FALL * np.ptp(self.pressure))
+        end = self.pressure.size if not fallen.size else int(fallen[0])
+        return np.arange(int(np.argmax(self.pressure[:end])) + 1)
+
+    @property
+    def unloading(self) -> np.ndarray:
+        """Rows of the first unloading, which may be none."""
+        start = self.loading[-1] + 1
+        rest = self.pressure[start:]
+        risen = np.flatnonzero(rest - np.minimum.accumulate(rest) > FALL * np.ptp(self.pressure))
+        return np.arange(
+            start, start + (rest.size if not risen.size else int(np.argmin(rest[: risen[0]])) + 1)
+        )
+
+    @property
+    def size(self) -> float:
+        """Closure at the end of the loading."""
+        return float(self.closure[self.loading[-1]] - self.closure[0])

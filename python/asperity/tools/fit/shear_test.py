@@ -1,0 +1,93 @@
+"""A shear-box test: slip, traction and dilation, under a normal traction or stiffness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ... import contract
+from ...contract import Floats
+from ...steps import turns_of
+from .checks import refuse
+
+SATURATED, LEAST_PART, FAR = 0.7, 4, 0.98
+"""Ratio of two slopes of the dilation below which it ends, and smallest number of rows of a slope.  Slip over
+the largest one that counts as it.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class ShearTest:
+    """One test: slip (T,) and s_N (T,), None where not measured, length; tau (T,), stress.
+
+    s_N counts from the start of the slip, opening positive.  sigma_N: normal traction there, stress, <= 0;
+    k_N: normal stiffness of the box, stress/length, 0 where sigma_N is constant.  name: file and test.
+    units: of length and stress where the file has them.  lines (T,): of the file, empty where there is none.
+    path_N (T,): measured normal traction of each row, None where sigma_N and k_N give it.
+    Raises ValueError for inadmissible data.
+    """
+
+    name: str
+    slip: Floats
+    tau: Floats
+    s_N: Floats | None
+    sigma_N: float
+    k_N: float = 0.0
+    units: dict[str, str] = field(default_factory=dict)
+    lines: tuple[int, ...] = ()
+    path_N: Floats | None = None
+
+    def __post_init__(self) -> None:
+        """Check shapes and values."""
+        for name in ("slip", "tau", "s_N", "path_N"):
+            if getattr(self, name) is None:
+                continue
+            values = contract.array(name, getattr(self, name))
+            object.__setattr__(self, name, values)
+            wrong = values.shape != (self.slip.size,) or not (values.size and np.isfinite(values).all())
+            wanted = f"expected finite numbers of shape ({self.slip.size or 'T'},)"
+            refuse(wrong, f"{self.name}: {name} has shape {values.shape}: {wanted}")
+            same = name in ("slip", "tau") and not np.ptp(values) > 0.0
+            text = f"{self.name}: column {name} is {values[0]:g} in all rows: expected values that change"
+            refuse(same, text)
+        for name in ("sigma_N", "k_N"):
+            object.__setattr__(self, name, contract.number(name, getattr(self, name)))
+        worst = self.sigma_N if self.path_N is None else max(self.sigma_N, *self.path_N)
+        tension = f"{self.name}: sigma_N = {worst:g}: expected a finite compression, <= 0"
+        refuse(not -np.inf < worst <= 0.0, tension)
+        soft = f"{self.name}: k_N = {self.k_N:g}: expected a finite stiffness >= 0"
+        refuse(not 0.0 <= self.k_N < np.inf, soft)
+
+    @property
+    def pressed(self) -> float:
+        """Normal traction of the largest size, stress."""
+        return self.sigma_N if self.path_N is None else float(self.path_N.min())
+
+    @property
+    def turns(self) -> list[float]:
+        """Slips at the reversals, and the last slip."""
+        path = np.append(0.0, self.slip)
+        return list(path[turns_of(path)[1:]].tolist())
+
+    @property
+    def ends_far(self) -> bool:
+        """Whether the test ends at its largest slip, and not within a cycle."""
+        return bool(abs(self.slip[-1]) >= FAR * np.abs(self.slip).max())
+
+    @property
+    def saturates(self) -> bool:
+        """Whether the dilation ends: its slope at the end of the first stroke is well below that before."""
+        if self.s_N is None:
+            return False
+        end = int(np.argmax(np.abs(self.slip) >= FAR * np.abs(self.slip).max()))
+        way = self.slip[: end + 1] / self.slip[end]
+        parts = [np.flatnonzero((way >= low) & (way <= high)) for low, high in ((0.25, 0.5), (0.75, 1.0))]
+        if min(map(len, parts)) < LEAST_PART:
+            return False
+        before, at_end = (np.polyfit(way[part], self.s_N[part], 1)[0] for part in parts)
+        return bool(at_end < SATURATED * before)
+
+    def place(self, row: int) -> str:
+        """Name of the test, with the line of a row where it comes from a file."""
+        return f"{self.name}: line {self.lines[row]}" if self.lines else self.name

@@ -1,0 +1,102 @@
+"""Results of a fit of strengths as a report, a case and rows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...interface import Interface
+from ...material import Material
+from ...pattern import Pattern
+from .model import KS
+from .records import NONE
+from .report import cell_of, comment, compared_rows, constant_rows, first_upper, rounded, shear_case, verdict
+from .strengths import StrengthFit
+
+
+def strength_report(found: StrengthFit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
+    """Report of a fit of strengths without curves."""
+    pressures = [-one.sigma_N for one in found.tests]
+    lines = [
+        (
+            f"tests       {len(found.tests)} strengths, pressure {min(pressures):.4g} to "
+            f"{max(pressures):.4g} {units[1]}"
+        ),
+        f"model       joint {'with' if 'sigma0' in found.free else 'without'} bond, closed form "
+        "of the strengths; "
+        f"free: {', '.join(found.free)}",
+        "",
+        *compared_rows(found.fitted, found.blind, verbose, peaks=found.peaks),
+        "",
+        *constant_rows(found.estimates, units),
+        "",
+        f"{'peaks by':<22}{'rms':>8}{'blind':>8}  constants",
+    ]
+    for label, values, fitted, unseen in found.others:
+        constants = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
+        missed = "" if np.isnan(unseen) else f"{unseen:.1%}"
+        lines.append(f"{label:<22}{fitted:>8.1%}{missed:>8}  {constants}".rstrip())
+    return "\n".join([*lines, "", *verdict(found)])
+
+
+def strength_case(found: StrengthFit) -> str:
+    """Case file of the joint of strengths; what they do not show is assumed and said."""
+    material, pattern, notes = _joint_of(found)
+    tractions = [rounded(one.sigma_N, 4) for one in found.tests]
+    stiffnesses = [one.peak / one.peak_slip for one in found.tests if np.isfinite(one.peak_slip)]
+    spring = float(np.median(stiffnesses)) if stiffnesses else 0.0
+    text = shear_case("Shear strengths", material, pattern, tractions, [_slip(found)], spring=spring)
+    return "".join(f"! {note}\n" for note in [first_upper(comment(found)), *notes]) + text
+
+
+def strength_interface(found: StrengthFit) -> Interface:
+    """Joint of strengths, with what they do not show assumed."""
+    material, pattern, _ = _joint_of(found)
+    made = Material.from_joint if KS in material else Material
+    return Interface(made(**material), pattern)
+
+
+def _slip(found: StrengthFit) -> float:
+    """Slip at the residual strength, or at the peak, or 1."""
+    slips = [one.slip for one in found.tests] + [one.peak_slip for one in found.tests]
+    return max((slip for slip in slips if np.isfinite(slip)), default=1.0)
+
+
+def _joint_of(found: StrengthFit) -> tuple[dict[str, float], Pattern, list[str]]:
+    """Constants of the material, pattern, and what is assumed."""
+    values, slip = found.values, _slip(found)
+    slope = float(np.tan(np.radians(values.get("theta", 0.0))))
+    notes = []
+    if not any(np.isfinite([one.slip, one.peak_slip]).any() for one in found.tests):
+        notes.append("The strengths have no slips: a slip of 1 is assumed.")
+    if "sigma0" in values:
+        material = {
+            "sigma0": values["sigma0"],
+            "Gc": 0.05 * values["sigma0"] * slip,
+            "eta": 0.999,
+            "mu": values["mu"],
+        }
+        notes.append("Gc is assumed: strengths do not show it.")
+        return material | {"kc": 1.0}, Pattern.regular(0, 0.0), notes
+    ks = 1e3 * max(one.peak for one in found.tests) / slip
+    material = {"kn": 20.0 * ks, "ks": ks, "mu": values["mu"]}
+    if not slope:
+        return material, Pattern.regular(0, 0.0), notes
+    material["height"] = values.get("height", slip * slope / 6.0)
+    if "height" not in values:
+        notes.append("The height is assumed: the slope ends before the residual strength.")
+    if "crush" in values:
+        material["crush"] = values["crush"]
+    return material, Pattern.regular(2, values["theta"], flat=0.0), notes
+
+
+def strength_residuals(found: StrengthFit) -> str:
+    """CSV of the measured, fitted and blind strengths with their relative errors."""
+    lines = ["test,sigma_N,quantity,measured,fitted,relative_error,blind,blind_relative_error"]
+    for test, row, unseen in zip(found.tests, found.fitted, found.blind, strict=True):
+        for name, measured in row.measured.items():
+            parts = [test.sigma_N, name, measured]
+            for one in (row, unseen):
+                parts += [one.predicted[name], one.predicted[name] / measured - 1.0]
+            texts = (one if isinstance(one, str) else f"{one:.7g}" for one in parts)
+            lines.append(f"{cell_of(test.name)},{','.join(texts)}")
+    return "\n".join(lines) + "\n"
