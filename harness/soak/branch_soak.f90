@@ -132,7 +132,7 @@ contains
     found = complete
     call start_scene(point, from, good)
     if (.not. good) return
-    branch = new_branch(sample%law, control, from, target, arc)
+    branch = new_branch(sample%law, control, from, target, arc, 0)
     do rows = 1, most_rows
       call branch_step(sample%law, branch, point, report)
       if (report%ended /= ended_complete .or. branch%factor >= 1.0_wp) exit

@@ -22,7 +22,7 @@ ENERGIES = ("stored", "rupture", "friction", "work")  # energies per unit area, 
 COLUMNS = (*SEPARATION, *TRACTION, "p", "damage", *ENERGIES, "event")
 """Columns of the results of the driver without the state of the planes."""
 
-EVENTS = ("onset", "damaged", "open", "close", "slip", "snap", "turn", "substeps", "cut", "lost")
+EVENTS = ("onset", "damaged", "open", "close", "slip", "snap", "turn", "fork", "substeps", "cut", "lost")
 """Names of events in the order in which a row has them."""
 
 

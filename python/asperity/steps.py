@@ -47,8 +47,9 @@ class Step:
     lists are followed (1). time: duration of the step, divided equally among its increments, or a list, the
     time to each target (1); it matters for viscous damage only. follow, "stable" or "branch": the point jumps
     where the stable path ends, or continues along the unstable part, where the prescribed values turn back
-    and forward again. arc: longest step along the branch, times s0 (0.05). p: targets of the water pressure
-    in the joint, stress, >= 0; t_N is the total traction, of which the law carries t_N + p.
+    and forward again. arc: longest step along the branch, times s0 (0.05). fork: where another
+    branch crosses first, 1 or -1 leave to one side or the other (0: go along). p: targets of the water
+    pressure in the joint, stress, >= 0; t_N is the total traction, of which the law carries t_N + p.
 
     Raises ValueError if a value is no number. Everything else is checked by `Interface.run`.
 
@@ -77,6 +78,7 @@ class Step:
     follow: str | None = None
     arc: float | None = None
     p: ArrayLike | None = None
+    fork: int | None = None
 
     def __post_init__(self) -> None:
         """Numbers become floats, lists become tuples of floats."""

@@ -29,6 +29,7 @@ module asperity_load_path
     real(wp) :: work = 0.0_wp                        !! of the traction without water so far, stress*length
     type(report_type) :: report = report_type()      !! of the increment
     logical :: turn = .false.                        !! the prescribed values turn back, or forward again
+    logical :: fork = .false.                        !! another branch crosses that which is followed
     logical :: lost = .false.                        !! no equilibrium was found beyond this row
     character(len=event_length) :: events = ""       !! names joined by +
   end type row_head
@@ -214,6 +215,7 @@ contains
     row%done = run%earlier + nint(run%fraction*real(parts, wp))
     row%time = ramp(run%time, run%time + run%steps(run%step)%durations(run%target), run%fraction)
     row%turn = branches .and. run%branch%turned
+    row%fork = branches .and. run%branch%forked
     call set_point(row, run%point, ramp(run%p_from, run%p_to, merge(run%branch%factor, run%fraction, branches)))
     row%step = run%step
     row%increment = row%increment + 1
@@ -277,7 +279,8 @@ contains
     if (run%control%traction(1)) run%to(1) = run%to(1) + merge(run%p_to, run%p_to - run%p_from, &
       run%steps(run%step)%has_target(1))
     arc = run%steps(run%step)%arc
-    if (arc > 0.0_wp) run%branch = new_branch(run%law, run%control, run%from, run%to, arc)
+    if (arc > 0.0_wp) run%branch = new_branch(run%law, run%control, run%from, run%to, arc, &
+      run%steps(run%step)%fork)
   end subroutine next_target
 
   !> Name what happened between two states, and what the row says.
@@ -289,6 +292,7 @@ contains
     call law%find_events(row%s, old, new, regime, row%events)
     call name_event(row%events, "snap", row%report%snaps > 0)
     call name_event(row%events, "turn", row%turn)
+    call name_event(row%events, "fork", row%fork)
     call name_event(row%events, "substeps", row%report%parts > 1)
     call name_event(row%events, "cut", row%report%cut)
     call name_event(row%events, "lost", row%lost)

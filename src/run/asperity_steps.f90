@@ -30,7 +30,7 @@ module asperity_steps
   real(wp), parameter :: most = huge(1.0_wp)
 
   !> Entries of a step; `follow` is 0 for 'stable', 1 for 'branch'.
-  type(entry_type), parameter, public :: step_table(17) = [ &
+  type(entry_type), parameter, public :: step_table(18) = [ &
     entry_type("s_N", .false., .false., -most, most, 0.0_wp, "a finite separation"), &
     entry_type("s_Tx", .false., .false., -most, most, 0.0_wp, "a finite separation"), &
     entry_type("s_Ty", .false., .false., -most, most, 0.0_wp, "a finite separation"), &
@@ -48,12 +48,13 @@ module asperity_steps
     entry_type("time", .false., .false., 0.0_wp, most, 1.0_wp, ">= 0"), &
     entry_type("follow", .true., .true., 0.0_wp, 1.0_wp, 0.0_wp, "'stable' or 'branch'"), &
     entry_type("arc", .true., .false., least_arc, largest_arc, default_arc, "0.00001 to 1 (times s0)"), &
-    entry_type("p", .false., .false., 0.0_wp, most, 0.0_wp, "a finite pressure >= 0")]
+    entry_type("p", .false., .false., 0.0_wp, most, 0.0_wp, "a finite pressure >= 0"), &
+    entry_type("fork", .true., .true., -1.0_wp, 1.0_wp, 0.0_wp, "-1, 0 or 1")]
 
   !> Positions in the table; those of the components N, Tx, Ty follow the first.
   integer, parameter, public :: e_s = 0, e_t = 3, e_k = 6
   integer, parameter, public :: e_slip = 10, e_direction = 11, e_increments = 12, e_cycles = 13, e_time = 14, &
-    e_follow = 15, e_arc = 16, e_p = 17
+    e_follow = 15, e_arc = 16, e_p = 17, e_fork = 18
 
   !> Values of an entry.
   type, public :: list_type
@@ -75,6 +76,7 @@ module asperity_steps
     real(wp), allocatable :: slip(:)                 !! (n) slips along `direction`, if they give s_Tx and s_Ty
     real(wp) :: direction = 0.0_wp                   !! of the slip, degrees
     real(wp) :: arc = 0.0_wp                         !! longest step along the branch over s0, 0: the stable path
+    integer :: fork = 0                              !! side to which the branch is left at its first fork, 0: not
   end type step_type
 
 contains
@@ -188,10 +190,13 @@ contains
     end do
     if (given(e_follow)%values(1) > 0.0_wp) then
       step%arc = given(e_arc)%values(1)
+      step%fork = nint(given(e_fork)%values(1))
       if (has(e_increments)) call fail(errors, step%place, "increments with follow = 'branch': expected arc, " // &
         "the longest step along the branch")
     else if (has(e_arc)) then
       call fail(errors, step%place, "arc without follow = 'branch'")
+    else if (has(e_fork)) then
+      call fail(errors, step%place, "fork without follow = 'branch'")
     end if
     if (has(e_direction)) direction = given(e_direction)%values(1)
     if (has(e_direction) .and. .not. has(e_slip)) call fail(errors, step%place, "direction without slip")
@@ -279,6 +284,7 @@ contains
     if (step%arc > 0.0_wp) then
       given(e_follow)%values = [1.0_wp]
       given(e_arc)%values = [step%arc]
+      if (step%fork /= 0) given(e_fork)%values = [real(step%fork, wp)]
     else
       given(e_increments)%values = real(step%increments, wp)
     end if

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from asperity import EquilibriumLost, Interface, Material, Pattern, Step
+from asperity import EquilibriumLost, Interface, Material, Pattern, Step, read_case
+from asperity.installed import named_case
 
 JOINT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(4, 30.0))
 CASE = """&case stability = T{more} /
@@ -91,3 +94,21 @@ def test_refused() -> None:
         JOINT.stability(np.zeros((3, 3)))
     with pytest.raises(ValueError, match=r"tangent\[1\]: expected finite numbers"):
         JOINT.stability([np.eye(3), np.full((3, 3), np.nan)])
+
+
+def test_fork() -> None:
+    """The case of a fork: both branches are followed, mirrored; `fork` without a branch is refused."""
+    run = read_case(named_case("stability/fork")).runs[0]
+    ends = {}
+    for fork in (0, 1, -1):
+        steps = run.steps[0], replace(run.steps[1], fork=fork)
+        history, lost = run.interface.rows(steps)
+        assert not lost and sum("fork" in text.split("+") for _, text in history.events) == 1
+        ends[fork] = history.separation[-1]
+    s_f = run.material.s_f
+    assert abs(ends[0][2]) < ROUNDING and abs(ends[1][2]) > 0.1 * s_f
+    assert np.abs(ends[1] * [1.0, 1.0, -1.0] - ends[-1]).max() < 1.0e-6 * s_f
+    with pytest.raises(ValueError, match="fork without follow = 'branch'"):
+        JOINT.run(Step(slip=0.1, fork=1))
+    with pytest.raises(ValueError, match="fork = 2: expected -1, 0 or 1"):
+        JOINT.run(Step(slip=0.1, follow="branch", fork=2))
