@@ -55,6 +55,8 @@ module asperity_equations
     type(point_type) :: old            !! the point at the fraction `done`
     real(wp) :: done = 0.0_wp          !! fraction of the increment that was reached
     real(wp) :: moved = 0.0_wp         !! largest separation at the start of the increment, length
+    logical :: in_balance = .false.    !! whether the energies of each step are to balance
+    logical :: fell = .false.          !! whether a joint that wears has fallen in a step
     real(wp) :: damping = 0.0_wp       !! resistance to the motion from the point at `done`, stress/length
     type(report_type) :: report        !! so far
   end type equations_type

@@ -22,8 +22,8 @@ contains
   !> `longest_change` at most; beyond `unexplained` the change must agree with the tangents at both ends of the step.
   !> Otherwise the step is halved.
   !>
-  !> The state follows a fall by wear in steps whose energies balance, as the energy of a step is that of the mean of
-  !> both ends.
+  !> If the energies are to balance, the equations start anew where those of a step do not: the energy of a step is that
+  !> of the mean of both ends.
   pure subroutine follow(law, equations)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations, the point at `done` -> at the new `done`
@@ -39,7 +39,8 @@ contains
       next = min(1.0_wp, fraction + step)
       call solve_step(law, equations, [fraction, next], here, trial, good)
       if (good) then
-        if (loses_energy(law, equations, trial, next)) then
+        equations%fell = equations%fell .or. falls(law, equations, equations%old, trial, next - equations%done)
+        if (equations%in_balance .and. unbalanced(law, equations%old, trial)) then
           if (fraction > equations%done) then
             call commit(equations, here, fraction)
             cycle
@@ -68,20 +69,16 @@ contains
     equations%report%parts = equations%report%parts + 1
   end subroutine commit
 
-  !> Whether the energies of a fall by wear from the last committed point to this one do not balance.
-  pure function loses_energy(law, equations, point, fraction) result(yes)
-    class(point_law), intent(in) :: law                 !! the law
-    type(equations_type), intent(in) :: equations       !! the equations
-    type(point_type), intent(in) :: point               !! a point of the curve
-    real(wp), intent(in) :: fraction                    !! of the increment, of this point
+  !> Whether the energies between two points do not balance.
+  pure function unbalanced(law, before, after) result(yes)
+    class(point_law), intent(in) :: law             !! the law
+    type(point_type), intent(in) :: before, after   !! the points
     logical :: yes
     real(wp) :: change(2), work
-    yes = falls(law, equations, equations%old, point, fraction - equations%done)
-    if (.not. yes) return
-    change = law%energies(point%state) - law%energies(equations%old%state)
-    work = point%work - equations%old%work
+    change = law%energies(after%state) - law%energies(before%state)
+    work = after%work - before%work
     yes = abs(work - sum(change)) > unbalanced_wear*max(law%stress*law%length, abs(work) + sum(abs(change)))
-  end function loses_energy
+  end function unbalanced
 
   !> Whether a joint falls by wear between two points: its free separations move far more than the prescribed values,
   !> and it spends the energy that it had stored. The curve has no fold there, as the wear of the increment grows along

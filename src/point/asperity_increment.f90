@@ -26,6 +26,8 @@ contains
   !> As long as the curve of equilibria continues, the increment is one update from the state at its start. Where it
   !> ends, the point moves under constant values to the first stable equilibrium, from which a further curve is
   !> followed. If there is none, the point stays at the last equilibrium, and `reached` is below 1.
+  !>
+  !> An increment in which a joint falls by wear is taken again in steps whose energies balance.
   pure subroutine advance(law, control, start, target, point, reached, report)
     class(point_law), intent(in) :: law             !! the law
     type(control_type), intent(in) :: control       !! what is prescribed
@@ -35,14 +37,36 @@ contains
     real(wp), intent(out) :: reached                !! fraction of the increment that converged, 1: complete
     type(report_type), intent(out) :: report        !! report
     type(equations_type) :: equations
-    type(point_type) :: before, begin, lifted
-    logical :: found, stays_open
+    logical :: again
     reached = 0.0_wp
     if (.not. (all_bounded(size(target), target, largest_target) .and. law%admissible(point%state))) then
       report%ended = ended_rejected
       return
     end if
     call new_equations(control, start, target, point, equations)
+    do
+      call take_increment(law, equations, reached)
+      again = equations%fell .and. .not. equations%in_balance
+      if (.not. again) exit
+      report = equations%report
+      call new_equations(control, start, target, point, equations)
+      equations%in_balance = .true.
+      equations%report%iterations = report%iterations
+      equations%report%updates = report%updates
+    end do
+    call note_fall(law, equations, point)
+    point = equations%old
+    report = equations%report
+  end subroutine advance
+
+  !> Take the increment of the equations.
+  pure subroutine take_increment(law, equations, reached)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(inout) :: equations    !! at the start -> at the fraction that was reached
+    real(wp), intent(out) :: reached                    !! this fraction, 1: complete
+    type(point_type) :: before, begin, lifted
+    logical :: found, stays_open
+    reached = 0.0_wp
     do while (reached < 1.0_wp)
       begin = equations%old
       call follow(law, equations)
@@ -54,10 +78,10 @@ contains
       ! the fold lies within the smallest step; just beyond it two equilibria may be too close to be told apart
       before = equations%old
       equations%done = min(1.0_wp, reached + 2.0_wp*smallest_fraction)
-      found = any(control%traction) .and. equations%report%updates < most_updates
+      found = any(equations%control%traction) .and. equations%report%updates < most_updates
       stays_open = .false.
       if (found) call snap(law, equations, found)
-      if (.not. found .and. control%traction(1)) then
+      if (.not. found .and. equations%control%traction(1)) then
         ! the motion may stop on its way to an open joint, which is in equilibrium without prescribed tractions, and
         ! stays open beyond the limit of updates
         stays_open = equations%report%updates >= most_updates .and. .not. any(abs(before%traction) > 0.0_wp)
@@ -77,10 +101,7 @@ contains
       if (.not. stays_open) call note_snap(law, equations, before)
       reached = equations%done
     end do
-    call note_fall(law, equations, point)
-    point = equations%old
-    report = equations%report
-  end subroutine advance
+  end subroutine take_increment
 
   !> Move from the end of a curve of equilibria to the first stable equilibrium under constant prescribed values:
   !> pseudo-transient continuation, implicit Euler steps of an overdamped motion, which the state follows. It takes no
@@ -198,9 +219,8 @@ contains
       report%snaps = 1
       report%before = before%s
       report%after = after%s
-      ! friction and wear take what was stored: what does not balance is the error of the steps, and none is created
-      report%released = max(0.0_wp, after%work - before%work - sum(law%energies(after%state) - &
-        law%energies(before%state)))
+      ! friction and wear take what was stored: what does not balance is the error of the steps
+      report%released = after%work - before%work - sum(law%energies(after%state) - law%energies(before%state))
     end associate
   end subroutine note_fall
 
