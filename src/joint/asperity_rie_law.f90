@@ -1,12 +1,13 @@
 !> The law of a rough interface (material and pattern) as the solver sees it.
 module asperity_rie_law
+  use asperity_aim, only: closing_pressure
   use asperity_call_checks, only: state_status
   use asperity_contract, only: n_facet_statev, n_plane_statev, n_point_statev, n_statev, plane_statev, statev_row, &
     statev_table, status_ok, v_friction, v_offset, v_rupture, v_stored
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type, plane_damage, separation_bound, start_damage
   use asperity_kinds, only: wp
-  use asperity_point, only: closing_pressure, kinematics_type, plane_kinematics, update_point
+  use asperity_point, only: kinematics_type, plane_kinematics, update_point
   use asperity_pattern, only: plane_normal
   use asperity_point_law, only: event_length, name_event, point_law
   use asperity_text, only: append, integer_text, set_text, to_text

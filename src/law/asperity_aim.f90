@@ -14,7 +14,7 @@ module asperity_aim
   use asperity_types_double, only: local_type
   implicit none
   private
-  public :: frozen_response, update_aimed
+  public :: closing_pressure, frozen_response, update_aimed
 
 contains
 
@@ -126,6 +126,14 @@ contains
     if (normal < 0.0_wp) stiffness = contact_stiffness(m, local_type(normal, 0.0_wp, 0.0_wp))
     if (normal > 0.0_wp) stiffness = open
   end function normal_stiffness
+
+  !> Pressure of a whole bond, or of a contact, with a normal separation; 0 if it is open.
+  pure function closing_pressure(joint, normal) result(p)
+    type(interface_type), intent(in) :: joint   !! material and pattern
+    real(wp), intent(in) :: normal              !! normal separation of the plane, length
+    real(wp) :: p
+    p = joint%material%k_t*pressure(joint%material, local_of([normal, 0.0_wp, 0.0_wp]))
+  end function closing_pressure
 
   !> Separation of a plane in its axes, as the functions of the contact take it.
   pure function local_of(x) result(local)

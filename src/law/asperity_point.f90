@@ -2,24 +2,12 @@
 module asperity_point
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_material, only: material_type
   use asperity_point_kernel, only: kinematics_type, plane_kinematics, update_point_in_place
-  use asperity_types_double, only: local_type
   implicit none
   private
-  public :: closing_pressure, kinematics_type, plane_kinematics, update_point, update_point_in_place
+  public :: kinematics_type, plane_kinematics, update_point, update_point_in_place
 
 contains
-
-  include "asperity_contact.inc"
-
-  !> Pressure of a whole bond, or of a contact, with a normal separation; 0 if it is open.
-  pure function closing_pressure(joint, normal) result(p)
-    type(interface_type), intent(in) :: joint   !! material and pattern
-    real(wp), intent(in) :: normal              !! normal separation of the plane, length
-    real(wp) :: p
-    p = joint%material%k_t*pressure(joint%material, local_type(normal, 0.0_wp, 0.0_wp))
-  end function closing_pressure
 
   !> Traction, state and consistent tangent of a point at separation s, from the state it had at separation s_old.
   !>
