@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from . import _core, contract
-from .contract import Floats, refuse
+from .contract import Floats
 from .errors import InputError, Record
 from .history import History
 from .interface import Interface
@@ -111,7 +111,8 @@ def read_case(path: str | Path, any_law: bool = False) -> Case:
     content = _content(os.fsencode(path))
     runs = [_run(run) for run in content["runs"]]
     umat = runs[0] is None
-    refuse(umat and not any_law, f"{path}: &umat: expected &material and &pattern")
+    if umat and not any_law:
+        raise ValueError(f"{path}: &umat: expected &material and &pattern")
     source, (first, last) = path.read_bytes(), content["pattern"]
     found = () if umat else tuple(runs)
     return Case(
@@ -154,7 +155,8 @@ def read_run(path: Path, value: str | None = None, with_path: bool = False) -> R
         what = "with a &sweep" if with_path else "where a constant is the name of a sweep"
         raise ValueError(f"{path}: --value {value}: expected {what} only")
     expected = f"{case.sweep}, as {', '.join(f'{one.value:g}' for one in case.runs)}"
-    refuse(value is None, f"{path}: --value is missing: expected one for {expected}")
+    if value is None:
+        raise ValueError(f"{path}: --value is missing: expected one for {expected}")
     for one in case.runs:
         if contract.number("--value", value) == one.value:
             return one

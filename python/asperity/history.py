@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import contract
-from .contract import Floats, refuse
+from .contract import Floats
 from .pattern import direction_vector
 from .steps import Point
 
@@ -78,7 +78,8 @@ class _Named:
     def worn(self, plane: int) -> Floats:
         """Worn share of the asperity of a plane, 0 to 1; raises ValueError for a material without wear."""
         at = self._place(plane)
-        refuse(not self.wears, "worn: expected a material whose facets wear (W0 > 0)")
+        if not self.wears:
+            raise ValueError("worn: expected a material whose facets wear (W0 > 0)")
         return self.state[:, contract.statev_names(self.planes, True).index(f"worn_{plane}", at)]
 
     def _column(self, name: str) -> Floats:
@@ -226,7 +227,8 @@ class History(_Named):
     def _along(self, direction: float | None) -> Floats:
         if direction is not None:
             angle = contract.number("direction", direction)
-            refuse(not np.isfinite(angle), f"direction = {angle:g}: expected a finite angle in degrees")
+            if not np.isfinite(angle):
+                raise ValueError(f"direction = {angle:g}: expected a finite angle in degrees")
             return direction_vector(angle)
         slip = self.separation[:, 1:]
         size = np.hypot(*slip.T)
@@ -244,7 +246,8 @@ class History(_Named):
     @property
     def end(self) -> Point:
         """Separation, state and work of the last row, from which `Interface.run` may continue."""
-        refuse(len(self) == 0, "end: expected a history with rows")
+        if len(self) == 0:
+            raise ValueError("end: expected a history with rows")
         s_N, s_Tx, s_Ty = self.separation[-1].tolist()
         return Point(self.state[-1], (s_N, s_Tx, s_Ty), float(self.work[-1]), float(self.p[-1]))
 
@@ -303,7 +306,8 @@ class History(_Named):
         table = csv_columns(path)
         if missing := [name for name in COLUMNS if name not in table and name != "p"]:
             raise ValueError(f"{path}: expected columns {', '.join(missing)}")
-        refuse(not table["event"], f"{path}: expected rows after the header")
+        if not table["event"]:
+            raise ValueError(f"{path}: expected rows after the header")
         numbers = {name: finite_column(path, table, name) for name in COLUMNS[:-1] if name in table}
         state = np.zeros((len(table["event"]), contract.N_POINT_STATEV))
         for name in ("damage", *ENERGIES[:3]):

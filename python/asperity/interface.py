@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from . import _core, contract
 from .cards import blocks as cards
-from .contract import Floats, refuse
+from .contract import Floats
 from .errors import EquilibriumLost, InputError, slip_words
 from .history import History, Stability, Update
 from .load_path import rows_of
@@ -342,7 +342,8 @@ class Interface:
         """
         known = [row.name for row in contract.owned("host", "numerics")]
         for name in of_host:
-            refuse(name not in known, f"{name}: expected one of {', '.join(known)}")
+            if name not in known:
+                raise ValueError(f"{name}: expected one of {', '.join(known)}")
         props = contract.pack(
             self.material.values() | self.pattern.values() | of_host, self.pattern.constants()
         )

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import contract
-from .contract import refuse
 
 
 class ModelWarning(UserWarning):
@@ -67,7 +66,8 @@ class Material(_Constants):
             bad.append(str(error))
         if _in_range(bad, "> 0 (1e-44 to 1e50)", 1e-44, 1e50, kn=kn, ks=ks) and not kn <= 1e10 * ks:
             bad.append(f"kn = {contract.shown(kn)}: expected at most 1e10 ks")
-        refuse(bad, "\n".join(bad))
+        if bad:
+            raise ValueError("\n".join(bad))
         return cls(mu=mu, **others | contract.joint_constants(kn, ks))
 
     @classmethod
@@ -110,7 +110,8 @@ class Material(_Constants):
                 bad.append(f"delta = {contract.shown(delta)}: expected with tan_psi > 0, which decays")
         others = {"kn": kn, "ks": ks, "ft": ft, "GfI": GfI, "c": c, "GfII": GfII}
         _in_range(bad, "> 0 (1e-50 to 1e50)", 1e-50, 1e50, **others)
-        refuse(bad, "\n".join(bad))
+        if bad:
+            raise ValueError("\n".join(bad))
         if not 2.0 * kn * GfI > ft**2:
             least = ft**2 / (2.0 * GfI)
             raise ValueError(f"kn = {contract.shown(kn)}: expected more than ft^2/(2 GfI) = {least:g}")

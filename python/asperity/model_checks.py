@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import _core, contract
-from .contract import refuse
 from .material import Material, ModelWarning
 from .pattern import ACROSS, Pattern
 
@@ -64,7 +63,8 @@ def check_model(
     """
     if stress is not None and not (np.isfinite(stress) and stress < 0.0):
         raise ValueError(f"stress = {stress:g}: expected the normal traction in compression, < 0")
-    refuse((modulus is None) != (size is None), "modulus and size: expected both or none")
+    if (modulus is None) != (size is None):
+        raise ValueError("modulus and size: expected both or none")
     for name, value in (("modulus", modulus), ("size", size)):
         if value is not None and not (np.isfinite(value) and value > 0.0):
             raise ValueError(f"{name} = {value:g}: expected > 0")
@@ -91,7 +91,8 @@ def _sentences(
 
 def _facing(pattern: Pattern, direction: float) -> list[Check]:
     """Planes that face across the slip, where the separation across is about zero."""
-    refuse(not np.isfinite(direction), f"direction = {direction:g}: expected a finite angle")
+    if not np.isfinite(direction):
+        raise ValueError(f"direction = {direction:g}: expected a finite angle")
     planes = pattern.across(direction)
     if not planes:
         return [Check(f"no plane faces across the slip along {direction:g} degrees", good=True)]

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .. import contract, hosts
-from ..contract import refuse
 
 PER_LINE = 8  # largest number of constants on a line of an Abaqus or CalculiX input
 
@@ -53,7 +52,8 @@ def card(host: str, block: Block) -> str:
         raise ValueError(
             f"name = {block.name!r}: expected a letter, then up to 39 letters, digits or underscores"
         )
-    refuse(block.dimension not in (2, 3), f"dimension = {block.dimension}: expected 2 or 3")
+    if block.dimension not in (2, 3):
+        raise ValueError(f"dimension = {block.dimension}: expected 2 or 3")
     if not takes.explicit and (block.explicit or block.density is not None):
         able = ", ".join(name for name, one in hosts.hosts("card").items() if one.card and one.card.explicit)
         raise ValueError(f"explicit, density: expected for {able} only, not for {host}")

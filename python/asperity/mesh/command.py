@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ..contract import refuse
 from ..hosts import hosts
 from ..options import add_options, add_output, check_outputs
 
@@ -64,12 +63,15 @@ def _mesh(options: argparse.Namespace) -> int:
     from .hosts import of_ending, write
     from .split import split
 
-    refuse(options.output is None, "-o: expected the name of the mesh to write, .inp, .mdpa or .vtu")
+    if options.output is None:
+        raise ValueError("-o: expected the name of the mesh to write, .inp, .mdpa or .vtu")
     ending = options.output.suffix
     able = of_ending(ending)
-    refuse(not able, f"-o {options.output}: expected a name that ends in {', '.join(ENDINGS)}")
+    if not able:
+        raise ValueError(f"-o {options.output}: expected a name that ends in {', '.join(ENDINGS)}")
     host = options.host or able[0]
-    refuse(host not in able, f"-o {options.output}: expected another ending for --host {host}")
+    if host not in able:
+        raise ValueError(f"-o {options.output}: expected another ending for --host {host}")
     materials = (
         [("-o", options.output.with_suffix(".json"), MATERIALS)] if host == "kratos" and options.law else []
     )
@@ -79,7 +81,8 @@ def _mesh(options: argparse.Namespace) -> int:
     rules: dict[str, list[str] | dict[str, str] | None] = {}
     for text in options.joint:
         found = re.fullmatch(r"(\w+)(?:=([^:~]+)([:~])([^:~]+))?", text)
-        refuse(not found, f"--joint {text}: expected NAME, NAME=A:B or NAME=A~B")
+        if not found:
+            raise ValueError(f"--joint {text}: expected NAME, NAME=A:B or NAME=A~B")
         name, one, sign, other = found.groups()
         rules[name] = {one: other} if sign == "~" else [one, other] if one else None
     if options.direction is not None and not (
@@ -89,7 +92,8 @@ def _mesh(options: argparse.Namespace) -> int:
     laws = {}
     for text in options.law:
         name, equals, case = text.partition("=")
-        refuse(not equals, f"--law {text}: expected NAME=CASE.nml")
+        if not equals:
+            raise ValueError(f"--law {text}: expected NAME=CASE.nml")
         laws[name] = read_run(Path(case), None).interface
     with shown_warnings():
         mesh = split(options.mesh, rules or None, options.blocks, options.direction, options.join)

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import hosts
-from ..contract import refuse
 from ..material import ModelWarning
 from .jointed import Jointed
 from .shapes import corners
@@ -88,7 +87,8 @@ def _check_layer(mesh: Jointed, h: float) -> None:
     for name, joint in ((name, one) for name, parts in mesh.joints.items() for one in parts):
         away = centres[joint.cells] - mesh.points[joint.minus].mean(1)[:, None]
         most = 2.0 * float(np.abs(np.einsum("fsd,fd->fs", away, joint.axes[:, 0])).min())
-        refuse(h >= most, f"layer = {h:g}: expected less than {most:.3g}, for the cells at joint {name}")
+        if h >= most:
+            raise ValueError(f"layer = {h:g}: expected less than {most:.3g}, for the cells at joint {name}")
         if joint.tips:
             text = f"joint {name} ends inside the mesh, where its layer has no thickness: its last elements"
             warnings.warn(f"{text} are too stiff, and break too early", ModelWarning, stacklevel=3)

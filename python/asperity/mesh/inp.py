@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..contract import refuse
 from ..options import replace_file
 from .jointed import Jointed
 from .shapes import Integers
@@ -30,7 +29,8 @@ COHESIVE = {(2, 2): "COH2D4", (3, 3): "COH3D6", (3, 4): "COH3D8"}
 def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, host: str) -> list[Path]:
     """Abaqus with cohesive elements, CalculiX with layers."""
     d, points = mesh.dimension, layer_points(mesh, layer) if layer else mesh.points
-    refuse(layer and d == 2, f"a plane mesh: expected solids for {host}, whose UMATs are those of solids")
+    if layer and d == 2:
+        raise ValueError(f"a plane mesh: expected solids for {host}, whose UMATs are those of solids")
     if unknown := sorted(set(mesh.cells) - set(ABAQUS)):
         raise ValueError(f"cells of the type {unknown[0]}: expected one of {', '.join(ABAQUS)}")
     text = [f"** {HEAD}\n*Node\n", numbered("%d", 1, points, "%.15g")]

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..contract import refuse
 from .jointed import Jointed
 from .writing import between, layer_points
 
@@ -51,7 +50,8 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
     import meshio
 
     d, points = mesh.dimension, layer_points(mesh, layer) if layer else mesh.points
-    refuse(laws, f"laws of {', '.join(laws)}: expected none in a .vtu file")
+    if laws:
+        raise ValueError(f"laws of {', '.join(laws)}: expected none in a .vtu file")
     cells = [(kind, data) for kind, data in mesh.cells.items()]
     number = [mesh.block[kind] for kind in mesh.cells]
     axes = [np.broadcast_to(np.eye(d), (len(one), d, d)) for one in number]

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..contract import refuse, shown
+from ..contract import shown
 from ..history import History
 from ..interface import Interface
 from .pattern_pictures import plan, section
@@ -28,8 +28,10 @@ def plot(
     that ends in .png or .pdf.  units: of length and stress, for the labels.  No window shows the figure of
     Matplotlib.  Raises ValueError for a history without rows, and for a path with another ending.
     """
-    refuse(not isinstance(history, History), f"plot: {shown(history)}: expected the History that run returns")
-    refuse(len(history) == 0, "plot: expected a history with rows")
+    if not isinstance(history, History):
+        raise ValueError(f"plot: {shown(history)}: expected the History that run returns")
+    if len(history) == 0:
+        raise ValueError("plot: expected a history with rows")
     figure = figure_of({None: history}, title, "", *units)
     if path is not None:
         save(figure, Path(path))

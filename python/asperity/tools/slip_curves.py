@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import contract
-from ..contract import Floats, refuse
+from ..contract import Floats
 from ..interface import Interface
 from ..parallel import map_in_order
 from ..steps import slip_path
@@ -59,7 +59,8 @@ def slip_curves(
     for name, value in (("direction", angles), ("sigma_N", held), ("slips", s_L)):
         if value.ndim != 1 or value.size == 0 or not np.all(np.isfinite(value)):
             raise ValueError(f"{name} has shape {value.shape}: expected a list of finite numbers")
-    refuse(preload < 1, f"preload = {preload}: expected at least 1 increment")
+    if preload < 1:
+        raise ValueError(f"preload = {preload}: expected at least 1 increment")
     pairs = zip(angles.tolist(), held.tolist(), strict=True)
     done = map_in_order(partial(_solve, interface, s_L, int(preload)), pairs, executor)
     columns, n_done = map(np.array, zip(*done, strict=True))

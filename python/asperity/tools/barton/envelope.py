@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...contract import Floats, refuse
+from ...contract import Floats
 from ...interface import Interface, ModelWarning
 from ...material import Material
 from ...pattern import Pattern
@@ -111,7 +111,8 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
     from scipy.optimize import least_squares
 
     joint.check_stresses(low, high)
-    refuse(not low < high, f"sigma_n = {low:g}, {high:g}: expected the lower normal stress first")
+    if not low < high:
+        raise ValueError(f"sigma_n = {low:g}, {high:g}: expected the lower normal stress first")
     stresses, middle = np.geomspace(low, high, STRESSES), STRESSES // 2
     slips = np.interp(np.linspace(0.0, 2.0, ROWS + 1), [0.0, 1.0, 2.0], [0.0, 2.0, REACH]) * joint.peak_slip
 
@@ -134,7 +135,8 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
     bounds = start - WIDE, np.minimum(start + WIDE, [np.log(STEEPEST), *[np.inf] * 3])
     settings = {"jac": "3-point", "diff_step": STEP, "x_scale": "jac", "ftol": SAME, "xtol": SAME}
     found = least_squares(residuals, start, bounds=bounds, **settings)
-    refuse(not found.success, "the least squares ended before they converged: expected other normal stresses")
+    if not found.success:
+        raise ValueError("the least squares ended before they converged: expected other normal stresses")
     return law(found.x)
 
 

@@ -8,7 +8,6 @@ import sys
 import webbrowser
 
 from ... import contract
-from ...contract import refuse
 from ...installed import needed
 from ...options import add_options, assigned
 from .model import LOGARITHMIC, OPTIONAL, VALUES
@@ -31,7 +30,8 @@ def add_arguments(explore: argparse.ArgumentParser) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     values = _values(options.values)
-    refuse(not 0 <= options.port <= 65535, f"--port {options.port}: expected 0 to 65535")
+    if not 0 <= options.port <= 65535:
+        raise ValueError(f"--port {options.port}: expected 0 to 65535")
     needed("explore", "bokeh")
     from bokeh.server.server import Server
 
@@ -65,10 +65,12 @@ def _values(texts: list[str]) -> dict[str, float]:
     """Values at the start, those of the command instead of the defaults."""
     values = dict(VALUES)
     for name, text in assigned(texts).items():
-        refuse(name not in VALUES, f"{name}={text}: expected one of {', '.join(VALUES)}")
+        if name not in VALUES:
+            raise ValueError(f"{name}={text}: expected one of {', '.join(VALUES)}")
         values[name] = value = contract.number(name, text)
         least = ">= 0" if name in OPTIONAL else "> 0" if name in LOGARITHMIC else ""
         if not math.isfinite(value) or (least and value < 0.0) or (least == "> 0" and value == 0.0):
             raise ValueError(f"{name}={text}: expected a number {least}".rstrip())
-        refuse(name == "sides" and not value.is_integer(), f"{name}={text}: expected a whole number")
+        if name == "sides" and not value.is_integer():
+            raise ValueError(f"{name}={text}: expected a whole number")
     return values

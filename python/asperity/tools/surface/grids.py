@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...contract import Floats, refuse
+from ...contract import Floats
 
 NAMES = tuple("ncols nrows xllcorner xllcenter yllcorner yllcenter cellsize dx dy nodata_value".split())
 REQUIRED = "ncols, nrows, xllcorner, yllcorner, cellsize"
@@ -37,17 +37,21 @@ def read_grid(path: Path) -> tuple[Floats, Floats, Floats, list[float]]:
         name = words[0].lower()
         good = name in NAMES and len(words) == 2 and name not in head
         wanted = f"expected one of {', '.join(NAMES)} with a number"
-        refuse(not good, f"{path}: line {i}: {line.strip():.60}: {wanted}")
+        if not good:
+            raise ValueError(f"{path}: line {i}: {line.strip():.60}: {wanted}")
         head[name] = _number(path, i, words[1])
     steps = [head.get("dx", head.get("cellsize", 0.0)), head.get("dy", head.get("cellsize", 0.0))]
     counts = [head.get("ncols", 0.0), head.get("nrows", 0.0)]
     whole = all(n >= 1.0 and n % 1.0 == 0.0 for n in counts)
-    refuse(not whole, f"{path}: ncols, nrows = {counts}: expected whole numbers; a grid has {REQUIRED}")
-    refuse(not all(0.0 < step < np.inf for step in steps), f"{path}: expected a cellsize > 0")
+    if not whole:
+        raise ValueError(f"{path}: ncols, nrows = {counts}: expected whole numbers; a grid has {REQUIRED}")
+    if not all(0.0 < step < np.inf for step in steps):
+        raise ValueError(f"{path}: expected a cellsize > 0")
     values = [(i, word) for i, line in enumerate(lines[first:], first + 1) for word in line.split()]
     nx, ny = map(int, counts)
     text = f"{path}: {len(values)} heights: expected {ny} rows of {nx}"
-    refuse(len(values) != nx * ny, text)
+    if len(values) != nx * ny:
+        raise ValueError(text)
     z = np.array([_number(path, *value) for value in values]).reshape(ny, nx)[::-1]
     starts = [head.get(f"{axis}llcenter", head.get(f"{axis}llcorner", 0.0) + 0.5 * step)
               for axis, step in zip("xy", steps, strict=True)]  # fmt: skip
@@ -62,5 +66,6 @@ def _number(path: Path, line: int, text: str) -> float:
     except ValueError:
         value = np.nan
     good = (np.isfinite(value) or text.lower() in ("nan", "-nan")) and "_" not in text
-    refuse(not good, f"{path}: line {line}: {text:.40}: expected a number")
+    if not good:
+        raise ValueError(f"{path}: line {line}: {text:.40}: expected a number")
     return value

@@ -10,7 +10,7 @@ from scipy.integrate import trapezoid
 from scipy.ndimage import gaussian_filter1d
 
 from ... import contract
-from ...contract import Floats, refuse
+from ...contract import Floats
 
 LEAST_POINTS = 8  # smallest number of points along a direction of a scan
 EVEN = 0.05
@@ -36,13 +36,15 @@ class Scan:
         """Check shapes and values."""
         for name in ("x", "z") if self.y is None else ("x", "y", "z"):
             numbers = contract.array(name, getattr(self, name))
-            refuse(not np.isfinite(numbers).all(), f"{name}: expected finite numbers")
+            if not np.isfinite(numbers).all():
+                raise ValueError(f"{name}: expected finite numbers")
             object.__setattr__(self, name, numbers)
         for name, positions in zip("xy", self.axes, strict=False):
             if positions.ndim != 1 or len(positions) < 2 or not (np.diff(positions) > 0.0).all():
                 raise ValueError(f"{name}: expected two or more positions that increase")
         expected = (1 if self.y is None else len(self.y), len(self.x))
-        refuse(self.z.shape != expected, f"z has shape {self.z.shape}: expected (ny, nx) = {expected}")
+        if self.z.shape != expected:
+            raise ValueError(f"z has shape {self.z.shape}: expected (ny, nx) = {expected}")
 
     @property
     def axes(self) -> tuple[Floats, ...]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ... import contract
-from ...contract import Floats, refuse
+from ...contract import Floats
 from ...material import ModelWarning
 from ...mesh.files import read_mesh
 from ...pattern import Pattern
@@ -50,10 +50,14 @@ def _read(path: Path, spacing: Sequence[float] | None, unit: str, nodata: Sequen
     if unit != "mm":
         _size(path, unit)
     if path.suffix.lower() in MESHES:
-        refuse(nodata, f"{path}: --nodata: expected for heights; a file of triangles leaves out missing ones")
+        if nodata:
+            raise ValueError(
+                f"{path}: --nodata: expected for heights; a file of triangles leaves out missing ones"
+            )
         return _surface(path, spacing, unit)
     if is_grid(path):
-        refuse(spacing, f"{path}: --spacing: expected without it, the grid has its cellsize")
+        if spacing:
+            raise ValueError(f"{path}: --spacing: expected without it, the grid has its cellsize")
         x, y, z, codes = read_grid(path)
         _enough(path, "columns", len(x))
         _enough(path, "rows", len(y))
@@ -63,11 +67,13 @@ def _read(path: Path, spacing: Sequence[float] | None, unit: str, nodata: Sequen
     table.warn_of_remarks()
     titles = zip(table.names, table.units, strict=True)
     header = ", ".join(name + (f" [{given}]" if given else "") for name, given in titles)
-    refuse(not len(table.cells), f"{path}: expected rows of numbers")
+    if not len(table.cells):
+        raise ValueError(f"{path}: expected rows of numbers")
     places = range(table.cells.shape[1])
     if spacing is not None:
         wanted = "expected a matrix of numbers, as --spacing says"
-        refuse(header and not table.hidden, f"{path}: {header}: {wanted}")
+        if header and not table.hidden:
+            raise ValueError(f"{path}: {header}: {wanted}")
         names = [str(i + 1) for i in places]
         z = without_codes(path, table.numbers(places, names, names), nodata)
         x, y = (step * np.arange(n) for step, n in zip((spacing[0], spacing[-1]), z.shape[::-1], strict=True))
@@ -175,7 +181,8 @@ def _map(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Sc
         starts = ordered[1:][sizes > EVEN * sizes.max(initial=0.0)]
         place = np.searchsorted(starts, given, side="right")
         axis = np.bincount(place, given) / np.bincount(place)
-        refuse(len(axis) == 1, f"{path}: {name} = {axis[0]:g} throughout: expected a map; a profile is x, z")
+        if len(axis) == 1:
+            raise ValueError(f"{path}: {name} = {axis[0]:g} throughout: expected a map; a profile is x, z")
         _enough(path, f"different {name}", len(axis))
         if np.abs(axis - even(axis)).max() > EVEN * np.diff(axis).mean():
             return _cloud(path, data, unit)
@@ -295,4 +302,5 @@ def _triangles(path: Path) -> tuple[Floats, np.ndarray]:
 
 
 def _enough(path: Path, what: str, count: int) -> None:
-    refuse(count < LEAST_POINTS, f"{path}: {count} {what}: expected at least {LEAST_POINTS}")
+    if count < LEAST_POINTS:
+        raise ValueError(f"{path}: {count} {what}: expected at least {LEAST_POINTS}")

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ... import contract
-from ...contract import Floats, refuse
+from ...contract import Floats
 from ...pattern import Pattern, direction_vector, unit_vector
 from .scan import Scan
 
@@ -152,7 +152,8 @@ def facets(scan: Scan, direction: float = 0.0) -> Facets:
     cell into triangles, so that the result does not depend on a choice.  Raises ValueError where a facet
     overhangs.
     """
-    refuse(not np.isfinite(direction), f"direction = {direction!r}: expected a finite angle in degrees")
+    if not np.isfinite(direction):
+        raise ValueError(f"direction = {direction!r}: expected a finite angle in degrees")
     if scan.y is None:
         vectors = np.column_stack([np.diff(scan.x), -np.diff(scan.z[0]), np.zeros(len(scan.x) - 1)])
     else:
@@ -204,7 +205,8 @@ def bin_facets(
         if not least <= contract.number(name, count) <= most or count != int(count):
             raise ValueError(f"{name} = {count!r}: expected a whole number, {least} to {most}")
     directions, bins = int(directions), int(bins)
-    refuse(found.profile and directions != usual, f"directions = {directions}: expected 2 for a profile")
+    if found.profile and directions != usual:
+        raise ValueError(f"directions = {directions}: expected 2 for a profile")
     if (count := directions * bins + 1) > most:
         planes = f"{directions} directions of {bins} bins and the flat plane are {count} planes"
         raise ValueError(f"{planes}: expected at most {most}")
@@ -248,7 +250,8 @@ def nearest_regular(found: Facets, slips: Slips | None = None, sides: int = 0, s
     turns = _turns(found, sides or contract.MAX_INCLINED)
     if sides:
         return _of_moments(found, sides, turns[sides])
-    refuse(slips is None, "sides = 0: expected the slips under which sides are compared")
+    if slips is None:
+        raise ValueError("sides = 0: expected the slips under which sides are compared")
     tried = [_of_moments(found, m, turn) for m, turn in turns.items()]
     errors = [_difference(Planes.of(one).slips(slips.angles, slips.mu).uphill, slips.uphill) for one in tried]
     return next(p for p, error in zip(tried, errors, strict=True) if error <= min(errors) + AS_GOOD)
