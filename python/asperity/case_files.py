@@ -114,7 +114,7 @@ def read_case(path: str | Path, any_law: bool = False) -> Case:
     if umat and not any_law:
         raise ValueError(f"{path}: &umat: expected &material and &pattern")
     source, (first, last) = path.read_bytes(), content["pattern"]
-    found = () if umat else tuple(runs)
+    found = tuple(run for run in runs if run is not None)
     return Case(
         path,
         content["title"] or path.stem,
@@ -134,8 +134,8 @@ def check_text(text: str) -> None:
 
 def _content(path: bytes, source: bytes = b"") -> dict[str, Any]:
     """Content of a case file, or of a text, by names (case_json of asperity_json)."""
-    *text, good = _core.case_content(path, source)
-    content = contract.document(*text)
+    handle, length, good = _core.case_content(path, source)
+    content = contract.document(handle, length)
     if not good:
         raise InputError([Record(**error) for error in content])
     return dict(content)
@@ -222,6 +222,12 @@ def _without_spring(step: Step) -> Step:
     return replace(step, slip=slip, direction=direction, t_Tx=None, t_Ty=None, k_Tx=None, k_Ty=None)
 
 
+def _numbers(step: Step) -> dict[str, tuple[float, ...]]:
+    """Numbers of the entries of a step that are given, by name."""
+    given = {name: value for name, value in step.given().items() if not isinstance(value, str)}
+    return {name: value if isinstance(value, tuple) else (value,) for name, value in given.items()}
+
+
 def slip_test(path: Path, run: Run) -> SlipTest:
     """Slip test of one run; raises ValueError as `slip_tests`."""
     if run.start != "virgin":
@@ -231,7 +237,8 @@ def slip_test(path: Path, run: Run) -> SlipTest:
     slips = [np.zeros(1)]
     steps = [_without_spring(step) for step in run.steps]
     for step, traction in zip(steps, prescribed(steps), strict=True):
-        given = {name for name in TARGETS if getattr(step, name) is not None}
+        numbers = _numbers(step)
+        given = {name for name in TARGETS if name in numbers}
         loaded = bool(preload) or len(slips) > 1
         if step.k_N:
             wanted = "expected a constant normal traction, as in the same case without k_N"
@@ -239,18 +246,18 @@ def slip_test(path: Path, run: Run) -> SlipTest:
         if any((step.k_Tx, step.k_Ty)) or any(traction[1:]) or step.follow == "branch":
             given, parts = {"what is neither slip nor opening"}, []
         else:
-            parts = [int(n) for n in step.increments]
+            parts = [int(n) for n in numbers["increments"]]
         if given == {"t_N"} and len(parts) == 1 and not (loaded or opened):
-            preload, (sigma_N,) = parts[0], step.t_N
+            preload, (sigma_N,) = parts[0], numbers["t_N"]
         elif (
             given in ({"slip"}, {"slip", "t_N"})
             and traction[0]
-            and set(step.t_N or [sigma_N]) == {sigma_N}
+            and set(numbers.get("t_N", [sigma_N])) == {sigma_N}
             and not opened
             and (len(slips) == 1 or step.direction == direction)
         ):
-            direction = step.direction
-            for target, n in zip(step.slip, parts, strict=True):
+            (direction,) = numbers["direction"]
+            for target, n in zip(numbers["slip"], parts, strict=True):
                 slips.append(np.linspace(slips[-1][-1], target, n + 1)[1:])
         elif given <= {"s_N"} and not loaded:
             opened = True

@@ -67,8 +67,10 @@ def execute(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except (ModuleNotFoundError, OSError, ValueError) as error:
-        named = isinstance(error, OSError) and error.filename is not None
-        print(f"asperity: {f'{error.filename}: {error.strerror}' if named else error}", file=sys.stderr)
+        text = str(error)
+        if isinstance(error, OSError) and error.filename is not None:
+            text = f"{error.filename}: {error.strerror}"
+        print(f"asperity: {text}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return 130

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -64,7 +65,8 @@ class ForeignUmat:
         """
         path = [steps] if isinstance(steps, Step) else steps
         start = state if state is None or isinstance(state, Point) else Point(contract.array("state", state))
-        groups = [("case", {} if tolerance is None else {"tolerance": tolerance}), ("umat", self._given())]
+        groups: list[tuple[str, Mapping[str, Any]]] = [("case", {"tolerance": tolerance})]
+        groups.append(("umat", self._given()))
         if start is not None:
             given = {"separation": start.separation, "statev": start.state, "work": start.work, "p": start.p}
             groups += [("state", given)]

@@ -174,12 +174,12 @@ class History(_Named):
     position: Floats = field(default_factory=lambda: np.zeros(0))
     time: Floats = field(default_factory=lambda: np.zeros(0))
     iterations: NDArray[np.int_] = field(default_factory=lambda: np.zeros(0, dtype=int))
-    p: Floats | None = None
+    p: Floats = field(default_factory=lambda: np.zeros(0))
     tangent: Floats = field(default_factory=lambda: np.zeros((0, 3, 3)))
 
     def __post_init__(self) -> None:
         """Make the arrays read-only; without water its pressure is zero."""
-        if self.p is None:
+        if self.p.size == 0:
             object.__setattr__(self, "p", np.zeros(len(self.damage)))
         _freeze(*(getattr(self, name) for name in ARRAYS))
 
@@ -235,8 +235,8 @@ class History(_Named):
         if not size.any():
             return np.array([1.0, 0.0])
         first = (size >= 0.5 * size.max()).argmax()
-        direction: Floats = slip[first] / size[first]
-        return direction
+        along: Floats = slip[first] / size[first]
+        return along
 
     @property
     def lost(self) -> bool:
@@ -314,7 +314,7 @@ class History(_Named):
             state[:, contract.statev_index(name)] = numbers[name]
         events = tuple((row, text) for row, text in enumerate(table["event"]) if text)
         s, t = (np.column_stack([numbers[name] for name in names]) for names in (SEPARATION, TRACTION))
-        return cls(s, t, numbers["damage"], state, numbers["work"], events, p=numbers.get("p"))
+        return cls(s, t, numbers["damage"], state, numbers["work"], events, p=numbers.get("p", np.zeros(0)))
 
     def _events(self) -> list[str]:
         """Events of each row, joined by +; one after the last row belongs to it."""

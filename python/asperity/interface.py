@@ -18,7 +18,7 @@ from .load_path import rows_of
 from .material import Material, ModelWarning
 from .model_checks import check_model, warn_of_physics
 from .pattern import Pattern
-from .point_arrays import is_missing, outputs, pressures, times_of
+from .point_arrays import check_given, outputs, pressures, times_of
 from .steps import Point, Step, slip_path
 
 
@@ -101,7 +101,8 @@ class Interface:
         else:
             inputs = {"s": s, "state": start, "s_old": s_old, "aim": at, "p": water}
             traction, new, tangent = outputs(out, shapes, inputs)
-        duration = 0.0 if is_missing("dt", dt, self.material.tau_v) else float(dt)
+        check_given("dt", dt, self.material.tau_v)
+        duration = 0.0 if dt is None else float(dt)
         if start is not new:
             new[:] = 0.0 if start is None else start
         if n > 0:  # f2py accepts no empty arrays
@@ -138,7 +139,8 @@ class Interface:
         if len(tangent) > 0:
             by_columns = np.ascontiguousarray(tangent.transpose(0, 2, 1))
             _core.interface_stability(self._props, by_columns.T, numbers.T)
-        return Stability(*numbers[:, :3].T, numbers[:, 3:])
+        second_order, real, flutter = numbers[:, :3].T
+        return Stability(second_order, real, flutter, numbers[:, 3:])
 
     def initial(
         self,

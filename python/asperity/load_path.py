@@ -39,8 +39,10 @@ def rows_of(
     """
     sizes = contract.check(props)
     nstatv = contract.n_statev(*sizes)
-    start = Point(np.zeros(nstatv)) if start is None else start
-    start = start if isinstance(start, Point) else Point(start)
+    if start is None:
+        start = np.zeros(nstatv)
+    if not isinstance(start, Point):
+        start = Point(contract.array("state", start, (nstatv,)))
     steps = [steps] if isinstance(steps, Step) else list(steps) if isinstance(steps, Iterable) else []
     if not steps or not all(isinstance(step, Step) for step in steps):
         raise ValueError("steps: expected one asperity.Step or more")
@@ -65,8 +67,8 @@ def rows_of(
     if loss is not None:
         last = dict(zip(column_names(), numbers[n - 1], strict=True))
         s, t = (", ".join(f"{last[f'{one}_{axis}']:.6g}" for axis in ("N", "Tx", "Ty")) for one in "st")
-        place = f"step {last['step']:g} increment {last['increment']:g}, s = ({s}), t = ({t})"
-        lost = f"equilibrium lost beyond {place}: {loss}"
+        row = f"step {last['step']:g} increment {last['increment']:g}, s = ({s}), t = ({t})"
+        lost = f"equilibrium lost beyond {row}: {loss}"
     kept = slice(n if keep_lost else n - bool(lost))
     return history_of(numbers[kept], states[kept], names[kept], sizes[0], "" if keep_lost else lost), lost
 

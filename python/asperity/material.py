@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, make_dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +21,15 @@ def _field(row: contract.Prop) -> tuple[str, type] | tuple[str, type, float]:
     return (row.name, kind) if row.default is None else (row.name, kind, kind(row.default))
 
 
-_Constants: Any = make_dataclass("_Constants", map(_field, contract.owned("law")), frozen=True)
+if TYPE_CHECKING:
+
+    class _Constants:
+        """Constants, whose names the library has."""
+
+        def __getattr__(self, name: str) -> float: ...
+
+else:
+    _Constants = make_dataclass("_Constants", map(_field, contract.owned("law")), frozen=True)
 
 
 @dataclass(frozen=True)
@@ -150,7 +158,10 @@ class Material(_Constants):
         w = np.sqrt(1.0 + slope**2)
         below = np.cos(angle) - self.mu * slope / w
         locked = np.full(np.shape(below), np.inf)
-        return np.divide(np.sin(angle) * c + self.mu / w, below, out=locked, where=below > 0.0)[()]
+        strength: contract.Floats = np.divide(
+            np.sin(angle) * c + self.mu / w, below, out=locked, where=below > 0.0
+        )[()]
+        return strength
 
 
 def _in_range(bad: list[str], expected: str, low: float, high: float, **values: float) -> bool:

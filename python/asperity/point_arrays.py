@@ -11,16 +11,16 @@ from . import contract
 from .contract import Floats
 
 
-def is_missing(name: str, value: object, tau_v: float) -> bool:
-    """Return whether a time is None; raises ValueError if viscous damage needs one."""
+def check_given(name: str, value: object, tau_v: float) -> None:
+    """Raise ValueError for a time that is None although viscous damage needs one."""
     if value is None and tau_v > 0.0:
         raise ValueError(f"{name} is missing: expected for viscous damage, tau_v = {tau_v:g}")
-    return value is None
 
 
 def times_of(times: ArrayLike | None, rows: int, tau_v: float) -> Floats:
     """Times (rows,), zeros if none are given."""
-    if is_missing("times", times, tau_v) or times is None:
+    check_given("times", times, tau_v)
+    if times is None:
         return np.zeros(rows)
     array = contract.array("times", times, (rows,))
     before = np.append(0.0, array)[:-1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -90,7 +90,7 @@ class Step:
             array = contract.array(name, value, (), ("n",))
             object.__setattr__(self, name, tuple(array.tolist()) if array.ndim else float(array))
 
-    def given(self) -> dict[str, object]:
+    def given(self) -> dict[str, float | tuple[float, ...] | str]:
         """Entries that are given, by name."""
         pairs = ((part.name, getattr(self, part.name)) for part in fields(self))
         return {name: value for name, value in pairs if value is not None}
@@ -135,7 +135,7 @@ def pack(steps: Sequence[Step]) -> tuple[NDArray[np.int32], Floats]:
             if entry.name not in given:
                 continue
             value = given[entry.name]
-            if entry.name == "follow":
+            if isinstance(value, str):
                 value = float(FOLLOW.index(value))
             part = value if isinstance(value, tuple) else (value,)
             counts[i, j] = len(part)
@@ -145,7 +145,7 @@ def pack(steps: Sequence[Step]) -> tuple[NDArray[np.int32], Floats]:
 
 def step_of(values: dict[str, list[float]]) -> Step:
     """Step of the values of its entries."""
-    given: dict[str, object] = {e.name: values[e.name] for e in entries() if e.name in values}
+    given: dict[str, Any] = {e.name: values[e.name] for e in entries() if e.name in values}
     given |= {e.name: values[e.name][0] for e in entries() if e.single and e.name in values}
     if "follow" in given:
         given["follow"] = FOLLOW[int(values["follow"][0])]
@@ -156,7 +156,7 @@ def slip_path(
     direction: float,
     slips: ArrayLike,
     sigma_N: float,
-    preload: int,
+    preload: float,
     stiffness: float = 0.0,
     times: ArrayLike = 0.0,
     preload_time: float = 0.0,

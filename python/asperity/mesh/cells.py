@@ -80,7 +80,7 @@ class Solids:
     @property
     def dimension(self) -> int:
         """2 or 3."""
-        return self.points.shape[1]
+        return int(self.points.shape[1])
 
 
 def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> Solids:
@@ -119,7 +119,9 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
         None if blocks is None or blocks in mesh.cell_data else [word.strip() for word in blocks.split(",")]
     )
     groups = groups_of(mesh, blocks if choice is None else None)
-    members, facets, spots = {}, {}, {}
+    members: dict[str, Integers] = {}
+    spots: dict[str, Integers] = {}
+    parts_of_facets: dict[str, list[tuple[Integers, Integers]]] = {}
     number = np.full(sum(map(len, data)) + 1, -1, np.int64)  # of a cell; the last one for none
     starts = np.cumsum([0, *map(len, data)])
     for k, one in first.items():
@@ -130,7 +132,7 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
             if len(one) and k in first:
                 members[name] = np.union1d(members.get(name, np.zeros(0, np.int64)), first[k] + one)
             elif len(one) and dimension(mesh.cells[k].type) == d - 1:
-                facets.setdefault(name, []).append((data[k][one], owner[k][one]))
+                parts_of_facets.setdefault(name, []).append((data[k][one], owner[k][one]))
             elif len(one):
                 spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), data[k][one].ravel())
     for name, nodes in (mesh.point_sets or {}).items():
@@ -142,7 +144,7 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
     }
     cells = _sound(cells, points, centres, block, names)
     faces = _faces(cells, points, d)
-    facets = {name: _once(some, d) for name, some in facets.items()}
+    facets = {name: _once(some, d) for name, some in parts_of_facets.items()}
     if join is None or join > 0.0:
         check_touching(points, faces, block, names)
     return Solids(points, cells, block, names, centres, faces, facets, sets, spots)

@@ -171,7 +171,8 @@ class Model:
 
     def _in_block(self, parts: list[Integers], k: int) -> Integers:
         at = np.unique(np.concatenate(parts))
-        return at[(at >= self.first[k]) & (at < self.first[k + 1])] - self.first[k]
+        rows: Integers = at[(at >= self.first[k]) & (at < self.first[k + 1])] - self.first[k]
+        return rows
 
     def _members(self, scope: Scope, kind: str, key: str, above: tuple[str, ...] = ()) -> Integers:
         """Places of the nodes or elements of a set."""
@@ -255,7 +256,10 @@ class Model:
                     found.setdefault(FACETS[dimension(kind), face.shape[1]], []).append(
                         (face, rows + self.first[i])
                     )
-        return [(kind, *map(np.concatenate, zip(*some, strict=True))) for kind, some in found.items()]
+        return [
+            (kind, np.concatenate([faces for faces, _ in some]), np.concatenate([rows for _, rows in some]))
+            for kind, some in found.items()
+        ]
 
 
 def _moved(x: Floats, block: Block | None) -> Floats:

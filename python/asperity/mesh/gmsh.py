@@ -230,7 +230,9 @@ def _mesh(
         raise ValueError(
             f"{path}: {len(known)} nodes, {sum(len(c[1]) for c in cells)} elements: expected a mesh"
         )
-    data, entities, groups, tagged = [], [], {}, {}
+    data, entities = [], []
+    groups: dict[str, dict[int, list[Integers]]] = {}
+    tagged: dict[str, tuple[int, int]] = {}
     for kind, elements, nodes, entity, tags in cells:
         at = np.minimum(np.searchsorted(known, nodes), len(known) - 1)
         if (bad := known[at] != nodes).any():

@@ -82,7 +82,7 @@ def blocks_of(
     parts = {name.partition(":")[2]: one for name, one in cells.items() if name.startswith("instance:")}
     if choice is not None:
         known = {**parts, **own}
-        chosen = {}
+        chosen: dict[str, Integers] = {}
         for word in choice:
             here = [name for name in known if fnmatchcase(name, word)]
             if not here:

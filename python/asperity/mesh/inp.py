@@ -41,7 +41,7 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
         number += len(cells)
     orientations = []
     for name, parts in mesh.joints.items():
-        card, sets = "", []
+        card, sets = "", list[str]()
         for joint in parts:
             k = joint.minus.shape[1]
             N, Tx = joint.axes[:, 0], joint.axes[:, 1]

@@ -58,7 +58,7 @@ class Jointed:
     @property
     def dimension(self) -> int:
         """2 or 3."""
-        return self.points.shape[1]
+        return int(self.points.shape[1])
 
     def nodes(self, group: str) -> Integers:
         """Nodes of a group."""

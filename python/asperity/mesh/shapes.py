@@ -73,7 +73,8 @@ def backward(d: int, nodes: int) -> Integers:
     """Order of the nodes of a face that turns its normal round."""
     c = corners(d, nodes)
     middles = c + np.arange(nodes - c)[::-1]
-    return np.r_[[1, 0] if d == 2 else [0, *range(c - 1, 0, -1)], middles].astype(np.int64)
+    order = [1, 0] if d == 2 else [0, *range(c - 1, 0, -1)]
+    return np.concatenate([np.array(order, np.int64), middles.astype(np.int64)])
 
 
 def corner_sizes(kind: str, x: Floats) -> Floats:
@@ -81,7 +82,8 @@ def corner_sizes(kind: str, x: Floats) -> Floats:
     base = kind.rstrip("0123456789")
     at = np.array(_CORNERS[base])
     edges = x[:, at[:, 1:]] - x[:, at[:, :1]]
-    return np.linalg.det(edges)
+    sizes: Floats = np.linalg.det(edges)
+    return sizes
 
 
 def area(x: Floats) -> tuple[Floats, Floats]:

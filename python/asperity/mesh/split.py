@@ -193,7 +193,7 @@ Sides = tuple[Integers, Integers, Integers, Integers, Floats]
 """Places of the nodes of both sides, node on node, cells and their faces (f, 2), normals to the second."""
 
 
-def _inside(old: Solids, face: Faces, at: Integers, turn: Integers | None = None) -> Sides:
+def _inside(old: Solids, face: Faces, at: Integers, turn: NDArray[np.bool_] | None = None) -> Sides:
     """Sides of the pairs `at` of faces inside the mesh; turn: those whose second face comes first."""
     first, second, block = face.first[at], face.second[at], old.block
     a, b = face.cell[first], face.cell[second]

@@ -29,7 +29,8 @@ def layer_points(mesh: Jointed, h: float) -> Floats:
             np.add.at(square, nodes, normal[:, :, None] * normal[:, None])
             np.add.at(side, nodes, sign * normal)
     inverse = np.linalg.pinv(square, rcond=SINGULAR, hermitian=True)
-    return mesh.points + 0.5 * h * np.einsum("nij,nj->ni", inverse, side)
+    points: Floats = mesh.points + 0.5 * h * np.einsum("nij,nj->ni", inverse, side)
+    return points
 
 
 def blocks(mesh: Jointed) -> Iterator[tuple[str, str, Integers, Integers]]:

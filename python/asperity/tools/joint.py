@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import warnings
-from dataclasses import replace
 
 import numpy as np
 
@@ -77,7 +76,7 @@ def strength_for_peak(material: Material, pattern: Pattern, sigma_N: float, want
     from scipy.optimize import brentq
 
     def missing(sigma02: float) -> float:
-        return peak(replace(material, sigma02=sigma02), pattern, sigma_N) - wanted
+        return peak(Material(**material.values() | {"sigma02": sigma02}), pattern, sigma_N) - wanted
 
     most = wanted
     while missing(most) < 0.0:

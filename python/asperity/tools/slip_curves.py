@@ -64,7 +64,8 @@ def slip_curves(
     pairs = zip(angles.tolist(), held.tolist(), strict=True)
     done = map_in_order(partial(_solve, interface, s_L, int(preload)), pairs, executor)
     columns, n_done = map(np.array, zip(*done, strict=True))
-    return SlipCurves(angles.copy(), held.copy(), s_L.copy(), *np.moveaxis(columns, 1, 0), n_done)
+    s_N, tau_L, tau_across, damage, work = np.moveaxis(columns, 1, 0)
+    return SlipCurves(angles.copy(), held.copy(), s_L.copy(), s_N, tau_L, tau_across, damage, work, n_done)
 
 
 def _solve(

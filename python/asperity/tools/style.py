@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
 import matplotlib
 import numpy as np
@@ -20,6 +21,10 @@ from ..contract import Floats
 from ..options import check_picture
 from ..steps import turns_of
 
+if TYPE_CHECKING:
+    from matplotlib.projections.polar import PolarAxes
+    from matplotlib.typing import ColorType, RcKeyType
+
 ONE, TWO = 3.5, 7.2
 """Widths of a picture for one column and for two columns of a journal, inches.
 
@@ -32,7 +37,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#000000", "#E69F00", "#CC79A7")
 LINES = ("-", "--", "-.", ":")  # line styles, for print in black and white
 DPI = 200  # resolution of PNG files, dots per inch
 TYPE = 8.0  # size of the type, points
-_SETTINGS = {
+_SETTINGS: dict[RcKeyType, Any] = {
     "font.size": TYPE,
     "axes.titlesize": TYPE,
     "axes.labelsize": TYPE,
@@ -73,10 +78,10 @@ def printed() -> Iterator[None]:
         yield
 
 
-def new_figure(width: float, height: float, **subplots: object) -> tuple[Figure, np.ndarray]:
-    """Figure of a size in inches and the array of its axes; no window shows it."""
-    figure = Figure(figsize=(width, height), layout="constrained")
-    return figure, figure.subplots(squeeze=False, **subplots).ravel()
+def new_figure(width: float, height: float, **subplots: Any) -> tuple[Figure, np.ndarray]:
+    """Figure of a size in inches and the array of its axes; subplots: as of `Figure.subplots`."""
+    figure = Figure(figsize=(width, height), layout="constrained")  # no window shows it
+    return figure, np.ravel(figure.subplots(**subplots))
 
 
 @printed()
@@ -125,7 +130,7 @@ def label_axes(ax: Axes, x: str, y: str) -> None:
     ax.grid(alpha=0.3)
 
 
-def direction_arrows(ax: Axes, x: Floats, y: Floats, colour: object) -> None:
+def direction_arrows(ax: Axes, x: Floats, y: Floats, colour: ColorType) -> None:
     """Draw an arrow on each branch of a path with reversals; a path without a reversal gets none."""
     turns = turns_of(x).tolist()
     if not 2 < len(turns) <= MOST_TURNS + 2:
@@ -144,34 +149,34 @@ def label_ends(ax: Axes, title: str = "") -> None:
     after all curves and limits are set.
     """
     lines = [line for line in ax.lines if not str(line.get_label()).startswith("_")]
-    figure = ax.figure
+    figure = cast("Figure", ax.figure)  # all axes of this package are in a figure, none in a part of one
     figure.draw_without_rendering()  # the layout determines how high the axes are
     height = TYPE * 1.15 / (ax.get_window_extent().height * 72.0 / figure.dpi)
     to_axes = ax.transData + ax.transAxes.inverted()
     ends = []
     for line in lines:
         x, y = (np.asarray(values, dtype=float) for values in line.get_data())
-        last = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
-        last = last[np.argmax(x[last])] if last.size else 0
-        end = to_axes.transform((x[last], y[last]))
-        ends.append((1.0 if end[0] > NEAR_FRAME else end[0], end[1]))
+        drawn = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+        last = int(drawn[np.argmax(x[drawn])]) if drawn.size else 0
+        right, level = to_axes.transform((x[last], y[last])).tolist()
+        ends.append((1.0 if right > NEAR_FRAME else right, level))
     groups: dict[int, list[int]] = {}
-    for i, (x, _) in enumerate(ends):
-        near = next((j for j in groups if abs(ends[j][0] - x) <= SAME_END), i)
+    for i, (right, _) in enumerate(ends):
+        near = next((j for j in groups if abs(ends[j][0] - right) <= SAME_END), i)
         groups.setdefault(near, []).append(i)
     rightmost = max(groups, key=lambda j: ends[j][0], default=None)
     for first, members in groups.items():
         levels = _apart([float(np.clip(ends[i][1], 0.0, 1.0)) for i in members], height)
-        x = max(ends[i][0] for i in members)
-        style = {
+        right = max(ends[i][0] for i in members)
+        style: dict[str, Any] = {
             "xycoords": "axes fraction", "textcoords": "offset points", "va": "center",
             "fontsize": TYPE - 1.0, "annotation_clip": False,
         }  # fmt: skip
         for i, level in zip(members, levels, strict=True):
             line = lines[i]
-            ax.annotate(line.get_label(), (x, level), (4.0, 0.0), color=line.get_color(), **style)
+            ax.annotate(str(line.get_label()), (right, level), (4.0, 0.0), color=line.get_color(), **style)
         if title and first == rightmost:
-            ax.annotate(title, (x, max(levels) + 1.2 * height), (4.0, 0.0), color="0.35", **style)
+            ax.annotate(title, (right, max(levels) + 1.2 * height), (4.0, 0.0), color="0.35", **style)
 
 
 def _apart(levels: Sequence[float], height: float) -> list[float]:
@@ -195,7 +200,7 @@ SLIP, TRACTION, DILATION, _ = labels_of(True, "mm", "MPa")
 ENERGY = r"$G_T$ [N/mm]"
 
 
-def colour(i: int, count: int) -> object:
+def colour(i: int, count: int) -> ColorType:
     """Colour of curve i, from the palette or, for many curves, from a scale without its lightest colours."""
     return COLOURS[i % len(COLOURS)] if count <= len(COLOURS) else colormaps["viridis"](0.9 * i / (count - 1))
 
@@ -239,7 +244,9 @@ def curves(
         label_ends(ax, labels)
 
 
-def polar(ax: Axes, directions: Floats, values: Floats, limits: tuple[float, float], title: str = "") -> None:
+def polar(
+    ax: PolarAxes, directions: Floats, values: Floats, limits: tuple[float, float], title: str = ""
+) -> None:
     """Draw G_T in N/mm over the direction of slip; the radius starts at the first of the limits."""
     angles = np.radians(np.append(directions, directions[0]))
     ax.plot(angles, np.append(values, values[0]), color=COLOURS[0])

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...contract import Floats
-from ...interface import Interface, ModelWarning
-from ...material import Material
+from ...interface import Interface
+from ...material import Material, ModelWarning
 from ...pattern import Pattern
 from .joint import Joint
 

@@ -109,7 +109,9 @@ class Joint:
         kinks = np.array(MOBILISED)[:, 0] * self.peak_slip
         fine = np.union1d(np.linspace(0.0, float(np.max(slip)), FINE + 1), kinks)
         angle = np.maximum(self._mobilised(fine, sigma_n), 0.0) / self.damage_coefficient(sigma_n)
-        return np.interp(slip, fine, cumulative_trapezoid(np.tan(np.radians(angle)), fine, initial=0.0))
+        opening = cumulative_trapezoid(np.tan(np.radians(angle)), fine, initial=0.0)
+        dilation: Floats = np.interp(slip, fine, opening)
+        return dilation
 
     def _mobilised(self, slip: Floats, sigma_n: float) -> Floats:
         """Mobilised roughness angle, degrees: linear in the slip up to the peak, in its logarithm beyond."""
@@ -119,4 +121,5 @@ class Joint:
         peak = int(np.argmax(share))
         rising = np.interp(x, np.append(0.0, ratio[: peak + 1]), np.append(-self.phi_r, angle[: peak + 1]))
         falling = np.interp(np.log10(np.maximum(x, 1.0)), np.log10(ratio[peak:]), angle[peak:])
-        return np.where(x <= 1.0, rising, falling)
+        mobilised: Floats = np.where(x <= 1.0, rising, falling)
+        return mobilised

@@ -6,11 +6,15 @@ import argparse
 import math
 import sys
 import webbrowser
+from typing import TYPE_CHECKING
 
 from ... import contract
 from ...installed import needed
 from ...options import add_options, assigned
 from .model import LOGARITHMIC, OPTIONAL, VALUES
+
+if TYPE_CHECKING:
+    from bokeh.document import Document
 
 
 def add_arguments(explore: argparse.ArgumentParser) -> None:
@@ -37,9 +41,12 @@ def _run(options: argparse.Namespace) -> int:
 
     from .page import Page
 
+    def show(document: Document) -> None:
+        Page(document, values)
+
     try:
         server = Server(
-            {"/": lambda document: Page(document, values) and None},
+            {"/": show},
             port=options.port,
             address="127.0.0.1",
             num_procs=1,

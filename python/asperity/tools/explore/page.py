@@ -4,21 +4,31 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping
+from typing import Any, Literal
 
 import numpy as np
 from bokeh import models
 from bokeh.document import Document
 from bokeh.layouts import column, row
+from bokeh.models.annotations import ColorBar
+from bokeh.models.layouts import Column
+from bokeh.models.widgets.buttons import Button
+from bokeh.models.widgets.groups import RadioButtonGroup
+from bokeh.models.widgets.inputs import Select
+from bokeh.models.widgets.markups import Div, PreText
+from bokeh.models.widgets.sliders import Slider
 from bokeh.palettes import Cividis256
 from bokeh.plotting import figure
+from bokeh.transform import transform
 
 from ...contract import Floats
+from ..fit.model import MATERIAL
 from . import model
 
 BLUE, ORANGE, LOWER, UPPER = "#0072B2", "#D55E00", "#BBBBBB", "#DDDDDD"
 
 GROUPS = {
-    "Material": model.MATERIAL,
+    "Material": MATERIAL,
     "Pattern": ("sides", "theta", "flat"),
     "Load path": ("direction", "sigma_N", "slip"),
 }
@@ -41,18 +51,20 @@ class Page:
         self.waiting = False
         self.found: model.Answer | None = None
         self.sliders = {name: _slider(name, value) for name, value in values.items()}
-        self.cycle = models.Select(title="cycle", value="one cycle", options=list(model.CYCLES), name="cycle")
-        self.place = models.Slider(
+        cycles: list[str | tuple[Any, str]] = [*model.CYCLES]
+        self.cycle = Select(title="cycle", value="one cycle", options=cycles, name="cycle")
+        self.place = Slider(
             title="position on the path [%]", start=0, end=100, step=1, value=100, name="position"
         )
-        self.kind = models.RadioButtonGroup(labels=list(model.TEXTS), active=0, name="kind")
-        wrapped = ["pre {white-space: pre-wrap}"]
-        self.text = models.PreText(name="text", width=335, styles={"font-size": "11px"}, stylesheets=wrapped)
-        self.copy = models.Button(label="copy", width=80, name="copy")
+        self.kind = RadioButtonGroup(labels=list(model.TEXTS), active=0, name="kind")
+        self.text = PreText(
+            name="text", width=335, styles={"font-size": "11px"}, stylesheets=["pre {white-space: pre-wrap}"]
+        )
+        self.copy = Button(label="copy", width=80, name="copy")
         self.copy.js_on_event(
             "button_click", models.CustomJS(args={"text": self.text, "button": self.copy}, code=COPY)
         )
-        self.message = models.Div(name="message", sizing_mode="stretch_width")
+        self.message = Div(name="message", sizing_mode="stretch_width")
         names = ("slip", "tau", "s_N", "damage")
         self.curves, self.here = _source("curves", *names), _source("here", *names)
         self.planes = _source("planes", "xs", "ys", "alpha")
@@ -127,23 +139,24 @@ class Page:
         top = float(z.max()) + depth
         lower = [[*x, x[-1], x[0]], [*z, -depth, -depth]]
         upper = [[*(x + slip), x[-1] + slip, x[0] + slip], [*(z + s_N), top + s_N, top + s_N]]
-        xs, ys = zip(upper, lower, strict=True)
-        self.section.data = {"xs": [*xs], "ys": [*ys], "colour": [UPPER, LOWER]}
+        sides = {axis: [upper[i], lower[i]] for i, axis in enumerate(("xs", "ys"))}
+        self.section.data = sides | {"colour": [UPPER, LOWER]}
 
     def _show_text(self) -> None:
         if self.found is not None:
-            self.text.text = list(model.TEXTS.values())[self.kind.active](self.found.choice)
+            text_of = list(model.TEXTS.values())[self.kind.active or 0]
+            self.text.text = text_of(self.found.choice)
 
     def _say(self, kind: str, texts: list[str]) -> None:
         colour = {"error": "#B00020", "lost": "#B00020", "warning": "#555555"}[kind]
         lines = "<br>".join(html.escape(text) for text in texts)
         self.message.text = f'<div class="{kind}" style="color: {colour}">{lines}</div>'
 
-    def _layout(self) -> column:
+    def _layout(self) -> Column:
         """Sliders at the left, figures at the right."""
-        left = []
+        left: list[Div | Slider | Select] = []
         for heading, names in GROUPS.items():
-            left += [models.Div(text=f"<b>{heading}</b>"), *(self.sliders[name] for name in names)]
+            left += [Div(text=f"<b>{heading}</b>"), *(self.sliders[name] for name in names)]
         left.append(self.cycle)
         figures = [
             self._curve("tau", "traction along the slip [MPa]"),
@@ -152,14 +165,16 @@ class Page:
         ]
         text = column(row(self.kind, self.copy), self.text)
         # figures that have no room beside the others stand below them
-        wide, wrapped = {"sizing_mode": "stretch_width"}, {"flex-wrap": "wrap"}
-        bottom = row(self._plan(), self._section(), text, styles=wrapped, **wide)
-        right = column(row(*figures, styles=wrapped, **wide), self.place, bottom, **wide)
+        wrapped = {"flex-wrap": "wrap"}
+        bottom = row(self._plan(), self._section(), text, styles=wrapped, sizing_mode="stretch_width")
+        curves = row(*figures, styles=wrapped, sizing_mode="stretch_width")
+        right = column(curves, self.place, bottom, sizing_mode="stretch_width")
+        sliders = column(*left, width=300, margin=(0, 0, 0, 8))
         return column(
-            models.Div(text="<h2>A rough joint under pressure and slip</h2>"),
+            Div(text="<h2>A rough joint under pressure and slip</h2>"),
             self.message,
-            row(column(*left, width=300, margin=(0, 0, 0, 8)), right, **wide),
-            **wide,
+            row(sliders, right, sizing_mode="stretch_width"),
+            sizing_mode="stretch_width",
         )
 
     def _curve(self, name: str, label: str) -> figure:
@@ -173,27 +188,27 @@ class Page:
     def _plan(self) -> figure:
         plot = _figure("", match_aspect=True, title="planes from above, dots: the sides touch")
         colours = models.LinearColorMapper(palette=Cividis256, low=0.0, high=1.0)
-        fill = {"fill_color": {"field": "alpha", "transform": colours}}
-        plot.patches("xs", "ys", source=self.planes, line_color="white", line_width=2, **fill)
+        fill = transform("alpha", colours)
+        plot.patches("xs", "ys", source=self.planes, line_color="white", line_width=2, fill_color=fill)
         plot.scatter("x", "y", source=self.touching, color="white", line_color="black", size=11)
         plot.line("x", "y", source=self.arrow, color=ORANGE, line_width=3)
         plot.axis.visible = False
         plot.grid.visible = False
-        plot.add_layout(models.ColorBar(color_mapper=colours, title="damage", width=12), "right")
+        plot.add_layout(ColorBar(color_mapper=colours, title="damage", width=12), "right")
         return plot
 
     def _section(self) -> figure:
-        labels = {"x_axis_label": "along the slip [mm]", "y_axis_label": "N [mm]"}
         title = "section along the slip, true to scale"
-        plot = _figure("pan,wheel_zoom,reset", match_aspect=True, title=title, **labels)
+        plot = _figure("pan,wheel_zoom,reset", match_aspect=True, title=title)
+        plot.xaxis.axis_label, plot.yaxis.axis_label = "along the slip [mm]", "N [mm]"
         plot.patches("xs", "ys", source=self.section, fill_color="colour", line_color="black")
         return plot
 
 
-def _figure(tools: str, height: int = 330, **more: object) -> figure:
+def _figure(tools: str, height: int = 330, **more: Any) -> figure:
     """Figure of the width of a column; without tools it has no bar of them."""
-    location = "above" if tools else None
-    return figure(width=335, height=height, tools=tools, toolbar_location=location, **more)
+    place: Literal["above"] | None = "above" if tools else None
+    return figure(width=335, height=height, tools=tools, toolbar_location=place, **more)
 
 
 def _rows(found: model.Answer, part: slice) -> dict[str, Floats]:
@@ -202,9 +217,9 @@ def _rows(found: model.Answer, part: slice) -> dict[str, Floats]:
     return {name: values[part] for name, values in columns.items()}
 
 
-def _slider(name: str, value: float) -> models.Slider:
+def _slider(name: str, value: float) -> Slider:
     _, title, low, high, step = model.SLIDERS[name]
-    more = {"stylesheets": [".bk-slider-title {white-space: normal}"]}
+    more: dict[str, Any] = {"stylesheets": [".bk-slider-title {white-space: normal}"]}
     if name in model.LOGARITHMIC:
         value = float(np.log10(value)) if value > 0.0 else low
         number = "Number((10 ** tick).toPrecision(4)).toString()"
@@ -212,8 +227,8 @@ def _slider(name: str, value: float) -> models.Slider:
         more["format"] = models.CustomJSTickFormatter(code=f"return {none}{number}")
     elif step < 0.1:
         more["format"] = "0.000"
-    ends = {"start": min(low, value), "end": max(high, value)}
-    return models.Slider(title=title, step=step, value=value, name=name, width=280, **ends, **more)
+    start, end = min(low, value), max(high, value)
+    return Slider(title=title, step=step, value=value, name=name, width=280, start=start, end=end, **more)
 
 
 def _source(name: str, *columns: str) -> models.ColumnDataSource:

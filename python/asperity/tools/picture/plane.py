@@ -40,8 +40,9 @@ def draw_plane(
     axes = rows[0].subplots()
     for x, u, kind, cells in step.solids:
         moved = (x + scale * u)[:, :2]
-        grey = {"facecolors": "#E8E4DC", "edgecolors": "#A8A49C", "linewidths": 0.3}
-        axes.add_collection(PolyCollection(moved[cells[:, : CORNERS[kind]]], **grey))
+        outlines = list(moved[cells[:, : CORNERS[kind]]])
+        grey = PolyCollection(outlines, facecolors="#E8E4DC", edgecolors="#A8A49C", linewidths=0.3)
+        axes.add_collection(grey)
     lines = np.concatenate([(x + scale * u)[:, :, :2] for x, u in zip(step.x, step.u, strict=True)])
     if field == "name":
         numbers = np.concatenate(step.part)

@@ -83,10 +83,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def props_line(pattern: Pattern, material: Material | None) -> str:
     """PROPS of a pattern; without a material the names of its constants stand for their values."""
     if material is not None:
-        values, names = Interface(material, pattern).props(), ()
-    else:
-        values, names = contract.pack(pattern.values(), pattern.constants())[len(REQUIRED) :], REQUIRED
-    return ", ".join([*names, *(f"{value:.9g}" for value in values)])
+        return ", ".join(f"{value:.9g}" for value in Interface(material, pattern).props())
+    values = contract.pack(pattern.values(), pattern.constants())[len(REQUIRED) :]
+    return ", ".join([*REQUIRED, *(f"{value:.9g}" for value in values)])
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -36,26 +36,27 @@ def read_grid(path: Path) -> tuple[Floats, Floats, Floats, list[float]]:
             continue
         name = words[0].lower()
         good = name in NAMES and len(words) == 2 and name not in head
-        wanted = f"expected one of {', '.join(NAMES)} with a number"
         if not good:
+            wanted = f"expected one of {', '.join(NAMES)} with a number"
             raise ValueError(f"{path}: line {i}: {line.strip():.60}: {wanted}")
         head[name] = _number(path, i, words[1])
     steps = [head.get("dx", head.get("cellsize", 0.0)), head.get("dy", head.get("cellsize", 0.0))]
     counts = [head.get("ncols", 0.0), head.get("nrows", 0.0)]
-    whole = all(n >= 1.0 and n % 1.0 == 0.0 for n in counts)
-    if not whole:
+    if not all(n >= 1.0 and n % 1.0 == 0.0 for n in counts):
         raise ValueError(f"{path}: ncols, nrows = {counts}: expected whole numbers; a grid has {REQUIRED}")
     if not all(0.0 < step < np.inf for step in steps):
         raise ValueError(f"{path}: expected a cellsize > 0")
     values = [(i, word) for i, line in enumerate(lines[first:], first + 1) for word in line.split()]
     nx, ny = map(int, counts)
-    text = f"{path}: {len(values)} heights: expected {ny} rows of {nx}"
     if len(values) != nx * ny:
-        raise ValueError(text)
+        raise ValueError(f"{path}: {len(values)} heights: expected {ny} rows of {nx}")
     z = np.array([_number(path, *value) for value in values]).reshape(ny, nx)[::-1]
     starts = [head.get(f"{axis}llcenter", head.get(f"{axis}llcorner", 0.0) + 0.5 * step)
               for axis, step in zip("xy", steps, strict=True)]  # fmt: skip
-    x, y = (start + step * np.arange(n) for start, step, n in zip(starts, steps, (nx, ny), strict=True))
+    x, y = (
+        start + step * np.arange(n, dtype=float)
+        for start, step, n in zip(starts, steps, (nx, ny), strict=True)
+    )
     return x, y, z, [head["nodata_value"]] if "nodata_value" in head else []
 
 

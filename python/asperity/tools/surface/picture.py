@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import MaxNLocator
 
 from ...contract import Floats
@@ -57,7 +59,7 @@ def draw(
         _inclinations(axes["planes"], found, listed, regular, e)
     else:
         _map(axes["scan"], scan, planes, label)
-        _normals(axes["planes"], found, listed, regular)
+        _normals(cast("PolarAxes", axes["planes"]), found, listed, regular)
         _strengths(axes["strengths"], listed, regular, slips)
     name = "list" if chosen == patterns[0] else "nearest regular pattern"
     above = axes["scan"].get_title()
@@ -72,12 +74,14 @@ def _colours(planes: Planes) -> Floats:
     depth = (planes.slopes / max(planes.slopes.max(), 1.0e-12))[:, None]
     share = (0.3 + 0.7 * depth) * (depth > 0.0)
     # grey where a facet is flat
-    return share * around(planes.azimuth / (2.0 * np.pi) % 1.0)[:, :3] + (1.0 - share) * 0.85
+    colours: Floats = share * around(planes.azimuth / (2.0 * np.pi) % 1.0)[:, :3] + (1.0 - share) * 0.85
+    return colours
 
 
 def _signed(planes: Planes, e: Floats) -> Floats:
     """Inclination along a direction, degrees."""
-    return np.degrees(np.arctan(planes.gradients @ e))
+    degrees: Floats = np.degrees(np.arctan(planes.gradients @ e))
+    return degrees
 
 
 def _profile(ax: Axes, scan: Scan, planes: Planes, label: np.ndarray, e: Floats) -> None:
@@ -86,7 +90,7 @@ def _profile(ax: Axes, scan: Scan, planes: Planes, label: np.ndarray, e: Floats)
     along = _signed(planes, e)
     steepest = max(np.abs(along).max(), 1.0e-12)
     segments = np.stack([points[:-1], points[1:]], axis=1)
-    lines = LineCollection(segments, array=along[label], cmap="coolwarm", linewidths=1.6, zorder=3)
+    lines = LineCollection(list(segments), array=along[label], cmap="coolwarm", linewidths=1.6, zorder=3)
     lines.set_clim(-steepest, steepest)
     ax.plot(*points.T, color=COLOURS[3], linewidth=2.4)  # the outline is needed because flat facets are pale
     ax.add_collection(lines)
@@ -114,7 +118,7 @@ def _map(ax: Axes, scan: Scan, planes: Planes, label: np.ndarray) -> None:
     ax.set(xlabel=f"x [{scan.unit}]", ylabel=f"y [{scan.unit}]", title="\nthe {}, heights as lines")
 
 
-def _normals(ax: Axes, found: Facets, planes: Planes, regular: Planes) -> None:
+def _normals(ax: PolarAxes, found: Facets, planes: Planes, regular: Planes) -> None:
     """Draw the density of facets over azimuth and inclination, and planes as marks of proportional area."""
     top = max(found.inclination.max() * 1.02, 1.0e-3)
     places, ends = (found.azimuth % (2.0 * np.pi), found.inclination), ((0.0, 2.0 * np.pi), (0.0, top))
@@ -126,9 +130,10 @@ def _normals(ax: Axes, found: Facets, planes: Planes, regular: Planes) -> None:
         (planes, "o", COLOURS[3], "{} listed planes"),
         (regular, "s", COLOURS[0], "nearest regular, {} planes"),
     ):
-        style = {"marker": mark, "facecolors": _colours(one), "edgecolors": colour, "linewidths": 1.4}
-        sizes, text = 10.0 + 600.0 * one.gamma, text.format(len(one.gamma))
-        ax.scatter(one.azimuth, one.inclination, s=sizes, label=text, **style)
+        ax.scatter(
+            one.azimuth, one.inclination, s=10.0 + 600.0 * one.gamma, label=text.format(len(one.gamma)),
+            marker=mark, facecolors=_colours(one), edgecolors=colour, linewidths=1.4,
+        )  # fmt: skip
     ax.set_ylim(0.0, top)
     ax.set_rlabel_position(22.5)
     ax.yaxis.set_major_locator(MaxNLocator(4))
@@ -141,8 +146,8 @@ def _inclinations(ax: Axes, found: Facets, planes: Planes, regular: Planes, e: F
     """Draw the histogram of the signed inclination of the facets of a profile, and planes as sticks."""
     incl = _signed(found, e)
     top = max(np.abs(incl).max() * 1.05, 1.0e-3)
-    bars = {"bins": 41, "range": (-top, top), "weights": 100.0 * found.gamma}
-    ax.hist(incl, color="#BBBBBB", label="facets", **bars)
+    weights = 100.0 * found.gamma
+    ax.hist(incl, bins=41, range=(-top, top), weights=weights, color="#BBBBBB", label="facets")
     for one, line, mark, colour, label in (
         (planes, "-", "o", COLOURS[1], "listed planes"),
         (regular, "--", "s", COLOURS[0], f"nearest regular, {len(regular.gamma)} planes"),

@@ -71,7 +71,7 @@ class Scan:
     def lengths(self) -> Floats:
         """Sampling lengths: the largest distance of points, twice that, and so on."""
         count = int(np.floor(np.log2(self.longest / self.steps[1]))) + 1
-        return self.steps[1] * 2.0 ** np.arange(max(count, 1))
+        return self.steps[1] * 2.0 ** np.arange(max(count, 1), dtype=float)
 
     @property
     def gradient(self) -> tuple[float, float]:
@@ -87,13 +87,15 @@ class Scan:
         """Heights (ny, nx) of the average plane, zero at the first point."""
         a, b = self.gradient
         y = np.zeros(1) if self.y is None else self.y - self.y[0]
-        return np.add.outer(b * y, a * (self.x - self.x[0]))
+        z: Floats = np.add.outer(b * y, a * (self.x - self.x[0]))
+        return z
 
     @property
     def heights(self) -> Floats:
         """Distances (ny, nx) from the average plane, perpendicular to it; their mean is 0."""
         z = self.z - self.plane
-        return (z - z.mean()) / np.hypot(1.0, np.hypot(*self.gradient))
+        heights: Floats = (z - z.mean()) / np.hypot(1.0, np.hypot(*self.gradient))
+        return heights
 
     @property
     def lean(self) -> float:

@@ -271,7 +271,7 @@ def _surface(path: Path, spacing: Sequence[float] | None, unit: str) -> Scan:
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     up = normals[:, 2] * np.sign(np.nansum(normals[:, 2]))
     flawed, above = np.sum(~(up > FLATNESS * np.linalg.norm(normals, axis=1))), "0"
-    sheet = Triangulation(*points[:, :2].T, triangles)
+    sheet = Triangulation(points[:, 0], points[:, 1], triangles)
     try:
         if not flawed:  # a triangle above another one is not the one that is found at its centre
             found = sheet.get_trifinder()(*corners[..., :2].mean(axis=1).T)

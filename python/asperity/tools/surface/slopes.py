@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ... import contract
@@ -52,23 +53,27 @@ class Planes:
     @cached_property
     def slopes(self) -> Floats:
         """Tangent of the inclination, (n,)."""
-        return np.hypot(*self.gradients.T)
+        slopes: Floats = np.hypot(*self.gradients.T)
+        return slopes
 
     @property
     def azimuth(self) -> Floats:
         """Direction up the slope, (n,), radians from Tx towards Ty."""
-        return np.arctan2(self.gradients[:, 1], self.gradients[:, 0])
+        azimuth: Floats = np.arctan2(self.gradients[:, 1], self.gradients[:, 0])
+        return azimuth
 
     @property
     def inclination(self) -> Floats:
         """Angle between plane and average plane, (n,), degrees."""
-        return np.degrees(np.arctan(self.slopes))
+        inclination: Floats = np.degrees(np.arctan(self.slopes))
+        return inclination
 
     @cached_property
     def nominal(self) -> Floats:
         """Fractions of the area projected on the average plane, (n,), with sum 1."""
-        share = self.gamma * self.normals[:, 0]
-        return share / share.sum()
+        projected = self.gamma * self.normals[:, 0]
+        nominal: Floats = projected / projected.sum()
+        return nominal
 
     @cached_property
     def mean_slope(self) -> float:
@@ -253,7 +258,8 @@ def nearest_regular(found: Facets, slips: Slips | None = None, sides: int = 0, s
     if slips is None:
         raise ValueError("sides = 0: expected the slips under which sides are compared")
     tried = [_of_moments(found, m, turn) for m, turn in turns.items()]
-    errors = [_difference(Planes.of(one).slips(slips.angles, slips.mu).uphill, slips.uphill) for one in tried]
+    angles, mu, uphill = slips.angles, slips.mu, slips.uphill
+    errors = [_difference(Planes.of(pattern).slips(angles, mu).uphill, uphill) for pattern in tried]
     return next(p for p, error in zip(tried, errors, strict=True) if error <= min(errors) + AS_GOOD)
 
 
@@ -279,12 +285,14 @@ def compare(pattern: Pattern, found: Facets, slips: Slips, of_listed: Floats) ->
 def directions_of(found: Facets, start: float = 0.0, count: int = 72) -> Floats:
     """Angles (radians) of the compared slips: both directions of a profile, `count` directions of a map."""
     turn = 2 if found.profile else count
-    return np.radians(start) + 2.0 * np.pi * np.arange(turn) / turn
+    angles: Floats = np.radians(start) + 2.0 * np.pi * np.arange(turn) / turn
+    return angles
 
 
 def _turns(found: Facets, most: int) -> dict[int, float]:
     """Rotation (degrees) that agrees best with the azimuths, for each number of sides from 2 to `most`."""
-    wave = share = found.nominal * found.slopes**2
+    share = found.nominal * found.slopes**2
+    wave = share.astype(complex)
     once = found.gradients @ (1.0, 1j) / np.maximum(found.slopes, FLATNESS)
     turns = {}
     for sides in range(1, most + 1):
@@ -300,7 +308,7 @@ def _turns(found: Facets, most: int) -> dict[int, float]:
 def _of_moments(found: Facets, sides: int, turn: float) -> Pattern:
     """Regular pattern with the mean and mean square slope of the facets (2 sides: along their direction)."""
     slopes = np.abs(found.gradients @ direction_vector(turn)) if sides == 2 else found.slopes
-    mean, square = found.nominal @ slopes, found.nominal @ slopes**2
+    mean, square = float(found.nominal @ slopes), float(found.nominal @ slopes**2)
     if mean <= FLATNESS:
         return Pattern.regular(0, 0.0)
     tangent, inclined = square / mean, min(1.0, mean**2 / square)
@@ -309,10 +317,10 @@ def _of_moments(found: Facets, sides: int, turn: float) -> Pattern:
     return Pattern.regular(sides, theta, float(flat) if flat >= TIE else 0.0, turn)
 
 
-def _merged(found: Facets, label: np.ndarray) -> tuple[Floats, np.ndarray]:
+def _merged(found: Facets, label: NDArray[np.int_]) -> tuple[Floats, NDArray[np.int_]]:
     """Vector areas and labels of bins; bins below LEAST_SHARE join the nearest, bins of equal slope merge."""
     facet = found.gamma[:, None] * found.normals
-    vectors = np.column_stack([np.bincount(label, facet[:, i]) for i in range(3)])
+    vectors = np.column_stack([np.bincount(label, facet[:, i]).astype(float) for i in range(3)])
     target = np.arange(len(vectors))
     total = vectors[:, 0].sum()
     while len(alive := np.unique(target)) > 1:
@@ -336,7 +344,8 @@ def _ranks(values: Floats, weights: Floats) -> Floats:
     _, group = np.unique(np.round(values / FLATNESS), return_inverse=True)
     group = group.ravel()
     of_group = np.bincount(group, weights)
-    return ((np.cumsum(of_group) - 0.5 * of_group) / of_group.sum())[group]
+    ranks: Floats = ((np.cumsum(of_group) - 0.5 * of_group) / of_group.sum())[group]
+    return ranks
 
 
 def _difference(one: Floats, other: Floats) -> float:
