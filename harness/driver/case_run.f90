@@ -3,7 +3,7 @@
 module case_run
   use asperity_case, only: case_type, write_case
   use asperity_case_groups, only: explain_unexpected
-  use asperity_contract, only: p_tau_v
+  use asperity_contract, only: p_c, p_tau_v
   use asperity_equations, only: new_point, point_type
   use asperity_foreign_umat, only: foreign_law, umat_name
   use asperity_kinds, only: wp
@@ -199,7 +199,7 @@ contains
     failed%state%has_work = .true.
     failed%state%work = run%before%work
     timed = case%umat%given
-    if (.not. timed) timed = case%props(p_tau_v) > 0.0_wp
+    if (.not. timed) timed = case%props(p_tau_v) > 0.0_wp .or. case%props(p_c) > 0.0_wp
     allocate (failed%steps(1))
     associate (given => failed%steps(1)%given, control => run%control, arc => run%steps(run%number(1))%arc)
       do i = 1, 3

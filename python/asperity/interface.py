@@ -62,7 +62,7 @@ class Interface:
 
         s (n, 3): separation at the end, length.  state (n, nstatv), s_old (n, 3): state and separation at the
         start; None means zero, a virgin point.  s_old enters the energies, the guard and, with facets that
-        wear, their wear.  dt: duration of the increment, time, used only if tau_v > 0 and then required.
+        wear, their wear.  dt: duration of the increment, time, used only if tau_v or c > 0 and then required.
         out: arrays to which traction (n, 3), state (n, nstatv) and tangent (n, 3, 3) are written, contiguous
         doubles in C order, which the result then shows.  The state at the end may replace that at the start:
         `out[1] is state`.
@@ -101,7 +101,7 @@ class Interface:
         else:
             inputs = {"s": s, "state": start, "s_old": s_old, "aim": at, "p": water}
             traction, new, tangent = outputs(out, shapes, inputs)
-        check_given("dt", dt, self.material.tau_v)
+        check_given("dt", dt, self.material)
         duration = 0.0 if dt is None else float(dt)
         if start is not new:
             new[:] = 0.0 if start is None else start
@@ -239,7 +239,7 @@ class Interface:
     def replay(self, S: ArrayLike, times: ArrayLike | None = None) -> History:
         """Take one virgin point along separations S (T, 3), length; each of the T rows is an increment.
 
-        times (T,): ends of the increments, which start at 0, not decreasing; required if tau_v > 0.  Raises
+        times (T,): ends of increments, which start at 0, not decreasing; required if tau_v or c > 0.  Raises
         ValueError for a wrong shape and for values that are missing, not finite or too large.
 
         Examples
@@ -250,7 +250,7 @@ class Interface:
         [3.0, 0.0]
         """
         S = contract.array("S", S, ("n", 3))
-        durations = np.diff(times_of(times, len(S), self.material.tau_v), prepend=0.0)
+        durations = np.diff(times_of(times, len(S), self.material), prepend=0.0)
         if len(S) == 0:
             return self.rows(Step(increments=1))[0].after_step(1)
         step = Step(s_N=S[:, 0], s_Tx=S[:, 1], s_Ty=S[:, 2], increments=1, time=durations)
@@ -286,7 +286,7 @@ class Interface:
         preload_time; it may damage the joint and gives no row.  slips (T,), length, are then reached one
         after the other along the direction, degrees from Tx towards Ty: a row for each of them or, with a
         tolerance or follow="branch", as many rows as it takes.  times (T,): of the slips, from 0 at the end
-        of the preload, not decreasing; required if tau_v > 0.  stiffness: of the surroundings (CNS), >= 0,
+        of the preload, not decreasing; required if tau_v, c > 0.  stiffness: of the surroundings (CNS), >= 0,
         stress/length: from the start of the slip on, the normal traction changes by -stiffness times the
         change of s_N.  tolerance as in `run`; follow and arc as in `Step`.  The work of the rows includes
         that of the preload.
@@ -303,7 +303,7 @@ class Interface:
         """
         slips = contract.array("slips", slips, ("T",))
         sigma_N = contract.number("sigma_N", sigma_N, "a finite traction")
-        times = times_of(times, len(slips), self.material.tau_v)
+        times = times_of(times, len(slips), self.material)
         if not 0.0 <= preload_time < np.inf:
             raise ValueError(f"preload_time = {preload_time!r}: expected a finite time >= 0")
         each = tolerance is None and follow == "stable"

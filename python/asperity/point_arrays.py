@@ -9,17 +9,20 @@ from numpy.typing import ArrayLike
 
 from . import contract
 from .contract import Floats
+from .material import Material
 
 
-def check_given(name: str, value: object, tau_v: float) -> None:
-    """Raise ValueError for a time that is None although viscous damage needs one."""
-    if value is None and tau_v > 0.0:
-        raise ValueError(f"{name} is missing: expected for viscous damage, tau_v = {tau_v:g}")
+def check_given(name: str, value: object, material: Material) -> None:
+    """Raise ValueError for a time that is None although viscous damage or a dashpot needs one."""
+    if value is None and material.tau_v > 0.0:
+        raise ValueError(f"{name} is missing: expected for viscous damage, tau_v = {material.tau_v:g}")
+    if value is None and material.c > 0.0:
+        raise ValueError(f"{name} is missing: expected for a dashpot, c = {material.c:g}")
 
 
-def times_of(times: ArrayLike | None, rows: int, tau_v: float) -> Floats:
+def times_of(times: ArrayLike | None, rows: int, material: Material) -> Floats:
     """Times (rows,), zeros if none are given."""
-    check_given("times", times, tau_v)
+    check_given("times", times, material)
     if times is None:
         return np.zeros(rows)
     array = contract.array("times", times, (rows,))

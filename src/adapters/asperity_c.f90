@@ -85,7 +85,7 @@ contains
   function asperity_update(props, nprops, dt, n, s_old, s, aim, p, nstatv, state, traction, tangent, message, &
     size) bind(C) result(status)
     integer(c_int), value :: nprops                     !! number of constants
-    real(c_double), value :: dt                         !! duration, >= 0, time; not used if tau_v = 0
+    real(c_double), value :: dt                         !! duration, >= 0, time; not used if tau_v = c = 0
     integer(c_int), value :: n                          !! points
     integer(c_int), value :: nstatv                     !! state variables per point
     type(c_ptr), value :: props                         !! double[nprops] material constants

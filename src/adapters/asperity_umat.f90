@@ -3,8 +3,9 @@
 !> docs/reference/contract.md describes PROPS, STATEV and the component orders. DDSDDE is the consistent tangent; it is
 !> unsymmetric (Abaqus: UNSYMM). Hosts may pass NULL for the optional arguments. SSE, SPD and SCD are written, but never
 !> read. STRESS is read only at the first call of a point (STATEV 5 is 0), as the initial traction. DTIME is read only
-!> for viscous damage (PROPS 13), PREDEF and DPRED only for water (PROPS 23). STRESS is the total traction: the law acts
-!> on it without the water pressure. A rejected call fills STRESS and DDSDDE with NaN and does not change STATEV.
+!> for viscous damage (PROPS 13) and the dashpot (PROPS 24), PREDEF and DPRED only for water (PROPS 23). STRESS is the
+!> total traction: the law acts on it without the water pressure. A rejected call fills STRESS and DDSDDE with NaN and does
+!> not change STATEV.
 subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
@@ -35,7 +36,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   real(wp), intent(in) :: props(nprops)          !! material constants
   character(len=*), intent(in) :: cmname         !! material name, not used (Kratos passes one character)
   real(wp), intent(inout), optional :: pnewdt    !! increment factor, written only to request a cut
-  real(wp), intent(in), optional :: dtime        !! time increment, required for viscous damage
+  real(wp), intent(in), optional :: dtime        !! time increment, required for viscous damage or a dashpot
   real(wp), intent(in), optional :: predef(*)    !! predefined fields at the start, required for water
   real(wp), intent(in), optional :: dpred(*)     !! their increments
   ! the following arguments are not used, and NULL in some hosts

@@ -22,7 +22,7 @@ contains
     real(wp), intent(inout) :: state(joint%n_statev)   !! STATEV, start -> end
     real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
     real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
-    real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
+    real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v or c > 0), time; absent: 0
     real(wp), intent(in), optional :: wearing          !! part of the wear that is done, 0 to 1; absent: 1
     if (instruction_set() >= 3 .and. joint%pattern%n > narrow) then
       call update_v3(joint, s_old, s, state, traction, tangent, dt, wearing)

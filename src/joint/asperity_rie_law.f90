@@ -52,7 +52,7 @@ contains
       law%stiffest = max(m%k_n, m%k_t, m%k_c)
       law%stiffens = m%bends
       law%stress = m%k_n*m%s0
-      law%rate_dependent = m%tau_v > 0.0_wp
+      law%rate_dependent = m%tau_v > 0.0_wp .or. m%damps
       law%wears = m%inv_w0 > 0.0_wp
       law%jumps = m%curved .or. m%guard
     end associate
@@ -60,12 +60,15 @@ contains
     law%bound = separation_bound(joint)
   end function new_rie_law
 
-  !> The law of an interface without viscous damage and wear by work: its state does not depend on time or increments.
+  !> The law of an interface without viscous damage, dashpot and wear by work: its state does not depend on time or
+  !> increments.
   pure function rate_independent_law(joint) result(law)
     type(interface_type), intent(in) :: joint   !! material and pattern
     type(rie_law) :: law
     law = new_rie_law(joint)
     law%joint%material%tau_v = 0.0_wp
+    law%joint%material%damping = 0.0_wp
+    law%joint%material%damps = .false.
     law%joint%material%inv_w0 = 0.0_wp
     law%rate_dependent = .false.
     law%wears = .false.
@@ -258,6 +261,8 @@ contains
     character(len=:), allocatable, intent(inout) :: message   !! one line per reason is appended
     associate (m => law%joint%material)
       if (m%tau_v > 0.0_wp) call append(message, place // "tau_v = " // to_text(m%tau_v) // &
+        ": expected 0, as no time passes on a branch")
+      if (m%damps) call append(message, place // "c = " // to_text(m%damping) // &
         ": expected 0, as no time passes on a branch")
       if (m%inv_w0 > 0.0_wp) call append(message, place // "W0 = " // to_text(1.0_wp/m%inv_w0) // &
         ": expected 0, as wear depends on the increments")

@@ -47,7 +47,8 @@ contains
     call update_rows(block, 1, n, to(:, :n), frozen(:, :n), unused(:, :n), by_rows, from(:, :n))
     do i = 1, n
       k = first + i - 1
-      call frozen_response(joint, to(:, i), s(:, k), start(:, i), frozen(:, i), traction(:, k), d)
+      call frozen_response(joint, block%growth%lag, from(:, i), to(:, i), s(:, k), start(:, i), frozen(:, i), &
+        traction(:, k), d)
       if (present(tangent)) tangent(:, :, k) = d
     end do
   end subroutine update_aimed
@@ -56,18 +57,21 @@ contains
   !>
   !> The separation of the contact is linear in s about the aim. The trial stress beyond the bound is projected on the
   !> circle with the radius mu p: the friction of Tresca. Contact is unilateral, its pressure that of s.
-  pure subroutine frozen_response(joint, aim, s, start, frozen, traction, tangent)
+  !> With a dashpot, pressure and friction are those of spring and dashpot together.
+  pure subroutine frozen_response(joint, lag, s_old, aim, s, start, frozen, traction, tangent)
     type(interface_type), intent(in) :: joint             !! material and pattern
+    real(wp), intent(in) :: lag                           !! c/(K_c dt) of the dashpot
+    real(wp), intent(in) :: s_old(3)                      !! separation at the start, length
     real(wp), intent(in) :: aim(3)                        !! separation (N, Tx, Ty) of the frozen variables, length
     real(wp), intent(in) :: s(3)                          !! separation at the end, length
     real(wp), intent(in) :: start(joint%n_statev)         !! STATEV at the start of the increment
     real(wp), intent(in) :: frozen(joint%n_statev)        !! STATEV that the law gives at the aim
     real(wp), intent(out) :: traction(3)                  !! traction (N, Tx, Ty), stress
     real(wp), intent(out) :: tangent(3, 3)                !! d traction_i/d s_j, stress/length
-    type(kinematics_type) :: at
+    type(kinematics_type) :: at, before
     real(wp), dimension(3) :: bond, contact, damaged, offset, undamaged
     real(wp) :: across(3), axes(3, 3), along(3), part(3, 3)
-    real(wp) :: alpha, bound, direction(2), elastic(2), factor, trial, weight
+    real(wp) :: alpha, bound, direction(2), elastic(2), factor, p, stiffness, trial, weight
     integer :: i, j, k
     traction = 0.0_wp
     tangent = 0.0_wp
@@ -76,35 +80,38 @@ contains
       i = plane_statev(k)
       alpha = frozen(i)
       at = plane_kinematics(joint, k, aim + offset, frozen)
+      before = plane_kinematics(joint, k, s_old + offset, start)
       axes = plane_axes(joint%pattern, k)
       bond = matmul(axes, s + offset)
       contact = at%contact + matmul(at%gradient, s - aim)
-      elastic = contact(2:3) - start(i + 1:i + 2)
+      elastic = contact(2:3) - start(i + 1:i + 2) + lag*(contact(2:3) - before%contact(2:3))
       trial = hypot(elastic(1), elastic(2))
       direction = elastic/(trial + tiny(trial))
-      bound = joint%material%mu*pressure(joint%material, local_of(at%contact))
+      call contact_response(joint%material, lag, before%contact, at%contact, p, stiffness)
+      bound = joint%material%mu*p
       ! a contact that is open at the aim has no friction
       if (trial <= bound .and. at%contact(1) <= 0.0_wp) then
-        factor = 1.0_wp
+        factor = 1.0_wp + lag
         along = at%gradient(2, :)
         across = at%gradient(3, :)
       else
         elastic = min(trial, bound)*direction
-        factor = min(trial, bound)/(trial + tiny(trial))
+        factor = (1.0_wp + lag)*(min(trial, bound)/(trial + tiny(trial)))
         along = 0.0_wp
         across = direction(1)*at%gradient(3, :) - direction(2)*at%gradient(2, :)
       end if
       associate (m => joint%material, g => at%gradient)
         weight = joint%pattern%gamma(k)*m%k_t
         undamaged = [m%kn_kt*opening(local_of(bond)) - pressure(m, local_of(bond)), bond(2:3)]
-        damaged = [-pressure(m, local_of(contact)), elastic]
+        call contact_response(m, lag, before%contact, contact, p, stiffness)
+        damaged = [-p, elastic]
         ! in steps, as gfortran takes a sum with a product of matrices for a reallocation
         undamaged = matmul(undamaged, axes)
         damaged = matmul(damaged, g)
         do j = 1, 3
           part(:, j) = (1.0_wp - alpha)*(normal_stiffness(m, bond(1), m%kn_kt)*axes(1, :)*axes(1, j) + &
-            axes(2, :)*axes(2, j) + axes(3, :)*axes(3, j)) + alpha*(normal_stiffness(m, contact(1), 0.0_wp)*g(1, :)* &
-            g(1, j) + factor*(along*along(j) + across*across(j)))
+            axes(2, :)*axes(2, j) + axes(3, :)*axes(3, j)) + alpha*(stiffness*g(1, :)*g(1, j) + &
+            factor*(along*along(j) + across*across(j)))
         end do
       end associate
       traction = traction + weight*((1.0_wp - alpha)*undamaged + alpha*damaged)
@@ -115,6 +122,17 @@ contains
       tangent(j + 1:, j) = tangent(j, j + 1:)
     end do
   end subroutine frozen_response
+
+  !> Pressure of a contact, with that of a dashpot, and its normal stiffness, over k_t.
+  pure subroutine contact_response(m, lag, start, contact, p, stiffness)
+    type(material_type), intent(in) :: m             !! constants
+    real(wp), intent(in) :: lag                      !! c/(K_c dt) of the dashpot
+    real(wp), intent(in) :: start(3), contact(3)     !! separation of the contact at start and end, length
+    real(wp), intent(out) :: p, stiffness            !! over k_t
+    p = pressure(m, local_of(contact))
+    stiffness = normal_stiffness(m, contact(1), 0.0_wp)
+    if (lag > 0.0_wp) call add_dashpot(m, lag, local_of(start), local_of(contact), p, stiffness)
+  end subroutine contact_response
 
   !> Normal stiffness of bond or contact, over k_t; where it just touches, that of the bond (as straight_tangent).
   pure function normal_stiffness(m, normal, open) result(stiffness)

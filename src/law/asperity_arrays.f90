@@ -47,7 +47,7 @@ contains
     integer, intent(out) :: failed                                !! number of the first bad point, 0: none
     real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
     real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
-    real(wp), intent(in), optional :: dt                          !! duration, required if tau_v > 0, time
+    real(wp), intent(in), optional :: dt                          !! duration, required if tau_v or c > 0, time
     logical, intent(in), optional :: by_rows                      !! true: tangent(j, i, :), as C and Python store it
     real(wp), intent(in), optional, contiguous :: aim(:, :)       !! (3, n) separation of frozen variables, absent: none
     real(wp), intent(in), optional, contiguous :: p(:)            !! (n) water pressure: tractions are total; absent: 0

@@ -5,7 +5,7 @@ module asperity_block_double
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
-  use asperity_material, only: damage_weight, double_material_type => material_type, material_type
+  use asperity_material, only: damage_weight, damping_lag, double_material_type => material_type, material_type
   use asperity_pattern, only: pattern_type
   use asperity_types_double, only: block_type, chunk, growth_type, largest_energy, largest_separation, plane_type, &
     points_type, vector_type
@@ -22,7 +22,7 @@ contains
     type(interface_type), intent(in) :: joint   !! material and pattern in double precision
     type(block_type), intent(out) :: block      !! the same in kind wp, defined if status is 0
     integer, intent(out) :: status              !! 0 or status_props
-    real(real64), intent(in), optional :: dt    !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
+    real(real64), intent(in), optional :: dt    !! duration, >= 0 (used only if tau_v or c > 0), time; absent: 0
     status = status_ok
     call set_block(joint, joint%material, block, dt)
   end subroutine new_block

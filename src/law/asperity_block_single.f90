@@ -4,7 +4,7 @@ module asperity_block_single
   use asperity_block_kernel_single, only: columns_bounded, update_block
   use asperity_contract, only: status_ok, status_props
   use asperity_interface, only: interface_type
-  use asperity_material, only: damage_weight, double_material_type => material_type, representable
+  use asperity_material, only: damage_weight, damping_lag, double_material_type => material_type, representable
   use asperity_pattern, only: pattern_type
   use asperity_types_single, only: block_type, chunk, growth_type, largest_energy, largest_separation, material_type, &
     plane_type, points_type, vector_type
@@ -21,7 +21,7 @@ contains
     type(interface_type), intent(in) :: joint   !! material and pattern in double precision
     type(block_type), intent(out) :: block      !! the same in kind wp, defined if status is 0
     integer, intent(out) :: status              !! 0 or status_props
-    real(real64), intent(in), optional :: dt    !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
+    real(real64), intent(in), optional :: dt    !! duration, >= 0 (used only if tau_v or c > 0), time; absent: 0
     status = status_props
     if (.not. representable(joint%material, joint%pattern%steepest, real(largest_separation, real64), &
       [real(tiny(1.0_wp), real64), real(huge(1.0_wp), real64)], dt)) return
@@ -40,6 +40,7 @@ contains
     m%bends = source%bends
     m%general = source%general
     m%wears = source%wears
+    m%damps = source%damps
   end function material_of
 
   !> A number >= 0 in this kind, at most its largest number.

@@ -9,6 +9,7 @@ module asperity_call_checks
     status_ok, status_props, status_separation, status_size, status_state, status_time
   use asperity_interface, only: interface_type, new_interface, separation_bound, slip_bound
   use asperity_kinds, only: wp
+  use asperity_material, only: damping_lag, largest_lag
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
@@ -96,16 +97,17 @@ contains
     end do
   end subroutine explain_state
 
-  !> Whether the duration of an increment is admissible; without viscous damage (tau_v = 0) every duration is.
+  !> Whether the duration of an increment is admissible; without viscous damage and dashpot every duration is.
   pure function time_status(joint, dt) result(status)
     type(interface_type), intent(in) :: joint       !! the interface
     real(wp), intent(in), optional :: dt            !! duration, any bits, time
     integer :: status                               !! 0 or status_time
     logical :: good
-    good = .not. joint%material%tau_v > 0.0_wp
+    good = .not. (joint%material%tau_v > 0.0_wp .or. joint%material%damps)
     if (present(dt) .and. .not. good) then
       good = bounded(dt, huge(1.0_wp))
       if (good) good = dt >= 0.0_wp
+      if (good .and. dt > 0.0_wp) good = damping_lag(joint%material, dt) < largest_lag
     end if
     status = merge(status_ok, status_time, good)
   end function time_status
@@ -118,8 +120,11 @@ contains
     real(wp), intent(in), optional :: dt                       !! duration, any bits, time
     character(len=:), allocatable :: wanted
     if (time_status(joint, dt) == status_ok) return
-    call set_text(wanted, ": expected a finite time increment >= 0 (viscous damage, tau_v = " // &
+    call set_text(wanted, ": expected a finite time increment >= 0")
+    if (joint%material%tau_v > 0.0_wp) call set_text(wanted, wanted // " (viscous damage, tau_v = " // &
       to_text(joint%material%tau_v) // ")")
+    if (joint%material%damps) call set_text(wanted, wanted // " (dashpot, c = " // to_text(joint%material%damping) // &
+      ": 0, or more than 1e-10 c/(kc Kn))")
     if (present(dt)) then
       call append(message, name // " = " // to_text(dt) // wanted)
     else

@@ -13,7 +13,8 @@ module asperity_contract
   ! --- PROPS ---------------------------------------------------------------------------------------------------------
   integer, parameter, public :: p_sigma0 = 1, p_gc = 2, p_eta = 3, p_mu = 4, p_theta = 5, p_m = 6, p_flat = 7, &
     p_turn = 8, p_h = 9, p_map = 10, p_sigma02 = 11, p_gc2 = 12, p_tau_v = 13, p_dalpha = 14, p_r = 15, &
-    p_kc = 16, p_guard = 17, p_height = 18, p_w0 = 19, p_damage0 = 20, p_closure = 21, p_crush = 22, p_water = 23
+    p_kc = 16, p_guard = 17, p_height = 18, p_w0 = 19, p_damage0 = 20, p_closure = 21, p_crush = 22, p_water = 23, &
+    p_c = 24
   !> PROPS before the listed planes, and how many of them have no default. The last ones are reserved: a new constant
   !> takes one of them, so that the listed planes of existing decks keep their place.
   integer, parameter, public :: n_fixed_props = 32, n_required_props = 4
@@ -33,7 +34,7 @@ module asperity_contract
     character(len=8) :: name          !! symbol
     character(len=8) :: owner         !! what it belongs to: law, pattern, host or numerics; or reserved
     character(len=64) :: meaning      !! one line
-    character(len=14) :: unit         !! in the user's consistent set
+    character(len=18) :: unit         !! in the user's consistent set
     character(len=40) :: admissible   !! what an error message says was expected
     real(wp) :: lower                 !! smallest admissible value
     real(wp) :: upper                 !! largest admissible value
@@ -118,7 +119,8 @@ module asperity_contract
               inclined=.true., shown_by="tests at several pressures"), &
     prop_type("water", "host", "number of the field that is the water pressure (0: none)", "-", &
               "0 or a whole number up to 1000", 0.0_wp, 1.0e3_wp, 0.0_wp, [0.0_wp, 1.0_wp], "whole"), &
-    prop_type("slot24", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
+    prop_type("c", "law", "dashpot on the closed contact; 0: none", "stress*time/length", ">= 0 (at most 1e50)", &
+              0.0_wp, large, 0.0_wp, [1.0e-3_wp, 1.0e3_wp], "log", on_branch=.false.), &
     prop_type("slot25", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
     prop_type("slot26", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
     prop_type("slot27", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
@@ -145,7 +147,7 @@ module asperity_contract
   type :: statev_type
     character(len=10) :: name      !! symbol
     character(len=64) :: meaning   !! one line
-    character(len=14) :: unit      !! in the user's consistent set
+    character(len=18) :: unit      !! in the user's consistent set
   end type statev_type
 
   type(statev_type), parameter, public :: statev_table(n_point_statev + n_plane_statev + n_facet_statev) = [ &

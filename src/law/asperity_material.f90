@@ -1,16 +1,20 @@
 !> Material of one plane: the constants of the law derived from sigma0, Gc, eta, mu (paper, Section 2.2).
 module asperity_material
-  use asperity_contract, only: n_fixed_props, p_closure, p_crush, p_damage0, p_eta, p_gc, p_gc2, p_guard, p_height, &
-    p_kc, p_mu, p_sigma0, p_sigma02, p_tau_v, p_w0
+  use asperity_contract, only: n_fixed_props, p_c, p_closure, p_crush, p_damage0, p_eta, p_gc, p_gc2, p_guard, &
+    p_height, p_kc, p_mu, p_sigma0, p_sigma02, p_tau_v, p_w0
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: numbers_type, material_type, new_material, damage_weight, joint_constants, representable
+  public :: numbers_type, material_type, new_material, damage_weight, damping_lag, joint_constants, representable
 
   include "asperity_constants.inc"
 
   !> Share of the largest closure up to which the pressure is a hyperbola; beyond it goes on along its tangent.
   real(wp), parameter, public :: largest_closure_share = 0.99_wp
+
+  !> Largest stress of the dashpot over that of the spring, for the same change in an increment: with more the closure
+  !> would lose its digits.
+  real(wp), parameter, public :: largest_lag = 1.0e10_wp
 
   !> PROPS of a joint without bond, which kn and ks give. The values of mode II are those of mode I.
   integer, parameter, public :: joint_props(7) = [p_sigma0, p_gc, p_eta, p_kc, p_sigma02, p_gc2, p_damage0]
@@ -74,7 +78,9 @@ contains
       material%linear_from = largest_closure_share*props(p_closure)
     end if
     material%bends = props(p_closure) > 0.0_wp
-    material%general = material%curved .or. material%bends
+    material%damping = props(p_c)
+    material%damps = material%damping > 0.0_wp
+    material%general = material%curved .or. material%bends .or. material%damps
   end subroutine new_material
 
   !> Whether a real kind represents the constants, their squares and the energies at the largest separation. The factor
@@ -87,21 +93,23 @@ contains
     real(wp), intent(in), optional :: dt          !! duration, >= 0, time; absent: 0
     logical :: yes
     real(wp), parameter :: factor = 1.0e3_wp
-    real(wp) :: most, reach, stiffer, values(10)
+    real(wp) :: lag, most, reach, stiffer, values(12)
     yes = .false.
     most = sqrt(range(2))
-    values = [material%mu, material%mu*material%kc_kt, damage_weight(material, dt)*material%inv_eta, material%k_n, &
-      material%k_t, material%k_c, material%inv_s01_2, material%inv_s02_2, material%kn_kt, material%kc_kt]
+    lag = damping_lag(material, dt)
+    values = [material%mu, material%mu*material%kc_kt, damage_weight(material, dt)*material%inv_eta, lag, &
+      lag*material%kc_kt, material%k_n, material%k_t, material%k_c, material%inv_s01_2, material%inv_s02_2, &
+      material%kn_kt, material%kc_kt]
     reach = largest_separation*material%s0
-    if (any(values > most) .or. any(values(4:) < sqrt(range(1)))) return
-    stiffer = 1.0_wp
+    if (any(values > most) .or. any(values(6:) < sqrt(range(1)))) return
+    stiffer = 1.0_wp + lag
     if (material%bends) then
       ! the stiffness of a contact that is almost closed, and the share of the largest closure
-      stiffer = 1.0_wp/(1.0_wp - largest_closure_share)**2
+      stiffer = lag + 1.0_wp/(1.0_wp - largest_closure_share)**2
       if (stiffer*max(reach*material%inv_largest_closure, material%kc_kt) > most) return
     end if
-    if (factor*max(1.0_wp, material%mu)*maxval([material%k_n, material%k_t, stiffer*material%k_c])*reach**2 > &
-      range(2)) return
+    if (factor*max(1.0_wp, material%mu)*maxval([material%k_n, (1.0_wp + lag)*material%k_t, stiffer*material%k_c])* &
+      reach**2 > range(2)) return
     if (material%curved) then
       if (max(material%inv_w0, material%kt_crush, material%height, slope**2) > most) return
       ! the square of the pressure over `crush`
@@ -124,5 +132,21 @@ contains
     ! this form of r/(1 + r) cannot overflow
     if (present(dt) .and. material%tau_v > 0.0_wp) weight = dt/(material%tau_v + dt)
   end function damage_weight
+
+  !> Stress of the dashpot of a contact over that of its spring, for the same change in an increment of duration dt:
+  !> c/(K_c dt), at most largest_lag. It is 0 without a dashpot or a duration.
+  pure function damping_lag(material, dt) result(lag)
+    type(material_type), intent(in) :: material   !! constants
+    real(wp), intent(in), optional :: dt          !! duration, >= 0, time; absent: 0
+    real(wp) :: lag
+    lag = 0.0_wp
+    if (.not. material%damps .or. .not. present(dt)) return
+    if (.not. dt > 0.0_wp) return
+    ! k_c dt may leave the range of a double
+    associate (stress => material%damping/max(dt, 1.0_wp), stiffness => material%k_c*min(dt, 1.0_wp))
+      lag = largest_lag
+      if (stress < largest_lag*stiffness) lag = stress/stiffness
+    end associate
+  end function damping_lag
 
 end module asperity_material

@@ -20,7 +20,7 @@ contains
     real(wp), intent(out), contiguous :: state(:)      !! STATEV at the end, same size
     real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
     real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
-    real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v > 0), time; absent: 0
+    real(wp), intent(in), optional :: dt               !! duration, >= 0 (used only if tau_v or c > 0), time; absent: 0
     real(wp), intent(in), optional :: wearing          !! part of the wear that is done, 0 to 1; absent: 1
     state = state_old
     call update_point_in_place(joint, s_old, s, state, traction, tangent, dt, wearing)

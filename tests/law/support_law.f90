@@ -2,9 +2,9 @@
 !> values.
 module support_law
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_contract, only: n_fixed_props, n_plane_statev, n_point_statev, p_closure, p_crush, p_damage0, p_eta, &
-    p_flat, p_gc, p_gc2, p_guard, p_height, p_kc, p_m, p_mu, p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, p_w0, &
-    prop_table, status_ok
+  use asperity_contract, only: n_fixed_props, n_plane_statev, n_point_statev, p_c, p_closure, p_crush, p_damage0, &
+    p_eta, p_flat, p_gc, p_gc2, p_guard, p_height, p_kc, p_m, p_mu, p_sigma0, p_sigma02, p_tau_v, p_theta, p_turn, &
+    p_w0, prop_table, status_ok
   use asperity_interface, only: interface_type, new_interface
   use asperity_errors, only: error_type, errors_type
   use asperity_kinds, only: wp
@@ -33,7 +33,7 @@ module support_law
   real(wp), parameter, public :: infinity = transfer(int(z"7FF0000000000000", int64), 1.0_wp)
 
   !> Kinds of interfaces: those of the paper, then those with further constants. Time of an increment of all kinds.
-  integer, parameter, public :: n_plain = 14, n_kinds = 26
+  integer, parameter, public :: n_plain = 14, n_kinds = 28
   real(wp), parameter, public :: kind_dt = 0.1_wp
 
 contains
@@ -77,7 +77,8 @@ contains
   end function listed_interface
 
   !> Interface of every kind: flat, regular, listed; stiff contact, separate mode II values, frictionless, nearly
-  !> brittle; then facets that wear or are crushed, hyperbolic closure, damage from the start, guard, viscosity, all.
+  !> brittle; then facets that wear or are crushed, hyperbolic closure, damage from the start, guard, viscosity, all of
+  !> these; then a dashpot, alone and with all.
   function kind_of(i) result(joint)
     integer, intent(in) :: i   !! 1..n_kinds
     type(interface_type) :: joint
@@ -132,9 +133,14 @@ contains
       joint = rp_4([p_crush, p_kc], [2.0_wp, 20.0_wp])
     case (25)
       joint = rp_4([p_crush, p_kc, p_height, p_damage0], [1.0_wp, 50.0_wp, 0.3_wp, 1.0_wp])
-    case default
+    case (26)
       joint = rp_4([p_closure, p_damage0, p_kc, p_height, p_w0, p_crush, p_guard, p_tau_v, p_sigma02, p_gc2], &
         [3.0_wp*s0, 0.3_wp, 2.0_wp, 0.3_wp, 0.5_wp, 3.0_wp, 1.0_wp, 0.3_wp, 4.0_wp, 0.6_wp])
+    case (27)
+      joint = rp_4([p_c, p_kc, p_damage0], [8.0_wp, 5.0_wp, 0.5_wp])
+    case default
+      joint = rp_4([p_closure, p_damage0, p_kc, p_height, p_w0, p_crush, p_guard, p_tau_v, p_sigma02, p_gc2, p_c], &
+        [3.0_wp*s0, 0.3_wp, 2.0_wp, 0.3_wp, 0.5_wp, 3.0_wp, 1.0_wp, 0.3_wp, 4.0_wp, 0.6_wp, 2.0_wp])
     end select
   end function kind_of
 

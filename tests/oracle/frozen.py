@@ -33,21 +33,33 @@ def law(
     _, slip = reference._histories(parameters, state, len(weights))
     straight, contact, facet = reference._kinematics(parameters, frame, aim + offset, omega)
     gradient = np.broadcast_to(frame, (*straight.shape, 3)) if facet is None else facet.gradient
+    begin = reference._start(parameters, pattern, s_old, state)
+    p, pull, rate = reference._pressure(parameters, contact), np.zeros_like(slip), 0.0
+    if parameters.c > 0.0 and dt > 0.0:
+        p, pull, rate = reference._viscous(parameters, begin, contact, dt)
+    stiff, was_closed = parameters.Kt + rate, reference._closure(parameters, begin.contact)[0]
     # slip at which the friction reaches its bound
-    most = parameters.mu * reference._pressure(parameters, contact) / parameters.Kt
+    most = parameters.mu * p / stiff
 
     def energy(s: Floats) -> Floats:
         """Energy (n,) at a complex separation."""
         bond = np.einsum("kab,nb->nka", frame, s + offset)
         touch = contact + np.einsum("nkab,nb->nka", gradient, s - aim)
-        shear = ((touch[..., 1:] - slip) ** 2).sum(-1)
+        shear = ((touch[..., 1:] - slip - pull / stiff) ** 2).sum(-1)
         slides = shear.real > most**2
         size = np.sqrt(np.where(slides, shear, 1.0))
         rubbed = np.where(slides, most * size - 0.5 * most**2, 0.5 * shear)
         opened = np.where(bond[..., 0].real > 0.0, bond[..., 0], 0.0)
         bonded = 0.5 * parameters.Kn * opened**2 + reference._closing(parameters, bond)
         bonded = bonded + 0.5 * parameters.Kt * (bond[..., 1:] ** 2).sum(-1)
-        damaged = reference._closing(parameters, touch) + parameters.Kt * rubbed
+        pressed = reference._closing(parameters, touch)
+        if rate > 0.0:
+            # the pressure is that of a spring and a dashpot, or zero
+            closing = reference._closure(parameters, touch)[0] - was_closed
+            pushes = reference._pressure(parameters, touch) + parameters.c / dt * closing
+            pressed = np.where(pushes.real > 0.0, pressed + 0.5 * parameters.c / dt * closing**2, 0.0)
+            pressed = np.where(touch[..., 0].real <= 0.0, pressed, 0.0)
+        damaged = pressed + stiff * rubbed
         return ((1.0 - alpha) * bonded + alpha * damaged) @ weights
 
     def traction(s: Floats) -> Floats:

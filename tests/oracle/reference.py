@@ -55,7 +55,8 @@ class Parameters:
     rupture energy would decrease; height: asperity height H, length, 0 for unbounded dilation; W0: frictional
     work per unit area of a facet that wears the facet to 37 %, stress*length, 0 for no wear; crush: pressure
     that crushes a facet to log(2), stress, 0 for none; damage0: damage of every plane from the start;
-    closure: largest closure of the hyperbolic contact, length, 0 for linear.
+    closure: largest closure of the hyperbolic contact, length, 0 for linear; c: dashpot on the closed
+    contact, stress*time/length, 0 for none, along the plane in the ratio of the stiffnesses.
     """
 
     sigma0: float
@@ -72,6 +73,7 @@ class Parameters:
     crush: float = 0.0
     damage0: float = 0.0
     closure: float = 0.0
+    c: float = 0.0
 
     @property
     def sf(self) -> float:
@@ -186,7 +188,8 @@ def update(
     """One increment of the law from (s_old, state) to the total separation s, (22)-(39).
 
     s and s_old are (..., 3), state is as long as ``virgin`` makes it; None means zero.  Leading axes are
-    independent points.  dt is the duration of the increment, which has an effect only if tau_v > 0.  The
+    independent points.  dt is the duration of the increment, which has an effect only if tau_v or c > 0; at
+    a duration of 0 the dashpot does not act.  The
     guard uses the mean of the energy release Y at the start and at the end.
     """
     gamma = pattern[1]
@@ -206,16 +209,22 @@ def update(
     strength_before = parameters.mu * start.alpha * _pressure(parameters, start.contact)
     strength = parameters.mu * alpha * _pressure(parameters, end.contact)
     friction = 0.5 * (strength_before + strength) * np.linalg.norm(slip - start.slip, axis=-1)
-    drive = _driving_force(parameters, end.facet, alpha, end.tau_d)
+    damping = np.zeros_like(friction)
+    if parameters.c > 0.0:
+        friction, damping = _damped(parameters, start, end, dt)
+    drive = _driving_force(parameters, end.facet, alpha, end.tau_d, end.p)
     omega_old, work_old = _wear_histories(state, len(gamma))
-    wear = 0.5 * (np.maximum(start.drive, 0.0) + np.maximum(drive, 0.0)) * (end.omega - omega_old)
+    springs = parameters.Kt * (end.contact[..., 1:] - slip)
+    elastic = _driving_force(parameters, end.facet, alpha, springs, _pressure(parameters, end.contact))
+    wear = 0.5 * (np.maximum(start.drive, 0.0) + np.maximum(elastic, 0.0)) + (drive - elastic)
+    wear = np.maximum(wear, 0.0) * (end.omega - omega_old)
     work = work_old + np.where(drive > 0.0, friction, 0.0)
 
     out = np.empty(state.shape)
     out[..., 0] = (gamma * alpha).sum(-1)
     out[..., 1] = (gamma * _stored(parameters, end.straight, end.contact, alpha, slip)).sum(-1)
     out[..., 2] = state[..., 2] + (gamma * 0.5 * end.release * (alpha - start.alpha)).sum(-1)
-    out[..., 3] = state[..., 3] + (gamma * (friction + wear)).sum(-1)
+    out[..., 3] = state[..., 3] + (gamma * (friction + wear + damping)).sum(-1)
     out[..., 4] = 1.0
     out[..., 5:8] = start.offset
     planes = np.concatenate([alpha[..., None], slip], axis=-1)
@@ -278,7 +287,10 @@ class _Start:
 
 @dataclass(frozen=True)
 class _End:
-    """End of an increment: what the law makes of a separation.  release: the sum of Y at both ends."""
+    """End of an increment: what the law makes of a separation.
+
+    release: the sum of Y at both ends; p: pressure of the contact, with that of the dashpot.
+    """
 
     straight: Floats
     contact: Floats
@@ -290,6 +302,7 @@ class _End:
     branch: NDArray[np.int8]
     release: Floats
     traction: Floats
+    p: Floats
 
 
 def _start(parameters: Parameters, pattern: Pattern, s_old: Floats, state: Floats) -> _Start:
@@ -299,7 +312,8 @@ def _start(parameters: Parameters, pattern: Pattern, s_old: Floats, state: Float
     omega, work = _wear_histories(state, len(frame))
     straight, contact, facet = _kinematics(parameters, frame, s_old + offset, omega)
     tau_d = parameters.Kt * (contact[..., 1:] - slip)
-    drive = _driving_force(parameters, facet, alpha, tau_d)
+    p = None if facet is None else _pressure(parameters, contact)
+    drive = _driving_force(parameters, facet, alpha, tau_d, p)
     if parameters.W0 > 0.0:
         omega = np.where(drive > 0.0, np.maximum(omega, -np.expm1(-work / parameters.W0)), omega)
     return _Start(frame, pattern[1], offset, alpha, slip, straight, contact, drive, omega)
@@ -310,7 +324,11 @@ def _end(parameters: Parameters, start: _Start, s: Floats, dt: float, known: Flo
     s = s + start.offset
     omega = _omega(parameters, start, s, known)
     straight, contact, facet = _kinematics(parameters, start.frame, s, omega)
-    tau_d, slip, branch = _friction(parameters, contact, start.slip)
+    p = _pressure(parameters, contact)
+    pull, rate = np.zeros_like(contact[..., 1:]), 0.0
+    if parameters.c > 0.0 and dt > 0.0:
+        p, pull, rate = _viscous(parameters, start, contact, dt)
+    tau_d, slip, branch = _friction(parameters, contact, start.slip, p, pull, rate)
     release = _release_rate(parameters, start.straight, start.contact, start.slip)
     release = release + _release_rate(parameters, straight, contact, slip)
     alpha = _damage(parameters, straight, start.alpha, dt)
@@ -321,14 +339,14 @@ def _end(parameters: Parameters, start: _Start, s: Floats, dt: float, known: Flo
     # local tractions of the undamaged part (11) and of the damaged part (13), (23), weighted by (22)
     normal = parameters.Kn * _positive(straight[..., 0]) - _pressure(parameters, straight)
     undamaged = np.concatenate([normal[..., None], parameters.Kt * straight[..., 1:]], axis=-1)
-    damaged = np.concatenate([-_pressure(parameters, contact)[..., None], tau_d], axis=-1)
+    damaged = np.concatenate([-p[..., None], tau_d], axis=-1)
     undamaged, damaged = (1.0 - alpha)[..., None] * undamaged, alpha[..., None] * damaged
     if facet is None:
         traction = np.einsum("k,kab,...ka->...b", start.gamma, start.frame, undamaged + damaged)
     else:
         traction = np.einsum("k,kab,...ka->...b", start.gamma, start.frame, undamaged)
         traction = traction + np.einsum("k,...kab,...ka->...b", start.gamma, facet.gradient, damaged)
-    return _End(straight, contact, facet, omega, alpha, tau_d, slip, branch, release, traction)
+    return _End(straight, contact, facet, omega, alpha, tau_d, slip, branch, release, traction, p)
 
 
 def _kinematics(
@@ -346,11 +364,12 @@ def _kinematics(
     return straight, facet.local, facet
 
 
-def _driving_force(parameters: Parameters, facet: Facet | None, alpha: Floats, tau_d: Floats) -> Floats:
+def _driving_force(
+    parameters: Parameters, facet: Facet | None, alpha: Floats, tau_d: Floats, p: Floats | None
+) -> Floats:
     """Energy A released per unit of wear: alpha (p dg/domega - tau_t ds_t/domega) = -alpha dpsi_d/domega."""
     if facet is None or not parameters.wears:
         return np.zeros_like(alpha)
-    p = _pressure(parameters, facet.local)
     return alpha * (p * facet.by_omega[..., 0] - tau_d[..., 0] * facet.by_omega[..., 1])
 
 
@@ -428,15 +447,53 @@ def _damage(parameters: Parameters, s: Floats, alpha_old: Floats, dt: float) -> 
     return np.where(growing, reached, alpha_old)
 
 
-def _friction(parameters: Parameters, s: Floats, slip_old: Floats) -> tuple[Floats, Floats, NDArray[np.int8]]:
+def _viscous(
+    parameters: Parameters, start: _Start, contact: Floats, dt: float
+) -> tuple[Floats, Floats, float]:
+    """Pressure with that of the dashpot, and what the dashpot along the plane adds to the stress of a spring.
+
+    The pressure is c times the rate of the closure beside the elastic one, never negative, and 0 where the
+    plane is open.  Along the plane the stress of a spring Kt with the elongation e is Kt e + ct e', with
+    ct = c Kt/(kc Kn): in the increment it is (Kt + rate) e - pull, with the rate ct/dt.
+    """
+    closing = _closure(parameters, contact)[0] - _closure(parameters, start.contact)[0]
+    p = _positive(_pressure(parameters, contact) + parameters.c / dt * closing)
+    rate = parameters.c * parameters.Kt / (parameters.kc * parameters.Kn * dt)
+    pull = rate * (start.contact[..., 1:] - start.slip)
+    return np.where(contact[..., 0].real <= 0.0, p, 0.0), pull, rate
+
+
+def _damped(parameters: Parameters, start: _Start, end: _End, dt: float) -> tuple[Floats, Floats]:
+    """Losses (..., k) of friction, and of the dashpots across and along the planes.
+
+    Friction: the trapezoid of the elastic strength and, in addition, the viscous part at the end.  Dashpot:
+    viscous stress times change; where no tension lets it pull, the energy that the contact sets free.
+    """
+    elastic, before = _pressure(parameters, end.contact), _pressure(parameters, start.contact)
+    strength = 0.5 * (start.alpha * before + end.alpha * elastic) + end.alpha * (end.p - elastic)
+    slipped = np.linalg.norm(end.slip - start.slip, axis=-1)
+    friction = parameters.mu * np.maximum(strength, 0.0) * slipped
+    rate = parameters.c / dt if dt > 0.0 else 0.0
+    closing = _closure(parameters, end.contact)[0] - _closure(parameters, start.contact)[0]
+    freed = _closing(parameters, start.contact) - _closing(parameters, end.contact)
+    across = rate * closing**2
+    across = np.where(closing < 0.0, np.minimum(across, freed), across)
+    stretch = (end.contact[..., 1:] - end.slip) - (start.contact[..., 1:] - start.slip)
+    along = rate * parameters.Kt / (parameters.kc * parameters.Kn) * (stretch**2).sum(-1)
+    return friction, end.alpha * (across + along)
+
+
+def _friction(
+    parameters: Parameters, s: Floats, slip_old: Floats, p: Floats, pull: Floats, rate: float
+) -> tuple[Floats, Floats, NDArray[np.int8]]:
     """Return mapping (30)-(39) of every plane: friction traction tau_d, slip s_di, branch."""
-    trial = parameters.Kt * (s[..., 1:] - slip_old)
+    trial = (parameters.Kt + rate) * (s[..., 1:] - slip_old) - pull
     size = _size(trial)
-    strength = parameters.mu * _pressure(parameters, s)
+    strength = parameters.mu * p
     sticks = size.real <= strength.real
     scale = np.where(sticks, 1.0, strength / np.where(sticks, 1.0, size))
     tau_d = scale[..., None] * trial
-    slip = np.where(sticks[..., None], slip_old, s[..., 1:] - tau_d / parameters.Kt)
+    slip = np.where(sticks[..., None], slip_old, s[..., 1:] - (tau_d + pull) / (parameters.Kt + rate))
     branch = np.where(s[..., 0].real > 0.0, OPEN, np.where(sticks, STICK, SLIP)).astype(np.int8)
     return tau_d, slip, branch
 

@@ -46,9 +46,17 @@ OPTIONS = {
     "crush and wear": {"crush": 5.0, "W0": 0.4, "damage0": 0.5},
     "crush and closure": {"crush": 500.0, "closure": 0.05, "kc": 2.0, "damage0": 0.5},
     "crush and guard": {"crush": 2.0, "height": 0.5, "guard": True},
+    "dashpot": {"c": 6.0, "damage0": 1.0},
+    "dashpot and bond": {"c": 6.0, "kc": 5.0},
+    "dashpot and closure": {"c": 2.0, "closure": 0.06, "damage0": 0.5},
+    "dashpot and wear": {"c": 6.0, "height": 0.3, "W0": 0.4, "damage0": 0.7},
+    "dashpot and crush": {"c": 200.0, "crush": 20.0, "kc": 20.0, "damage0": 1.0},
+    "dashpot and guard": {"c": 6.0, "guard": True, "tau_v": 0.2},
     "mode II": {"closure": 0.06, "damage0": 0.3, "sigma02": 4.0, "Gc2": 0.6},
     "all": {"closure": 0.06, "damage0": 0.3, "kc": 2.0, "height": 0.3, "W0": 0.5, "crush": 3.0, "guard": True,
             "tau_v": 0.3, "sigma02": 4.0, "Gc2": 0.6},
+    "all and a dashpot": {"closure": 0.06, "damage0": 0.3, "kc": 2.0, "height": 0.3, "W0": 0.5, "crush": 3.0,
+                          "guard": True, "tau_v": 0.3, "sigma02": 4.0, "Gc2": 0.6, "c": 4.0},
 }  # fmt: skip
 BRANCHES = list(itertools.product((reference.OPEN, reference.STICK, reference.SLIP), (0, 1)))
 

@@ -132,7 +132,7 @@ def spoil(draw: Draw, call: Call, routine: Routine) -> bool:
         return not np.isfinite(value)
     if where == 4:
         call.times = call.times[0], value
-        viscous = call.props[PROP["tau_v"]] > 0.0 and call.times[0] > 0.0
+        viscous = call.props[[PROP["tau_v"], PROP["c"]]].any() and call.times[0] > 0.0
         return bool(viscous and not 0.0 <= value < np.inf)
     if where == 5:
         size = call.state.shape[1] + int(draw.integers(-1, 2))
@@ -165,6 +165,10 @@ def history(draw: Draw, routine: Routine, kind: type, said: Callable[[], str]) -
     n_planes = (nstatv - N_POINT_STATEV) // N_PLANE_STATEV
     if props[PROP["W0"]] > 0.0 or props[PROP["crush"]] > 0.0:
         n_planes = (nstatv - N_POINT_STATEV) // (N_PLANE_STATEV + N_FACET_STATEV)
+    # time of the dashpot, which a duration must not be far below
+    lag = props[PROP["c"]] * 2.0 * (1.0 - props[2]) * props[1] / ((props[PROP["kc"]] or 1.0) * props[0] ** 2)
+    if lag > 1e20:
+        props[PROP["c"]] = lag = 0.0
     n = 1 if routine is call_umat else int(draw.integers(1, 200 if draw.chance(0.2) else 5))
     columns = {call_umat: (2, 3, 6), call_vumat: (2, 3), call_c: (3,)}[routine]
     columns = columns[draw.integers(len(columns))]
@@ -192,6 +196,7 @@ def history(draw: Draw, routine: Routine, kind: type, said: Callable[[], str]) -
         if kind == np.float32 and not np.abs(call.increment).max() < 1.0e30:
             call.increment[:] = 0.0
         call.times = (float(increment), draw.log(-6.0, 6.0))
+        call.times = call.times[0], max(call.times[1], 1e-6 * lag)
         if routine is call_vumat and draw.chance(0.1):
             call.times = (0.0, call.times[1])
         if increment == 1 and draw.chance(0.03):
@@ -201,7 +206,7 @@ def history(draw: Draw, routine: Routine, kind: type, said: Callable[[], str]) -
             call.stress = np.zeros((1, columns))
         if routine is call_umat:
             call.optional = {"pnewdt": [None, -1.0, 0.0, 1.0, 2.0][draw.integers(5)]}
-            if draw.chance(0.1) and not call.props[PROP["tau_v"]] > 0.0:
+            if draw.chance(0.1) and not call.props[[PROP["tau_v"], PROP["c"]]].any():
                 call.optional["dtime"] = None
         bad = spoilt and increment == increments
         must = bad and spoil(draw, call, routine)

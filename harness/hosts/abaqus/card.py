@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from asperity.cards.blocks import AT_FIRST, Block, comments, constants, text_of
 
 
@@ -14,6 +16,15 @@ def block_of(block: Block) -> str:
     names = [text.replace("offset", "separation") if block.explicit else text for text in block.statev]
     element = "COH3D8, COH3D6" if block.dimension == 3 else "COH2D4, COHAX4"
     density = [] if block.density is None else ["*Density", f"{block.density!r},"]
+    damped = []
+    if block.explicit and block.density is not None and block.prop("c") > 0.0:
+        # kc Kn is the larger one of the two stiffnesses
+        xi = 0.5 * block.prop("c") / math.sqrt(block.stiffness[1] * block.density * block.thickness())
+        share = math.hypot(1.0, xi) - xi
+        damped = [
+            f"** Dashpot: *Dynamic, Explicit, scale factor={share:.4g}, as the data check finds the stable",
+            "** increment without c.",
+        ]
     field = block.prop("water")
     water = f"** *Field, variable={field:.0f} is the water pressure in the joint, >= 0; stresses are total."
     return text_of(
@@ -26,6 +37,7 @@ def block_of(block: Block) -> str:
         *AT_FIRST,
         "** TYPE=SOLUTION gives cracked planes.",
         *([water] if field else []),
+        *damped,
         "*Depvar",
         f"{len(block.statev)},",
         *(f"{i}, {text}, {text}" for i, text in enumerate(names, 1)),

@@ -60,8 +60,9 @@ class Element:
             raise ValueError(f"{path}: expected &step with t_N <= 0, then slip under it, for one element")
         if test.direction != 0.0:
             raise ValueError(f"{path}: direction = {test.direction:g}: expected 0; turn the pattern instead")
-        if run.material.tau_v > 0.0:
-            raise ValueError(f"{path}: tau_v = {run.material.tau_v:g}: expected 0, an element has no rate")
+        for name in ("tau_v", "c"):
+            if (value := getattr(run.material, name)) > 0.0:
+                raise ValueError(f"{path}: {name} = {value:g}: expected 0, an element has no rate")
         stroke = int(turns_of(np.array([0.0, *test.slips]))[1])
         slip, press, slide = float(test.slips[stroke - 1]), max(test.preload, 1), -(-stroke // ROWS) * ROWS
         if slip == 0.0:

@@ -69,8 +69,9 @@ class LoadCase:
     def __post_init__(self) -> None:
         """Check the values that pattern and material do not check."""
         self.regular(REFERENCE_SIDES)
-        if self.material.tau_v > 0.0:
-            raise ValueError(f"tau_v = {self.material.tau_v:g}: expected 0, because a load case has no rate")
+        for name in ("tau_v", "c"):
+            if (value := getattr(self.material, name)) > 0.0:
+                raise ValueError(f"{name} = {value:g}: expected 0, because a load case has no rate")
         if self.material.W0 > 0.0 and not (self.planar or self.smooth):
             raise ValueError(
                 f"W0 = {self.material.W0:g}: expected 0, or a planar load case: a facet wears by the work "
