@@ -10,9 +10,21 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from harness.studies.validation import closure, common, granite, push_off, sandstone, scan, wall_runs, walls
+from harness.studies.validation import (
+    closure,
+    common,
+    dynamics,
+    granite,
+    oriented,
+    push_off,
+    sandstone,
+    scan,
+    wall_runs,
+    walls,
+)
 
-STUDIES = [push_off.STUDY, sandstone.STUDY, granite.STUDY, closure.STUDY, scan.STUDY, walls.STUDY]
+MEASURED = [push_off.STUDY, sandstone.STUDY, granite.STUDY, closure.STUDY, scan.STUDY, walls.STUDY]
+STUDIES = [*MEASURED, oriented.STUDY, dynamics.STUDY]
 
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
@@ -96,7 +108,7 @@ def test_data_have_source_and_licence() -> None:
     """Every file of measurements says where its numbers come from and under which licence."""
     files = [path for path in common.DATA.glob("*.csv") if not path.stem.endswith("_constants")]
     files = [path for path in files if path.stem not in ("arches", "fits", "walls_runs", "walls_summaries")]
-    assert {path.stem for path in files} >= {"walls", "walls_mortar"} and len(files) == len(STUDIES) + 1
+    assert {path.stem for path in files} >= {"walls", "walls_mortar"} and len(files) == len(MEASURED) + 1
     for path in files:
         assert re.match(r"# Source: .*\n# Licence: .*\n", path.read_text(encoding="utf-8"))
 
@@ -121,3 +133,14 @@ def test_stale_page_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert push_off.STUDY.main(["--check"]) == 1
     assert push_off.STUDY.main([]) == 0
     assert page.read_text(encoding="utf-8") == text
+
+
+def test_ridges_in_any_direction() -> None:
+    """Held and free slips over ridges of drawn frictions and slopes are those of the closed forms."""
+    rng = np.random.default_rng(58)
+    for mu, theta, a in rng.uniform([0.1, 5.0, 1.0], [0.8, 40.0, 89.0], (20, 3)):
+        for side_free, closed in ((False, oriented.confined), (True, oriented.free)):
+            assert oriented.law(a, side_free, mu, theta) == pytest.approx(closed(a, mu, theta), abs=1e-6)
+    mu, theta = oriented.made(oriented.MADE)
+    for a, wanted in oriented.MADE.items():
+        assert oriented.law(a, False, mu, theta)[0] == pytest.approx(wanted, abs=1e-6)

@@ -1,0 +1,214 @@
+"""Time steps of a model with mass: base motion, stiffness-proportional damping, a ledger of energies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from jointed_steps import Steps  # isort: skip  # loads MPI
+import numpy as np
+from asperity import contract
+from asperity.contract import Floats
+from jointed_mesh import COMM, agree, total
+from mpi4py import MPI
+from petsc4py import PETSc
+
+RHO = 0.5
+"""Spectral radius at infinity: with it bodies that hit each other gain no energy."""
+
+GAIN = 0.01
+"""Share of the energies in play that a step may gain, else it is cut."""
+
+QUIET = 1e-3
+"""Share of the elastic energy that counts as in play where nothing moves."""
+
+GROWTH, FAST = 1.5, 8
+"""A step grows back after at most FAST iterations."""
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """Energies of a model: at a time, or since the start (spent, damped, work)."""
+
+    kinetic: float = 0.0
+    elastic: float = 0.0
+    stored: float = 0.0
+    spent: float = 0.0
+    damped: float = 0.0
+    work: float = 0.0
+
+    @property
+    def balance(self) -> float:
+        """Energy that nobody has given: at rest a constant, else it falls by numerical damping."""
+        return self.kinetic + self.elastic + self.stored + self.spent + self.damped - self.work
+
+
+class Shake:
+    """Time steps of a model whose base may move, by Bossak's alpha method.
+
+    The joints and the solids act with their forces at the end of a step, as contact needs; the inertia is
+    blended.  Displacements, velocities and accelerations are those against the base.
+
+    at: time.  v, a: velocity and acceleration, (n d,).  ledger: energies.  gained: sum of what steps have
+    gained, over the largest energies in play.  cuts, taken: steps that were cut, and that count.
+    """
+
+    def __init__(
+        self,
+        steps: Steps,
+        mass: Floats,
+        load: Floats,
+        step: float,
+        least: float = 0.0,
+        ground: Callable[[float], Floats] | None = None,
+        beta: float = 0.0,
+        rho: float = RHO,
+    ) -> None:
+        """Begin at rest at the last step of `steps`, which carries the load.
+
+        mass: of the components, (n d,), as `np.abs(model.body([density] * d))`.  load: constant forces.
+        step: largest step; least: the smallest, step/1000 if 0.  ground: acceleration of the base at a time,
+        (d,).  beta: damping of the solids over their stiffness, time; damping by mass would brake a slip.
+        rho: 0 to 1, from strong to no numerical damping.  `v` may be set before the first step.
+        """
+        m = steps.model
+        least = least or 1e-3 * step
+        good = np.shape(mass) == m.u.shape and bool(np.isfinite(mass).all() and np.all(mass > 0.0))
+        agree(
+            "" if good else f"mass: expected finite numbers above 0 of the shape {m.u.shape}",
+            "" if np.shape(load) == m.u.shape else f"load: expected the shape {m.u.shape}",
+            "" if 0.0 < least <= step < np.inf else f"step = {step}, least = {least}: expected 0 < least",
+            "" if 0.0 <= beta < np.inf else f"beta = {beta}: expected >= 0",
+            "" if 0.0 <= rho <= 1.0 else f"rho = {rho}: expected 0 to 1",
+        )  # fmt: skip
+        self.steps, self.mass, self.load = steps, np.array(mass, float), np.array(load, float)
+        self.ground, self.beta = ground, beta
+        self.am = (rho - 1.0) / (rho + 1.0)
+        self.gamma, self.newmark = 0.5 - self.am, 0.25 * (1.0 - self.am) ** 2
+        self.at, self.most, self.least, self.next = 0.0, step, least, step
+        self.cuts, self.taken, self.gained, self.reason = 0, 0, 0.0, ""
+        self.K, self._damped, self._share = m.K, None, 0.0
+        self.free = np.ones(m.u.shape)
+        self.free[steps.fixed] = 0.0
+        self.v, self.a = 0.0 * m.u, 0.0 * m.u
+        self._begun, self._size = False, 0.0
+
+    def _begin(self) -> None:
+        """Acceleration at the start, and the energies there."""
+        m = self.steps.model
+        x = self.steps.x.duplicate()
+        x.array[:] = m.u + 0.0
+        # the joints at rest, without a rate of their dashpots
+        forces = m.forces(x, np.finfo(float).max ** 0.25)
+        damping = self.beta * self._times(self.v)
+        self.force = self._force(0.0)
+        self.a = self.free * (self.force - forces - damping) / self.mass
+        self.ledger = self._energies(0.0, 0.0)
+        self._spent = self.ledger.spent
+        self._start, self._begun = self.ledger.balance, True
+        self._size = self._in_play(self.ledger)
+
+    def _force(self, t: float) -> Floats:
+        """Loads and inertia of the base at a time."""
+        if self.ground is None:
+            return self.load
+        m, given = self.steps.model, np.asarray(self.ground(t), float)
+        good = given.shape == (m.d,) and bool(np.isfinite(given).all())
+        agree("" if good else f"ground at {t:g}: expected {m.d} finite components, not {given.tolist()}")
+        return self.load - self.mass * np.tile(given, m.n)
+
+    def _times(self, w: Floats) -> Floats:
+        """Forces of the solids at displacements or velocities."""
+        x, y = self.steps.x.duplicate(), self.steps.x.duplicate()
+        x.array[:] = w
+        self.K.mult(x, y)
+        return y.array.copy()
+
+    def _energies(self, damped: float, work: float) -> Ledger:
+        """Energies now, with sums since the start."""
+        m, kind = self.steps.model, contract.statev_index("stored")
+        stored = sum((m.area[p] @ g[:, kind]).sum() for p, g in zip(m.parts, m.state, strict=True))
+        return Ledger(
+            0.5 * total(self.mass @ self.v**2), 0.5 * total(m.u @ self._times(m.u)), total(stored), m.spent(),
+            damped, work,
+        )  # fmt: skip
+
+    def _in_play(self, now: Ledger) -> float:
+        """Size of the energies that move."""
+        spent = now.spent - self._spent if self._begun else 0.0
+        quiet = QUIET * (abs(now.elastic) + abs(now.stored))
+        return max(self._size, now.kinetic, spent + now.damped, abs(now.work), quiet)
+
+    def advance(self, end: float) -> bool:
+        """Take one step towards a time, or cut it; whether it was taken."""
+        if not self._begun:
+            self._begin()
+        left = end - self.at
+        last = left <= self.next * (1.0 + 1e-6)
+        dt = left if last else self.next
+        m, before = self.steps.model, (self.v, self.a, self.force, self.ledger)
+        model = m.u, m.s, m.state, self.steps.largest
+        good = self._solve(end if last else self.at + dt, dt)
+        message = self.steps.message
+        if good:
+            size = self._in_play(self.ledger)
+            gain = self.ledger.balance - before[3].balance
+            if gain > GAIN * size:
+                good, message = False, f"the step gains {gain / size:.2g} of the energies in play"
+        if not good:
+            self.v, self.a, self.force, self.ledger = before
+            m.u, m.s, m.state, self.steps.largest = model
+            self.cuts, self.next = self.cuts + 1, 0.5 * dt
+            if self.next < self.least:
+                self.reason = f"stopped at {self.at:.5g}: {message}"
+            return False
+        self._size, self.gained = size, self.gained + max(gain, 0.0) / size
+        self.at, self.taken = end if last else self.at + dt, self.taken + 1
+        if not last and self.steps.iterations <= FAST:
+            self.next = min(GROWTH * dt, self.most)
+        return True
+
+    def run(self, end: float) -> bool:
+        """Take steps to a time; whether they reached it."""
+        while not self.reason and self.at < end:
+            self.advance(end)
+        return not self.reason
+
+    def _solve(self, t: float, dt: float) -> bool:
+        """Solve a step, and end it."""
+        s, m, b, g = self.steps, self.steps.model, self.newmark, self.gamma
+        u, v, a, begin = m.u, self.v, self.a, self.force
+        old = v / (b * dt) + (0.5 / b - 1.0) * a
+        # velocity at the end = rate u + w
+        rate = g / (b * dt)
+        w = -rate * u + (1.0 - g / b) * v + dt * (1.0 - 0.5 * g / b) * a
+        force = self._force(t)
+        ahead = dt * v + 0.5 * dt**2 * a
+        inertia = self.mass * ((1.0 - self.am) * old - self.am * a)
+        s.drag = self.mass * (1.0 - self.am) / (b * dt)
+        try:
+            m.K = self._with_damping(self.beta * rate)
+            good = s.solve(u[s.fixed], force + inertia - self.beta * self._times(w), dt, ahead)
+        finally:
+            m.K = self.K
+        if not COMM.allreduce(good, MPI.LAND):
+            return False
+        change = m.u - u
+        new = self.free * (change / (b * dt**2) - old)
+        self.v = self.free * (v + dt * ((1.0 - g) * a + g * new))
+        self.a, self.force = new, force
+        mean = change / dt
+        damped = self.ledger.damped + dt * self.beta * total(mean @ self._times(mean))
+        self.ledger = self._energies(damped, self.ledger.work + 0.5 * total((begin + force) @ change))
+        return True
+
+    def _with_damping(self, share: float) -> PETSc.Mat:
+        """Stiffness of the solids with that of their damping in a step."""
+        if share == 0.0:
+            return self.K
+        if share != self._share or self._damped is None:
+            self._damped = self._damped or self.K.duplicate(copy=True)
+            self.K.copy(self._damped)
+            self._damped.scale(1.0 + share)
+            self._share = share
+        return self._damped

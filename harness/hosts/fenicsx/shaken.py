@@ -1,0 +1,175 @@
+"""Shaken joints on FEniCSx, a line each: names and numbers; m, MN, s.
+
+- growth: of vibrations of an elastic block that slides on rock, largest real part of the eigenvalues, 1/s.
+- slip: of the block after a pulse .9 g of the base for .5 s, whose ends are smoothed over 20 ms, by `Shake`.
+- sharp: the same with a sudden pulse; alpha2: by TSALPHA2 of PETSc, whose parameters are Bossak's.
+- wall: five blocks, and one on two edges, that rock on a rigid base; largest energy over that at the start.
+"""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+from asperity import Interface, Material, Pattern
+from asperity.mesh import split
+from jointed import COMM, Model, Steps, total
+from jointed_shake import Shake
+from petsc4py import PETSc
+from structured import grid
+
+G, DENSITY = 9.81, 0.0024
+PULSE, LENGTH, RAMP, END = 0.9, 0.5, 0.02, 1.15
+"""Acceleration over g, its duration, that of its ends, and the end of the run."""
+
+
+def bed(kn: float, mu: float, c: float = 0.0) -> Interface:
+    """Flat joint without bond."""
+    return Interface(Material.from_joint(kn=kn, ks=0.4 * kn, mu=mu, c=c), Pattern.regular(0, 0.0))
+
+
+def block(cells: int = 6, E: float = 2e4, kn: float = 2e4, mu: float = 0.5, c: float = 0.0) -> Model:
+    """Block of 6 x 3 m on a rock of the same size."""
+    x, rows = np.linspace(0.0, 6.0, cells + 1), np.repeat([0, 1], cells // 2)
+    return Model(split(grid(x, x, block=rows)), {"joint": bed(kn, mu, c)}, E, 0.2, plane="strain")
+
+
+def growth(beta: float = 0.0, mu: float = 0.5, c: float = 0.0, **other: float) -> float:
+    """Largest real part of an eigenvalue that oscillates, of the block that slides; one rank."""
+    m = block(mu=mu, **other)
+    kn = m.laws[0].material.kc * m.laws[0].material.K
+    K, B = m.K.copy().convert("dense").getDenseArray(), np.zeros((len(m.area), 2, 2 * m.n))
+    for one, (a, b), axes in zip(B, m.pairs, m.axes, strict=True):
+        one[:, 2 * a : 2 * a + 2], one[:, 2 * b : 2 * b + 2] = -axes[:2], axes[:2]
+    J = np.einsum("pkd,kl,ple,p->de", B, [[1.0, 0.0], [-mu, 0.0]], B, m.area, optimize=True)
+    free = np.flatnonzero(np.repeat(m.x[:, 1] > 1e-9, 2))
+    M = np.abs(m.body([DENSITY] * 2))[free][:, None]
+    A, C = (K + kn * J)[np.ix_(free, free)], (beta * K + c * J)[np.ix_(free, free)]
+    found = np.linalg.eigvals(np.block([[0.0 * A, np.eye(len(A))], [-A / M, -C / M]]))
+    return float(found[np.abs(found.imag) > 1.0].real.max())
+
+
+def base(ramp: float) -> Callable[[float], list[float]]:
+    """Acceleration of the base, which pushes the block to +x."""
+
+    def rise(t: float) -> float:
+        return 0.5 - 0.5 * np.cos(np.pi * np.clip(t / ramp, 0.0, 1.0)) if ramp else float(t > 0.0)
+
+    return lambda t: [-PULSE * G * (rise(t) - rise(t - LENGTH)), 0.0]
+
+
+def at_rest(m: Model, fixed: np.ndarray) -> tuple[Steps, np.ndarray]:
+    """Steps of a model that carries its weight."""
+    steps, down = Steps(m, fixed, 1e-8), m.body([0.0, -DENSITY * G])
+    if not steps.solve(np.zeros(len(fixed)), down, 1e6):
+        raise RuntimeError(steps.message)
+    return steps, down
+
+
+def slip(dt: float, ramp: float, beta: float, cells: int = 6, c: float = 0.0) -> tuple[float, Shake]:
+    """Mean slip at the end."""
+    m = block(cells, c=c)
+    steps, down = at_rest(m, m.dofs(m.x[:, 1] < 1e-9, 0, 1))
+    shake = Shake(steps, np.abs(m.body([DENSITY] * 2)), down, dt, ground=base(ramp), beta=beta)
+    if not shake.run(END):
+        raise RuntimeError(shake.reason)
+    return total(m.s[0][:, 1] @ m.area) / total(m.area.sum()), shake
+
+
+def alpha2(dt: float, ramp: float) -> float:
+    """Mean slip at the end by TSALPHA2, undamped; the state of the joints is accepted after each step."""
+    m = block()
+    steps, down = at_rest(m, m.dofs(m.x[:, 1] < 1e-9, 0, 1))
+    mass, ground, fixed = np.abs(m.body([DENSITY] * 2)), base(ramp), steps.fixed
+    x, v = steps.x.duplicate(), steps.x.duplicate()
+    x.array[:] = m.u
+    ts = PETSc.TS().create(COMM)
+    ts.setType(PETSc.TS.Type.ALPHA2)
+
+    def residual(ts, t, u, v, a, f):
+        f.array[:] = mass * (a.array_r + np.tile(ground(t), m.n)) + m.forces(u, dt) - down
+        f.array[fixed] = m.scale * u.array_r[fixed]
+
+    def jacobian(ts, t, u, v, a, shift_v, shift_a, A, P):
+        m.tangent(A)
+        more = u.duplicate()
+        more.array[:] = shift_a * mass
+        A.setDiagonal(more, PETSc.InsertMode.ADD_VALUES)
+        A.zeroRows(steps.rows, diag=m.scale)
+
+    def accept(ts):
+        u = ts.getSolution()
+        m.forces(u, dt)
+        m.accept(u)
+
+    ts.setI2Function(residual, x.duplicate())
+    ts.setI2Jacobian(jacobian, steps.A)
+    ts.setSolution2(x, v)
+    ts.setTimeStep(dt)
+    ts.setMaxTime(END)
+    ts.setExactFinalTime(PETSc.TS.ExactFinalTime.STEPOVER)
+    ts.setPostStep(accept)
+    bossak = {"alpha_m": 4 / 3, "alpha_f": 1, "gamma": 5 / 6, "beta": 4 / 9}
+    words = " ".join(f"-ts_alpha_{name} {value!r}" for name, value in bossak.items())
+    PETSc.Options().insertString(f"{words} -ts_adapt_type none")
+    ts.setFromOptions()
+    ts.getSNES().setTolerances(rtol=1e-8)
+    ts.solve(x)
+    return float(m.s[0][:, 1] @ m.area / m.area.sum())
+
+
+def wall(blocks: int, edges: bool, dt: float = 5e-4, end: float = 0.55, turn: float = 0.1) -> Shake:
+    """A wall of the half sizes .1 and .5 m that begins to turn about a corner; edges: contact there alone."""
+    b, h, kn, cells = 0.1, 0.5, 2e5, 1 if edges else 8
+    rows = np.append(0, 1 + np.arange(10) * blocks // 10)
+    mesh = grid(np.linspace(-b, b, cells + 1), np.append(-0.2, np.linspace(0.0, 2.0 * h, 11)), block=rows)
+    law = bed(kn, 0.7, 2.0 * np.sqrt(kn * DENSITY * 2.0 * h))
+    m = Model(split(mesh), {"joint": law}, 2e6 if edges else 2e4, 0.2, plane="strain")
+    rock = (m.x[:, 1] < -0.1) | (m.solid("block_0")[::2] > 0.0)
+    steps, down = at_rest(m, m.dofs(rock, 0, 1))
+    shake = Shake(steps, np.abs(m.body([DENSITY] * 2)), down, dt)
+    shake.v = turn * np.column_stack([m.x[:, 1], b - m.x[:, 0]]).ravel() * m.solid(*m.names[1:])
+    first = 0.5 * total(shake.mass @ shake.v**2)
+    shake.largest = 1.0
+    while not shake.reason and shake.at < end:
+        if shake.advance(end):
+            shake.largest = max(shake.largest, 1.0 + (shake.ledger.balance - shake._start) / first)
+    return shake
+
+
+def main() -> None:
+    """Print the numbers of the words, or of all."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("words", nargs="*")
+    words = parser.parse_args().words
+    warnings.simplefilter("ignore")
+
+    def show(name: str, *numbers: float) -> None:
+        if COMM.rank == 0:
+            print(f"{name}:", *(f"{one:.6g}" for one in numbers), flush=True)
+
+    if not words or "growth" in words:
+        for name, kind in {
+            "growth": {}, "growth beta": {"beta": 1e-5}, "growth fine": {"cells": 12}, "growth c": {"c": 5.0},
+            "growth stiff": {"E": 2e6}, "growth frictionless": {"mu": 0.0},
+        }.items():  # fmt: skip
+            show(name, growth(**kind))
+    for name, kind in {
+        "slip": (1e-3, RAMP, 1e-5), "slip half": (5e-4, RAMP, 1e-5), "slip fine": (1e-3, RAMP, 1e-5, 12),
+        "sharp": (1e-3, 0.0, 1e-5), "alone": (1e-3, RAMP, 0.0), "coarse": (2e-3, RAMP, 0.0),
+    }.items():  # fmt: skip
+        if not words or name.split()[0] in words:
+            found, shake = slip(*kind)
+            show(name, found, shake.gained, shake.cuts, shake.taken)
+    if not words or "alpha2" in words:
+        show("alpha2", alpha2(2e-3, RAMP))
+    for name, kind in {"wall": (5, False), "edges": (1, True)}.items():
+        if not words or name in words:
+            shake = wall(*kind)
+            show(name, shake.largest, shake.gained, shake.at, shake.cuts, shake.taken)
+
+
+if __name__ == "__main__":
+    main()
