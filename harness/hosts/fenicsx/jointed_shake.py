@@ -47,7 +47,8 @@ class Shake:
     """Time steps of a model whose base may move, by Bossak's alpha method.
 
     The joints and the solids act with their forces at the end of a step, as contact needs; the inertia is
-    blended.  Displacements, velocities and accelerations are those against the base.
+    blended.  Displacements, velocities and accelerations are those against the base.  The fixed components
+    stay where they are.
 
     at: time.  v, a: velocity and acceleration, (n d,).  ledger: energies.  gained: sum of what steps have
     gained, over the largest energies in play.  cuts, taken: steps that were cut, and that count.
@@ -66,15 +67,17 @@ class Shake:
     ) -> None:
         """Begin at rest at the last step of `steps`, which carries the load.
 
-        mass: of the components, (n d,), as `np.abs(model.body([density] * d))`.  load: constant forces.
-        step: largest step; least: the smallest, step/1000 if 0.  ground: acceleration of the base at a time,
-        (d,).  beta: damping of the solids over their stiffness, time; damping by mass would brake a slip.
-        rho: 0 to 1, from strong to no numerical damping.  `v` may be set before the first step.
+        The model has no water, whose work the ledger would not have.  mass: of the components, (n d,), as
+        `np.abs(model.body([density] * d))`.  load: constant forces.  step: largest step; least: the smallest,
+        step/1000 if 0.  ground: acceleration of the base at a time, (d,).  beta: damping of the solids over
+        their stiffness, time; damping by mass would brake a slip.  rho: 0 to 1, from strong to no numerical
+        damping.  `v` may be set before the first step.
         """
-        m = steps.model
-        least = least or 1e-3 * step
+        m, least = steps.model, least or 1e-3 * step
+        water = total(np.abs(m.water.outer).sum() + np.abs(m.water.p).sum())
         good = np.shape(mass) == m.u.shape and bool(np.isfinite(mass).all() and np.all(mass > 0.0))
         agree(
+            f"water in the model: expected none, its forces sum up to {water:g}" if water else "",
             "" if good else f"mass: expected finite numbers above 0 of the shape {m.u.shape}",
             "" if np.shape(load) == m.u.shape else f"load: expected the shape {m.u.shape}",
             "" if 0.0 < least <= step < np.inf else f"step = {step}, least = {least}: expected 0 < least",
@@ -128,10 +131,8 @@ class Shake:
         """Energies now, with sums since the start."""
         m, kind = self.steps.model, contract.statev_index("stored")
         stored = sum((m.area[p] @ g[:, kind]).sum() for p, g in zip(m.parts, m.state, strict=True))
-        return Ledger(
-            0.5 * total(self.mass @ self.v**2), 0.5 * total(m.u @ self._times(m.u)), total(stored), m.spent(),
-            damped, work,
-        )  # fmt: skip
+        elastic = total(m.u @ (0.5 * self._times(m.u) + m.stressed))
+        return Ledger(0.5 * total(self.mass @ self.v**2), elastic, total(stored), m.spent(), damped, work)
 
     def _in_play(self, now: Ledger) -> float:
         """Size of the energies that move."""

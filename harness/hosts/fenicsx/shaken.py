@@ -15,8 +15,7 @@ from collections.abc import Callable
 import numpy as np
 from asperity import Interface, Material, Pattern
 from asperity.mesh import split
-from jointed import COMM, Model, Steps, total
-from jointed_shake import Shake
+from jointed import COMM, Model, Shake, Steps, total
 from petsc4py import PETSc
 from structured import grid
 

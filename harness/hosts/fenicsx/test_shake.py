@@ -71,6 +71,7 @@ WRONG = {
     "shake(rho=1.5)": "rho = 1.5: expected 0 to 1",
     "shake(ground=lambda t: [1.0]).advance(0.1)": "ground at 0: expected 2 finite components, not [1.0]",
     "shake(ground=lambda t: [1.0, np.nan]).advance(0.1)": "ground at 0: expected 2 finite components",
+    "(m.pressure('joint', 1.0), shake())": "water in the model: expected none",
 }
 """Expressions and what their errors say."""
 
@@ -79,7 +80,6 @@ WRONG = {
 def test_wrong_input(ranks: int) -> None:
     """Every rank has the error, and it is one line."""
     code = MODEL + f"""
-from jointed_shake import Shake
 m = model()
 
 def shake(mass=None, load=None, step=1e-3, **other):
