@@ -118,8 +118,10 @@ def sets(rows: pandas.DataFrame) -> str:
         seeds = ", ".join(str(seed) for seed in sorted({*part.seed}))
         met_text = "-" if kind == "nonsense" else f"{(met.code == 0).sum()} of {len(met)}"
         times = f"{part.cpu.median():.1f} / {part.cpu.max():.1f}"
-        lines.append([str(kind), seeds, str(len(part)), str((part.code == 0).sum()), met_text, times])
-    head = ["law", "seed", "sets", "end with 0", "met within 5 %: with 0", "CPU, median / largest, s"]
+        codes = [str((part.code == code).sum()) for code in (0, 3, 1)]
+        lines.append([str(kind), seeds, str(len(part)), *codes, met_text, times])
+    head = ["law", "seed", "sets", "code 0", "code 3", "refused", "met within 5 %: with 0"]
+    head.append("CPU, median / largest, s")
     return markdown(head, lines)
 
 
@@ -131,6 +133,9 @@ def _write(options: argparse.Namespace) -> int:
         with ProcessPoolExecutor(1, get_context("spawn")) as pool:
             found: Iterable[list[Row]] = pool.map(judged, jobs)
             frame = pandas.DataFrame([row for rows in found for row in rows])
+        if DATA.exists():
+            before = pandas.read_csv(DATA)
+            frame = pandas.concat([before[~before.kind.isin(kinds)], frame])
         frame.to_csv(DATA, index=False, float_format="%.5g")
     if not DATA.exists():
         print(f"{DATA}: expected a file that --write has written")
@@ -145,7 +150,7 @@ def _write(options: argparse.Namespace) -> int:
 
 main = program(
     _write,
-    ("--write SETS", "draw and fit this many sets of each law; else use what was found", 0),
+    ("--write SETS", "draw and fit this many sets of each law, in place of those of it; else use these", 0),
     ("--seed SEED", "of the sets", 0),
     ("--kind LAW", "start of the name of one law", ""),
     ("--check", "write nothing; exit with 1 if the page differs"),

@@ -94,6 +94,10 @@ LABS = {
         "D\u00e9placement tangentiel (mm),Contrainte de cisaillement (MPa),D\u00e9placement normal (mm),"
         "Contrainte normale (MPa),Force normale (kN)\n" + ROWS.replace(",-1\n", ",-1.0,7\n"),
     ),
+    "in words": (
+        "utf-8",
+        "Slip;Shear force per area;Uplift;Normal force / area\nmm;N/mm2;mm;N/mm2\n" + ROWS.replace(",", ";"),
+    ),
     "symbols": (
         "utf-8",
         "dLs_mm,tau_MPa,dLn_mm,sigma_n_eff_MPa\n" + ROWS,

@@ -21,6 +21,9 @@ OF_FORCES = {
     "shear_force": rf"{SHEAR}{FORCE}",
     "normal_force": rf"{NORMAL}{FORCE}",
 }
+PER_AREA = r"(force|load|kraft|last|forza|fuerza|forca)\s*(per|/|pro|par|por)\s*(unit\s*)?(area|flache)"
+"""A stress, in words."""
+
 OTHER = r"rate|speed|veloc|geschwind|vitesse|strain"
 RULES = {
     "peak": rf"{PEAK}{STRENGTH}",
@@ -30,7 +33,7 @@ RULES = {
     "slip": rf"{SHEAR}{PATH}|schlupf|glissement|{SYMBOL}(s|h|shear)$",
     "tau": rf"{SHEAR}{STRESS}|tau\b",
     "sigma_N": rf"{NORMAL}{STRESS}|sigma_?n?(_?eff)?\b",
-    "dilation": rf"{NORMAL}{PATH}|s_n\b|dilat|{SYMBOL}(n|v|normal)$",
+    "dilation": rf"{NORMAL}{PATH}|s_n\b|dilat|uplift|{SYMBOL}(n|v|normal)$",
     "k_N": rf"{NORMAL}(?=.*(stiff|steif|rigid))",
     "test": r"(test|specimen|sample|versuchs?|proben?|essai|prova|provino|ensayo|ensaio)\W*"
     r"(id|name|no|nr|number|nummer|n|code|label)?\W*$",
@@ -42,5 +45,6 @@ def standard(name: str) -> str:
     """Column that a name of a laboratory stands for, or the name."""
     text = name.replace("\u03c4", "tau").replace("\u03c3", "sigma").replace("\u03b4", "delta").lower()
     text = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().strip()
+    text = re.sub(PER_AREA, "stress", text)
     rules = {} if re.search(OTHER, text) else OF_FORCES if re.match(FORCE, text) else RULES
     return next((column for column, rule in rules.items() if re.match(rule, text)), name)

@@ -83,23 +83,23 @@ def compared_rows(
     """Measured, fitted and blind numbers of each test, under a title; peaks: intervals of the peaks."""
     title = title or "measured / fitted" + " / blind" * bool(unseen)
     names = [name for name in COLUMNS if any(name in row.measured for row in fitted)]
-    head = f"{title:<28}" + "".join(f"{COLUMNS[n]:>26}" for n in names)
-    lines = [head + f"{f'peak, {CONFIDENCE:g} interval':>26}" * bool(peaks)]
+    head = [COLUMNS[name] for name in names] + [f"peak, {CONFIDENCE:g} interval"] * bool(peaks)
+    table = []
     shown = len(fitted) if verbose else MOST_TESTS
     for i, row in enumerate(fitted[:shown]):
         cells = []
         for name in names:
-            if name not in row.measured:
-                cells.append("")
-                continue
-            values = [
-                row.measured[name],
-                row.predicted[name],
-                *([unseen[i].predicted[name]] if unseen else []),
-            ]
+            kinds = [row.measured, row.predicted, *([unseen[i].predicted] if unseen else [])]
+            values = [one[name] for one in kinds] if name in row.measured else []
             cells.append(" / ".join(f"{value:.4g}" for value in values))
         cells += [f"{one.low:.4g} to {one.high:.4g}" for one in peaks[i : i + 1]]
-        lines.append(f"{short(row.test):<28}" + "".join(f"{cell:>26}" for cell in cells))
+        table.append(cells)
+    widths = [max(26, *(len(cell) + 2 for cell in column)) for column in zip(head, *table, strict=True)]
+    starts = [title, *(short(row.test) for row in fitted)]
+    lines = [
+        f"{start:<28}" + "".join(f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
+        for start, cells in zip(starts, [head, *table], strict=False)
+    ]
     more = len(fitted) - shown
     return lines + [f"... and {more} more (--verbose)"] * (more > 0)
 

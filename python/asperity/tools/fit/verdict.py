@@ -150,6 +150,8 @@ def _softened(found: Solution) -> bool:
     """Whether a curve shows bond and friction apart: rows of the softening, and of the friction after it."""
     values = found.values
     for test in found.problem.tests:
+        if test.k_N or test.path_N is not None:  # the strength may follow the pressure
+            continue
         rows = first_stroke(test)
         tau, slip = np.abs(test.tau[rows]), np.abs(test.slip[rows])
         own = slip - tau / values[KT] if KT in values else slip
