@@ -16,7 +16,7 @@ from asperity.contract import Floats
 from asperity.interface import Interface, Update
 from asperity.mesh import Jointed
 from dolfinx import fem, la, mesh
-from jointed_water import Flow, Pressure, Water
+from jointed_water import ROUNDING, Flow, Pressure, Water
 from mpi4py import MPI
 from numpy.typing import ArrayLike
 from petsc4py import PETSc
@@ -281,8 +281,20 @@ class Model:
         inside = np.isin(self.face_cells, self._numbers(blocks or self.names)).all(1)
         both = np.zeros(len(self.pairs), bool)
         both[self.face_points[inside]] = True
-        on = np.einsum("pij,pj->pi", tensors(self.water.x), self.axes[:, 0])
-        traction = np.einsum("pkd,pd->pk", self.axes, on)
+        both &= self.area > 0.0
+        # nodal forces as those of the solids beside, for no other ones balance them
+        places, shares = self.water.quadrature()
+        axes = self.axes[self.face_points[:, 0]]
+        on = np.einsum(
+            "fqij,fj->fqi", tensors(places.reshape(-1, self.d)).reshape(*places.shape, -1), axes[:, 0]
+        )
+        traction = np.zeros((len(self.pairs), 3))
+        forces = np.einsum("fqk,fqd,fcd->fkc", self.thickness * shares, on, axes, optimize=True)
+        np.add.at(traction, self.face_points[inside], forces[inside])
+        traction /= np.where(self.area > 0.0, self.area, np.inf)[:, None]
+        free = traction + np.outer(self.water.p, [1.0, 0.0, 0.0])
+        free = np.abs(free).max(1) <= ROUNDING * np.abs(traction).max(initial=0.0)  # as at the surface
+        traction[free] = np.outer(-self.water.p[free], [1.0, 0.0, 0.0])
         message = ""
         for k, (p, law) in enumerate(zip(self.parts, self.laws, strict=True)):
             at = both[p]

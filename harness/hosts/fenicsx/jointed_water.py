@@ -24,6 +24,9 @@ Pressure = float | Callable[..., Floats]
 FACES = {2: ("interval", [0, 1]), 3: ("triangle", [0, 1, 2]), 4: ("quadrilateral", [0, 1, 3, 2])}
 """Face in basix by its number of nodes, and these in its order."""
 
+ROUNDING = 1e-9
+"""Share of the largest pressure below 0 that counts as 0, such as at the level of the water."""
+
 DEGREE, DEGREE_FLOW = 8, 5
 """Of the quadrature: a pressure on faces may have a kink, as at the level of the water; a^3 of the flow."""
 
@@ -52,6 +55,7 @@ def values_of(name: str, p: Pressure, x: Floats, *opening: Floats) -> tuple[Floa
     if found.shape not in ((), (len(x),)):
         return np.zeros(len(x)), f"{name}: p of the shape {found.shape}: expected one number or {len(x)}"
     found = np.broadcast_to(found, len(x)).copy()
+    found[(found < 0.0) & (found >= -ROUNDING * found.max(initial=0.0))] = 0.0
     bad = np.flatnonzero(~(np.isfinite(found) & (found >= 0.0)))
     for k in bad[:1]:
         return found, f"{name}: p = {found[k]:g} at {place(x[k])}: expected a finite water pressure >= 0"
@@ -188,6 +192,14 @@ class Water:
         found = np.zeros((m.n, m.d))
         np.add.at(found, local, forces.reshape(-1, m.d)[here])
         return found.ravel()
+
+    def quadrature(self) -> tuple[Floats, Floats]:
+        """Places (f, q, d) in the faces of joints here, and their shares (f, q, k) in the nodes."""
+        corners = self.corners[self.mine]
+        table, along, weights = quadrature(corners, DEGREE_FLOW)
+        metric = np.einsum("fqrd,fqsd->fqrs", along, along)
+        sizes = weights * np.sqrt(np.linalg.det(metric))
+        return np.einsum("qk,fkd->fqd", table[0], corners), sizes[:, :, None] * table[0]
 
     def flow(
         self,

@@ -59,7 +59,6 @@ class Structure:
         part.ProcessInfo[Geo.VELOCITY_COEFFICIENT] = 1.0
         part.ProcessInfo[Geo.DT_PRESSURE_COEFFICIENT] = 1.0
         self.interfaces: list[Kratos.Element] = []
-        self._loads = 0
         self._strategy: Kratos.ResidualBasedNewtonRaphsonStrategy | None = None
 
     # --- model ---------------------------------------------------------------
@@ -144,9 +143,8 @@ class Structure:
         """Apply forces (three components) to nodes; this has to be called once before the first step."""
         properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
         for number, force in forces.items():
-            self._loads += 1
             name = f"PointLoadCondition{self.dimension}D1N"
-            self.part.CreateNewCondition(name, self._loads, [int(number)], properties)
+            self.part.CreateNewCondition(name, self.part.NumberOfConditions() + 1, [int(number)], properties)
             self.set_load(number, force)
 
     def set_load(self, number: int, force: Sequence[float]) -> None:
@@ -172,7 +170,7 @@ class Structure:
         component is free.  With `again` the last step is solved once more with the current prescribed values.
         `time` is that of the step, for viscous damage.
 
-        If the iterations do not converge, Lost is raised and the displacements are those of the last step.
+        If the iterations do not converge, Lost is raised and all displacements are those of the last step.
         """
         strategy = self.solver()
         information = self.part.ProcessInfo
@@ -190,6 +188,9 @@ class Structure:
             strategy.SolveSolutionStep()  # one iteration, then the residual and the reactions
             norms.append(float(information[Kratos.RESIDUAL_NORM]) if free else 0.0)
             if len(norms) == MOST_ITERATIONS or not np.isfinite(norms[-1]):
+                for node in self.part.Nodes:
+                    last = node.GetSolutionStepValue(Kratos.DISPLACEMENT, 1)
+                    node.SetSolutionStepValue(Kratos.DISPLACEMENT, last)
                 number = information[Kratos.STEP]
                 raise Lost(f"step {number}: residuals {norms}, expected at most {tolerance:g}")
         strategy.FinalizeSolutionStep()

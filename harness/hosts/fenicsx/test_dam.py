@@ -1,0 +1,43 @@
+"""The gravity dam of docs/how-to/dam.md on FEniCSx."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from harness.studies.validation.wall_runs import PROGRAM, PYTHON
+
+pytestmark = pytest.mark.skipif(
+    not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
+)
+
+PAGE = (PROGRAM.parents[3] / "docs/how-to/dam.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_the_scripts_of_the_page(ranks: int, tmp_path: Path) -> None:
+    """The page has the scripts and their output; the dam slides at (W - U) tan phi within 0.2 %."""
+    scripts = re.findall(r"^```py\n(.*?)^```$", PAGE, re.M | re.S)
+    names = "gravity_dam_mesh.py", "gravity_dam.py"
+    assert scripts == [PROGRAM.with_name(name).read_text(encoding="utf-8") for name in names]
+    for file in (*PROGRAM.parent.glob("jointed*.py"), PROGRAM.parents[1] / "paraview_files.py"):
+        shutil.copy(file, tmp_path)
+    for name, text in zip(names, scripts, strict=True):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    command = [PYTHON.parent / "mpiexec", "-n", str(ranks), PYTHON, names[1]]
+    environment = os.environ | {"OMP_NUM_THREADS": "1"}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    shown = re.search(r"^```text\n(.*?)^```$", PAGE, re.M | re.S)[1]
+    number = r"(?<![\w.])\d+\.\d+"
+    assert re.sub(number, "", done.stdout) == re.sub(number, "", shown)
+    found, told = ([float(x) for x in re.findall(number, text)] for text in (done.stdout, shown))
+    assert found == pytest.approx(told, abs=2e-3)
+    for line in done.stdout.splitlines():
+        slides, hand, *_ = (float(x) for x in re.findall(number, line))
+        assert slides == pytest.approx(hand, rel=2e-3)
