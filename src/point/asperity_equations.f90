@@ -5,13 +5,14 @@
 !> those of prescribed separations are decoupled: their residual and their change are zero.
 module asperity_equations
   use asperity_checks, only: all_bounded
+  use asperity_elimination, only: eliminate
   use asperity_kinds, only: wp
   use asperity_point_law, only: point_law
   use asperity_tolerances, only: coarsest_scale, farthest, finest_scale, instability, resolved, residual_tolerance, &
     rounding_scale
   implicit none
   private
-  public :: new_point, new_equations, ramp, evaluate, free_matrix, predict, unstable, is_unstiff, &
+  public :: new_point, new_equations, ramp, evaluate, free_matrix, alike, predict, unstable, is_unstiff, &
     largest_move, farthest_equilibrium, work_between
 
   !> End of an increment: complete, no equilibrium found, limit of updates reached, start or targets out of range; of a
@@ -112,7 +113,7 @@ contains
     real(wp), intent(out) :: residual(3)                !! traction + spring*separation + damping*move - value, stress
     real(wp), intent(out) :: error                      !! largest residual relative to the traction scale of
                                                         !! `residual_tolerance`; huge: x is out of range, no result
-    real(wp) :: finest, given, hidden, known, part, scale, steep, values(3), worn
+    real(wp) :: part, values(3), worn
 
     residual = 0.0_wp
     error = huge(error)
@@ -128,6 +129,20 @@ contains
       point%work = old%work + work_between(old%s, old%traction, point%s, point%traction)
       residual = merge(point%traction + control%spring*x - values + equations%damping*(x - old%s), 0.0_wp, &
         control%traction)
+    end associate
+    error = maxval(abs(residual))/residual_scale(law, equations, x, values, point)
+  end subroutine evaluate
+
+  !> Traction scale with which a residual is compared, stress: the size of the terms of the traction, within bounds.
+  pure function residual_scale(law, equations, x, values, point) result(scale)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(in) :: equations       !! the equations
+    real(wp), intent(in) :: x(3)                        !! separations, of which the free ones are used, length
+    real(wp), intent(in) :: values(3)                   !! prescribed values
+    type(point_type), intent(in) :: point               !! the point with these separations
+    real(wp) :: scale
+    real(wp) :: finest, given, hidden, known, steep
+    associate (control => equations%control)
       given = max(0.0_wp, maxval(abs(values), mask=control%traction))
       steep = 1.0_wp
       if (law%stiffens) steep = max(1.0_wp, maxval(abs(point%tangent))/law%stiffest)
@@ -146,8 +161,7 @@ contains
       ! rounding errors of the separation in the damping force
       scale = max(tiny(scale), finest, scale) + equations%damping*maxval(abs(x), mask=control%traction)
     end associate
-    error = maxval(abs(residual))/scale
-  end subroutine evaluate
+  end function residual_scale
 
   !> Derivative of the residual with respect to the separations, stress/length.
   pure function free_matrix(law, equations, point) result(a)
@@ -235,5 +249,21 @@ contains
     real(wp) :: work
     work = 0.5_wp*sum((traction_old + traction)*(s - s_old))
   end function work_between
+
+  !> Whether two derivatives of the residual differ by so little that the curve between them has no fold: their
+  !> difference is at most half of the first one (half of Kantorovich's bound).
+  pure function alike(first, last) result(yes)
+    real(wp), intent(in) :: first(3, 3), last(3, 3)    !! derivatives, stress/length
+    logical :: yes
+    real(wp) :: matrix(3, 3), x(3)
+    integer :: k
+    yes = .true.
+    do k = 1, 3
+      matrix = first
+      x = last(:, k) - first(:, k)
+      if (yes) call eliminate(3, matrix, x, yes)
+      if (yes) yes = sum(abs(x)) <= 0.5_wp
+    end do
+  end function alike
 
 end module asperity_equations

@@ -38,6 +38,7 @@ contains
     real(c_double), target :: end(3), force(3), new_force(3), operator(9), start(3), state(nstatv)
     type(point_view) :: point
     type(state_view) :: new, old
+    type(c_ptr) :: law   ! its constants
     integer :: i, j, n, order(3), n_props
     done = -1
     n = int(ntens)
@@ -57,10 +58,9 @@ contains
       operator = 0.0_c_double
       operator(1) = consistent
       state = statev
-      old = state_view(c_loc(start), c_loc(force), c_null_ptr, c_loc(props(n_leading + 1)), c_loc(statev), &
-        c_null_ptr, c_null_ptr, c_null_ptr)
-      new = state_view(c_loc(end), c_loc(new_force), c_null_ptr, c_loc(props(n_leading + 1)), c_loc(state), &
-        c_null_ptr, c_null_ptr, c_null_ptr)
+      law = c_loc(props(n_leading + 1))
+      old = state_view(c_loc(start), c_loc(force), c_null_ptr, law, c_loc(statev), c_null_ptr, c_null_ptr, c_null_ptr)
+      new = state_view(c_loc(end), c_loc(new_force), c_null_ptr, law, c_loc(state), c_null_ptr, c_null_ptr, c_null_ptr)
       point = point_view(c_null_ptr, dtime, c_loc(operator), pnewdt, c_null_ptr, old, new)
       done = asperity_generic_joint(point, n_planes, int(n, c_int))
     end if
