@@ -18,7 +18,7 @@ from .interface import Interface
 from .load_path import rows_of
 from .material import Material
 from .pattern import Pattern
-from .steps import TARGETS, Point, Step, prescribed, step_of
+from .steps import TARGETS, Point, Step, numbers_of, prescribed, step_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,12 +222,6 @@ def _without_spring(step: Step) -> Step:
     return replace(step, slip=slip, direction=direction, t_Tx=None, t_Ty=None, k_Tx=None, k_Ty=None)
 
 
-def _numbers(step: Step) -> dict[str, tuple[float, ...]]:
-    """Numbers of the entries of a step that are given, by name."""
-    given = {name: value for name, value in step.given().items() if not isinstance(value, str)}
-    return {name: value if isinstance(value, tuple) else (value,) for name, value in given.items()}
-
-
 def slip_test(path: Path, run: Run) -> SlipTest:
     """Slip test of one run; raises ValueError as `slip_tests`."""
     if run.start != "virgin":
@@ -237,7 +231,7 @@ def slip_test(path: Path, run: Run) -> SlipTest:
     slips = [np.zeros(1)]
     steps = [_without_spring(step) for step in run.steps]
     for step, traction in zip(steps, prescribed(steps), strict=True):
-        numbers = _numbers(step)
+        numbers = numbers_of(step)
         given = {name for name in TARGETS if name in numbers}
         loaded = bool(preload) or len(slips) > 1
         if step.k_N:

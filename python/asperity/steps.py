@@ -125,6 +125,12 @@ class Point:
     p: float = 0.0
 
 
+def numbers_of(step: Step) -> dict[str, tuple[float, ...]]:
+    """Numbers of the entries of a step that are given, by name; also a single one is a tuple."""
+    given = {name: value for name, value in step.given().items() if not isinstance(value, str)}
+    return {name: value if isinstance(value, tuple) else (value,) for name, value in given.items()}
+
+
 def pack(steps: Sequence[Step]) -> tuple[NDArray[np.int32], Floats]:
     """Numbers of values (T, E) of the entries of T steps, -1 for one that is not given, and all values."""
     counts = np.full((len(steps), len(entries())), -1, dtype=np.int32)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ... import contract
 from ...case_files import Case
-from ...contract import Floats, refuse
+from ...contract import Floats
 from ..fit.model import INCLINED, KS, SCALES, TIMELESS, from_scale, to_scale
 from ..fit.report import file_of
 
@@ -84,10 +84,12 @@ def distribution_of(
     """Distribution of the constants of a case; arguments of `uncertainty`."""
     path, props = case.path, case.runs[0].props
     if deviations:
-        refuse(fit is not None, f"--fit {fit}: expected without --sd")
+        if fit is not None:
+            raise ValueError(f"--fit {fit}: expected without --sd")
         found = of_deviations(props, deviations, correlations or {})
     else:
-        refuse(correlations, "--correlation: expected with --sd; a fit has its own")
+        if correlations:
+            raise ValueError("--correlation: expected with --sd; a fit has its own")
         file = fit or file_of(path)
         if not file.is_file():
             raise ValueError(
@@ -141,7 +143,8 @@ def of_deviations(
 ) -> Distribution:
     """Distribution of constants about those of PROPS, with standard deviations and correlations by name."""
     for name, size in deviations.items():
-        refuse(name not in CONSTANTS, f"{name}: expected one of {', '.join(CONSTANTS)}")
+        if name not in CONSTANTS:
+            raise ValueError(f"{name}: expected one of {', '.join(CONSTANTS)}")
         if not 0.0 < contract.number(f"--sd {name}", size) < np.inf:
             raise ValueError(f"--sd {name}={size:g}: expected a standard deviation > 0")
     names = tuple(deviations)
@@ -150,8 +153,10 @@ def of_deviations(
         given = f"--correlation {first},{second}={value:g}: "
         if first == second or not {first, second} <= set(names):
             raise ValueError(f"{given}expected two of {', '.join(names)}")
-        refuse(not -1.0 <= value <= 1.0, f"{given}expected -1 to 1")
-        refuse((second, first) in correlations, f"{given}given twice: expected one value")
+        if not -1.0 <= value <= 1.0:
+            raise ValueError(f"{given}expected -1 to 1")
+        if (second, first) in correlations:
+            raise ValueError(f"{given}given twice: expected one value")
         i, j = names.index(first), names.index(second)
         matrix[i, j] = matrix[j, i] = value
     sizes = np.array([*deviations.values()], dtype=float)

@@ -13,12 +13,12 @@ import numpy as np
 
 from ... import contract
 from ...case_files import Case, Run, read_case
-from ...contract import Floats, refuse
+from ...contract import Floats
 from ...history import SEPARATION
 from ...load_path import rows_of
 from ...parallel import map_in_order
 from ...pattern import direction_vector
-from ...steps import Step, prescribed, thinned
+from ...steps import Step, numbers_of, prescribed, thinned
 from .distribution import Distribution, bad_constant, distribution_of, with_constants
 
 CURVES = ("traction", "dilation", "damage")
@@ -69,7 +69,10 @@ def load_path(path: Path, run: Run) -> LoadPath:
     e, spring = _abscissa(path, run.steps)
     rows, lost = run.interface.rows(run.steps)
     x = np.append(0.0, rows.separation @ e + (rows.traction @ e / spring if spring else 0.0))
-    refuse(lost, f"the case itself loses equilibrium beyond {x[-1]:g}: expected one to the end of its path")
+    if lost:
+        raise ValueError(
+            f"the case itself loses equilibrium beyond {x[-1]:g}: expected one to the end of its path"
+        )
     # the row before x moves is the start of the curve; the slip of a spring has the rounding errors of both
     first = int(np.argmax(np.abs(np.diff(x)) > (ROUNDING * np.abs(x).max() if spring else 0.0)))
     return LoadPath(run, x[first:], bool(e[0] == 0.0), first, e, spring)
@@ -93,9 +96,10 @@ def _abscissa(path: Path, steps: Sequence[Step]) -> tuple[Floats, float]:
                 break
     boxes = [step for step in steps if step.k_Tx and step.k_Tx == step.k_Ty and step.t_Tx is not None]
     if boxes and boxes[0] is steps[-1]:
-        first = np.array([0.0, np.atleast_1d(boxes[0].t_Tx)[0], np.atleast_1d(boxes[0].t_Ty or 0.0)[0]])
+        numbers = numbers_of(boxes[0])
+        first = np.array([0.0, numbers["t_Tx"][0], numbers.get("t_Ty", (0.0,))[0]])
         if np.linalg.norm(first) > 0.0:
-            return first / np.linalg.norm(first), float(boxes[0].k_Tx)
+            return first / np.linalg.norm(first), numbers["k_Tx"][0]
     raise ValueError(f"{path}: expected &step with a prescribed slip or opening, over which curves are drawn")
 
 
@@ -201,7 +205,7 @@ def _batch(
     The curves are in single precision, to save memory.
     """
     curves = np.zeros((len(samples), len(points), len(CURVES)), dtype=np.float32)
-    results, out = [], Counter[str]()
+    results, out = list[Floats](), Counter[str]()
     for *sample, of_tau, of_dilation in samples:
         props = with_constants(path.run.props, names, sample)
         bad = bad_constant(props, names)
