@@ -13,7 +13,7 @@ from asperity import ForeignUmat, Interface, Material, Pattern, Step
 from asperity.tools.style import DILATION, SLIP, TRACTION, TWO, curves, new_figure, printed, save
 from matplotlib.figure import Figure
 
-SOURCE, PICTURE = Path("tests/python/planted_umat.f"), Path("docs/images/any-umat.png")
+SOURCE, PICTURE = Path("harness/examples/planted_umat.f"), Path("docs/images/any-umat.png")
 PATH = [Step(t_N=-0.5, increments=20), Step(slip=[0.15, -0.05, 0.3], increments=[100, 150, 200])]
 LAW = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0)
 

@@ -82,7 +82,7 @@ if(PKG_CONFIG)
   step(pkg_config ${PKG_CONFIG} --cflags --libs asperity)
   separate_arguments(flags UNIX_COMMAND "${output}")
   get_filename_component(where ${library} DIRECTORY)
-  step(build_by_pkg_config ${C_COMPILER} ${CMAKE_CURRENT_LIST_DIR}/foreign/from_c.c ${flags} -Wl,-rpath,${where} -lm
+  step(build_by_pkg_config ${C_COMPILER} ${SOURCES}/harness/examples/program/from_c.c ${flags} -Wl,-rpath,${where} -lm
        -o ${WORK}/by_pkg_config)
   step(run_by_pkg_config ${WORK}/by_pkg_config)
   # and from the archive alone
@@ -90,7 +90,7 @@ if(PKG_CONFIG)
   file(GLOB_RECURSE archive ${prefix}/*/libasperity.a)
   string(REPLACE "-lasperity" "\"${archive}\"" output "${output}")
   separate_arguments(flags UNIX_COMMAND "${output}")
-  step(build_static_by_pkg_config ${C_COMPILER} ${CMAKE_CURRENT_LIST_DIR}/foreign/from_c.c ${flags} -o ${WORK}/static)
+  step(build_static_by_pkg_config ${C_COMPILER} ${SOURCES}/harness/examples/program/from_c.c ${flags} -o ${WORK}/static)
   step(run_static_by_pkg_config ${WORK}/static)
 endif()
 finish(0)

@@ -61,7 +61,7 @@ HIDDEN = {"repeated", "cut", "alternating", "threads", "restart"}
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the path of the library of the planted UMAT."""
     path = tmp_path_factory.mktemp("umat") / "libplanted.so"
-    source = Path(__file__).with_name("planted_umat.f")
+    source = Path(__file__).parents[2] / "harness/examples/planted_umat.f"
     command = ["gfortran", "-ffree-form", "-shared", "-fPIC", "-O1", source, "-o", path]
     subprocess.run(command, check=True, capture_output=True)
     return path

@@ -97,7 +97,7 @@ def test_c_example(block: Block, tmp_path: Path) -> None:
 
 def test_fortran_example() -> None:
     """The program of the page is the one that the test of the installed package compiles and runs."""
-    installed = (ROOT / "tests/package/foreign/example.f90").read_text(encoding="utf-8")
+    installed = (ROOT / "harness/examples/program/example.f90").read_text(encoding="utf-8")
     [shown] = [block for block in blocks("fortran") if block.text.startswith("program example")]
     assert installed.endswith(shown.text)
 
