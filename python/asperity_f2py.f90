@@ -100,7 +100,7 @@ subroutine interface_update(nprops, props, nstatv, n, s_old, s, aimed, aim, dt, 
   double precision, intent(in) :: s(3, n)                !! separation at the end, length
   integer, intent(in) :: aimed                           !! 1: traction and tangent of frozen variables
   double precision, intent(in) :: aim(3, n)              !! separation of these; not read without
-  double precision, intent(in) :: dt                     !! duration of the increment (viscous damage only), time
+  double precision, intent(in) :: dt                     !! duration of the increment (viscous damage, dashpot), time
   double precision, intent(inout) :: state(nstatv, n)    !! STATEV, start -> end
   double precision, intent(inout) :: traction(3, n)      !! traction at the end, stress
   double precision, intent(inout) :: tangent(3, 3, n)    !! (j, i): d traction_i/d s_j, stress/length

@@ -53,8 +53,9 @@ class Material(_Constants):
         """Material of a joint without bond, such as a rock joint.
 
         kn, ks: stiffness in closing and in shear, stress/length, by a bond that gives the stiffness only:
-        K = ks, kc = kn/ks.  mu: coefficient of friction.  others: further constants by name.  Raises
-        ValueError naming every value out of range, and every constant that kn and ks give.
+        K = ks, kc = kn/ks.  mu: coefficient of friction.  others: further constants by name, such as the
+        dashpot c = 2 xi sqrt(kn m) that damps the mass m per area by xi.  Raises ValueError
+        naming every value out of range, and every constant that kn and ks give.
 
         Examples
         --------

@@ -45,9 +45,9 @@ class Step:
     prescribed. slip: targets of s_Tx and s_Ty together along a direction, degrees from Tx towards Ty, which
     remains in later steps. increments: to each target, one number or a list (100). cycles: how often the
     lists are followed (1). time: duration of the step, divided equally among its increments, or a list, the
-    time to each target (1); it matters for viscous damage only. follow, "stable" or "branch": the point jumps
-    where the stable path ends, or continues along the unstable part, where the prescribed values turn back
-    and forward again. arc: longest step along the branch, times s0 (0.05). fork: where another
+    time to each target (1); it matters for viscous damage and a dashpot. follow, "stable" or "branch": the
+    point jumps where the stable path ends, or continues along the unstable part, where the prescribed values
+    turn back and forward again. arc: longest step along the branch, times s0 (0.05). fork: where another
     branch crosses first, 1 or -1 leave to one side or the other (0: go along). p: targets of the water
     pressure in the joint, stress, >= 0; t_N is the total traction, of which the law carries t_N + p.
 

@@ -24,7 +24,7 @@ module asperity_equations
   type, public :: control_type
     logical :: traction(3) = .false.   !! true: traction + spring*separation is prescribed, false: the separation is
     real(wp) :: spring(3) = 0.0_wp     !! stiffness of a surrounding spring (CNS), stress/length
-    real(wp) :: dt = 0.0_wp            !! duration of the increment (viscous damage only), >= 0, time
+    real(wp) :: dt = 0.0_wp            !! duration of the increment (viscous damage, dashpot), >= 0, time
   end type control_type
 
   !> A point: separation, traction, tangent, state.
