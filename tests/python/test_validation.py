@@ -17,6 +17,7 @@ from harness.studies.validation import (
     granite,
     oriented,
     push_off,
+    ribbed,
     sandstone,
     scan,
     wall_runs,
@@ -24,7 +25,7 @@ from harness.studies.validation import (
 )
 
 MEASURED = [push_off.STUDY, sandstone.STUDY, granite.STUDY, closure.STUDY, scan.STUDY, walls.STUDY]
-STUDIES = [*MEASURED, oriented.STUDY, dynamics.STUDY]
+STUDIES = [*MEASURED, oriented.STUDY, dynamics.STUDY, ribbed.STUDY]
 
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
@@ -144,3 +145,12 @@ def test_ridges_in_any_direction() -> None:
     mu, theta = oriented.made(oriented.MADE)
     for a, wanted in oriented.MADE.items():
         assert oriented.law(a, False, mu, theta)[0] == pytest.approx(wanted, abs=1e-6)
+
+
+def test_anchored_bar() -> None:
+    """A linear bond gives the hyperbolic cosine along the bar, friction pi d l mu p once all of it slides."""
+    assert ribbed.elastic() < 1e-4
+    flat = common.joint({"kn": 2e3, "ks": 20.0, "mu": 0.4, "theta": 1.0, "flat": 1.0})
+    bar = ribbed.Bar(flat, 100.0, 0.0, pressure=2.0)
+    force = [bar.pull(end) for end in (0.0, 0.01, 0.2, 1.0)][-1]
+    assert force == pytest.approx(np.pi * ribbed.DIAMETER * 100.0 * 0.4 * 2.0, rel=1e-6)
