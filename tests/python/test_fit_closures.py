@@ -111,6 +111,7 @@ def test_command_from_file_to_card(said: Callable) -> None:
     assert main(["card", "abaqus", "joint.nml"]) == 0
     out, _ = said("predict joint.nml 2.csv --plot predict.png")
     assert "grade       good" in out and "unloading" in out
+    assert "a fit of closure tests: expected one of shear" in said("uncertainty joint.nml --jobs 1", 1)[1]
     assert "--set: expected curves of the slip, not closures" in said("fit 1.csv --set mu=0.5", 1)[1]
     rows = [f"{i},{i},1" for i in range(1, 8)]
     Path("shear.csv").write_text("\n".join(["slip [mm],tau [MPa],sigma_N [MPa]", *rows, ""]))

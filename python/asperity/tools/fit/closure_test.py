@@ -35,7 +35,8 @@ class ClosureTest:
             wrong = values.shape != (self.pressure.size,) or not np.isfinite(values).all()
             refuse(wrong, f"{self.name}: {name} has shape {values.shape}: expected finite numbers (T,)")
             same = not (values.size and np.ptp(values) > 0.0)
-            refuse(same, f"{self.name}: column {name} is the same in all rows: expected values that change")
+            column = "sigma_N" if name == "pressure" else name
+            refuse(same, f"{self.name}: column {column} is the same in all rows: expected values that change")
         refuse(self.pressure.min() < 0.0, f"{self.name}: pressure = {self.pressure.min():g}: expected >= 0")
         rows = self.loading
         refuse(len(rows) < 3, f"{self.name}: {len(rows)} rows of loading: expected at least 3")

@@ -124,7 +124,8 @@ def read(path: Path) -> Distribution:
         covariance = np.array(content["covariance on the scales"], dtype=float)
         error, of_dilation = map(float, content["model error of tau and s_N"])
         grade = "; no result: ".join([str(content["grade"]), *map(str, content["no result"][:1])])
-        sound = names and content["scales"] == [SCALES[name] for name in names]
+        closes = "kn" in names
+        sound = names and (closes or content["scales"] == [SCALES[name] for name in names])
         sound = sound and np.isfinite([*mean, *covariance.ravel(), error, of_dilation]).all()
         least = ASYMMETRY * np.abs(covariance).max()
         sound = sound and covariance.shape == 2 * mean.shape and np.diag(covariance).min() >= 0.0
@@ -133,6 +134,8 @@ def read(path: Path) -> Distribution:
     except (KeyError, TypeError, ValueError) as problem:
         text = "expected a file that this version of asperity fit -o has written"
         raise ValueError(f"{path}: {text} ({problem})") from None
+    if closes:
+        raise ValueError(f"{path}: a fit of closure tests: expected one of shear tests, for a slip")
     return Distribution(names, mean, covariance, True, str(path), (error, of_dilation), grade)
 
 
