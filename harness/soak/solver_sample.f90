@@ -342,9 +342,9 @@ contains
       sample%joint%material%k_n*(point%s - values), control%traction)
     bad = any(abs(gap) > most .and. (control%traction .or. &
       abs(gap) > rounding*sample%joint%material%k_n*abs(values)))
-    if (.not. bad .and. .not. sample%joint%material%guard) then
+    if (.not. bad .and. .not. (sample%joint%material%guard .or. sample%joint%material%damps)) then
       ! a zero increment from this state gives the same traction, as nothing slides or is damaged (not so with the
-      ! guard), nor do the facets wear further
+      ! guard), nor do the facets wear further; a dashpot carries nothing in it
       still = sample%law
       still%joint%material%inv_w0 = 0.0_wp
       again = new_point(still, point%state, point%s)
