@@ -143,12 +143,42 @@ class Steps:
         f.array[self.fixed] = self.model.scale * (x.array_r[self.fixed] - self.values)
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
+        convex = self.model.aim is not None
+        A.setOption(PETSc.Mat.Option.SYMMETRIC, False)  # before entries of another kind
         self.model.tangent(A)
-        soft = SOFT * self.model.scale if self.model.aim is not None else 0.0
+        soft = SOFT * self.model.scale if convex else 0.0
         more = self.x.duplicate()
         more.array[:] = self.drag / self.dt + soft
         A.setDiagonal(more, ADD)
-        A.zeroRows(self.rows, diag=self.model.scale)
+        if convex:  # the fixed components have their values, so that their columns meet zeros
+            A.zeroRowsColumns(self.rows, diag=self.model.scale)
+            A.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        else:
+            A.zeroRows(self.rows, diag=self.model.scale)
+
+    def _factorization(self) -> None:
+        """Where the equations are solved by LU, choose the half of it for the symmetric tangent of passes."""
+        pc, kinds = self.snes.getKSP().getPC(), (PETSc.PC.Type.LU, PETSc.PC.Type.CHOLESKY)
+        old, new = kinds if self.model.aim is not None else kinds[::-1]
+        if pc.getType() == old:
+            solver = pc.getFactorSolverType()
+            pc.setType(new)
+            pc.setFactorSolverType(solver)
+
+    def factor(self) -> tuple[float, float, float]:
+        """Entries of the last factor by MUMPS, operations of its elimination and GB; 0 by other solvers."""
+        pc = self.snes.getKSP().getPC()
+        direct = pc.getType() in (PETSc.PC.Type.LU, PETSc.PC.Type.CHOLESKY)
+        if not direct or pc.getFactorSolverType() != PETSc.Mat.SolverType.MUMPS:
+            return 0.0, 0.0, 0.0
+        found = pc.getFactorMatrix()
+        entries, gigabytes = found.getMumpsInfog(29), found.getMumpsInfog(22) / 1e3
+        entries = entries if entries >= 0 else -1e6 * entries  # in millions where they are many
+        return float(entries), found.getMumpsRinfog(3), gigabytes
+
+    def destroy(self) -> None:
+        """Release the factors, which Python's garbage collector does not reach."""
+        self.snes.destroy()
 
     def solve(self, values: Floats, load: Floats, dt: float = 1.0, ahead: Floats | float = 0.0) -> bool:
         """Solve a step to displacements of the fixed components and loads; whether it converged.
@@ -226,6 +256,7 @@ class Steps:
         )
         self.values, self.load, self.dt, self.message = values, load + self.model.water.outer, dt, ""
         self.x.array[:] = start
+        self._factorization()
         self.snes.solve(None, self.x)
         self.model.linear += self.snes.getLinearSolveIterations()
         self.iterations, reason = self.snes.getIterationNumber(), self.snes.getConvergedReason()

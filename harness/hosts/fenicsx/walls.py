@@ -24,6 +24,7 @@ from asperity.options import add_options
 from asperity.pattern import Pattern
 from jointed import COMM, Follow, Model, Output, Steps, total
 from jointed_follow import ERRORS, PASSES
+from petsc4py import PETSc
 from structured import grid
 
 HEAD = "displacement [mm],horizontal [kN],vertical [kN],dissipated [kN mm],iterations,passes,e_a [-],e_t [-]"
@@ -184,6 +185,7 @@ class Run:
         self.steps = first
         if not wall.beam:
             self.steps = Steps(m, np.r_[base, m.dofs(pushed, *range(m.d))], o.tolerance, o.petsc, drag)
+            first.destroy()
             load = 0.0 * load
         at, along = m.u[self.steps.fixed], np.isin(self.steps.fixed, push)
         self.follow = Follow(
@@ -262,6 +264,7 @@ def main() -> int:
     """Run the program."""
     warnings.simplefilter("ignore")
     o, begin = options(), time.process_time()
+    PETSc.Log.begin()
     say = print if COMM.rank == 0 else lambda *words, **how: None
     try:
         run = Run(o)
@@ -288,6 +291,8 @@ def main() -> int:
             output.write(end)
     at, force, _, spent, _, passes, *errors = np.array(rows).reshape(-1, len(HEAD.split(","))).T
     peak = int(np.abs(force).argmax()) if len(force) else 0
+    entries, operations, gigabytes = run.steps.factor()
+    lu, cholesky = (PETSc.Log.Event(f"Mat{name}Num").getPerfInfo() for name in ("LUFactor", "CholFctr"))
     say(json.dumps({
         "unknowns": run.model.K.getSize()[0], "points": int(total(len(run.model.area))), "ranks": COMM.size,
         "steps": len(rows), "cuts": follow.cuts, "repeated": follow.repeated,
@@ -298,6 +303,8 @@ def main() -> int:
         "seconds": time.process_time() - begin, "law": run.model.clock,
         "memory": COMM.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 1e6,
         "peak": float(force[peak]) if rows else 0.0, "at": float(at[peak]) if rows else 0.0, "end": follow.at,
+        "entries": entries, "operations": operations, "gigabytes": gigabytes,
+        **{name: one["time"] / max(one["count"], 1) for name, one in (("lu", lu), ("cholesky", cholesky))},
     }))  # fmt: skip
     if follow.reason:
         say(f"walls.py: {follow.reason}", file=sys.stderr)
