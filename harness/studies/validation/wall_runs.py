@@ -20,35 +20,70 @@ BUILD = Path(__file__).parents[3] / "build"
 PYTHON = BUILD / "fenicsx" / "bin" / "python"
 """Made by `make hosts`."""
 
-DRY = "--drag 1e-6 --tolerance 1e-5 --step 0.1 --most 0.5"
+DRY = "--tolerance 1e-5 --step 0.1 --most 0.5"
 MORTAR = "--tau 0.002"
 """Options of the dry walls and of those with mortar."""
 
-CP = "-snes_linesearch_type cp -snes_max_it 40"
-"""Options of PETSc for all runs but PASSES; these have no passes."""
-
-ALONE = f"--elements 2 2 {DRY.replace('--drag 1e-6 ', '')}"
-"""Options of dry walls without drag."""
-
-SOLID = "--tau 0.005 --elements 4 1 3 --theta 10 --height 0.1 --to 3.5"
-"""Options of a wall in three dimensions."""
-
 ROCKING, SLIDING = "--to 5 10 15 20", "--to 4 8 12"
 
-PASSES = {
-    "SW30 newton": f"--wall SW30 {ALONE} --to 9 --passes 0",
-    "SW30 drag": f"--wall SW30 {ALONE} --to 9 --passes 0 --drag 1e-6",
-    "SW30 passes": f"--wall SW30 {ALONE} --to 9",
-    "WS100 passes": f"--wall WS100 {ALONE} {ROCKING}",
-    "3D passes": f"{SOLID} --turn 0",
-}
-"""Runs by the line search bisection, and by passes where it stops."""
+SOLID = "--theta 10 --height 0.1 --to 3.5"
+"""Options of a wall in three dimensions."""
 
 SOLID_STEPS = "--tau 0.02 --elements 4 2 3 --to 0.04 --tolerance 1e-5"
 """Options of the runs in three dimensions that are timed."""
 
+NEWTON, SNAPS = "--passes 0", "--limit 0.1"
+"""Newton's method alone; in a snap even a shortest step by passes has an error above the default limit."""
+
+COST = {
+    "flat": "--wall J4D",
+    "rough": "--wall J4D --theta 10 --height 0.1",
+    "dry": f"--wall SW30 {DRY} --elements 2 2 --to 9",
+    "3D": f"--elements 2 1 2 {SOLID}",
+}
+"""Walls of the chart of costs; that in three dimensions has planes that face exactly across the slip."""
+
+IMPLEX = {
+    errors: f"--passes 1 --always --limit 0.4 --errors {errors}"
+    for errors in ("0.2 0.1", "0.1 0.05", "0.05 0.02")
+}
+"""One pass from extrapolated separations, by its errors of a damage and of forces."""
+
+METHODS = {
+    **{
+        f"{wall} tau {tau}": f"{COST[wall]} --tau {tau}"
+        for wall, some in (("flat", (0.05, 0.02, 0.005, 0.0005)), ("rough", (0.05, 0.02, 0.005, 0.0005)))
+        for tau in some
+    },
+    "flat newton": f"{COST['flat']} {NEWTON}",
+    "flat passes": f"{COST['flat']} {SNAPS}",
+    "flat always": f"{COST['flat']} --tau 0.002 --always",
+    "rough newton": f"{COST['rough']} {NEWTON}",
+    "rough passes": f"{COST['rough']} {SNAPS}",
+    "dry newton": f"{COST['dry']} {NEWTON}",
+    "dry drag 1e-6": f"{COST['dry']} --drag 1e-6 {NEWTON}",
+    "dry drag 1e-5": f"{COST['dry']} --drag 1e-5 {NEWTON}",
+    "dry passes": COST["dry"],
+    **{
+        f"{wall} implex {errors}": f"{COST[wall]} {words}"
+        for wall in ("flat", "rough", "dry", "3D")
+        for errors, words in IMPLEX.items()
+    },
+    "3D passes": f"{COST['3D']} {SNAPS}",
+    "3D newton 0.005": f"{COST['3D']} --tau 0.005 {NEWTON}",
+    **{f"3D tau {tau}": f"{COST['3D']} --tau {tau}" for tau in (0.02, 0.005)},
+}
+"""Options by wall and method; those of the walls with viscosity are by Newton's method with passes."""
+
 ROUGH = "10 0", "20 0.1", "10 0.5", "5 0.1"
 """Theta and height of the planes in the joints of J4D."""
+
+PLANES = {
+    f"planes {sides} {turn:g}": f"{COST['rough']} {MORTAR} --sides {sides} --turn {turn}"
+    for sides, turns in ((2, (0,)), (4, (45,)), (6, (0, 30)), (8, (0, 22.5)), (16, (0, 11.25)), (64, (0,)))
+    for turn in turns
+}
+"""J4D with other patterns; a turn of half of the angle between two planes."""
 
 SOLVERS = {
     "MUMPS": "",
@@ -60,6 +95,9 @@ SOLVERS = {
 GMRES would judge the preconditioned residual, which falls long before that of the equations.
 """
 
+SIZES, RANKS = (1, 2), (1, 2)
+"""Sizes of the walls whose factors by LU and Cholesky are compared, and ranks."""
+
 RUNS = {
     "J4D": f"--wall J4D {MORTAR}",
     **{name: f"--wall {name} {DRY} --elements 2 2 {ROCKING}" for name in ("WS40", "WS100", "WS175", "WS250")},
@@ -70,33 +108,29 @@ RUNS = {
         for names, planes in (("J4D J6D J7D", "10 0.1"), *(("J4D", one) for one in ROUGH))
         for name in names.split()
     },
-    **{f"tau {tau}": f"--tau {tau}" for tau in (0, 0.005, 0.02, 0.05)},
-    **{f"search {k}": f"{MORTAR} --petsc='-snes_linesearch_type {k}'" for k in ("bt", "l2", "basic")},
-    "drag": "--drag 1e-6",
-    "alone": f"--wall WS100 {DRY.replace('--drag 1e-6', '')} --elements 2 2 {ROCKING}",
+    **METHODS,
+    **PLANES,
+    **{f"search {k}": f"{MORTAR} --petsc='-snes_linesearch_type {k}'" for k in ("cp", "basic")},
     "cyclic WS100": f"--wall WS100 {DRY} --elements 2 2 --to 5 -5 10 -10 0",
     "J4D 2 2": f"{MORTAR} --elements 2 2",
     "SW100 4 4": f"--wall SW100 {DRY} --elements 4 4 {SLIDING}",
     "WS100 4 4": f"--wall WS100 {DRY} --elements 4 4 {ROCKING}",
-    "SW100 drag": f"--wall SW100 {DRY} --elements 2 2 {SLIDING} --drag 2e-6",
-    "WS100 drag": f"--wall WS100 {DRY} --elements 2 2 {ROCKING} --drag 2e-6",
     "WS100 kn": f"--wall WS100 {DRY} --elements 2 2 {ROCKING} --joint kn=15.8 ks=6.32",
     **{f"step {step}": f"{MORTAR} --step {step} --most {step}" for step in (0.0125, 0.1, 0.2)},
-    **{
-        f"planes {sides}": f"{MORTAR} --theta 10 --height 0.1 --sides {sides} --turn {turn}"
-        for sides, turn in ((2, 0), (8, 22.5), (16, 11.25))
-    },
-    **PASSES,
-    "J4D 8 6": f"{MORTAR} --elements 8 6 --to 2.3",
-    "3D 45": f"{SOLID} --turn 45",
-    "3D 0": f"{SOLID} --turn 0",
+    "J4D 8 6": f"{MORTAR} --elements 8 6",
+    **{f"3D {turn}": f"--tau 0.005 --elements 4 1 3 {SOLID} --turn {turn}" for turn in (45, 0)},
     **{
         f"scale {k} {name}": f"{SOLID_STEPS} --scale {k} {words}"
         for name, words in SOLVERS.items()
         for k in (1, 2, 4, 6)
     },
+    **{f"factor {k} LU on {n}": f"{SOLID_STEPS} --scale {k}" for k in SIZES for n in RANKS},
+    **{f"factor {k} Cholesky on {n}": f"{SOLID_STEPS} --scale {k} --always" for k in SIZES for n in RANKS},
 }
 """Options by the name of a run."""
+
+TIMED = "scale", "factor"
+"""Beginnings of the names of runs that only press and move a little."""
 
 FIELDS = ("WS100", "SW100", "J4D")
 """Runs of the picture of cracks."""
@@ -133,12 +167,8 @@ def execute(name: str, folder: Path) -> None:
     out = folder / f"{words}.csv"
     out.unlink(missing_ok=True)  # of a run that was ended
     line = f"{RUNS[name]} --out {out}"
-    if name not in PASSES:
-        petsc = "--petsc='"
-        line = line.replace(petsc, f"{petsc}{CP} ") if petsc in line else f"{line} {petsc}{CP}'"
-        line += " --passes 0"
     line += f" --pvd {folder / words}.pvd" * (name in FIELDS)
-    end = start(line)
+    end = start(line, ranks=int(name[-1]) if name.startswith("factor") else 1)
     if end.returncode not in (0, 3):
         raise RuntimeError(f"{name}: exit {end.returncode}: {end.stderr}")
     done.write_text(end.stdout.splitlines()[-1] + "\n", encoding="utf-8")
@@ -174,7 +204,7 @@ def store(folder: Path) -> None:
             continue
         curve = np.loadtxt(f"{file}.csv", delimiter=",", skiprows=1, ndmin=2)[:, :3]
         curve = np.vstack([[0.0, 0.0, curve[0, 2]], curve])
-        if not name.startswith("scale"):  # these end where they are pressed
+        if not name.startswith(TIMED):  # these end where they are pressed
             parts = dict(zip(("displacement", "horizontal", "vertical"), curve.T, strict=True))
             paths.append(pandas.DataFrame({"run": name, **parts}))
         sums.append(pandas.DataFrame([{"run": name, **json.loads(done.read_text(encoding="utf-8"))}]))

@@ -14,7 +14,7 @@ from asperity.tools.tables import markdown
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from . import wall_runs
+from . import wall_costs, wall_runs
 from .common import DOCS, Constants, Study, rows
 
 CRACKS, OWN = (DOCS / "images" / f"validation_walls_{name}.png" for name in ("cracks", "own"))
@@ -30,18 +30,6 @@ UNTIL = {"WS": 20.0, "SW": 12.0, "SW30": 9.0}
 """Displacements up to which the strengths are compared, mm; after 9 mm SW30 leans on its rig."""
 
 MORTAR = ("J4D", "J6D", "J7D")
-METHODS = {
-    "tau 0": "without viscosity",
-    "J4D": "tau_v = 0.002 mm, line search cp",
-    "search bt": "the same, bt",
-    "search l2": "the same, l2",
-    "search basic": "the same, none",
-    "tau 0.005": "tau_v = 0.005 mm, cp",
-    "tau 0.02": "tau_v = 0.02 mm, cp",
-    "tau 0.05": "tau_v = 0.05 mm, cp",
-    "drag": "drag on the half-bricks",
-    "alone": "dry wall WS100 without drag",
-}
 
 
 def until(name: str) -> float:
@@ -130,66 +118,68 @@ def dilation(curves: dict[str, Floats]) -> str:
 
 
 CHOICES = {
-    "planes 2": "RT, 10°, 0.1 mm",
-    "J4D 10 0.1": "RP-4, 10°, 0.1 mm",
-    "planes 8": "RP-8, 10°, 0.1 mm",
-    "planes 16": "RP-16, 10°, 0.1 mm",
-    "step 0.2": "flat, largest step 0.2 mm",
-    "step 0.1": "flat, 0.1 mm",
-    "J4D": "flat, 0.05 mm, mesh 4 x 3",
-    "step 0.0125": "flat, 0.0125 mm",
-    "J4D 2 2": "flat, 0.05 mm, mesh 2 x 2",
-    "J4D 8 6": "flat, 0.05 mm, mesh 8 x 6",
+    "step 0.2": "largest step 0.2 mm",
+    "step 0.1": "0.1 mm",
+    "J4D": "0.05 mm, mesh 4 x 3",
+    "step 0.0125": "0.0125 mm",
+    "J4D 2 2": "0.05 mm, mesh 2 x 2",
+    "J4D 8 6": "0.05 mm, mesh 8 x 6",
+    "search cp": "0.05 mm, mesh 4 x 3, line search cp",
+    "search basic": "0.05 mm, mesh 4 x 3, no line search",
 }
-"""Choices of J4D that change its cost."""
+"""Steps, meshes and line searches of J4D with flat joints."""
 
 SOLID = {
-    "3D 0": "RP-4, turn 0: two planes face across the slip",
-    "3D 45": "RP-4, turn 45°",
+    "3D 0": "turn 0: two planes face across the slip",
+    "3D 45": "turn 45°",
 }
 
 
-PASSES = {
-    "SW30 newton": ("SW30", "Newton's method, no drag", 9.0),
-    "SW30 drag": ("SW30", "Newton's method, drag", 9.0),
-    "SW30 passes": ("SW30", "passes where it fails, no drag", 9.0),
-    "WS100 passes": ("WS100", "passes where it fails, no drag", 20.0),
-    "3D passes": ("J4D in 3D, turn 0, below", "passes where it fails", 3.5),
+CHANGES = {
+    "WS100 4 4": ("WS100", "elements of half the size"),
+    "SW100 4 4": ("SW100", "elements of half the size"),
+    "J4D 8 6": ("J4D", "elements of half the size"),
+    "WS100 kn": ("WS100", "joints of twice the stiffness"),
 }
-"""Runs with passes: wall, method and end."""
+"""Runs with another mesh or another assumed constant: wall and change."""
 
 
-def outcomes(summaries: pandas.DataFrame, labels: dict[str, str], *head: str, end: float) -> str:
-    """Table of runs of J4D that pass the snaps of its bricks up to a displacement, or stop."""
+def changes(curves: dict[str, Floats]) -> str:
+    """Table of the strengths with other meshes and assumed constants."""
+    body = []
+    for name, (wall, what) in CHANGES.items():
+        limit = until(wall) if wall in FORCES else np.inf
+        new, old = (most(curves[one], limit) for one in (name, wall))
+        body.append([wall, what, f"{100.0 * (new / old - 1.0):+.1f}"])
+    return markdown(["wall", "change", "strength, %"], body)
+
+
+def outcomes(summaries: pandas.DataFrame, labels: dict[str, str], what: str, end: float = 4.0) -> str:
+    """Table of runs: peak, cost, and what the passes left."""
     body = []
     for name, label in labels.items():
         one = summaries.loc[name]
-        where = "passes" if one.end >= end else f"stops at {one.end:.2f} mm"
-        body.append([label, f"{one.peak:.1f}", f"{one.iterations:.0f}", f"{one[head[3]]:.0f}", where])
-    return markdown([*head], body)
-
-
-def passes(summaries: pandas.DataFrame) -> str:
-    """Table of runs with passes."""
-    body = []
-    for name, (wall, method, end) in PASSES.items():
-        one = summaries.loc[name]
-        where = "passes" if one.end >= end else f"stops at {one.end:.2f} mm"
+        if one.end < end:
+            raise ValueError(f"{name}: stops at {one.end:g} mm: expected {end:g}")
         steps = f"{one.by_passes:.0f} of {one.steps:.0f}"
-        error = f"{one.e_t:.1g}" if one.by_passes else ""
-        body.append([wall, method, f"{one.peak:.1f}", f"{one.iterations:.0f}", steps, error, where])
-    head = ["wall", "method", "peak, kN", "iterations", "steps by passes", "largest error of forces", "end"]
-    return markdown(head, body)
+        cost = f"{one.iterations:.0f}", f"{one.seconds:.0f}", steps, f"{one.e_t:.1g}"
+        body.append([label, f"{one.peak:.1f}", *cost])
+    return markdown([what, "peak, kN", "factorizations", "seconds", "steps by passes", "e_t"], body)
 
 
-def scale(summaries: pandas.DataFrame) -> str:
-    """Table of the pressed walls of growing size: time and memory of an unknown, linear iterations."""
-    rows: dict[str, list[str]] = {}
-    for name, one in summaries[summaries.index.str.startswith("scale")].iterrows():
-        time, memory = 1e6 * one[["seconds", "memory"]] / one.unknowns
-        row = rows.setdefault(f"{one.unknowns:.0f}", [""] * len(wall_runs.SOLVERS))
-        row[list(wall_runs.SOLVERS).index(name.split()[2])] = f"{time:.0f}, {memory:.1f}, {one.linear:.0f}"
-    return markdown(["unknowns", *wall_runs.SOLVERS], [[key, *row] for key, row in rows.items()])
+def ends(summaries: pandas.DataFrame) -> str:
+    """Table of the walls that were tested: factorizations, steps by passes and largest error of forces."""
+    body = []
+    for label, names in {
+        "dry": FORCES,
+        "mortar, flat": MORTAR,
+        "mortar, 10°": [f"{name} 10 0.1" for name in MORTAR],
+    }.items():
+        some = summaries.loc[[*names]]
+        counts = [f"{least:.0f} to {most:.0f}" for least, most in (
+            (part.min(), part.max()) for part in (some.iterations, some.by_passes))]  # fmt: skip
+        body.append([label, *counts, f"{some.e_t.max():.1g}"])
+    return markdown(["walls", "factorizations", "steps by passes", "largest e_t"], body)
 
 
 def draw(_: Mapping[str, Constants]) -> Figure:
@@ -288,17 +278,14 @@ def tables(_: Mapping[str, Constants]) -> dict[str, str]:
         "dry": dry(curves),
         "mortar": mortar(curves),
         "dilation": dilation(curves),
-        "methods": outcomes(
-            summaries, METHODS, "method", "peak, kN", "iterations", "seconds", "end", end=4.0
-        ),
-        "passes": passes(summaries),
-        "choices": outcomes(
-            summaries, CHOICES, "J4D", "peak, kN", "iterations", "seconds", "to 2.3 mm", end=2.3
-        ),
-        "solid": outcomes(
-            summaries, SOLID, "pattern", "peak, kN", "iterations", "cuts", "to 3.5 mm", end=3.5
-        ),
-        "scale": scale(summaries),
+        "ends": ends(summaries),
+        "costs": wall_costs.costs(summaries),
+        "choices": outcomes(summaries, CHOICES, "J4D, flat"),
+        "planes": wall_costs.planes(summaries),
+        "solid": outcomes(summaries, SOLID, "RP-4", 3.5),
+        "changes": changes(curves),
+        "scale": wall_costs.scale(summaries),
+        "factors": wall_costs.factors(summaries),
         "arches": arches(),
     }
 
@@ -311,6 +298,8 @@ def run() -> dict[str, Constants]:
     with printed():
         for picture, panels in PANELS.items():
             save(draw_deformed(folder, panels), picture)
+        save(wall_costs.draw_costs(), wall_costs.COSTS)
+        save(wall_costs.draw_planes(), wall_costs.PLANES)
     return {}
 
 
