@@ -19,7 +19,7 @@ from .material import Material, ModelWarning
 from .model_checks import check_model, warn_of_physics
 from .pattern import Pattern
 from .point_arrays import check_given, outputs, pressures, times_of
-from .steps import Point, Step, slip_path
+from .steps import Point, Step, largest_tension, slip_path
 
 
 @dataclass(frozen=True)
@@ -211,12 +211,11 @@ class Interface:
         if state is None and path[0].s_N is None and path[0].t_N is None and path[0].slip is not None:
             text = "steps[0]: neither t_N nor s_N is given, so s_N is held at 0"
             warnings.warn(text, ModelWarning, stacklevel=2)
-        prescribed = (np.max(step.t_N) for step in path if step.t_N is not None)
         warn_of_physics(
             self.material,
             self.pattern,
             (history.traction[:, 0] + history.p).min(initial=0.0),
-            max(prescribed, default=0.0),
+            largest_tension(path, state.p if isinstance(state, Point) else 0.0),
             slip=np.hypot(*history.separation[:, 1:].T).max(initial=0.0),
         )
         if lost:

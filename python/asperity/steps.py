@@ -131,6 +131,21 @@ def numbers_of(step: Step) -> dict[str, tuple[float, ...]]:
     return {name: value if isinstance(value, tuple) else (value,) for name, value in given.items()}
 
 
+def largest_tension(path: Sequence[Step], p: float) -> float:
+    """Largest normal traction of the law that a path prescribes, t_N + p, or 0; p: at its start."""
+    water, t_N, largest = np.array([p]), None, 0.0
+    for step in path:
+        water = water[-1:] if step.p is None else np.atleast_1d(np.asarray(step.p, float))
+        if step.t_N is not None:
+            prescribed = np.atleast_1d(np.asarray(step.t_N, float))
+            largest, t_N = max(largest, float(np.max(prescribed + water))), prescribed[-1]
+        elif step.s_N is not None:
+            t_N = None
+        elif t_N is not None:
+            largest = max(largest, float(t_N + water.max()))
+    return largest
+
+
 def pack(steps: Sequence[Step]) -> tuple[NDArray[np.int32], Floats]:
     """Numbers of values (T, E) of the entries of T steps, -1 for one that is not given, and all values."""
     counts = np.full((len(steps), len(entries())), -1, dtype=np.int32)

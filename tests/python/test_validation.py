@@ -13,6 +13,7 @@ import pytest
 from harness.studies.validation import (
     closure,
     common,
+    dam,
     dynamics,
     granite,
     oriented,
@@ -26,7 +27,7 @@ from harness.studies.validation import (
 )
 
 MEASURED = [push_off.STUDY, sandstone.STUDY, granite.STUDY, closure.STUDY, scan.STUDY, walls.STUDY]
-STUDIES = [*MEASURED, oriented.STUDY, dynamics.STUDY, ribbed.STUDY]
+STUDIES = [*MEASURED, oriented.STUDY, dynamics.STUDY, ribbed.STUDY, dam.STUDY]
 
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
@@ -35,6 +36,20 @@ def test_page_is_up_to_date(study: common.Study) -> None:
     assert study.main(["--check"]) == 0
     assert f"(../images/{study.picture.name})" in study.page.read_text(encoding="utf-8")
     assert matplotlib.image.imread(study.picture).shape[1] > 300
+
+
+def test_levels_of_the_dam() -> None:
+    """The dam fails at the levels of a rigid one, and with E x 1000 opens and closes as that does."""
+    levels = common.rows("dam_levels").set_index(["water", "joint"]).level
+    for kind, exact in {"none": 11.462, "linear": 10.017, "flow": 9.312}.items():
+        assert dam.overturned(kind) == pytest.approx(exact, abs=5e-4)
+        assert levels[kind, "held"] == pytest.approx(exact, rel=1e-3)
+    # the uplift U = p b/2 gives a quadratic equation of the level
+    slid = np.roots([0.5 * 9.81, 0.75 * 9.81 * 2.5, -0.75 * 765.18]).max()
+    assert dam.slid("linear") == pytest.approx(slid, rel=1e-9)
+    assert levels["linear", "plain"] == pytest.approx(slid, rel=1e-3)
+    assert dam.opened("linear") == pytest.approx((2.577e-7, -3.696e-7), rel=1e-3)
+    assert dam.opened("flow") == pytest.approx((1.1338e-6, -5.072e-7), rel=1e-3)
 
 
 def test_runs_of_the_walls_are_stored() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -83,6 +85,25 @@ def test_paths_with_water_are_those_of_effective_tractions() -> None:
         for t_N, p in ((-1.0, WATER), (-1.0 + WATER, None))
     )
     assert np.subtract(*(branch.tau[-1] for branch in branches)) == pytest.approx(0.0, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("path", "warned"),
+    [
+        ([Step(t_N=2.5, p=1.0, increments=1)], True),
+        ([Step(t_N=-1.0, increments=1), Step(p=[0.5, 4.2], increments=[1, 1])], True),
+        ([Step(t_N=3.5, increments=1)], True),
+        ([Step(t_N=2.0, p=0.5, increments=1)], False),
+        ([Step(t_N=1.0, increments=1), Step(s_N=0.0, increments=1), Step(p=2.5, increments=1)], False),
+    ],
+)
+def test_tension_beyond_the_strength_counts_the_water(path: list, warned: bool) -> None:
+    """A prescribed t_N + p above sigma0 = 3 gives a warning, as in the driver."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        with contextlib.suppress(EquilibriumLost):
+            Interface(Material(3.0, 0.3, 0.9, 0.5), Pattern.regular(0, 0.0)).run(path)
+    assert any("times the strength" in str(one.message) for one in caught) == warned
 
 
 def test_points_and_initial_states() -> None:

@@ -1,4 +1,4 @@
-"""The gravity dam of docs/how-to/dam.md on FEniCSx."""
+"""Dams on FEniCSx: the scripts of docs/how-to/dam.md, and the section that other codes have computed."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from harness.studies.validation.wall_runs import PROGRAM, PYTHON
+from harness.studies.validation import dam
+from harness.studies.validation.wall_runs import PROGRAM, PYTHON, start
 
 pytestmark = pytest.mark.skipif(
     not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
@@ -41,3 +43,14 @@ def test_the_scripts_of_the_page(ranks: int, tmp_path: Path) -> None:
     for line in done.stdout.splitlines():
         slides, hand, *_ = (float(x) for x in re.findall(number, line))
         assert slides == pytest.approx(hand, rel=2e-3)
+
+
+@pytest.mark.parametrize(("kind", "ranks"), [("none", 1), ("linear", 2), ("flow", 2)])
+def test_profiles_of_other_codes(kind: str, ranks: int, tmp_path: Path) -> None:
+    """Separations along the joint are those of Code_Aster's coarser mesh within 3 % of the largest."""
+    out = tmp_path / "rows.csv"
+    done = start(f"profile {dam.PROFILES[kind]} --out {out}", "dam", ranks)
+    assert done.returncode == 0, done.stderr
+    x, s_N = np.loadtxt(out, delimiter=",", skiprows=1, usecols=(0, 1)).T
+    expected = np.array(dam.OTHERS[kind]["Code_Aster"])
+    assert np.interp(dam.PLACES, x, s_N) == pytest.approx(expected, abs=0.03 * np.abs(expected).max())

@@ -1,0 +1,166 @@
+"""Concrete dam on the joint along its base, with the water in the joint and its steady flow; m, N.
+
+The section of Code_Aster's tests ssnp142a, e and i: vertical upstream, base 5 m, crest 1.5 m, height 10 m, on
+a foundation of 15 m x 5 m.  A parapet without weight keeps water that is higher than the dam.  `profile`
+prints what the joint does at a level, `overload` the level at which the dam fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+from pathlib import Path
+
+import meshio
+import numpy as np
+from asperity.contract import Floats
+from asperity.interface import Interface
+from asperity.material import Material
+from asperity.mesh import Jointed, split
+from asperity.options import add_options
+from asperity.pattern import Pattern
+from jointed import COMM, Follow, Model, Output, Steps
+
+BASE, CREST, HEIGHT, PARAPET = 5.0, 1.5, 10.0, 13.0
+"""Widths of the dam and levels of its crest and of the top of the parapet."""
+
+WEIGHT, WATER = 2400.0 * 9.81, 1000.0 * 9.81
+"""Of concrete and of water, N/m3."""
+
+STIFFNESS = 1e12
+"""Of the joint, Pa/m, in closing and in shear."""
+
+VISCOSITY, A_0 = 1e-3, 1e-8
+"""Of water, Pa s, and first and least aperture of the joint, m."""
+
+UPLIFTS = "none", "linear", "flow"
+
+BOND = {"sigma0": 1e5, "Gc": 20.0, "eta": 1.0 - 1e5**2 / (2.0 * STIFFNESS * 20.0), "kc": 1.0}
+"""Of a joint with a bond: 0.1 MPa, 20 N/m, the same stiffness."""
+
+OPEN = {"kn": STIFFNESS, "ks": STIFFNESS}
+JOINTS = {
+    "held": (Material.from_joint(**OPEN, mu=1000.0), 0.0),
+    "plain": (Material.from_joint(**OPEN, mu=0.75), 0.0),
+    "rough": (Material.from_joint(**OPEN, mu=0.75, height=5e-3), 15.0),
+    "bonded": (Material(**BOND, mu=0.75), 0.0),
+    "rough bonded": (Material(**BOND, mu=0.75, height=5e-3), 15.0),
+}
+"""Material, and slope of two planes in degrees: held does not slide, rough has asperities of 5 mm."""
+
+
+def section(parts: int) -> Jointed:
+    """Section with so many quadrilaterals along the base; triangles and other meshes would do, too."""
+    along, size = np.linspace(0.0, BASE, parts + 1), BASE / parts
+    far = np.geomspace(size, 6.0 * size, 40)
+    far = BASE * np.cumsum(far) / far.sum()
+    x, y = np.r_[-far[::-1], along, BASE + far], np.r_[-far[::-1], 0.0]
+    up = np.linspace(0.0, PARAPET, round(PARAPET / HEIGHT * parts) + 1)
+    slender = 1.0 - (1.0 - CREST / BASE) * np.minimum(up, HEIGHT) / HEIGHT
+    rock = np.stack(np.meshgrid(x, y, indexing="ij"), 2)
+    dam = np.stack([along[:, None] * slender, np.broadcast_to(up, (parts + 1, len(up)))], 2)
+    number = np.arange(rock.size // 2).reshape(rock.shape[:2])
+    more = number.max() + 1 + np.arange(dam.size // 2).reshape(dam.shape[:2])
+    more[:, 0] = number[len(far) : len(far) + parts + 1, -1]  # the dam stands on nodes of the rock
+    points = np.concatenate([rock.reshape(-1, 2), dam.reshape(-1, 2)])
+    cells = [
+        np.stack([one[:-1, :-1], one[1:, :-1], one[1:, 1:], one[:-1, 1:]], 2).reshape(-1, 4)
+        for one in (number, more)
+    ]
+    above = np.repeat([up[:-1] >= HEIGHT - 1e-9], parts, 0).ravel()
+    outside = np.r_[number[0, ::-1], number[:, 0], number[-1]]
+    lines = [np.stack([one[:-1], one[1:]], 1) for one in (more[0], more[-1], outside)]
+    lines[2] = lines[2][lines[2][:, 0] != lines[2][:, 1]]
+    names = {"rock": (1, 2), "dam": (2, 2), "parapet": (3, 2), "upstream": (4, 1), "downstream": (5, 1),
+             "outside": (6, 1)}  # fmt: skip
+    tags = [np.r_[np.full(len(cells[0]), 1), np.where(above, 3, 2)]]
+    tags += [np.full(len(one), 4 + k) for k, one in enumerate(lines)]
+    kinds = [("quad", np.concatenate(cells)), *(("line", one) for one in lines)]
+    data = {"gmsh:physical": tags}
+    fields = {name: np.array(one) for name, one in names.items()}
+    return split(meshio.Mesh(points, kinds, cell_data=data, field_data=fields), {"base": ("rock", "dam")})
+
+
+class Dam:
+    """A dam, in whose joint the water has one of the UPLIFTS."""
+
+    def __init__(self, uplift: str, law: Interface, parts: int, E: float, nu: float) -> None:
+        """Mesh it, and fix the sides and the bottom of the foundation."""
+        self.uplift, mesh = uplift, section(parts) if COMM.rank == 0 else None
+        self.model = m = Model(mesh, {"base": law}, E, nu, plane="strain")
+        self.weight = m.body([0.0, -WEIGHT], "dam")
+        self.steps = Steps(m, m.dofs(m.group("outside")[0], 0, 1), 1e-8)
+
+    def raise_water(self, level: float) -> tuple[Floats, Floats]:
+        """Give the pressures at a level; returns displacements of the foundation and the weight."""
+        m = self.model
+        m.pressure("upstream", lambda x: WATER * np.maximum(level - x[:, 1], 0.0))
+        if self.uplift == "linear":
+            m.pressure("base", lambda x: WATER * level * (1.0 - x[:, 0] / BASE))
+        elif self.uplift == "flow":
+            ends = {"upstream": lambda x: WATER * level + 0.0 * x[:, 0], "downstream": 0.0}
+            m.flow("base", ends, VISCOSITY, A_0, A_0)
+        return np.zeros(len(self.steps.fixed)), self.weight
+
+    def fill(self, level: float) -> None:
+        """Find the equilibrium at a level; RuntimeError where there is none."""
+        if not self.steps.solve(*self.raise_water(level)):
+            raise RuntimeError(f"level {level:g} m: {self.steps.message}")
+
+    def overload(self, least: float, step: float = 1.0) -> float:
+        """Highest level with an equilibrium, found by steps down to the least one."""
+        self.fill(0.0)
+        follow = Follow(self.steps, self.raise_water, step, step, least)
+        while follow.at < PARAPET and not follow.reason:
+            follow.advance(PARAPET)
+        if not follow.reason:
+            raise RuntimeError(f"the dam stands at {PARAPET:g} m: expected a higher parapet")
+        return follow.at
+
+    def profile(self) -> Floats:
+        """Rows x, s_N, total t_N, p and slip of the joint, by x, on all ranks."""
+        m = self.model
+        law, s, state = m.laws[0], m.s[0], m.state[0]
+        t = law.update(s, state, s, 1.0, p=m.water.p).traction
+        parts = np.column_stack([m.water.x[:, 0], s[:, 0], t[:, 0], m.water.p, s[:, 1]])
+        rows = np.concatenate(COMM.allgather(parts))
+        return rows[np.unique(rows[:, 0].round(9), return_index=True)[1]]
+
+
+def main() -> None:
+    """Run the program."""
+    warnings.simplefilter("ignore")
+    parser = argparse.ArgumentParser(description=__doc__)
+    add_options(
+        parser,
+        ("kind", "profile or overload", str, {"choices": ("profile", "overload")}),
+        ("uplift", f"one of {', '.join(UPLIFTS)}", str, {"choices": UPLIFTS}),
+        ("--level M", "of a profile", 9.0),
+        ("--joint NAME", f"one of {', '.join(JOINTS)}", "held", {"choices": tuple(JOINTS)}),
+        ("--E PA", "of dam and foundation", 3e12),
+        ("--nu NU", "of both", 0.0),
+        ("--parts N", "elements along the base", 50),
+        ("--least M", "least step of the level", 1e-3),
+        ("--out FILE", "rows x, s_N, t_N, p, slip", Path),
+        ("--pvd FILE", "fields for ParaView", Path),
+    )
+    o = parser.parse_args()
+    material, slope = JOINTS[o.joint]
+    law = Interface(material, Pattern.regular(2 if slope else 0, slope))
+    dam = Dam(o.uplift, law, o.parts, o.E, o.nu)
+    if o.kind == "profile":
+        dam.fill(0.0)
+        dam.fill(o.level)
+    else:
+        o.level = dam.overload(o.least)
+    if o.pvd:
+        Output(dam.model, o.pvd).write(o.level)
+    rows = dam.profile()
+    if COMM.rank == 0:
+        print(f"level {o.level:.6g}")
+        if o.out:
+            np.savetxt(o.out, rows, "%.9g", ",", header="x,s_N,t_N,p,slip", comments="")
+
+
+if __name__ == "__main__":
+    main()
