@@ -14,6 +14,7 @@ from harness.studies.validation import (
     closure,
     common,
     dam,
+    delamination,
     dynamics,
     granite,
     oriented,
@@ -27,7 +28,7 @@ from harness.studies.validation import (
 )
 
 MEASURED = [push_off.STUDY, sandstone.STUDY, granite.STUDY, closure.STUDY, scan.STUDY, walls.STUDY]
-STUDIES = [*MEASURED, oriented.STUDY, dynamics.STUDY, ribbed.STUDY, dam.STUDY]
+STUDIES = [*MEASURED, oriented.STUDY, dynamics.STUDY, ribbed.STUDY, delamination.STUDY, dam.STUDY]
 
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
@@ -180,3 +181,13 @@ def test_anchored_bar() -> None:
     bar = ribbed.Bar(flat, 100.0, 0.0, pressure=2.0)
     force = [bar.pull(end) for end in (0.0, 0.01, 0.2, 1.0)][-1]
     assert force == pytest.approx(np.pi * ribbed.DIAMETER * 100.0 * 0.4 * 2.0, rel=1e-6)
+
+
+def test_delamination_balances() -> None:
+    """J of the moments is what the joint spends, within 5 %; without friction it is Gc in every mix."""
+    found = delamination.STUDY.constants()
+    rough, smooth = (delamination.rows_of(found, mu) for mu in ("0.8", "0"))
+    for rows in (rough, smooth):
+        assert rows[:, 2] == pytest.approx(rows[:, 3], rel=0.05)
+    assert smooth[:, 2] == pytest.approx(delamination.GC, rel=0.06)
+    assert rough[-1, 2] > 1.5 * delamination.GC

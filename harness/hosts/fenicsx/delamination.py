@@ -1,0 +1,86 @@
+"""A rough joint between two arms whose ends are turned: double cantilever beam, plane strain; mm, N, MPa.
+
+Prints a line for each mix of the turns: ratio of the moments, share of mode II, J by the beams, the energy
+that the joint spends per advance of the crack, and its part of friction.
+"""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from asperity import Interface, Material, Pattern, contract
+from asperity.mesh import split
+from jointed import COMM, Follow, Model, Steps, total
+from structured import grid
+
+ARM, LENGTH, CRACK, E, NU, GC = 2.0, 60.0, 8.0, 3e4, 0.2, 0.15
+"""Height of an arm, length, length of the crack at the start; constants of arms and bond."""
+
+TURNS = (-1.0, -0.5, 0.0, 0.3, 0.5, 0.8, 1.0)
+"""Turn of the lower arm over that of the upper one: -1 opens the crack, 1 shears it."""
+
+
+def joint(mu: float) -> Interface:
+    """Rough joint with a bond."""
+    material = Material(sigma0=3.0, Gc=GC, eta=0.9, mu=mu, kc=100.0, height=0.5)
+    return Interface(material, Pattern.regular(2, 45.0))
+
+
+def peel(ratio: float, mu: float) -> tuple[float, ...]:
+    """Numbers of a run until three quarters of the length are broken."""
+    x, y = np.linspace(0.0, LENGTH, 121), np.linspace(-ARM, ARM, 17)
+    law = joint(mu)
+    m = Model(split(grid(x, y, block=y[:-1] >= 0.0)), {"joint": law}, E, NU, plane="strain")
+    # the crack at the start
+    first = contract.N_POINT_STATEV
+    planes = slice(first, first + contract.N_PLANE_STATEV * law.n_planes, contract.N_PLANE_STATEV)
+    broken = np.array([m.x[a, 0] < CRACK for a in m.pairs[:, 0]], bool)
+    m.state[0][broken, planes] = 1.0
+    nodes, _ = m.group("left")
+    upper = m.solid("block_1").reshape(-1, 2)[nodes, 0] > 0.0
+    lever = m.x[nodes, 1] - np.where(upper, 0.5, -0.5) * ARM
+    turned = np.zeros((m.n, 2))
+    turned[nodes, 0] = np.where(upper, 1.0, ratio) * lever
+    steps = Steps(m, np.r_[m.dofs(nodes, 0), m.dofs(m.group("right")[0], 0, 1)])
+    follow = Follow(steps, lambda t: (t * turned.ravel()[steps.fixed], 0.0 * m.u), 2e-4, 1e-3)
+    stiff, kinds = E / (1.0 - NU**2), [contract.statev_index(name) for name in ("rupture", "friction")]
+    rows = []
+    while not follow.reason and follow.at < 0.3:
+        if not follow.advance(0.3):
+            continue
+        force = steps.reaction.reshape(-1, 2)[nodes, 0]
+        moment, axial = (
+            [total((force * arm)[side].sum()) for side in (upper, ~upper)]
+            for arm in (lever, 1.0 + 0.0 * lever)
+        )
+        # energy of the beams before the crack less that of the beam behind it, per area
+        both = moment[0] + moment[1] + 0.5 * ARM * (axial[0] - axial[1]), axial[0] + axial[1]
+        J = sum(6.0 * one**2 / ARM**3 for one in moment) + sum(0.5 * one**2 / ARM for one in axial)
+        J = (J - 0.75 * both[0] ** 2 / ARM**3 - 0.25 * both[1] ** 2 / ARM) / stiff
+        opening = 3.0 * (moment[0] - moment[1]) ** 2 / (stiff * ARM**3)
+        area, spent = total(m.state[0][:, 0] @ m.area), m.area @ m.state[0][:, kinds]
+        rows.append((moment[1] / moment[0], 1.0 - opening / J, J, area, *map(total, spent)))
+        if area > 0.75 * LENGTH:
+            break
+    if follow.reason:
+        raise RuntimeError(follow.reason)
+    found = np.array(rows)
+    # the second half of the way of the crack
+    k = int(np.searchsorted(found[:, 3], 0.5 * (found[0, 3] + found[-1, 3])))
+    rupture, friction = (found[-1, 4:] - found[k, 4:]) / (found[-1, 3] - found[k, 3])
+    return *found[k:, :3].mean(axis=0), rupture + friction, friction
+
+
+def main() -> None:
+    """Run all mixes with friction and without."""
+    warnings.simplefilter("ignore")
+    for mu in (0.8, 0.0):
+        for ratio in TURNS:
+            numbers = peel(ratio, mu)
+            if COMM.rank == 0:
+                print(f"mu {mu:g} turn {ratio:g}:", *(f"{one:.5g}" for one in numbers), flush=True)
+
+
+if __name__ == "__main__":
+    main()
