@@ -75,7 +75,7 @@ contains
           reached, report)
         ! smaller increments may lose the equilibrium of the row
         if (reached < 1.0_wp) exit
-        if (report%released > least_energy*m%k_n*m%s0**2 .and. .not. m%tau_v > 0.0_wp) then
+        if (report%released > least_energy*m%k_n*m%s0**2 .and. .not. (m%tau_v > 0.0_wp .or. m%damps)) then
           found%jump = max(found%jump, maxval(abs(report%after - report%before))/m%s0)
         end if
         far = moves_far(law, control, last, point, report%snaps)
