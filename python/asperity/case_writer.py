@@ -15,11 +15,15 @@ CASE_INCREMENTS = 100  # increments of a step of `slip_case`
 LONGEST = 4096  # bytes of a text, which the library takes in a cell of this size; no path is longer
 
 
+Group = tuple[str, Mapping[str, Any]]
+"""Name and entries of a group of a case file."""
+
+
 class Word(str):
     """Word that is written as it is: the name of a sweep's number, or a number as a user has typed it."""
 
 
-def case_text(*groups: tuple[str, Mapping[str, Any]]) -> str:
+def case_text(*groups: Group) -> str:
     """Text of a case file, written by the library.
 
     groups: name and entries, in their order. A value is a number, a list of numbers, a text or a `Word`. One

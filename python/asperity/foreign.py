@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import json
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import contract
-from .case_writer import case_text
+from .case_writer import Group, case_text
 from .errors import EquilibriumLost
 from .history import ENERGIES, History, csv_columns, finite_column
 from .installed import driver
@@ -65,7 +64,7 @@ class ForeignUmat:
         """
         path = [steps] if isinstance(steps, Step) else steps
         start = state if state is None or isinstance(state, Point) else Point(contract.array("state", state))
-        groups: list[tuple[str, Mapping[str, Any]]] = [("case", {"tolerance": tolerance})]
+        groups: list[Group] = [("case", {"tolerance": tolerance})]
         groups.append(("umat", self._given()))
         if start is not None:
             given = {"separation": start.separation, "statev": start.state, "work": start.work, "p": start.p}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from ..tables import size
 
 if TYPE_CHECKING:
     from .shear_test import ShearTest
+
+Kind = TypeVar("Kind")
 
 HELD = 0.05
 """Largest relative variation of a constant normal traction."""
@@ -82,11 +84,21 @@ def check_known(known: Mapping[str, float]) -> None:
     refuse(eta >= 1.0, f"eta = {eta:g}: expected below 1")
 
 
+def of_kind(tests: Sequence[object], kind: type[Kind]) -> list[Kind]:
+    """Tests, all of one kind.  Raises ValueError for one of another kind."""
+    found = [test for test in tests if isinstance(test, kind)]
+    if len(found) < len(tests):
+        other = next(test for test in tests if not isinstance(test, kind))
+        raise ValueError(f"tests: {type(other).__name__} beside {kind.__name__}: expected tests of one kind")
+    return found
+
+
 def check_copies(tests: Sequence[ShearTest]) -> None:
     """Raise ValueError for a test with the rows of another one, which would count twice."""
     columns = [[test.slip, test.tau] for test in tests]
-    if all(test.s_N is not None for test in tests):
-        columns = [[*some, test.s_N] for some, test in zip(columns, tests, strict=True)]  # type: ignore[list-item]
+    dilations = [test.s_N for test in tests if test.s_N is not None]
+    if len(dilations) == len(tests):
+        columns = [[*some, s_N] for some, s_N in zip(columns, dilations, strict=True)]
     refuse_copies([test.name for test in tests], columns)
 
 

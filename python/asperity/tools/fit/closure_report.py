@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...case_writer import case_text, rounded
+from ...case_writer import Group, case_text, rounded
 from .closures import ASSUMED_MU, ClosureFit
 from .records import NONE
 from .report import INCREMENTS, cell_of, comment, compared_rows, constant_rows, first_upper, verdict
@@ -41,8 +41,10 @@ def closure_case(found: ClosureFit) -> str:
     kn = rounded(found.values["kn"], 6)
     material = {"kn": kn, "ks": kn, "mu": ASSUMED_MU}
     material |= {name: rounded(value, 6) for name, value in found.values.items() if name == "closure"}
-    steps = [("step", {"t_N": -rounded(one, 6), "increments": INCREMENTS}) for one in (first, top, first)]
-    groups = [("case", {"title": "Closure"}), ("material", material), ("pattern", {"sides": 0})]
+    steps: list[Group] = [
+        ("step", {"t_N": -rounded(one, 6), "increments": INCREMENTS}) for one in (first, top, first)
+    ]
+    groups: list[Group] = [("case", {"title": "Closure"}), ("material", material), ("pattern", {"sides": 0})]
     text = case_text(*groups, *steps[first <= 0.0 :])
     notes = [first_upper(comment(found)), "ks and mu are assumed: closure tests do not show them."]
     return "".join(f"! {note}\n" for note in notes) + text

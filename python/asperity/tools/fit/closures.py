@@ -120,7 +120,8 @@ def _ends(tests: Sequence[ClosureTest], names: tuple[str, ...]) -> Floats:
     pressure = max(float(test.pressure.max()) for test in tests)
     closure = max(test.size for test in tests)
     stiffness = [pressure / closure * one for one in STIFFNESS]
-    return np.log(np.transpose([stiffness, [closure * one for one in REACH]][: len(names)]))
+    ends: Floats = np.log(np.transpose([stiffness, [closure * one for one in REACH]][: len(names)]))
+    return ends
 
 
 def _values(x: Floats, names: tuple[str, ...]) -> dict[str, float]:
@@ -201,9 +202,9 @@ def _judged(tests: Sequence[ClosureTest], free: tuple[str, ...], x: Floats, left
     reasons = [f"the law misses the {worst} by {errors[worst]:.0%}"] if grade == "poor" else []
     near = np.minimum(x - low, high - x) < 1e-3 * (high - low)
     for i, name in enumerate(free):
-        one = estimates[name]
-        if one.high > FACTOR**2 * one.low or near[i]:
-            text = f"{name} is not determined: {one.value:.3g} [{one.low:.3g}, {one.high:.3g}]"
+        value, least, most = estimates[name]
+        if most > FACTOR**2 * least or near[i]:
+            text = f"{name} is not determined: {value:.3g} [{least:.3g}, {most:.3g}]"
             reasons.append(f"{text}; rows at smaller and larger pressures would show it")
     if len(tests) == 1 and errors["loading"] > GOOD and left.size < ROWS_OF_ONE:
         text = f"{left.size} rows of one test, which the law misses by {errors['loading']:.0%}"

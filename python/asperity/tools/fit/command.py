@@ -18,7 +18,7 @@ from ...hosts import hosts
 from ...interface import Interface
 from ...model_checks import model_warnings, shown_warnings
 from ..tables import size
-from .checks import refuse
+from .checks import of_kind, refuse
 from .closure_test import ClosureTest
 from .closures import fit_closures
 from .fitting import fit
@@ -61,7 +61,8 @@ def check_results(options: argparse.Namespace) -> None:
     from .html import START
 
     beside = None if options.output is None else file_of(options.output)
-    written = [("--plot", options.plot), ("-o", options.output, HEADING), ("-o", beside, INTERVALS)]
+    written: list[tuple[str, Path | None] | tuple[str, Path | None, str]] = [("--plot", options.plot)]
+    written += [("-o", options.output, HEADING), ("-o", beside, INTERVALS)]
     written += [("--report", getattr(options, "report", None), START)]
     written += [("--residuals", getattr(options, "residuals", None), RESIDUALS)]
     cli.check_outputs(options.force, getattr(options, "records", ()), *written)
@@ -186,7 +187,7 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     warned = ""
     if isinstance(tests[0], ShearTest):
         with shown_warnings(), progress() as tick:
-            found = fit(tests, options.joint, known, free, options.sides, options.direction, tick)  # type: ignore[arg-type]
+            found = fit(tests, options.joint, known, free, options.sides, options.direction, tick)
         made, slip = found.interface, max(float(abs(t.slip).max()) for t in found.tests)
         pressed = [test.pressed for test in found.tests]
         warnings = model_warnings(made.material, made.pattern, *pressed, slip=slip)
@@ -199,7 +200,10 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
         wrong = next((name for name, given in only if given), "")
         what = "closures" if closes else "strengths alone"
         refuse(wrong, f"{wrong}: expected curves of the slip, not {what}")
-        found = fit_closures(tests) if closes else fit_strengths(tests, options.joint, known)  # type: ignore[arg-type]
+        if closes:
+            found = fit_closures(of_kind(tests, ClosureTest))
+        else:
+            found = fit_strengths(of_kind(tests, Strength), options.joint, known)
     text, case = report_of(found, units, options.verbose), case_text_of(found)
     interface = interface_of(found)
     print(text + warned, "", props_line(interface.props()), sep="\n")

@@ -158,8 +158,8 @@ def _fit(
     chosen, notes = (found[index], []) if given else _spring(tests, found[index], guess, direction)
     scatter = chosen.scatter
     if "dilation" in scatter:
-        shown = [test for test in tests if test.s_N is not None]
-        of_noise = np.mean([noise(test.s_N) / max(np.ptp(test.s_N), 1e-300) for test in shown])  # type: ignore[arg-type, type-var]
+        dilations = [test.s_N for test in tests if test.s_N is not None]
+        of_noise = np.mean([noise(s_N) / max(float(np.ptp(s_N)), 1e-300) for s_N in dilations])
         if scatter["dilation"] > FAIR + of_noise and not given:
             bare = [replace(test, s_N=None) for test in tests]
             known = models[0].fixed
@@ -195,9 +195,9 @@ def _fit(
         ranked = criteria([chosen, *fits])
     strength = [*of_strength(chosen, tests)]
     if any(one.difference < -GAIN for one in strength):
-        alone = ", ".join(f"{name} {strength[0].values[name]:.3g}" for name in ("mu", "sigma0", "Gc"))
+        constants = ", ".join(f"{name} {strength[0].values[name]:.3g}" for name in ("mu", "sigma0", "Gc"))
         notes.append(
-            f"the slope of the dilation adds less friction than that of the law; without any: {alone}"
+            f"the slope of the dilation adds less friction than that of the law; without any: {constants}"
         )
     assumptions = [*_assumed(fits, ranked), *strength, *of_dilation(chosen, tests)]
     intervals = Intervals(chosen, spreads(chosen), assumptions)
@@ -278,11 +278,14 @@ def _spring(
         return rigid, [f"{what} is rigid: the rows do not show its stiffness"]
     if spring == KT:
         # the elastic slip is that of the joint: of its planes, or of a bond that softens with the shape eta
-        new, contact = (KS, {"kc": STIFF}) if not model.bond else ("eta", {})
+        new = "eta" if model.bond else KS
         if new in model.fixed:
             return found, []
-        other = model.instead(KT, new, **contact | {k: v for k, v in model.fixed.items() if k == "kc"})
-        start = [guess | found.values | {KS: 2.0 * found.values[KT], "eta": guess["eta"]}]
+        contact = {} if model.bond else {"kc": STIFF}
+        if "kc" in model.fixed:
+            contact["kc"] = model.fixed["kc"]
+        other = model.instead(KT, new, **contact)
+        start = [{**guess, **found.values, KS: 2.0 * found.values[KT], "eta": guess["eta"]}]
         inside = searched(tests, other, start, direction)
         if criteria([found, inside])[1] < criteria([found, inside])[0]:
             return inside, [f"the elastic slip is that of the joint ({new}), not of a spring in series (kT)"]

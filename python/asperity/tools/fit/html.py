@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from datetime import date
 from html import escape
 from importlib.metadata import version
+from typing import TYPE_CHECKING
 
 from ...case_writer import props_line
 from .closures import ClosureFit
@@ -16,6 +17,9 @@ from .report import COLUMNS, AnyFit, short, unit_of
 from .result import Fit
 from .strengths import StrengthFit
 from .verdict import FAIR, GOOD
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 TEXTS = ("meaning", "constants", "unit")
 """Columns of words."""
@@ -94,10 +98,10 @@ def page(found: AnyFit, units: tuple[str, str], command: str) -> str:
         names = [name for name in found.free if name != "kT"]
         head = ("assumed instead", "misfit (BIC)", *names, "")
         table = []
-        for one in found.assumptions:
-            cells = [f"{one.values[name]:.4g}" if name in one.values else "" for name in names]
-            allowed = "" if one.admissible else "excluded by the tests"
-            table.append((one.name, f"{one.difference:+.1f}", *cells, allowed))
+        for other in found.assumptions:
+            cells = [f"{other.values[name]:.4g}" if name in other.values else "" for name in names]
+            allowed = "" if other.admissible else "excluded by the tests"
+            table.append((other.name, f"{other.difference:+.1f}", *cells, allowed))
         parts += ["<h2>Other assumptions</h2>", _table(head, table)]
     if isinstance(found, StrengthFit):
         table = [
@@ -129,11 +133,11 @@ def page(found: AnyFit, units: tuple[str, str], command: str) -> str:
     return START + "\n" + "\n".join(parts)
 
 
-def _image(figure: object) -> str:
+def _image(figure: Figure) -> str:
     from ..style import encoded, printed
 
     with printed():
-        data = base64.b64encode(encoded(figure, ".png")).decode()  # type: ignore[arg-type]
+        data = base64.b64encode(encoded(figure, ".png")).decode()
     return f"<img alt='measured and fitted curves' src='data:image/png;base64,{data}'>"
 
 

@@ -75,7 +75,7 @@ def spreads(found: Solution) -> list[Spread]:
     freedom = found.residuals.size - found.x.size
     if freedom >= 1:
         scale = float(found.residuals @ found.residuals) / freedom
-        covariance = scale * np.linalg.pinv(slopes.T @ slopes, rcond=1e-12)
+        covariance = scale * np.linalg.pinv(slopes.T @ slopes, rcond=1e-12).astype(float)
         made.append(Spread(covariance, float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom))))
     return made
 
@@ -170,6 +170,6 @@ class Intervals:
         # correlations of the groups, standard deviations of the intervals
         sizes = np.sqrt(np.diag(matrix))
         factors = np.divide(halves, sizes, out=np.ones(size), where=sizes > 0.0)
-        scaled = matrix * np.outer(factors, factors)
+        scaled: Floats = matrix * np.outer(factors, factors)
         np.fill_diagonal(scaled, np.square(halves))
         return scaled

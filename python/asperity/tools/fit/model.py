@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ... import contract
 from ...contract import Floats
@@ -72,15 +72,20 @@ MOST_SEARCHED = 80
 
 def to_scale(name: str, value: ArrayLike) -> Floats:
     """Value on the scale of the constant, on which a fit works: its logarithm, logit or itself."""
-    value, scale = np.asarray(value, dtype=float), SCALES.get(name, "log")
-    return value if scale == "linear" else np.log(value / (1.0 - value) if scale == "logit" else value)
+    values, scale = np.asarray(value, dtype=float), SCALES.get(name, "log")
+    if scale == "linear":
+        return values
+    x: Floats = np.log(values / (1.0 - values) if scale == "logit" else values)
+    return x
 
 
 def from_scale(name: str, x: ArrayLike) -> Floats:
     """Value of a constant from that on its scale, within the range of doubles."""
-    x, scale = np.clip(np.asarray(x, dtype=float), -700.0, 700.0), SCALES.get(name, "log")
-    found: Floats = x if scale == "linear" else 1.0 / (1.0 + np.exp(-x)) if scale == "logit" else np.exp(x)
-    return found
+    places, scale = np.clip(np.asarray(x, dtype=float), -700.0, 700.0), SCALES.get(name, "log")
+    value: Floats = places
+    if scale != "linear":
+        value = 1.0 / (1.0 + np.exp(-places)) if scale == "logit" else np.exp(places)
+    return value
 
 
 def material_of(values: Mapping[str, float]) -> Material:
@@ -166,9 +171,10 @@ class Problem:
         return concat(parts, ignore_index=True)
 
     @cached_property
-    def is_dilation(self) -> np.ndarray:
+    def is_dilation(self) -> NDArray[np.bool_]:
         """Mask of the residuals of s_N."""
-        return (self.rows.name == "dilation").to_numpy()
+        mask: NDArray[np.bool_] = (self.rows.name == "dilation").to_numpy()
+        return mask
 
     def values(self, x: Floats) -> dict[str, float]:
         """Values of all constants by name, from the free ones on their scales."""
@@ -197,16 +203,17 @@ class Problem:
             lost += [rows >= done] * len(columns)
         left = (np.concatenate(model) - self.rows.measured.to_numpy()) / self.rows.scale.to_numpy()
         left = np.where(np.isfinite(left), left, PENALTY) + PENALTY * np.concatenate(lost)
-        return np.where(self.is_dilation, self.weight, 1.0) * left
+        weighted: Floats = np.where(self.is_dilation, self.weight, 1.0) * left
+        return weighted
 
     def coarse(self) -> Problem:
         """Problem with few rows and increments, on which the starts search."""
         tests = []
         for test in self.tests:
             rows = thinned(test.slip, MOST_SEARCHED) if test.slip.size > MOST_SEARCHED else slice(None)
-            columns = {name: getattr(test, name) for name in ("slip", "tau", "s_N", "path_N")}
-            some = {name: one if one is None else one[rows] for name, one in columns.items()}
-            tests.append(replace(test, **some, lines=()))
+            s_N, path_N = (None if column is None else column[rows] for column in (test.s_N, test.path_N))
+            slip, tau = test.slip[rows], test.tau[rows]
+            tests.append(replace(test, slip=slip, tau=tau, s_N=s_N, path_N=path_N, lines=()))
         return replace(self, tests=tests, increments=min(self.increments, MOST_SEARCHED))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ from ...case_files import Run, read_case
 from ...contract import Floats
 from ...interface import Interface
 from ...model_checks import shown_warnings
-from .checks import refuse
+from .checks import of_kind, refuse
 from .closure_test import ClosureTest
 from .closures import closure_of
 from .command import NO_RESULT, add_reading, read
@@ -34,16 +34,16 @@ if TYPE_CHECKING:
 POINTS = 400
 """Slips of a curve from which a peak is read."""
 
-JOINT = "joint"
-"""Name of the joint among the values of a problem."""
 
-
+@dataclass(frozen=True, eq=False)
 class OfCase(Problem):
     """Tests of a joint that is known as a whole."""
 
+    joint: Interface = field(kw_only=True)
+
     def interface(self, values: Mapping[str, float]) -> Interface:
         """The joint."""
-        return values[JOINT]  # type: ignore[return-value]
+        return self.joint
 
 
 class SeriesOfCase(OfCase, Series):
@@ -83,16 +83,15 @@ def predict(
     """
     refuse(not tests, "no test: expected one or more")
     if isinstance(tests[0], ClosureTest):
-        return _closures(joint, tests)  # type: ignore[arg-type]
+        return _closures(joint, of_kind(tests, ClosureTest))
     if isinstance(tests[0], Strength):
-        rows = [_strength(joint, test, direction, slip) for test in tests]  # type: ignore[arg-type]
+        rows = [_strength(joint, test, direction, slip) for test in of_kind(tests, Strength)]
         return Prediction(tests, rows, _rms(rows, {}), [])
-    curved = list(tests)
-    refuse(spring and cycles(curved), "a spring in series: expected tests without reversals")  # type: ignore[arg-type]
+    curved = of_kind(tests, ShearTest)
+    refuse(spring and cycles(curved), "a spring in series: expected tests without reversals")
     kind = SeriesOfCase if spring else OfCase
-    problem = kind(curved, (), {}, direction=direction)  # type: ignore[arg-type]
-    values: dict[str, object] = {JOINT: joint, KT: spring}
-    curves = problem.curves(values)  # type: ignore[arg-type]
+    problem, values = kind(curved, (), {}, direction=direction, joint=joint), {KT: spring}
+    curves = problem.curves(values)
     made, squares = [], dict[str, list[float]](tau=[], dilation=[])
     for test, (slips, rows_), (tau, s_N, done) in zip(problem.tests, problem.paths, curves, strict=True):
         reached = rows_[-1] < done
@@ -101,7 +100,7 @@ def predict(
         squares["tau"].append(float(np.mean(((tau[rows_] - test.tau) / np.ptp(test.tau)) ** 2)))
         if test.s_N is not None and np.ptp(test.s_N) > 0.0:
             squares["dilation"].append(float(np.mean(((s_N[rows_] - test.s_N) / np.ptp(test.s_N)) ** 2)))
-    found = compared(problem, values)  # type: ignore[arg-type]
+    found = compared(problem, values)
     return Prediction(tests, found, _rms(found, squares), made)
 
 
@@ -165,11 +164,12 @@ def figure_of(found: Prediction, units: tuple[str, str]) -> Figure:
     from ..style import COLOURS, ONE, TWO, label_axes, new_figure
 
     length, stress = units
-    if isinstance(found.tests[0], ClosureTest):
+    closures = [test for test in found.tests if isinstance(test, ClosureTest)]
+    if closures:
         figure, (ax,) = new_figure(ONE, 3.4, ncols=1)
-        for i, (test, (pressure, rows, law, _)) in enumerate(zip(found.tests, found.curves, strict=True)):
+        for i, (pressed, (pressure, rows, law, _)) in enumerate(zip(closures, found.curves, strict=True)):
             colour, label = COLOURS[i % len(COLOURS)], ("measured", "predicted") if i == 0 else ("", "")
-            ax.plot(test.closure, pressure, "o", color=colour, markersize=3.0, label=label[0])  # type: ignore[union-attr]
+            ax.plot(pressed.closure, pressure, "o", color=colour, markersize=3.0, label=label[0])
             ax.plot(law[rows], pressure[rows], color=colour, label=label[1])
         label_axes(ax, f"closure since the first row [{length}]", f"pressure [{stress}]")
         ax.legend()
@@ -187,7 +187,7 @@ def figure_of(found: Prediction, units: tuple[str, str]) -> Figure:
         label_axes(ax, f"measured strength [{stress}]", f"predicted strength [{stress}]")
         ax.legend()
         return figure
-    tests: list[ShearTest] = list(found.tests)  # type: ignore[arg-type]
+    tests = [test for test in found.tests if isinstance(test, ShearTest)]
     columns = 1 + any(test.s_N is not None for test in tests)
     figure, axes = new_figure(TWO if columns > 1 else ONE, 3.0, ncols=columns)
     for i, (test, (slips, _, tau, s_N)) in enumerate(zip(tests, found.curves, strict=True)):

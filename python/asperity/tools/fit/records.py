@@ -334,7 +334,8 @@ def _tests(rows: DataFrame, k_T: float | None, sigma_N_path: bool) -> list[Shear
     # under a stiffness sigma_N at the start of the slip is extrapolated from the rows by the dilation
     springs = k_N > 0.0 and np.ptp(sigma_N) > 0.0
     first_only = sigma_N_path or (springs and s_N is None)
-    held = sigma_N[0] if first_only else np.mean(sigma_N + k_N * s_N if springs else sigma_N)
+    free = sigma_N + k_N * s_N if springs and s_N is not None else sigma_N
+    held = sigma_N[0] if first_only else np.mean(free)
     path_N = sigma_N if sigma_N_path else None
     test = ShearTest(name, slip, tau, s_N, float(held), k_N, units, lines, path_N)
     check_rows(test, sigma_N)

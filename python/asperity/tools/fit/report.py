@@ -243,6 +243,7 @@ def intervals_text(found: AnyFit) -> str:
     peaks = found.peaks if isinstance(found, StrengthFit) else []
     if isinstance(found, Fit):
         peaks = [found.number(i, "peak") for i in range(len(found.fitted))]
+    blind: Sequence[Comparison | None] = found.blind or [None] * len(found.fitted)
     content = {
         "parameters": names,
         "values": [found.values[name] for name in names],
@@ -258,9 +259,7 @@ def intervals_text(found: AnyFit) -> str:
             {"test": short(row.test), "measured": dict(row.measured), "fitted": dict(row.predicted)}
             | ({"peak interval": list(peaks[i][1:])} if peaks else {})
             | ({"blind": dict(unseen.predicted)} if unseen else {})
-            for i, (row, unseen) in enumerate(
-                zip(found.fitted, found.blind or [None] * len(found.fitted), strict=True)
-            )
+            for i, (row, unseen) in enumerate(zip(found.fitted, blind, strict=True))
         ],
     }
     return json.dumps(content, indent=1, default=float) + "\n"

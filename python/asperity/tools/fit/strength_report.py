@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...case_writer import rounded
 from ...interface import Interface
 from ...material import Material
 from ...pattern import Pattern
 from .model import KS
 from .records import NONE
-from .report import cell_of, comment, compared_rows, constant_rows, first_upper, rounded, shear_case, verdict
+from .report import cell_of, comment, compared_rows, constant_rows, first_upper, shear_case, verdict
 from .strengths import StrengthFit
 
 

@@ -197,7 +197,8 @@ class _Data:
         values = self.values(x, free)
         peak, residual = law_strengths(self.pressure, values, self.slip)
         of_peak, of_residual = peak / self.peak - 1.0, (residual / self.residual - 1.0)[self.seen]
-        return np.clip(np.concatenate([of_peak, of_residual]), -10.0, 10.0)
+        errors: Floats = np.clip(np.concatenate([of_peak, of_residual]), -10.0, 10.0)
+        return errors
 
     def solve(self, free: tuple[str, ...], start: Floats | None = None) -> Floats:
         """Constants on their scales with the smallest sum of squares."""
@@ -284,7 +285,7 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
     peaks = [Estimate(*np.exp([a, a - h, a + h]).tolist()) for a, h in zip(here, halves, strict=True)]
     grade, worst = grade_of(max(errors.values())), max(errors, key=lambda name: errors[name])
     reasons = [f"the law misses the {worst} by {errors[worst]:.0%}"] if grade == "poor" else []
-    notes = []
+    notes: list[str] = []
     for i, (name, one) in enumerate(estimates.items()):
         bound = min(x[i] - low[i], high[i] - x[i]) < 1e-3 * (high[i] - low[i])
         if one.high > FACTOR**2 * one.low or bound:
@@ -332,7 +333,7 @@ def _others(
             continue
         values = criterion.fit(data.pressure, data.peak)
         left = criterion.strength(data.pressure, values) / data.peak - 1.0
-        missed = []
+        missed: list[float] = []
         for i in range(data.peak.size) if data.peak.size > len(criterion.names) + 1 else ():
             others = np.arange(data.peak.size) != i
             if levels_of(data.pressure[others]) < len(criterion.names):

@@ -63,7 +63,7 @@ def compared(problem: Problem, values: Mapping[str, float], only: int | None = N
         predicted = numbers(test, tau[rows], None if test.s_N is None else s_N[rows])
         off = {name: abs(predicted[name] - value) for name, value in measured.items()}
         sizes = {name: abs(value) for name, value in measured.items()} | {"dilation": top}
-        errors = {
+        errors: dict[str, float] = {
             name: off[name] / max(sizes[name], 1e-300)
             for name in ("peak", "residual", "dilation")
             if name in off and sizes[name] > 0.0
