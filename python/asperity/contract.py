@@ -190,12 +190,6 @@ def number(name: str, value: float | str, admissible: str = "a finite number") -
         raise ValueError(f"{name} = {shown(value)}: expected {admissible}") from None
 
 
-def refuse(wrong: object, text: str) -> None:
-    """Raise ValueError where something is wrong."""
-    if wrong:
-        raise ValueError(text)
-
-
 def array(name: str, value: ArrayLike, *shapes: tuple[int | str, ...]) -> Floats:
     """Convert an array to contiguous doubles; raises ValueError with its name and the value that is wrong.
 

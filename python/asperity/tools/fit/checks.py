@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from ...contract import Floats, refuse
+from ...contract import Floats
 from ...material import ModelWarning
 from ..tables import size
 
@@ -56,19 +56,25 @@ def check_rows(test: ShearTest, sigma_N: Floats) -> None:
     worst = int(np.argmax(np.abs(sigma_N - test.sigma_N)))
     varies = not (test.k_N or path) and abs(sigma_N[worst] - test.sigma_N) > HELD * held
     text = f"column sigma_N: {sigma_N[worst]:g} is more than {HELD:.0%} off the mean {test.sigma_N:g}"
-    wanted = "expected a constant normal traction, k_N, a column test for several tests, or --sigma-N-path"
-    refuse(varies, f"{test.place(worst)}, {text}: {wanted}")
+    if varies:
+        wanted = (
+            "expected a constant normal traction, k_N, a column test for several tests, or --sigma-N-path"
+        )
+        raise ValueError(f"{test.place(worst)}, {text}: {wanted}")
     work = float(0.5 * (test.tau + np.append(0.0, test.tau[:-1])) @ np.diff(slip, prepend=0.0))
-    text = f"columns slip, tau: the work of tau along the slip is {work:.3g} < 0: expected tau > 0"
-    refuse(work < 0.0, f"{test.name}: {text} where the slip grows; change the sign of one of the columns")
-    late = f"{slip[0]:g} in the first row: expected slips from 0 on, as those of the model"
-    refuse(abs(float(slip[0])) > OFFSET * slips, f"{first}, column slip: {late}")
+    if work < 0.0:
+        text = f"columns slip, tau: the work of tau along the slip is {work:.3g} < 0: expected tau > 0"
+        raise ValueError(f"{test.name}: {text} where the slip grows; change the sign of one of the columns")
+    if abs(float(slip[0])) > OFFSET * slips:
+        late = f"{slip[0]:g} in the first row: expected slips from 0 on, as those of the model"
+        raise ValueError(f"{first}, column slip: {late}")
     if test.s_N is None:
         return
     s_N, dilated = test.s_N, float(np.ptp(test.s_N))
     offset = abs(float(s_N[0])) > STEEPEST * abs(float(slip[0])) + OFFSET * dilated
-    text = f"column dilation: {s_N[0]:g} at slip {slip[0]:g}: expected the change since the start"
-    refuse(offset, f"{first}, {text} of the slip")
+    if offset:
+        text = f"column dilation: {s_N[0]:g} at slip {slip[0]:g}: expected the change since the start"
+        raise ValueError(f"{first}, {text} of the slip")
     closes = s_N[-1] < -CLOSING * abs(float(slip[-1])) and s_N[-1] < -OFFSET * dilated
     text = f"{test.name}: column dilation: {s_N[-1]:.3g} at the end: a joint that slips usually opens"
     warn_if(closes, f"{text}, and opening is positive: check the sign")
@@ -77,11 +83,15 @@ def check_rows(test: ShearTest, sigma_N: Floats) -> None:
 def check_known(known: Mapping[str, float]) -> None:
     """Check values of constants that are known from elsewhere, by name.  Raises ValueError."""
     for name, value in known.items():
-        refuse(not 0.0 <= value < np.inf, f"{name} = {value:g}: expected a finite value >= 0")
+        if not 0.0 <= value < np.inf:
+            raise ValueError(f"{name} = {value:g}: expected a finite value >= 0")
     theta, eta = known.get("theta", 0.0), known.get("eta", 0.9)
-    refuse(0.0 < theta < 0.1, f"theta = {theta:g}: expected degrees, 0 or at least 0.1 (a radian is 57.3)")
-    refuse(theta >= 90.0, f"theta = {theta:g}: expected 0 <= theta < 90")
-    refuse(eta >= 1.0, f"eta = {eta:g}: expected below 1")
+    if 0.0 < theta < 0.1:
+        raise ValueError(f"theta = {theta:g}: expected degrees, 0 or at least 0.1 (a radian is 57.3)")
+    if theta >= 90.0:
+        raise ValueError(f"theta = {theta:g}: expected 0 <= theta < 90")
+    if eta >= 1.0:
+        raise ValueError(f"eta = {eta:g}: expected below 1")
 
 
 def of_kind(tests: Sequence[object], kind: type[Kind]) -> list[Kind]:
@@ -113,7 +123,10 @@ def refuse_copies(names: Sequence[str], columns: Sequence[Sequence[Floats]]) -> 
         for other, theirs in seen:
             small, large = sorted((rows, theirs), key=len)
             same = len(small & large) > SAME_ROWS * len(small)
-            refuse(same, f"{name}: the rows are those of {other}: expected different tests, each once")
+            if same:
+                raise ValueError(
+                    f"{name}: the rows are those of {other}: expected different tests, each once"
+                )
         seen.append((name, rows))
 
 
@@ -128,8 +141,9 @@ def shows_dilation(tests: Sequence[ShearTest]) -> bool:
 def check_sizes(tests: Sequence[ShearTest]) -> None:
     """Check stresses and units of tests against each other.  Raises ValueError or gives a ModelWarning."""
     with_units, without = ([one.name for one in tests if bool(one.units) == which] for which in (True, False))
-    text = f"expected units in every file, as in {''.join(with_units[:1])}, or in none"
-    refuse(with_units and without, f"{''.join(without[:1])}: no units in the header: {text}")
+    if with_units and without:
+        text = f"expected units in every file, as in {''.join(with_units[:1])}, or in none"
+        raise ValueError(f"{''.join(without[:1])}: no units in the header: {text}")
     for test in tests:
         last = 0.0 if test.s_N is None else test.k_N * float(test.s_N[-1])
         held = abs(test.sigma_N - last if test.path_N is None else float(test.path_N[-1]))
@@ -137,7 +151,8 @@ def check_sizes(tests: Sequence[ShearTest]) -> None:
         tau = float(np.mean(np.abs(test.tau[-max(1, test.slip.size // 10) :])))
         text = f"{test.name}: column tau: {tau:.3g} at the end where |sigma_N| is {held:.3g}: expected the"
         text += f" same unit (a ratio of {1.0 / most:g} to {most:g}), or units in the header, as tau [kPa]"
-        refuse(held > 0.0 and not 1.0 / most <= tau / held <= most, text)
+        if held > 0.0 and not 1.0 / most <= tau / held <= most:
+            raise ValueError(text)
     largest = {"length": max(float(np.abs(test.slip).max()) for test in tests)}
     largest["stress"] = max(max(abs(test.pressed), float(np.abs(test.tau).max())) for test in tests)
     for kind, (low, high) in USUAL.items() if with_units else ():

@@ -8,7 +8,6 @@ import numpy as np
 
 from ... import contract
 from ...contract import Floats
-from .checks import refuse
 
 FALL = 0.02
 """Fall of the pressure, over its range, that ends the loading, and rise that ends the unloading."""
@@ -33,15 +32,24 @@ class ClosureTest:
             values = contract.array(name, getattr(self, name))
             object.__setattr__(self, name, values)
             wrong = values.shape != (self.pressure.size,) or not np.isfinite(values).all()
-            refuse(wrong, f"{self.name}: {name} has shape {values.shape}: expected finite numbers (T,)")
+            if wrong:
+                raise ValueError(
+                    f"{self.name}: {name} has shape {values.shape}: expected finite numbers (T,)"
+                )
             same = not (values.size and np.ptp(values) > 0.0)
             column = "sigma_N" if name == "pressure" else name
-            refuse(same, f"{self.name}: column {column} is the same in all rows: expected values that change")
-        refuse(self.pressure.min() < 0.0, f"{self.name}: pressure = {self.pressure.min():g}: expected >= 0")
+            if same:
+                raise ValueError(
+                    f"{self.name}: column {column} is the same in all rows: expected values that change"
+                )
+        if self.pressure.min() < 0.0:
+            raise ValueError(f"{self.name}: pressure = {self.pressure.min():g}: expected >= 0")
         rows = self.loading
-        refuse(len(rows) < 3, f"{self.name}: {len(rows)} rows of loading: expected at least 3")
+        if len(rows) < 3:
+            raise ValueError(f"{self.name}: {len(rows)} rows of loading: expected at least 3")
         opens = self.closure[rows][-1] <= self.closure[0]
-        refuse(opens, f"{self.name}: column closure: the joint does not close as the pressure grows")
+        if opens:
+            raise ValueError(f"{self.name}: column closure: the joint does not close as the pressure grows")
 
     @property
     def loading(self) -> np.ndarray:

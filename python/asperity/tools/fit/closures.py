@@ -13,7 +13,7 @@ from ...interface import Interface
 from ...material import Material
 from ...pattern import Pattern
 from ...steps import Step
-from .checks import refuse, refuse_copies
+from .checks import refuse_copies
 from .closure_test import ClosureTest
 from .intervals import CONFIDENCE, Estimate, delete_one
 from .ladder import GAIN, LEAST_DATA
@@ -84,7 +84,8 @@ def closure_of(joint: Interface, test: ClosureTest) -> Floats:
     first = max(float(test.pressure[0]), 1e-9 * float(test.pressure.max()))
     path = np.maximum(test.pressure, 1e-9 * test.pressure.max())
     history, lost = joint.rows([Step(t_N=-first, increments=1), Step(t_N=list(-path), increments=1)])
-    refuse(lost, f"{test.name}: the joint has no equilibrium under the pressures of the test")
+    if lost:
+        raise ValueError(f"{test.name}: the joint has no equilibrium under the pressures of the test")
     found: Floats = history.dilation[0] - history.after_step(1).dilation[-path.size :]
     return found
 
@@ -104,9 +105,11 @@ def fit_closures(tests: Sequence[ClosureTest]) -> ClosureFit:
     {'kn': 20.0, 'closure': 0.2}
     """
     proper = isinstance(tests, Sequence) and tests and all(isinstance(one, ClosureTest) for one in tests)
-    refuse(not proper, f"tests = {contract.shown(tests)}: expected a list of closure tests")
+    if not proper:
+        raise ValueError(f"tests = {contract.shown(tests)}: expected a list of closure tests")
     rows = sum(len(test.loading) for test in tests)
-    refuse(rows < LEAST_ROWS, f"{rows} rows of loading: expected at least {LEAST_ROWS}")
+    if rows < LEAST_ROWS:
+        raise ValueError(f"{rows} rows of loading: expected at least {LEAST_ROWS}")
     refuse_copies([test.name for test in tests], [[test.pressure, test.closure] for test in tests])
     made = [_solved(tests, names) for names in (("kn",), ("kn", "closure"))]
     counts = _independent(made[1][1], tests)

@@ -18,7 +18,7 @@ from ...hosts import hosts
 from ...interface import Interface
 from ...model_checks import model_warnings, shown_warnings
 from ..tables import size
-from .checks import of_kind, refuse
+from .checks import of_kind
 from .closure_test import ClosureTest
 from .closures import fit_closures
 from .fitting import fit
@@ -132,7 +132,8 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
 def read(options: argparse.Namespace) -> tuple[AnyTests, tuple[str, str]]:
     """Tests of the files of the options, and their units."""
     target = options.units and tuple(options.units.split(","))
-    refuse(target and len(target) != len(NONE), f"--units {options.units}: expected LENGTH,STRESS, as mm,MPa")
+    if target and len(target) != len(NONE):
+        raise ValueError(f"--units {options.units}: expected LENGTH,STRESS, as mm,MPa")
     for kind, unit in zip(NONE, target or (), strict=False):
         size(kind, unit, f"--units {options.units}: ")
     held = options.sigma_N and [contract.number("--sigma-N", text) for text in options.sigma_N.split(",")]
@@ -198,8 +199,9 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
         only += [("--direction", options.direction != 0.0)]
         only += [("--set", bool(known)), ("--joint", options.joint != AUTO)] * closes
         wrong = next((name for name, given in only if given), "")
-        what = "closures" if closes else "strengths alone"
-        refuse(wrong, f"{wrong}: expected curves of the slip, not {what}")
+        if wrong:
+            what = "closures" if closes else "strengths alone"
+            raise ValueError(f"{wrong}: expected curves of the slip, not {what}")
         if closes:
             found = fit_closures(of_kind(tests, ClosureTest))
         else:

@@ -10,7 +10,7 @@ import numpy as np
 from ... import contract
 from ...pattern import Pattern
 from .assumptions import PATTERNS, PLACES, alternatives, of_dilation, of_strength
-from .checks import check_copies, check_known, refuse, shows_dilation, warn_if
+from .checks import check_copies, check_known, shows_dilation, warn_if
 from .evidence import cycles, guesses, noise
 from .intervals import Assumption, Intervals, spreads
 from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
@@ -81,7 +81,8 @@ def fit(
     else:
         models = ladder(usable, joint, known, sides)
     rows = sum(test.slip.size for test in tests)
-    refuse(not models, f"{rows} rows in {len(tests)} tests: expected at least 6, for two constants")
+    if not models:
+        raise ValueError(f"{rows} rows in {len(tests)} tests: expected at least 6, for two constants")
     return _fit(usable, models, direction, tick, free is not None)
 
 
@@ -95,23 +96,29 @@ def _checked(
 ) -> dict[str, float]:
     """The known values, after a check of all arguments."""
     proper = isinstance(tests, Sequence) and tests and all(isinstance(one, ShearTest) for one in tests)
-    refuse(not proper, f"tests = {contract.shown(tests)}: expected a list of tests, as that of read_tests")
-    refuse(joint not in (ROCK, MORTAR, AUTO), f"joint = {joint!r}: expected {ROCK}, {MORTAR} or {AUTO}")
-    refuse(isinstance(free, str), f"free = {free!r}: expected a sequence of names")
-    refuse(not np.isfinite(direction), f"direction = {direction:g}: expected a finite angle in degrees")
+    if not proper:
+        raise ValueError(f"tests = {contract.shown(tests)}: expected a list of tests, as that of read_tests")
+    if joint not in (ROCK, MORTAR, AUTO):
+        raise ValueError(f"joint = {joint!r}: expected {ROCK}, {MORTAR} or {AUTO}")
+    if isinstance(free, str):
+        raise ValueError(f"free = {free!r}: expected a sequence of names")
+    if not np.isfinite(direction):
+        raise ValueError(f"direction = {direction:g}: expected a finite angle in degrees")
     for what, names in (("fixed", fixed), ("free", free or ())):
         other = next((name for name in names if name not in SCALES), "")
-        refuse(other, f"{what}: {other} is unknown: expected one of {', '.join(SCALES)}")
+        if other:
+            raise ValueError(f"{what}: {other} is unknown: expected one of {', '.join(SCALES)}")
     if free is not None:
-        refuse(
-            not free or len({*free}) < len(free),
-            f"free: {', '.join(free) or 'none'}: expected names, each once",
-        )
+        if not free or len({*free}) < len(free):
+            raise ValueError(f"free: {', '.join(free) or 'none'}: expected names, each once")
         both = ", ".join(name for name in free if name in fixed)
-        refuse(both, f"{both}: expected it free or fixed, not both")
+        if both:
+            raise ValueError(f"{both}: expected it free or fixed, not both")
     bond = [name for name in ("sigma0", "Gc", "eta", "damage0") if name in fixed or name in (free or ())]
-    text = f"{', '.join(bond)}: expected without {KS}, and not for rock: these are constants of a bond"
-    refuse(bond and (joint == ROCK or KS in fixed or KS in (free or ())), text)
+    if bond and (joint == ROCK or KS in fixed or KS in (free or ())):
+        raise ValueError(
+            f"{', '.join(bond)}: expected without {KS}, and not for rock: these are constants of a bond"
+        )
     known = {name: contract.number(name, value) for name, value in fixed.items()}
     if free is not None:
         given = {*free, *known}
@@ -119,9 +126,11 @@ def _checked(
         needed += [KS] * (len(needed) == 1 and not {KS, KT} & given)
         needed += ["theta"] * bool({"height", "crush", "W0", "flat"} & {*free})
         missing = next((name for name in needed if name not in given), "")
-        refuse(missing, f"{missing}: expected it among the free ones, or a value, --set {missing}=")
+        if missing:
+            raise ValueError(f"{missing}: expected it among the free ones, or a value, --set {missing}=")
     check_known(known)
-    refuse(sides != int(sides) or sides < 1, f"sides = {sides!r}: expected a whole number, 1 or more")
+    if sides != int(sides) or sides < 1:
+        raise ValueError(f"sides = {sides!r}: expected a whole number, 1 or more")
     Pattern.regular(int(sides), known.get("theta") or 10.0, flat=known.get("flat", 0.0))
     check_copies(tests)
     return known

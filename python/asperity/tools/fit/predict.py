@@ -15,7 +15,7 @@ from ...case_files import Run, read_case
 from ...contract import Floats
 from ...interface import Interface
 from ...model_checks import shown_warnings
-from .checks import of_kind, refuse
+from .checks import of_kind
 from .closure_test import ClosureTest
 from .closures import closure_of
 from .command import NO_RESULT, add_reading, read
@@ -81,21 +81,24 @@ def predict(
     spring: stiffness in series with the joint, stress/length; 0: none.  direction: of the slip, degrees.
     slip: to which the peak of strengths without a slip is searched, length.
     """
-    refuse(not tests, "no test: expected one or more")
+    if not tests:
+        raise ValueError("no test: expected one or more")
     if isinstance(tests[0], ClosureTest):
         return _closures(joint, of_kind(tests, ClosureTest))
     if isinstance(tests[0], Strength):
         rows = [_strength(joint, test, direction, slip) for test in of_kind(tests, Strength)]
         return Prediction(tests, rows, _rms(rows, {}), [])
     curved = of_kind(tests, ShearTest)
-    refuse(spring and cycles(curved), "a spring in series: expected tests without reversals")
+    if spring and cycles(curved):
+        raise ValueError("a spring in series: expected tests without reversals")
     kind = SeriesOfCase if spring else OfCase
     problem, values = kind(curved, (), {}, direction=direction, joint=joint), {KT: spring}
     curves = problem.curves(values)
     made, squares = [], dict[str, list[float]](tau=[], dilation=[])
     for test, (slips, rows_), (tau, s_N, done) in zip(problem.tests, problem.paths, curves, strict=True):
         reached = rows_[-1] < done
-        refuse(not reached, f"{test.name}: the joint has no equilibrium up to the slip of the test")
+        if not reached:
+            raise ValueError(f"{test.name}: the joint has no equilibrium up to the slip of the test")
         made.append((slips, rows_, tau, s_N))
         squares["tau"].append(float(np.mean(((tau[rows_] - test.tau) / np.ptp(test.tau)) ** 2)))
         if test.s_N is not None and np.ptp(test.s_N) > 0.0:
@@ -133,9 +136,11 @@ def _strength(joint: Interface, test: Strength, direction: float, slip: float) -
     """Peak of a joint up to the slip of a test, and traction at its residual strength."""
     ends = [test.slip, test.peak_slip, slip]
     end = next((one for one in ends if np.isfinite(one) and one > 0.0), 0.0)
-    refuse(not end, f"{test.name}: no slip: expected a column slip, or a case with a slip")
+    if not end:
+        raise ValueError(f"{test.name}: no slip: expected a column slip, or a case with a slip")
     path = joint.confined_slip(direction, np.linspace(0.0, end, POINTS + 1), test.sigma_N)
-    refuse(len(path.tau) <= POINTS, f"{test.name}: the joint has no equilibrium up to the slip {end:g}")
+    if len(path.tau) <= POINTS:
+        raise ValueError(f"{test.name}: the joint has no equilibrium up to the slip {end:g}")
     measured, predicted = {"peak": test.peak}, {"peak": float(path.tau.max())}
     if np.isfinite(test.residual):
         measured["residual"], predicted["residual"] = test.residual, float(path.tau[-1])

@@ -11,7 +11,7 @@ import numpy as np
 from ... import contract
 from ..tables import Table, raise_all, read_tables, size
 from ..units import area_of
-from .checks import check_rows, check_sizes, refuse, warn_if
+from .checks import check_rows, check_sizes, warn_if
 from .closure_test import ClosureTest
 from .forces import Area, over_area, shrinking
 from .headings import standard
@@ -83,15 +83,20 @@ def read_tests(
     """
     for name, value in (("k_N", k_N), ("k_T", k_T)):
         good = value is None or 0.0 < value < np.inf
-        refuse(not good, f"{name} = {value or 0.0:g}: expected a finite stiffness > 0")
+        if not good:
+            raise ValueError(f"{name} = {value or 0.0:g}: expected a finite stiffness > 0")
     other = next((name for name in columns or {} if name not in KNOWN), "")
-    refuse(other, f"columns: {other}: expected one of {', '.join(KNOWN)}")
+    if other:
+        raise ValueError(f"columns: {other}: expected one of {', '.join(KNOWN)}")
     held = [] if sigma_N is None else np.atleast_1d(contract.array("sigma_N", sigma_N)).tolist()
-    refuse(not np.isfinite(held).all(), f"sigma_N = {contract.shown(sigma_N)}: expected finite tractions")
+    if not np.isfinite(held).all():
+        raise ValueError(f"sigma_N = {contract.shown(sigma_N)}: expected finite tractions")
     files = [Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)]
-    refuse(not files, "no test: expected a file")
+    if not files:
+        raise ValueError("no test: expected a file")
     twice = next((path for path in files if [*map(Path.resolve, files)].count(path.resolve()) > 1), None)
-    refuse(twice, f"{twice}: given twice: expected each file once")
+    if twice:
+        raise ValueError(f"{twice}: given twice: expected each file once")
     expected = f"a CSV file with {', '.join(REQUIRED)}"
     of_area = area_of(area) if area is not None else None
 
@@ -103,8 +108,11 @@ def read_tests(
 
     found = _of_all(files, of_file)
     without = [rows for rows in found if "sigma_N" not in rows]
-    text = f"sigma_N: {len(held)} values for {len(without)} tests without that column: expected one for each"
-    refuse(held and (not without or len(held) not in (1, len(without))), f"{text}, or one for all")
+    if held and (not without or len(held) not in (1, len(without))):
+        text = (
+            f"sigma_N: {len(held)} values for {len(without)} tests without that column: expected one for each"
+        )
+        raise ValueError(f"{text}, or one for all")
     for i, rows in enumerate(without):
         rows["sigma_N"] = held[i % len(held)] * shrinking(of_area, rows)
         rows.attrs["shrinks"] = bool(np.ptp(rows["sigma_N"]) > 0.0)
@@ -115,11 +123,10 @@ def read_tests(
     text = (
         "some files have curves of the slip, others strengths alone or closures: expected one kind at a time"
     )
-    refuse(len(kinds) > 1, text)
-    refuse(
-        kinds != {"slip"} and (k_T or sigma_N_path),
-        "k_T, sigma_N_path: expected curves, not strengths alone or closures",
-    )
+    if len(kinds) > 1:
+        raise ValueError(text)
+    if kinds != {"slip"} and (k_T or sigma_N_path):
+        raise ValueError("k_T, sigma_N_path: expected curves, not strengths alone or closures")
     if kinds == {"closure"}:
         closures: list[ClosureTest] = _of_all(found, _closures)
         return closures
@@ -160,11 +167,13 @@ def _read(
     path = table.path
     table.warn_of_remarks()
     none = f"{path}: no rows: expected a header with slip, tau, sigma_N, then numbers"
-    refuse(not table.names, none)
+    if not table.names:
+        raise ValueError(none)
     names = _columns(table, renamed, optional, area is not None)
     measured = {name: unit for name, unit in zip(names, table.units, strict=True) if name in KINDS}
     factors = _factors(f"{path}: line {table.line}", measured, target or DEFAULT)
-    refuse(not len(table.cells), none)
+    if not len(table.cells):
+        raise ValueError(none)
     places = [names.index(name) for name in measured]
     data = table.numbers(places, [*measured], [*measured], decimal) * factors
     rows = DataFrame(data, index=table.lines, columns=[*measured])
@@ -203,8 +212,9 @@ def _factors(where: str, given: Mapping[str, str], target: tuple[str, str]) -> l
     wanted = {"length": length, "stress": stress, "stiffness": stress / length, "force": stress * length**2}
     first = next((f"{name} [{unit}]" for name, unit in given.items() if unit), "")
     without = next((name for name, unit in given.items() if first and not unit), "")
-    text = f"column {without} has no unit: expected one for every column, as {first} has, or none at all"
-    refuse(without, f"{where}: {text}")
+    if without:
+        text = f"column {without} has no unit: expected one for every column, as {first} has, or none at all"
+        raise ValueError(f"{where}: {text}")
     kinds = ((KINDS[name], unit, f"{where}: {name} ") for name, unit in given.items() if first)
     return [size(*one) / wanted[one[0]] for one in kinds] or [1.0] * len(given)
 
@@ -237,7 +247,8 @@ def _columns(table: Table, renamed: Mapping[str, str], optional: bool, forces: b
     there = f"{table.path}: line {table.line}: columns {', '.join(headers)}: expected"
     given = {name: table.places(header) for name, header in renamed.items()}
     missing = [renamed[name] for name, places in given.items() if not places]
-    refuse(missing, f"{there} {', '.join(missing)}, too (--columns)")
+    if missing:
+        raise ValueError(f"{there} {', '.join(missing)}, too (--columns)")
     exact = {name.lower(): name for name in KNOWN if name not in renamed}
     taken = {*renamed, *(exact[name] for name in lower if name in exact)}
     names = [
@@ -256,11 +267,13 @@ def _columns(table: Table, renamed: Mapping[str, str], optional: bool, forces: b
     required = STRENGTHS if table_of_strengths else CLOSURES if closes else REQUIRED
     missing = [name for name in required if name not in shown and not (optional and name == "sigma_N")]
     other = f"--columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column with another name"
-    more = "--sigma-N VALUE for files without sigma_N; --area A for forces"
-    refuse(missing, f"{there} {', '.join(missing)}, too ({other}; {more})")
+    if missing:
+        more = "--sigma-N VALUE for files without sigma_N; --area A for forces"
+        raise ValueError(f"{there} {', '.join(missing)}, too ({other}; {more})")
     twice = next((name for name in KNOWN if names.count(name) > 1), "")
-    text = f"column {twice} is there twice: expected one, or --columns {twice}=HEADER"
-    refuse(twice, f"{table.path}: line {table.line}: {text}")
+    if twice:
+        text = f"column {twice} is there twice: expected one, or --columns {twice}=HEADER"
+        raise ValueError(f"{table.path}: line {table.line}: {text}")
     used = {*(STRENGTHS + BESIDE if table_of_strengths else REQUIRED + OPTIONAL)}
     used = {*CLOSURES, "test"} if closes else used
     used |= {name for name, stress in FORCES.items() if stress in used}
@@ -272,11 +285,15 @@ def _columns(table: Table, renamed: Mapping[str, str], optional: bool, forces: b
 def _strengths(rows: DataFrame) -> list[Strength]:
     """Strengths of the tests of a table, a row for each."""
     path, units = rows.attrs["path"], rows.attrs["units"]
-    refuse(rows.attrs["shrinks"], f"{path}: strengths of a table: expected one area, --area A")
+    if rows.attrs["shrinks"]:
+        raise ValueError(f"{path}: strengths of a table: expected one area, --area A")
     given = [name for name in STRENGTHS + BESIDE if name in rows]
     # compression has either sign, the same in all rows
     mixed = not ((rows.sigma_N > 0.0).all() or (rows.sigma_N < 0.0).all())
-    refuse(mixed, f"{path}: column sigma_N: expected compression in all rows, with the same sign, not 0")
+    if mixed:
+        raise ValueError(
+            f"{path}: column sigma_N: expected compression in all rows, with the same sign, not 0"
+        )
     found: list[Strength] = _of_all(
         [*rows.iterrows()],
         lambda one: [
@@ -295,7 +312,8 @@ def _closures(rows: DataFrame) -> list[ClosureTest]:
     name, path = rows.attrs["name"], rows.attrs["path"]
     pressure, closure = (rows[column].to_numpy() for column in ("sigma_N", "closure"))
     mixed = pressure.min() < 0.0 < pressure.max()
-    refuse(mixed, f"{path}: column sigma_N: expected compression in all rows, with the same sign")
+    if mixed:
+        raise ValueError(f"{path}: column sigma_N: expected compression in all rows, with the same sign")
     pressure = np.abs(pressure)
     # closing has either sign
     sign = np.sign(closure[np.argmax(pressure)] - closure[0]) or 1.0
@@ -313,13 +331,14 @@ def _tests(rows: DataFrame, k_T: float | None, sigma_N_path: bool) -> list[Shear
         for line, value in rows[column][wrong].items():
             raise ValueError(f"{path}: line {line}, column {column}: {value:g}{text}")
 
-    several = f"{path}: column k_N: {stiffness.nunique()} values: expected one a test"
-    refuse(stiffness.nunique() > 1, several)
+    if stiffness.nunique() > 1:
+        raise ValueError(f"{path}: column k_N: {stiffness.nunique()} values: expected one a test")
     if (rows.sigma_N >= 0.0).all():
         rows = rows.assign(sigma_N=0.0 - rows.sigma_N)
     each("sigma_N", rows.sigma_N > 0.0, ": expected compression in all rows, with the same sign")
     each("k_N", rows.k_N < 0.0, ": expected a stiffness >= 0")
-    refuse(len(rows) < LEAST_ROWS, f"{name}: {len(rows)} rows: expected at least {LEAST_ROWS}")
+    if len(rows) < LEAST_ROWS:
+        raise ValueError(f"{name}: {len(rows)} rows: expected at least {LEAST_ROWS}")
     slip, tau, sigma_N = (rows[column].to_numpy() for column in REQUIRED)
     lines, s_N = tuple(rows.index.tolist()), rows["dilation"].to_numpy() if "dilation" in rows else None
     if k_T is not None:
@@ -327,10 +346,11 @@ def _tests(rows: DataFrame, k_T: float | None, sigma_N_path: bool) -> list[Shear
         text = f"{path}: line {lines[first]}: k_T = {k_T:g} takes {tau[first] / k_T:g} off the slip"
         wanted = f"expected more than tau/slip = {tau[first] / (slip[first] or np.nan):g}"
         wrong, slip = slip[first] * (slip[first] - tau[first] / k_T) <= 0.0, slip - tau / k_T
-        refuse(wrong, f"{text} {rows.slip.iloc[first]:g}: {wanted}")
+        if wrong:
+            raise ValueError(f"{text} {rows.slip.iloc[first]:g}: {wanted}")
     k_N = float(stiffness.iloc[0])
-    beside = f"{name}: k_N = {k_N:g}: expected no stiffness beside a prescribed sigma_N"
-    refuse(sigma_N_path and k_N > 0.0, beside)
+    if sigma_N_path and k_N > 0.0:
+        raise ValueError(f"{name}: k_N = {k_N:g}: expected no stiffness beside a prescribed sigma_N")
     # under a stiffness sigma_N at the start of the slip is extrapolated from the rows by the dilation
     springs = k_N > 0.0 and np.ptp(sigma_N) > 0.0
     first_only = sigma_N_path or (springs and s_N is None)

@@ -9,7 +9,6 @@ import numpy as np
 from ... import contract
 from ...contract import Floats
 from ...steps import turns_of
-from .checks import refuse
 
 SATURATED, LEAST_PART, FAR = 0.7, 4, 0.98
 """Ratio of two slopes of the dilation below which it ends, and smallest number of rows of a slope.  Slip over
@@ -46,18 +45,21 @@ class ShearTest:
             values = contract.array(name, getattr(self, name))
             object.__setattr__(self, name, values)
             wrong = values.shape != (self.slip.size,) or not (values.size and np.isfinite(values).all())
-            wanted = f"expected finite numbers of shape ({self.slip.size or 'T'},)"
-            refuse(wrong, f"{self.name}: {name} has shape {values.shape}: {wanted}")
+            if wrong:
+                wanted = f"expected finite numbers of shape ({self.slip.size or 'T'},)"
+                raise ValueError(f"{self.name}: {name} has shape {values.shape}: {wanted}")
             same = name in ("slip", "tau") and not np.ptp(values) > 0.0
-            text = f"{self.name}: column {name} is {values[0]:g} in all rows: expected values that change"
-            refuse(same, text)
+            if same:
+                raise ValueError(
+                    f"{self.name}: column {name} is {values[0]:g} in all rows: expected values that change"
+                )
         for name in ("sigma_N", "k_N"):
             object.__setattr__(self, name, contract.number(name, getattr(self, name)))
         worst = self.sigma_N if self.path_N is None else max(self.sigma_N, *self.path_N)
-        tension = f"{self.name}: sigma_N = {worst:g}: expected a finite compression, <= 0"
-        refuse(not -np.inf < worst <= 0.0, tension)
-        soft = f"{self.name}: k_N = {self.k_N:g}: expected a finite stiffness >= 0"
-        refuse(not 0.0 <= self.k_N < np.inf, soft)
+        if not -np.inf < worst <= 0.0:
+            raise ValueError(f"{self.name}: sigma_N = {worst:g}: expected a finite compression, <= 0")
+        if not 0.0 <= self.k_N < np.inf:
+            raise ValueError(f"{self.name}: k_N = {self.k_N:g}: expected a finite stiffness >= 0")
 
     @property
     def pressed(self) -> float:

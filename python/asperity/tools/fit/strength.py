@@ -6,8 +6,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .checks import refuse
-
 
 @dataclass(frozen=True)
 class Strength:
@@ -27,16 +25,15 @@ class Strength:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        refuse(
-            not -np.inf < self.sigma_N < 0.0,
-            f"{self.name}: sigma_N = {self.sigma_N:g}: expected compression, < 0",
-        )
-        refuse(not 0.0 < self.peak < np.inf, f"{self.name}: peak = {self.peak:g}: expected a strength > 0")
+        if not -np.inf < self.sigma_N < 0.0:
+            raise ValueError(f"{self.name}: sigma_N = {self.sigma_N:g}: expected compression, < 0")
+        if not 0.0 < self.peak < np.inf:
+            raise ValueError(f"{self.name}: peak = {self.peak:g}: expected a strength > 0")
         for name in ("residual", "peak_slip", "slip"):
             value = getattr(self, name)
-            refuse(
-                not (np.isnan(value) or 0.0 < value < np.inf),
-                f"{self.name}: {name} = {value:g}: expected > 0",
+            if not (np.isnan(value) or 0.0 < value < np.inf):
+                raise ValueError(f"{self.name}: {name} = {value:g}: expected > 0")
+        if self.residual > self.peak:
+            raise ValueError(
+                f"{self.name}: residual = {self.residual:g}: expected at most the peak, {self.peak:g}"
             )
-        text = f"{self.name}: residual = {self.residual:g}: expected at most the peak, {self.peak:g}"
-        refuse(self.residual > self.peak, text)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ... import contract
 from ...contract import Floats
-from .checks import check_known, refuse
+from .checks import check_known
 from .criteria import CRITERIA
 from .intervals import CONFIDENCE, Estimate
 from .model import AUTO, MORTAR, ROCK, from_scale, plausible, to_scale
@@ -128,17 +128,21 @@ def fit_strengths(
     {'mu': 0.7, 'sigma0': 0.3}
     """
     proper = isinstance(tests, Sequence) and all(isinstance(one, Strength) for one in tests)
-    refuse(not proper, f"tests = {contract.shown(tests)}: expected a list of strengths")
-    refuse(joint not in (ROCK, MORTAR, AUTO), f"joint = {joint!r}: expected {ROCK}, {MORTAR} or {AUTO}")
+    if not proper:
+        raise ValueError(f"tests = {contract.shown(tests)}: expected a list of strengths")
+    if joint not in (ROCK, MORTAR, AUTO):
+        raise ValueError(f"joint = {joint!r}: expected {ROCK}, {MORTAR} or {AUTO}")
     different = list({(one.sigma_N, one.peak, str(one.residual)): one for one in reversed(tests)}.values())[
         ::-1
     ]
     copies = len(tests) - len(different)
     text = f"{len(tests)} tests" + f", {copies} of them the same as others" * bool(copies)
-    refuse(len(different) < LEAST_TESTS, f"{text}: expected at least {LEAST_TESTS} different ones")
+    if len(different) < LEAST_TESTS:
+        raise ValueError(f"{text}: expected at least {LEAST_TESTS} different ones")
     known = {name: contract.number(name, value) for name, value in (fixed or {}).items()}
     other = next((name for name in known if name not in KNOWN), "")
-    refuse(other, f"fixed: {other}: strengths alone have only {', '.join(KNOWN)}")
+    if other:
+        raise ValueError(f"fixed: {other}: strengths alone have only {', '.join(KNOWN)}")
     check_known(known)
     data = _Data(different, known)
     # a model without a constant that is known would contradict it; a slope may be crushed and end
@@ -146,7 +150,8 @@ def fit_strengths(
     models = [free for free, form in MODELS.items() if joint in (AUTO, form) and {*known} <= has[free]]
     models = [tuple(name for name in free if name not in known) for free in models]
     models = [free for free in dict.fromkeys(models) if free and data.shows(free)]
-    refuse(not models, "the strengths show nothing beside what is known, or no model has all of that")
+    if not models:
+        raise ValueError("the strengths show nothing beside what is known, or no model has all of that")
     solutions = [data.solve(free) for free in models]
     bic = [data.criterion(x, free) for x, free in zip(solutions, models, strict=True)]
     best = int(np.argmin(bic))

@@ -71,8 +71,8 @@ def _read(path: Path, spacing: Sequence[float] | None, unit: str, nodata: Sequen
         raise ValueError(f"{path}: expected rows of numbers")
     places = range(table.cells.shape[1])
     if spacing is not None:
-        wanted = "expected a matrix of numbers, as --spacing says"
         if header and not table.hidden:
+            wanted = "expected a matrix of numbers, as --spacing says"
             raise ValueError(f"{path}: {header}: {wanted}")
         names = [str(i + 1) for i in places]
         z = without_codes(path, table.numbers(places, names, names), nodata)
