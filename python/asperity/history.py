@@ -140,7 +140,8 @@ class Snap:
     """Jump to another branch of equilibria: row, separation (N, Tx, Ty) before and after it, length.
 
     released: energy per unit area that the jump sets free. It is the work of the prescribed tractions less
-    the change of the stored and dissipated energy.
+    the change of the stored and dissipated energy; for a fall by wear, which sets nothing free, it is the
+    error of the steps of the fall, of either sign.
     """
 
     row: int

@@ -27,7 +27,8 @@ contains
   !> ends, the point moves under constant values to the first stable equilibrium, from which a further curve is
   !> followed. If there is none, the point stays at the last equilibrium, and `reached` is below 1.
   !>
-  !> An increment in which a joint falls by wear is taken again in steps whose energies balance.
+  !> An increment in which a joint falls by wear is taken again in steps whose energies balance. If these steps do not
+  !> reach as far, the first result stands.
   pure subroutine advance(law, control, start, target, point, reached, report)
     class(point_law), intent(in) :: law             !! the law
     type(control_type), intent(in) :: control       !! what is prescribed
@@ -36,24 +37,30 @@ contains
     type(point_type), intent(inout) :: point        !! the point, start -> end
     real(wp), intent(out) :: reached                !! fraction of the increment that converged, 1: complete
     type(report_type), intent(out) :: report        !! report
-    type(equations_type) :: equations
-    logical :: again
+    type(equations_type) :: equations, whole
+    real(wp) :: reached_whole
     reached = 0.0_wp
     if (.not. (all_bounded(size(target), target, largest_target) .and. law%admissible(point%state))) then
       report%ended = ended_rejected
       return
     end if
     call new_equations(control, start, target, point, equations)
-    do
-      call take_increment(law, equations, reached)
-      again = equations%fell .and. .not. equations%in_balance
-      if (.not. again) exit
-      report = equations%report
+    call take_increment(law, equations, reached)
+    if (equations%fell) then
+      whole = equations
+      reached_whole = reached
       call new_equations(control, start, target, point, equations)
       equations%in_balance = .true.
-      equations%report%iterations = report%iterations
-      equations%report%updates = report%updates
-    end do
+      equations%report%iterations = whole%report%iterations
+      equations%report%updates = whole%report%updates
+      call take_increment(law, equations, reached)
+      if (reached < reached_whole) then
+        whole%report%iterations = equations%report%iterations
+        whole%report%updates = equations%report%updates
+        equations = whole
+        reached = reached_whole
+      end if
+    end if
     call note_fall(law, equations, point)
     point = equations%old
     report = equations%report
