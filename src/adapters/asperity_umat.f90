@@ -4,8 +4,8 @@
 !> unsymmetric (Abaqus: UNSYMM). Hosts may pass NULL for the optional arguments. SSE, SPD and SCD are written, but never
 !> read. STRESS is read only at the first call of a point (STATEV 5 is 0), as the initial traction. DTIME is read only
 !> for viscous damage (PROPS 13) and the dashpot (PROPS 24), PREDEF and DPRED only for water (PROPS 23). STRESS is the
-!> total traction: the law acts on it without the water pressure. A rejected call fills STRESS and DDSDDE with NaN and does
-!> not change STATEV.
+!> total traction: the law acts on it without the water pressure. A rejected call fills STRESS and DDSDDE with NaN and
+!> does not change STATEV.
 subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
