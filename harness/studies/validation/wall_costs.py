@@ -205,20 +205,20 @@ def scale(summaries: pandas.DataFrame) -> str:
 def factors(summaries: pandas.DataFrame) -> str:
     """Table of LU and Cholesky by MUMPS: entries of the factor, operations, memory and time by ranks."""
     body = []
-    for k in wall_runs.SIZES:
+    for k, ranks in wall_runs.FACTORS.items():
         of_run = {
-            (ranks, kind.lower()): summaries.loc[f"factor {k} {kind} on {ranks}"]
-            for ranks in wall_runs.RANKS
+            (n, kind.lower()): summaries.loc[f"factor {k} {kind} on {n}"]
+            for n in ranks
             for kind in ("LU", "Cholesky")
         }
         line = [f"{of_run[1, 'lu'].unknowns:.0f}"]
-        for ranks, column, factor in ((1, "entries", 1e-6), (1, "operations", 1e-9),
-                                      (1, "gigabytes", 1.0), (2, "gigabytes", 1.0)):  # fmt: skip
-            values = (factor * of_run[ranks, kind][column] for kind in ("lu", "cholesky"))
+        for n, column, factor in ((1, "entries", 1e-6), (1, "operations", 1e-9),
+                                  (1, "gigabytes", 1.0), (2, "gigabytes", 1.0)):  # fmt: skip
+            values = (factor * of_run[n, kind][column] for kind in ("lu", "cholesky") if n in ranks)
             line.append(", ".join(f"{value:.3g}" for value in values))
-        for ranks in (1, 2):  # both kinds in one run
-            one = of_run[ranks, "cholesky"]
-            line.append(f"{one.lu:.2g}, {one.cholesky:.2g}")
+        for n in (1, 2):  # both kinds in one run
+            one = of_run.get((n, "cholesky"))
+            line.append("" if one is None else f"{one.lu:.2g}, {one.cholesky:.2g}")
         body.append(line)
     head = ["unknowns", "entries, 10⁶", "operations, 10⁹", "GB", "GB on 2 ranks", "seconds", "on 2 ranks"]
     return markdown(head, body)

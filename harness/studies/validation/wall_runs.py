@@ -95,8 +95,8 @@ SOLVERS = {
 GMRES would judge the preconditioned residual, which falls long before that of the equations.
 """
 
-SIZES, RANKS = (1, 2), (1, 2)
-"""Sizes of the walls whose factors by LU and Cholesky are compared, and ranks."""
+FACTORS = {1: (1, 2), 2: (1, 2), 4: (1,)}
+"""Ranks by the size of the walls whose factors by LU and Cholesky are compared."""
 
 RUNS = {
     "J4D": f"--wall J4D {MORTAR}",
@@ -124,8 +124,12 @@ RUNS = {
         for name, words in SOLVERS.items()
         for k in (1, 2, 4, 6)
     },
-    **{f"factor {k} LU on {n}": f"{SOLID_STEPS} --scale {k}" for k in SIZES for n in RANKS},
-    **{f"factor {k} Cholesky on {n}": f"{SOLID_STEPS} --scale {k} --always" for k in SIZES for n in RANKS},
+    **{
+        f"factor {k} {name} on {n}": f"{SOLID_STEPS} --scale {k}{words}"
+        for k, ranks in FACTORS.items()
+        for n in ranks
+        for name, words in (("LU", ""), ("Cholesky", " --always"))
+    },
 }
 """Options by the name of a run."""
 
