@@ -8,10 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import read_case
+from asperity import Interface, Material, Pattern, read_case
 from asperity.cli import main
 from asperity.tools.fit.closure_test import ClosureTest
 from asperity.tools.fit.closures import closure_of, fit_closures
+from asperity.tools.fit.predict import predict
+from asperity.tools.fit.strength import Strength
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -89,6 +91,17 @@ def test_tests_that_cannot_be() -> None:
         fit_closures([drawn(0), ClosureTest("again", drawn(0).pressure, drawn(0).closure)])
     with pytest.raises(ValueError, match="4 rows of loading: expected at least 6"):
         fit_closures([drawn(0, rows=4)])
+
+
+def test_tests_of_several_kinds() -> None:
+    """A joint predicts tests of one kind at a time; both kinds are named."""
+    joint = Interface(Material.from_joint(KN, KN, 0.6, closure=CLOSURE), Pattern.regular(0, 0.0))
+    strength = Strength("strength", sigma_N=-1.0, peak=0.6)
+    assert predict(joint, [drawn(0)]).rms["loading"] < 0.05
+    for tests in ([drawn(0), strength], [strength, drawn(0)]):
+        with pytest.raises(ValueError, match="beside") as error:
+            predict(joint, tests, slip=1.0)
+        assert {"ClosureTest", "Strength"} <= set(str(error.value).replace(":", "").split())
 
 
 def test_command_from_file_to_card(said: Callable) -> None:

@@ -114,7 +114,8 @@ def _closures(joint: Interface, tests: Sequence[ClosureTest]) -> Prediction:
         law = closure_of(joint, test)
         away = (law - test.closure + test.closure[0]) / test.size
         for name, part in (("loading", test.loading), ("unloading", test.unloading)):
-            squares[name] += [float(np.mean(away[part] ** 2))] * bool(part.size)
+            if part.size:
+                squares[name].append(float(np.mean(away[part] ** 2)))
         end = float(law[test.loading[-1]])
         error = {"closure": abs(end / test.size - 1.0)}
         rows.append(Comparison(test.name, {"closure": test.size}, {"closure": end}, error))
