@@ -107,7 +107,8 @@ contains
     if (present(dt) .and. .not. good) then
       good = bounded(dt, huge(1.0_wp))
       if (good) good = dt >= 0.0_wp
-      if (good .and. dt > 0.0_wp) good = damping_lag(joint%material, dt) < largest_lag
+      ! without a dashpot or a duration there is no lag
+      if (good) good = damping_lag(joint%material, dt) < largest_lag
     end if
     status = merge(status_ok, status_time, good)
   end function time_status
