@@ -27,7 +27,7 @@ def test_units(option: str) -> None:
     """In units that are powers of two of the others the results are the same, to the last bit."""
     stress, length = 2.0**-20, 2.0**10
     constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | OPTIONS[option]
-    powers = UNITS | {"closure": (0, 1), "crush": (1, 0)}
+    powers = UNITS | {"closure": (0, 1), "crush": (1, 0), "c": (1, -1)}
     other = {
         name: value * stress ** powers.get(name, (0, 0))[0] * length ** powers.get(name, (0, 0))[1]
         for name, value in constants.items()
