@@ -84,6 +84,7 @@ class Steps:
         database = PETSc.Options()
         database.insertString(f"{OPTIONS} {options}")
         self.snes = PETSc.SNES().create(COMM)
+        self.factored = False
         self.x = model.K.createVecRight()
         self.A = model.K.duplicate()
         self.A.setNearNullSpace(self._rigid())
@@ -164,12 +165,14 @@ class Steps:
             solver = pc.getFactorSolverType()
             pc.setType(new)
             pc.setFactorSolverType(solver)
+            self.factored = False
 
     def factor(self) -> tuple[float, float, float]:
         """Entries of the last factor by MUMPS, operations of its elimination and GB; 0 by other solvers."""
         pc = self.snes.getKSP().getPC()
         direct = pc.getType() in (PETSc.PC.Type.LU, PETSc.PC.Type.CHOLESKY)
-        if not direct or pc.getFactorSolverType() != PETSc.Mat.SolverType.MUMPS:
+        # without a factor PETSc hands out no matrix
+        if not (direct and self.factored) or pc.getFactorSolverType() != PETSc.Mat.SolverType.MUMPS:
             return 0.0, 0.0, 0.0
         found = pc.getFactorMatrix()
         entries, gigabytes = found.getMumpsInfog(29), found.getMumpsInfog(22) / 1e3
@@ -259,6 +262,7 @@ class Steps:
         self._factorization()
         self.snes.solve(None, self.x)
         self.model.linear += self.snes.getLinearSolveIterations()
+        self.factored = self.factored or self.snes.getLinearSolveIterations() > 0
         self.iterations, reason = self.snes.getIterationNumber(), self.snes.getConvergedReason()
         if reason <= 0:
             self.message = self.message or f"SNES ends with {reason} after {self.iterations} iterations"

@@ -61,8 +61,8 @@ class Element:
         if test.direction != 0.0:
             raise ValueError(f"{path}: direction = {test.direction:g}: expected 0; turn the pattern instead")
         for name in ("tau_v", "c"):
-            if (value := getattr(run.material, name)) > 0.0:
-                raise ValueError(f"{path}: {name} = {value:g}: expected 0, an element has no rate")
+            if (constant := getattr(run.material, name)) > 0.0:
+                raise ValueError(f"{path}: {name} = {constant:g}: expected 0, an element has no rate")
         stroke = int(turns_of(np.array([0.0, *test.slips]))[1])
         slip, press, slide = float(test.slips[stroke - 1]), max(test.preload, 1), -(-stroke // ROWS) * ROWS
         if slip == 0.0:
