@@ -46,7 +46,8 @@ module asperity_stability
 
 contains
 
-  !> Numbers of the columns for a tangent, which must be finite. The largest component of the vector is positive.
+  !> Numbers of the columns for a tangent, which must be finite. The largest component of the vector is positive. What
+  !> LAPACK does not find is `huge`.
   pure function stability_of(tangent, stiffness) result(numbers)
     real(wp), intent(in) :: tangent(3, 3)   !! d traction_i/d s_j, stress/length
     real(wp), intent(in) :: stiffness       !! of the bond, > 0, stress/length
@@ -62,9 +63,11 @@ contains
       numbers(4:) = sign(1.0_wp, vector(maxloc(abs(vector), 1)))*vector
     end associate
     numbers(1) = least(1)
+    if (info /= 0) numbers = huge(numbers)
     a = tangent/stiffness
     call dgeev("N", "N", 3, a, 3, real_part, imaginary, none, 1, no_vector, 1, work, room, info)
     numbers(2:3) = [minval(real_part), maxval(imaginary)]
+    if (info /= 0) numbers(2:3) = huge(numbers)
   end function stability_of
 
   !> Unit vector in which free separations leave an equilibrium that is no longer stable, in the sense of what is not
