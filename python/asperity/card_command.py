@@ -7,8 +7,10 @@ import re
 import sys
 from pathlib import Path
 
+import numpy as np
+
 from . import contract, hosts
-from .case_files import read_run
+from .case_files import Run, read_run
 from .installed import case_file
 from .model_checks import shown_warnings
 from .options import add_options, add_output, check_outputs, replace_file
@@ -57,6 +59,12 @@ def _of_fit(case: Path) -> list[str]:
     return [line[2:] for line in lines if re.match(r"! (Grade (good|fair|poor)\b|.* assumed)", line)]
 
 
+def _has_water(run: Run) -> bool:
+    """Whether a step, or the start, has a water pressure."""
+    given = [step.p for step in run.steps if step.p is not None] + [run.state.p if run.state else 0.0]
+    return any(np.any(one) for one in given)
+
+
 def _card(options: argparse.Namespace) -> int:
     """Print or write the block; each warning is a line on standard error."""
     check_outputs(options.force, [options.case], ("-o", options.output, START))
@@ -64,19 +72,29 @@ def _card(options: argparse.Namespace) -> int:
         run = read_run(options.case, options.value)
         of_host = run.of_host()
         given = {name: getattr(options, name) for name in of_host}
+        of_host |= {name: value for name, value in given.items() if value is not None}
+        takes = hosts.of(options.host, "card")
+        if takes.path and _has_water(run):
+            of_host["water"] = 1
         names = "name", "dimension", "explicit", "density", "modulus", "size", "direction"
         text = run.interface.card(
             options.host,
             stress=options.sigma_N,
             notes=_of_fit(options.case),
             **{name: getattr(options, name) for name in names},
-            **of_host | {name: value for name, value in given.items() if value is not None},
+            **of_host,
         )
+    if _has_water(run) and not of_host["water"]:
+        field = "expected --water N, the number of the field that is the pressure"
+        how = takes.water or (
+            f"{options.host} passes no field to the law" if takes.only.get("water") == 0 else field
+        )
+        print(f"asperity: warning: {options.case}: p: the block has no water: {how}", file=sys.stderr)
     writer = hosts.part(options.host, "card")
-    if writer is not None and hosts.of(options.host, "card").path:
+    if writer is not None and takes.path:
         if run.start != "virgin" or not run.steps:
             raise ValueError(f"{options.case}: expected &step groups from a virgin joint for {options.host}")
-        text += writer.path_of(run.steps)
+        text += writer.path_of(run.steps, bool(of_host["water"]))
     elif run.start != "virgin":
         print(
             f"asperity: warning: {options.case}: &{run.start}: not in the block, which is that of a virgin "

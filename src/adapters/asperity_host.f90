@@ -7,7 +7,8 @@ module asperity_host
   use asperity_text, only: append, integer_text, to_text
   implicit none
   private
-  public :: component_map, vumat_map, request_cut, request_slower_damage, water_pressure, explain_water
+  public :: component_map, vumat_map, request_cut, request_slower_damage, water_pressure, explain_water, &
+    pressure_at_end
 
   !> Increment factor requested when a call is rejected.
   real(wp), parameter, public :: rejected_pnewdt = 0.25_wp
@@ -58,14 +59,20 @@ contains
     if (.not. present(predef)) return
     p = predef(joint%water)
     if (.not. present(dpred)) return
-    if (bounded(p, huge(p)) .and. bounded(dpred(joint%water), huge(p))) then
-      p = p + dpred(joint%water)
-      ! a pressure that ends, but for the rounding of the sum
-      if (abs(p) <= epsilon(p)*predef(joint%water)) p = 0.0_wp
-    else
-      p = quiet_nan
-    end if
+    p = pressure_at_end(p, dpred(joint%water))
   end function water_pressure
+
+  !> Water pressure at the end of an increment; NaN unless start and increment are finite.
+  pure function pressure_at_end(start, increment) result(p)
+    real(wp), intent(in) :: start       !! stress, any bits
+    real(wp), intent(in) :: increment   !! stress, any bits
+    real(wp) :: p                       !! stress
+    p = quiet_nan
+    if (.not. (bounded(start, huge(p)) .and. bounded(increment, huge(p)))) return
+    p = start + increment
+    ! a pressure that ends, but for the rounding of the sum
+    if (abs(p) <= epsilon(p)*start) p = 0.0_wp
+  end function pressure_at_end
 
   !> Append why a water pressure is not admissible.
   pure subroutine explain_water(joint, name, p, message)

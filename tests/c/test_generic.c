@@ -1,126 +1,15 @@
 /* libasperity_generic in a C program that reads its symbols and calls its functions as MGIS does: test_generic FILE. */
 #define _POSIX_C_SOURCE 200809L
-#include <dlfcn.h>
-#include <math.h>
-#include <string.h>
-
-#include "asperity.h"
-#include "check.h"
-
-enum {
-  MOST_PLANES = 33,
-  FACET_STATEV = 2,
-  MOST_STATEV = POINT_STATEV + (PLANE_STATEV + FACET_STATEV) * MOST_PLANES,
-  MOST_PROPERTIES = 32
-};
-enum { SIGMA0 = 3, RUPTURE = 2, FRICTION = 3, STORED = 1, ALPHA = POINT_STATEV };
-static const double GC = 0.3, ETA = 0.9, MU = 0.5, THICKNESS = 0.25, R = 0.125;
-#define S0 ((1.0 - ETA) * 2.0 * GC / SIGMA0)
-#define K (SIGMA0 / S0)
-/* A few roundings of numbers of the size of the strength, of the stiffness. */
-#define STRESS_TOLERANCE (64 * 2.3e-16 * SIGMA0)
-#define TANGENT_TOLERANCE (64 * 2.3e-16 * K)
+#include "generic.h"
 
 /* The library has a C API of its own, so that the program is not linked with libasperity. */
-static void *library;
 static __typeof__(&asperity_update) update;
 
-typedef struct {
-  double *gradients, *forces, *mass_density, *properties, *variables, *stored, *dissipated, *external_variables;
-} View;
-
-typedef struct {
-  char *message;
-  double dt, *operator, *factor, *speed_of_sound;
-  View old, new;
-} Data;
-
-typedef int (*Function)(Data *);
-static const void *look(const char *behaviour, const char *what) {
-  char name[128];
-  snprintf(name, sizeof name, "%s_%s", behaviour, what);
-  return dlsym(library, name);
-}
-
-static int has(const char *behaviour, const char *what) { return look(behaviour, what) != NULL; }
-
-/* Address of a symbol of a behaviour; one that is missing is named. */
-static const void *symbol(const char *behaviour, const char *what) {
-  if (!has(behaviour, what)) fprintf(stderr, "symbol %s_%s is missing\n", behaviour, what);
-  return look(behaviour, what);
-}
-
-static int number(const char *behaviour, const char *what) {
-  const unsigned short *value = symbol(behaviour, what);
-  return value == NULL ? -1 : *value;
-}
-
-static Function function(const char *behaviour, const char *hypothesis) {
-  const void *address = symbol(behaviour, hypothesis);
-  Function found;
-  memcpy(&found, &address, sizeof found);
-  return found;
-}
-
-typedef struct {
-  double old_gradient[6], gradient[6], old_force[6], force[6], properties[MOST_PROPERTIES];
-  double old_variables[MOST_STATEV], variables[MOST_STATEV], stored, dissipated, operator[36], factor;
-  char message[512];
-} Point;
-
-/* Set a material property by its name, as an input file does; a name that the behaviour lacks is reported. */
-static void set(Point *p, const char *behaviour, const char *name, double value) {
-  const char *const *names = symbol(behaviour, "MaterialProperties");
-  for (int i = 0; i < number(behaviour, "nMaterialProperties"); i++)
-    if (strcmp(names[i], name) == 0) {
-      p->properties[i] = value;
-      return;
-    }
-  fprintf(stderr, "%s: material property %s is missing\n", behaviour, name);
-}
-
-/* A virgin point of a pattern of two sides of 30 degrees (3 planes), kc = 1, and h, r in a layer. */
-static Point virgin(const char *behaviour) {
-  Point p;
-  memset(&p, 0, sizeof p);
-  set(&p, behaviour, "sigma0", SIGMA0);
-  set(&p, behaviour, "Gc", GC);
-  set(&p, behaviour, "eta", ETA);
-  set(&p, behaviour, "mu", MU);
-  set(&p, behaviour, "theta", 30.0);
-  set(&p, behaviour, "m", 2.0);
-  set(&p, behaviour, "flat", 1.0 / 3.0);
-  set(&p, behaviour, "kc", 1.0);
-  if (strstr(behaviour, "Layer") != NULL) {
-    set(&p, behaviour, "h", THICKNESS);
-    set(&p, behaviour, "r", R);
-  }
-  p.factor = 1.0;
-  return p;
-}
 static const double PROPS[] = {3.0, 0.3, 0.9, 0.5, 30.0, 2.0, 1.0 / 3.0};
 enum { N_PROPS = 7, N_STATEV = POINT_STATEV + PLANE_STATEV * 3, N_WORN = N_STATEV + FACET_STATEV * 3 };
 /* The same with asperities that end, wear and are crushed. */
 static const double WORN[] = {3.0, 0.3, 0.9, 0.5, 30.0, 2.0, 1.0 / 3.0, 0.0, 1.0, 0.0, 0.0,
                               0.0, 0.0, 0.0, 0.0, 1.0,  0.0, 0.3,       2.0, 0.0, 0.0, 4.0};
-
-static int call(Point *p, const char *behaviour, const char *hypothesis, double request) {
-  Data d = {p->message,
-            0.0,
-            p->operator,
-            &p->factor,
-            NULL,
-            {p->old_gradient, p->old_force, NULL, p->properties, p->old_variables, NULL, NULL, NULL},
-            {p->gradient, p->force, NULL, p->properties, p->variables, &p->stored, &p->dissipated, NULL}};
-  p->operator[0] = request;
-  return function(behaviour, hypothesis)(&d);
-}
-
-static void accept(Point *p) {
-  memcpy(p->old_gradient, p->gradient, sizeof p->gradient);
-  memcpy(p->old_force, p->force, sizeof p->force);
-  memcpy(p->old_variables, p->variables, sizeof p->variables);
-}
 
 /* All symbols that MGIS reads when it loads a behaviour. */
 static int loads(const char *behaviour, int layer, int planes) {
@@ -244,7 +133,7 @@ static int follows(const char *behaviour, int n, int worn) {
       for (int j = 0; j < n; j++) {
         const int d = component[j];
         const double expected = c < 0 || d < 0 ? (i == j ? side : 0.0) : h * weight[c] * weight[d] * tangent[c][d];
-        bad += DIFFERS(expected, p.operator[n * i + j], 2 * TANGENT_TOLERANCE);
+        bad += DIFFERS(expected, p.tangent[n * i + j], 2 * TANGENT_TOLERANCE);
       }
     }
     for (int i = 0; i < n_statev; i++) bad += DIFFERS(state[i], p.variables[i], 64 * 2.3e-16);
@@ -273,13 +162,13 @@ static int requests(void) {
   bad += FAILS(call(&consistent, "AsperityJoint3", "Tridimensional", 4.0) == 1);
   for (double request = 0.0; request < 4.0; request++) {
     other = p;
-    for (int i = 0; i < 9; i++) other.operator[i] = -7.0;
+    for (int i = 0; i < 9; i++) other.tangent[i] = -7.0;
     bad += FAILS(call(&other, "AsperityJoint3", "Tridimensional", request) == 1);
     bad += FAILS(memcmp(other.force, consistent.force, sizeof other.force) == 0);
     for (int i = 0; i < 9; i++) {
       const double elastic = i % 4 == 0 ? K : 0.0;
-      const double expected = request == 0.0 ? (i ? -7.0 : 0.0) : request == 1.0 ? elastic : consistent.operator[i];
-      bad += DIFFERS(expected, other.operator[i], TANGENT_TOLERANCE);
+      const double expected = request == 0.0 ? (i ? -7.0 : 0.0) : request == 1.0 ? elastic : consistent.tangent[i];
+      bad += DIFFERS(expected, other.tangent[i], TANGENT_TOLERANCE);
     }
   }
   /* at the start: the increment to the separation of the start itself */
@@ -290,8 +179,8 @@ static int requests(void) {
     other = p;
     bad += FAILS(call(&other, "AsperityJoint3", "Tridimensional", request) == 1);
     for (int i = 0; i < 9; i++)
-      bad += DIFFERS(request > -1.5 ? (i % 4 == 0 ? K : 0.0) : rest.operator[i], other.operator[i], TANGENT_TOLERANCE);
-    memcpy(other.operator, p.operator, sizeof p.operator);
+      bad += DIFFERS(request > -1.5 ? (i % 4 == 0 ? K : 0.0) : rest.tangent[i], other.tangent[i], TANGENT_TOLERANCE);
+    memcpy(other.tangent, p.tangent, sizeof p.tangent);
     bad += FAILS(memcmp(&other, &p, sizeof p) == 0);
   }
   return bad;
@@ -306,9 +195,9 @@ static int rejected(Point p, const char *behaviour, double request, const char *
     bad++;
   }
   bad += FAILS(strncmp(p.message, behaviour, strlen(behaviour)) == 0);
-  bad += FAILS(memcmp(p.operator, &request, sizeof request) == 0);
+  bad += FAILS(memcmp(p.tangent, &request, sizeof request) == 0);
   memcpy(p.message, before.message, sizeof p.message);
-  p.operator[0] = before.operator[0];
+  p.tangent[0] = before.tangent[0];
   p.factor = before.factor;
   return bad + FAILS(memcmp(&p, &before, sizeof p) == 0);
 }
@@ -347,12 +236,12 @@ static int errors(void) {
   /* without a buffer for the message and without a factor */
   Data d = {NULL,
             0.0,
-            p.operator,
+            p.tangent,
             NULL,
             NULL,
             {p.old_gradient, p.old_force, NULL, p.properties, p.old_variables, NULL, NULL, NULL},
             {p.gradient, p.force, NULL, p.properties, p.variables, NULL, NULL, NULL}};
-  p.operator[0] = 4.0;
+  p.tangent[0] = 4.0;
   bad += FAILS(function("AsperityLayer3", "Tridimensional")(&d) == -1);
   p.old_force[0] = 0.0;
   return bad + FAILS(function("AsperityLayer3", "Tridimensional")(&d) == 1);
@@ -364,7 +253,7 @@ static int time_and_its_step(void) {
   set(&p, "AsperityJoint3", "tau_v", 1.0);
   Data d = {p.message,
             -1.0,
-            p.operator,
+            p.tangent,
             &p.factor,
             NULL,
             {p.old_gradient, p.old_force, NULL, p.properties, p.old_variables, NULL, NULL, NULL},
@@ -403,11 +292,7 @@ int main(int count, char **arguments) {
                                        errors,
                                        time_and_its_step,
                                        initial_traction};
-  library = count == 2 ? dlopen(arguments[1], RTLD_NOW) : NULL;
-  if (library == NULL) {
-    fprintf(stderr, "%s\n", count == 2 ? dlerror() : "expected the path of libasperity_generic");
-    return 1;
-  }
+  if (!open_library(count, arguments)) return 1;
   const void *address = dlsym(library, "asperity_update");
   memcpy(&update, &address, sizeof update);
   if (update == NULL || !has("AsperityJoint3", "MaterialProperties"))

@@ -12,19 +12,21 @@ from asperity.installed import generic_library
 
 def block_of(block: Block) -> str:
     """Cast3M: model and material of joint elements, in Gibiane."""
-    law = behaviour(contract.check(block.props)[0], "cast3m", "Castem")
+    wet = block.prop("water") > 0.0
+    law = behaviour(contract.check(block.props)[0], "cast3m", "Castem", wet)
     comments = remarks(
         block,
         "LD_LIBRARY_PATH=FOLDER_OF_THE_LIBRARY castem THIS_FILE.dgibi",
         f"{block.name}: the mesh of joint elements, JOI4 or JOT3, in two dimensions JOI2",
         "KS and KN are those of the operator with which Cast3M iterates, not constants of the law",
+        *(["PF: the water pressure in the joint, >= 0, a parameter beside the temperature"] if wet else []),
         "MTest calls this function as Cast3M does; Cast3M itself was not run",
         mark="* ",
     )
-    return text_of(*comments, *_castem(block.name, law, block.props, block.stiffness))
+    return text_of(*comments, *_castem(block.name, law, block.props, block.stiffness, wet))
 
 
-def _castem(name: str, law: str, props: contract.Floats, stiffness: Sequence[float]) -> list[str]:
+def _castem(name: str, law: str, props: contract.Floats, stiffness: Sequence[float], wet: bool) -> list[str]:
     """Lines of Gibiane that define model and material of a joint of Cast3M, whose names have four letters.
 
     stiffness: in shear and in opening, of the operator with which Cast3M iterates.
@@ -41,11 +43,12 @@ def _castem(name: str, law: str, props: contract.Floats, stiffness: Sequence[flo
         *_in_lines([f"'{one}'" for one in values]),
         "STAT = 'MOTS'",
         *_in_lines([f"'{one}'" for one in states]),
+        *(["PARA = 'MOTS' 'T' 'PF' ;"] if wet else []),
         f"MODL = 'MODELISER' {name} 'MECANIQUE' 'ELASTIQUE' 'ISOTROPE'",
         "  'NON_LINEAIRE' 'UTILISATEUR'",
         f"  'LIB_LOI' '{generic_library().name}'",
         f"  'FCT_LOI' '{law}'",
-        "  'C_MATERIAU' COEL 'C_VARINTER' STAT",
+        "  'C_MATERIAU' COEL 'C_VARINTER' STAT" + " 'PARA_LOI' PARA" * wet,
         "  'CONS' 'JOINT' 'JOI4' ;",
         "MATL = 'MATERIAU' MODL",
         *_in_lines([f"'{one}' {value!r}" for one, value in values.items()], 2),

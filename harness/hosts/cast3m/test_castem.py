@@ -28,12 +28,21 @@ ITERATIONS = """@MaterialProperty<constant> 'TangentialStiffness' {ks};
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_path_of_the_driver(tmp_path: Path, dimension: int) -> None:
-    """Called as Cast3M calls it, the joint ends where the driver ends, in two and three dimensions."""
+@pytest.mark.parametrize("wet", [False, True])
+def test_path_of_the_driver(tmp_path: Path, dimension: int, wet: bool) -> None:
+    """Called as Cast3M calls it, the joint ends where the driver ends, in two and three dimensions.
+
+    The water is the first parameter after the temperature.
+    """
     case, file = named_case("figure05b"), tmp_path / "castem.mtest"
+    if wet:
+        dry = case.read_text(encoding="utf-8")
+        case = tmp_path / "wet.nml"
+        case.write_text(dry.replace("&step slip =", "&step p = 4.0, 6.0, 2.5, slip ="), encoding="utf-8")
     assert main(["card", "mtest", str(case), "-o", str(file)]) == 0
     text = file.read_text(encoding="utf-8").replace("<generic>", "<castem>")
-    text = text.replace("AsperityJoint", "AsperityCastem")
+    text = re.sub(r"(Asperity(?:Wet)?)Joint", r"\1Castem", text)
+    assert ("AsperityWetCastem" in text) == wet
     k = read_case(case).runs[0].interface.update(np.zeros((1, 3))).tangent[0]
     text = text.replace("@Imposed", ITERATIONS.format(ks=k[1, 1], kn=k[0, 0]) + "@Imposed", 1)
     if dimension == 2:
@@ -43,6 +52,7 @@ def test_path_of_the_driver(tmp_path: Path, dimension: int) -> None:
     subprocess.run(["mtest", file.name], cwd=tmp_path, check=True, timeout=300)
     last = np.loadtxt(tmp_path / "castem.res")[-1]
     history = read_case(case).runs[0].history()
+    assert history.p[-1] == (2.5 if wet else 0.0)
     # columns: time, separation, traction, then the state variables; six digits are printed
     end = history.separation[-1][:dimension], history.traction[-1][:dimension], history.state[-1]
     expected = np.concatenate([[2.0], *end])

@@ -17,23 +17,23 @@ FORCES, OPENINGS = ("Tn", "Tt1", "Tt2"), ("Un", "Ut1", "Ut2")  # names of N, Tx,
 
 def block_of(block: Block) -> str:
     """MTest: behaviour and properties; `asperity card` adds the load path of the case."""
-    law = behaviour(contract.check(block.props)[0], "mtest", "Joint")
+    law = behaviour(contract.check(block.props)[0], "mtest", "Joint", block.prop("water") > 0.0)
     return _head(law, block.props, remarks(block, "mtest THIS_FILE.mtest", mark="// "))
 
 
 def _head(law: str, props: contract.Floats, comments: Sequence[str]) -> str:
-    """Behaviour and all its material properties, after comments; it has no external state variable."""
+    """Behaviour and all its material properties, after comments."""
     values = {name: float(props[contract.index(name)]) for name in property_names(law)}
     head = "@ModellingHypothesis 'Tridimensional';", f"@Behaviour<generic> '{generic_library()}' '{law}';"
     given = (f"@MaterialProperty<constant> '{name}' {value!r};" for name, value in values.items())
     return "\n".join([*comments, *head, *given]) + "\n"
 
 
-def path_of(steps: Sequence[Step]) -> str:
+def path_of(steps: Sequence[Step], wet: bool) -> str:
     """Evolutions of the prescribed components, and times.
 
-    steps: of a case that was read, with lists of all targets, increments and times. Raises ValueError for
-    what MTest cannot take.
+    steps: of a case that was read, with lists of all targets, increments and times.  wet: whether the law has
+    the water pressure as an external state variable. Raises ValueError for what MTest cannot take.
     """
     kinds = set(prescribed(steps))
     if len(kinds) != 1:
@@ -42,15 +42,13 @@ def path_of(steps: Sequence[Step]) -> str:
             "tractions and separations in all steps"
         )
     [tractions] = kinds
-    times, values, numbers = [0.0], [np.zeros(3)], []
+    times, values, numbers = [0.0], [np.zeros(4)], []  # N, Tx, Ty and the water pressure
     for number, step in enumerate(steps, 1):
         if step.follow == "branch":
             raise ValueError(f"step {number}: follow = 'branch': expected 'stable' for mtest")
         for name in ("k_N", "k_Tx", "k_Ty"):
             if getattr(step, name):
                 raise ValueError(f"step {number}: {name} = {getattr(step, name):g}: expected 0 for mtest")
-        if step.p is not None and np.any(p := np.asarray(step.p, float)):
-            raise ValueError(f"step {number}: p = {p.max():g}: expected no water for mtest")
         targets = {
             i: np.asarray(given, float)
             for i, axis in enumerate(("N", "Tx", "Ty"))
@@ -58,6 +56,8 @@ def path_of(steps: Sequence[Step]) -> str:
         }
         if step.slip is not None:
             targets[1], targets[2] = np.outer(direction_vector(step.direction or 0.0), np.asarray(step.slip))
+        if step.p is not None:
+            targets[3] = np.asarray(step.p, float)
         counts = np.asarray(step.increments, float)
         for k, duration in enumerate(np.asarray(step.time, float).tolist()):
             values.append(values[-1].copy())
@@ -66,12 +66,13 @@ def path_of(steps: Sequence[Step]) -> str:
             times.append(times[-1] + duration)
             numbers.append(round(counts[k]))
     lines = []
-    for i, column in enumerate(np.array(values).T):
-        keyword, name = (
-            ("@ImposedCohesiveForce", FORCES[i])
-            if tractions[i]
-            else ("@ImposedOpeningDisplacement", OPENINGS[i])
-        )
+    imposed = [
+        ("@ImposedCohesiveForce", FORCES[i]) if tractions[i] else ("@ImposedOpeningDisplacement", OPENINGS[i])
+        for i in range(3)
+    ]
+    if wet:
+        imposed.append(("@ExternalStateVariable", "FluidPressure"))
+    for (keyword, name), column in zip(imposed, np.array(values).T, strict=False):
         pairs = ", ".join(
             f"{time!r} : {float(value) + 0.0!r}" for time, value in zip(times, column, strict=True)
         )

@@ -30,6 +30,40 @@ def test_figure05b(tmp_path: Path) -> None:
     assert last[: len(expected)] == pytest.approx(expected, rel=2e-5, abs=1e-9)
 
 
+WATER = """&case title = 'Water in a rough joint' /
+&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 100.0 /
+&pattern sides = 4, theta = 30.0 /
+&step t_N = -10.0, slip = 0.0, increments = 20 /
+&step slip = 0.4, p = 4.0, increments = 100 /
+&step slip = 0.3, p = 2.5, 8.0, increments = 50 /
+"""
+
+
+@pytest.mark.skipif(shutil.which("mtest") is None, reason="mtest is not on PATH")
+def test_water(tmp_path: Path) -> None:
+    """FluidPressure is the water of the driver in every row, tractions are total; it must be given, >= 0."""
+    case, file = tmp_path / "wet.nml", tmp_path / "wet.mtest"
+    case.write_text(WATER, encoding="utf-8")
+    assert main(["card", "mtest", str(case), "-o", str(file)]) == 0
+    subprocess.run(["mtest", file.name], cwd=tmp_path, check=True, timeout=300)
+    found = np.loadtxt(tmp_path / "wet.res")[1:]
+    history = read_case(case).runs[0].history()
+    assert len(found) == len(history) == 220 and np.ptp(history.p[120:]) == pytest.approx(5.5)
+    n = 7 + history.state.shape[1]
+    expected = np.hstack([history.separation, history.traction, history.state])
+    # six digits are printed
+    assert found[:, 1:n] == pytest.approx(expected, rel=2e-5, abs=1e-8)
+    text = file.read_text(encoding="utf-8")
+    negative = text.replace(": 8.0}", ": -8.0}")
+    missing = re.sub("@ExternalStateVariable.*\n", "", text)
+    for changed, words in ((negative, "FluidPressure = -"), (missing, "FluidPressure")):
+        file.write_text(changed, encoding="utf-8")
+        done = subprocess.run(
+            ["mtest", file.name], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False
+        )
+        assert done.returncode != 0 and words in done.stdout + done.stderr
+
+
 def test_input_file_is_that_of_the_command(capsys: pytest.CaptureFixture[str]) -> None:
     """The file for readers is what `asperity card` prints, but for comments and the folder of the library."""
     main(["card", "mtest", str(named_case("figure05b"))])

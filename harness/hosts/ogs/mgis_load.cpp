@@ -27,6 +27,7 @@ struct LibrariesManager {
   std::vector<std::string> getGradientsNames(Text, Text, Hypothesis);
   std::vector<std::string> getMaterialPropertiesNames(Text, Text, Hypothesis);
   std::vector<std::string> getInternalStateVariablesNames(Text, Text, Hypothesis);
+  std::vector<std::string> getExternalStateVariablesNames(Text, Text, Hypothesis);
   bool hasLowerPhysicalBound(Text, Text, Hypothesis, Text);
   bool hasUpperPhysicalBound(Text, Text, Hypothesis, Text);
   long double getLowerPhysicalBound(Text, Text, Hypothesis, Text);
@@ -57,6 +58,7 @@ int main(int count, char **arguments) {
           std::cout << "<=" << manager.getUpperPhysicalBound(library, name, hypothesis, one);
       }
       for (const auto &one : manager.getInternalStateVariablesNames(library, name, hypothesis)) std::cout << ' ' << one;
+      for (const auto &one : manager.getExternalStateVariablesNames(library, name, hypothesis)) std::cout << ' ' << one;
       std::cout << '\n';
     }
   } catch (const std::exception &error) {

@@ -103,8 +103,9 @@ def test_mgis_loads_every_behaviour(tmp_path: Path) -> None:
     subprocess.run(built, check=True)
     of_joint = ["Tridimensional", "PlaneStrain", "Axisymmetrical", "GeneralisedPlaneStrain", "PlaneStress"]
     pairs = [
-        (f"Asperity{kind}{n}", hypothesis)
+        (f"Asperity{wet}{kind}{n}", hypothesis)
         for n in range(1, 34)
+        for wet in ("", "Wet")
         for kind, hypotheses in (("Joint", of_joint), ("Layer", of_joint[:-1]))
         for hypothesis in hypotheses
     ]
@@ -115,7 +116,7 @@ def test_mgis_loads_every_behaviour(tmp_path: Path) -> None:
     lines = [line.split() for line in done.stdout.splitlines()]
     assert [(name, hypothesis) for name, hypothesis, *_ in lines] == pairs
     for name, _, gradient, *others in lines:
-        joint, n = "Joint" in name, int(name[len("AsperityJoint") :])
+        joint, n = "Joint" in name, int(re.sub(r"\D", "", name))
         assert gradient == ("OpeningDisplacement" if joint else "Strain")
         owners = ("law", "pattern", "numerics") if joint else ("law", "pattern", "host", "numerics")
         rows = [row for row in contract.owned(*owners) if row.name not in ("map", "water")]
@@ -124,7 +125,8 @@ def test_mgis_loads_every_behaviour(tmp_path: Path) -> None:
             assert m and m[1] == row.name
             assert float(m[2] or -np.finfo(float).max) == row.lower
             assert float(m[3] or np.finfo(float).max) == row.upper
-        assert others[len(rows) :] == list(contract.statev_names(n, True))
+        water = ["FluidPressure"] if "Wet" in name else []
+        assert others[len(rows) :] == [*contract.statev_names(n, True), *water]
     refused = [program, generic_library(), "AsperityLayer3", "PlaneStress"]
     assert subprocess.run(refused, capture_output=True, check=False).returncode != 0
 
@@ -192,6 +194,15 @@ def test_without_axes_the_normal_is_x(tmp_path: Path) -> None:
     assert separation[0, 0] == pytest.approx(-PRESSURE / MATERIAL.K, rel=1e-3)
     assert np.abs(right[0][:, 0] - separation[:, 0]).max() > 0.1 * MATERIAL.s_f
     assert np.abs(right[1][:, 1] - traction[:, 1]).max() > 0.1 * MATERIAL.sigma0
+
+
+def test_a_wet_layer_is_refused(tmp_path: Path) -> None:
+    """OpenGeoSys passes no other external state variable than the temperature, and says so at once."""
+    card = RT.card("ogs", h=THIN).replace("AsperityLayer3", "AsperityWetLayer3")
+    for file in ogs_run.PROJECT.parent.glob("*.vtu"):
+        shutil.copy(file, tmp_path)
+    run = ogs_run.run(tmp_path, card, fails=True)
+    assert "Only temperature is supported as external state variable" in run.output
 
 
 # --- refused calls ----------------------------------------------------------

@@ -7,9 +7,12 @@ import ctypes
 from ..installed import generic_library
 
 
-def behaviour(n_planes: int, host: str = "ogs", kind: str = "Layer") -> str:
-    """Name of the layer or joint with these planes; raises ValueError if the library has none."""
-    name = f"Asperity{kind}{n_planes}"
+def behaviour(n_planes: int, host: str = "ogs", kind: str = "Layer", wet: bool = False) -> str:
+    """Name of the layer or joint with these planes; raises ValueError if the library has none.
+
+    wet: whether its external state variable is the water pressure.
+    """
+    name = f"Asperity{'Wet' * wet}{kind}{n_planes}"
     try:
         _number(f"{name}_nInternalStateVariables")
     except ValueError:

@@ -32,8 +32,10 @@ class Card:
     """Whether the block may be for explicit dynamics, with a density."""
     path: bool = False
     """Whether the load path of the case follows the block."""
-    only: Mapping[str, float] = field(default_factory=dict)
-    """Constants, and the dimension, of which the host takes one value only."""
+    only: Mapping[str, float | list[float]] = field(default_factory=dict)
+    """Constants, and the dimension, of which the host takes one value only, or one of a list."""
+    water: str = ""
+    """How a host whose law gets no water pressure carries it."""
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,14 @@
 !>
 !> What differs: integers of the size of a long, components (Tx, N) or (Tx, Ty, N), separations in place of strains,
 !> four constants of Cast3M before those of the law, a return value (1: done) in KINC, and NULL for all that is not
-!> named here. The joint is the behaviour of asperity_generic.
+!> named here. The water pressure of a wet joint is the first of PREDEF. The joint is the behaviour of asperity_generic.
 module asperity_castem
-  use, intrinsic :: iso_c_binding, only: c_double, c_int, c_loc, c_long, c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_long, &
+    c_null_ptr, c_ptr
   use, intrinsic :: iso_fortran_env, only: error_unit
   use asperity_contract, only: n_statev
   use asperity_generic, only: asperity_generic_joint, material_properties, point_view, state_view
+  use asperity_host, only: pressure_at_end, quiet_nan
   use asperity_text, only: integer_text
   implicit none
   private
@@ -22,9 +24,10 @@ contains
 
   !> Traction, state and tangent at the end of an increment; returns 1, or -1 with a message on standard error, where
   !> nothing but PNEWDT is written.
-  function asperity_castem_joint(n_planes, stress, statev, ddsdde, stran, dstran, dtime, ntens, nstatv, props, nprops, &
-                                 pnewdt) bind(C) result(done)
+  function asperity_castem_joint(n_planes, wet, stress, statev, ddsdde, stran, dstran, dtime, predef, dpred, ntens, &
+                                 nstatv, props, nprops, pnewdt) bind(C) result(done)
     integer(c_int), value :: n_planes                          !! number of planes
+    integer(c_int), value :: wet                               !! 1: with water, 0: without
     integer(c_long), intent(in) :: ntens, nstatv, nprops       !! sizes of the arrays
     real(c_double), intent(inout), target :: stress(ntens)     !! traction, start -> end
     real(c_double), intent(inout), target :: statev(nstatv)    !! state, start -> end
@@ -32,10 +35,13 @@ contains
     real(c_double), intent(in) :: stran(ntens)                 !! separation at the start
     real(c_double), intent(in) :: dstran(ntens)                !! its increment
     real(c_double), intent(in) :: dtime                        !! duration
+    type(c_ptr), value :: predef                               !! water pressure of a wet joint at the start, else any
+    type(c_ptr), value :: dpred                                !! its increment
     real(c_double), intent(in), target :: props(nprops)        !! constants
     type(c_ptr), value :: pnewdt                               !! factor of the next time step, may be NULL
     integer(c_int) :: done
-    real(c_double), target :: end(3), force(3), new_force(3), operator(9), start(3), state(nstatv)
+    real(c_double), target :: end(3), force(3), new_force(3), operator(9), start(3), state(nstatv), p(2)
+    real(c_double), pointer :: field
     type(point_view) :: point
     type(state_view) :: new, old
     type(c_ptr) :: law   ! its constants
@@ -59,10 +65,17 @@ contains
       operator(1) = consistent
       state = statev
       law = c_loc(props(n_leading + 1))
-      old = state_view(c_loc(start), c_loc(force), c_null_ptr, law, c_loc(statev), c_null_ptr, c_null_ptr, c_null_ptr)
-      new = state_view(c_loc(end), c_loc(new_force), c_null_ptr, law, c_loc(state), c_null_ptr, c_null_ptr, c_null_ptr)
+      p = quiet_nan
+      if (wet == 1 .and. c_associated(predef) .and. c_associated(dpred)) then
+        call c_f_pointer(predef, field)
+        p(1) = field
+        call c_f_pointer(dpred, field)
+        p(2) = pressure_at_end(p(1), field)
+      end if
+      old = state_view(c_loc(start), c_loc(force), c_null_ptr, law, c_loc(statev), c_null_ptr, c_null_ptr, c_loc(p(1)))
+      new = state_view(c_loc(end), c_loc(new_force), c_null_ptr, law, c_loc(state), c_null_ptr, c_null_ptr, c_loc(p(2)))
       point = point_view(c_null_ptr, dtime, c_loc(operator), pnewdt, c_null_ptr, old, new)
-      done = asperity_generic_joint(point, n_planes, int(n, c_int))
+      done = asperity_generic_joint(point, n_planes, int(n, c_int), wet)
     end if
     if (done /= 1) then
       flush (error_unit)

@@ -9,14 +9,15 @@ module asperity_generic
   use asperity_call_checks, only: explain_point, explain_time, point_status, time_status
   use asperity_checks, only: bounded, review, review_props
   use asperity_contract, only: n_fixed_props, n_statev, p_m, p_map, p_water, prop_table, &
-    status_initial, status_nstatv, status_ok, status_separation, status_size, v_friction, v_offset, v_rupture, v_stored
-  use asperity_host, only: rejected_pnewdt, request_cut, request_slower_damage
+    status_initial, status_nstatv, status_ok, status_separation, status_size, status_water, v_friction, v_offset, &
+    v_rupture, v_stored
+  use asperity_host, only: quiet_nan, rejected_pnewdt, request_cut, request_slower_damage
   use asperity_initial, only: carry_traction, explain_initial, first_traction
   use asperity_interface, only: interface_type, new_interface, plane_damage
   use asperity_kinds, only: wp
   use asperity_point, only: update_point_in_place
   use asperity_arrays, only: virgin_tangent
-  use asperity_text, only: integer_text, to_text
+  use asperity_text, only: append, integer_text, to_text
   implicit none
   private
   public :: asperity_generic_joint, asperity_generic_layer, behaviour_name, material_properties, point_view, state_view
@@ -24,7 +25,9 @@ module asperity_generic
   !> Largest number of planes of a behaviour: those of a regular pattern of 32 sides and a flat plane.
   integer, parameter, public :: most_planes = 33
   !> Length of the name of a behaviour.
-  integer, parameter, public :: name_length = 16
+  integer, parameter, public :: name_length = 19
+  !> Name of the external state variable of wet behaviours: the water pressure in the joint.
+  character(len=*), parameter, public :: water_name = "FluidPressure"
 
   !> Bytes of a message of MGIS.
   integer(c_int), parameter :: message_size = 512
@@ -41,7 +44,7 @@ module asperity_generic
     type(c_ptr) :: variables            !! STATEV
     type(c_ptr) :: stored               !! stored energy, may be NULL
     type(c_ptr) :: dissipated           !! dissipated energy, may be NULL
-    type(c_ptr) :: external_variables   !! there are none
+    type(c_ptr) :: external_variables   !! water pressure of a wet behaviour, the others have none
   end type state_view
 
   !> Data of an integration point (mgis_bv_BehaviourDataView).
@@ -58,6 +61,7 @@ module asperity_generic
   !> What distinguishes joints and layers of two and three dimensions.
   type :: behaviour_type
     logical :: layer         !! layer of a solid, or joint
+    logical :: wet           !! with water in the joint, whose pressure is an external state variable
     integer :: n_planes      !! number of planes
     integer :: n             !! number of components
     integer :: position(3)   !! of N, Tx and Ty among the components, 0: there is no such component
@@ -67,39 +71,51 @@ module asperity_generic
 contains
 
   !> Joint: traction (N, Tx, Ty) of a separation; returns 1, or -1 with a message.
-  function asperity_generic_joint(point, n_planes, n) bind(C) result(done)
+  function asperity_generic_joint(point, n_planes, n, wet) bind(C) result(done)
     ! not intent(in): what it points at is written, and a caller in Fortran must know that
     type(point_view), intent(inout) :: point   !! what MGIS passes
     integer(c_int), value :: n_planes       !! number of planes
     integer(c_int), value :: n              !! components: 2 or 3
+    integer(c_int), value :: wet            !! 1: with water, 0: without
     integer(c_int) :: done
-    done = integrate(point, behaviour_type(.false., n_planes, n, [1, 2, merge(3, 0, n == 3)], [1.0_wp, 1.0_wp, 1.0_wp]))
+    done = integrate(point, behaviour_type(.false., wet == 1, n_planes, n, [1, 2, merge(3, 0, n == 3)], &
+                                           [1.0_wp, 1.0_wp, 1.0_wp]))
   end function asperity_generic_joint
 
   !> Layer of a solid with its normal along axis 1: stress of a strain; returns 1, or -1 with a message.
   !>
   !> The components are 11, 22, 33, 12, 13, 23; those of shear are multiplied by sqrt(2) in both strain and stress. The
   !> separation along Tx is 2 h strain_12, and the stress 12 is the traction.
-  function asperity_generic_layer(point, n_planes, n) bind(C) result(done)
+  function asperity_generic_layer(point, n_planes, n, wet) bind(C) result(done)
     type(point_view), intent(in) :: point   !! what MGIS passes
     integer(c_int), value :: n_planes       !! number of planes
     integer(c_int), value :: n              !! components: 4 (two dimensions) or 6
+    integer(c_int), value :: wet            !! 1: with water, 0: without
     integer(c_int) :: done
     real(wp), parameter :: root = sqrt(2.0_wp)
-    done = integrate(point, behaviour_type(.true., n_planes, n, [1, 4, merge(5, 0, n == 6)], [1.0_wp, root, root]))
+    done = integrate(point, behaviour_type(.true., wet == 1, n_planes, n, [1, 4, merge(5, 0, n == 6)], &
+                                           [1.0_wp, root, root]))
   end function asperity_generic_layer
 
   !> Name of a behaviour.
   pure function behaviour_name(kind, n_planes) result(name)
-    character(len=*), intent(in) :: kind   !! Joint, Layer or Castem (a joint of Cast3M)
+    character(len=*), intent(in) :: kind   !! Joint, Layer or Castem (a joint of Cast3M), with water after Wet
     integer, intent(in) :: n_planes        !! number of planes
     character(len=name_length) :: name
     name = "Asperity" // trim(kind) // integer_text(n_planes)
   end function behaviour_name
 
+  !> Kind and number of planes of a behaviour, as in its name.
+  pure function full_name(behaviour) result(name)
+    type(behaviour_type), intent(in) :: behaviour   !! joint or layer
+    character(len=:), allocatable :: name
+    name = trim(behaviour_name(trim(merge("Wet", "   ", behaviour%wet)) // merge("Layer", "Joint", behaviour%layer), &
+                               behaviour%n_planes))
+  end function full_name
+
   !> Which entries of PROPS are material properties of a behaviour.
   !>
-  !> MGIS fixes the order of the components, and the behaviours have no external state variables: no `map`, no `water`.
+  !> MGIS fixes the order of the components, and an external state variable is known by its name: no `map`, no `water`.
   !> The gradient of a joint is the separation, so that a joint has no constant of the host. Reserved entries are no
   !> properties.
   pure function material_properties(layer) result(yes)
@@ -121,6 +137,7 @@ contains
     character(len=:), allocatable :: text
     real(wp) :: props(n_fixed_props), state(n_statev(behaviour%n_planes, .true.)), old_damage(behaviour%n_planes)
     real(wp) :: from(3), to(3), initial(3), traction(3), tangent(3, 3), h, request, side
+    real(wp) :: p(2)   ! water pressure at start and end
     logical :: passed(n_fixed_props), predicting
     integer :: i, status
 
@@ -139,6 +156,10 @@ contains
     call c_f_pointer(point%new%properties, properties, [count(passed)])
     props = unpack(properties, passed, prop_table%default)
 
+    p = 0.0_wp
+    if (behaviour%wet) p = [first_of(point%old%external_variables), first_of(point%new%external_variables)]
+    if (predicting) p(2) = p(1)
+
     call new_interface(props, joint, status)
     if (status == status_ok) then
       h = joint%h
@@ -153,17 +174,19 @@ contains
       end do
       if (predicting) to = from
       status = call_status(joint, behaviour, request, point%dt, from, to, strain, state)
+      if (status == status_ok .and. .not. all(bounded(p, huge(p)) .and. p >= 0.0_wp)) status = status_water
     end if
     if (status == status_ok) then
       if (first_traction(initial, state)) then
+        initial(1) = initial(1) + p(1)
         call carry_traction(joint, initial, behaviour%position > 0, state, status)
         ! the initial traction belongs to the separation at the start
         if (status == status_ok) state(v_offset:v_offset + 2) = state(v_offset:v_offset + 2) - from
       end if
     end if
     if (status /= status_ok) then
-      text = trim(behaviour_name(merge("Layer", "Joint", behaviour%layer), behaviour%n_planes)) // ": "
-      call explain(status, props, joint, behaviour, request, point%dt, from, to, strain, initial, state, text)
+      text = full_name(behaviour) // ": "
+      call explain(status, props, joint, behaviour, request, point%dt, from, to, strain, initial, state, p, text)
       call put_text(text, point%message, message_size)
       ! OpenGeoSys does not show the message of MGIS
       write (error_unit, "(2a)") "asperity generic: ", text
@@ -175,6 +198,7 @@ contains
 
     old_damage = plane_damage(joint, state)
     call update_point_in_place(joint, from, to, state, traction, tangent, point%dt)
+    traction(1) = traction(1) - p(2)
     side = joint%r*joint%material%k_n*h   ! stiffness of the components of a layer that an interface does not have
     if (.not. predicting) then
       if (joint%dalpha > 0.0_wp) call request_slower_damage(joint, old_damage, state, factor)
@@ -201,6 +225,17 @@ contains
     end if
     done = 1
   end function integrate
+
+  !> First of the values that a host passes, NaN if it passes none.
+  function first_of(values) result(one)
+    type(c_ptr), intent(in) :: values   !! double[]
+    real(wp) :: one
+    real(c_double), pointer :: found
+    one = quiet_nan
+    if (.not. c_associated(values)) return
+    call c_f_pointer(values, found)
+    one = found
+  end function first_of
 
   !> Write the operator d force_i/d gradient_j by rows.
   pure subroutine put_operator(behaviour, h, side, tangent, operator)
@@ -244,7 +279,7 @@ contains
   end function call_status
 
   !> Append one line for each bad value of a rejected call.
-  pure subroutine explain(status, props, joint, behaviour, request, dt, from, to, strain, initial, state, text)
+  pure subroutine explain(status, props, joint, behaviour, request, dt, from, to, strain, initial, state, p, text)
     integer, intent(in) :: status                          !! of the test that failed
     real(wp), intent(in) :: props(:)                       !! PROPS
     type(interface_type), intent(in) :: joint              !! the interface, if its constants are admissible
@@ -255,8 +290,10 @@ contains
     real(wp), intent(in) :: strain(:)                      !! at the end
     real(wp), intent(in) :: initial(3)                     !! initial traction, stress
     real(wp), intent(in), contiguous :: state(:)           !! STATEV at the start
+    real(wp), intent(in) :: p(2)                           !! water pressure at start and end, stress
     character(len=:), allocatable, intent(inout) :: text   !! name of the behaviour; lines are appended
     character(len=:), allocatable :: lines
+    type(behaviour_type) :: expected
     logical :: listed
     integer :: i, props_status
 
@@ -270,8 +307,9 @@ contains
       select case (status)
       case (status_nstatv)
         if (joint%pattern%n /= behaviour%n_planes .and. joint%pattern%n <= most_planes) then
-          lines = "expected " // trim(behaviour_name(merge("Layer", "Joint", behaviour%layer), joint%pattern%n)) // &
-            " for the "
+          expected = behaviour
+          expected%n_planes = joint%pattern%n
+          lines = "expected " // full_name(expected) // " for the "
         else
           lines = integer_text(size(state)) // " state variables: no behaviour has those of the "
         end if
@@ -281,6 +319,13 @@ contains
         lines = "K[0] = " // to_text(request) // ": expected -3 to 4 (no speed of sound)"
       case (status_initial)
         call explain_initial(joint, initial, behaviour%position > 0, state, lines)
+        if (behaviour%wet) call append(lines, "initial t_N: that of the host and " // water_name)
+      case (status_water)
+        do i = 1, 2
+          if (bounded(p(i), huge(p)) .and. p(i) >= 0.0_wp) cycle
+          call append(lines, water_name // " = " // to_text(p(i)) // " at the " // &
+            trim(merge("start", "end  ", i == 1)) // ": expected the water pressure in the joint, finite and >= 0")
+        end do
       case default
         call explain_time(joint, "dt", lines, dt)
         do i = 1, size(strain)

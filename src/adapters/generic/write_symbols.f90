@@ -2,7 +2,7 @@
 !> bounds of the contract, and its functions. The build runs it: write_symbols FILE.
 program write_symbols
   use asperity_contract, only: n_statev, prop_table, prop_type, version
-  use asperity_generic, only: behaviour_name, material_properties, most_planes, name_length
+  use asperity_generic, only: behaviour_name, material_properties, most_planes, name_length, water_name
   use asperity_kinds, only: wp
   use asperity_rie_law, only: statev_name
   use asperity_text, only: integer_text, to_text
@@ -26,42 +26,46 @@ program write_symbols
     'tfel_version = "none"', 'src = "asperity"', 'unit_system = ""', 'author = ""', 'date = ""', 'validator = ""']
   !> A joint of Cast3M, which passes the arguments of Abaqus.
   character(len=*), parameter :: castem(*) = [character(len=90) :: &
-    "int asperity_castem_joint(int, double *, double *, double *, const double *,", &
-    "  const double *, const double *, const long *, const long *, const double *,", &
-    "  const long *, double *);", &
-    "#define JOINT(name, n) \", &
+    "int asperity_castem_joint(int, int, double *, double *, double *, const double *,", &
+    "  const double *, const double *, const double *, const double *, const long *,", &
+    "  const long *, const double *, const long *, double *);", &
+    "#define JOINT(name, n, wet) \", &
     "  void name(double *stress, double *statev, double *ddsdde, void *a, void *b, void *c, \", &
     "    void *d, void *e, void *f, void *g, double *stran, double *dstran, void *h, \", &
-    "    double *dtime, void *i, void *j, void *k, void *l, void *m, void *o, void *p, \", &
+    "    double *dtime, void *i, void *j, double *predef, double *dpred, void *m, void *o, \", &
+    "    void *p, \", &
     "    long *ntens, long *nstatv, double *props, long *nprops, void *q, void *r, \", &
     "    double *pnewdt, void *s, void *t, void *u, void *v, void *w, void *x, void *y, \", &
     "    void *z, long *kinc) { \", &
     "    (void)a, (void)b, (void)c, (void)d, (void)e, (void)f, (void)g, (void)h, (void)i, \", &
-    "    (void)j, (void)k, (void)l, (void)m, (void)o, (void)p, (void)q, (void)r, (void)s, \", &
+    "    (void)j, (void)m, (void)o, (void)p, (void)q, (void)r, (void)s, \", &
     "    (void)t, (void)u, (void)v, (void)w, (void)x, (void)y, (void)z; \", &
-    "    *kinc = asperity_castem_joint(n, stress, statev, ddsdde, stran, dstran, dtime, \", &
-    "      ntens, nstatv, props, nprops, pnewdt); }"]
+    "    *kinc = asperity_castem_joint(n, wet, stress, statev, ddsdde, stran, dstran, \", &
+    "      dtime, predef, dpred, ntens, nstatv, props, nprops, pnewdt); }"]
+  character(len=*), parameter :: kinds(3) = [character(len=6) :: "Joint", "Layer", "Castem"]
   character(len=1024) :: path
-  integer :: n, unit
+  integer :: i, n, unit
 
   call get_command_argument(1, path)
   open (newunit=unit, file=trim(path), action="write", status="replace")
   write (unit, "(a)") "/* Written by write_symbols from the contract of asperity " // version // ". */"
-  write (unit, "(a)") "int asperity_generic_joint(void *point, int n_planes, int n);"
-  write (unit, "(a)") "int asperity_generic_layer(void *point, int n_planes, int n);"
+  write (unit, "(a)") "int asperity_generic_joint(void *point, int n_planes, int n, int wet);"
+  write (unit, "(a)") "int asperity_generic_layer(void *point, int n_planes, int n, int wet);"
   write (unit, "(a)") (trim(castem(n)), n=1, size(castem))
   do n = 1, most_planes
-    call write_behaviour("Joint", n)
-    call write_behaviour("Layer", n)
-    call write_behaviour("Castem", n)
+    do i = 1, size(kinds)
+      call write_behaviour(trim(kinds(i)), .false., n)
+      call write_behaviour(trim(kinds(i)), .true., n)
+    end do
   end do
   close (unit)
 
 contains
 
   !> All symbols of a behaviour.
-  subroutine write_behaviour(kind, n_planes)
+  subroutine write_behaviour(kind, wet, n_planes)
     character(len=*), intent(in) :: kind   !! Joint, Layer or Castem
+    logical, intent(in) :: wet             !! with water in the joint
     integer, intent(in) :: n_planes        !! number of planes
     character(len=text_length) :: gradient, force, none(0)
     character(len=name_length) :: name
@@ -72,7 +76,7 @@ contains
     logical :: layer
 
     layer = kind == "Layer"
-    name = behaviour_name(kind, n_planes)
+    name = behaviour_name(trim(merge("Wet", "   ", wet)) // kind, n_planes)
     gradient = merge("Strain             ", "OpeningDisplacement", layer)
     force = merge("Stress       ", "CohesiveForce", layer)
     kind_of_gradient = merge(symmetric_tensor, vector, layer)
@@ -102,7 +106,7 @@ contains
     ! one block: derivative of the first with respect to the second
     call list(name, "TangentOperatorBlocks", [force, gradient])
     call list(name, "InternalStateVariables", [(statev_name(i, n_planes), i=1, n_statev(n_planes, .true.))], scalar)
-    call list(name, "ExternalStateVariables", none, scalar)
+    call list(name, "ExternalStateVariables", pack([character(len=text_length) :: water_name], [wet]), scalar)
     call list(name, "Parameters", none, scalar)
     properties = pack(prop_table, material_properties(layer))
     call list(name, "MaterialProperties", properties%name)
@@ -115,14 +119,16 @@ contains
       end associate
     end do
     if (kind == "Castem") then
-      write (unit, "(a)") "JOINT(" // trim(name) // ", " // integer_text(n_planes) // ")"
+      write (unit, "(a)") "JOINT(" // trim(name) // ", " // integer_text(n_planes) // ", " // &
+        merge("1", "0", wet) // ")"
       return
     end if
     call_of = merge("asperity_generic_layer", "asperity_generic_joint", layer)
     do i = 1, size(hypotheses)
       if (components(i) == 0) cycle
       write (unit, "(a)") "int " // trim(name) // "_" // trim(hypotheses(i)) // "(void *point) { return " // &
-        call_of // "(point, " // integer_text(n_planes) // ", " // integer_text(components(i)) // "); }"
+        call_of // "(point, " // integer_text(n_planes) // ", " // integer_text(components(i)) // ", " // &
+        merge("1", "0", wet) // "); }"
     end do
   end subroutine write_behaviour
 
