@@ -90,7 +90,7 @@ end subroutine path_begin
 subroutine path_next(handle, nstatv, n_columns, room, numbers, states, events, n_rows, lost, message)
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_null_ptr
   use asperity_load_path, only: explain_loss, next_row, row_type, run_type
-  use asperity_rows, only: row_numbers
+  use asperity_rows, only: aperture_type, row_numbers
   use asperity_text, only: put_text
   implicit none
   integer, intent(in) :: handle(4)                              !! of the run
@@ -117,7 +117,7 @@ subroutine path_next(handle, nstatv, n_columns, room, numbers, states, events, n
     call next_row(run, row, found)
     if (.not. found) return
     n_rows = n_rows + 1
-    numbers(:, n_rows) = row_numbers(row)
+    numbers(:, n_rows) = row_numbers(row, aperture_type())
     states(:, n_rows) = row%state
     events(n_rows) = row%events
     if (.not. row%lost) cycle

@@ -49,7 +49,7 @@ contains
     worst = 0.0_wp
     broken = .false.
     allocate (character(len=0) :: failure)
-    call open_history(table, output, law, planes .or. case%planes, len(report) > 0, &
+    call open_history(table, output, law, case%aperture, planes .or. case%planes, len(report) > 0, &
       case%stability)
     call start_progress(progress, "rie_driver", "increments", quiet)
     if (size(case%steps) > 0) then

@@ -5,7 +5,7 @@ module history
   use asperity_equations, only: point_type
   use asperity_load_path, only: row_type, set_point
   use asperity_point_law, only: event_length, point_law
-  use asperity_rows, only: csv_header, csv_line
+  use asperity_rows, only: aperture_type, csv_header, csv_line
   use driver_output, only: create_file, write_line
   implicit none
   private
@@ -22,6 +22,7 @@ module history
     real(wp) :: released = 0.0_wp          !! energy released by them, stress*length
     real(wp) :: least_traction = 0.0_wp    !! smallest t_N that the law carries
     real(wp) :: largest_slip = 0.0_wp      !! largest norm of (s_Tx, s_Ty)
+    type(aperture_type), private :: aperture = aperture_type()   !! of the joint
     logical, private :: every = .false.    !! whether all numbers of a row have columns
     real(wp), private :: stiffness = 0.0_wp   !! of the bond, for columns of the stability; 0: none
     integer, private :: first = huge(1)    !! first number of the state that has a column
@@ -31,10 +32,11 @@ module history
 contains
 
   !> Open the file ("-": standard output) and write the header.
-  subroutine open_history(table, path, law, planes, every, stability)
+  subroutine open_history(table, path, law, aperture, planes, every, stability)
     type(history_type), intent(out) :: table        !! the file, without rows
     character(len=*), intent(in) :: path            !! file, replaced if it exists
     class(point_law), intent(in) :: law             !! the law
+    type(aperture_type), intent(in) :: aperture     !! of the joint
     logical, intent(in) :: planes                   !! whether planes, or the numbers of a UMAT, have columns
     logical, intent(in) :: every                    !! whether all numbers of a row have columns
     logical, intent(in) :: stability                !! whether the eigenvalues of the tangent have columns
@@ -46,6 +48,7 @@ contains
     call csv_header(header, every, stability)
     if (stability) table%stiffness = law%stiffness
     table%every = every
+    table%aperture = aperture
     if (planes) table%first = law%first_own
     do i = table%first, law%n_state
       header = header // "," // law%state_name(i)
@@ -69,7 +72,7 @@ contains
     type(history_type), intent(inout) :: table      !! the file
     type(row_type), intent(in) :: row               !! the row
     character(len=:), allocatable :: line
-    call csv_line(row, table%every, table%stiffness, table%first, line)
+    call csv_line(row, table%aperture, table%every, table%stiffness, table%first, line)
     call write_line(line)
     table%last = row
     table%n_rows = table%n_rows + 1

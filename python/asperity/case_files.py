@@ -28,7 +28,7 @@ class Run:
     value: value of the sweep, None without a sweep. start: "virgin", or the group with the state at the
     start, "initial" or "state". steps: the load path, with cycles, increments and times of every target; a
     replay has none. state: start of the path, None for a virgin point. tolerance: of the path, or None.
-    loses: whether a loss of equilibrium is the expected end.
+    loses: whether a loss of equilibrium is the expected end.  a_0, a_min: as in `History.with_aperture`.
     """
 
     value: float | None
@@ -40,6 +40,8 @@ class Run:
     state: Point | None
     tolerance: float | None
     loses: bool = False
+    a_0: float = 0.0
+    a_min: float = 0.0
 
     @property
     def interface(self) -> Interface:
@@ -48,7 +50,8 @@ class Run:
 
     def history(self) -> History:
         """Rows of the run, by `Interface.run`; raises ValueError for a replay, which has no steps."""
-        return self.interface.run(self.steps, self.state, self.tolerance)
+        rows = self.interface.run(self.steps, self.state, self.tolerance)
+        return rows.with_aperture(self.a_0, self.a_min)
 
     def of_host(self) -> dict[str, Any]:
         """Entries of PROPS that belong to the host and to the numerics, by name."""
@@ -198,7 +201,8 @@ def _run(content: dict[str, Any]) -> Run | None:
         point = Point(np.array(content["statev"]), (N, Tx, Ty), content.get("work"), content["p"])
     steps = tuple(map(step_of, content["steps"]))
     value, tolerance = content.get("value"), content.get("tolerance")
-    return Run(value, props, material, pattern, start, steps, point, tolerance, content["lost"])
+    aperture = content["a_0"], content["a_min"]
+    return Run(value, props, material, pattern, start, steps, point, tolerance, content["lost"], *aperture)
 
 
 def slip_tests(case: Case) -> Iterator[SlipTest]:

@@ -19,7 +19,7 @@ SEPARATION, TRACTION = ("s_N", "s_Tx", "s_Ty"), ("t_N", "t_Tx", "t_Ty")
 """Names of columns, as in the results of the driver."""
 
 ENERGIES = ("stored", "rupture", "friction", "work")  # energies per unit area, in the order of the columns
-COLUMNS = (*SEPARATION, *TRACTION, "p", "damage", *ENERGIES, "event")
+COLUMNS = (*SEPARATION, *TRACTION, "p", "aperture", "damage", *ENERGIES, "event")
 """Columns of the results of the driver without the state of the planes."""
 
 EVENTS = ("onset", "damaged", "open", "close", "slip", "snap", "turn", "fork", "substeps", "cut", "lost")
@@ -28,7 +28,7 @@ EVENTS = ("onset", "damaged", "open", "close", "slip", "snap", "turn", "fork", "
 
 ARRAYS = (
     "separation", "traction", "damage", "state", "work", "step", "position", "time", "iterations", "p",
-    "tangent",
+    "aperture", "tangent",
 )  # fmt: skip
 """Fields of a history with a value for each row."""
 
@@ -155,7 +155,8 @@ class History(_Named):
     """One point along a load path; the first axis of every field is the row.
 
     separation (T, 3), length; traction (T, 3), total, stress; p (T,): water pressure, by which the law
-    carries more than the total normal traction; damage (T,); state (T, nstatv), by name in stored, rupture,
+    carries more than the total normal traction; aperture (T,): of the water's flow, length, the larger one
+    of a_min and a_0 + s_N (`with_aperture`); damage (T,); state (T, nstatv), by name in stored, rupture,
     friction, alpha(plane), slip(plane); work (T,): of the traction of the law on the separation, the preload
     included, stress*length; events: (row, text), those of a preload with row 0; snaps: the jumps among them,
     the longest of each row.  step (T,): from 1; position (T,): number of targets that were reached before,
@@ -176,12 +177,15 @@ class History(_Named):
     time: Floats = field(default_factory=lambda: np.zeros(0))
     iterations: NDArray[np.int_] = field(default_factory=lambda: np.zeros(0, dtype=int))
     p: Floats = field(default_factory=lambda: np.zeros(0))
+    aperture: Floats = field(default_factory=lambda: np.zeros(0))
     tangent: Floats = field(default_factory=lambda: np.zeros((0, 3, 3)))
 
     def __post_init__(self) -> None:
-        """Make the arrays read-only; without water its pressure is zero."""
+        """Make the arrays read-only; what is not given of p, a_0 and a_min is zero."""
         if self.p.size == 0:
             object.__setattr__(self, "p", np.zeros(len(self.damage)))
+        if self.aperture.size == 0:
+            object.__setattr__(self, "aperture", np.maximum(0.0, self.separation[:, 0]))
         _freeze(*(getattr(self, name) for name in ARRAYS))
 
     def __len__(self) -> int:
@@ -239,6 +243,25 @@ class History(_Named):
         along: Floats = slip[first] / size[first]
         return along
 
+    def with_aperture(self, a_0: float, a_min: float = 0.0) -> History:
+        """The same rows with other apertures, max(a_min, a_0 + s_N), length, as in the cubic law of a flow.
+
+        a_0: aperture where s_N = 0.  a_min: least one, >= 0.  Raises ValueError for other values.
+
+        Examples
+        --------
+        >>> from asperity import Interface, Material, Pattern
+        >>> joint = Interface(Material(3.0, 0.3, 0.9, 0.5, kc=1e4), Pattern.regular(2, theta=30.0))
+        >>> test = joint.confined_slip(0.0, [0.1, 0.4], sigma_N=-1.0).with_aperture(0.01, 0.001)
+        >>> test.aperture.round(3).tolist()
+        [0.068, 0.241]
+        """
+        first, least = contract.number("a_0", a_0), contract.number("a_min", a_min)
+        for name, value, good in (("a_0", first, True), ("a_min", least, least >= 0.0)):
+            if not (np.isfinite(value) and good):
+                raise ValueError(f"{name} = {value:g}: expected a finite length{' >= 0' * (name != 'a_0')}")
+        return replace(self, aperture=np.maximum(least, first + self.separation[:, 0]))
+
     @property
     def lost(self) -> bool:
         """Whether equilibrium is lost after the last row."""
@@ -282,7 +305,9 @@ class History(_Named):
         """
         found: dict[str, Any] = dict(zip(SEPARATION, self.separation.T, strict=True))
         found |= dict(zip(TRACTION, self.traction.T, strict=True))
-        found |= {"p": self.p, "damage": self.damage} | {name: getattr(self, name) for name in ENERGIES}
+        found |= {"p": self.p, "aperture": self.aperture, "damage": self.damage} | {
+            name: getattr(self, name) for name in ENERGIES
+        }
         found["event"] = self._events()
         if planes:
             names = contract.statev_names(self.planes, self.wears)
@@ -300,12 +325,14 @@ class History(_Named):
 
     @classmethod
     def from_csv(cls, path: str | Path) -> History:
-        """Rows of a CSV file of the driver or of `to_csv`, without the state of the planes; p may be absent.
+        """Rows of a CSV file of the driver or of `to_csv`, without the state of the planes.
+
+        p and aperture may be absent.
 
         Raises ValueError if a column or all rows are missing, and for every cell that is no finite number.
         """
         table = csv_columns(path)
-        if missing := [name for name in COLUMNS if name not in table and name != "p"]:
+        if missing := [name for name in COLUMNS if name not in table and name not in ("p", "aperture")]:
             raise ValueError(f"{path}: expected columns {', '.join(missing)}")
         if not table["event"]:
             raise ValueError(f"{path}: expected rows after the header")
@@ -315,7 +342,8 @@ class History(_Named):
             state[:, contract.statev_index(name)] = numbers[name]
         events = tuple((row, text) for row, text in enumerate(table["event"]) if text)
         s, t = (np.column_stack([numbers[name] for name in names]) for names in (SEPARATION, TRACTION))
-        return cls(s, t, numbers["damage"], state, numbers["work"], events, p=numbers.get("p", np.zeros(0)))
+        p, aperture = (numbers.get(name, np.zeros(0)) for name in ("p", "aperture"))
+        return cls(s, t, numbers["damage"], state, numbers["work"], events, p=p, aperture=aperture)
 
     def _events(self) -> list[str]:
         """Events of each row, joined by +; one after the last row belongs to it."""

@@ -106,7 +106,7 @@ def history_of(
         for row in np.flatnonzero(column["snaps"] > 0.0).tolist()
     )
     more = {name: column[name].astype(int) for name in ("step", "iterations")}
-    more |= {name: column[name] for name in ("damage", "work", "position", "time", "p")}
+    more |= {name: column[name] for name in ("damage", "work", "position", "time", "p", "aperture")}
     axes = "N", "Tx", "Ty"
     entries = np.array([[column[f"D_{i}_{j}"] for j in axes] for i in axes])
     more["tangent"] = np.ascontiguousarray(entries.transpose(2, 0, 1))

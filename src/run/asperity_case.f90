@@ -15,6 +15,7 @@ module asperity_case
   use asperity_kinds, only: wp
   use asperity_refine, only: explain_tolerance
   use asperity_rie_law, only: new_rie_law
+  use asperity_rows, only: aperture_type
   use asperity_steps, only: check_steps, complete_steps, e_follow, step_table, step_type
   use asperity_text, only: integer_text, set_text
   use asperity_text_file, only: beside, lower
@@ -42,6 +43,7 @@ module asperity_case
     character(len=:), allocatable :: title
     logical :: planes = .false.                   !! whether each plane has columns
     logical :: stability = .false.                !! whether the eigenvalues of the tangent have columns
+    type(aperture_type) :: aperture               !! of the joint, for the column
     logical :: refines = .false.                  !! whether the increments are refined to a tolerance
     real(wp) :: tolerance = 0.0_wp                !! of the load path, relative
     real(wp), allocatable :: props(:)             !! PROPS
@@ -192,12 +194,16 @@ contains
     type(case_type), intent(inout) :: case   !! title, columns and tolerance
     logical :: given
     if (.not. io%writes) call set_text(case%title, "")
-    given = len(case%title) > 0 .or. case%planes .or. case%refines .or. case%stability
+    given = len(case%title) > 0 .or. case%planes .or. case%refines .or. case%stability &
+      .or. abs(case%aperture%a_0) > 0.0_wp .or. case%aperture%a_min > 0.0_wp
     call open_group(io, "case", given)
     if (.not. given) return
     call string_entry(io, "title", case%title, "")
     call logical_entry(io, "planes", case%planes, .false.)
     call logical_entry(io, "stability", case%stability, .false.)
+    call real_entry(io, "a_0", case%aperture%a_0, 0.0_wp)
+    call real_entry(io, "a_min", case%aperture%a_min, 0.0_wp)
+    call require(io, case%aperture%a_min >= 0.0_wp, "expected >= 0")
     call real_entry(io, "tolerance", case%tolerance, given=case%refines)
     call close_group(io)
   end subroutine case_group

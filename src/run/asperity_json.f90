@@ -73,6 +73,8 @@ contains
     call out%numbers("s", case%state%s)
     if (case%state%has_work) call out%number("work", case%state%work)
     call out%number("p", case%state%p)
+    call out%number("a_0", case%aperture%a_0)
+    call out%number("a_min", case%aperture%a_min)
     call out%numbers("statev", case%state%statev)
     call out%numbers("props", case%props)
     call out%open("steps", "[")

@@ -7,28 +7,36 @@ module asperity_rows
   use asperity_text, only: integer_text
   implicit none
   private
-  public :: row_numbers, csv_header, csv_line
+  public :: aperture_type, row_numbers, csv_header, csv_line
+
+  !> Aperture of the joint, through which water flows: the larger one of a_min and a_0 + s_N.
+  type :: aperture_type
+    real(wp) :: a_0 = 0.0_wp     !! where s_N = 0, length
+    real(wp) :: a_min = 0.0_wp   !! least one, length
+  end type aperture_type
 
   !> Columns in their order: numbers (of a replay, `iterations` are calls; `position` is the number of targets reached
   !> before, and the fraction of the next one; `before` and `after` are those of the longest snap; `D` is the tangent).
   !> A file has the first `n_written` of them or, for a program, all, then the names of events, on request the numbers
   !> of the stability, then those of the state.
-  character(len=*), parameter, public :: row_columns(35) = [character(len=10) :: "step", "increment", "time", "s_N", &
-    "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "p", "damage", "stored", "rupture", "friction", "work", "iterations", &
-    "position", "updates", "snaps", "before_N", "before_Tx", "before_Ty", "after_N", "after_Tx", "after_Ty", &
+  character(len=*), parameter, public :: row_columns(36) = [character(len=10) :: "step", "increment", "time", "s_N", &
+    "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "p", "aperture", "damage", "stored", "rupture", "friction", "work", &
+    "iterations", "position", "updates", "snaps", "before_N", "before_Tx", "before_Ty", "after_N", "after_Tx", "after_Ty", &
     "released", "D_N_N", "D_Tx_N", "D_Ty_N", "D_N_Tx", "D_Tx_Tx", "D_Ty_Tx", "D_N_Ty", "D_Tx_Ty", "D_Ty_Ty"]
-  integer, parameter :: n_written = 16
+  integer, parameter :: n_written = 17
   !> Columns that are whole numbers.
-  integer, parameter :: whole(5) = [1, 2, 16, 18, 19]
+  integer, parameter :: whole(5) = [1, 2, 17, 19, 20]
 
 contains
 
   !> Numbers of a row, in the order of the table.
-  pure function row_numbers(row) result(numbers)
-    type(row_type), intent(in) :: row   !! the row
+  pure function row_numbers(row, aperture) result(numbers)
+    type(row_type), intent(in) :: row                !! the row
+    type(aperture_type), intent(in) :: aperture      !! of the joint
     real(wp) :: numbers(size(row_columns))
     associate (report => row%report)
       numbers = [real([row%step, row%increment], wp), row%time, row%s, row%traction, row%p, &
+        max(aperture%a_min, aperture%a_0 + row%s(1)), &
         row%state([v_damage, v_stored, v_rupture, v_friction]), row%work, real(report%iterations, wp), row%position, &
         real([report%updates, report%snaps], wp), report%before, report%after, report%released, &
         reshape(row%tangent, [size(row%tangent)])]
@@ -52,15 +60,16 @@ contains
   end subroutine csv_header
 
   !> Line of a row: numbers, events, and the numbers of the state from one of them on.
-  pure subroutine csv_line(row, every, stiffness, first, line)
+  pure subroutine csv_line(row, aperture, every, stiffness, first, line)
     type(row_type), intent(in) :: row                    !! the row
+    type(aperture_type), intent(in) :: aperture          !! of the joint
     logical, intent(in) :: every                         !! whether the file has all its numbers
     real(wp), intent(in) :: stiffness                    !! of the bond, for the stability, stress/length; 0: left out
     integer, intent(in) :: first                         !! first number of the state that has a column
     character(len=:), allocatable, intent(out) :: line   !! fields separated by commas
     real(wp) :: numbers(size(row_columns)), of_stability(size(stability_columns))
     integer :: i
-    numbers = row_numbers(row)
+    numbers = row_numbers(row, aperture)
     line = ""
     do i = 1, merge(size(row_columns), n_written, every)
       if (any(whole == i)) then

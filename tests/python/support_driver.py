@@ -10,7 +10,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 CASES = ROOT / "harness" / "cases"
 COLUMNS = (
-    "step increment time s_N s_Tx s_Ty t_N t_Tx t_Ty p damage stored rupture friction work iterations event"
+    "step increment time s_N s_Tx s_Ty t_N t_Tx t_Ty p aperture "
+    "damage stored rupture friction work iterations event"
 ).split()
 
 # The parameters of Table 2 of the paper, and the quantities that follow from them by (12).

@@ -152,9 +152,9 @@ def damaged(cell: str) -> str:
         (HEAD + "\n", "expected rows after the header"),
         (damaged(""), "line 2, column damage: empty: expected"),
         (damaged("1_0"), "line 2, column damage: 1_0: expected"),
-        (f"{HEAD}\n{ROW},\n1,2,3\n", "line 3: 3 values: expected 13"),
-        (f"{HEAD}\n{ROW},,,\n", r"line 2: 15 values: expected 13"),
-        (f"{HEAD}\n{ROW},\n{ROW},,,\n", "line 3: 15 values: expected 13"),
+        (f"{HEAD}\n{ROW},\n1,2,3\n", f"line 3: 3 values: expected {len(COLUMNS)}"),
+        (f"{HEAD}\n{ROW},,,\n", f"line 2: {len(COLUMNS) + 2} values: expected {len(COLUMNS)}"),
+        (f"{HEAD}\n{ROW},\n{ROW},,,\n", f"line 3: {len(COLUMNS) + 2} values: expected {len(COLUMNS)}"),
     ],
 )
 def test_files_that_are_no_result(text: str, message: str, tmp_path: Path) -> None:

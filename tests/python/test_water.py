@@ -151,6 +151,53 @@ def test_case_with_water(tmp_path: Path) -> None:
     assert np.array_equal(history.separation, rows.separation) and np.array_equal(history.p, rows.p)
 
 
+def test_aperture(tmp_path: Path) -> None:
+    """The driver and Python give the gap of the cubic law, which is a_min in a joint that is closed enough.
+
+    The plane without bond closes by pressure over stiffness; the water opens it again.
+    """
+    a_0, a_min = 1.5 * PRESSURE / STIFFNESS, 1.2 * PRESSURE / STIFFNESS
+    entries = f"title = 'Water', a_0 = {a_0!r}, a_min = {a_min!r}"
+    (tmp_path / "wet.nml").write_text(CASE.replace("title = 'Water'", entries), encoding="utf-8")
+    assert call(driver(), "wet.nml", folder=tmp_path).returncode == 0
+    rows = History.from_csv(tmp_path / "wet.csv")
+    carried = PRESSURE - rows.p
+    # the run starts at s_N = 0 from the pressure of the initial state
+    expected = np.maximum(a_min, a_0 - (carried - (PRESSURE - WATER)) / STIFFNESS)
+    assert np.isclose(expected, a_min).any() and not np.isclose(expected, a_min).all()
+    assert rows.aperture == pytest.approx(expected, rel=1e-6)
+    (run,) = read_case(tmp_path / "wet.nml").runs
+    history = run.history()
+    assert (run.a_0, run.a_min) == (a_0, a_min) and np.array_equal(history.aperture, rows.aperture)
+    history.to_csv(tmp_path / "again.csv")
+    assert np.array_equal(History.from_csv(tmp_path / "again.csv").aperture, rows.aperture)
+    last = history.after_step(1)
+    assert np.array_equal(last.aperture, rows.aperture[20:]) and len(last) == 40
+    # without a_0 and a_min it is the opening
+    plain = run.interface.run(run.steps, run.state)
+    assert np.array_equal(plain.aperture, np.maximum(0.0, plain.dilation))
+    assert np.array_equal(plain.with_aperture(a_0, a_min).aperture, rows.aperture)
+
+
+@pytest.mark.parametrize(
+    ("a_0", "a_min", "words"),
+    [
+        (np.nan, 0.0, "a_0 = nan"),
+        (np.inf, 0.0, "a_0 = inf"),
+        (0.1, -1e-9, "a_min = -1e-09"),
+        (0.1, np.nan, "a_min = nan"),
+    ],
+)
+def test_bad_aperture(a_0: float, a_min: float, words: str, tmp_path: Path) -> None:
+    """A gap that is no number, and a least one below zero, are named by Python and by the driver."""
+    with pytest.raises(ValueError, match=rf"{words}: expected a finite length"):
+        JOINT.run(Step(t_N=-PRESSURE)).with_aperture(a_0, a_min)
+    entries = f"title = 'Water', a_0 = {a_0!r}, a_min = {a_min!r}"
+    (tmp_path / "bad.nml").write_text(CASE.replace("title = 'Water'", entries), encoding="utf-8")
+    done = call(driver(), "bad.nml", folder=tmp_path)
+    assert done.returncode == 1 and f"bad.nml:1: &case: {words.split()[0]} = " in done.stderr
+
+
 @pytest.mark.parametrize(
     ("entry", "message"),
     [("p = -1.0", "p = -1"), ("p = 1.0, nan", 'p = "nan": '), ("p = 'a'", 'p = "a": ')],
@@ -307,13 +354,62 @@ def test_vumat_starts_points_among_others() -> None:
     assert together[2][:, 0] * density == pytest.approx(work, rel=1e-9, abs=1e-15)
 
 
-def test_mtest_has_no_water(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """An input of MTest cannot hold the water of a step, which is refused by name."""
-    text = CASE.replace("&initial traction = -1.0, 0.0, 0.0, p = 0.4 /", "&step t_N = -1.0, slip = 0.0 /")
-    assert "&initial" not in text
-    (tmp_path / "wet.nml").write_text(text, encoding="utf-8")
-    assert main(["card", "mtest", str(tmp_path / "wet.nml")]) == 1
-    assert "step 3: p = 0.4: expected no water for mtest" in capsys.readouterr().err
+VIRGIN = CASE.replace("&initial traction = -1.0, 0.0, 0.0, p = 0.4 /", "&step t_N = -1.0, slip = 0.0 /")
+"""The same case from a virgin joint."""
+
+
+def test_mtest_input_with_water(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The pressure of a case is the external state variable of a wet behaviour, which a dry one has not."""
+    (tmp_path / "wet.nml").write_text(VIRGIN, encoding="utf-8")
+    assert main(["card", "mtest", str(tmp_path / "wet.nml")]) == 0
+    text, errors = capsys.readouterr()
+    assert "'AsperityWetJoint1';" in text and not errors
+    line = "@ExternalStateVariable 'FluidPressure' {0.0 : 0.0, 1.0 : 0.0, 2.0 : 0.0, 2.5 : 0.0, 3.0 : 0.4};"
+    assert line in text.splitlines()
+    (tmp_path / "dry.nml").write_text(VIRGIN.replace("p = 0.0, 0.4, ", ""), encoding="utf-8")
+    assert main(["card", "mtest", str(tmp_path / "dry.nml")]) == 0
+    dry = capsys.readouterr().out
+    assert "'AsperityJoint1';" in dry and "FluidPressure" not in dry
+    assert main(["card", "mtest", str(tmp_path / "dry.nml"), "--water", "1"]) == 0
+    assert "'FluidPressure' {0.0 : 0.0, 1.0 : 0.0, 2.0 : 0.0, 3.0 : 0.0};" in capsys.readouterr().out
+
+
+def test_castem_card_with_water(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The model of Cast3M passes the pressure beside the temperature to a wet joint."""
+    (tmp_path / "wet.nml").write_text(VIRGIN, encoding="utf-8")
+    assert main(["card", "cast3m", str(tmp_path / "wet.nml"), "--water", "1"]) == 0
+    text, errors = capsys.readouterr()
+    assert not errors and "'FCT_LOI' 'AsperityWetCastem1'" in text and "PARA = 'MOTS' 'T' 'PF' ;" in text
+    assert "'C_VARINTER' STAT 'PARA_LOI' PARA" in text
+    assert max(len(line) for line in text.splitlines() if not line.startswith("*")) <= 72
+    assert main(["card", "cast3m", str(tmp_path / "wet.nml"), "--water", "2"]) == 1
+    assert "water = 2: expected 0 or 1 for cast3m" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("host", "words"),
+    [
+        ("abaqus", "expected --water N, the number of the field that is the pressure"),
+        ("kratos", "its elements carry the water, with BIOT_COEFFICIENT 1"),
+        ("ogs", "its elements carry the water, in HYDRO_MECHANICS"),
+        ("fenicsx", "model.pressure and model.flow"),
+        ("calculix", "calculix passes no field to the law"),
+    ],
+)
+def test_a_block_without_the_water_of_its_case(
+    host: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A case with water whose block has none is a warning that says how the host gets it."""
+    (tmp_path / "wet.nml").write_text(CASE, encoding="utf-8")
+    assert main(["card", host, str(tmp_path / "wet.nml")]) == 0
+    assert f"wet.nml: p: the block has no water: {words}" in capsys.readouterr().err
+    if host != "abaqus":
+        assert main(["card", host, str(tmp_path / "wet.nml"), "--water", "1"]) == 1
+        assert f"water = 1: expected 0 for {host}" in capsys.readouterr().err
+    dry = CASE.replace(", p = 0.4", "").replace("p = 0.0, 0.4, ", "")
+    (tmp_path / "dry.nml").write_text(dry, encoding="utf-8")
+    assert main(["card", host, str(tmp_path / "dry.nml")]) == 0
+    assert "no water" not in capsys.readouterr().err
 
 
 def test_card_names_the_field() -> None:
