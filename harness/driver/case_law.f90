@@ -4,7 +4,7 @@ module case_law
   use asperity_case, only: case_type
   use asperity_errors, only: error_type, errors_type, fail
   use asperity_foreign_umat, only: complete_umat, foreign_law, u_time, umat_name
-  use asperity_increment, only: ended_rejected
+  use asperity_increment, only: ended_refused
   use asperity_kinds, only: wp
   use asperity_load_path, only: row_type
   use asperity_point_law, only: point_law
@@ -148,8 +148,7 @@ contains
     check%text = integer_text(size(path%dt)) // " increments"
     if (row%lost) check%outcome = stated
     ! a path without increments, or one that the UMAT ends by its requests, is no success
-    if (len(run%failure) > 0 .or. size(path%dt) == 0 .or. (row%lost .and. row%report%cut .and. &
-      row%report%ended == ended_rejected)) check%outcome = failed
+    if (len(run%failure) > 0 .or. size(path%dt) == 0 .or. row%report%ended == ended_refused) check%outcome = failed
     if (len(run%reason // run%failure) > 0) check%text = check%text // ", then " // run%reason // run%failure
   end subroutine find_path
 

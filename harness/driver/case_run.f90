@@ -8,7 +8,7 @@ module case_run
   use asperity_foreign_umat, only: foreign_law, umat_name
   use asperity_kinds, only: wp
   use asperity_load_path, only: explain_loss, next_row, row_type, run_type
-  use asperity_increment, only: ended_rejected
+  use asperity_increment, only: ended_refused, ended_rejected
   use asperity_point_law, only: point_law
   use asperity_refine, only: refine_path
   use asperity_steps, only: e_arc, e_follow, e_increments, e_k, e_s, e_t, e_time
@@ -44,7 +44,7 @@ contains
     type(progress_type) :: progress
     type(run_type) :: run
     character(len=:), allocatable :: counts, failure, text, why
-    logical :: broken, keeps
+    logical :: broken, ends_early, keeps
 
     worst = 0.0_wp
     broken = .false.
@@ -65,6 +65,7 @@ contains
     worst(:m_tension) = 0.0_wp
 
     code = exit_ok
+    ends_early = any(table%last%report%ended == [ended_refused, ended_rejected])
     associate (row => table%last)
       text = "step " // integer_text(row%step) // " increment " // integer_text(row%increment) // ", s = " // &
         vector_text(row%s) // ", t = " // vector_text(row%traction)
@@ -75,8 +76,8 @@ contains
       code = exit_solve
       failure = "the run ended at " // text // " where a loss of equilibrium was expected (&expect in line " // &
         integer_text(case%expect%line) // ")"
-      if (table%last%lost) failure = trim(merge("stopped at             ", "equilibrium lost beyond", &
-        table%last%report%ended == ended_rejected)) // " " // text // ": " // why
+      if (table%last%lost) failure = trim(merge("stopped at             ", "equilibrium lost beyond", ends_early)) // &
+        " " // text // ": " // why
     else
       if (table%n_rows > 0) call explain_unexpected(case%expect, table%last, failure)
       if (len(failure) > 0) then
@@ -94,7 +95,7 @@ contains
     if (table%snaps > 0) counts = counts // integer_text(table%snaps) // &
       trim(merge(" snap ", " snaps", table%snaps == 1)) // " that released " // short(table%released) // ", "
     why = trim(merge("stopped at", "ended at  ", broken .or. table%last%lost))
-    if (table%last%lost .and. table%last%report%ended /= ended_rejected) why = "equilibrium lost after"
+    if (table%last%lost .and. .not. ends_early) why = "equilibrium lost after"
     call say(label // ": " // integer_text(table%n_rows) // " increments, " // integer_text(table%iterations) // &
       " iterations (at most " // integer_text(table%most_iterations) // "), " // counts // why // " " // text // &
       ", written to " // output)

@@ -38,7 +38,7 @@ contains
   !> path, without viscous damage and wear by work. Rupture, friction and its work on the facets count from the initial
   !> state on, as nobody knows what that state has cost.
   !> The separation of the host is assumed to be zero; if it is not, the caller subtracts it from the offset.
-  pure subroutine carry_traction(joint, target, prescribed, state, status, carried, endless)
+  subroutine carry_traction(joint, target, prescribed, state, status, carried, endless)
     type(interface_type), intent(in) :: joint          !! the interface
     real(wp), intent(in) :: target(3)                  !! traction (N, Tx, Ty), stress
     logical, intent(in) :: prescribed(3)               !! true: prescribed; false: the separation is constant
@@ -99,7 +99,7 @@ contains
   end subroutine carry_traction
 
   !> Append why a state cannot carry a traction and what it carries; nothing is appended if it can carry the traction.
-  pure subroutine explain_initial(joint, target, prescribed, state, message)
+  subroutine explain_initial(joint, target, prescribed, state, message)
     type(interface_type), intent(in) :: joint                  !! the interface
     real(wp), intent(in) :: target(3)                          !! traction (N, Tx, Ty), stress
     logical, intent(in) :: prescribed(3)                       !! whether the traction is to be carried

@@ -9,7 +9,7 @@ module asperity_rie_law
   use asperity_kinds, only: wp
   use asperity_point, only: kinematics_type, plane_kinematics, update_point
   use asperity_pattern, only: plane_normal
-  use asperity_point_law, only: event_length, name_event, point_law
+  use asperity_point_law, only: call_type, event_length, name_event, point_law, point_type
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
@@ -82,18 +82,16 @@ contains
     whole = s + state(v_offset:v_offset + 2)
   end function whole_separation
 
-  !> Traction, state and consistent tangent at separation s, from the state at separation s_old.
-  pure subroutine update(law, s_old, s, state_old, state, traction, tangent, dt, wearing)
-    class(rie_law), intent(in) :: law                  !! the law
-    real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start, length
-    real(wp), intent(in) :: s(3)                       !! separation at the end, length
-    real(wp), intent(in), contiguous :: state_old(:)   !! STATEV at the start
-    real(wp), intent(out), contiguous :: state(:)      !! STATEV at the end
-    real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
-    real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
-    real(wp), intent(in) :: dt                         !! duration, >= 0, time
-    real(wp), intent(in) :: wearing                    !! part of the wear of the increment that is done, 0 to 1
-    call update_point(law%joint, s_old, s, state_old, state, traction, tangent, dt, wearing)
+  !> Traction, state and consistent tangent at a separation, from the state at another one.
+  pure subroutine update(law, call, old, new, requested)
+    class(rie_law), intent(in) :: law           !! the law
+    type(call_type), intent(in) :: call         !! duration and wear
+    type(point_type), intent(in) :: old         !! separation and STATEV at the start
+    type(point_type), intent(inout) :: new      !! separation at the end -> traction, tangent and STATEV
+    real(wp), intent(out) :: requested          !! 1, as it takes increments of any size
+    call update_point(law%joint, old%s, new%s, old%state, new%state, new%traction, new%tangent, call%duration, &
+      call%worn_fraction)
+    requested = 1.0_wp
   end subroutine update
 
   !> Energies of a state: stored, and dissipated by rupture, friction and wear, stress*length.

@@ -25,7 +25,7 @@ contains
 
   !> Whether a step is accepted: it has a stable end within reach, which carries a load unless the step releases it, and
   !> its move is small or explained.
-  pure subroutine judge(law, equations, step, old, new, accepted)
+  subroutine judge(law, equations, step, old, new, accepted)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates are counted
     type(step_type), intent(in) :: step                 !! the step
@@ -131,7 +131,7 @@ contains
   end function cannot_be_smaller
 
   !> Whether the move of a step is the mean of the moves that the tangents at both ends predict.
-  pure subroutine explained_by_both_tangents(law, equations, step, old, new, yes)
+  subroutine explained_by_both_tangents(law, equations, step, old, new, yes)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates are counted
     type(step_type), intent(in) :: step                 !! the step
@@ -152,7 +152,7 @@ contains
   end subroutine explained_by_both_tangents
 
   !> Whether the middle of a step lies on the line between its ends, and is stable.
-  pure subroutine explained_by_midpoint(law, equations, step, old, new, yes)
+  subroutine explained_by_midpoint(law, equations, step, old, new, yes)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates are counted
     type(step_type), intent(in) :: step                 !! the step

@@ -9,8 +9,8 @@ module asperity_branch
   use asperity_equations, only: equations_type, evaluate, is_unstiff, new_equations, ramp
   use asperity_kinds, only: wp
   use asperity_null_space, only: null_space_type
-  use asperity_increment, only: advance, control_type, ended_complete, ended_endless, ended_lost, ended_rejected, &
-    point_type, report_type
+  use asperity_increment, only: advance, call_type, control_type, ended_complete, ended_endless, ended_lost, &
+    ended_refused, ended_rejected, point_type, report_type
   use asperity_point_law, only: point_law
   use asperity_tolerances, only: endless, longest_push, most_branch_steps, most_halvings, shortest_branch_step, &
     tangent_distance
@@ -72,12 +72,15 @@ contains
   !>
   !> A step ends at the first fold in it, so that the rows have the extreme values of the load factor. If the branch
   !> does not continue, the point stays, and the report says why: `ended_endless` if the separation grows without end,
-  !> `ended_rejected` if the prescribed values are too far for the length of the steps, else `ended_lost`.
-  pure subroutine branch_step(law, branch, point, report)
+  !> `ended_rejected` if the prescribed values are too far for the length of the steps, `ended_refused` if the law asks
+  !> for less than a step, else `ended_lost`.
+  subroutine branch_step(law, branch, point, report, calls)
     class(point_law), intent(in) :: law               !! the law
     type(branch_type), intent(inout) :: branch        !! progress
     type(point_type), intent(inout) :: point          !! the point, start -> end
     type(report_type), intent(out) :: report          !! work, and why the branch ended
+    type(call_type), intent(inout), optional :: calls   !! place in a load path; attempts are counted; absent: in none
+    type(call_type) :: place
     type(equations_type) :: equations
     type(step_type) :: step
     type(null_space_type) :: null
@@ -91,7 +94,7 @@ contains
       return
     else if (.not. branch%unit > 0.0_wp .or. .not. any(branch%control%traction) .or. is_unstiff(point) .or. &
       law%cannot_soften(point%state)) then
-      call advance_factor(law, branch, point, report)
+      call advance_factor(law, branch, point, report, calls)
       return
     else if (branch%remaining < 0.0_wp) then
       report%ended = ended_endless
@@ -99,7 +102,11 @@ contains
     end if
     step%unit = branch%unit
     step%from = [merge(point%s, 0.0_wp, branch%control%traction), branch%factor*branch%unit]
-    call new_equations(branch%control, branch%from, branch%to, point, equations)
+    if (present(calls)) then
+      calls%attempt = calls%attempt + 1
+      place = calls
+    end if
+    call new_equations(branch%control, branch%from, branch%to, point, equations, place)
     ! The tangent at the start of an update is that of a state that loads no further: it is taken a little farther.
     ahead = step%from + tangent_distance*law%length*branch%sense
     call evaluate(law, equations, ahead(:3), ahead(4)/step%unit, step%point, r, error)
@@ -125,8 +132,8 @@ contains
     if (branch%forked .and. found) call find_fork(law, equations, branch%orientation, step)
     report = equations%report
     report%parts = 1
-    if (.not. step%good) then
-      report%ended = ended_lost
+    if (report%requested < 1.0_wp .or. .not. step%good) then
+      report%ended = merge(ended_refused, ended_lost, report%requested < 1.0_wp)
       return
     end if
     point = step%point
@@ -150,11 +157,12 @@ contains
 
   !> Where nothing can soften, or an open joint carries nothing, the branch is the stable path: the prescribed values
   !> advance by a step in which the separations change by a few s0.
-  pure subroutine advance_factor(law, branch, point, report)
+  subroutine advance_factor(law, branch, point, report, calls)
     class(point_law), intent(in) :: law               !! the law
     type(branch_type), intent(inout) :: branch        !! progress
     type(point_type), intent(inout) :: point          !! the point, start -> end
     type(report_type), intent(out) :: report          !! report
+    type(call_type), intent(inout), optional :: calls   !! place in a load path; attempts are counted
     type(point_type) :: trial
     real(wp) :: next, reached, step
     integer :: i
@@ -164,7 +172,8 @@ contains
       next = min(1.0_wp, branch%factor + step)
       trial = point
       call advance(law, branch%control, ramp(branch%from, branch%to, branch%factor), ramp(branch%from, branch%to, &
-        next), trial, reached, report)
+        next), trial, reached, report, calls)
+      if (report%ended == ended_refused) return
       if (norm2(trial%s - point%s) <= longest_push*law%length) exit
       step = 0.5_wp*step
     end do

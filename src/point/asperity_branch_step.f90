@@ -65,7 +65,7 @@ contains
 
   !> Solve for the equilibrium at the length of the step along its direction: the unknown that changes most is
   !> prescribed. The step is accepted if the directions at both ends explain it.
-  pure subroutine solve(law, equations, step)
+  subroutine solve(law, equations, step)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations and the point at the start
     type(step_type), intent(inout) :: step              !! start, direction and length -> end
@@ -87,7 +87,7 @@ contains
 
   !> Newton's method for the equations with one unknown prescribed. A step beyond the prescribed values is shortened to
   !> them. An equilibrium that is much farther than the length of the step is not accepted.
-  pure subroutine correct(law, equations, fixed, step)
+  subroutine correct(law, equations, fixed, step)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations
     integer, intent(in) :: fixed                        !! the unknown that is prescribed
@@ -122,7 +122,7 @@ contains
   !> is prescribed on both sides of the point. Of the equilibria that do not lead back, the one that continues the last
   !> step best is taken. The first search at a kink takes the shortest step, so that a fold there has a row; if that
   !> leads to another search, the step is long enough to leave the kink.
-  pure subroutine search(law, equations, again, sense, step)
+  subroutine search(law, equations, again, sense, step)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations and the point at the start
     logical, intent(in) :: again                        !! whether the last step was found by a search
@@ -170,7 +170,7 @@ contains
   end subroutine set_end
 
   !> Leave a branch at a fork: the unknown that changes most along the other branch is prescribed, nearby first.
-  pure subroutine leave(law, equations, longest, aside, step)
+  subroutine leave(law, equations, longest, aside, step)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations and the point at the start
     real(wp), intent(in) :: longest                     !! longest step, length
@@ -200,7 +200,7 @@ contains
   end subroutine leave
 
   !> Shorten a step to just beyond the fork in it, by bisection of its length; the step is kept where that fails.
-  pure subroutine find_fork(law, equations, before, step)
+  subroutine find_fork(law, equations, before, step)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations and the point at the start
     real(wp), intent(in) :: before                      !! sign of the equations at the start
@@ -222,7 +222,7 @@ contains
   end subroutine find_fork
 
   !> Shorten a step to the first fold in it, by bisection of its length; the step is kept where that fails.
-  pure subroutine find_fold(law, equations, step)
+  subroutine find_fold(law, equations, step)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations and the point at the start
     type(step_type), intent(inout) :: step              !! the step -> shortened

@@ -7,18 +7,19 @@ module asperity_equations
   use asperity_checks, only: all_bounded
   use asperity_elimination, only: eliminate
   use asperity_kinds, only: wp
-  use asperity_point_law, only: point_law
-  use asperity_tolerances, only: coarsest_scale, farthest, finest_scale, instability, resolved, residual_tolerance, &
-    rounding_scale
+  use asperity_point_law, only: call_type, point_law, point_type
+  use asperity_tolerances, only: coarsest_scale, farthest, finest_scale, instability, most_updates, resolved, &
+    residual_tolerance, rounding_scale
   implicit none
   private
-  public :: new_point, new_equations, ramp, evaluate, free_matrix, alike, predict, unstable, is_unstiff, &
+  public :: new_point, new_equations, ramp, evaluate, may_go_on, free_matrix, alike, predict, unstable, is_unstiff, &
     largest_move, farthest_equilibrium, work_between
+  public :: point_type
 
   !> End of an increment: complete, no equilibrium found, limit of updates reached, start or targets out of range; of a
-  !> branch (module asperity_branch): without end.
+  !> branch (module asperity_branch): without end; the law can take no part of it.
   integer, parameter, public :: ended_complete = 0, ended_lost = 1, ended_limit = 2, ended_rejected = 3, &
-    ended_endless = 4
+    ended_endless = 4, ended_refused = 5
 
   !> Which value of each component (N, Tx, Ty) is prescribed, and the duration of an increment.
   type, public :: control_type
@@ -26,15 +27,6 @@ module asperity_equations
     real(wp) :: spring(3) = 0.0_wp     !! stiffness of a surrounding spring (CNS), stress/length
     real(wp) :: dt = 0.0_wp            !! duration of the increment (viscous damage, dashpot), >= 0, time
   end type control_type
-
-  !> A point: separation, traction, tangent, state.
-  type, public :: point_type
-    real(wp) :: s(3) = 0.0_wp             !! separation (N, Tx, Ty), length
-    real(wp) :: traction(3) = 0.0_wp      !! stress
-    real(wp) :: tangent(3, 3) = 0.0_wp    !! stress/length
-    real(wp) :: work = 0.0_wp             !! work of the traction so far, stress*length
-    real(wp), allocatable :: state(:)     !! STATEV
-  end type point_type
 
   !> Report of an increment.
   type, public :: report_type
@@ -44,6 +36,7 @@ module asperity_equations
     integer :: parts = 0                 !! updates that were committed, 1 without snaps
     integer :: snaps = 0                 !! jumps from one branch to another
     logical :: cut = .false.             !! whether the law asked for a smaller increment
+    real(wp) :: requested = 1.0_wp       !! fraction of the increment that the law can take; below 1 it has no result
     real(wp) :: before(3) = 0.0_wp       !! separation (N, Tx, Ty) before the longest of them, length
     real(wp) :: after(3) = 0.0_wp        !! separation after it, length
     real(wp) :: released = 0.0_wp        !! energy released by all of them, stress*length
@@ -52,6 +45,7 @@ module asperity_equations
   !> Equations of an increment at any fraction of it: one update of the law from the state at a fraction reached before.
   type, public :: equations_type
     type(control_type) :: control
+    type(call_type) :: call            !! where in a load path the increment is
     real(wp) :: start(3) = 0.0_wp, target(3) = 0.0_wp   !! prescribed values at the fractions 0 and 1
     type(point_type) :: old            !! the point at the fraction `done`
     real(wp) :: done = 0.0_wp          !! fraction of the increment that was reached
@@ -66,26 +60,30 @@ contains
 
   !> A virgin point, or a point with the given state and separation; its traction and tangent are those of an update
   !> without increment, in which delayed damage may grow. Its work so far is the sum of its energies.
-  pure function new_point(law, state, separation) result(point)
+  function new_point(law, state, separation) result(point)
     class(point_law), intent(in) :: law                  !! the law
     real(wp), intent(in), optional :: state(:)           !! STATEV to start from; absent: virgin
     real(wp), intent(in), optional :: separation(3)      !! (N, Tx, Ty) to start from, length; absent: 0
     type(point_type) :: point
-    real(wp) :: old(law%n_state)
-    old = 0.0_wp
-    if (present(state)) old = state(:law%n_state)
-    if (present(separation)) point%s = separation
-    allocate (point%state(law%n_state))
-    call law%update(point%s, point%s, old, point%state, point%traction, point%tangent, 0.0_wp, 0.0_wp)
+    type(point_type) :: old
+    real(wp) :: requested
+    allocate (old%state(law%n_state), source=0.0_wp)
+    if (present(state)) old%state(:) = state(:law%n_state)
+    if (present(separation)) old%s = separation
+    point = old
+    ! there is nothing to divide
+    call law%update(call_type(), old, point, requested)
     point%work = sum(law%energies(point%state))
   end function new_point
 
   !> Equations of an increment.
-  pure subroutine new_equations(control, start, target, point, equations)
+  pure subroutine new_equations(control, start, target, point, equations, call)
     type(control_type), intent(in) :: control         !! what is prescribed
     real(wp), intent(in) :: start(3), target(3)       !! values at both ends
     type(point_type), intent(in) :: point             !! the point at the start
     type(equations_type), intent(out) :: equations    !! the equations
+    type(call_type), intent(in), optional :: call     !! its place in a load path; absent: in none
+    if (present(call)) equations%call = call
     equations%control = control
     equations%start = start
     equations%target = target
@@ -103,8 +101,9 @@ contains
   end function ramp
 
   !> Update the point for free separations x at a fraction of the increment, and compute the residual of the prescribed
-  !> tractions. Time and wear grow with the fraction.
-  pure subroutine evaluate(law, equations, x, fraction, point, residual, error)
+  !> tractions. Time and wear grow with the fraction. Once the law has asked for a part of the increment, nothing has a
+  !> result.
+  subroutine evaluate(law, equations, x, fraction, point, residual, error)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; the update is counted
     real(wp), intent(in) :: x(3)                        !! separations, of which the free ones are used, length
@@ -112,11 +111,14 @@ contains
     type(point_type), intent(inout) :: point            !! -> the point with these separations
     real(wp), intent(out) :: residual(3)                !! traction + spring*separation + damping*move - value, stress
     real(wp), intent(out) :: error                      !! largest residual relative to the traction scale of
-                                                        !! `residual_tolerance`; huge: x is out of range, no result
-    real(wp) :: part, values(3), worn
+                                                        !! `residual_tolerance`; huge: no result, as x is out of
+                                                        !! range, or the law cannot take the increment
+    type(call_type) :: part_call
+    real(wp) :: part, requested, values(3)
 
     residual = 0.0_wp
     error = huge(error)
+    if (equations%report%requested < 1.0_wp) return
     values = ramp(equations%start, equations%target, fraction)
     associate (control => equations%control, old => equations%old)
       point%s = merge(x, values, control%traction)
@@ -124,14 +126,25 @@ contains
       if (.not. allocated(point%state)) allocate (point%state(law%n_state))
       equations%report%updates = equations%report%updates + 1
       part = fraction - equations%done
-      worn = part/max(1.0_wp - equations%done, tiny(part))
-      call law%update(old%s, point%s, old%state, point%state, point%traction, point%tangent, part*control%dt, worn)
+      part_call = equations%call
+      part_call%duration = part*control%dt
+      part_call%worn_fraction = part/max(1.0_wp - equations%done, tiny(part))
+      call law%update(part_call, old, point, requested)
+      equations%report%requested = requested
+      if (requested < 1.0_wp) return
       point%work = old%work + work_between(old%s, old%traction, point%s, point%traction)
       residual = merge(point%traction + control%spring*x - values + equations%damping*(x - old%s), 0.0_wp, &
         control%traction)
     end associate
     error = maxval(abs(residual))/residual_scale(law, equations, x, values, point)
   end subroutine evaluate
+
+  !> Whether the increment may go on: within the limit of updates, and as long as the law can take it.
+  pure function may_go_on(equations) result(yes)
+    type(equations_type), intent(in) :: equations   !! the equations
+    logical :: yes
+    yes = equations%report%updates < most_updates .and. .not. equations%report%requested < 1.0_wp
+  end function may_go_on
 
   !> Traction scale with which a residual is compared, stress: the size of the terms of the traction, within bounds.
   pure function residual_scale(law, equations, x, values, point) result(scale)

@@ -3,12 +3,13 @@
 module asperity_equilibrium_path
   use asperity_acceptance, only: carries_nothing, judge, step_type
   use asperity_elimination, only: eliminate
-  use asperity_equations, only: equations_type, evaluate, free_matrix, largest_move, point_type, predict, ramp
+  use asperity_equations, only: equations_type, evaluate, free_matrix, largest_move, may_go_on, point_type, predict, &
+    ramp
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve
   use asperity_point_law, only: point_law
-  use asperity_tolerances, only: closer, least_rupture, most_updates, residual_tolerance, rounding_scale, &
-    shortest_wear, smallest_fraction, snap_resolution, unbalanced_wear, unprompted
+  use asperity_tolerances, only: closer, least_rupture, residual_tolerance, rounding_scale, shortest_wear, &
+    smallest_fraction, snap_resolution, unbalanced_wear, unprompted
   implicit none
   private
   public :: falls, follow, open_joint
@@ -23,7 +24,7 @@ contains
   !>
   !> If the energies are to balance, the equations start anew where those of a step do not: the energy of a step is that
   !> of the mean of both ends.
-  pure subroutine follow(law, equations)
+  subroutine follow(law, equations)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations, the point at `done` -> at the new `done`
     type(point_type) :: here, trial
@@ -34,7 +35,7 @@ contains
     here%tangent = equations%old%tangent
     fraction = equations%done
     step = 1.0_wp
-    do while (fraction < 1.0_wp .and. step >= smallest_fraction .and. equations%report%updates < most_updates)
+    do while (fraction < 1.0_wp .and. step >= smallest_fraction .and. may_go_on(equations))
       next = min(1.0_wp, fraction + step)
       call solve_step(law, equations, [fraction, next], here, trial, good)
       if (good) then
@@ -104,7 +105,7 @@ contains
   !> under a small pressure. A broken joint that carries nothing is opened instead. The smallest step is also tried
   !> from the closing side, as the tangent at a peak of the traction may be that of the side where the equilibrium is
   !> unstable.
-  pure subroutine solve_step(law, equations, fractions, here, trial, good)
+  subroutine solve_step(law, equations, fractions, here, trial, good)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates are counted
     real(wp), intent(in) :: fractions(2)                   !! at both ends of the step
@@ -112,7 +113,7 @@ contains
     type(point_type), intent(inout) :: trial            !! -> the point at its end
     logical, intent(out) :: good                        !! whether the step is accepted
     type(step_type) :: step
-    real(wp) :: matrix(3, 3), predicted(3)
+    real(wp) :: matrix(3, 3), predicted(3), retreat
     integer :: attempt
     step%fractions = fractions
     step%last = fractions(2) - fractions(1) < 2.0_wp*smallest_fraction
@@ -124,8 +125,10 @@ contains
         predicted = predict(equations, here, step%change)
         call eliminate(3, matrix, predicted, good)
         if (.not. good) cycle
-        if (law%wears .and. equations%control%traction(1)) predicted(1) = predicted(1) + &
-          worn_retreat(law, equations, fractions, here%s + predicted)
+        if (law%wears .and. equations%control%traction(1)) then
+          call find_worn_retreat(law, equations, fractions, here%s + predicted, retreat)
+          predicted(1) = predicted(1) + retreat
+        end if
         trial%s = here%s + predicted
       else if (attempt == 3) then
         good = carries_nothing(law, equations, here)
@@ -148,22 +151,28 @@ contains
 
   !> Change of the opening at which the joint is just out of contact, by the wear of a step: the contact may be so stiff
   !> that facets which retreat by more than they are closed leave no residual to find them by.
-  pure function worn_retreat(law, equations, fractions, s) result(retreat)
-    class(point_law), intent(in) :: law               !! the law
-    type(equations_type), intent(in) :: equations     !! the equations
-    real(wp), intent(in) :: fractions(2)                 !! at both ends of the step
-    real(wp), intent(in) :: s(3)                      !! separation, length
+  subroutine find_worn_retreat(law, equations, fractions, s, retreat)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(inout) :: equations    !! the equations; what the law asks for is noted
+    real(wp), intent(in) :: fractions(2)                !! at both ends of the step
+    real(wp), intent(in) :: s(3)                        !! separation, length
+    real(wp), intent(out) :: retreat                    !! the change, length; 0 if the law has no result
     type(equations_type) :: local
     type(point_type) :: ends(2)
-    real(wp) :: error, r(3), retreat
+    real(wp) :: errors(2), r(3)
+    integer :: i
     local = equations
-    call evaluate(law, local, s, fractions(1), ends(1), r, error)
-    call evaluate(law, local, s, fractions(2), ends(2), r, error)
-    retreat = law%contact_opening(s, ends(2)%state) - law%contact_opening(s, ends(1)%state)
-  end function worn_retreat
+    do i = 1, 2
+      call evaluate(law, local, s, fractions(i), ends(i), r, errors(i))
+    end do
+    equations%report%requested = local%report%requested
+    retreat = 0.0_wp
+    if (all(errors < huge(errors))) retreat = law%contact_opening(s, ends(2)%state) - &
+      law%contact_opening(s, ends(1)%state)
+  end subroutine find_worn_retreat
 
   !> The smallest opening, from zero on, at which the joint carries nothing, and its free separations across stay.
-  pure subroutine open_joint(law, equations, fraction, point, found)
+  subroutine open_joint(law, equations, fraction, point, found)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates are counted
     real(wp), intent(in) :: fraction                       !! of the increment

@@ -4,38 +4,95 @@
 !> (docs/solver.md).
 module asperity_increment
   use asperity_checks, only: all_bounded
-  use asperity_equations, only: control_type, ended_complete, ended_endless, ended_limit, ended_lost, &
-    ended_rejected, equations_type, evaluate, farthest_equilibrium, is_unstiff, largest_move, new_equations, &
-    new_point, point_type, ramp, report_type
+  use asperity_equations, only: control_type, ended_complete, ended_endless, ended_limit, ended_lost, ended_refused, &
+    ended_rejected, equations_type, evaluate, farthest_equilibrium, is_unstiff, largest_move, may_go_on, &
+    new_equations, new_point, ramp, report_type
   use asperity_equilibrium_path, only: falls, follow, open_joint
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
-  use asperity_point_law, only: point_law
-  use asperity_tolerances, only: fast_growth, first_motion, imperfection, largest_target, least_damping, &
-    least_rupture, less_damping, more_damping, most_tries, most_updates, shortest_motion, slow_growth, &
-    smallest_fraction, snap_resolution, unbalanced
+  use asperity_point_law, only: call_type, point_law, point_type
+  use asperity_tolerances, only: fast_growth, first_motion, imperfection, largest_target, least_cut, least_damping, &
+    least_rupture, less_damping, more_damping, most_cut, most_tries, most_updates, shortest_motion, slow_growth, &
+    smallest_fraction, smallest_part, snap_resolution, unbalanced
   implicit none
   private
-  public :: control_type, point_type, report_type, new_point, advance, snap
-  public :: ended_complete, ended_endless, ended_limit, ended_lost, ended_rejected
+  public :: call_type, control_type, point_type, report_type, new_point, advance, snap
+  public :: ended_complete, ended_endless, ended_limit, ended_lost, ended_refused, ended_rejected
 
 contains
 
   !> Take a point from the prescribed values `start` to `target`.
   !>
-  !> As long as the curve of equilibria continues, the increment is one update from the state at its start. Where it
-  !> ends, the point moves under constant values to the first stable equilibrium, from which a further curve is
-  !> followed. If there is none, the point stays at the last equilibrium, and `reached` is below 1.
-  !>
-  !> An increment in which a joint falls by wear is taken again in steps whose energies balance. If these steps do not
-  !> reach as far, the first result stands.
-  pure subroutine advance(law, control, start, target, point, reached, report)
+  !> Where the law asks for a part of the increment, the increment is taken from its start again in such parts, as hosts
+  !> divide increments for PNEWDT. A law that asks for less than the smallest part ends it.
+  subroutine advance(law, control, start, target, point, reached, report, calls)
     class(point_law), intent(in) :: law             !! the law
     type(control_type), intent(in) :: control       !! what is prescribed
     real(wp), intent(in) :: start(3)                !! values at the start: separation or traction + spring*separation
     real(wp), intent(in) :: target(3)               !! values at the end
     type(point_type), intent(inout) :: point        !! the point, start -> end
     real(wp), intent(out) :: reached                !! fraction of the increment that converged, 1: complete
+    type(report_type), intent(out) :: report        !! of all parts
+    type(call_type), intent(inout), optional :: calls   !! place in a load path; attempts are counted; absent: in none
+    type(call_type) :: place
+    type(control_type) :: of_part
+    type(report_type) :: last
+    real(wp) :: converged, from(3), part, to(3)
+    if (present(calls)) place = calls
+    reached = 0.0_wp
+    part = 1.0_wp
+    from = start
+    of_part = control
+    do
+      part = min(part, 1.0_wp - reached)
+      to = ramp(start, target, reached + part)
+      of_part%dt = part*control%dt
+      place%attempt = place%attempt + 1
+      call take_part(law, of_part, from, to, place, point, converged, last)
+      report%iterations = report%iterations + last%iterations
+      report%updates = report%updates + last%updates
+      if (last%requested < 1.0_wp) then
+        report%cut = .true.
+        part = min(max(least_cut, last%requested), most_cut)*part
+        if (part >= smallest_part) cycle
+        report%ended = ended_refused
+        exit
+      end if
+      if (maxval(abs(last%after - last%before)) > maxval(abs(report%after - report%before))) then
+        report%before = last%before
+        report%after = last%after
+      end if
+      report%parts = report%parts + last%parts
+      report%snaps = report%snaps + last%snaps
+      report%released = report%released + last%released
+      report%ended = last%ended
+      if (converged >= 1.0_wp .and. reached + part >= 1.0_wp) then
+        reached = 1.0_wp
+      else
+        reached = reached + converged*part
+      end if
+      if (converged < 1.0_wp .or. reached >= 1.0_wp) exit
+      from = to
+    end do
+    if (present(calls)) calls%attempt = place%attempt
+  end subroutine advance
+
+  !> Take a part of an increment, or all of it.
+  !>
+  !> As long as the curve of equilibria continues, it is one update from the state at its start. Where the curve ends,
+  !> the point moves under constant values to the first stable equilibrium, from which a further curve is followed. If
+  !> there is none, the point stays at the last equilibrium, and `reached` is below 1. If the law asks for less, the
+  !> point stays at the start.
+  !>
+  !> A part in which a joint falls by wear is taken again in steps whose energies balance. If these steps do not reach
+  !> as far, the first result stands.
+  subroutine take_part(law, control, start, target, call, point, reached, report)
+    class(point_law), intent(in) :: law             !! the law
+    type(control_type), intent(in) :: control       !! what is prescribed
+    real(wp), intent(in) :: start(3), target(3)     !! values at both ends
+    type(call_type), intent(in) :: call             !! place in a load path
+    type(point_type), intent(inout) :: point        !! the point, start -> end
+    real(wp), intent(out) :: reached                !! fraction of the part that converged, 1: complete
     type(report_type), intent(out) :: report        !! report
     type(equations_type) :: equations, whole
     real(wp) :: reached_whole
@@ -44,30 +101,33 @@ contains
       report%ended = ended_rejected
       return
     end if
-    call new_equations(control, start, target, point, equations)
+    call new_equations(control, start, target, point, equations, call)
     call take_increment(law, equations, reached)
     if (equations%fell) then
       whole = equations
       reached_whole = reached
-      call new_equations(control, start, target, point, equations)
+      call new_equations(control, start, target, point, equations, call)
       equations%in_balance = .true.
       equations%report%iterations = whole%report%iterations
       equations%report%updates = whole%report%updates
+      equations%report%requested = whole%report%requested
       call take_increment(law, equations, reached)
-      if (reached < reached_whole) then
+      if (reached < reached_whole .and. .not. equations%report%requested < 1.0_wp) then
         whole%report%iterations = equations%report%iterations
         whole%report%updates = equations%report%updates
         equations = whole
         reached = reached_whole
       end if
     end if
-    call note_fall(law, equations, point)
-    point = equations%old
+    if (.not. equations%report%requested < 1.0_wp) then
+      call note_fall(law, equations, point)
+      point = equations%old
+    end if
     report = equations%report
-  end subroutine advance
+  end subroutine take_part
 
   !> Take the increment of the equations.
-  pure subroutine take_increment(law, equations, reached)
+  subroutine take_increment(law, equations, reached)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! at the start -> at the fraction that was reached
     real(wp), intent(out) :: reached                    !! this fraction, 1: complete
@@ -77,6 +137,7 @@ contains
     do while (reached < 1.0_wp)
       begin = equations%old
       call follow(law, equations)
+      if (equations%report%requested < 1.0_wp) exit
       before = equations%old
       if (equations%done > reached) call close_opening(law, equations)
       if (may_fall(law, begin, before)) call note_snap(law, equations, before)
@@ -85,7 +146,7 @@ contains
       ! the fold lies within the smallest step; just beyond it two equilibria may be too close to be told apart
       before = equations%old
       equations%done = min(1.0_wp, reached + 2.0_wp*smallest_fraction)
-      found = any(equations%control%traction) .and. equations%report%updates < most_updates
+      found = any(equations%control%traction) .and. may_go_on(equations)
       stays_open = .false.
       if (found) call snap(law, equations, found)
       if (.not. found .and. equations%control%traction(1)) then
@@ -114,7 +175,7 @@ contains
   !> pseudo-transient continuation, implicit Euler steps of an overdamped motion, which the state follows. It takes no
   !> time and wears nothing. The steps are at most s0/200, and grow. A motion that stops without an equilibrium has met
   !> a discontinuity of the law.
-  pure subroutine snap(law, equations, found)
+  subroutine snap(law, equations, found)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! prescribed values at the fraction `done`, the point at the
                                                         !! end of the curve -> at the equilibrium, or where it ended
@@ -138,7 +199,7 @@ contains
     if (error < huge(error)) equations%old = trial
     anchor = equations%old%s
     tries = 0
-    do while (tries < most_tries .and. equations%report%updates < most_updates)
+    do while (tries < most_tries .and. may_go_on(equations))
       ! is there an equilibrium near the point?
       equations%damping = 0.0_wp
       trial%s = equations%old%s
@@ -233,7 +294,7 @@ contains
 
   !> If every plane is open and fully damaged and t_N is prescribed, every larger opening is an equilibrium, too. In
   !> that case move to the equilibrium with the smallest |s_N|.
-  pure subroutine close_opening(law, equations)
+  subroutine close_opening(law, equations)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the increment and its point
     type(point_type) :: trial

@@ -25,7 +25,7 @@ contains
   !> A step is halved until the largest residual decreases; if it never decreases, the method stops without a solution.
   !> The first step is made in full: its tangent may be that of the other side of a kink, for example where a plane is
   !> about to slide.
-  pure subroutine newton_solve(law, equations, fraction, reach, point, result)
+  subroutine newton_solve(law, equations, fraction, reach, point, result)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates and iterations are counted
     real(wp), intent(in) :: fraction                       !! of the increment

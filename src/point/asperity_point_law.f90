@@ -10,11 +10,29 @@ module asperity_point_law
   !> Length of a text that holds all names of events.
   integer, parameter, public :: event_length = 64
 
+  !> A point: separation, traction, tangent, state.
+  type, public :: point_type
+    real(wp) :: s(3) = 0.0_wp             !! separation (N, Tx, Ty), length
+    real(wp) :: traction(3) = 0.0_wp      !! stress
+    real(wp) :: tangent(3, 3) = 0.0_wp    !! d traction_i/d s_j, stress/length
+    real(wp) :: work = 0.0_wp             !! work of the traction so far, stress*length
+    real(wp), allocatable :: state(:)     !! STATEV
+  end type point_type
+
+  !> A call of a law: its place in a load path, for routines of a host, and what passes in it.
+  type, public :: call_type
+    integer :: step = 0, increment = 0       !! of the load path, from 1; 0: before the first one
+    integer :: attempt = 0                   !! at an increment or a part of it, counted along the path
+    real(wp) :: began = 0.0_wp               !! time at which the step of the load path began
+    real(wp) :: duration = 0.0_wp            !! >= 0, time
+    real(wp) :: worn_fraction = 0.0_wp       !! part of the wear of the increment that is done, 0 to 1
+  end type call_type
+
   !> A law that gives the traction of a point for its separation (N, Tx, Ty).
   !>
   !> The traction depends on the separation at the end of an increment, on the state at its start and on the duration.
-  !> The solver takes its own lengths and stresses from the scales. A state begins with damage, stored energy and the
-  !> energies spent on rupture and friction, at the positions of the contract.
+  !> A law is constant along a load path. The solver takes its own lengths and stresses from the scales. A state begins
+  !> with damage, stored energy and the energies spent on rupture and friction, at the positions of the contract.
   type, abstract, public :: point_law
     integer :: n_state = 0               !! number of state variables
     integer :: first_own = 5             !! the first of them behind damage and energies that has a column on request
@@ -30,12 +48,8 @@ module asperity_point_law
     logical :: rate_dependent = .false.  !! whether the duration of an increment matters
     logical :: wears = .false.           !! whether the state at the start of an increment wears the joint in it
     logical :: jumps = .false.           !! whether the traction may be a discontinuous function of the separation
-    integer :: step = 0, increment = 0   !! of the load path, for routines of a host
-    integer :: attempt = 0               !! at an increment or a part of it, counted along the path
-    real(wp) :: began = 0.0_wp           !! time at which the step of the load path began
   contains
     procedure :: admissible
-    procedure :: ask
     procedure :: bond_pressure
     procedure :: beyond_strength
     procedure :: cannot_soften
@@ -50,20 +64,19 @@ module asperity_point_law
 
   abstract interface
 
-    !> Traction, state and consistent tangent at separation s, from the state at separation s_old. The input is not
-    !> tested.
-    pure subroutine update_procedure(law, s_old, s, state_old, state, traction, tangent, dt, wearing)
-      import :: point_law, wp
+    !> Traction, state and consistent tangent at a separation, from the state at another one. The input is not tested.
+    !>
+    !> It is not pure, as it may be a routine of others; that of a joint is. Where the law cannot take the increment,
+    !> the solver uses no result.
+    subroutine update_procedure(law, call, old, new, requested)
+      import :: call_type, point_law, point_type, wp
       implicit none
-      class(point_law), intent(in) :: law                !! the law
-      real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start, length
-      real(wp), intent(in) :: s(3)                       !! separation at the end, length
-      real(wp), intent(in), contiguous :: state_old(:)   !! state at the start
-      real(wp), intent(out), contiguous :: state(:)      !! state at the end
-      real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
-      real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
-      real(wp), intent(in) :: dt                         !! duration, >= 0, time
-      real(wp), intent(in) :: wearing                    !! part of the wear of the increment that is done, 0 to 1
+      class(point_law), intent(in) :: law         !! the law
+      type(call_type), intent(in) :: call         !! what passes
+      type(point_type), intent(in) :: old         !! separation and state at the start
+      type(point_type), intent(inout) :: new      !! separation at the end -> traction, tangent and state, which is
+                                                  !! allocated
+      real(wp), intent(out) :: requested          !! fraction of the increment that the law can take, 1: all of it
     end subroutine update_procedure
 
     !> Energies of a state: stored, and dissipated so far, stress*length.
@@ -114,14 +127,6 @@ contains
     real(wp) :: opening
     opening = 0.0_wp
   end function contact_opening
-
-  !> Fraction of the increment that the law asks for, after an attempt at it: 1 if it is content, less if the increment
-  !> is to be divided.
-  pure subroutine ask(law, fraction)
-    class(point_law), intent(in) :: law     !! the law
-    real(wp), intent(out) :: fraction       !! above 0, to 1
-    fraction = 1.0_wp
-  end subroutine ask
 
   !> Largest pressure of bonds of which only the undamaged part acts, stress: the rounding error of a damage near 1
   !> times this pressure is an error of the traction. A law that does not know takes zero.

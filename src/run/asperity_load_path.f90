@@ -1,20 +1,18 @@
-!> Run of a load path: every call gives the row of the next increment. An increment is taken in the parts that the law
-!> asks for, as hosts divide increments for PNEWDT.
+!> Run of a load path: every call gives the row of the next increment.
 module asperity_load_path
   use asperity_branch, only: branch_step, branch_type, new_branch
-  use asperity_equations, only: control_type, ended_complete, ended_endless, ended_limit, ended_rejected, &
-    point_type, ramp, report_type
+  use asperity_equations, only: control_type, ended_complete, ended_endless, ended_limit, ended_refused, &
+    ended_rejected, ramp, report_type
   use asperity_kinds, only: wp
   use asperity_increment, only: advance
-  use asperity_point_law, only: event_length, name_event, point_law
+  use asperity_point_law, only: call_type, event_length, name_event, point_law, point_type
   use asperity_stability, only: falling_direction
   use asperity_steps, only: component_names, step_type
   use asperity_text, only: append, integer_text, short, to_text
-  use asperity_tolerances, only: endless, farthest, largest_arc, least_cut, most_branch_steps, most_cut, most_updates, &
-    smallest_part
+  use asperity_tolerances, only: endless, farthest, largest_arc, most_branch_steps, most_updates, smallest_part
   implicit none
   private
-  public :: advance_as_asked, start_run, next_row, begin_row, end_row, set_point, name_events, explain_loss
+  public :: start_run, next_row, begin_row, end_row, set_point, name_events, explain_loss
 
   !> A row: the point at the end of an increment, without its state.
   type, public :: row_head
@@ -64,65 +62,10 @@ module asperity_load_path
     type(row_type), allocatable :: rows(:)           !! if they have been computed before, as those of a refined path
     integer, private :: given_rows = 0               !! of them
     logical, allocatable, private :: regime(:, :)    !! for the events
-    character(len=:), allocatable, private :: reason !! why the law ends the run
+    type(call_type), private :: calls                !! of the law, with the number of attempts so far
   end type run_type
 
 contains
-
-  !> Take an increment as `advance`, from its start again in parts where the law is not content. A law that asks for
-  !> less than the smallest part ends it.
-  pure subroutine advance_as_asked(law, control, ends, point, reached, report, reason)
-    class(point_law), intent(inout) :: law          !! the law; attempts are counted
-    type(control_type), intent(in) :: control       !! what is prescribed
-    real(wp), intent(in) :: ends(3, 2)              !! prescribed values at its start and its end
-    type(point_type), intent(inout) :: point        !! at the start -> at the end
-    real(wp), intent(out) :: reached                !! fraction of the increment that converged
-    type(report_type), intent(out) :: report        !! of all parts
-    character(len=:), allocatable, intent(inout) :: reason   !! set if the law ends the increment
-    type(control_type) :: of_part
-    type(point_type) :: here                        ! at the start of a part
-    type(report_type) :: last
-    real(wp) :: asked, from(3), part, converged, to(3)
-    reached = 0.0_wp
-    part = 1.0_wp
-    from = ends(:, 1)
-    of_part = control
-    do while (reached < 1.0_wp)
-      part = min(part, 1.0_wp - reached)
-      to = ramp(ends(:, 1), ends(:, 2), reached + part)
-      of_part%dt = part*control%dt
-      here = point
-      law%attempt = law%attempt + 1
-      call advance(law, of_part, from, to, point, converged, last)
-      report%iterations = report%iterations + last%iterations
-      report%updates = report%updates + last%updates
-      call law%ask(asked)
-      if (asked < 1.0_wp) then
-        point = here
-        report%cut = .true.
-        part = min(max(least_cut, asked), most_cut)*part
-        if (part >= smallest_part) cycle
-        reason = "the law asks for less than " // to_text(smallest_part) // " of the increment"
-        exit
-      end if
-      if (maxval(abs(last%after - last%before)) > maxval(abs(report%after - report%before))) then
-        report%before = last%before
-        report%after = last%after
-      end if
-      report%parts = report%parts + last%parts
-      report%snaps = report%snaps + last%snaps
-      report%released = report%released + last%released
-      report%ended = last%ended
-      if (converged >= 1.0_wp .and. reached + part >= 1.0_wp) then
-        reached = 1.0_wp
-      else
-        reached = reached + converged*part
-      end if
-      if (converged < 1.0_wp) exit
-      from = to
-    end do
-    if (allocated(reason)) report%ended = ended_rejected
-  end subroutine advance_as_asked
 
   !> Begin a run (not pure, as the law may be of any type).
   subroutine start_run(law, steps, run, start, p)
@@ -145,7 +88,7 @@ contains
   end subroutine start_run
 
   !> Take the next increment. After a row that is lost there is none.
-  pure subroutine next_row(run, row, found)
+  subroutine next_row(run, row, found)
     type(run_type), intent(inout) :: run    !! the run
     type(row_type), intent(inout) :: row    !! the last row -> the next one
     logical, intent(out) :: found           !! false: the path has ended
@@ -169,8 +112,8 @@ contains
     run%before = run%point
     run%n = run%n + 1
     run%number = [run%step, row%increment + 1]
-    run%law%step = run%step
-    run%law%increment = row%increment + 1
+    run%calls%step = run%step
+    run%calls%increment = row%increment + 1
     parts = run%steps(run%step)%increments(run%target)
     run%start = run%given
     if (run%steps(run%step)%arc > 0.0_wp) then
@@ -183,10 +126,10 @@ contains
   end subroutine begin_row
 
   !> Take the increment that has begun.
-  pure subroutine end_row(run, row)
+  subroutine end_row(run, row)
     type(run_type), intent(inout) :: run    !! the run
     type(row_type), intent(inout) :: row    !! the last row -> the next one
-    real(wp) :: asked, reached
+    real(wp) :: reached
     integer :: parts
     logical :: branches
     if (allocated(run%rows)) then
@@ -197,19 +140,11 @@ contains
     parts = run%steps(run%step)%increments(run%target)
     branches = run%steps(run%step)%arc > 0.0_wp
     if (branches) then
-      run%law%attempt = run%law%attempt + 1
-      call branch_step(run%law, run%branch, run%point, row%report)
-      call run%law%ask(asked)
-      if (asked < 1.0_wp) then
-        run%reason = "the law asks for a smaller step along the branch: expected a smaller arc"
-        run%point = run%before
-        row%report%ended = ended_rejected
-      end if
+      call branch_step(run%law, run%branch, run%point, row%report, run%calls)
       ! the largest load factor so far, so that time never decreases
       run%fraction = max(run%fraction, run%branch%factor)
     else
-      call advance_as_asked(run%law, run%control, reshape([run%start, run%given], [3, 2]), run%point, reached, &
-        row%report, run%reason)
+      call advance(run%law, run%control, run%start, run%given, run%point, reached, row%report, run%calls)
       run%fraction = ramp(run%fraction, real(run%n, wp)/real(parts, wp), reached)
     end if
     row%done = run%earlier + nint(run%fraction*real(parts, wp))
@@ -264,7 +199,7 @@ contains
     run%fraction = 0.0_wp
     run%control = run%steps(run%step)%control
     if (begins) then
-      run%law%began = run%time
+      run%calls%began = run%time
       ! the force of the spring is zero at the start of the step
       run%offset = merge(run%control%spring*run%point%s, 0.0_wp, run%control%traction)
       where (run%steps(run%step)%changed) run%given = merge(run%point%traction + run%offset, run%point%s, &
@@ -306,8 +241,11 @@ contains
     character(len=:), allocatable :: text
     real(wp) :: asked, direction(3), fall(3), most
     allocate (character(len=0) :: text)
-    if (allocated(run%reason)) then
-      call append(message, run%reason)
+    if (row%report%ended == ended_refused) then
+      text = "the law asks for less than " // to_text(smallest_part) // " of the increment"
+      if (run%steps(row%step)%arc > 0.0_wp) text = "the law asks for a smaller step along the branch: expected a " // &
+        "smaller arc"
+      call append(message, text)
       return
     end if
     if (run%steps(row%step)%arc > 0.0_wp) then

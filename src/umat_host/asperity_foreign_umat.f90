@@ -7,7 +7,7 @@ module asperity_foreign_umat
   use asperity_case_umat, only: umat_type
   use asperity_contract, only: v_damage, v_friction, v_rupture, v_stored
   use asperity_kinds, only: wp
-  use asperity_point_law, only: point_law
+  use asperity_point_law, only: call_type, point_law, point_type
   use asperity_text, only: integer_text
   use asperity_umat_worker, only: c_text
   implicit none
@@ -46,12 +46,11 @@ module asperity_foreign_umat
     procedure :: update
     procedure, nopass :: energies
     procedure :: magnitude
-    procedure :: ask
     procedure :: state_name
     procedure :: virgin
   end type foreign_law
 
-  ! the routines of C act on the one UMAT of this process; no result of a law depends on it before `ask`
+  ! the routines of C act on the one UMAT of this process
   interface
     !> Open a library.
     subroutine c_open(library, symbol, job, checks, strict, ones, marks, absent) bind(c, name="umat_open")
@@ -68,15 +67,9 @@ module asperity_foreign_umat
       character(kind=c_char), intent(out) :: whole(*)
       type(c_ptr) :: found
     end function c_whole_path
-    !> Fraction of the increment that the routine asks for.
-    pure subroutine c_ask(fraction) bind(c, name="umat_ask")
-      import :: c_double
-      implicit none
-      real(c_double), intent(out) :: fraction
-    end subroutine c_ask
     !> Call a routine.
-    pure subroutine c_call(attempt, ntens, nstatv, nprops, props, stran, dstran, time, dtime, counts, stress, statev, &
-                           ddsdde, energies, good) bind(c, name="umat_call")
+    subroutine c_call(attempt, ntens, nstatv, nprops, props, stran, dstran, time, dtime, counts, stress, statev, &
+                      ddsdde, energies, requested) bind(c, name="umat_call")
       import :: c_double, c_int
       implicit none
       integer(c_int), value :: attempt, ntens, nstatv, nprops
@@ -84,7 +77,7 @@ module asperity_foreign_umat
       real(c_double), value :: dtime
       integer(c_int), intent(in) :: counts(2)
       real(c_double), intent(inout) :: stress(*), statev(*), ddsdde(*), energies(3)
-      integer(c_int), intent(out) :: good
+      real(c_double), intent(out) :: requested
     end subroutine c_call
   end interface
 
@@ -164,63 +157,59 @@ contains
     if (law%umat%damage > 0) state(v_damage) = law%umat%first(law%umat%damage)
   end function virgin
 
-  !> Traction, state and tangent at separation s. Where the routine gives none, those of an elastic joint, which are not
-  !> used: `ask` tells of it.
-  pure subroutine update(law, s_old, s, state_old, state, traction, tangent, dt, wearing)
-    class(foreign_law), intent(in) :: law              !! the law
-    real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start, length
-    real(wp), intent(in) :: s(3)                       !! separation at the end, length
-    real(wp), intent(in), contiguous :: state_old(:)   !! state at the start
-    real(wp), intent(out), contiguous :: state(:)      !! state at the end
-    real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
-    real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
-    real(wp), intent(in) :: dt                         !! duration, >= 0, time
-    real(wp), intent(in) :: wearing                    !! not used
+  !> Traction, state and tangent at a separation, and the fraction of the increment that the routine asks for by
+  !> PNEWDT; one that fails ends the process. Where it asks for less, the results are those of an elastic joint.
+  subroutine update(law, call, old, new, requested)
+    class(foreign_law), intent(in) :: law       !! the law
+    type(call_type), intent(in) :: call         !! place in a load path, and duration
+    type(point_type), intent(in) :: old         !! separation and state at the start
+    type(point_type), intent(inout) :: new      !! separation at the end -> traction, tangent and state
+    real(wp), intent(out) :: requested          !! of the increment
     integer, parameter :: ledger(3) = [v_stored, v_friction, v_rupture]
     real(wp) :: before(3), ddsdde(law%umat%ntens, law%umat%ntens), energies(3), time(2)
     real(wp), dimension(law%umat%ntens) :: dstran, stran, stress
     real(wp) :: statev(law%umat%nstatv)
     integer :: i, j
-    integer(c_int) :: good
     stran = 0.0_wp
     dstran = 0.0_wp
     before = 0.0_wp
     do i = 1, 3
       if (law%umat%position(i) == 0) cycle
-      stran(law%umat%position(i)) = s_old(i)/law%umat%thickness
-      dstran(law%umat%position(i)) = (s(i) - s_old(i))/law%umat%thickness
-      before(i) = state_old(n_header + law%umat%position(i))
+      stran(law%umat%position(i)) = old%s(i)/law%umat%thickness
+      dstran(law%umat%position(i)) = (new%s(i) - old%s(i))/law%umat%thickness
+      before(i) = old%state(n_header + law%umat%position(i))
     end do
-    stress = state_old(n_header + 1:n_header + law%umat%ntens)
-    statev = state_old(n_header + law%umat%ntens + 1:)
-    energies = state_old(ledger)/law%umat%thickness
-    time = max(0.0_wp, state_old(u_time) - [law%origin + law%began, 0.0_wp])
-    call c_call(int(law%attempt, c_int), int(law%umat%ntens, c_int), int(law%umat%nstatv, c_int), &
-      size(law%umat%props, kind=c_int), law%umat%props, stran, dstran, time, max(dt, no_time), &
-      int([law%step, law%increment], c_int), stress, statev, ddsdde, energies, good)
-    state = state_old
-    traction = before + law%stiffness*(s - s_old)
-    tangent = 0.0_wp
+    stress = old%state(n_header + 1:n_header + law%umat%ntens)
+    statev = old%state(n_header + law%umat%ntens + 1:)
+    energies = old%state(ledger)/law%umat%thickness
+    time = max(0.0_wp, old%state(u_time) - [law%origin + call%began, 0.0_wp])
+    call c_call(int(call%attempt, c_int), int(law%umat%ntens, c_int), int(law%umat%nstatv, c_int), &
+      size(law%umat%props, kind=c_int), law%umat%props, stran, dstran, time, max(call%duration, no_time), &
+      int([call%step, call%increment], c_int), stress, statev, ddsdde, energies, requested)
+    new%state = old%state
+    new%traction = before + law%stiffness*(new%s - old%s)
+    new%tangent = 0.0_wp
     do i = 1, 3
-      if (good == 0) tangent(i, i) = law%stiffness
+      new%tangent(i, i) = law%stiffness
     end do
-    if (good == 0) return
-    traction = 0.0_wp
+    if (requested < 1.0_wp) return
+    new%traction = 0.0_wp
+    new%tangent = 0.0_wp
     associate (position => law%umat%position, h => law%umat%thickness)
       do j = 1, 3
         if (position(j) == 0) cycle
-        traction(j) = stress(position(j))
+        new%traction(j) = stress(position(j))
         do i = 1, 3
-          if (position(i) > 0) tangent(i, j) = ddsdde(position(i), position(j))/h
+          if (position(i) > 0) new%tangent(i, j) = ddsdde(position(i), position(j))/h
         end do
       end do
     end associate
-    state(ledger) = law%umat%thickness*energies
-    state(u_work) = state_old(u_work) + 0.5_wp*sum((before + traction)*(s - s_old))
-    state(u_time) = state_old(u_time) + dt
-    state(n_header + 1:n_header + law%umat%ntens) = stress
-    state(n_header + law%umat%ntens + 1:) = statev
-    if (law%umat%damage > 0) state(v_damage) = statev(law%umat%damage)
+    new%state(ledger) = law%umat%thickness*energies
+    new%state(u_work) = old%state(u_work) + 0.5_wp*sum((before + new%traction)*(new%s - old%s))
+    new%state(u_time) = old%state(u_time) + call%duration
+    new%state(n_header + 1:n_header + law%umat%ntens) = stress
+    new%state(n_header + law%umat%ntens + 1:) = statev
+    if (law%umat%damage > 0) new%state(v_damage) = statev(law%umat%damage)
   end subroutine update
 
   !> Energies of a state: stored, and the rest of the work. UMATs need not say what they dissipate.
@@ -238,12 +227,5 @@ contains
     real(wp) :: size
     size = max(law%stiffest*maxval(abs(s)), maxval(abs(state(n_header + 1:n_header + law%umat%ntens))))
   end function magnitude
-
-  !> Fraction of the increment that the UMAT asks for by PNEWDT; one that fails ends the process.
-  pure subroutine ask(law, fraction)
-    class(foreign_law), intent(in) :: law   !! not used
-    real(wp), intent(out) :: fraction       !! above 0, to 1
-    call c_ask(fraction)
-  end subroutine ask
 
 end module asperity_foreign_umat

@@ -5,6 +5,7 @@ module asperity_umat_walk
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_foreign_umat, only: foreign_law, how_type, n_header, open_umat
   use asperity_kinds, only: wp
+  use asperity_point_law, only: call_type, point_type
   use asperity_umat_worker, only: end_worker, n_notes, receive_row, send_row, start_worker
   implicit none
   private
@@ -102,7 +103,7 @@ contains
     type(foreign_law) :: law
     type(checked_path_type) :: path
     real(wp), allocatable :: before(:, :), points(:, :), tried(:)
-    integer :: first, i, k, p
+    integer :: attempt, first, i, k, p
     logical :: differs
     call c_f_pointer(data, plan)
     law = plan%path%law
@@ -110,6 +111,7 @@ contains
     call open_umat(law, plan%how)
     points = spread([spread(0.0_wp, 1, n_first), plan%path%start], 2, size(plan%factors, 2))
     if (plan%how%threads) call c_threads(c_funloc(walk_often), data)
+    attempt = 0
     first = 1
     if (plan%how%late) then
       first = most_unloaded(path)
@@ -125,15 +127,15 @@ contains
         call send_row(merge([1.0_wp], [0.0_wp], any(i >= plan%differs)), 1)
         cycle
       else if (plan%differences) then
-        call send_row(differences_at(law, plan, i), n_differences)
+        call send_row(differences_at(law, plan, i, attempt), n_differences)
         cycle
       end if
       before = points(:3, :)
       do p = 1, size(points, 2)
         associate (point => points(:, p), factors => plan%factors(:, p), parts => plan%how%parts)
-          if (plan%how%tries) tried = after(law, path, i, factors, whole, point(n_first + 1:))
+          if (plan%how%tries) tried = after(law, path, i, factors, whole, point(n_first + 1:), attempt)
           do k = 1, parts
-            point = after(law, path, i, factors, real([k - 1, k], wp)/real(parts, wp), point(n_first + 1:))
+            point = after(law, path, i, factors, real([k - 1, k], wp)/real(parts, wp), point(n_first + 1:), attempt)
           end do
         end associate
       end do
@@ -142,7 +144,7 @@ contains
         k = merge(n_first, size(points, 1), plan%how%late)
         differs = any(abs(points(:k, :) - plan%known(:k, i + 1, :)) > 0.0_wp)
         if (plan%how%rests) then
-          tried = after(law, path, i, plan%factors(:, 1), rest, points(n_first + 1:, 1))
+          tried = after(law, path, i, plan%factors(:, 1), rest, points(n_first + 1:, 1), attempt)
           differs = maxval(abs(tried(:3) - points(:3, 1))) > rounding*law%stress + &
             explicit*maxval(abs(points(:3, 1) - before(:, 1)))
         end if
@@ -175,10 +177,11 @@ contains
 
   !> Traction, and whether STATEV changes, with each component at the end of an increment larger and smaller, by two
   !> steps.
-  function differences_at(law, plan, i) result(found)
-    type(foreign_law), intent(inout) :: law   !! its attempts are counted
+  function differences_at(law, plan, i, attempt) result(found)
+    type(foreign_law), intent(in) :: law      !! the law
     type(walk_type), intent(in) :: plan       !! the walk
     integer, intent(in) :: i                  !! increment
+    integer, intent(inout) :: attempt         !! number of calls so far
     real(wp) :: beside(4, 2, 2, 3), found(n_differences), move(3), there(n_first + law%n_state)
     integer :: j, k, side, statev
     statev = n_header + law%umat%ntens
@@ -190,7 +193,7 @@ contains
           move = 0.0_wp
           move(j) = merge(1.0_wp, -1.0_wp, side == 1)*difference(k)*law%length
           associate (old => plan%known(n_first + 1:, i, 1))
-            there = after(law, plan%path, i, plan%factors(:, 1), whole, old, move)
+            there = after(law, plan%path, i, plan%factors(:, 1), whole, old, attempt, move)
             beside(:3, side, k, j) = there(:3)
             if (any(abs(there(n_first + statev + 1:) - old(statev + 1:)) > 0.0_wp)) beside(4, side, k, j) = 1.0_wp
           end associate
@@ -201,28 +204,29 @@ contains
   end function differences_at
 
   !> Results after a part of an increment.
-  function after(law, path, i, factors, part, old, move) result(found)
-    type(foreign_law), intent(inout) :: law               !! its attempts are counted
+  function after(law, path, i, factors, part, old, attempt, move) result(found)
+    type(foreign_law), intent(in) :: law                  !! the law
     type(checked_path_type), intent(in) :: path           !! the path
     integer, intent(in) :: i                              !! increment
     real(wp), intent(in) :: factors(3)                    !! of the components of the path
     real(wp), intent(in) :: part(2)                       !! start and end, 0 to 1
     real(wp), intent(in) :: old(:)                        !! state at the start
+    integer, intent(inout) :: attempt                     !! number of calls so far
     real(wp), intent(in), optional :: move(3)             !! added to the separation at the end
     real(wp) :: found(n_first + size(old))
-    real(wp) :: d(3, 3), s(3, 2), state(size(old))
+    type(point_type) :: ends(2)
+    real(wp) :: not_obeyed
     integer :: k
     do k = 1, 2
-      s(:, k) = factors*(path%s(:, i) + part(k)*(path%s(:, i + 1) - path%s(:, i)))
-      if (part(k) >= 1.0_wp) s(:, k) = factors*path%s(:, i + 1)
+      ends(k)%s = factors*(path%s(:, i) + part(k)*(path%s(:, i + 1) - path%s(:, i)))
+      if (part(k) >= 1.0_wp) ends(k)%s = factors*path%s(:, i + 1)
+      ends(k)%state = old
     end do
-    if (present(move)) s(:, 2) = s(:, 2) + move
-    law%step = path%step(i)
-    law%increment = path%increment(i)
-    law%attempt = law%attempt + 1
-    call law%update(s(:, 1), s(:, 2), old, state, found(:3), d, (part(2) - part(1))*path%dt(i), 0.0_wp)
-    found(4:n_first) = reshape(d, [9])
-    found(n_first + 1:) = state
+    if (present(move)) ends(2)%s = ends(2)%s + move
+    attempt = attempt + 1
+    call law%update(call_type(path%step(i), path%increment(i), attempt, duration=(part(2) - part(1))*path%dt(i)), &
+      ends(1), ends(2), not_obeyed)
+    found = [ends(2)%traction, reshape(ends(2)%tangent, [9]), ends(2)%state]
   end function after
 
   !> Go along the path of a thread many times, and compare.
@@ -232,15 +236,16 @@ contains
     type(walk_type), pointer :: plan
     type(foreign_law) :: law
     real(wp), allocatable :: found(:)
-    integer :: i, k
+    integer :: attempt, i, k
     integer(int64) :: began, now, rate
     call c_f_pointer(data, plan)
     law = plan%path%law
+    attempt = 0
     call system_clock(began, rate)
     do i = 1, 1 + thread_updates/size(plan%path%dt)
       found = [spread(0.0_wp, 1, n_first), plan%path%start]
       do k = 1, size(plan%path%dt)
-        found = after(law, plan%path, k, plan%factors(:, which), whole, found(n_first + 1:))
+        found = after(law, plan%path, k, plan%factors(:, which), whole, found(n_first + 1:), attempt)
         if (any(abs(found - plan%known(:, k + 1, which)) > 0.0_wp)) plan%differs(which) = min(plan%differs(which), k)
       end do
       call system_clock(now)

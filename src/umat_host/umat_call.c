@@ -58,11 +58,10 @@ static char job[81];    /* the name of the job in Abaqus, here of the case */
 /* The arguments of a thread. */
 typedef struct {
   double *block;
-  double pnewdt; /* smallest request in this attempt at an increment */
-  int attempt;
+  int attempt;                       /* at an increment */
   int size[COUNT], place[COUNT + 1]; /* the last place is the end */
 } arguments_type;
-static _Thread_local arguments_type own = {.pnewdt = 1.0, .attempt = -1};
+static _Thread_local arguments_type own = {.attempt = -1};
 
 /* Utility of Abaqus: ends the analysis. */
 void xit_(void) { umat_worker_fail("it called XIT, which ends the analysis"); }
@@ -153,9 +152,6 @@ void umat_open(const char *library, const char *symbol, const char *job_name, in
   memcpy(&routine, &found, sizeof found);
 }
 
-/* Fraction of the increment that the routine asks for by PNEWDT: 1, or less. */
-void umat_ask(double *fraction) { *fraction = own.pnewdt < 1.0 ? fmax(own.pnewdt, 1e-3) : 1.0; }
-
 /* Place the arguments of this thread; the block ends where a page without access begins. */
 static void place_arguments(int ntens, int nstatv, int nprops) {
   const int size[] = {ARGUMENTS(SIZE)};
@@ -236,11 +232,11 @@ static void fail_for(int argument, int index, const void *const *input) {
   umat_worker_fail(reason);
 }
 
-/* Call the UMAT from the values at the start of an increment; results only if `good`, which is not so after a request
- * for a smaller increment. */
+/* Call the UMAT from the values at the start of an increment. If it asks for a smaller one by PNEWDT, there are no
+ * results, and `requested` is below 1; checks do not obey. */
 void umat_call(int attempt, int ntens, int nstatv, int nprops, const double *props, const double *stran,
                const double *dstran, const double *time, double dtime, const int *counts, double *stress,
-               double *statev, double *ddsdde, double *energies, int *good) {
+               double *statev, double *ddsdde, double *energies, double *requested) {
   static const double zeros[36] = {0.0}, unit[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
   const int direct = ntens == 6 ? 3 : 1;
   /* KSTEP is the first of the four numbers of JSTEP; 1 is a static analysis */
@@ -251,13 +247,8 @@ void umat_call(int attempt, int ntens, int nstatv, int nprops, const double *pro
   for (int k = 0; k < 36; k++) entry[k] = marks ? MARK : -0.0;
   const void *const input[] = {ARGUMENTS(VALUES)};
   int argument;
-  *good = 0;
-  if (attempt != own.attempt) {
-    own.pnewdt = 1.0;
-    umat_worker_begin(counts[0], counts[1]);
-  }
+  if (attempt != own.attempt) umat_worker_begin(counts[0], counts[1]);
   own.attempt = attempt;
-  if (own.pnewdt < 1.0 && !checks) return;
   if (own.block == NULL) place_arguments(ntens, nstatv, nprops);
   snprintf(name, sizeof name, "%-80s", "INTERFACE");
   call_once(input);
@@ -271,13 +262,12 @@ void umat_call(int attempt, int ntens, int nstatv, int nprops, const double *pro
   }
   const double asked = absent == PNEWDT ? 1.0 : own.block[own.place[PNEWDT]];
   if (isnan(asked)) umat_worker_fail("it returned no number in PNEWDT");
-  own.pnewdt = fmin(own.pnewdt, asked);
   const int index = not_finite(&argument);
-  if (index > 0 && !(own.pnewdt < 1.0)) fail_for(argument, index, input);
+  if (index > 0 && !(asked < 1.0)) fail_for(argument, index, input);
   if (index > 0 && checks) umat_worker_fail("it returned no numbers, and asked for a smaller increment");
-  if (own.pnewdt < 1.0 && !checks) return;
+  *requested = checks ? 1.0 : fmin(asked, 1.0);
+  if (*requested < 1.0) return;
   check_written(ntens, entry);
-  *good = 1;
   memcpy(stress, own.block + own.place[STRESS], (size_t)ntens * sizeof *stress);
   memcpy(statev, own.block + own.place[STATEV], (size_t)nstatv * sizeof *statev);
   memcpy(ddsdde, own.block + own.place[DDSDDE], (size_t)(ntens * ntens) * sizeof *ddsdde);

@@ -279,7 +279,7 @@ contains
   end function call_status
 
   !> Append one line for each bad value of a rejected call.
-  pure subroutine explain(status, props, joint, behaviour, request, dt, from, to, strain, initial, state, p, text)
+  subroutine explain(status, props, joint, behaviour, request, dt, from, to, strain, initial, state, p, text)
     integer, intent(in) :: status                          !! of the test that failed
     real(wp), intent(in) :: props(:)                       !! PROPS
     type(interface_type), intent(in) :: joint              !! the interface, if its constants are admissible
