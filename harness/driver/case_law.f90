@@ -125,7 +125,7 @@ contains
       path%law%umat%nstatv = case%joint%n_statev
       path%law%umat%first = spread(0.0_wp, 1, path%law%umat%nstatv)
       if (case%state%given) path%law%umat%first = case%state%statev
-      path%law%umat%length = law%length
+      path%law%umat%length = law%s_0
       path%law%umat%stiffness = law%stiffness
       call complete_umat(path%law)
       own%state%statev = path%law%virgin()

@@ -188,13 +188,13 @@ contains
     ahead = point
     factor = branch%factor
     do k = 1, parts
-      next = min(1.0_wp, factor + part*sample%law%length/unit)
+      next = min(1.0_wp, factor + part*sample%law%s_0/unit)
       call advance(sample%law, control, from + factor*change, from + next*change, ahead, reached, &
         report)
       yes = yes .and. reached >= 1.0_wp .and. report%snaps == 0
       factor = next
     end do
-    yes = yes .and. norm2(ahead%s - point%s) < sample%law%length
+    yes = yes .and. norm2(ahead%s - point%s) < sample%law%s_0
   end function goes_on
 
   !> The scene as groups of a case file, for messages.

@@ -40,8 +40,8 @@ contains
     at_once%dt = 0.0_wp
     call new_equations(at_once, given, given, point, equations)
     equations%moved = 0.0_wp
-    reach = around*(law%reach + law%magnitude(point%s, point%state)/law%stiffness + &
-      maxval(merge(abs(given)/law%softest, abs(given), control%traction)))
+    reach = around*(law%s_f + law%magnitude(point%s, point%state)/law%stiffness + &
+      maxval(merge(abs(given)/law%least_stiffness, abs(given), control%traction)))
     reach = min(reach, farthest_equilibrium(law, equations, share))
     if (count(control%traction) == 1) then
       call scan_line(law, equations, point, reach, found, place)
@@ -49,7 +49,7 @@ contains
       call scan_grid(law, equations, point, reach, found, place)
     end if
     kind = merge(loss_elsewhere, loss_none_found, found)
-    if (.not. law%jumps) return
+    if (.not. law%discontinuous) return
     call new_equations(at_once, given, given, point, equations)
     equations%moved = 0.0_wp
     call snap(law, equations, found)
@@ -192,7 +192,7 @@ contains
       do i = 1, size(step)
         if (.not. control%traction(i)) cycle
         step = 0.0_wp
-        step(i) = distances(j)*law%length
+        step(i) = distances(j)*law%s_0
         call evaluate(law, equations, point%s + step, 0.0_wp, at, ahead, errors(1))
         call evaluate(law, equations, point%s - step, 0.0_wp, at, back, errors(2))
         if (all(errors < huge(errors))) leap = max(leap, maxval(abs(ahead - back)))
@@ -206,7 +206,7 @@ contains
     pure function least(distance) result(change)
       real(wp), intent(in) :: distance   !! relative to s0
       real(wp) :: change
-      change = steepest*law%magnitude([distance*law%length, 0.0_wp, 0.0_wp], 0.0_wp*point%state)
+      change = steepest*law%magnitude([distance*law%s_0, 0.0_wp, 0.0_wp], 0.0_wp*point%state)
     end function least
 
   end function discontinuity

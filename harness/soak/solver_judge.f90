@@ -105,7 +105,7 @@ contains
     real(wp) :: change(size(ledger)), work
     work = new%work - old%work
     change = new%state(ledger) - old%state(ledger)
-    defect = abs(work - sum(change))/max(law%stress*law%length, abs(work) + sum(abs(change)))
+    defect = abs(work - sum(change))/max(law%stress*law%s_0, abs(work) + sum(abs(change)))
   end function energy_defect
 
   !> Whether a part without a reported snap moves far.

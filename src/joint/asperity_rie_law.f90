@@ -45,16 +45,16 @@ contains
     law%n_state = joint%n_statev
     law%first_own = n_point_statev + 1
     associate (m => joint%material)
-      law%length = m%s0
-      law%reach = m%s0/(1.0_wp - m%eta)
+      law%s_0 = m%s0
+      law%s_f = m%s0/(1.0_wp - m%eta)
       law%stiffness = max(m%k_n, m%k_t)
-      law%softest = max(tiny(1.0_wp), min(m%k_n, m%k_t, m%k_c))
-      law%stiffest = max(m%k_n, m%k_t, m%k_c)
-      law%stiffens = m%bends
+      law%least_stiffness = max(tiny(1.0_wp), min(m%k_n, m%k_t, m%k_c))
+      law%largest_stiffness = max(m%k_n, m%k_t, m%k_c)
+      law%hyperbolic = m%bends
       law%stress = m%k_n*m%s0
       law%rate_dependent = m%tau_v > 0.0_wp .or. m%damps
       law%wears = m%inv_w0 > 0.0_wp
-      law%jumps = m%curved .or. m%guard
+      law%discontinuous = m%curved .or. m%guard
     end associate
     law%bonded = start_damage(joint, 0.0_wp) < 1.0_wp
     law%bound = separation_bound(joint)
@@ -128,7 +128,7 @@ contains
     real(wp), intent(in) :: state(:)    !! STATEV
     real(wp) :: size
     integer :: k
-    size = law%stiffest*maxval(abs([whole_separation(s, state), &
+    size = law%largest_stiffness*maxval(abs([whole_separation(s, state), &
       (state(plane_statev(k) + 1:plane_statev(k) + 2), k=1, law%joint%pattern%n)]))
   end function magnitude
 
@@ -142,7 +142,7 @@ contains
     real(wp) :: alpha(law%joint%pattern%n), normal
     integer :: k
     largest = 0.0_wp
-    if (.not. law%stiffens) return
+    if (.not. law%hyperbolic) return
     alpha = plane_damage(law%joint, state)
     do k = 1, law%joint%pattern%n
       if (.not. alpha(k) < 1.0_wp) cycle

@@ -42,7 +42,7 @@ contains
     if (.not. accepted) return
     move = largest_move(equations, old, new)
     matrix = free_matrix(law, equations, old)
-    if (move <= unexplained*law%length) then
+    if (move <= unexplained*law%s_0) then
       accepted = step%last .or. law%rate_dependent .or. law%wears .or. alike(matrix, step%result%last)
       if (.not. accepted) accepted = predicted_to_move_little(law, equations, step, old)
       return
@@ -108,7 +108,7 @@ contains
     logical :: predicted, yes
     call predicted_move(law, equations, step, old, ahead, predicted)
     yes = .not. predicted
-    if (predicted) yes = maxval(abs(ahead), mask=equations%control%traction) <= unexplained*law%length
+    if (predicted) yes = maxval(abs(ahead), mask=equations%control%traction) <= unexplained*law%s_0
   end function predicted_to_move_little
 
   !> Whether one separation alone is free, and the joint cannot soften: beside other free separations friction may be
@@ -127,7 +127,7 @@ contains
     type(equations_type), intent(in) :: equations   !! the equations
     type(step_type), intent(in) :: step             !! the step
     logical :: yes
-    yes = step%last .and. prescribed_move(law, equations, step) > unexplained*law%length
+    yes = step%last .and. prescribed_move(law, equations, step) > unexplained*law%s_0
   end function cannot_be_smaller
 
   !> Whether the move of a step is the mean of the moves that the tangents at both ends predict.
@@ -187,7 +187,7 @@ contains
     type(equations_type), intent(in) :: equations   !! the equations
     type(point_type), intent(in) :: old             !! the point at the start of a step
     real(wp) :: own
-    own = law%length
+    own = law%s_0
     if (law%cannot_soften(equations%old%state) .or. damage_takes_time(law, equations)) own = max(own, &
       maxval(abs(old%s), mask=equations%control%traction))
   end function own_length

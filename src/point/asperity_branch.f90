@@ -61,9 +61,9 @@ contains
     branch%control = control
     branch%from = from
     branch%to = to
-    branch%longest = arc*law%length
+    branch%longest = arc*law%s_0
     branch%length = branch%longest
-    branch%remaining = endless*law%reach + branch%unit + springs
+    branch%remaining = endless*law%s_f + branch%unit + springs
     branch%sense(4) = 1.0_wp
     branch%fork = fork
   end function new_branch
@@ -108,7 +108,7 @@ contains
     end if
     call new_equations(branch%control, branch%from, branch%to, point, equations, place)
     ! The tangent at the start of an update is that of a state that loads no further: it is taken a little farther.
-    ahead = step%from + tangent_distance*law%length*branch%sense
+    ahead = step%from + tangent_distance*law%s_0*branch%sense
     call evaluate(law, equations, ahead(:3), ahead(4)/step%unit, step%point, r, error)
     if (error < huge(error)) then
       null = null_vector(law, equations, step, branch%sense)
@@ -174,7 +174,7 @@ contains
       call advance(law, branch%control, ramp(branch%from, branch%to, branch%factor), ramp(branch%from, branch%to, &
         next), trial, reached, report, calls)
       if (report%ended == ended_refused) return
-      if (norm2(trial%s - point%s) <= longest_push*law%length) exit
+      if (norm2(trial%s - point%s) <= longest_push*law%s_0) exit
       step = 0.5_wp*step
     end do
     point = trial

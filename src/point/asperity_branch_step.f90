@@ -79,7 +79,7 @@ contains
     null = null_vector(law, equations, step, change/length)
     call set_end(step, null)
     step%good = any(abs(step%ending) > 0.0_wp)
-    if (step%good .and. step%length >= straight_step*law%length) then
+    if (step%good .and. step%length >= straight_step*law%s_0) then
       mean = step%direction + step%ending
       step%good = norm2(norm2(mean)*change/length - mean) < largest_turn*norm2(mean)
     end if
@@ -134,7 +134,7 @@ contains
     integer :: fixed, i, side
     trial = step
     best = backwards
-    distances = search_steps*law%length
+    distances = search_steps*law%s_0
     if (again) distances = distances(size(distances):1:-1)
     do i = 1, size(distances)
       do fixed = 1, 4

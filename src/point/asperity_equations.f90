@@ -158,14 +158,14 @@ contains
     associate (control => equations%control)
       given = max(0.0_wp, maxval(abs(values), mask=control%traction))
       steep = 1.0_wp
-      if (law%stiffens) steep = max(1.0_wp, maxval(abs(point%tangent))/law%stiffest)
+      if (law%hyperbolic) steep = max(1.0_wp, maxval(abs(point%tangent))/law%largest_stiffness)
       hidden = law%bond_pressure(point%s, point%state)
       scale = steep*law%magnitude(point%s, point%state) + hidden + given
       ! an open joint that is fully damaged carries nothing, without rounding errors
       if (is_unstiff(point) .and. .not. equations%damping > 0.0_wp) scale = given
       ! The scale is bounded: otherwise a residual would count as small if free separations grow without bound.
       known = max(equations%moved, maxval(abs(values), mask=.not. control%traction))
-      scale = min(scale, max(coarsest_scale*(law%stress + given), rounding_scale*(steep*law%stiffest)*known, &
+      scale = min(scale, max(coarsest_scale*(law%stress + given), rounding_scale*(steep*law%largest_stiffness)*known, &
         min(rounding_scale*hidden, resolved/residual_tolerance*(law%stress + given))))
       ! the strength of a joint without bond is a number in name only
       finest = finest_scale*law%stress
@@ -250,9 +250,10 @@ contains
     real(wp) :: far
     real(wp) :: elastic, values(3)
     values = max(abs(equations%start), abs(equations%target))
-    elastic = maxval(merge(min(values, law%softest*law%bound)/law%softest, values, equations%control%traction))
+    elastic = maxval(merge(min(values, law%least_stiffness*law%bound)/law%least_stiffness, values, &
+      equations%control%traction))
     far = merge(fraction*equations%moved, equations%moved + 2.0_wp*elastic, law%rate_dependent)
-    far = min(max(far, fraction*farthest*(law%reach + elastic)), 0.5_wp*law%bound)
+    far = min(max(far, fraction*farthest*(law%s_f + elastic)), 0.5_wp*law%bound)
   end function farthest_equilibrium
 
   !> Work of the traction on the separation between two points, by the trapezoidal rule, stress*length.

@@ -77,7 +77,7 @@ contains
     real(wp) :: change(2), work
     change = law%energies(after%state) - law%energies(before%state)
     work = after%work - before%work
-    yes = abs(work - sum(change)) > unbalanced_wear*max(law%stress*law%length, abs(work) + sum(abs(change)))
+    yes = abs(work - sum(change)) > unbalanced_wear*max(law%stress*law%s_0, abs(work) + sum(abs(change)))
   end function unbalanced
 
   !> Whether a joint falls by wear between two points: its free separations move far more than the prescribed values,
@@ -94,7 +94,7 @@ contains
     if (.not. yes) return
     prescribed = fraction*maxval(abs(equations%target - equations%start)/merge(law%stiffness, 1.0_wp, &
       equations%control%traction))
-    yes = largest_move(equations, before, after) > max(snap_resolution*law%length, unprompted*prescribed)
+    yes = largest_move(equations, before, after) > max(snap_resolution*law%s_0, unprompted*prescribed)
     if (.not. yes) return
     change = law%energies(after%state) - law%energies(before%state)
     yes = change(1) < 0.0_wp .and. change(2) > unprompted*abs(after%work - before%work)
@@ -134,12 +134,12 @@ contains
         good = carries_nothing(law, equations, here)
         if (good) call open_joint(law, equations, fractions(2), trial, good)
         if (good) good = all(abs(law%energies(trial%state) - law%energies(equations%old%state)) <= &
-          least_rupture*law%stress*law%length)
+          least_rupture*law%stress*law%s_0)
         if (good) return
         cycle
       else if (attempt == 4) then
         if (.not. step%last) exit
-        trial%s(1) = trial%s(1) - closer*law%length
+        trial%s(1) = trial%s(1) - closer*law%s_0
       end if
       call newton_solve(law, equations, fractions(2), huge(1.0_wp), trial, step%result)
       if (attempt == 2) step%result%step = predicted
@@ -183,7 +183,7 @@ contains
     found = .false.
     point%s = merge(point%s, ramp(equations%start, equations%target, fraction), equations%control%traction)
     point%s(1) = law%contact_opening(point%s, equations%old%state)
-    step = spacing(max(abs(point%s(1)), law%length))
+    step = spacing(max(abs(point%s(1)), law%s_0))
     do
       call evaluate(law, equations, point%s, fraction, point, r, error)
       if (error >= huge(error)) return
@@ -191,7 +191,7 @@ contains
       rounding = maxval(abs(r)) <= rounding_scale*residual_tolerance*law%magnitude(point%s, point%state)
       ! the comparison is exact, as every plane is fully damaged and open
       found = rounding .and. .not. any(abs(point%traction) > 0.0_wp)
-      if (found .or. .not. rounding .or. step > closer*law%length) exit
+      if (found .or. .not. rounding .or. step > closer*law%s_0) exit
       point%s(1) = point%s(1) + step
       step = 2.0_wp*step
     end do

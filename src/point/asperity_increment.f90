@@ -186,7 +186,7 @@ contains
     integer :: tries
     logical :: good
 
-    limit = first_motion*law%length
+    limit = first_motion*law%s_0
     damping = law%stiffness
     drift = 0.0_wp
     ! with viscous damage there are equilibria at every separation, as no time passes
@@ -194,7 +194,7 @@ contains
     found = .false.
     ! the motion has constant prescribed values from the start on: the energies of their last change are not its own
     trial%s = equations%old%s
-    if (count(equations%control%traction) > 1) trial%s = trial%s + imperfection*law%length
+    if (count(equations%control%traction) > 1) trial%s = trial%s + imperfection*law%s_0
     call evaluate(law, equations, trial%s, equations%done, trial, residual, error)
     if (error < huge(error)) equations%old = trial
     anchor = equations%old%s
@@ -225,7 +225,7 @@ contains
       end if
       drift = trial%s - equations%old%s
       equations%old = trial
-      if (maxval(abs(equations%old%s - anchor)) > shortest_motion*law%length) then
+      if (maxval(abs(equations%old%s - anchor)) > shortest_motion*law%s_0) then
         anchor = equations%old%s
         tries = 0
       end if
@@ -249,9 +249,9 @@ contains
     real(wp) :: change(2), unit, work
     change = law%energies(new%state) - law%energies(old%state)
     work = new%work - old%work
-    unit = max(law%stress*law%length, abs(work) + sum(abs(change)))
-    yes = abs(work - sum(change)) <= unbalanced*min(1.0_wp, length/law%length)*unit .or. &
-      length <= shortest_motion*law%length
+    unit = max(law%stress*law%s_0, abs(work) + sum(abs(change)))
+    yes = abs(work - sum(change)) <= unbalanced*min(1.0_wp, length/law%s_0)*unit .or. &
+      length <= shortest_motion*law%s_0
   end function balances
 
   !> Report a motion if it was long enough to be a snap.
@@ -261,7 +261,7 @@ contains
     type(point_type), intent(in) :: before              !! the point before it
     real(wp) :: length, work(3)
     length = largest_move(equations, before, equations%old)
-    if (length <= snap_resolution*law%length) return
+    if (length <= snap_resolution*law%s_0) return
     associate (after => equations%old, control => equations%control, report => equations%report)
       report%snaps = report%snaps + 1
       ! work of the prescribed tractions less that on the springs and the energy stored and dissipated (docs/solver.md)
@@ -314,9 +314,9 @@ contains
     logical :: yes
     real(wp) :: spent(2)
     spent = law%energies(end%state) - law%energies(begin%state)
-    yes = spent(2) > least_rupture*law%stress*law%length
+    yes = spent(2) > least_rupture*law%stress*law%s_0
     if (.not. yes .and. is_unstiff(end)) yes = begin%s(1) - law%contact_opening(begin%s, begin%state) > &
-      snap_resolution*law%length
+      snap_resolution*law%s_0
   end function may_fall
 
 end module asperity_increment

@@ -34,20 +34,20 @@ module asperity_point_law
   !> A law is constant along a load path. The solver takes its own lengths and stresses from the scales. A state begins
   !> with damage, stored energy and the energies spent on rupture and friction, at the positions of the contract.
   type, abstract, public :: point_law
-    integer :: n_state = 0               !! number of state variables
-    integer :: first_own = 5             !! the first of them behind damage and energies that has a column on request
-    real(wp) :: length = 0.0_wp          !! separation at which the strength is reached, length
-    real(wp) :: reach = 0.0_wp           !! separation at which the bond is broken, length
-    real(wp) :: stiffness = 0.0_wp       !! largest stiffness of the bond, stress/length
-    real(wp) :: softest = 0.0_wp         !! smallest stiffness of the virgin or the closed joint, stress/length
-    real(wp) :: stiffest = 0.0_wp        !! the largest one, stress/length
-    logical :: stiffens = .false.        !! whether a closed joint may be stiffer than that
-    real(wp) :: stress = 0.0_wp          !! strength, stress
-    logical :: bonded = .true.           !! whether a virgin joint has a bond; without one, strength and reach are names
-    real(wp) :: bound = 0.0_wp           !! largest admissible separation, length
-    logical :: rate_dependent = .false.  !! whether the duration of an increment matters
-    logical :: wears = .false.           !! whether the state at the start of an increment wears the joint in it
-    logical :: jumps = .false.           !! whether the traction may be a discontinuous function of the separation
+    integer :: n_state = 0                 !! number of state variables
+    integer :: first_own = 5               !! the first of them behind damage and energies that has a column on request
+    real(wp) :: s_0 = 0.0_wp               !! separation at which the strength is reached, length
+    real(wp) :: s_f = 0.0_wp               !! separation at which the bond is broken, length
+    real(wp) :: stiffness = 0.0_wp         !! largest stiffness of the bond, stress/length
+    real(wp) :: least_stiffness = 0.0_wp   !! smallest stiffness of the virgin or the closed joint, stress/length
+    real(wp) :: largest_stiffness = 0.0_wp !! the largest one, stress/length
+    logical :: hyperbolic = .false.        !! whether a closed joint may be stiffer than that
+    real(wp) :: stress = 0.0_wp            !! strength, stress
+    logical :: bonded = .true.             !! whether a virgin joint has a bond; without one, strength and s_f are names
+    real(wp) :: bound = 0.0_wp             !! largest admissible separation, length
+    logical :: rate_dependent = .false.    !! whether the duration of an increment matters
+    logical :: wears = .false.             !! whether the state at the start of an increment wears the joint in it
+    logical :: discontinuous = .false.     !! whether the traction may be a discontinuous function of the separation
   contains
     procedure :: admissible
     procedure :: bond_pressure

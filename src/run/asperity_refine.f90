@@ -87,9 +87,9 @@ contains
       end do
       call run_rows(law, finer, start, p, run, fine)
       values = table_of(fine)
-      scales(1:3) = max(least*law%reach, maxval(abs(values(1:3, :))))
+      scales(1:3) = max(least*law%s_f, maxval(abs(values(1:3, :))))
       scales(4:6) = max(least*law%stress, maxval(abs(values(4:6, :))))
-      scales(7:) = max(least*0.5_wp*law%reach*law%stress, maxval(abs(values(7:, :))))
+      scales(7:) = max(least*0.5_wp*law%s_f*law%stress, maxval(abs(values(7:, :))))
       values = values/spread(scales, 2, size(fine))
       earlier = error
       error = distance_of(coarse, fine, table_of(coarse)/spread(scales, 2, size(coarse)), values)

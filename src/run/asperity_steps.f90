@@ -307,7 +307,7 @@ contains
       call law%explain_branch("follow = 'branch' with ", lines)
       call fail(errors, place, lines)
     end if
-    limits%upper = farthest_prescribed*law%reach
+    limits%upper = farthest_prescribed*law%s_f
     ! beside prescribed tractions rounding errors do not exceed a part of them; a joint without bond has no strength
     largest = -1.0_wp
     do n = 1, size(steps)
@@ -316,7 +316,7 @@ contains
       if (allocated(steps(n)%water)) largest = max(largest, maxval(steps(n)%water))
     end do
     if (law%bonded .and. largest >= 0.0_wp) largest = largest + law%stress
-    if (largest > 0.0_wp) limits%upper = min(limits%upper, resolved*largest/(epsilon(largest)*law%stiffest))
+    if (largest > 0.0_wp) limits%upper = min(limits%upper, resolved*largest/(epsilon(largest)*law%largest_stiffness))
     limits%lower = -limits%upper
     limits%whole = .false.
     do n = 1, size(steps)

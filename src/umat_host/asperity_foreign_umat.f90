@@ -90,15 +90,15 @@ contains
     character(kind=c_char) :: path(longest_path)
     law%n_state = n_header + law%umat%ntens + law%umat%nstatv
     law%first_own = u_work
-    law%length = law%umat%length
+    law%s_0 = law%umat%length
     law%stiffness = law%umat%stiffness
-    law%reach = far*law%length
-    law%softest = law%stiffness
-    law%stiffest = law%stiffness
-    law%stress = law%stiffness*law%length
-    law%bound = farthest_length*law%length
+    law%s_f = far*law%s_0
+    law%least_stiffness = law%stiffness
+    law%largest_stiffness = law%stiffness
+    law%stress = law%stiffness*law%s_0
+    law%bound = farthest_length*law%s_0
     ! neither is known
-    law%jumps = .true.
+    law%discontinuous = .true.
     law%rate_dependent = .true.
     if (c_associated(c_whole_path(law%umat%library // c_null_char, path))) law%umat%library = c_text(path)
   end subroutine complete_umat
@@ -225,7 +225,7 @@ contains
     real(wp), intent(in) :: s(3)            !! separation (N, Tx, Ty), length
     real(wp), intent(in) :: state(:)        !! state
     real(wp) :: size
-    size = max(law%stiffest*maxval(abs(s)), maxval(abs(state(n_header + 1:n_header + law%umat%ntens))))
+    size = max(law%largest_stiffness*maxval(abs(s)), maxval(abs(state(n_header + 1:n_header + law%umat%ntens))))
   end function magnitude
 
 end module asperity_foreign_umat

@@ -318,7 +318,7 @@ contains
       do j = 1, 3
         if (path%law%umat%position(j) == 0) cycle
         do k = 1, 2
-          h = difference(k)*path%law%length
+          h = difference(k)*path%law%s_0
           associate (higher => beside(:3, 1, k, j), lower => beside(:3, 2, k, j))
             errors = abs((higher - lower)/(2.0_wp*h) - a(3*j + 1:3*j + 3, i))/unit
             ! where both sides are alike, kinks and jumps on both cancel: a shorter step is beside the kinks, and the

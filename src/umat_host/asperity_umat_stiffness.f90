@@ -78,7 +78,7 @@ contains
       plan%path%s = reshape([(0.0_wp, i=1, 3*(n_tries + 1))], [3, n_tries + 1])
       do i = 2, n_tries, 2
         j = (i + 2)/4
-        if (law%umat%position(j) > 0) plan%path%s(j, i + 1) = small*law%length*merge(1.0_wp, -1.0_wp, mod(i, 4) == 0)
+        if (law%umat%position(j) > 0) plan%path%s(j, i + 1) = small*law%s_0*merge(1.0_wp, -1.0_wp, mod(i, 4) == 0)
       end do
       call walk(plan, found, text)
       good = len(text) == 0

@@ -191,7 +191,7 @@ contains
       do k = 1, 2
         do side = 1, 2
           move = 0.0_wp
-          move(j) = merge(1.0_wp, -1.0_wp, side == 1)*difference(k)*law%length
+          move(j) = merge(1.0_wp, -1.0_wp, side == 1)*difference(k)*law%s_0
           associate (old => plan%known(n_first + 1:, i, 1))
             there = after(law, plan%path, i, plan%factors(:, 1), whole, old, attempt, move)
             beside(:3, side, k, j) = there(:3)
