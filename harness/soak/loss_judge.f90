@@ -31,39 +31,39 @@ contains
     real(wp), intent(out) :: place(3)               !! separation of the equilibrium, if there is one, length
     !> Range to each side, as multiples of s_f, of the largest separation so far, and of the closing under the
     !> prescribed tractions; largest range, as a fraction of the separation beyond which the solver stops a motion.
-    real(wp), parameter :: around = 5.0_wp, share = 0.5_wp
+    real(wp), parameter :: around = 5.0_wp, of_farthest = 0.5_wp
     type(control_type) :: at_once
     type(equations_type) :: equations
     real(wp) :: reach
-    logical :: found
+    logical :: has_equilibrium
     at_once = control
     at_once%dt = 0.0_wp
     call new_equations(at_once, given, given, point, equations)
     equations%moved = 0.0_wp
     reach = around*(law%s_f + law%magnitude(point%s, point%state)/law%stiffness + &
       maxval(merge(abs(given)/law%least_stiffness, abs(given), control%traction)))
-    reach = min(reach, farthest_equilibrium(law, equations, share))
+    reach = min(reach, farthest_equilibrium(law, equations, of_farthest))
     if (count(control%traction) == 1) then
-      call scan_line(law, equations, point, reach, found, place)
+      call scan_line(law, equations, point, reach, has_equilibrium, place)
     else
-      call scan_grid(law, equations, point, reach, found, place)
+      call scan_grid(law, equations, point, reach, has_equilibrium, place)
     end if
-    kind = merge(loss_elsewhere, loss_none_found, found)
+    kind = merge(loss_elsewhere, loss_none_found, has_equilibrium)
     if (.not. law%discontinuous) return
     call new_equations(at_once, given, given, point, equations)
     equations%moved = 0.0_wp
-    call snap(law, equations, found)
-    if (found) return
+    call snap(law, equations, has_equilibrium)
+    if (has_equilibrium) return
     if (discontinuity(law, at_once, given, equations%old) > 0.0_wp) kind = loss_discontinuous
   end subroutine examine_loss
 
   !> One free separation.
-  subroutine scan_line(law, equations, point, reach, found, place)
+  subroutine scan_line(law, equations, point, reach, has_equilibrium, place)
     class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(inout) :: equations   !! the equation
     type(point_type), intent(in) :: point           !! where the search ended
     real(wp), intent(in) :: reach                   !! range of the separation to both sides, length
-    logical, intent(out) :: found                   !! whether there is an equilibrium
+    logical, intent(out) :: has_equilibrium         !! whether there is an equilibrium
     real(wp), intent(out) :: place(3)               !! separation of the equilibrium or of the extreme, length
     !> Values in a scan of the range, then of that around the best value.
     integer, parameter :: steps(5) = [20000, 100, 100, 100, 100]
@@ -92,7 +92,7 @@ contains
     end do
     place = point%s
     place(free) = middle
-    found = best >= 0.0_wp
+    has_equilibrium = best >= 0.0_wp
 
   contains
 
@@ -111,12 +111,12 @@ contains
   end subroutine scan_line
 
   !> Several free separations.
-  subroutine scan_grid(law, equations, point, reach, found, place)
+  subroutine scan_grid(law, equations, point, reach, has_equilibrium, place)
     class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(inout) :: equations   !! the equations
     type(point_type), intent(in) :: point           !! where the search ended
     real(wp), intent(in) :: reach                   !! range of the separations to both sides, length
-    logical, intent(out) :: found                   !! whether there is an equilibrium
+    logical, intent(out) :: has_equilibrium         !! whether there is an equilibrium
     real(wp), intent(out) :: place(3)               !! separation of the equilibrium or of the best grid point, length
     !> Grid points for each of two and of three separations; number of best points from which Newton's method starts.
     integer, parameter :: points(3) = [1, 201, 41], starts = 20
@@ -127,7 +127,7 @@ contains
     real(wp) :: best(starts), error, here, r(3), seeds(3, starts), size_of, x(3)
     integer :: i, j, k, n
 
-    found = .false.
+    has_equilibrium = .false.
     n = count(equations%control%traction)
     best = huge(best)
     seeds = 0.0_wp
@@ -160,7 +160,7 @@ contains
       if (unstable(result%last, law%stiffness)) cycle
       call evaluate(law, equations, x, 0.0_wp, at, r, error)
       if (maxval(abs(r)) > closer*here) cycle
-      found = .true.
+      has_equilibrium = .true.
       place = at%s
       exit
     end do

@@ -214,7 +214,7 @@ contains
     real(wp), parameter :: farthest = 1.5_wp*sf, strength = 2.0_wp
     type(control_type) :: control
     type(point_type) :: point
-    real(wp) :: e(2), start(3), share, target(3)
+    real(wp) :: e(2), start(3), load_fraction, target(3)
     integer :: i, n, n_all
 
     control%traction = [.true., sample%load == all_tractions, &
@@ -237,11 +237,12 @@ contains
     do i = 1, n_all
       start = target
       if (i <= preload) then
-        share = real(i, wp)/real(preload, wp)
-        target(1) = (1.0_wp - share)*sample%traction(1) + share*sample%sigma_n
+        load_fraction = real(i, wp)/real(preload, wp)
+        target(1) = (1.0_wp - load_fraction)*sample%traction(1) + load_fraction*sample%sigma_n
       else if (sample%load == all_tractions) then
-        share = real(i - preload, wp)/real(n, wp)
-        target(2) = (1.0_wp - share)*sample%traction(2) + share*(strength*sigma0 + 2.0_wp*abs(sample%sigma_n))
+        load_fraction = real(i - preload, wp)/real(n, wp)
+        target(2) = (1.0_wp - load_fraction)*sample%traction(2) + &
+          load_fraction*(strength*sigma0 + 2.0_wp*abs(sample%sigma_n))
       else
         target(2:3) = e*farthest*(1.0_wp - abs(real(i - preload - n, wp))/real(n, wp))
       end if

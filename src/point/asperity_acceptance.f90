@@ -167,17 +167,17 @@ contains
   end subroutine explained_by_midpoint
 
   !> Change of the free separations that the tangent at a point predicts for a step, length.
-  pure subroutine predicted_move(law, equations, step, point, move, found)
+  pure subroutine predicted_move(law, equations, step, point, move, predicted)
     class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(in) :: equations   !! the equations
     type(step_type), intent(in) :: step             !! the step
     type(point_type), intent(in) :: point           !! the point
     real(wp), intent(out) :: move(3)                !! 0 where the separation is prescribed
-    logical, intent(out) :: found                   !! false: the tangent predicts nothing
+    logical, intent(out) :: predicted               !! false: the tangent predicts nothing
     real(wp) :: matrix(3, 3)
     matrix = free_matrix(law, equations, point)
     move = predict(equations, point, step%change)
-    call eliminate(3, matrix, move, found)
+    call eliminate(3, matrix, move, predicted)
   end subroutine predicted_move
 
   !> Length with which a move is compared: neither a joint without bond nor one that is open and whose damage takes time

@@ -85,7 +85,7 @@ contains
     type(step_type) :: step
     type(null_space_type) :: null
     real(wp) :: ahead(4), change(4), error, r(3)
-    logical :: found, turns
+    logical :: along_tangent, turns
 
     branch%turned = .false.
     branch%forked = .false.
@@ -123,13 +123,13 @@ contains
       if (step%good) exit
       step%length = 0.5_wp*step%length
     end do
-    found = step%good
-    if (.not. found) call search(law, equations, branch%searched, branch%sense, step)
-    branch%searched = .not. found
+    along_tangent = step%good
+    if (.not. along_tangent) call search(law, equations, branch%searched, branch%sense, step)
+    branch%searched = .not. along_tangent
     turns = step%good .and. step%direction(4)*step%ending(4) < 0.0_wp
     if (turns) call find_fold(law, equations, step)
     branch%forked = step%good .and. step%orientation*branch%orientation < 0.0_wp
-    if (branch%forked .and. found) call find_fork(law, equations, branch%orientation, step)
+    if (branch%forked .and. along_tangent) call find_fork(law, equations, branch%orientation, step)
     report = equations%report
     report%parts = 1
     if (report%requested < 1.0_wp .or. .not. step%good) then

@@ -172,15 +172,15 @@ contains
   end subroutine find_worn_retreat
 
   !> The smallest opening, from zero on, at which the joint carries nothing, and its free separations across stay.
-  subroutine open_joint(law, equations, fraction, point, found)
+  subroutine open_joint(law, equations, fraction, point, in_equilibrium)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates are counted
     real(wp), intent(in) :: fraction                       !! of the increment
     type(point_type), intent(inout) :: point            !! with its separations -> the open joint
-    logical, intent(out) :: found                       !! whether it is an equilibrium
+    logical, intent(out) :: in_equilibrium              !! whether it is an equilibrium
     real(wp) :: error, r(3), step
     logical :: rounding
-    found = .false.
+    in_equilibrium = .false.
     point%s = merge(point%s, ramp(equations%start, equations%target, fraction), equations%control%traction)
     point%s(1) = law%contact_opening(point%s, equations%old%state)
     step = spacing(max(abs(point%s(1)), law%s_0))
@@ -190,8 +190,8 @@ contains
       ! prescribed tractions may be what is left of a release
       rounding = maxval(abs(r)) <= rounding_scale*residual_tolerance*law%magnitude(point%s, point%state)
       ! the comparison is exact, as every plane is fully damaged and open
-      found = rounding .and. .not. any(abs(point%traction) > 0.0_wp)
-      if (found .or. .not. rounding .or. step > closer*law%s_0) exit
+      in_equilibrium = rounding .and. .not. any(abs(point%traction) > 0.0_wp)
+      if (in_equilibrium .or. .not. rounding .or. step > closer*law%s_0) exit
       point%s(1) = point%s(1) + step
       step = 2.0_wp*step
     end do

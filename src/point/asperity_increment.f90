@@ -132,7 +132,7 @@ contains
     type(equations_type), intent(inout) :: equations    !! at the start -> at the fraction that was reached
     real(wp), intent(out) :: reached                    !! this fraction, 1: complete
     type(point_type) :: before, begin, lifted
-    logical :: found, stays_open
+    logical :: has_equilibrium, stays_open
     reached = 0.0_wp
     do while (reached < 1.0_wp)
       begin = equations%old
@@ -146,20 +146,20 @@ contains
       ! the fold lies within the smallest step; just beyond it two equilibria may be too close to be told apart
       before = equations%old
       equations%done = min(1.0_wp, reached + 2.0_wp*smallest_fraction)
-      found = any(equations%control%traction) .and. may_go_on(equations)
+      has_equilibrium = any(equations%control%traction) .and. may_go_on(equations)
       stays_open = .false.
-      if (found) call snap(law, equations, found)
-      if (.not. found .and. equations%control%traction(1)) then
+      if (has_equilibrium) call snap(law, equations, has_equilibrium)
+      if (.not. has_equilibrium .and. equations%control%traction(1)) then
         ! the motion may stop on its way to an open joint, which is in equilibrium without prescribed tractions, and
         ! stays open beyond the limit of updates
         stays_open = equations%report%updates >= most_updates .and. .not. any(abs(before%traction) > 0.0_wp)
         if (stays_open) equations%done = 1.0_wp
         equations%old = before
         lifted%s = before%s
-        call open_joint(law, equations, equations%done, lifted, found)
-        if (found) equations%old = lifted
+        call open_joint(law, equations, equations%done, lifted, has_equilibrium)
+        if (has_equilibrium) equations%old = lifted
       end if
-      if (.not. found) then
+      if (.not. has_equilibrium) then
         equations%report%ended = merge(ended_limit, ended_lost, equations%report%updates >= most_updates)
         equations%old = before
         exit
@@ -175,11 +175,11 @@ contains
   !> pseudo-transient continuation, implicit Euler steps of an overdamped motion, which the state follows. It takes no
   !> time and wears nothing. The steps are at most s0/200, and grow. A motion that stops without an equilibrium has met
   !> a discontinuity of the law.
-  subroutine snap(law, equations, found)
+  subroutine snap(law, equations, has_equilibrium)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! prescribed values at the fraction `done`, the point at the
                                                         !! end of the curve -> at the equilibrium, or where it ended
-    logical, intent(out) :: found                       !! whether there is an equilibrium
+    logical, intent(out) :: has_equilibrium             !! whether there is an equilibrium
     type(newton_type) :: result
     type(point_type) :: trial
     real(wp) :: anchor(3), damping, drift(3), error, far, limit, move, residual(3)
@@ -191,7 +191,7 @@ contains
     drift = 0.0_wp
     ! with viscous damage there are equilibria at every separation, as no time passes
     far = farthest_equilibrium(law, equations, 0.5_wp)
-    found = .false.
+    has_equilibrium = .false.
     ! the motion has constant prescribed values from the start on: the energies of their last change are not its own
     trial%s = equations%old%s
     if (count(equations%control%traction) > 1) trial%s = trial%s + imperfection*law%s_0
@@ -206,8 +206,8 @@ contains
       call newton_solve(law, equations, equations%done, limit, trial, result)
       move = largest_move(equations, equations%old, trial)
       if (result%converged .and. result%stable .and. move <= limit .and. maxval(abs(trial%s)) <= far) then
-        found = balances(law, equations%old, trial, move)
-        if (found) exit
+        has_equilibrium = balances(law, equations%old, trial, move)
+        if (has_equilibrium) exit
         limit = 0.5_wp*move
       end if
       ! start in the direction of the last step, so that the tangent of a sliding plane is that of sliding
@@ -234,7 +234,7 @@ contains
         is_unstiff(equations%old)))
       if (maxval(abs(equations%old%s)) > far) exit
     end do
-    if (found) equations%old = trial
+    if (has_equilibrium) equations%old = trial
     equations%damping = 0.0_wp
   end subroutine snap
 
@@ -298,12 +298,12 @@ contains
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the increment and its point
     type(point_type) :: trial
-    logical :: found
+    logical :: in_equilibrium
     if (.not. equations%control%traction(1) .or. equations%control%spring(1) > 0.0_wp) return
     if (.not. is_unstiff(equations%old)) return
     trial%s = equations%old%s
-    call open_joint(law, equations, equations%done, trial, found)
-    if (found) equations%old = trial
+    call open_joint(law, equations, equations%done, trial, in_equilibrium)
+    if (in_equilibrium) equations%old = trial
   end subroutine close_opening
 
   !> Whether closing the opening after a part of an increment is a snap: the joint has broken in it, or did not rest on

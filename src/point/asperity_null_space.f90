@@ -38,22 +38,22 @@ contains
   !> Null space of a matrix, its direction in a sense.
   !>
   !> Along a branch the sign of the determinant changes where another branch crosses it, and not at a fold.
-  pure function null_space(matrix, sense) result(found)
+  pure function null_space(matrix, sense) result(space)
     real(wp), intent(in) :: matrix(3, 4)   !! finite, of the order of 1
     real(wp), intent(in) :: sense(4)       !! a direction
-    type(null_space_type) :: found
+    type(null_space_type) :: space
     real(wp) :: a(3, 4), s(3), u(3, 3), vt(4, 4), work(room)
     integer :: info
     a = matrix
     work = 0.0_wp
     call dgesvd("A", "A", 3, 4, a, 3, s, u, 3, vt, 4, work, room, info)
     if (info /= 0 .or. .not. s(3) > epsilon(s)*s(1)) return
-    found%direction = vt(4, :)
-    found%second = vt(3, :)
-    if (s(3) > singular*s(1)) found%sense = sign(1.0_wp, determinant_3(u)*determinant_4(vt))
-    if (dot_product(found%direction, sense) < 0.0_wp) then
-      found%direction = -found%direction
-      found%sense = -found%sense
+    space%direction = vt(4, :)
+    space%second = vt(3, :)
+    if (s(3) > singular*s(1)) space%sense = sign(1.0_wp, determinant_3(u)*determinant_4(vt))
+    if (dot_product(space%direction, sense) < 0.0_wp) then
+      space%direction = -space%direction
+      space%sense = -space%sense
     end if
   end function null_space
 

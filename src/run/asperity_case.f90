@@ -229,11 +229,11 @@ contains
             if (allocated(entry%values)) call set_text(follow, followed(nint(entry%values(1))))
             call string_entry(io, trim(step_table(i)%name), follow, followed(0))
             ! another text has no number in the range of the table
-            if (io%found) entry%values = [real(findloc(followed, lower(follow), dim=1) - 1, wp)]
+            if (io%is_given) entry%values = [real(findloc(followed, lower(follow), dim=1) - 1, wp)]
           else
             call reals_entry(io, trim(step_table(i)%name), entry%values)
           end if
-          if (io%found) entry%place = io%place
+          if (io%is_given) entry%place = io%place
         end associate
       end do
       call close_group(io)

@@ -21,7 +21,7 @@ module asperity_case_entries
     type(text_type) :: text                                   !! the file that is read
     type(errors_type) :: errors                               !! of the file
     integer :: group = 0                                      !! the open group
-    logical :: found = .false.                                !! whether the last entry is given, in reading
+    logical :: is_given = .false.                             !! whether the last entry is given, in reading
     type(error_type) :: place                                 !! of the last entry; of the group, if it is not given
     integer, private :: entry = 0                             !! the last entry, 0: it is not given
     logical, allocatable, private :: asked(:)                 !! entries of the file that have been asked for
@@ -39,7 +39,7 @@ contains
     character(len=*), intent(in) :: name          !! of the group
     logical, intent(inout) :: given               !! read: whether there is one; else whether it is written
     integer, intent(in), optional :: which        !! number of the group in the file; absent: the first one of the name
-    io%found = .false.
+    io%is_given = .false.
     call set_text(io%known, "")
     if (io%writes) then
       if (.not. given) return
@@ -65,7 +65,7 @@ contains
       call add(io, " /" // newline)
       return
     end if
-    io%found = .false.
+    io%is_given = .false.
     io%place = of_group(io%text, io%group)
     do e = io%text%groups(io%group)%first, io%text%groups(io%group)%last
       if (.not. io%asked(e)) call fail(io%errors, of_entry(io%text, e), "unknown name, expected one of " // &
@@ -90,8 +90,8 @@ contains
       return
     end if
     call find_entry(io, name)
-    if (present(given)) given = io%found
-    if (.not. io%found) return
+    if (present(given)) given = io%is_given
+    if (.not. io%is_given) return
     call get_numbers(io, values)
     if (size(values) == 1) value = values(1)
     call require(io, size(values) < 2, "expected one number")
@@ -109,7 +109,7 @@ contains
       return
     end if
     call find_entry(io, name)
-    if (io%found) call get_numbers(io, values)
+    if (io%is_given) call get_numbers(io, values)
   end subroutine reals_entry
 
   !> One whole number.
@@ -180,7 +180,7 @@ contains
       return
     end if
     call find_entry(io, name)
-    if (.not. io%found) return
+    if (.not. io%is_given) return
     associate (e => io%text%entries(io%entry))
       good = e%last == e%first
       if (good) good = io%text%tokens(e%first)%is_string
@@ -206,7 +206,7 @@ contains
     type(case_io), intent(inout) :: io    !! the file
     logical, intent(in) :: good           !! whether the value is as it must be
     character(len=*), intent(in) :: text  !! what is expected
-    if (io%found .and. .not. good) call fail(io%errors, io%place, text)
+    if (io%is_given .and. .not. good) call fail(io%errors, io%place, text)
   end subroutine require
 
   !> The text that has been written.
@@ -229,8 +229,8 @@ contains
       if (io%entry == 0) io%entry = e
       io%asked(e) = .true.
     end do
-    io%found = io%entry > 0
-    if (io%found) then
+    io%is_given = io%entry > 0
+    if (io%is_given) then
       io%place = of_entry(io%text, io%entry)
     else
       io%place = of_group(io%text, io%group)

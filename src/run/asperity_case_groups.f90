@@ -249,7 +249,7 @@ contains
     type(case_io), intent(inout) :: io                        !! the file
     real(wp), intent(in) :: sweep_values(:)                   !! of the variable, size 0: no sweep
     type(expect_type), intent(inout) :: expect                !! what is expected
-    type(expect_type) :: found
+    type(expect_type) :: expected
     real(wp) :: when
     logical :: is_there, specific, is_specific
     integer :: g
@@ -265,17 +265,17 @@ contains
     do g = 1, io%text%n_groups
       if (io%text%groups(g)%name /= "expect") cycle
       call open_group(io, "expect", is_there, g)
-      found = expect_type(line=io%text%groups(g)%line)
-      call expect_entries(io, found, when, is_specific)
+      expected = expect_type(line=io%text%groups(g)%line)
+      call expect_entries(io, expected, when, is_specific)
       call require(io, any(abs(sweep_values - when) <= 0.0_wp), "expected a value of &sweep")
       call close_group(io)
-      if (any(found%given) .and. .not. found%tolerance > 0.0_wp) call fail(io%errors, io%place, &
+      if (any(expected%given) .and. .not. expected%tolerance > 0.0_wp) call fail(io%errors, io%place, &
         "values without a tolerance: expected tolerance > 0")
       if (is_specific .and. abs(when - io%text%variable_value) > 0.0_wp) cycle
       if (expect%line > 0 .and. (specific .eqv. is_specific)) then
         call fail(io%errors, io%place, "given twice for the same run, first in line " // integer_text(expect%line))
       else if (is_specific .or. .not. specific) then
-        expect = found
+        expect = expected
         specific = is_specific
       end if
     end do

@@ -45,7 +45,7 @@ contains
     if (io%writes) sides = nint(props(p_m))
     if (sides >= 0) then
       call integer_entry(io, "sides", sides, 0, max_inclined, -1)
-      given(p_m) = io%found
+      given(p_m) = io%is_given
       call require(io, sides == 0 .or. sides >= min_inclined, "expected 0 (flat) or " // integer_text(min_inclined) // &
         " to " // integer_text(max_inclined))
       call prop_entries(io, "pattern", props, given)
@@ -100,7 +100,7 @@ contains
       else
         call real_entry(io, trim(prop_table(i)%name), value, prop_table(i)%default)
       end if
-      given(i) = io%found
+      given(i) = io%is_given
       if (prop_admissible(i, value)) props(i) = value
       call require(io, prop_admissible(i, value), "expected " // trim(prop_table(i)%admissible))
     end do

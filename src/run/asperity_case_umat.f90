@@ -74,7 +74,7 @@ contains
     call integer_entry(io, "damage", umat%damage, 1, most, 0)
     call positive_entry("limit", umat%limit, default_limit)
     call reals_entry(io, "ntens", declared)
-    if (io%found) call require(io, all([(any(abs(declared(i) - real(any_ntens, wp)) <= 0.0_wp), &
+    if (io%is_given) call require(io, all([(any(abs(declared(i) - real(any_ntens, wp)) <= 0.0_wp), &
       i=1, size(declared))]), "expected 2, 3 or 6, one or more of them")
     call logical_entry(io, "energies", umat%has_energies, .true.)
     call close_group(io)

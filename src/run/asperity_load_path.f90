@@ -88,27 +88,27 @@ contains
   end subroutine start_run
 
   !> Take the next increment. After a row that is lost there is none.
-  subroutine next_row(run, row, found)
+  subroutine next_row(run, row, has_row)
     type(run_type), intent(inout) :: run    !! the run
     type(row_type), intent(inout) :: row    !! the last row -> the next one
-    logical, intent(out) :: found           !! false: the path has ended
-    call begin_row(run, row, found)
-    if (found) call end_row(run, row)
+    logical, intent(out) :: has_row         !! false: the path has ended
+    call begin_row(run, row, has_row)
+    if (has_row) call end_row(run, row)
   end subroutine next_row
 
   !> Set what the next increment prescribes, without an update of the law.
-  pure subroutine begin_row(run, row, found)
+  pure subroutine begin_row(run, row, has_row)
     type(run_type), intent(inout) :: run    !! the run
     type(row_type), intent(inout) :: row    !! the last row; at a new step its increments count from 0
-    logical, intent(out) :: found           !! false: the path has ended
+    logical, intent(out) :: has_row         !! false: the path has ended
     integer :: parts
     if (allocated(run%rows)) then
-      found = run%given_rows < size(run%rows)
+      has_row = run%given_rows < size(run%rows)
       return
     end if
-    found = .not. row%lost .and. run%step <= size(run%steps)
-    if (found .and. .not. run%fraction < 1.0_wp) call next_target(run, row, found)
-    if (.not. found) return
+    has_row = .not. row%lost .and. run%step <= size(run%steps)
+    if (has_row .and. .not. run%fraction < 1.0_wp) call next_target(run, row, has_row)
+    if (.not. has_row) return
     run%before = run%point
     run%n = run%n + 1
     run%number = [run%step, row%increment + 1]
@@ -174,10 +174,10 @@ contains
   end subroutine set_point
 
   !> Begin the increments to the next target, if there is one.
-  pure subroutine next_target(run, row, found)
+  pure subroutine next_target(run, row, has_next)
     type(run_type), intent(inout) :: run    !! the run
     type(row_type), intent(inout) :: row    !! its last row; at a new step its increments count from 0
-    logical, intent(out) :: found           !! whether there is one
+    logical, intent(out) :: has_next        !! whether there is one
     real(wp) :: arc
     logical :: begins
     begins = run%step == 0
@@ -190,8 +190,8 @@ contains
       run%step = run%step + 1
       run%target = 0
     end if
-    found = run%step <= size(run%steps)
-    if (.not. found) return
+    has_next = run%step <= size(run%steps)
+    if (.not. has_next) return
     if (begins) row%increment = 0
     run%target = run%target + 1
     run%passed = run%passed + 1

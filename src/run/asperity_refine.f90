@@ -115,14 +115,14 @@ contains
     type(row_type), allocatable, intent(out) :: rows(:)     !! the start, then the rows; the last one may be lost
     type(row_type) :: row
     integer :: n
-    logical :: found
+    logical :: has_row
     call start_run(law, steps, run, start, p)
     allocate (rows(run%total + 1))
     call set_point(rows(1), start, p)
     n = 1
     do
-      call next_row(run, row, found)
-      if (.not. found) exit
+      call next_row(run, row, has_row)
+      if (.not. has_row) exit
       n = n + 1
       rows(n) = row
     end do

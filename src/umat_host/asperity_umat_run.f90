@@ -58,14 +58,14 @@ contains
   end subroutine start_umat_run
 
   !> Wait for the next row.
-  subroutine next_umat_row(run, row, found)
+  subroutine next_umat_row(run, row, has_row)
     type(umat_run_type), intent(inout), target :: run   !! the run
     type(row_type), intent(inout) :: row                !! the next row, if there is one
-    logical, intent(out) :: found                       !! false: the child has ended
+    logical, intent(out) :: has_row                     !! false: the child has ended
     type(row_head) :: head
     do
-      found = receive_row(run%numbers, size(run%numbers)) /= 0
-      if (.not. found) then
+      has_row = receive_row(run%numbers, size(run%numbers)) /= 0
+      if (.not. has_row) then
         call end_umat_run(run)
         if (len(run%failure) == 0 .or. run%has_rows .or. .not. run%case%tolerance > 0.0_wp) return
         ! a path with a tolerance has its rows at its end only: it is taken again as far as it goes
@@ -103,7 +103,7 @@ contains
     type(row_type) :: row
     character(len=:), allocatable :: fault, text
     integer :: n
-    logical :: found
+    logical :: has_row
     call c_f_pointer(data, task)
     call open_umat(task%law)
     call set_text(text, "")
@@ -116,8 +116,8 @@ contains
       call refine_path(law, case%steps, start, case%state%p, case%tolerance, run, text)
     end associate
     do
-      call begin_row(run, row, found)
-      if (.not. found) exit
+      call begin_row(run, row, has_row)
+      if (.not. has_row) exit
       call leave_notes(transfer(run%increment_type, start%s, n_increment), n_increment, c_null_char)
       call end_row(run, row)
       call send_row(packed(row), n)

@@ -45,12 +45,12 @@ contains
   end function stiffness_fault
 
   !> Text on a negative stiffness.
-  pure function negative(i, found, law) result(text)
+  pure function negative(i, stiffness, law) result(text)
     integer, intent(in) :: i                  !! component
-    real(wp), intent(in) :: found             !! the stiffness
+    real(wp), intent(in) :: stiffness         !! the stiffness
     class(foreign_law), intent(in) :: law     !! the law
     character(len=:), allocatable :: text
-    text = "d t_" // trim(component_names(i)) // "/d s_" // trim(component_names(i)) // " = " // short(found) // &
+    text = "d t_" // trim(component_names(i)) // "/d s_" // trim(component_names(i)) // " = " // short(stiffness) // &
       " of its DDSDDE: expected a positive stiffness, about stiffness = " // short(law%stiffness)
   end function negative
 
@@ -61,7 +61,7 @@ contains
     logical, intent(out) :: good                               !! whether it passes
     character(len=:), allocatable, intent(out) :: text         !! what was found
     type(walk_type) :: plan
-    real(wp), allocatable :: found(:, :)
+    real(wp), allocatable :: results(:, :)
     real(wp) :: d, s, t
     real(wp) :: stiffness(n_probes)
     integer :: i, j
@@ -80,19 +80,19 @@ contains
         j = (i + 2)/4
         if (law%umat%position(j) > 0) plan%path%s(j, i + 1) = small*law%s_0*merge(1.0_wp, -1.0_wp, mod(i, 4) == 0)
       end do
-      call walk(plan, found, text)
+      call walk(plan, results, text)
       good = len(text) == 0
       if (.not. good) return
-      good = maxval(abs(found(:3, 1))) <= at_rest*law%stress
-      text = "the traction without separation is up to " // short(maxval(abs(found(:3, 1)))) // ": expected 0"
+      good = maxval(abs(results(:3, 1))) <= at_rest*law%stress
+      text = "the traction without separation is up to " // short(maxval(abs(results(:3, 1)))) // ": expected 0"
       if (.not. good) return
       stiffness = 0.0_wp
       do i = 2, n_tries, 2
         j = (i + 2)/4
         if (law%umat%position(j) == 0) cycle
-        d = found(4*j, i)
+        d = results(4*j, i)
         s = plan%path%s(j, i + 1)
-        t = found(j, i)
+        t = results(j, i)
         good = .false.
         if (d < 0.0_wp) then
           text = negative(j, d, law)
@@ -105,14 +105,14 @@ contains
         if (.not. good) return
         stiffness(i/2) = d
       end do
-      associate (found => stiffness(:2*count(law%umat%position > 0)))
-        text = "d t/d s is " // short(minval(found)) // " to " // short(maxval(found)) // " at small separations"
+      associate (probed => stiffness(:2*count(law%umat%position > 0)))
+        text = "d t/d s is " // short(minval(probed)) // " to " // short(maxval(probed)) // " at small separations"
         ! the UMAT of this project may be that of a joint without a bond
-        good = any(abs(log(max(found, tiny(found))/law%stiffness)) <= log(near)) .or. &
-          (len(law%umat%library) == 0 .and. any(found > 0.0_wp))
+        good = any(abs(log(max(probed, tiny(probed))/law%stiffness)) <= log(near)) .or. &
+          (len(law%umat%library) == 0 .and. any(probed > 0.0_wp))
         if (.not. good) text = text // ": expected stiffness = " // short(law%stiffness)
-        if (size(found) == 4 .or. .not. good) return
-        good = all(found(3:) > 0.0_wp) .or. all(found(3:) <= 0.0_wp)
+        if (size(probed) == 4 .or. .not. good) return
+        good = all(probed(3:) > 0.0_wp) .or. all(probed(3:) <= 0.0_wp)
         if (.not. good) text = "DDSDDE has a stiffness in one direction of slip and none in another one"
       end associate
     end associate

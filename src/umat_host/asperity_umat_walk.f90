@@ -75,9 +75,9 @@ contains
   end subroutine add_increment
 
   !> Walk along a path in a child.
-  subroutine walk(plan, found, failure)
+  subroutine walk(plan, results, failure)
     type(walk_type), intent(in), target :: plan                 !! how
-    real(wp), allocatable, intent(out) :: found(:, :)           !! (:, 0:n) results, 1 where they are not known, or
+    real(wp), allocatable, intent(out) :: results(:, :)         !! (:, 0:n) results, 1 where they are not known, or
                                                                 !! differences after each increment
     character(len=:), allocatable, intent(out) :: failure       !! why the UMAT has failed, empty: it has not
     character(len=:), allocatable :: text
@@ -86,11 +86,11 @@ contains
     n = n_first + plan%path%law%n_state
     if (allocated(plan%known)) n = 1
     if (plan%differences) n = n_differences
-    allocate (found(n, 0:size(plan%path%dt)), source=0.0_wp)
-    if (n > n_first .and. .not. plan%differences) found(n_first + 1:, 0) = plan%path%start
+    allocate (results(n, 0:size(plan%path%dt)), source=0.0_wp)
+    if (n > n_first .and. .not. plan%differences) results(n_first + 1:, 0) = plan%path%start
     call start_worker(c_funloc(walk_there), c_loc(plan), plan%path%law%umat%limit)
     i = 0
-    do while (receive_row(found(:, min(i + 1, size(plan%path%dt))), n) /= 0)
+    do while (receive_row(results(:, min(i + 1, size(plan%path%dt))), n) /= 0)
       i = i + 1
     end do
     call end_worker(failure, text, notes)
@@ -177,12 +177,12 @@ contains
 
   !> Traction, and whether STATEV changes, with each component at the end of an increment larger and smaller, by two
   !> steps.
-  function differences_at(law, plan, i, attempt) result(found)
+  function differences_at(law, plan, i, attempt) result(differences)
     type(foreign_law), intent(in) :: law      !! the law
     type(walk_type), intent(in) :: plan       !! the walk
     integer, intent(in) :: i                  !! increment
     integer, intent(inout) :: attempt         !! number of calls so far
-    real(wp) :: beside(4, 2, 2, 3), found(n_differences), move(3), there(n_first + law%n_state)
+    real(wp) :: beside(4, 2, 2, 3), differences(n_differences), move(3), there(n_first + law%n_state)
     integer :: j, k, side, statev
     statev = n_header + law%umat%ntens
     beside = 0.0_wp
@@ -200,11 +200,11 @@ contains
         end do
       end do
     end do
-    found = reshape(beside, shape(found))
+    differences = reshape(beside, shape(differences))
   end function differences_at
 
   !> Results after a part of an increment.
-  function after(law, path, i, factors, part, old, attempt, move) result(found)
+  function after(law, path, i, factors, part, old, attempt, move) result(results)
     type(foreign_law), intent(in) :: law                  !! the law
     type(checked_path_type), intent(in) :: path           !! the path
     integer, intent(in) :: i                              !! increment
@@ -213,7 +213,7 @@ contains
     real(wp), intent(in) :: old(:)                        !! state at the start
     integer, intent(inout) :: attempt                     !! number of calls so far
     real(wp), intent(in), optional :: move(3)             !! added to the separation at the end
-    real(wp) :: found(n_first + size(old))
+    real(wp) :: results(n_first + size(old))
     type(point_type) :: ends(2)
     real(wp) :: not_obeyed
     integer :: k
@@ -226,7 +226,7 @@ contains
     attempt = attempt + 1
     call law%update(call_type(path%step(i), path%increment(i), attempt, duration=(part(2) - part(1))*path%dt(i)), &
       ends(1), ends(2), not_obeyed)
-    found = [ends(2)%traction, reshape(ends(2)%tangent, [9]), ends(2)%state]
+    results = [ends(2)%traction, reshape(ends(2)%tangent, [9]), ends(2)%state]
   end function after
 
   !> Go along the path of a thread many times, and compare.
@@ -235,7 +235,7 @@ contains
     type(c_ptr), value :: data       !! walk
     type(walk_type), pointer :: plan
     type(foreign_law) :: law
-    real(wp), allocatable :: found(:)
+    real(wp), allocatable :: results(:)
     integer :: attempt, i, k
     integer(int64) :: began, now, rate
     call c_f_pointer(data, plan)
@@ -243,10 +243,10 @@ contains
     attempt = 0
     call system_clock(began, rate)
     do i = 1, 1 + thread_updates/size(plan%path%dt)
-      found = [spread(0.0_wp, 1, n_first), plan%path%start]
+      results = [spread(0.0_wp, 1, n_first), plan%path%start]
       do k = 1, size(plan%path%dt)
-        found = after(law, plan%path, k, plan%factors(:, which), whole, found(n_first + 1:), attempt)
-        if (any(abs(found - plan%known(:, k + 1, which)) > 0.0_wp)) plan%differs(which) = min(plan%differs(which), k)
+        results = after(law, plan%path, k, plan%factors(:, which), whole, results(n_first + 1:), attempt)
+        if (any(abs(results - plan%known(:, k + 1, which)) > 0.0_wp)) plan%differs(which) = min(plan%differs(which), k)
       end do
       call system_clock(now)
       if (real(now - began, wp) > thread_seconds*real(rate, wp)) exit

@@ -23,12 +23,12 @@ module asperity_umat_worker
       real(c_double), value :: limit
     end subroutine start_worker
     !> Wait for the next row; 0: the child has ended.
-    function receive_row(numbers, n) bind(c, name="umat_worker_receive") result(found)
+    function receive_row(numbers, n) bind(c, name="umat_worker_receive") result(received)
       import :: c_double, c_int
       implicit none
       integer(c_int), value :: n
       real(c_double), intent(inout) :: numbers(n)
-      integer(c_int) :: found
+      integer(c_int) :: received
     end function receive_row
     !> End the child.
     subroutine c_end(notes, n, text, reason, length) bind(c, name="umat_worker_end")
