@@ -21,8 +21,8 @@ module asperity_rows
   !> of the stability, then those of the state.
   character(len=*), parameter, public :: row_columns(36) = [character(len=10) :: "step", "increment", "time", "s_N", &
     "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "p", "aperture", "damage", "stored", "rupture", "friction", "work", &
-    "iterations", "position", "updates", "snaps", "before_N", "before_Tx", "before_Ty", "after_N", "after_Tx", "after_Ty", &
-    "released", "D_N_N", "D_Tx_N", "D_Ty_N", "D_N_Tx", "D_Tx_Tx", "D_Ty_Tx", "D_N_Ty", "D_Tx_Ty", "D_Ty_Ty"]
+    "iterations", "position", "updates", "snaps", "before_N", "before_Tx", "before_Ty", "after_N", "after_Tx", &
+    "after_Ty", "released", "D_N_N", "D_Tx_N", "D_Ty_N", "D_N_Tx", "D_Tx_Tx", "D_Ty_Tx", "D_N_Ty", "D_Tx_Ty", "D_Ty_Ty"]
   integer, parameter :: n_written = 17
   !> Columns that are whole numbers.
   integer, parameter :: whole(5) = [1, 2, 17, 19, 20]
