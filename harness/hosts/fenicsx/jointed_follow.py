@@ -8,8 +8,8 @@ from pathlib import Path
 from jointed_steps import PASSES, Steps  # isort: skip  # loads MPI
 import numpy as np
 from asperity.contract import Floats
-from jointed_mesh import COMM, total
-from mpi4py import MPI
+from jointed_mesh import total
+from jointed_saved import read, write
 
 FAST, GROWTH = 6, 1.5
 """A step grows after at most FAST iterations."""
@@ -157,28 +157,19 @@ class Follow:
 
     def save(self, file: Path) -> None:
         """Write what a run goes on from, FILE.RANK.npz."""
-        now = np.array([self.at, self.move, self.step, self.steps.largest])
-        counts = np.array([getattr(self, name) for name in COUNTS])
-        m = self.steps.model
-        parts = {"s": m.s, "state": m.state, "jump": self.jump}
-        joints = {f"{name}{k}": one for name, some in parts.items() for k, one in enumerate(some)}
-        new = file.with_suffix(f".{COMM.rank}.new.npz")
-        np.savez(new, u=m.u, last=self.last, p=m.water.p, now=now, counts=counts, **joints)
-        new.replace(file.with_suffix(f".{COMM.rank}.npz"))  # whole even if the run is ended here
+        write(
+            file,
+            self.steps.model,
+            {"jump": self.jump},
+            last=self.last,
+            now=[self.at, self.move, self.step, self.steps.largest],
+            counts=[getattr(self, name) for name in COUNTS],
+        )
 
     def resume(self, file: Path) -> None:
         """Go on from the files of a run with the same mesh, laws and ranks."""
-        m, found = self.steps.model, dict(np.load(file.with_suffix(f".{COMM.rank}.npz")))
-        same = [
-            found[f"{name}{k}"].shape == one.shape
-            for name in ("s", "state")
-            for k, one in enumerate(getattr(m, name))
-        ]
-        if not COMM.allreduce(bool(all(same) and found["u"].shape == m.u.shape), MPI.LAND):
-            raise ValueError(f"{file}: expected the files of a run with the same mesh, laws and ranks")
-        m.u, self.last, m.water.p = found["u"], found["last"], found["p"]
-        parts = ([found[f"{name}{k}"] for k in range(len(m.laws))] for name in ("s", "state", "jump"))
-        m.s, m.state, self.jump = parts
+        found = read(file, self.steps.model, "counts")
+        self.last, self.jump = found["last"], [found[f"jump{k}"] for k in range(len(self.jump))]
         self.at, self.move, self.step, self.steps.largest = found["now"].tolist()
         for name, value in zip(COUNTS, found["counts"].tolist(), strict=True):
             setattr(self, name, value)

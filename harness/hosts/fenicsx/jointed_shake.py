@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
+from pathlib import Path
 
 from jointed_steps import Steps  # isort: skip  # loads MPI
 import numpy as np
 from asperity import contract
 from asperity.contract import Floats
 from jointed_mesh import COMM, agree, total
+from jointed_saved import read, write
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -24,6 +26,10 @@ QUIET = 1e-3
 
 GROWTH, FAST = 1.5, 8
 """A step grows back after at most FAST iterations."""
+
+
+NUMBERS = "at", "next", "gained", "_spent", "_start", "_size"
+"""Numbers that a run goes on from."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +152,7 @@ class Shake:
             self._begin()
         left = end - self.at
         last = left <= self.next * (1.0 + 1e-6)
-        dt = left if last else self.next
+        dt = left if last else min(self.next, 0.5 * left)  # no step of a tiny rest
         m, before = self.steps.model, (self.v, self.a, self.force, self.ledger)
         model = m.u, m.s, m.state, self.steps.largest
         good = self._solve(end if last else self.at + dt, dt)
@@ -174,6 +180,32 @@ class Shake:
         while not self.reason and self.at < end:
             self.advance(end)
         return not self.reason
+
+    def save(self, file: Path) -> None:
+        """Write what a run goes on from, FILE.RANK.npz."""
+        if not self._begun:
+            self._begin()
+        write(
+            file,
+            self.steps.model,
+            v=self.v,
+            a=self.a,
+            force=self.force,
+            ledger=astuple(self.ledger),
+            times=[self.steps.largest, *(getattr(self, name) for name in NUMBERS)],
+            counts=[self.cuts, self.taken],
+        )
+
+    def resume(self, file: Path) -> None:
+        """Go on from the files of a run with the same mesh, laws and ranks."""
+        found = read(file, self.steps.model, "times")
+        self.v, self.a, self.force = found["v"], found["a"], found["force"]
+        self.ledger = Ledger(*found["ledger"].tolist())
+        self.steps.largest, *numbers = found["times"].tolist()
+        for name, value in zip(NUMBERS, numbers, strict=True):
+            setattr(self, name, value)
+        self.cuts, self.taken = found["counts"].tolist()
+        self._begun = True
 
     def _solve(self, t: float, dt: float) -> bool:
         """Solve a step, and end it."""

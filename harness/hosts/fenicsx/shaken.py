@@ -138,6 +138,35 @@ def wall(blocks: int, edges: bool, dt: float = 5e-4, end: float = 0.55, turn: fl
     return shake
 
 
+def climb(d: int, theta: float, dt: float = 5e-4, xi: float = 1.0, end: float = 0.4) -> tuple[float, Shake]:
+    """Way of a stiff slab, on rough joints with one plane, after a pulse 1.5 g for .1 s; in d dimensions.
+
+    In space the plane faces a direction of 30 degrees in the joint, along which the base moves.
+    """
+    mass, kn, mu, a = 0.0072, 2e5, 0.5, np.radians(30.0) if d == 3 else 0.0
+    plane = Pattern.planes([[np.cos(np.radians(theta)), -np.sin(np.radians(theta)), 0.0]], [1.0])
+    law = Interface(Material.from_joint(kn, 0.4 * kn, mu, c=2.0 * xi * np.sqrt(kn * mass)), plane)
+    side, up, density = np.linspace(0.0, 2.0, 4), [-0.2, 0.0, 0.2], mass / 0.2
+    ways = np.array([np.cos(a), np.sin(a), 0.0] if d == 3 else [1.0, 0.0])
+    jointed = split(grid(*[side] * (d - 1), up, block=np.arange(2)), direction=ways)
+    m = Model(jointed, {"joint": law}, 2e6, 0.2, plane="strain")
+    down = np.r_[np.zeros(d - 1), -density * G]
+    steps = Steps(m, np.flatnonzero(m.solid("block_0")), 1e-8)
+    if not steps.solve(np.zeros(len(steps.fixed)), m.body(down), 1e6):
+        raise RuntimeError(steps.message)
+    first = [s.copy() for s in m.s]
+    shake = Shake(
+        steps,
+        np.abs(m.body([density] * d)),
+        m.body(down),
+        dt,
+        ground=lambda t: -1.5 * G * ways * (t < 0.1 - 1e-9),
+    )
+    if not shake.run(end):
+        raise RuntimeError(shake.reason)
+    return total(np.linalg.norm(m.s[0] - first[0], axis=1) @ m.area) / total(m.area.sum()), shake
+
+
 def main() -> None:
     """Print the numbers of the words, or of all."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -164,6 +193,11 @@ def main() -> None:
             show(name, found, shake.gained, shake.cuts, shake.taken)
     if not words or "alpha2" in words:
         show("alpha2", alpha2(2e-3, RAMP))
+    for d in (2, 3):
+        for theta in (0.0, 10.0, 20.0):
+            if not words or "climb" in words or f"climb{d}" in words:
+                found, shake = climb(d, theta)
+                show(f"climb{d} {theta:g}", found, shake.gained, shake.cuts, shake.taken)
     for name, kind in {"wall": (5, False), "edges": (1, True)}.items():
         if not words or name in words:
             shake = wall(*kind)

@@ -54,6 +54,126 @@ def test_petsc() -> None:
     assert numbers("alpha2")["alpha2"][0] == pytest.approx(numbers("coarse")["coarse"][0], rel=1e-3)
 
 
+SLIPS = {0.0: 0.14715, 10.0: 0.067544, 20.0: 0.023766}
+"""Way of a rigid slab along planes by their inclination: a1 t0^2/2 (1 + a1/a2), see shaken_points.py."""
+
+
+@pytest.mark.parametrize(("d", "ranks"), [(2, 1), (3, 1), (3, 2)])
+def test_slip_along_planes(d: int, ranks: int) -> None:
+    """A slab on inclined planes goes as far as a rigid one, in space in any direction, on any ranks."""
+    found = numbers(f"climb{d}", ranks)
+    for theta, closed in SLIPS.items():
+        # of the spring and of the increment, both first order
+        assert found[f"climb{d} {theta:g}"][0] == pytest.approx(closed, rel=0.01)
+        assert found[f"climb{d} {theta:g}"][0] == pytest.approx(
+            numbers("climb2")[f"climb2 {theta:g}"][0], rel=1e-4
+        )
+
+
+SCENE = (
+    MODEL
+    + """
+import tempfile
+from pathlib import Path
+
+G, DENSITY, UP = 9.81, 0.0024, -1
+
+def shake(seed, d, folder=None):
+    rng = np.random.default_rng(seed)
+    lines = [np.linspace(0.0, rng.uniform(0.5, 3.0), int(rng.integers(2, 4))) for _ in range(d - 1)]
+    up = np.r_[-0.1, 0.0, np.cumsum(rng.uniform(0.1, 0.5, 2))]
+    kn, mu, mass = 10.0 ** rng.uniform(4.0, 5.3), rng.uniform(0.2, 0.8), DENSITY * up[-1]
+    c = 2.0 * rng.choice([0.0, 0.3, 1.0]) * np.sqrt(kn * mass)
+    pattern = Pattern.regular(int(rng.choice([0, 2, 4])), rng.uniform(3.0, 20.0), turn=rng.uniform(0.0, 90.0))
+    law = Interface(Material.from_joint(kn, 0.4 * kn, mu, c=c), pattern)
+    mesh = split(grid(*lines, up, block=np.arange(3))) if COMM.rank == 0 else None
+    m = Model(mesh, {"joint": law}, 10.0 ** rng.uniform(3.0, 4.5), 0.2, plane="strain")
+    down = m.body(np.r_[np.zeros(d - 1), -DENSITY * G])
+    steps = Steps(m, np.flatnonzero(m.solid("block_0")), 1e-8)
+    assert steps.solve(np.zeros(len(steps.fixed)), down, 1e6)
+    A, f = G * rng.uniform(0.3, 1.5, d) * np.r_[np.ones(d - 1), 0.4], rng.uniform(3.0, 12.0, d)
+    ground = lambda t: A * np.sin(2.0 * np.pi * f * t) * (t < 0.06)
+    dt = min(1e-3, np.pi * np.sqrt(mass / kn))
+    mass = np.abs(m.body([DENSITY] * d))
+    return Shake(steps, mass, down, dt, ground=ground, beta=rng.choice([0.0, 1e-5])), down
+"""
+)
+"""Blocks on a rock, shaken for .06 s; all of it is drawn."""
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_no_energy_from_nothing(d: int) -> None:
+    """When the base has stopped, the mechanical energy only falls; all energies balance."""
+    code = (
+        SCENE
+        + f"""
+from asperity import contract
+for seed in range(6):
+    s, down = shake(seed, {d})
+    m, stored, energies = s.steps.model, contract.statev_index("stored"), []
+    while not s.reason and s.at < 0.12:
+        if s.advance(0.06 if s.at < 0.06 else 0.12) and s.at >= 0.06:
+            y = s.steps.x.duplicate()
+            m.K.mult(s.steps.x, y)
+            energy = 0.5 * s.mass @ s.v**2 + m.u @ (0.5 * y.array_r - down)
+            energies.append(energy + m.area @ m.state[0][:, stored])
+    E = np.array(energies)
+    rise = (E - np.minimum.accumulate(E)).max() / np.ptp(np.r_[E, E[0] - s.ledger.kinetic])
+    print(seed, s.reason or "end", rise, (s.ledger.balance - s._start) / s._size, m.spent())
+"""
+    )
+    done = start("", code=code)
+    assert done.returncode == 0, done.stderr
+    rows = [line.split() for line in done.stdout.splitlines()]
+    assert len(rows) == 6
+    for _, reason, rise, balance, spent in rows:
+        assert reason == "end" and float(spent) > 0.0
+        # of what a step may gain
+        assert float(rise) <= 0.01 and float(balance) <= 0.03
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_resume(ranks: int) -> None:
+    """A run that goes on from its file ends where the run without a pause ends."""
+    code = (
+        SCENE
+        + """
+whole, _ = shake(3, 3)
+assert whole.run(0.03)
+assert whole.run(0.08)
+first, _ = shake(3, 3)
+assert first.run(0.03)
+folder = Path(COMM.bcast(tempfile.mkdtemp() if COMM.rank == 0 else None))
+first.save(folder / "half")
+again, _ = shake(3, 3)
+again.resume(folder / "half")
+assert again.at == first.at and again.taken == first.taken
+assert again.run(0.08)
+m, other = again.steps.model, whole.steps.model
+pairs = (m.u, other.u), (again.v, whole.v)
+away = max(np.abs(one - two).max() / np.abs(two).max() for one, two in pairs)
+same = again.taken == whole.taken and np.allclose(m.state[0], other.state[0], rtol=1e-9, atol=1e-12)
+print(away, same, abs(again.ledger.balance / whole.ledger.balance - 1.0))
+broken, _ = shake(4, 3)
+for name in ("half", "none"):
+    try:
+        broken.resume(folder / name)
+    except ValueError as error:
+        print(error)
+"""
+    )
+    done = start("", ranks=ranks, code=code)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    for line in lines[:ranks]:
+        away, same, energy = line.split()
+        assert float(away) < 1e-9 and same == "True" and float(energy) < 1e-9
+    refused = [
+        line for line in lines if "expected the files of a run with the same mesh, laws and ranks" in line
+    ]
+    assert len(refused) == 2 * ranks
+
+
 @pytest.mark.parametrize("name", ["wall", "edges"])
 def test_energy_of_a_rocking_wall(name: str) -> None:
     """Impacts create no energy: never more than 1.02 of that at the start."""

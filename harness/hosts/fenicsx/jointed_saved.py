@@ -1,0 +1,51 @@
+"""Files from which a run goes on, FILE.RANK.npz: displacements, joints and numbers of the run."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+from jointed_model import Model  # isort: skip  # loads MPI
+import numpy as np
+from asperity.contract import Floats
+from jointed_mesh import COMM
+from mpi4py import MPI
+from numpy.typing import ArrayLike
+
+
+def write(file: Path, m: Model, joints: dict[str, list[Floats]] | None = None, **numbers: ArrayLike) -> None:
+    """Write a model after its last step, lists of the points of its joints and numbers of the run."""
+    parts = {"s": m.s, "state": m.state} | (joints or {})
+    rows = {f"{name}{k}": one for name, some in parts.items() for k, one in enumerate(some)}
+    new = file.with_suffix(f".{COMM.rank}.new.npz")
+    np.savez(
+        new,
+        u=m.u,
+        p=m.water.p,
+        ranks=COMM.size,
+        **rows,
+        **{name: np.asarray(one) for name, one in numbers.items()},
+    )
+    new.replace(file.with_suffix(f".{COMM.rank}.npz"))  # whole even if the run is ended here
+
+
+def read(file: Path, m: Model, kind: str) -> dict[str, Floats]:
+    """Take a model on from a file, and return all of it; ValueError if it is of another run.
+
+    kind: a number that only files of the same kind of run have.
+    """
+    path, found = file.with_suffix(f".{COMM.rank}.npz"), {}
+    try:
+        with np.load(path) as data:
+            found = dict(data)
+    except (OSError, ValueError, zipfile.BadZipFile):
+        pass  # all ranks refuse it below
+    shapes = {"u": m.u.shape, "p": m.water.p.shape} | {
+        f"{name}{k}": one.shape for name in ("s", "state") for k, one in enumerate(getattr(m, name))
+    }
+    same = all(name in found and found[name].shape == shape for name, shape in shapes.items())
+    if not COMM.allreduce(bool(same and kind in found and found["ranks"] == COMM.size), MPI.LAND):
+        raise ValueError(f"{file}: expected the files of a run with the same mesh, laws and ranks")
+    m.u, m.water.p = found["u"], found["p"]
+    m.s, m.state = ([found[f"{name}{k}"] for k in range(len(m.laws))] for name in ("s", "state"))
+    return found
