@@ -132,7 +132,7 @@ def test_closed_form_of_the_slip(name: str) -> None:
     assert rise == pytest.approx(one["dn"][granite.ARREST] - one["dn"][granite.ONSET], rel=2e-3)
 
 
-COMPUTED = "arches", "dam_", "fits", "walls_runs", "walls_summaries"
+COMPUTED = "arches", "dam_", "fits", "ribbed_", "walls_runs", "walls_summaries"
 """Starts of the names of files that hold results of the project."""
 
 
@@ -179,12 +179,24 @@ def test_ridges_in_any_direction() -> None:
 
 
 def test_anchored_bar() -> None:
-    """A linear bond gives the hyperbolic cosine along the bar, friction pi d l mu p once all of it slides."""
-    assert ribbed.elastic() < 1e-4
-    flat = common.joint({"kn": 2e3, "ks": 20.0, "mu": 0.4, "theta": 1.0, "flat": 1.0})
-    bar = ribbed.Bar(flat, 100.0, 0.0, pressure=2.0)
-    force = [bar.pull(end) for end in (0.0, 0.01, 0.2, 1.0)][-1]
-    assert force == pytest.approx(np.pi * ribbed.DIAMETER * 100.0 * 0.4 * 2.0, rel=1e-6)
+    """The bar of solids has the closed forms, and a cover that splits takes the strength away."""
+    found = ribbed.STUDY.constants()
+    slip, beta = 1e-3, np.sqrt(4.0 * 100.0 / (19.05 * 2e5))
+    force = 0.25 * np.pi * 19.05**2 * 2e5 * beta * slip * np.tanh(beta * 95.25)
+    for name in ("bar linear", "bar linear, fine"):
+        assert found[name]["value"] == pytest.approx(force, rel=5e-3) and found[name]["away"] < 5e-3
+    assert found["bar friction"]["value"] == pytest.approx(np.pi * 19.05 * 95.25 * 0.4 * 2.0, rel=1e-3)
+    # the error of the stiffness of the cover falls with the mesh
+    stiff = 3e4 / (9.525 * ((38.1**2 + 9.525**2) / (38.1**2 - 9.525**2) + 0.2))
+    away = [found[name]["value"] / stiff - 1.0 for name in ("bar ring", "bar ring, fine")]
+    assert 0.0 < away[1] < 0.4 * away[0] < 0.01
+    strong = {case: ribbed.anchored(case) for case in ribbed.CASES}
+    point = ribbed.curve(found["bond and crush"], 10.3)[1].max()
+    first, _, splits, finer = (path.force.max() for path in strong.values())
+    assert first == pytest.approx(np.pi * 19.05 * 95.25 * point, rel=0.03)
+    assert splits == pytest.approx(finer, rel=0.01) and splits < 0.6 * first
+    brittle, plastic = ribbed.tepfers()
+    assert brittle < strong["cover, splits"].pressure.max() < plastic
 
 
 def test_delamination_balances() -> None:

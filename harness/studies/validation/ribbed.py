@@ -5,10 +5,10 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+import pandas
 from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.material import ModelWarning
@@ -18,8 +18,10 @@ from asperity.tools.tables import markdown
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
-from ..concepts_draw import BLACK, BLUE, GREEN, panel
-from .common import Constants, Study, joint
+from ..concepts_draw import BLACK, BLUE, GREEN, ORANGE, panel
+from .common import DATA, Constants, Study, joint
+from .common import rows as rows_of
+from .wall_runs import start
 
 PRESSURES = (3.45, 10.3, 17.2, 24.1, 31.0)
 """Confining stress at the bar, MPa."""
@@ -35,12 +37,15 @@ BOND: Constants = {"sigma0": 5.0, "Gc": 3.0}
 CRUSH = 3.0
 """Bond and crushing stress, assumed; the bond of the fit replaces sigma0."""
 
-SLIP = 4.0
-DIAMETER, COVER, E_STEEL, E_CONCRETE, NU = 19.05, 76.2, 2e5, 3e4, 0.2
-"""Bar and cylinder of concrete round it, diameters, mm; MPa."""
+MODELS = "friction", "crush", "bond", "bond and crush"
+"""Sets of constants; the last one is that of the anchored bar."""
 
-TENSION = 3.0
-"""Tensile strength of the concrete, MPa."""
+SLIP = 4.0
+DIAMETER, COVER, EMBEDDED, E_STEEL, E_CONCRETE, NU = 19.05, 76.2, 95.25, 2e5, 3e4, 0.2
+"""Bar and cylinder of concrete round it, diameters, and the embedded length, mm; MPa."""
+
+TENSION, LINEAR = 3.0, 100.0
+"""Tensile strength of the concrete, MPa; stiffness of a linear bond, MPa/mm."""
 
 
 def model(constants: Mapping[str, float]) -> Interface:
@@ -80,11 +85,13 @@ def fits() -> dict[str, Constants]:
         return float(found[-1] / found[0] - FACTOR)
 
     sigma0 = float(f"{brentq(excess, 0.5, 30.0, xtol=1e-3):.4g}")
+    both = RIBS | BOND | {"crush": CRUSH, "sigma0": sigma0}
     return {
         "friction": RIBS,
         "crush": RIBS | {"crush": CRUSH},
         "bond": RIBS | BOND,
-        "bond and crush": RIBS | BOND | {"crush": CRUSH, "sigma0": sigma0},
+        "bond and crush": both,
+        **run_bars(both),
     }
 
 
@@ -96,6 +103,23 @@ def model_code(slip: Floats) -> Floats:
 
 # --- an anchored bar ----------------------------------------------------------------------------------------
 
+BAR = {
+    "linear": ("--end 0.001", "--end 0.001 --grid 6 4 12 48"),
+    "friction": ("--pressure 2 --end 0.3",),
+    "ring": ("", "--grid 6 4 12 24"),
+}
+"""Options of the models with closed forms, the second ones on a finer mesh."""
+
+CASES = {
+    "constant confinement 10.3 MPa": "pressure",
+    "cover, elastic": "cover",
+    "cover, splits": "split",
+    "cover, splits, finer mesh": "split --grid 4 2 8 32",
+}
+"""Options of the models of a ribbed bar by their name."""
+
+LINEAR_CASE = "linear bond"
+
 
 def cover_stiffness() -> float:
     """Pressure over radial displacement of a thick ring, MPa/mm."""
@@ -103,113 +127,74 @@ def cover_stiffness() -> float:
     return E_CONCRETE / (inner * ((outer**2 + inner**2) / (outer**2 - inner**2) + NU))
 
 
-@dataclass
-class Bar:
-    """A bar of axial springs, whose joint is restrained by a ring: loaded at its end, free at the other.
-
-    length: embedded, mm.  stiffness: of the ring, MPa/mm; most: pressure at which the ring has split and
-    yields; pressure: confinement from the start, MPa.
-    """
-
-    law: Interface
-    length: float
-    stiffness: float
-    most: float = np.inf
-    pressure: float = 0.0
-    parts: int = 40
-
-    def __post_init__(self) -> None:
-        """Set up lengths and state."""
-        n = self.parts + 1
-        self.x = np.linspace(0.0, self.length, n)
-        self.share = np.full(n, self.length / self.parts)
-        self.share[[0, -1]] *= 0.5
-        self.around = np.pi * DIAMETER * self.share
-        k = E_STEEL * np.pi * DIAMETER**2 / 4.0 * self.parts / self.length
-        self.K = k * (2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
-        self.K[[0, -1], [0, -1]] = k
-        self.s, self.state, self.tau = np.zeros((n, 3)), np.zeros((n, self.law.nstatv)), np.zeros(n)
-
-    def ring(self, w: Floats) -> tuple[Floats, Floats]:
-        """Pressure of the ring at an opening, and its derivative."""
-        p = self.pressure + self.stiffness * w
-        return np.minimum(p, self.most), np.where(p < self.most, self.stiffness, 0.0)
-
-    def opened(self, u: Floats) -> Floats:
-        """Openings at which joint and ring balance, by bisection."""
-        low, high = np.full(len(u), -1.0), np.full(len(u), 2.0)
-        for _ in range(60):
-            w = 0.5 * (low + high)
-            traction = self.law.update(np.column_stack([w, u, 0.0 * u]), self.state, self.s).traction
-            closes = traction[:, 0] + self.ring(w)[0] < 0.0
-            low, high = np.where(closes, w, low), np.where(closes, high, w)
-        return 0.5 * (low + high)
-
-    def pull(self, end: float, most: int = 60) -> float:
-        """Take the loaded end to a displacement, mm; the force there, N."""
-        u = self.s[:, 1] + (end - self.s[-1, 1])
-        base, step, last = u, 0.0 * u, np.inf
-        for _ in range(most):
-            s = np.column_stack([self.opened(u), u, 0.0 * u])
-            new = self.law.update(s, self.state, self.s)
-            left = self.K @ u + self.around * new.traction[:, 1]
-            force, left[-1] = float(left[-1]), 0.0
-            size = float(np.abs(left / self.around).max())
-            if size < 1e-7 * max(1.0, np.abs(new.traction).max()):
-                self.s, self.state, self.tau = s, new.state, new.traction[:, 1]
-                return force
-            if size > last * (1.0 - 1e-4):
-                step = 0.5 * step
-            else:
-                base, last, D = u, size, new.tangent
-                soft = D[:, 1, 1] - D[:, 1, 0] * D[:, 0, 1] / (D[:, 0, 0] + self.ring(s[:, 0])[1])
-                A = self.K + np.diag(self.around * soft)
-                A[-1] = 0.0
-                A[-1, -1] = 1.0
-                step = -np.linalg.solve(A, left)
-            u = base + step
-        raise RuntimeError(f"no equilibrium at {end:g} mm")
+def tepfers() -> tuple[float, float]:
+    """Pressures at which a brittle and a plastic cover split (Tepfers 1979), MPa."""
+    inner, outer = 0.5 * DIAMETER, 0.5 * COVER
+    e = np.linspace(inner, outer, 10001)
+    brittle = TENSION * e / inner * (outer**2 - e**2) / (outer**2 + e**2)
+    return float(brittle.max()), TENSION * (outer - inner) / inner
 
 
-def elastic(length: float = 300.0) -> float:
-    """Largest error of the bond stress along a long bar, over its largest: beta of a linear bond."""
-    flat = joint({"kn": 2e3, "ks": 20.0, "mu": 5.0, "theta": 1.0, "flat": 1.0})
-    bar = Bar(flat, length, 0.0, pressure=1e3, parts=200)
-    bar.pull(1e-5)
-    force = bar.pull(1e-3)
-    beta = np.sqrt(4.0 * 20.0 / (DIAMETER * E_STEEL))
-    closed = force * beta / (np.pi * DIAMETER) * np.cosh(beta * bar.x) / np.sinh(beta * length)
-    return float(np.abs(bar.tau / closed - 1.0).max())
+def cosh(force: float, x: Floats) -> Floats:
+    """Stress of a linear bond along a bar in rigid concrete, MPa."""
+    beta = np.sqrt(4.0 * LINEAR / (DIAMETER * E_STEEL))
+    return np.asarray(force * beta / (np.pi * DIAMETER) * np.cosh(beta * x) / np.sinh(beta * EMBEDDED))
 
 
-EMBEDDED = 95.25
-"""Embedded length of the anchored bar, five diameters, mm."""
+def solids(words: str) -> tuple[list[list[float]], list[list[float]]]:
+    """Rows of displacement, force, pressure, crack, and of place, bond stress, of a model in FEniCSx."""
+    done = start(words, "anchored")
+    if done.returncode:
+        raise RuntimeError(done.stderr)
+    lines = [line.partition(": ") for line in done.stdout.splitlines()]
+    rows, bond = ([[float(one) for one in text.split()] for name, _, text in lines if name == kind]
+                  for kind in ("row", "bond"))  # fmt: skip
+    return rows, bond
 
 
-@cache
-def anchored(case: str) -> tuple[Floats, float]:
-    """Displacement of the loaded end and force, mm, N, and the largest pressure on the ring, MPa."""
-    most = TENSION * (COVER - DIAMETER) / DIAMETER
-    kinds = {
-        "constant confinement 10.3 MPa": {"stiffness": 0.0, "pressure": PRESSURES[1]},
-        "cover, elastic": {"stiffness": cover_stiffness()},
-        "cover, splits": {"stiffness": cover_stiffness(), "most": most},
-    }
-    bar = Bar(model(STUDY.constants()["bond and crush"]), EMBEDDED, **kinds[case])
-    rows, largest = [], 0.0
-    for end in np.concatenate([np.linspace(0.0, 0.2, 81), np.linspace(0.21, 3.0, 280)]):
-        rows.append([end, bar.pull(end)])
-        largest = max(largest, float(bar.ring(bar.s[:, 0])[0].max()))
-    return np.array(rows), largest
+def run_bars(constants: Mapping[str, float]) -> dict[str, Constants]:
+    """Run the models in FEniCSx; what those with a closed form find, and files of the others."""
+    found: dict[str, Constants] = {}
+    curves: list[list[object]] = []
+    along: list[list[object]] = []
+    for case, several in BAR.items():
+        for name, words in zip((f"bar {case}", f"bar {case}, fine"), several, strict=False):
+            if case == "ring":
+                text = start(f"ring {words}", "anchored").stdout
+                found[name] = {"value": float(text.partition(": ")[2])}
+                continue
+            lines, bond = solids(f"{case} {words}")
+            x, tau = np.transpose(bond)
+            if name == "bar linear":
+                along += [[LINEAR_CASE, *line] for line in bond]
+            away = tau / cosh(lines[-1][1], x) - 1.0 if case == "linear" else np.zeros(1)
+            found[name] = {"value": lines[-1][1], "away": float(np.abs(away).max())}
+    given = " ".join(f"{name}={value:g}" for name, value in constants.items())
+    for name, words in CASES.items():
+        case, _, more = words.partition(" ")
+        lines, bond = solids(f"{case} {given} --end {SLIP - 1.0:g} {more}")
+        curves += [[name, *line] for line in lines]
+        along += [[name, *line] for line in bond]
+    for stem, columns, table in (
+        ("curves", ["case", "displacement", "force", "pressure", "crack"], curves),
+        ("bond", ["case", "place", "stress"], along),
+    ):
+        text = pandas.DataFrame(table, columns=columns).to_csv(index=False, float_format="%.5g")
+        made = "# Made by python -m harness.studies.validation.ribbed --fit\n"
+        (DATA / f"ribbed_{stem}.csv").write_text(made + text, encoding="utf-8")
+    return found
 
 
-CASES = "constant confinement 10.3 MPa", "cover, elastic", "cover, splits"
+def anchored(case: str) -> pandas.DataFrame:
+    """Rows of a ribbed bar: displacement, force, pressure and opening of the crack, mm, N, MPa."""
+    return rows_of("ribbed_curves").query("case == @case")
 
 
 def tables(found: Mapping[str, Constants]) -> dict[str, str]:
     """Strengths and openings of the fits, the curve beside the Model Code, the anchored bar."""
     body = []
-    for fit, constants in found.items():
+    for fit in MODELS:
+        constants = found[fit]
         strong = strengths(constants)
         opened = [curve(constants, one)[2].max() for one in (PRESSURES[0], PRESSURES[-1])]
         body.append([fit, *(f"{one:.1f}" for one in strong), f"{strong[-1] / strong[0]:.2f}",
@@ -228,40 +213,85 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
         rows.append([f"{at:g}", f"{ours:.2f}", f"{float(model_code(np.array(at))):.2f}"])
     bars = []
     for case in CASES:
-        path, pressure = anchored(case)
-        k = int(path[:, 1].argmax())
-        mean = path[k, 1] / (np.pi * DIAMETER * EMBEDDED)
-        numbers = path[k, 1] / 1e3, mean, path[k, 0], path[-1, 1] / 1e3, pressure
-        bars.append([case, *(f"{one:.{2 if i == 2 else 1}f}" for i, one in enumerate(numbers))])
+        path = anchored(case)
+        top = path.loc[path.force.idxmax()]
+        numbers = top.force / 1e3, top.force / (np.pi * DIAMETER * EMBEDDED), top.displacement
+        cells = [f"{one:.{2 if i == 2 else 1}f}" for i, one in enumerate(numbers)]
+        last = path.iloc[-1]
+        cells.append(f"{last.force / 1e3:.1f}" if last.displacement > 0.99 * (SLIP - 1.0) else "off")
+        bars.append([case, *cells, f"{path.pressure.max():.1f}"])
     bar_head = [
         "restraint", "largest force, kN", "mean bond stress, MPa", "at the displacement, mm",
-        "force at 3 mm, kN", "largest pressure, MPa",
+        "force at 3 mm, kN", "largest mean pressure, MPa",
     ]  # fmt: skip
+    low, high = tepfers()
+    most = anchored("cover, splits").pressure.max()
     return {
         "strengths": markdown(head, body),
         "curve": markdown(["slip, mm", "law at 17.2 MPa", "Model Code 2010"], rows),
+        "closed": markdown(["case", "quantity", "closed form", "FE", "error", "finer mesh"], closed(found)),
         "bar": markdown(bar_head, bars),
-        "elastic": f"The stress along a bar of 300 mm with a linear bond differs from the closed form by "
-        f"{elastic():.0e} of its value.",
+        "tepfers": f"After Tepfers (1979) a brittle ring splits at {low:.1f} MPa, a plastic one at "
+        f"{high:.1f} MPa;\nthe largest mean pressure here is {most:.1f} MPa.",
     }
 
 
+def closed(found: Mapping[str, Constants]) -> list[list[str]]:
+    """Rows of the models with closed forms."""
+    slip = 1e-3
+    beta = np.sqrt(4.0 * LINEAR / (DIAMETER * E_STEEL))
+    force = 0.25 * np.pi * DIAMETER**2 * E_STEEL * beta * slip * np.tanh(beta * EMBEDDED)
+
+    def away(closed: float, name: str) -> str:
+        return f"{100.0 * (found[name]['value'] / closed - 1.0):+.2f} %" if name in found else ""
+
+    rows = []
+    plastic, stiffness = np.pi * DIAMETER * EMBEDDED * 0.4 * 2.0, cover_stiffness()
+    for case, name, quantity, value, unit in (
+        ("linear bond, rigid concrete", "bar linear", "force at 1 µm, N", force, 1.0),
+        ("friction 0.4 under 2 MPa", "bar friction", "largest force, N", plastic, 1.0),
+        ("cover alone", "bar ring", "pressure over radial displacement, MPa/mm", stiffness, 1.0),
+    ):
+        ours = found[name]["value"] / unit
+        rows.append(
+            [case, quantity, f"{value:.1f}", f"{ours:.1f}", away(value, name), away(value, f"{name}, fine")]
+        )
+    shape = [f"{100.0 * found[name]['away']:.2f} %" for name in ("bar linear", "bar linear, fine")]
+    rows.insert(1, ["", "largest error of the stress along the bar", "cosh", "", *shape])
+    return rows
+
+
 def draw(found: Mapping[str, Constants]) -> Figure:
-    """Draw bond stress over slip at five pressures, and force over displacement of the bar."""
-    figure, (left, right) = new_figure(TWO, 2.9, ncols=2)
-    for pressure in PRESSURES:
-        slip, tau, _ = curve(found["bond and crush"], pressure)
-        left.plot(slip, tau, color=BLUE)
-        left.annotate(f"{pressure:g} MPa", (slip[-1], tau[-1]), ha="right", va="bottom", fontsize=7)
+    """Draw bond stress over slip at five pressures; force, bond stress along the bar and pressure."""
+    figure, (point, force, along, pressure) = new_figure(TWO, 5.4, nrows=2, ncols=2)
+    for one in PRESSURES:
+        slip, tau, _ = curve(found["bond and crush"], one)
+        point.plot(slip, tau, color=BLUE)
+        point.annotate(f"{one:g} MPa", (slip[-1], tau[-1]), ha="right", va="bottom", fontsize=7)
     slip, tau, _ = curve(found["bond and crush"], PRESSURES[2])
-    left.plot(slip, tau.max() * model_code(slip), "--", color=BLACK, label="Model Code, scaled")
-    panel(left, "slip [mm]", "bond stress [MPa]")
-    for case, colour in zip(CASES, (BLUE, GREEN, BLACK), strict=True):
-        path, _ = anchored(case)
-        right.plot(path[:, 0], path[:, 1] / 1e3, color=colour, label=case)
-    panel(right, "displacement of the loaded end [mm]", "force [kN]")
-    for ax in (left, right):
-        ax.legend()
+    point.plot(slip, tau.max() * model_code(slip), "--", color=BLACK, label="Model Code, scaled")
+    panel(point, "slip [mm]", "bond stress [MPa]")
+    bond = rows_of("ribbed_bond").set_index("case")
+    for case, colour in zip(CASES, (BLUE, GREEN, BLACK), strict=False):
+        path, one = anchored(case), bond.loc[case]
+        force.plot(path.displacement, path.force / 1e3, color=colour, label=case)
+        pressure.plot(path.displacement, path.pressure, color=colour, label=case)
+        along.plot(one.place, one.stress / one.stress.mean(), color=colour, label=case)
+    one = bond.loc[LINEAR_CASE]
+    along.plot(one.place, one.stress / one.stress.mean(), color=ORANGE, label=LINEAR_CASE)
+    closed_form = cosh(found["bar linear"]["value"], np.asarray(one.place))
+    along.plot(one.place[::3], closed_form[::3] / one.stress.mean(), "o", color=ORANGE, markersize=3)
+    for level in tepfers():
+        pressure.axhline(level, color=BLACK, linestyle=":", linewidth=0.8)
+    panel(force, "displacement of the loaded end [mm]", "force [kN]")
+    panel(along, "place along the bar [mm]", "bond stress over its mean [-]")
+    panel(pressure, "displacement of the loaded end [mm]", "mean pressure on the bar [MPa]")
+    for ax in (force, pressure):
+        ax.set_yscale("log")
+    force.set_ylim(1.0, 600.0)
+    pressure.set_ylim(0.1, 200.0)
+    for ax in (point, force, along):
+        ax.legend(fontsize=7)
     return figure
 
 
