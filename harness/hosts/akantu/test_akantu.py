@@ -16,6 +16,7 @@ import exported
 import meshio
 import paraview_files as paraview
 import peel
+from asperity import Interface, Material, Pattern
 from asperity.tools.picture import read_results
 from asperity_akantu import Joint, register
 from exported import PLANE, SOLID
@@ -216,3 +217,64 @@ def test_insertion_between_hexahedra_is_refused(tmp_path: Path) -> None:
         "model.checkCohesiveStress()\n"
     )
     assert "facets are quadrilaterals: expected triangles" in errors
+
+
+def test_damping_of_the_solids(tmp_path: Path) -> None:
+    """Forces -beta K v by the stiffness of the solids alone damp vibration and brake no rigid motion."""
+    length, rho, E, beta, n = 10.0, 2.5e-9, 3e4, 2e-8, 1500
+    free = Interface(Material.from_joint(kn=1e-6, ks=1e-6, mu=0.5), Pattern.regular(0, 0.0))
+    bars = grid(np.linspace(0.0, length, 21), range(3), sides=())
+    model, mesh, joint = peel.start(tmp_path, bars, free, 1.0, (rho, E, 0.0), False)
+    x, cells = np.array(mesh.getNodes()), np.array(mesh.getConnectivity(CUBE[2]))
+    upper = np.unique(cells[x[cells][:, :, 1].mean(axis=1) > 1.0])
+    dt = 0.3 * model.getStableTimeStep()
+    model.setTimeStep(dt)
+    # as fe-programs.md has it
+    model.assembleInternalForces()
+    for kind in joint.types():
+        joint.points(kind).tangent[:] = 0.0
+    model.assembleStiffnessMatrix()
+    K = aka.AkantuSparseMatrix(model.getDOFManager().getMatrix("K"))
+    model.getBlockedDOFs()[:, 1] = True
+    shape, rows = np.cos(np.pi * x[upper, 0] / length), []
+    model.getVelocity()[upper, 0] = 1.0
+    model.getDisplacement()[upper, 0] = 1e-5 * shape
+    for _ in range(n):
+        v = np.array(model.getVelocity())
+        model.getExternalForce()[:] = -beta * (K @ v.ravel()).reshape(v.shape)
+        model.solveStep("explicit_lumped")
+        joint.commit()
+        rows.append(np.array(model.getDisplacement())[upper, 0] @ shape)
+    a = np.array(rows)
+    tops = 1 + np.flatnonzero((a[1:-1] > a[:-2]) & (a[1:-1] >= a[2:]))
+    rate = -np.polyfit(dt * tops, np.log(a[tops]), 1)[0]
+    assert len(tops) > 8
+    assert rate == pytest.approx(0.5 * beta * (np.pi / length) ** 2 * E / rho, rel=0.01)
+    assert np.array(model.getVelocity())[upper, 0].mean() == pytest.approx(1.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("xi", [0.1, 0.3, 0.7])
+def test_impact(xi: float, tmp_path: Path) -> None:
+    """A stiff block that falls on a joint with a dashpot keeps the velocity of the closed form."""
+    kn, rho, speed = 200.0, 2.5e-9, 100.0
+    law = Interface(
+        Material.from_joint(kn, 80.0, 0.5, c=2.0 * xi * np.sqrt(kn * rho)), Pattern.regular(0, 0.0)
+    )
+    model, mesh, joint = peel.start(
+        tmp_path, grid(range(2), range(3), sides=()), law, 1.0, (rho, 3e4, 0.0), False
+    )
+    x, cells = np.array(mesh.getNodes()), np.array(mesh.getConnectivity(CUBE[2]))
+    upper = np.unique(cells[x[cells][:, :, 1].mean(axis=1) > 1.0])
+    model.getBlockedDOFs()[:] = True
+    model.getBlockedDOFs()[upper, 1] = False
+    joint.dt = 0.1 * model.getStableTimeStep()
+    model.setTimeStep(joint.dt)
+    model.getVelocity()[upper, 1] = -speed
+    # half a period of contact, and some flight
+    for _ in range(int(1.5 * np.pi * np.sqrt(rho / kn) / joint.dt)):
+        model.solveStep("explicit_lumped")
+        joint.commit()
+    after = np.array(model.getVelocity())[upper, 1].mean()
+    e = np.exp(-xi * (np.pi - 2.0 * np.arcsin(xi)) / np.sqrt(1.0 - xi**2))
+    # vibration of the block takes a part of the energy
+    assert after / speed == pytest.approx(e, abs=0.01)

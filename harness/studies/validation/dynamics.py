@@ -110,7 +110,13 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
         ["1 ms", "6", f"{value['slip']:.4f}"], ["0.5 ms", "6", f"{value['slip half']:.4f}"],
         ["1 ms", "12", f"{value['slip fine']:.4f}"],
     ]  # fmt: skip
+    planes = []
+    for theta in FACETS:
+        closed, two, space = climbed(theta, True)[0], value[f"climb2 {theta:g}"], value[f"climb3 {theta:g}"]
+        away = f"{100.0 * (1e3 * space / closed - 1.0):+.2f} %"
+        planes.append([f"{theta:g}°", *(f"{one:.3f}" for one in (closed, 1e3 * two, 1e3 * space)), away])
     return {
+        "planes": markdown(["plane", "closed form", "two dimensions", "space", "error"], planes),
         "rigid": markdown(["case", "quantity", "closed form", "law", "error"], rows),
         "growth": markdown(["block", "growth, 1/s"], grows),
         "slip": markdown(["step", "cells", "slip, m"], slips),
