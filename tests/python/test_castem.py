@@ -106,4 +106,7 @@ def test_card(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
     # the contact is 20 times stiffer than the bond
     k = JOINT.update(np.zeros((1, 3))).tangent[0]
     assert [float(values["KS"]), float(values["KN"])] == pytest.approx([20 * k[1, 1], 20 * k[0, 0]])
+    assert "'JOI4'" in model
+    assert main(["card", "cast3m", "case.nml", "--dimension", "2"]) == 0
+    assert "'JOI2'" in capsys.readouterr().out
     assert "'MODELISER' JOINTS " in model and "'FCT_LOI' 'AsperityCastem5'" in model

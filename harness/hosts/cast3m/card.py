@@ -17,22 +17,42 @@ def block_of(block: Block) -> str:
     comments = remarks(
         block,
         "LD_LIBRARY_PATH=FOLDER_OF_THE_LIBRARY castem THIS_FILE.dgibi",
-        f"{block.name}: the mesh of joint elements, JOI4 or JOT3, in two dimensions JOI2",
+        f"{block.name}: the mesh of joint elements; triangles are JOT3 instead of JOI4",
         "KS and KN are those of the operator with which Cast3M iterates, not constants of the law",
         *(["PF: the water pressure in the joint, >= 0, a parameter beside the temperature"] if wet else []),
         "MTest calls this function as Cast3M does; Cast3M itself was not run",
         mark="* ",
     )
-    return text_of(*comments, *_castem(block.name, law, block.props, block.stiffness, wet))
+    lines = _castem(block, law, wet)
+    return text_of(*comments, *lines, *(f"* {line}" for line in RUN))
 
 
-def _castem(name: str, law: str, props: contract.Floats, stiffness: Sequence[float], wet: bool) -> list[str]:
+RUN = (
+    "A run: MODS, MATS are model and material of the solids, BLOC is what is",
+    "held, CHAR loads and displacements over time, LTPS the times.",
+    "MODT = MODS 'ET' MODL ;",
+    "MATT = MATS 'ET' MATL ;",
+    "TAB1 = 'TABLE' ;",
+    "TAB1 . 'MODELE' = MODT ;",
+    "TAB1 . 'CARACTERISTIQUES' = MATT ;",
+    "TAB1 . 'BLOCAGES_MECANIQUES' = BLOC ;",
+    "TAB1 . 'CHARGEMENT' = CHAR ;",
+    "TAB1 . 'TEMPS_CALCULES' = LTPS ;",
+    "'PASAPAS' TAB1 ;",
+    "It leaves tractions in TAB1 . 'CONTRAINTES' and the state variables above",
+    "in TAB1 . 'VARIABLES_INTERNES', by time.",
+)
+"""A run with model and material, as comments because it needs the solids."""
+
+
+def _castem(block: Block, law: str, wet: bool) -> list[str]:
     """Lines of Gibiane that define model and material of a joint of Cast3M, whose names have four letters.
 
-    stiffness: in shear and in opening, of the operator with which Cast3M iterates.
+    KS and KN are those of the operator with which Cast3M iterates.
     """
+    props, element = block.props, "JOI4" if block.dimension == 3 else "JOI2"
     constants, variables = property_names(law), property_names(law, "InternalStateVariables")
-    leading = {"KS": stiffness[0], "KN": stiffness[1], "RHO": 0.0, "ALPN": 0.0}
+    leading = {"KS": block.stiffness[0], "KN": block.stiffness[1], "RHO": 0.0, "ALPN": 0.0}
     own = {f"A{i:02}": float(props[contract.index(one)]) for i, one in enumerate(constants, 1)}
     values = leading | own
     states = [f"V{i:03}" for i in range(1, len(variables) + 1)]
@@ -44,12 +64,12 @@ def _castem(name: str, law: str, props: contract.Floats, stiffness: Sequence[flo
         "STAT = 'MOTS'",
         *_in_lines([f"'{one}'" for one in states]),
         *(["PARA = 'MOTS' 'T' 'PF' ;"] if wet else []),
-        f"MODL = 'MODELISER' {name} 'MECANIQUE' 'ELASTIQUE' 'ISOTROPE'",
+        f"MODL = 'MODELISER' {block.name} 'MECANIQUE' 'ELASTIQUE' 'ISOTROPE'",
         "  'NON_LINEAIRE' 'UTILISATEUR'",
         f"  'LIB_LOI' '{generic_library().name}'",
         f"  'FCT_LOI' '{law}'",
         "  'C_MATERIAU' COEL 'C_VARINTER' STAT" + " 'PARA_LOI' PARA" * wet,
-        "  'CONS' 'JOINT' 'JOI4' ;",
+        f"  'CONS' 'JOINT' '{element}' ;",
         "MATL = 'MATERIAU' MODL",
         *_in_lines([f"'{one}' {value!r}" for one, value in values.items()], 2),
     ]
