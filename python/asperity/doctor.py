@@ -1,4 +1,4 @@
-"""Command `asperity doctor`: whether what is installed works together, and which hosts this machine has."""
+"""Command `asperity doctor`: whether what is installed works together, hosts of this machine, decks."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from importlib.util import find_spec
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from . import contract, installed
 from .hosts import Host, hosts
 from .interface import Interface
 from .material import Material
+from .mesh.deck_water import problems
 from .pattern import Pattern
 
 TOOLS = ("scipy", "matplotlib", "tqdm", "pandas", "pint", "openpyxl")
@@ -39,16 +41,28 @@ class Finding(NamedTuple):
 
 def add_arguments(doctor: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    doctor.description = "Check the installation and look for host programs; exit code 1: something is wrong."
+    doctor.description = (
+        "Check the installation and look for host programs, or check the water in the joints of a deck; exit "
+        "code 1: something is wrong."
+    )
+    doctor.add_argument("deck", metavar="DECK.inp", nargs="?", type=Path, help="input of Abaqus")
     doctor.set_defaults(action=_run)
 
 
-def _run(_: argparse.Namespace) -> int:
-    found = list(findings())
+def _run(options: argparse.Namespace) -> int:
+    found = list(of_deck(options.deck) if options.deck else findings())
     for one in found:
         mark = {True: "ok", False: "WRONG", None: ""}[one.good]
         print(f"{one.name:<12}{mark:<6} {one.text}")
     return int(any(one.good is False for one in found))
+
+
+def of_deck(path: Path) -> Iterator[Finding]:
+    """Findings of a deck of Abaqus; raises ValueError for one that is not read or has no joint."""
+    wrong = problems(path)
+    yield from (Finding("deck", text, False) for text in wrong)
+    if not wrong:
+        yield Finding("deck", f"{path}: elements and fields go with the water of the joints", True)
 
 
 def findings() -> Iterator[Finding]:

@@ -26,7 +26,10 @@ def block_of(block: Block) -> str:
             "** increment without c.",
         ]
     field = block.prop("water")
-    water = f"** *Field, variable={field:.0f} is the water pressure in the joint, >= 0; stresses are total."
+    water = [
+        f"** *Field, variable={field:.0f} is the water pressure in the joint, >= 0; stresses are total.",
+        "** WARNING: elements with a pore pressure (COH2D4P, COH3D8P) count it twice: they need water = 0.",
+    ]
     return text_of(
         comments(block, run),
         f"*Material, name={block.name}",
@@ -36,7 +39,7 @@ def block_of(block: Block) -> str:
         "** No DELETE, because contact survives rupture. status is 1 after the first call of a point.",
         *AT_FIRST,
         "** TYPE=SOLUTION gives cracked planes.",
-        *([water] if field else []),
+        *(water if field else []),
         *damped,
         "*Depvar",
         f"{len(block.statev)},",

@@ -1,0 +1,96 @@
+"""Water in the joints of an Abaqus deck: whether its field and its elements go with PROPS 23."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from .. import contract
+from .deck import Block, blocks
+
+PORE = "COH2D4P", "COH3D6P", "COH3D8P", "COHAX4P"
+"""Beginnings of cohesive elements that carry a pore pressure themselves; a T may follow."""
+
+
+def problems(path: Path) -> list[str]:
+    """What is wrong with the water of the joints in a deck, with file and line.
+
+    A joint is a cohesive section whose material has PROPS of the law. Raises ValueError for a deck that is
+    not read, and for one without a joint.
+    """
+    deck = blocks(path)
+    types = _types(deck)
+    materials, joints, found, others, name = {}, 0, [], "", ""
+    for block in deck:
+        if block.keyword == "MATERIAL":
+            name = block.name("NAME").upper()
+        elif block.keyword == "USER MATERIAL":
+            materials[name] = block, np.concatenate([block.numbers(words, k) for k, words in block.rows()])
+    fields = {
+        block.parameters.get("VARIABLE") or "1"
+        for block in deck
+        if block.keyword == "FIELD"
+        or (block.keyword == "INITIAL CONDITIONS" and (block.parameters.get("TYPE") or "").upper() == "FIELD")
+    }
+    for block in deck:
+        if block.keyword != "COHESIVE SECTION" or block.name("MATERIAL").upper() not in materials:
+            continue
+        material, props = materials[block.name("MATERIAL").upper()]
+        try:
+            contract.check(props)
+        except ValueError as error:
+            others += f"; {material.head()}: {error}"
+            continue
+        joints += 1
+        number = int(props[contract.index("water")])
+        if number == 0:
+            continue
+        elset = block.name("ELSET").upper()
+        if elset not in types:
+            found.append(f"{block.head()}: elset={elset}: no element is in it")
+        wet = sorted(one for one in types.get(elset, ()) if one.startswith(PORE))
+        if wet:
+            found.append(
+                f"{block.head()}: {', '.join(wet)} carry the water themselves, and so does the law, by field "
+                f"{number} (PROPS 23): expected water = 0, or {', '.join(one.rstrip('TP') for one in wet)}"
+            )
+        if str(number) not in fields:
+            found.append(
+                f"{material.head()}: water = {number}: expected *Field, variable={number} or initial "
+                "conditions of this field, for the water pressure; the deck has none"
+            )
+    if not joints:
+        raise ValueError(f"{path}: expected a *Cohesive Section whose material has PROPS of asperity{others}")
+    return found
+
+
+def _types(deck: list[Block]) -> dict[str, set[str]]:
+    """Types of the elements of each set; a number in several parts stands for all of them."""
+    sets: dict[str, set[str]] = {}
+    of_number: dict[str, set[str]] = {}
+    for block in deck:
+        if block.keyword != "ELEMENT":
+            continue
+        kind = block.name("TYPE").upper()
+        for _, words in block.rows():
+            of_number.setdefault(words[0], set()).add(kind)
+        if elset := block.parameters.get("ELSET"):
+            sets.setdefault(elset.upper(), set()).add(kind)
+    for block in deck:
+        if block.keyword == "ELSET":
+            own = sets.setdefault(block.name("ELSET").upper(), set())
+            for one in _members(block):
+                own |= of_number.get(one, set()) | sets.get(one.upper().rpartition(".")[2], set())
+    return sets
+
+
+def _members(block: Block) -> Iterator[str]:
+    """Numbers and sets of a set."""
+    for k, words in block.rows():
+        if "GENERATE" in block.parameters:
+            first, last, *step = (int(one) for one in block.numbers(words, k))
+            yield from (str(one) for one in range(first, last + 1, *(one or 1 for one in step)))
+        else:
+            yield from words
