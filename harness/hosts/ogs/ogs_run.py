@@ -103,12 +103,12 @@ def program() -> Path:
     return Path(sys.executable).parent / "ogs"
 
 
-def run(folder: Path, *patches: str, fails: bool = False) -> Run:
-    """Run the project with patches (texts) on the meshes of a folder, with one thread; output in `out`.
+def run(folder: Path, *patches: str, fails: bool = False, project: Path = PROJECT) -> Run:
+    """Run a project with patches (texts) on the meshes of a folder, with one thread; output in `out`.
 
     Raises RuntimeError unless OpenGeoSys ends well, or with an error where it `fails`.
     """
-    command = [str(program()), str(PROJECT), "-m", str(folder), "-o", str(folder / "out")]
+    command = [str(program()), str(project), "-m", str(folder), "-o", str(folder / "out")]
     out = folder / "out"
     out.mkdir(exist_ok=True)
     for old in [*out.glob("*.vtu"), *out.glob("*.pvd")]:

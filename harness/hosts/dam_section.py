@@ -1,0 +1,58 @@
+"""Section of the dam of Code_Aster's tests ssnp142a, e and i, with the joint along its base; m, N.
+
+Vertical upstream, base 5 m, crest 1.5 m, height 10 m, on a foundation of 15 m x 5 m.  A parapet without
+weight keeps water that is higher than the dam.
+"""
+
+from __future__ import annotations
+
+import meshio
+import numpy as np
+from asperity.mesh import Jointed, split
+
+BASE, CREST, HEIGHT, PARAPET = 5.0, 1.5, 10.0, 13.0
+"""Widths of the dam and levels of its crest and of the top of the parapet."""
+
+WEIGHT, WATER = 2400.0 * 9.81, 1000.0 * 9.81
+"""Of concrete and of water, N/m3."""
+
+STIFFNESS = 1e12
+"""Of the joint, Pa/m, in closing and in shear."""
+
+VISCOSITY, A_0 = 1e-3, 1e-8
+"""Of water, Pa s, and first and least aperture of the joint, m."""
+
+UPLIFTS = "none", "linear", "flow"
+"""Water in the joint."""
+
+
+def section(parts: int) -> Jointed:
+    """Section with so many quadrilaterals along the base; triangles and other meshes would do, too."""
+    along, size = np.linspace(0.0, BASE, parts + 1), BASE / parts
+    far = np.geomspace(size, 6.0 * size, 40)
+    far = BASE * np.cumsum(far) / far.sum()
+    x, y = np.r_[-far[::-1], along, BASE + far], np.r_[-far[::-1], 0.0]
+    up = np.linspace(0.0, PARAPET, round(PARAPET / HEIGHT * parts) + 1)
+    slender = 1.0 - (1.0 - CREST / BASE) * np.minimum(up, HEIGHT) / HEIGHT
+    rock = np.stack(np.meshgrid(x, y, indexing="ij"), 2)
+    dam = np.stack([along[:, None] * slender, np.broadcast_to(up, (parts + 1, len(up)))], 2)
+    number = np.arange(rock.size // 2).reshape(rock.shape[:2])
+    more = number.max() + 1 + np.arange(dam.size // 2).reshape(dam.shape[:2])
+    more[:, 0] = number[len(far) : len(far) + parts + 1, -1]  # the dam stands on nodes of the rock
+    points = np.concatenate([rock.reshape(-1, 2), dam.reshape(-1, 2)])
+    cells = [
+        np.stack([one[:-1, :-1], one[1:, :-1], one[1:, 1:], one[:-1, 1:]], 2).reshape(-1, 4)
+        for one in (number, more)
+    ]
+    above = np.repeat([up[:-1] >= HEIGHT - 1e-9], parts, 0).ravel()
+    outside = np.r_[number[0, ::-1], number[:, 0], number[-1]]
+    lines = [np.stack([one[:-1], one[1:]], 1) for one in (more[0], more[-1], outside)]
+    lines[2] = lines[2][lines[2][:, 0] != lines[2][:, 1]]
+    names = {"rock": (1, 2), "dam": (2, 2), "parapet": (3, 2), "upstream": (4, 1), "downstream": (5, 1),
+             "outside": (6, 1)}  # fmt: skip
+    tags = [np.r_[np.full(len(cells[0]), 1), np.where(above, 3, 2)]]
+    tags += [np.full(len(one), 4 + k) for k, one in enumerate(lines)]
+    kinds = [("quad", np.concatenate(cells)), *(("line", one) for one in lines)]
+    data = {"gmsh:physical": tags}
+    fields = {name: np.array(one) for name, one in names.items()}
+    return split(meshio.Mesh(points, kinds, cell_data=data, field_data=fields), {"base": ("rock", "dam")})
