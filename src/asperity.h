@@ -59,6 +59,24 @@ int asperity_update(const double *props, int nprops, double dt, int n, const dou
                     const double *aim, const double *p, int nstatv, double *state, double *traction, double *tangent,
                     char *message, int size);
 
+/* Unit normals double[n][3] and weights double[n] of the first n planes of PROPS. Returns the number of all planes, or 0 if
+ * props[nprops] is not admissible. */
+int asperity_planes(const double *props, int nprops, int n, double *normals, double *weights);
+
+/* Warnings about admissible constants that are outside the law's range of validity, a line for each in message; returns
+ * their number.
+ *   pressure, tension  largest compression and largest prescribed normal traction, >= 0
+ *   slip               largest slip; 0: not known */
+int asperity_warn(const double *props, int nprops, double pressure, double tension, double slip, char *message,
+                      int size);
+
+/* Largest increment of slip that an FE code should take with wear, as a sentence; returns its length, 0 without wear. */
+int asperity_slip_increment(const double *props, int nprops, double pressure, double slip, char *text, int size);
+
+/* Set the entries of PROPS (sigma0, Gc, eta, kc, sigma02, Gc2, damage0) of a joint without bond of these stiffnesses in
+ * closing and in shear; the others do not change. */
+void asperity_joint(double kn, double ks, double *props, int nprops);
+
 /* UMAT of Abaqus/Standard, CalculiX and Kratos (Fortran calling convention, DDSDDE by columns). */
 void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,
            double *ddsddt, double *drplde, double *drpldt, const double *stran, const double *dstran,

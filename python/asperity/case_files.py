@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from . import _core, contract
+from . import contract, library
 from .contract import Floats
-from .errors import InputError, Record
 from .history import History
 from .interface import Interface
 from .load_path import rows_of
@@ -111,7 +110,7 @@ def read_case(path: str | Path, any_law: bool = False) -> Case:
     -10.0
     """
     path = Path(path)
-    content = _content(os.fsencode(path))
+    content = library.content(b"", path=os.fsencode(path))
     runs = [_run(run) for run in content["runs"]]
     umat = runs[0] is None
     if umat and not any_law:
@@ -132,16 +131,7 @@ def read_case(path: str | Path, any_law: bool = False) -> Case:
 
 def check_text(text: str) -> None:
     """Raise ValueError with all errors of a text in the form of a case file, without file and line."""
-    _content(b"", text.encode())
-
-
-def _content(path: bytes, source: bytes = b"") -> dict[str, Any]:
-    """Content of a case file, or of a text, by names (case_json of asperity_json)."""
-    handle, length, good = _core.case_content(path, source)
-    content = contract.document(handle, length)
-    if not good:
-        raise InputError([Record(**error) for error in content])
-    return dict(content)
+    library.content(text.encode())
 
 
 def read_run(path: Path, value: str | None = None, with_path: bool = False) -> Run:

@@ -2,44 +2,25 @@
 
 from __future__ import annotations
 
-import ctypes
-import json
-import os
 import reprlib
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core
+from . import _core, library
 
 Floats = NDArray[np.float64]
-
-_pause = getattr(ctypes.CDLL(_core.__file__), "omp_pause_resource_all", None)
-if _pause is not None and hasattr(os, "register_at_fork"):
-    # the child of a fork does not have OpenMP's threads and would wait for them: end them before (1: soft)
-    os.register_at_fork(before=partial(_pause, 1))
-
-
-def _text(value: bytes) -> str:
-    return value.decode("ascii").rstrip()
-
-
-def document(handle: NDArray[np.int32], length: int) -> Any:
-    """Content of a JSON text that the library has made."""
-    text = np.empty(length, "S1")
-    _core.text_take(handle, text)
-    return json.loads(text.tobytes().decode("utf-8", "replace"), strict=False)
 
 
 @cache
 def tables() -> dict[str, Any]:
     """Tables of the library by names (tables_json of asperity_json)."""
-    found: dict[str, Any] = document(*_core.library_tables())
-    return found
+    by_name: dict[str, Any] = library.document(_core.asperity_tables)
+    return by_name
 
 
 _SIZES = tables()["sizes"]
@@ -169,9 +150,10 @@ def default(name: str) -> float:
 
 def joint_constants(kn: float, ks: float) -> dict[str, float]:
     """Constants by name, in the order of PROPS, of a joint without bond with these stiffnesses."""
-    constants, numbers = _core.contract_joint(kn, ks)
-    given = dict(zip(numbers.tolist(), constants.tolist(), strict=True))
-    return {row.name: given[row.index] for row in props_table() if row.index in given}
+    props = np.full(N_FIXED_PROPS, np.nan)
+    _core.asperity_joint(kn, ks, props)
+    given = np.flatnonzero(~np.isnan(props)).tolist()
+    return {props_table()[i].name: float(props[i]) for i in given}
 
 
 def pack(values: dict[str, float], listed: Iterable[float] = ()) -> Floats:
@@ -231,11 +213,11 @@ def check(props: Floats) -> tuple[int, bool]:
     These are the arguments of `n_statev` and `statev_names`.  Raises ValueError with every bad value and what
     was expected.
     """
-    n_planes, wears, status = _core.interface_review(props)
-    if status != 0:
-        nothing = np.zeros(3)
-        raise ValueError(_text(_core.input_errors(props, nothing, nothing, nothing, 0.0, nothing)))
-    return n_planes, bool(wears)
+    nstatv = _core.asperity_nstatv(props, library.message_room(1))
+    if nstatv == 0:
+        library.content(b"&step s_N = 0 /", props)  # raises, with all errors by name
+    n_planes = _core.asperity_planes(props, np.empty((1, 3)), np.empty(1))
+    return n_planes, nstatv > n_statev(n_planes)
 
 
 def library_version() -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _core, contract
+from . import _core, contract, library
 from .cards import blocks as cards
 from .contract import Floats
 from .errors import EquilibriumLost, InputError, slip_words
@@ -106,17 +106,14 @@ class Interface:
         if start is not new:
             new[:] = 0.0 if start is None else start
         if n > 0:  # f2py accepts no empty arrays
-            status, failed = _core.interface_update(
-                self._props, s_old.T, s.T, aim is not None, at.T, duration, new.T, traction.T, tangent.T
-            )
+            message = library.message_room()
+            aims, pressed = aim is not None, water is not None
+            status = _core.asperity_update(
+                self._props, duration, s_old, s, aims, at, pressed, water if pressed else self._props, new,
+                traction, tangent, message,
+            )  # fmt: skip
             if status != 0:
-                k = max(failed, 1) - 1
-                frozen = np.zeros(3) if aim is None else at[k]
-                place = f"point {k} (of 0 to {n - 1}): " if failed > 0 else ""
-                message = _core.input_errors(self._props, s_old[k], s[k], frozen, duration, new[k])
-                raise ValueError(place + message.decode("ascii").rstrip())
-        if water is not None:
-            traction[:, 0] -= water
+                raise ValueError(library.text_of(message))
         return Update(traction.view(), new.view(), tangent.view(), self.n_planes)
 
     def stability(self, tangent: ArrayLike) -> Stability:
@@ -137,8 +134,7 @@ class Interface:
             raise ValueError(f"tangent[{i}]: expected finite numbers")
         numbers = np.zeros((len(tangent), len(contract.tables()["stability"])))
         if len(tangent) > 0:
-            by_columns = np.ascontiguousarray(tangent.transpose(0, 2, 1))
-            _core.interface_stability(self._props, by_columns.T, numbers.T)
+            _core.asperity_stability_of(self._props, tangent, numbers)
         second_order, real, flutter = numbers[:, :3].T
         return Stability(second_order, real, flutter, numbers[:, 3:])
 
@@ -169,10 +165,10 @@ class Interface:
         if slip is not None:
             planes[:, :, 1:] = contract.array("slip", slip, (2,), (self.n_planes, 2))
         if len(tractions) > 0:
-            status, message = _core.interface_initial(self._props, tractions.T, state.T)
-            if status != 0:
+            message = library.message_room()
+            if _core.asperity_initial_state(self._props, tractions, state, message) != 0:
                 effective = "; t_N is the total one and p" if water.any() else ""
-                raise ValueError(message.decode("ascii").rstrip() + effective)
+                raise ValueError(library.text_of(message) + effective)
         return state[0] if given.ndim == 1 else state
 
     def run(

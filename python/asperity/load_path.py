@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, contract
+from . import _core, contract, library
+from .case_writer import path_text
 from .contract import Floats
 from .errors import InputError, Record
 from .history import History, Snap
-from .steps import Point, Step, pack
+from .steps import Point, Step
 
 MOST_ROOM = 100_000
 """Rows that are allocated at once, at most."""
+
+EVENTS = 64
+"""Bytes of the names of the events of a row (ASPERITY_EVENTS)."""
 
 
 @cache
@@ -46,46 +51,59 @@ def rows_of(
     steps = [steps] if isinstance(steps, Step) else list(steps) if isinstance(steps, Iterable) else []
     if not steps or not all(isinstance(step, Step) for step in steps):
         raise ValueError("steps: expected one asperity.Step or more")
-    counts, values = pack(steps)
     work = np.nan if start.work is None else contract.number("work", start.work)
-    water = contract.number("p", start.p)
-    if water < 0.0:
+    point = replace(
+        start,
+        state=contract.array("state", start.state, (nstatv,)),
+        separation=tuple(contract.array("separation", start.separation, (3,)).tolist()),
+        work=work if np.isfinite(work) else None,
+        p=contract.number("p", start.p),
+    )
+    if point.p < 0.0:
         raise ValueError(f"p = {contract.shown(start.p)}: expected >= 0")
-    place = np.append(contract.array("separation", start.separation, (3,)), (work, water))
-    state = contract.array("state", start.state, (nstatv,))
-    relative = 0.0 if tolerance is None else contract.number("tolerance", tolerance, "1e-8 to 0.1")
-    refines = tolerance is not None
-    handle, length = _core.path_begin(props, counts.T, values, place, state, refines, relative)
-    if length > 0:
-        raise InputError([Record(**error) for error in contract.document(handle[:2], length)])
+    relative = None if tolerance is None else contract.number("tolerance", tolerance, "1e-8 to 0.1")
     try:
-        numbers, states, names, loss = _all_rows(handle, nstatv, min(sum(map(len, steps)) + 1, MOST_ROOM))
+        with library.cases(path_text(steps, point, relative), props) as handle:
+            message = library.message_room()
+            run = _core.asperity_begin(handle, 0, message)
+    except InputError as error:
+        raise InputError(list(map(_of_argument, error.records))) from None
+    if run == 0:
+        raise InputError([Record(line, text=line) for line in library.text_of(message).splitlines()])
+    try:
+        numbers, states, names = _all_rows(run, nstatv, min(sum(map(len, steps)) + 1, MOST_ROOM))
+        is_lost = _core.asperity_lost(run, message)
     finally:
-        _core.path_end(handle)
+        _core.asperity_end(run)
     n = len(numbers)
     lost = ""
-    if loss is not None:
+    if is_lost:
         last = dict(zip(column_names(), numbers[n - 1], strict=True))
-        s, t = (", ".join(f"{last[f'{one}_{axis}']:.6g}" for axis in ("N", "Tx", "Ty")) for one in "st")
+        s, t = (", ".join(f"{last[f'{kind}_{axis}']:.6g}" for axis in ("N", "Tx", "Ty")) for kind in "st")
         row = f"step {last['step']:g} increment {last['increment']:g}, s = ({s}), t = ({t})"
-        lost = f"equilibrium lost beyond {row}: {loss}"
+        lost = f"equilibrium lost beyond {row}: {library.text_of(message)}"
     kept = slice(n if keep_lost else n - bool(lost))
     return history_of(numbers[kept], states[kept], names[kept], sizes[0], "" if keep_lost else lost), lost
 
 
-def _all_rows(
-    handle: NDArray[np.int32], nstatv: int, room: int
-) -> tuple[Floats, Floats, NDArray[np.bytes_], str | None]:
-    """Numbers, states and events of all rows of a run, and why equilibrium was lost, if it was."""
-    parts, loss, n = [], None, room
-    while n == room and loss is None:
+def _of_argument(error: Record) -> Record:
+    """Error of a load path as one of the arguments of `Interface.run`."""
+    group = f"steps[{error.step}]" if error.step >= 0 else ""
+    at = f"[{error.at}]" if error.at >= 0 else ""
+    value = f"{error.name}{at}" + (f" = {error.value}" if error.value else "")
+    return error._replace(group=group, words=": ".join(filter(None, (group, value, error.text))))
+
+
+def _all_rows(run: int, nstatv: int, room: int) -> tuple[Floats, Floats, NDArray[np.bytes_]]:
+    """Numbers, states and events of all rows of a run."""
+    parts, n = [], room
+    while n == room:
         numbers, states = np.zeros((room, len(column_names()))), np.empty((room, nstatv))
-        names = np.zeros(room, "S64")
-        n, lost, message = _core.path_next(handle, numbers.T, states.T, names)
-        parts.append((numbers[:n], states[:n], names[:n]))
-        loss = message.decode("ascii").rstrip() if lost else None
-    numbers, states, names = (np.concatenate(kind) for kind in zip(*parts, strict=True))
-    return numbers, states, names, loss
+        names = np.zeros((room, EVENTS), np.int8)
+        n = _core.asperity_next(run, numbers, states, names)
+        parts.append((numbers[:n], states[:n], names.view(f"S{EVENTS}")[:n, 0]))
+    numbers, states, events = (np.concatenate(kind) for kind in zip(*parts, strict=True))
+    return numbers, states, events
 
 
 def history_of(

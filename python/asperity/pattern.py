@@ -116,7 +116,9 @@ class Pattern:
     @cached_property
     def _planes(self) -> tuple[contract.Floats, contract.Floats]:
         props = contract.pack(_ANY_MATERIAL | self.values(), self.constants())
-        normals, weights = _core.interface_planes(props, contract.check(props)[0])
+        n = contract.check(props)[0]
+        normals, weights = np.empty((n, 3)), np.empty(n)
+        _core.asperity_planes(props, normals, weights)
         for array in (normals, weights):
             array.flags.writeable = False
-        return normals.T, weights
+        return normals, weights

@@ -146,24 +146,6 @@ def largest_tension(path: Sequence[Step], p: float) -> float:
     return largest
 
 
-def pack(steps: Sequence[Step]) -> tuple[NDArray[np.int32], Floats]:
-    """Numbers of values (T, E) of the entries of T steps, -1 for one that is not given, and all values."""
-    counts = np.full((len(steps), len(entries())), -1, dtype=np.int32)
-    values: list[float] = []
-    for i, step in enumerate(steps):
-        given = step.given()
-        for j, entry in enumerate(entries()):
-            if entry.name not in given:
-                continue
-            value = given[entry.name]
-            if isinstance(value, str):
-                value = float(FOLLOW.index(value))
-            part = value if isinstance(value, tuple) else (value,)
-            counts[i, j] = len(part)
-            values.extend(part)
-    return counts, np.array(values or [0.0])
-
-
 def step_of(values: dict[str, list[float]]) -> Step:
     """Step of the values of its entries."""
     given: dict[str, Any] = {e.name: values[e.name] for e in entries() if e.name in values}

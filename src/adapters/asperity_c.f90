@@ -8,10 +8,14 @@ module asperity_c
   use asperity_interface, only: interface_type, new_interface
   use asperity_arrays, only: update_points
   use asperity_kinds, only: wp
-  use asperity_text, only: integer_text, to_text
+  use asperity_material, only: joint_constants, joint_props
+  use asperity_pattern, only: plane_normal
+  use asperity_text, only: append, integer_text, to_text
+  use asperity_warnings, only: increment_text, measures, n_measures, text_size, warned, warning_text
   implicit none
   private
-  public :: asperity_version, asperity_nstatv, asperity_initial_state, asperity_update, put_text
+  public :: asperity_version, asperity_nstatv, asperity_initial_state, asperity_update, asperity_planes, &
+    asperity_warn, asperity_slip_increment, asperity_joint, put_text
 
 contains
 
@@ -73,7 +77,7 @@ contains
         if (status /= status_ok) then
           call explain_point(joint, rest, rest, states(:, i), text)
           if (len(text) == 0) call explain_initial(joint, t(:, i), all_prescribed, states(:, i), text)
-          text = "point " // integer_text(i) // ": " // text
+          text = point_text(i, n) // text
           exit
         end if
       end do
@@ -132,7 +136,7 @@ contains
       if (status == status_time) then
         call explain_time(joint, "dt", text, dt)
       else if (status == status_water) then
-        text = "point " // integer_text(failed) // ": p = " // to_text(water(failed)) // &
+        text = point_text(failed, n) // "p = " // to_text(water(failed)) // &
           ": expected a finite water pressure >= 0"
       else if (status /= status_ok) then
         start = 0.0_wp
@@ -140,11 +144,95 @@ contains
         frozen = 0.0_wp
         if (associated(goal)) frozen = goal(:, failed)
         call explain_point(joint, start, to(:, failed), states(:, failed), text, frozen)
-        text = "point " // integer_text(failed) // ": " // text
+        text = point_text(failed, n) // text
       end if
     end if
     call put_text(text, message, size)
   end function asperity_update
+
+  !> Normals and weights of the first n planes of PROPS; returns the number of all planes, 0 if PROPS is not admissible.
+  function asperity_planes(props, nprops, n, normals, weights) bind(C) result(n_planes)
+    integer(c_int), value :: nprops                           !! number of constants
+    integer(c_int), value :: n                                !! planes for which there is room
+    real(c_double), intent(in) :: props(nprops)               !! material constants
+    real(c_double), intent(inout) :: normals(3, n)            !! double[n][3] unit normals (N, Tx, Ty)
+    real(c_double), intent(inout) :: weights(n)               !! double[n] gamma
+    integer(c_int) :: n_planes
+    type(interface_type) :: joint
+    integer :: k, status
+    n_planes = 0
+    call new_interface(props, joint, status)
+    if (status /= status_ok) return
+    n_planes = joint%pattern%n
+    do k = 1, min(n, n_planes)
+      normals(:, k) = plane_normal(joint%pattern, k)
+      weights(k) = joint%pattern%gamma(k)
+    end do
+  end function asperity_planes
+
+  !> Warnings about constants that are admissible but outside the law's range of validity; returns their number.
+  function asperity_warn(props, nprops, pressure, tension, slip, message, size) bind(C) result(n)
+    integer(c_int), value :: nprops                           !! number of constants
+    real(c_double), intent(in) :: props(nprops)               !! admissible material constants
+    real(c_double), value :: pressure                         !! largest one, >= 0, stress
+    real(c_double), value :: tension                          !! largest prescribed normal traction, >= 0, stress
+    real(c_double), value :: slip                             !! largest one, length; 0: not known
+    type(c_ptr), value :: message                             !! char[size], a line for each; may be NULL
+    integer(c_int), value :: size                             !! bytes of the message
+    integer(c_int) :: n
+    character(len=:), allocatable :: text
+    real(wp) :: values(n_measures)
+    logical :: beyond(n_measures)
+    integer :: i
+    allocate (character(len=0) :: text)
+    values = measures(props, pressure, tension, slip)
+    beyond = warned(values)
+    do i = 1, n_measures
+      if (beyond(i)) call append(text, trim(warning_text(i, values(i))))
+    end do
+    call put_text(text, message, size)
+    n = count(beyond)
+  end function asperity_warn
+
+  !> Largest increment of slip of an FE code with wear, as a sentence; returns its length, 0 without wear.
+  function asperity_slip_increment(props, nprops, pressure, slip, text, size) bind(C) result(length)
+    integer(c_int), value :: nprops                           !! number of constants
+    real(c_double), intent(in) :: props(nprops)               !! material constants
+    real(c_double), value :: pressure                         !! largest one, >= 0, stress
+    real(c_double), value :: slip                             !! largest one, length; 0: not known
+    type(c_ptr), value :: text                                !! char[size], may be NULL
+    integer(c_int), value :: size                             !! bytes of the text
+    integer(c_int) :: length
+    type(interface_type) :: joint
+    character(len=text_size) :: sentence
+    integer :: status
+    sentence = ""
+    call new_interface(props, joint, status)
+    if (status == status_ok) sentence = increment_text(joint, pressure, slip)
+    call put_text(trim(sentence), text, size)
+    length = len_trim(sentence)
+  end function asperity_slip_increment
+
+  !> Set the entries of PROPS that the stiffnesses of a joint without bond give; the others do not change.
+  subroutine asperity_joint(kn, ks, props, nprops) bind(C)
+    real(c_double), value :: kn, ks                           !! stiffness in closing and in shear, stress/length
+    integer(c_int), value :: nprops                           !! number of constants
+    real(c_double), intent(inout) :: props(nprops)            !! material constants
+    real(wp) :: constants(size(joint_props))
+    integer :: i
+    constants = joint_constants(kn, ks)
+    do i = 1, size(joint_props)
+      if (joint_props(i) <= nprops) props(joint_props(i)) = constants(i)
+    end do
+  end subroutine asperity_joint
+
+  !> "point i (of 0 to n - 1): " in a message; points count from 0, as in arrays of C and Python.
+  pure function point_text(i, n) result(text)
+    integer, intent(in) :: i            !! point, from 1
+    integer, intent(in) :: n            !! points
+    character(len=len(integer_text(i - 1)) + len(integer_text(n - 1)) + 19) :: text
+    text = "point " // integer_text(i - 1) // " (of 0 to " // integer_text(n - 1) // "): "
+  end function point_text
 
   !> Make the interface from PROPS and check the counts as the caller passed them, which may be negative.
   subroutine begin(props, nprops, n, nstatv, size, joint, status, text)

@@ -68,11 +68,12 @@ module asperity_case
 contains
 
   !> Read a case file, or a text in its form. What depends on a UMAT of others, its state and steps, is not checked.
-  subroutine read_cases(path, file, errors, source)
+  subroutine read_cases(path, file, errors, source, props)
     character(len=*), intent(in) :: path                   !! file, or the name of the text in errors; may be empty
     type(case_file_type), intent(out) :: file              !! defined if there is no error
     type(errors_type), intent(out) :: errors               !! in the order of the lines
     character(len=*), intent(in), optional :: source       !! the text, instead of the file
+    real(wp), intent(in), optional :: props(:)             !! PROPS in place of &material and &pattern, any bits
     type(case_io) :: io
     integer :: g, i
     call set_text(file%sweep, "")
@@ -85,7 +86,7 @@ contains
       allocate (file%cases(max(1, size(file%values))))
       do i = 1, size(file%cases)
         if (size(file%values) > 0) io%text%variable_value = file%values(i)
-        call read_case(io, file%values, file%cases(i))
+        call read_case(io, file%values, file%cases(i), props)
         if (io%errors%n > 0) exit
       end do
     end if
@@ -101,18 +102,19 @@ contains
     type(case_io) :: io
     io%writes = .true.
     copy = case
-    call all_groups(io, [real(wp) ::], copy)
+    call all_groups(io, [real(wp) ::], copy, .false.)
     call written_text(io, text)
   end subroutine write_case
 
   !> All groups of a case.
-  subroutine all_groups(io, sweep_values, case)
+  subroutine all_groups(io, sweep_values, case, has_props)
     type(case_io), intent(inout) :: io           !! the file
     real(wp), intent(in) :: sweep_values(:)      !! of the variable, size 0: no sweep
     type(case_type), intent(inout) :: case       !! read or written
+    logical, intent(in) :: has_props             !! whether &material and &pattern are neither read nor written
     call case_group(io, case)
     call umat_group(io, case%umat)
-    if (.not. case%umat%given) call props_groups(io, case%props, case%stiffness)
+    if (.not. (case%umat%given .or. has_props)) call props_groups(io, case%props, case%stiffness)
     call initial_group(io, case%initial)
     if (.not. (io%writes .and. case%initial%given)) call state_group(io, case%state)
     call step_groups(io, case%steps)
@@ -121,17 +123,19 @@ contains
   end subroutine all_groups
 
   !> Read a case from its text; the variable of the sweep has its value.
-  subroutine read_case(io, sweep_values, case)
+  subroutine read_case(io, sweep_values, case, props)
     type(case_io), intent(inout) :: io           !! the file
     real(wp), intent(in) :: sweep_values(:)      !! of the variable, size 0: no sweep
     type(case_type), intent(out) :: case         !! defined if no error was added
+    real(wp), intent(in), optional :: props(:)   !! PROPS in place of &material and &pattern, any bits
     character(len=:), allocatable :: lines
     integer :: status
     logical :: prescribed(3)
 
-    call check_groups(io%text, io%errors)
+    call check_groups(io%text, present(props), io%errors)
     allocate (case%props(0))
-    call all_groups(io, sweep_values, case)
+    if (present(props)) case%props = props
+    call all_groups(io, sweep_values, case, present(props))
     if (case%refines .and. case%replay%given) call fail(io%errors, of_group(io%text, group_index(io%text, "case")), &
       "tolerance with &replay, whose increments are recorded: expected tolerance with &step only")
     if (case%stability .and. case%replay%given) call fail(io%errors, of_group(io%text, group_index(io%text, "case")), &
@@ -154,8 +158,9 @@ contains
   end subroutine read_case
 
   !> Check that every group is known and not given too often.
-  subroutine check_groups(text, errors)
-    type(text_type), intent(in) :: text                       !! the file
+  subroutine check_groups(text, has_props, errors)
+    type(text_type), intent(in) :: text          !! the file
+    logical, intent(in) :: has_props             !! whether PROPS stand for &material and &pattern
     type(errors_type), intent(inout) :: errors   !! errors are added
     integer :: g, i, n(size(group_names))
     character(len=:), allocatable :: names
@@ -178,9 +183,11 @@ contains
         "given twice, first in line " // integer_text(text%groups(group_index(text, trim(group_names(i))))%line))
       if (foreign .and. any(group_names(i) == ["material", "pattern ", "initial ", "replay  "])) call fail(errors, &
         of_group(text, g), "does not go with &umat: expected the one or the other")
+      if (has_props .and. any(group_names(i) == ["material", "pattern ", "replay  ", "umat    "])) call fail(errors, &
+        of_group(text, g), "does not go with PROPS, which the caller gives: expected the one or the other")
     end do
     do i = 2, 3
-      if (n(i) == 0 .and. .not. foreign) call fail(errors, of_file(text), "no group &" // trim(group_names(i)))
+      if (n(i) == 0 .and. .not. (foreign .or. has_props)) call fail(errors, of_file(text), "no group &" // trim(group_names(i)))
     end do
     i = findloc(group_names, "step", dim=1)
     g = findloc(group_names, "replay", dim=1)
@@ -231,7 +238,7 @@ contains
             ! another text has no number in the range of the table
             if (io%is_given) entry%values = [real(findloc(followed, lower(follow), dim=1) - 1, wp)]
           else
-            call reals_entry(io, trim(step_table(i)%name), entry%values)
+            call reals_entry(io, trim(step_table(i)%name), entry%values, any_bits=.true.)
           end if
           if (io%is_given) entry%place = io%place
         end associate

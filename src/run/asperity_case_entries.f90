@@ -2,6 +2,7 @@
 !> it: the list of the entries of a group is therefore the same for both, and for the message about an unknown name. An
 !> error has file, line, group, name and value of a bad entry.
 module asperity_case_entries
+  use, intrinsic :: ieee_arithmetic, only: ieee_negative_inf, ieee_positive_inf, ieee_quiet_nan, ieee_value
   use asperity_case_text, only: group_index, of_entry, of_group, text_type, token_text, value_text
   use asperity_errors, only: error_type, errors_type, fail
   use asperity_kinds, only: wp
@@ -98,18 +99,19 @@ contains
   end subroutine real_entry
 
   !> A list of numbers.
-  subroutine reals_entry(io, name, values)
+  subroutine reals_entry(io, name, values, any_bits)
     type(case_io), intent(inout) :: io                    !! the file
     character(len=*), intent(in) :: name                  !! of the entry
     real(wp), allocatable, intent(inout) :: values(:)     !! read: unchanged if it is not given, size 0 on error; else
                                                           !! not written if it is empty, or not allocated
+    logical, intent(in), optional :: any_bits             !! true: inf and nan are read, too, as the caller tests them
     if (io%writes) then
       if (.not. allocated(values)) return
       if (size(values) > 0) call put_numbers(io, name, values)
       return
     end if
     call find_entry(io, name)
-    if (io%is_given) call get_numbers(io, values)
+    if (io%is_given) call get_numbers(io, values, any_bits)
   end subroutine reals_entry
 
   !> One whole number.
@@ -238,18 +240,21 @@ contains
   end subroutine find_entry
 
   !> All numbers of the entry that was found.
-  subroutine get_numbers(io, values)
+  subroutine get_numbers(io, values, any_bits)
     type(case_io), intent(inout) :: io                        !! the file
     real(wp), allocatable, intent(out) :: values(:)           !! size 0 if one is bad
+    logical, intent(in), optional :: any_bits                 !! true: inf and nan are numbers
     integer, parameter :: most_repeats = 100000
+    real(wp), allocatable :: longer(:)
     character(len=:), allocatable :: word
     type(error_type) :: place
     real(wp) :: repeats, value
-    integer :: i, star
+    integer :: i, n, star
     logical :: good, good_count
 
-    allocate (values(0))
+    n = 0
     associate (e => io%text%entries(io%entry), tokens => io%text%tokens)
+      allocate (values(e%last - e%first + 1))
       if (e%last < e%first) call fail(io%errors, io%place, "no value")
       do i = e%first, e%last
         word = token_text(io%text, i)
@@ -263,6 +268,7 @@ contains
           word = word(star + 1:)
         end if
         call to_real(word, value, good)
+        if (present(any_bits) .and. .not. good) call not_finite(lower(word), value, good)
         if (len_trim(io%text%variable) > 0 .and. lower(word) == io%text%variable) then
           value = io%text%variable_value
           good = .true.
@@ -270,15 +276,42 @@ contains
         if (tokens(i)%is_string .or. .not. (good .and. good_count)) then
           place = io%place
           if (place%line > 0) place%line = tokens(i)%line
+          ! in a text without a name or lines a value is known by its position
+          if (len(io%text%path) == 0 .and. e%last > e%first) place%at = n
           place%value = """" // printable(token_text(io%text, i)) // """"
           call fail(io%errors, place, "expected a number")
           values = [real(wp) ::]
           return
         end if
-        values = [values, spread(value, 1, nint(repeats))]
+        if (n + nint(repeats) > size(values)) then
+          allocate (longer(2*(n + nint(repeats))))
+          longer(:n) = values(:n)
+          call move_alloc(longer, values)
+        end if
+        values(n + 1:n + nint(repeats)) = value
+        n = n + nint(repeats)
       end do
     end associate
+    if (n < size(values)) values = values(:n)
   end subroutine get_numbers
+
+  !> Read what is no finite number.
+  pure subroutine not_finite(word, value, good)
+    character(len=*), intent(in) :: word      !! in lower case
+    real(wp), intent(inout) :: value          !! set if it is good
+    logical, intent(out) :: good              !! whether the word is nan, inf or -inf
+    good = .true.
+    select case (word)
+    case ("nan")
+      value = ieee_value(value, ieee_quiet_nan)
+    case ("inf")
+      value = ieee_value(value, ieee_positive_inf)
+    case ("-inf")
+      value = ieee_value(value, ieee_negative_inf)
+    case default
+      good = .false.
+    end select
+  end subroutine not_finite
 
   !> Write numbers, which read back exactly.
   subroutine put_numbers(io, name, values)

@@ -102,8 +102,8 @@ contains
     if (.not. state%given) return
     allocate (s(0))
     if (io%writes) s = state%s
-    call reals_entry(io, "separation", s)
-    call reals_entry(io, "statev", state%statev)
+    call reals_entry(io, "separation", s, any_bits=.true.)
+    call reals_entry(io, "statev", state%statev, any_bits=.true.)
     call real_entry(io, "p", state%p, 0.0_wp)
     call require(io, state%p >= 0.0_wp, "expected >= 0")
     call real_entry(io, "work", state%work, given=state%has_work)

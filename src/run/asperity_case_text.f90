@@ -50,8 +50,6 @@ module asperity_case_text
     real(wp) :: variable_value = 0.0_wp
   end type text_type
 
-  character(len=*), parameter :: word_end = blanks // ",=/!'""&"
-
 contains
 
   !> Split a file, or a text, into groups, entries and values.
@@ -86,7 +84,7 @@ contains
       case ("!")
         last = last_before(newline, text%source, i)
       case ("&")
-        last = last_before(word_end, text%source, i + 1)
+        last = word_end(text%source, i + 1)
         if (inside) call fail(errors, of_group(text, text%n_groups), "no closing / before &" // &
           text%source(i + 1:last) // " in line " // integer_text(line))
         if (text%n_groups == size(text%groups)) text%groups = [text%groups, text%groups]
@@ -150,7 +148,7 @@ contains
         end do
         call add_token(i + 1, last - 1, .true.)
       case default
-        last = last_before(word_end, text%source, i)
+        last = word_end(text%source, i)
         next = verify(text%source(last + 1:), blanks)
         if (next > 0) then
           if (text%source(last + next:last + next) /= "=") next = 0
@@ -198,6 +196,21 @@ contains
     end subroutine add_token
 
   end subroutine read_text
+
+  !> Last character of a name or a value; i - 1 if there is none at i.
+  pure function word_end(source, i) result(last)
+    character(len=*), intent(in) :: source   !! text
+    integer, intent(in) :: i                 !! first position
+    integer :: last
+    ! a text of a program has many numbers, for which the intrinsic function takes longer
+    do last = i, len(source)
+      select case (source(last:last))
+      case (" ", achar(9), newline, achar(13), ",", "=", "/", "!", "'", """", "&")
+        exit
+      end select
+    end do
+    last = last - 1
+  end function word_end
 
   !> Place of an error in the whole file, or in a line; a text that is not in a file has no place.
   pure function of_file(text, line) result(place)

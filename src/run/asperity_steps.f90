@@ -155,7 +155,8 @@ contains
     type(error_type) :: place
     associate (given => step%given(i))
       place = given%place
-      if (.not. allocated(place%name)) then
+      ! where no file shows the values, the bad one is known by its position
+      if (.not. allocated(place%name) .or. (j > 0 .and. .not. allocated(place%file) .and. i /= e_follow)) then
         place = step%place
         place%name = trim(step_table(i)%name)
         if (j == 0) then

@@ -1,5 +1,6 @@
 !> Text files: their bytes, lines, words and numbers.
 module asperity_text_file
+  use, intrinsic :: iso_fortran_env, only: int64
   use asperity_errors, only: error_type, errors_type, fail
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text
@@ -11,6 +12,8 @@ module asperity_text_file
   character(len=*), parameter, public :: blanks = " " // achar(9) // newline // achar(13)
   !> Longest field of a line that is distinguished; no number is longer.
   integer, parameter, public :: longest_field = 80
+  !> Binary digits of a double.
+  integer, parameter :: digits_of_double = digits(1.0_wp)
   !> Largest file that is read, bytes.
   integer, parameter :: largest_file = 100000000
 
@@ -126,7 +129,8 @@ contains
     end do
   end function lower
 
-  !> Read a finite decimal number, with or without exponent; every other text is rejected.
+  !> Read a finite number: decimal, with or without exponent, or hexadecimal as %a of C and float.hex of Python write it,
+  !> which is exact and quick; every other text is rejected.
   pure subroutine to_real(word, value, good)
     character(len=*), intent(in) :: word   !! without blanks
     real(wp), intent(out) :: value         !! 0 if it is no number
@@ -135,6 +139,10 @@ contains
     character(len=longest + 8) :: number
     integer :: e, exponent, status
 
+    if (index(word(:min(3, len(word))), "0x") > 0) then
+      call hexadecimal(word, value, good)
+      return
+    end if
     value = 0.0_wp
     exponent = 0
     e = scan(word // "e", "eEdD")
@@ -150,6 +158,54 @@ contains
     read (number, "(f68.0)", iostat=status) value
     good = status == 0
   end subroutine to_real
+
+  !> Read a hexadecimal number: a sign, 0x, up to 14 digits with or without a point, p, and the exponent of 2.
+  pure subroutine hexadecimal(word, value, good)
+    character(len=*), intent(in) :: word   !! without blanks
+    real(wp), intent(out) :: value         !! 0 if it is no number
+    logical, intent(out) :: good           !! whether it is one, which a double has exactly
+    integer, parameter :: most_digits = 14, largest_exponent = maxexponent(value) - 1
+    integer(int64) :: mantissa
+    integer :: digit, exponent, first, i, n, p, power
+    logical :: fraction
+    value = 0.0_wp
+    first = 1 + min(1, scan(word(:1), "+-"))
+    p = scan(word, "pP")
+    good = word(first:min(first + 1, len(word))) == "0x" .and. p > first + 2
+    if (good) good = len(word) - p <= 5 .and. is_number(word(p + 1:), 0)
+    if (.not. good) return
+    mantissa = 0_int64
+    power = 0
+    n = 0
+    fraction = .false.
+    do i = first + 2, p - 1
+      if (word(i:i) == "." .and. .not. fraction) then
+        fraction = .true.
+        cycle
+      end if
+      n = n + 1
+      select case (word(i:i))
+      case ("0":"9")
+        digit = iachar(word(i:i)) - iachar("0")
+      case ("a":"f")
+        digit = iachar(word(i:i)) - iachar("a") + 10
+      case default
+        good = .false.
+      end select
+      good = good .and. n <= most_digits
+      if (.not. good) return
+      mantissa = 16_int64*mantissa + int(digit, int64)
+      if (fraction) power = power - 4
+    end do
+    exponent = 0
+    do i = verify(word(p + 1:), "+-") + p, len(word)
+      exponent = 10*exponent + iachar(word(i:i)) - iachar("0")
+    end do
+    if (word(p + 1:p + 1) == "-") exponent = -exponent
+    good = n > 0 .and. abs(exponent) <= largest_exponent .and. mantissa < 2_int64**digits_of_double
+    if (good) value = scale(real(mantissa, wp), exponent + power)
+    if (word(1:1) == "-") value = -value
+  end subroutine hexadecimal
 
   !> Whether a word is an optional sign, digits, and up to a number of decimal points.
   pure function is_number(word, points) result(yes)

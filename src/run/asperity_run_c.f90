@@ -1,0 +1,298 @@
+!> C API of the toolbox around the law, declared in asperity_run.h: case files, their runs and rows, tables, stability.
+!> The Python package wraps the same functions.
+module asperity_run_c
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_loc, c_null_char, &
+    c_null_ptr, c_ptr, c_size_t
+  use asperity_c, only: put_text
+  use asperity_case, only: case_file_type, read_cases
+  use asperity_checks, only: all_bounded
+  use asperity_contract, only: status_ok, status_state
+  use asperity_equations, only: new_point, point_type
+  use asperity_errors, only: errors_type, put_words
+  use asperity_interface, only: interface_type, new_interface
+  use asperity_json, only: case_json, errors_json, tables_json
+  use asperity_kinds, only: wp
+  use asperity_load_path, only: explain_loss, next_row, row_type, run_type
+  use asperity_point_law, only: event_length
+  use asperity_refine, only: refine_path
+  use asperity_rie_law, only: new_rie_law, rie_law
+  use asperity_rows, only: aperture_type, row_columns, row_numbers
+  use asperity_stability, only: stability_columns, stability_of
+  use asperity_text, only: integer_text
+  implicit none
+  private
+  public :: asperity_read_cases, asperity_case_errors, asperity_case_content, asperity_free_cases, asperity_begin, &
+    asperity_next, asperity_value, asperity_lost, asperity_end, asperity_tables, asperity_stability_of
+
+  !> What the handle of a case file has.
+  type :: cases_type
+    type(case_file_type) :: file
+    type(errors_type) :: errors
+    character(len=:), allocatable :: json   !! content or errors, once it was asked for
+  end type cases_type
+
+  !> What the handle of a run has.
+  type :: handle_type
+    type(run_type) :: run
+    type(row_type) :: row                   !! the last one
+    type(aperture_type) :: aperture         !! of the joint
+    integer :: n_rows = 0                   !! so far
+  end type handle_type
+
+  interface
+    !> Characters of a C string.
+    function strlen(string) bind(C) result(length)
+      import :: c_ptr, c_size_t
+      implicit none
+      type(c_ptr), value :: string   !! not NULL
+      integer(c_size_t) :: length
+    end function strlen
+  end interface
+
+contains
+
+  !> Read a case file, or a text; the handle is never NULL.
+  function asperity_read_cases(path, text, props, nprops) bind(C) result(cases)
+    type(c_ptr), value :: path              !! file, or the name of the text in errors; NULL: ""
+    type(c_ptr), value :: text              !! text in place of the file; NULL: none
+    type(c_ptr), value :: props             !! double[nprops] in place of &material and &pattern; NULL: none
+    integer(c_int), value :: nprops         !! number of constants
+    type(c_ptr) :: cases
+    type(cases_type), pointer :: handle
+    real(wp), pointer, contiguous :: constants(:)
+    character(len=:), allocatable :: name, source
+    allocate (handle)
+    nullify (constants)
+    if (c_associated(props)) call c_f_pointer(props, constants, [max(0, nprops)])
+    call get_text(path, name)
+    if (c_associated(text)) call get_text(text, source)
+    ! what is not allocated, or a null pointer, is an absent optional argument
+    call read_cases(name, handle%file, handle%errors, source, constants)
+    cases = c_loc(handle)
+  end function asperity_read_cases
+
+  !> Number of errors of a case file, which the message words.
+  function asperity_case_errors(cases, message, size) bind(C) result(n)
+    type(c_ptr), value :: cases             !! of asperity_read_cases
+    type(c_ptr), value :: message           !! char[size], a line for each; may be NULL
+    integer(c_int), value :: size           !! bytes of the message
+    integer(c_int) :: n
+    type(cases_type), pointer :: handle
+    character(len=:), allocatable :: text
+    call c_f_pointer(cases, handle)
+    text = ""
+    call put_words(handle%errors, text)
+    call put_text(text, message, size)
+    n = handle%errors%n
+  end function asperity_case_errors
+
+  !> Content of a case file as JSON (case_json), where it has errors those (errors_json); returns its length.
+  function asperity_case_content(cases, text, size) bind(C) result(length)
+    type(c_ptr), value :: cases             !! of asperity_read_cases
+    type(c_ptr), value :: text              !! char[size], may be NULL
+    integer(c_int), value :: size           !! bytes of the text
+    integer(c_int) :: length
+    type(cases_type), pointer :: handle
+    call c_f_pointer(cases, handle)
+    if (.not. allocated(handle%json)) then
+      if (handle%errors%n > 0) call errors_json(handle%errors, handle%json)
+      if (handle%errors%n == 0) call case_json(handle%file, handle%json)
+    end if
+    call put_text(handle%json, text, size)
+    length = len(handle%json)
+  end function asperity_case_content
+
+  !> End the use of a case file; its runs remain.
+  subroutine asperity_free_cases(cases) bind(C)
+    type(c_ptr), value :: cases             !! of asperity_read_cases; NULL: nothing is done
+    type(cases_type), pointer :: handle
+    if (.not. c_associated(cases)) return
+    call c_f_pointer(cases, handle)
+    deallocate (handle)
+  end subroutine asperity_free_cases
+
+  !> Begin a run of a case file; NULL, with the reason in the message, if it cannot begin.
+  function asperity_begin(cases, number, message, size) bind(C) result(run)
+    type(c_ptr), value :: cases             !! of asperity_read_cases
+    integer(c_int), value :: number         !! of the value of the sweep, from 0
+    type(c_ptr), value :: message           !! char[size], may be NULL
+    integer(c_int), value :: size           !! bytes of the message
+    type(c_ptr) :: run
+    type(cases_type), pointer :: file
+    type(handle_type), pointer :: handle
+    type(point_type) :: start
+    type(rie_law) :: law
+    character(len=:), allocatable :: text
+    run = c_null_ptr
+    text = ""
+    call c_f_pointer(cases, file)
+    call put_words(file%errors, text)
+    if (len(text) == 0) then
+      associate (last => ubound(file%file%cases, 1) - 1)
+        if (number < 0 .or. number > last) text = "run " // integer_text(number) // ": expected 0 to " // &
+          integer_text(last)
+      end associate
+    end if
+    if (len(text) == 0) then
+      associate (case => file%file%cases(number + 1))
+        if (case%umat%given) then
+          text = "&umat: expected &material and &pattern, as the driver alone runs UMATs of others"
+        else if (case%replay%given) then
+          text = "&replay: expected &step, as the driver alone runs replays"
+        else
+          allocate (handle)
+          handle%aperture = case%aperture
+          law = new_rie_law(case%joint)
+          start = new_point(law, case%state%statev, case%state%s)
+          if (case%state%has_work) start%work = case%state%work
+          call refine_path(law, case%steps, start, case%state%p, case%tolerance, handle%run, text)
+          if (len(text) == 0) run = c_loc(handle)
+          if (len(text) > 0) deallocate (handle)
+        end if
+      end associate
+    end if
+    call put_text(text, message, size)
+  end function asperity_begin
+
+  !> Next rows of a run, up to n; fewer: the path is at its end, or equilibrium is lost beyond the last one.
+  function asperity_next(run, n, n_columns, rows, nstatv, states, events) bind(C) result(n_rows)
+    type(c_ptr), value :: run               !! of asperity_begin
+    integer(c_int), value :: n              !! rows for which there is room
+    integer(c_int), value :: n_columns      !! numbers of a row that are written: the first columns
+    type(c_ptr), value :: rows              !! double[n][n_columns], may be NULL
+    integer(c_int), value :: nstatv         !! state variables that are written: the first ones
+    type(c_ptr), value :: states            !! double[n][nstatv], may be NULL
+    type(c_ptr), value :: events            !! char[n][64], names joined by +, ended by zeros; may be NULL
+    integer(c_int) :: n_rows
+    type(handle_type), pointer :: handle
+    real(wp), pointer, contiguous :: numbers(:, :), statev(:, :)
+    character(kind=c_char), pointer, contiguous :: names(:, :)
+    real(wp) :: values(size(row_columns))
+    integer :: i, last
+    logical :: found
+    call c_f_pointer(run, handle)
+    nullify (numbers, statev, names)
+    if (c_associated(rows)) call c_f_pointer(rows, numbers, [max(0, n_columns), max(0, n)])
+    if (c_associated(states)) call c_f_pointer(states, statev, [max(0, nstatv), max(0, n)])
+    if (c_associated(events)) call c_f_pointer(events, names, [event_length, max(0, n)])
+    n_rows = 0
+    do while (n_rows < n)
+      call next_row(handle%run, handle%row, found)
+      if (.not. found) exit
+      n_rows = n_rows + 1
+      handle%n_rows = handle%n_rows + 1
+      if (associated(numbers)) then
+        values = row_numbers(handle%row, handle%aperture)
+        last = min(size(numbers, 1), size(values))
+        numbers(:last, n_rows) = values(:last)
+      end if
+      if (associated(statev)) then
+        last = min(size(statev, 1), size(handle%row%state))
+        statev(:last, n_rows) = handle%row%state(:last)
+      end if
+      if (associated(names)) then
+        names(:, n_rows) = c_null_char
+        do i = 1, min(len_trim(handle%row%events), event_length - 1)
+          names(i, n_rows) = handle%row%events(i:i)
+        end do
+      end if
+      if (handle%row%lost) exit
+    end do
+  end function asperity_next
+
+  !> Number of the last row in a column; NaN before the first row, and for a name that no column has.
+  function asperity_value(run, column) bind(C) result(value)
+    type(c_ptr), value :: run               !! of asperity_begin
+    type(c_ptr), value :: column            !! name
+    real(c_double) :: value
+    type(handle_type), pointer :: handle
+    character(len=:), allocatable :: name
+    real(wp) :: values(size(row_columns))
+    integer :: i
+    call c_f_pointer(run, handle)
+    call get_text(column, name)
+    value = ieee_value(value, ieee_quiet_nan)
+    i = findloc(row_columns == name, .true., dim=1)
+    if (i == 0 .or. handle%n_rows == 0) return
+    values = row_numbers(handle%row, handle%aperture)
+    value = values(i)
+  end function asperity_value
+
+  !> Whether equilibrium is lost beyond the last row (1 or 0), and why.
+  function asperity_lost(run, message, size) bind(C) result(lost)
+    type(c_ptr), value :: run               !! of asperity_begin
+    type(c_ptr), value :: message           !! char[size], may be NULL
+    integer(c_int), value :: size           !! bytes of the message
+    integer(c_int) :: lost
+    type(handle_type), pointer :: handle
+    character(len=:), allocatable :: text
+    call c_f_pointer(run, handle)
+    text = ""
+    if (handle%row%lost) call explain_loss(handle%run, handle%row, text)
+    call put_text(text, message, size)
+    lost = merge(1_c_int, 0_c_int, handle%row%lost)
+  end function asperity_lost
+
+  !> End a run, at any row.
+  subroutine asperity_end(run) bind(C)
+    type(c_ptr), value :: run               !! of asperity_begin; NULL: nothing is done
+    type(handle_type), pointer :: handle
+    if (.not. c_associated(run)) return
+    call c_f_pointer(run, handle)
+    deallocate (handle)
+  end subroutine asperity_end
+
+  !> Tables of the library as JSON (tables_json); returns its length.
+  function asperity_tables(text, size) bind(C) result(length)
+    type(c_ptr), value :: text              !! char[size], may be NULL
+    integer(c_int), value :: size           !! bytes of the text
+    integer(c_int) :: length
+    character(len=:), allocatable :: json
+    call tables_json(json)
+    call put_text(json, text, size)
+    length = len(json)
+  end function asperity_tables
+
+  !> Stability of n points, from the eigenvalues of their tangents; returns 0 or the status of PROPS or of a tangent.
+  function asperity_stability_of(props, nprops, n, tangent, numbers) bind(C) result(status)
+    integer(c_int), value :: nprops         !! number of constants
+    real(c_double), intent(in) :: props(nprops)          !! PROPS
+    integer(c_int), value :: n                           !! points
+    real(c_double), intent(in) :: tangent(3, 3, n)       !! double[n][3][3] d traction_i/d s_j, stress/length
+    real(c_double), intent(inout) :: numbers(size(stability_columns), n)   !! double[n][6], as "stability" names them
+    integer(c_int) :: status
+    type(interface_type) :: joint
+    type(rie_law) :: law
+    integer :: i
+    call new_interface(props, joint, status)
+    if (status /= status_ok) return
+    do i = 1, n
+      if (all_bounded(9, tangent(:, :, i), huge(1.0_wp))) cycle
+      status = status_state
+      return
+    end do
+    law = new_rie_law(joint)
+    do i = 1, n
+      numbers(:, i) = stability_of(transpose(tangent(:, :, i)), law%stiffness)
+    end do
+  end function asperity_stability_of
+
+  !> Copy a C string.
+  subroutine get_text(string, text)
+    type(c_ptr), intent(in) :: string                         !! ended by a zero; NULL: ""
+    character(len=:), allocatable, intent(inout) :: text      !! its characters
+    character(kind=c_char), pointer, contiguous :: chars(:)
+    integer :: i, length
+    length = 0
+    if (c_associated(string)) length = int(strlen(string))
+    if (allocated(text)) deallocate (text)
+    allocate (character(len=length) :: text)
+    if (length == 0) return
+    call c_f_pointer(string, chars, [length])
+    do i = 1, length
+      text(i:i) = chars(i)
+    end do
+  end subroutine get_text
+
+end module asperity_run_c
