@@ -68,7 +68,7 @@ int asperity_planes(const double *props, int nprops, int n, double *normals, dou
  *   pressure, tension  largest compression and largest prescribed normal traction, >= 0
  *   slip               largest slip; 0: not known */
 int asperity_warn(const double *props, int nprops, double pressure, double tension, double slip, char *message,
-                      int size);
+                  int size);
 
 /* Largest increment of slip that an FE code should take with wear, as a sentence; returns its length, 0 without wear. */
 int asperity_slip_increment(const double *props, int nprops, double pressure, double slip, char *text, int size);

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from . import contract, library
+from . import calls, contract
 from .contract import Floats
 from .history import History
 from .interface import Interface
@@ -110,7 +110,7 @@ def read_case(path: str | Path, any_law: bool = False) -> Case:
     -10.0
     """
     path = Path(path)
-    content = library.content(b"", path=os.fsencode(path))
+    content = calls.content(b"", path=os.fsencode(path))
     runs = [_run(run) for run in content["runs"]]
     umat = runs[0] is None
     if umat and not any_law:
@@ -131,7 +131,7 @@ def read_case(path: str | Path, any_law: bool = False) -> Case:
 
 def check_text(text: str) -> None:
     """Raise ValueError with all errors of a text in the form of a case file, without file and line."""
-    library.content(text.encode())
+    calls.content(text.encode())
 
 
 def read_run(path: Path, value: str | None = None, with_path: bool = False) -> Run:

@@ -10,7 +10,6 @@ import numpy as np
 from . import contract
 from .contract import Floats
 from .pattern import Pattern
-from .steps import Point, Step
 
 CASE_INCREMENTS = 100  # increments of a step of `slip_case`
 WIDTH, COLUMNS = 100, 6  # characters of a line, and numbers of a long list in it: two normals
@@ -60,35 +59,10 @@ def _group_text(group: str, entries: Mapping[str, Any]) -> str:
 
 
 def number_text(value: float) -> str:
-    """Shortest text of a number that reads back exactly; an exponent is used for large and small ones only."""
+    """Shortest text of a number that reads back exactly; large and small ones have an exponent."""
     if value == 0.0 or SMALL <= abs(value) < LARGE:
         return np.format_float_positional(value, trim="-")
     return np.format_float_scientific(value, trim="-", exp_digits=1).replace("e+", "e")
-
-
-def path_text(steps: Sequence[Step], start: Point | None, tolerance: float | None) -> bytes:
-    """Groups of a load path in a case file, whose numbers read back exactly: quicker than `case_text`."""
-    groups: list[tuple[str, Mapping[str, Any]]] = []
-    if tolerance is not None:
-        groups.append(("case", {"tolerance": tolerance}))
-    if start is not None:
-        state = {"separation": start.separation, "statev": start.state, "work": start.work, "p": start.p}
-        groups.append(("state", state))
-    groups += [("step", step.given()) for step in steps]
-    return "\n".join(f"&{name} {_entries_text(entries)} /" for name, entries in groups).encode()
-
-
-def _entries_text(entries: Mapping[str, Any]) -> str:
-    """Entries of a group in one line, lists in hexadecimal; an empty list leaves its name, for an error."""
-    texts = []
-    for name, value in entries.items():
-        if isinstance(value, str):
-            texts.append(f"{name} = '{value}'")
-        elif value is not None:
-            numbers = value if isinstance(value, tuple) else np.atleast_1d(value).tolist()
-            exact = repr if len(numbers) == 1 else float.hex
-            texts.append(f"{name} = {','.join(map(exact, map(float, numbers)))}")
-    return " ".join(texts)
 
 
 def entries_of(values: Mapping[str, float], digits: int = 10) -> dict[str, float]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, library
+from . import _core, calls
 
 Floats = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 @cache
 def tables() -> dict[str, Any]:
     """Tables of the library by names (tables_json of asperity_json)."""
-    by_name: dict[str, Any] = library.document(_core.asperity_tables)
+    by_name: dict[str, Any] = calls.document(_core.asperity_tables)
     return by_name
 
 
@@ -213,9 +213,9 @@ def check(props: Floats) -> tuple[int, bool]:
     These are the arguments of `n_statev` and `statev_names`.  Raises ValueError with every bad value and what
     was expected.
     """
-    nstatv = _core.asperity_nstatv(props, library.message_room(1))
+    nstatv = _core.asperity_nstatv(props, calls.message_room(1))
     if nstatv == 0:
-        library.content(b"&step s_N = 0 /", props)  # raises, with all errors by name
+        calls.content(b"&step s_N = 0 /", props)  # raises, with all errors by name
     n_planes = _core.asperity_planes(props, np.empty((1, 3)), np.empty(1))
     return n_planes, nstatv > n_statev(n_planes)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _core, contract, library
+from . import _core, calls, contract
 from .cards import blocks as cards
 from .contract import Floats
 from .errors import EquilibriumLost, InputError, slip_words
@@ -106,14 +106,14 @@ class Interface:
         if start is not new:
             new[:] = 0.0 if start is None else start
         if n > 0:  # f2py accepts no empty arrays
-            message = library.message_room()
-            aims, pressed = aim is not None, water is not None
+            message = calls.message_room()
+            pressed = self._props if water is None else water  # not read without water
             status = _core.asperity_update(
-                self._props, duration, s_old, s, aims, at, pressed, water if pressed else self._props, new,
+                self._props, duration, s_old, s, aim is not None, at, water is not None, pressed, new,
                 traction, tangent, message,
             )  # fmt: skip
             if status != 0:
-                raise ValueError(library.text_of(message))
+                raise ValueError(calls.text_of(message))
         return Update(traction.view(), new.view(), tangent.view(), self.n_planes)
 
     def stability(self, tangent: ArrayLike) -> Stability:
@@ -165,10 +165,10 @@ class Interface:
         if slip is not None:
             planes[:, :, 1:] = contract.array("slip", slip, (2,), (self.n_planes, 2))
         if len(tractions) > 0:
-            message = library.message_room()
+            message = calls.message_room()
             if _core.asperity_initial_state(self._props, tractions, state, message) != 0:
                 effective = "; t_N is the total one and p" if water.any() else ""
-                raise ValueError(library.text_of(message) + effective)
+                raise ValueError(calls.text_of(message) + effective)
         return state[0] if given.ndim == 1 else state
 
     def run(

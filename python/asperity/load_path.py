@@ -9,12 +9,11 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, contract, library
-from .case_writer import path_text
+from . import _core, calls, contract
 from .contract import Floats
 from .errors import InputError, Record
 from .history import History, Snap
-from .steps import Point, Step
+from .steps import Point, Step, path_text
 
 MOST_ROOM = 100_000
 """Rows that are allocated at once, at most."""
@@ -63,13 +62,13 @@ def rows_of(
         raise ValueError(f"p = {contract.shown(start.p)}: expected >= 0")
     relative = None if tolerance is None else contract.number("tolerance", tolerance, "1e-8 to 0.1")
     try:
-        with library.cases(path_text(steps, point, relative), props) as handle:
-            message = library.message_room()
+        with calls.cases(path_text(steps, point, relative), props) as handle:
+            message = calls.message_room()
             run = _core.asperity_begin(handle, 0, message)
     except InputError as error:
         raise InputError(list(map(_of_argument, error.records))) from None
     if run == 0:
-        raise InputError([Record(line, text=line) for line in library.text_of(message).splitlines()])
+        raise InputError([Record(line, text=line) for line in calls.text_of(message).splitlines()])
     try:
         numbers, states, names = _all_rows(run, nstatv, min(sum(map(len, steps)) + 1, MOST_ROOM))
         is_lost = _core.asperity_lost(run, message)
@@ -81,7 +80,7 @@ def rows_of(
         last = dict(zip(column_names(), numbers[n - 1], strict=True))
         s, t = (", ".join(f"{last[f'{kind}_{axis}']:.6g}" for axis in ("N", "Tx", "Ty")) for kind in "st")
         row = f"step {last['step']:g} increment {last['increment']:g}, s = ({s}), t = ({t})"
-        lost = f"equilibrium lost beyond {row}: {library.text_of(message)}"
+        lost = f"equilibrium lost beyond {row}: {calls.text_of(message)}"
     kept = slice(n if keep_lost else n - bool(lost))
     return history_of(numbers[kept], states[kept], names[kept], sizes[0], "" if keep_lost else lost), lost
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import _core, contract, library
+from . import _core, calls, contract
 from .material import Material, ModelWarning
 from .pattern import ACROSS, Pattern
 
@@ -85,10 +85,10 @@ def _sentences(
     """Warnings of the library, and its sentence on the increments of slip of an FE code."""
     props = contract.pack(material.values() | pattern.values(), pattern.constants())
     lowest, highest = min(tractions, default=0.0), max(tractions, default=0.0)
-    pressure, texts, increment = max(-lowest, 0.0), library.message_room(), library.message_room()
+    pressure, texts, increment = max(-lowest, 0.0), calls.message_room(), calls.message_room()
     _core.asperity_warn(props, pressure, max(highest, 0.0), slip, texts)
     _core.asperity_slip_increment(props, pressure, slip, increment)
-    return library.text_of(texts).splitlines(), library.text_of(increment)
+    return calls.text_of(texts).splitlines(), calls.text_of(increment)
 
 
 def _facing(pattern: Pattern, direction: float) -> list[Check]:

@@ -146,6 +146,31 @@ def largest_tension(path: Sequence[Step], p: float) -> float:
     return largest
 
 
+def path_text(steps: Sequence[Step], start: Point | None, tolerance: float | None) -> bytes:
+    """Groups of a load path in a case file, for the library: numbers read back exactly, and quickly."""
+    groups: list[tuple[str, dict[str, Any]]] = []
+    if tolerance is not None:
+        groups.append(("case", {"tolerance": tolerance}))
+    if start is not None:
+        state = {"separation": start.separation, "statev": start.state, "work": start.work, "p": start.p}
+        groups.append(("state", state))
+    groups += [("step", step.given()) for step in steps]
+    return "\n".join(f"&{name} {_entries_text(entries)} /" for name, entries in groups).encode()
+
+
+def _entries_text(entries: dict[str, Any]) -> str:
+    """Entries of a group in one line, lists in hexadecimal; an empty list leaves its name, for an error."""
+    texts = []
+    for name, value in entries.items():
+        if isinstance(value, str):
+            texts.append(f"{name} = '{value}'")
+        elif value is not None:
+            numbers = value if isinstance(value, tuple) else np.atleast_1d(value).tolist()
+            exact = repr if len(numbers) == 1 else float.hex
+            texts.append(f"{name} = {','.join(map(exact, map(float, numbers)))}")
+    return " ".join(texts)
+
+
 def step_of(values: dict[str, list[float]]) -> Step:
     """Step of the values of its entries."""
     given: dict[str, Any] = {e.name: values[e.name] for e in entries() if e.name in values}

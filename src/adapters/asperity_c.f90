@@ -1,6 +1,7 @@
 !> C API of the library, declared in asperity.h: the law for arrays of points.
 module asperity_c
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr
+  use asperity_c_text, only: put_text
   use asperity_call_checks, only: explain_nstatv, explain_point, explain_time
   use asperity_checks, only: review_props
   use asperity_contract, only: status_nstatv, status_ok, status_size, status_time, status_water, version
@@ -15,7 +16,7 @@ module asperity_c
   implicit none
   private
   public :: asperity_version, asperity_nstatv, asperity_initial_state, asperity_update, asperity_planes, &
-    asperity_warn, asperity_slip_increment, asperity_joint, put_text
+    asperity_warn, asperity_slip_increment, asperity_joint
 
 contains
 
@@ -276,21 +277,5 @@ contains
     status = status_size
     text = name // " is NULL: expected an array"
   end subroutine expect_array
-
-  !> Copy a text into a C buffer; a text that does not fit is cut, and a zero ends it always.
-  subroutine put_text(text, buffer, size)
-    character(len=*), intent(in) :: text   !! what to copy
-    type(c_ptr), intent(in) :: buffer      !! char[size], may be NULL
-    integer(c_int), intent(in) :: size     !! bytes of the buffer
-    character(kind=c_char), pointer :: chars(:)
-    integer :: i, last
-    if (.not. c_associated(buffer) .or. size < 1) return
-    call c_f_pointer(buffer, chars, [size])
-    last = min(len(text), size - 1)
-    do i = 1, last
-      chars(i) = text(i:i)
-    end do
-    chars(last + 1) = c_null_char
-  end subroutine put_text
 
 end module asperity_c

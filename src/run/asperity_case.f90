@@ -187,7 +187,8 @@ contains
         of_group(text, g), "does not go with PROPS, which the caller gives: expected the one or the other")
     end do
     do i = 2, 3
-      if (n(i) == 0 .and. .not. (foreign .or. has_props)) call fail(errors, of_file(text), "no group &" // trim(group_names(i)))
+      if (n(i) == 0 .and. .not. (foreign .or. has_props)) call fail(errors, of_file(text), "no group &" // &
+        trim(group_names(i)))
     end do
     i = findloc(group_names, "step", dim=1)
     g = findloc(group_names, "replay", dim=1)

@@ -207,6 +207,8 @@ contains
       select case (source(last:last))
       case (" ", achar(9), newline, achar(13), ",", "=", "/", "!", "'", """", "&")
         exit
+      case default
+        cycle
       end select
     end do
     last = last - 1

@@ -3,8 +3,8 @@
 module asperity_run_c
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_loc, c_null_char, &
-    c_null_ptr, c_ptr, c_size_t
-  use asperity_c, only: put_text
+    c_null_ptr, c_ptr
+  use asperity_c_text, only: get_text, put_text
   use asperity_case, only: case_file_type, read_cases
   use asperity_checks, only: all_bounded
   use asperity_contract, only: status_ok, status_state
@@ -39,16 +39,6 @@ module asperity_run_c
     type(aperture_type) :: aperture         !! of the joint
     integer :: n_rows = 0                   !! so far
   end type handle_type
-
-  interface
-    !> Characters of a C string.
-    function strlen(string) bind(C) result(length)
-      import :: c_ptr, c_size_t
-      implicit none
-      type(c_ptr), value :: string   !! not NULL
-      integer(c_size_t) :: length
-    end function strlen
-  end interface
 
 contains
 
@@ -277,22 +267,5 @@ contains
       numbers(:, i) = stability_of(transpose(tangent(:, :, i)), law%stiffness)
     end do
   end function asperity_stability_of
-
-  !> Copy a C string.
-  subroutine get_text(string, text)
-    type(c_ptr), intent(in) :: string                         !! ended by a zero; NULL: ""
-    character(len=:), allocatable, intent(inout) :: text      !! its characters
-    character(kind=c_char), pointer, contiguous :: chars(:)
-    integer :: i, length
-    length = 0
-    if (c_associated(string)) length = int(strlen(string))
-    if (allocated(text)) deallocate (text)
-    allocate (character(len=length) :: text)
-    if (length == 0) return
-    call c_f_pointer(string, chars, [length])
-    do i = 1, length
-      text(i:i) = chars(i)
-    end do
-  end subroutine get_text
 
 end module asperity_run_c

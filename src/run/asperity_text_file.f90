@@ -129,8 +129,8 @@ contains
     end do
   end function lower
 
-  !> Read a finite number: decimal, with or without exponent, or hexadecimal as %a of C and float.hex of Python write it,
-  !> which is exact and quick; every other text is rejected.
+  !> Read a finite number: decimal, with or without exponent, or hexadecimal as %a of C and float.hex of Python write
+  !> it, which is exact and quick; every other text is rejected.
   pure subroutine to_real(word, value, good)
     character(len=*), intent(in) :: word   !! without blanks
     real(wp), intent(out) :: value         !! 0 if it is no number

@@ -151,7 +151,7 @@ static int initial_state_carries_the_traction(void) {
   dead[0][ALPHA] = dead[1][ALPHA] = 1.0;
   bad += FAILS(asperity_initial_state(props, N_FLAT_PROPS, 2, tension[0], FLAT_STATEV, dead[0], message,
                                       sizeof message) == ASPERITY_BAD_INITIAL);
-  bad += FAILS(strstr(message, "point 2: initial t_N = 0.5: tension on a crack") != NULL);
+  bad += FAILS(strstr(message, "point 1 (of 0 to 1): initial t_N = 0.5: tension on a crack") != NULL);
   bad += FAILS(dead[1][OFFSET] == 0.0);
   bad += FAILS(asperity_initial_state(props, N_FLAT_PROPS, -1, wanted, FLAT_STATEV, state, message, sizeof message) ==
                ASPERITY_BAD_SIZE);
@@ -174,7 +174,7 @@ static int water_is_part_of_the_total_traction(void) {
   bad += FAILS(memcmp(state[0], state[1], sizeof state[0]) == 0);
   bad += FAILS(asperity_update(props, N_FLAT_PROPS, 0.0, 2, NULL, s[0], NULL, bad_p, FLAT_STATEV, state[2][0], wet[0],
                                NULL, message, sizeof message) == ASPERITY_BAD_WATER);
-  bad += FAILS(strstr(message, "point 2: p = -0.5: expected a finite water pressure >= 0") != NULL);
+  bad += FAILS(strstr(message, "point 1 (of 0 to 1): p = -0.5: expected a finite water pressure >= 0") != NULL);
   for (int i = 0; i < FLAT_STATEV; i++) bad += FAILS(!(fabs(state[2][0][i]) > 0.0));
   return bad;
 }
@@ -207,6 +207,43 @@ static int threads_of_the_host_have_their_own_points(void) {
   return bad;
 }
 
+static int planes_have_the_normals_of_the_pattern(void) {
+  /* m = 4 planes of 30 degrees and, by the default share, the flat one, which is the first */
+  const double props[] = {SIGMA0, GC, ETA, MU, 30.0, 4.0}, bad_props[] = {-1.0, GC, ETA, MU};
+  double normals[6][3], weights[6] = {0.0}, sum = 0.0;
+  weights[5] = -1.0;
+  int n = asperity_planes(props, 6, 6, normals[0], weights);
+  int bad = FAILS(n == 5) + FAILS(weights[5] == -1.0) + FAILS(normals[0][0] == 1.0);
+  for (int i = 0; i < n; i++) sum += weights[i];
+  for (int i = 1; i < n; i++) bad += DIFFERS(cos(acos(-1.0) / 6.0), normals[i][0], 1e-15);
+  bad += DIFFERS(1.0, sum, 1e-15) + FAILS(asperity_planes(props, 6, 0, NULL, NULL) == 5);
+  return bad + FAILS(asperity_planes(bad_props, 4, 0, NULL, NULL) == 0);
+}
+
+static int warnings_are_counted(void) {
+  /* kc = 1: the contact is as soft as the bond, and a pressure closes it visibly; steep planes lock with mu tan >= 1 */
+  const double soft[] = {SIGMA0, GC, ETA, MU, 30.0, 4.0}, good[] = FLAT_PROPS;
+  char message[1024], tiny[2] = "#";
+  int bad = FAILS(asperity_warn(soft, 6, SIGMA0, 0.0, 0.0, message, sizeof message) >= 1);
+  bad += FAILS(strstr(message, "the contact is soft") != NULL);
+  bad += FAILS(asperity_warn(good, N_FLAT_PROPS, 0.0, 0.0, 0.0, tiny, sizeof tiny) == 0);
+  bad += FAILS(tiny[0] == '\0' && message[0] != '\0');
+  return bad + FAILS(asperity_slip_increment(soft, 6, 1.0, 1.0, message, sizeof message) == 0) +
+         FAILS(message[0] == '\0');
+}
+
+static int stiffnesses_make_a_joint_without_bond(void) {
+  /* K = sigma0/s0 is ks, and kc = kn/ks; what the caller gives for mu stays */
+  double props[20] = {0.0};
+  props[3] = MU;
+  asperity_joint(50.0, 20.0, props, 20);
+  double s0 = (1.0 - props[2]) * 2.0 * props[1] / props[0];
+  int bad = DIFFERS(20.0, props[0] / s0, 1e-13 * 20.0) + FAILS(props[3] == MU);
+  double cut[3] = {0.0};
+  asperity_joint(50.0, 20.0, cut, 3);
+  return bad + FAILS(memcmp(cut, props, sizeof cut) == 0);
+}
+
 int main(void) {
   int (*const tests[])(void) = {version_is_text,
                                 kernels_are_those_of_the_environment,
@@ -219,6 +256,9 @@ int main(void) {
                                 negative_counts_are_told_as_they_came,
                                 initial_state_carries_the_traction,
                                 water_is_part_of_the_total_traction,
+                                planes_have_the_normals_of_the_pattern,
+                                warnings_are_counted,
+                                stiffnesses_make_a_joint_without_bond,
                                 threads_of_the_host_have_their_own_points};
   return check_run(sizeof tests / sizeof tests[0], tests);
 }

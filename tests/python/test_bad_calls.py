@@ -184,7 +184,7 @@ def test_negative_separations_are_not_named() -> None:
     call.strain[:] = -2.0e-3
     call.increment[1, 1] = np.nan
     message = call_c(np.random.default_rng(1), call).message
-    assert message.startswith("point 2: s_Tx = NaN: expected") and message.count("expected") == 1
+    assert message.startswith("point 1 (of 0 to 2): s_Tx = NaN: expected") and message.count("expected") == 1
 
 
 @pytest.mark.parametrize(

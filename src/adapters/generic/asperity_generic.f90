@@ -5,7 +5,7 @@
 module asperity_generic
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use asperity_c, only: put_text
+  use asperity_c_text, only: put_text
   use asperity_call_checks, only: explain_point, explain_time, point_status, time_status
   use asperity_checks, only: bounded, review, review_props
   use asperity_contract, only: n_fixed_props, n_statev, p_m, p_map, p_water, prop_table, &
