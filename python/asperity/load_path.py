@@ -61,6 +61,8 @@ def rows_of(
     if point.p < 0.0:
         raise ValueError(f"p = {contract.shown(start.p)}: expected >= 0")
     relative = None if tolerance is None else contract.number("tolerance", tolerance, "1e-8 to 0.1")
+    if relative is not None and not np.isfinite(relative):
+        raise ValueError(f"tolerance = {relative}: expected 1e-8 to 0.1")
     try:
         with calls.cases(path_text(steps, point, relative), props) as handle:
             message = calls.message_room()
