@@ -200,7 +200,11 @@ def test_bad_aperture(a_0: float, a_min: float, words: str, tmp_path: Path) -> N
 
 @pytest.mark.parametrize(
     ("entry", "message"),
-    [("p = -1.0", "p = -1"), ("p = 1.0, nan", "p = 1.0, nan: expected a finite pressure >= 0"), ("p = 'a'", 'p = "a": ')],
+    [
+        ("p = -1.0", "p = -1"),
+        ("p = 1.0, nan", "p = 1.0, nan: expected a finite pressure >= 0"),
+        ("p = 'a'", 'p = "a": '),
+    ],
 )
 def test_bad_water_in_a_case(entry: str, message: str, tmp_path: Path) -> None:
     """A pressure that is negative or no number is named with its line."""
