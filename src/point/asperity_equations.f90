@@ -8,8 +8,8 @@ module asperity_equations
   use asperity_elimination, only: eliminate
   use asperity_kinds, only: wp
   use asperity_point_law, only: call_type, point_law, point_type
-  use asperity_tolerances, only: coarsest_scale, farthest, finest_scale, instability, most_updates, resolved, &
-    residual_tolerance, rounding_scale
+  use asperity_tolerances, only: coarsest_scale, farthest, finest_scale, imperfection, instability, most_updates, &
+    residual_tolerance, resolved, rounding_scale
   implicit none
   private
   public :: new_point, new_equations, ramp, evaluate, may_go_on, free_matrix, alike, predict, unstable, is_unstiff, &
@@ -52,6 +52,7 @@ module asperity_equations
     real(wp) :: moved = 0.0_wp         !! largest separation at the start of the increment, length
     logical :: in_balance = .false.    !! whether the energies of each step are to balance
     logical :: fell = .false.          !! whether a joint that wears has fallen in a step
+    real(wp) :: displaced = imperfection   !! at the start of the next motion, relative to s0
     real(wp) :: damping = 0.0_wp       !! resistance to the motion from the point at `done`, stress/length
     type(report_type) :: report        !! so far
   end type equations_type

@@ -11,9 +11,9 @@ module asperity_increment
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: call_type, point_law, point_type
-  use asperity_tolerances, only: fast_growth, first_motion, imperfection, largest_target, least_cut, least_damping, &
-    least_rupture, less_damping, more_damping, most_cut, most_tries, most_updates, shortest_motion, slow_growth, &
-    smallest_fraction, smallest_part, snap_resolution, unbalanced
+  use asperity_tolerances, only: fast_growth, first_motion, imperfection, largest_imperfection, largest_target, &
+    least_cut, least_damping, least_rupture, less_damping, more_damping, more_imperfection, most_cut, most_tries, &
+    most_updates, shortest_motion, slow_growth, smallest_fraction, smallest_part, snap_resolution, unbalanced
   implicit none
   private
   public :: call_type, control_type, point_type, report_type, new_point, advance, snap
@@ -165,6 +165,8 @@ contains
         exit
       end if
       equations%report%parts = equations%report%parts + 1
+      equations%displaced = merge(min(more_imperfection*equations%displaced, largest_imperfection), imperfection, &
+        largest_move(equations, before, equations%old) <= more_imperfection*equations%displaced*law%s_0)
       call close_opening(law, equations)
       if (.not. stays_open) call note_snap(law, equations, before)
       reached = equations%done
@@ -194,7 +196,7 @@ contains
     has_equilibrium = .false.
     ! the motion has constant prescribed values from the start on: the energies of their last change are not its own
     trial%s = equations%old%s
-    if (count(equations%control%traction) > 1) trial%s = trial%s + imperfection*law%s_0
+    if (count(equations%control%traction) > 1) trial%s = trial%s + equations%displaced*law%s_0
     call evaluate(law, equations, trial%s, equations%done, trial, residual, error)
     if (error < huge(error)) equations%old = trial
     anchor = equations%old%s

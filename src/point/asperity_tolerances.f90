@@ -60,6 +60,9 @@ module asperity_tolerances
   !> Displacement at the start of a motion of several free separations, relative to s0: a symmetric equilibrium that is
   !> unstable has no motion of its own.
   real(wp), parameter, public :: imperfection = 1.0e-6_wp
+  !> The next motion of an increment starts this much farther away, up to the last number, if the one before has come to
+  !> rest within this multiple of its own displacement: the residual of a weak instability is a rounding error there.
+  real(wp), parameter, public :: more_imperfection = 10.0_wp, largest_imperfection = 1.0e-3_wp
   !> Shortest step that is judged by its energies, relative to s0.
   real(wp), parameter, public :: shortest_motion = first_motion*2.0_wp**(-10)
   !> Tolerated energy that does not balance in a step of s0 of the motion, relative to the energy of a plane at its
