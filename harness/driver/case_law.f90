@@ -122,7 +122,7 @@ contains
       path%law%umat%library = ""
       path%law%umat%symbol = "umat_"
       path%law%umat%props = case%props
-      path%law%umat%nstatv = case%joint%n_statev
+      path%law%umat%nstatv = case%joint%n_umat_statev
       path%law%umat%first = spread(0.0_wp, 1, path%law%umat%nstatv)
       if (case%state%given) path%law%umat%first = case%state%statev
       path%law%umat%length = law%s_0

@@ -173,7 +173,7 @@ contains
     type(rie_law) :: law
     character(len=80), parameter :: name = "ASPERITY"
     real(wp), dimension(case%replay%ntens) :: stran, dstran, stress, first_stress, committed_stress
-    real(wp), dimension(case%joint%n_statev) :: statev, committed
+    real(wp), dimension(case%joint%n_umat_statev) :: statev, committed
     real(wp) :: ddsdde(case%replay%ntens, case%replay%ntens), thermal(2*case%replay%ntens + 2), energies(3), &
       in_state(3), unset(9), pnewdt, dtime
     integer :: call_number, i, n, ntens, position(3)
@@ -187,7 +187,8 @@ contains
     do i = 1, 3
       if (position(i) > 0) committed_stress(position(i)) = case%initial%traction(i)
     end do
-    committed = case%initial%planes
+    committed = 0.0_wp
+    committed(:case%joint%n_statev) = case%initial%planes
     unset = garbage
     row%step = 1
     row%report%iterations = size(fractions)
@@ -233,7 +234,7 @@ contains
         row%s(i) = case%joint%h*stran(position(i))
         row%traction(i) = stress(position(i))
       end do
-      row%state = statev
+      row%state = statev(:case%joint%n_statev)
       row%work = table%last%work + work_between(table%last%s, table%last%traction, row%s, row%traction)
       row%report%cut = pnewdt < 1.0_wp
       call name_events(law, table%last%state, row%state, table%regime, row)

@@ -43,7 +43,17 @@ def statev() -> str:
     return markdown(["#", "name", "meaning", "unit"], rows)
 
 
-TABLES: dict[str, Callable[[], str]] = {"props": props, "statev": statev}
+def implex() -> str:
+    """Table of the state variables of IMPL-EX."""
+    rows = contract.implex_table()
+    first = len(rows) - 3
+    places = [f"n + {row.index}" for row in rows[:first]]
+    places += [f"n + {first} + k", *(f"n + {first} + Np + {k}" for k in (1, 2))]
+    body = [[place, row.name, row.meaning, row.unit] for place, row in zip(places, rows, strict=True)]
+    return markdown(["#", "name", "meaning", "unit"], body)
+
+
+TABLES: dict[str, Callable[[], str]] = {"props": props, "statev": statev, "implex": implex}
 """Tables by the name of their marker."""
 
 

@@ -121,6 +121,19 @@ def statev_names(n_planes: int, wears: bool = False) -> tuple[str, ...]:
     return tuple(columns)
 
 
+@cache
+def implex_table() -> tuple[Statev, ...]:
+    """State variables of IMPL-EX (PROPS 25) in a UMAT, which follow the others; index counts among them."""
+    return tuple(Statev(index, **row) for index, row in enumerate(tables()["implex"], 1))
+
+
+def umat_names(n_planes: int, wears: bool = False, implex: float = 0.0) -> tuple[str, ...]:
+    """Names of STATEV in a UMAT: those of the state, and of IMPL-EX jump_N, ..., growth_1, ..., e_a, e_t."""
+    *point, plane, e_a, e_t = (row.name for row in implex_table())
+    own = (*point, *(f"{plane}_{k}" for k in range(1, n_planes + 1)), e_a, e_t)
+    return statev_names(n_planes, wears) + (own if implex > 0.0 else ())
+
+
 def n_statev(n_planes: int, wears: bool = False) -> int:
     """Number of state variables of a pattern of n_planes planes; wears: whether the facets wear."""
     return N_POINT_STATEV + (N_PLANE_STATEV + wears * N_FACET_STATEV) * n_planes

@@ -333,7 +333,7 @@ class Interface:
         return history
 
     def props(self, **of_host: float) -> Floats:
-        """Vector PROPS for a host, contract.props_table(): h=1, map=0, dalpha=0, r=0, where not given.
+        """Vector PROPS for a host, contract.props_table(): h=1 and 0 for the others, where not given.
 
         h is the thickness by which the host divides.  Raises ValueError naming every value out of range.
         """
@@ -367,15 +367,16 @@ class Interface:
         explicit: for Abaqus/Explicit, which needs a density (mass per area and thickness h).  stress: largest
         compression, sigma_N < 0; modulus and size: E of the solid beside the interface and length of its
         elements; direction: of the slip, degrees from Tx towards Ty.  They are checked: the findings go into
-        the block after the notes, and problems also give a ModelWarning.  of_host: h, map, dalpha and r, as
-        in `props`.
+        the block after the notes, and problems also give a ModelWarning.  of_host: h, map, dalpha, r,
+        water and implex, as in `props`.
         Raises ValueError for an unknown host, a value out of range, or what the host cannot take.
         """
         found = check_model(self.material, self.pattern, stress, modulus, size, direction)
         texts = [*notes, *(one.text if one.good else f"WARNING: {one.text}" for one in found)]
-        names = contract.statev_names(*contract.check(self._props))
+        props = self.props(**of_host)
+        names = contract.umat_names(*contract.check(props), props[contract.index("implex")])
         block = cards.Block(
-            name, self.props(**of_host), names, texts, dimension, explicit, density, self._largest_stiffness()
+            name, props, names, texts, dimension, explicit, density, self._largest_stiffness()
         )
         text = cards.card(host, block)
         for one in found:

@@ -2,9 +2,9 @@
 module asperity_c
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr
   use asperity_c_text, only: put_text
-  use asperity_call_checks, only: explain_nstatv, explain_point, explain_time
+  use asperity_call_checks, only: explain_nstatv, explain_point, explain_time, umat_only
   use asperity_checks, only: review_props
-  use asperity_contract, only: status_nstatv, status_ok, status_size, status_time, status_water, version
+  use asperity_contract, only: status_nstatv, status_ok, status_props, status_size, status_time, status_water, version
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, new_interface
   use asperity_arrays, only: update_points
@@ -255,6 +255,9 @@ contains
     call new_interface(values, joint, status)
     if (status /= status_ok) then
       call review_props(values, status, text, nprops)
+    else if (joint%implex > 0.0_wp) then
+      status = status_props
+      text = umat_only(joint)
     else if (n < 0) then
       status = status_size
       text = "n = " // integer_text(n) // " points: expected 0 or more"

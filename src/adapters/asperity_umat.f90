@@ -1,11 +1,11 @@
 !> UMAT of Abaqus/Standard, CalculiX and Kratos.
 !>
 !> docs/reference/contract.md describes PROPS, STATEV and the component orders. DDSDDE is the consistent tangent; it is
-!> unsymmetric (Abaqus: UNSYMM). Hosts may pass NULL for the optional arguments. SSE, SPD and SCD are written, but never
-!> read. STRESS is read only at the first call of a point (STATEV 5 is 0), as the initial traction. DTIME is read only
-!> for viscous damage (PROPS 13) and the dashpot (PROPS 24), PREDEF and DPRED only for water (PROPS 23). STRESS is the
-!> total traction: the law acts on it without the water pressure. A rejected call fills STRESS and DDSDDE with NaN and
-!> does not change STATEV.
+!> unsymmetric (Abaqus: UNSYMM) but with IMPL-EX. Hosts may pass NULL for the optional arguments. SSE, SPD and SCD are
+!> written, but never read. STRESS is read only at the first call of a point (STATEV 5 is 0), as the initial traction.
+!> DTIME is read only for viscous damage (PROPS 13), the dashpot (PROPS 24) and IMPL-EX (PROPS 25), KINC for IMPL-EX,
+!> PREDEF and DPRED for water (PROPS 23). STRESS is the total traction: the law acts on it without the water pressure.
+!> A rejected call fills STRESS and DDSDDE with NaN and does not change STATEV.
 subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
@@ -15,6 +15,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     status_ok, status_water, v_friction, v_offset, v_rupture, v_stored
   use asperity_host, only: component_map, explain_water, quiet_nan, rejected_pnewdt, request_cut, &
     request_slower_damage, water_pressure
+  use asperity_implex, only: update_extrapolated
   use asperity_initial, only: carry_traction, explain_initial, first_traction
   use asperity_interface, only: interface_type, new_interface, plane_damage
   use asperity_kinds, only: wp
@@ -36,18 +37,20 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   real(wp), intent(in) :: props(nprops)          !! material constants
   character(len=*), intent(in) :: cmname         !! material name, not used (Kratos passes one character)
   real(wp), intent(inout), optional :: pnewdt    !! increment factor, written only to request a cut
-  real(wp), intent(in), optional :: dtime        !! time increment, required for viscous damage or a dashpot
+  real(wp), intent(in), optional :: dtime        !! time increment, required for viscous damage, dashpot or IMPL-EX
   real(wp), intent(in), optional :: predef(*)    !! predefined fields at the start, required for water
   real(wp), intent(in), optional :: dpred(*)     !! their increments
   ! the following arguments are not used, and NULL in some hosts
   real(wp), intent(inout), optional :: rpl, ddsddt(*), drplde(*), drpldt
   real(wp), intent(in), optional :: time(*), temp, dtemp, coords(*), drot(*), celent, &
     dfgrd0(*), dfgrd1(*)
-  integer, intent(in), optional :: noel, npt, layer, kspt, kstep, kinc
+  integer, intent(in), optional :: noel, npt, layer, kspt, kstep
+  integer, intent(in), optional :: kinc          !! increment of the step, read for IMPL-EX
   type(interface_type) :: joint
-  real(wp) :: from(3), to(3), traction(3), tangent(3, 3), layer_stiffness, damage(max_planes), p
+  real(wp) :: from(3), to(3), traction(3), tangent(3, 3), layer_stiffness, damage(max_planes), factor, p
   character(len=:), allocatable :: message
   integer :: i, n, position(3), status
+  logical :: first
 
   call new_interface(props, joint, status)
   position = component_map(ntens, joint%map)
@@ -94,7 +97,14 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
 
   n = joint%pattern%n
   if (joint%dalpha > 0.0_wp) damage(:n) = plane_damage(joint, statev)
-  call update_point_in_place(joint, from, to, statev, traction, tangent, dtime)
+  if (joint%implex > 0.0_wp) then
+    first = .false.
+    if (present(kinc)) first = kinc == 1
+    call update_extrapolated(joint, from, to, first, dtime, statev, traction, tangent, factor)
+    if (factor < 1.0_wp) call request_cut(factor, pnewdt)
+  else
+    call update_point_in_place(joint, from, to, statev, traction, tangent, dtime)
+  end if
   if (joint%dalpha > 0.0_wp) call request_slower_damage(joint, damage(:n), statev, pnewdt)
   if (joint%water > 0) traction(1) = traction(1) - p
 

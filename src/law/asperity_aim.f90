@@ -34,7 +34,7 @@ contains
     real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
     real(wp), dimension(joint%n_statev, chunk) :: start, frozen
     real(wp), dimension(3, chunk) :: from, to, unused
-    real(wp) :: d(3, 3)
+    real(wp) :: d(3, 3), strength
     integer :: i, k, n
     n = last - first + 1
     start(:, :n) = state(:joint%n_statev, first:last)
@@ -48,7 +48,7 @@ contains
     do i = 1, n
       k = first + i - 1
       call frozen_response(joint, block%growth%lag, from(:, i), to(:, i), s(:, k), start(:, i), frozen(:, i), &
-        traction(:, k), d)
+        traction(:, k), d, strength)
       if (present(tangent)) tangent(:, :, k) = d
     end do
   end subroutine update_aimed
@@ -56,9 +56,10 @@ contains
   !> Traction and tangent of a point at s, with the damage alpha, the friction bound mu p, and the facets of the aim.
   !>
   !> The separation of the contact is linear in s about the aim. The trial stress beyond the bound is projected on the
-  !> circle with the radius mu p: the friction of Tresca. Contact is unilateral, its pressure that of s.
+  !> circle with the radius mu p: the friction of Tresca. With `secant` friction is linear in s, instead: the ratio of
+  !> friction and trial stress is that of the aim. Contact is unilateral, its pressure that of s.
   !> With a dashpot, pressure and friction are those of spring and dashpot together.
-  pure subroutine frozen_response(joint, lag, s_old, aim, s, start, frozen, traction, tangent)
+  pure subroutine frozen_response(joint, lag, s_old, aim, s, start, frozen, traction, tangent, strength, secant)
     type(interface_type), intent(in) :: joint             !! material and pattern
     real(wp), intent(in) :: lag                           !! c/(K_c dt) of the dashpot
     real(wp), intent(in) :: s_old(3)                      !! separation at the start, length
@@ -68,11 +69,17 @@ contains
     real(wp), intent(in) :: frozen(joint%n_statev)        !! STATEV that the law gives at the aim
     real(wp), intent(out) :: traction(3)                  !! traction (N, Tx, Ty), stress
     real(wp), intent(out) :: tangent(3, 3)                !! d traction_i/d s_j, stress/length
+    real(wp), intent(out) :: strength                     !! largest bound mu p of a plane, stress
+    logical, intent(in), optional :: secant               !! absent: false
     type(kinematics_type) :: at, before
     real(wp), dimension(3) :: bond, contact, damaged, offset, undamaged
     real(wp) :: across(3), axes(3, 3), along(3), part(3, 3)
-    real(wp) :: alpha, bound, direction(2), elastic(2), factor, p, stiffness, trial, weight
+    real(wp) :: alpha, bound, direction(2), elastic(2), factor, p, share, stiffness, trial, weight
     integer :: i, j, k
+    logical :: linear
+    linear = .false.
+    if (present(secant)) linear = secant
+    strength = 0.0_wp
     traction = 0.0_wp
     tangent = 0.0_wp
     offset = start(v_offset:v_offset + 2)
@@ -84,19 +91,29 @@ contains
       axes = plane_axes(joint%pattern, k)
       bond = matmul(axes, s + offset)
       contact = at%contact + matmul(at%gradient, s - aim)
-      elastic = contact(2:3) - start(i + 1:i + 2) + lag*(contact(2:3) - before%contact(2:3))
+      elastic = at%contact(2:3)
+      if (.not. linear) elastic = contact(2:3)
+      elastic = elastic - start(i + 1:i + 2) + lag*(elastic - before%contact(2:3))
       trial = hypot(elastic(1), elastic(2))
       direction = elastic/(trial + tiny(trial))
       call contact_response(joint%material, lag, before%contact, at%contact, p, stiffness)
       bound = joint%material%mu*p
+      strength = max(strength, joint%material%k_t*bound)
       ! a contact that is open at the aim has no friction
-      if (trial <= bound .and. at%contact(1) <= 0.0_wp) then
+      share = min(trial, bound)/(trial + tiny(trial))
+      if (trial <= bound .and. at%contact(1) <= 0.0_wp) share = 1.0_wp
+      if (linear) then
+        factor = (1.0_wp + lag)*share
+        elastic = share*(contact(2:3) - start(i + 1:i + 2) + lag*(contact(2:3) - before%contact(2:3)))
+        along = at%gradient(2, :)
+        across = at%gradient(3, :)
+      else if (trial <= bound .and. at%contact(1) <= 0.0_wp) then
         factor = 1.0_wp + lag
         along = at%gradient(2, :)
         across = at%gradient(3, :)
       else
         elastic = min(trial, bound)*direction
-        factor = (1.0_wp + lag)*(min(trial, bound)/(trial + tiny(trial)))
+        factor = (1.0_wp + lag)*share
         along = 0.0_wp
         across = direction(1)*at%gradient(3, :) - direction(2)*at%gradient(2, :)
       end if

@@ -5,8 +5,9 @@
 !> expected.
 module asperity_call_checks
   use asperity_checks, only: all_bounded, bounded, review, review_props, state_bounded, state_ranges
-  use asperity_contract, only: energy_limit, host_ntens, statev_row, statev_table, status_nstatv, status_ntens, &
-    status_ok, status_props, status_separation, status_size, status_state, status_time
+  use asperity_contract, only: energy_limit, host_ntens, i_duration, i_growth, i_jump, i_longest, &
+    implex_table, statev_row, statev_table, status_nstatv, status_ntens, status_ok, status_props, &
+    status_separation, status_size, status_state, status_time
   use asperity_interface, only: interface_type, new_interface, separation_bound, slip_bound
   use asperity_kinds, only: wp
   use asperity_material, only: damping_lag, largest_lag
@@ -14,7 +15,7 @@ module asperity_call_checks
   implicit none
   private
   public :: point_status, state_status, time_status, host_status, vumat_status
-  public :: explain_point, explain_nstatv, explain_time, explain_call, explain_vumat, explain_state
+  public :: explain_point, explain_nstatv, explain_time, explain_call, explain_vumat, explain_state, umat_only
 
 contains
 
@@ -72,8 +73,11 @@ contains
     character(len=*), intent(in) :: name                      !! name of the number in the caller's interface
     integer, intent(in) :: nstatv                             !! as passed, may be negative
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended
+    character(len=:), allocatable :: why
+    call set_text(why, "")
+    if (joint%implex > 0.0_wp) call set_text(why, " and implex")
     call append(message, name // " = " // integer_text(nstatv) // ": expected at least " // &
-      integer_text(joint%n_statev) // " for " // integer_text(joint%pattern%n) // " planes")
+      integer_text(joint%n_umat_statev) // " for " // integer_text(joint%pattern%n) // " planes" // why)
   end subroutine explain_nstatv
 
   !> Append one line for each bad value of STATEV, or a line if STATEV is too short.
@@ -103,7 +107,7 @@ contains
     real(wp), intent(in), optional :: dt            !! duration, any bits, time
     integer :: status                               !! 0 or status_time
     logical :: good
-    good = .not. (joint%material%tau_v > 0.0_wp .or. joint%material%damps)
+    good = .not. (joint%material%tau_v > 0.0_wp .or. joint%material%damps .or. joint%implex > 0.0_wp)
     if (present(dt) .and. .not. good) then
       good = bounded(dt, huge(1.0_wp))
       if (good) good = dt >= 0.0_wp
@@ -126,6 +130,7 @@ contains
       to_text(joint%material%tau_v) // ")")
     if (joint%material%damps) call set_text(wanted, wanted // " (dashpot, c = " // to_text(joint%material%damping) // &
       ": 0, or more than 1e-10 c/(kc Kn))")
+    if (joint%implex > 0.0_wp) call set_text(wanted, wanted // " (IMPL-EX, implex = " // to_text(joint%implex) // ")")
     if (present(dt)) then
       call append(message, name // " = " // to_text(dt) // wanted)
     else
@@ -150,7 +155,11 @@ contains
     status = status_separation
     bound = strain_bound(joint)
     if (.not. (all_bounded(ntens, stran, bound) .and. all_bounded(ntens, dstran, bound))) return
+    status = status_nstatv
+    if (nstatv < joint%n_umat_statev) return
     status = state_status(joint, statev)
+    if (status /= status_ok .or. .not. joint%implex > 0.0_wp) return
+    if (.not. implex_bounded(joint, statev(joint%n_statev + 1:joint%n_umat_statev))) status = status_state
   end function host_status
 
   !> Append one line for each bad argument of a call of the UMAT.
@@ -174,12 +183,44 @@ contains
       call review(message, "DSTRAN(" // integer_text(i) // ")", dstran(i), strain_bound(joint), .true.)
     end do
     call explain_time(joint, "DTIME", message, dtime)
-    if (nstatv < 0) then
+    if (nstatv < joint%n_umat_statev) then
       call explain_nstatv(joint, "NSTATV", nstatv, message)
-    else
-      call explain_state(joint, statev, energy_limit, slip_bound(joint), message)
+      return
     end if
+    call explain_state(joint, statev, energy_limit, slip_bound(joint), message)
+    if (joint%implex > 0.0_wp) call explain_implex(joint, statev(joint%n_statev + 1:joint%n_umat_statev), message)
   end subroutine explain_call
+
+  !> Whether the state variables of IMPL-EX are in their ranges; the errors are never read.
+  pure function implex_bounded(joint, own) result(yes)
+    type(interface_type), intent(in) :: joint         !! the interface
+    real(wp), intent(in), contiguous :: own(:)        !! state variables of IMPL-EX, any bits
+    logical :: yes
+    yes = all_bounded(3, own(i_jump:), slip_bound(joint)) .and. all_bounded(2, own(i_duration:), huge(1.0_wp)) .and. &
+      all_bounded(joint%pattern%n, own(i_growth:), 1.0_wp)
+    if (yes) yes = all(own(i_duration:i_longest + joint%pattern%n) >= 0.0_wp)
+  end function implex_bounded
+
+  !> Append one line for each state variable of IMPL-EX that is not in its range.
+  pure subroutine explain_implex(joint, own, message)
+    type(interface_type), intent(in) :: joint                 !! the interface
+    real(wp), intent(in), contiguous :: own(:)                !! state variables of IMPL-EX, any bits
+    character(len=:), allocatable, intent(inout) :: message   !! lines are appended
+    real(wp) :: bound
+    integer :: i
+    do i = 1, i_longest + joint%pattern%n
+      bound = merge(1.0_wp, merge(huge(bound), slip_bound(joint), i >= i_duration), i >= i_growth)
+      call review(message, "STATEV(" // integer_text(joint%n_statev + i) // ") " // &
+        trim(implex_table(min(i, i_growth))%name), own(i), bound, i < i_duration)
+    end do
+  end subroutine explain_implex
+
+  !> Line about IMPL-EX where no UMAT is called.
+  pure function umat_only(joint) result(text)
+    type(interface_type), intent(in) :: joint         !! the interface
+    character(len=:), allocatable :: text
+    text = "PROPS(25) implex = " // to_text(joint%implex) // ": expected 0, as IMPL-EX belongs to the UMAT alone"
+  end function umat_only
 
   !> Largest admissible strain component of a UMAT: half of the separation bound over h, so that the sum of STRAN and
   !> DSTRAN stays within the bound.
@@ -200,7 +241,9 @@ contains
     integer :: status                               !! 0, or status_... time, ntens, nstatv, size, props
     status = time_status(joint, dt)
     if (status /= status_ok) return
-    if (component(1) == 0) then
+    if (joint%implex > 0.0_wp) then
+      status = status_props
+    else if (component(1) == 0) then
       status = status_ntens
     else if (nstatev < joint%n_statev) then
       status = status_nstatv
@@ -224,7 +267,9 @@ contains
     call review_props(props, props_status, message, nprops)
     if (props_status /= status_ok) return
     call new_interface(props, joint, props_status)
-    if (status == status_ntens) then
+    if (joint%implex > 0.0_wp) then
+      call append(message, umat_only(joint))
+    else if (status == status_ntens) then
       call append(message, "ndir, nshr = " // integer_text(ndir) // ", " // integer_text(nshr) // &
         ": expected 1, 2 or (2D) 1, 1")
     else if (status == status_nstatv) then

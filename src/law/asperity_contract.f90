@@ -5,7 +5,7 @@ module asperity_contract
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: prop_type, statev_type, n_statev, plane_statev, facet_statev, statev_row
+  public :: prop_type, statev_type, n_statev, n_implex_statev, plane_statev, facet_statev, statev_row
 
   !> Version of the library; the build reads it from this line.
   character(len=*), parameter, public :: version = "0.1.0"
@@ -14,7 +14,7 @@ module asperity_contract
   integer, parameter, public :: p_sigma0 = 1, p_gc = 2, p_eta = 3, p_mu = 4, p_theta = 5, p_m = 6, p_flat = 7, &
     p_turn = 8, p_h = 9, p_map = 10, p_sigma02 = 11, p_gc2 = 12, p_tau_v = 13, p_dalpha = 14, p_r = 15, &
     p_kc = 16, p_guard = 17, p_height = 18, p_w0 = 19, p_damage0 = 20, p_closure = 21, p_crush = 22, p_water = 23, &
-    p_c = 24
+    p_c = 24, p_implex = 25
   !> PROPS before the listed planes, and how many of them have no default. The last ones are reserved: a new constant
   !> takes one of them, so that the listed planes of existing decks keep their place.
   integer, parameter, public :: n_fixed_props = 32, n_required_props = 4
@@ -121,7 +121,8 @@ module asperity_contract
               "0 or a whole number up to 1000", 0.0_wp, 1.0e3_wp, 0.0_wp, [0.0_wp, 1.0_wp], "whole"), &
     prop_type("c", "law", "dashpot on the closed contact; 0: none", "stress*time/length", ">= 0 (at most 1e50)", &
               0.0_wp, large, 0.0_wp, [1.0e-3_wp, 1.0e3_wp], "log", on_branch=.false.), &
-    prop_type("slot25", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
+    prop_type("implex", "host", "UMAT: error of damage that IMPL-EX allows; 0: implicit", "-", "0 <= implex < 1", &
+              0.0_wp, below_one, 0.0_wp, [0.02_wp, 0.2_wp], "logit"), &
     prop_type("slot26", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
     prop_type("slot27", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
     prop_type("slot28", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
@@ -139,6 +140,11 @@ module asperity_contract
   integer, parameter, public :: n_facet_statev = 2
   !> Largest number of state variables of a point; a constant, since gfortran puts arrays of another size on the heap.
   integer, parameter, public :: most_statev = n_point_statev + (n_plane_statev + n_facet_statev)*max_planes
+  !> With IMPL-EX (PROPS 25), places of its state variables after all others: change of the separation in the last
+  !> increment, duration of it, longest duration of the step, growth of the damage of the first plane. The errors of
+  !> damage and traction follow the growth of the last plane.
+  integer, parameter, public :: i_jump = 1, i_duration = 4, i_longest = 5, i_growth = 6
+  integer, parameter :: n_errors = 2
   !> Rows of statev_table that must not be negative: damage, worn share, frictional work. The first two are at most 1.
   integer, parameter, public :: damage_row = n_point_statev + 1, worn_row = damage_row + n_plane_statev, &
     wear_work_row = worn_row + 1
@@ -165,6 +171,17 @@ module asperity_contract
     statev_type("worn", "worn share of the facet of the plane (if W0 or crush > 0)", "-"), &
     statev_type("wear_work", "frictional work of the facet per area (if W0 or crush > 0)", "stress*length")]
 
+  !> State variables of IMPL-EX.
+  type(statev_type), parameter, public :: implex_table(i_growth + n_errors) = [ &
+    statev_type("jump_N", "change of the separation N in the last increment", "length"), &
+    statev_type("jump_Tx", "change of the separation Tx in the last increment", "length"), &
+    statev_type("jump_Ty", "change of the separation Ty in the last increment", "length"), &
+    statev_type("duration", "duration of the last increment", "time"), &
+    statev_type("longest", "longest duration in this step", "time"), &
+    statev_type("growth", "growth of the damage of the plane in the last increment", "-"), &
+    statev_type("e_a", "largest error of a damage in the last increment", "-"), &
+    statev_type("e_t", "error of the traction over the larger of sigma0 and mu p", "-")]
+
   ! --- component maps ------------------------------------------------------------------------------------------------
   !> Numbers of stress components that a host may have, and the largest.
   integer, parameter, public :: host_ntens(3) = [2, 3, 6], max_ntens = maxval(host_ntens)
@@ -185,6 +202,13 @@ contains
     if (.not. present(wears)) return
     if (wears) n_total = n_total + n_facet_statev*n
   end function n_statev
+
+  !> Number of state variables of IMPL-EX, which follow those of the law, for a pattern of n planes.
+  pure function n_implex_statev(n) result(n_total)
+    integer, intent(in) :: n   !! number of planes
+    integer :: n_total
+    n_total = i_longest + n + n_errors
+  end function n_implex_statev
 
   !> Index in STATEV of alpha of plane k; s_dit and s_dih follow.
   pure function plane_statev(k) result(i)

@@ -1,8 +1,8 @@
 !> A rough interface from PROPS: material, pattern of planes and the options of the host.
 module asperity_interface
   use asperity_checks, only: read_props
-  use asperity_contract, only: n_fixed_props, n_statev, p_dalpha, p_flat, p_h, p_m, p_map, p_r, p_theta, p_turn, &
-    p_water, plane_statev, separation_limit, status_ok
+  use asperity_contract, only: n_fixed_props, n_implex_statev, n_statev, p_dalpha, p_flat, p_h, p_implex, p_m, p_map, &
+    p_r, p_theta, p_turn, p_water, plane_statev, separation_limit, status_ok
   use asperity_kinds, only: wp
   use asperity_material, only: material_type, new_material
   use asperity_pattern, only: listed_pattern, pattern_type, regular_pattern
@@ -15,11 +15,13 @@ module asperity_interface
     type(material_type) :: material   !! constants of the law
     type(pattern_type) :: pattern     !! frames and weights of the planes
     integer :: n_statev               !! state variables the law needs
+    integer :: n_umat_statev          !! state variables a UMAT needs: with IMPL-EX more than the law
     real(wp) :: h                     !! thickness by which the host divides separations, length
     integer :: map                    !! order of the host's components, 0 or 1
     integer :: water                  !! predefined field of the host that is the water pressure, 0: none
     real(wp) :: r                     !! stiffness of the other components, as a fraction of K h
     real(wp) :: dalpha                !! largest growth of damage in an increment (PNEWDT), 0: no limit
+    real(wp) :: implex                !! error of damage that IMPL-EX allows (UMAT), 0: implicit
   end type interface_type
 
   !> Largest slip and offset in a state, as a multiple of the separation bound. The slip of a plane may exceed the
@@ -51,6 +53,9 @@ contains
     joint%water = int(p(p_water))
     joint%r = p(p_r)
     joint%dalpha = p(p_dalpha)
+    joint%implex = p(p_implex)
+    joint%n_umat_statev = joint%n_statev
+    if (joint%implex > 0.0_wp) joint%n_umat_statev = joint%n_statev + n_implex_statev(joint%pattern%n)
   end subroutine new_interface
 
   !> Damage of a plane at the start of an update: no plane has less than damage0.

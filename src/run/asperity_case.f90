@@ -1,15 +1,15 @@
 !> Reader and writer of case files: material, pattern, load path or replay, initial state and expected end, for every
 !> value of a sweep (docs/reference/driver.md).
 module asperity_case
-  use asperity_case_entries, only: case_io, close_group, integer_entry, logical_entry, open_group, real_entry, &
-    reals_entry, require, string_entry, written_text
+  use asperity_case_entries, only: case_io, close_group, find_entry, integer_entry, logical_entry, open_group, &
+    real_entry, reals_entry, require, string_entry, written_text
   use asperity_case_groups, only: carry_initial, check_state, expect_group, expect_type, initial_group, initial_type, &
     state_group, state_type, sweep_group
   use asperity_case_material, only: prop_entries, props_groups
   use asperity_case_text, only: group_index, of_file, of_group, read_text, text_type
   use asperity_case_umat, only: umat_group, umat_type
   use asperity_checks, only: review_props
-  use asperity_contract, only: n_fixed_props, p_water, status_ok
+  use asperity_contract, only: n_fixed_props, p_water, prop_table, status_ok
   use asperity_errors, only: errors_type, fail, sort_lines
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
@@ -266,7 +266,7 @@ contains
     call require(io, replay%dtime >= 0.0_wp, "expected >= 0")
     given = .false.
     if (size(props) > 0) call prop_entries(io, "replay", props, given)
-    ! water is the last of them
+    if (.not. io%writes) call find_entry(io, trim(prop_table(p_water)%name))
     if (size(props) > 0) call require(io, .not. props(p_water) > 0.0_wp, "expected 0, as the file has no field")
     call close_group(io)
     if (io%writes) return

@@ -1,8 +1,8 @@
 !> Content of case files, errors and tables of the library as JSON, for programs.
 module asperity_json
   use asperity_case, only: case_file_type, case_type
-  use asperity_contract, only: max_inclined, n_facet_statev, n_fixed_props, n_listed_values, n_plane_statev, &
-    n_point_statev, n_required_props, prop_table, statev_table, version
+  use asperity_contract, only: implex_table, max_inclined, n_facet_statev, n_fixed_props, n_listed_values, &
+    n_plane_statev, n_point_statev, n_required_props, prop_table, statev_table, statev_type, version
   use asperity_errors, only: errors_type, word
   use asperity_kinds, only: wp
   use asperity_rows, only: row_columns
@@ -119,8 +119,8 @@ contains
     text = out%text(:out%n)
   end subroutine errors_json
 
-  !> Tables of the library: `version`, `sizes`, `props`, `statev`, `columns` (of rows), `stability` and `entries` (of a
-  !> step).
+  !> Tables of the library: `version`, `sizes`, `props`, `statev`, `implex`, `columns` (of rows), `stability` and
+  !> `entries` (of a step).
   pure subroutine tables_json(text)
     character(len=:), allocatable, intent(out) :: text      !! JSON
     type(writer) :: out
@@ -156,15 +156,8 @@ contains
       end associate
     end do
     call out%close("]")
-    call out%open("statev", "[")
-    do i = 1, size(statev_table)
-      call out%open("", "{")
-      call out%string("name", trim(statev_table(i)%name))
-      call out%string("meaning", trim(statev_table(i)%meaning))
-      call out%string("unit", trim(statev_table(i)%unit))
-      call out%close("}")
-    end do
-    call out%close("]")
+    call put_variables(out, "statev", statev_table)
+    call put_variables(out, "implex", implex_table)
     call put_names(out, "columns", row_columns)
     call put_names(out, "stability", stability_columns)
     call out%open("entries", "[")
@@ -179,6 +172,23 @@ contains
     call out%close("}")
     text = out%text(:out%n)
   end subroutine tables_json
+
+  !> A list of state variables.
+  pure subroutine put_variables(out, name, rows)
+    type(writer), intent(inout) :: out            !! the text
+    character(len=*), intent(in) :: name          !! of the list
+    type(statev_type), intent(in) :: rows(:)      !! its members
+    integer :: i
+    call out%open(name, "[")
+    do i = 1, size(rows)
+      call out%open("", "{")
+      call out%string("name", trim(rows(i)%name))
+      call out%string("meaning", trim(rows(i)%meaning))
+      call out%string("unit", trim(rows(i)%unit))
+      call out%close("}")
+    end do
+    call out%close("]")
+  end subroutine put_variables
 
   !> A list of names.
   pure subroutine put_names(out, name, names)

@@ -91,6 +91,7 @@ def umat(
     dtime: float | None = 0.0,
     pnewdt: float | None = 1.0,
     fields: tuple[np.ndarray | None, np.ndarray | None] = (ANY, ANY),
+    kinc: int = 1,
     **sizes: int,
 ) -> Written:
     """Call the UMAT for a point: stress, state, tangent, energies, pnewdt; None: the host passes NULL.
@@ -118,7 +119,7 @@ def umat(
         *(address(props), *_integers(sizes.get("nprops", len(props)))),
         *(any_value, any_value, address(None) if pnewdt is None else out.at("pnewdt")),
         *[any_value] * 3,
-        *_integers(*[1] * 6),
+        *_integers(*[1] * 5, kinc),
         ctypes.c_size_t(80),
     )
     out.status = 0  # a subroutine

@@ -126,7 +126,7 @@ def test_ogs_patch(dimension: int) -> None:
     assert relation.findtext("constitutive_relation/behaviour") == "AsperityLayer6"
     values = {one.findtext("name"): one.findtext("values", "") for one in parameters}
     found = {one.get("name"): one.get("parameter", "") for one in relation.iter("material_property")}
-    names = [row.name for row in contract.owned(*OWNERS) if row.name not in ("map", "water")]
+    names = [row.name for row in contract.owned(*OWNERS) if row.name not in ("map", "water", "implex")]
     assert found == {name: f"JOINT_{name}" for name in names}
     props = joint.props(h=0.1, r=1e-9)
     expected = {name: props[contract.index(name)] for name in names}
@@ -178,7 +178,7 @@ def test_mtest_input(said: Callable) -> None:
     text, _ = said("card mtest case.nml")
     assert Path(re.findall(r"@Behaviour<generic> '(.*)' 'AsperityJoint3';", text)[0]).is_file()
     found = re.findall(r"@MaterialProperty<constant> '(\w+)' (.*);", text)
-    rows = [row for row in contract.owned(*OWNERS) if row.name not in ("map", "h", "r", "water")]
+    rows = [row for row in contract.owned(*OWNERS) if row.name not in ("map", "h", "r", "water", "implex")]
     expected = {row.name: RT.props()[row.index - 1] for row in rows}
     assert {name: float(value) for name, value in found} == expected
     ends = [(float(end), int(n)) for end, n in re.findall(r"([\d.]+) in (\d+)", text.split("@Times")[1])]
@@ -284,7 +284,7 @@ def test_command(folder: Path, said: Callable) -> None:
     assert "&initial: not in the block" in err and err.count("\n") == 1
 
 
-DEFAULTS = {"h": 1.0, "map": 0, "dalpha": 0.0, "r": 0.0, "water": 0}
+DEFAULTS = {"h": 1.0, "map": 0, "dalpha": 0.0, "r": 0.0, "water": 0, "implex": 0.0}
 """A card has the PROPS of its host."""
 
 

@@ -23,6 +23,7 @@ from asperity.contract import (
     N_PLANE_STATEV,
     N_POINT_STATEV,
     Prop,
+    implex_table,
     props_table,
 )
 from hypothesis import HealthCheck, Phase, given, settings
@@ -47,6 +48,8 @@ pytestmark = pytest.mark.long
 CALLS = int(os.environ.get("ASPERITY_CALLS", "3000"))
 BATCH = 50
 PROP = {row.name: row.index - 1 for row in props_table()}
+TIMED, REQUESTING = [PROP[k] for k in ("tau_v", "c", "implex")], [PROP[k] for k in ("dalpha", "implex")]
+"""Constants that need a time increment, and those that ask for a shorter one."""
 LEAST = 1.0e-50
 """Smallest constant above 0 that is drawn."""
 AWKWARD = [SIGNALLING, 0.0, np.nan, np.inf, 5e-324, 2.2e-308, 1.7e308, 1.0, 2.2e-16]
@@ -95,6 +98,7 @@ class Draw(np.random.Generator):
             values.append(self.constant(row, far) if chosen else row.default)
         values[PROP["theta"]] = self.uniform(0.0, 89.9)
         values[PROP["water"]] = 0.0  # the calls pass no predefined fields
+        values[PROP["implex"]] = 0.0  # of the UMAT alone
         sides = (0, 2, 3, 4, 5, 6, 12, 32, 63, 64)[self.integers(10)]
         if self.chance(0.15):
             sides = -int(self.integers(1, 9))
@@ -132,7 +136,7 @@ def spoil(draw: Draw, call: Call, routine: Routine) -> bool:
         return not np.isfinite(value)
     if where == 4:
         call.times = call.times[0], value
-        viscous = call.props[[PROP["tau_v"], PROP["c"]]].any() and call.times[0] > 0.0
+        viscous = call.props[TIMED].any() and call.times[0] > 0.0
         return bool(viscous and not 0.0 <= value < np.inf)
     if where == 5:
         size = call.state.shape[1] + int(draw.integers(-1, 2))
@@ -169,6 +173,9 @@ def history(draw: Draw, routine: Routine, kind: type, said: Callable[[], str]) -
     lag = props[PROP["c"]] * 2.0 * (1.0 - props[2]) * props[1] / ((props[PROP["kc"]] or 1.0) * props[0] ** 2)
     if lag > 1e20:
         props[PROP["c"]] = lag = 0.0
+    if routine is call_umat and draw.chance(0.2):
+        props[PROP["implex"]] = draw.random()
+        nstatv += len(implex_table()) - 1 + n_planes
     n = 1 if routine is call_umat else int(draw.integers(1, 200 if draw.chance(0.2) else 5))
     columns = {call_umat: (2, 3, 6), call_vumat: (2, 3), call_c: (3,)}[routine]
     columns = columns[draw.integers(len(columns))]
@@ -206,7 +213,7 @@ def history(draw: Draw, routine: Routine, kind: type, said: Callable[[], str]) -
             call.stress = np.zeros((1, columns))
         if routine is call_umat:
             call.optional = {"pnewdt": [None, -1.0, 0.0, 1.0, 2.0][draw.integers(5)]}
-            if draw.chance(0.1) and not call.props[[PROP["tau_v"], PROP["c"]]].any():
+            if draw.chance(0.1) and not call.props[TIMED].any():
                 call.optional["dtime"] = None
         bad = spoilt and increment == increments
         must = bad and spoil(draw, call, routine)
@@ -240,7 +247,7 @@ def check_pnewdt(call: Call, pnewdt: float, rejected: bool) -> None:
     if rejected:
         assert pnewdt == (min(given, 0.25) if given > 0.0 else 0.25)
     else:
-        limited = len(call.props) > PROP["dalpha"] and call.props[PROP["dalpha"]] > 0.0
+        limited = call.props[[i for i in REQUESTING if i < len(call.props)]].any()
         assert pnewdt == given or (limited and 0.1 <= pnewdt <= 0.75)
 
 

@@ -8,10 +8,13 @@ from asperity.cards.blocks import AT_FIRST, Block, comments, constants, text_of
 
 
 def block_of(block: Block) -> str:
-    """Block for Abaqus, with the unsymmetric solver that friction needs and names of the state variables."""
+    """Block for Abaqus, with names of the state variables; friction needs `unsymm`, but not with IMPL-EX."""
     run = f"abaqus job=NAME user=asperity_abaqus.f90{' double=both' if block.explicit else ''}"
     if block.explicit and block.density is None:
         raise ValueError("density is missing: expected a density (> 0) for Abaqus/Explicit")
+    implex = block.prop("implex")
+    if block.explicit and implex > 0.0:
+        raise ValueError(f"implex = {implex:g}: expected 0 for Abaqus/Explicit, which solves no equations")
     # A VUMAT stores the separation there, because the host passes none.
     names = [text.replace("offset", "separation") if block.explicit else text for text in block.statev]
     element = "COH3D8, COH3D6" if block.dimension == 3 else "COH2D4, COHAX4"
@@ -34,7 +37,7 @@ def block_of(block: Block) -> str:
         comments(block, run),
         f"*Material, name={block.name}",
         *density,
-        f"*User Material, constants={len(block.props)}{'' if block.explicit else ', unsymm'}",
+        f"*User Material, constants={len(block.props)}{'' if block.explicit or implex else ', unsymm'}",
         *constants(block.props),
         "** No DELETE, because contact survives rupture. status is 1 after the first call of a point.",
         *AT_FIRST,

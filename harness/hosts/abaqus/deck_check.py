@@ -214,13 +214,14 @@ class Model:
             contract.check(props)
         except ValueError as error:
             raise keyword.error(str(error)) from None
-        keyword.check(self.explicit or "unsymm" in keyword.options, "unsymm is missing, which friction needs")
+        symmetric = self.explicit or props[contract.index("implex")] > 0.0
+        keyword.check(symmetric or "unsymm" in keyword.options, "unsymm is missing, which friction needs")
 
     def _depvar(self, keyword: Keyword) -> None:
         material = self._property(keyword)
         keyword.check("user material" in material, "expected after *User Material")
         props = props_of(material["user material"])
-        names = contract.statev_names(*contract.check(props))
+        names = contract.umat_names(*contract.check(props), props[contract.index("implex")])
         names = [name.replace("offset", "separation") if self.explicit else name for name in names]
         rows = [[str(len(names))], *([str(i), name, name] for i, name in enumerate(names, 1))]
         keyword.check(keyword.data == rows, f"expected {len(names)}: {', '.join(names)}")

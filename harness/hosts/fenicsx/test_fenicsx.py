@@ -125,6 +125,32 @@ def test_window_in_kratos(tmp_path: Path) -> None:
     assert np.abs(kratos - fenicsx).max() <= 0.01 * fenicsx[:, 1].max()
 
 
+def test_implex_in_kratos(tmp_path: Path) -> None:
+    """A dry wall that stops plain Newton passes in Kratos with IMPL-EX, with the implicit forces of passes.
+
+    The errors of the tractions are within half of the tolerance but for steps of the least size.
+    """
+    pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="Kratos is not installed")
+    wall = "--wall SW30 --size 5 6 --elements 2 2 --step 0.1 --most 0.5 --to 3"
+    implicit = rows_of(tmp_path / "implicit.csv", f"{wall} --bare --tolerance 1e-5")
+    command = [sys.executable, PROGRAM.parents[1] / "kratos" / "masonry_wall.py", *wall.split()]
+    out = tmp_path / "implex.csv"
+    words = ["--implex", "0.1", "--out", out]
+    done = subprocess.run([*command, *words], check=True, capture_output=True, text=True)
+    found, summary = rows(out), json.loads(done.stdout.splitlines()[-1])
+    force = np.interp(found[:, 0], implicit[:, 0], implicit[:, 1])
+    assert np.abs(found[:, 1] - force).mean() <= 0.01 * force.max()
+    assert found[-1, 1:3] == pytest.approx(implicit[-1, 1:3], rel=0.01)
+    work = np.trapezoid(*(np.r_[0.0, implicit[:, k]] for k in (1, 0)))
+    assert summary["work"] == pytest.approx(work, rel=0.01)
+    moved = np.diff(found[:, 0], prepend=0.0)
+    assert (found[moved > 1.001e-4, 4] <= 0.05).all() and summary["cuts"] == 0
+    plain = subprocess.run(command, check=False, capture_output=True, text=True)
+    stopped = json.loads(plain.stdout.splitlines()[-1])
+    assert plain.returncode == 3 and stopped["end"] < 3.0
+    assert summary["iterations"] < 0.5 * stopped["iterations"]
+
+
 @pytest.mark.parametrize("words", ["0.12 0.15", "0.2 --mu 0.35 --tan-psi 0.1", "0.15 --dim 3 --size 90"])
 def test_arch(tmp_path: Path, words: str) -> None:
     """An arch falls at the acceleration of limit analysis, within 1 %: a part of the joints' compliance."""

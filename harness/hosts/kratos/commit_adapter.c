@@ -6,6 +6,9 @@
  * last call of the previous step. Thus the law gets the arguments that the UMAT interface specifies. The adapter
  * repairs an error of this host and is not a part of the library.
  *
+ * Kratos' step number arrives as KSTEP, and the number of the iteration as KINC. The law gets 1 and the number of the
+ * step: steps of Kratos are increments of one step, in which IMPL-EX extrapolates from one to the next.
+ *
  * A script must raise ProcessInfo[STEP] with every step, and build the strategy with compute_reactions, so that the
  * last call of a step is at the converged displacements. A step that is solved again with the same number starts from
  * the same committed state. A smaller number, or another initial STRESS or STATEV, starts another analysis.
@@ -26,6 +29,7 @@ typedef struct record {
   struct record *next; /* next record of the bucket */
   const double *key;   /* address of STRESS */
   size_t values;       /* number of values of each state below */
+  int extrapolates;    /* whether the law has IMPL-EX: its errors are the last two state variables */
   int step;            /* KSTEP of the trial state; NONE: no call yet */
   double *committed;   /* STRESS, strain, STATEV at the start of the step; owns the memory of all three states */
   double *trial;       /* the same after the last call */
@@ -36,6 +40,7 @@ enum {
   BUCKETS = 1 << 16,
   ADDRESS_BITS = 4, /* low bits that are 0 in an aligned address */
   MOST = 6,         /* largest number of components */
+  IMPLEX = 24,      /* place of the tolerance of IMPL-EX in PROPS, from 0 */
   NONE = -1
 };
 
@@ -57,6 +62,18 @@ void asperity_kratos_reset(void) {
       free(r);
     }
     table[i] = NULL;
+  }
+  pthread_mutex_unlock(&lock);
+}
+
+/* Largest errors of IMPL-EX of all points, of damage and traction, in their last calls. */
+void asperity_kratos_errors(double errors[2]) {
+  errors[0] = errors[1] = 0.0;
+  pthread_mutex_lock(&lock);
+  for (int i = 0; i < BUCKETS; i++) {
+    for (const record *r = table[i]; r != NULL; r = r->next) {
+      for (int k = 0; k < 2 && r->extrapolates; k++) errors[k] = fmax(errors[k], r->trial[r->values - 2 + (size_t)k]);
+    }
   }
   pthread_mutex_unlock(&lock);
 }
@@ -111,14 +128,17 @@ void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *
     memcpy(r->committed, r->trial, values * sizeof *r->trial);
   }
   r->step = *kstep;
+  r->extrapolates = *nprops > IMPLEX && props[IMPLEX] > 0.0 && m > 2;
 
+  (void)kinc;
+  const int only = 1;
   double increment[MOST];
   for (size_t i = 0; i < n; i++) increment[i] = stran[i] + dstran[i] - r->committed[n + i];
   memcpy(stress, r->committed, n * sizeof *stress);
   memcpy(statev, r->committed + 2 * n, m * sizeof *statev);
   law(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, r->committed + n, increment, time, dtime,
       temp, dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, dfgrd0,
-      dfgrd1, noel, npt, layer, kspt, kstep, kinc);
+      dfgrd1, noel, npt, layer, kspt, &only, kstep);
   memcpy(r->trial, stress, n * sizeof *stress);
   for (size_t i = 0; i < n; i++) r->trial[n + i] = stran[i] + dstran[i];
   memcpy(r->trial + 2 * n, statev, m * sizeof *statev);

@@ -7,6 +7,7 @@ plane strain with thickness 1.
 
 from __future__ import annotations
 
+import ctypes
 import json
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -20,6 +21,7 @@ import KratosMultiphysics.StructuralMechanicsApplication as Structural
 import numpy as np
 from asperity import Interface
 from asperity.contract import Floats
+from asperity.installed import named_library
 from asperity.mesh import Jointed, write
 from numpy.typing import NDArray
 
@@ -38,7 +40,12 @@ MOST_ITERATIONS = 30
 
 
 class Lost(RuntimeError):
-    """The Newton iterations did not converge."""
+    """The Newton iterations did not converge; norms: of the residual after each of them."""
+
+    def __init__(self, step: int, norms: list[float], tolerance: float) -> None:
+        """Store what was found."""
+        super().__init__(f"step {step}: residuals {norms}, expected at most {tolerance:g}")
+        self.norms = norms
 
 
 class Structure:
@@ -81,12 +88,12 @@ class Structure:
         properties.SetValue(Kratos.DENSITY, 0.0)
         return properties
 
-    def umat(self, interface: Interface, **other: object) -> Kratos.Properties:
-        """Return the properties of an interface according to its card.
+    def umat(self, interface: Interface, implex: float = 0.0, **other: object) -> Kratos.Properties:
+        """Return the properties of an interface according to its card; implex: PROPS 25, for IMPL-EX.
 
         Further arguments replace variables of the card; None removes a variable.
         """
-        card = json.loads(interface.card("kratos", dimension=self.dimension))
+        card = json.loads(interface.card("kratos", dimension=self.dimension, implex=implex))
         material = card["properties"][0]["Material"]
         properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
         properties.SetValue(Kratos.CONSTITUTIVE_LAW, _law(material["constitutive_law"]["name"]))
@@ -96,14 +103,28 @@ class Structure:
                 properties.SetValue(Kratos.KratosGlobals.GetVariable(name), value)
         return properties
 
-    def add_mesh(self, mesh: Jointed, solid: Kratos.Properties, joint: Kratos.Properties) -> None:
-        """Add a mesh of `asperity.mesh`, by way of a .mdpa file; its nodes are numbered from 1."""
+    def add_mesh(
+        self,
+        mesh: Jointed,
+        solid: Kratos.Properties,
+        joint: Kratos.Properties | Mapping[str, Kratos.Properties],
+    ) -> None:
+        """Add a mesh of `asperity.mesh`, by way of a .mdpa file; its nodes are numbered from 1.
+
+        joint: properties of all joints, or of those whose names begin with each key.
+        """
         with tempfile.TemporaryDirectory() as folder:
             (file,) = write(Path(folder, "mesh.mdpa"), mesh)
             Kratos.ModelPartIO(str(file.with_suffix(""))).ReadModelPart(self.part)
+
+        def of_joint(name: str) -> Kratos.Properties:
+            if not isinstance(joint, Mapping):
+                return joint
+            return next(one for start, one in joint.items() if name.startswith(start))
+
         for name in (*mesh.names, *mesh.joints):
             for element in self.part.GetSubModelPart(name).Elements:
-                element.Properties = joint if name in mesh.joints else solid
+                element.Properties = of_joint(name) if name in mesh.joints else solid
                 self.interfaces += [element] * (name in mesh.joints)
 
     def add_solid(self, nodes: Sequence[int], properties: Kratos.Properties) -> None:
@@ -191,8 +212,7 @@ class Structure:
                 for node in self.part.Nodes:
                     last = node.GetSolutionStepValue(Kratos.DISPLACEMENT, 1)
                     node.SetSolutionStepValue(Kratos.DISPLACEMENT, last)
-                number = information[Kratos.STEP]
-                raise Lost(f"step {number}: residuals {norms}, expected at most {tolerance:g}")
+                raise Lost(information[Kratos.STEP], norms, tolerance)
         strategy.FinalizeSolutionStep()
         return norms
 
@@ -234,6 +254,12 @@ class Structure:
         values = [list(node.GetSolutionStepValue(Kratos.REACTION)) for node in found]
         total: Floats = np.sum(values, axis=0)[: self.dimension]
         return total
+
+    def implex_errors(self) -> tuple[float, float]:
+        """Largest errors of damage and traction of all points with IMPL-EX in the last iteration."""
+        errors = (ctypes.c_double * 2)()
+        ctypes.CDLL(str(named_library("asperity_kratos"))).asperity_kratos_errors(errors)
+        return errors[0], errors[1]
 
     def points(self) -> tuple[Floats, Floats]:
         """Return separations and tractions (points, 3) of all points as (N, Tx, Ty); Ty is 0 in 2D."""

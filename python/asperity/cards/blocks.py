@@ -14,6 +14,7 @@ WHY = {
     "h": ", whose joints pass separations", "map": ", whose order of components is fixed",
     "dalpha": ", which ignores a request for a smaller step", "r": ", whose joint has no other stress",
     "water": ", which passes no field to the law",
+    "implex": ", where IMPL-EX is not offered or was not tried",
 }  # fmt: skip
 
 

@@ -8,7 +8,7 @@ module asperity_generic
   use asperity_c_text, only: put_text
   use asperity_call_checks, only: explain_point, explain_time, point_status, time_status
   use asperity_checks, only: bounded, review, review_props
-  use asperity_contract, only: n_fixed_props, n_statev, p_m, p_map, p_water, prop_table, &
+  use asperity_contract, only: n_fixed_props, n_statev, p_implex, p_m, p_map, p_water, prop_table, &
     status_initial, status_nstatv, status_ok, status_separation, status_size, status_water, v_friction, v_offset, &
     v_rupture, v_stored
   use asperity_host, only: quiet_nan, rejected_pnewdt, request_cut, request_slower_damage
@@ -116,13 +116,14 @@ contains
   !> Which entries of PROPS are material properties of a behaviour.
   !>
   !> MGIS fixes the order of the components, and an external state variable is known by its name: no `map`, no `water`.
+  !> IMPL-EX (`implex`) is for the UMAT alone.
   !> The gradient of a joint is the separation, so that a joint has no constant of the host. Reserved entries are no
   !> properties.
   pure function material_properties(layer) result(yes)
     logical, intent(in) :: layer   !! layer or joint
     logical :: yes(n_fixed_props)
     yes = (layer .or. prop_table%owner /= "host") .and. prop_table%owner /= "reserved"
-    yes([p_map, p_water]) = .false.
+    yes([p_map, p_water, p_implex]) = .false.
   end function material_properties
 
   !> Do what K(1) requests. If that is impossible, write nothing but the message and the factor of the time step.
