@@ -16,6 +16,7 @@ from threading import current_thread, main_thread
 from .installed import driver, named_case
 from .options import (
     NO_EQUILIBRIUM,
+    Parser,
     add_options,
     add_output,
     add_workers,
@@ -87,27 +88,18 @@ class _Version(argparse.Action):
         parser.exit()
 
 
-class _Help(argparse.HelpFormatter):
-    """Help with room for the longest command, whose indent argparse does not count."""
-
-    def __init__(self, prog: str) -> None:
-        """Set the length of the longest entry."""
-        super().__init__(prog)
-        self._action_max_length = 4 + max(map(len, COMMANDS))
-
-
 def _parser(chosen: str) -> argparse.ArgumentParser:
     """Parser of all subcommands, with the arguments of the chosen one."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="asperity",
         description="Interface law for rough quasi-brittle interfaces: damage, friction, interlocking.",
-        formatter_class=_Help,
     )
     parser.epilog = (
         "asperity COMMAND --help explains a command. --jobs N sets the number of processes of run, "
         "select and uncertainty."
     )
-    parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
+    version = "show program's version number and exit"
+    parser.add_argument("-V", "--version", action=_Version, nargs=0, help=version)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for name, (summary, add_arguments) in COMMANDS.items():
         command = commands.add_parser(name, help=summary)

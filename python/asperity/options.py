@@ -8,18 +8,40 @@ import os
 import re
 import shutil
 import signal
-from collections.abc import Iterable, Iterator, Mapping
+import sys
+from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from .installed import needed
 
 NO_EQUILIBRIUM = 2  # exit code of the driver after a lost equilibrium
 
 
-def add_options(parser: argparse._ActionsContainer, *rows: tuple[Any, ...]) -> None:
+class Parser(argparse.ArgumentParser):
+    """Parser for which a list of numbers that begins with a minus sign is a value, as a number is."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Namespace and other words; a word that begins with a blank is a value."""
+        words = sys.argv[1:] if args is None else args
+        values = [f" {word}" if NEGATIVES.fullmatch(word) else word for word in words]
+        return super().parse_known_args(values, namespace)
+
+
+NEGATIVES = re.compile(r"-[\d.][-+.\deE]*,[-+.,\deE]*")
+"""List of numbers of which the first one is negative."""
+
+
+class Arguments(Protocol):
+    """Parser, or a group of its arguments."""
+
+    def add_argument(self, *names: str, **settings: Any) -> argparse.Action:
+        """Add an argument, as of argparse."""
+
+
+def add_options(parser: Arguments, *rows: tuple[Any, ...]) -> None:
     """Add arguments to a parser, a row for each: usage, help, and unless it is a flag its type or default.
 
     usage: its names and that of its value, as "-o --output FILE" or "case CASE.nml".  The type is that of the
@@ -40,28 +62,9 @@ def add_options(parser: argparse._ActionsContainer, *rows: tuple[Any, ...]) -> N
         else:
             settings |= {"type": type(kind), "default": kind}
             text += "" if "default" in text else " (default: %(default)s)"
-        if words[-1].endswith(",..."):  # a list that begins with a minus sign is a value, as a number is
-            parser._negative_number_matcher = re.compile(r"-[\d.]")
+        if settings.get("type") is str and words[-1].endswith(",..."):
+            settings["type"] = str.strip  # of the blank of `Parser`
         parser.add_argument(*names, help=text, **settings | (more[1] if len(more) > 1 else {}))
-
-
-def command_line(
-    parser: argparse.ArgumentParser, options: argparse.Namespace, changed: Mapping[str, Any]
-) -> list[str]:
-    """Words of a command with the parsed options, some of them changed, without those at their defaults."""
-    words = parser.prog.split()
-    for action in parser._actions:
-        value = changed.get(action.dest, getattr(options, action.dest, None))
-        if value is None or value == action.default or action.dest == "help":
-            continue
-        name = action.option_strings[-1:]
-        if action.nargs == 0:
-            words += name
-        elif isinstance(value, list) and name:
-            words += [word for one in value for word in (*name, str(one))]
-        else:
-            words += [*name, *map(str, value if isinstance(value, list) else [value])]
-    return words
 
 
 def add_workers(parser: argparse.ArgumentParser) -> None:
@@ -91,14 +94,15 @@ def workers(options: argparse.Namespace, jobs: int | None = None) -> AbstractCon
 def _processes(count: int) -> Iterator[Executor]:
     """Processes that end, with what they compute, where an exception as that of Ctrl-C leaves the block."""
     from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
+    from multiprocessing import active_children, get_context
 
+    earlier = active_children()
     # a fork would copy the locks of threads, but not the threads
     pool = ProcessPoolExecutor(count, get_context("spawn"), initializer=_begin_worker)
     try:
         yield pool
     except BaseException:
-        for process in list((pool._processes or {}).values()):
+        for process in set(active_children()).difference(earlier):
             while process.is_alive():  # each time it ends what it computes, or itself if it waits
                 process.terminate()
                 process.join(0.1)
