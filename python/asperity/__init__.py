@@ -33,6 +33,7 @@ __all__ = [
     "Pattern",
     "Point",
     "Snap",
+    "Stability",
     "Step",
     "Update",
     "contract",

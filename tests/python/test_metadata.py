@@ -14,6 +14,7 @@ from pathlib import Path
 
 import asperity
 import pytest
+from asperity.cli import COMMANDS
 
 ROOT = Path(__file__).parents[2]
 CONTRACT, LICENCE, CHANGES = "src/law/asperity_contract.f90", "LICENSE", "CHANGELOG.md"
@@ -232,6 +233,30 @@ def test_runs_know_no_plane(file: Path) -> None:
     assert set(re.findall(r"\b(?:pattern|material)%\w+", text)) <= NAMES_OF_CONSTANTS.get(file.name, set())
     borrowed = re.findall(r"use asperity_(?:pattern|material|point), only: (.*)", text)
     assert set(borrowed) <= {"direction_vector"}
+
+
+# --- public names -------------------------------------------------------------------------------------------
+
+
+def statuses(page: str) -> list[str]:
+    """Names in the tables of a page that have a status."""
+    rows = found_in(page, r"^\| (`.*`(?:\(.*?\))?) \| (?:stable|experimental) \|")
+    return [re.sub(r"\(.*", "", name) for row in rows for name in re.findall(r"`([^`]+)`", row)]
+
+
+def test_each_public_name_has_one_status() -> None:
+    """Names of Python, commands and functions of the headers; no other name has one."""
+    functions = [
+        name
+        for header in ("src/asperity.h", "src/asperity_run.h")
+        for name in found_in(header, r"^(?:int|void|double|asperity_\w+ \*)\s?\**(\w+)\(")
+    ]
+    assert len(functions) > 20 and sorted(statuses("docs/reference/c.md")) == sorted(functions)
+    names = statuses("docs/reference/status.md")
+    commands = [name for name in names if name in COMMANDS]
+    assert sorted(commands) == sorted(COMMANDS)
+    rest = [name for name in names if name not in COMMANDS]
+    assert sorted(rest) == sorted(asperity.__all__)
 
 
 # --- targets that CONTRIBUTING.md names ---------------------------------------------------------------------
