@@ -2,7 +2,7 @@
 !> bench [--csv FILE] [--quick]
 program bench
   use, intrinsic :: iso_fortran_env, only: compiler_version, error_unit, int64, output_unit, real64
-  use asperity_contract, only: p_guard, p_turn, p_w0, prop_table
+  use asperity_contract, only: p_c, p_damage0, p_guard, p_turn, p_w0, p_water, prop_table
   use asperity_instruction_set, only: instruction_set
   use block_work_double, only: double_type => block_work_type, new_double => new_block_work, run_double => run
   use block_work_single, only: single_type => block_work_type, new_single => new_block_work, run_single => run
@@ -19,16 +19,17 @@ program bench
     integer :: points = 0                 !! number of points
     real(real64) :: ns = 0.0_real64       !! nanoseconds per point
   end type row_type
-  !> A pattern: name, inclined planes, height and W0, whether it is measured with many points. All have a flat plane
-  !> with the weight 1/3 except for "2 planes".
+  !> A pattern: name, inclined planes, whether it is measured with many points, height, W0 and dashpot. All have a flat
+  !> plane with the weight 1/3 except for "2 planes".
   type :: pattern_type
     character(len=8) :: name
     real(real64) :: m
     logical :: large = .false.
-    real(real64) :: height = 0.0_real64, w0 = 0.0_real64
+    real(real64) :: height = 0.0_real64, w0 = 0.0_real64, c = 0.0_real64
   end type pattern_type
-  real(real64), parameter :: high = 0.3_real64
-  type(pattern_type), parameter :: patterns(15) = [ &
+  !> A height, and a dashpot whose stress is that of the spring for the same change in an increment of the time 1.
+  real(real64), parameter :: high = 0.3_real64, damping = 150.0_real64
+  type(pattern_type), parameter :: patterns(17) = [ &
     pattern_type("2 planes", 2.0_real64), pattern_type("RT", 2.0_real64, .true.), &
     pattern_type("RP-3", 3.0_real64, .true.), pattern_type("RP-4", 4.0_real64, .true.), &
     pattern_type("RP-6", 6.0_real64, .true.), pattern_type("RP-8", 8.0_real64), &
@@ -36,7 +37,8 @@ program bench
     pattern_type("RP-63", 63.0_real64), pattern_type("RP-4 HW0", 4.0_real64, height=high, w0=1.0_real64), &
     pattern_type("RT H", 2.0_real64, height=high), pattern_type("RP-4 H", 4.0_real64, height=high), &
     pattern_type("RP-8 H", 8.0_real64, height=high), pattern_type("RP-16 H", 16.0_real64, height=high), &
-    pattern_type("RP-32 H", 32.0_real64, height=high)]
+    pattern_type("RP-32 H", 32.0_real64, height=high), pattern_type("RP-4 c", 4.0_real64, c=damping), &
+    pattern_type("RP-32 c", 32.0_real64, c=damping)]
 
   !> What is measured with a pattern. Rows of one group run in turn on the same points; arrays and calls
   !> have many points.
@@ -48,7 +50,7 @@ program bench
     row_type("vumat", no), row_type("stream", no)]
   integer, parameter :: groups(12) = [points, points, points, points, arrays, arrays, arrays, blocks, blocks, blocks, &
     calls, calls]
-  !> Kernels that know no facets.
+  !> Kernels that know neither facets nor dashpots.
   character(len=8), parameter :: straight(2) = [character(len=8) :: "textbook", "roots"]
 
   !> Points with data in the first-level cache, and of a VUMAT call.
@@ -97,8 +99,8 @@ contains
           ! points have no single precision
           if (group < blocks .and. k > 1) cycle
           if (any(group == [arrays, calls]) .and. .not. patterns(i)%large) cycle
-          some = pack(tasks, groups == group .and. [(.not. (patterns(i)%height > 0.0_real64 .and. &
-            any(straight == tasks(j)%kernel)), j=1, size(tasks))])
+          some = pack(tasks, groups == group .and. [(.not. ((patterns(i)%height > 0.0_real64 .or. &
+            patterns(i)%c > 0.0_real64) .and. any(straight == tasks(j)%kernel)), j=1, size(tasks))])
           some%precision = precisions(k)
           if (size(some) > 0) call add(rows, patterns(i), some, sizes(group))
         end do
@@ -129,7 +131,9 @@ contains
     flat = merge(0.0_real64, 1.0_real64/3.0_real64, pattern%name == "2 planes")
     ! a UMAT of straight planes gets PROPS up to turn
     given = merge(p_w0, p_turn, pattern%height > 0.0_real64)
-    associate (props => [table_2, pattern%m, flat, prop_table(p_turn:p_guard)%default, pattern%height, pattern%w0])
+    if (pattern%c > 0.0_real64) given = p_c
+    associate (props => [table_2, pattern%m, flat, prop_table(p_turn:p_guard)%default, pattern%height, pattern%w0, &
+                         prop_table(p_damage0:p_water)%default, pattern%c])
       call new_start(props(:given), n, start)
     end associate
     by_points = all(some(1)%kernel /= ["block", "vumat"])

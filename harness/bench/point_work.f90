@@ -37,7 +37,7 @@ contains
     work%new = start%state
     work%traction = 0.0_wp
     work%tangent = 0.0_wp
-    if (start%joint%material%curved) return   ! the textbook version has no facets
+    if (start%joint%material%curved .or. start%joint%material%damps) return   ! the textbook version knows none of both
     k = max(start%joint%material%k_n, start%joint%material%k_t, start%joint%material%k_c)
     do p = 1, min(n_states, n)
       call textbook_update(start%joint, start%s(:, p), start%state(:, p), work%new(:, p), t, d)
@@ -56,6 +56,7 @@ contains
     logical, intent(in) :: with_tangent            !! whether arrays and the textbook version compute the tangent
     real(wp), intent(inout) :: used                !! sum of results
     character(len=80), parameter :: name = "BENCH"
+    real(wp), parameter :: duration = 1.0_wp
     real(wp) :: t(3), d(3, 3), e(3)
     integer :: failed, p, status
     !$ call omp_set_num_threads(1)
@@ -73,20 +74,21 @@ contains
       case ("points")
         if (with_tangent) then
           call update_points(start%joint, start%s, new, work%traction, status, failed, start%s_old, work%tangent, &
-            by_rows=.true.)
+            duration, by_rows=.true.)
         else
-          call update_points(start%joint, start%s, new, work%traction, status, failed, start%s_old)
+          call update_points(start%joint, start%s, new, work%traction, status, failed, start%s_old, dt=duration)
         end if
       case ("point")
         do p = 1, size(new, 2)
-          call update_point(start%joint, start%s_old(:, p), start%s(:, p), start%state(:, p), new(:, p), t, d)
+          call update_point(start%joint, start%s_old(:, p), start%s(:, p), start%state(:, p), new(:, p), t, d, duration)
           used = used + t(1) + d(1, 1)
         end do
       case ("umat")
         do p = 1, size(new, 2)
           new(:, p) = start%state(:, p)
           call umat(t, new(:, p), d, e(1), e(2), e(3), stran=start%s_old(:, p), dstran=work%ds(:, p), cmname=name, &
-            ndi=1, nshr=2, ntens=3, nstatv=size(new, 1), props=start%props, nprops=size(start%props))
+            ndi=1, nshr=2, ntens=3, nstatv=size(new, 1), props=start%props, nprops=size(start%props), &
+            dtime=duration)
           used = used + t(1) + d(1, 1)
         end do
       case default
