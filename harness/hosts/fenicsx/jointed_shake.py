@@ -11,6 +11,7 @@ import numpy as np
 from asperity import contract
 from asperity.contract import Floats
 from jointed_mesh import COMM, agree, total
+from jointed_model import Model
 from jointed_saved import read, write
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -81,11 +82,11 @@ class Shake:
         """
         m, least = steps.model, least or 1e-3 * step
         water = total(np.abs(m.water.outer).sum() + np.abs(m.water.p).sum())
-        good = np.shape(mass) == m.u.shape and bool(np.isfinite(mass).all() and np.all(mass > 0.0))
+        good = self._fits(mass, m) and bool(np.all(mass > 0.0))
         agree(
             f"water in the model: expected none, its forces sum up to {water:g}" if water else "",
             "" if good else f"mass: expected finite numbers above 0 of the shape {m.u.shape}",
-            "" if np.shape(load) == m.u.shape else f"load: expected the shape {m.u.shape}",
+            "" if self._fits(load, m) else f"load: expected finite numbers of the shape {m.u.shape}",
             "" if 0.0 < least <= step < np.inf else f"step = {step}, least = {least}: expected 0 < least",
             "" if 0.0 <= beta < np.inf else f"beta = {beta}: expected >= 0",
             "" if 0.0 <= rho <= 1.0 else f"rho = {rho}: expected 0 to 1",
@@ -102,9 +103,15 @@ class Shake:
         self.v, self.a = 0.0 * m.u, 0.0 * m.u
         self._begun, self._size = False, 0.0
 
+    @staticmethod
+    def _fits(values: Floats, m: Model) -> bool:
+        """Whether there is a finite number for each component on this rank."""
+        return np.shape(values) == m.u.shape and bool(np.isfinite(values).all())
+
     def _begin(self) -> None:
         """Acceleration at the start, and the energies there."""
         m = self.steps.model
+        agree("" if self._fits(self.v, m) else f"v: expected finite numbers of the shape {m.u.shape}")
         x = self.steps.x.duplicate()
         x.array[:] = m.u + 0.0
         # the joints at rest, without a rate of their dashpots
@@ -148,6 +155,7 @@ class Shake:
 
     def advance(self, end: float) -> bool:
         """Take one step towards a time, or cut it; whether it was taken."""
+        agree("" if self.at < end < np.inf else f"end = {end}: expected a time after {self.at:g}")
         if not self._begun:
             self._begin()
         left = end - self.at
@@ -161,7 +169,7 @@ class Shake:
             size = self._in_play(self.ledger)
             gain = self.ledger.balance - before[3].balance
             if gain > GAIN * size:
-                good, message = False, f"the step gains {gain / size:.2g} of the energies in play"
+                good, message = False, f"the step gains {gain:.2g}, the energies in play are {size:.2g}"
         if not good:
             self.v, self.a, self.force, self.ledger = before
             m.u, m.s, m.state, self.steps.largest = model
@@ -169,7 +177,7 @@ class Shake:
             if self.next < self.least:
                 self.reason = f"stopped at {self.at:.5g}: {message}"
             return False
-        self._size, self.gained = size, self.gained + max(gain, 0.0) / size
+        self._size, self.gained = size, self.gained + max(gain, 0.0) / (size or 1.0)
         self.at, self.taken = end if last else self.at + dt, self.taken + 1
         if not last and self.steps.iterations <= FAST:
             self.next = min(GROWTH * dt, self.most)
@@ -177,6 +185,7 @@ class Shake:
 
     def run(self, end: float) -> bool:
         """Take steps to a time; whether they reached it."""
+        agree("" if self.at <= end < np.inf else f"end = {end}: expected a time, {self.at:g} or later")
         while not self.reason and self.at < end:
             self.advance(end)
         return not self.reason

@@ -185,7 +185,14 @@ def test_energy_of_a_rocking_wall(name: str) -> None:
 WRONG = {
     "shake(mass=0.0 * m.u)": "mass: expected finite numbers above 0",
     "shake(mass=np.ones(3))": "mass: expected finite numbers above 0 of the shape",
-    "shake(load=np.ones(3))": "load: expected the shape",
+    "shake(load=np.ones(3))": "load: expected finite numbers of the shape",
+    "shake(load=0.0 * m.u + np.nan)": "load: expected finite numbers of the shape",
+    "setattr(s := shake(), 'v', np.ones(3)) or s.run(0.1)": "v: expected finite numbers of the shape",
+    "setattr(s := shake(), 'v', np.nan * m.u) or s.run(0.1)": "v: expected finite numbers of the shape",
+    "shake().run(np.nan)": "end = nan: expected a time, 0 or later",
+    "shake().run(-1.0)": "end = -1.0: expected a time, 0 or later",
+    "(s := shake()).run(0.01) and s.advance(0.005)": "end = 0.005: expected a time after 0.01",
+    "shake().resume(Path('none'))": "none: expected the files of a run with the same mesh, laws and ranks",
     "shake(step=0.0)": "step = 0.0, least = 1e-06: expected",
     "shake(beta=-1.0)": "beta = -1.0: expected >= 0",
     "shake(rho=1.5)": "rho = 1.5: expected 0 to 1",
@@ -200,6 +207,7 @@ WRONG = {
 def test_wrong_input(ranks: int) -> None:
     """Every rank has the error, and it is one line."""
     code = MODEL + f"""
+from pathlib import Path
 m = model()
 
 def shake(mass=None, load=None, step=1e-3, **other):
