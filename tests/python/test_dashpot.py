@@ -7,6 +7,7 @@ central differences, or lets a rigid block rock on a row of points.
 from __future__ import annotations
 
 import itertools
+import re
 from pathlib import Path
 
 import numpy as np
@@ -222,6 +223,17 @@ def test_a_static_step_is_harmless() -> None:
     test = joint(0.0, 0.5, kn, c).run(Step(t_N=-1.0, increments=n, time=1.0))
     assert test.separation[-1, 0] == pytest.approx(-1.0 / kn, rel=1.1 * c / kn)
     assert test.separation[-1, 0] > -1.0 / kn
+
+
+@pytest.mark.parametrize("xi", [0.2, 1.5])
+def test_card_prints_the_stable_increment(xi: float) -> None:
+    """The card of Abaqus/Explicit has the share of the stable increment that the dashpot leaves."""
+    kn, density, h = 2e4, 0.0024, 0.5
+    law = joint(0.0, 0.5, kn, 2.0 * xi * np.sqrt(kn * density * h))
+    share = re.findall(r"scale factor=([\d.]+)", law.card("abaqus", explicit=True, density=density, h=h))
+    assert [float(one) for one in share] == pytest.approx([np.sqrt(1.0 + xi**2) - xi], rel=1e-3)
+    for text in (law.card("abaqus"), joint(0.0, 0.5, kn).card("abaqus", explicit=True, density=density)):
+        assert "scale factor" not in text
 
 
 def test_vumat() -> None:
