@@ -48,4 +48,4 @@ def _text(value: Any) -> str:
     if isinstance(value, str):
         return value.strip()
     text = str(value)
-    return text + "0" * bool(re.fullmatch(r"-?\d+\.\d{3}", text))
+    return f"{text}0" if re.fullmatch(r"-?\d+\.\d{3}", text) else text

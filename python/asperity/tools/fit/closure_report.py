@@ -30,7 +30,8 @@ def closure_report(found: ClosureFit, units: tuple[str, str] = NONE, verbose: bo
         *constant_rows(found.estimates, units),
     ]
     back = [one for one, test in zip(found.unloading, found.tests, strict=True) if len(test.unloading)]
-    lines += ["", f"unloading   predicted, missed by {max(back):.1%} of the closure"] * bool(back)
+    if back:
+        lines += ["", f"unloading   predicted, missed by {max(back):.1%} of the closure"]
     return "\n".join([*lines, "", *verdict(found)])
 
 

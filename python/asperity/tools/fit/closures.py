@@ -213,7 +213,8 @@ def _judged(tests: Sequence[ClosureTest], free: tuple[str, ...], x: Floats, left
         text = f"{left.size} rows of one test, which the law misses by {errors['loading']:.0%}"
         reasons.append(f"{text}: another test would help")
     notes = ["the closure counts from the first row of each test, and only the first loading is fitted"]
-    notes += ["one stiffness: the rows do not show a largest closure"] * ("closure" not in free)
+    if "closure" not in free:
+        notes.append("one stiffness: the rows do not show a largest closure")
     worst_back = max(unloading)
     if worst_back > max(0.05, 1.5 * errors["loading"]):
         notes.append(f"the unloading is missed by {worst_back:.0%}: an elastic contact keeps no closure")

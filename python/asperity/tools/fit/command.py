@@ -197,7 +197,8 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
         closes = isinstance(tests[0], ClosureTest)
         only = [("--free", free is not None), ("--sides", options.sides != SIDES)]
         only += [("--direction", options.direction != 0.0)]
-        only += [("--set", bool(known)), ("--joint", options.joint != AUTO)] * closes
+        if closes:
+            only += [("--set", bool(known)), ("--joint", options.joint != AUTO)]
         wrong = next((name for name, given in only if given), "")
         if wrong:
             what = "closures" if closes else "strengths alone"

@@ -123,8 +123,10 @@ def _checked(
     if free is not None:
         given = {*free, *known}
         needed = ["sigma0", "Gc", "mu"] if {"sigma0", "Gc"} & given else ["mu"]
-        needed += [KS] * (len(needed) == 1 and not {KS, KT} & given)
-        needed += ["theta"] * bool({"height", "crush", "W0", "flat"} & {*free})
+        if len(needed) == 1 and not {KS, KT} & given:
+            needed.append(KS)
+        if {"height", "crush", "W0", "flat"} & {*free}:
+            needed.append("theta")
         missing = next((name for name in needed if name not in given), "")
         if missing:
             raise ValueError(f"{missing}: expected it among the free ones, or a value, --set {missing}=")

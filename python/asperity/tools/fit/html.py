@@ -161,5 +161,5 @@ def _compared(found: AnyFit) -> str:
             values = [row.measured, row.predicted, *([found.blind[i].predicted] if found.blind else [])]
             cells.append(" / ".join(f"{one[name]:.4g}" for one in values if name in one))
         rows.append(cells)
-    title = "<p>Measured / fitted" + " / blind" * bool(found.blind) + ":</p>"
-    return title + _table(["test", *(COLUMNS[name] for name in names)], rows)
+    title = "Measured / fitted / blind" if found.blind else "Measured / fitted"
+    return f"<p>{title}:</p>" + _table(["test", *(COLUMNS[name] for name in names)], rows)

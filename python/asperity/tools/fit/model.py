@@ -198,7 +198,7 @@ class Problem:
         """Model less measurement, divided by the range of tau or of s_N of each test, with their weights."""
         model, lost, curves = [], [], self.curves(self.values(x))
         for test, (_, rows), (tau, s_N, done) in zip(self.tests, self.paths, curves, strict=True):
-            columns = [tau[rows]] + [s_N[rows]] * (test.s_N is not None)
+            columns = [tau[rows]] if test.s_N is None else [tau[rows], s_N[rows]]
             model += columns
             lost += [rows >= done] * len(columns)
         left = (np.concatenate(model) - self.rows.measured.to_numpy()) / self.rows.scale.to_numpy()

@@ -196,7 +196,7 @@ def _read(
         returns += [str(kept.index[start]) for start in starts[1:-1]]
         for number in range(1, len(starts)):
             part = kept[starts[number - 1] : starts[number]].copy()
-            label = ".".join([test] * bool(test) + [str(number)] * (len(starts) > 2))
+            label = ".".join(filter(None, (test, str(number) if len(starts) > 2 else "")))
             part.attrs = {"name": f"{path}: test {label}" if label else str(path)} | of_file
             found.append(part)
     text = f"{path}: the slip jumps back in line {', '.join(returns)}: read as the next test; a column test"

@@ -81,9 +81,11 @@ def compared_rows(
     peaks: Sequence[Estimate] = (),
 ) -> list[str]:
     """Measured, fitted and blind numbers of each test, under a title; peaks: intervals of the peaks."""
-    title = title or "measured / fitted" + " / blind" * bool(unseen)
+    title = title or ("measured / fitted / blind" if unseen else "measured / fitted")
     names = [name for name in COLUMNS if any(name in row.measured for row in fitted)]
-    head = [COLUMNS[name] for name in names] + [f"peak, {CONFIDENCE:g} interval"] * bool(peaks)
+    head = [COLUMNS[name] for name in names]
+    if peaks:
+        head.append(f"peak, {CONFIDENCE:g} interval")
     table = []
     shown = len(fitted) if verbose else MOST_TESTS
     for i, row in enumerate(fitted[:shown]):
@@ -101,7 +103,9 @@ def compared_rows(
         for start, cells in zip(starts, [head, *table], strict=False)
     ]
     more = len(fitted) - shown
-    return lines + [f"... and {more} more (--verbose)"] * (more > 0)
+    if more > 0:
+        lines.append(f"... and {more} more (--verbose)")
+    return lines
 
 
 def short(name: str) -> str:
@@ -178,12 +182,11 @@ def case_of(found: Fit) -> str:
         material = {"kn": values[KS] * material.pop("kc"), KS: values[KS]} | material
     stiffnesses = {test.k_N for test in tests}
     k_N = tests[0].k_N
-    notes = [f"The tests have {len(stiffnesses)} stiffnesses k_N; this is that of the first."] * (
-        len(stiffnesses) > 1
-    )
-    notes += ["The tests were fitted with their measured normal tractions."] * any(
-        t.path_N is not None for t in tests
-    )
+    notes = []
+    if len(stiffnesses) > 1:
+        notes.append(f"The tests have {len(stiffnesses)} stiffnesses k_N; this is that of the first.")
+    if any(test.path_N is not None for test in tests):
+        notes.append("The tests were fitted with their measured normal tractions.")
     tractions = [rounded(test.sigma_N, 4) for test in tests]
     joint, direction = (material, found.interface.pattern), found.solution.problem.direction
     text = shear_case("Shear box", *joint, tractions, turns, direction, k_N, found.spring)

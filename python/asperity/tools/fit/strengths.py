@@ -136,7 +136,7 @@ def fit_strengths(
         ::-1
     ]
     copies = len(tests) - len(different)
-    text = f"{len(tests)} tests" + f", {copies} of them the same as others" * bool(copies)
+    text = f"{len(tests)} tests" + (f", {copies} of them the same as others" if copies else "")
     if len(different) < LEAST_TESTS:
         raise ValueError(f"{text}: expected at least {LEAST_TESTS} different ones")
     known = {name: contract.number(name, value) for name, value in (fixed or {}).items()}

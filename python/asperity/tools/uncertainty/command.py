@@ -122,7 +122,7 @@ def report(sweep: str, found: Sequence[Spread]) -> str:
     lines = []
     for title, one in zip(titles, found, strict=True):
         reasons = ", ".join(f"{count} {reason}" for reason, count in one.out.items())
-        lines.append(f"left out    {title}{': ' * bool(title)}{reasons or 'none'}")
+        lines.append("left out    " + ": ".join(filter(None, (title, reasons or "none"))))
     for title, one in zip(titles, found, strict=True):
         names = ("case", "mean", "sd", *(f"{level:.6g}" for level in one.levels))
         lines += ["", f"{title:<22}" + "".join(f"{name:>12}" for name in names)]
