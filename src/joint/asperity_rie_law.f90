@@ -121,14 +121,15 @@ contains
     yes = state_status(law%joint, state) == status_ok
   end function admissible
 
-  !> Largest stiffness of a plane times the largest separation or slip, stress.
+  !> Largest stiffness of a plane times the largest separation or slip, stress. The separation counts with and without
+  !> the offset of an initial state: where they cancel, the rounding of both is left.
   pure function magnitude(law, s, state) result(size)
     class(rie_law), intent(in) :: law   !! the law
     real(wp), intent(in) :: s(3)        !! separation (N, Tx, Ty), length
     real(wp), intent(in) :: state(:)    !! STATEV
     real(wp) :: size
     integer :: k
-    size = law%largest_stiffness*maxval(abs([whole_separation(s, state), &
+    size = law%largest_stiffness*maxval(abs([s, whole_separation(s, state), &
       (state(plane_statev(k) + 1:plane_statev(k) + 2), k=1, law%joint%pattern%n)]))
   end function magnitude
 

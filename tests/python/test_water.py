@@ -21,6 +21,7 @@ from asperity import (
 )
 from asperity.cli import main
 from asperity.installed import driver
+from asperity.steps import Point
 from support_calls import LIBRARY, errors, umat, vumat
 from support_driver import call
 
@@ -127,6 +128,22 @@ def test_points_and_initial_states() -> None:
         ROUGH.update(s[:1], p=out[0][:, 0], out=out)
     with pytest.raises(ValueError, match=r"t_N = 0.2.*tension on a crack.*t_N is the total one and p"):
         JOINT.initial([-0.2, 0.0, 0.0], p=0.4)
+
+
+@pytest.mark.parametrize("increments", [1, 2, 7, 100, 400])
+@pytest.mark.parametrize("carried", [0.5, 0.3, -0.3, -1.0])
+def test_water_takes_all_that_a_joint_carries(carried: float, increments: int) -> None:
+    """An initial state is released to zero and beyond, by tractions and by water, without a loss."""
+    start, slip = Point(ROUGH.initial([carried, 0.0, 0.0])), {"slip": 0.0, "increments": increments}
+    for t_N in (0.0, -carried):
+        test = ROUGH.run(Step(t_N=t_N, **slip), start)
+        assert not test.lost and len(test) == increments
+        assert test.traction[-1, 0] == pytest.approx(t_N, abs=1e-9)
+    # to zero in the middle, then twice as far
+    wet = Point(ROUGH.initial([-1.0, 0.0, 0.0], p=0.4), p=0.4)
+    test = ROUGH.run([Step(t_N=-1.0, p=1.0, **slip), Step(p=1.6, **slip)], wet)
+    assert not test.lost and test.p[[increments - 1, -1]] == pytest.approx([1.0, 1.6])
+    assert test.traction[:, 0] == pytest.approx(-1.0, abs=1e-9)
 
 
 CASE = f"""&case title = 'Water' /
