@@ -29,6 +29,8 @@ foreach(source IN LISTS sources)
   endwhile()
   string(APPEND text "\n${part}")
 endforeach()
+# marks and comments that FortranUnit.cmake puts into merged modules
+string(REGEX REPLACE "\n(# [0-9]+ \"|!module|!  )[^\n]*" "" text "${text}")
 # Intel's compilers obey `omp simd` without being asked to, and wrong results of ifx with it were reported
 string(REGEX REPLACE "\n *!\\$omp[^\n]*" "" text "${text}")
 # Abaqus runs a preprocessor, to which an apostrophe in a comment may begin a text

@@ -37,7 +37,8 @@ def main() -> int:
     # The names of Fortran procedures begin with two underscores, which gcovr takes for internal functions.
     # The compiler writes a procedure of its own for each type, which it places in the module's last line.
     command = [sys.executable, "-m", "gcovr", "--include-internal-functions", "--root", ".", "--txt", "-"]
-    command += ["--filter", "src/", "--exclude-lines-by-pattern", r"^\s*end module\b.*"]
+    # a line of the law is compiled for each kernel and kind, and measured once
+    command += ["--merge-lines", "--filter", "src/", "--exclude-lines-by-pattern", r"^\s*end module\b.*"]
     subprocess.run([*command, "--json-summary", str(summary), str(build / "src")], check=True)
 
     files = {f["filename"]: f for f in json.loads(summary.read_text(encoding="utf-8"))["files"]}

@@ -272,12 +272,21 @@ class Bench:
         return ran.returncode == 0
 
     def sources_of(self, path: Path) -> list[Path]:
-        """Return the compiled files that a file is part of."""
-        if path in self.commands:
-            return [path]
-        including = re.compile(rf"^\s*include ['\"]{re.escape(path.name)}['\"]", re.MULTILINE)
-        files = [f for f in path.parent.iterdir() if f.is_file() and including.search(f.read_text("utf-8"))]
-        return sorted({source for file in files for source in self.sources_of(file)})
+        """Return the compiled files of which a file is a part, by an include line or a mark, or all."""
+        part = re.compile(
+            rf"""^( *include ['"]{re.escape(path.name)}['"]|# \d+ "{re.escape(str(path))}")""", re.MULTILINE
+        )
+        return [f for f in self.commands if f == path or part.search(f.read_text(encoding="utf-8"))]
+
+    def changed_text(self, file: Path, path: Path, mutant: Mutant) -> str:
+        """Return the text of a file with the changed line of a path; lines of merged files have marks."""
+        here, number, lines = file == path, 0, []
+        for line in file.read_text(encoding="utf-8").splitlines(keepends=True):
+            number += 1
+            if mark := re.match(r'# (\d+) "(.+)"', line):
+                here, number = mark[2] == str(path), int(mark[1]) - 1
+            lines.append(mutant.after + "\n" if here and number == mutant.line and not mark else line)
+        return "".join(lines)
 
     def users_of(self, path: Path) -> list[Path]:
         """Return the compiled files that use a file's module: its constants are part of their code."""
@@ -292,17 +301,17 @@ class Bench:
         """Return the test that notices a mutant, 'does not compile', or 'survived'."""
         path = self.folder / mutant.path
         text = path.read_text(encoding="utf-8")
-        lines = text.splitlines(keepends=True)
-        lines[mutant.line - 1] = mutant.after + "\n"
         sources = self.sources_of(path)
+        texts = {file: file.read_bytes() for file in {path, *sources}}
         declared = text[: text.index("\ncontains")] if "\ncontains" in text else text
         if "parameter" in mutant.before and mutant.before in declared:
-            sources += self.users_of(path)
+            sources += [user for source in sources for user in self.users_of(source)]
         changed = {s.stem for s in sources}
         kept = {
             f: f.read_bytes() for f in [self.commands[s][1] for s in sources] + self.interfaces_of(changed)
         }
-        path.write_text("".join(lines), encoding="utf-8")
+        for file in texts:
+            file.write_text(self.changed_text(file, path, mutant), encoding="utf-8")
         try:
             for source in sources:
                 command = shlex.split(self.commands[source][0])
@@ -319,8 +328,7 @@ class Bench:
                     return name
             return "survived"
         finally:
-            path.write_text(text, encoding="utf-8")
-            for file, content in kept.items():
+            for file, content in (texts | kept).items():
                 file.write_bytes(content)
 
 

@@ -1,20 +1,17 @@
-!> The law for blocks of points in single precision.
+!> The law for blocks of points in single precision: the build makes the modules *_single of those of src/law.
 module asperity_block_single
   use, intrinsic :: iso_fortran_env, only: real64, wp => real32
   use asperity_block_kernel_single, only: columns_bounded, update_block
+  use asperity_block_setup_single, only: set_block
   use asperity_contract, only: status_ok, status_props
   use asperity_interface, only: interface_type
-  use asperity_material, only: damage_weight, damping_lag, double_material_type => material_type, representable
-  use asperity_pattern, only: pattern_type
-  use asperity_types_single, only: block_type, chunk, growth_type, largest_energy, largest_separation, material_type, &
-    plane_type, points_type, vector_type
+  use asperity_material, only: double_material_type => material_type, representable
+  use asperity_types_single, only: block_type, chunk, largest_energy, largest_separation, material_type, points_type
   implicit none
   private
   public :: block_type, chunk, columns_bounded, largest_energy, largest_separation, new_block, points_type, update_block
 
 contains
-
-  include "asperity_block.inc"
 
   !> Convert the interface to this kind; the status is status_props if a constant leaves the range of the kind.
   pure subroutine new_block(joint, block, status, dt)
@@ -41,6 +38,7 @@ contains
     m%general = source%general
     m%wears = source%wears
     m%damps = source%damps
+    m%by_points = source%by_points
   end function material_of
 
   !> A number >= 0 in this kind, at most its largest number.

@@ -1,22 +1,18 @@
-!> The loops over the points of a block in double precision: the kernels of two instruction sets.
-module asperity_block_kernel_double
-  use asperity_block_kernel_double_v1, only: bounded_v1 => rows_bounded, columns_v1 => columns_bounded, &
-    rows_v1 => update_rows, update_v1 => update_block
-  use asperity_block_kernel_double_v3, only: bounded_v3 => rows_bounded, columns_v3 => columns_bounded, &
-    rows_v3 => update_rows, update_v3 => update_block
+!> Arrays with the values of each point one after the other: the kernels of two instruction sets.
+module asperity_rows_kernel
   use asperity_checks, only: limits_type
   use asperity_instruction_set, only: instruction_set
   use asperity_kinds, only: wp
-  use asperity_types_double, only: block_type, chunk, points_type
+  use asperity_rows_kernel_v1, only: bounded_v1 => rows_bounded, rows_v1 => update_rows
+  use asperity_rows_kernel_v3, only: bounded_v3 => rows_bounded, rows_v3 => update_rows
+  use asperity_types, only: block_type
   implicit none
   private
-  public :: columns_bounded, rows_bounded, update_block, update_rows
+  public :: rows_bounded, update_rows
 
 contains
 
-  include "dispatch_block.inc"
-
-  !> Whether separations and states of points first..last are in their ranges (asperity_rows.inc).
+  !> Whether separations and states of points first..last are in their ranges.
   pure function rows_bounded(limits, bound, first, last, s, state, s_old) result(yes)
     type(limits_type), intent(in) :: limits                       !! ranges of the state variables
     real(wp), intent(in) :: bound                                 !! largest separation, length
@@ -32,7 +28,7 @@ contains
     end if
   end function rows_bounded
 
-  !> Update points first..last, at most `chunk` (asperity_rows.inc).
+  !> Update points first..last, at most `chunk`.
   pure subroutine update_rows(block, first, last, s, state, traction, by_rows, s_old, tangent)
     type(block_type), intent(in) :: block                         !! the interface
     integer, intent(in) :: first, last                            !! points
@@ -49,4 +45,4 @@ contains
     end if
   end subroutine update_rows
 
-end module asperity_block_kernel_double
+end module asperity_rows_kernel

@@ -4,21 +4,20 @@
 !> symmetric and has no negative eigenvalue (docs/theory.md, section 10).
 module asperity_aim
   use asperity_block_double, only: block_type, chunk
-  use asperity_block_kernel_double, only: update_rows
+  use asperity_contact, only: add_dashpot, contact_stiffness, opening, pressure
   use asperity_contract, only: plane_statev, v_offset
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_material, only: material_type
   use asperity_pattern, only: plane_axes
   use asperity_point, only: kinematics_type, plane_kinematics
-  use asperity_types_double, only: local_type
+  use asperity_rows_kernel, only: update_rows
+  use asperity_types, only: local_type
   implicit none
   private
   public :: closing_pressure, frozen_response, update_aimed
 
 contains
-
-  include "asperity_contact.inc"
 
   !> Update points first..last, at most `chunk`, with the traction and the tangent of frozen variables.
   pure subroutine update_aimed(joint, block, first, last, aim, s, state, traction, by_rows, s_old, tangent)

@@ -2,13 +2,13 @@
 module asperity_arrays
   use asperity_aim, only: update_aimed
   use asperity_call_checks, only: point_status, time_status
-  use asperity_block_kernel_double, only: rows_bounded, update_rows
   use asperity_checks, only: all_bounded, bounded, limits_type, set_limits
   use asperity_kinds, only: wp
   use asperity_block_double, only: block_type, chunk, new_block
   use asperity_contract, only: energy_limit, status_ok, status_water
   use asperity_interface, only: interface_type, separation_bound, slip_bound
   use asperity_point, only: update_point_in_place
+  use asperity_rows_kernel, only: rows_bounded, update_rows
   implicit none
   private
   public :: virgin_tangent, update_points

@@ -1,21 +1,16 @@
 !> The law for blocks of points in double precision.
 module asperity_block_double
   use, intrinsic :: iso_fortran_env, only: real64
-  use asperity_block_kernel_double, only: columns_bounded, update_block
+  use asperity_block_kernel, only: columns_bounded, update_block
+  use asperity_block_setup, only: set_block
   use asperity_contract, only: status_ok
   use asperity_interface, only: interface_type
-  use asperity_kinds, only: wp
-  use asperity_material, only: damage_weight, damping_lag, double_material_type => material_type, material_type
-  use asperity_pattern, only: pattern_type
-  use asperity_types_double, only: block_type, chunk, growth_type, largest_energy, largest_separation, plane_type, &
-    points_type, vector_type
+  use asperity_types, only: block_type, chunk, largest_energy, largest_separation, points_type
   implicit none
   private
   public :: block_type, chunk, columns_bounded, largest_energy, largest_separation, new_block, points_type, update_block
 
 contains
-
-  include "asperity_block.inc"
 
   !> The interface for blocks; the status is that of the single precision, where constants may be out of range.
   pure subroutine new_block(joint, block, status, dt)

@@ -3,11 +3,10 @@ module asperity_material
   use asperity_contract, only: n_fixed_props, p_c, p_closure, p_crush, p_damage0, p_eta, p_gc, p_gc2, p_guard, &
     p_height, p_kc, p_mu, p_sigma0, p_sigma02, p_tau_v, p_w0
   use asperity_kinds, only: wp
+  use asperity_types, only: material_type
   implicit none
   private
-  public :: numbers_type, material_type, new_material, damage_weight, damping_lag, joint_constants, representable
-
-  include "asperity_constants.inc"
+  public :: material_type, new_material, damage_weight, damping_lag, joint_constants, representable
 
   !> Share of the largest closure up to which the pressure is a hyperbola; beyond it goes on along its tangent.
   real(wp), parameter, public :: largest_closure_share = 0.99_wp
@@ -81,6 +80,7 @@ contains
     material%damping = props(p_c)
     material%damps = material%damping > 0.0_wp
     material%general = material%curved .or. material%bends .or. material%damps
+    material%by_points = .false.
   end subroutine new_material
 
   !> Whether a real kind represents the constants, their squares and the energies at the largest separation. The factor

@@ -4,5 +4,5 @@ module asperity_width
   private
   !> Number of doubles in a vector of SSE2 or NEON, and of AVX2; longer ones would leave more places of usual patterns
   !> empty.
-  integer, parameter, public :: vector_width = 2, vector_width_v3 = 4
+  integer, parameter, public :: vector_width = 2, vector_width_v1 = 2, vector_width_v3 = 4
 end module asperity_width

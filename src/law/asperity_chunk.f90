@@ -1,0 +1,70 @@
+!> Begin and end of the sums over the planes for a chunk of points: whole groups of points, so that every point passes
+!> through the same vector instructions.
+module asperity_chunk
+  use asperity_contract, only: v_damage, v_friction, v_rupture, v_status, v_stored
+  use asperity_kinds, only: wp
+  use asperity_types, only: after, before, chunk, chunk_type, i_damage, i_friction, i_rupture, i_stored, points_type
+  implicit none
+  private
+  public :: begin_sums, end_sums, group, pad
+
+  !> Loops over points have a multiple of this length, which is a multiple of every vector length and divides chunk.
+  integer, parameter :: group = 16
+
+contains
+
+  !> Fill the last group of points with virgin points at zero separation, so that every point passes through the same
+  !> vector instructions. Thus the result of a point does not depend, to the last bit, on which other points are in the
+  !> call.
+  pure subroutine pad(points, state)
+    type(points_type), intent(inout) :: points           !! the points -> a multiple of `group`, states of `chunk` rows
+    real(wp), intent(inout), contiguous :: state(:, :)   !! (chunk, :) STATEV at the start
+    integer :: n
+    n = points%n
+    points%n = ((n + group - 1)/group)*group
+    points%n_old = chunk
+    points%n_new = chunk
+    points%s_old(n + 1:points%n, :) = 0.0_wp
+    points%s_new(n + 1:points%n, :) = 0.0_wp
+    state(n + 1:points%n, :) = 0.0_wp
+  end subroutine pad
+
+  !> Set the separations, and the sums over the planes to zero.
+  pure subroutine begin_sums(points, offset, now, tangent)
+    type(points_type), intent(in) :: points                   !! the points
+    real(wp), intent(in) :: offset(points%n_old, 3)           !! offset of the separation, length
+    type(chunk_type), intent(out) :: now                      !! separations and sums
+    real(wp), intent(inout), optional :: tangent(chunk, 3, 3) !! sum over the planes
+    integer :: i, k
+    now%n = points%n
+    now%n_old = points%n_old
+    now%n_new = points%n_new
+    do k = 1, 3
+      !$omp simd
+      do i = 1, now%n
+        now%s(i, k, before) = points%s_old(i, k) + offset(i, k)
+        now%s(i, k, after) = points%s_new(i, k) + offset(i, k)
+      end do
+    end do
+    now%sums(:now%n, :) = 0.0_wp
+    now%facets(:now%n, :) = 0.0_wp
+    if (present(tangent)) tangent(:now%n, :, :) = 0.0_wp
+  end subroutine begin_sums
+
+  !> State of the points from the sums over the planes.
+  pure subroutine end_sums(now, old, new)
+    type(chunk_type), intent(in) :: now                    !! the sums
+    real(wp), intent(in) :: old(now%n_old, *)              !! STATEV of the point at the start
+    real(wp), intent(inout) :: new(now%n_new, *)           !! the same at the end
+    integer :: i
+    !$omp simd
+    do i = 1, now%n
+      new(i, v_damage) = min(now%sums(i, i_damage), 1.0_wp)
+      new(i, v_stored) = 0.5_wp*now%sums(i, i_stored)
+      new(i, v_rupture) = old(i, v_rupture) + 0.5_wp*now%sums(i, i_rupture)
+      new(i, v_friction) = old(i, v_friction) + 0.5_wp*now%sums(i, i_friction)
+      new(i, v_status) = 1.0_wp
+    end do
+  end subroutine end_sums
+
+end module asperity_chunk

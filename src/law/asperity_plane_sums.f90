@@ -1,0 +1,132 @@
+!> The law for blocks of points, structure of arrays: the sums over the planes. The loop over the points has no
+!> branches, so that the compiler vectorises it.
+module asperity_plane_sums
+  use, intrinsic :: iso_fortran_env, only: int64
+  use asperity_contract, only: n_plane_statev
+  use asperity_kernels, only: kernel_constants, kernel_damped, kernel_facet, kernel_general, kernel_guarded, &
+    kernel_of, kernel_straight, kernel_worn
+  use asperity_kinds, only: wp
+  use asperity_law, only: update_plane
+  use asperity_types, only: after, before, block_type, chunk, chunk_type, growth_type, history_type, i_damage, &
+    i_friction, i_rupture, i_stored, i_traction, material_type, plane_type, update_type, vector_type
+  use asperity_wear, only: crushed_share
+  implicit none
+  private
+  public :: sum_plane
+
+contains
+
+  !> Update the state of a plane, and add its damage, energies, traction and (on request) consistent tangent to the sums
+  !> (3). Public, so that the compiler makes one copy of its loops.
+  pure subroutine sum_plane(block, k, now, old, new, tangent)
+    type(block_type), intent(in) :: block                     !! the interface
+    integer, intent(in) :: k                                  !! plane
+    type(chunk_type), intent(inout) :: now                    !! separations; sums, to which the plane is added
+    real(wp), intent(in) :: old(now%n_old, n_plane_statev)    !! state of the plane at the start
+    real(wp), intent(inout) :: new(now%n_new, n_plane_statev) !! the same at the end
+    real(wp), intent(inout), optional :: tangent(chunk, 3, 3) !! stress/length
+    ! kernel and wish are literals, so that the compiler generates a loop without branches for each
+    if (present(tangent)) then
+      select case (kernel_of(block%material, block%planes(k)%slope))
+      case (kernel_straight)
+        call add_plane(block, kernel_straight, .true., k, now, old, new, tangent)
+      case (kernel_guarded)
+        call add_plane(block, kernel_guarded, .true., k, now, old, new, tangent)
+      case (kernel_facet)
+        call add_plane(block, kernel_facet, .true., k, now, old, new, tangent)
+      case (kernel_worn)
+        call add_plane(block, kernel_worn, .true., k, now, old, new, tangent)
+      case (kernel_general)
+        call add_plane(block, kernel_general, .true., k, now, old, new, tangent)
+      case default
+        call add_plane(block, kernel_damped, .true., k, now, old, new, tangent)
+      end select
+    else
+      select case (kernel_of(block%material, block%planes(k)%slope))
+      case (kernel_straight)
+        call add_plane(block, kernel_straight, .false., k, now, old, new)
+      case (kernel_guarded)
+        call add_plane(block, kernel_guarded, .false., k, now, old, new)
+      case (kernel_facet)
+        call add_plane(block, kernel_facet, .false., k, now, old, new)
+      case (kernel_worn)
+        call add_plane(block, kernel_worn, .false., k, now, old, new)
+      case (kernel_general)
+        call add_plane(block, kernel_general, .false., k, now, old, new)
+      case default
+        call add_plane(block, kernel_damped, .false., k, now, old, new)
+      end select
+    end if
+  end subroutine sum_plane
+
+  !> Add damage, energies, traction and (on request) tangent of one plane to the sums.
+  pure subroutine add_plane(block, kernel, with_tangent, k, now, old, new, tangent)
+    type(block_type), intent(in) :: block                  !! the interface
+    integer, intent(in) :: kernel                          !! which one, a literal
+    logical, intent(in) :: with_tangent                    !! whether the tangent is wanted, a literal
+    integer, intent(in) :: k                               !! plane
+    type(chunk_type), intent(inout) :: now                 !! separations; sums, to which the plane is added
+    real(wp), intent(in) :: old(now%n_old, n_plane_statev)      !! state of the plane at the start
+    real(wp), intent(inout) :: new(now%n_new, n_plane_statev)   !! at the end
+    real(wp), intent(inout), optional :: tangent(chunk, 3, 3)   !! sum over the planes, stress/length
+    type(growth_type) :: growth
+    type(history_type) :: state
+    type(material_type) :: m
+    type(plane_type) :: plane
+    type(update_type) :: ended
+    type(vector_type) :: from, to
+    real(wp) :: weight
+    ! as wide as a double: with a shorter index gfortran takes two vectors at a time, and the registers do not suffice
+    integer(int64) :: i
+
+    m = kernel_constants(block%material, kernel)
+    m%by_points = .true.
+    growth = block%growth
+    plane = block%planes(k)
+    weight = plane%gamma*m%k_t
+    if (m%wears) now%crushed(:now%n) = 0.0_wp
+    if (m%wears .and. m%kt_crush > 0.0_wp .and. plane%slope > 0.0_wp) then
+      ! where no point of the chunk climbs the plane, nothing is crushed; crushed_share decides of a slip across the
+      ! plane, which is zero but for rounding
+      if (maxval(plane%e_x*now%s(:now%n, 2, after) + plane%e_y*now%s(:now%n, 3, after)) > &
+          -4.0_wp*epsilon(1.0_wp)*maxval(abs(now%s(:now%n, 2:3, after)))) then
+        !$omp simd
+        do i = 1, now%n
+          to = vector_type(now%s(i, 1, after), now%s(i, 2, after), now%s(i, 3, after))
+          now%crushed(i) = crushed_share(m, plane, to)
+        end do
+      end if
+    end if
+    !$omp simd
+    do i = 1, now%n
+      from = vector_type(now%s(i, 1, before), now%s(i, 2, before), now%s(i, 3, before))
+      to = vector_type(now%s(i, 1, after), now%s(i, 2, after), now%s(i, 3, after))
+      state = history_type(old(i, 1), old(i, 2), old(i, 3), now%facets(i, 1), now%facets(i, 2))
+      ended = update_plane(m, growth, plane, 1.0_wp, now%crushed(i), from, to, state)
+      new(i, 1) = ended%new%alpha
+      new(i, 2) = ended%new%s_dit
+      new(i, 3) = ended%new%s_dih
+      now%facets(i, 1) = ended%new%omega
+      now%facets(i, 2) = ended%new%wear_work
+      now%sums(i, i_damage) = now%sums(i, i_damage) + plane%gamma*ended%new%alpha
+      now%sums(i, i_stored) = now%sums(i, i_stored) + weight*ended%stored
+      now%sums(i, i_rupture) = now%sums(i, i_rupture) + weight*ended%spent%rupture
+      now%sums(i, i_friction) = now%sums(i, i_friction) + weight*ended%spent%friction
+      now%sums(i, i_traction) = now%sums(i, i_traction) + weight*ended%traction%n
+      now%sums(i, i_traction + 1) = now%sums(i, i_traction + 1) + weight*ended%traction%x
+      now%sums(i, i_traction + 2) = now%sums(i, i_traction + 2) + weight*ended%traction%y
+      if (with_tangent) then
+        tangent(i, 1, 1) = tangent(i, 1, 1) + weight*ended%tangent%nn
+        tangent(i, 2, 1) = tangent(i, 2, 1) + weight*ended%tangent%xn
+        tangent(i, 3, 1) = tangent(i, 3, 1) + weight*ended%tangent%yn
+        tangent(i, 1, 2) = tangent(i, 1, 2) + weight*ended%tangent%nx
+        tangent(i, 2, 2) = tangent(i, 2, 2) + weight*ended%tangent%xx
+        tangent(i, 3, 2) = tangent(i, 3, 2) + weight*ended%tangent%yx
+        tangent(i, 1, 3) = tangent(i, 1, 3) + weight*ended%tangent%ny
+        tangent(i, 2, 3) = tangent(i, 2, 3) + weight*ended%tangent%xy
+        tangent(i, 3, 3) = tangent(i, 3, 3) + weight*ended%tangent%yy
+      end if
+    end do
+  end subroutine add_plane
+
+end module asperity_plane_sums
