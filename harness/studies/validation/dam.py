@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -16,7 +17,7 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 from .common import DATA, Constants, Study, rows
-from .wall_runs import BUILD, start
+from .wall_runs import BUILD, PROGRAM, start
 
 BASE, CREST, HEIGHT, LEVEL = 5.0, 1.5, 10.0, 9.0
 CONCRETE, WATER, STIFFNESS, FRICTION = 2400.0 * 9.81, 1000.0 * 9.81, 1e12, 0.75
@@ -32,6 +33,9 @@ PROFILES = {
     "rigid flow": "flow --E 3e15",
 }
 """Options of the profiles at LEVEL by their name."""
+
+OGS = {"ogs none": "none", "ogs linear": "linear", "ogs flow": "flow --nu 0.25"}
+"""The same for OpenGeoSys."""
 
 OTHERS = {
     "none": {"Code_Aster": [3.33416e-8, -8.74980e-8, -1.85263e-7, -2.88139e-7, -3.71977e-7]},
@@ -122,6 +126,13 @@ def fit() -> dict[str, Constants]:
         out = folder / f"{name.replace(' ', '_')}.csv"
         _run(f"profile {words} --out {out}", out.with_suffix(".txt"))
         profiles.append(pandas.read_csv(out).assign(run=name))
+    for name, words in OGS.items():
+        out = folder / f"{name.replace(' ', '_')}.csv"
+        if not out.exists():
+            program = PROGRAM.parents[1] / "ogs" / "dam_ogs.py"
+            subprocess.run([sys.executable, program, *words.split(), "--out", out], check=True)
+            print(f"ogs/dam_ogs.py {words}", flush=True)
+        profiles.append(pandas.read_csv(out).assign(run=name))
     for water, joint in LEVELS:
         words = f"overload {water} --joint '{joint}'"
         words += f" --pvd {folder / 'last.pvd'}" * ((water, joint) == LAST)
@@ -189,7 +200,8 @@ def tables(_: Mapping[str, Constants]) -> dict[str, str]:
     """Tables of the page."""
     body = []
     for run, name in {"none": "none", "linear": "linear", "flow": "flow"}.items():
-        body.append([f"**{name}**, asperity", *_micro(_at(run))])
+        body.append([f"**{name}**, asperity, FEniCSx", *_micro(_at(run))])
+        body.append([f"**{name}**, asperity, OpenGeoSys", *_micro(_at(f"ogs {run}"))])
         body += [[f"{name}, {code}", *_micro(values)] for code, values in OTHERS[run].items()]
     compared = markdown(["water, code", "heel", "1.3 m", "3.2 m", "4.6 m", "toe"], body)
     body = []
