@@ -202,6 +202,15 @@ def scale(summaries: pandas.DataFrame) -> str:
     return markdown(["unknowns", *solvers], [[key, *row] for key, row in rows.items()])
 
 
+def krylov(summaries: pandas.DataFrame) -> str:
+    """Table of iterative solvers of the tangent of passes."""
+    body = []
+    for name in wall_runs.KRYLOV:
+        one = summaries.loc[f"krylov {name}"]
+        body.append([f"{name}, gamg", f"{one.unknowns:.0f}", f"{one.linear:.0f}", f"{one.seconds:.1f}"])
+    return markdown(["solver of passes", "unknowns", "linear iterations", "seconds"], body)
+
+
 def factors(summaries: pandas.DataFrame) -> str:
     """Table of LU and Cholesky by MUMPS: entries of the factor, operations, memory and time by ranks."""
     body = []
@@ -219,6 +228,7 @@ def factors(summaries: pandas.DataFrame) -> str:
         for n in (1, 2):  # both kinds in one run
             one = of_run.get((n, "cholesky"))
             line.append("" if one is None else f"{one.lu:.2g}, {one.cholesky:.2g}")
-        body.append(line)
+        off = abs(percent(of_run[1, "cholesky"].peak, of_run[1, "lu"].peak))
+        body.append([*line, f"{off:.1g}" if off >= 1e-3 else "< 0.001"])
     head = ["unknowns", "entries, 10⁶", "operations, 10⁹", "GB", "GB on 2 ranks", "seconds", "on 2 ranks"]
-    return markdown(head, body)
+    return markdown([*head, "forces, %"], body)

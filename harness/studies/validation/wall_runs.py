@@ -95,6 +95,12 @@ SOLVERS = {
 GMRES would judge the preconditioned residual, which falls long before that of the equations.
 """
 
+KRYLOV = {
+    "fgmres": "-ksp_type fgmres -ksp_gmres_restart 200",
+    "cg": "-ksp_type cg -ksp_norm_type unpreconditioned",
+}
+"""Iterative solvers of the symmetric tangent of passes, with gamg."""
+
 FACTORS = {1: (1, 2), 2: (1, 2), 4: (1,)}
 """Ranks by the size of the walls whose factors by LU and Cholesky are compared."""
 
@@ -130,10 +136,14 @@ RUNS = {
         for n in ranks
         for name, words in (("LU", ""), ("Cholesky", " --always"))
     },
+    **{
+        f"krylov {name}": f"{SOLID_STEPS} --always --petsc='{words} -ksp_rtol 1e-6 -pc_type gamg'"
+        for name, words in KRYLOV.items()
+    },
 }
 """Options by the name of a run."""
 
-TIMED = "scale", "factor"
+TIMED = "scale", "factor", "krylov"
 """Beginnings of the names of runs that only press and move a little."""
 
 FIELDS = ("WS100", "SW100", "J4D")

@@ -286,6 +286,7 @@ def tables(_: Mapping[str, Constants]) -> dict[str, str]:
         "changes": changes(curves),
         "scale": wall_costs.scale(summaries),
         "factors": wall_costs.factors(summaries),
+        "krylov": wall_costs.krylov(summaries),
         "arches": arches(),
     }
 
