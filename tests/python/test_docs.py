@@ -260,6 +260,25 @@ def test_names_that_the_pages_have() -> None:
     assert len(extras) > 3 and extras <= set(re.findall(r"^([a-z-]+) =", part, re.MULTILINE))
 
 
+def test_examples_that_the_page_lists() -> None:
+    """Each is named by a test, by a command of a page or is a notebook; all of harness/examples are there."""
+    links = [target for _, target in LINK.findall(section("docs/how-to/start.md", "## Examples"))]
+    files = [ROOT / "docs" / "how-to" / target for target in links if not target.endswith("hosts.md")]
+    commands = "".join(block.text for block in blocks("console"))
+    built = "harness/examples/program/CMakeLists.txt"  # by tests/package
+    tests = texts_of("tests/**/test_*.py", built, "harness/hosts/*/test_*.py") + commands
+    names = {file.name: file.stem if file.suffix == ".nml" else file.name for file in files}
+    modules = {f"{file.stem}.py": rf"\b{file.stem}\b" for file in files if file.suffix == ".py"}
+    unused = [
+        name
+        for name, word in names.items()
+        if not re.search(modules.get(name, rf"\b{re.escape(word)}\b"), tests) and not name.endswith(".ipynb")
+    ]
+    assert len(files) > 10 and unused == []
+    own = (ROOT / "harness" / "examples").rglob("*.[cfn]*")
+    assert {file.name for file in own} <= names.keys()
+
+
 # --- links --------------------------------------------------------------------------------------------------
 
 
