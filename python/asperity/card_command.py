@@ -62,7 +62,7 @@ def _of_fit(case: Path) -> list[str]:
 def _has_water(run: Run) -> bool:
     """Whether a step, or the start, has a water pressure."""
     given = [step.p for step in run.steps if step.p is not None] + [run.state.p if run.state else 0.0]
-    return any(np.any(one) for one in given)
+    return any(np.any(field) for field in given)
 
 
 def _card(options: argparse.Namespace) -> int:

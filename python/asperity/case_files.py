@@ -116,12 +116,12 @@ def read_case(path: str | Path, any_law: bool = False) -> Case:
     if umat and not any_law:
         raise ValueError(f"{path}: &umat: expected &material and &pattern")
     source, (first, last) = path.read_bytes(), content["pattern"]
-    found = tuple(run for run in runs if run is not None)
+    of_joints = tuple(run for run in runs if run is not None)
     return Case(
         path,
         content["title"] or path.stem,
         content["sweep"],
-        found,
+        of_joints,
         source[: first - 1],
         source[last:],
         umat,
@@ -142,17 +142,17 @@ def read_run(path: Path, value: str | None = None, with_path: bool = False) -> R
     """
     case = read_case(path)
     run = case.runs[0]
-    if all(one.props == run.props for one in case.runs) and not (with_path and case.sweep):
+    if all(candidate.props == run.props for candidate in case.runs) and not (with_path and case.sweep):
         if value is None:
             return run
         what = "with a &sweep" if with_path else "where a constant is the name of a sweep"
         raise ValueError(f"{path}: --value {value}: expected {what} only")
-    expected = f"{case.sweep}, as {', '.join(f'{one.value:g}' for one in case.runs)}"
+    expected = f"{case.sweep}, as {', '.join(f'{candidate.value:g}' for candidate in case.runs)}"
     if value is None:
         raise ValueError(f"{path}: --value is missing: expected one for {expected}")
-    for one in case.runs:
-        if contract.number("--value", value) == one.value:
-            return one
+    for candidate in case.runs:
+        if contract.number("--value", value) == candidate.value:
+            return candidate
     raise ValueError(f"{path}: --value {value}: expected one of {expected}")
 
 
@@ -162,19 +162,19 @@ def drive(case: Path) -> dict[float | None, History]:
     Where equilibrium is lost, the last row is the one beyond which there is none. Raises ValueError for a
     loss that `&expect` does not state, and if there is none that it states.
     """
-    found = {}
+    histories = {}
     for run in read_case(case).runs:
         history, lost = rows_of(run.interface.props(), run.steps, run.state, run.tolerance, keep_lost=True)
         if bool(lost) != run.loses:
             raise ValueError(f"{case}: {lost or 'the run ended where a loss of equilibrium was expected'}")
-        found[run.value] = history
-    return found
+        histories[run.value] = history
+    return histories
 
 
 def _values(props: Sequence[float], *owners: str) -> dict[str, Any]:
     """Entries of PROPS of these owners by name; those that must be whole numbers are integers."""
-    found = ((row, props[row.index - 1]) for row in contract.owned(*owners))
-    return {row.name: int(value) if row.integral else value for row, value in found}
+    rows = ((row, props[row.index - 1]) for row in contract.owned(*owners))
+    return {row.name: int(value) if row.integral else value for row, value in rows}
 
 
 def _run(content: dict[str, Any]) -> Run | None:

@@ -75,10 +75,10 @@ def pattern_entries(pattern: Pattern) -> dict[str, Any]:
     """Entries of the group &pattern, rounded to nine digits."""
     if pattern.m < 0:
         return {"normals": np.round(pattern.normals, 9).ravel(), "weights": np.round(pattern.weights, 9)}
-    found: dict[str, Any] = {"sides": pattern.m}
+    entries: dict[str, Any] = {"sides": pattern.m}
     if pattern.m > 0:
-        found |= {name: rounded(getattr(pattern, name), 9) for name in ("theta", "flat", "turn")}
-    return found
+        entries |= {name: rounded(getattr(pattern, name), 9) for name in ("theta", "flat", "turn")}
+    return entries
 
 
 def pattern_text(pattern: Pattern) -> str:
@@ -109,7 +109,7 @@ def slip_case(
     """Case file of a joint that slips under each of these normal tractions."""
     held = sorted({*tractions}, reverse=True)
     several, parts = len(held) > 1, [increments] * len(slips)
-    slip = {"slip": [rounded(one, 6) for one in slips], "direction": direction, "increments": parts}
+    slip = {"slip": [rounded(target, 6) for target in slips], "direction": direction, "increments": parts}
     return case_text(
         ("case", {"title": title}),
         ("material", material),

@@ -194,22 +194,22 @@ def array(name: str, value: ArrayLike, *shapes: tuple[int | str, ...]) -> Floats
         kind = np.asarray(value).dtype.kind
         if kind in "cmM" or np.ma.is_masked(value):  # NumPy would drop imaginary parts, units and masks
             raise TypeError({"c": "complex", "m": "durations", "M": "dates"}.get(kind, "masked values"))
-        found = np.asarray(value, dtype=float, order="C")
+        converted = np.asarray(value, dtype=float, order="C")
     except (OverflowError, TypeError, ValueError) as error:
         try:
-            for i, one in np.ndenumerate(np.asarray(value, dtype=object)):
-                number(f"{name}[{', '.join(map(str, i))}]", one)
+            for i, entry in np.ndenumerate(np.asarray(value, dtype=object)):
+                number(f"{name}[{', '.join(map(str, i))}]", entry)
         except ValueError as wrong:
             raise wrong from None
         raise ValueError(f"{name}: {error}, expected numbers") from None
-    if not shapes or found.shape in shapes:
-        return found
+    if not shapes or converted.shape in shapes:
+        return converted
     for shape in shapes:
-        any_length = (m if isinstance(n, str) else n for n, m in zip(shape, found.shape, strict=False))
-        if len(shape) == found.ndim and found.shape == tuple(any_length):
-            return found
+        any_length = (m if isinstance(n, str) else n for n, m in zip(shape, converted.shape, strict=False))
+        if len(shape) == converted.ndim and converted.shape == tuple(any_length):
+            return converted
     expected = " or ".join(str(shape).replace("'", "") for shape in shapes)
-    raise ValueError(f"{name} has shape {found.shape}: expected {expected}")
+    raise ValueError(f"{name} has shape {converted.shape}: expected {expected}")
 
 
 def shown(value: object) -> str:

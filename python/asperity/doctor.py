@@ -50,11 +50,11 @@ def add_arguments(doctor: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    found = list(of_deck(options.deck) if options.deck else findings())
-    for one in found:
-        mark = {True: "ok", False: "WRONG", None: ""}[one.good]
-        print(f"{one.name:<12}{mark:<6} {one.text}")
-    return int(any(one.good is False for one in found))
+    results = list(of_deck(options.deck) if options.deck else findings())
+    for result in results:
+        mark = {True: "ok", False: "WRONG", None: ""}[result.good]
+        print(f"{result.name:<12}{mark:<6} {result.text}")
+    return int(any(result.good is False for result in results))
 
 
 def of_deck(path: Path) -> Iterator[Finding]:
@@ -96,21 +96,21 @@ def _library(version: str) -> Finding:
         text = ctypes.create_string_buffer(LONGEST_VERSION)
         library = ctypes.CDLL(str(path))
         library.asperity_version(text, LONGEST_VERSION)
-        found = text.value.decode()
+        compiled = text.value.decode()
         kernels = KERNELS.get(library.asperity_isa(), "unknown")
     except (OSError, AttributeError) as error:
         return Finding("library", f"{error}", False)
-    return Finding("library", f"{found}, kernels for {kernels}, {path}", found == version)
+    return Finding("library", f"{compiled}, kernels for {kernels}, {path}", compiled == version)
 
 
 def _driver(version: str) -> Finding:
     try:
         path = installed.driver()
         told = subprocess.run([path, "--version"], capture_output=True, text=True, check=True).stdout
-        found = told.split()[-1]
+        compiled = told.split()[-1]
     except (OSError, subprocess.CalledProcessError, IndexError) as error:
         return Finding("driver", f"{error}", False)
-    return Finding("driver", f"{found}, {path}", found == version)
+    return Finding("driver", f"{compiled}, {path}", compiled == version)
 
 
 def _of_host(host: Host) -> str:

@@ -303,16 +303,16 @@ class History(_Named):
 
         planes: also the state of every plane.
         """
-        found: dict[str, Any] = dict(zip(SEPARATION, self.separation.T, strict=True))
-        found |= dict(zip(TRACTION, self.traction.T, strict=True))
-        found |= {"p": self.p, "aperture": self.aperture, "damage": self.damage} | {
+        table: dict[str, Any] = dict(zip(SEPARATION, self.separation.T, strict=True))
+        table |= dict(zip(TRACTION, self.traction.T, strict=True))
+        table |= {"p": self.p, "aperture": self.aperture, "damage": self.damage} | {
             name: getattr(self, name) for name in ENERGIES
         }
-        found["event"] = self._events()
+        table["event"] = self._events()
         if planes:
             names = contract.statev_names(self.planes, self.wears)
-            found |= {name: self.state[:, i] for i, name in enumerate(names) if i >= contract.N_POINT_STATEV}
-        return found
+            table |= {name: self.state[:, i] for i, name in enumerate(names) if i >= contract.N_POINT_STATEV}
+        return table
 
     def to_csv(self, path: str | Path, planes: bool = False) -> None:
         """Write the columns of `columns` to a CSV file, with all digits."""
@@ -382,6 +382,6 @@ def finite_column(path: str | Path, table: dict[str, list[str]], name: str) -> F
         except ValueError:
             numbers[row] = np.nan
         if not np.isfinite(numbers[row]):
-            found = f"line {row + 2}, column {name}: {cell or 'empty'}"
-            raise ValueError(f"{path}: {found}: expected a finite number")
+            place = f"line {row + 2}, column {name}: {cell or 'empty'}"
+            raise ValueError(f"{path}: {place}: expected a finite number")
     return numbers

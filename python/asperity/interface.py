@@ -254,8 +254,10 @@ class Interface:
         except InputError as error:
             of_rows = f"(of 0 to {len(S) - 1})"
             texts = (
-                f"row {one.at} {of_rows}: {one.name} = {one.value}: {one.text}" if one.at >= 0 else one.words
-                for one in error.records
+                f"row {record.at} {of_rows}: {record.name} = {record.value}: {record.text}"
+                if record.at >= 0
+                else record.words
+                for record in error.records
             )
             raise ValueError("\n".join(texts)) from None
         if lost:
@@ -371,17 +373,20 @@ class Interface:
         water and implex, as in `props`.
         Raises ValueError for an unknown host, a value out of range, or what the host cannot take.
         """
-        found = check_model(self.material, self.pattern, stress, modulus, size, direction)
-        texts = [*notes, *(one.text if one.good else f"WARNING: {one.text}" for one in found)]
+        verdicts = check_model(self.material, self.pattern, stress, modulus, size, direction)
+        texts = [
+            *notes,
+            *(verdict.text if verdict.good else f"WARNING: {verdict.text}" for verdict in verdicts),
+        ]
         props = self.props(**of_host)
         names = contract.umat_names(*contract.check(props), props[contract.index("implex")])
         block = cards.Block(
             name, props, names, texts, dimension, explicit, density, self._largest_stiffness()
         )
         text = cards.card(host, block)
-        for one in found:
-            if not one.good:
-                warnings.warn(one.text, ModelWarning, stacklevel=2)
+        for verdict in verdicts:
+            if not verdict.good:
+                warnings.warn(verdict.text, ModelWarning, stacklevel=2)
         return text
 
     def _largest_stiffness(self) -> tuple[float, float]:

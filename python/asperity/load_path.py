@@ -117,8 +117,8 @@ def history_of(
         events += ((len(numbers), lost),)
     column = dict(zip(column_names(), numbers.T.copy(), strict=True))
     s, t, before, after = (
-        np.stack([column[f"{one}_{axis}"] for axis in ("N", "Tx", "Ty")], axis=1)
-        for one in ("s", "t", "before", "after")
+        np.stack([column[f"{kind}_{axis}"] for axis in ("N", "Tx", "Ty")], axis=1)
+        for kind in ("s", "t", "before", "after")
     )
     snaps = tuple(
         Snap(row, tuple(before[row].tolist()), tuple(after[row].tolist()), float(column["released"][row]))

@@ -69,14 +69,14 @@ def check_model(
         if value is not None and not (np.isfinite(value) and value > 0.0):
             raise ValueError(f"{name} = {value:g}: expected > 0")
     texts, increment = _sentences(material, pattern, [stress or 0.0])
-    found = [Check(text, good=False) for text in texts]
+    checks = [Check(text, good=False) for text in texts]
     if increment:
-        found.append(Check(increment, good=True))
+        checks.append(Check(increment, good=True))
     if modulus is not None and size is not None:
-        found += _mesh(material, modulus, size)
+        checks += _mesh(material, modulus, size)
     if direction is not None:
-        found += _facing(pattern, direction)
-    return found
+        checks += _facing(pattern, direction)
+    return checks
 
 
 def _sentences(

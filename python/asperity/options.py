@@ -152,30 +152,30 @@ def assigned(
     texts: Iterable[str], option: str = "", form: str = "NAME=VALUE, as sigma0=3.0", value: str = r"[-+.\w]+"
 ) -> dict[str, str]:
     """Values by name of NAME=VALUE entries; value: regular expression; option, form: for messages."""
-    found: dict[str, str] = {}
+    by_name: dict[str, str] = {}
     for text in texts:
         parts = re.fullmatch(rf"\s*([\w,]+)\s*=\s*({value})\s*", text)
         if not parts:
             raise ValueError(f"{option} {text}: expected {form}".strip())
-        if parts[1] in found:
+        if parts[1] in by_name:
             raise ValueError(f"{option} {text}: {parts[1]} is given twice: expected one value".strip())
-        found[parts[1]] = parts[2]
-    return found
+        by_name[parts[1]] = parts[2]
+    return by_name
 
 
 def numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[float]]:
     """Numbers of the NAME=VALUE or NAME=LOW,HIGH entries of an option, separated by blanks."""
-    form, found = "NAME=VALUE" if count == 1 else "NAME=LOW,HIGH", {}
-    given = assigned((one for several in texts for one in several.split()), option, form, "[^=]*")
+    form, lists = "NAME=VALUE" if count == 1 else "NAME=LOW,HIGH", {}
+    given = assigned((entry for several in texts for entry in several.split()), option, form, "[^=]*")
     for name, text in given.items():
         try:
-            found[name] = [float(value) for value in text.split(",")]
+            lists[name] = [float(value) for value in text.split(",")]
         except ValueError:
             kind = "a number" if count == 1 else "two numbers"
             raise ValueError(f"{option} {name}={text}: expected {form}, {kind}") from None
-        if len(found[name]) != count:
+        if len(lists[name]) != count:
             raise ValueError(f"{option} {name}={text}: expected {form}")
-    return found
+    return lists
 
 
 def units_of(text: str) -> tuple[str, str]:
@@ -239,7 +239,7 @@ def may_replace(path: Path, start: str | None) -> bool:
 
 def results_of(output: Path) -> dict[float | None, Path]:
     """Result files of a run by the value of the sweep, in ascending order; None without a sweep."""
-    found: dict[float | None, Path] = {None: output} if output.is_file() else {}
+    single: dict[float | None, Path] = {None: output} if output.is_file() else {}
     values = {}
     # as in the driver, only the ending .csv is removed before the value is appended
     stem = output.name.removesuffix(".csv")
@@ -248,4 +248,4 @@ def results_of(output: Path) -> dict[float | None, Path]:
             values[float(path.stem.removeprefix(stem + "_"))] = path
         except ValueError:
             continue
-    return found | dict(sorted(values.items()))
+    return single | dict(sorted(values.items()))

@@ -30,12 +30,12 @@ def map_in_order(
         in_worker = parent_process() is not None or current_thread() is not main_thread()
         with ThreadPoolExecutor(1 if in_worker else os.cpu_count()) as threads:
             return map_in_order(function, items, threads, progress)
-    found = []
+    results = []
     try:
         for value in executor.map(function, items):  # cancels the others after an exception
-            found.append(value)
+            results.append(value)
             progress()
     except BrokenExecutor as error:
         wanted = "expected enough memory for every process; --jobs 1 needs least"
         raise OSError(f"a process was lost: {wanted} ({error})") from error
-    return found
+    return results

@@ -22,7 +22,7 @@ OPENEST = 5.0
 
 def doubts(**values: float) -> list[str]:
     """A sentence for each value, by its name, that is probably in another unit, which it names."""
-    found = []
+    reasons = []
     for name, value in values.items():
         text = ""
         if name in ("mu", "tan_phi", "tan_psi") and value > STEEPEST:
@@ -36,16 +36,16 @@ def doubts(**values: float) -> list[str]:
         if name in ("length", "sample") and value > LONGEST:
             text = f"expected m; {value:g} mm are {1e-3 * value:g} m"
         if text:
-            found.append(f"{name} = {value:g}: {text}")
-    return found
+            reasons.append(f"{name} = {value:g}: {text}")
+    return reasons
 
 
 def doubts_of_bond(**bonds: tuple[float, float]) -> list[str]:
     """A sentence for each energy that is too large for its strength; pairs of both by the energy's name."""
-    found = []
+    reasons = []
     for name, (strength, energy) in bonds.items():
         opening = 2.0 * energy / strength
         if opening > OPENEST:
             text = f"the bond breaks at a separation of {opening:.3g}, twice the energy over the strength"
-            found.append(f"{name} = {energy:g}: {text}; {energy:g} N/m are {1e-3 * energy:g} N/mm")
-    return found
+            reasons.append(f"{name} = {energy:g}: {text}; {energy:g} N/m are {1e-3 * energy:g} N/mm")
+    return reasons

@@ -50,14 +50,14 @@ def outputs(
 ) -> Sequence[Floats]:
     """Arrays for traction, state and tangent; raises ValueError for one that cannot be written to."""
     if not isinstance(out, Sequence) or len(out) != len(shapes):
-        found = f"has {len(out)} entries" if isinstance(out, Sequence) else f"= {contract.shown(out)}"
-        raise ValueError(f"out {found}: expected traction, state and tangent")
+        given = f"has {len(out)} entries" if isinstance(out, Sequence) else f"= {contract.shown(out)}"
+        raise ValueError(f"out {given}: expected traction, state and tangent")
     taken = dict(inputs)
     for i, (array, shape) in enumerate(zip(out, shapes, strict=True)):
         name = f"out[{i}]"
         if not isinstance(array, np.ndarray) or array.dtype != np.float64 or not array.flags.carray:
-            found = f"a {array.dtype} array" if isinstance(array, np.ndarray) else contract.shown(array)
-            raise ValueError(f"{name} is {found}: expected writable float64, contiguous in C order")
+            given = f"a {array.dtype} array" if isinstance(array, np.ndarray) else contract.shown(array)
+            raise ValueError(f"{name} is {given}: expected writable float64, contiguous in C order")
         contract.array(name, array, shape)
         for other, values in taken.items():
             in_place = i == 1 and other == "state" and values is array

@@ -211,15 +211,15 @@ def slip_path(
 def prescribed(steps: Sequence[Step]) -> list[tuple[bool, ...]]:
     """For each step and component (N, Tx, Ty): whether its traction is prescribed (or its separation)."""
     traction = [False, False, False]
-    found = []
+    controls = []
     for step in steps:
         for i, axis in enumerate(("N", "Tx", "Ty")):
             if getattr(step, f"s_{axis}") is not None or (i > 0 and step.slip is not None):
                 traction[i] = False
             elif getattr(step, f"t_{axis}") is not None:
                 traction[i] = True
-        found.append(tuple(traction))
-    return found
+        controls.append(tuple(traction))
+    return controls
 
 
 def turns_of(x: Floats) -> NDArray[np.int_]:

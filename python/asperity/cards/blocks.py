@@ -56,7 +56,9 @@ def card(host: str, block: Block) -> str:
     if block.dimension not in (2, 3):
         raise ValueError(f"dimension = {block.dimension}: expected 2 or 3")
     if not takes.explicit and (block.explicit or block.density is not None):
-        able = ", ".join(name for name, one in hosts.hosts("card").items() if one.card and one.card.explicit)
+        able = ", ".join(
+            name for name, known in hosts.hosts("card").items() if known.card and known.card.explicit
+        )
         raise ValueError(f"explicit, density: expected for {able} only, not for {host}")
     if block.density is not None and not 0.0 < block.density < float("inf"):
         raise ValueError(f"density = {block.density:g}: expected > 0")
@@ -69,7 +71,7 @@ def card(host: str, block: Block) -> str:
         if value not in good:
             why = WHY.get(name, "") if len(good) == 1 else ""
             why = f": {takes.water}" if name == "water" and takes.water else why
-            one_of = " or ".join(f"{one:g}" for one in good)
+            one_of = " or ".join(f"{value:g}" for value in good)
             raise ValueError(f"{name} = {value:g}: expected {one_of} for {host}{why}")
     writer = hosts.part(host, "card")
     if writer is None:

@@ -129,7 +129,7 @@ class Element:
     def readme(self, host: str, **texts: str) -> str:
         """README of a kit."""
         version = contract.library_version()
-        packages = " ".join(f"'{one}'" for one in hosts.hosts()[host].packages)
+        packages = " ".join(f"'{package}'" for package in hosts.hosts()[host].packages)
         texts = {"table": self.table(), "version": version, "packages": packages, **texts}
         return self.filled(host, "README.md", **texts)
 
@@ -147,14 +147,14 @@ class Element:
         for k in range(1, self.press + 1):
             step(0.0, self.sigma_N * k / self.press)
         taken = [step(self.slip * k / self.slide, self.sigma_N) for k in range(1, self.slide + 1)]
-        found = taken[self.every - 1 :: self.every]
+        seen = taken[self.every - 1 :: self.every]
         print(f"{'U1':>12}{'U3':>14}{'expected':>14}{'RF1':>14}{'expected':>14}")
-        for row, (u, w, force, _) in zip(found, self.rows, strict=True):
+        for row, (u, w, force, _) in zip(seen, self.rows, strict=True):
             lengths, stresses = map(self._length, (row[1], w)), map(self._stress, (row[2], force))
             print(f"{u:>12.6g}", *(f"{text:>14}" for text in (*lengths, *stresses)), sep="")
         material = self.interface.material
         sizes = np.array([material.s_f, material.s_f, material.sigma0])
-        worst = np.abs((np.array(found) - np.array(self.rows)[:, :3]) / sizes).max()
+        worst = np.abs((np.array(seen) - np.array(self.rows)[:, :3]) / sizes).max()
         if not worst <= SAME:
             sys.exit(f"the rows differ by {worst:.1e} of s_f or sigma0: expected at most {SAME:g}")
 

@@ -91,8 +91,8 @@ def hosts(having: str = "") -> dict[str, Host]:
     """Hosts by the name of the folder, in the order of the alphabet; having: with this table only."""
     if having:
         return {name: host for name, host in hosts().items() if getattr(host, having)}
-    found = [path for place in __path__ for path in Path(place).glob("*/host.toml")]
-    return {path.parent.name: read(path) for path in sorted(found, key=lambda path: path.parent.name)}
+    files = [path for place in __path__ for path in Path(place).glob("*/host.toml")]
+    return {path.parent.name: read(path) for path in sorted(files, key=lambda path: path.parent.name)}
 
 
 def of(name: str, having: str) -> Any:
