@@ -18,15 +18,24 @@ from pathlib import Path
 import numpy as np
 import pandas
 from asperity.tools.fit import ShearTest, fit, read_tests
+from asperity.tools.fit.intervals import Estimate
+from asperity.tools.fit.strengths import fit_strengths
+from asperity.tools.fit.verdict import compared
 from asperity.tools.tables import markdown
 
 from .other_laws import KINDS, Drawn
+from .other_strengths import STRENGTHS, Strengths
 from .program import DIFFERS, program
 from .tables import refresh
 
 DATA = Path(__file__).parent / "validation" / "data" / "fits.csv"
 PAGE = Path(__file__).parents[2] / "docs" / "validation" / "fits.md"
 """What was found in each set, and the page."""
+
+MET, WRONG = 0.05, 0.15
+"""Scatter over the range of a set that the law meets, and error of a wrong prediction: peak or residual at a
+pressure between those of the tests, which the fit has not seen.
+"""
 
 Row = dict[str, object]
 """Set, exit code, seconds and what was found of one constant."""
@@ -52,40 +61,79 @@ def read_back(tests: Sequence[ShearTest]) -> list[ShearTest]:
             "k_N": one.k_N,
         }
         frames.append(pandas.DataFrame(columns | ({} if one.s_N is None else {"dilation": one.s_N})))
+    return _through_file(pandas.concat(frames))  # type: ignore[return-value]
+
+
+def _through_file(frame: pandas.DataFrame) -> object:
+    """Tests of a table as `asperity fit` reads them."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "tests.csv"
-        pandas.concat(frames).to_csv(path, index=False)
-        return read_tests(path)  # type: ignore[return-value]
+        frame.to_csv(path, index=False)
+        return read_tests(path)
 
 
 def judged(job: tuple[str, int, int]) -> list[Row]:
     """What a fit finds of the truth of one set: a row for each constant or number."""
     kind, seed, number = job
-    drawn = KINDS[kind](np.random.default_rng([seed, number]))
+    rng, begin = np.random.default_rng([seed, number]), time.process_time()
     of_set: Row = {"kind": kind, "seed": seed, "set": number}
-    begin = time.process_time()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            found = fit(read_back(tests_of(drawn)))
+            summary, rows = _strengths(STRENGTHS[kind](rng)) if kind in STRENGTHS else _curves(KINDS[kind](rng))
         except ValueError:
-            refused: Row = {"code": 1, "grade": "", "met": np.inf, "cpu": time.process_time() - begin}
-            return [of_set | refused | {"name": ""}]
-    met = max(error for name, error in found.errors.items() if not name.startswith("blind"))
-    of_set |= {"code": 0 if found.is_result else 3, "grade": found.grade, "met": met}
-    of_set |= {"cpu": time.process_time() - begin}
-    rows: list[Row] = [of_set | {"name": ""}]
-    for name, truth in drawn.truth.items():
-        if name in found.estimates:
-            rows.append(of_set | {"name": name, "truth": truth} | _inside(truth, *found.estimates[name]))
+            summary, rows = {"code": 1, "grade": "", "met": np.inf}, []
+    of_set |= summary | {"cpu": time.process_time() - begin}
+    return [of_set | row for row in ({"name": ""}, *rows)]
+
+
+def _curves(drawn: Drawn) -> tuple[Row, list[Row]]:
+    """Summary of the fit of curves, and a row for each constant or number."""
+    found = fit(read_back(tests_of(drawn)))
+    errors = found.errors
+    summary: Row = {"code": 0 if found.is_result else 3, "grade": found.grade}
+    summary |= {"met": max(errors["scatter"], errors.get("dilation left out", 0.0)), "between": np.nan}
+    if drawn.held is not None:
+        held = tests_of(drawn._replace(tests=[drawn.held]))
+        problem = found.solution.model.problem([*found.tests, *held])
+        off = compared(problem, found.values, len(found.tests))[0].errors
+        summary["between"] = max(off["peak"], off["residual"])
+    rows = [
+        _row(name, truth, found.estimates[name])
+        for name, truth in drawn.truth.items()
+        if name in found.estimates
+    ]
     for test, numbers in enumerate(drawn.numbers):
-        for name, truth in numbers.items():
-            rows.append(of_set | {"name": name, "truth": truth} | _inside(truth, *found.number(test, name)))
-    return rows
+        rows += [_row(name, (true, true), found.number(test, name)) for name, true in numbers.items()]
+    return summary, rows
 
 
-def _inside(truth: float, value: float, low: float, high: float) -> Row:
-    return {"value": value, "low": low, "high": high}
+def _strengths(drawn: Strengths) -> tuple[Row, list[Row]]:
+    """The same of the strengths of a table."""
+    columns = {"sigma_N": drawn.pressure, "peak": drawn.peak}
+    columns |= {} if drawn.residual is None else {"residual": drawn.residual}
+    found = fit_strengths(_through_file(pandas.DataFrame(columns)))  # type: ignore[arg-type]
+    pressure, peak = drawn.between
+    summary: Row = {"code": 0 if found.is_result else 3, "grade": found.grade}
+    summary["met"] = max(error for name, error in found.errors.items() if not name.startswith("blind"))
+    summary["between"] = abs(float(found.peak(np.array([pressure]))[0]) / peak - 1.0)
+    # tan(phi) and c are those of a straight line alone
+    bond = "sigma0" in found.estimates
+    rows = [
+        _row(name, truth, found.estimates[name])
+        for name, truth in drawn.truth.items()
+        if name in found.estimates and (bond or drawn.residual is not None)
+    ]
+    rows += [
+        _row("peak", (true, true), one) for true, one in zip(drawn.exact.tolist(), found.peaks, strict=True)
+    ]
+    return summary, rows
+
+
+def _row(name: str, truth: tuple[float, float], found: Estimate) -> Row:
+    """A constant or number: ends of what is true, value and interval."""
+    ends = {"true_low": truth[0], "true_high": truth[1]}
+    return {"name": name} | ends | {"value": found.value, "low": found.low, "high": found.high}
 
 
 def table(rows: pandas.DataFrame) -> str:
@@ -94,16 +142,17 @@ def table(rows: pandas.DataFrame) -> str:
     for (kind, name), part in rows[rows.name.notna() & (rows.name != "")].groupby(
         ["kind", "name"], sort=False
     ):
-        if kind == "nonsense":
+        if str(kind).endswith("nonsense"):
             continue
         accepted = part[part.code == 0]
         cells = [str(kind), str(name)]
         for some in (accepted, part):
-            inside = (some.low <= some.truth) & (some.truth <= some.high)
+            inside = (some.low <= some.true_high) & (some.true_low <= some.high)
             cells.append(f"{inside.sum()} of {len(some)}")
         size = accepted.value.abs()
         half = np.maximum(accepted.high - accepted.value, accepted.value - accepted.low) / size
-        error = (accepted.value - accepted.truth).abs() / accepted.truth.abs()
+        nearest = accepted.value.clip(accepted.true_low, accepted.true_high)
+        error = (accepted.value - nearest).abs() / nearest.abs()
         cells += [f"{100.0 * one.median():.1f}" if len(one) else "-" for one in (half, error)]
         lines.append(cells)
     head = ["law", "constant", "inside, code 0", "inside, all", "half width, median, %", "error, median, %"]
@@ -111,24 +160,26 @@ def table(rows: pandas.DataFrame) -> str:
 
 
 def sets(rows: pandas.DataFrame) -> str:
-    """Number of sets that end with 0, and times, by kind of truth."""
+    """Number of sets that end with 0, wrong predictions, and times, by kind of truth."""
     lines = []
     for kind, part in rows[rows.name.isna() | (rows.name == "")].groupby("kind", sort=False):
-        met = part[part.met <= 0.05]
+        met, nonsense = part[part.met <= MET], str(kind).endswith("nonsense")
         seeds = ", ".join(str(seed) for seed in sorted({*part.seed}))
-        met_text = "-" if kind == "nonsense" else f"{(met.code == 0).sum()} of {len(met)}"
+        met_text = "-" if nonsense else f"{(met.code == 0).sum()} of {len(met)}"
+        predicted = part[(part.code == 0) & part.between.notna()]
+        wrong = "-" if nonsense or not len(predicted) else f"{(predicted.between > WRONG).sum()} of {len(predicted)}"
         times = f"{part.cpu.median():.1f} / {part.cpu.max():.1f}"
         codes = [str((part.code == code).sum()) for code in (0, 3, 1)]
-        lines.append([str(kind), seeds, str(len(part)), *codes, met_text, times])
+        lines.append([str(kind), seeds, str(len(part)), *codes, met_text, wrong, times])
     head = ["law", "seed", "sets", "code 0", "code 3", "refused", "met within 5 %: with 0"]
-    head.append("CPU, median / largest, s")
+    head += ["code 0: wrong between", "CPU, median / largest, s"]
     return markdown(head, lines)
 
 
 def _write(options: argparse.Namespace) -> int:
     """Fit drawn sets, if asked for, and fill the page."""
     if options.write:
-        kinds = [kind for kind in KINDS if not options.kind or kind.startswith(options.kind)]
+        kinds = [kind for kind in (*KINDS, *STRENGTHS) if not options.kind or kind.startswith(options.kind)]
         jobs = [(kind, options.seed, number) for kind in kinds for number in range(options.write)]
         with ProcessPoolExecutor(1, get_context("spawn")) as pool:
             found: Iterable[list[Row]] = pool.map(judged, jobs)

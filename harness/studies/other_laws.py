@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,11 +22,26 @@ class Test(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """Tests, constants with the same meaning in the law of asperity, and numbers of each test by name."""
+    """Tests, and what is true of them.
+
+    truth: ends of the range in which a constant with the same meaning in the law of asperity lies.  numbers:
+    of each test by name.  held: a test without noise at a pressure between those of the tests, or none.
+    """
 
     tests: list[Test]
-    truth: dict[str, float]
+    truth: dict[str, tuple[float, float]]
     numbers: list[dict[str, float]]
+    held: Test | None = None
+
+
+def exactly(**values: float) -> dict[str, tuple[float, float]]:
+    """Constants that have one true value."""
+    return {name: (float(value), float(value)) for name, value in values.items()}
+
+
+def between(pressures: Sequence[float]) -> float:
+    """A pressure between the smallest and the largest one, 0 where there is one alone."""
+    return float(np.sqrt(pressures[0] * pressures[-1])) if len(pressures) > 1 else 0.0
 
 
 def noisy(rng: np.random.Generator, test: Test, noise: float, dilates: bool = True) -> Test:
@@ -59,16 +74,29 @@ def mohr_coulomb(rng: np.random.Generator) -> Drawn:
         opening, now = height * (1.0 - left), slope * left
         return (pressure + k_N * opening) * (mu + now) / (1.0 - mu * now), opening
 
-    for pressure in sorted(rng.uniform(0.4, 2.5, int(rng.integers(1, 5)))):
-        rows, end = int(rng.integers(30, 201)), 4.0 * height / slope
+    def test(pressure: float, rows: int) -> Test:
+        end = 4.0 * height / slope
         slips = np.linspace(end / rows, end, rows)
-        own = slips_behind_spring(slips, lambda u, p=pressure: state(u, p)[0], stiffness)
+        own = slips_behind_spring(slips, lambda u: state(u, pressure)[0], stiffness)
         tau = np.array(
             [state(u, pressure)[0] if u > 0.0 else stiffness * s for u, s in zip(own, slips, strict=True)]
         )
-        dilation = np.array([state(u, pressure)[1] for u in own])
-        tests.append(noisy(rng, Test(slips, tau, dilation, float(pressure), k_N), rng.uniform(0.01, 0.05)))
-    return Drawn(tests, {"mu": mu, "theta": theta, "height": height}, [])
+        return Test(slips, tau, np.array([state(u, pressure)[1] for u in own]), pressure, k_N)
+
+    pressures = sorted(rng.uniform(0.4, 2.5, int(rng.integers(1, 5))).tolist())
+    for pressure in pressures:
+        tests.append(noisy(rng, test(pressure, int(rng.integers(30, 201))), rng.uniform(0.01, 0.05)))
+    held = test(between(pressures), 100) if len(pressures) > 1 else None
+    return Drawn(tests, exactly(mu=mu, theta=theta, height=height), [], held)
+
+
+def without_dilation(rng: np.random.Generator) -> Drawn:
+    """The same, whose dilation was not measured; such a joint has no bond."""
+    drawn = mohr_coulomb(rng)
+    tests = [test._replace(dilation=None) for test in drawn.tests]
+    held = drawn.held._replace(dilation=None) if drawn.held else None
+    truth = {name: drawn.truth[name] for name in ("mu", "theta")} | exactly(sigma0=0.0)
+    return Drawn(tests, truth, [], held)
 
 
 def cohesion(rng: np.random.Generator) -> Drawn:
@@ -76,49 +104,104 @@ def cohesion(rng: np.random.Generator) -> Drawn:
     bond, energy, mu = rng.uniform(0.3, 1.2), rng.uniform(0.03, 0.2), rng.uniform(0.6, 0.9)
     stiffness, slope, decay = rng.uniform(30.0, 120.0), rng.uniform(0.1, 0.4), rng.uniform(3.0, 10.0)
     dilates, tests = bool(rng.random() < 0.5), []
-    for pressure in sorted(rng.uniform(0.1, 1.5, int(rng.integers(1, 5)))):
-        rows, end = int(rng.integers(30, 201)), max(10.0 * energy / bond, 3.0 / decay * dilates)
+
+    def test(pressure: float, rows: int) -> Test:
+        end = max(10.0 * energy / bond, 3.0 / decay * dilates)
         slips = np.linspace(end / rows, end, rows)
 
-        def strength(u: float, p: float = pressure) -> float:
-            return max(0.0, bond * (1.0 - u * bond / (2.0 * energy))) + mu * p
+        def strength(u: float) -> float:
+            return max(0.0, bond * (1.0 - u * bond / (2.0 * energy))) + mu * pressure
 
         own = slips_behind_spring(slips, strength, stiffness)
         tau = np.array([strength(u) if u > 0.0 else stiffness * s for u, s in zip(own, slips, strict=True)])
         dilation = slope / decay * (1.0 - np.exp(-decay * own))
-        tests.append(
-            noisy(rng, Test(slips, tau, dilation, float(pressure)), rng.uniform(0.01, 0.05), dilates)
-        )
-    truth = {"mu": mu, "sigma0": bond, "Gc": energy}
-    truth |= {"theta": float(np.degrees(np.arctan(slope))), "height": slope / decay} if dilates else {}
-    return Drawn(tests, truth, [])
+        return Test(slips, tau, dilation if dilates else None, pressure)
+
+    pressures = sorted(rng.uniform(0.1, 1.5, int(rng.integers(1, 5))).tolist())
+    for pressure in pressures:
+        drawn = test(pressure, int(rng.integers(30, 201)))
+        tests.append(noisy(rng, drawn, rng.uniform(0.01, 0.05), dilates))
+    truth = exactly(mu=mu, sigma0=bond, Gc=energy)
+    if dilates:
+        truth |= exactly(theta=np.degrees(np.arctan(slope)), height=slope / decay)
+    held = test(between(pressures), 100) if len(pressures) > 1 else None
+    return Drawn(tests, truth, [], held)
 
 
 def barton_bandis(rng: np.random.Generator) -> Drawn:
     """Barton and Bandis with a mobilised JRC; the dilation angle is half of the roughness part.
 
-    Residual and dilation are means over the last tenth of the rows, as in a fit.
+    Residual and dilation are means over the last tenth of the rows, as in a fit.  The friction without
+    dilation, phi_r and the other half, falls from the peak at the smallest pressure to the end at the largest.
     """
     jrc, jcs, phi_r = rng.uniform(5.0, 15.0), rng.uniform(30.0, 120.0), rng.uniform(26.0, 33.0)
     tests, numbers = [], []
     peak_slip = 100.0 / 500.0 * (jrc / 0.1) ** 0.33
-    for pressure in sorted(np.exp(rng.uniform(np.log(0.3), np.log(4.0), int(rng.integers(1, 5))))):
-        rows, end = int(rng.integers(30, 201)), 8.0 * peak_slip
-        slips, angle = np.linspace(end / rows, end, rows), jrc * np.log10(jcs / pressure)
-        at, share = (
-            np.array([0.0, 0.3, 0.6, 1.0, 2.0, 4.0, 10.0]),
-            np.array([-phi_r / angle, 0.0, 0.75, 1.0, 0.85, 0.7, 0.5]),
-        )
-        fine = np.linspace(0.0, end, 4001)
+    at = np.array([0.0, 0.3, 0.6, 1.0, 2.0, 4.0, 10.0])
+
+    def test(pressure: float, rows: int) -> Test:
+        end, angle = 8.0 * peak_slip, jrc * np.log10(jcs / pressure)
+        share = np.array([-phi_r / angle, 0.0, 0.75, 1.0, 0.85, 0.7, 0.5])
+        slips, fine = np.linspace(end / rows, end, rows), np.linspace(0.0, end, 4001)
         slope = np.tan(np.radians(0.5 * angle * np.maximum(np.interp(fine / peak_slip, at, share), 0.0)))
         opening = np.append(0.0, np.cumsum(slope[1:] * np.diff(fine)))
         tau = pressure * np.tan(np.radians(phi_r + np.interp(slips / peak_slip, at, share) * angle))
-        dilation = np.interp(slips, fine, opening)
-        tests.append(noisy(rng, Test(slips, tau, dilation, float(pressure)), rng.uniform(0.01, 0.05)))
-        end = slice(-max(3, round(0.1 * rows)), None)
-        means = {"residual": float(tau[end].mean()), "dilation": float(dilation[end].mean())}
-        numbers.append({"peak": float(tau.max()), **means})
-    return Drawn(tests, {}, numbers)
+        return Test(slips, tau, np.interp(slips, fine, opening), pressure)
+
+    pressures = sorted(np.exp(rng.uniform(np.log(0.3), np.log(4.0), int(rng.integers(1, 5)))).tolist())
+    for pressure in pressures:
+        exact = test(pressure, int(rng.integers(30, 201)))
+        tests.append(noisy(rng, exact, rng.uniform(0.01, 0.05)))
+        end = slice(-max(3, round(0.1 * exact.slip.size)), None)
+        means = {"residual": float(exact.tau[end].mean()), "dilation": float(exact.dilation[end].mean())}
+        numbers.append({"peak": float(exact.tau.max()), **means})
+    high, low = (jrc * np.log10(jcs / pressure) for pressure in (pressures[0], pressures[-1]))
+    left = np.interp(8.0, at, [0.0, 0.0, 0.75, 1.0, 0.85, 0.7, 0.5])
+    ends = (phi_r + 0.5 * left * low, phi_r + 0.5 * high)
+    truth = {"mu": (float(np.tan(np.radians(ends[0]))), float(np.tan(np.radians(ends[1]))))}
+    held = test(between(pressures), 100) if len(pressures) > 1 else None
+    return Drawn(tests, truth, numbers, held)
+
+
+def plesha(rng: np.random.Generator) -> Drawn:
+    """Cycles on two saw teeth that the work of friction flattens (Plesha 1987), behind a spring; CNL.
+
+    The slope is tan(theta) exp(-W/W0), W the work of friction per area of the joint, and the opening the slope
+    times the slip.
+    """
+    mu, theta, stiffness = rng.uniform(0.45, 0.75), rng.uniform(8.0, 22.0), rng.uniform(5.0, 12.0)
+    slope, amplitude, cycles = float(np.tan(np.radians(theta))), rng.uniform(2.0, 6.0), int(rng.integers(1, 4))
+    work = float(np.exp(rng.uniform(np.log(1.0), np.log(20.0)))) * amplitude
+    rows = int(rng.integers(40, 121))
+
+    def test(pressure: float) -> Test:
+        way = np.concatenate([
+            np.linspace(a, b, rows // 2 if a == 0.0 else rows)[1:] * amplitude
+            for a, b in [(0.0, 1.0), *[(1.0, -1.0), (-1.0, 1.0)] * cycles]
+        ])
+        u, done, tau, taus, openings = 0.0, 0.0, 0.0, [], []
+        before = 0.0
+        for x in way:
+            for part in np.linspace(before, x, 21)[1:]:
+                now = slope * np.exp(-done / work)
+                forward = 1.0 if stiffness * (part - u) > 0.0 else -1.0
+                rise = now * (1.0 if u * forward >= 0.0 else -1.0)
+                strength = forward * pressure * (mu + rise) / (1.0 - mu * rise)
+                tau = stiffness * (part - u)
+                if tau * forward > strength * forward:
+                    step = (tau - strength) / stiffness
+                    u, tau = u + step, strength
+                    done += abs(strength * step) - pressure * rise * abs(step)
+            before = x
+            taus.append(tau)
+            openings.append(slope * np.exp(-done / work) * abs(u))
+        return Test(way, np.array(taus), np.array(openings), pressure)
+
+    tests = [
+        noisy(rng, test(float(pressure)), rng.uniform(0.01, 0.05))
+        for pressure in sorted(rng.uniform(0.4, 2.5, int(rng.integers(1, 3))))
+    ]
+    return Drawn(tests, exactly(mu=mu, theta=theta), [])
 
 
 def nonsense(rng: np.random.Generator) -> Drawn:
@@ -168,13 +251,15 @@ def nonsense(rng: np.random.Generator) -> Drawn:
             tests = [test._replace(dilation=-test.dilation, k_N=0.0) for test in sound]
         else:
             tests = [test._replace(tau=test.tau * (-1.0) ** i) for i, test in enumerate(sound + sound[:1])]
-    return Drawn(tests, {"kind": float(kind)}, [])
+    return Drawn(tests, exactly(kind=kind), [])
 
 
 KINDS = {
     "Mohr-Coulomb, decaying dilation": mohr_coulomb,
+    "dilation not measured": without_dilation,
     "cohesion, linear softening": cohesion,
     "Barton-Bandis": barton_bandis,
+    "Plesha, cycles": plesha,
     "nonsense": nonsense,
 }
 """Laws by name."""

@@ -41,8 +41,31 @@ def rows_of(
     instead of an event after the last one. Raises ValueError for every value of steps, start and tolerance
     that is out of range.
     """
-    sizes = contract.check(props)
-    nstatv = contract.n_statev(*sizes)
+    numbers, states, names, loss = _run(props, steps, start, tolerance)
+    n = len(numbers)
+    lost = ""
+    if loss is not None:
+        last = dict(zip(column_names(), numbers[n - 1], strict=True))
+        s, t = (", ".join(f"{last[f'{one}_{axis}']:.6g}" for axis in ("N", "Tx", "Ty")) for one in "st")
+        row = f"step {last['step']:g} increment {last['increment']:g}, s = ({s}), t = ({t})"
+        lost = f"equilibrium lost beyond {row}: {loss}"
+    kept = slice(n if keep_lost else n - bool(lost))
+    planes = contract.check(props)[0]
+    return history_of(numbers[kept], states[kept], names[kept], planes, "" if keep_lost else lost), lost
+
+
+def columns_of(props: Floats, steps: Sequence[Step], names: Sequence[str]) -> list[Floats]:
+    """Columns (n,) by name of the rows with equilibrium alone, for many runs; as `rows_of`."""
+    numbers, _, _, loss = _run(props, steps, None, None)
+    kept = numbers[: len(numbers) - (loss is not None)]
+    return [kept[:, column_names().index(name)] for name in names]
+
+
+def _run(
+    props: Floats, steps: Sequence[Step] | Step, start: ArrayLike | Point | None, tolerance: float | None
+) -> tuple[Floats, Floats, NDArray[np.bytes_], str | None]:
+    """Numbers, states and events of all rows, and why equilibrium was lost beyond the last one, if it was."""
+    nstatv = contract.n_statev(*contract.check(props))
     if start is None:
         start = np.zeros(nstatv)
     if not isinstance(start, Point):
@@ -72,19 +95,11 @@ def rows_of(
     if run == 0:
         raise InputError([Record(line, text=line) for line in calls.text_of(message).splitlines()])
     try:
-        numbers, states, names = _all_rows(run, nstatv, min(sum(map(len, steps)) + 1, MOST_ROOM))
+        rows = _all_rows(run, nstatv, min(sum(map(len, steps)) + 1, MOST_ROOM))
         is_lost = _core.asperity_lost(run, message)
     finally:
         _core.asperity_end(run)
-    n = len(numbers)
-    lost = ""
-    if is_lost:
-        last = dict(zip(column_names(), numbers[n - 1], strict=True))
-        s, t = (", ".join(f"{last[f'{kind}_{axis}']:.6g}" for axis in ("N", "Tx", "Ty")) for kind in "st")
-        row = f"step {last['step']:g} increment {last['increment']:g}, s = ({s}), t = ({t})"
-        lost = f"equilibrium lost beyond {row}: {calls.text_of(message)}"
-    kept = slice(n if keep_lost else n - bool(lost))
-    return history_of(numbers[kept], states[kept], names[kept], sizes[0], "" if keep_lost else lost), lost
+    return *rows, calls.text_of(message) if is_lost else None
 
 
 def _of_argument(error: Record) -> Record:

@@ -101,8 +101,9 @@ class Step:
 
     def __len__(self) -> int:
         """Number of increments along the stable path."""
-        targets = max(np.size(self.given().get(name, 0.0)) for name in TARGETS)
-        parts = np.atleast_1d(np.asarray(self.given().get("increments", _DEFAULTS["increments"]), float))
+        targets = max(len(one) if isinstance(one := getattr(self, name), tuple) else 1 for name in TARGETS)
+        given = _DEFAULTS["increments"] if self.increments is None else self.increments
+        parts = np.atleast_1d(np.asarray(given, float))
         parts = np.clip(np.nan_to_num(parts), 1.0, 1e7)
         last = parts[-1] * (targets - parts.size) if parts.size else 0.0
         return int(np.clip(np.nan_to_num((parts.sum() + last) * (self.cycles or 1.0)), 1.0, 1e7))

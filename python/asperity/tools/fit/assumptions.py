@@ -12,7 +12,7 @@ from .intervals import Assumption, Intervals, spreads
 from .ladder import GAIN, STIFF, Model, independent
 from .model import KS, KT, SCALES, SPRINGS, to_scale
 from .shear_test import ShearTest
-from .squares import Solution, refitted
+from .squares import SEARCHED, Solution, refitted
 
 SIDES, FLAT, BRITTLE, TIMES = 8, 1.0 / 3.0, 0.99, 2.0
 PATTERNS = ("8 sides", "flat 1/3")
@@ -79,7 +79,7 @@ def of_strength(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assump
         return
     free = tuple(name for name in model.free if name not in ("theta", "height", "crush", "W0"))
     bare = [replace(test, s_N=None) for test in tests]
-    other = refitted(chosen, bare, replace(model, free=free), 1.0, 1e-5)
+    other = refitted(chosen, bare, replace(model, free=free), 1.0, SEARCHED)
     own, parts = Intervals(other, spreads(other), []), ("mu", "sigma0", "Gc", KT)
     ends = {name: [float(to_scale(name, end)) for end in own.of(name)[1:]] for name in other.model.free}
     halves = {name: 0.5 * (high - low) for name, (low, high) in ends.items()}

@@ -17,7 +17,7 @@ from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
 from .model import AUTO, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
 from .result import Fit
 from .shear_test import ShearTest
-from .squares import Solution, refitted, searched
+from .squares import SEARCHED, Solution, refitted, searched
 from .verdict import (
     FAIR,
     blind,
@@ -190,7 +190,7 @@ def _fit(
     chosen = refitted(chosen, tests, weight=weight)
     tick("other assumptions")
     others = alternatives(chosen, found, bic, index)
-    fits = [refitted(start, tests, model, weight, 1e-5) for start, model in others]
+    fits = [refitted(start, tests, model, weight, SEARCHED) for start, model in others]
     ranked = criteria([chosen, *fits])
     for _ in range(0 if given else SWITCHES):
         # values that the user has given stay
@@ -202,7 +202,7 @@ def _fit(
         chosen = refitted(fits[best - 1], tests, weight=weight)
         notes.append(f"assumed instead of the usual: {chosen.model.name}")
         others = alternatives(chosen, found, bic, index)
-        fits = [refitted(start, tests, model, weight, 1e-5) for start, model in others]
+        fits = [refitted(start, tests, model, weight, SEARCHED) for start, model in others]
         ranked = criteria([chosen, *fits])
     strength = [*of_strength(chosen, tests)]
     if any(one.difference < -GAIN for one in strength):
@@ -297,7 +297,7 @@ def _spring(
             contact["kc"] = model.fixed["kc"]
         other = model.instead(KT, new, **contact)
         start = [{**guess, **found.values, KS: 2.0 * found.values[KT], "eta": guess["eta"]}]
-        inside = searched(tests, other, start, direction)
+        inside = searched(tests, other, start, direction, 1, 0)
         if criteria([found, inside])[1] < criteria([found, inside])[0]:
             return inside, [f"the elastic slip is that of the joint ({new}), not of a spring in series (kT)"]
     return found, []

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from ... import contract
 from ...contract import Floats
 from ...interface import Interface
+from ...load_path import columns_of
 from ...material import Material
-from ...pattern import Pattern
+from ...pattern import Pattern, direction_vector
 from ...steps import slip_path, thinned
 from .shear_test import ShearTest
 
@@ -56,7 +57,7 @@ DEFAULTS = {row.name: row.default for row in TIMELESS if row.default is not None
 DEFAULTS |= {"eta": 0.9}
 """Values of constants that are neither free nor set."""
 
-SIDES, INCREMENTS, PRELOAD = 2, 150, 50
+SIDES, INCREMENTS, PRELOAD = 2, 150, 10
 """Inclined planes of the default pattern, along the slip; smallest number of increments along a test; and
 increments in which sigma_N is applied before the slip.
 """
@@ -216,6 +217,10 @@ class Problem:
             tests.append(replace(test, slip=slip, tau=tau, s_N=s_N, path_N=path_N, lines=()))
         return replace(self, tests=tests, increments=min(self.increments, MOST_SEARCHED))
 
+    def closed_form(self) -> Problem:
+        """The same in closed form where there is one."""
+        return self
+
 
 def slip_curve(
     interface: Interface, test: ShearTest, slips: Floats, rows: np.ndarray, direction: float, preload: int
@@ -230,9 +235,11 @@ def slip_curve(
     load, slide = slip_path(direction, slips, test.sigma_N, preload, test.k_N)
     if test.path_N is not None:
         slide = replace(slide, t_N=np.interp(np.arange(n), [0, *rows], [test.sigma_N, *test.path_N]))
-    history = interface.rows([load, slide])[0].after_step(1)
-    done = len(history)
+    step, s_N, t_x, t_y = columns_of(interface.props(), [load, slide], ("step", "s_N", "t_Tx", "t_Ty"))
+    first = int(np.sum(step <= 1.0))
+    done = step.size - first
     if done == 0:
         return np.zeros(n), np.zeros(n), 0
-    place = np.minimum(np.arange(n), done - 1)
-    return history.tau_along(direction)[place], (history.dilation - history.dilation[0])[place], done
+    place = first + np.minimum(np.arange(n), done - 1)
+    along = direction_vector(direction)
+    return (along[0] * t_x + along[1] * t_y)[place], (s_N - s_N[first])[place], done

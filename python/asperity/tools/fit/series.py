@@ -9,7 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from ...contract import Floats
-from .model import KT, PRELOAD, Problem, slip_curve
+from ...pattern import Pattern
+from .model import KS, KT, PRELOAD, Problem, material_of, slip_curve
+from .rigid import has_closed_form, rigid_curve
 from .shear_test import ShearTest
 
 
@@ -32,17 +34,17 @@ class Series(Problem):
 
     def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
         """tau, s_N and the number of rows with equilibrium of each test."""
-        joint, found, stiffness = self.interface(values), [], values[KT]
+        found, stiffness = [], 1.0 / self.compliance(values)
         for test, (slips, _) in zip(self.tests, self.paths, strict=True):
             top, sign = slips[-1], _sign(test)
             early = np.geomspace(1e-4, 0.1, 25) * top
             own = np.unique(np.concatenate([[0.0], early, np.linspace(0.0, top, self.increments + 1)]))
-            rows, alone = np.arange(1, own.size), test
+            alone = test
             if test.path_N is not None:
                 at = np.maximum.accumulate(np.maximum(0.0, sign * (test.slip - test.tau / stiffness)))
                 path = np.interp(own[1:], at, test.path_N)
                 alone = replace(test, slip=own[1:], tau=own[1:], s_N=None, lines=(), path_N=path)
-            tau, s_N, done = slip_curve(joint, alone, sign * own, rows, self.direction, PRELOAD)
+            tau, s_N, done = self.slid(values, alone, sign * own)
             # softening steeper than the spring is passed at one measured slip
             outside = np.maximum.accumulate(own + sign * tau / stiffness) + 1e-12 * top * np.arange(own.size)
             lost = slips.size
@@ -50,6 +52,39 @@ class Series(Problem):
                 lost = int(np.searchsorted(slips, outside[max(done - 1, 0)]))
             found.append((np.interp(slips, outside, tau), np.interp(slips, outside, s_N), lost))
         return found
+
+    def compliance(self, values: Mapping[str, float]) -> float:
+        """Slip over traction of what lies in series with `slid`, length/stress."""
+        return 1.0 / values[KT]
+
+    def slid(self, values: Mapping[str, float], test: ShearTest, slips: Floats) -> tuple[Floats, Floats, int]:
+        """tau, s_N and the number of rows with equilibrium of the joint without its spring, as `slip_curve`."""
+        rows = np.arange(1, slips.size)
+        return slip_curve(self.interface(values), test, slips, rows, self.direction, PRELOAD)
+
+    def closed_form(self) -> Problem:
+        """The same in closed form where there is one."""
+        if not has_closed_form(self.free, self.fixed, self.sides, self.direction):
+            return self
+        return Rigid(self.tests, self.free, self.fixed, self.sides, 0.0, self.increments, self.weight)
+
+
+class Rigid(Series):
+    """The same in the closed form of two rigid sides, from which a search begins."""
+
+    def compliance(self, values: Mapping[str, float]) -> float:
+        """Slip over traction of the spring and of the joint before it slides, length/stress."""
+        if KS in values:
+            return 1.0 / values[KT] + 1.0 / values[KS]
+        return 1.0 / values[KT] + 2.0 * (1.0 - values["eta"]) * values["Gc"] / values["sigma0"] ** 2
+
+    def slid(self, values: Mapping[str, float], test: ShearTest, slips: Floats) -> tuple[Floats, Floats, int]:
+        """tau and s_N of the closed form."""
+        # the law refuses the same values
+        material_of(values)
+        Pattern.regular(self.sides, values["theta"], values["flat"])
+        tau, s_N = rigid_curve(test, np.abs(slips), values)
+        return _sign(test) * tau, s_N, slips.size
 
 
 def _sign(test: ShearTest) -> float:

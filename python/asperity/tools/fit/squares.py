@@ -26,8 +26,8 @@ OTHERS, STEP = 0.3, 1.0e-3
 """Distance of a point from a start, and step of the differences."""
 
 SEARCHED, FOUND, MOST = 1.0e-4, 1.0e-7, 40
-"""Relative change of the sum of squares at which a search ends, and the fit of all rows; and largest number
-of evaluations.
+"""Relative change of the sum of squares at which a search and fits beside the chosen one end, and the fit of
+all rows; and largest number of evaluations.
 """
 
 
@@ -124,9 +124,14 @@ def searched(
     guesses: Sequence[Mapping[str, float]],
     direction: float = 0.0,
     starts: int = 2,
+    around: int = AROUND,
 ) -> Solution:
-    """Solution on few rows, from the best of points around the guesses; the first of them is always tried."""
+    """Solution on few rows, from the best of points around the guesses; the first of them is always tried.
+
+    In closed form where there is one, which a bond follows only roughly: its solution is that of the law.
+    """
     problem = model.problem(tests, 1.0, direction).coarse()
+    exact, problem = problem, problem.closed_form()
     rng, points = np.random.default_rng(0), []
     middle = problem.values(problem.ends.mean(axis=0)) if model.free else {}
     for guess in guesses:
@@ -134,7 +139,7 @@ def searched(
             name: max(guess.get(name, guesses[-1].get(name, middle[name])), 1e-6) for name in model.free
         }
         points.append(problem.x(centre))
-        for _ in range(AROUND):
+        for _ in range(around):
             moved = {n: v * np.exp(REACH.get(n, OTHERS) * rng.uniform(-1.0, 1.0)) for n, v in centre.items()}
             if "eta" in moved:
                 moved["eta"] = min(moved["eta"], 0.999)
@@ -143,7 +148,11 @@ def searched(
     costs = [float(r @ r) for r in (residuals(problem, x) for x in points)]
     tried = {0} | {int(i) for i in np.argsort(costs)[:starts]}
     solutions = (solve(problem, points[i], SEARCHED) for i in sorted(tried))
-    return Solution(model, problem, *min(solutions, key=lambda one: float(one[1] @ one[1])))
+    x, found = min(solutions, key=lambda one: float(one[1] @ one[1]))
+    if model.bond and exact is not problem:
+        problem = exact
+        x, found = solve(exact, x, SEARCHED)
+    return Solution(model, problem, x, found)
 
 
 def refitted(
@@ -166,4 +175,7 @@ def refitted(
     start = np.array([
         float(to_scale(name, known[name])) if known.get(name) else middle[name] for name in model.free
     ])  # fmt: skip
+    rough = problem.closed_form()
+    if rough is not problem and not model.bond:
+        start = solve(rough, start, tolerance)[0]
     return Solution(model, problem, *solve(problem, start, tolerance))

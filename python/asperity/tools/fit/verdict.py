@@ -12,7 +12,7 @@ from .intervals import Estimate
 from .ladder import NOISE, ROWS_EACH, independent
 from .model import KT, SPRINGS, Problem
 from .shear_test import ShearTest
-from .squares import Solution, refitted
+from .squares import SEARCHED, Solution, refitted
 
 GOOD, FAIR = 0.05, 0.15
 """Largest error of a good and of a fair fit."""
@@ -82,7 +82,7 @@ def blind(found: Solution, tests: Sequence[ShearTest]) -> list[Comparison]:
             model = model.without("crush", crush=found.values["crush"])
         if not model.free:
             continue
-        without = refitted(found, rest, model, tolerance=1e-5)
+        without = refitted(found, rest, model, tolerance=SEARCHED)
         problem, values = found.model.problem(tests, 1.0, found.problem.direction), dict(without.values)
         made += compared(problem, values, number)
     return made
