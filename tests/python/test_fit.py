@@ -30,7 +30,7 @@ def as_tests(drawn: other_laws.Drawn) -> list[ShearTest]:
     ]
 
 
-def rock(seed: int, count: int = 2) -> tuple[list[ShearTest], dict[str, float]]:
+def rock(seed: int, count: int = 2) -> tuple[list[ShearTest], dict[str, tuple[float, float]]]:
     """Tests of a joint of Mohr and Coulomb with constant pressure, and its constants."""
     for draw in range(100):
         drawn = other_laws.mohr_coulomb(np.random.default_rng([seed, draw]))
@@ -52,7 +52,7 @@ def test_constants_of_another_law(seed: int) -> None:
     tests, truth = rock(seed)
     one = fit(tests)
     assert one.is_result and one.grade != "poor"
-    for name, value in truth.items():
+    for name, (value, _) in truth.items():
         estimate = one.estimates[name]
         # a 0.95 interval, widened by half of itself for the twentieth that misses
         margin = 0.5 * (estimate.high - estimate.low)
@@ -73,7 +73,7 @@ def test_bond_of_another_law() -> None:
         estimate = one.estimates[name]
         # as above
         margin = 0.5 * (estimate.high - estimate.low)
-        assert estimate.low - margin <= drawn.truth[name] <= estimate.high + margin, name
+        assert estimate.low - margin <= drawn.truth[name][0] <= estimate.high + margin, name
 
 
 @pytest.mark.parametrize("kind", range(14))
@@ -81,7 +81,7 @@ def test_nonsense_is_no_result(kind: int) -> None:
     """Noise, halving strengths, shuffled rows and wrong signs are refused or give no constants to use."""
     for draw in range(200):
         drawn = other_laws.nonsense(np.random.default_rng([5, draw]))
-        if drawn.truth["kind"] == kind and len(drawn.tests) <= 3 and drawn.tests[0].slip.size <= 80:
+        if drawn.truth["kind"][0] == kind and len(drawn.tests) <= 3 and drawn.tests[0].slip.size <= 80:
             break
     try:
         one = fit(fits.read_back(as_tests(drawn)))
@@ -117,6 +117,24 @@ def test_case_has_the_spring_of_the_fit(found: Fit) -> None:
         at = np.interp(slips[rows], slid[after], history.traction[after, 1])
         # increments of a hundredth of the slip against 150 and more
         assert np.abs(at - tau[rows])[5:].max() < 0.03 * tau.max()
+
+
+@pytest.mark.parametrize("k_N", [0.0, 2.0])
+@pytest.mark.parametrize("more", [(), ("height",), ("crush",), ("height", "crush")], ids="-".join)
+def test_closed_form_of_a_search_is_the_law(k_N: float, more: tuple[str, ...]) -> None:
+    """Strength and dilation of two rigid sides in closed form are those of the law behind the same spring."""
+    slip = np.linspace(0.05, 4.0, 80)
+    test = ShearTest("one", slip, slip, slip, -1.3, k_N)
+    problem = Model(("kT", "mu", "theta", *more)).problem([test])
+    values = problem.values(problem.x({
+        "kT": 8.0, "mu": 0.6, "theta": 18.0, "height": 0.5, "crush": 3.0,
+    }))  # fmt: skip
+    other = problem.closed_form()
+    assert type(other) is not type(problem)
+    (tau, s_N, rows), (rough, opening, _) = problem.curves(values)[0], other.curves(values)[0]
+    # the contact of the law gives way by 1/kc of the elastic slip, the rise to the strength is 1/1000
+    assert rows > slip.size and np.abs(rough - tau).max() < 0.02 * tau.max()
+    assert np.abs(opening - s_N).max() < 0.01 * s_N.max()
 
 
 def test_known_stiffness_is_varied() -> None:

@@ -41,6 +41,18 @@ class Cyclic(Problem):
         ranges = PLAUSIBLE | {KS: (PLAUSIBLE[KS][0], SOFT_CYCLES)}
         return np.transpose([to_scale(name, plausible(name, *self.size, ranges)) for name in self.free])
 
+    def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
+        """Curves as of any problem.
+
+        Raises ValueError for a bond that counts as rigid, which takes too many increments in each cycle.
+        """
+        if "sigma0" in values:
+            stress, length = self.size
+            stiffness = values["sigma0"] ** 2 / (2.0 * values["Gc"] * (1.0 - values["eta"]))
+            if stiffness > STIFF * stress / length:
+                raise ValueError(f"sigma0 = {values['sigma0']:g}: a bond of the stiffness {stiffness:g}")
+        return super().curves(values)
+
 
 @dataclass(frozen=True)
 class Model:
@@ -95,12 +107,12 @@ def ladder(tests: Sequence[ShearTest], joint: str, known: Mapping[str, float], s
     """
     dilates = any(test.s_N is not None and np.ptp(test.s_N) > 0.0 for test in tests)
     levels = sorted({round(-test.pressed, 9) for test in tests})
-    # one curve of the strength does not show a slope beside the friction
-    slope = ("theta", "height") if dilates else ("theta",) if len(levels) > 1 else ()
     several, reversed_ = len(levels) > 1 and levels[-1] > APART * levels[0], cycles(tests)
+    # one curve of the strength does not show a slope beside the friction, unless it climbs and descends
+    slope = ("theta", "height") if dilates else ("theta",) if len(levels) > 1 or reversed_ else ()
     slopes: list[tuple[str, ...]] = [(), *(slope[: i + 1] for i in range(len(slope)))]
     crushed = [("theta", "crush"), ("theta", "height", "crush")][: 1 + dilates] if several else []
-    worn = [("theta", "W0"), ("theta", "height", "W0")] if reversed_ and dilates else []
+    worn = [("theta", "W0"), ("theta", "height", "W0")][: 1 + dilates] if reversed_ else []
     bonded = slopes if dilates else slopes[:1]
     spring = (KS,) if reversed_ else (KT,)
     found = []

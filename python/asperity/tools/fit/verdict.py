@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .evidence import first_slope, first_stroke, last_slope, numbers, pressures, smooth
+from .evidence import cycles, first_slope, first_stroke, last_slope, numbers, pressures, smooth
 from .intervals import Estimate
 from .ladder import NOISE, ROWS_EACH, independent
 from .model import KT, SPRINGS, Problem
@@ -126,7 +126,7 @@ def too_little(found: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
     scatter = found.scatter["tau"]
     if len(tests) == 1 and not dilates and scatter > GOOD and (rows < ROWS_OF_ONE or data < NOISE * rows):
         yield f"one curve, which the law misses by {scatter:.0%}, not by noise alone: another test would help"
-    if not dilates and len(levels) < 2:
+    if not dilates and len(levels) < 2 and not cycles(tests):
         if len(own) > SAME_CURVE:
             if not (found.model.bond and _softened(found)):
                 yield f"one curve of the strength does not show {', '.join(own)}: a second pressure would"
