@@ -19,6 +19,7 @@ import numpy as np
 import pandas
 from asperity.tools.fit import ShearTest, fit, read_tests
 from asperity.tools.fit.intervals import Estimate
+from asperity.tools.fit.model import AUTO
 from asperity.tools.fit.strengths import fit_strengths
 from asperity.tools.fit.verdict import compared
 from asperity.tools.tables import markdown
@@ -31,6 +32,9 @@ from .tables import refresh
 DATA = Path(__file__).parent / "validation" / "data" / "fits.csv"
 PAGE = Path(__file__).parents[2] / "docs" / "validation" / "fits.md"
 """What was found in each set, and the page."""
+
+GIVEN = "--joint "
+"""Words of the name of a law before the form of the joint, if that is known."""
 
 MET, WRONG = 0.05, 0.15
 """Scatter over the range of a set that the law meets, and error of a wrong prediction: peak or residual at a
@@ -80,16 +84,19 @@ def judged(job: tuple[str, int, int]) -> list[Row]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            summary, rows = _strengths(STRENGTHS[kind](rng)) if kind in STRENGTHS else _curves(KINDS[kind](rng))
+            if kind in STRENGTHS:
+                summary, rows = _strengths(STRENGTHS[kind](rng))
+            else:
+                summary, rows = _curves(KINDS[kind](rng), kind.partition(GIVEN)[2] or AUTO)
         except ValueError:
             summary, rows = {"code": 1, "grade": "", "met": np.inf}, []
     of_set |= summary | {"cpu": time.process_time() - begin}
     return [of_set | row for row in ({"name": ""}, *rows)]
 
 
-def _curves(drawn: Drawn) -> tuple[Row, list[Row]]:
+def _curves(drawn: Drawn, joint: str) -> tuple[Row, list[Row]]:
     """Summary of the fit of curves, and a row for each constant or number."""
-    found = fit(read_back(tests_of(drawn)))
+    found = fit(read_back(tests_of(drawn)), joint)
     errors = found.errors
     summary: Row = {"code": 0 if found.is_result else 3, "grade": found.grade}
     summary |= {"met": max(errors["scatter"], errors.get("dilation left out", 0.0)), "between": np.nan}
@@ -167,7 +174,11 @@ def sets(rows: pandas.DataFrame) -> str:
         seeds = ", ".join(str(seed) for seed in sorted({*part.seed}))
         met_text = "-" if nonsense else f"{(met.code == 0).sum()} of {len(met)}"
         predicted = part[(part.code == 0) & part.between.notna()]
-        wrong = "-" if nonsense or not len(predicted) else f"{(predicted.between > WRONG).sum()} of {len(predicted)}"
+        wrong = (
+            "-"
+            if nonsense or not len(predicted)
+            else f"{(predicted.between > WRONG).sum()} of {len(predicted)}"
+        )
         times = f"{part.cpu.median():.1f} / {part.cpu.max():.1f}"
         codes = [str((part.code == code).sum()) for code in (0, 3, 1)]
         lines.append([str(kind), seeds, str(len(part)), *codes, met_text, wrong, times])

@@ -132,7 +132,8 @@ def barton_bandis(rng: np.random.Generator) -> Drawn:
     """Barton and Bandis with a mobilised JRC; the dilation angle is half of the roughness part.
 
     Residual and dilation are means over the last tenth of the rows, as in a fit.  The friction without
-    dilation, phi_r and the other half, falls from the peak at the smallest pressure to the end at the largest.
+    dilation, phi_r and the other half, falls from the peak at the smallest pressure to the end at the
+    largest.
     """
     jrc, jcs, phi_r = rng.uniform(5.0, 15.0), rng.uniform(30.0, 120.0), rng.uniform(26.0, 33.0)
     tests, numbers = [], []
@@ -166,19 +167,25 @@ def barton_bandis(rng: np.random.Generator) -> Drawn:
 def plesha(rng: np.random.Generator) -> Drawn:
     """Cycles on two saw teeth that the work of friction flattens (Plesha 1987), behind a spring; CNL.
 
-    The slope is tan(theta) exp(-W/W0), W the work of friction per area of the joint, and the opening the slope
-    times the slip.
+    The slope is tan(theta) exp(-W/W0), W the work of friction per area of the joint, and the opening the
+    slope times the slip.
     """
     mu, theta, stiffness = rng.uniform(0.45, 0.75), rng.uniform(8.0, 22.0), rng.uniform(5.0, 12.0)
-    slope, amplitude, cycles = float(np.tan(np.radians(theta))), rng.uniform(2.0, 6.0), int(rng.integers(1, 4))
+    slope, amplitude, cycles = (
+        float(np.tan(np.radians(theta))),
+        rng.uniform(2.0, 6.0),
+        int(rng.integers(1, 4)),
+    )
     work = float(np.exp(rng.uniform(np.log(1.0), np.log(20.0)))) * amplitude
     rows = int(rng.integers(40, 121))
 
     def test(pressure: float) -> Test:
-        way = np.concatenate([
-            np.linspace(a, b, rows // 2 if a == 0.0 else rows)[1:] * amplitude
-            for a, b in [(0.0, 1.0), *[(1.0, -1.0), (-1.0, 1.0)] * cycles]
-        ])
+        way = np.concatenate(
+            [
+                np.linspace(a, b, rows // 2 if a == 0.0 else rows)[1:] * amplitude
+                for a, b in [(0.0, 1.0), *[(1.0, -1.0), (-1.0, 1.0)] * cycles]
+            ]
+        )
         u, done, tau, taus, openings = 0.0, 0.0, 0.0, [], []
         before = 0.0
         for x in way:
@@ -258,8 +265,9 @@ KINDS = {
     "Mohr-Coulomb, decaying dilation": mohr_coulomb,
     "dilation not measured": without_dilation,
     "cohesion, linear softening": cohesion,
+    "cohesion, --joint mortar": cohesion,
     "Barton-Bandis": barton_bandis,
     "Plesha, cycles": plesha,
     "nonsense": nonsense,
 }
-"""Laws by name."""
+"""Laws by name, which ends with the form of the joint where that is known."""

@@ -1,4 +1,4 @@
-"""Strengths of tests by criteria that are not that of asperity, with noise, and strengths that no joint has."""
+"""Strengths of tests by criteria of others, with noise, and strengths that no joint has."""
 
 from __future__ import annotations
 
@@ -66,7 +66,9 @@ def ladanyi(rng: np.random.Generator) -> Strengths:
         share = np.clip(p / strong, 0.0, 1.0)
         sheared, now = 1.0 - (1.0 - share) ** 1.5, (1.0 - share) ** 4 * slope
         rock = strong * (np.sqrt(11.0) - 1.0) / 10.0 * np.sqrt(1.0 + 10.0 * p / strong)
-        return np.asarray((p * (1.0 - sheared) * (now + mu) + sheared * rock) / (1.0 - (1.0 - sheared) * now * mu))
+        return np.asarray(
+            (p * (1.0 - sheared) * (now + mu) + sheared * rock) / (1.0 - (1.0 - sheared) * now * mu)
+        )
 
     return _drawn(rng, peak, float(mu), {})
 

@@ -12,22 +12,21 @@ from asperity.interface import Interface
 from asperity.material import Material
 from asperity.pattern import Pattern
 from asperity.steps import Step
+from asperity.tools.fit.closure_test import ClosureTest
+from asperity.tools.fit.closures import fit_closures
 from asperity.tools.style import ONE, new_figure
 from asperity.tools.tables import markdown
 from matplotlib.figure import Figure
 
 from ..concepts_draw import BLACK, BLUE, GREEN, panel
-from .common import LOST, Constants, Study, fitted, rms, rows
+from .common import LOST, Constants, Study, by_product, fitted, rms, rows
 
 PARTS = ("loading", "unloading")
-FORMS: dict[str, list[Constants]] = {
-    "one stiffness": [{"kn": 60.0}],
-    "hyperbola": [{"kn": 25.0, "closure": 0.2}],
-}
-"""Starts of the free constants of each form of the law."""
+FITTED = "hyperbola, asperity fit"
+"""What `asperity fit` chooses; its constants are those of the picture."""
 
-SIZE = (10.0, 0.13)
-"""Largest stress, MPa, and closure, mm."""
+START, SIZE = {"kn": 60.0}, (10.0, 0.13)
+"""Start of one stiffness; largest stress, MPa, and closure, mm."""
 
 
 @cache
@@ -55,20 +54,27 @@ def differences(constants: Mapping[str, float]) -> dict[str, Floats]:
 
 
 def fits() -> dict[str, Constants]:
-    """Fit both forms of the law to the loading."""
-    return {
-        form: fitted(lambda one: differences(one)["loading"] / SIZE[1], starts, SIZE)
-        for form, starts in FORMS.items()
-    }
+    """Fit one stiffness to the loading, and what `asperity fit` finds of both."""
+    one = fitted(lambda one: differences(one)["loading"] / SIZE[1], [START], SIZE)
+    pressure, closure = np.concatenate([measured(part) for part in PARTS]).T
+    return {"one stiffness": one, FITTED: by_product(fit_closures([ClosureTest("vd1", pressure, closure)]))}
+
+
+def contact(found: Mapping[str, float]) -> Constants:
+    """Constants of the contact among what a fit has found."""
+    return {name: found[name] for name in ("kn", "closure") if name in found}
 
 
 def tables(found: Mapping[str, Constants]) -> dict[str, str]:
     """Table of the constants and of the errors of every fit."""
     body = []
-    for form, constants in found.items():
-        away = {part: f"{rms(one):.4f}" for part, one in differences(constants).items()}
-        closure = f"{constants['closure']:g}" if "closure" in constants else ""
-        body.append([form, f"{constants['kn']:g}", closure, away["loading"], f"**{away['unloading']}**"])
+    for form, one in found.items():
+        away = {part: f"{rms(part_of):.4f}" for part, part_of in differences(contact(one)).items()}
+        cells = []
+        for name in ("kn", "closure"):
+            ends = f" [{one[f'{name}_low']:.4g}, {one[f'{name}_high']:.4g}]" if f"{name}_low" in one else ""
+            cells.append(f"{one[name]:.4g}{ends}" if name in one else "")
+        body.append([form, *cells, away["loading"], f"**{away['unloading']}**"])
     head = ["contact", "kn, MPa/mm", "closure, mm", "error of loading, mm", "of unloading, mm"]
     return {"errors": markdown(head, body)}
 
@@ -77,8 +83,8 @@ def draw(found: Mapping[str, Constants]) -> Figure:
     """Draw the pressure over the closure."""
     figure, [ax] = new_figure(ONE, 3.0)
     pressures = np.linspace(*measured("loading")[[0, -1], 0], 60)
-    for (form, constants), colour, style in zip(found.items(), (BLUE, GREEN), ("--", "-"), strict=True):
-        ax.plot(closures(constants, pressures), pressures, style, color=colour, label=form)
+    for (form, one), colour, style in zip(found.items(), (BLUE, GREEN), ("--", "-"), strict=True):
+        ax.plot(closures(contact(one), pressures), pressures, style, color=colour, label=form)
     for part, fill in zip(PARTS, ("full", "none"), strict=True):
         sigma, closure = measured(part).T
         ax.plot(closure, sigma, "o", color=BLACK, markersize=4, fillstyle=fill, label=f"measured, {part}")

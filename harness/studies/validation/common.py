@@ -13,8 +13,11 @@ from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.pattern import Pattern
+from asperity.tools.fit import Fit
+from asperity.tools.fit.closures import ClosureFit
 from asperity.tools.fit.model import from_scale, plausible, to_scale
 from asperity.tools.fit.squares import least
+from asperity.tools.fit.strengths import StrengthFit
 from asperity.tools.style import printed, save
 from matplotlib.figure import Figure
 
@@ -78,6 +81,30 @@ def fitted(
     results = [least(lambda x: residuals(named(x)), one, low_high, step=step) for one in points]
     best = min(results, key=lambda one: float(one[1] @ one[1]))
     return {name: float(f"{value:.4g}") for name, value in named(best[0]).items()}
+
+
+def by_product(found: Fit | StrengthFit | ClosureFit) -> Constants:
+    """What `asperity fit` finds: constants with the ends of their intervals, errors, and exit code.
+
+    Errors are named as "error blind peak".
+    """
+    values = {name: found.values[name] for name in found.estimates}
+    ends = {
+        f"{name}_{end}": getattr(one, end) for name, one in found.estimates.items() for end in ("low", "high")
+    }
+    errors = {f"error {name}": error for name, error in found.errors.items()}
+    return values | ends | errors | {"code": 0.0 if found.is_result else 3.0}
+
+
+def of_product(found: Mapping[str, float], names: Sequence[str], errors: Sequence[str]) -> list[str]:
+    """Cells of a table: constants with their intervals, errors in percent, blind ones bold, and exit code."""
+    shown = [f"{name} {found[name]:.3g} [{found[f'{name}_low']:.3g}, {found[f'{name}_high']:.3g}]"
+             for name in names if name in found]  # fmt: skip
+    cells = []
+    for name in errors:
+        error = f"{100.0 * found[f'error {name}']:.1f}" if f"error {name}" in found else ""
+        cells.append(f"**{error}**" if error and name.startswith("blind") else error)
+    return [", ".join(shown), *cells, f"{found['code']:.0f}"]
 
 
 @dataclass(frozen=True)

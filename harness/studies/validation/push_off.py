@@ -10,12 +10,14 @@ from functools import cache, partial
 import numpy as np
 from asperity.contract import Floats
 from asperity.steps import slip_path
+from asperity.tools import fit as product
+from asperity.tools.fit import ShearTest
 from asperity.tools.style import TWO, new_figure
 from asperity.tools.tables import markdown
 from matplotlib.figure import Figure
 
 from ..concepts_draw import BLACK, BLUE, GREEN, ORANGE, panel
-from .common import LOST, Constants, Study, fitted, joint, rms, rows
+from .common import LOST, Constants, Study, by_product, fitted, joint, of_product, rms, rows
 
 STRONG, WEAK = "1/.0/6.8", "1/.0/3.6"
 """Specimens: mix, width of the crack before the test, pressure of the bars at an opening of 0.6 mm."""
@@ -55,6 +57,10 @@ VARIANTS: dict[str, tuple[list[Constants], Constants]] = {
 
 STRENGTH = {"sigma0": (0.3, 12.0)}
 """Ends of the strength, MPa: a crack is not stronger than the concrete."""
+
+PRODUCT, KINDS = "asperity fit", ("rock", "mortar")
+NAMES = ("sigma0", "Gc", "mu", "theta", "height", "crush")
+"""Fits of the product, by the form of the joint, and the constants that their table has."""
 
 FITS = {"6.8": (STRONG,), "3.6": (WEAK,), "both": (STRONG, WEAK)}
 """Specimens that are fitted, by the ending of the name of a fit."""
@@ -120,9 +126,23 @@ def residuals(constants: Mapping[str, float], names: tuple[str, ...]) -> Floats:
     return np.concatenate(parts)
 
 
+def tests() -> list[ShearTest]:
+    """Both specimens as tests of a fit, with the opening at the slips of the shear stress."""
+    found = []
+    for name in (STRONG, WEAK):
+        one = specimen(name)
+        (slip, shear), first = one.shear.T, float(one.opening[0, 1])
+        opening = np.interp(slip, *one.opening.T) - first
+        found.append(ShearTest(name, slip, shear, opening, -(one.p0 + one.k_N * first), one.k_N))
+    return found
+
+
 def fits() -> dict[str, Constants]:
-    """Fit every form of the law to each specimen and to both."""
-    found, size = {}, (RANGE[1], float(SLIPS[-1]))
+    """Fit every form of the law to each specimen and to both; then `asperity fit` with the usual options."""
+    found: dict[str, Constants] = {}
+    for kind in KINDS:
+        found[f"{PRODUCT} {kind}"] = by_product(product.fit(tests(), joint=kind))
+    size = RANGE[1], float(SLIPS[-1])
     for form, (starts, fixed) in VARIANTS.items():
         ends = STRENGTH if "sigma0" in starts[0] else None
         for ending, names in FITS.items():
@@ -135,6 +155,8 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
     """Table of the errors of every fit."""
     body = []
     for fit, constants in found.items():
+        if fit.startswith(PRODUCT):
+            continue
         form, ending = fit.split()
         cells = [form, " and ".join(FITS[ending])]
         for name in (STRONG, WEAK):
@@ -146,7 +168,13 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
     body.append(["formula of 1981", "other tests", "given", shear[0], "given", shear[1]])
     head = ["form", "fitted to"]
     head += [f"{name}: {what}" for name in (STRONG, WEAK) for what in ("opening, mm", "shear, MPa")]
-    return {"errors": markdown(head, body)}
+    errors = ["scatter", "peak", "residual", "dilation", "blind peak", "blind residual", "blind dilation"]
+    lines = [
+        [f"`{PRODUCT} --joint {kind}`", *of_product(found[f"{PRODUCT} {kind}"], NAMES, errors)]
+        for kind in KINDS
+    ]
+    titles = ["command", "constants", *(f"{one}, %" for one in errors), "exit code"]
+    return {"errors": markdown(head, body), "fit": markdown(titles, lines)}
 
 
 def draw(found: Mapping[str, Constants]) -> Figure:

@@ -10,13 +10,15 @@ from itertools import product
 import numpy as np
 from asperity.contract import Floats
 from asperity.steps import slip_path
+from asperity.tools.fit.strength import Strength
+from asperity.tools.fit.strengths import fit_strengths
 from asperity.tools.style import TWO, new_figure
 from asperity.tools.tables import markdown
 from matplotlib.figure import Figure
 from scipy.optimize import brentq, least_squares
 
 from ..concepts_draw import BLACK, BLUE, GREEN, ORANGE, panel
-from .common import LOST, Constants, Study, fitted, joint, rows
+from .common import LOST, Constants, Study, by_product, fitted, joint, of_product, rows
 
 JOINTS = ("JA", "JB", "JC")
 SLIPS = np.concatenate([np.linspace(0.0, 4.0, 161)[1:], np.linspace(4.0, 10.0, 61)[1:]])
@@ -54,6 +56,11 @@ FITS = {"1": (0,), "1+5": (0, 4)}
 
 DONOR = "JA"
 """Joint whose crush is given to the others, which are then fitted at 1 MPa alone."""
+
+PRODUCT, NAMES, BELOW = "asperity fit", ("mu", "theta", "crush", "height", "sigma0"), 3
+"""Fits of the product, the constants that their table has, and number of the smallest pressures from which
+the other ones are predicted.
+"""
 
 STEP = 2e-2
 """Relative step of the differences: the slip at the peak is one of SLIPS."""
@@ -104,7 +111,21 @@ def fits() -> dict[str, Constants]:
             fixed | of_other,
             STEP,
         )
+    for name in JOINTS:
+        found[f"{PRODUCT} {name}"] = by_product(fit_strengths(strengths(name)))
+        below = fit_strengths(strengths(name)[:BELOW])
+        beyond = measured(name)[BELOW:]
+        away = below.peak(beyond[:, 0]) / beyond[:, 1] - 1.0
+        found[f"{PRODUCT} {name}"] |= {"error blind beyond": float(np.sqrt(np.mean(away**2)))}
     return found
+
+
+def strengths(name: str) -> list[Strength]:
+    """Tests of a joint as those of `asperity fit`; the stress at 10 mm is the residual strength."""
+    return [
+        Strength(f"{p:g} MPa", -p, peak, end, at, float(SLIPS[-1]))
+        for p, peak, at, end in measured(name).tolist()
+    ]
 
 
 def _without(start: Constants, known: Constants) -> tuple[tuple[str, float], ...]:
@@ -155,7 +176,8 @@ def envelope(tests: Floats, crushed: bool = True) -> Callable[[float], float]:
 def tables(found: Mapping[str, Constants]) -> dict[str, str]:
     """Table of the errors of each form and fit in percent, from the smallest to the largest."""
     body = []
-    for form, pressures in dict.fromkeys(tuple(fit.split()[:2]) for fit in found):
+    forms = [fit for fit in found if not fit.startswith(PRODUCT)]
+    for form, pressures in dict.fromkeys(tuple(fit.split()[:2]) for fit in forms):
         of_other = f", crush of {DONOR}" if (form, pressures) == ("crush", "1") else ""
         cells = [form, pressures.replace("+", " and ") + of_other]
         joints = [name for name in JOINTS if f"{form} {pressures} {name}" in found]
@@ -176,7 +198,10 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
         body.append([*cells, _ends(np.array(away)[:, 1:4]), "", ""])
     head = ["form", "fitted to, MPa", "fitted: largest, %"]
     head += [f"{what}, %" for what in ("peak", "slip at the peak", "stress at 10 mm")]
-    return {"errors": markdown(head, body)}
+    kinds = ("peak", "residual", "blind peak", "blind residual", "blind beyond")
+    lines = [[name, *of_product(found[f"{PRODUCT} {name}"], NAMES, kinds)] for name in JOINTS]
+    titles = ["joint", "constants", *(f"{one}, %" for one in kinds), "exit code"]
+    return {"errors": markdown(head, body), "fit": markdown(titles, lines)}
 
 
 def _ends(away: Floats) -> str:

@@ -29,6 +29,9 @@ the sum of squares, whose root is above 1e-3, and of the constants at which the 
 STEEPEST, WIDE = 2.5, 5.0
 """Largest tangent of the inclination, 68 degrees; largest change of the logarithm of a constant."""
 
+LEAST = 1.0e-3
+"""Smallest ratio of a number of the law to that of Barton of which the logarithm is taken."""
+
 ROWS, ROWS_OF_TEST, REACH = 200, 100, 10.0
 """Rows of a curve of an envelope, half of them up to twice the slip at the peak, and of one that is fitted;
 the end of both, in slips at the peak.
@@ -126,7 +129,8 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
 
     def residuals(x: Floats) -> Floats:
         barton, found = law(x).numbers
-        left = np.log(found / barton)
+        # a trial whose joint has closed at the end is far off, and no error
+        left = np.log(np.maximum(found / barton, LEAST))
         return np.append(left[:, 0], left[middle, 1:])
 
     slope, pressure = np.tan(np.radians(min(joint.roughness_angle(low), 45.0))), float(stresses[middle])

@@ -83,7 +83,8 @@ def fit(
     rows = sum(test.slip.size for test in tests)
     if not models:
         raise ValueError(f"{rows} rows in {len(tests)} tests: expected at least 6, for two constants")
-    return _fit(usable, models, direction, tick, free is not None)
+    # a dilation that was measured tells asperities from a bond
+    return _fit(usable, models, direction, tick, free is not None, bool(shown))
 
 
 def _checked(
@@ -149,10 +150,12 @@ def _fit(
     direction: float,
     tick: Callable[[str], object],
     given: bool = False,
+    measured: bool = True,
 ) -> Fit:
     """Fit by a ladder of models; without the dilation where the law does not meet it.
 
-    given: the model is that of the user, which no other one replaces.
+    given: the model is that of the user, which no other one replaces.  measured: whether a test had a
+    dilation.
     """
     found: list[Solution] = []
     guess = guesses(tests)
@@ -231,6 +234,16 @@ def _fit(
         else:
             reasons.append(f"{text}; {HELP.get(name, 'further tests')} would show it")
     reasons += too_little(chosen, tests)
+    if not measured and chosen.model.bond and _joint_of(models) == AUTO:
+        rock = [value for one, value in zip(found, bic, strict=True) if not one.model.bond]
+        if (
+            len({round(test.pressed, 9) for test in tests}) < 2
+            or min(rock, default=np.inf) < bic[index] + GAIN
+        ):
+            reasons.append(
+                "the strength alone does not tell a bond from asperities that end: --joint mortar or rock, a "
+                "measured dilation, or pressures further apart"
+            )
     notes += remarks(chosen, tests)
     if models[0].fixed.get("mu") == 0.0:
         notes.append(

@@ -109,9 +109,10 @@ def ladder(tests: Sequence[ShearTest], joint: str, known: Mapping[str, float], s
     levels = sorted({round(-test.pressed, 9) for test in tests})
     several, reversed_ = len(levels) > 1 and levels[-1] > APART * levels[0], cycles(tests)
     # one curve of the strength does not show a slope beside the friction, unless it climbs and descends
-    slope = ("theta", "height") if dilates else ("theta",) if len(levels) > 1 or reversed_ else ()
+    shown = dilates or len(levels) > 1
+    slope = ("theta", "height") if shown else ("theta",) if reversed_ else ()
     slopes: list[tuple[str, ...]] = [(), *(slope[: i + 1] for i in range(len(slope)))]
-    crushed = [("theta", "crush"), ("theta", "height", "crush")][: 1 + dilates] if several else []
+    crushed = [("theta", "crush"), ("theta", "height", "crush")] if several else []
     worn = [("theta", "W0"), ("theta", "height", "W0")][: 1 + dilates] if reversed_ else []
     bonded = slopes if dilates else slopes[:1]
     spring = (KS,) if reversed_ else (KT,)

@@ -10,17 +10,15 @@ from ...contract import Floats
 from .shear_test import ShearTest
 
 HALVINGS, FREE, LOCKED = 12, 1.0e-3, 1.0e3
-"""Bisections before a secant of the share of a crushed asperity; least 1 - mu t at which a side slides; and strength over
-pressure where it is locked.
+"""Bisections before a secant of the share of a crushed asperity; least 1 - mu t at which a side slides; and
+strength over pressure where it is locked.
 """
 
 RIGID_BOND = 0.99
 """Shape eta of a bond from which on friction acts at the first slip."""
 
 
-def has_closed_form(
-    free: Sequence[str], fixed: Mapping[str, float], sides: int, direction: float
-) -> bool:
+def has_closed_form(free: Sequence[str], fixed: Mapping[str, float], sides: int, direction: float) -> bool:
     """Whether a model is two sides, or a flat joint, without wear, closure or a second mode of rupture."""
     absent = ("W0", "closure", "flat", "sigma02", "Gc2", "damage0")
     others = any(name in free or fixed.get(name) for name in absent)

@@ -58,7 +58,7 @@ class Series(Problem):
         return 1.0 / values[KT]
 
     def slid(self, values: Mapping[str, float], test: ShearTest, slips: Floats) -> tuple[Floats, Floats, int]:
-        """tau, s_N and the number of rows with equilibrium of the joint without its spring, as `slip_curve`."""
+        """tau, s_N and the number of rows with equilibrium of the joint alone, as `slip_curve`."""
         rows = np.arange(1, slips.size)
         return slip_curve(self.interface(values), test, slips, rows, self.direction, PRELOAD)
 
