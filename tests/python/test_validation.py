@@ -97,7 +97,7 @@ def test_overview_has_the_numbers_of_the_pages() -> None:
     )
     for i, what in enumerate(("peak", "slip at the peak", "stress at 10 mm")):
         assert f"{what} {away[..., i].min():.0f} to {away[..., i].max():.0f} %" in text
-    away = closure.differences(closure.STUDY.constants()["hyperbola"])
+    away = closure.differences(closure.contact(closure.STUDY.constants()[closure.FITTED]))
     for part, one in away.items():
         assert f"{part} {100.0 * common.rms(one) / closure.SIZE[1]:.0f} %" in text
     stages = granite.STUDY.constants()

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ...contract import Floats
-from .evidence import cycles
+from .evidence import cycles, pressures
 from .model import KS, KT, MORTAR, PLAUSIBLE, ROCK, Problem, plausible, to_scale
 from .series import Series
 from .shear_test import ShearTest
@@ -107,7 +107,9 @@ def ladder(tests: Sequence[ShearTest], joint: str, known: Mapping[str, float], s
     """
     dilates = any(test.s_N is not None and np.ptp(test.s_N) > 0.0 for test in tests)
     levels = sorted({round(-test.pressed, 9) for test in tests})
-    several, reversed_ = len(levels) > 1 and levels[-1] > APART * levels[0], cycles(tests)
+    # a box with a stiffness raises the pressure that crushes
+    reached = sorted(float(np.max(pressures(test))) for test in tests)
+    several, reversed_ = len(levels) > 1 and reached[-1] > APART * reached[0], cycles(tests)
     # one curve of the strength does not show a slope beside the friction, unless it climbs and descends
     shown = dilates or len(levels) > 1
     slope = ("theta", "height") if shown else ("theta",) if reversed_ else ()
