@@ -226,9 +226,14 @@ def check(props: Floats) -> tuple[int, bool]:
     These are the arguments of `n_statev` and `statev_names`.  Raises ValueError with every bad value and what
     was expected.
     """
-    nstatv = _core.asperity_nstatv(props, calls.message_room(1))
+    room = calls.message_room(1)
+    nstatv = _core.asperity_nstatv(props, room)
     if nstatv == 0:
         calls.content(b"&step s_N = 0 /", props)  # raises, with all errors by name
+        # good constants of which the C API takes all but IMPL-EX
+        of_law = props.copy()
+        of_law[index("implex")] = 0.0
+        nstatv = _core.asperity_nstatv(of_law, room)
     n_planes = _core.asperity_planes(props, np.empty((1, 3)), np.empty(1))
     return n_planes, nstatv > n_statev(n_planes)
 

@@ -86,6 +86,20 @@ def test_card() -> None:
         PLAIN.card("abaqus", implex=1.0)
 
 
+def test_card_of_a_joint_that_wears() -> None:
+    """The state of the planes and of their facets comes first, then that of IMPL-EX; all of it has room."""
+    joint = Interface(Material(**MATERIAL, height=0.1, W0=0.5), Pattern.regular(4, 30.0))
+    for host in ("abaqus", "kratos"):
+        card = joint.card(host, implex=TOLERANCE)
+        places = [card.index(name) for name in ("alpha_5", "worn_5", "wear_work_5", "growth_5")]
+        assert places == sorted(places), host
+    sizes = contract.check(joint.props(implex=TOLERANCE))
+    assert sizes == contract.check(joint.props()) == (5, True)
+    assert f"*Depvar\n{contract.n_statev(*sizes) + len(contract.implex_table()) - 1 + 5}," in joint.card(
+        "abaqus", implex=TOLERANCE
+    )
+
+
 def test_refused_by_explicit_hosts_and_c() -> None:
     """VUMAT and C API name PROPS 25; nothing is written."""
     words = "PROPS(25) implex = 0.1: expected 0, as IMPL-EX belongs to the UMAT alone"
