@@ -159,12 +159,14 @@ contains
     good = status == 0
   end subroutine to_real
 
-  !> Read a hexadecimal number: a sign, 0x, up to 14 digits with or without a point, p, and the exponent of 2.
+  !> Read a hexadecimal number: a sign, 0x, up to 14 digits with or without a point, p, and the exponent of 2. One that
+  !> overflows, or that no double is exactly, is rejected from its exponent, without a floating-point exception.
   pure subroutine hexadecimal(word, value, good)
     character(len=*), intent(in) :: word   !! without blanks
     real(wp), intent(out) :: value         !! 0 if it is no number
     logical, intent(out) :: good           !! whether it is one, which a double has exactly
-    integer, parameter :: most_digits = 14, largest_exponent = maxexponent(value) - 1
+    integer, parameter :: most_digits = 14
+    integer, parameter :: least_power = minexponent(value) - digits_of_double   ! of the least number above zero
     integer(int64) :: mantissa
     integer :: digit, exponent, first, i, n, p, power
     logical :: fraction
@@ -202,9 +204,14 @@ contains
       exponent = 10*exponent + iachar(word(i:i)) - iachar("0")
     end do
     if (word(p + 1:p + 1) == "-") exponent = -exponent
-    good = n > 0 .and. abs(exponent) <= largest_exponent .and. mantissa < 2_int64**digits_of_double
-    if (good) value = scale(real(mantissa, wp), exponent + power)
-    if (word(1:1) == "-") value = -value
+    power = power + exponent
+    good = n > 0 .and. mantissa < 2_int64**digits_of_double
+    if (good .and. mantissa > 0_int64) then
+      good = bit_size(mantissa) - leadz(mantissa) + power <= maxexponent(value) .and. &
+        trailz(mantissa) + power >= least_power
+      if (good) value = scale(real(mantissa, wp), power)
+    end if
+    if (good .and. word(1:1) == "-") value = -value
   end subroutine hexadecimal
 
   !> Whether a word is an optional sign, digits, and up to a number of decimal points.
