@@ -73,8 +73,12 @@ def _card(options: argparse.Namespace) -> int:
         of_host = run.of_host()
         given = {name: getattr(options, name) for name in of_host}
         of_host |= {name: value for name, value in given.items() if value is not None}
-        takes = hosts.of(options.host, "card")
-        if takes.path and _has_water(run):
+        takes, wet = hosts.of(options.host, "card"), _has_water(run)
+        if takes.path and wet and given["water"] == 0:
+            raise ValueError(
+                f"{options.case}: p, and --water 0: expected 1, as the path has the water pressure"
+            )
+        if takes.path and wet and given["water"] is None:
             of_host["water"] = 1
         names = "name", "dimension", "explicit", "density", "modulus", "size", "direction"
         text = run.interface.card(
@@ -84,7 +88,7 @@ def _card(options: argparse.Namespace) -> int:
             **{name: getattr(options, name) for name in names},
             **of_host,
         )
-    if _has_water(run) and not of_host["water"]:
+    if wet and not of_host["water"]:
         field = "expected --water N, the number of the field that is the pressure"
         how = takes.water or (
             f"{options.host} passes no field to the law" if takes.only.get("water") == 0 else field

@@ -387,6 +387,12 @@ def test_mtest_input_with_water(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert "'AsperityWetJoint1';" in text and not errors
     line = "@ExternalStateVariable 'FluidPressure' {0.0 : 0.0, 1.0 : 0.0, 2.0 : 0.0, 2.5 : 0.0, 3.0 : 0.4};"
     assert line in text.splitlines()
+    assert main(["card", "mtest", str(tmp_path / "wet.nml"), "--water", "1"]) == 0
+    assert capsys.readouterr().out == text
+    for water, words in ("0", "wet.nml: p, and --water 0: expected 1"), ("2", "water = 2: expected 0 or 1"):
+        assert main(["card", "mtest", str(tmp_path / "wet.nml"), "--water", water]) == 1
+        out, errors = capsys.readouterr()
+        assert not out and words in errors
     (tmp_path / "dry.nml").write_text(VIRGIN.replace("p = 0.0, 0.4, ", ""), encoding="utf-8")
     assert main(["card", "mtest", str(tmp_path / "dry.nml")]) == 0
     dry = capsys.readouterr().out
@@ -435,7 +441,10 @@ def test_a_block_without_the_water_of_its_case(
 
 def test_card_names_the_field() -> None:
     """Abaqus' block says which field is the water pressure, and only where there is water."""
-    assert "** *Field, variable=3 is the water pressure" in ROUGH.card("abaqus", water=3)
+    card = ROUGH.card("abaqus", water=3)
+    assert "** *Field, variable=3 is the water pressure" in card
+    # a remark for each block with water, not a finding of a check, which would be on standard error too
+    assert "** Elements with a pore pressure (COH2D4P, COH3D8P)" in card and "WARNING" not in card
     assert "water pressure" not in ROUGH.card("abaqus")
 
 

@@ -31,7 +31,7 @@ def block_of(block: Block) -> str:
     field = block.prop("water")
     water = [
         f"** *Field, variable={field:.0f} is the water pressure in the joint, >= 0; stresses are total.",
-        "** WARNING: elements with a pore pressure (COH2D4P, COH3D8P) count it twice: they need water = 0.",
+        "** Elements with a pore pressure (COH2D4P, COH3D8P) would count it twice: they need water = 0.",
     ]
     return text_of(
         comments(block, run),
