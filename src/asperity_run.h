@@ -40,8 +40,9 @@ asperity_run *asperity_begin(asperity_cases *cases, int number, char *message, i
 
 /* Take the next n increments and return how many there were: fewer than n at the end of the path, or where equilibrium is
  * lost beyond the last one (asperity_lost).
- *   rows    double[n][n_columns], the first columns in the order of "columns" of asperity_tables; may be NULL
- *   states  double[n][nstatv], state variables; may be NULL
+ *   rows    double[n][n_columns], the first columns in the order of "columns" of asperity_tables; numbers beyond the last
+ *           column are left as they are; may be NULL
+ *   states  double[n][nstatv], the first state variables; numbers beyond the last one are left as they are; may be NULL
  *   events  char[n][ASPERITY_EVENTS], names of events joined by +; may be NULL */
 int asperity_next(asperity_run *run, int n, int n_columns, double *rows, int nstatv, double *states, char *events);
 

@@ -18,8 +18,8 @@ from .steps import Point, Step, path_text
 MOST_ROOM = 100_000
 """Rows that are allocated at once, at most."""
 
-EVENTS = 64
-"""Bytes of the names of the events of a row (ASPERITY_EVENTS)."""
+EVENTS: int = contract.tables()["sizes"]["events"]
+"""Bytes of the names of the events of a row."""
 
 
 @cache

@@ -5,6 +5,7 @@ module asperity_json
     n_plane_statev, n_point_statev, n_required_props, prop_table, statev_table, statev_type, version
   use asperity_errors, only: errors_type, word
   use asperity_kinds, only: wp
+  use asperity_point_law, only: event_length
   use asperity_rows, only: row_columns
   use asperity_stability, only: stability_columns
   use asperity_steps, only: explicit_entries, step_table
@@ -135,6 +136,7 @@ contains
     call out%put("plane_statev", integer_text(n_plane_statev))
     call out%put("facet_statev", integer_text(n_facet_statev))
     call out%put("max_inclined", integer_text(max_inclined))
+    call out%put("events", integer_text(event_length))
     call out%close("}")
     call out%open("props", "[")
     do i = 1, size(prop_table)

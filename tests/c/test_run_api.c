@@ -1,5 +1,6 @@
 /* Case files, runs and rows in a C program (asperity_run.h); the numbers of rows are tested by the decks. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -60,6 +61,18 @@ static int rows_come_in_parts_of_any_size(void) {
   asperity_end(run);
   run = begun(MATERIAL PATTERN STEPS, NULL, 0);
   bad += FAILS(asperity_next(run, 1, 1, pair, 1, pair + 1, NULL) == 1) + FAILS(pair[0] == 1.0 && pair[1] == 0.0);
+  asperity_end(run);
+  /* room for more of them: what a row does not have stays as it was */
+  double wide[ALL], more[ALL];
+  for (int i = 0; i < ALL; i++) wide[i] = more[i] = -7.0;
+  run = begun(MATERIAL PATTERN STEPS, NULL, 0);
+  bad += FAILS(asperity_next(run, 1, ALL, wide, ALL, more, NULL) == 1);
+  int n_columns = 0;
+  while (n_columns < ALL && wide[n_columns] != -7.0) n_columns++;
+  bad += FAILS(n_columns < ALL) + FAILS(memcmp(wide, one, n_columns * sizeof(double)) == 0);
+  bad += FAILS(memcmp(more, states, sizeof states[0]) == 0);
+  for (int i = n_columns; i < ALL; i++) bad += FAILS(wide[i] == -7.0);
+  for (int i = N_STATEV; i < ALL; i++) bad += FAILS(more[i] == -7.0);
   asperity_end(run);
   return bad;
 }
@@ -150,6 +163,10 @@ static int tables_name_columns(void) {
   char *json = malloc(length + 1), cut[4] = "####";
   int bad = FAILS(asperity_tables(json, length + 1) == length) + FAILS((int)strlen(json) == length);
   bad += FAILS(strstr(json, "\"columns\":[\"step\",\"increment\",") != NULL);
+  /* the size that this header was compiled with */
+  char events[32];
+  snprintf(events, sizeof events, "\"events\":%d", ASPERITY_EVENTS);
+  bad += FAILS(strstr(json, events) != NULL);
   bad += FAILS(asperity_tables(cut, 3) == length) + FAILS(cut[2] == '\0' && cut[3] == '#');
   free(json);
   return bad;
