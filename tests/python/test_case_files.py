@@ -5,7 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from asperity.case_writer import case_text
+from asperity import read_case
+from asperity.case_files import Run
+from asperity.case_writer import Group, Word, case_text
+from asperity.contract import owned
+from asperity.steps import entries, numbers_of
 from support_driver import MATERIAL, RP_4, call
 
 PLAIN = (
@@ -198,3 +202,98 @@ def test_texts_that_are_written() -> None:
     for text in ("a\nb", "a\rb", "a\0b"):
         with pytest.raises(ValueError, match=r"title = '.*: expected one line"):
             case_text(("case", {"title": text}))
+
+
+WRITTEN_STEPS = (
+    {
+        "t_N": [-1 / 3, -2.5e-7, 0.0],
+        "t_Tx": 1e-12,
+        "t_Ty": 0.1,
+        "k_N": 1 / 7,
+        "k_Tx": 3e10,
+        "k_Ty": 0.7,
+        "p": [0.2, 1e-9],
+        "increments": [3, 1, 20],
+        "time": [1.5, 1e-5, 2.0],
+        "cycles": 2,
+    },
+    {"s_N": [-0.1, 1 / 3], "s_Tx": 123.456789, "s_Ty": -5e-6, "increments": 7},
+    {"slip": [0.1 * i / 3 for i in range(40)], "direction": -31.7, "t_N": -1.0},
+    {"slip": 7.0, "follow": "branch", "arc": 0.0123, "fork": -1},
+)
+"""Steps with every entry."""
+WRITTEN_MATERIAL = {
+    "sigma0": 1 / 3,
+    "Gc": 1e-7 / 3,
+    "eta": 0.9,
+    "mu": 0.7,
+    "sigma02": 0.4,
+    "Gc2": 2e-7 / 3,
+    "kc": 123456.7,
+    "tau_v": 1e-9,
+    "guard": True,
+    "height": 3e-6,
+    "W0": 2e10,
+    "crush": 1 / 7,
+    "damage0": 0.1,
+    "closure": 1e-6,
+    "c": 1e-5 / 3,
+}
+"""All constants of a joint."""
+BONDED = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5}
+
+
+def test_python_writes_what_the_library_reads(tmp_path: Path) -> None:
+    """Every constant, and every entry of a step, of &case and &state, comes back bit by bit."""
+    case = {"title": "it's 1/3", "a_0": -1 / 3, "a_min": 2e-9}
+    pattern = {"sides": 5, "theta": 100 / 3, "flat": 1 / 3, "turn": -1e-3}
+    state = {"separation": [0.1, -2e-7, 1 / 3], "statev": [i / 7e5 for i in range(26)], "work": 1 / 7}
+    file = tmp_path / "written.nml"
+
+    def read(*groups: Group) -> Run:
+        file.write_text(case_text(("case", case), ("pattern", pattern), *groups), encoding="utf-8")
+        assert read_case(file).title == case["title"]
+        return read_case(file).runs[0]
+
+    run = read(("material", WRITTEN_MATERIAL), ("step", {"s_N": 0.0}))
+    for owner, values in ("law", WRITTEN_MATERIAL), ("pattern", {"m": 5} | pattern):
+        constants = {row.name: run.props[row.index - 1] for row in owned(owner)}
+        assert constants.items() <= values.items() and len(constants) == len(values) - ("m" in values)
+    steps = [("step", step) for step in WRITTEN_STEPS]
+    run = read(("material", BONDED), ("state", state | {"p": 0.1}), *steps)
+    assert run.state is not None and [*run.state.separation] == state["separation"]
+    assert (run.state.work, run.state.p, run.a_0, run.a_min) == (1 / 7, 0.1, -1 / 3, 2e-9)
+    assert run.state.state.tolist() == state["statev"]
+    for given, step in zip(WRITTEN_STEPS, run.steps, strict=True):
+        found = numbers_of(step) | {"follow": step.follow}
+        for name, value in given.items():
+            if name == "cycles":  # they are in the lists
+                assert found["t_N"] == value * tuple(given["t_N"])
+                continue
+            values = tuple(value) if isinstance(value, list) else value if name == "follow" else (value,)
+            assert found[name][: len(values)] == values, name
+    assert set().union(*WRITTEN_STEPS) == {entry.name for entry in entries()}
+
+
+def test_python_writes_starts_sweeps_and_planes(tmp_path: Path) -> None:
+    """An initial traction with water, the name of a sweep and listed planes are read as they were given."""
+    file = tmp_path / "written.nml"
+    planes = {"normals": [1.0, 0.0, 0.0, 1.0, 0.3, 0.0], "weights": [1 / 3, 2 / 3]}
+    file.write_text(
+        case_text(
+            ("case", {"tolerance": 1e-3 / 3}),
+            ("material", BONDED | {"mu": Word("mu")}),
+            ("pattern", planes),
+            ("sweep", {"name": "mu", "values": [0.1, 1 / 3]}),
+            ("initial", {"traction": [-1 / 3, 0.0, 0.0], "p": 0.1}),
+            ("step", {"s_N": 0.1}),
+        ),
+        encoding="utf-8",
+    )
+    runs = read_case(file).runs
+    assert [(run.value, run.material.mu) for run in runs] == [(0.1, 0.1), (1 / 3, 1 / 3)]
+    assert [run.tolerance for run in runs] == [1e-3 / 3] * 2
+    assert all(run.pattern.weights.tolist() == planes["weights"] and run.start == "initial" for run in runs)
+    for run in runs:
+        at_rest = run.interface.update([[0.0, 0.0, 0.0]], run.state.state[None], p=[run.state.p]).traction[0]
+        assert run.state.p == 0.1 and at_rest == pytest.approx([-1 / 3, 0.0, 0.0], rel=1e-10, abs=1e-12)
