@@ -69,7 +69,7 @@ foreach(file IN LISTS targets)
   endif()
 endforeach()
 
-# as a part of another project: both targets exist, and the flags of asperity are not those of the project
+# as a part of another project: the targets exist, and the flags of asperity are not those of the project
 step(configure_fetched ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/fetched -B ${WORK}/fetched -G ${GENERATOR}
      -DSOURCES=${SOURCES} -DCMAKE_C_COMPILER=${C_COMPILER} -DCMAKE_Fortran_COMPILER=${FORTRAN_COMPILER}
      -DCMAKE_Fortran_FLAGS=${FORTRAN_FLAGS})
