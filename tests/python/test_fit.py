@@ -177,6 +177,16 @@ def test_envelope_of_the_law_is_that_of_the_driver() -> None:
     assert one.values["mu"] == pytest.approx(0.6, rel=tolerance)
 
 
+@pytest.mark.parametrize("power", [0.0, -0.5])
+def test_strength_that_does_not_grow_with_the_pressure(power: float) -> None:
+    """One strength for all pressures, or one that falls, shows no friction and is no result."""
+    pressures = (0.9, 1.1, 1.5, 1.6, 2.0)
+    one = fit_strengths(
+        [Strength(str(p), -p, 2.0 * p**power * (1.0 + 0.01 * (-1) ** i)) for i, p in enumerate(pressures)]
+    )
+    assert not one.is_result and any("does not grow" in text for text in one.reasons)
+
+
 def test_strengths_keep_or_refuse_what_is_known() -> None:
     """A known constant is that of the result; one that strengths do not have is an error, not ignored."""
     tests = [Strength(str(p), -p, 0.3 + 0.7 * p, 0.6 * p) for p in (0.2, 0.6, 1.0, 1.5)]

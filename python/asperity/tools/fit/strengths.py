@@ -295,6 +295,9 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
         bound = min(x[i] - low[i], high[i] - x[i]) < 1e-3 * (high[i] - low[i])
         if one.high > FACTOR**2 * one.low or bound:
             text = f"{name} is not determined: {one.value:.3g} [{one.low:.3g}, {one.high:.3g}]"
+            if name == "mu" and bound:
+                reasons.append(f"{text}: the strength does not grow with the pressure")
+                continue
             alone = name == "mu" and data.seen.any()
             (reasons if alone else notes).append(
                 f"{text}; the strengths hold between the pressures of the tests"
