@@ -5,6 +5,7 @@ module asperity_run_c
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_loc, c_null_char, &
     c_null_ptr, c_ptr
   use asperity_c_text, only: get_text, put_text
+  use asperity_call_checks, only: umat_only
   use asperity_case, only: case_file_type, read_cases
   use asperity_checks, only: all_bounded
   use asperity_contract, only: status_ok, status_state
@@ -130,6 +131,8 @@ contains
           text = "&umat: expected &material and &pattern, as the driver alone runs UMATs of others"
         else if (case%replay%given) then
           text = "&replay: expected &step, as the driver alone runs replays"
+        else if (case%joint%implex > 0.0_wp) then
+          text = umat_only(case%joint)
         else
           allocate (handle)
           handle%aperture = case%aperture

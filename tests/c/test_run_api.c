@@ -89,6 +89,13 @@ static int props_stand_for_material_and_pattern(void) {
   asperity_cases *cases = asperity_read_cases("", MATERIAL "&step s_N = 0 /", props, 4);
   bad += FAILS(asperity_case_errors(cases, message, sizeof message) == 1) + FAILS(strstr(message, "&material") != NULL);
   asperity_free_cases(cases);
+  /* IMPL-EX belongs to the UMAT */
+  double implex[25] = {3.0, 0.3, 0.9, 0.5};
+  implex[24] = 0.1;
+  cases = asperity_read_cases("", "&step s_N = 0 /", implex, 25);
+  bad +=
+      FAILS(asperity_begin(cases, 0, message, sizeof message) == NULL) + FAILS(strstr(message, "implex = 0.1") != NULL);
+  asperity_free_cases(cases);
   cases = asperity_read_cases("", "&step s_N = 0 /", props, 3);
   bad +=
       FAILS(asperity_case_errors(cases, message, sizeof message) == 1) + FAILS(strstr(message, "NPROPS = 3") != NULL);

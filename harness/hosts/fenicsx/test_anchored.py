@@ -29,6 +29,7 @@ def test_linear_bond() -> None:
     """Force and stress along the bar are those of the bar in rigid concrete, whose section stays plane."""
     rows, bond = ribbed.solids("linear --end 0.001")
     # the section does not stay plane: k d/(8 G) = .3 %
+    assert rows[-1][1] == pytest.approx(ribbed.linear_force(rows[-1][0]), rel=5e-3)
     for place, stress in bond:
         assert stress == pytest.approx(float(ribbed.cosh(rows[-1][1], place)), rel=5e-3)
 

@@ -135,10 +135,18 @@ def tepfers() -> tuple[float, float]:
     return float(brittle.max()), TENSION * (outer - inner) / inner
 
 
+BETA = float(np.sqrt(4.0 * LINEAR / (DIAMETER * E_STEEL)))
+"""Of a linear bond along a bar in rigid concrete, 1/mm."""
+
+
+def linear_force(slip: float) -> float:
+    """Force of a linear bond at a slip of the loaded end, N."""
+    return float(0.25 * np.pi * DIAMETER**2 * E_STEEL * BETA * slip * np.tanh(BETA * EMBEDDED))
+
+
 def cosh(force: float, x: Floats) -> Floats:
-    """Stress of a linear bond along a bar in rigid concrete, MPa."""
-    beta = np.sqrt(4.0 * LINEAR / (DIAMETER * E_STEEL))
-    return np.asarray(force * beta / (np.pi * DIAMETER) * np.cosh(beta * x) / np.sinh(beta * EMBEDDED))
+    """Stress of a linear bond along the bar, MPa."""
+    return np.asarray(force * BETA / (np.pi * DIAMETER) * np.cosh(BETA * x) / np.sinh(BETA * EMBEDDED))
 
 
 def solids(words: str) -> tuple[list[list[float]], list[list[float]]]:
@@ -238,21 +246,18 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
 
 def closed(found: Mapping[str, Constants]) -> list[list[str]]:
     """Rows of the models with closed forms."""
-    slip = 1e-3
-    beta = np.sqrt(4.0 * LINEAR / (DIAMETER * E_STEEL))
-    force = 0.25 * np.pi * DIAMETER**2 * E_STEEL * beta * slip * np.tanh(beta * EMBEDDED)
 
     def away(closed: float, name: str) -> str:
         return f"{100.0 * (found[name]['value'] / closed - 1.0):+.2f} %" if name in found else ""
 
     rows = []
     plastic, stiffness = np.pi * DIAMETER * EMBEDDED * 0.4 * 2.0, cover_stiffness()
-    for case, name, quantity, value, unit in (
-        ("linear bond, rigid concrete", "bar linear", "force at 1 µm, N", force, 1.0),
-        ("friction 0.4 under 2 MPa", "bar friction", "largest force, N", plastic, 1.0),
-        ("cover alone", "bar ring", "pressure over radial displacement, MPa/mm", stiffness, 1.0),
+    for case, name, quantity, value in (
+        ("linear bond, rigid concrete", "bar linear", "force at 1 µm, N", linear_force(1e-3)),
+        ("friction 0.4 under 2 MPa", "bar friction", "largest force, N", plastic),
+        ("cover alone", "bar ring", "pressure over radial displacement, MPa/mm", stiffness),
     ):
-        ours = found[name]["value"] / unit
+        ours = found[name]["value"]
         rows.append(
             [case, quantity, f"{value:.1f}", f"{ours:.1f}", away(value, name), away(value, f"{name}, fine")]
         )
