@@ -136,7 +136,7 @@ def tepfers() -> tuple[float, float]:
 
 
 BETA = float(np.sqrt(4.0 * LINEAR / (DIAMETER * E_STEEL)))
-"""Of a linear bond along a bar in rigid concrete, 1/mm."""
+"""Inverse of the length over which a linear bond along a bar in rigid concrete fades, 1/mm."""
 
 
 def linear_force(slip: float) -> float:
