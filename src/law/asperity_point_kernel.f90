@@ -21,7 +21,7 @@ module asperity_point_kernel
   public :: kinematics_type, plane_kinematics, update_point_in_place
 
   !> Separations of a plane, components along its axes (n, t, h).
-  type, public :: kinematics_type
+  type :: kinematics_type
     real(wp) :: bond(3)          !! of the bond (2), length
     real(wp) :: contact(3)       !! of the contact: on a facet the gap and the climbed length, else as the bond, length
     real(wp) :: gradient(3, 3)   !! derivatives of contact (rows) with respect to (N, Tx, Ty)
