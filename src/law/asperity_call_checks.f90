@@ -219,7 +219,8 @@ contains
   pure function umat_only(joint) result(text)
     type(interface_type), intent(in) :: joint         !! the interface
     character(len=:), allocatable :: text
-    text = "PROPS(25) implex = " // to_text(joint%implex) // ": expected 0, as IMPL-EX belongs to the UMAT alone"
+    call set_text(text, "PROPS(25) implex = " // to_text(joint%implex) // &
+      ": expected 0, as IMPL-EX belongs to the UMAT alone")
   end function umat_only
 
   !> Largest admissible strain component of a UMAT: half of the separation bound over h, so that the sum of STRAN and
