@@ -1,16 +1,21 @@
-# Kernels of the law. The compiler inlines a procedure if it is a private one of the same module. The parts of the law are
-# modules of src/law; here they are merged by text into one module for each kernel, real kind and instruction set. The
-# compiler's messages name the parts and their lines.
+# Kernels of the law. The compiler inlines a procedure if it is a private one of the same module. The parts of the law
+# are modules of src/law; here they are merged by text into one module for each kernel, real kind and instruction set.
+# The compiler's messages name the parts and their lines.
 #
 #   asperity_unit(<variable> FROM <folder> PARTS <part>... [LEVEL <v1 or v3>] [SINGLE])
 #
-# writes the module asperity_<last part> into the build folder, with the other parts as private ones, and appends the path
-# to the variable. A part is the module asperity_<part> of the folder. The name ends with the level, and in single
-# precision with _single. The file is written when the project is configured, which happens again after a change of a part.
+# writes the module asperity_<last part> into the folder `merged` of the build, with the other parts as private ones,
+# and appends the path to the variable. A part is the module asperity_<part> of the folder. The name ends with the
+# level, and in single precision with _single. The file is written when the project is configured, which happens again
+# after a change of a part.
 function(asperity_unit variable)
   cmake_parse_arguments(PARSE_ARGV 1 UNIT "SINGLE" "FROM;LEVEL" "PARTS")
   list(JOIN UNIT_PARTS "|" merged)
   list(GET UNIT_PARTS -1 last)
+  # a function begins with the variables of its caller
+  set(uses "")
+  set(declarations "")
+  set(procedures "")
   foreach(part IN LISTS UNIT_PARTS)
     set(source ${UNIT_FROM}/asperity_${part}.f90)
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${source})
@@ -19,9 +24,11 @@ function(asperity_unit variable)
       string(PREPEND text "# 1 \"${source}\"\n")
       break()
     endif()
-    if(NOT text MATCHES "\n  implicit none\n  private\n  public ::.*\n\ncontains\n.*\nend module asperity_${part}\n$")
-      message(FATAL_ERROR "${source}: expected `implicit none`, `private` and `public :: ...` after the use statements, "
-        "declarations, `contains`, procedures and `end module asperity_${part}`, as for each part of a kernel")
+    string(CONCAT form "\n  implicit none\n  private\n  public ::.*"
+      "\n\ncontains\n.*\nend module asperity_${part}\n$")
+    if(NOT text MATCHES "${form}")
+      message(FATAL_ERROR "${source}: expected `implicit none`, `private` and `public :: ...` after the use "
+        "statements, declarations, `contains`, procedures and `end module asperity_${part}`, as for each part of a kernel")
     endif()
     string(FIND "${text}" "\ncontains\n" at)
     string(SUBSTRING "${text}" 0 ${at} head)
@@ -53,15 +60,15 @@ function(asperity_unit variable)
   if(UNIT_LEVEL)
     string(APPEND name _${UNIT_LEVEL})
     asperity_rename(text _${UNIT_LEVEL} point_kernel block_kernel rows_kernel)
-    string(REPLACE "only: vector_width\n" "only: vector_width => vector_width_${UNIT_LEVEL}\n" text "${text}")
+    asperity_rename_use(text width vector_width vector_width_${UNIT_LEVEL})
   endif()
   if(UNIT_SINGLE)
     string(APPEND name _single)
     asperity_rename(text _single types plane_setup block_setup block_kernel block_kernel_v1 block_kernel_v3)
-    string(REPLACE "use asperity_kinds, only: wp\n" "use asperity_kinds, only: wp => sp\n" text "${text}")
+    asperity_rename_use(text kinds wp sp)
   endif()
   file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${UNIT_FROM})
-  set(written ${PROJECT_BINARY_DIR}/${folder}/${name}.f90)
+  set(written ${PROJECT_BINARY_DIR}/merged/${folder}/${name}.f90)
   file(CONFIGURE OUTPUT ${written} CONTENT "${text}" @ONLY)
   set(${variable} ${${variable}} ${written} PARENT_SCOPE)
 endfunction()
@@ -72,5 +79,17 @@ function(asperity_rename variable ending)
   foreach(module IN LISTS ARGN)
     string(REGEX REPLACE "(module|use) asperity_${module}([,\n])" "\\1 asperity_${module}${ending}\\2" text "${text}")
   endforeach()
+  set(${variable} "${text}" PARENT_SCOPE)
+endfunction()
+
+# Let all lines `use asperity_<module>, only: <name>` of a text take another name of that module, under the same name.
+function(asperity_rename_use variable module name other)
+  string(REPLACE "use asperity_${module}, only: ${name}\n" "use asperity_${module}, only: ${name} => ${other}\n"
+    text "${${variable}}")
+  string(REGEX MATCHALL "use asperity_${module}[^\n]*" lines "${text}")
+  list(FILTER lines EXCLUDE REGEX ", only: ${name} => ${other}$")
+  if(lines)
+    message(FATAL_ERROR "${lines}: expected `use asperity_${module}, only: ${name}`, without another name in the line")
+  endif()
   set(${variable} "${text}" PARENT_SCOPE)
 endfunction()
