@@ -234,16 +234,8 @@ def _fit(
         else:
             reasons.append(f"{text}; {HELP.get(name, 'further tests')} would show it")
     reasons += too_little(chosen, tests)
-    if not measured and chosen.model.bond and _joint_of(models) == AUTO:
-        rock = [value for one, value in zip(found, bic, strict=True) if not one.model.bond]
-        if (
-            len({round(test.pressed, 9) for test in tests}) < 2
-            or min(rock, default=np.inf) < bic[index] + GAIN
-        ):
-            reasons.append(
-                "the strength alone does not tell a bond from asperities that end: --joint mortar or rock, a "
-                "measured dilation, or pressures further apart"
-            )
+    if chosen.model.bond and _joint_of(models) == AUTO:
+        reasons += _guessed(tests, found, bic, measured)
     notes += remarks(chosen, tests)
     if models[0].fixed.get("mu") == 0.0:
         notes.append(
@@ -252,6 +244,23 @@ def _fit(
     models_tried = [(one.model.free, value - bic[index]) for one, value in zip(found, bic, strict=True)]
     judged = (fitted, unseen, errors, grade, reasons, notes, assumptions, models_tried)
     return Fit(tests, chosen, intervals, estimates, *judged)
+
+
+def _guessed(
+    tests: Sequence[ShearTest], found: Sequence[Solution], bic: Sequence[float], measured: bool
+) -> Iterator[str]:
+    """Reason why a bond is a guess: a joint without bond explains the tests as well, or one pressure does."""
+    rock, bond = (
+        min((value for one, value in zip(found, bic, strict=True) if one.model.bond == kind), default=np.inf)
+        for kind in (False, True)
+    )
+    alone = not measured and len({round(test.pressed, 9) for test in tests}) < 2
+    if alone or rock < bond + GAIN:
+        what, help_ = ("tests do", "") if measured else ("strength alone does", "a measured dilation, or ")
+        yield (
+            f"the {what} not tell a bond from asperities that end: --joint mortar or rock, {help_}"
+            "pressures further apart"
+        )
 
 
 def _joint_of(models: Sequence[Model]) -> str:

@@ -1,0 +1,130 @@
+"""Fits that must tell a bond from asperities, and the drawn tests of the study of fits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from asperity.tools.fit import ShearTest, fit
+from asperity.tools.fit.ladder import Model
+from asperity.tools.fit.squares import residuals, searched
+
+from harness.studies import fits, other_laws, other_strengths
+from harness.studies.validation import push_off
+
+pytestmark = [pytest.mark.usefixtures("folder"), pytest.mark.filterwarnings("ignore::asperity.ModelWarning")]
+
+GUESS = "not tell a bond from asperities"
+"""Words of the reason why a bond is no result."""
+
+
+@pytest.mark.slow
+def test_bond_of_a_crack_is_no_result() -> None:
+    """Cracked concrete has no bond: a bond that a joint without bond nearly equals is no result."""
+    one = fit(push_off.tests())
+    assert one.solution.model.bond
+    assert not one.is_result and any(GUESS in text for text in one.reasons)
+
+
+def test_strengths_at_pressures_close_together() -> None:
+    """A strength that softens at two like pressures shows no bond, unless the laboratory knows of one."""
+    slip, rng, tests = np.linspace(0.05, 2.0, 30), np.random.default_rng(7), []
+    for pressure in (1.0, 1.1):
+        # between the straight softening of a bond and the exponential one of asperities
+        softening = 0.25 * np.exp(-slip / 0.4) + 0.15 * np.maximum(0.0, 1.0 - slip)
+        tau = np.minimum(10.0 * slip, 0.6 * pressure + softening) + rng.normal(0.0, 0.04, slip.size)
+        tests.append(ShearTest(str(pressure), slip, tau, None, -pressure))
+    one, known = fit(tests), fit(tests, joint="mortar")
+    assert one.solution.model.bond and known.solution.model.bond
+    assert not one.is_result and any(GUESS in text for text in one.reasons)
+    assert not any(GUESS in text for text in known.reasons)
+
+
+def test_search_of_a_bond_ends_at_the_law() -> None:
+    """Exact tests of a bond beside a slope give its constants, which the closed form of a start misses."""
+    truth = {"kT": 40.0, "sigma0": 0.6, "Gc": 0.1, "mu": 0.7, "theta": 15.0, "height": 0.2}
+    slip = np.linspace(0.02, 2.0, 60)
+    tests = [ShearTest(str(p), slip, slip, slip, -p) for p in (0.4, 1.2)]
+    model = Model(tuple(truth))
+    problem = model.problem(tests)
+    values, made = problem.values(problem.x(truth)), []
+    for test, (_, rows), (tau, s_N, _) in zip(tests, problem.paths, problem.curves(values), strict=True):
+        made.append(ShearTest(test.name, slip, tau[rows], s_N[rows], test.sigma_N))
+    start = {name: 1.2 * value for name, value in truth.items()}
+    found = searched(made, model, [start])
+    for name, value in truth.items():
+        # the least squares of a search end at a relative change of 1e-4
+        assert found.values[name] == pytest.approx(value, rel=0.01), name
+    rough = model.problem(made).closed_form()
+    misfit = residuals(rough, rough.x(truth))
+    assert np.sqrt(np.mean(misfit**2)) > 10.0 * np.sqrt(np.mean(found.residuals**2))
+
+
+def test_pressure_of_a_held_test() -> None:
+    """It is the geometric mean of the ends, and none beside a single pressure."""
+    assert other_laws.between([0.5, 0.9, 2.0]) == pytest.approx(1.0)
+    assert other_laws.between([0.7]) == 0.0
+
+
+def test_set_without_dilation() -> None:
+    """A drawn set has strengths alone; the study compares a test that the fit has not seen."""
+    kind, number = "dilation not measured", 0
+    while len(other_laws.without_dilation(np.random.default_rng([3, number])).tests) != 2:
+        number += 1
+    drawn = other_laws.without_dilation(np.random.default_rng([3, number]))
+    assert all(test.dilation is None for test in (*drawn.tests, drawn.held))
+    pressures = [test.pressure for test in drawn.tests]
+    assert min(pressures) < drawn.held.pressure < max(pressures)
+    head, *rows = fits.judged((kind, 3, number))
+    assert head["code"] in (0, 3) and 0.0 <= head["between"] < np.inf
+    assert {row["name"] for row in rows} <= {"mu", "theta", "sigma0"}
+    assert all(drawn.truth[row["name"]] == (row["true_low"], row["true_high"]) for row in rows)
+
+
+def test_cycles_of_flattened_teeth() -> None:
+    """Strength and opening do not exceed those of the drawn angle, and the joint closes at each return."""
+    for number in range(5):
+        drawn = other_laws.plesha(np.random.default_rng([4, number]))
+        mu, theta = (drawn.truth[name][0] for name in ("mu", "theta"))
+        steepest = float(np.tan(np.arctan(mu) + np.radians(theta)))
+        for test in drawn.tests:
+            # noise of up to 5 % of the largest value, five standard deviations
+            top, opening = np.abs(test.tau).max(), np.abs(test.dilation).max()
+            assert test.tau.max() > mu * test.pressure - 0.25 * top
+            assert test.tau.max() < steepest * test.pressure + 0.25 * top
+            assert opening < np.tan(np.radians(theta)) * np.abs(test.slip).max() + 0.25 * opening
+            turns = np.flatnonzero(np.diff(np.sign(np.diff(test.slip))))
+            assert turns.size >= 2
+            back = (np.abs(test.slip) < 0.02 * np.abs(test.slip).max()) & (
+                np.arange(test.slip.size) > turns[0]
+            )
+            # behind the spring the joint itself is off zero by tau over the stiffness
+            assert np.all(test.dilation[back] < 0.6 * test.dilation[: turns[0] + 2].max() + 0.25 * opening)
+
+
+@pytest.mark.parametrize("kind", [name for name in other_strengths.STRENGTHS if "nonsense" not in name])
+def test_drawn_strengths(kind: str) -> None:
+    """Peaks grow with the pressure and less than in proportion, above the residual strength, beside noise."""
+    for number in range(20):
+        drawn = other_strengths.STRENGTHS[kind](np.random.default_rng([5, number]))
+        assert np.all(np.diff(drawn.exact) > 0.0) and np.all(np.diff(drawn.exact / drawn.pressure) < 1e-12)
+        # five standard deviations of the largest noise
+        assert np.all(np.abs(drawn.peak / drawn.exact - 1.0) < 0.25)
+        pressure, peak = drawn.between
+        assert drawn.pressure[0] < pressure < drawn.pressure[-1]
+        assert drawn.exact[0] < peak < drawn.exact[-1]
+        if drawn.residual is not None:
+            assert np.all(drawn.residual < drawn.peak)
+            ratio = drawn.residual / drawn.pressure / drawn.truth["mu"][0]
+            assert np.all(ratio < 1.25)
+        if "sigma0" in drawn.truth:
+            assert np.polyfit(drawn.pressure, drawn.exact, 1)[1] == pytest.approx(drawn.truth["sigma0"][0])
+
+
+def test_strengths_that_are_judged() -> None:
+    """The study finds c within its interval and the peaks of all tests, and no result in nonsense."""
+    head, *rows = fits.judged(("strengths: c + phi", 6, 0))
+    drawn = other_strengths.coulomb(np.random.default_rng([6, 0]))
+    assert head["code"] == 0 and head["between"] < fits.WRONG
+    assert sum(row["name"] == "peak" for row in rows) == drawn.pressure.size
+    assert [row["true_low"] for row in rows if row["name"] == "peak"] == pytest.approx(drawn.exact.tolist())
+    assert [fits.judged(("strengths: nonsense", 6, number))[0]["code"] for number in range(3)] == [3, 3, 3]
