@@ -173,7 +173,7 @@ contains
     character(len=*), intent(in), optional :: default        !! it is not written
     character(len=:), allocatable :: word
     character(len=1) :: quote
-    integer :: i
+    integer :: i, n
     logical :: good
     if (io%writes) then
       good = .true.
@@ -195,12 +195,14 @@ contains
       quote = io%text%source(i:i)
     end associate
     ! a doubled quote stands for one
-    call set_text(value, "")
+    n = 0
     i = 1
     do while (i <= len(word))
-      call set_text(value, value // word(i:i))
+      n = n + 1
+      word(n:n) = word(i:i)
       i = i + merge(2, 1, word(i:i) == quote)
     end do
+    call set_text(value, word(:n))
   end subroutine string_entry
 
   !> Add an error about the last entry, if it is given and not as it must be.
@@ -355,13 +357,14 @@ contains
   pure function quoted(string) result(piece)
     character(len=*), intent(in) :: string   !! any
     character(len=:), allocatable :: piece
-    integer :: j
-    piece = "'"
+    integer :: j, n
+    allocate (character(len=2*len(string) + 2) :: piece)
+    n = 0
     do j = 1, len(string)
-      piece = piece // string(j:j)
-      if (string(j:j) == "'") piece = piece // "'"
+      piece(n + 2:n + 3) = string(j:j) // "'"
+      n = n + merge(2, 1, string(j:j) == "'")
     end do
-    piece = piece // "'"
+    piece = "'" // piece(2:n + 1) // "'"
   end function quoted
 
 end module asperity_case_entries

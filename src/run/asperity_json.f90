@@ -239,22 +239,21 @@ contains
     character(len=*), intent(in) :: name    !! of the member; empty: a member of a list
     character(len=*), intent(in) :: value   !! UTF-8
     character(len=*), parameter :: digits = "0123456789abcdef"
-    character(len=:), allocatable :: text
     integer :: code, i
-    text = '"'
+    call out%put(name, '"')
     do i = 1, len(value)
       code = iachar(value(i:i))
       if (value(i:i) == '"' .or. value(i:i) == achar(92)) then
-        text = text // achar(92) // value(i:i)
+        call add(out, achar(92) // value(i:i))
       else if (code < 32) then
         associate (high => code/16 + 1, low => mod(code, 16) + 1)
-          text = text // achar(92) // "u00" // digits(high:high) // digits(low:low)
+          call add(out, achar(92) // "u00" // digits(high:high) // digits(low:low))
         end associate
       else
-        text = text // value(i:i)
+        call add(out, value(i:i))
       end if
     end do
-    call out%put(name, text // '"')
+    call add(out, '"')
   end subroutine string
 
   !> Append a number, which reads back exactly.

@@ -204,6 +204,14 @@ def test_texts_that_are_written() -> None:
             case_text(("case", {"title": text}))
 
 
+def test_a_long_title(tmp_path: Path) -> None:
+    """A title of a megabyte, with characters that are doubled or escaped, is read at once."""
+    title = "it's \"\\\tä" * 100_000
+    file = tmp_path / "long.nml"
+    file.write_text(case_text(("case", {"title": title})) + PLAIN, encoding="utf-8")
+    assert read_case(file).title == title
+
+
 WRITTEN_STEPS = (
     {
         "t_N": [-1 / 3, -2.5e-7, 0.0],
