@@ -24,6 +24,9 @@ from petsc4py import PETSc
 
 HEAD = "displacement [mm],horizontal [kN],vertical [kN],dissipated [kN mm],iterations,passes,e_a [-],e_t [-]"
 
+JUDGE = "sum"
+"""What a step is judged by: the sum of its residual; rows of "norm" are from before that."""
+
 STOPPED, SAVED = 3, 10
 """Exit status of a run that stops before its end; rows between two files to go on from."""
 
@@ -181,8 +184,8 @@ def main() -> int:
     entries, operations, gigabytes = run.steps.factor()
     lu, cholesky = (PETSc.Log.Event(f"Mat{name}Num").getPerfInfo() for name in ("LUFactor", "CholFctr"))
     say(json.dumps({
-        "unknowns": run.model.K.getSize()[0], "points": int(total(len(run.model.area))), "ranks": COMM.size,
-        "steps": len(rows), "cuts": follow.cuts, "repeated": follow.repeated,
+        "judge": JUDGE, "unknowns": run.model.K.getSize()[0], "points": int(total(len(run.model.area))),
+        "ranks": COMM.size, "steps": len(rows), "cuts": follow.cuts, "repeated": follow.repeated,
         "by_passes": int((passes > 0).sum()), "e_a": float(errors[0].max(initial=0.0)),
         "e_t": float(errors[1].max(initial=0.0)), "work": float(np.trapezoid(np.r_[0, force], np.r_[0, at])),
         "dissipated": float(spent[-1]) if rows else 0.0,

@@ -79,6 +79,11 @@ def percent(value: float, reference: float) -> float:
     return 100.0 * (value / reference - 1.0)
 
 
+def two_digits(value: float) -> str:
+    """Number of two digits, without a power of ten."""
+    return f"{float(f'{value:.2g}'):g}"
+
+
 def signed(error: float) -> str:
     """Error with its sign, of one decimal."""
     return f"{round(error, 1) + 0.0:+.1f}"
@@ -94,11 +99,12 @@ def costs(summaries: pandas.DataFrame) -> str:
             if one is None:
                 cells.append("")
             elif one.end < end:
-                cells.append(f"{one.iterations:.0f}, stops at {one.end:.2f} mm")
+                cells.append(f"{wall_runs.marked(f'{one.iterations:.0f}', one)}, stops at {one.end:.2f} mm")
             else:
                 errors = [signed(percent(one[kind], best[kind])) for kind in ("peak", "work")]
                 left = [f"{one.e_t:.2g}"] if one.by_passes else []
-                cells.append("; ".join([f"{one.iterations:.0f}", *errors, *left]))
+                count = wall_runs.marked(f"{one.iterations:.0f}", one)
+                cells.append("; ".join([count, *errors, *left]))
         body.append([label, *cells])
     return markdown(["method", *(label for label, _ in WALLS.values())], body)
 
@@ -161,7 +167,8 @@ def planes(summaries: pandas.DataFrame) -> str:
     for run, (label, turn) in PATTERNS.items():
         one, fine = summaries.loc[run], summaries.loc[FINE]
         errors = [signed(percent(one[kind], fine[kind])) for kind in ("peak", "work")]
-        cost = [f"{one.iterations:.0f}", f"{one.seconds:.1f}", f"{1e3 * one.law / one.iterations:.1f}"]
+        count = wall_runs.marked(f"{one.iterations:.0f}", one)
+        cost = [count, f"{one.seconds:.1f}", f"{1e3 * one.law / one.iterations:.1f}"]
         body.append([label, f"{turn:g}", f"{one.peak:.1f}", *errors, *cost])
     head = ["pattern", "turn, °", "peak, kN", "error, %", "of the work, %", "factorizations", "seconds"]
     return markdown([*head, "law, ms of one"], body)
@@ -184,7 +191,7 @@ def draw_planes() -> Figure:
         ax.set_yticks([0.01, 0.1, 1, 10], ["0.01", "0.1", "1", "10"])
         ax.set(xlabel="processor time [s]", ylabel=f"error of the {kind} [%]")
         ax.grid(alpha=0.3)
-        ax.margins(x=0.1)
+        ax.margins(0.1, 0.12)
     for turned, label in enumerate(("turn 0", "turned by half of an angle")):
         axes[1].plot([], [], "os"[turned], color=COLOURS[turned], label=label)
     axes[1].legend(loc="upper center")
@@ -198,7 +205,8 @@ def scale(summaries: pandas.DataFrame) -> str:
     for name, one in summaries[summaries.index.str.startswith("scale")].iterrows():
         time, memory = 1e6 * one[["seconds", "memory"]] / one.unknowns
         row = rows.setdefault(f"{one.unknowns:.0f}", [""] * len(solvers))
-        row[solvers.index(name.split()[2])] = f"{time:.0f}, {memory:.1f}, {one.linear:.0f}"
+        text = f"{time:.0f}, {memory:.1f}, {one.linear:.0f}"
+        row[solvers.index(name.split()[2])] = wall_runs.marked(text, one)
     return markdown(["unknowns", *solvers], [[key, *row] for key, row in rows.items()])
 
 
@@ -207,7 +215,8 @@ def krylov(summaries: pandas.DataFrame) -> str:
     body = []
     for name in wall_runs.KRYLOV:
         one = summaries.loc[f"krylov {name}"]
-        body.append([f"{name}, gamg", f"{one.unknowns:.0f}", f"{one.linear:.0f}", f"{one.seconds:.1f}"])
+        count = wall_runs.marked(f"{one.linear:.0f}", one)
+        body.append([f"{name}, gamg", f"{one.unknowns:.0f}", count, f"{one.seconds:.1f}"])
     return markdown(["solver of passes", "unknowns", "linear iterations", "seconds"], body)
 
 
@@ -227,8 +236,10 @@ def factors(summaries: pandas.DataFrame) -> str:
             line.append(", ".join(f"{value:.3g}" for value in values))
         for n in (1, 2):  # both kinds in one run
             one = of_run.get((n, "cholesky"))
-            line.append("" if one is None else f"{one.lu:.2g}, {one.cholesky:.2g}")
-        off = abs(percent(of_run[1, "cholesky"].peak, of_run[1, "lu"].peak))
-        body.append([*line, f"{off:.1g}" if off >= 1e-3 else "< 0.001"])
+            text = "" if one is None else f"{two_digits(one.lu)}, {two_digits(one.cholesky)}"
+            line.append(text if one is None else wall_runs.marked(text, one))
+        both = of_run[1, "cholesky"], of_run[1, "lu"]
+        off = abs(percent(*(one.peak for one in both)))
+        body.append([*line, wall_runs.marked(f"{off:.1g}" if off >= 1e-3 else "< 0.001", *both)])
     head = ["unknowns", "entries, 10⁶", "operations, 10⁹", "GB", "GB on 2 ranks", "seconds", "on 2 ranks"]
-    return markdown([*head, "forces, %"], body)
+    return markdown([*head, "forces on 1 rank, %"], body)

@@ -143,6 +143,9 @@ RUNS = {
 }
 """Options by the name of a run."""
 
+MARK = "†"
+"""Mark of a run that was judged by the Euclidean norm of the residual, not yet by its sum."""
+
 TIMED = "scale", "factor", "krylov"
 """Beginnings of the names of runs that only press and move a little."""
 
@@ -226,6 +229,11 @@ def store(folder: Path) -> None:
         table = pandas.concat(parts).to_csv(index=False, float_format=digits)
         made = "# Made by python -m harness.studies.validation.walls --fit\n"
         (DATA / f"{file}.csv").write_text(made + table, encoding="utf-8")
+
+
+def marked(text: str, *summaries: pandas.Series) -> str:
+    """Text with `MARK` where one of the runs was judged by the norm."""
+    return text + MARK * any(one.judge == "norm" for one in summaries)
 
 
 def curves() -> dict[str, Floats]:

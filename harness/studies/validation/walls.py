@@ -106,13 +106,14 @@ JOINTS = {
 """Theta in degrees and height in mm of J4D with inclined planes."""
 
 
-def dilation(curves: dict[str, Floats]) -> str:
+def dilation(curves: dict[str, Floats], summaries: pandas.DataFrame) -> str:
     """Table of J4D with inclined planes."""
     body = []
     for name, joint in JOINTS.items():
         curve = curves[name]
         vertical = [f"{np.interp(x, curve[:, 0], curve[:, 2]):.0f}" for x in (2.0, 4.0)]
-        body.append([*joint, f"{curve[:, 1].max():.1f}", *vertical])
+        peak = wall_runs.marked(f"{curve[:, 1].max():.1f}", summaries.loc[name])
+        body.append([*joint, peak, *vertical])
     head = ["theta, °", "height, mm", "peak, kN", "vertical at 2 mm, kN", "at 4 mm, kN"]
     return markdown(head, body)
 
@@ -144,13 +145,14 @@ CHANGES = {
 """Runs with another mesh or another assumed constant: wall and change."""
 
 
-def changes(curves: dict[str, Floats]) -> str:
+def changes(curves: dict[str, Floats], summaries: pandas.DataFrame) -> str:
     """Table of the strengths with other meshes and assumed constants."""
     body = []
     for name, (wall, what) in CHANGES.items():
         limit = until(wall) if wall in FORCES else np.inf
         new, old = (most(curves[one], limit) for one in (name, wall))
-        body.append([wall, what, f"{100.0 * (new / old - 1.0):+.1f}"])
+        change = f"{100.0 * (new / old - 1.0):+.1f}"
+        body.append([wall, what, wall_runs.marked(change, *(summaries.loc[one] for one in (name, wall)))])
     return markdown(["wall", "change", "strength, %"], body)
 
 
@@ -162,7 +164,8 @@ def outcomes(summaries: pandas.DataFrame, labels: dict[str, str], what: str, end
         if one.end < end:
             raise ValueError(f"{name}: stops at {one.end:g} mm: expected {end:g}")
         steps = f"{one.by_passes:.0f} of {one.steps:.0f}"
-        cost = f"{one.iterations:.0f}", f"{one.seconds:.0f}", steps, f"{one.e_t:.1g}"
+        count = wall_runs.marked(f"{one.iterations:.0f}", one)
+        cost = count, f"{one.seconds:.0f}", steps, f"{one.e_t:.1g}"
         body.append([label, f"{one.peak:.1f}", *cost])
     return markdown([what, "peak, kN", "factorizations", "seconds", "steps by passes", "e_t"], body)
 
@@ -277,13 +280,13 @@ def tables(_: Mapping[str, Constants]) -> dict[str, str]:
     return {
         "dry": dry(curves),
         "mortar": mortar(curves),
-        "dilation": dilation(curves),
+        "dilation": dilation(curves, summaries),
         "ends": ends(summaries),
         "costs": wall_costs.costs(summaries),
         "choices": outcomes(summaries, CHOICES, "J4D, flat"),
         "planes": wall_costs.planes(summaries),
         "solid": outcomes(summaries, SOLID, "RP-4", 3.5),
-        "changes": changes(curves),
+        "changes": changes(curves, summaries),
         "scale": wall_costs.scale(summaries),
         "factors": wall_costs.factors(summaries),
         "krylov": wall_costs.krylov(summaries),
