@@ -39,6 +39,8 @@ def deck(
         (deck(2, field=FIELD.replace("FIELD", "TEMPERATURE")), 1, "expected *Field, variable=2"),
         (deck(2, elset=""), 1, "elset=JOINT: no element is in it"),
         (deck(2, "COH2D4P", elset="*Elset, elset=A\n7, 8\n*Elset, elset=JOINT\nA\n"), 1, "COH2D4P carry"),
+        (deck(2, elset="*Elset, elset=JOINT, generate\n7\n"), 1, "line 21: 7: expected first, last, step"),
+        (deck(2, elset="*Elset, elset=JOINT, generate\n1, 999999999999\n"), 0, "elements and fields go"),
         ("*Node\n1, 0., 0.\n", 1, "expected a *Cohesive Section whose material has PROPS of asperity"),
         (deck(0).replace("3.0, 0.3, 0.9", "-3.0, 0.3, 0.9"), 1, "sigma0 = -3: expected > 0"),
         (deck(0).replace("3.0, 0.3, 0.9", "x, 0.3, 0.9"), 1, "expected numbers"),

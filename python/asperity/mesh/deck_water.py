@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
 from .. import contract
 from .deck import Block, blocks
+from .deck_model import whole
 
 PORE = "COH2D4P", "COH3D6P", "COH3D8P", "COHAX4P"
 """Beginnings of cohesive elements that carry a pore pressure themselves; a T may follow."""
@@ -81,16 +82,19 @@ def _types(deck: list[Block]) -> dict[str, set[str]]:
     for block in deck:
         if block.keyword == "ELSET":
             own = sets.setdefault(block.name("ELSET").upper(), set())
-            for one in _members(block):
+            for one in _members(block, of_number):
                 own |= of_number.get(one, set()) | sets.get(one.upper().rpartition(".")[2], set())
     return sets
 
 
-def _members(block: Block) -> Iterator[str]:
-    """Numbers and sets of a set."""
+def _members(block: Block, numbers: Iterable[str]) -> Iterator[str]:
+    """Numbers and sets of a set; those that it generates are of the given ones."""
     for k, words in block.rows():
         if "GENERATE" in block.parameters:
-            first, last, *step = (int(one) for one in block.numbers(words, k))
-            yield from (str(one) for one in range(first, last + 1, *(one or 1 for one in step)))
+            given = whole(block, np.array([block.numbers([*filter(None, words)], k)]))[0].tolist()
+            if len(given) not in (2, 3) or given[1] < given[0]:
+                raise block.fail(f"{', '.join(words)}: expected first, last, step", k)
+            generated = range(given[0], given[1] + 1, *given[2:])
+            yield from (one for one in numbers if one.isdigit() and int(one) in generated)
         else:
             yield from words
