@@ -128,7 +128,8 @@ def searched(
 ) -> Solution:
     """Solution on few rows, from the best of points around the guesses; the first of them is always tried.
 
-    In closed form where there is one, which a bond follows only roughly: its solution is that of the law.
+    The search uses the closed form of the model where there is one.  With a bond the closed form is an
+    approximation, so that the law then improves the solution.
     """
     problem = model.problem(tests, 1.0, direction).coarse()
     exact, problem = problem, problem.closed_form()
