@@ -28,7 +28,8 @@ function(asperity_unit variable)
       "\n\ncontains\n.*\nend module asperity_${part}\n$")
     if(NOT text MATCHES "${form}")
       message(FATAL_ERROR "${source}: expected `implicit none`, `private` and `public :: ...` after the use "
-        "statements, declarations, `contains`, procedures and `end module asperity_${part}`, as for each part of a kernel")
+        "statements, declarations, `contains`, procedures and `end module asperity_${part}`, as for each part of "
+        "a kernel")
     endif()
     string(FIND "${text}" "\ncontains\n" at)
     string(SUBSTRING "${text}" 0 ${at} head)
