@@ -161,11 +161,15 @@ contains
     type(handle_type), pointer :: handle
     real(wp), pointer, contiguous :: numbers(:, :), statev(:, :)
     character(kind=c_char), pointer, contiguous :: names(:, :)
+    real(wp), target :: none(0, 0)
+    character(kind=c_char), target :: no_name(0, 0)
     real(wp) :: values(size(row_columns))
     integer :: i, last
     logical :: found
     call c_f_pointer(run, handle)
-    nullify (numbers, statev, names)
+    numbers => none
+    statev => none
+    names => no_name
     if (c_associated(rows)) call c_f_pointer(rows, numbers, [max(0, n_columns), max(0, n)])
     if (c_associated(states)) call c_f_pointer(states, statev, [max(0, nstatv), max(0, n)])
     if (c_associated(events)) call c_f_pointer(events, names, [event_length, max(0, n)])
@@ -175,16 +179,16 @@ contains
       if (.not. found) exit
       n_rows = n_rows + 1
       handle%n_rows = handle%n_rows + 1
-      if (associated(numbers)) then
+      if (c_associated(rows)) then
         values = row_numbers(handle%row, handle%aperture)
         last = min(size(numbers, 1), size(values))
         numbers(:last, n_rows) = values(:last)
       end if
-      if (associated(statev)) then
+      if (c_associated(states)) then
         last = min(size(statev, 1), size(handle%row%state))
         statev(:last, n_rows) = handle%row%state(:last)
       end if
-      if (associated(names)) then
+      if (c_associated(events)) then
         names(:, n_rows) = c_null_char
         do i = 1, min(len_trim(handle%row%events), event_length - 1)
           names(i, n_rows) = handle%row%events(i:i)
