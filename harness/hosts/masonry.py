@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -14,6 +15,9 @@ from structured import grid
 
 MID_BRICK, STIFFER = 1.0e4, 10.0
 """Stiffness of the potential crack in a brick, N/mm3; modulus of a beam over that of the bricks."""
+
+LEAST = 1e-5
+"""Least step of a top that is moved, mm."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,28 @@ def sized(wall: Masonry, columns: int, courses: int, bare: bool = False) -> Maso
     """Wall with so many half-bricks and courses (0: as tested); bare: without beams, level and weight."""
     of_beams = {"beam": 0.0, "level": 0.0, "weight": 0.0} if bare else {}
     return replace(wall, columns=columns or wall.columns, courses=courses or wall.courses, **of_beams)
+
+
+def check_options(
+    parser: ArgumentParser, o: Namespace, dimensions: tuple[int, ...], *others: tuple[str, object, str]
+) -> None:
+    """End a program with a message if elements, size, step or another option is not as expected.
+
+    dimensions: admissible counts of elements.  others: name, whether the option is right, what is expected.
+    """
+    counts = " or ".join(str(d) for d in dimensions)
+    for name, right, text in (
+        (
+            "elements",
+            len(o.elements) in dimensions and min(o.elements) >= 1,
+            f"{counts} numbers of at least 1",
+        ),
+        ("size", min(o.size) >= 0, "2 numbers of at least 0"),
+        ("step", LEAST <= o.step <= o.most < np.inf, f"between {LEAST:g} and --most"),
+        *others,
+    ):
+        if not right:
+            parser.error(f"--{name} {getattr(o, name)}: expected {text}")
 
 
 def laws(

@@ -168,7 +168,8 @@ class Follow:
 
     def resume(self, file: Path) -> None:
         """Go on from the files of a run with the same mesh, laws and ranks."""
-        found = read(file, self.steps.model, "counts")
+        m = self.steps.model
+        found = read(file, m, ("jump",), last=m.u.shape, now=(4,), counts=(len(COUNTS),))
         self.last, self.jump = found["last"], [found[f"jump{k}"] for k in range(len(self.jump))]
         self.at, self.move, self.step, self.steps.largest = found["now"].tolist()
         for name, value in zip(COUNTS, found["counts"].tolist(), strict=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+import zlib
 from pathlib import Path
 
 from jointed_model import Model  # isort: skip  # loads MPI
@@ -29,22 +30,22 @@ def write(file: Path, m: Model, joints: dict[str, list[Floats]] | None = None, *
     new.replace(file.with_suffix(f".{COMM.rank}.npz"))  # whole even if the run is ended here
 
 
-def read(file: Path, m: Model, kind: str) -> dict[str, Floats]:
-    """Take a model on from a file, and return all of it; ValueError if it is of another run.
+def read(file: Path, m: Model, joints: tuple[str, ...] = (), **numbers: tuple[int, ...]) -> dict[str, Floats]:
+    """Take a model on from a file, and return all of it; ValueError if it is of another run or version.
 
-    kind: a number that only files of the same kind of run have.
+    joints: names of the lists that `write` got; numbers: shapes of the numbers.
     """
     path, found = file.with_suffix(f".{COMM.rank}.npz"), {}
     try:
         with np.load(path) as data:
             found = dict(data)
-    except (OSError, ValueError, zipfile.BadZipFile):
-        pass  # all ranks refuse it below
-    shapes = {"u": m.u.shape, "p": m.water.p.shape} | {
-        f"{name}{k}": one.shape for name in ("s", "state") for k, one in enumerate(getattr(m, name))
-    }
+    except (OSError, EOFError, ValueError, TypeError, AttributeError, zipfile.BadZipFile, zlib.error):
+        found = {}  # all ranks refuse it below
+    shapes = {"u": m.u.shape, "p": m.water.p.shape, "ranks": (), **numbers}
+    for names, points in ((("s", *joints), m.s), (("state",), m.state)):
+        shapes |= {f"{name}{k}": one.shape for name in names for k, one in enumerate(points)}
     same = all(name in found and found[name].shape == shape for name, shape in shapes.items())
-    if not COMM.allreduce(bool(same and kind in found and found["ranks"] == COMM.size), MPI.LAND):
+    if not COMM.allreduce(bool(same and found["ranks"] == COMM.size), MPI.LAND):
         raise ValueError(f"{file}: expected the files of a run with the same mesh, laws and ranks")
     m.u, m.water.p = found["u"], found["p"]
     m.s, m.state = ([found[f"{name}{k}"] for k in range(len(m.laws))] for name in ("s", "state"))

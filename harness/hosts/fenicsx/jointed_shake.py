@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
 from jointed_steps import Steps  # isort: skip  # loads MPI
@@ -207,7 +207,9 @@ class Shake:
 
     def resume(self, file: Path) -> None:
         """Go on from the files of a run with the same mesh, laws and ranks."""
-        found = read(file, self.steps.model, "times")
+        m = self.steps.model
+        sizes = {"ledger": (len(fields(Ledger)),), "times": (1 + len(NUMBERS),), "counts": (2,)}
+        found = read(file, m, v=m.u.shape, a=m.u.shape, force=m.u.shape, **sizes)
         self.v, self.a, self.force = found["v"], found["a"], found["force"]
         self.ledger = Ledger(*found["ledger"].tolist())
         self.steps.largest, *numbers = found["times"].tolist()

@@ -215,7 +215,7 @@ def is_number(word: str) -> bool:
     ("words", "expected"),
     [
         ("--elements 4", "--elements [4]: expected 2 or 3 numbers"),
-        ("--step 0.1 --most 0.05", "--step 0.1: expected between 0 and --most"),
+        ("--step 0.1 --most 0.05", "--step 0.1: expected between 1e-05 and --most"),
         ("--to nan", "--to [nan]: expected finite"),
         ("--theta 95", "theta"),
         ("--joint mu=0.5", "mu: expected kn, ks"),
@@ -250,3 +250,24 @@ def test_a_run_goes_on(tmp_path: Path) -> None:
     assert resumed == pytest.approx(rows_of(whole, f"{words} --to 0.5 1", 2), abs=1e-8)
     _, messages = run(f"{words} --out {part} --elements 2 1 --resume", 2, status=2)
     assert "expected the files of a run" in messages
+
+
+def test_a_file_of_another_version(tmp_path: Path) -> None:
+    """A file of one rank that is cut off, or lacks a number that a run needs, is refused by both ranks."""
+    out = tmp_path / "rows.csv"
+    words = f"{SMALL} --to 0.1"
+    before = rows_of(out, words, 2)
+    file = out.with_suffix(".1.npz")
+    whole = file.read_bytes()
+    with np.load(file) as data:
+        saved = dict(data)
+    broken = [b"", whole[:40], whole[: len(whole) // 2]]
+    for name in ("ranks", "last", "now", "counts", "jump0"):
+        np.savez(tmp_path / "less.npz", **{key: one for key, one in saved.items() if key != name})
+        broken.append((tmp_path / "less.npz").read_bytes())
+    np.savez(tmp_path / "less.npz", **saved | {"counts": saved["counts"][:-1]})
+    for one in [*broken, (tmp_path / "less.npz").read_bytes()]:
+        file.write_bytes(one)
+        _, messages = run(f"{words} --out {out} --resume", 2, status=2)
+        assert "expected the files of a run with the same mesh, laws and ranks" in messages
+    assert rows(out) == pytest.approx(before)  # nothing is lost

@@ -19,7 +19,7 @@ from asperity.options import add_options
 from asperity.pattern import Pattern
 from jointed import COMM, Follow, Model, Output, Steps, total
 from jointed_follow import ERRORS, PASSES
-from masonry import STIFFER, WALLS, laws, mesh, sized
+from masonry import LEAST, STIFFER, WALLS, check_options, laws, mesh, sized
 from petsc4py import PETSc
 
 HEAD = "displacement [mm],horizontal [kN],vertical [kN],dissipated [kN mm],iterations,passes,e_a [-],e_t [-]"
@@ -76,7 +76,7 @@ class Run:
             load = 0.0 * load
         at, along = m.u[self.steps.fixed], np.isin(self.steps.fixed, push)
         self.follow = Follow(
-            self.steps, lambda t: (at + t * along, load), o.step, o.most, 1e-5, o.passes, o.limit, o.errors
+            self.steps, lambda t: (at + t * along, load), o.step, o.most, LEAST, o.passes, o.limit, o.errors
         )
         self.follow.by_passes = self.follow.always = o.always
 
@@ -130,11 +130,11 @@ def options() -> argparse.Namespace:
         ("--pvd FILE.pvd", "fields at the displacements --to", Path),
     )
     o = parser.parse_args()
-    for name, right, text in (
-        ("elements", len(o.elements) in (2, 3) and min(o.elements) >= 1, "2 or 3 numbers of at least 1"),
-        ("size", min(o.size) >= 0, "2 numbers of at least 0"),
+    check_options(
+        parser,
+        o,
+        (2, 3),
         ("scale", o.scale >= 1, "at least 1"),
-        ("step", 0.0 < o.step <= o.most < np.inf, "between 0 and --most"),
         ("tolerance", 0.0 < o.tolerance < 0.1, "between 0 and 0.1"),
         ("passes", o.passes >= 0, "at least 0"),
         ("always", not o.always or o.passes, "with --passes of at least 1"),
@@ -144,9 +144,7 @@ def options() -> argparse.Namespace:
         ("to", np.isfinite(o.to).all() and all(np.diff([0.0, *o.to])), "finite, each another than before"),
         ("resume", not o.resume or o.out, "with --out"),
         ("out", not o.out or o.resume or not o.out.exists(), "a new file, or --resume"),
-    ):
-        if not right:
-            parser.error(f"--{name} {getattr(o, name)}: expected {text}")
+    )
     return o
 
 

@@ -29,7 +29,7 @@ typedef struct record {
   struct record *next; /* next record of the bucket */
   const double *key;   /* address of STRESS */
   size_t values;       /* number of values of each state below */
-  int extrapolates;    /* whether the law has IMPL-EX: its errors are the last two state variables */
+  size_t errors;       /* place of the two errors of IMPL-EX in a state below; 0: the law has none */
   int step;            /* KSTEP of the trial state; NONE: no call yet */
   double *committed;   /* STRESS, strain, STATEV at the start of the step; owns the memory of all three states */
   double *trial;       /* the same after the last call */
@@ -41,6 +41,8 @@ enum {
   ADDRESS_BITS = 4, /* low bits that are 0 in an aligned address */
   MOST = 6,         /* largest number of components */
   IMPLEX = 24,      /* place of the tolerance of IMPL-EX in PROPS, from 0 */
+  MOST_PROPS = 292, /* constants of a law of 65 listed planes; further ones are not read */
+  NO_PLANE = 5,     /* state variables of IMPL-EX before those of the planes */
   NONE = -1
 };
 
@@ -72,7 +74,7 @@ void asperity_kratos_errors(double errors[2]) {
   pthread_mutex_lock(&lock);
   for (int i = 0; i < BUCKETS; i++) {
     for (const record *r = table[i]; r != NULL; r = r->next) {
-      for (int k = 0; k < 2 && r->extrapolates; k++) errors[k] = fmax(errors[k], r->trial[r->values - 2 + (size_t)k]);
+      for (int k = 0; k < 2 && r->errors > 0; k++) errors[k] = fmax(errors[k], r->trial[r->errors + (size_t)k]);
     }
   }
   pthread_mutex_unlock(&lock);
@@ -105,6 +107,19 @@ static record *find(const double *key, size_t values) {
   return r;
 }
 
+/* Place of the errors of IMPL-EX among m state variables, from 0: after those of the law, of a point and of the planes.
+ * A host may pass more state variables than the UMAT needs.  0: none. */
+static size_t place_of_errors(const double *props, int nprops, size_t m) {
+  const int read = nprops < MOST_PROPS ? nprops : MOST_PROPS;
+  if (read <= IMPLEX || !(props[IMPLEX] > 0.0)) return 0;
+  double implicit[MOST_PROPS], none;
+  memcpy(implicit, props, (size_t)read * sizeof *props);
+  implicit[IMPLEX] = 0.0; /* asperity_nstatv refuses another value */
+  const int of_law = asperity_nstatv(implicit, read, NULL, 0);
+  const size_t place = (size_t)of_law + NO_PLANE + (size_t)asperity_planes(implicit, read, 0, &none, &none);
+  return of_law > 0 && m >= place + 2 ? place : 0;
+}
+
 void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,
            double *ddsddt, double *drplde, double *drpldt, const double *stran, const double *dstran,
            const double *time, const double *dtime, const double *temp, const double *dtemp, const double *predef,
@@ -124,11 +139,12 @@ void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *
     memcpy(r->initial + n, stran, n * sizeof *stran);
     memcpy(r->initial + 2 * n, statev, m * sizeof *statev);
     memcpy(r->committed, r->initial, values * sizeof *r->initial);
+    const size_t place = place_of_errors(props, *nprops, m);
+    r->errors = place > 0 ? 2 * n + place : 0;
   } else if (*kstep > r->step) {
     memcpy(r->committed, r->trial, values * sizeof *r->trial);
   }
   r->step = *kstep;
-  r->extrapolates = *nprops > IMPLEX && props[IMPLEX] > 0.0 && m > 2;
 
   (void)kinc;
   const int only = 1;

@@ -18,13 +18,13 @@ from asperity.pattern import Pattern
 from kratos_model import Floats, Lost, Structure
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
-from masonry import WALLS, laws, mesh, sized
+from masonry import LEAST, WALLS, check_options, laws, mesh, sized
 
 TOLERANCE = 1e-4
 """Residual force, N, for a thickness of 1."""
 
-STOPPED, LEAST, LEAST_IMPLEX = 3, 1e-5, 1e-4
-"""Exit status of a run that stops; least steps, mm: with IMPL-EX the one that is taken with any error."""
+STOPPED, LEAST_IMPLEX = 3, 1e-4
+"""Exit status of a run that stops; least step with IMPL-EX, mm, which is taken with any error."""
 
 FAST, GROWTH = 12, 1.5
 """A step grows after fewer iterations, or where its errors are small, by this factor at most."""
@@ -100,9 +100,8 @@ class Run:
         }  # fmt: skip
 
 
-def main() -> int:
-    """Run the program."""
-    warnings.simplefilter("ignore")
+def options() -> argparse.Namespace:
+    """Options of the command line."""
     parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
     add_options(
         parser,
@@ -119,7 +118,31 @@ def main() -> int:
         ("--out FILE.csv", "rows", Path),
     )
     o = parser.parse_args()
-    rows, summary = Run(o).follow()
+    check_options(
+        parser,
+        o,
+        (2,),
+        ("implex", 0.0 <= o.implex < 1.0, "at least 0 and below 1"),
+        ("to", 0.0 < o.to < np.inf, "finite, above 0"),
+        (
+            "out",
+            not o.out or (o.out.parent.is_dir() and not o.out.exists()),
+            "a new file in a folder that exists",
+        ),
+    )
+    return o
+
+
+def main() -> int:
+    """Run the program."""
+    warnings.simplefilter("ignore")
+    o = options()
+    try:
+        run = Run(o)
+    except (ValueError, Lost) as error:
+        print(f"masonry_wall.py: {error}", file=sys.stderr)
+        return 2
+    rows, summary = run.follow()
     if o.out:
         head = "displacement [mm],horizontal [kN],vertical [kN],e_a [-],e_t [-]"
         np.savetxt(o.out, rows, "%.12g", ",", header=head, comments="")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -28,20 +29,27 @@ ROUNDING = 1.0e-12
 class Point:
     """An integration point that never commits: every call has the initial STRESS and STATEV, and no STRAN."""
 
-    def __init__(self, statev: ArrayLike | None = None, stress: ArrayLike = (0.0, 0.0, 0.0)) -> None:
-        """Initial STATEV (nstatv,), None for zeros, and STRESS (3,)."""
-        self.stress, self.statev = np.zeros(3), np.zeros(ROUGH.nstatv)
+    def __init__(
+        self,
+        statev: ArrayLike | None = None,
+        stress: ArrayLike = (0.0, 0.0, 0.0),
+        props: ArrayLike | None = None,
+        nstatv: int = ROUGH.nstatv,
+    ) -> None:
+        """Initial STATEV (nstatv,), None for zeros, and STRESS (3,); PROPS, None for those of ROUGH."""
+        self.stress, self.statev = np.zeros(3), np.zeros(nstatv)
+        self.props = np.array(ROUGH.props() if props is None else props)
         self.start(statev, stress)
 
     def start(self, statev: ArrayLike | None = None, stress: ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """Other initial values, on the same addresses."""
-        self.initial = np.zeros(ROUGH.nstatv) if statev is None else np.array(statev)
+        self.initial = np.zeros(len(self.statev)) if statev is None else np.array(statev)
         self.initial_stress = np.array(stress, dtype=float)
 
     def call(self, step: int, separation: ArrayLike, stran: ArrayLike = (0.0, 0.0, 0.0)) -> Floats:
         """Traction (3,) at a separation (3,)."""
         self.stress[:], self.statev[:] = self.initial_stress, self.initial
-        tangent, energies, props = np.zeros((3, 3)), np.zeros((3, 1)), np.array(ROUGH.props())
+        tangent, energies = np.zeros((3, 3)), np.zeros((3, 1))
         strain, increment = np.array(stran), np.array(separation) - stran
         name = ctypes.create_string_buffer(b"JOINT".ljust(80), 80)
 
@@ -55,8 +63,8 @@ class Point:
         LIBRARY.umat_(
             double(self.stress), double(self.statev), double(tangent), *map(double, energies),
             null, null, null, null, double(strain), double(increment), double(one), double(one),
-            null, null, null, null, name, *map(integer, (1, 2, 3, len(self.statev))), double(props),
-            integer(len(props)), null, null, null, null, null, null,
+            null, null, null, null, name, *map(integer, (1, 2, 3, len(self.statev))), double(self.props),
+            integer(len(self.props)), null, null, null, null, null, null,
             integer(0), integer(0), null, null, integer(step), integer(1),
         )  # fmt: skip
         return self.stress.copy()
@@ -131,6 +139,22 @@ def test_a_host_that_commits() -> None:
         point.start(point.statev, found)
         assert same(found, expected)
         old = separation
+
+
+@pytest.mark.parametrize("spare", [0, 1, 9])
+@pytest.mark.parametrize("W0", [0.0, 0.5])
+@pytest.mark.parametrize("pattern", [ROUGH.pattern, Pattern.planes([[1, 0.3, 0], [1, -0.3, 0]], [0.5, 0.5])])
+def test_errors_of_implex(pattern: Pattern, W0: float, spare: int) -> None:
+    """They are found where the contract says, although the host has more state variables than needed."""
+    rough = Interface(replace(ROUGH.material, height=0.5, W0=W0), pattern)
+    planes = len(rough.pattern.weights)
+    place = (8 + (5 if W0 else 3) * planes) + 5 + planes
+    point = Point(props=rough.props(implex=0.5), nstatv=place + 2 + spare)
+    point.follow(path=PATH[:2])
+    found = (ctypes.c_double * 2)()
+    LIBRARY.asperity_kratos_errors(found)
+    assert list(found) == list(point.statev[place : place + 2])
+    assert min(found) > 0.0
 
 
 def test_threads() -> None:
