@@ -32,7 +32,8 @@ int asperity_version(char *text, int size);
  * The processor decides when the library is loaded; ASPERITY_ISA=v1 in the environment chooses 1. */
 int asperity_isa(void);
 
-/* Number of state variables per point, or 0 if props[nprops] is not admissible (reasons in message). */
+/* Number of state variables per point, or 0 if props[nprops] is not admissible (reasons in message). PROPS 25, implex,
+ * must be 0: with implex > 0 the UMAT needs 7 + Np more for Np planes. */
 int asperity_nstatv(const double *props, int nprops, char *message, int size);
 
 /* Set the offset (state variables 6 to 8) of n states, before their first increment, so that each carries a traction.

@@ -5,7 +5,7 @@ module asperity_arrays
   use asperity_checks, only: all_bounded, bounded, limits_type, set_limits
   use asperity_kinds, only: wp
   use asperity_block_double, only: block_type, chunk, new_block
-  use asperity_contract, only: energy_limit, status_ok, status_water
+  use asperity_contract, only: energy_limit, status_ok, status_props, status_water
   use asperity_interface, only: interface_type, separation_bound, slip_bound
   use asperity_point, only: update_point_in_place
   use asperity_rows_kernel, only: rows_bounded, update_rows
@@ -36,14 +36,15 @@ contains
   !>
   !> The points are processed in blocks, by several threads if the library is built with OpenMP. The result of a point
   !> does not depend, to the last bit, on which other points are in the call or on the number of threads. With an aim,
-  !> traction and tangent are those of frozen variables (asperity_aim); the state is the same.
+  !> traction and tangent are those of frozen variables (asperity_aim); the state is the same. IMPL-EX belongs to the
+  !> UMAT alone: with implex > 0 the status is status_props.
   subroutine update_points(joint, s, state, traction, status, failed, s_old, tangent, dt, by_rows, aim, p)
     type(interface_type), intent(in) :: joint                     !! the interface
     real(wp), intent(in), contiguous :: s(:, :)                   !! (3, n) separation (N, Tx, Ty) at the end, length
     real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end
     real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
-    integer, intent(out) :: status                                !! 0, status_time, status_water, or that of the
-                                                                  !! first bad point
+    integer, intent(out) :: status                                !! 0, status_props, status_time, status_water,
+                                                                  !! or that of the first bad point
     integer, intent(out) :: failed                                !! number of the first bad point, 0: none
     real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
     real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
@@ -58,6 +59,7 @@ contains
 
     failed = 0
     status = time_status(joint, dt)
+    if (joint%implex > 0.0_wp) status = status_props
     if (status == status_ok) call new_block(joint, block, status, dt)
     if (status /= status_ok) return
     n = size(s, 2)
