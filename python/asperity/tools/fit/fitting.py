@@ -256,10 +256,11 @@ def _guessed(
     )
     alone = not measured and len({round(test.pressed, 9) for test in tests}) < 2
     if alone or rock < bond + GAIN:
-        what, help_ = ("tests do", "") if measured else ("strength alone does", "a measured dilation, or ")
+        what = "ladder of models" if measured else "strength alone"
+        help_ = "" if measured else "a measured dilation, "
         yield (
-            f"the {what} not tell a bond from asperities that end: --joint mortar or rock, {help_}"
-            "pressures further apart"
+            f"the {what} does not tell a bond from asperities that end: --joint mortar or rock, {help_}"
+            "or pressures further apart"
         )
 
 
