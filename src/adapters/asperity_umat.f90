@@ -10,7 +10,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
   use asperity_call_checks, only: explain_call, host_status
-  use asperity_checks, only: bounded
+  use asperity_checks, only: is_pressure
   use asperity_contract, only: max_ntens, max_planes, status_initial, &
     status_ok, status_water, v_friction, v_offset, v_rupture, v_stored
   use asperity_host, only: component_map, explain_water, quiet_nan, rejected_pnewdt, request_cut, &
@@ -60,8 +60,8 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   if (status == status_ok .and. joint%water > 0) then
     ! at the start and at the end
     p = water_pressure(joint, predef)
-    if (bounded(p, huge(p)) .and. p >= 0.0_wp) p = water_pressure(joint, predef, dpred)
-    if (.not. bounded(p, huge(p)) .or. p < 0.0_wp) status = status_water
+    if (is_pressure(p)) p = water_pressure(joint, predef, dpred)
+    if (.not. is_pressure(p)) status = status_water
   end if
   if (status == status_ok) then
     traction = 0.0_wp

@@ -2,7 +2,7 @@
 module asperity_arrays
   use asperity_aim, only: update_aimed
   use asperity_call_checks, only: point_status, time_status
-  use asperity_checks, only: all_bounded, bounded, limits_type, set_limits
+  use asperity_checks, only: all_bounded, is_pressure, limits_type, set_limits
   use asperity_kinds, only: wp
   use asperity_block_double, only: block_type, chunk, new_block
   use asperity_contract, only: energy_limit, status_ok, status_props, status_water
@@ -86,7 +86,7 @@ contains
     failed = 0
     if (present(p)) then
       do first = n, 1, -1
-        if (.not. bounded(p(first), huge(p)) .or. p(first) < 0.0_wp) failed = first
+        if (.not. is_pressure(p(first))) failed = first
       end do
       if (failed > 0) status = status_water
       if (failed > 0) return

@@ -14,7 +14,7 @@ module asperity_checks
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
-  public :: bounded, all_bounded, review, read_props, prop_admissible, review_props, state_bounded, set_limits, &
+  public :: bounded, all_bounded, is_pressure, review, read_props, prop_admissible, review_props, state_bounded, set_limits, &
     state_ranges
 
   !> Number of points whose values are tested together.
@@ -50,6 +50,13 @@ contains
     logical :: yes
     yes = outside(x, bound, .true.) >= 0_int64
   end function bounded
+
+  !> Whether a number is a water pressure: finite and >= 0, without comparisons, which NaN makes an IEEE exception.
+  elemental function is_pressure(p) result(yes)
+    real(wp), intent(in) :: p   !! any bits
+    logical :: yes
+    yes = outside(p, huge(p), .false.) >= 0_int64
+  end function is_pressure
 
   !> Whether all |x| <= bound; false if one is NaN or infinite.
   pure function all_bounded(n, x, bound) result(yes)

@@ -8,7 +8,7 @@ module asperity_json
   use asperity_point_law, only: event_length
   use asperity_rows, only: row_columns
   use asperity_stability, only: stability_columns
-  use asperity_steps, only: explicit_entries, step_table
+  use asperity_steps, only: explicit_entries, list_type, step_table
   use asperity_text, only: integer_text, to_text
   implicit none
   private
@@ -64,6 +64,7 @@ contains
   pure subroutine put_run(out, case)
     type(writer), intent(inout) :: out     !! the text
     type(case_type), intent(in) :: case    !! the case of the run
+    type(list_type) :: given(size(step_table))
     character(len=7) :: start
     integer :: i, j
     call out%flag("lost", case%expect%lost)
@@ -81,11 +82,10 @@ contains
     call out%open("steps", "[")
     do i = 1, size(case%steps)
       call out%open("", "{")
-      associate (given => explicit_entries(case%steps(i)))
-        do j = 1, size(given)
-          if (allocated(given(j)%values)) call out%numbers(trim(step_table(j)%name), given(j)%values)
-        end do
-      end associate
+      call explicit_entries(case%steps(i), given)
+      do j = 1, size(given)
+        if (allocated(given(j)%values)) call out%numbers(trim(step_table(j)%name), given(j)%values)
+      end do
       call out%close("}")
     end do
     call out%close("]")

@@ -268,9 +268,9 @@ contains
 
   !> Entries that give the same step whatever its defaults are: lists with all cycles, increments and time of each
   !> target, and the stiffness of the surroundings wherever the traction is prescribed.
-  pure function explicit_entries(step) result(given)
-    type(step_type), intent(in) :: step              !! complete
-    type(list_type) :: given(size(step_table))
+  pure subroutine explicit_entries(step, given)
+    type(step_type), intent(in) :: step                            !! complete
+    type(list_type), intent(out) :: given(size(step_table))        !! a subroutine, as gfortran leaks results of this type
     integer :: i
     do i = 1, 3
       if (step%control%traction(i)) given(e_k + i)%values = step%control%spring(i:i)
@@ -290,7 +290,7 @@ contains
       given(e_increments)%values = real(step%increments, wp)
     end if
     given(e_time)%values = step%durations
-  end function explicit_entries
+  end subroutine explicit_entries
 
   !> Check complete steps against a law: separations that can be resolved, and a branch that can be followed.
   pure subroutine check_steps(law, steps, errors, place)

@@ -7,7 +7,7 @@ module asperity_generic
   use, intrinsic :: iso_fortran_env, only: error_unit
   use asperity_c_text, only: put_text
   use asperity_call_checks, only: explain_point, explain_time, point_status, time_status
-  use asperity_checks, only: bounded, review, review_props
+  use asperity_checks, only: bounded, is_pressure, review, review_props
   use asperity_contract, only: n_fixed_props, n_statev, p_implex, p_m, p_map, p_water, prop_table, &
     status_initial, status_nstatv, status_ok, status_separation, status_size, status_water, v_friction, v_offset, &
     v_rupture, v_stored
@@ -175,7 +175,7 @@ contains
       end do
       if (predicting) to = from
       status = call_status(joint, behaviour, request, point%dt, from, to, strain, state)
-      if (status == status_ok .and. .not. all(bounded(p, huge(p)) .and. p >= 0.0_wp)) status = status_water
+      if (status == status_ok .and. .not. all(is_pressure(p))) status = status_water
     end if
     if (status == status_ok) then
       if (first_traction(initial, state)) then
@@ -323,7 +323,7 @@ contains
         if (behaviour%wet) call append(lines, "initial t_N: that of the host and " // water_name)
       case (status_water)
         do i = 1, 2
-          if (bounded(p(i), huge(p)) .and. p(i) >= 0.0_wp) cycle
+          if (is_pressure(p(i))) cycle
           call append(lines, water_name // " = " // to_text(p(i)) // " at the " // &
             trim(merge("start", "end  ", i == 1)) // ": expected the water pressure in the joint, finite and >= 0")
         end do
