@@ -14,8 +14,8 @@ module asperity_checks
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
-  public :: bounded, all_bounded, is_pressure, review, read_props, prop_admissible, review_props, state_bounded, set_limits, &
-    state_ranges
+  public :: bounded, all_bounded, is_pressure, review, read_props, prop_admissible, review_props, state_bounded, &
+    set_limits, state_ranges
 
   !> Number of points whose values are tested together.
   integer, parameter, public :: points_together = 4
