@@ -269,8 +269,8 @@ contains
   !> Entries that give the same step whatever its defaults are: lists with all cycles, increments and time of each
   !> target, and the stiffness of the surroundings wherever the traction is prescribed.
   pure subroutine explicit_entries(step, given)
-    type(step_type), intent(in) :: step                            !! complete
-    type(list_type), intent(out) :: given(size(step_table))        !! a subroutine, as gfortran leaks results of this type
+    type(step_type), intent(in) :: step                       !! complete
+    type(list_type), intent(out) :: given(size(step_table))   !! no result: gfortran would leak it
     integer :: i
     do i = 1, 3
       if (step%control%traction(i)) given(e_k + i)%values = step%control%spring(i:i)
