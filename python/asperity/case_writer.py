@@ -75,7 +75,8 @@ def pattern_entries(pattern: Pattern) -> dict[str, Any]:
     """Entries of the group &pattern, rounded to nine digits."""
     if pattern.m < 0:
         # 0.0 takes the sign from a zero
-        return {"normals": np.round(pattern.normals, 9).ravel() + 0.0, "weights": np.round(pattern.weights, 9)}
+        normals = np.round(pattern.normals, 9).ravel() + 0.0
+        return {"normals": normals, "weights": np.round(pattern.weights, 9)}
     entries: dict[str, Any] = {"sides": pattern.m}
     if pattern.m > 0:
         entries |= {name: rounded(getattr(pattern, name), 9) for name in ("theta", "flat", "turn")}
