@@ -171,6 +171,16 @@ def test_closure_tests_of_either_sign(pressure: float, closure: float, tmp_path:
     assert test.loading.tolist() == [0, 1, 2, 3] and test.unloading.tolist() == [4, 5]
 
 
+@pytest.mark.parametrize("change", [-0.01, -0.03])
+def test_closure_that_falls(change: float, tmp_path: Path) -> None:
+    """A closure that falls with the pressure is refused, also where it ends below 0 and nearer to it."""
+    pressure = np.linspace(0.0, 10.0, 11)
+    text = "".join(f"{p},{0.2 + change * p}\n" for p in pressure)
+    message = f"column closure: falls from 0.2 to {0.2 + 10.0 * change:g} as the pressure grows: expected"
+    with pytest.raises(ValueError, match=message):
+        read_tests(write(tmp_path, "sigma_N [MPa],closure [mm]\n" + text))
+
+
 def test_gaps_and_other_names(tmp_path: Path) -> None:
     """Rows with gaps are left out, with a warning; a name of the user comes before those of this program."""
     lines = (HEADER + ROWS).splitlines()

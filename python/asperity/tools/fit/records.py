@@ -315,8 +315,15 @@ def _closures(rows: DataFrame) -> list[ClosureTest]:
     if mixed:
         raise ValueError(f"{path}: column sigma_N: expected compression in all rows, with the same sign")
     pressure = np.abs(pressure)
-    # closing has either sign
-    sign = np.sign(closure[np.argmax(pressure)] - closure[0]) or 1.0
+    first, last = closure[0], closure[np.argmax(pressure)]
+    # closing has either sign, and falling closures are those of a column that counts opening positive
+    opens = last < first and abs(last) <= abs(first)
+    if opens:
+        raise ValueError(
+            f"{path}: column closure: falls from {first:g} to {last:g} as the pressure grows: expected "
+            "closures that grow from the first row, or fall below 0 where opening counts positive"
+        )
+    sign = np.sign(last - first) or 1.0
     return [ClosureTest(name, pressure, sign * (closure - closure[0]), rows.attrs["units"])]
 
 
