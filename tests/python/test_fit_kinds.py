@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from asperity import Interface, Material, Pattern
 from asperity.tools.fit import ShearTest, fit
 from asperity.tools.fit.ladder import Model
 from asperity.tools.fit.squares import residuals, searched
@@ -23,6 +24,20 @@ def test_bond_of_a_crack_is_no_result() -> None:
     one = fit(push_off.tests())
     assert one.solution.model.bond
     assert not one.is_result and any(GUESS in text for text in one.reasons)
+
+
+def test_bond_that_no_row_shows() -> None:
+    """A bond that would break before the first row is no result: a joint of the law without bond has none."""
+    material = Material(sigma0=1.745, Gc=0.0872, eta=0.9, mu=0.3528, kc=20.0, height=0.141, damage0=1.0)
+    joint = Interface(material, Pattern.regular(2, theta=14.56))
+    slip, tests = np.linspace(0.0, 3.0, 50), []
+    for pressure in (0.3, 0.8, 1.6):
+        box = joint.confined_slip(0.0, slip, sigma_N=-pressure)
+        opening = box.separation[:, 0] - box.separation[0, 0]
+        tests.append(ShearTest(str(pressure), slip, box.traction[:, 1], opening, -pressure))
+    one, rock = fit(tests), fit(tests, joint="rock")
+    assert not one.solution.model.bond or not one.is_result
+    assert rock.is_result and rock.values["mu"] == pytest.approx(0.3528, rel=0.01)
 
 
 def test_strengths_at_pressures_close_together() -> None:

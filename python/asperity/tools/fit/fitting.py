@@ -20,6 +20,7 @@ from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, searched
 from .verdict import (
     FAIR,
+    GOOD,
     blind,
     compared,
     grade_of,
@@ -236,6 +237,12 @@ def _fit(
     reasons += too_little(chosen, tests)
     if chosen.model.bond and _joint_of(models) == AUTO:
         reasons += _guessed(tests, found, bic, measured)
+        share = _share_of_bond(chosen)
+        if share < GOOD:
+            reasons.append(
+                f"the rows do not show the bond, which carries at most {share:.1%} of the largest traction: "
+                "--joint rock, or rows at smaller slips"
+            )
     notes += remarks(chosen, tests)
     if models[0].fixed.get("mu") == 0.0:
         notes.append(
@@ -262,6 +269,20 @@ def _guessed(
             f"the {what} does not tell a bond from asperities that end: --joint mortar or rock, {help_}"
             "or pressures further apart"
         )
+
+
+def _share_of_bond(found: Solution) -> float:
+    """Largest part that the bond carries in a row, over the largest tau of its test.
+
+    It is the part which the same joint with a broken bond lacks.
+    """
+    problem, share = found.problem, 0.0
+    broken = problem.curves(found.values | {"damage0": 1.0})
+    for test, (_, rows), (tau, _, _), (rest, _, _) in zip(
+        problem.tests, problem.paths, problem.curves(found.values), broken, strict=True
+    ):
+        share = max(share, float(np.abs(tau - rest)[rows].max() / np.abs(test.tau).max()))
+    return share
 
 
 def _joint_of(models: Sequence[Model]) -> str:
