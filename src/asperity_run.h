@@ -21,7 +21,8 @@ enum { ASPERITY_EVENTS = 64 };
  *   path   file or, with a text, its name in messages; NULL: none
  *   text   content in place of that of the file; NULL: none
  *   props  double[nprops], PROPS in place of the groups &material and &pattern; NULL: none
- * The result is never NULL. asperity_case_errors says whether it can be used; asperity_free_cases frees it. */
+ * The result is never NULL. asperity_case_errors says whether it can be used; asperity_free_cases frees it.
+ * A handle that is NULL is an error of its own: one error, no content, no run, no row, NaN, lost. */
 asperity_cases *asperity_read_cases(const char *path, const char *text, const double *props, int nprops);
 
 /* Number of errors of a case file; message has a line for each, with file, line, group, name, value and what was

@@ -26,6 +26,10 @@ module asperity_run_c
   public :: asperity_read_cases, asperity_case_errors, asperity_case_content, asperity_free_cases, asperity_begin, &
     asperity_next, asperity_value, asperity_lost, asperity_end, asperity_tables, asperity_stability_of
 
+  !> Messages about a handle that is NULL.
+  character(len=*), parameter :: no_cases = "cases = NULL: expected a handle of asperity_read_cases"
+  character(len=*), parameter :: no_run = "run = NULL: expected a handle of asperity_begin"
+
   !> What the handle of a case file has.
   type :: cases_type
     type(case_file_type) :: file
@@ -71,11 +75,15 @@ contains
     integer(c_int) :: n
     type(cases_type), pointer :: handle
     character(len=:), allocatable :: text
-    call c_f_pointer(cases, handle)
-    text = ""
-    call put_words(handle%errors, text)
+    text = no_cases
+    n = 1
+    if (c_associated(cases)) then
+      call c_f_pointer(cases, handle)
+      text = ""
+      call put_words(handle%errors, text)
+      n = handle%errors%n
+    end if
     call put_text(text, message, size)
-    n = handle%errors%n
   end function asperity_case_errors
 
   !> Content of a case file as JSON (case_json), where it has errors those (errors_json); returns its length.
@@ -85,6 +93,9 @@ contains
     integer(c_int), value :: size           !! bytes of the text
     integer(c_int) :: length
     type(cases_type), pointer :: handle
+    length = 0
+    call put_text("", text, size)
+    if (.not. c_associated(cases)) return
     call c_f_pointer(cases, handle)
     if (.not. allocated(handle%json)) then
       if (handle%errors%n > 0) call errors_json(handle%errors, handle%json)
@@ -117,6 +128,10 @@ contains
     character(len=:), allocatable :: text
     run = c_null_ptr
     text = ""
+    if (.not. c_associated(cases)) then
+      call put_text(no_cases, message, size)
+      return
+    end if
     call c_f_pointer(cases, file)
     call put_words(file%errors, text)
     if (len(text) == 0) then
@@ -166,6 +181,8 @@ contains
     real(wp) :: values(size(row_columns))
     integer :: i, last
     logical :: found
+    n_rows = 0
+    if (.not. c_associated(run)) return
     call c_f_pointer(run, handle)
     numbers => none
     statev => none
@@ -173,7 +190,6 @@ contains
     if (c_associated(rows)) call c_f_pointer(rows, numbers, [max(0, n_columns), max(0, n)])
     if (c_associated(states)) call c_f_pointer(states, statev, [max(0, nstatv), max(0, n)])
     if (c_associated(events)) call c_f_pointer(events, names, [event_length, max(0, n)])
-    n_rows = 0
     do while (n_rows < n)
       call next_row(handle%run, handle%row, found)
       if (.not. found) exit
@@ -207,9 +223,10 @@ contains
     character(len=:), allocatable :: name
     real(wp) :: values(size(row_columns))
     integer :: i
+    value = ieee_value(value, ieee_quiet_nan)
+    if (.not. c_associated(run)) return
     call c_f_pointer(run, handle)
     call get_text(column, name)
-    value = ieee_value(value, ieee_quiet_nan)
     i = findloc(row_columns == name, .true., dim=1)
     if (i == 0 .or. handle%n_rows == 0) return
     values = row_numbers(handle%row, handle%aperture)
@@ -224,11 +241,15 @@ contains
     integer(c_int) :: lost
     type(handle_type), pointer :: handle
     character(len=:), allocatable :: text
-    call c_f_pointer(run, handle)
-    text = ""
-    if (handle%row%lost) call explain_loss(handle%run, handle%row, text)
+    text = no_run
+    lost = 1
+    if (c_associated(run)) then
+      call c_f_pointer(run, handle)
+      text = ""
+      if (handle%row%lost) call explain_loss(handle%run, handle%row, text)
+      lost = merge(1_c_int, 0_c_int, handle%row%lost)
+    end if
     call put_text(text, message, size)
-    lost = merge(1_c_int, 0_c_int, handle%row%lost)
   end function asperity_lost
 
   !> End a run, at any row.

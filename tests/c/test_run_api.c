@@ -103,6 +103,22 @@ static int props_stand_for_material_and_pattern(void) {
   return bad;
 }
 
+static int handles_may_be_null(void) {
+  char message[200];
+  double number = -1.0;
+  int bad =
+      FAILS(asperity_case_errors(NULL, message, sizeof message) == 1) + FAILS(strstr(message, "cases = NULL") != NULL);
+  bad += FAILS(asperity_case_content(NULL, message, sizeof message) == 0);
+  bad +=
+      FAILS(asperity_begin(NULL, 0, message, sizeof message) == NULL) + FAILS(strstr(message, "cases = NULL") != NULL);
+  bad += FAILS(asperity_next(NULL, 1, 1, &number, 0, NULL, NULL) == 0) + FAILS(number == -1.0);
+  bad += FAILS(isnan(asperity_value(NULL, "s_N")));
+  bad += FAILS(asperity_lost(NULL, message, sizeof message) == 1) + FAILS(strstr(message, "run = NULL") != NULL);
+  asperity_end(NULL);
+  asperity_free_cases(NULL);
+  return bad;
+}
+
 static int errors_name_their_place(void) {
   char message[512];
   asperity_cases *cases = asperity_read_cases("slip.nml", MATERIAL PATTERN "&step slip = 0.1, tim = 1 /\n", NULL, 0);
@@ -198,7 +214,7 @@ int main(void) {
       props_stand_for_material_and_pattern, errors_name_their_place,
       what_cannot_begin_says_why,           loss_of_equilibrium_is_told,
       every_value_of_a_sweep_is_a_run,      tables_name_columns,
-      stability_is_that_of_the_tangent,
+      stability_is_that_of_the_tangent,     handles_may_be_null,
   };
   return check_run(sizeof tests / sizeof *tests, tests);
 }
