@@ -66,7 +66,7 @@ def section(g: Grid, outer: float) -> tuple[Floats, np.ndarray, np.ndarray]:
     edge = np.concatenate([square[-1, :], square[-2::-1, -1]])
     rings = [edge + t * (0.5 * DIAMETER * ray - edge) for t in np.linspace(0.0, 1.0, g.bar + 1)[1:]]
     radii = np.geomspace(DIAMETER, outer, g.cover + 1)[1:]
-    rings += [0.5 * one * ray for one in radii]
+    rings += [0.5 * radius * ray for radius in radii]
     number = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     layers = [np.concatenate([number[-1, :], number[-2::-1, -1]])]
     layers += [(n + 1) ** 2 + i * (k + 1) + np.arange(k + 1) for i in range(len(rings))]
@@ -142,7 +142,7 @@ class Pull:
         covers = ["cover", "other"] if cracked else ["cover"]
         young = {"bar": E_STEEL} | dict.fromkeys(covers, SOFT if pressure else E_CONCRETE)
         self.model = m = Model(jointed, laws, young, NU)
-        bar, cover = (m.solid(*some)[::3] > 0.0 for some in (["bar"], covers))
+        bar, cover = (m.solid(*blocks)[::3] > 0.0 for blocks in (["bar"], covers))
         end = m.x[:, 2] > LENGTH * (1.0 - 1e-9)
         loaded, held = m.dofs(bar & end, 2), m.dofs(cover & (end | rigid | (pressure > 0.0)), 2)
         mirror = [m.dofs(m.x[:, k] < 1e-9 * DIAMETER, k) for k in (0, 1)]
@@ -185,8 +185,8 @@ class Pull:
         level = np.rint(m.water.x[ribs, 2] / self.z[1]).astype(int)
         area = m.area[ribs]
         sums = [
-            np.bincount(level, area * one, len(self.z))
-            for one in (self.model.trial[0][1].traction[:, 1], np.ones(len(area)))
+            np.bincount(level, area * value, len(self.z))
+            for value in (self.model.trial[0][1].traction[:, 1], np.ones(len(area)))
         ]
         force, size = COMM.allreduce(np.array(sums), MPI.SUM)
         return np.asarray(force / size)
@@ -234,18 +234,18 @@ def ring(grid: Grid) -> float:
 
 def constants_of(words: Sequence[str]) -> dict[str, float]:
     """Constants of the ribs; ValueError with the word that is none."""
-    found = {}
+    constants = {}
     for word in words:
         name, sign, text = word.partition("=")
         try:
-            found[name] = float(text)
+            constants[name] = float(text)
         except ValueError:
             sign = ""
         if not (name and sign):
             raise ValueError(f"{word}: expected NAME=NUMBER")
-    if found and (missing := [one for one in ("sigma0", "Gc", "mu", "theta") if one not in found]):
+    if constants and (missing := [name for name in ("sigma0", "Gc", "mu", "theta") if name not in constants]):
         raise ValueError(f"no {missing[0]}: expected the constants sigma0, Gc, mu, theta of the ribs")
-    return found
+    return constants
 
 
 def main() -> None:
@@ -279,9 +279,9 @@ def main() -> None:
     rows, along = run.pull(options.end)
     if COMM.rank == 0:
         for row in rows:
-            print("row:", *(f"{one:.6g}" for one in row))
+            print("row:", *(f"{value:.6g}" for value in row))
         for pair in zip(run.z, along, strict=True):
-            print("bond:", *(f"{one:.6g}" for one in pair))
+            print("bond:", *(f"{value:.6g}" for value in pair))
 
 
 if __name__ == "__main__":

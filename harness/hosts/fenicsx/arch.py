@@ -156,11 +156,11 @@ def main() -> None:
             mesh(path, ratio, o.dim, o.size)
         COMM.barrier()
         pvd = path.with_suffix(".pvd") if o.pvd else None
-        found, unknowns = collapse(path, ratio, o.dim, o.mu, o.tan_psi, pvd)
+        collapsed, unknowns = collapse(path, ratio, o.dim, o.mu, o.tan_psi, pvd)
         if COMM.rank == 0:
             strength = (o.mu + o.tan_psi) / (1.0 - o.mu * o.tan_psi)
             rigid = f"limit analysis {limit(ratio, strength):.4f} g"
-            print(f"t/R {ratio:g}: {found:.4f} g, {rigid}, {unknowns} unknowns", flush=True)
+            print(f"t/R {ratio:g}: {collapsed:.4f} g, {rigid}, {unknowns} unknowns", flush=True)
 
 
 if __name__ == "__main__":

@@ -56,10 +56,10 @@ def period(width: float = 3.0, nu: float = 0.2, strain: float = -0.01) -> tuple[
     if not steps.solve(2.0 * strain * np.isin(steps.fixed, model.dofs(top, 1)), 0.0 * model.u):
         raise RuntimeError(steps.message)
     traction = BOND.update(model.s[0]).traction[:, 0]
-    found = total(traction @ model.area) / total(model.area.sum())
+    stress = total(traction @ model.area) / total(model.area.sum())
     closing = float(BOND.update([[-1e-9, 0.0, 0.0]]).traction[0, 0]) / -1e-9
     # strain x = (stress x - nu stress y)/E closes the joint by width times it, strain y is given
-    return found, nu * E_ARM * strain / (1.0 + E_ARM / (width * closing) - nu**2)
+    return stress, nu * E_ARM * strain / (1.0 + E_ARM / (width * closing) - nu**2)
 
 
 def slope(mu: float = 0.7) -> tuple[float, float]:
@@ -127,8 +127,8 @@ def main() -> None:
         "peel": peel(), "period": period(), "slope": slope(), "block": block(), "dam": dam(0.0),
         "uplift": dam(0.8),
     }  # fmt: skip
-    for name, (found, expected) in results.items() if COMM.rank == 0 else ():
-        print(f"{name} {found:.6g} {expected:.6g}")
+    for name, (computed, expected) in results.items() if COMM.rank == 0 else ():
+        print(f"{name} {computed:.6g} {expected:.6g}")
 
 
 if __name__ == "__main__":

@@ -78,8 +78,8 @@ class Crack:
     def error(self, kind: str) -> float:
         """L2 norm of the error of opening and slip, over that of the closed form."""
         exact = np.sqrt(B**2 - self.x**2)[:, None] * closed_form(kind)[:2]
-        squares = (self.weights @ one**2 for one in (self.separation[:, :2] - exact, exact))
-        error, size = (one.sum() for one in squares)
+        squares = (self.weights @ vector**2 for vector in (self.separation[:, :2] - exact, exact))
+        error, size = (square.sum() for square in squares)
         return float(np.sqrt(error / size))
 
     def imbalance(self) -> float:
@@ -98,7 +98,7 @@ def run(kind: str, n: int) -> Crack:
     far = np.geomspace(half[-1] - half[-2], DOMAIN, n)
     far = (DOMAIN - 1.0) * np.cumsum(np.diff(far, prepend=0.0)) / DOMAIN
     right, up = B * np.r_[half, 1.0 + far], B * np.r_[0.0, far]
-    x, y = (np.r_[-one[:0:-1], one] for one in (right, up))
+    x, y = (np.r_[-half_axis[:0:-1], half_axis] for half_axis in (right, up))
     inside = {"joint": lambda a, b, x, normal: np.abs(x[:, 0]) < B}
     mesh = split(grid(x, y, block=y[:-1] >= 0.0), inside)
     model = Model(mesh, {"joint": interface(kind)}, MODULUS, POISSON, plane="strain")
@@ -119,9 +119,9 @@ def run(kind: str, n: int) -> Crack:
     inner, law = model.area > 0.0, model.laws[0]
     traction = law.update(model.s[0], model.state[0], model.s[0], p=model.water.p).traction
     parts = (model.water.x[:, 0], model.area, model.s[0], traction)
-    place, *values = (np.concatenate(COMM.allgather(one[inner])) for one in parts)
+    place, *values = (np.concatenate(COMM.allgather(values_here[inner])) for values_here in parts)
     order = np.argsort(place)
-    return Crack(place[order], *(one[order] for one in values))
+    return Crack(place[order], *(column[order] for column in values))
 
 
 def draw(cracks: dict[str, Crack], path: Path) -> None:
@@ -137,8 +137,10 @@ def draw(cracks: dict[str, Crack], path: Path) -> None:
             panels += [opening] if kind in ("dilation", "height") else []
             for panel in panels:
                 column = 1 if panel is slip else 0
-                found = -crack.traction[:, 0] if panel is compression else crack.separation[:, column]
-                panel.plot(crack.x / B, found, ".", color=colour, markersize=3, label=labels.get(kind, kind))
+                plotted = -crack.traction[:, 0] if panel is compression else crack.separation[:, column]
+                panel.plot(
+                    crack.x / B, plotted, ".", color=colour, markersize=3, label=labels.get(kind, kind)
+                )
                 if kind != "height":
                     *factors, normal = closed_form(kind)
                     exact = np.full(len(s), -normal) if panel is compression else factors[column] * ellipse
@@ -172,11 +174,11 @@ def main() -> None:
     show("benchmark, elements, error, order, largest slip and opening, normal traction at s = 0")
     for kind in STIFF:
         cracks = [run(kind, n) for n in options.elements]
-        errors = [one.imbalance() if kind == "height" else one.error(kind) for one in cracks]
-        for k, (n, one, error) in enumerate(zip(options.elements, cracks, errors, strict=True)):
+        errors = [crack.imbalance() if kind == "height" else crack.error(kind) for crack in cracks]
+        for k, (n, crack, error) in enumerate(zip(options.elements, cracks, errors, strict=True)):
             order = math.log(errors[k - 1] / error) / math.log(n / options.elements[k - 1]) if k else math.nan
-            opening, slip, _ = one.separation.max(axis=0)
-            normal = one.traction[np.abs(one.x).argmin(), 0]
+            opening, slip, _ = crack.separation.max(axis=0)
+            normal = crack.traction[np.abs(crack.x).argmin(), 0]
             show(f"{kind} {n} {error:.6f} {order:.2f} {slip:.5f} {opening:.5f} {normal:.4f}")
         options.shown = getattr(options, "shown", {}) | {kind: cracks[-1]}
     if options.output is not None and COMM.rank == 0:

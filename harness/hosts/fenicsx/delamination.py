@@ -56,7 +56,7 @@ def peel(ratio: float, mu: float) -> tuple[float, ...]:
         )
         # energy of the beams before the crack less that of the beam behind it, per area
         both = moment[0] + moment[1] + 0.5 * ARM * (axial[0] - axial[1]), axial[0] + axial[1]
-        J = sum(6.0 * one**2 / ARM**3 for one in moment) + sum(0.5 * one**2 / ARM for one in axial)
+        J = sum(6.0 * M**2 / ARM**3 for M in moment) + sum(0.5 * F**2 / ARM for F in axial)
         J = (J - 0.75 * both[0] ** 2 / ARM**3 - 0.25 * both[1] ** 2 / ARM) / stiff
         opening = 3.0 * (moment[0] - moment[1]) ** 2 / (stiff * ARM**3)
         area, spent = total(m.state[0][:, 0] @ m.area), m.area @ m.state[0][:, kinds]
@@ -65,11 +65,11 @@ def peel(ratio: float, mu: float) -> tuple[float, ...]:
             break
     if follow.reason:
         raise RuntimeError(follow.reason)
-    found = np.array(rows)
+    table = np.array(rows)
     # the second half of the way of the crack
-    k = int(np.searchsorted(found[:, 3], 0.5 * (found[0, 3] + found[-1, 3])))
-    rupture, friction = (found[-1, 4:] - found[k, 4:]) / (found[-1, 3] - found[k, 3])
-    return *found[k:, :3].mean(axis=0), rupture + friction, friction
+    k = int(np.searchsorted(table[:, 3], 0.5 * (table[0, 3] + table[-1, 3])))
+    rupture, friction = (table[-1, 4:] - table[k, 4:]) / (table[-1, 3] - table[k, 3])
+    return *table[k:, :3].mean(axis=0), rupture + friction, friction
 
 
 def main() -> None:
@@ -79,7 +79,7 @@ def main() -> None:
         for ratio in TURNS:
             numbers = peel(ratio, mu)
             if COMM.rank == 0:
-                print(f"mu {mu:g} turn {ratio:g}:", *(f"{one:.5g}" for one in numbers), flush=True)
+                print(f"mu {mu:g} turn {ratio:g}:", *(f"{number:.5g}" for number in numbers), flush=True)
 
 
 if __name__ == "__main__":

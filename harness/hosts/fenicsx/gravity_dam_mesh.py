@@ -18,15 +18,15 @@ def mesh(path: str, size: float = 4.0) -> None:
     lines = [g.addLine(a, b) for a, b in zip(rock, rock[1:] + rock[:1], strict=True)]
     sides = [g.addLine(a, b) for a, b in ((rock[1], crest[0]), crest, (crest[1], rock[0]))]
     fault = g.addLine(rock[6], g.addPoint(20, -50, 0, size))
-    solids = [g.addPlaneSurface([g.addCurveLoop(one)]) for one in (lines, [lines[0], *sides])]
+    solids = [g.addPlaneSurface([g.addCurveLoop(loop)]) for loop in (lines, [lines[0], *sides])]
     g.synchronize()
     gmsh.model.mesh.embed(1, [fault], 2, solids[0])
     for name, solid in zip(("rock", "dam"), solids, strict=True):
         gmsh.model.addPhysicalGroup(2, [solid], name=name)
     edges = {"fault": [fault], "upstream": sides[2:], "reservoir": lines[5:], "bottom": [lines[3]],
              "ends": [lines[2], lines[4]]}  # fmt: skip
-    for name, some in edges.items():
-        gmsh.model.addPhysicalGroup(1, some, name=name)
+    for name, curves in edges.items():
+        gmsh.model.addPhysicalGroup(1, curves, name=name)
     gmsh.model.mesh.generate(2)
     gmsh.write(path)
     gmsh.finalize()

@@ -66,7 +66,7 @@ class Follow:
             raise ValueError(
                 f"step = {step}, most = {most}, least = {least}: expected 0 < least <= step <= most"
             )
-        if passes < 0 or not 0.0 < limit < 1.0 or not all(0.0 < one < 1.0 for one in errors):
+        if passes < 0 or not 0.0 < limit < 1.0 or not all(0.0 < error < 1.0 for error in errors):
             text = f"passes = {passes}, limit = {limit}, errors = {errors}"
             raise ValueError(f"{text}: expected at least 0 passes, and limit and errors between 0 and 1")
         self.steps, self.conditions, self.step, self.most, self.least = steps, conditions, step, most, least
@@ -169,8 +169,8 @@ class Follow:
     def resume(self, file: Path) -> None:
         """Go on from the files of a run with the same mesh, laws and ranks."""
         m = self.steps.model
-        found = read(file, m, ("jump",), last=m.u.shape, now=(4,), counts=(len(COUNTS),))
-        self.last, self.jump = found["last"], [found[f"jump{k}"] for k in range(len(self.jump))]
-        self.at, self.move, self.step, self.steps.largest = found["now"].tolist()
-        for name, value in zip(COUNTS, found["counts"].tolist(), strict=True):
+        saved = read(file, m, ("jump",), last=m.u.shape, now=(4,), counts=(len(COUNTS),))
+        self.last, self.jump = saved["last"], [saved[f"jump{k}"] for k in range(len(self.jump))]
+        self.at, self.move, self.step, self.steps.largest = saved["now"].tolist()
+        for name, value in zip(COUNTS, saved["counts"].tolist(), strict=True):
             setattr(self, name, value)

@@ -80,15 +80,15 @@ class Group:
 
 def _group(jointed: Jointed, name: str) -> Group:
     nodes, area = jointed.nodes(name), np.zeros(len(jointed.points))
-    for some in jointed.groups[name]:
-        np.add.at(area, some, _weights(jointed.points[some]))
+    for face_nodes in jointed.groups[name]:
+        np.add.at(area, face_nodes, _weights(jointed.points[face_nodes]))
     faces, message = np.zeros((0, 2), np.int64), "expected a group of faces"
     if name in jointed.surfaces:
         [faces] = jointed.face_nodes(jointed.surfaces[name])
         [(kind, cells)] = jointed.cells.items()
         near = cells[np.isin(cells, nodes).sum(1) >= faces.shape[1]]
-        all_ = np.sort(np.concatenate([near[:, list(one)] for one in FACES[kind]]))
-        known, count = np.unique(all_, axis=0, return_counts=True)
+        all_faces = np.sort(np.concatenate([near[:, list(face)] for face in FACES[kind]]))
+        known, count = np.unique(all_faces, axis=0, return_counts=True)
         inner = len({*map(tuple, known[count > 1].tolist())} & {*map(tuple, np.sort(faces).tolist())})
         message = f"{inner} of its {len(faces)} faces are inside the solids" if inner else ""
     corners = jointed.points[faces]
@@ -104,10 +104,13 @@ def distributed(jointed: Jointed, laws: Mapping[str, Interface]) -> tuple:
         raise ValueError(f"laws of {', '.join(laws)}: expected those of {', '.join(jointed.joints)}")
     rows = []
     for name, parts in jointed.joints.items():
-        for one in parts:
-            law, weight = np.full(len(one.area), list(laws).index(name)), _weights(jointed.points[one.minus])
-            places, corners = jointed.origin[one.minus], jointed.points[one.minus]
-            rows.append((one.minus, one.plus, law, one.axes, weight, one.cells, places, corners))
+        for part in parts:
+            law, weight = (
+                np.full(len(part.area), list(laws).index(name)),
+                _weights(jointed.points[part.minus]),
+            )
+            places, corners = jointed.origin[part.minus], jointed.points[part.minus]
+            rows.append((part.minus, part.plus, law, part.axes, weight, part.cells, places, corners))
     groups = {name: _group(jointed, name) for name in jointed.groups}
     cells = jointed.cells[kind][:, BASIX[kind]].astype(np.int64)
     faces = [np.concatenate(column) for column in zip(*rows, strict=True)]

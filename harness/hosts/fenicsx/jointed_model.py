@@ -100,7 +100,7 @@ class Model:
         self._node = node[self._order]
         of_all = law, places, corners, mine
         self.face_cells = block[sides[mine]]
-        minus, plus, law, axes, weight = (one[mine] for one in (minus, plus, law, axes, weight))
+        minus, plus, law, axes, weight = (column[mine] for column in (minus, plus, law, axes, weight))
         self.face_joint = law
         self._points(self.local(minus), self.local(plus), law, axes, self.thickness * weight)
         self._stiffness(young, nu, plane)
@@ -128,7 +128,7 @@ class Model:
     def dofs(self, nodes: np.ndarray, *components: int) -> np.ndarray:
         """Components of owned nodes, as indices or a mask of them."""
         nodes = np.asarray(nodes)
-        if bad := [one for one in components if one not in range(self.d)]:
+        if bad := [component for component in components if component not in range(self.d)]:
             raise ValueError(f"component {bad[0]}: expected 0 to {self.d - 1} in {self.d}D")
         if nodes.dtype == bool:
             if nodes.shape != (self.n,):
@@ -155,7 +155,7 @@ class Model:
         ends = np.searchsorted(key[:, 0], range(len(self.laws) + 1))
         self.parts = [slice(a, b) for a, b in itertools.pairwise(ends)]
         self.s = [np.zeros((p.stop - p.start, 3)) for p in self.parts]
-        self.state = [np.zeros((len(s), one.nstatv)) for s, one in zip(self.s, self.laws, strict=True)]
+        self.state = [np.zeros((len(s), law.nstatv)) for s, law in zip(self.s, self.laws, strict=True)]
 
     def _stiffness(self, E: Mapping[str, float], nu: float, plane: str) -> None:
         """Matrix of the solids, with room for the joints."""
@@ -198,16 +198,16 @@ class Model:
     def solid(self, *blocks: str) -> Floats:
         """1 at the components of nodes of these blocks, 0 elsewhere, (n d,)."""
         inside = np.isin(self.cell_block, self._numbers(blocks))
-        found = np.zeros((self.n + self.map.num_ghosts, self.d))
-        found[self.V.dofmap.list[inside]] = 1.0
-        return found[: self.n].ravel()
+        mask = np.zeros((self.n + self.map.num_ghosts, self.d))
+        mask[self.V.dofmap.list[inside]] = 1.0
+        return mask[: self.n].ravel()
 
     def _inside(self, blocks: Sequence[str]) -> fem.Function:
         """1 in the cells of these blocks, 0 elsewhere; without names 1 in all."""
-        found = fem.Function(fem.functionspace(self.mesh, ("DG", 0)))
+        indicator = fem.Function(fem.functionspace(self.mesh, ("DG", 0)))
         inside = np.isin(self.cell_block, self._numbers(blocks or self.names))
-        found.x.array[found.function_space.dofmap.list.ravel()] = inside
-        return found
+        indicator.x.array[indicator.function_space.dofmap.list.ravel()] = inside
+        return indicator
 
     def body(self, force: Sequence[float], *blocks: str) -> Floats:
         """Nodal forces of a force per volume, (d,), in these blocks; default: in all."""
@@ -265,14 +265,14 @@ class Model:
         size = self.d, self.d
 
         def tensors(x: Floats) -> Floats:
-            found = np.asarray(stress(x) if callable(stress) else stress, float)
-            if found.shape not in (size, (len(x), *size)):
-                raise ValueError(f"stress of the shape {found.shape}: expected {size} or {(len(x), *size)}")
-            if not np.isfinite(found).all() or np.abs(found - found.swapaxes(-1, -2)).max(initial=0.0) > (
-                1e-9 * np.abs(found).max(initial=0.0)
+            values = np.asarray(stress(x) if callable(stress) else stress, float)
+            if values.shape not in (size, (len(x), *size)):
+                raise ValueError(f"stress of the shape {values.shape}: expected {size} or {(len(x), *size)}")
+            if not np.isfinite(values).all() or np.abs(values - values.swapaxes(-1, -2)).max(initial=0.0) > (
+                1e-9 * np.abs(values).max(initial=0.0)
             ):
                 raise ValueError("stress: expected finite, symmetric components")
-            return np.broadcast_to(found, (len(x), *size))
+            return np.broadcast_to(values, (len(x), *size))
 
         given = fem.Function(fem.functionspace(self.mesh, ("DG", 1, size)))
         given.interpolate(lambda x: tensors(x[: self.d].T).reshape(-1, self.d**2).T)
@@ -352,13 +352,15 @@ class Model:
         """Errors of the last forces by their aim: largest of a damage, sum of those of nodal forces."""
         damage, force = 0.0, 0.0
         for k, (p, law) in enumerate(zip(self.parts, self.laws, strict=True)):
-            s, found = self.trial[k]
-            taken, true = (law.update(one, self.state[k], self.s[k], dt) for one in (self.aim[k], s))
+            s, result = self.trial[k]
+            taken, true = (
+                law.update(separation, self.state[k], self.s[k], dt) for separation in (self.aim[k], s)
+            )
             first, step = contract.N_POINT_STATEV, contract.N_PLANE_STATEV
             planes = slice(first, first + step * law.n_planes, step)
             alpha = (true.state[:, planes], taken.state[:, planes])
             damage = max(damage, np.abs(np.subtract(*alpha)).max(initial=0.0))
-            error = np.linalg.norm(true.traction - found.traction, axis=1)
+            error = np.linalg.norm(true.traction - result.traction, axis=1)
             force += float(self.area[p] @ error)
         return COMM.allreduce(float(damage), MPI.MAX), total(force)
 
@@ -370,5 +372,5 @@ class Model:
     def spent(self) -> float:
         """Energy of rupture and friction of all joints."""
         kinds = [contract.statev_index(name) for name in ("rupture", "friction")]
-        found = [(self.area[p] @ g[:, kinds]).sum() for p, g in zip(self.parts, self.state, strict=True)]
-        return total(sum(found))
+        spent = [(self.area[p] @ g[:, kinds]).sum() for p, g in zip(self.parts, self.state, strict=True)]
+        return total(sum(spent))

@@ -43,10 +43,10 @@ class Output:
         results = [law.update(s, state, s, 1.0, p=p) for law, s, state, p in rows]
         room = contract.N_POINT_STATEV  # laws may have another number of planes
         values = m.s, [r.traction for r in results], [state[:, :room] for state in m.state]
-        of_faces = (np.concatenate(one)[m.face_points[self.near]] for one in values)
+        of_faces = (np.concatenate(by_law)[m.face_points[self.near]] for by_law in values)
         numbers = m.cell_block[: len(self.solids)], m.face_joint[self.near], m.names, m.joints
         fields = {"p": m.water.p[m.face_points], "aperture": m.water.aperture(m.s)}
-        fields = {name: one[self.near] for name, one in fields.items()}
+        fields = {name: at_points[self.near] for name, at_points in fields.items()}
         step = paraview_files.Step(
             time, nodes, u, self.kind, self.solids, self.joints, *of_faces, *numbers, fields
         )

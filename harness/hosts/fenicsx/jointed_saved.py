@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 def write(file: Path, m: Model, joints: dict[str, list[Floats]] | None = None, **numbers: ArrayLike) -> None:
     """Write a model after its last step, lists of the points of its joints and numbers of the run."""
     parts = {"s": m.s, "state": m.state} | (joints or {})
-    rows = {f"{name}{k}": one for name, some in parts.items() for k, one in enumerate(some)}
+    rows = {f"{name}{k}": array for name, arrays in parts.items() for k, array in enumerate(arrays)}
     new = file.with_suffix(f".{COMM.rank}.new.npz")
     np.savez(
         new,
@@ -25,7 +25,7 @@ def write(file: Path, m: Model, joints: dict[str, list[Floats]] | None = None, *
         p=m.water.p,
         ranks=COMM.size,
         **rows,
-        **{name: np.asarray(one) for name, one in numbers.items()},
+        **{name: np.asarray(number) for name, number in numbers.items()},
     )
     new.replace(file.with_suffix(f".{COMM.rank}.npz"))  # whole even if the run is ended here
 
@@ -35,18 +35,18 @@ def read(file: Path, m: Model, joints: tuple[str, ...] = (), **numbers: tuple[in
 
     joints: names of the lists that `write` got; numbers: shapes of the numbers.
     """
-    path, found = file.with_suffix(f".{COMM.rank}.npz"), {}
+    path, saved = file.with_suffix(f".{COMM.rank}.npz"), {}
     try:
         with np.load(path) as data:
-            found = dict(data)
+            saved = dict(data)
     except (OSError, EOFError, ValueError, TypeError, AttributeError, zipfile.BadZipFile, zlib.error):
-        found = {}  # all ranks refuse it below
+        saved = {}  # all ranks refuse it below
     shapes = {"u": m.u.shape, "p": m.water.p.shape, "ranks": (), **numbers}
     for names, points in ((("s", *joints), m.s), (("state",), m.state)):
-        shapes |= {f"{name}{k}": one.shape for name in names for k, one in enumerate(points)}
-    same = all(name in found and found[name].shape == shape for name, shape in shapes.items())
-    if not COMM.allreduce(bool(same and found["ranks"] == COMM.size), MPI.LAND):
+        shapes |= {f"{name}{k}": separation.shape for name in names for k, separation in enumerate(points)}
+    same = all(name in saved and saved[name].shape == shape for name, shape in shapes.items())
+    if not COMM.allreduce(bool(same and saved["ranks"] == COMM.size), MPI.LAND):
         raise ValueError(f"{file}: expected the files of a run with the same mesh, laws and ranks")
-    m.u, m.water.p = found["u"], found["p"]
-    m.s, m.state = ([found[f"{name}{k}"] for k in range(len(m.laws))] for name in ("s", "state"))
-    return found
+    m.u, m.water.p = saved["u"], saved["p"]
+    m.s, m.state = ([saved[f"{name}{k}"] for k in range(len(m.laws))] for name in ("s", "state"))
+    return saved

@@ -209,13 +209,13 @@ class Shake:
         """Go on from the files of a run with the same mesh, laws and ranks."""
         m = self.steps.model
         sizes = {"ledger": (len(fields(Ledger)),), "times": (1 + len(NUMBERS),), "counts": (2,)}
-        found = read(file, m, v=m.u.shape, a=m.u.shape, force=m.u.shape, **sizes)
-        self.v, self.a, self.force = found["v"], found["a"], found["force"]
-        self.ledger = Ledger(*found["ledger"].tolist())
-        self.steps.largest, *numbers = found["times"].tolist()
+        saved = read(file, m, v=m.u.shape, a=m.u.shape, force=m.u.shape, **sizes)
+        self.v, self.a, self.force = saved["v"], saved["a"], saved["force"]
+        self.ledger = Ledger(*saved["ledger"].tolist())
+        self.steps.largest, *numbers = saved["times"].tolist()
         for name, value in zip(NUMBERS, numbers, strict=True):
             setattr(self, name, value)
-        self.cuts, self.taken = found["counts"].tolist()
+        self.cuts, self.taken = saved["counts"].tolist()
         self._begun = True
 
     def _solve(self, t: float, dt: float) -> bool:

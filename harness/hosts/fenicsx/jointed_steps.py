@@ -101,9 +101,9 @@ class Steps:
         try:
             self.snes.getLineSearch().setType(search)
         except PETSc.Error as error:
-            found = ".".join(map(str, PETSc.Sys.getVersion()))
+            version = ".".join(map(str, PETSc.Sys.getVersion()))
             text = (
-                f"PETSc {found} has no line search {search}: expected PETSc 3.24 or later, or another one, "
+                f"PETSc {version} has no line search {search}: expected PETSc 3.24 or later, or another one, "
             )
             raise ValueError(f"{text}such as -snes_linesearch_type cp") from error
         self.snes.setFromOptions()
@@ -124,11 +124,13 @@ class Steps:
         pc.setMGLevels(2)
         pc.setMGInterpolation(1, P)
         nodes = np.split(np.argsort(part, kind="stable"), np.cumsum(count)[:-1])
-        dofs = [(m.dofs(one, *range(m.d)) + m.map.local_range[0] * m.d).astype(INT) for one in nodes]
-        one_by_one = pc.getMGSmoother(1).getPC()
-        one_by_one.setType(PETSc.PC.Type.ASM)
-        one_by_one.setASMLocalSubdomains(
-            len(dofs), [PETSc.IS().createGeneral(one, PETSc.COMM_SELF) for one in dofs]
+        dofs = [
+            (m.dofs(part_nodes, *range(m.d)) + m.map.local_range[0] * m.d).astype(INT) for part_nodes in nodes
+        ]
+        smoother = pc.getMGSmoother(1).getPC()
+        smoother.setType(PETSc.PC.Type.ASM)
+        smoother.setASMLocalSubdomains(
+            len(dofs), [PETSc.IS().createGeneral(part_dofs, PETSc.COMM_SELF) for part_dofs in dofs]
         )
         self.snes.setFromOptions()
 
@@ -180,10 +182,10 @@ class Steps:
         # without a factor PETSc hands out no matrix
         if not (direct and self.factored) or pc.getFactorSolverType() != PETSc.Mat.SolverType.MUMPS:
             return 0.0, 0.0, 0.0
-        found = pc.getFactorMatrix()
-        entries, gigabytes = found.getMumpsInfog(29), found.getMumpsInfog(22) / 1e3
+        factor = pc.getFactorMatrix()
+        entries, gigabytes = factor.getMumpsInfog(29), factor.getMumpsInfog(22) / 1e3
         entries = entries if entries >= 0 else -1e6 * entries  # in millions where they are many
-        return float(entries), found.getMumpsRinfog(3), gigabytes
+        return float(entries), factor.getMumpsRinfog(3), gigabytes
 
     def destroy(self) -> None:
         """Release the factors, which Python's garbage collector does not reach."""

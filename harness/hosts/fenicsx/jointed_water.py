@@ -44,22 +44,25 @@ def quadrature(x: Floats, degree: int) -> tuple[Floats, Floats, Floats]:
 def of_opening(p: Pressure) -> bool:
     """Whether a pressure is a function of the opening, too."""
     words = inspect.signature(p).parameters.values() if callable(p) else ()
-    return sum(one.default is one.empty and one.kind <= one.POSITIONAL_OR_KEYWORD for one in words) > 1
+    return sum(word.default is word.empty and word.kind <= word.POSITIONAL_OR_KEYWORD for word in words) > 1
 
 
 def values_of(name: str, p: Pressure, x: Floats, *opening: Floats) -> tuple[Floats, str]:
     """Pressures (n,) at places (n, d), and what is wrong with them."""
     if of_opening(p) and not opening:
         return np.zeros(len(x)), f"{name}: p is a function of the opening: expected one of places alone"
-    found = np.asarray(p(x, *opening) if callable(p) else p, float)
-    if found.shape not in ((), (len(x),)):
-        return np.zeros(len(x)), f"{name}: p of the shape {found.shape}: expected one number or {len(x)}"
-    found = np.broadcast_to(found, len(x)).copy()
-    found[(found < 0.0) & (found >= -ROUNDING * found.max(initial=0.0))] = 0.0
-    bad = np.flatnonzero(~(np.isfinite(found) & (found >= 0.0)))
+    pressures = np.asarray(p(x, *opening) if callable(p) else p, float)
+    if pressures.shape not in ((), (len(x),)):
+        return np.zeros(len(x)), f"{name}: p of the shape {pressures.shape}: expected one number or {len(x)}"
+    pressures = np.broadcast_to(pressures, len(x)).copy()
+    pressures[(pressures < 0.0) & (pressures >= -ROUNDING * pressures.max(initial=0.0))] = 0.0
+    bad = np.flatnonzero(~(np.isfinite(pressures) & (pressures >= 0.0)))
     for k in bad[:1]:
-        return found, f"{name}: p = {found[k]:g} at {place(x[k])}: expected a finite water pressure >= 0"
-    return found, ""
+        return (
+            pressures,
+            f"{name}: p = {pressures[k]:g} at {place(x[k])}: expected a finite water pressure >= 0",
+        )
+    return pressures, ""
 
 
 class Flow:
@@ -88,7 +91,7 @@ class Flow:
         known, nodes = np.unique(places, return_inverse=True)
         self.nodes, n = nodes.reshape(places.shape), len(known)
         self.p, self.rates = np.full(n, np.nan), dict.fromkeys(given, 0.0)
-        self.at = {name: np.searchsorted(known, one) for name, (one, _) in given.items()}
+        self.at = {name: np.searchsorted(known, at_places) for name, (at_places, _) in given.items()}
         x = np.empty((n, corners.shape[2]))
         x[self.nodes] = corners
         for name, (_, values) in given.items():
@@ -189,9 +192,9 @@ class Water:
         values = m.thickness * values.reshape(at.shape[:2]) * weights
         forces = -np.einsum("fq,qk,fqd->fkd", values, table[0], normal, optimize=True)
         local, here = m.owned(group.faces.ravel())
-        found = np.zeros((m.n, m.d))
-        np.add.at(found, local, forces.reshape(-1, m.d)[here])
-        return found.ravel()
+        nodal_forces = np.zeros((m.n, m.d))
+        np.add.at(nodal_forces, local, forces.reshape(-1, m.d)[here])
+        return nodal_forces.ravel()
 
     def quadrature(self) -> tuple[Floats, Floats]:
         """Places (f, q, d) in the faces of joints here, and their shares (f, q, k) in the nodes."""
@@ -232,7 +235,7 @@ class Water:
                 pull.shape == (m.d,) and bool(np.isfinite(pull).all()),
         }  # fmt: skip
         agree(next((text for text, good in checks.items() if not good), ""))
-        number = np.array([names.index(one) if one in names else -1 for one in m.joints])[self.joint]
+        number = np.array([names.index(name) if name in names else -1 for name in m.joints])[self.joint]
         rows = np.flatnonzero(number >= 0)
         places, corners, ends = self.places[rows], self.corners[rows], {}
         known, first_at = np.unique(places, return_index=True)
@@ -242,9 +245,9 @@ class Water:
             values, wrong = values_of(name, p, corners.reshape(-1, m.d)[first_at[inside]])
             agree(message or wrong)
             ends[name] = known[inside], values
-        law = viscosity / m.thickness, np.array([first[one] for one in names], float), a_min, pull
+        law = viscosity / m.thickness, np.array([first[name] for name in names], float), a_min, pull
         flow = Flow(names, number[rows], places, corners, ends, law)
-        self.flows = [one for one in self.flows if set(one[0].names) != set(names)] + [(flow, rows)]
+        self.flows = [old for old in self.flows if set(old[0].names) != set(names)] + [(flow, rows)]
         for name in names:
             self.by_opening.pop(name, None)
         self.p = self.aim(m.s)
@@ -254,9 +257,9 @@ class Water:
         """Openings (f, k) of faces of all ranks; which of them are here, and their numbers here."""
         mine = self.mine[rows]
         here = np.cumsum(self.mine)[rows[mine]] - 1
-        found = np.zeros((len(rows), self.places.shape[1]))
-        found[mine] = np.concatenate(s)[self.model.face_points[here], 0]
-        return COMM.allreduce(found), mine, here
+        openings = np.zeros((len(rows), self.places.shape[1]))
+        openings[mine] = np.concatenate(s)[self.model.face_points[here], 0]
+        return COMM.allreduce(openings), mine, here
 
     def aim(self, s: list[Floats]) -> Floats | None:
         """Pressures at all points that belong to separations by law; None if they do not depend on these."""
@@ -272,11 +275,11 @@ class Water:
 
     def aperture(self, s: list[Floats]) -> Floats:
         """Apertures at the nodes of the faces here, (f, k); a_0 and a_min are 0 where nothing flows."""
-        found = np.maximum(0.0, np.concatenate(s)[self.model.face_points, 0])
+        apertures = np.maximum(0.0, np.concatenate(s)[self.model.face_points, 0])
         for flow, rows in self.flows:
             opening, mine, here = self._opening(rows, s)
-            found[here] = flow.aperture(opening)[mine]
-        return found
+            apertures[here] = flow.aperture(opening)[mine]
+        return apertures
 
 
 class Mixing:
@@ -293,7 +296,7 @@ class Mixing:
         self.p, self.left = [*self.p, p][-self.depth - 1 :], [*self.left, aim - p][-self.depth - 1 :]
         new = p + self.share * self.left[-1]
         if len(self.p) > 1:
-            dp, dr = (np.diff(one, axis=0) for one in (self.p, self.left))
+            dp, dr = (np.diff(sequence, axis=0) for sequence in (self.p, self.left))
             gram = COMM.allreduce(np.column_stack([dr @ dr.T, dr @ self.left[-1]]))
             new = new - np.linalg.lstsq(gram[:, :-1], gram[:, -1])[0] @ (dp + self.share * dr)
         return np.maximum(new, 0.0)

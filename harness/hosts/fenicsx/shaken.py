@@ -40,14 +40,14 @@ def growth(beta: float = 0.0, mu: float = 0.5, c: float = 0.0, **other: float) -
     m = block(mu=mu, **other)
     kn = m.laws[0].material.kc * m.laws[0].material.K
     K, B = m.K.copy().convert("dense").getDenseArray(), np.zeros((len(m.area), 2, 2 * m.n))
-    for one, (a, b), axes in zip(B, m.pairs, m.axes, strict=True):
-        one[:, 2 * a : 2 * a + 2], one[:, 2 * b : 2 * b + 2] = -axes[:2], axes[:2]
+    for matrix, (a, b), axes in zip(B, m.pairs, m.axes, strict=True):
+        matrix[:, 2 * a : 2 * a + 2], matrix[:, 2 * b : 2 * b + 2] = -axes[:2], axes[:2]
     J = np.einsum("pkd,kl,ple,p->de", B, [[1.0, 0.0], [-mu, 0.0]], B, m.area, optimize=True)
     free = np.flatnonzero(np.repeat(m.x[:, 1] > 1e-9, 2))
     M = np.abs(m.body([DENSITY] * 2))[free][:, None]
     A, C = (K + kn * J)[np.ix_(free, free)], (beta * K + c * J)[np.ix_(free, free)]
-    found = np.linalg.eigvals(np.block([[0.0 * A, np.eye(len(A))], [-A / M, -C / M]]))
-    return float(found[np.abs(found.imag) > 1.0].real.max())
+    eigenvalues = np.linalg.eigvals(np.block([[0.0 * A, np.eye(len(A))], [-A / M, -C / M]]))
+    return float(eigenvalues[np.abs(eigenvalues.imag) > 1.0].real.max())
 
 
 def base(ramp: float) -> Callable[[float], list[float]]:
@@ -176,7 +176,7 @@ def main() -> None:
 
     def show(name: str, *numbers: float) -> None:
         if COMM.rank == 0:
-            print(f"{name}:", *(f"{one:.6g}" for one in numbers), flush=True)
+            print(f"{name}:", *(f"{number:.6g}" for number in numbers), flush=True)
 
     if not words or "growth" in words:
         for name, kind in {
@@ -189,15 +189,15 @@ def main() -> None:
         "sharp": (1e-3, 0.0, 1e-5), "alone": (1e-3, RAMP, 0.0), "coarse": (2e-3, RAMP, 0.0),
     }.items():  # fmt: skip
         if not words or name.split()[0] in words:
-            found, shake = slip(*kind)
-            show(name, found, shake.gained, shake.cuts, shake.taken)
+            slipped, shake = slip(*kind)
+            show(name, slipped, shake.gained, shake.cuts, shake.taken)
     if not words or "alpha2" in words:
         show("alpha2", alpha2(2e-3, RAMP))
     for d in (2, 3):
         for theta in (0.0, 10.0, 20.0):
             if not words or "climb" in words or f"climb{d}" in words:
-                found, shake = climb(d, theta)
-                show(f"climb{d} {theta:g}", found, shake.gained, shake.cuts, shake.taken)
+                slipped, shake = climb(d, theta)
+                show(f"climb{d} {theta:g}", slipped, shake.gained, shake.cuts, shake.taken)
     for name, kind in {"wall": (5, False), "edges": (1, True)}.items():
         if not words or name in words:
             shake = wall(*kind)

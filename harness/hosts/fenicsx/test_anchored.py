@@ -21,7 +21,7 @@ def largest(words: str, ranks: int = 1) -> tuple[float, float]:
     """Largest force and mean pressure."""
     done = start(words, "anchored", ranks)
     assert done.returncode == 0, done.stderr
-    rows = [[float(one) for one in line.split()[1:]] for line in done.stdout.splitlines() if "row" in line]
+    rows = [[float(word) for word in line.split()[1:]] for line in done.stdout.splitlines() if "row" in line]
     return max(row[1] for row in rows), max(row[2] for row in rows)
 
 
@@ -43,8 +43,8 @@ def test_friction() -> None:
 def test_cover() -> None:
     """The cover has the stiffness of a thick ring."""
     done = start("ring --grid 4 2 12 12", "anchored")
-    found = float(done.stdout.partition(": ")[2])
-    assert found == pytest.approx(ribbed.cover_stiffness(), rel=0.015)
+    stiffness = float(done.stdout.partition(": ")[2])
+    assert stiffness == pytest.approx(ribbed.cover_stiffness(), rel=0.015)
 
 
 def test_splitting_cover() -> None:

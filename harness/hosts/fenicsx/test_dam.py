@@ -38,8 +38,8 @@ def test_the_scripts_of_the_page(ranks: int, tmp_path: Path) -> None:
     shown = re.search(r"^```text\n(.*?)^```$", PAGE, re.M | re.S)[1]
     number = r"(?<![\w.])\d+\.\d+"
     assert re.sub(number, "", done.stdout) == re.sub(number, "", shown)
-    found, told = ([float(x) for x in re.findall(number, text)] for text in (done.stdout, shown))
-    assert found == pytest.approx(told, abs=2e-3)
+    computed, told = ([float(x) for x in re.findall(number, text)] for text in (done.stdout, shown))
+    assert computed == pytest.approx(told, abs=2e-3)
     for line in done.stdout.splitlines():
         slides, hand, *_ = (float(x) for x in re.findall(number, line))
         assert slides == pytest.approx(hand, rel=2e-3)

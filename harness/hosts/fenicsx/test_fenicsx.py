@@ -78,9 +78,9 @@ def test_exported_element(tmp_path: Path) -> None:
 )
 def test_ranks(tmp_path: Path, words: str, ranks: tuple[int, ...]) -> None:
     """Any number of ranks gives the forces of one."""
-    alone, *found = (rows_of(tmp_path / f"{n}.csv", f"{SMALL} {words}", n)[:, :3] for n in (1, *ranks))
-    for one in found:
-        assert one == pytest.approx(alone, abs=1e-8)
+    alone, *by_ranks = (rows_of(tmp_path / f"{n}.csv", f"{SMALL} {words}", n)[:, :3] for n in (1, *ranks))
+    for forces in by_ranks:
+        assert forces == pytest.approx(alone, abs=1e-8)
 
 
 def test_two_levels(tmp_path: Path) -> None:
@@ -139,14 +139,14 @@ def test_implex_in_kratos(tmp_path: Path) -> None:
     out = tmp_path / "implex.csv"
     words = ["--implex", "0.1", "--out", out]
     done = subprocess.run([*command, *words], check=True, capture_output=True, text=True)
-    found, summary = rows(out), json.loads(done.stdout.splitlines()[-1])
-    force = np.interp(found[:, 0], implicit[:, 0], implicit[:, 1])
-    assert np.abs(found[:, 1] - force).mean() <= 0.01 * force.max()
-    assert found[-1, 1:3] == pytest.approx(implicit[-1, 1:3], rel=0.01)
+    computed, summary = rows(out), json.loads(done.stdout.splitlines()[-1])
+    force = np.interp(computed[:, 0], implicit[:, 0], implicit[:, 1])
+    assert np.abs(computed[:, 1] - force).mean() <= 0.01 * force.max()
+    assert computed[-1, 1:3] == pytest.approx(implicit[-1, 1:3], rel=0.01)
     work = np.trapezoid(implicit[:, 1], implicit[:, 0])
     assert summary["work"] == pytest.approx(work, rel=0.01)
-    moved = np.diff(found[:, 0], prepend=0.0)
-    assert (found[moved > 1.001e-4, 4] <= 0.05).all() and summary["cuts"] == 0
+    moved = np.diff(computed[:, 0], prepend=0.0)
+    assert (computed[moved > 1.001e-4, 4] <= 0.05).all() and summary["cuts"] == 0
     plain = subprocess.run(command, check=False, capture_output=True, text=True)
     stopped = json.loads(plain.stdout.splitlines()[-1])
     assert plain.returncode == 3 and stopped["end"] < 3.0
@@ -157,8 +157,8 @@ def test_implex_in_kratos(tmp_path: Path) -> None:
 def test_arch(tmp_path: Path, words: str) -> None:
     """An arch falls at the acceleration of limit analysis, within 1 %: a part of the joints' compliance."""
     output, _ = run(f"{words} --folder {tmp_path}", name="arch")
-    for found, limit in re.findall(r"([\d.]+) g, limit analysis ([\d.]+) g", output):
-        assert float(found) == pytest.approx(float(limit), rel=0.01)
+    for acceleration, limit in re.findall(r"([\d.]+) g, limit analysis ([\d.]+) g", output):
+        assert float(acceleration) == pytest.approx(float(limit), rel=0.01)
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
@@ -169,38 +169,38 @@ def test_benchmarks(ranks: int) -> None:
     """
     output, _ = run("", ranks, name="benchmarks")
     errors = {"peel": 0.01, "period": 1e-5, "slope": 0.0, "block": 4e-5, "dam": 4e-5, "uplift": 4e-5}
-    for name, found, expected in (line.split() for line in output.splitlines()):
-        assert float(found) == pytest.approx(float(expected), rel=errors.pop(name)), name
+    for name, computed, expected in (line.split() for line in output.splitlines()):
+        assert float(computed) == pytest.approx(float(expected), rel=errors.pop(name)), name
     assert not errors
 
 
 def test_crack_converges_to_the_closed_form() -> None:
     """Errors are those of the page; with a finite height the tractions balance opening and slip."""
     output, _ = run("--elements 16 32 64", name="crack")
-    found: dict[str, list[list[float]]] = {}
+    by_kind: dict[str, list[list[float]]] = {}
     for kind, *numbers in (line.split() for line in output.splitlines()[1:]):
-        found.setdefault(kind, []).append([float(x) for x in numbers])
+        by_kind.setdefault(kind, []).append([float(x) for x in numbers])
     page = (PROGRAM.parents[3] / "docs/validation/benchmarks.md").read_text(encoding="utf-8")
     normal = {"friction": -11.698, "pressure": -10.0, "dilation": -15.127, "height": -13.7}
-    for kind, rows in found.items():
+    for kind, rows in by_kind.items():
         _, error, order, _, _, traction = rows[-1]
         assert error < 0.005 and order > 1.6 and rows[-2][2] > 1.6, kind
         assert traction == pytest.approx(normal[kind], rel=0.005, abs=1e-9)
         cells = " | ".join(f"{100 * row[1]:.2f}" for row in rows)
         assert f"| {kind} | {cells} |" in page
-    slip, opening = ([found[kind][-1][k] for kind in ("dilation", "height", "friction")] for k in (3, 4))
+    slip, opening = ([by_kind[kind][-1][k] for kind in ("dilation", "height", "friction")] for k in (3, 4))
     assert slip == sorted(slip) and slip[2] == pytest.approx(3.80785, rel=0.005)  # Phan 2003
     assert opening == sorted(opening, reverse=True)
 
 
 def test_crack_on_two_ranks() -> None:
     """They have the results of one, which a tip that both have does not change."""
-    alone, found = (run("--elements 16", ranks, name="crack")[0].split() for ranks in (1, 2))
-    assert [*map(is_number, alone)] == [*map(is_number, found)]
-    pairs = [pair for pair in zip(alone, found, strict=True) if is_number(pair[0])]
+    alone, together = (run("--elements 16", ranks, name="crack")[0].split() for ranks in (1, 2))
+    assert [*map(is_number, alone)] == [*map(is_number, together)]
+    pairs = [pair for pair in zip(alone, together, strict=True) if is_number(pair[0])]
     assert len(pairs) > 15
-    for one, other in pairs:
-        assert float(other) == pytest.approx(float(one), rel=1e-4, abs=1e-9, nan_ok=True)
+    for serial, parallel in pairs:
+        assert float(parallel) == pytest.approx(float(serial), rel=1e-4, abs=1e-9, nan_ok=True)
 
 
 def is_number(word: str) -> bool:
@@ -263,11 +263,11 @@ def test_a_file_of_another_version(tmp_path: Path) -> None:
         saved = dict(data)
     broken = [b"", whole[:40], whole[: len(whole) // 2]]
     for name in ("ranks", "last", "now", "counts", "jump0"):
-        np.savez(tmp_path / "less.npz", **{key: one for key, one in saved.items() if key != name})
+        np.savez(tmp_path / "less.npz", **{key: array for key, array in saved.items() if key != name})
         broken.append((tmp_path / "less.npz").read_bytes())
     np.savez(tmp_path / "less.npz", **saved | {"counts": saved["counts"][:-1]})
-    for one in [*broken, (tmp_path / "less.npz").read_bytes()]:
-        file.write_bytes(one)
+    for content in [*broken, (tmp_path / "less.npz").read_bytes()]:
+        file.write_bytes(content)
         _, messages = run(f"{words} --out {out} --resume", 2, status=2)
         assert "expected the files of a run with the same mesh, laws and ranks" in messages
     assert rows(out) == pytest.approx(before)  # nothing is lost

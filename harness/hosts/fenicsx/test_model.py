@@ -70,16 +70,16 @@ for expression in {list(WRONG)!r}:
         text = "accepted"
     except ValueError as error:
         text = str(error)
-    found = COMM.gather(text)
+    texts = COMM.gather(text)
     if COMM.rank == 0:
-        print(expression + " -> " + " | ".join(found))
+        print(expression + " -> " + " | ".join(texts))
 """  # fmt: skip
     done = start("", ranks=ranks, code=code)
     assert done.returncode == 0, done.stderr
-    found = dict(line.split(" -> ") for line in done.stdout.splitlines())
-    assert found.keys() == WRONG.keys()
+    printed = dict(line.split(" -> ") for line in done.stdout.splitlines())
+    assert printed.keys() == WRONG.keys()
     for expression, expected in WRONG.items():
-        texts = found[expression].split(" | ")
+        texts = printed[expression].split(" | ")
         assert len(texts) == ranks
         for text in texts:
             assert expected in text, (expression, text)
@@ -97,9 +97,9 @@ s = steps(m=model(), options="-snes_linesearch_type {search}")
 m = s.model
 down, push = (m.body(force, "block_1") for force in ([0.0, -1e-2], [1e-2, 0.0]))
 none = np.zeros(len(s.fixed))
-found = [s.solve(none, down + share * push) for share in (0.0, 0.3, 0.45, 0.51, 0.55, 0.6)]
+solved = [s.solve(none, down + share * push) for share in (0.0, 0.3, 0.45, 0.51, 0.55, 0.6)]
 if COMM.rank == 0:
-    print(found)
+    print(solved)
 """  # fmt: skip
     done = start("", ranks=ranks, code=code)
     assert done.returncode == 0, done.stderr

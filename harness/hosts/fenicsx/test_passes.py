@@ -34,11 +34,11 @@ def wall(words: str, out: Path, ranks: int = 1, status: int = 0) -> tuple[np.nda
 def test_passes_find_the_step_of_the_law(ranks: int, tmp_path: Path) -> None:
     """Passes end at the forces of Newton's method, within the error that they report."""
     newton, whole, _ = wall(FIXED, tmp_path / "newton.csv")
-    found, summary, _ = wall(f"{FIXED} --always --passes 20", tmp_path / "passes.csv", ranks)
-    assert summary["by_passes"] == len(found) == len(newton)
+    passes, summary, _ = wall(f"{FIXED} --always --passes 20", tmp_path / "passes.csv", ranks)
+    assert summary["by_passes"] == len(passes) == len(newton)
     forces = np.abs(newton[:, 1:3]).sum(axis=1)
-    assert (np.abs(found - newton)[:, 1:3].max(axis=1) <= 2.0 * (found[:, 7] + 1e-4) * forces).all()
-    assert found[:, 7].max() < 1e-3
+    assert (np.abs(passes - newton)[:, 1:3].max(axis=1) <= 2.0 * (passes[:, 7] + 1e-4) * forces).all()
+    assert passes[:, 7].max() < 1e-3
     assert HALF[0] < summary["entries"] / whole["entries"] < HALF[1]
 
 
@@ -46,12 +46,12 @@ def test_a_dry_wall_without_drag(tmp_path: Path) -> None:
     """Newton's method stops where blocks float; with passes the wall has the forces of one with a drag."""
     _, stopped, messages = wall(f"{DRY} --to 2 --passes 0", tmp_path / "newton.csv", status=3)
     assert stopped["end"] < 2.0 and "walls.py: stopped at" in messages
-    found, summary, _ = wall(f"{DRY} --to 2", tmp_path / "passes.csv")
+    passes, summary, _ = wall(f"{DRY} --to 2", tmp_path / "passes.csv")
     slow, _, _ = wall(f"{DRY} --to 2 --drag 1e-6", tmp_path / "slow.csv")
-    assert 0 < summary["by_passes"] < len(found)
-    assert found[-1, 1:3] == pytest.approx(slow[-1, 1:3], rel=5e-3)
-    by_passes = found[:, 5] > 0
-    assert (found[~by_passes, 6:] == 0.0).all() and (found[:, 7] <= 0.05).all()
+    assert 0 < summary["by_passes"] < len(passes)
+    assert passes[-1, 1:3] == pytest.approx(slow[-1, 1:3], rel=5e-3)
+    by_passes = passes[:, 5] > 0
+    assert (passes[~by_passes, 6:] == 0.0).all() and (passes[:, 7] <= 0.05).all()
 
 
 def test_an_error_above_the_limit_ends_the_run(tmp_path: Path) -> None:

@@ -19,34 +19,34 @@ def numbers(words: str, ranks: int = 1) -> dict[str, list[float]]:
     """Numbers that the program prints, by name."""
     done = start(words, "shaken", ranks)
     assert done.returncode == 0, done.stderr
-    found = {}
+    printed = {}
     for line in done.stdout.splitlines():
         name, _, rest = line.partition(": ")
-        found[name] = [float(word) for word in rest.split()]
-    return found
+        printed[name] = [float(word) for word in rest.split()]
+    return printed
 
 
 def test_flutter() -> None:
     """The block that slides gains vibration; damping of the solids ends that, a dashpot alone does not."""
-    found = {name: one for name, (one,) in numbers("growth").items()}
+    growth = {name: value for name, (value,) in numbers("growth").items()}
     # eigenvalues of a script of its own with the matrices of this model
-    assert found["growth"] == pytest.approx(34.4, abs=0.05)
-    assert found["growth beta"] < 0.0 < found["growth c"] < found["growth"] < found["growth fine"]
-    assert abs(found["growth stiff"]) < 1e-6 and abs(found["growth frictionless"]) < 1e-6
+    assert growth["growth"] == pytest.approx(34.4, abs=0.05)
+    assert growth["growth beta"] < 0.0 < growth["growth c"] < growth["growth"] < growth["growth fine"]
+    assert abs(growth["growth stiff"]) < 1e-6 and abs(growth["growth frictionless"]) < 1e-6
 
 
 def test_slip_after_a_pulse() -> None:
     """With damping the slip does not depend on step and mesh, and is that of explicit time integration."""
-    found = numbers("slip")
+    slips = numbers("slip")
     # by central differences with steps of .06 ms
     for name in ("slip", "slip half", "slip fine"):
-        assert found[name][0] == pytest.approx(0.8805, rel=1e-3)
+        assert slips[name][0] == pytest.approx(0.8805, rel=1e-3)
 
 
 def test_two_ranks() -> None:
     """The ranks share the ledger and the cuts."""
-    one, two = numbers("coarse")["coarse"], numbers("coarse", 2)["coarse"]
-    assert two == pytest.approx(one, rel=1e-4)
+    one_rank, two = numbers("coarse")["coarse"], numbers("coarse", 2)["coarse"]
+    assert two == pytest.approx(one_rank, rel=1e-4)
 
 
 def test_petsc() -> None:
@@ -61,11 +61,11 @@ SLIPS = {0.0: 0.14715, 10.0: 0.067544, 20.0: 0.023766}
 @pytest.mark.parametrize(("d", "ranks"), [(2, 1), (3, 1), (3, 2)])
 def test_slip_along_planes(d: int, ranks: int) -> None:
     """A slab on inclined planes goes as far as a rigid one, in space in any direction, on any ranks."""
-    found = numbers(f"climb{d}", ranks)
+    slips = numbers(f"climb{d}", ranks)
     for theta, closed in SLIPS.items():
         # of the spring and of the increment, both first order
-        assert found[f"climb{d} {theta:g}"][0] == pytest.approx(closed, rel=0.01)
-        assert found[f"climb{d} {theta:g}"][0] == pytest.approx(
+        assert slips[f"climb{d} {theta:g}"][0] == pytest.approx(closed, rel=0.01)
+        assert slips[f"climb{d} {theta:g}"][0] == pytest.approx(
             numbers("climb2")[f"climb2 {theta:g}"][0], rel=1e-4
         )
 
@@ -151,7 +151,7 @@ assert again.at == first.at and again.taken == first.taken
 assert again.run(0.08)
 m, other = again.steps.model, whole.steps.model
 pairs = (m.u, other.u), (again.v, whole.v)
-away = max(np.abs(one - two).max() / np.abs(two).max() for one, two in pairs)
+away = max(np.abs(a - b).max() / np.abs(b).max() for a, b in pairs)
 same = again.taken == whole.taken and np.allclose(m.state[0], other.state[0], rtol=1e-9, atol=1e-12)
 print(away, same, abs(again.ledger.balance / whole.ledger.balance - 1.0))
 broken, _ = shake(4, 3)
@@ -221,13 +221,13 @@ for expression in {list(WRONG)!r}:
         text = "accepted"
     except ValueError as error:
         text = str(error)
-    found = COMM.gather(text)
+    texts = COMM.gather(text)
     if COMM.rank == 0:
-        print(expression + " -> " + " | ".join(found))
+        print(expression + " -> " + " | ".join(texts))
 """  # fmt: skip
     done = start("", ranks=ranks, code=code)
     assert done.returncode == 0, done.stderr
-    found = dict(line.split(" -> ") for line in done.stdout.splitlines())
-    assert found.keys() == WRONG.keys()
+    printed = dict(line.split(" -> ") for line in done.stdout.splitlines())
+    assert printed.keys() == WRONG.keys()
     for expression, expected in WRONG.items():
-        assert all(expected in text for text in found[expression].split(" | ")), found[expression]
+        assert all(expected in text for text in printed[expression].split(" | ")), printed[expression]

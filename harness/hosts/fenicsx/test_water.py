@@ -25,7 +25,7 @@ warnings.simplefilter("ignore")
 E, PRESS, MU = 2e4, 1.0, 0.5
 flat = Pattern.regular(0, 0.0)
 smooth = Interface(Material.from_joint(kn=200.0, ks=200.0, mu=MU), flat)
-found = {}
+results = {}
 
 def meshed(axes, joints=None, simplex=False, **other):
     # a grid, in simplices on request, whose sides are cut by the diagonals of the cells
@@ -45,7 +45,7 @@ def meshed(axes, joints=None, simplex=False, **other):
     return split(mesh, joints)
 
 def sums(m, values):
-    return [total(one) for one in values.reshape(-1, m.d).sum(0)]
+    return [total(component) for component in values.reshape(-1, m.d).sum(0)]
 
 def largest(values):
     return COMM.allreduce(float(np.abs(values).max(initial=0.0)), max)
@@ -70,12 +70,12 @@ def solved(steps, values=0.0, load=0.0):
 
 ENDING = """
 if COMM.rank == 0:
-    print(json.dumps(found))
+    print(json.dumps(results))
 """
 
 
 def run(code: str, ranks: int) -> dict:
-    """What the scenes found."""
+    """What the scenes results."""
     done = start("", ranks=ranks, code=MODEL + HELPERS + code + ENDING)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])
@@ -87,23 +87,23 @@ def test_pressures_on_faces(ranks: int) -> None:
 
     The level is inside of an element, whose nodal forces are those of a quadrature: 0.1 % of them.
     """
-    found = run(
+    results = run(
         """
 for d, simplex in ((2, False), (2, True), (3, False), (3, True)):
     m = two_blocks(d, simplex, thickness=2.0)
     m.pressure("left", lambda x: np.maximum(1.7 - x[:, -1], 0.0))
     force = m.water.outer.reshape(-1, d)
-    found[f"{d} {simplex}"] = [*sums(m, force), total(force[:, 0] @ m.x[:, -1])]
+    results[f"{d} {simplex}"] = [*sums(m, force), total(force[:, 0] @ m.x[:, -1])]
     for side in ("right", "bottom", "top", "front", "back")[: 2 * d - 1]:
         m.pressure(side, lambda x: np.maximum(1.7 - x[:, -1], 0.0))
-    found[f"{d} {simplex} all"] = sums(m, m.water.outer)
+    results[f"{d} {simplex} all"] = sums(m, m.water.outer)
     m.pressure("left", 0.0)
-    found[f"{d} {simplex} without"] = sums(m, m.water.outer)
+    results[f"{d} {simplex} without"] = sums(m, m.water.outer)
 """,
         ranks,
     )
     thrust, moment, uplift = 2.0 * 1.7**2 / 2, 2.0 * 1.7**3 / 6, 2.0 * 3.0 * 1.7
-    for name, values in found.items():
+    for name, values in results.items():
         d = int(name[0])
         if "all" in name:
             expected = [*[0.0] * (d - 1), uplift]
@@ -120,7 +120,7 @@ def test_pressures_in_joints(ranks: int) -> None:
 
     An opening h lowers p = 1/(1 + s_N/h) in a joint between two layers of the height 1: p = s_N E/2.
     """
-    found = run(
+    results = run(
         """
 for d in (2, 3):
     m = two_blocks(d)
@@ -133,26 +133,26 @@ for d in (2, 3):
     follow = Follow(steps, lambda t: (0.0 * steps.fixed, down.ravel() + t * push.ravel()), 0.02, 0.05)
     while not follow.reason and follow.at < 1.0:
         follow.advance(1.0)
-    found[f"{d} slides"] = follow.at
+    results[f"{d} slides"] = follow.at
     for name, p in {"opens": 1.0, "of opening": lambda x, s: 1.0 / (1.0 + s / 1e-4)}.items():
         m = two_blocks(d)
         m.pressure("joint", p)
         solved(held(m, *range(d)))
         t = m.laws[0].update(m.s[0], m.state[0], m.s[0], p=m.water.p).traction[:, 0]
         low = COMM.allreduce(float(m.s[0][:, 0].min(initial=1e9)), min)
-        found[f"{d} {name}"] = [low, largest(m.s[0][:, 0]), largest(t + m.water.p), largest(m.water.p)]
+        results[f"{d} {name}"] = [low, largest(m.s[0][:, 0]), largest(t + m.water.p), largest(m.water.p)]
     m.pressure("joint", lambda x, factor=0.5: factor)  # a number for all places; `factor` is no opening
-    found[f"{d} factor"] = largest(m.water.p)
+    results[f"{d} factor"] = largest(m.water.p)
 """,
         ranks,
     )
     E, h = 2e4, 1e-4
     opening = (-h + (h**2 + 8.0 * h / E) ** 0.5) / 2.0
     for d in "23":
-        assert found[f"{d} slides"] == pytest.approx(0.5 * 0.6, rel=1e-3)
-        assert found[f"{d} factor"] == 0.5
+        assert results[f"{d} slides"] == pytest.approx(0.5 * 0.6, rel=1e-3)
+        assert results[f"{d} factor"] == 0.5
         for name, s, p in (("opens", 2.0 / E, 1.0), ("of opening", opening, opening * E / 2.0)):
-            low, high, misfit, most = found[f"{d} {name}"]
+            low, high, misfit, most = results[f"{d} {name}"]
             assert [low, high] == pytest.approx([s, s], rel=1e-5) and most == pytest.approx(p, rel=1e-5)
             assert misfit < 1e-9  # an open joint without bond has t_N = -p
 
@@ -165,7 +165,7 @@ for d, simplex in ((2, False), (2, True), (3, False), (3, True)):
     steps = held(m, *range(d))
     up = np.isin(steps.fixed, m.dofs(m.group("top")[0], d - 1))
     solved(steps, 1.0 * up)  # wide open: p does not change the aperture by much
-    found[f"{d} {simplex}"] = {
+    results[f"{d} {simplex}"] = {
         "rates": flow.rates, "p": largest(m.water.p - 6.0 + 4.0 * m.water.x[:, 0] / 3.0),
         "aperture": largest(m.water.aperture(m.s) - 1.02),
     }
@@ -179,16 +179,16 @@ def test_flow(ranks: int, tmp_path: Path) -> None:
 
     The pressure opens the joint by 2 p/E more: 6e-4 of 1.02, hence 2e-3 of the flow.
     """
-    found = run(FLOW.replace("FOLDER", repr(str(tmp_path))), ranks)
+    results = run(FLOW.replace("FOLDER", repr(str(tmp_path))), ranks)
     rate = 2.0 * 1.02**3 / (12.0 * 1e-9) * 4.0 / 3.0
-    for name, one in found.items():
-        assert one["rates"]["left"] == pytest.approx(rate, rel=3e-3), name
-        assert sum(one["rates"].values()) == pytest.approx(0.0, abs=1e-9 * rate), name
-        assert one["p"] < 6.0 * 2e-3 and one["aperture"] < 1e-3, name
+    for name, result in results.items():
+        assert result["rates"]["left"] == pytest.approx(rate, rel=3e-3), name
+        assert sum(result["rates"].values()) == pytest.approx(0.0, abs=1e-9 * rate), name
+        assert result["p"] < 6.0 * 2e-3 and result["aperture"] < 1e-3, name
         files = list((tmp_path / name.replace(" ", "_")).glob("joints_*.vtu"))
         fields = [meshio.read(file).cell_data for file in files]
         assert len(files) == ranks
-        p, aperture = (np.concatenate([one[field][0] for one in fields]) for field in ("p", "aperture"))
+        p, aperture = (np.concatenate([arrays[field][0] for arrays in fields]) for field in ("p", "aperture"))
         # faces of 0.5 mm: the first has its middle at 0.25
         ends = [
             6.0 - 4.0 * at / 3.0
@@ -201,7 +201,7 @@ def test_flow(ranks: int, tmp_path: Path) -> None:
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_flow_through_a_junction_and_a_standing_column(ranks: int) -> None:
     """Three equal branches share what comes in; under its weight water stands, p = weight times depth."""
-    found = run(
+    results = run(
         """
 rigid = Interface(Material(sigma0=1e3, Gc=1e3, eta=0.9, mu=MU, kc=10.0), flat)
 block = np.array([[0, 2], [1, 2]]).repeat(2, 0).repeat(2, 1)
@@ -210,21 +210,21 @@ mesh = meshed([np.linspace(0, 2, 5), np.linspace(0, 2, 5)], {"stem": ("0", "1"),
 m = Model(mesh, {"stem": rigid, "bar": rigid}, E, 0.2)
 flow = m.flow(["stem", "bar"], {"bottom": 3.0, "left": 0.0, "right": 0.0}, 1.0, a_0=0.5, a_min=1e-3)
 solved(held(m, 0, 1))
-found["rates"] = flow.rates
-found["junction"] = largest(m.water.p[(abs(m.water.x - 1.0) < 1e-6).all(1)])
+results["rates"] = flow.rates
+results["junction"] = largest(m.water.p[(abs(m.water.x - 1.0) < 1e-6).all(1)])
 flow = m.flow(["bar", "stem"], {"left": 0.0}, 1.0, {"stem": 0.5, "bar": 0.2}, 1e-3, weight=[0.0, -0.7])
 solved(held(m, 0, 1))
-found["rest"] = [*map(abs, flow.rates.values())]
-found["column"] = largest(m.water.p - 0.7 * (1.0 - m.water.x[:, 1]))
+results["rest"] = [*map(abs, flow.rates.values())]
+results["column"] = largest(m.water.p - 0.7 * (1.0 - m.water.x[:, 1]))
 """,
         ranks,
     )
     # the aperture changes by 1e-3, as the stiffness of the bond is 500
-    one = 0.5**3 / 12.0
-    assert found["junction"] == pytest.approx(1.0, rel=0.02)
-    expected = {"bottom": 2.0 * one, "left": -one, "right": -one}
-    assert found["rates"] == pytest.approx(expected, rel=0.05)
-    assert max(found["rest"]) < 1e-9 and found["column"] < 1e-9
+    rate = 0.5**3 / 12.0
+    assert results["junction"] == pytest.approx(1.0, rel=0.02)
+    expected = {"bottom": 2.0 * rate, "left": -rate, "right": -rate}
+    assert results["rates"] == pytest.approx(expected, rel=0.05)
+    assert max(results["rest"]) < 1e-9 and results["column"] < 1e-9
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
@@ -233,7 +233,7 @@ def test_initial_stress(ranks: int) -> None:
 
     Less water then closes the joint by what the solids and the contact give way.
     """
-    found = run(
+    results = run(
         """
 def rock(x):
     d = x.shape[1]
@@ -253,14 +253,14 @@ for d, simplex in ((2, True), (3, False), (3, True)):
     # the water lifts the upper block: its pressure on the joint's sides is a part of the equilibrium
     solved(steps, 0.0, weight)
     t = m.laws[0].update(m.s[0], m.state[0], m.s[0], p=m.water.p).traction
-    found[f"{d} {simplex}"] = [largest(m.u), largest(t[:, 0] + 0.3), largest(m.s[0])]
+    results[f"{d} {simplex}"] = [largest(m.u), largest(t[:, 0] + 0.3), largest(m.s[0])]
     m.pressure("joint", 0.0)
     solved(steps, 0.0, weight)
-    found[f"{d} {simplex} dry"] = [-largest(m.s[0][:, 0]), largest(m.s[0][:, 0] + 0.1 / 200.0)]
+    results[f"{d} {simplex} dry"] = [-largest(m.s[0][:, 0]), largest(m.s[0][:, 0] + 0.1 / 200.0)]
 """,
         ranks,
     )
-    for name, values in found.items():
+    for name, values in results.items():
         if "dry" in name:
             # t' = -0.2 becomes -0.3 over the stiffness 200 in closing
             assert values[1] < 1e-6, name
@@ -326,7 +326,7 @@ def moved():
     m.pressure("joint", 1.0)
     return solved(Steps(m, m.dofs(m.x[:, 1] < 1e-6, 0, 1), drag=1.0))
 """
-    found = run(
+    results = run(
         f"""{code}
 for expression in {list(WRONG)!r}:
     try:
@@ -334,11 +334,15 @@ for expression in {list(WRONG)!r}:
         text = "accepted"
     except ValueError as error:
         text = str(error)
-    found[expression] = COMM.gather(text)
+    results[expression] = COMM.gather(text)
 """,
         ranks,
     )
-    told = {expression: {*texts} for expression, texts in found.items() if len(texts) == ranks}
+    told = {expression: {*texts} for expression, texts in results.items() if len(texts) == ranks}
     assert told.keys() == WRONG.keys()
-    assert [(one, told[one]) for one in WRONG if not all(WRONG[one] in text for text in told[one])] == []
+    assert [
+        (expression, told[expression])
+        for expression in WRONG
+        if not all(WRONG[expression] in text for text in told[expression])
+    ] == []
     assert not any("\n" in text for texts in told.values() for text in texts)

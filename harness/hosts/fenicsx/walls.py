@@ -39,12 +39,12 @@ class Run:
         wall = sized(WALLS[o.wall], *o.size, o.bare)
         wall = sized(wall, wall.columns * o.scale, wall.courses * o.scale)
         pattern = Pattern.regular(o.sides, o.theta, turn=o.turn) if o.theta else Pattern.regular(0, 0.0)
-        changed = {name: float(value) for name, value in (one.split("=", 1) for one in o.joint)}
-        found = laws(wall, pattern, o.height, o.tau, changed)
+        changed = {name: float(value) for name, value in (change.split("=", 1) for change in o.joint)}
+        joint_laws = laws(wall, pattern, o.height, o.tau, changed)
         whole = mesh(wall, o.elements) if COMM.rank == 0 else None
         names = COMM.bcast(whole.names if whole else None)
         E = {name: (STIFFER if name.startswith("beam") else 1.0) * wall.E for name in names}
-        self.model = m = Model(whole, found, E, wall.nu, wall.half_brick[1])
+        self.model = m = Model(whole, joint_laws, E, wall.nu, wall.half_brick[1])
         up, sides = m.d - 1, range(m.d - 1)
         (top, area), (bottom, _) = m.group("top"), m.group("bottom")
         pushed = (
@@ -138,7 +138,7 @@ def options() -> argparse.Namespace:
         ("tolerance", 0.0 < o.tolerance < 0.1, "between 0 and 0.1"),
         ("passes", o.passes >= 0, "at least 0"),
         ("always", not o.always or o.passes, "with --passes of at least 1"),
-        ("errors", all(0.0 < one < 1.0 for one in o.errors), "2 numbers between 0 and 1"),
+        ("errors", all(0.0 < error < 1.0 for error in o.errors), "2 numbers between 0 and 1"),
         ("limit", 0.0 < o.limit < 1.0, "between 0 and 1"),
         ("drag", 0.0 <= o.drag < np.inf, "at least 0"),
         ("to", np.isfinite(o.to).all() and all(np.diff([0.0, *o.to])), "finite, each another than before"),
@@ -192,7 +192,7 @@ def main() -> int:
         "memory": COMM.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 1e6,
         "peak": float(force[peak]) if rows else 0.0, "at": float(at[peak]) if rows else 0.0, "end": follow.at,
         "entries": entries, "operations": operations, "gigabytes": gigabytes,
-        **{name: one["time"] / max(one["count"], 1) for name, one in (("lu", lu), ("cholesky", cholesky))},
+        **{name: log["time"] / max(log["count"], 1) for name, log in (("lu", lu), ("cholesky", cholesky))},
     }))  # fmt: skip
     if follow.reason:
         say(f"walls.py: {follow.reason}", file=sys.stderr)
