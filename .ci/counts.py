@@ -74,13 +74,13 @@ def site_results(status: str) -> dict[str, Result]:
 
 def reasons(report: Path) -> str:
     """Return why tests of a report were left out."""
-    found = set()
+    texts = set()
     for node in ElementTree.parse(report).iter("skipped"):
         message = node.get("message", "")
         # of a file that is left out as a whole: ('file', line, 'Skipped: reason')
         m = re.search(r"Skipped: (.*?)['\"]?\)?$", node.text or "", re.DOTALL)
-        found.add(m[1] if message == "collection skipped" and m else message)
-    return "; ".join(sorted(found))
+        texts.add(m[1] if message == "collection skipped" and m else message)
+    return "; ".join(sorted(texts))
 
 
 def host_results(status: str) -> dict[str, Result]:
@@ -92,15 +92,15 @@ def host_results(status: str) -> dict[str, Result]:
     results = {}
     for host in HOSTS:
         name, report = f"hosts.{host}", Path("build/hosts") / f"{host}.xml"
-        found = list(pytest_results(report, may_skip=True).values()) if report.is_file() else []
-        passed, skipped = sum(r.passed for r in found), sum(r.skipped for r in found)
-        failed = sum(r.failed for r in found)
+        outcomes = list(pytest_results(report, may_skip=True).values()) if report.is_file() else []
+        passed, skipped = sum(r.passed for r in outcomes), sum(r.skipped for r in outcomes)
+        failed = sum(r.failed for r in outcomes)
         if skipped:
             print(f"{name}: {skipped} left out: {reasons(report)}")
-        if not found and status == "not run":
+        if not outcomes and status == "not run":
             print(f"{name}: not run: make check failed")
             skipped = 1
-        elif not found:
+        elif not outcomes:
             print(f"{name}: not run: {'out of time' if int(status) in TIMED_OUT else 'no test'}")
             failed = 1
         results[name] = Result(failed, passed, "hosts", skipped)

@@ -57,7 +57,7 @@ def main() -> int:
     if not lines:
         print("no line of src/ was measured")
         return 1
-    apart = [sum(entry[f"line_{what}"] for entry in others) for what in ("covered", "total")]
+    apart = [sum(entry[f"line_{kind}"] for entry in others) for kind in ("covered", "total")]
     print(f"{apart[0]} of {apart[1]} lines that Python tests")
     print(f"{covered} of {lines} lines of src/ run, {bad} files below the required share")
     return 1 if bad else 0

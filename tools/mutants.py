@@ -151,7 +151,7 @@ def swapped(line: str, at: int) -> str | None:
 
 def mutants_of(path: Path) -> list[Mutant]:
     """List every mutant of a file."""
-    found: list[Mutant] = []
+    mutants: list[Mutant] = []
     continued = declared = False
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         code = line[: code_length(line)].rstrip()
@@ -171,8 +171,8 @@ def mutants_of(path: Path) -> list[Mutant]:
                 else:
                     after = code[: match.start()] + match.expand(text) + code[match.end() :]
                 if after and after != code:
-                    found.append(Mutant(str(path), number, code, after))
-    return found
+                    mutants.append(Mutant(str(path), number, code, after))
+    return mutants
 
 
 class Bench:
@@ -253,7 +253,7 @@ class Bench:
         command = self.tests[name]["command"]
         try:
             ran = subprocess.run(
-                command + ["-x"] * ("pytest" in command),
+                command + (["-x"] if "pytest" in command else []),
                 cwd=properties.get("WORKING_DIRECTORY", self.build),
                 env={**os.environ, **environment, **own},
                 check=False,

@@ -41,18 +41,18 @@ def section(parts: int) -> Jointed:
     more[:, 0] = number[len(far) : len(far) + parts + 1, -1]  # the dam stands on nodes of the rock
     points = np.concatenate([rock.reshape(-1, 2), dam.reshape(-1, 2)])
     cells = [
-        np.stack([one[:-1, :-1], one[1:, :-1], one[1:, 1:], one[:-1, 1:]], 2).reshape(-1, 4)
-        for one in (number, more)
+        np.stack([block[:-1, :-1], block[1:, :-1], block[1:, 1:], block[:-1, 1:]], 2).reshape(-1, 4)
+        for block in (number, more)
     ]
     above = np.repeat([up[:-1] >= HEIGHT - 1e-9], parts, 0).ravel()
     outside = np.r_[number[0, ::-1], number[:, 0], number[-1]]
-    lines = [np.stack([one[:-1], one[1:]], 1) for one in (more[0], more[-1], outside)]
+    lines = [np.stack([chain[:-1], chain[1:]], 1) for chain in (more[0], more[-1], outside)]
     lines[2] = lines[2][lines[2][:, 0] != lines[2][:, 1]]
     names = {"rock": (1, 2), "dam": (2, 2), "parapet": (3, 2), "upstream": (4, 1), "downstream": (5, 1),
              "outside": (6, 1)}  # fmt: skip
     tags = [np.r_[np.full(len(cells[0]), 1), np.where(above, 3, 2)]]
-    tags += [np.full(len(one), 4 + k) for k, one in enumerate(lines)]
-    kinds = [("quad", np.concatenate(cells)), *(("line", one) for one in lines)]
+    tags += [np.full(len(line), 4 + k) for k, line in enumerate(lines)]
+    kinds = [("quad", np.concatenate(cells)), *(("line", line) for line in lines)]
     data = {"gmsh:physical": tags}
-    fields = {name: np.array(one) for name, one in names.items()}
+    fields = {name: np.array(tag) for name, tag in names.items()}
     return split(meshio.Mesh(points, kinds, cell_data=data, field_data=fields), {"base": ("rock", "dam")})

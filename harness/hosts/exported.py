@@ -29,7 +29,7 @@ complete rupture, closing."""
 
 def path(plane: bool = False) -> Floats:
     """Separations (T, 3) along LEGS, without Ty in a plane model."""
-    ends = np.array([(0.0, 0.0, 0.0), *(end for _, end in LEGS)]) * [1.0, 1.0, not plane]
+    ends = np.array([(0.0, 0.0, 0.0), *(end for _, end in LEGS)]) * [1.0, 1.0, 0.0 if plane else 1.0]
     parts = [np.linspace(ends[i], ends[i + 1], n + 1)[1:] for i, (n, _) in enumerate(LEGS)]
     return np.concatenate(parts)
 
@@ -47,8 +47,8 @@ def assert_law(joint: Interface, tolerance: float, separation: Floats, *values: 
     sizes = (joint.material.sigma0, 1.0)[: len(values)]
     for k in range(separation.shape[1]):
         expected = joint.replay(separation[:, k])
-        for found, known, size in zip(values, (expected.traction, expected.state), sizes, strict=False):
-            assert np.abs(found[:, k] - known[:, : found.shape[2]]).max() <= tolerance * size
+        for computed, known, size in zip(values, (expected.traction, expected.state), sizes, strict=False):
+            assert np.abs(computed[:, k] - known[:, : computed.shape[2]]).max() <= tolerance * size
 
 
 def from_state(joint: Interface, state: Floats, separation: Floats) -> Floats:
@@ -71,9 +71,9 @@ def element(host: str, folder: Path) -> tuple[Element, list[int]]:
     case.write_text(CASE, encoding="utf-8")
     with contextlib.redirect_stdout(io.StringIO()):
         assert main(["export", host, str(folder), "--case", str(case)]) == 0
-    one = Element.of_case(case)
-    assert (one.press, one.slide, len(one.rows)) == (8, 85, 5)
-    return one, [one.press + k * one.every for k in range(1, 6)]
+    cell = Element.of_case(case)
+    assert (cell.press, cell.slide, len(cell.rows)) == (8, 85, 5)
+    return cell, [cell.press + k * cell.every for k in range(1, 6)]
 
 
 def assert_script(host: str, folder: Path, python: str | Path = sys.executable) -> None:
@@ -85,9 +85,9 @@ def assert_script(host: str, folder: Path, python: str | Path = sys.executable) 
     assert len(done.stdout.split("expected\n")[-1].splitlines()) == 5
 
 
-def assert_same(one: Element, rows: object, tolerance: float) -> None:
+def assert_same(cell: Element, rows: object, tolerance: float) -> None:
     """Assert that slip, opening, force and damage of a host are the rows of the README."""
-    material = one.interface.material
-    difference = np.abs(np.array(rows) - one.rows) / [material.s_f, material.s_f, material.sigma0, 1.0]
+    material = cell.interface.material
+    difference = np.abs(np.array(rows) - cell.rows) / [material.s_f, material.s_f, material.sigma0, 1.0]
     print(f"rows of the exported element differ by {difference.max():.1e}")
     assert difference.max() <= tolerance

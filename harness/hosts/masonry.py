@@ -115,20 +115,20 @@ def laws(
             raise ValueError(f"tau = {tau_v:g}: expected 0 for dry joints, which do not soften")
     else:
         joint = replace(Material.from_masonry(**wall.joint | changed), kc=1.0, tau_v=tau_v)
-    found = {"joint": Interface(replace(joint, height=height), pattern)}
+    laws_by_name = {"joint": Interface(replace(joint, height=height), pattern)}
     if wall.crack:
         strength, energy = wall.crack
         eta = 1.0 - strength**2 / (2.0 * MID_BRICK * energy)
         crack = Material(strength, energy, eta, 0.75, kc=1.0, tau_v=tau_v)
-        found["crack"] = Interface(crack, Pattern.regular(0, 0.0))
-    return found
+        laws_by_name["crack"] = Interface(crack, Pattern.regular(0, 0.0))
+    return laws_by_name
 
 
 def mesh(wall: Masonry, elements: Sequence[int]) -> Jointed:
     """Mesh with joints; elements: of a half-brick.  Groups bottom and top, blocks beam_N."""
     d = len(elements)
     length, thickness, height = wall.half_brick
-    beams = [wall.beam] * (wall.beam > 0.0)
+    beams = [wall.beam] if wall.beam > 0.0 else []
     heights = np.array([*beams, *[height] * wall.courses, *beams])
     nc, nr, n = wall.columns, len(heights), elements[-1]
     up = np.concatenate([[0.0], *(base + h * np.arange(1, n + 1) / n for base, h in zip(

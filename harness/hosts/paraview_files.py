@@ -60,11 +60,13 @@ class Step:
         for name, values in (of_joints | dict(self.others)).items():
             if len(values) != len(self.joints):
                 raise ValueError(f"{name} of {len(values)} joints: expected {len(self.joints)}")
-        fields = {name: one.mean(1) for name, one in self.others.items()}
+        fields = {name: values.mean(1) for name, values in self.others.items()}
         fields |= {name: self.state[..., contract.statev_index(name)].mean(1) for name in OF_STATE}
         fields |= {"separation": self.separation.mean(1), "traction": self.traction.mean(1)}
         d, joints = self.nodes.shape[1], JOINTS[self.joints.shape[1]]
-        here, there = ({} if one is None else {"MaterialIDs": one} for one in (self.block, self.joint))
+        here, there = (
+            {} if numbers is None else {"MaterialIDs": numbers} for numbers in (self.block, self.joint)
+        )
         for part, names, kind, cells, data in (
             ("solids", self.blocks, self.kind, self.solids, here),
             ("joints", self.names, joints, self.joints, fields | there),

@@ -58,7 +58,7 @@ def grid(
         tags.append(np.full(len(face), -1 - k))
         groups[name] = np.array([-1 - k, d - 1])
     groups |= {name: np.array([tag, d]) for name, tag in (names or {}).items()}
-    kinds = [(KINDS[one.shape[1]], one) for one in cells]
+    kinds = [(KINDS[nodes.shape[1]], nodes) for nodes in cells]
     return meshio.Mesh(points, kinds, cell_data={"gmsh:physical": tags}, field_data=groups)
 
 
@@ -67,8 +67,8 @@ def simplices(points: Floats, cells: Integers) -> Integers:
     d = points.shape[1]
     corner = {at: k for k, at in enumerate(AROUND[2**d])}
     steps = [np.eye(d, dtype=int)[list(order)] for order in permutations(range(d))]
-    paths = [[corner[tuple(at)] for at in np.cumsum([[0] * d, *one], axis=0).tolist()] for one in steps]
-    found = cells[:, paths].reshape(-1, d + 1)
-    wrong = np.linalg.det(points[found[:, 1:]] - points[found[:, :1]]) < 0.0
-    found[wrong, :2] = found[wrong, 1::-1]
-    return found
+    paths = [[corner[tuple(at)] for at in np.cumsum([[0] * d, *moves], axis=0).tolist()] for moves in steps]
+    corners = cells[:, paths].reshape(-1, d + 1)
+    wrong = np.linalg.det(points[corners[:, 1:]] - points[corners[:, :1]]) < 0.0
+    corners[wrong, :2] = corners[wrong, 1::-1]
+    return corners

@@ -26,13 +26,13 @@ PFUNIT_FAILURES = re.compile(r"^Tests run: (\d+), Failures: (\d+), Errors: (\d+)
 
 def count(output: str) -> tuple[int, int]:
     """Return the numbers of passed and failed tests by the last closing line; (0, 0) without one."""
-    found = [(m.start(), int(m[1]), int(m[2])) for m in STAND_IN.finditer(output)]
-    found += [(m.start(), int(m[1]), 0) for m in PFUNIT_OK.finditer(output)]
-    found += [(m.start(), int(m[1]), 0) for m in PYTEST_OK.finditer(output)]
+    closing_lines = [(m.start(), int(m[1]), int(m[2])) for m in STAND_IN.finditer(output)]
+    closing_lines += [(m.start(), int(m[1]), 0) for m in PFUNIT_OK.finditer(output)]
+    closing_lines += [(m.start(), int(m[1]), 0) for m in PYTEST_OK.finditer(output)]
     for m in PFUNIT_FAILURES.finditer(output):
         failed = int(m[2]) + int(m[3])
-        found.append((m.start(), int(m[1]) - failed, failed))
-    return max(found)[1:] if found else (0, 0)
+        closing_lines.append((m.start(), int(m[1]) - failed, failed))
+    return max(closing_lines)[1:] if closing_lines else (0, 0)
 
 
 def main() -> int:

@@ -55,9 +55,9 @@ def look(browser: webdriver.Chrome, url: str, dark: bool, width: int) -> dict[st
     WebDriverWait(browser, MOST_SECONDS, poll_frequency=0.02).until(
         lambda b: b.execute_script(themed, wanted)
     )
-    found: dict[str, object] = browser.execute_script(FOUND)
-    found["console"] = [entry["message"] for entry in browser.get_log("browser")]
-    return found
+    seen: dict[str, object] = browser.execute_script(FOUND)
+    seen["console"] = [entry["message"] for entry in browser.get_log("browser")]
+    return seen
 
 
 def brightness(color: str) -> float:
@@ -65,10 +65,10 @@ def brightness(color: str) -> float:
     return sum(float(value) for value in re.findall(r"[\d.]+", color)[:3]) / 3
 
 
-def check(found: dict[str, object]) -> None:
+def check(seen: dict[str, object]) -> None:
     """Assert that all formulas and pictures are there, nothing is too wide, and the console is empty."""
-    assert (found["console"], found["pictures"], found["wide"]) == ([], [], [])
-    assert (found["rendered"], found["errors"]) == (found["formulas"], 0)
+    assert (seen["console"], seen["pictures"], seen["wide"]) == ([], [], [])
+    assert (seen["rendered"], seen["errors"]) == (seen["formulas"], 0)
 
 
 @pytest.mark.parametrize("name", names())

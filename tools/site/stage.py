@@ -103,7 +103,9 @@ def notebook(text: str) -> str:
     for cell in json.loads(text)["cells"]:
         source = "".join(cell["source"])
         parts.append(source if cell["cell_type"] == "markdown" else f"```python\n{source}\n```")
-        parts += ["```text\n" + "".join(one["text"]).rstrip() + "\n```" for one in cell.get("outputs", [])]
+        parts += [
+            "```text\n" + "".join(output["text"]).rstrip() + "\n```" for output in cell.get("outputs", [])
+        ]
     return "\n\n".join(parts) + "\n"
 
 
@@ -153,7 +155,9 @@ def python_page() -> str:
     package = (ROOT / "python" / "asperity" / "__init__.py").read_text(encoding="utf-8")
     lines = ["# Python", "", "The public names of the package, from the comments in its source.", ""]
     names = re.findall(r"^from \.([\w.]*) import (\w+) as", package, re.MULTILINE)
-    for home, name in sorted(names, key=lambda one: BEGIN.index(one[1]) if one[1] in BEGIN else len(BEGIN)):
+    for home, name in sorted(
+        names, key=lambda entry: BEGIN.index(entry[1]) if entry[1] in BEGIN else len(BEGIN)
+    ):
         lines += [f"::: {'.'.join(filter(None, ('asperity', home, name)))}", ""]
     lines += ["# Toolbox", "", "Modules of `asperity.tools`, each imported by its name.", ""]
     lines += [line for name in TOOLS for line in (f"::: asperity.tools.{name}", "")]

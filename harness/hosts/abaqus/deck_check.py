@@ -271,18 +271,18 @@ class Model:
 
 def model(text: str) -> Model:
     """Model of a deck; raises DeckError."""
-    found: list[Keyword] = []
+    keywords: list[Keyword] = []
     for number, line in enumerate(text.splitlines(), 1):
         if not line.strip() or len(line) > 256:
             raise DeckError(f"line {number}: expected data or a keyword in at most 256 characters")
         if line.startswith("*") and not line.startswith("**"):
-            found.append(_keyword(line, number))
+            keywords.append(_keyword(line, number))
         elif not line.startswith("*"):
-            if not found:
+            if not keywords:
                 raise DeckError(f"line {number}: data before the first keyword")
             row = [part.strip() for part in line.split(",")]
-            found[-1].data.append(row[:-1] if len(row) > 1 and row[-1] == "" else row)
-    return Model(found)
+            keywords[-1].data.append(row[:-1] if len(row) > 1 and row[-1] == "" else row)
+    return Model(keywords)
 
 
 def props_of(keyword: Keyword) -> np.ndarray:

@@ -153,13 +153,13 @@ def start(
     )  # fmt: skip
     whole.write(folder / "mesh.msh", file_format="gmsh22", binary=False)
     aka.parseInput(str(folder / "input.dat"))
-    found = aka.Mesh(dimension)
-    found.read(str(folder / "mesh.msh"))
-    model = aka.SolidMechanicsModelCohesive(found)
+    akantu_mesh = aka.Mesh(dimension)
+    akantu_mesh.read(str(folder / "mesh.msh"))
+    model = aka.SolidMechanicsModelCohesive(akantu_mesh)
     model.initFull(_analysis_method=method, _is_extrinsic=extrinsic)
     if extrinsic:
         model.updateAutomaticInsertion()
-    return model, found, made[0]
+    return model, akantu_mesh, made[0]
 
 
 def step_of(
@@ -170,7 +170,7 @@ def step_of(
     nodes, u = np.array(mesh.getNodes()), np.array(model.getDisplacement())
     empty = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, JOINT.nstatv))
     values = empty if points is None else (points.separation, points.traction, points.state)
-    of_joints = (one.reshape(-1, 2, one.shape[1]).copy() for one in values)
+    of_joints = (of_sides.reshape(-1, 2, of_sides.shape[1]).copy() for of_sides in values)
     return paraview.Step(time, nodes, u, "quad", solids, joints[:, [0, 1, 3, 2]], *of_joints)
 
 

@@ -99,14 +99,14 @@ def run(program: Path, folder: Path, text: str, threads: int = 1, code: int = 0)
 
 def _tables(text: str) -> dict[str, list[tuple[float, Floats]]]:
     """Tables of a .dat file: heading (components) for set X and time T, an empty line, rows of numbers."""
-    found: dict[str, list[tuple[float, Floats]]] = {}
+    tables: dict[str, list[tuple[float, Floats]]] = {}
     pieces = re.split(r"^ (\S.*) for set (\S+) and time +(\S+)\n\n", text, flags=re.MULTILINE)
     for heading, name, time, body in zip(*(pieces[i::4] for i in range(1, 5)), strict=True):
         rows = [line.split() for line in body.splitlines() if line.strip()]
         # the name of an orientation may follow the numbers
         table = np.array([[_number(cell) for cell in row if not cell[0].isalpha()] for row in rows])
-        found.setdefault(f"{name} {heading}", []).append((float(time), table))
-    return found
+        tables.setdefault(f"{name} {heading}", []).append((float(time), table))
+    return tables
 
 
 def _number(text: str) -> float:

@@ -137,7 +137,7 @@ def _model() -> tuple[str, range, range]:
     sets = {"NALL": ground | ~ground, "GROUND": ground, "FOOT": foot & ~end, "TOP": top & ~end}
     text += "".join(calculix_run.nset(name, members) for name, members in sets.items())
     order = np.lexsort(x.T)
-    ties = (order[one[order]] + 1 for one in (end & ~ground, start & ~ground))
+    ties = (order[chosen[order]] + 1 for chosen in (end & ~ground, start & ~ground))
     for pair in zip(*ties, strict=True):
         for axis in (1, 3):
             text += "*EQUATION\n2\n{0}, {2}, 1., {1}, {2}, -1.\n".format(*pair, axis)

@@ -79,12 +79,12 @@ def test_upright_joint_of_a_mesh(ccx: Path, tmp_path: Path) -> None:
 
 def test_exported_element(ccx: Path, tmp_path: Path) -> None:
     """The input of `asperity export calculix` gives the rows of the README."""
-    one, _ = exported.element("calculix", tmp_path / "kit")
+    cell, _ = exported.element("calculix", tmp_path / "kit")
     done = calculix_run.run(ccx, tmp_path, (tmp_path / "kit" / "single.inp").read_text())
     moved, force = (done.table(f"TOP {name}")[1] for name in ("disp", "total"))
     damage = done.state("JOINT")[:, :, 0].mean(axis=1)
     rows = np.column_stack([moved[:, :, [1, 3]].mean(axis=1), force[:, 0, 0], damage])
-    exported.assert_same(one, rows, 10 * DIGITS)
+    exported.assert_same(cell, rows, 10 * DIGITS)
 
 
 def test_two_threads_give_the_same_bytes(ccx: Path, tmp_path: Path) -> None:

@@ -51,8 +51,8 @@ def test_type_stress_reaches_the_umat(ccx: Path, tmp_path: Path) -> None:
     offset = initial[:, OFFSET]
     assert np.all(np.abs(done.state("ROUGH")[0, :, OFFSET] - offset) <= DIGITS * np.abs(offset).max())
     slips = np.arange(1, 4) * 0.01 / 3.0
-    for k, one in enumerate(initial):
-        expected = from_state(ROUGH, one, np.outer(slips, [0.0, 1.0, 0.0]))
+    for k, state in enumerate(initial):
+        expected = from_state(ROUGH, state, np.outer(slips, [0.0, 1.0, 0.0]))
         assert np.all(np.abs(traction[1:, k] - expected) <= DIGITS * STIFFNESS * slips[:, None])
 
 

@@ -53,25 +53,25 @@ def _castem(block: Block, law: str, wet: bool) -> list[str]:
     props, element = block.props, "JOI4" if block.dimension == 3 else "JOI2"
     constants, variables = property_names(law), property_names(law, "InternalStateVariables")
     leading = {"KS": block.stiffness[0], "KN": block.stiffness[1], "RHO": 0.0, "ALPN": 0.0}
-    own = {f"A{i:02}": float(props[contract.index(one)]) for i, one in enumerate(constants, 1)}
+    own = {f"A{i:02}": float(props[contract.index(constant)]) for i, constant in enumerate(constants, 1)}
     values = leading | own
     states = [f"V{i:03}" for i in range(1, len(variables) + 1)]
     return [
-        *(f"* {short}: {one}" for short, one in zip(own, constants, strict=True)),
-        *(f"* {short}: {one}" for short, one in zip(states, variables, strict=True)),
+        *(f"* {short}: {name}" for short, name in zip(own, constants, strict=True)),
+        *(f"* {short}: {name}" for short, name in zip(states, variables, strict=True)),
         "COEL = 'MOTS'",
-        *_in_lines([f"'{one}'" for one in values]),
+        *_in_lines([f"'{short}'" for short in values]),
         "STAT = 'MOTS'",
-        *_in_lines([f"'{one}'" for one in states]),
+        *_in_lines([f"'{short}'" for short in states]),
         *(["PARA = 'MOTS' 'T' 'PF' ;"] if wet else []),
         f"MODL = 'MODELISER' {block.name} 'MECANIQUE' 'ELASTIQUE' 'ISOTROPE'",
         "  'NON_LINEAIRE' 'UTILISATEUR'",
         f"  'LIB_LOI' '{generic_library().name}'",
         f"  'FCT_LOI' '{law}'",
-        "  'C_MATERIAU' COEL 'C_VARINTER' STAT" + " 'PARA_LOI' PARA" * wet,
+        "  'C_MATERIAU' COEL 'C_VARINTER' STAT" + (" 'PARA_LOI' PARA" if wet else ""),
         f"  'CONS' 'JOINT' '{element}' ;",
         "MATL = 'MATERIAU' MODL",
-        *_in_lines([f"'{one}' {value!r}" for one, value in values.items()], 2),
+        *_in_lines([f"'{short}' {value!r}" for short, value in values.items()], 2),
     ]
 
 

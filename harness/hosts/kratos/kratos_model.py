@@ -120,12 +120,13 @@ class Structure:
         def of_joint(name: str) -> Kratos.Properties:
             if not isinstance(joint, Mapping):
                 return joint
-            return next(one for start, one in joint.items() if name.startswith(start))
+            return next(properties for start, properties in joint.items() if name.startswith(start))
 
         for name in (*mesh.names, *mesh.joints):
             for element in self.part.GetSubModelPart(name).Elements:
                 element.Properties = of_joint(name) if name in mesh.joints else solid
-                self.interfaces += [element] * (name in mesh.joints)
+                if name in mesh.joints:
+                    self.interfaces.append(element)
 
     def add_solid(self, nodes: Sequence[int], properties: Kratos.Properties) -> None:
         """Add a quadrilateral (4, 9 nodes) or hexahedron (8)."""
@@ -250,8 +251,8 @@ class Structure:
 
     def reaction(self, nodes: Sequence[int]) -> Floats:
         """Return the sum of the reactions of nodes (dimension,)."""
-        found = (self.part.Nodes[node] for node in np.ravel(nodes).tolist())
-        values = [list(node.GetSolutionStepValue(Kratos.REACTION)) for node in found]
+        at_nodes = (self.part.Nodes[node] for node in np.ravel(nodes).tolist())
+        values = [list(node.GetSolutionStepValue(Kratos.REACTION)) for node in at_nodes]
         total: Floats = np.sum(values, axis=0)[: self.dimension]
         return total
 
@@ -263,11 +264,15 @@ class Structure:
 
     def points(self) -> tuple[Floats, Floats]:
         """Return separations and tractions (points, 3) of all points as (N, Tx, Ty); Ty is 0 in 2D."""
-        found, info = [], self.part.ProcessInfo
+        fields, info = [], self.part.ProcessInfo
         for name in (Geo.GEO_RELATIVE_DISPLACEMENT_VECTOR, Geo.GEO_EFFECTIVE_TRACTION_VECTOR):
-            rows = [list(x) for one in self.interfaces for x in one.CalculateOnIntegrationPoints(name, info)]
-            found.append(np.pad(np.array(rows), ((0, 0), (0, 3 - self.dimension))))
-        return found[0], found[1]
+            rows = [
+                list(x)
+                for element in self.interfaces
+                for x in element.CalculateOnIntegrationPoints(name, info)
+            ]
+            fields.append(np.pad(np.array(rows), ((0, 0), (0, 3 - self.dimension))))
+        return fields[0], fields[1]
 
 
 def _law(name: str) -> Kratos.ConstitutiveLaw:

@@ -37,12 +37,12 @@ class Run:
         """Build the wall and press it."""
         wall = sized(WALLS[o.wall], *o.size, bare=True)
         pattern = Pattern.regular(4, o.theta) if o.theta else Pattern.regular(0, 0.0)
-        found = laws(wall, pattern, o.height, o.tau, {})
+        joint_laws = laws(wall, pattern, o.height, o.tau, {})
         whole = mesh(wall, o.elements)
         self.o, self.thickness = o, wall.half_brick[1]
         self.s = s = Structure(2)
         solid = s.elastic(wall.E, wall.nu, "LinearElasticPlaneStress2DLaw")
-        s.add_mesh(whole, solid, {name: s.umat(law, o.implex) for name, law in found.items()})
+        s.add_mesh(whole, solid, {name: s.umat(law, o.implex) for name, law in joint_laws.items()})
         self.top, self.bottom = (whole.nodes(name) + 1 for name in ("top", "bottom"))
         x = whole.points[self.top - 1, 0]
         _, place, count = np.unique(np.round(x, 6), return_inverse=True, return_counts=True)
@@ -53,8 +53,8 @@ class Run:
         s.load({node: (0.0, 0.0, 0.0) for node in self.top.tolist()})
         self.iterations = 0
         for part in (0.25, 0.5, 0.75, 1.0):
-            for node, one in zip(self.top.tolist(), force.tolist(), strict=True):
-                s.set_load(node, (0.0, part * one, 0.0))
+            for node, of_node in zip(self.top.tolist(), force.tolist(), strict=True):
+                s.set_load(node, (0.0, part * of_node, 0.0))
             self.iterations += len(s.step(TOLERANCE, time=o.step))
         s.fix(self.top, 1)
 

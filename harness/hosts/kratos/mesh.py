@@ -48,8 +48,8 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
         written[rows] = np.arange(number, number + len(cells))
         cells = cells[:, TWENTY] if kind == "hexahedron20" else cells
         add(block, f"SmallDisplacementElement{d}D{cells.shape[1]}N", cells)
-    for name, some in mesh.joints.items():
-        for joint in some:
+    for name, parts_of_joint in mesh.joints.items():
+        for joint in parts_of_joint:
             k = joint.minus.shape[1]
             add(name, f"{ELEMENTS[d][1]}{k}Plus{k}N", np.concatenate([joint.minus, joint.plus], 1))
     none = np.zeros(0, np.int64)
@@ -74,8 +74,10 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
     for name, (nodes, numbers) in parts.items():
         text.append(f"Begin SubModelPart {name}\n")
         lists = ("Nodes", nodes + 1), ("Elements", np.concatenate(numbers))
-        for what, one in (*lists, ("Conditions", np.concatenate(conditions.get(name, [none])))):
-            text.append(f"Begin SubModelPart{what}\n{lines('%d' + chr(10), one)}End SubModelPart{what}\n")
+        for table, entries in (*lists, ("Conditions", np.concatenate(conditions.get(name, [none])))):
+            text.append(
+                f"Begin SubModelPart{table}\n{lines('%d' + chr(10), entries)}End SubModelPart{table}\n"
+            )
         text.append("End SubModelPart\n")
     if not laws:
         replace_file(path, "".join(text))

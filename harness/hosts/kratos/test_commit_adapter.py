@@ -59,10 +59,10 @@ class Point:
         def integer(value: int) -> object:
             return ctypes.byref(ctypes.c_int(value))
 
-        one, null = np.ones(2), None
+        unit, null = np.ones(2), None
         LIBRARY.umat_(
             double(self.stress), double(self.statev), double(tangent), *map(double, energies),
-            null, null, null, null, double(strain), double(increment), double(one), double(one),
+            null, null, null, null, double(strain), double(increment), double(unit), double(unit),
             null, null, null, null, name, *map(integer, (1, 2, 3, len(self.statev))), double(self.props),
             integer(len(self.props)), null, null, null, null, null, null,
             integer(0), integer(0), null, null, integer(step), integer(1),
@@ -84,9 +84,9 @@ def forgotten() -> None:
     LIBRARY.asperity_kratos_reset()
 
 
-def same(found: Floats, expected: Floats) -> bool:
+def same(traction: Floats, expected: Floats) -> bool:
     """Whether tractions are equal except for rounding."""
-    return bool(np.abs(found - expected).max() <= ROUNDING)
+    return bool(np.abs(traction - expected).max() <= ROUNDING)
 
 
 def test_steps_are_committed() -> None:
@@ -103,15 +103,15 @@ def test_a_number_that_falls_begins_anew() -> None:
     assert np.array_equal(point.follow(), first)
 
 
-@pytest.mark.parametrize("what", ["statev", "stress"])
-def test_other_initial_values_begin_anew(what: str) -> None:
+@pytest.mark.parametrize("kind", ["statev", "stress"])
+def test_other_initial_values_begin_anew(kind: str) -> None:
     """Other initial values at the same address start another analysis, although the step numbers continue."""
     point, traction = Point(), np.array([-1.0, 0.3, -0.2])
     point.follow()
-    point.start(**{what: ROUGH.initial(traction) if what == "statev" else traction})
-    found = point.follow(first=len(PATH) + 1)
+    point.start(**{kind: ROUGH.initial(traction) if kind == "statev" else traction})
+    tractions = point.follow(first=len(PATH) + 1)
     at_rest = np.concatenate([np.zeros((1, 3)), PATH])
-    assert same(found, from_state(ROUGH, ROUGH.initial(traction), at_rest)[1:])
+    assert same(tractions, from_state(ROUGH, ROUGH.initial(traction), at_rest)[1:])
 
 
 def test_numbers_that_go_on_need_a_reset() -> None:
@@ -126,8 +126,8 @@ def test_numbers_that_go_on_need_a_reset() -> None:
 
 def test_initial_stress_that_is_no_number() -> None:
     """The history of the points is correct for a host with the same arbitrary STRESS in every call."""
-    found = Point(stress=[np.nan, np.inf, 0.0]).follow()
-    assert same(found, ROUGH.replay(PATH).traction)
+    tractions = Point(stress=[np.nan, np.inf, 0.0]).follow()
+    assert same(tractions, ROUGH.replay(PATH).traction)
 
 
 def test_a_host_that_commits() -> None:
@@ -135,9 +135,9 @@ def test_a_host_that_commits() -> None:
     point, old = Point(), np.zeros(3)
     for step, (separation, expected) in enumerate(zip(PATH, ROUGH.replay(PATH).traction, strict=True), 1):
         point.call(step, 3.0 * separation, old)
-        found = point.call(step, separation, old)
-        point.start(point.statev, found)
-        assert same(found, expected)
+        traction = point.call(step, separation, old)
+        point.start(point.statev, traction)
+        assert same(traction, expected)
         old = separation
 
 
@@ -151,10 +151,10 @@ def test_errors_of_implex(pattern: Pattern, W0: float, spare: int) -> None:
     place = (8 + (5 if W0 else 3) * planes) + 5 + planes
     point = Point(props=rough.props(implex=0.5), nstatv=place + 2 + spare)
     point.follow(path=PATH[:2])
-    found = (ctypes.c_double * 2)()
-    LIBRARY.asperity_kratos_errors(found)
-    assert list(found) == list(point.statev[place : place + 2])
-    assert min(found) > 0.0
+    errors = (ctypes.c_double * 2)()
+    LIBRARY.asperity_kratos_errors(errors)
+    assert list(errors) == list(point.statev[place : place + 2])
+    assert min(errors) > 0.0
 
 
 def test_threads() -> None:
@@ -162,6 +162,6 @@ def test_threads() -> None:
     points = [Point() for _ in range(400)]
     paths = [PATH * (1.0 + k / len(points)) for k in range(len(points))]
     with ThreadPoolExecutor(4) as pool:
-        found = list(pool.map(lambda pair: pair[0].follow(path=pair[1]), zip(points, paths, strict=True)))
-    for path, rows in zip(paths, found, strict=True):
+        tractions = list(pool.map(lambda pair: pair[0].follow(path=pair[1]), zip(points, paths, strict=True)))
+    for path, rows in zip(paths, tractions, strict=True):
         assert same(rows, ROUGH.replay(path).traction)

@@ -65,16 +65,18 @@ def test_gravity_dam(tmp_path: Path, uplift: bool) -> None:
     s = Structure(2)
     solids, joints = {"dam": DAM, "rock": ROCK}, {"base": joint(2e4, FRICTION), "fault": joint(1e4, 0.6)}
     s.add_mesh(section, s.elastic(ROCK, 0.2), s.umat(joints["fault"]))
-    found = {name: s.elastic(E, 0.2) for name, E in solids.items()}
-    found |= {name: s.umat(law, BIOT_COEFFICIENT=1.0) for name, law in joints.items()}
-    for name, properties in found.items():
+    properties_of = {name: s.elastic(E, 0.2) for name, E in solids.items()}
+    properties_of |= {name: s.umat(law, BIOT_COEFFICIENT=1.0) for name, law in joints.items()}
+    for name, properties in properties_of.items():
         for element in s.part.GetSubModelPart(name).Elements:
             element.Properties = properties
     s.fix(section.nodes("bottom") + 1, 1)
     s.fix(section.nodes("ends") + 1, 0)
     parts = {name: thrust(section, name, HEIGHT) for name in ("upstream", "reservoir")}
     heavy = weight(section)
-    loaded = np.flatnonzero(np.abs(heavy).sum(1) + sum(np.abs(one).sum(1) for one in parts.values()))
+    loaded = np.flatnonzero(
+        np.abs(heavy).sum(1) + sum(np.abs(thrust_of_face).sum(1) for thrust_of_face in parts.values())
+    )
     s.load({int(k) + 1: [0.0, 0.0, 0.0] for k in loaded})
     [base] = section.joints["base"]
     at = np.unique([base.minus, base.plus])

@@ -159,8 +159,8 @@ def test_newton_is_quadratic() -> None:
     separation, traction = (np.array(values) for values in zip(*points, strict=True))
     exported.assert_law(rough, 1e-12 / MATERIAL.sigma0, separation, traction)
     assert np.ptp(separation[-1, :, 0]) > 0.01  # the structure differs from a material point
-    pairs = [(before, after) for found in norms for before, after in pairwise(found)]
-    print("norms of the steps:", *(" ".join(f"{norm:.1e}" for norm in found) for found in norms), sep="\n")
+    pairs = [(before, after) for step in norms for before, after in pairwise(step)]
+    print("norms of the steps:", *(" ".join(f"{norm:.1e}" for norm in step) for step in norms), sep="\n")
     # the last residual is a rounding error of reactions of some N
     assert sum(after < 100.0 * before**2 for before, after in pairs if after > 1e-15) >= 10
     assert max(map(len, norms)) <= 6
@@ -171,7 +171,8 @@ def test_newton_is_quadratic() -> None:
 
 def blocks(kind: str) -> meshio.Mesh:
     """Two blocks of quadratic cells, one on the other."""
-    whole = grid(*([range(2)] * (1 + (kind in ("tetra10", "hexahedron20")))), range(3))
+    level = [range(2)] * (2 if kind in ("tetra10", "hexahedron20") else 1)
+    whole = grid(*level, range(3))
     points, cells = whole.points, whole.cells[0].data
     cells = simplices(points, cells) if kind in ("triangle6", "tetra10") else cells
     block = (points[cells].mean(axis=1)[:, -1] > 1.0).astype(int)

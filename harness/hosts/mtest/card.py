@@ -61,8 +61,8 @@ def path_of(steps: Sequence[Step], wet: bool) -> str:
         counts = np.asarray(step.increments, float)
         for k, duration in enumerate(np.asarray(step.time, float).tolist()):
             values.append(values[-1].copy())
-            for i, one in targets.items():
-                values[-1][i] = one[k]
+            for i, ends in targets.items():
+                values[-1][i] = ends[k]
             times.append(times[-1] + duration)
             numbers.append(round(counts[k]))
     lines = []

@@ -46,13 +46,13 @@ def test_water(tmp_path: Path) -> None:
     case.write_text(WATER, encoding="utf-8")
     assert main(["card", "mtest", str(case), "-o", str(file)]) == 0
     subprocess.run(["mtest", file.name], cwd=tmp_path, check=True, timeout=300)
-    found = np.loadtxt(tmp_path / "wet.res")[1:]
+    results = np.loadtxt(tmp_path / "wet.res")[1:]
     history = read_case(case).runs[0].history()
-    assert len(found) == len(history) == 220 and np.ptp(history.p[120:]) == pytest.approx(5.5)
+    assert len(results) == len(history) == 220 and np.ptp(history.p[120:]) == pytest.approx(5.5)
     n = 7 + history.state.shape[1]
     expected = np.hstack([history.separation, history.traction, history.state])
     # six digits are printed
-    assert found[:, 1:n] == pytest.approx(expected, rel=2e-5, abs=1e-8)
+    assert results[:, 1:n] == pytest.approx(expected, rel=2e-5, abs=1e-8)
     text = file.read_text(encoding="utf-8")
     negative = text.replace(": 8.0}", ": -8.0}")
     missing = re.sub("@ExternalStateVariable.*\n", "", text)

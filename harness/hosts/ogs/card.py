@@ -30,7 +30,7 @@ def block_of(block: Block) -> str:
 def _patch(name: str, law: str, props: contract.Floats, dimension: int, comments: list[str]) -> str:
     """Patch that adds a layer of the material 1, with a behaviour of the library, to a project."""
     names = property_names(law)
-    values = {one: float(props[contract.index(one)]) for one in names}
+    values = {constant: float(props[contract.index(constant)]) for constant in names}
     axes = [f"{name}_axis_{i}" for i in range(dimension)]
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
@@ -42,7 +42,10 @@ def _patch(name: str, law: str, props: contract.Floats, dimension: int, comments
         f"      <library>{escape(str(generic_library()))}</library>",
         f"      <behaviour>{law}</behaviour>",
         "      <material_properties>",
-        *(f'        <material_property name="{one}" parameter="{name}_{one}"/>' for one in names),
+        *(
+            f'        <material_property name="{constant}" parameter="{name}_{constant}"/>'
+            for constant in names
+        ),
         "      </material_properties>",
         "    </constitutive_relation>",
         "  </add>",
@@ -52,7 +55,7 @@ def _patch(name: str, law: str, props: contract.Floats, dimension: int, comments
         "    </local_coordinate_system>",
         "  </add>",
         '  <add sel="/*/parameters">',
-        *(_parameter(f"{name}_{one}", repr(value)) for one, value in values.items()),
+        *(_parameter(f"{name}_{constant}", repr(value)) for constant, value in values.items()),
         *(_parameter(axis, value) for axis, value in zip(axes, AXES[dimension], strict=True)),
         "  </add>",
         "</OpenGeoSysProjectDiff>",

@@ -37,8 +37,8 @@ class Run:
     @property
     def iterations(self) -> list[int]:
         """Iterations of Newton's method in every attempted step."""
-        found = re.findall(r"^info: Iteration #(\d+) started", self.output, re.MULTILINE)
-        numbers = [int(one) for one in found]
+        counters = re.findall(r"^info: Iteration #(\d+) started", self.output, re.MULTILINE)
+        numbers = [int(counter) for counter in counters]
         return [n for n, after in zip(numbers, [*numbers[1:], 1], strict=True) if after == 1]
 
     @property
@@ -52,7 +52,7 @@ class Run:
         """Times (T,) and the fields at the nodes of every output, by name."""
         (collection,) = self.folder.glob("*.pvd")
         sets = ET.parse(collection).getroot().iter("DataSet")
-        rows = [(float(one.attrib["timestep"]), one.attrib["file"]) for one in sets]
+        rows = [(float(entry.attrib["timestep"]), entry.attrib["file"]) for entry in sets]
         return np.array([time for time, _ in rows]), [fields(self.folder / name) for _, name in rows]
 
 
@@ -82,8 +82,8 @@ def of_points(
     at, sign = [1, 3, 2], np.array([1.0, -1.0, 0.0])
     names = [f"{STATE}{name}_ip" for name in contract.statev_names(interface.n_planes, True)]
     state = np.stack([step[name] for name in names], axis=1)  # of the layers only
-    found = (step[f"{name}_ip"][:, at].reshape(-1, 4, 3)[layer] for name in ("epsilon", "sigma"))
-    strain, traction = (values * sign for values in found)
+    at_points = (step[f"{name}_ip"][:, at].reshape(-1, 4, 3)[layer] for name in ("epsilon", "sigma"))
+    strain, traction = (values * sign for values in at_points)
     return [h * strain * [1.0, 2.0, 2.0], traction, state.reshape(-1, 4, len(names))]
 
 
@@ -124,8 +124,8 @@ def run(folder: Path, *patches: str, fails: bool = False, project: Path = PROJEC
 
 
 def changed(*changes: tuple[str, str, str]) -> str:
-    """Patch of (what, where, text): what is add, replace or remove, where a path in the project."""
-    lines = [f'<{what} sel="{where}">{text}</{what}>' for what, where, text in changes]
+    """Patch of (change, where, text): change is add, replace or remove, where a path in the project."""
+    lines = [f'<{change} sel="{where}">{text}</{change}>' for change, where, text in changes]
     return "\n".join(['<?xml version="1.0"?>', "<OpenGeoSysProjectDiff>", *lines, "</OpenGeoSysProjectDiff>"])
 
 

@@ -33,13 +33,14 @@ def test_beside_code_aster(tmp_path: Path, uplift: str) -> None:
     """
     rows = dam_ogs.profile(tmp_path, uplift, LEVEL, PARTS, nu=0.25 if uplift == "flow" else 0.0)
     x, s_N, p = rows.T
-    found, expected = np.interp(PLACES, x, s_N), np.array(CODE_ASTER[uplift])
-    print(uplift, found)
-    assert np.abs(found - expected).max() < 0.03 * np.abs(expected).max()
+    computed, expected = np.interp(PLACES, x, s_N), np.array(CODE_ASTER[uplift])
+    print(uplift, computed)
+    assert np.abs(computed - expected).max() < 0.03 * np.abs(expected).max()
     if uplift == "flow":
         assert p == pytest.approx(chain(x, s_N), abs=1e-3 * p.max())
     else:
-        assert p == pytest.approx(WATER * LEVEL * (1.0 - x / BASE) * (uplift == "linear"), abs=1e-6)
+        heel = WATER * LEVEL if uplift == "linear" else 0.0
+        assert p == pytest.approx(heel * (1.0 - x / BASE), abs=1e-6)
 
 
 def chain(x: Floats, s_N: Floats) -> Floats:

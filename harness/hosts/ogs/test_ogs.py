@@ -76,16 +76,16 @@ def assert_is_the_driver(run: Run, interface: Interface = RT) -> None:
 
 def test_exported_element(tmp_path: Path) -> None:
     """The files of `asperity export ogs` give the rows of the README."""
-    one, steps = exported.element("ogs", tmp_path)
+    cell, steps = exported.element("ogs", tmp_path)
     (tmp_path / "out").mkdir()
     command = [ogs_run.program(), "-p", "card.xml", "-p", "path.xml", "-o", "out", "single.prj"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
-    found = []
+    rows = []
     for fields in (ogs_run.fields(tmp_path / "out" / f"layer_{number}.vtu") for number in steps):
         slip, _, opening = fields["displacement"][4:].mean(axis=0)
-        found.append([slip, opening, fields["sigma"][:, 5].mean(), fields["damage"].mean()])
-    exported.assert_same(one, found, EXACT * 1e3)
+        rows.append([slip, opening, fields["sigma"][:, 5].mean(), fields["damage"].mean()])
+    exported.assert_same(cell, rows, EXACT * 1e3)
 
 
 # --- MGIS -------------------------------------------------------------------
@@ -160,8 +160,8 @@ def test_cracked_planes(tmp_path: Path) -> None:
     variables = "".join(f'<state_variable name="alpha_{k}" parameter="cracked"/>' for k in (1, 2, 3))
     where = "/*/processes/process/constitutive_relation[@id='1']"
     start = ("add", where, f"<initial_values>{variables}</initial_values>")
-    one = "<parameter><name>cracked</name><type>Constant</type><value>1</value></parameter>"
-    run = box(tmp_path, RT, start, ("add", "/*/parameters", one))
+    parameter = "<parameter><name>cracked</name><type>Constant</type><value>1</value></parameter>"
+    run = box(tmp_path, RT, start, ("add", "/*/parameters", parameter))
     _, traction, fields = path(run)
     residual = MATERIAL.residual_strength(30.0) * PRESSURE
     print(f"largest shear {traction[:, 1].max():.10f}, closed form {residual:.10f}")
@@ -271,7 +271,7 @@ def test_triplet(tmp_path: Path) -> None:
     layer = np.concatenate(whole.cell_data["MaterialIDs"]) == 1
     rows = [ogs_run.of_points(s, layer, triplet.JOINT, triplet.THICKNESS) for s in result.run.steps()[1]]
     columns = zip(*rows, strict=True)
-    *history, state = (np.array(one).reshape(len(rows), 4 * layer.sum(), -1) for one in columns)
+    *history, state = (np.array(column).reshape(len(rows), 4 * layer.sum(), -1) for column in columns)
     exported.assert_law(triplet.JOINT, OF_STRAINS, *history, state[..., :1])  # the damage
     pvd = tmp_path / "fields.pvd"
     ogs_run.write_paraview(pvd, tmp_path / "triplet.vtu", result.run, triplet.JOINT, triplet.THICKNESS)

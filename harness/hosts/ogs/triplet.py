@@ -143,8 +143,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         result = run(Path(name), 21, 5, *patches, law=law, end=options.slip)
         force, rise = prediction(result.slip, pressure, law)
-        found = result.run.iterations
-        print(f"{len(found)} steps, {sum(found)} iterations, at most {max(found)}")
+        iterations = result.run.iterations
+        print(f"{len(iterations)} steps, {sum(iterations)} iterations, at most {max(iterations)}")
         print(f"largest force {result.force.max():.2f} N, of the material point {force.max():.2f} N")
         print(f"force at the end {result.force[-1]:.2f} N, of the material point {force[-1]:.2f} N")
         print(f"rise at the end {result.rise[-1]:.4f} mm, of the material point {rise[-1]:.4f} mm")

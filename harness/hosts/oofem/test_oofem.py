@@ -83,13 +83,13 @@ def test_shear_box(sides: int, tmp_path: Path) -> None:
 
 def test_exported_element(tmp_path: Path) -> None:
     """The input of `asperity export oofem` gives the rows of the README, though a step has not converged."""
-    one, steps = exported.element("oofem", tmp_path / "kit")
+    cell, steps = exported.element("oofem", tmp_path / "kit")
     script = [sys.executable, "oofem_run.py", "single.in", "single.npz"]
     subprocess.run(script, cwd=tmp_path / "kit", capture_output=True, check=False)
-    found = np.load(tmp_path / "kit" / "single.npz")
-    moved = found["displacement"][steps, 4:].mean(axis=1)[:, [0, 2]]
-    columns = moved, found["stress"][steps, :, 4].mean(axis=1), found["state"][steps, :, 0].mean(axis=1)
-    exported.assert_same(one, np.column_stack(columns), 1e-6)
+    results = np.load(tmp_path / "kit" / "single.npz")
+    moved = results["displacement"][steps, 4:].mean(axis=1)[:, [0, 2]]
+    columns = moved, results["stress"][steps, :, 4].mean(axis=1), results["state"][steps, :, 0].mean(axis=1)
+    exported.assert_same(cell, np.column_stack(columns), 1e-6)
 
 
 def test_rejected_call(tmp_path: Path) -> None:

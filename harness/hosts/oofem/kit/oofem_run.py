@@ -54,15 +54,15 @@ def points(
     domain: oofem.Domain, kind: oofem.InternalStateType, size: int, step: oofem.TimeStep
 ) -> list[list[float]]:
     """Values of all integration points, element by element; zeros where a material has no such values."""
-    found = []
+    rows = []
     for i in range(domain.giveNumberOfElements()):
         element = domain.giveElement(i + 1)
         rule = element.giveDefaultIntegrationRulePtr()
         for k in range(rule.giveNumberOfIntegrationPoints()):
             values = oofem.FloatArray()
             element.giveIPValue(values, rule.getIntegrationPoint(k), kind, step)
-            found.append(list(values) or [0.0] * size)
-    return found
+            rows.append(list(values) or [0.0] * size)
+    return rows
 
 
 def displacements(domain: oofem.Domain, step: oofem.TimeStep) -> list[list[float]]:
@@ -88,14 +88,14 @@ def main(source: Path, output: Path) -> None:
     log = output.with_suffix(".log")
     with log.open("wb") as file:
         os.dup2(file.fileno(), sys.stdout.fileno())
-        found = solve(source, n_statev)
-    np.savez(output, **found)
+        results = solve(source, n_statev)
+    np.savez(output, **results)
     messages = log.read_text(encoding="utf-8", errors="replace")
     counts = [
         int(n) for n in re.findall(r"^Equilibrium reached .* in (\d+) iterations", messages, re.MULTILINE)
     ]
     print(f"{len(counts)} steps, {sum(counts)} iterations, at most {max(counts, default=0)}", file=sys.stderr)
-    for i, (n, stress) in enumerate(zip(counts, found["stress"], strict=True), 1):
+    for i, (n, stress) in enumerate(zip(counts, results["stress"], strict=True), 1):
         if n >= most or not np.isfinite(stress).all():
             sys.exit(f"step {i}: not converged, although OOFEM reports equilibrium after {n} iterations")
 
