@@ -79,7 +79,7 @@ def step_errors(increments: Sequence[int] = INCREMENTS) -> pandas.DataFrame:
     Those of tau_L, s_N and work are relative to the largest value of the curve.
     """
     interface = Interface(MATERIAL, Pattern.regular(4, THETA))
-    found = []
+    measured = []
     for path, sigma_N in product(PATHS, SIGMA_N):
         fine = slip_curves(interface, DIRECTION, slips_of(path, FINER * increments[-1]), sigma_N, PRELOAD)
         for n in increments:
@@ -88,8 +88,8 @@ def step_errors(increments: Sequence[int] = INCREMENTS) -> pandas.DataFrame:
             pairs = {"tau_L": (coarse.tau_L[0], fine.tau_L[0]), "s_N": (coarse.s_N[0], fine.s_N[0])}
             errors = {key: np.abs(a - b[rows]).max() / np.abs(b).max() for key, (a, b) in pairs.items()}
             errors["work"] = abs(coarse.work[0, -1] / fine.work[0, -1] - 1.0)
-            found.append({"path": path, "sigma_N": sigma_N, "rows": n, **errors})
-    return pandas.DataFrame(found)
+            measured.append({"path": path, "sigma_N": sigma_N, "rows": n, **errors})
+    return pandas.DataFrame(measured)
 
 
 def draw_increments(quick: bool) -> tuple[Figure, str]:
@@ -165,7 +165,7 @@ def plane_errors(
     spread (largest over smallest, minus 1) over the directions of the work of that path, which is G_T at
     sigma_N = 0. loop: the same for the work of a closed loop of a cycle, NaN at sigma_N = 0.
     """
-    found = []
+    measured = []
     slips, loops = (slips_of(path, n) for path, n in PLANE_INCREMENTS.items())
     dense = Interface(law, Pattern.regular(REFERENCE_SIDES, THETA, FLAT))
     reference = slip_curves(dense, 0.0, slips, np.array(tractions), PRELOAD)
@@ -183,8 +183,8 @@ def plane_errors(
                 loop = np.nan
             row = {"sides": m, "sigma_N": sigma_N, "tau_L": relative_error(curves.tau_L - tau, tau)}
             row |= {"across": relative_error(curves.tau_across, tau)}
-            found.append(row | {"s_N": relative_error(curves.s_N - s_N, s_N), "work": work, "loop": loop})
-    return pandas.DataFrame(found)
+            measured.append(row | {"s_N": relative_error(curves.s_N - s_N, s_N), "work": work, "loop": loop})
+    return pandas.DataFrame(measured)
 
 
 def relative_error(error: Floats, reference: Floats) -> float:
@@ -209,8 +209,8 @@ def draw_planes(quick: bool) -> tuple[Figure, str]:
     worst = errors.groupby("sides").max()  # at sigma_N = 0 there is no loop
     figure, (ax,) = new_figure(0.6 * TWO, 3.2)
     for (name, label), colour in zip(MEASURES.items(), COLOURS, strict=False):
-        what = "error, " * (name in SHARED) + label
-        ax.plot(worst.index + 1, worst[name], "o-", color=colour, markersize=3.0, linewidth=1.0, label=what)
+        words = f"error, {label}" if name in SHARED else label
+        ax.plot(worst.index + 1, worst[name], "o-", color=colour, markersize=3.0, linewidth=1.0, label=words)
     log_axes(ax, "number of planes", "largest of all directions and four pressures")
     ax.set_xticks(PLANE_TICKS, [str(n) for n in PLANE_TICKS])
     ax.set_xticks([], minor=True)
@@ -222,7 +222,10 @@ def draw_planes(quick: bool) -> tuple[Figure, str]:
         names = [name for name in MEASURES if not (name == "loop" and sigma_N == 0.0)]
         for aim in AIMS[:2]:
             good = [here.sides[here[name] <= aim] for name in names]
-            fewest = [str(one.min()) if len(one) else f"> {here.sides.max()}" for one in good]
+            fewest = [
+                str(sides_that_meet.min()) if len(sides_that_meet) else f"> {here.sides.max()}"
+                for sides_that_meet in good
+            ]
             needs.append([signed(sigma_N), f"{100 * aim:g} %", *fewest])
     for aim in AIMS[:2]:
         enough = next(m for m in range(3, 1000) if residual_spread(m) <= aim)

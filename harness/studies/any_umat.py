@@ -32,7 +32,10 @@ def draw(library: Path) -> Figure:
     figure, axes = new_figure(TWO, 2.5, ncols=2)
     shown = ("traction", 1, TRACTION), ("separation", 0, DILATION)
     for ax, (name, k, label) in zip(axes, shown, strict=True):
-        lines = [(law, one.separation[:, 1], getattr(one, name)[:, k], False) for law, one in tests.items()]
+        lines = [
+            (law, result.separation[:, 1], getattr(result, name)[:, k], False)
+            for law, result in tests.items()
+        ]
         curves(ax, lines, SLIP, label, "law", inside=True)
     return figure
 

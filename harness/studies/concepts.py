@@ -231,8 +231,8 @@ def snap() -> Figure:
         (0.1725, jump.before[1], 0.1745), ("--", "-", "-."), (GREEN, BLACK, ORANGE), strict=True
     ):
         s = np.column_stack([openings, np.full_like(openings, slip), np.zeros_like(openings)])
-        found = rough.update(s, np.repeat(before[None], len(s), axis=0)).traction[:, 0]
-        traction.plot(openings, 1000.0 * found, style, color=colour, label=f"$s_L$ = {slip:.4f} mm")
+        tractions = rough.update(s, np.repeat(before[None], len(s), axis=0)).traction[:, 0]
+        traction.plot(openings, 1000.0 * tractions, style, color=colour, label=f"$s_L$ = {slip:.4f} mm")
     traction.axhline(0.0, color=BLACK, linewidth=0.6)
     traction.set_xticks(np.arange(0.085, 0.106, 0.005))
     traction.legend()
@@ -256,8 +256,10 @@ def envelope() -> Figure:
     better = bonded.strength_for_peak(MORTAR, flat, MET, c - mu * MET)
     for sigma02, colour, style in ((c, BLUE, "-"), (better, GREEN, "-.")):
         joint = replace(MORTAR, sigma02=sigma02)
-        found = [bonded.peak(joint, flat, -p) for p in pressures]
-        peaks.plot(pressures, found, style, color=colour, label=rf"peak, $\sigma_{{02}}$ = {sigma02:.3g} MPa")
+        strengths = [bonded.peak(joint, flat, -p) for p in pressures]
+        peaks.plot(
+            pressures, strengths, style, color=colour, label=rf"peak, $\sigma_{{02}}$ = {sigma02:.3g} MPa"
+        )
     peaks.plot(pressures, c + mu * pressures, "--", color=BLACK, label=r"$c + \mu p$")
     peaks.plot(pressures, mu * pressures, ":", color=BLACK, label=r"$\mu p$, residual strength")
     peaks.legend()

@@ -26,7 +26,7 @@ def wait(driver: Any, condition: str) -> None:
     """Wait until a condition in JavaScript is met."""
     from selenium.webdriver.support.ui import WebDriverWait
 
-    WebDriverWait(driver, 60).until(lambda one: one.execute_script(f"return {condition}"))
+    WebDriverWait(driver, 60).until(lambda browser: browser.execute_script(f"return {condition}"))
 
 
 def main(picture: Path) -> None:

@@ -222,12 +222,12 @@ JOINTS = (
 def envelope(joint: Joint, low: float, high: float, crushed: bool) -> tuple[Floats, Floats, Floats]:
     """Stresses, strengths of Barton and closest strengths of one plane with mu = tan(phi_r), (25,) each."""
     stresses = np.geomspace(low, high, 25)
-    peaks = np.array([joint.peak_strength(one) for one in stresses])
+    peaks = np.array([joint.peak_strength(stress) for stress in stresses])
     mu = np.tan(np.radians(joint.phi_r))
 
     def law(x: Floats) -> Floats:
         slope, crush = np.exp(x[0]), np.exp(x[1]) if crushed else np.inf
-        return np.array([sandstone.strength(one, slope, mu, crush) for one in stresses])
+        return np.array([sandstone.strength(stress, slope, mu, crush) for stress in stresses])
 
     start = np.log([0.5, low])[: 1 + crushed]
     return stresses, peaks, law(least_squares(lambda x: np.log(law(x) / peaks), start).x)
@@ -252,7 +252,7 @@ def crushed() -> Figure:
         tests = sandstone.measured(name)
         for crush, style in ((False, "--"), (True, "-")):
             law = sandstone.envelope(tests[[0, 4]], crush)
-            rock.plot(pressures, [law(one) / one for one in pressures], style, color=colour)
+            rock.plot(pressures, [law(pressure) / pressure for pressure in pressures], style, color=colour)
         rock.plot(tests[:, 0], tests[:, 1] / tests[:, 0], mark, color=colour, markersize=4, label=name)
     rock.legend()
     panel(rock, "pressure [MPa]", ratio, "(b) sandstone, fitted to 1 and 5 MPa")

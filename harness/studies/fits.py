@@ -48,23 +48,23 @@ Row = dict[str, object]
 def tests_of(drawn: Drawn) -> list[ShearTest]:
     """Drawn tests as those of a fit."""
     return [
-        ShearTest(f"test {i}", one.slip, one.tau, one.dilation, -one.pressure, one.k_N)
-        for i, one in enumerate(drawn.tests, 1)
+        ShearTest(f"test {i}", test.slip, test.tau, test.dilation, -test.pressure, test.k_N)
+        for i, test in enumerate(drawn.tests, 1)
     ]
 
 
 def read_back(tests: Sequence[ShearTest]) -> list[ShearTest]:
     """Tests through a file, which is read and checked as that of a laboratory."""
     frames = []
-    for one in tests:
+    for test in tests:
         columns = {
-            "test": one.name,
-            "slip": one.slip,
-            "tau": one.tau,
-            "sigma_N": -one.sigma_N,
-            "k_N": one.k_N,
+            "test": test.name,
+            "slip": test.slip,
+            "tau": test.tau,
+            "sigma_N": -test.sigma_N,
+            "k_N": test.k_N,
         }
-        frames.append(pandas.DataFrame(columns | ({} if one.s_N is None else {"dilation": one.s_N})))
+        frames.append(pandas.DataFrame(columns | ({} if test.s_N is None else {"dilation": test.s_N})))
     return _through_file(pandas.concat(frames))  # type: ignore[return-value]
 
 
@@ -96,22 +96,22 @@ def judged(job: tuple[str, int, int]) -> list[Row]:
 
 def _curves(drawn: Drawn, joint: str) -> tuple[Row, list[Row]]:
     """Summary of the fit of curves, and a row for each constant or number."""
-    found = fit(read_back(tests_of(drawn)), joint)
-    errors = found.errors
-    summary: Row = {"code": 0 if found.is_result else 3, "grade": found.grade}
+    fitted = fit(read_back(tests_of(drawn)), joint)
+    errors = fitted.errors
+    summary: Row = {"code": 0 if fitted.is_result else 3, "grade": fitted.grade}
     summary |= {"met": max(errors["scatter"], errors.get("dilation left out", 0.0)), "between": np.nan}
     if drawn.held is not None:
         held = tests_of(drawn._replace(tests=[drawn.held]))
-        problem = found.solution.model.problem([*found.tests, *held])
-        off = compared(problem, found.values, len(found.tests))[0].errors
+        problem = fitted.solution.model.problem([*fitted.tests, *held])
+        off = compared(problem, fitted.values, len(fitted.tests))[0].errors
         summary["between"] = max(off["peak"], off["residual"])
     rows = [
-        _row(name, truth, found.estimates[name])
+        _row(name, truth, fitted.estimates[name])
         for name, truth in drawn.truth.items()
-        if name in found.estimates
+        if name in fitted.estimates
     ]
     for test, numbers in enumerate(drawn.numbers):
-        rows += [_row(name, (true, true), found.number(test, name)) for name, true in numbers.items()]
+        rows += [_row(name, (true, true), fitted.number(test, name)) for name, true in numbers.items()]
     return summary, rows
 
 
@@ -119,28 +119,29 @@ def _strengths(drawn: Strengths) -> tuple[Row, list[Row]]:
     """The same of the strengths of a table."""
     columns = {"sigma_N": drawn.pressure, "peak": drawn.peak}
     columns |= {} if drawn.residual is None else {"residual": drawn.residual}
-    found = fit_strengths(_through_file(pandas.DataFrame(columns)))  # type: ignore[arg-type]
+    fitted = fit_strengths(_through_file(pandas.DataFrame(columns)))  # type: ignore[arg-type]
     pressure, peak = drawn.between
-    summary: Row = {"code": 0 if found.is_result else 3, "grade": found.grade}
-    summary["met"] = max(error for name, error in found.errors.items() if not name.startswith("blind"))
-    summary["between"] = abs(float(found.peak(np.array([pressure]))[0]) / peak - 1.0)
+    summary: Row = {"code": 0 if fitted.is_result else 3, "grade": fitted.grade}
+    summary["met"] = max(error for name, error in fitted.errors.items() if not name.startswith("blind"))
+    summary["between"] = abs(float(fitted.peak(np.array([pressure]))[0]) / peak - 1.0)
     # tan(phi) and c are those of a straight line alone
-    bond = "sigma0" in found.estimates
+    bond = "sigma0" in fitted.estimates
     rows = [
-        _row(name, truth, found.estimates[name])
+        _row(name, truth, fitted.estimates[name])
         for name, truth in drawn.truth.items()
-        if name in found.estimates and (bond or drawn.residual is not None)
+        if name in fitted.estimates and (bond or drawn.residual is not None)
     ]
     rows += [
-        _row("peak", (true, true), one) for true, one in zip(drawn.exact.tolist(), found.peaks, strict=True)
+        _row("peak", (true, true), peak)
+        for true, peak in zip(drawn.exact.tolist(), fitted.peaks, strict=True)
     ]
     return summary, rows
 
 
-def _row(name: str, truth: tuple[float, float], found: Estimate) -> Row:
+def _row(name: str, truth: tuple[float, float], estimate: Estimate) -> Row:
     """A constant or number: ends of what is true, value and interval."""
     ends = {"true_low": truth[0], "true_high": truth[1]}
-    return {"name": name} | ends | {"value": found.value, "low": found.low, "high": found.high}
+    return {"name": name} | ends | {"value": estimate.value, "low": estimate.low, "high": estimate.high}
 
 
 def table(rows: pandas.DataFrame) -> str:
@@ -153,14 +154,14 @@ def table(rows: pandas.DataFrame) -> str:
             continue
         accepted = part[part.code == 0]
         cells = [str(kind), str(name)]
-        for some in (accepted, part):
-            inside = (some.low <= some.true_high) & (some.true_low <= some.high)
-            cells.append(f"{inside.sum()} of {len(some)}")
+        for chosen in (accepted, part):
+            inside = (chosen.low <= chosen.true_high) & (chosen.true_low <= chosen.high)
+            cells.append(f"{inside.sum()} of {len(chosen)}")
         size = accepted.value.abs()
         half = np.maximum(accepted.high - accepted.value, accepted.value - accepted.low) / size
         nearest = accepted.value.clip(accepted.true_low, accepted.true_high)
         error = (accepted.value - nearest).abs() / nearest.abs()
-        cells += [f"{100.0 * one.median():.1f}" if len(one) else "-" for one in (half, error)]
+        cells += [f"{100.0 * column.median():.1f}" if len(column) else "-" for column in (half, error)]
         lines.append(cells)
     head = ["law", "constant", "inside, code 0", "inside, all", "half width, median, %", "error, median, %"]
     return markdown(head, lines)
@@ -193,8 +194,8 @@ def _write(options: argparse.Namespace) -> int:
         kinds = [kind for kind in (*KINDS, *STRENGTHS) if not options.kind or kind.startswith(options.kind)]
         jobs = [(kind, options.seed, number) for kind in kinds for number in range(options.write)]
         with ProcessPoolExecutor(1, get_context("spawn")) as pool:
-            found: Iterable[list[Row]] = pool.map(judged, jobs)
-            frame = pandas.DataFrame([row for rows in found for row in rows])
+            judgements: Iterable[list[Row]] = pool.map(judged, jobs)
+            frame = pandas.DataFrame([row for rows in judgements for row in rows])
         if DATA.exists():
             before = pandas.read_csv(DATA)
             frame = pandas.concat([before[~before.kind.isin(kinds)], frame])

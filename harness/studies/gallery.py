@@ -13,8 +13,8 @@ PAGE = Path("docs/gallery/README.md")
 
 def refresh(page: Path, entries: Sequence[Entry]) -> None:
     """Write pictures and numbers of entries beside a page, and their findings into it."""
-    found = write(entries, page.parent)
-    page.write_text(fill(page.read_text(encoding="utf-8"), found), encoding="utf-8")
+    findings = write(entries, page.parent)
+    page.write_text(fill(page.read_text(encoding="utf-8"), findings), encoding="utf-8")
 
 
 if __name__ == "__main__":

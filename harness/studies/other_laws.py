@@ -56,11 +56,13 @@ def noisy(rng: np.random.Generator, test: Test, noise: float, dilates: bool = Tr
 
 def slips_behind_spring(slips: Floats, strength: Callable[[float], float], stiffness: float) -> Floats:
     """Slip of a joint behind a spring: slip = u + strength(u)/stiffness, 0 below the strength."""
-    found = []
+    joint_slips = []
     for slip in slips:
         holds = strength(0.0) / stiffness >= slip
-        found.append(0.0 if holds else brentq(lambda u, s=slip: u + strength(u) / stiffness - s, 0.0, slip))
-    return np.array(found)
+        joint_slips.append(
+            0.0 if holds else brentq(lambda u, s=slip: u + strength(u) / stiffness - s, 0.0, slip)
+        )
+    return np.array(joint_slips)
 
 
 def mohr_coulomb(rng: np.random.Generator) -> Drawn:
@@ -219,37 +221,39 @@ def nonsense(rng: np.random.Generator) -> Drawn:
     rows = int(rng.choice([8, 9, 12, 14, 20, 40]))
     slips = np.linspace(0.1, 2.0, rows)
 
-    def one(tau: Floats, pressure: float = 1.0, dilation: Floats | None = None) -> Test:
+    def of_tractions(tau: Floats, pressure: float = 1.0, dilation: Floats | None = None) -> Test:
         return Test(slips, tau, dilation, pressure)
 
     kind = int(rng.integers(14))
     noise = rng.normal(0.0, 0.01, rows)
     if kind == 0:
-        tests = [one(np.abs(rng.normal(0.5, 0.2, rows)))]
+        tests = [of_tractions(np.abs(rng.normal(0.5, 0.2, rows)))]
     elif kind == 1:
-        tests = [one(np.linspace(0.9, 0.4, rows) + noise)]
+        tests = [of_tractions(np.linspace(0.9, 0.4, rows) + noise)]
     elif kind == 2:
-        tests = [one(np.linspace(0.1, 1.2, rows) + noise)]
+        tests = [of_tractions(np.linspace(0.1, 1.2, rows) + noise)]
     elif kind == 3:
-        tests = [one(rng.permutation(slips) * 0.5)]
+        tests = [of_tractions(rng.permutation(slips) * 0.5)]
     elif kind == 4:
         tests = [
-            one(np.abs(rng.normal(0.5 * p, 0.2 * p, rows)), p, rng.normal(0.0, 0.1, rows))
+            of_tractions(np.abs(rng.normal(0.5 * p, 0.2 * p, rows)), p, rng.normal(0.0, 0.1, rows))
             for p in (0.5, 1.0, 2.0)
         ]
     elif kind == 5:
-        tests = [one(np.linspace(0.9, 0.4, rows) * p + noise, p) for p in (0.5, 1.0)]
+        tests = [of_tractions(np.linspace(0.9, 0.4, rows) * p + noise, p) for p in (0.5, 1.0)]
     elif kind == 6:
         rise = 1.0 - np.exp(-slips / 0.1)
-        tests = [one(strength * rise + noise, p) for p, strength in ((0.5, 1.2), (1.0, 0.8), (2.0, 0.5))]
+        tests = [
+            of_tractions(strength * rise + noise, p) for p, strength in ((0.5, 1.2), (1.0, 0.8), (2.0, 0.5))
+        ]
     elif kind == 9:
-        tests = [one(0.8 * slips + rng.normal(0.0, 0.01, rows), p) for p in (0.5, 1.0)]
+        tests = [of_tractions(0.8 * slips + rng.normal(0.0, 0.01, rows), p) for p in (0.5, 1.0)]
     elif kind == 10:
-        tests = [one(np.abs(np.cumsum(rng.normal(0.0, 0.2, rows))) + 0.1)]
+        tests = [of_tractions(np.abs(np.cumsum(rng.normal(0.0, 0.2, rows))) + 0.1)]
     elif kind == 11:
         tests = [Test(slips[:1], np.array([0.5]), None, 1.0)]
     elif kind == 12:
-        tests = [one(np.where(np.arange(rows) == rows // 2, 0.9, 0.3), p) for p in (0.5, 1.0, 2.0)]
+        tests = [of_tractions(np.where(np.arange(rows) == rows // 2, 0.9, 0.3), p) for p in (0.5, 1.0, 2.0)]
     else:
         sound = mohr_coulomb(rng).tests
         if kind == 13:

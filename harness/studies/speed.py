@@ -38,7 +38,7 @@ isa: level of x86-64 of the kernels, 3 or 1; 0: the library has one set of kerne
 def read_timings(path: Path) -> pandas.DataFrame:
     """Rows of a CSV of the benchmark; raises ValueError for another file."""
     try:
-        found = pandas.read_csv(
+        timings = pandas.read_csv(
             path,
             usecols=[*COLUMNS],
             dtype=COLUMNS,
@@ -46,11 +46,11 @@ def read_timings(path: Path) -> pandas.DataFrame:
             false_values=["no"],
             skipinitialspace=True,
         )
-        if found.empty:
+        if timings.empty:
             raise ValueError("no rows")
     except ValueError as error:
         raise ValueError(f"{path}: expected a CSV written by bench --csv ({error})") from error
-    return found
+    return timings
 
 
 def measure(level: str) -> pandas.DataFrame:

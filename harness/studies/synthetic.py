@@ -84,8 +84,8 @@ def synthetic(
 
 def noisy(y: Floats, noise: float, rng: np.random.Generator) -> Floats:
     """Values with Gaussian noise, whose deviation is a fraction of their range."""
-    found: Floats = y + noise * float(np.ptp(y)) * rng.standard_normal(y.size)
-    return found
+    disturbed: Floats = y + noise * float(np.ptp(y)) * rng.standard_normal(y.size)
+    return disturbed
 
 
 def write_record(path: Path, tests: Sequence[ShearTest]) -> None:

@@ -75,8 +75,10 @@ def refresh(path: Path, check: bool, contents: Mapping[str, str | Callable[[], s
     if not any(f"<!-- {name} -->" in text and f"<!-- /{name} -->" in text for name in contents):
         names = " or ".join(f"<!-- {name} --> ... <!-- /{name} -->" for name in contents)
         raise ValueError(f"{path}: expected markers {names}")
-    shown = {name: one for name, one in contents.items() if f"<!-- {name} -->" in text}
-    filled = fill(text, {name: one if isinstance(one, str) else one() for name, one in shown.items()})
+    shown = {name: content for name, content in contents.items() if f"<!-- {name} -->" in text}
+    filled = fill(
+        text, {name: content if isinstance(content, str) else content() for name, content in shown.items()}
+    )
     if not check and filled != text:
         path.write_text(filled, encoding="utf-8")
     return filled == text
@@ -87,7 +89,7 @@ def _tables(options: argparse.Namespace) -> int:
     if not options.files:
         if options.check:
             raise ValueError("--check: expected files to check")
-        print("\n\n".join(one() for one in TABLES.values()))
+        print("\n\n".join(table() for table in TABLES.values()))
         return 0
     stale = [path for path in options.files if not refresh(path, options.check)]
     for path in stale:

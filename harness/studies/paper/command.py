@@ -47,7 +47,7 @@ class Entry:
 
 
 def over_slip(
-    labels: str, found: Callable[[Case], str], *columns: str, inside: bool = False
+    labels: str, finding: Callable[[Case], str], *columns: str, inside: bool = False
 ) -> Callable[..., Outcome]:
     """Curves of columns (tau_L) over the slip, a panel for each case or column; labels: what the labels are.
 
@@ -68,7 +68,8 @@ def over_slip(
             if several:
                 letter = "" if inside else f"({part}) "
                 ax.set_title(rf"{letter}$\theta_L$ = {case.curves[0].test.direction:g}°")
-        return figure, [several * f"{case.name}: " + found(case) for case in cases], curve_rows(cases)
+        findings = [f"{case.name}: {finding(case)}" if several else finding(case) for case in cases]
+        return figure, findings, curve_rows(cases)
 
     return make
 
@@ -82,9 +83,9 @@ def isotropy(*cases: Case) -> Outcome:
         lines = [(c.name, c.s_L, c.tau_L, c.lost) for c in case.curves]
         style.curves(left, style.merged(lines), style.SLIP, style.TRACTION, THETA_L)
         left.set_title(rf"{case.name}, $\sigma_N$ = −5 MPa")
-        found = fracture_energy(MATERIAL, pattern(case.name))
+        energy = fracture_energy(MATERIAL, pattern(case.name))
         title = rf"{case.name}, {style.ENERGY} at $\sigma_N$ = 0, radius from 0.28"
-        style.polar(right, found.directions, found.values, (0.28, 0.37), title)
+        style.polar(right, energy.directions, energy.values, (0.28, 0.37), title)
     return figure, [f"{case.name}: {outcome.spread(case)}" for case in cases], curve_rows(cases)
 
 
@@ -109,21 +110,21 @@ def _figure_2(case: Case) -> Outcome:
 
 def _figure_10(*cases: Case) -> Outcome:
     figure, axes = style.new_figure(style.TWO, 2.9, ncols=2)
-    found = []
+    findings = []
     for ax, pair, title in zip(axes, (cases[:2], cases[2:]), ("(a) monotonic", "(b) cyclic"), strict=True):
         ratios = []
         whole = zip(*([c for c in case.curves if not c.lost] for case in pair), strict=True)
-        for colour, (one, other) in zip(style.COLOURS, whole, strict=False):
-            ax.plot(one.s_L, one.tau_L, "-", color=colour, label=one.name)
-            ax.plot(other.s_L, other.tau_L, "--", color=colour)
-            ratios.append(f"{one.name}: {one.tau_L.max() / other.tau_L.max():.3f}")
+        for colour, (along_axis, diagonal) in zip(style.COLOURS, whole, strict=False):
+            ax.plot(along_axis.s_L, along_axis.tau_L, "-", color=colour, label=along_axis.name)
+            ax.plot(diagonal.s_L, diagonal.tau_L, "--", color=colour)
+            ratios.append(f"{along_axis.name}: {along_axis.tau_L.max() / diagonal.tau_L.max():.3f}")
         title += f", η = {pair[0].curves[0].test.material.eta:g}"
         style.label_axes(ax, style.SLIP, style.TRACTION)
         ax.set_title(f"{title}; — 0°, - - 45°")
         style.label_ends(ax, SIGMA_N)
         text = "largest $\\tau_L$ along 0° over that along 45°, $\\sigma_N$ in MPa"
-        found.append(f"{title}, {text}: {', '.join(ratios)}.")
-    return figure, found, curve_rows(cases)
+        findings.append(f"{title}, {text}: {', '.join(ratios)}.")
+    return figure, findings, curve_rows(cases)
 
 
 def _figure_12(case: Case) -> Outcome:
@@ -132,8 +133,8 @@ def _figure_12(case: Case) -> Outcome:
     figure, (ax,) = style.new_figure(style.ONE, 3.2, subplot_kw={"projection": "polar"})
     style.polar(ax, converged.directions, converged.values, (0.32, 0.35), f"{style.ENERGY}, radius from 0.32")
     texts = [
-        f"{one.min():.6f} to {one.max():.6f} N/mm, spread {percent(one)}"
-        for one in (np.array([energy for _, energy in pairs]), converged.values)
+        f"{energies.min():.6f} to {energies.max():.6f} N/mm, spread {percent(energies)}"
+        for energies in (np.array([energy for _, energy in pairs]), converged.values)
     ]
     text = f"With steps of 0.0025 mm, in 24 directions: {texts[0]}. Converged, in 64 directions: {texts[1]}."
     return figure, [text], DataFrame(pairs, columns=["theta_L", "G_T"])
@@ -142,10 +143,10 @@ def _figure_12(case: Case) -> Outcome:
 def _table_5() -> Outcome:
     kinds, cells = ("max", "min", "ratio"), []
     for name, (_, *printed) in TABLE_5.items():
-        found = fracture_energy(MATERIAL, pattern(name))
-        converged = found.values.max(), found.values.min(), found.values.max() / found.values.min()
-        cells.append([name, *printed, *sampled(name), *converged, found.error.max()])
-    names = [f"{what}_{kind}" for what in ("paper", "sampled", "converged") for kind in kinds]
+        energy = fracture_energy(MATERIAL, pattern(name))
+        converged = energy.values.max(), energy.values.min(), energy.values.max() / energy.values.min()
+        cells.append([name, *printed, *sampled(name), *converged, energy.error.max()])
+    names = [f"{source}_{kind}" for source in ("paper", "sampled", "converged") for kind in kinds]
     table = DataFrame(cells, columns=["pattern", *names, "error"])
     rows: list[Sequence[str]] = []
     for kind in kinds:
@@ -202,8 +203,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _action(options: argparse.Namespace) -> int:
     wanted = select(options.figure or [])
     with workers(options, os.cpu_count()) as executor:
-        found = write(wanted, options.output, executor, options.force)
-    print("\n".join(f"{name}\n{text}" for name, text in found.items()))
+        findings = write(wanted, options.output, executor, options.force)
+    print("\n".join(f"{name}\n{text}" for name, text in findings.items()))
     print(options.output)
     return 0
 
@@ -228,7 +229,7 @@ def write(
     # the last entries take longest, so they start first
     numbers = [ENTRIES.index(entry) for entry in reversed(entries)]
     with progress_bar(len(entries), "figure") as bar:
-        made = map_in_order(_make_one, numbers, executor or ThreadPoolExecutor(1), bar.update)[::-1]
+        made = map_in_order(_make_entry, numbers, executor or ThreadPoolExecutor(1), bar.update)[::-1]
     contents = {folder / name: content for files, _ in made for name, content in files.items()}
     for path, content in contents.items():
         header = [re.escape(content.decode().partition("\n")[0])] if path.suffix == ".csv" else []
@@ -238,15 +239,15 @@ def write(
     return {entry.stem: text for entry, (_, text) in zip(entries, made, strict=True)}
 
 
-def _make_one(number: int) -> tuple[dict[str, bytes], str]:
+def _make_entry(number: int) -> tuple[dict[str, bytes], str]:
     """Files of one entry by name, picture and numbers, and its findings as a list in Markdown."""
     entry, files = ENTRIES[number], {}
     with style.printed():
-        figure, found, rows = entry.make(*map(run_case, entry.cases))
+        figure, findings, rows = entry.make(*map(run_case, entry.cases))
         if figure is not None:
             files[f"{entry.stem}.png"] = style.encoded(figure, ".png")
     numeric = rows.select_dtypes("number")
     rows[numeric.columns] = numeric.where(numeric.abs() > ROUNDING, 0)
     files[f"{entry.stem}.csv"] = rows.to_csv(index=False, float_format="%.6g", lineterminator="\n").encode()
     # a table stands by itself
-    return files, "\n".join(text if text.startswith("\n") else f"- {text}" for text in found)
+    return files, "\n".join(text if text.startswith("\n") else f"- {text}" for text in findings)

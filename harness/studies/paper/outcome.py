@@ -71,7 +71,7 @@ def run_case(stem: str) -> Case:
         rows, angle, first = results[test.value], test.direction, test.preload - 1
         tractions = rows.tau_along(angle), rows.tau_along(angle + 90.0)
         columns = rows.slip_along(angle), *tractions, rows.dilation, rows.damage, rows.traction[:, 0]
-        shown = (one[first:] if test.preload else np.append(0.0, one) for one in columns)
+        shown = (column[first:] if test.preload else np.append(0.0, column) for column in columns)
         curves.append(Curve(test, rows.lost, *shown))
     return Case(case.title.rpartition(": ")[2].rpartition(", ")[2], tuple(curves))
 
@@ -81,10 +81,10 @@ def curve_rows(cases: Iterable[Case]) -> DataFrame:
     parts = []
     for curve in (curve for case in cases for curve in case.curves):
         test, last = curve.test, len(curve.s_L) - 1
-        found = {"eta": test.material.eta, "m": test.pattern.m, "theta_m": test.pattern.theta}
-        found |= {"theta_L": test.direction, "sigma_N": test.sigma_N}
-        found |= {name: getattr(curve, name) for name in ("s_L", "tau_L", "tau_across", "s_N", "damage")}
-        parts.append(DataFrame(found).iloc[[*range(0, last, max(1, -(-last // (MOST_ROWS - 1)))), last]])
+        columns = {"eta": test.material.eta, "m": test.pattern.m, "theta_m": test.pattern.theta}
+        columns |= {"theta_L": test.direction, "sigma_N": test.sigma_N}
+        columns |= {name: getattr(curve, name) for name in ("s_L", "tau_L", "tau_across", "s_N", "damage")}
+        parts.append(DataFrame(columns).iloc[[*range(0, last, max(1, -(-last // (MOST_ROWS - 1)))), last]])
     return concat(parts)
 
 
@@ -131,7 +131,9 @@ def energies(case: Case) -> str:
     """Energies by the rows of the curves, and converged ones."""
     tests = [c.test for c in case.curves]
     exact = [fracture_energy(t.material, t.pattern, np.array([t.direction])).values[0] for t in tests]
-    parts = (f"{c.name}°: {c.energy:.6f}, {one:.6f}" for c, one in zip(case.curves, exact, strict=True))
+    parts = (
+        f"{c.name}°: {c.energy:.6f}, {converged:.6f}" for c, converged in zip(case.curves, exact, strict=True)
+    )
     return f"$G_T$ with steps of 0.0025 mm, and converged, N/mm: {'; '.join(parts)}."
 
 

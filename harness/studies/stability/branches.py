@@ -92,7 +92,7 @@ def draw() -> Figure:
         area, released = (f"{1e3 * energy:.2f} J/m²" for energy in (snap.area, snap.released))
         title = f"$\\mu$ = {mu:g}: area {area}, the jump releases {released}"
         more = f"\nand dissipates {1e3 * snap.dissipated_more:.2f} J/m² more than the branch"
-        upper.set_title(title + more * (mu > 0.0))
+        upper.set_title(title + more if mu > 0.0 else title)
         lower.set(xlim=(0.09, 1.15 * along[: part.stop].max()), ylim=(0.04, 0.3))
     axes[0].legend(loc="lower left")
     return figure

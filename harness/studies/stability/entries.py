@@ -87,14 +87,14 @@ def ramp(*corners: ArrayLike, steps: int) -> Floats:
     return np.concatenate([np.linspace(a, b, steps + 1)[1:] for a, b in pairwise(corners)])
 
 
-def plain(label: str, study: NewtonStudy, what: str = "") -> Trial:
+def plain(label: str, study: NewtonStudy, remark: str = "") -> Trial:
     """Trial of Newton's method without safeguards."""
     if study.converged:
         mean = sum(study.iterations) / len(study.iterations)
-        found = f"{mean:.1f} iterations per increment, at most {max(study.iterations)}"
+        text = f"{mean:.1f} iterations per increment, at most {max(study.iterations)}"
     else:
-        found = f"increment {len(study.iterations)}: {study.end}"
-    return Trial(f"plain Newton, {label}", study.converged, f"{found}{what and f'; {what}'}")
+        text = f"increment {len(study.iterations)}: {study.end}"
+    return Trial(f"plain Newton, {label}", study.converged, f"{text}{remark and f'; {remark}'}")
 
 
 def drive(case: str) -> tuple[dict[str, Any], bool, int]:
@@ -138,11 +138,11 @@ def chatter() -> Pair:
     study = newton_study(steep, ramp(0.0, 0.2, steps=50), -0.05, preload=10, most=60)
     sizes = " and ".join(f"{size:.1e}" for size in study.residuals[-1][-2:])
     run, ends, row = drive("chatter")
-    found = f"event snap from s_N = {run['s_N'][row - 1]:.3f} to {run['s_N'][row]:.3f} mm; "
-    found += f"the path goes on to s_L = {run['s_Tx'][-1]:g} mm"
+    text = f"event snap from s_N = {run['s_N'][row - 1]:.3f} to {run['s_N'][row]:.3f} mm; "
+    text += f"the path goes on to s_L = {run['s_Tx'][-1]:g} mm"
     return (
         plain("RP-6, 50°, -0.05 MPa", study, f"the residual alternates between {sizes} of the stress scale"),
-        Trial("solver, RP-6, 50°, -0.05 MPa", ends, found),
+        Trial("solver, RP-6, 50°, -0.05 MPa", ends, text),
     )
 
 
@@ -157,10 +157,10 @@ def full_damage() -> Pair:
     climbed = np.column_stack([np.zeros(110), ramp(0.0, 0.4, 0.3, steps=55), np.zeros(110)])
     pressed = newton_path(Interface(TABLE_2, RP_4), np.vstack([climbed, [[-1.0, 0.3, 0.0]]]))
     closes, ends, _ = drive("full_damage_closes")
-    found = f"closes: s_N = {closes['s_N'][-1]:.5f} mm, t_N = {closes['t_N'][-1]:.6f} MPa"
+    text = f"closes: s_N = {closes['s_N'][-1]:.5f} mm, t_N = {closes['t_N'][-1]:.6f} MPa"
     return (
         plain("-1 MPa on the open interface", pressed),
-        Trial("solver, t_N = -1 MPa from s_N = 1 mm", ends, found),
+        Trial("solver, t_N = -1 MPa from s_N = 1 mm", ends, text),
     )
 
 
@@ -227,9 +227,9 @@ def tangents() -> Pair:
         studies = [pulled(mu, theta, tangent) for mu in (0.1, 0.5, 1.3) for theta in (0.0, 10.0, 45.0)]
         good = [study for study in studies if study.converged]
         cost = np.mean([np.mean(study.iterations) for study in good])
-        found = f"{len(good)} of {len(studies)} paths; {cost:.1f} iterations per increment"
+        text = f"{len(good)} of {len(studies)} paths; {cost:.1f} iterations per increment"
         label = f"{tangent} tangent, 10 increments of at most 25 iterations"
-        return Trial(label, len(good) == len(studies), found)
+        return Trial(label, len(good) == len(studies), text)
 
     return tried("symmetrised"), tried("consistent")
 
@@ -250,8 +250,8 @@ def steps() -> Pair:
         off = np.abs(study.traction[-1] - exact).max() / np.abs(exact).max()
         work = work_along(study.separation, study.traction)[-1]
         error = abs(work - study.state[-1, LEDGER].sum()) / abs(work)
-        found = f"traction off by {off:.1g}; work - stored - rupture - friction = {error:.3g} times the work"
-        return Trial(f"slip of 10 s_f under -1 MPa, steps: {n}", bool(max(off, error) < 0.01), found)
+        text = f"traction off by {off:.1g}; work - stored - rupture - friction = {error:.3g} times the work"
+        return Trial(f"slip of 10 s_f under -1 MPa, steps: {n}", bool(max(off, error) < 0.01), text)
 
     return judged(1), judged(100)
 
@@ -288,8 +288,8 @@ def second_law() -> Pair:
     def judged(label: str, guard: bool) -> Trial:
         flat = Interface(replace(TABLE_2, guard=guard), FLAT)
         rupture = flat.replay(ramp(*corners, steps=1000)).state[:, RUPTURE]
-        found = f"rupture energy {rupture[1999]:.4f}, then {rupture[-1]:.4f} N/mm"
-        return Trial(label, bool(np.diff(rupture).min() >= -1e-12), found)
+        text = f"rupture energy {rupture[1999]:.4f}, then {rupture[-1]:.4f} N/mm"
+        return Trial(label, bool(np.diff(rupture).min() >= -1e-12), text)
 
     path = "slip to 0.03 mm, closure by 0.2 mm, slip back to -0.05 mm"
     return judged(f"the law as published: {path}", False), judged("the same path with guard = True", True)
@@ -328,9 +328,9 @@ def single() -> Pair:
         for _ in range(n):
             after = point.step(np.array([0.0, -back / n, 0.0]))
         change, exact = float(before[1]) - float(after[1]), K * back
-        found = f"the traction falls by {100 * change / exact:.1f} % of the exact {exact:.4f} MPa"
+        text = f"the traction falls by {100 * change / exact:.1f} % of the exact {exact:.4f} MPa"
         label = f"{kind} precision, slip of {far:g} mm, then back by {back:g} mm in steps of {back / n:g} mm"
-        return Trial(label, abs(change - exact) < 0.1 * exact, found)
+        return Trial(label, abs(change - exact) < 0.1 * exact, text)
 
     return judged("single"), judged("double")
 
@@ -351,7 +351,7 @@ def explicit() -> Pair:
 
     def judged(label: str, stiffness: float) -> Trial:
         largest, damage = fly(stiff, 0.99 * 2.0 / np.sqrt(stiffness), 400, push, -pressure, closed)
-        found = f"damage {damage:.2g}, largest |s| {largest / S_0:.2g} s_0"
-        return Trial(f"contact, kc = {kc:g}, dt = 0.99 x 2/omega of {label}", damage == 0.0, found)
+        text = f"damage {damage:.2g}, largest |s| {largest / S_0:.2g} s_0"
+        return Trial(f"contact, kc = {kc:g}, dt = 0.99 x 2/omega of {label}", damage == 0.0, text)
 
     return judged("the bond", K), judged("the VUMAT's probe", stiffest)

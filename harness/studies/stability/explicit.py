@@ -27,9 +27,9 @@ class Vumat:
         """Return the traction (N, Tx, Ty) after a change ds (3,) of the separation; time: at its end, > 0."""
         strain = np.array([[ds[0], 0.5 * ds[2], 0.5 * ds[1]]])
         old = self.stress, self.state, self.energies
-        found = vumat(LIBRARY, self.props, self.density, (time, 1.0), strain, *old)
-        self.stress, self.state, self.energies = found.stress, found.state, found.energies
-        return found.stress[0, [0, 2, 1]]
+        result = vumat(LIBRARY, self.props, self.density, (time, 1.0), strain, *old)
+        self.stress, self.state, self.energies = result.stress, result.state, result.energies
+        return result.stress[0, [0, 2, 1]]
 
     @property
     def damage(self) -> float:

@@ -55,15 +55,15 @@ def chart() -> Floats:
 
 def fluttering() -> Floats:
     """Friction of the random joints whose tangent has complex eigenvalues in a slip and its reversal."""
-    random, found = np.random.default_rng(SEED), []
+    random, frictions = np.random.default_rng(SEED), []
     for _ in range(DRAWN):
         mu, theta, size = random.uniform([0.1, 5.0, -1.0], [1.3, 50.0, 1.0])
         sides, direction = int(random.integers(2, 9)), float(random.uniform(0.0, 360.0))
         slips = Step(slip=2.0 * S_F, direction=direction, increments=100), Step(slip=0.0, increments=100)
         joint, tangent = tangents(mu, theta, 10.0**size, sides, *slips)
         if joint.stability(tangent).flutter.max() > ROUNDING:
-            found.append(mu)
-    return np.array(found)
+            frictions.append(mu)
+    return np.array(frictions)
 
 
 def draw(factors: Floats) -> Figure:

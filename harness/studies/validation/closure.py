@@ -42,8 +42,8 @@ def closures(constants: Mapping[str, float], pressures: Floats) -> Floats:
     history, lost = flat.rows([Step(t_N=-first, increments=1), Step(t_N=list(-pressures), increments=1)])
     if lost:
         return np.full(pressures.size, LOST)
-    found: Floats = history.dilation[0] - history.after_step(1).dilation[-pressures.size :]
-    return found
+    openings: Floats = history.dilation[0] - history.after_step(1).dilation[-pressures.size :]
+    return openings
 
 
 def differences(constants: Mapping[str, float]) -> dict[str, Floats]:
@@ -55,36 +55,43 @@ def differences(constants: Mapping[str, float]) -> dict[str, Floats]:
 
 def fits() -> dict[str, Constants]:
     """Fit one stiffness to the loading, and what `asperity fit` finds of both."""
-    one = fitted(lambda one: differences(one)["loading"] / SIZE[1], [START], SIZE)
+    one_stiffness = fitted(lambda constants: differences(constants)["loading"] / SIZE[1], [START], SIZE)
     pressure, closure = np.concatenate([measured(part) for part in PARTS]).T
-    return {"one stiffness": one, FITTED: by_product(fit_closures([ClosureTest("vd1", pressure, closure)]))}
+    return {
+        "one stiffness": one_stiffness,
+        FITTED: by_product(fit_closures([ClosureTest("vd1", pressure, closure)])),
+    }
 
 
-def contact(found: Mapping[str, float]) -> Constants:
+def contact(constants: Mapping[str, float]) -> Constants:
     """Constants of the contact among what a fit has found."""
-    return {name: found[name] for name in ("kn", "closure") if name in found}
+    return {name: constants[name] for name in ("kn", "closure") if name in constants}
 
 
-def tables(found: Mapping[str, Constants]) -> dict[str, str]:
+def tables(results: Mapping[str, Constants]) -> dict[str, str]:
     """Table of the constants and of the errors of every fit."""
     body = []
-    for form, one in found.items():
-        away = {part: f"{rms(part_of):.4f}" for part, part_of in differences(contact(one)).items()}
+    for form, constants in results.items():
+        away = {part: f"{rms(part_of):.4f}" for part, part_of in differences(contact(constants)).items()}
         cells = []
         for name in ("kn", "closure"):
-            ends = f" [{one[f'{name}_low']:.4g}, {one[f'{name}_high']:.4g}]" if f"{name}_low" in one else ""
-            cells.append(f"{one[name]:.4g}{ends}" if name in one else "")
+            ends = (
+                f" [{constants[f'{name}_low']:.4g}, {constants[f'{name}_high']:.4g}]"
+                if f"{name}_low" in constants
+                else ""
+            )
+            cells.append(f"{constants[name]:.4g}{ends}" if name in constants else "")
         body.append([form, *cells, away["loading"], f"**{away['unloading']}**"])
     head = ["contact", "kn, MPa/mm", "closure, mm", "error of loading, mm", "of unloading, mm"]
     return {"errors": markdown(head, body)}
 
 
-def draw(found: Mapping[str, Constants]) -> Figure:
+def draw(results: Mapping[str, Constants]) -> Figure:
     """Draw the pressure over the closure."""
     figure, [ax] = new_figure(ONE, 3.0)
     pressures = np.linspace(*measured("loading")[[0, -1], 0], 60)
-    for (form, one), colour, style in zip(found.items(), (BLUE, GREEN), ("--", "-"), strict=True):
-        ax.plot(closures(contact(one), pressures), pressures, style, color=colour, label=form)
+    for (form, constants), colour, style in zip(results.items(), (BLUE, GREEN), ("--", "-"), strict=True):
+        ax.plot(closures(contact(constants), pressures), pressures, style, color=colour, label=form)
     for part, fill in zip(PARTS, ("full", "none"), strict=True):
         sigma, closure = measured(part).T
         ax.plot(closure, sigma, "o", color=BLACK, markersize=4, fillstyle=fill, label=f"measured, {part}")

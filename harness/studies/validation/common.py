@@ -75,36 +75,38 @@ def fitted(
 
     def named(x: Floats) -> Constants:
         pairs = zip(names, x, strict=True)
-        return dict(fixed or {}) | {name: float(from_scale(name, one)) for name, one in pairs}
+        return dict(fixed or {}) | {name: float(from_scale(name, scaled)) for name, scaled in pairs}
 
     points = [np.array([float(to_scale(name, start[name])) for name in names]) for start in starts]
-    results = [least(lambda x: residuals(named(x)), one, low_high, step=step) for one in points]
-    best = min(results, key=lambda one: float(one[1] @ one[1]))
+    results = [least(lambda x: residuals(named(x)), point, low_high, step=step) for point in points]
+    best = min(results, key=lambda solution: float(solution[1] @ solution[1]))
     return {name: float(f"{value:.4g}") for name, value in named(best[0]).items()}
 
 
-def by_product(found: Fit | StrengthFit | ClosureFit) -> Constants:
+def by_product(outcome: Fit | StrengthFit | ClosureFit) -> Constants:
     """What `asperity fit` finds: constants with the ends of their intervals, errors, and exit code.
 
     Errors are named as "error blind peak".
     """
-    values = {name: found.values[name] for name in found.estimates}
+    values = {name: outcome.values[name] for name in outcome.estimates}
     ends = {
-        f"{name}_{end}": getattr(one, end) for name, one in found.estimates.items() for end in ("low", "high")
+        f"{name}_{end}": getattr(estimate, end)
+        for name, estimate in outcome.estimates.items()
+        for end in ("low", "high")
     }
-    errors = {f"error {name}": error for name, error in found.errors.items()}
-    return values | ends | errors | {"code": 0.0 if found.is_result else 3.0}
+    errors = {f"error {name}": error for name, error in outcome.errors.items()}
+    return values | ends | errors | {"code": 0.0 if outcome.is_result else 3.0}
 
 
-def of_product(found: Mapping[str, float], names: Sequence[str], errors: Sequence[str]) -> list[str]:
+def of_product(constants: Mapping[str, float], names: Sequence[str], errors: Sequence[str]) -> list[str]:
     """Cells of a table: constants with their intervals, errors in percent, blind ones bold, and exit code."""
-    shown = [f"{name} {found[name]:.3g} [{found[f'{name}_low']:.3g}, {found[f'{name}_high']:.3g}]"
-             for name in names if name in found]  # fmt: skip
+    shown = [f"{name} {constants[name]:.3g} [{constants[f'{name}_low']:.3g}, {constants[f'{name}_high']:.3g}]"
+             for name in names if name in constants]  # fmt: skip
     cells = []
     for name in errors:
-        error = f"{100.0 * found[f'error {name}']:.1f}" if f"error {name}" in found else ""
+        error = f"{100.0 * constants[f'error {name}']:.1f}" if f"error {name}" in constants else ""
         cells.append(f"**{error}**" if error and name.startswith("blind") else error)
-    return [", ".join(shown), *cells, f"{found['code']:.0f}"]
+    return [", ".join(shown), *cells, f"{constants['code']:.0f}"]
 
 
 @dataclass(frozen=True)
@@ -130,8 +132,8 @@ class Study:
         """Constants that the fits have found, from the folder `data`; none if there are no fits."""
         if not self._constants_file.exists():
             return {}
-        found = rows(f"{self.name}_constants").set_index("fit").astype(float)
-        return {fit: row.dropna().to_dict() for fit, row in found.iterrows()}
+        table = rows(f"{self.name}_constants").set_index("fit").astype(float)
+        return {fit: row.dropna().to_dict() for fit, row in table.iterrows()}
 
     @property
     def _constants_file(self) -> Path:
@@ -139,11 +141,11 @@ class Study:
 
     def write_constants(self) -> None:
         """Fit, and write what is found to the folder `data`; nothing if there are no fits."""
-        found = self.fit()
-        if not found:
+        results = self.fit()
+        if not results:
             return
         made = f"# Found by python -m harness.studies.validation.{self.name.replace('-', '_')} --fit\n"
-        table = pandas.DataFrame([{"fit": fit} | one for fit, one in found.items()])
+        table = pandas.DataFrame([{"fit": fit} | constants for fit, constants in results.items()])
         self._constants_file.write_text(made + table.to_csv(index=False, float_format="%g"), encoding="utf-8")
 
     def main(self, arguments: Sequence[str] | None = None) -> int:

@@ -135,7 +135,8 @@ def fit() -> dict[str, Constants]:
         profiles.append(pandas.read_csv(out).assign(run=name))
     for water, joint in LEVELS:
         words = f"overload {water} --joint '{joint}'"
-        words += f" --pvd {folder / 'last.pvd'}" * ((water, joint) == LAST)
+        if (water, joint) == LAST:
+            words += f" --pvd {folder / 'last.pvd'}"
         done = _run(words, folder / f"{water}_{joint.replace(' ', '_')}.txt")
         levels.append({"water": water, "joint": joint, "level": float(done.split()[1])})
     _store("profiles", pandas.concat(profiles))
@@ -174,9 +175,9 @@ def _lines(folder: Path) -> Iterator[tuple[float, ...]]:
         if x[:, 1].min() > -1e-9 and x[:, 0].min() > -2.0 and x[:, 0].max() < 7.0:
             yield from ((number, *x[k], *u[k], np.nan) for k in (0, 1))
             number += 1
-    found = meshio.read(joints)
-    for nodes, p in zip(found.cells[0].data, found.cell_data["p"][0], strict=True):
-        x, u = found.points[nodes[:2], :2], found.point_data["displacement"][nodes[:2], :2]
+    faces = meshio.read(joints)
+    for nodes, p in zip(faces.cells[0].data, faces.cell_data["p"][0], strict=True):
+        x, u = faces.points[nodes[:2], :2], faces.point_data["displacement"][nodes[:2], :2]
         yield from ((number, *x[k], *u[k], p) for k in (0, 1))
         number += 1
 
@@ -188,12 +189,12 @@ def _at(run: str) -> list[float]:
 
 
 def _micro(values: Sequence[float]) -> list[str]:
-    return ["" if np.isnan(one) else f"{1e6 * one:.4f}" for one in values]
+    return ["" if np.isnan(value) else f"{1e6 * value:.4f}" for value in values]
 
 
-def _percent(found: float, exact: float) -> str:
+def _percent(computed: float, exact: float) -> str:
     """Difference in percent, without the sign of a zero."""
-    return f"{round(100.0 * (found / exact - 1.0), 2) + 0.0:.2f}"
+    return f"{round(100.0 * (computed / exact - 1.0), 2) + 0.0:.2f}"
 
 
 def tables(_: Mapping[str, Constants]) -> dict[str, str]:
@@ -206,10 +207,11 @@ def tables(_: Mapping[str, Constants]) -> dict[str, str]:
     compared = markdown(["water, code", "heel", "1.3 m", "3.2 m", "4.6 m", "toe"], body)
     body = []
     for kind in ("linear", "flow"):
-        found, exact = _at(f"rigid {kind}"), opened(kind)
-        away = [100.0 * (one / other - 1.0) for one, other in zip((found[0], found[-1]), exact, strict=True)]
-        body.append([kind, f"{contact_of(kind, LEVEL):.3f}", *_micro([found[0], exact[0]]), f"{away[0]:.2f}",
-                     *_micro([found[-1], exact[1]]), f"{away[1]:.2f}"])  # fmt: skip
+        profile, exact = _at(f"rigid {kind}"), opened(kind)
+        ends = profile[0], profile[-1]
+        away = [100.0 * (computed / closed - 1.0) for computed, closed in zip(ends, exact, strict=True)]
+        heel, toe = (_micro([computed, closed]) for computed, closed in zip(ends, exact, strict=True))
+        body.append([kind, f"{contact_of(kind, LEVEL):.3f}", *heel, f"{away[0]:.2f}", *toe, f"{away[1]:.2f}"])
     head = [
         "water",
         "contact, m",
@@ -263,8 +265,8 @@ def draw(_: Mapping[str, Constants]) -> Figure:
     left.set(xlim=(-2, 8), ylim=(-3, 14.5), aspect="equal", xlabel="x [m]", ylabel="y [m]")
     left.set_title(f"level {level:.3f} m, displacements × {round(scale, -2):.0f}")
     for colour, run in zip(COLOURS, ("none", "linear", "flow"), strict=False):
-        one = rows("dam_profiles").query("run == @run")
-        right.plot(one.x, 1e6 * one.s_N, color=colour, label=run)
+        run_profile = rows("dam_profiles").query("run == @run")
+        right.plot(run_profile.x, 1e6 * run_profile.s_N, color=colour, label=run)
         right.plot(PLACES, 1e6 * np.array(OTHERS[run]["Code_Aster"]), "o", color=colour, markersize=3)
     right.set(xlabel="x [m]", ylabel="separation s_N [µm]")
     right.grid(alpha=0.3)

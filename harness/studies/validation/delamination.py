@@ -25,38 +25,38 @@ def runs() -> dict[str, Constants]:
     done = start("", "delamination")
     if done.returncode:
         raise RuntimeError(done.stderr)
-    found = {}
+    results = {}
     for line in done.stdout.splitlines():
         name, _, numbers = line.partition(": ")
-        found[name] = dict(zip(NAMES, map(float, numbers.split()), strict=True))
-    return found
+        results[name] = dict(zip(NAMES, map(float, numbers.split()), strict=True))
+    return results
 
 
-def rows_of(found: Mapping[str, Constants], mu: str) -> Floats:
+def rows_of(results: Mapping[str, Constants], mu: str) -> Floats:
     """Rows of the runs with a friction, in the order of NAMES."""
     return np.array(
-        [[one[name] for name in NAMES] for run, one in found.items() if run.startswith(f"mu {mu} ")]
+        [[numbers[name] for name in NAMES] for run, numbers in results.items() if run.startswith(f"mu {mu} ")]
     )
 
 
-def tables(found: Mapping[str, Constants]) -> dict[str, str]:
+def tables(results: Mapping[str, Constants]) -> dict[str, str]:
     """J by the moments and by the ledger, over the mix."""
     body = []
-    smooth = rows_of(found, "0")
-    for row, other in zip(rows_of(found, "0.8"), smooth, strict=True):
+    smooth = rows_of(results, "0")
+    for row, frictionless in zip(rows_of(results, "0.8"), smooth, strict=True):
         moments, share, J, spent, friction = row
         numbers = f"{moments:.2f}", f"{max(share, 0.0):.2f}", f"{J:.4f}", f"{spent:.4f}", f"{friction:.4f}"
-        body.append([*numbers, f"{100.0 * (J / spent - 1.0):+.1f} %", f"{other[2]:.4f}"])
+        body.append([*numbers, f"{100.0 * (J / spent - 1.0):+.1f} %", f"{frictionless[2]:.4f}"])
     head = ["M2/M1", "share of mode II", "J of the moments", "spent by the joint", "of it friction", "error",
             "J without friction"]  # fmt: skip
     return {"mixes": markdown(head, body)}
 
 
-def draw(found: Mapping[str, Constants]) -> Figure:
+def draw(results: Mapping[str, Constants]) -> Figure:
     """Draw J over the share of mode II."""
     figure, [ax] = new_figure(ONE, 3.0)
     for mu, colour, label in (("0.8", BLUE, "mu = 0.8"), ("0", GREEN, "no friction")):
-        rows = rows_of(found, mu)
+        rows = rows_of(results, mu)
         ax.plot(
             rows[:, 1], rows[:, 2] / GC, "o-", color=colour, markersize=4, label=f"J of the moments, {label}"
         )

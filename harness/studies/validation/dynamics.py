@@ -32,11 +32,11 @@ def runs() -> dict[str, Constants]:
     done = start("", "shaken")
     if done.returncode:
         raise RuntimeError(done.stderr)
-    found = {}
+    results = {}
     for line in done.stdout.splitlines():
         name, _, numbers = line.partition(": ")
-        found[name] = dict(zip(("value", "gained"), map(float, numbers.split()), strict=False))
-    return found
+        results[name] = dict(zip(("value", "gained"), map(float, numbers.split()), strict=False))
+    return results
 
 
 @cache
@@ -80,7 +80,7 @@ def _row(name: str, quantity: str, closed: float, law: float, digits: int) -> li
     return [name, quantity, f"{closed:.{digits}f}", f"{law:.{digits}f}", away]
 
 
-def tables(found: Mapping[str, Constants]) -> dict[str, str]:
+def tables(results: Mapping[str, Constants]) -> dict[str, str]:
     """Closed forms and law of rigid blocks; numbers of the elastic ones."""
     rows = []
     names = "pulse 1 g, 0.1 s", "harmonic base 0.5 g, 2 Hz"
@@ -100,7 +100,7 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
         _row("", "ratio of velocities", ratio, two[1], 4),
         ["rocking on 21 points", "ratio of velocities", "0.9640 to 1", f"{many:.4f}", ""],
     ]
-    value = {name: one["value"] for name, one in found.items()}
+    value = {name: numbers["value"] for name, numbers in results.items()}
     grows = [
         ["undamped", f"{value['growth']:.1f}"], ["12 instead of 6 cells", f"{value['growth fine']:.1f}"],
         ["dashpot c = 5 (xi 0.2)", f"{value['growth c']:.1f}"],
@@ -114,7 +114,9 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
     for theta in FACETS:
         closed, two, space = climbed(theta, True)[0], value[f"climb2 {theta:g}"], value[f"climb3 {theta:g}"]
         away = f"{100.0 * (1e3 * space / closed - 1.0):+.2f} %"
-        planes.append([f"{theta:g}°", *(f"{one:.3f}" for one in (closed, 1e3 * two, 1e3 * space)), away])
+        planes.append(
+            [f"{theta:g}°", *(f"{length:.3f}" for length in (closed, 1e3 * two, 1e3 * space)), away]
+        )
     return {
         "planes": markdown(["plane", "closed form", "two dimensions", "space", "error"], planes),
         "rigid": markdown(["case", "quantity", "closed form", "law", "error"], rows),
@@ -129,10 +131,12 @@ def draw(_: Mapping[str, Constants]) -> Figure:
     """Draw the restitution over the damping, and the slip after a pulse."""
     figure, (left, right) = new_figure(TWO, 2.9, ncols=2)
     xi = np.linspace(0.01, 2.0, 100)
-    left.plot(xi, [restitution(one) if abs(one - 1.0) > 1e-6 else np.exp(-2.0) for one in xi], color=BLUE,
-              label="closed form")  # fmt: skip
+    ratios = [restitution(damping) if abs(damping - 1.0) > 1e-6 else np.exp(-2.0) for damping in xi]
+    left.plot(xi, ratios, color=BLUE, label="closed form")
     points = np.array([0.1, 0.3, 0.5, 0.7, 0.99, 1.5, 2.0])
-    left.plot(points, [impact(float(one)) for one in points], "o", color=BLACK, markersize=4, label="law")
+    left.plot(
+        points, [impact(float(damping)) for damping in points], "o", color=BLACK, markersize=4, label="law"
+    )
     panel(left, "damping xi = c/(2 sqrt(kn m)) [-]", "velocity after over before [-]")
     dt = 1e-4
     for theta, colour in zip(FACETS, (BLUE, GREEN, BLACK), strict=True):

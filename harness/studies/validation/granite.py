@@ -52,16 +52,16 @@ MARKS = {"tau": 5.3, "dn": 3.5, "ds": 2.7}
 @cache
 def measured(name: str) -> dict[str, Floats]:
     """sn, tau, dn (opening positive) and ds of the stages, (11,) each."""
-    found = rows("granite").query("specimen == @name")
-    return {key: found[key].to_numpy(float) for key in ("sn", "tau", "ds")} | {
-        "dn": -found.dn.to_numpy(float)
+    table = rows("granite").query("specimen == @name")
+    return {key: table[key].to_numpy(float) for key in ("sn", "tau", "ds")} | {
+        "dn": -table.dn.to_numpy(float)
     }
 
 
 def machine(name: str) -> tuple[float, float]:
     """Fall of tau by a slip and its rise by an opening, MPa/mm: the piston stands still from stage 5 to 6."""
-    one = measured(name)
-    fall, slip, opening = (one[key][ARREST] - one[key][ONSET] for key in ("tau", "ds", "dn"))
+    readings = measured(name)
+    fall, slip, opening = (readings[key][ARREST] - readings[key][ONSET] for key in ("tau", "ds", "dn"))
     axial = -fall / (slip * np.cos(ANGLE) - opening * np.sin(ANGLE))
     return float(axial * np.cos(ANGLE)), float(axial * np.sin(ANGLE))
 
@@ -70,9 +70,9 @@ def closed_form(name: str) -> Constants:
     """mu, theta and height of a rigid joint that begins to slip at stage 5 and stops at stage 6."""
     from scipy.optimize import brentq
 
-    one = measured(name)
-    ratios = one["tau"][[ONSET, ARREST]] / one["sn"][[ONSET, ARREST]]
-    slip, opening = (one[key][ARREST] - one[key][ONSET] for key in ("ds", "dn"))
+    readings = measured(name)
+    ratios = readings["tau"][[ONSET, ARREST]] / readings["sn"][[ONSET, ARREST]]
+    slip, opening = (readings[key][ARREST] - readings[key][ONSET] for key in ("ds", "dn"))
 
     def height(mu: float) -> tuple[float, float, float]:
         first, last = (ratios - mu) / (1.0 + ratios * mu)
@@ -84,31 +84,31 @@ def closed_form(name: str) -> Constants:
 
     mu = float(brentq(missing, 0.01, ratios[1] - 1e-6))
     size, first, _ = height(mu)
-    found = {"mu": mu, "theta": float(np.degrees(np.arctan(first))), "height": float(size)}
-    return {key: float(f"{value:.4g}") for key, value in found.items()} | {"kn": STIFF, "ks": STIFF}
+    constants = {"mu": mu, "theta": float(np.degrees(np.arctan(first))), "height": float(size)}
+    return {key: float(f"{value:.4g}") for key, value in constants.items()} | {"kn": STIFF, "ks": STIFF}
 
 
 def stages(constants: Mapping[str, float], name: str) -> dict[str, Floats]:
     """tau, dn and ds of the model at the stages: sn is prescribed, the machine is a spring along the axis."""
-    one = measured(name)
+    readings = measured(name)
     by_slip, by_opening = machine(name)
     interface = joint(constants)
-    opening = np.zeros(one["sn"].size - 1)
+    opening = np.zeros(readings["sn"].size - 1)
     for _ in range(REPEATS):
         path = [
-            Step(t_N=-one["sn"][0], increments=LOADING),
-            Step(t_N=-one["sn"][0], t_Tx=one["tau"][0], increments=LOADING),
+            Step(t_N=-readings["sn"][0], increments=LOADING),
+            Step(t_N=-readings["sn"][0], t_Tx=readings["tau"][0], increments=LOADING),
             Step(
-                t_N=-one["sn"][1:],
-                t_Tx=one["tau"][0] + by_opening * opening,
+                t_N=-readings["sn"][1:],
+                t_Tx=readings["tau"][0] + by_opening * opening,
                 k_Tx=by_slip,
                 increments=INCREMENTS,
             ),
         ]
         history, lost = interface.rows(path)
         if lost:
-            return {key: np.full(one["sn"].size, LOST) for key in QUANTITIES}
-        at = 2 * LOADING - 1 + INCREMENTS * np.arange(one["sn"].size)
+            return {key: np.full(readings["sn"].size, LOST) for key in QUANTITIES}
+        at = 2 * LOADING - 1 + INCREMENTS * np.arange(readings["sn"].size)
         separation = history.separation[at] - history.separation[at[0]]
         opening = separation[1:, 0]
     return {"tau": history.traction[at, 1], "dn": separation[:, 0], "ds": separation[:, 1]}
@@ -116,39 +116,39 @@ def stages(constants: Mapping[str, float], name: str) -> dict[str, Floats]:
 
 def differences(constants: Mapping[str, float], name: str) -> Floats:
     """Model less measurement over the range of the quantity, (3, 11)."""
-    model, one = stages(constants, name), measured(name)
-    return np.array([(model[key] - one[key]) / np.ptp(one[key]) for key in QUANTITIES])
+    model, readings = stages(constants, name), measured(name)
+    return np.array([(model[key] - readings[key]) / np.ptp(readings[key]) for key in QUANTITIES])
 
 
 def fits() -> dict[str, Constants]:
     """Constants of both specimens from each choice of stages."""
-    found = {}
+    results = {}
     for name in SPECIMENS:
         size = float(measured(name)["tau"].max()), float(measured(name)["ds"].max())
         for text, count in STAGES.items():
 
-            def left(one: Constants, name: str = name, count: int | None = count) -> Floats:
-                return differences(one, name)[:, :count].ravel()
+            def left(constants: Constants, name: str = name, count: int | None = count) -> Floats:
+                return differences(constants, name)[:, :count].ravel()
 
-            found[f"{name}: {text}"] = fitted(left, STARTS[name], size) if count else closed_form(name)
-    return found
+            results[f"{name}: {text}"] = fitted(left, STARTS[name], size) if count else closed_form(name)
+    return results
 
 
-def tables(found: Mapping[str, Constants]) -> dict[str, str]:
+def tables(results: Mapping[str, Constants]) -> dict[str, str]:
     """Table of the errors on stages 8 to 11 and on all stages."""
     body = []
-    for fit, constants in found.items():
+    for fit, constants in results.items():
         name, text = fit.split(": ")
         away = differences(constants, name)
         mark = "" if text == "all" else "**"
         last, whole = (100.0 * np.sqrt(np.mean(part**2, axis=1)) for part in (away[:, 7:], away))
         body.append([name, text, *(f"{mark}{x:.1f}{mark}" for x in last), *(f"{x:.1f}" for x in whole)])
     body.append(["another code", "fitted", "", "", "", *(f"{MARKS[key]:g}" for key in QUANTITIES)])
-    head = [f"{key}, {which}" for which in ("8 to 11", "all") for key in QUANTITIES]
+    head = [f"{key}, {part}" for part in ("8 to 11", "all") for key in QUANTITIES]
     return {"errors": markdown(["specimen", "stages used", *head], body)}
 
 
-def draw(found: Mapping[str, Constants]) -> Figure:
+def draw(results: Mapping[str, Constants]) -> Figure:
     """Draw tau, opening and slip over the stages."""
     figure, axes = new_figure(TWO, 4.4, nrows=2, ncols=3, sharex=True, sharey="col")
     number = np.arange(1, 12)
@@ -156,7 +156,7 @@ def draw(found: Mapping[str, Constants]) -> Figure:
     for line, name in zip(axes.reshape(2, 3), SPECIMENS, strict=True):
         for ax, key in zip(line, QUANTITIES, strict=True):
             for text, colour, style in models:
-                values = stages(found[f"{name}: {text}"], name)[key]
+                values = stages(results[f"{name}: {text}"], name)[key]
                 ax.plot(number, values, style, color=colour, label=f"stages used: {text}")
             ax.plot(number, measured(name)[key], "o", color=BLACK, markersize=3.5, label="measured")
             ax.axvspan(7.5, 11.5, color=BLACK, alpha=0.06)

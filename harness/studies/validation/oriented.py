@@ -104,12 +104,12 @@ def tables(_: Mapping[str, Constants]) -> dict[str, str]:
     for a in ANGLES:
         closed = np.concatenate([confined(a), free(a)])
         away = np.abs(np.concatenate([law(a, False), law(a, True)]) - closed).max()
-        body.append([f"{a:g}°", *(f"{one + 0.0:.4f}" for one in closed), f"{away:.0e}"])
+        body.append([f"{a:g}°", *(f"{value + 0.0:.4f}" for value in closed), f"{away:.0e}"])
     mu, theta = made(MADE)
     rows = []
     for a in (0.0, 30.0, 45.0, 60.0, 90.0):
-        closed, found = confined(a, mu, theta)[0], law(a, False, mu, theta)[0]
-        rows.append([f"{a:g}°", f"{MADE[a]:.2f}" if a in MADE else "", f"{closed:.4f}", f"{found:.4f}"])
+        closed, computed = confined(a, mu, theta)[0], law(a, False, mu, theta)[0]
+        rows.append([f"{a:g}°", f"{MADE[a]:.2f}" if a in MADE else "", f"{closed:.4f}", f"{computed:.4f}"])
     constants = f"mu = {mu:.4f}, theta = {theta:.2f}°\n\n"
     made_head = ["angle", "strength wanted", "closed form", "law"]
     return {"angles": markdown(head, body), "made": constants + markdown(made_head, rows)}
@@ -127,9 +127,11 @@ def draw(_: Mapping[str, Constants]) -> Figure:
     climb = np.degrees(np.arctan(held[:, 2]))
     axes[1].plot(angles[:-1], climb, color=GREEN, label="dilation angle, held")
     for a in ANGLES:
-        one, other = law(a, False), law(a, True)
-        axes[0].plot([a, a, a], [one[0], -one[1], other[0]], "o", color=BLACK, markersize=3.5)
-        turns = np.degrees(np.arctan([other[1], one[2]]))
+        confined_slip, free_slip = law(a, False), law(a, True)
+        axes[0].plot(
+            [a, a, a], [confined_slip[0], -confined_slip[1], free_slip[0]], "o", color=BLACK, markersize=3.5
+        )
+        turns = np.degrees(np.arctan([free_slip[1], confined_slip[2]]))
         axes[1].plot([a, a], turns, "o", color=BLACK, markersize=3.5)
     panel(axes[0], "angle between slip and ascent [°]", "over the pressure [-]")
     panel(axes[1], "angle between slip and ascent [°]", "angle [°]")

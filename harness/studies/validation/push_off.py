@@ -81,16 +81,16 @@ class Specimen:
 def specimen(name: str) -> Specimen:
     """Read a specimen."""
     parts = rows("push-off").query("specimen == @name").groupby("quantity")[["slip", "value"]]
-    found = {quantity: part.to_numpy() for quantity, part in parts}
-    single = {key: float(found[key][0, 1]) for key in ("cube", "p0", "k_N")}
-    return Specimen(found["opening"], found["shear"], **single)
+    by_quantity = {quantity: part.to_numpy() for quantity, part in parts}
+    single = {key: float(by_quantity[key][0, 1]) for key in ("cube", "p0", "k_N")}
+    return Specimen(by_quantity["opening"], by_quantity["shear"], **single)
 
 
 def curves(constants: Mapping[str, float], name: str) -> tuple[Floats, Floats]:
     """Opening and shear stress of the model over SLIPS; the bars are a normal spring."""
-    one = specimen(name)
-    first = float(one.opening[0, 1])
-    pressed = slip_path(0.0, SLIPS, -(one.p0 + one.k_N * first), PRELOAD, one.k_N)
+    tested = specimen(name)
+    first = float(tested.opening[0, 1])
+    pressed = slip_path(0.0, SLIPS, -(tested.p0 + tested.k_N * first), PRELOAD, tested.k_N)
     history, lost = joint(constants).rows(pressed)
     if lost:
         return np.full(SLIPS.size, LOST), np.full(SLIPS.size, LOST)
@@ -101,20 +101,20 @@ def curves(constants: Mapping[str, float], name: str) -> tuple[Floats, Floats]:
 
 def differences(constants: Mapping[str, float], name: str) -> tuple[Floats, Floats]:
     """Model less measurement of the opening, mm, and of the shear stress, MPa."""
-    one = specimen(name)
+    tested = specimen(name)
     opening, shear = curves(constants, name)
     # the first opening is the start of the model
-    measured = one.opening[1:], one.shear
-    found = [np.interp(m[:, 0], SLIPS, y) - m[:, 1] for m, y in zip(measured, (opening, shear), strict=True)]
-    return found[0], found[1]
+    measured = tested.opening[1:], tested.shear
+    away = [np.interp(m[:, 0], SLIPS, y) - m[:, 1] for m, y in zip(measured, (opening, shear), strict=True)]
+    return away[0], away[1]
 
 
 def formula(name: str) -> Floats:
     """Shear stress by the formula of Walraven and Reinhardt at the measured slips and openings."""
-    one = specimen(name)
-    slip = one.shear[:, 0]
-    w = np.interp(slip, *one.opening.T)
-    return -one.cube / 30.0 + (1.8 * w**-0.80 + (0.234 * w**-0.707 - 0.20) * one.cube) * slip
+    tested = specimen(name)
+    slip = tested.shear[:, 0]
+    w = np.interp(slip, *tested.opening.T)
+    return -tested.cube / 30.0 + (1.8 * w**-0.80 + (0.234 * w**-0.707 - 0.20) * tested.cube) * slip
 
 
 def residuals(constants: Mapping[str, float], names: tuple[str, ...]) -> Floats:
@@ -128,33 +128,35 @@ def residuals(constants: Mapping[str, float], names: tuple[str, ...]) -> Floats:
 
 def tests() -> list[ShearTest]:
     """Both specimens as tests of a fit, with the opening at the slips of the shear stress."""
-    found = []
+    shear_tests = []
     for name in (STRONG, WEAK):
-        one = specimen(name)
-        (slip, shear), first = one.shear.T, float(one.opening[0, 1])
-        opening = np.interp(slip, *one.opening.T) - first
-        found.append(ShearTest(name, slip, shear, opening, -(one.p0 + one.k_N * first), one.k_N))
-    return found
+        tested = specimen(name)
+        (slip, shear), first = tested.shear.T, float(tested.opening[0, 1])
+        opening = np.interp(slip, *tested.opening.T) - first
+        shear_tests.append(
+            ShearTest(name, slip, shear, opening, -(tested.p0 + tested.k_N * first), tested.k_N)
+        )
+    return shear_tests
 
 
 def fits() -> dict[str, Constants]:
     """Fit every form of the law to each specimen and to both; then `asperity fit` with the usual options."""
-    found: dict[str, Constants] = {}
+    results: dict[str, Constants] = {}
     for kind in KINDS:
-        found[f"{PRODUCT} {kind}"] = by_product(product.fit(tests(), joint=kind))
+        results[f"{PRODUCT} {kind}"] = by_product(product.fit(tests(), joint=kind))
     size = RANGE[1], float(SLIPS[-1])
     for form, (starts, fixed) in VARIANTS.items():
         ends = STRENGTH if "sigma0" in starts[0] else None
         for ending, names in FITS.items():
             left = partial(residuals, names=names)
-            found[f"{form} {ending}"] = fitted(left, starts, size, fixed, ends=ends)
-    return found
+            results[f"{form} {ending}"] = fitted(left, starts, size, fixed, ends=ends)
+    return results
 
 
-def tables(found: Mapping[str, Constants]) -> dict[str, str]:
+def tables(results: Mapping[str, Constants]) -> dict[str, str]:
     """Table of the errors of every fit."""
     body = []
-    for fit, constants in found.items():
+    for fit, constants in results.items():
         if fit.startswith(PRODUCT):
             continue
         form, ending = fit.split()
@@ -167,17 +169,17 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
     shear = [f"{rms(formula(name) - specimen(name).shear[:, 1]):.2f}" for name in (STRONG, WEAK)]
     body.append(["formula of 1981", "other tests", "given", shear[0], "given", shear[1]])
     head = ["form", "fitted to"]
-    head += [f"{name}: {what}" for name in (STRONG, WEAK) for what in ("opening, mm", "shear, MPa")]
+    head += [f"{name}: {quantity}" for name in (STRONG, WEAK) for quantity in ("opening, mm", "shear, MPa")]
     errors = ["scatter", "peak", "residual", "dilation", "blind peak", "blind residual", "blind dilation"]
     lines = [
-        [f"`{PRODUCT} --joint {kind}`", *of_product(found[f"{PRODUCT} {kind}"], NAMES, errors)]
+        [f"`{PRODUCT} --joint {kind}`", *of_product(results[f"{PRODUCT} {kind}"], NAMES, errors)]
         for kind in KINDS
     ]
-    titles = ["command", "constants", *(f"{one}, %" for one in errors), "exit code"]
+    titles = ["command", "constants", *(f"{kind}, %" for kind in errors), "exit code"]
     return {"errors": markdown(head, body), "fit": markdown(titles, lines)}
 
 
-def draw(found: Mapping[str, Constants]) -> Figure:
+def draw(results: Mapping[str, Constants]) -> Figure:
     """Draw opening and shear stress of both specimens: measured, fitted, predicted, and the formula."""
     figure, axes = new_figure(TWO, 4.6, nrows=2, ncols=2, sharex=True, sharey="row")
     lines = (
@@ -186,17 +188,17 @@ def draw(found: Mapping[str, Constants]) -> Figure:
         ("crush both", GREEN, "crush, fitted to both"),
     )
     for (above, below), name in zip(axes.reshape(2, 2).T, (STRONG, WEAK), strict=True):
-        one = specimen(name)
+        tested = specimen(name)
         for fit, colour, label in lines:
             style = "-" if name in FITS[fit.split()[1]] else "--"
-            opening, shear = curves(found[fit], name)
+            opening, shear = curves(results[fit], name)
             label += "" if style == "-" else " (predicted)"
             above.plot(SLIPS, opening, style, color=colour, label=label)
             below.plot(SLIPS, shear, style, color=colour)
         label = "formula of 1981, measured opening"
-        below.plot(one.shear[:, 0], formula(name), ":", color=BLACK, label=label)
-        above.plot(*one.opening.T, "o", color=BLACK, markersize=3.5, label="measured")
-        below.plot(*one.shear.T, "o", color=BLACK, markersize=3.5)
+        below.plot(tested.shear[:, 0], formula(name), ":", color=BLACK, label=label)
+        above.plot(*tested.opening.T, "o", color=BLACK, markersize=3.5, label="measured")
+        below.plot(*tested.shear.T, "o", color=BLACK, markersize=3.5)
         first = name == STRONG
         panel(above, y="opening [mm]" if first else "", title=name)
         panel(below, "slip [mm]", "shear stress [MPa]" if first else "")

@@ -74,15 +74,15 @@ def curve(constants: Mapping[str, float], pressure: float) -> tuple[Floats, Floa
 
 def strengths(constants: Mapping[str, float]) -> Floats:
     """Largest bond stress at each pressure."""
-    return np.array([curve(constants, one)[1].max() for one in PRESSURES])
+    return np.array([curve(constants, pressure)[1].max() for pressure in PRESSURES])
 
 
 def fits() -> dict[str, Constants]:
     """Bond and crush by the one number of the abstract; the others for comparison."""
 
     def excess(sigma0: float) -> float:
-        found = strengths(RIBS | BOND | {"crush": CRUSH, "sigma0": sigma0})
-        return float(found[-1] / found[0] - FACTOR)
+        strongest = strengths(RIBS | BOND | {"crush": CRUSH, "sigma0": sigma0})
+        return float(strongest[-1] / strongest[0] - FACTOR)
 
     sigma0 = float(f"{brentq(excess, 0.5, 30.0, xtol=1e-3):.4g}")
     both = RIBS | BOND | {"crush": CRUSH, "sigma0": sigma0}
@@ -155,28 +155,28 @@ def solids(words: str) -> tuple[list[list[float]], list[list[float]]]:
     if done.returncode:
         raise RuntimeError(done.stderr)
     lines = [line.partition(": ") for line in done.stdout.splitlines()]
-    rows, bond = ([[float(one) for one in text.split()] for name, _, text in lines if name == kind]
+    rows, bond = ([[float(word) for word in text.split()] for name, _, text in lines if name == kind]
                   for kind in ("row", "bond"))  # fmt: skip
     return rows, bond
 
 
 def run_bars(constants: Mapping[str, float]) -> dict[str, Constants]:
     """Run the models in FEniCSx; what those with a closed form find, and files of the others."""
-    found: dict[str, Constants] = {}
+    results: dict[str, Constants] = {}
     curves: list[list[object]] = []
     along: list[list[object]] = []
     for case, several in BAR.items():
         for name, words in zip((f"bar {case}", f"bar {case}, fine"), several, strict=False):
             if case == "ring":
                 text = start(f"ring {words}", "anchored").stdout
-                found[name] = {"value": float(text.partition(": ")[2])}
+                results[name] = {"value": float(text.partition(": ")[2])}
                 continue
             lines, bond = solids(f"{case} {words}")
             x, tau = np.transpose(bond)
             if name == "bar linear":
                 along += [[LINEAR_CASE, *line] for line in bond]
             away = tau / cosh(lines[-1][1], x) - 1.0 if case == "linear" else np.zeros(1)
-            found[name] = {"value": lines[-1][1], "away": float(np.abs(away).max())}
+            results[name] = {"value": lines[-1][1], "away": float(np.abs(away).max())}
     given = " ".join(f"{name}={value:g}" for name, value in constants.items())
     for name, words in CASES.items():
         case, _, more = words.partition(" ")
@@ -190,7 +190,7 @@ def run_bars(constants: Mapping[str, float]) -> dict[str, Constants]:
         text = pandas.DataFrame(table, columns=columns).to_csv(index=False, float_format="%.5g")
         made = "# Made by python -m harness.studies.validation.ribbed --fit\n"
         (DATA / f"ribbed_{stem}.csv").write_text(made + text, encoding="utf-8")
-    return found
+    return results
 
 
 def anchored(case: str) -> pandas.DataFrame:
@@ -198,23 +198,23 @@ def anchored(case: str) -> pandas.DataFrame:
     return rows_of("ribbed_curves").query("case == @case")
 
 
-def tables(found: Mapping[str, Constants]) -> dict[str, str]:
+def tables(results: Mapping[str, Constants]) -> dict[str, str]:
     """Strengths and openings of the fits, the curve beside the Model Code, the anchored bar."""
     body = []
     for fit in MODELS:
-        constants = found[fit]
+        constants = results[fit]
         strong = strengths(constants)
-        opened = [curve(constants, one)[2].max() for one in (PRESSURES[0], PRESSURES[-1])]
-        body.append([fit, *(f"{one:.1f}" for one in strong), f"{strong[-1] / strong[0]:.2f}",
-                     *(f"**{one:.2f}**" for one in opened)])  # fmt: skip
+        opened = [curve(constants, pressure)[2].max() for pressure in (PRESSURES[0], PRESSURES[-1])]
+        body.append([fit, *(f"{strength:.1f}" for strength in strong), f"{strong[-1] / strong[0]:.2f}",
+                     *(f"**{opening:.2f}**" for opening in opened)])  # fmt: skip
     head = [
         "model",
-        *(f"{one:g} MPa" for one in PRESSURES),
+        *(f"{pressure:g} MPa" for pressure in PRESSURES),
         "factor",
         "opening at 3.45 MPa, mm",
         "at 31 MPa, mm",
     ]
-    slip, tau, _ = curve(found["bond and crush"], PRESSURES[2])
+    slip, tau, _ = curve(results["bond and crush"], PRESSURES[2])
     rows = []
     for at in (0.1, 0.25, 0.5, 1.0, 2.0, 4.0):
         ours = float(np.interp(at, slip, tau) / tau.max())
@@ -224,7 +224,7 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
         path = anchored(case)
         top = path.loc[path.force.idxmax()]
         numbers = top.force / 1e3, top.force / (np.pi * DIAMETER * EMBEDDED), top.displacement
-        cells = [f"{one:.{2 if i == 2 else 1}f}" for i, one in enumerate(numbers)]
+        cells = [f"{number:.{2 if i == 2 else 1}f}" for i, number in enumerate(numbers)]
         last = path.iloc[-1]
         cells.append(f"{last.force / 1e3:.1f}" if last.displacement > 0.99 * (SLIP - 1.0) else "off")
         bars.append([case, *cells, f"{path.pressure.max():.1f}"])
@@ -237,18 +237,18 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
     return {
         "strengths": markdown(head, body),
         "curve": markdown(["slip, mm", "law at 17.2 MPa", "Model Code 2010"], rows),
-        "closed": markdown(["case", "quantity", "closed form", "FE", "error", "finer mesh"], closed(found)),
+        "closed": markdown(["case", "quantity", "closed form", "FE", "error", "finer mesh"], closed(results)),
         "bar": markdown(bar_head, bars),
         "tepfers": f"After Tepfers (1979) a brittle ring splits at {low:.1f} MPa, a plastic one at "
         f"{high:.1f} MPa;\nthe largest mean pressure here is {most:.1f} MPa.",
     }
 
 
-def closed(found: Mapping[str, Constants]) -> list[list[str]]:
+def closed(results: Mapping[str, Constants]) -> list[list[str]]:
     """Rows of the models with closed forms."""
 
     def away(closed: float, name: str) -> str:
-        return f"{100.0 * (found[name]['value'] / closed - 1.0):+.2f} %" if name in found else ""
+        return f"{100.0 * (results[name]['value'] / closed - 1.0):+.2f} %" if name in results else ""
 
     rows = []
     plastic, stiffness = np.pi * DIAMETER * EMBEDDED * 0.4 * 2.0, cover_stiffness()
@@ -257,35 +257,35 @@ def closed(found: Mapping[str, Constants]) -> list[list[str]]:
         ("friction 0.4 under 2 MPa", "bar friction", "largest force, N", plastic),
         ("cover alone", "bar ring", "pressure over radial displacement, MPa/mm", stiffness),
     ):
-        ours = found[name]["value"]
+        ours = results[name]["value"]
         rows.append(
             [case, quantity, f"{value:.1f}", f"{ours:.1f}", away(value, name), away(value, f"{name}, fine")]
         )
-    shape = [f"{100.0 * found[name]['away']:.2f} %" for name in ("bar linear", "bar linear, fine")]
+    shape = [f"{100.0 * results[name]['away']:.2f} %" for name in ("bar linear", "bar linear, fine")]
     rows.insert(1, ["", "largest error of the stress along the bar", "cosh", "", *shape])
     return rows
 
 
-def draw(found: Mapping[str, Constants]) -> Figure:
+def draw(results: Mapping[str, Constants]) -> Figure:
     """Draw bond stress over slip at five pressures; force, bond stress along the bar and pressure."""
     figure, (point, force, along, pressure) = new_figure(TWO, 5.4, nrows=2, ncols=2)
-    for one in PRESSURES:
-        slip, tau, _ = curve(found["bond and crush"], one)
+    for p in PRESSURES:
+        slip, tau, _ = curve(results["bond and crush"], p)
         point.plot(slip, tau, color=BLUE)
-        point.annotate(f"{one:g} MPa", (slip[-1], tau[-1]), ha="right", va="bottom", fontsize=7)
-    slip, tau, _ = curve(found["bond and crush"], PRESSURES[2])
+        point.annotate(f"{p:g} MPa", (slip[-1], tau[-1]), ha="right", va="bottom", fontsize=7)
+    slip, tau, _ = curve(results["bond and crush"], PRESSURES[2])
     point.plot(slip, tau.max() * model_code(slip), "--", color=BLACK, label="Model Code, scaled")
     panel(point, "slip [mm]", "bond stress [MPa]")
     bond = rows_of("ribbed_bond").set_index("case")
     for case, colour in zip(CASES, (BLUE, GREEN, BLACK), strict=False):
-        path, one = anchored(case), bond.loc[case]
+        path, values = anchored(case), bond.loc[case]
         force.plot(path.displacement, path.force / 1e3, color=colour, label=case)
         pressure.plot(path.displacement, path.pressure, color=colour, label=case)
-        along.plot(one.place, one.stress / one.stress.mean(), color=colour, label=case)
-    one = bond.loc[LINEAR_CASE]
-    along.plot(one.place, one.stress / one.stress.mean(), color=ORANGE, label=LINEAR_CASE)
-    closed_form = cosh(found["bar linear"]["value"], np.asarray(one.place))
-    along.plot(one.place[::3], closed_form[::3] / one.stress.mean(), "o", color=ORANGE, markersize=3)
+        along.plot(values.place, values.stress / values.stress.mean(), color=colour, label=case)
+    values = bond.loc[LINEAR_CASE]
+    along.plot(values.place, values.stress / values.stress.mean(), color=ORANGE, label=LINEAR_CASE)
+    closed_form = cosh(results["bar linear"]["value"], np.asarray(values.place))
+    along.plot(values.place[::3], closed_form[::3] / values.stress.mean(), "o", color=ORANGE, markersize=3)
     for level in tepfers():
         pressure.axhline(level, color=BLACK, linestyle=":", linewidth=0.8)
     panel(force, "displacement of the loaded end [mm]", "force [kN]")

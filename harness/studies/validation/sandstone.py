@@ -94,7 +94,7 @@ def _differences(constants: Mapping[str, float], tests: Floats) -> Floats:
 
 def fits() -> dict[str, Constants]:
     """Fit the forms of the law to the tests of each joint at 1 MPa, and at 1 and 5 MPa."""
-    found: dict[str, Constants] = {}
+    results: dict[str, Constants] = {}
     for (pressures, tests), (form, (starts, fixed)), name in product(
         reversed(FITS.items()), FORMS.items(), JOINTS
     ):
@@ -102,22 +102,25 @@ def fits() -> dict[str, Constants]:
         if form == "crush" and pressures == "1":
             if name == DONOR:
                 continue  # one pressure does not determine crush
-            of_other = {"crush": found[f"crush 1+5 {DONOR}"]["crush"]}
+            of_other = {"crush": results[f"crush 1+5 {DONOR}"]["crush"]}
         goal = measured(name)[list(tests)]
-        found[f"{form} {pressures} {name}"] = fitted(
-            lambda one, goal=goal: _differences(one, goal).ravel(),  # type: ignore[misc]
-            [dict(one) for one in dict.fromkeys(_without(start, of_other) for start in starts)],
+        results[f"{form} {pressures} {name}"] = fitted(
+            lambda constants, goal=goal: _differences(constants, goal).ravel(),  # type: ignore[misc]
+            [
+                dict(start_values)
+                for start_values in dict.fromkeys(_without(start, of_other) for start in starts)
+            ],
             (float(goal[:, 1].max()), float(SLIPS[-1])),
             fixed | of_other,
             STEP,
         )
     for name in JOINTS:
-        found[f"{PRODUCT} {name}"] = by_product(fit_strengths(strengths(name)))
+        results[f"{PRODUCT} {name}"] = by_product(fit_strengths(strengths(name)))
         below = fit_strengths(strengths(name)[:BELOW])
         beyond = measured(name)[BELOW:]
         away = below.peak(beyond[:, 0]) / beyond[:, 1] - 1.0
-        found[f"{PRODUCT} {name}"] |= {"error blind beyond": float(np.sqrt(np.mean(away**2)))}
-    return found
+        results[f"{PRODUCT} {name}"] |= {"error blind beyond": float(np.sqrt(np.mean(away**2)))}
+    return results
 
 
 def strengths(name: str) -> list[Strength]:
@@ -173,18 +176,18 @@ def envelope(tests: Floats, crushed: bool = True) -> Callable[[float], float]:
     return lambda pressure: law(x, pressure)
 
 
-def tables(found: Mapping[str, Constants]) -> dict[str, str]:
+def tables(results: Mapping[str, Constants]) -> dict[str, str]:
     """Table of the errors of each form and fit in percent, from the smallest to the largest."""
     body = []
-    forms = [fit for fit in found if not fit.startswith(PRODUCT)]
+    forms = [fit for fit in results if not fit.startswith(PRODUCT)]
     for form, pressures in dict.fromkeys(tuple(fit.split()[:2]) for fit in forms):
         of_other = f", crush of {DONOR}" if (form, pressures) == ("crush", "1") else ""
         cells = [form, pressures.replace("+", " and ") + of_other]
-        joints = [name for name in JOINTS if f"{form} {pressures} {name}" in found]
-        away = {name: 100.0 * errors(found[f"{form} {pressures} {name}"], name) for name in joints}
+        joints = [name for name in JOINTS if f"{form} {pressures} {name}" in results]
+        away = {name: 100.0 * errors(results[f"{form} {pressures} {name}"], name) for name in joints}
         used = list(FITS[pressures])
-        cells.append(f"{max(np.abs(one[used]).max() for one in away.values()):.0f}")
-        predicted = np.array([np.delete(one, used, axis=0) for one in away.values()])
+        cells.append(f"{max(np.abs(of_joint[used]).max() for of_joint in away.values()):.0f}")
+        predicted = np.array([np.delete(of_joint, used, axis=0) for of_joint in away.values()])
         cells += [_ends(predicted[..., i]) for i in range(len(NUMBERS))]
         body.append(cells)
     for crushed in (False, True):
@@ -197,10 +200,10 @@ def tables(found: Mapping[str, Constants]) -> dict[str, str]:
         cells.append(f"{np.abs(np.array(away)[:, [0, 4]]).max():.0f}")
         body.append([*cells, _ends(np.array(away)[:, 1:4]), "", ""])
     head = ["form", "fitted to, MPa", "fitted: largest, %"]
-    head += [f"{what}, %" for what in ("peak", "slip at the peak", "stress at 10 mm")]
+    head += [f"{quantity}, %" for quantity in ("peak", "slip at the peak", "stress at 10 mm")]
     kinds = ("peak", "residual", "blind peak", "blind residual", "blind beyond")
-    lines = [[name, *of_product(found[f"{PRODUCT} {name}"], NAMES, kinds)] for name in JOINTS]
-    titles = ["joint", "constants", *(f"{one}, %" for one in kinds), "exit code"]
+    lines = [[name, *of_product(results[f"{PRODUCT} {name}"], NAMES, kinds)] for name in JOINTS]
+    titles = ["joint", "constants", *(f"{kind}, %" for kind in kinds), "exit code"]
     return {"errors": markdown(head, body), "fit": markdown(titles, lines)}
 
 
@@ -210,7 +213,7 @@ def _ends(away: Floats) -> str:
     return f"**{least} to {most}**"
 
 
-def draw(found: Mapping[str, Constants]) -> Figure:
+def draw(results: Mapping[str, Constants]) -> Figure:
     """Draw peak, slip at the peak and stress at 10 mm over the pressure."""
     figure, axes = new_figure(TWO, 5.4, nrows=3, ncols=3, sharex=True, sharey="row")
     pressures = np.linspace(0.5, 5.0, 19)
@@ -222,9 +225,9 @@ def draw(found: Mapping[str, Constants]) -> Figure:
     )
     for column, name in zip(axes.reshape(3, 3).T, JOINTS, strict=True):
         for fit, label, colour, style in lines:
-            if f"{fit} {name}" not in found:
+            if f"{fit} {name}" not in results:
                 continue
-            model = np.array([numbers(found[f"{fit} {name}"], p) for p in pressures])
+            model = np.array([numbers(results[f"{fit} {name}"], p) for p in pressures])
             for ax, values in zip(column, model.T, strict=True):
                 ax.plot(pressures, values, style, color=colour, label=label)
         for ax, values in zip(column, measured(name)[:, 1:].T, strict=True):

@@ -37,10 +37,10 @@ def sampled(scan: Scan, step: int) -> Facets:
     return facets(scan.sampled(step * scan.steps[1]))
 
 
-def facing(found: Facets, direction: float) -> tuple[Floats, Floats]:
+def facing(surface: Facets, direction: float) -> tuple[Floats, Floats]:
     """Angles, degrees, at which the facets face a slip, and their fractions of the nominal length."""
-    angles = np.degrees(np.arctan(found.gradients @ [np.cos(direction), np.sin(direction)]))
-    return angles[angles > 0.0], found.nominal[angles > 0.0]
+    angles = np.degrees(np.arctan(surface.gradients @ [np.cos(direction), np.sin(direction)]))
+    return angles[angles > 0.0], surface.nominal[angles > 0.0]
 
 
 def grasselli(angles: Floats, shares: Floats) -> tuple[float, float]:
@@ -51,20 +51,20 @@ def grasselli(angles: Floats, shares: Floats) -> tuple[float, float]:
     return largest, float(C[0])
 
 
-def by_direction(found: Facets, direction: float) -> Constants:
+def by_direction(surface: Facets, direction: float) -> Constants:
     """Grasselli's measure in degrees, and the rms slope that faces a slip."""
-    largest, C = grasselli(*facing(found, direction))
-    uphill = found.slips(np.array([direction]), 0.0).uphill
+    largest, C = grasselli(*facing(surface, direction))
+    uphill = surface.slips(np.array([direction]), 0.0).uphill
     return {MEASURE: largest / (C + 1.0), "rms uphill": float(uphill[1, 0])}
 
 
 def by_length(scan: Scan, step: int) -> Constants:
     """Measures of a profile at a sampling length."""
-    found = sampled(scan, step)
-    row = {"sampling [mm]": step * scan.steps[1], "rms slope": found.rms_slope}
-    uphill = found.slips(np.array([*DIRECTIONS.values()]), 0.0).uphill[1]
-    row |= {f"{name}: rms uphill": float(one) for name, one in zip(DIRECTIONS, uphill, strict=True)}
-    return row | {"theta of RT [°]": nearest_regular(found, None, 2).theta}
+    profile = sampled(scan, step)
+    row = {"sampling [mm]": step * scan.steps[1], "rms slope": profile.rms_slope}
+    uphill = profile.slips(np.array([*DIRECTIONS.values()]), 0.0).uphill[1]
+    row |= {f"{name}: rms uphill": float(slope) for name, slope in zip(DIRECTIONS, uphill, strict=True)}
+    return row | {"theta of RT [°]": nearest_regular(profile, None, 2).theta}
 
 
 def measured() -> dict[str, Constants]:
@@ -75,20 +75,20 @@ def measured() -> dict[str, Constants]:
         raise ValueError("--fit: expected surface-roughness: pip install surface-roughness") from None
     rows = {}
     peer = np.ravel(Surface(SAMPLE, verbose=False).thetamax_cp1("thetamax_cp1"))
-    found = facets(read_scan(Path(SAMPLE)))
+    surface = facets(read_scan(Path(SAMPLE)))
     for angle in range(0, 360, 30):
         e = direction_vector(angle)
         row = {"slip along [°]": float(angle), f"surface-roughness: {MEASURE}": peer[angle // 5]}
-        row |= by_direction(found, np.radians(angle))
-        rows[f"sample {angle}"] = row | {"rms slope along": float(np.sqrt(e @ found.fabric @ e))}
+        row |= by_direction(surface, np.radians(angle))
+        rows[f"sample {angle}"] = row | {"rms slope along": float(np.sqrt(e @ surface.fabric @ e))}
     return rows
 
 
-def tables(found: Mapping[str, Constants]) -> dict[str, str]:
+def tables(results: Mapping[str, Constants]) -> dict[str, str]:
     """Tables of the measures by sampling length and direction."""
     scan = read_scan(FILE)
     rough = [by_length(scan, step) for step in STEPS]
-    return {"scan": _table(rough), "sample": _table([*found.values()][::2])}
+    return {"scan": _table(rough), "sample": _table([*results.values()][::2])}
 
 
 def _table(rows: Sequence[Constants]) -> str:

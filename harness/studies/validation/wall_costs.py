@@ -33,7 +33,7 @@ METHODS = {
     "drag 1e-5": "drag 1e-5 N/mm³ without passes",
     "drag 1e-6": "drag 1e-6 N/mm³ without passes",
     "always": "passes in every step, tau_v 0.002 mm",
-    **{f"implex {one}": f"IMPL-EX, errors {one.replace(' ', ', ')}" for one in wall_runs.IMPLEX},
+    **{f"implex {limits}": f"IMPL-EX, errors {limits.replace(' ', ', ')}" for limits in wall_runs.IMPLEX},
 }
 """Methods by the second part of the names of their runs."""
 
@@ -95,15 +95,17 @@ def costs(summaries: pandas.DataFrame) -> str:
     for method, label in METHODS.items():
         cells = []
         for wall, (_, end) in WALLS.items():
-            one, best = (of(summaries, wall, name) for name in (method, "passes"))
-            if one is None:
+            summary, best = (of(summaries, wall, name) for name in (method, "passes"))
+            if summary is None:
                 cells.append("")
-            elif one.end < end:
-                cells.append(f"{wall_runs.marked(f'{one.iterations:.0f}', one)}, stops at {one.end:.2f} mm")
+            elif summary.end < end:
+                cells.append(
+                    f"{wall_runs.marked(f'{summary.iterations:.0f}', summary)}, stops at {summary.end:.2f} mm"
+                )
             else:
-                errors = [signed(percent(one[kind], best[kind])) for kind in ("peak", "work")]
-                left = [f"{one.e_t:.2g}"] if one.by_passes else []
-                count = wall_runs.marked(f"{one.iterations:.0f}", one)
+                errors = [signed(percent(summary[kind], best[kind])) for kind in ("peak", "work")]
+                left = [f"{summary.e_t:.2g}"] if summary.by_passes else []
+                count = wall_runs.marked(f"{summary.iterations:.0f}", summary)
                 cells.append("; ".join([count, *errors, *left]))
         body.append([label, *cells])
     return markdown(["method", *(label for label, _ in WALLS.values())], body)
@@ -118,22 +120,22 @@ def draw_costs() -> Figure:
         best = of(summaries, wall, "passes")
         for (label, starts), colour in zip(SERIES.items(), COLOURS, strict=False):
             runs = {method: of(summaries, wall, method) for method in METHODS if method.startswith(starts)}
-            runs = {method: one for method, one in runs.items() if one is not None}
+            runs = {method: summary for method, summary in runs.items() if summary is not None}
             for ax, kind in ((axes[k], "peak"), (axes[k + len(WALLS)], "work")):
                 points = [
-                    (one.iterations, percent(one[kind], best[kind]), method)
-                    for method, one in runs.items()
-                    if one.end >= end
+                    (summary.iterations, percent(summary[kind], best[kind]), method)
+                    for method, summary in runs.items()
+                    if summary.end >= end
                 ]
                 if points:
                     x, y, methods = zip(*points, strict=True)
                     (lines[label],) = ax.plot(x, y, "o-", color=colour, linewidth=0.8, markersize=3.5)
                     for at in zip(x, y, methods, strict=True):
                         name(ax, *at, colour)
-                for one in runs.values():
-                    if one.end < end and kind == "peak":
-                        error = percent(one[kind], best[kind])
-                        (lines[label],) = ax.plot(one.iterations, error, "x", color=colour, markersize=5)
+                for summary in runs.values():
+                    if summary.end < end and kind == "peak":
+                        error = percent(summary[kind], best[kind])
+                        (lines[label],) = ax.plot(summary.iterations, error, "x", color=colour, markersize=5)
         axes[k].set_title(title)
     for ax in axes:
         ax.grid(alpha=0.3)
@@ -155,7 +157,8 @@ def draw_costs() -> Figure:
 
 def name(ax: Axes, x: float, y: float, method: str, colour: str) -> None:
     """Write the viscosity, or the error of forces, of a point beside it."""
-    text = method.split()[-1] if method.startswith(("tau", "implex", "drag")) else "0" * (method == "passes")
+    named = method.startswith(("tau", "implex", "drag"))
+    text = method.split()[-1] if named else "0" if method == "passes" else ""
     below = method.startswith("implex")  # its points are near those of a drag
     at = (0.0, -7.5) if below else (2.0, 2.5)
     ax.annotate(text, (x, y), at, textcoords="offset points", fontsize=5.0, color=colour)
@@ -165,11 +168,11 @@ def planes(summaries: pandas.DataFrame) -> str:
     """Table of the patterns of J4D."""
     body = []
     for run, (label, turn) in PATTERNS.items():
-        one, fine = summaries.loc[run], summaries.loc[FINE]
-        errors = [signed(percent(one[kind], fine[kind])) for kind in ("peak", "work")]
-        count = wall_runs.marked(f"{one.iterations:.0f}", one)
-        cost = [count, f"{one.seconds:.1f}", f"{1e3 * one.law / one.iterations:.1f}"]
-        body.append([label, f"{turn:g}", f"{one.peak:.1f}", *errors, *cost])
+        summary, fine = summaries.loc[run], summaries.loc[FINE]
+        errors = [signed(percent(summary[kind], fine[kind])) for kind in ("peak", "work")]
+        count = wall_runs.marked(f"{summary.iterations:.0f}", summary)
+        cost = [count, f"{summary.seconds:.1f}", f"{1e3 * summary.law / summary.iterations:.1f}"]
+        body.append([label, f"{turn:g}", f"{summary.peak:.1f}", *errors, *cost])
     head = ["pattern", "turn, °", "peak, kN", "error, %", "of the work, %", "factorizations", "seconds"]
     return markdown([*head, "law, ms of one"], body)
 
@@ -182,8 +185,8 @@ def draw_planes() -> Figure:
     for ax, kind in zip(axes, ("peak", "work"), strict=True):
         for run, (label, turn) in PATTERNS.items():
             if run != FINE:
-                one, turned = summaries.loc[run], turn > 0.0
-                at = one.seconds, max(abs(percent(one[kind], fine[kind])), LEAST)
+                summary, turned = summaries.loc[run], turn > 0.0
+                at = summary.seconds, max(abs(percent(summary[kind], fine[kind])), LEAST)
                 ax.plot(*at, "os"[turned], color=COLOURS[turned])
                 place = (4.0, -6.0) if turned else (4.0, 2.0)
                 ax.annotate(label, at, place, textcoords="offset points", fontsize=6.0, color=COLOURS[turned])
@@ -202,11 +205,11 @@ def scale(summaries: pandas.DataFrame) -> str:
     """Table of the pressed walls of growing size: time and memory of an unknown, linear iterations."""
     rows: dict[str, list[str]] = {}
     solvers = list(wall_runs.SOLVERS)
-    for name, one in summaries[summaries.index.str.startswith("scale")].iterrows():
-        time, memory = 1e6 * one[["seconds", "memory"]] / one.unknowns
-        row = rows.setdefault(f"{one.unknowns:.0f}", [""] * len(solvers))
-        text = f"{time:.0f}, {memory:.1f}, {one.linear:.0f}"
-        row[solvers.index(name.split()[2])] = wall_runs.marked(text, one)
+    for name, summary in summaries[summaries.index.str.startswith("scale")].iterrows():
+        time, memory = 1e6 * summary[["seconds", "memory"]] / summary.unknowns
+        row = rows.setdefault(f"{summary.unknowns:.0f}", [""] * len(solvers))
+        text = f"{time:.0f}, {memory:.1f}, {summary.linear:.0f}"
+        row[solvers.index(name.split()[2])] = wall_runs.marked(text, summary)
     return markdown(["unknowns", *solvers], [[key, *row] for key, row in rows.items()])
 
 
@@ -214,9 +217,9 @@ def krylov(summaries: pandas.DataFrame) -> str:
     """Table of iterative solvers of the tangent of passes."""
     body = []
     for name in wall_runs.KRYLOV:
-        one = summaries.loc[f"krylov {name}"]
-        count = wall_runs.marked(f"{one.linear:.0f}", one)
-        body.append([f"{name}, gamg", f"{one.unknowns:.0f}", count, f"{one.seconds:.1f}"])
+        summary = summaries.loc[f"krylov {name}"]
+        count = wall_runs.marked(f"{summary.linear:.0f}", summary)
+        body.append([f"{name}, gamg", f"{summary.unknowns:.0f}", count, f"{summary.seconds:.1f}"])
     return markdown(["solver of passes", "unknowns", "linear iterations", "seconds"], body)
 
 
@@ -235,11 +238,11 @@ def factors(summaries: pandas.DataFrame) -> str:
             values = (factor * of_run[n, kind][column] for kind in ("lu", "cholesky") if n in ranks)
             line.append(", ".join(f"{value:.3g}" for value in values))
         for n in (1, 2):  # both kinds in one run
-            one = of_run.get((n, "cholesky"))
-            text = "" if one is None else f"{two_digits(one.lu)}, {two_digits(one.cholesky)}"
-            line.append(text if one is None else wall_runs.marked(text, one))
+            summary = of_run.get((n, "cholesky"))
+            text = "" if summary is None else f"{two_digits(summary.lu)}, {two_digits(summary.cholesky)}"
+            line.append(text if summary is None else wall_runs.marked(text, summary))
         both = of_run[1, "cholesky"], of_run[1, "lu"]
-        off = abs(percent(*(one.peak for one in both)))
+        off = abs(percent(*(summary.peak for summary in both)))
         body.append([*line, wall_runs.marked(f"{off:.1g}" if off >= 1e-3 else "< 0.001", *both)])
     head = ["unknowns", "entries, 10⁶", "operations, 10⁹", "GB", "GB on 2 ranks", "seconds", "on 2 ranks"]
     return markdown([*head, "forces on 1 rank, %"], body)

@@ -52,8 +52,11 @@ IMPLEX = {
 METHODS = {
     **{
         f"{wall} tau {tau}": f"{COST[wall]} --tau {tau}"
-        for wall, some in (("flat", (0.05, 0.02, 0.005, 0.0005)), ("rough", (0.05, 0.02, 0.005, 0.0005)))
-        for tau in some
+        for wall, viscosities in (
+            ("flat", (0.05, 0.02, 0.005, 0.0005)),
+            ("rough", (0.05, 0.02, 0.005, 0.0005)),
+        )
+        for tau in viscosities
     },
     "flat newton": f"{COST['flat']} {NEWTON}",
     "flat passes": f"{COST['flat']} {SNAPS}",
@@ -111,7 +114,7 @@ RUNS = {
     **{name: f"--wall {name} {MORTAR}" for name in ("J6D", "J7D")},
     **{
         f"{name} {planes}": f"--wall {name} {MORTAR} --theta {planes.replace(' ', ' --height ')}"
-        for names, planes in (("J4D J6D J7D", "10 0.1"), *(("J4D", one) for one in ROUGH))
+        for names, planes in (("J4D J6D J7D", "10 0.1"), *(("J4D", plane) for plane in ROUGH))
         for name in names.split()
     },
     **METHODS,
@@ -184,7 +187,8 @@ def execute(name: str, folder: Path) -> None:
     out = folder / f"{words}.csv"
     out.unlink(missing_ok=True)  # of a run that was ended
     line = f"{RUNS[name]} --out {out}"
-    line += f" --pvd {folder / words}.pvd" * (name in FIELDS)
+    if name in FIELDS:
+        line += f" --pvd {folder / words}.pvd"
     end = start(line, ranks=int(name[-1]) if name.startswith("factor") else 1)
     if end.returncode not in (0, 3):
         raise RuntimeError(f"{name}: exit {end.returncode}: {end.stderr}")
@@ -200,12 +204,12 @@ def execute_all(folder: Path) -> None:
     mesh, field = folder / "window.msh", folder / "window.pvd"
     start(f"{mesh}", "window_mesh").check_returncode()
     start(f"{mesh} --pvd {field}", "window").check_returncode()
-    head = "mu,tan_psi,dim,ratio,found,limit,unknowns"
+    head = "mu,tan_psi,dim,ratio,model,limit,unknowns"
     lines = ["# Made by python -m harness.studies.validation.walls --fit", head]
     for case, line in ARCHES.items():
-        found = start(f"{line} --folder {folder}", "arch")
-        found.check_returncode()
-        lines += [f"{case},{','.join(numbers)}" for numbers in ARCH.findall(found.stdout)]
+        done = start(f"{line} --folder {folder}", "arch")
+        done.check_returncode()
+        lines += [f"{case},{','.join(numbers)}" for numbers in ARCH.findall(done.stdout)]
     (DATA / "arches.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
@@ -233,7 +237,7 @@ def store(folder: Path) -> None:
 
 def marked(text: str, *summaries: pandas.Series) -> str:
     """Text with `MARK` where one of the runs was judged by the norm."""
-    return text + MARK * any(one.judge == "norm" for one in summaries)
+    return text + MARK if any(summary.judge == "norm" for summary in summaries) else text
 
 
 def curves() -> dict[str, Floats]:

@@ -52,19 +52,19 @@ def most(curve: Floats, limit: float) -> float:
 def strengths(wall: str) -> list[float]:
     """Measured strengths of a wall, kN."""
     if wall in FORCES:
-        return [most(one, until(wall)) for one in measured(wall).values()]
+        return [most(test_curve, until(wall)) for test_curve in measured(wall).values()]
     names = ("J4D", "J5D") if wall == "J4D" else (wall,)
-    found = rows("walls_mortar")
-    return found.peak[found.test.isin(names)].tolist()
+    table = rows("walls_mortar")
+    return table.peak[table.test.isin(names)].tolist()
 
 
 def errors(curves: dict[str, Floats]) -> dict[str, float]:
     """Error of the strength of every wall over the mean of the measured ones."""
-    found = {}
+    error_of = {}
     for wall in (*FORCES, *MORTAR):
         model = most(curves[wall], until(wall) if wall in FORCES else np.inf)
-        found[wall] = float(model / np.mean(strengths(wall)) - 1.0)
-    return found
+        error_of[wall] = float(model / np.mean(strengths(wall)) - 1.0)
+    return error_of
 
 
 def dry(curves: dict[str, Floats]) -> str:
@@ -148,26 +148,32 @@ CHANGES = {
 def changes(curves: dict[str, Floats], summaries: pandas.DataFrame) -> str:
     """Table of the strengths with other meshes and assumed constants."""
     body = []
-    for name, (wall, what) in CHANGES.items():
+    for name, (wall, change_text) in CHANGES.items():
         limit = until(wall) if wall in FORCES else np.inf
-        new, old = (most(curves[one], limit) for one in (name, wall))
+        new, old = (most(curves[run_name], limit) for run_name in (name, wall))
         change = f"{100.0 * (new / old - 1.0):+.1f}"
-        body.append([wall, what, wall_runs.marked(change, *(summaries.loc[one] for one in (name, wall)))])
+        body.append(
+            [
+                wall,
+                change_text,
+                wall_runs.marked(change, *(summaries.loc[run_name] for run_name in (name, wall))),
+            ]
+        )
     return markdown(["wall", "change", "strength, %"], body)
 
 
-def outcomes(summaries: pandas.DataFrame, labels: dict[str, str], what: str, end: float = 4.0) -> str:
+def outcomes(summaries: pandas.DataFrame, labels: dict[str, str], first_title: str, end: float = 4.0) -> str:
     """Table of runs: peak, cost, and what the passes left."""
     body = []
     for name, label in labels.items():
-        one = summaries.loc[name]
-        if one.end < end:
-            raise ValueError(f"{name}: stops at {one.end:g} mm: expected {end:g}")
-        steps = f"{one.by_passes:.0f} of {one.steps:.0f}"
-        count = wall_runs.marked(f"{one.iterations:.0f}", one)
-        cost = count, f"{one.seconds:.0f}", steps, f"{one.e_t:.1g}"
-        body.append([label, f"{one.peak:.1f}", *cost])
-    return markdown([what, "peak, kN", "factorizations", "seconds", "steps by passes", "e_t"], body)
+        summary = summaries.loc[name]
+        if summary.end < end:
+            raise ValueError(f"{name}: stops at {summary.end:g} mm: expected {end:g}")
+        steps = f"{summary.by_passes:.0f} of {summary.steps:.0f}"
+        count = wall_runs.marked(f"{summary.iterations:.0f}", summary)
+        cost = count, f"{summary.seconds:.0f}", steps, f"{summary.e_t:.1g}"
+        body.append([label, f"{summary.peak:.1f}", *cost])
+    return markdown([first_title, "peak, kN", "factorizations", "seconds", "steps by passes", "e_t"], body)
 
 
 def ends(summaries: pandas.DataFrame) -> str:
@@ -178,10 +184,10 @@ def ends(summaries: pandas.DataFrame) -> str:
         "mortar, flat": MORTAR,
         "mortar, 10°": [f"{name} 10 0.1" for name in MORTAR],
     }.items():
-        some = summaries.loc[[*names]]
+        chosen = summaries.loc[[*names]]
         counts = [f"{least:.0f} to {most:.0f}" for least, most in (
-            (part.min(), part.max()) for part in (some.iterations, some.by_passes))]  # fmt: skip
-        body.append([label, *counts, f"{some.e_t.max():.1g}"])
+            (part.min(), part.max()) for part in (chosen.iterations, chosen.by_passes))]  # fmt: skip
+        body.append([label, *counts, f"{chosen.e_t.max():.1g}"])
     return markdown(["walls", "factorizations", "steps by passes", "largest e_t"], body)
 
 
@@ -190,21 +196,21 @@ def draw(_: Mapping[str, Constants]) -> Figure:
     curves = wall_runs.curves()
     figure, axes = new_figure(TWO, 5.4, nrows=2, ncols=2)
     for ax, kind, title in zip(axes, ("WS", "SW"), ("dry granite", "dry sandstone"), strict=False):
-        for name, colour in zip((one for one in FORCES if one[:2] == kind), COLOURS, strict=False):
+        for name, colour in zip((wall for wall in FORCES if wall[:2] == kind), COLOURS, strict=False):
             ax.plot(*curves[name][:, :2].T, color=colour, label=f"{name}, {FORCES[name]:g} kN")
-            for one in measured(name).values():
-                ax.plot(*one[:, :2].T, color=colour, linestyle="--", linewidth=0.8)
+            for test_curve in measured(name).values():
+                ax.plot(*test_curve[:, :2].T, color=colour, linestyle="--", linewidth=0.8)
         ax.set_xlim(0.0, UNTIL[kind])
         ax.set_title(f"{title}: lines model, dashed measured")
     for name, colour in zip(MORTAR, COLOURS, strict=False):
         axes[2].plot(*curves[name][:, :2].T, color=colour, label=f"{name}, flat")
         axes[2].plot(*curves[f"{name} 10 0.1"][:, :2].T, color=colour, linestyle=":", label=f"{name}, 10°")
-        for one in strengths(name):
-            axes[2].axhline(one, color=colour, linestyle="--", linewidth=0.8)
+        for peak in strengths(name):
+            axes[2].axhline(peak, color=colour, linestyle="--", linewidth=0.8)
     axes[2].set_title("Eindhoven: lines model, dashed measured peaks")
     if "cyclic WS100" in curves:
-        for one in measured("cyclic WS100").values():
-            axes[3].plot(*one[:, :2].T, color="0.6", linewidth=0.8, label="measured, WS2.100")
+        for test_curve in measured("cyclic WS100").values():
+            axes[3].plot(*test_curve[:, :2].T, color="0.6", linewidth=0.8, label="measured, WS2.100")
         axes[3].plot(*curves["cyclic WS100"][:, :2].T, color=COLOURS[1], label="model")
     axes[3].set_title("dry granite, cyclic")
     for ax in axes:
@@ -222,8 +228,8 @@ def arches() -> str:
     keys = ["ratio", "mu", "tan_psi", "limit"]
     body = []
     for key, part in rows("arches", dtype=str).groupby(keys, sort=False):
-        found = dict(zip(part.dim, part.found, strict=True))
-        body.append([*key, *(found.get(dim, "") for dim in "23")])
+        by_dimension = dict(zip(part.dim, part.model, strict=True))
+        body.append([*key, *(by_dimension.get(dim, "") for dim in "23")])
     return markdown(["t/R", "mu", "tan(theta)", "limit analysis, g", "model in 2D, g", "in 3D, g"], body)
 
 
@@ -253,8 +259,8 @@ def draw_deformed(folder: Path, panels: Sequence[tuple[str, str, float | None, s
             most = np.abs(solids.point_data["displacement"]).max()
             scale = float(f"{0.1 * np.ptp(solids.points) / most:.1g}")
         shapes = [
-            (one.points + scale * one.point_data["displacement"])[:, :2][one.cells[0].data]
-            for one in (solids, joints)
+            (part.points + scale * part.point_data["displacement"])[:, :2][part.cells[0].data]
+            for part in (solids, joints)
         ]
         grey = {"facecolors": "#E4DCCF", "edgecolors": "#C8BBA5", "linewidths": 0.2}
         ax.add_collection(PolyCollection(shapes[0], **grey))
