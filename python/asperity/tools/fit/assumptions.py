@@ -23,7 +23,7 @@ names of other patterns and of other places of the elastic slip.
 
 
 def alternatives(
-    chosen: Solution, found: Sequence[Solution], bic: Sequence[float], index: int
+    chosen: Solution, solutions: Sequence[Solution], bic: Sequence[float], index: int
 ) -> list[tuple[Solution, Model]]:
     """Models in place of the chosen one, and the solutions from which their fits start."""
     base, made = chosen.model, []
@@ -49,21 +49,24 @@ def alternatives(
         if KT in base.free and not base.bond:
             add(base.instead(KT, KS, kc=STIFF), "spring in the joint")
         elif KS in base.free and "W0" not in base.free and first_only(chosen.problem.tests):
-            other = base.instead(KS, KT)
-            add(replace(other, fixed={k: v for k, v in other.fixed.items() if k != "kc"}), "spring in series")
+            series = base.instead(KS, KT)
+            add(
+                replace(series, fixed={k: v for k, v in series.fixed.items() if k != "kc"}),
+                "spring in series",
+            )
     for name in ("ks", "kc", "kT"):
-        if name in base.fixed and any(name in one.model.fixed for one in found):
+        if name in base.fixed and any(name in solution.model.fixed for solution in solutions):
             value = base.fixed[name]
             add(fixed(**{name: TIMES * value}), f"{name} {TIMES * value:.3g}")
             add(fixed(**{name: value / TIMES}), f"{name} {value / TIMES:.3g}")
-    ladder = found[index].model
+    ladder = solutions[index].model
     if any(name in base.fixed and name in ladder.free for name in SPRINGS):
         # a spring that the rows do not show was taken as rigid
-        add(ladder, PLACES[0] if KT in ladder.free else PLACES[1], found[index])
-    for i, (one, value) in enumerate(zip(found, bic, strict=True)):
+        add(ladder, PLACES[0] if KT in ladder.free else PLACES[1], solutions[index])
+    for i, (solution, value) in enumerate(zip(solutions, bic, strict=True)):
         if i != index and value < min(bic) + GAIN:
-            label = "+".join(one.model.free)
-            add(one.model, f"{'mortar' if one.model.bond else 'rock'}, {label}", one)
+            label = "+".join(solution.model.free)
+            add(solution.model, f"{'mortar' if solution.model.bond else 'rock'}, {label}", solution)
     return made
 
 
@@ -79,12 +82,12 @@ def of_strength(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assump
         return
     free = tuple(name for name in model.free if name not in ("theta", "height", "crush", "W0"))
     bare = [replace(test, s_N=None) for test in tests]
-    other = refitted(chosen, bare, replace(model, free=free), 1.0, SEARCHED)
-    own, parts = Intervals(other, spreads(other), []), ("mu", "sigma0", "Gc", KT)
-    ends = {name: [float(to_scale(name, end)) for end in own.of(name)[1:]] for name in other.model.free}
+    bare_fit = refitted(chosen, bare, replace(model, free=free), 1.0, SEARCHED)
+    own, parts = Intervals(bare_fit, spreads(bare_fit), []), ("mu", "sigma0", "Gc", KT)
+    ends = {name: [float(to_scale(name, end)) for end in own.of(name)[1:]] for name in bare_fit.model.free}
     halves = {name: 0.5 * (high - low) for name, (low, high) in ends.items()}
-    square = other.mean_squares["tau"]
-    yield _beside(chosen, square, other.values, "a slope without friction", "tau", parts, halves)
+    square = bare_fit.mean_squares["tau"]
+    yield _beside(chosen, square, bare_fit.values, "a slope without friction", "tau", parts, halves)
 
 
 def _beside(
@@ -132,13 +135,13 @@ def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assump
     start = [np.log(np.tan(np.radians(chosen.values["theta"])))]
     start += [np.log(chosen.values.get(KT, 10.0 * stress / length))]
     start += [np.log(max(chosen.values["height"], 1e-9))] * ends
-    found = least_squares(misfit, start, max_nfev=50)
-    values = {"theta": float(np.degrees(np.arctan(np.exp(found.x[0]))))}
-    values |= {"height": float(np.exp(found.x[-1]))} if ends else {}
-    square = float(np.mean(found.fun**2))
+    least = least_squares(misfit, start, max_nfev=50)
+    values = {"theta": float(np.degrees(np.arctan(np.exp(least.x[0]))))}
+    values |= {"height": float(np.exp(least.x[-1]))} if ends else {}
+    square = float(np.mean(least.fun**2))
     # twice the standard deviation of rows of which as many are independent as in the fit
-    rows = square * found.fun.size / max(1.0, independent(chosen)["dilation"])
-    sizes = 2.0 * np.sqrt(np.maximum(np.diag(np.linalg.pinv(found.jac.T @ found.jac)) * rows, 0.0))
+    rows = square * least.fun.size / max(1.0, independent(chosen)["dilation"])
+    sizes = 2.0 * np.sqrt(np.maximum(np.diag(np.linalg.pinv(least.jac.T @ least.jac)) * rows, 0.0))
     theta = np.radians(values["theta"])
     of_theta = float(np.degrees(sizes[0] * np.sin(theta) * np.cos(theta)))
     of_theta /= 1.0 if SCALES["theta"] == "linear" else values["theta"]

@@ -96,11 +96,13 @@ def check_known(known: Mapping[str, float]) -> None:
 
 def of_kind(tests: Sequence[object], kind: type[Kind]) -> list[Kind]:
     """Tests, all of one kind.  Raises ValueError for one of another kind."""
-    found = [test for test in tests if isinstance(test, kind)]
-    if len(found) < len(tests):
-        other = next(test for test in tests if not isinstance(test, kind))
-        raise ValueError(f"tests: {type(other).__name__} beside {kind.__name__}: expected tests of one kind")
-    return found
+    of_this_kind = [test for test in tests if isinstance(test, kind)]
+    if len(of_this_kind) < len(tests):
+        stranger = next(test for test in tests if not isinstance(test, kind))
+        raise ValueError(
+            f"tests: {type(stranger).__name__} beside {kind.__name__}: expected tests of one kind"
+        )
+    return of_this_kind
 
 
 def check_copies(tests: Sequence[ShearTest]) -> None:
@@ -115,17 +117,19 @@ def check_copies(tests: Sequence[ShearTest]) -> None:
 def refuse_copies(names: Sequence[str], columns: Sequence[Sequence[Floats]]) -> None:
     """Raise ValueError for a test with the rows of another one; columns (T,) of each test."""
     every = zip(*columns, strict=True)
-    sizes = [max(1e-300, *(float(np.abs(one).max()) for one in same)) for same in every]
+    sizes = [max(1e-300, *(float(np.abs(column).max()) for column in same)) for same in every]
     seen: list[tuple[str, set[tuple[float, ...]]]] = []
     for name, own in zip(names, columns, strict=True):
-        parts = (np.round(one / size, SAME_DIGITS).tolist() for one, size in zip(own, sizes, strict=True))
+        parts = (
+            np.round(column / size, SAME_DIGITS).tolist() for column, size in zip(own, sizes, strict=True)
+        )
         rows = {*zip(*parts, strict=True)}
-        for other, theirs in seen:
+        for name_before, theirs in seen:
             small, large = sorted((rows, theirs), key=len)
             same = len(small & large) > SAME_ROWS * len(small)
             if same:
                 raise ValueError(
-                    f"{name}: the rows are those of {other}: expected different tests, each once"
+                    f"{name}: the rows are those of {name_before}: expected different tests, each once"
                 )
         seen.append((name, rows))
 
@@ -140,7 +144,9 @@ def shows_dilation(tests: Sequence[ShearTest]) -> bool:
 
 def check_sizes(tests: Sequence[ShearTest]) -> None:
     """Check stresses and units of tests against each other.  Raises ValueError or gives a ModelWarning."""
-    with_units, without = ([one.name for one in tests if bool(one.units) == which] for which in (True, False))
+    with_units, without = (
+        [test.name for test in tests if bool(test.units) == which] for which in (True, False)
+    )
     if with_units and without:
         text = f"expected units in every file, as in {''.join(with_units[:1])}, or in none"
         raise ValueError(f"{''.join(without[:1])}: no units in the header: {text}")

@@ -15,47 +15,47 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def closure_report(found: ClosureFit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
+def closure_report(fit: ClosureFit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
     """Report of a fit of closure tests."""
-    rows = sum(len(test.loading) for test in found.tests)
-    pressures = [float(one) for test in found.tests for one in test.pressure[test.loading[[0, -1]]]]
-    contact = "hyperbolic contact" if "closure" in found.free else "contact of one stiffness"
+    rows = sum(len(test.loading) for test in fit.tests)
+    pressures = [float(pressure) for test in fit.tests for pressure in test.pressure[test.loading[[0, -1]]]]
+    contact = "hyperbolic contact" if "closure" in fit.free else "contact of one stiffness"
     lines = [
-        f"tests       {len(found.tests)} closure tests, {rows} rows of loading, pressure "
+        f"tests       {len(fit.tests)} closure tests, {rows} rows of loading, pressure "
         f"{min(pressures):.4g} to {max(pressures):.4g} {units[1]}",
-        f"model       {contact}; free: {', '.join(found.free)}",
+        f"model       {contact}; free: {', '.join(fit.free)}",
         "",
-        *compared_rows(found.fitted, found.blind, verbose),
+        *compared_rows(fit.fitted, fit.blind, verbose),
         "",
-        *constant_rows(found.estimates, units),
+        *constant_rows(fit.estimates, units),
     ]
-    back = [one for one, test in zip(found.unloading, found.tests, strict=True) if len(test.unloading)]
+    back = [error for error, test in zip(fit.unloading, fit.tests, strict=True) if len(test.unloading)]
     if back:
         lines += ["", f"unloading   predicted, missed by {max(back):.1%} of the closure"]
-    return "\n".join([*lines, "", *verdict(found)])
+    return "\n".join([*lines, "", *verdict(fit)])
 
 
-def closure_case(found: ClosureFit) -> str:
+def closure_case(fit: ClosureFit) -> str:
     """Case file of a flat joint with this contact, which is pressed and released."""
-    top = max(float(test.pressure[test.loading[-1]]) for test in found.tests)
-    first = min(float(test.pressure[0]) for test in found.tests)
-    kn = rounded(found.values["kn"], 6)
+    top = max(float(test.pressure[test.loading[-1]]) for test in fit.tests)
+    first = min(float(test.pressure[0]) for test in fit.tests)
+    kn = rounded(fit.values["kn"], 6)
     material = {"kn": kn, "ks": kn, "mu": ASSUMED_MU}
-    material |= {name: rounded(value, 6) for name, value in found.values.items() if name == "closure"}
+    material |= {name: rounded(value, 6) for name, value in fit.values.items() if name == "closure"}
     steps: list[Group] = [
-        ("step", {"t_N": -rounded(one, 6), "increments": INCREMENTS}) for one in (first, top, first)
+        ("step", {"t_N": -rounded(pressure, 6), "increments": INCREMENTS}) for pressure in (first, top, first)
     ]
     groups: list[Group] = [("case", {"title": "Closure"}), ("material", material), ("pattern", {"sides": 0})]
     text = case_text(*groups, *steps[first <= 0.0 :])
-    notes = [first_upper(comment(found)), "ks and mu are assumed: closure tests do not show them."]
+    notes = [first_upper(comment(fit)), "ks and mu are assumed: closure tests do not show them."]
     return "".join(f"! {note}\n" for note in notes) + text
 
 
-def closure_residuals(found: ClosureFit) -> str:
+def closure_residuals(fit: ClosureFit) -> str:
     """CSV of the measured closures, those of the law, and the differences over the largest closure."""
     lines = ["test,row,quantity,pressure,measured,fitted,residual_over_range"]
-    for test in found.tests:
-        law = found.curve(test.pressure, float(test.pressure[0]))
+    for test in fit.tests:
+        law = fit.curve(test.pressure, float(test.pressure[0]))
         for i, (pressure, closure) in enumerate(zip(test.pressure, test.closure, strict=True)):
             kind = "loading" if i in test.loading else "unloading" if i in test.unloading else "later"
             away = (law[i] - closure) / test.size
@@ -64,12 +64,12 @@ def closure_residuals(found: ClosureFit) -> str:
     return "\n".join(lines) + "\n"
 
 
-def closure_figure(found: ClosureFit, units: tuple[str, str]) -> Figure:
+def closure_figure(fit: ClosureFit, units: tuple[str, str]) -> Figure:
     """Pressure over the closure of the tests, and of the law."""
     from ..style import COLOURS, ONE, label_axes, new_figure
 
     figure, (ax,) = new_figure(ONE, 3.4, ncols=1)
-    for i, test in enumerate(found.tests):
+    for i, test in enumerate(fit.tests):
         colour = COLOURS[i % len(COLOURS)]
         parts = (("loading", test.loading, "full"), ("unloading", test.unloading, "none"))
         for label, rows, fill in parts:
@@ -79,7 +79,7 @@ def closure_figure(found: ClosureFit, units: tuple[str, str]) -> Figure:
                 ax.plot(test.closure[rows], test.pressure[rows], "o", label=label, **style)
         first, top = test.pressure[0], test.pressure[test.loading[-1]]
         fine = np.linspace(first, top, 100)
-        ax.plot(found.curve(fine, float(first)), fine, color=colour, label="law" if i == 0 else "")
+        ax.plot(fit.curve(fine, float(first)), fine, color=colour, label="law" if i == 0 else "")
     label_axes(ax, f"closure since the first row [{units[0]}]", f"pressure [{units[1]}]")
     ax.legend()
     return figure

@@ -86,8 +86,8 @@ def closure_of(joint: Interface, test: ClosureTest) -> Floats:
     history, lost = joint.rows([Step(t_N=-first, increments=1), Step(t_N=list(-path), increments=1)])
     if lost:
         raise ValueError(f"{test.name}: the joint has no equilibrium under the pressures of the test")
-    found: Floats = history.dilation[0] - history.after_step(1).dilation[-path.size :]
-    return found
+    closures: Floats = history.dilation[0] - history.after_step(1).dilation[-path.size :]
+    return closures
 
 
 def fit_closures(tests: Sequence[ClosureTest]) -> ClosureFit:
@@ -100,11 +100,11 @@ def fit_closures(tests: Sequence[ClosureTest]) -> ClosureFit:
     >>> import numpy as np
     >>> from asperity.tools.fit.closures import ClosureTest, closed, fit_closures
     >>> pressure = np.linspace(0.0, 10.0, 11)
-    >>> found = fit_closures([ClosureTest("a", pressure, closed(pressure, 20.0, 0.2))])
-    >>> {name: round(one.value, 3) for name, one in found.estimates.items()}
+    >>> fit = fit_closures([ClosureTest("a", pressure, closed(pressure, 20.0, 0.2))])
+    >>> {name: round(estimate.value, 3) for name, estimate in fit.estimates.items()}
     {'kn': 20.0, 'closure': 0.2}
     """
-    proper = isinstance(tests, Sequence) and tests and all(isinstance(one, ClosureTest) for one in tests)
+    proper = isinstance(tests, Sequence) and tests and all(isinstance(test, ClosureTest) for test in tests)
     if not proper:
         raise ValueError(f"tests = {contract.shown(tests)}: expected a list of closure tests")
     rows = sum(len(test.loading) for test in tests)
@@ -122,23 +122,23 @@ def _ends(tests: Sequence[ClosureTest], names: tuple[str, ...]) -> Floats:
     """Bounds of the logarithms of the constants, (2, p)."""
     pressure = max(float(test.pressure.max()) for test in tests)
     closure = max(test.size for test in tests)
-    stiffness = [pressure / closure * one for one in STIFFNESS]
-    ends: Floats = np.log(np.transpose([stiffness, [closure * one for one in REACH]][: len(names)]))
+    stiffness = [pressure / closure * factor for factor in STIFFNESS]
+    ends: Floats = np.log(np.transpose([stiffness, [closure * factor for factor in REACH]][: len(names)]))
     return ends
 
 
 def _values(x: Floats, names: tuple[str, ...]) -> dict[str, float]:
-    return {name: float(np.exp(one)) for name, one in zip(names, x, strict=True)}
+    return {name: float(np.exp(value)) for name, value in zip(names, x, strict=True)}
 
 
 def _left(x: Floats, tests: Sequence[ClosureTest], names: tuple[str, ...]) -> Floats:
     """Law less measurement over the closure of each test, of all rows of loading."""
-    values, found = _values(x, names), []
+    values, residuals = _values(x, names), []
     for test in tests:
         rows = test.loading
         law = closed(test.pressure[rows], **values)
-        found.append(((law - law[0]) - (test.closure[rows] - test.closure[0])) / test.size)
-    return np.concatenate(found)
+        residuals.append(((law - law[0]) - (test.closure[rows] - test.closure[0])) / test.size)
+    return np.concatenate(residuals)
 
 
 def _solved(
@@ -152,11 +152,15 @@ def _solved(
     starts = [start] if start is not None else [middle, low + 0.3 * (high - low), low + 0.1 * (high - low)]
     tries = [
         least_squares(
-            _left, np.clip(one, low + 1e-6, high - 1e-6), bounds=(low, high), args=(tests, names), xtol=1e-10
+            _left,
+            np.clip(point, low + 1e-6, high - 1e-6),
+            bounds=(low, high),
+            args=(tests, names),
+            xtol=1e-10,
         )
-        for one in starts
+        for point in starts
     ]
-    best = min(tries, key=lambda one: float(one.cost))
+    best = min(tries, key=lambda solution: float(solution.cost))
     return np.asarray(best.x), np.asarray(best.fun)
 
 
@@ -180,24 +184,24 @@ def _judged(tests: Sequence[ClosureTest], free: tuple[str, ...], x: Floats, left
     part = np.minimum(PARTS - 1, (place * PARTS).astype(int))
     covariance, wide = np.zeros((x.size, x.size)), -1.0
     for groups in (part, part + PARTS * which, which)[: 3 if len(tests) > MANY else 2]:
-        one, count = delete_one(slopes, left, groups)
+        spread, count = delete_one(slopes, left, groups)
         quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, max(1, count - x.size)))
-        if quantile**2 * np.trace(one) > wide:
-            covariance, wide = one * (quantile / 1.959964) ** 2, quantile**2 * float(np.trace(one))
+        if quantile**2 * np.trace(spread) > wide:
+            covariance, wide = spread * (quantile / 1.959964) ** 2, quantile**2 * float(np.trace(spread))
     halves = 1.959964 * np.sqrt(np.diag(covariance))
     low, high = _ends(tests, free)
     ends = np.exp(np.clip([x - halves, x + halves], low, high))
     values = _values(x, free)
     estimates = {n: Estimate(values[n], *map(float, ends[:, i])) for i, n in enumerate(free)}
-    rest = [[one for one in tests if one is not test] for test in tests] if len(tests) > 1 else []
+    rest = [[kept for kept in tests if kept is not test] for test in tests] if len(tests) > 1 else []
     of_rest = [_values(_solved(some, free, x)[0], free) for some in rest]
     fitted = [_compared(test, values) for test in tests]
-    unseen = [_compared(test, one) for test, one in zip(tests, of_rest, strict=False)]
+    unseen = [_compared(test, constants) for test, constants in zip(tests, of_rest, strict=False)]
     errors = {"loading": max(_rms(test, values, test.loading) for test in tests)}
     errors["closure"] = max(row.errors["closure"] for row in fitted)
     if unseen:
         errors["blind loading"] = max(
-            _rms(test, one, test.loading) for test, one in zip(tests, of_rest, strict=True)
+            _rms(test, constants, test.loading) for test, constants in zip(tests, of_rest, strict=True)
         )
         errors["blind closure"] = max(row.errors["closure"] for row in unseen)
     unloading = [_rms(test, values, test.unloading) if len(test.unloading) else 0.0 for test in tests]

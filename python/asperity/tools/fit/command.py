@@ -184,13 +184,13 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     known = {name: value for name, (value,) in cli.numbers("--set", options.set, 1).items()}
     free = options.free and tuple(name.strip() for name in options.free.split(",") if name.strip())
     tests, units = read(options)
-    found: AnyFit
+    result: AnyFit
     warned = ""
     if isinstance(tests[0], ShearTest):
         with shown_warnings(), progress() as tick:
-            found = fit(tests, options.joint, known, free, options.sides, options.direction, tick)
-        made, slip = found.interface, max(float(abs(t.slip).max()) for t in found.tests)
-        pressed = [test.pressed for test in found.tests]
+            result = fit(tests, options.joint, known, free, options.sides, options.direction, tick)
+        made, slip = result.interface, max(float(abs(t.slip).max()) for t in result.tests)
+        pressed = [test.pressed for test in result.tests]
         warnings = model_warnings(made.material, made.pattern, *pressed, slip=slip)
         warned = "".join(f"\nwarning     {warning}" for warning in warnings)
     else:
@@ -204,20 +204,20 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
             what = "closures" if closes else "strengths alone"
             raise ValueError(f"{wrong}: expected curves of the slip, not {what}")
         if closes:
-            found = fit_closures(of_kind(tests, ClosureTest))
+            result = fit_closures(of_kind(tests, ClosureTest))
         else:
-            found = fit_strengths(of_kind(tests, Strength), options.joint, known)
-    text, case = report_of(found, units, options.verbose), case_text_of(found)
-    interface = interface_of(found)
+            result = fit_strengths(of_kind(tests, Strength), options.joint, known)
+    text, case = report_of(result, units, options.verbose), case_text_of(result)
+    interface = interface_of(result)
     print(text + warned, "", props_line(interface.props()), sep="\n")
-    write(options, interface, partial(draw, found, units), case, comment(found), intervals_text(found))
+    write(options, interface, partial(draw, result, units), case, comment(result), intervals_text(result))
     if options.residuals is not None:
-        cli.replace_file(options.residuals, residuals_of(found))
+        cli.replace_file(options.residuals, residuals_of(result))
         print(options.residuals)
     if options.report is not None:
         from .html import page
 
         words = shlex.join(["asperity", *sys.argv[1:]])
-        cli.replace_file(options.report, page(found, units, words))
+        cli.replace_file(options.report, page(result, units, words))
         print(options.report)
-    return 0 if found.is_result else NO_RESULT
+    return 0 if result.is_result else NO_RESULT

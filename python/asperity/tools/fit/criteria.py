@@ -58,7 +58,7 @@ class Criterion:
             )
             for x in points
         )
-        best = min(tries, key=lambda one: float(one.cost))
+        best = min(tries, key=lambda solution: float(solution.cost))
         return dict(zip(self.names, best.x.tolist(), strict=True))
 
 

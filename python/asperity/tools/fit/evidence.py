@@ -60,13 +60,13 @@ def numbers(test: ShearTest, tau: Floats, s_N: Floats | None) -> dict[str, float
     size = np.abs(tau[rows])
     width = min(max(3, round(SMOOTHED * tau.size)), max(1, size.size // 2))
     averaged, slips = smooth(size, width), smooth(np.abs(test.slip[rows]), width)
-    found = {"peak": float(averaged.max()), "slip at peak": float(slips[int(averaged.argmax())])}
+    shown = {"peak": float(averaged.max()), "slip at peak": float(slips[int(averaged.argmax())])}
     end = slice(-max(min(width, tau.size), round(AT_END * tau.size)), None)
     if test.ends_far:
-        found["residual"] = float(np.mean(np.abs(tau[end])))
+        shown["residual"] = float(np.mean(np.abs(tau[end])))
     if s_N is not None:
-        found["dilation"] = float(np.mean(s_N[end]))
-    return found
+        shown["dilation"] = float(np.mean(s_N[end]))
+    return shown
 
 
 def first_slope(test: ShearTest) -> float:

@@ -66,8 +66,8 @@ def fit(
     ...     box = joint.confined_slip(0.0, slips, sigma_N=sigma_N)
     ...     opening = (box.dilation - box.dilation[0])[1:]
     ...     tests.append(ShearTest(f"{sigma_N}", slips[1:], box.tau[1:], opening, sigma_N))
-    >>> found = fit(tests, joint="rock")
-    >>> {name: round(found.values[name], 2) for name in ("mu", "theta")}
+    >>> result = fit(tests, joint="rock")
+    >>> {name: round(result.values[name], 2) for name in ("mu", "theta")}
     {'mu': 0.5, 'theta': 20.0}
     """
     known = _checked(tests, joint, fixed or {}, free, sides, direction)
@@ -97,7 +97,7 @@ def _checked(
     direction: float,
 ) -> dict[str, float]:
     """The known values, after a check of all arguments."""
-    proper = isinstance(tests, Sequence) and tests and all(isinstance(one, ShearTest) for one in tests)
+    proper = isinstance(tests, Sequence) and tests and all(isinstance(test, ShearTest) for test in tests)
     if not proper:
         raise ValueError(f"tests = {contract.shown(tests)}: expected a list of tests, as that of read_tests")
     if joint not in (ROCK, MORTAR, AUTO):
@@ -107,15 +107,15 @@ def _checked(
     if not np.isfinite(direction):
         raise ValueError(f"direction = {direction:g}: expected a finite angle in degrees")
     for what, names in (("fixed", fixed), ("free", free or ())):
-        other = next((name for name in names if name not in SCALES), "")
-        if other:
-            raise ValueError(f"{what}: {other} is unknown: expected one of {', '.join(SCALES)}")
+        unknown = next((name for name in names if name not in SCALES), "")
+        if unknown:
+            raise ValueError(f"{what}: {unknown} is unknown: expected one of {', '.join(SCALES)}")
     if free is not None:
         if not free or len({*free}) < len(free):
             raise ValueError(f"free: {', '.join(free) or 'none'}: expected names, each once")
-        both = ", ".join(name for name in free if name in fixed)
-        if both:
-            raise ValueError(f"{both}: expected it free or fixed, not both")
+        twice = ", ".join(name for name in free if name in fixed)
+        if twice:
+            raise ValueError(f"{twice}: expected it free or fixed, not both")
     bond = [name for name in ("sigma0", "Gc", "eta", "damage0") if name in fixed or name in (free or ())]
     if bond and (joint == ROCK or KS in fixed or KS in (free or ())):
         raise ValueError(
@@ -158,19 +158,20 @@ def _fit(
     given: the model is that of the user, which no other one replaces.  measured: whether a test had a
     dilation.
     """
-    found: list[Solution] = []
+    solutions: list[Solution] = []
     guess = guesses(tests)
     for model in models:
         tick("+".join(model.free))
-        smaller = [one for one in found if {*one.model.free} < {*model.free}]
-        if any(is_noise(one) for one in smaller):
+        smaller = [solution for solution in solutions if {*solution.model.free} < {*model.free}]
+        if any(is_noise(solution) for solution in smaller):
             continue
         starts = [
-            guess | {k: v for k, v in one.values.items() if k in model.free} for one in reversed(smaller[-2:])
+            guess | {k: v for k, v in solution.values.items() if k in model.free}
+            for solution in reversed(smaller[-2:])
         ]
-        found.append(searched(tests, model, [*starts, guess], direction))
-    index, bic = choose(found)
-    chosen, notes = (found[index], []) if given else _spring(tests, found[index], guess, direction)
+        solutions.append(searched(tests, model, [*starts, guess], direction))
+    index, bic = choose(solutions)
+    chosen, notes = (solutions[index], []) if given else _spring(tests, solutions[index], guess, direction)
     scatter = chosen.scatter
     if "dilation" in scatter:
         dilations = [test.s_N for test in tests if test.s_N is not None]
@@ -193,23 +194,23 @@ def _fit(
     tick("all rows")
     chosen = refitted(chosen, tests, weight=weight)
     tick("other assumptions")
-    others = alternatives(chosen, found, bic, index)
-    fits = [refitted(start, tests, model, weight, SEARCHED) for start, model in others]
+    assumed = alternatives(chosen, solutions, bic, index)
+    fits = [refitted(start, tests, model, weight, SEARCHED) for start, model in assumed]
     ranked = criteria([chosen, *fits])
     for _ in range(0 if given else SWITCHES):
         # values that the user has given stay
-        free = [i for i, one in enumerate(fits, 1) if one.model.name in PATTERNS + PLACES]
+        free = [i for i, fit in enumerate(fits, 1) if fit.model.name in PATTERNS + PLACES]
         best = min(free, key=lambda i: ranked[i], default=0)
         if ranked[best] >= ranked[0] - GAIN:
             break
         # another pattern or place of the spring explains the tests better: it takes its place
         chosen = refitted(fits[best - 1], tests, weight=weight)
         notes.append(f"assumed instead of the usual: {chosen.model.name}")
-        others = alternatives(chosen, found, bic, index)
-        fits = [refitted(start, tests, model, weight, SEARCHED) for start, model in others]
+        assumed = alternatives(chosen, solutions, bic, index)
+        fits = [refitted(start, tests, model, weight, SEARCHED) for start, model in assumed]
         ranked = criteria([chosen, *fits])
     strength = [*of_strength(chosen, tests)]
-    if any(one.difference < -GAIN for one in strength):
+    if any(assumption.difference < -GAIN for assumption in strength):
         constants = ", ".join(f"{name} {strength[0].values[name]:.3g}" for name in ("mu", "sigma0", "Gc"))
         notes.append(
             f"the slope of the dilation adds less friction than that of the law; without any: {constants}"
@@ -224,7 +225,7 @@ def _fit(
     reasons = [f"the law misses the {worst} by {errors[worst]:.0%}"] if grade == "poor" else []
     low, high = chosen.problem.ends if chosen.x.size else (chosen.x, chosen.x)
     near = np.minimum(chosen.x - low, high - chosen.x) < NEAR * (high - low)
-    at_bounds = [name for name, one in zip(chosen.model.free, near, strict=True) if one]
+    at_bounds = [name for name, at_bound in zip(chosen.model.free, near, strict=True) if at_bound]
     for name in undetermined(estimates, at_bounds):
         value, below, above = estimates[name]
         text = f"{name} is not determined: {value:.3g} [{below:.3g}, {above:.3g}]"
@@ -236,7 +237,7 @@ def _fit(
             reasons.append(f"{text}; {HELP.get(name, 'further tests')} would show it")
     reasons += too_little(chosen, tests)
     if chosen.model.bond and _joint_of(models) == AUTO:
-        reasons += _guessed(tests, found, bic, measured)
+        reasons += _guessed(tests, solutions, bic, measured)
         share = _share_of_bond(chosen)
         if share < GOOD:
             reasons.append(
@@ -248,17 +249,22 @@ def _fit(
         notes.append(
             "mu = 0 was given: a joint without friction, with the strength of its bond or slope alone"
         )
-    models_tried = [(one.model.free, value - bic[index]) for one, value in zip(found, bic, strict=True)]
+    models_tried = [
+        (solution.model.free, value - bic[index]) for solution, value in zip(solutions, bic, strict=True)
+    ]
     judged = (fitted, unseen, errors, grade, reasons, notes, assumptions, models_tried)
     return Fit(tests, chosen, intervals, estimates, *judged)
 
 
 def _guessed(
-    tests: Sequence[ShearTest], found: Sequence[Solution], bic: Sequence[float], measured: bool
+    tests: Sequence[ShearTest], solutions: Sequence[Solution], bic: Sequence[float], measured: bool
 ) -> Iterator[str]:
     """Reason why a bond is a guess: a joint without bond explains the tests as well, or one pressure does."""
     rock, bond = (
-        min((value for one, value in zip(found, bic, strict=True) if one.model.bond == kind), default=np.inf)
+        min(
+            (value for solution, value in zip(solutions, bic, strict=True) if solution.model.bond == kind),
+            default=np.inf,
+        )
         for kind in (False, True)
     )
     alone = not measured and len({round(test.pressed, 9) for test in tests}) < 2
@@ -271,15 +277,15 @@ def _guessed(
         )
 
 
-def _share_of_bond(found: Solution) -> float:
+def _share_of_bond(solution: Solution) -> float:
     """Largest part that the bond carries in a row, over the largest tau of its test.
 
     It is the part which the same joint with a broken bond lacks.
     """
-    problem, share = found.problem, 0.0
-    broken = problem.curves(found.values | {"damage0": 1.0})
+    problem, share = solution.problem, 0.0
+    broken = problem.curves(solution.values | {"damage0": 1.0})
     for test, (_, rows), (tau, _, _), (rest, _, _) in zip(
-        problem.tests, problem.paths, problem.curves(found.values), broken, strict=True
+        problem.tests, problem.paths, problem.curves(solution.values), broken, strict=True
     ):
         share = max(share, float(np.abs(tau - rest)[rows].max() / np.abs(test.tau).max()))
     return share
@@ -305,43 +311,43 @@ HELP = {
 
 def _assumed(fits: Sequence[Solution], ranked: Sequence[float]) -> Iterator[Assumption]:
     """Fits with other assumptions; ranked: criteria of the chosen fit and of these."""
-    for found, value in zip(fits, ranked[1:], strict=True):
+    for fit, value in zip(fits, ranked[1:], strict=True):
         difference = value - ranked[0]
         # crush goes with the weight of a plane: for other patterns its value is a convention
-        of_pattern = found.model.name in PATTERNS
-        parts = tuple(name for name in found.values if not (of_pattern and name in ("crush", "W0")))
-        yield Assumption(found.model.name, difference, found.values, difference < GAIN, parts)
+        of_pattern = fit.model.name in PATTERNS
+        parts = tuple(name for name in fit.values if not (of_pattern and name in ("crush", "W0")))
+        yield Assumption(fit.model.name, difference, fit.values, difference < GAIN, parts)
 
 
 def _spring(
-    tests: list[ShearTest], found: Solution, guess: Mapping[str, float], direction: float
+    tests: list[ShearTest], solution: Solution, guess: Mapping[str, float], direction: float
 ) -> tuple[Solution, list[str]]:
     """The model with a rigid spring where the rows do not show it, or with one in the joint; and notes.
 
     A constant at the value that means stiff is stiff, and not undetermined.
     """
-    stress, length = found.problem.size
-    model = found.model
+    stress, length = solution.problem.size
+    model = solution.model
     spring = next((name for name in SPRINGS if name in model.free), "")
     if not spring or cycles(tests):
-        return found, []
+        return solution, []
     value = STIFF * stress / length
-    start = [{**guess, **found.values}, guess]
+    start = [{**guess, **solution.values}, guess]
     rigid = searched(tests, model.without(spring, **{spring: value}), start, direction, 1)
-    if criteria([found, rigid])[1] < criteria([found, rigid])[0]:
+    if criteria([solution, rigid])[1] < criteria([solution, rigid])[0]:
         what = "the spring in series (kT)" if spring == KT else "the joint (ks)"
         return rigid, [f"{what} is rigid: the rows do not show its stiffness"]
     if spring == KT:
         # the elastic slip is that of the joint: of its planes, or of a bond that softens with the shape eta
         new = "eta" if model.bond else KS
         if new in model.fixed:
-            return found, []
+            return solution, []
         contact = {} if model.bond else {"kc": STIFF}
         if "kc" in model.fixed:
             contact["kc"] = model.fixed["kc"]
-        other = model.instead(KT, new, **contact)
-        start = [{**guess, **found.values, KS: 2.0 * found.values[KT], "eta": guess["eta"]}]
-        inside = searched(tests, other, start, direction, 1, 0)
-        if criteria([found, inside])[1] < criteria([found, inside])[0]:
+        elastic = model.instead(KT, new, **contact)
+        start = [{**guess, **solution.values, KS: 2.0 * solution.values[KT], "eta": guess["eta"]}]
+        inside = searched(tests, elastic, start, direction, 1, 0)
+        if criteria([solution, inside])[1] < criteria([solution, inside])[0]:
             return inside, [f"the elastic slip is that of the joint ({new}), not of a spring in series (kT)"]
-    return found, []
+    return solution, []

@@ -65,57 +65,57 @@ the pressures and slips of the tests.</p>
 """What the numbers mean."""
 
 
-def page(found: AnyFit, units: tuple[str, str], command: str) -> str:
+def page(fit: AnyFit, units: tuple[str, str], command: str) -> str:
     """Text of the page."""
-    curves = not isinstance(found, StrengthFit)
-    figure = figure_of(found, units)
-    kind = "closure test" if isinstance(found, ClosureFit) else "shear test"
+    curves = not isinstance(fit, StrengthFit)
+    figure = figure_of(fit, units)
+    kind = "closure test" if isinstance(fit, ClosureFit) else "shear test"
     rows = []
-    for name, one in found.estimates.items():
+    for name, estimate in fit.estimates.items():
         text = MEANINGS.get(name, "")
-        rows.append((name, *(f"{value:.4g}" for value in one), unit_of(name, units), text))
+        rows.append((name, *(f"{value:.4g}" for value in estimate), unit_of(name, units), text))
     verdict = "The constants must not be used: "
-    if found.is_result:
+    if fit.is_result:
         verdict = "The constants may be used for the pressures of the tests."
     parts = [
         f"<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
         f"<title>{kind.capitalize()}s: fit</title>"
         f"<style>{STYLE}</style></head><body>",
-        f"<h1>Joint constants from {len(found.tests)} {kind}{'s' * (len(found.tests) != 1)}</h1>",
+        f"<h1>Joint constants from {len(fit.tests)} {kind}{'s' * (len(fit.tests) != 1)}</h1>",
         (
-            f"<p><span class='grade {found.grade}'>{found.grade}</span> "
-            f"{verdict}{escape('; '.join(found.reasons))}</p>"
+            f"<p><span class='grade {fit.grade}'>{fit.grade}</span> "
+            f"{verdict}{escape('; '.join(fit.reasons))}</p>"
         ),
-        *(f"<p>Note: {escape(text)}.</p>" for text in found.notes),
+        *(f"<p>Note: {escape(text)}.</p>" for text in fit.notes),
         "<h2>Tests and fit</h2>",
         _image(figure),
-        _compared(found),
+        _compared(fit),
         "<h2>Constants</h2>",
         _table(("constant", "value", "low", "high", "unit", "meaning"), rows),
         MEANING,
     ]
-    if isinstance(found, Fit) and found.assumptions:
-        names = [name for name in found.free if name != "kT"]
+    if isinstance(fit, Fit) and fit.assumptions:
+        names = [name for name in fit.free if name != "kT"]
         head = ("assumed instead", "misfit (BIC)", *names, "")
         table = []
-        for other in found.assumptions:
-            cells = [f"{other.values[name]:.4g}" if name in other.values else "" for name in names]
-            allowed = "" if other.admissible else "excluded by the tests"
-            table.append((other.name, f"{other.difference:+.1f}", *cells, allowed))
+        for assumption in fit.assumptions:
+            cells = [f"{assumption.values[name]:.4g}" if name in assumption.values else "" for name in names]
+            allowed = "" if assumption.admissible else "excluded by the tests"
+            table.append((assumption.name, f"{assumption.difference:+.1f}", *cells, allowed))
         parts += ["<h2>Other assumptions</h2>", _table(head, table)]
-    if isinstance(found, StrengthFit):
+    if isinstance(fit, StrengthFit):
         table = [
             (label, f"{fitted:.1%}", f"{unseen:.1%}" if unseen == unseen else "",
              ", ".join(f"{n} {v:.3g}" for n, v in values.items()))
-            for label, values, fitted, unseen in found.others
+            for label, values, fitted, unseen in fit.others
         ]  # fmt: skip
         parts += [
             "<h2>Peaks by other criteria</h2>",
             _table(("criterion", "rms", "blind rms", "constants"), table),
         ]
-    case = case_text_of(found)
-    errors = [(name, f"{value:.1%}") for name, value in found.errors.items()]
-    interface = interface_of(found)
+    case = case_text_of(fit)
+    errors = [(name, f"{value:.1%}") for name, value in fit.errors.items()]
+    interface = interface_of(fit)
     parts += [
         "<h2>Errors</h2>",
         _table(("of", "largest" if curves else "rms"), errors),
@@ -127,7 +127,7 @@ def page(found: AnyFit, units: tuple[str, str], command: str) -> str:
             f"<pre>{escape(command)}</pre><p>asperity {version('asperity')}, "
             f"{date.today().isoformat()}. Tests:</p><ul>"
         ),
-        *(f"<li>{escape(short(test.name))}</li>" for test in found.tests),
+        *(f"<li>{escape(short(test.name))}</li>" for test in fit.tests),
         "</ul></body></html>\n",
     ]
     return START + "\n" + "\n".join(parts)
@@ -151,15 +151,15 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return f"<table><tr>{top}</tr>{body}</table>"
 
 
-def _compared(found: AnyFit) -> str:
+def _compared(fit: AnyFit) -> str:
     """Measured, fitted and blind numbers of each test."""
-    names = [name for name in COLUMNS if any(name in row.measured for row in found.fitted)]
+    names = [name for name in COLUMNS if any(name in row.measured for row in fit.fitted)]
     rows = []
-    for i, row in enumerate(found.fitted):
+    for i, row in enumerate(fit.fitted):
         cells = [short(row.test)]
         for name in names:
-            values = [row.measured, row.predicted, *([found.blind[i].predicted] if found.blind else [])]
-            cells.append(" / ".join(f"{one[name]:.4g}" for one in values if name in one))
+            values = [row.measured, row.predicted, *([fit.blind[i].predicted] if fit.blind else [])]
+            cells.append(" / ".join(f"{numbers[name]:.4g}" for numbers in values if name in numbers))
         rows.append(cells)
-    title = "Measured / fitted / blind" if found.blind else "Measured / fitted"
+    title = "Measured / fitted / blind" if fit.blind else "Measured / fitted"
     return f"<p>{title}:</p>" + _table(["test", *(COLUMNS[name] for name in names)], rows)

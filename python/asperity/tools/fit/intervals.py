@@ -57,39 +57,39 @@ class Spread:
     quantile: float
 
 
-def spreads(found: Solution) -> list[Spread]:
+def spreads(solution: Solution) -> list[Spread]:
     """Covariances by kind of group: parts of the way of all tests together, of each test, and whole tests.
 
     And that of independent rows: a few groups may agree by chance.
     """
     from scipy.stats import t as student
 
-    if not found.x.size:
+    if not solution.x.size:
         return []
-    slopes, made = jacobian(found.problem, found.x), []
-    for groups, whole in _groups(found, slopes):
-        covariance, count = delete_one(slopes, found.residuals, groups)
-        freedom = count - 1 if whole else count - found.x.size
+    slopes, made = jacobian(solution.problem, solution.x), []
+    for groups, whole in _groups(solution, slopes):
+        covariance, count = delete_one(slopes, solution.residuals, groups)
+        freedom = count - 1 if whole else count - solution.x.size
         quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)) if freedom >= 1 else np.inf
         made.append(Spread(covariance, quantile))
-    freedom = found.residuals.size - found.x.size
+    freedom = solution.residuals.size - solution.x.size
     if freedom >= 1:
-        scale = float(found.residuals @ found.residuals) / freedom
+        scale = float(solution.residuals @ solution.residuals) / freedom
         covariance = scale * np.linalg.pinv(slopes.T @ slopes, rcond=1e-12).astype(float)
         made.append(Spread(covariance, float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom))))
     return made
 
 
-def _groups(found: Solution, slopes: Floats) -> Iterator[tuple[np.ndarray, bool]]:
+def _groups(solution: Solution, slopes: Floats) -> Iterator[tuple[np.ndarray, bool]]:
     """Group of each residual, and whether the groups are whole tests.
 
     The parts say the same about the constants: with equal rows a fifth has all of the softening.
     """
-    rows, tests = found.problem.rows, found.problem.tests
-    column = found.problem.is_dilation.astype(int)
+    rows, tests = solution.problem.rows, solution.problem.tests
+    column = solution.problem.is_dilation.astype(int)
     test, part = rows.test.to_numpy(), np.zeros(len(rows), dtype=int)
     share = np.sum(np.linalg.qr(slopes)[0] ** 2, axis=1)
-    slips = [np.append(0.0, one.slip) for one in tests]
+    slips = [np.append(0.0, test.slip) for test in tests]
     ways = [np.cumsum(np.abs(np.diff(slip))) for slip in slips]
     way = np.array([ways[t][r] / ways[t][-1] for t, r in zip(test, rows.row, strict=True)])
     for kind in {*column.tolist()}:
@@ -122,13 +122,13 @@ def delete_one(slopes: Floats, residuals: Floats, groups: np.ndarray) -> tuple[F
 class Intervals:
     """Intervals of constants and of any function of them: groups of residuals, then other assumptions."""
 
-    found: Solution
+    solution: Solution
     spreads: list[Spread]
     assumptions: list[Assumption]
 
     def of(self, name: str, function: Callable[[Mapping[str, float]], float] | None = None) -> Estimate:
         """Value and interval of a constant, or of a function on the scale of a constant or "" (logarithm)."""
-        problem, x = self.found.problem, self.found.x
+        problem, x = self.solution.problem, self.solution.x
 
         def place(values: Mapping[str, float]) -> float:
             return float(to_scale(name, function(values) if function else values[name]))
@@ -136,33 +136,45 @@ class Intervals:
         here, steps = place(problem.values(x)), 1e-4 * np.eye(x.size)
         pairs = ((place(problem.values(x + h)), place(problem.values(x - h))) for h in steps)
         slope = np.array([(above - below) / 2e-4 for above, below in pairs])
-        sizes = [one.quantile * np.sqrt(max(0.0, slope @ one.covariance @ slope)) for one in self.spreads]
+        sizes = [
+            spread.quantile * np.sqrt(max(0.0, slope @ spread.covariance @ slope)) for spread in self.spreads
+        ]
         half = max([0.0, *(size for size in sizes if not np.isnan(size))])
         low, high = -half, half
-        for one in self.assumptions:
-            applies = name in one.parts if one.parts else function is not None or name in one.values
-            if one.admissible and applies and (function is not None or one.values.get(name, 0.0) > 0.0):
-                shift, own = place(one.values) - here, one.halves.get(name, half)
+        for assumption in self.assumptions:
+            applies = (
+                name in assumption.parts
+                if assumption.parts
+                else function is not None or name in assumption.values
+            )
+            if (
+                assumption.admissible
+                and applies
+                and (function is not None or assumption.values.get(name, 0.0) > 0.0)
+            ):
+                shift, own = place(assumption.values) - here, assumption.halves.get(name, half)
                 low, high = min(low, shift - own), max(high, shift + own)
         ends = [here, here + low, here + high]
-        value, *both = (float(one) for one in from_scale(name, ends))
+        value, *bounds = (float(value) for value in from_scale(name, ends))
         if function is None and name in PLAUSIBLE:
-            both = list(np.clip(both, *plausible(name, *problem.size)))
-        return Estimate(value, min(both[0], value), max(both[1], value))
+            bounds = list(np.clip(bounds, *plausible(name, *problem.size)))
+        return Estimate(value, min(bounds[0], value), max(bounds[1], value))
 
     @property
     def covariance(self) -> Floats:
         """Covariance (p, p) on the scales whose 0.95 ellipse has the intervals, for samples."""
-        size = self.found.x.size
+        size = self.solution.x.size
         if not size:
             return np.zeros((0, 0))
-        kept = [one for one in self.spreads if np.isfinite(one.quantile)]
+        kept = [spread for spread in self.spreads if np.isfinite(spread.quantile)]
         normal = 1.959964
         matrix = np.zeros((size, size))
         if kept:
-            widest = max(kept, key=lambda one: float(np.sum(np.diag(one.covariance)) * one.quantile**2))
+            widest = max(
+                kept, key=lambda spread: float(np.sum(np.diag(spread.covariance)) * spread.quantile**2)
+            )
             matrix = widest.covariance * (widest.quantile / normal) ** 2
-        names = self.found.model.free
+        names = self.solution.model.free
         halves = []
         for name in names:
             low, high = (float(to_scale(name, end)) for end in self.of(name)[1:])

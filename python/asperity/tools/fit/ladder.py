@@ -90,12 +90,12 @@ class Model:
 
     def without(self, name: str, **fixed: float) -> Model:
         """The model without a free constant, with others fixed."""
-        free = tuple(one for one in self.free if one != name)
+        free = tuple(constant for constant in self.free if constant != name)
         return Model(free, self.sides, dict(self.fixed) | fixed, self.name)
 
     def instead(self, old: str, new: str, **fixed: float) -> Model:
         """The model with one free constant in place of another."""
-        free = tuple(new if one == old else one for one in self.free)
+        free = tuple(new if constant == old else constant for constant in self.free)
         return Model(free, self.sides, dict(self.fixed) | fixed, self.name)
 
 
@@ -118,70 +118,72 @@ def ladder(tests: Sequence[ShearTest], joint: str, known: Mapping[str, float], s
     worn = [("theta", "W0"), ("theta", "height", "W0")][: 1 + dilates] if reversed_ else []
     bonded = slopes if dilates else slopes[:1]
     spring = (KS,) if reversed_ else (KT,)
-    found = []
+    constants = []
     if joint != MORTAR:
-        found += [(*spring, "mu", *more) for more in slopes + crushed + worn]
+        constants += [(*spring, "mu", *more) for more in slopes + crushed + worn]
     if joint != ROCK:
-        found += [(*(() if reversed_ else spring), "sigma0", "Gc", "mu", *more) for more in bonded]
+        constants += [(*(() if reversed_ else spring), "sigma0", "Gc", "mu", *more) for more in bonded]
     rows = sum(test.slip.size * (1 + (test.s_N is not None)) for test in tests)
     models: list[Model] = []
-    for free in found:
+    for free in constants:
         fixed = dict(known)
         # a stiffness of the joint that the user gives stands in place of a spring in series
         kept = tuple(name for name in free if name not in known and not (name == KT and KS in known))
         inclined = "theta" in {*free, *known}
         left_out = not inclined and any(known.get(name) for name in ("height", "crush", "W0"))
-        if not left_out and ROWS_EACH * len(kept) <= rows and not any(one.free == kept for one in models):
+        if not left_out and ROWS_EACH * len(kept) <= rows and not any(model.free == kept for model in models):
             models.append(Model(kept, sides, fixed))
     return models
 
 
-def independent(found: Solution) -> dict[str, float]:
+def independent(solution: Solution) -> dict[str, float]:
     """Number of independent data of tau and of the dilation: n (1 - rho)/(1 + rho) of every curve.
 
     rho is the correlation of neighbouring residuals, as no law meets a joint within its noise.
     """
     counts = {"tau": 0.0, "dilation": 0.0}
-    for (_, name), rows in found.problem.rows.groupby(["test", "name"]).indices.items():
-        r = found.residuals[rows]
+    for (_, name), rows in solution.problem.rows.groupby(["test", "name"]).indices.items():
+        r = solution.residuals[rows]
         rho = float(r[:-1] @ r[1:] / max(float(r @ r), 1e-300)) if r.size > 2 else 0.0
         rho = min(max(rho, 0.0), 0.98)
         counts[str(name)] += min(r.size, max(LEAST_DATA, r.size * (1.0 - rho) / (1.0 + rho)))
     return counts
 
 
-def is_noise(found: Solution) -> bool:
+def is_noise(solution: Solution) -> bool:
     """Whether the residuals are noise, so that a larger model has nothing to explain."""
-    least = min(test.slip.size for test in found.problem.tests)
-    return least > 20 and sum(independent(found).values()) > NOISE * found.residuals.size
+    least = min(test.slip.size for test in solution.problem.tests)
+    return least > 20 and sum(independent(solution).values()) > NOISE * solution.residuals.size
 
 
-def criteria(found: Sequence[Solution]) -> list[float]:
+def criteria(solutions: Sequence[Solution]) -> list[float]:
     """Information criterion (BIC) of each model, with the independent data of the one that fits best."""
-    squares = [one.mean_squares for one in found]
+    squares = [solution.mean_squares for solution in solutions]
     floor = 1e-12
-    sums = [sum(np.log(max(value, floor)) for value in one.values()) for one in squares]
+    sums = [sum(np.log(max(value, floor)) for value in square.values()) for square in squares]
     best = int(np.argmin(sums))
-    counts = independent(found[best])
+    counts = independent(solutions[best])
     total = np.log(max(sum(counts.values()), 2.0))
     return [
         float(sum(counts[name] * np.log(max(value, floor) / max(squares[best][name], floor))
-                  for name, value in one.items() if name in squares[best]) + solution.x.size * total)
-        for solution, one in zip(found, squares, strict=True)
+                  for name, value in square.items() if name in squares[best]) + solution.x.size * total)
+        for solution, square in zip(solutions, squares, strict=True)
     ]  # fmt: skip
 
 
-def choose(found: Sequence[Solution]) -> tuple[int, list[float]]:
+def choose(solutions: Sequence[Solution]) -> tuple[int, list[float]]:
     """The smallest model that no larger one beats by GAIN for each constant that it adds; and the criteria.
 
     Strength comes first: a dilation that no friction law meets must not choose a wrong strength.
     """
-    bic, tau = criteria(found), [one.mean_squares["tau"] for one in found]
+    bic, tau = criteria(solutions), [solution.mean_squares["tau"] for solution in solutions]
     limit = (WORSE * np.sqrt(min(tau)) + OFFSET) ** 2
     ranked = [value if square <= limit else value + 1e6 for value, square in zip(bic, tau, strict=True)]
     best = int(np.argmin(ranked))
-    order = sorted(range(len(found)), key=lambda i: (found[i].x.size, ranked[i]))
+    order = sorted(range(len(solutions)), key=lambda i: (solutions[i].x.size, ranked[i]))
     fewer = (
-        i for i in order if ranked[i] <= ranked[best] + GAIN * max(0, found[best].x.size - found[i].x.size)
+        i
+        for i in order
+        if ranked[i] <= ranked[best] + GAIN * max(0, solutions[best].x.size - solutions[i].x.size)
     )
     return next(fewer, best), bic

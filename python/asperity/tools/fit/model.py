@@ -143,14 +143,14 @@ class Problem:
     @cached_property
     def paths(self) -> list[tuple[Floats, np.ndarray]]:
         """Slips (P,) of the model for each test, from zero on, and which of them are rows of the test."""
-        found = []
+        paths = []
         for test in self.tests:
             nodes = np.append(0.0, test.slip)
             lengths = np.abs(np.diff(nodes))
             parts = np.maximum(1, np.ceil(lengths / lengths.sum() * self.increments - 1e-9).astype(int))
             rows = np.cumsum(np.append(0, parts))
-            found.append((np.interp(np.arange(rows[-1] + 1), rows, nodes), rows[1:]))
-        return found
+            paths.append((np.interp(np.arange(rows[-1] + 1), rows, nodes), rows[1:]))
+        return paths
 
     @cached_property
     def rows(self) -> DataFrame:
@@ -160,7 +160,7 @@ class Problem:
         """
         from pandas import DataFrame, concat
 
-        least = LEAST_SPREAD * max([0.0, *(np.ptp(one.s_N) for one in self.tests if one.s_N is not None)])
+        least = LEAST_SPREAD * max([0.0, *(np.ptp(test.s_N) for test in self.tests if test.s_N is not None)])
         parts = []
         for number, test in enumerate(self.tests):
             columns = [("tau", test.tau, float(np.ptp(test.tau)))]
@@ -179,8 +179,8 @@ class Problem:
 
     def values(self, x: Floats) -> dict[str, float]:
         """Values of all constants by name, from the free ones on their scales."""
-        found = {name: float(from_scale(name, value)) for name, value in zip(self.free, x, strict=True)}
-        return dict(self.fixed) | found
+        values = {name: float(from_scale(name, value)) for name, value in zip(self.free, x, strict=True)}
+        return dict(self.fixed) | values
 
     def x(self, values: Mapping[str, float]) -> Floats:
         """Free constants on their scales, from their values."""

@@ -17,48 +17,48 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def report_of(found: AnyFit, units: tuple[str, str], verbose: bool = False) -> str:
+def report_of(fit: AnyFit, units: tuple[str, str], verbose: bool = False) -> str:
     """Report of one screen."""
-    if isinstance(found, StrengthFit):
-        return strength_report(found, units, verbose)
-    if isinstance(found, ClosureFit):
-        return closure_report(found, units, verbose)
-    return report(found, units, verbose)
+    if isinstance(fit, StrengthFit):
+        return strength_report(fit, units, verbose)
+    if isinstance(fit, ClosureFit):
+        return closure_report(fit, units, verbose)
+    return report(fit, units, verbose)
 
 
-def case_text_of(found: AnyFit) -> str:
+def case_text_of(fit: AnyFit) -> str:
     """Case file of the joint."""
-    if isinstance(found, StrengthFit):
-        return strength_case(found)
-    return closure_case(found) if isinstance(found, ClosureFit) else case_of(found)
+    if isinstance(fit, StrengthFit):
+        return strength_case(fit)
+    return closure_case(fit) if isinstance(fit, ClosureFit) else case_of(fit)
 
 
-def interface_of(found: AnyFit) -> Interface:
+def interface_of(fit: AnyFit) -> Interface:
     """The joint; what the tests do not show is assumed."""
-    return strength_interface(found) if isinstance(found, StrengthFit) else found.interface
+    return strength_interface(fit) if isinstance(fit, StrengthFit) else fit.interface
 
 
-def residuals_of(found: AnyFit) -> str:
+def residuals_of(fit: AnyFit) -> str:
     """CSV of measured and fitted numbers with their differences."""
-    if isinstance(found, StrengthFit):
-        return strength_residuals(found)
-    return closure_residuals(found) if isinstance(found, ClosureFit) else residuals_text(found)
+    if isinstance(fit, StrengthFit):
+        return strength_residuals(fit)
+    return closure_residuals(fit) if isinstance(fit, ClosureFit) else residuals_text(fit)
 
 
-def figure_of(found: AnyFit, units: tuple[str, str], of_tests: str = "") -> Figure:
+def figure_of(fit: AnyFit, units: tuple[str, str], of_tests: str = "") -> Figure:
     """Tests and law; of_tests: what the tests are where they are curves, which are drawn as dashed lines."""
     from .picture import curves_figure, envelope_figure
 
-    if isinstance(found, StrengthFit):
-        return envelope_figure(found, units)
-    if isinstance(found, ClosureFit):
-        return closure_figure(found, units)
-    return curves_figure(found, units, of_tests)
+    if isinstance(fit, StrengthFit):
+        return envelope_figure(fit, units)
+    if isinstance(fit, ClosureFit):
+        return closure_figure(fit, units)
+    return curves_figure(fit, units, of_tests)
 
 
-def draw(found: AnyFit, units: tuple[str, str], path: Path, of_tests: str = "") -> None:
+def draw(fit: AnyFit, units: tuple[str, str], path: Path, of_tests: str = "") -> None:
     """Draw a fit into a file; of_tests: as in `figure_of`."""
     from ..style import printed, save
 
     with printed():
-        save(figure_of(found, units, of_tests), path)
+        save(figure_of(fit, units, of_tests), path)

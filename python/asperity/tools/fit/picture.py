@@ -17,16 +17,16 @@ MARKS = "osD^v"
 """Marks of the tests."""
 
 
-def curves_figure(found: Fit, units: tuple[str, str], of_tests: str = "") -> Figure:
+def curves_figure(fit: Fit, units: tuple[str, str], of_tests: str = "") -> Figure:
     """Tests and fit over the slip: tau, and s_N where it was measured.
 
     of_tests: what the tests are where they are curves, which are drawn as dashed lines.
     """
     from ..style import COLOURS, LINES, ONE, TWO, label_axes, new_figure
 
-    problem, (length, stress) = found.solution.problem, units
+    problem, (length, stress) = fit.solution.problem, units
     columns = 1 + any(test.s_N is not None for test in problem.tests)
-    rows = zip(problem.tests, problem.paths, problem.curves(found.values), strict=True)
+    rows = zip(problem.tests, problem.paths, problem.curves(fit.values), strict=True)
     figure, axes = new_figure(TWO if columns > 1 else ONE, 3.0, ncols=columns)
     for i, (test, (slips, _), (tau, s_N, done)) in enumerate(rows):
         colour, mark = COLOURS[i % len(COLOURS)], MARKS[i % len(MARKS)]
@@ -50,28 +50,28 @@ def curves_figure(found: Fit, units: tuple[str, str], of_tests: str = "") -> Fig
     return figure
 
 
-def envelope_figure(found: StrengthFit, units: tuple[str, str]) -> Figure:
+def envelope_figure(fit: StrengthFit, units: tuple[str, str]) -> Figure:
     """Peak and residual strengths over the pressure, the law, and the criteria of others."""
     from ..style import COLOURS, ONE, label_axes, new_figure
 
     figure, (ax,) = new_figure(ONE, 3.6, ncols=1)
-    pressure = np.array([-one.sigma_N for one in found.tests])
+    pressure = np.array([-test.sigma_N for test in fit.tests])
     fine = np.linspace(0.02 * pressure.max(), 1.15 * pressure.max(), 200)
     ax.plot(
-        pressure, [one.peak for one in found.tests], "o", color="k", markersize=4.0, label="peak, measured"
+        pressure, [test.peak for test in fit.tests], "o", color="k", markersize=4.0, label="peak, measured"
     )
-    residual = np.array([one.residual for one in found.tests])
-    slips = [one.slip for one in found.tests if np.isfinite(one.slip)]
-    peak, rest = law_strengths(fine, found.values, max(slips) if slips else np.inf)
+    residual = np.array([test.residual for test in fit.tests])
+    slips = [test.slip for test in fit.tests if np.isfinite(test.slip)]
+    peak, rest = law_strengths(fine, fit.values, max(slips) if slips else np.inf)
     ax.plot(fine, peak, color=COLOURS[0], linewidth=1.6, label="law")
     if np.isfinite(residual).any():
         ax.plot(pressure, residual, "s", color="0.5", markersize=4.0, label="residual, measured")
         ax.plot(fine, rest, "--", color=COLOURS[0], label="law, residual")
     by_label = {criterion.label: criterion for criterion in CRITERIA}
-    for i, (label, values, *_) in enumerate(found.others[1:], 1):
+    for i, (label, values, *_) in enumerate(fit.others[1:], 1):
         strength = by_label[label].strength(fine, values)
         ax.plot(fine, strength, ":", color=COLOURS[i % len(COLOURS)], linewidth=1.1, label=label)
     label_axes(ax, rf"pressure $-\sigma_N$ [{units[1]}]", f"shear strength [{units[1]}]")
-    ax.set_ylim(0.0, 1.1 * max(float(peak.max()), max(one.peak for one in found.tests)))
+    ax.set_ylim(0.0, 1.1 * max(float(peak.max()), max(test.peak for test in fit.tests)))
     ax.legend(fontsize=7)
     return figure

@@ -103,8 +103,8 @@ def predict(
         squares["tau"].append(float(np.mean(((tau[rows_] - test.tau) / np.ptp(test.tau)) ** 2)))
         if test.s_N is not None and np.ptp(test.s_N) > 0.0:
             squares["dilation"].append(float(np.mean(((s_N[rows_] - test.s_N) / np.ptp(test.s_N)) ** 2)))
-    found = compared(problem, values)
-    return Prediction(tests, found, _rms(found, squares), made)
+    comparisons = compared(problem, values)
+    return Prediction(tests, comparisons, _rms(comparisons, squares), made)
 
 
 def _closures(joint: Interface, tests: Sequence[ClosureTest]) -> Prediction:
@@ -125,18 +125,18 @@ def _closures(joint: Interface, tests: Sequence[ClosureTest]) -> Prediction:
 
 def _rms(rows: Sequence[Comparison], squares: Mapping[str, list[float]]) -> dict[str, float]:
     """Root mean squares of the curves, and of the numbers of all tests."""
-    found = {name: float(np.sqrt(np.mean(parts))) for name, parts in squares.items() if parts}
+    rms = {name: float(np.sqrt(np.mean(parts))) for name, parts in squares.items() if parts}
     for name in ("peak", "residual", "closure"):
         errors = [row.errors[name] for row in rows if name in row.errors]
         if errors:
-            found[name] = float(np.sqrt(np.mean(np.square(errors))))
-    return found
+            rms[name] = float(np.sqrt(np.mean(np.square(errors))))
+    return rms
 
 
 def _strength(joint: Interface, test: Strength, direction: float, slip: float) -> Comparison:
     """Peak of a joint up to the slip of a test, and traction at its residual strength."""
     ends = [test.slip, test.peak_slip, slip]
-    end = next((one for one in ends if np.isfinite(one) and one > 0.0), 0.0)
+    end = next((end for end in ends if np.isfinite(end) and end > 0.0), 0.0)
     if not end:
         raise ValueError(f"{test.name}: no slip: expected a column slip, or a case with a slip")
     path = joint.confined_slip(direction, np.linspace(0.0, end, POINTS + 1), test.sigma_N)
@@ -165,38 +165,42 @@ def spring_of(run: Run) -> tuple[float, float, float]:
     return spring, direction, slip
 
 
-def figure_of(found: Prediction, units: tuple[str, str]) -> Figure:
+def figure_of(prediction: Prediction, units: tuple[str, str]) -> Figure:
     """Points of the tests and curves of the joint, or predicted over measured strengths."""
     from ..style import COLOURS, ONE, TWO, label_axes, new_figure
 
     length, stress = units
-    closures = [test for test in found.tests if isinstance(test, ClosureTest)]
+    closures = [test for test in prediction.tests if isinstance(test, ClosureTest)]
     if closures:
         figure, (ax,) = new_figure(ONE, 3.4, ncols=1)
-        for i, (pressed, (pressure, rows, law, _)) in enumerate(zip(closures, found.curves, strict=True)):
+        for i, (pressed, (pressure, rows, law, _)) in enumerate(
+            zip(closures, prediction.curves, strict=True)
+        ):
             colour, label = COLOURS[i % len(COLOURS)], ("measured", "predicted") if i == 0 else ("", "")
             ax.plot(pressed.closure, pressure, "o", color=colour, markersize=3.0, label=label[0])
             ax.plot(law[rows], pressure[rows], color=colour, label=label[1])
         label_axes(ax, f"closure since the first row [{length}]", f"pressure [{stress}]")
         ax.legend()
         return figure
-    if not found.curves:
+    if not prediction.curves:
         figure, (ax,) = new_figure(ONE, 3.2, ncols=1)
         for name, mark in (("peak", "o"), ("residual", "s")):
             pairs = [
-                (row.measured[name], row.predicted[name]) for row in found.compared if name in row.measured
+                (row.measured[name], row.predicted[name])
+                for row in prediction.compared
+                if name in row.measured
             ]
             if pairs:
                 ax.plot(*np.transpose(pairs), mark, label=name)
-        top = max(max(row.measured["peak"], row.predicted["peak"]) for row in found.compared)
+        top = max(max(row.measured["peak"], row.predicted["peak"]) for row in prediction.compared)
         ax.plot([0.0, top], [0.0, top], color="0.6", linewidth=0.8, zorder=0)
         label_axes(ax, f"measured strength [{stress}]", f"predicted strength [{stress}]")
         ax.legend()
         return figure
-    tests = [test for test in found.tests if isinstance(test, ShearTest)]
+    tests = [test for test in prediction.tests if isinstance(test, ShearTest)]
     columns = 1 + any(test.s_N is not None for test in tests)
     figure, axes = new_figure(TWO if columns > 1 else ONE, 3.0, ncols=columns)
-    for i, (test, (slips, _, tau, s_N)) in enumerate(zip(tests, found.curves, strict=True)):
+    for i, (test, (slips, _, tau, s_N)) in enumerate(zip(tests, prediction.curves, strict=True)):
         colour = COLOURS[i % len(COLOURS)]
         for ax, measured, curve in zip(axes, (test.tau, test.s_N), (tau, s_N), strict=False):
             if measured is not None:
@@ -215,11 +219,11 @@ def figure_of(found: Prediction, units: tuple[str, str]) -> Figure:
     return figure
 
 
-def report_of(found: Prediction) -> str:
+def report_of(prediction: Prediction) -> str:
     """Measured beside predicted numbers and their errors."""
-    errors = ", ".join(f"{name} {value:.1%}" for name, value in found.rms.items())
-    lines = compared_rows(found.compared, [], True, "measured / predicted")
-    return "\n".join([*lines, "", f"rms         {errors}", f"grade       {found.grade}"])
+    errors = ", ".join(f"{name} {value:.1%}" for name, value in prediction.rms.items())
+    lines = compared_rows(prediction.compared, [], True, "measured / predicted")
+    return "\n".join([*lines, "", f"rms         {errors}", f"grade       {prediction.grade}"])
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -246,12 +250,12 @@ def _run(options: argparse.Namespace) -> int:
     tests, units = read(options)
     spring, direction, slip = spring_of(run)
     with shown_warnings():
-        found = predict(run.interface, tests, spring, direction, slip)
-    print(report_of(found))
+        prediction = predict(run.interface, tests, spring, direction, slip)
+    print(report_of(prediction))
     if options.plot is not None:
         from ..style import printed, save
 
         with printed():
-            save(figure_of(found, units), options.plot)
+            save(figure_of(prediction, units), options.plot)
         print(options.plot)
-    return NO_RESULT if found.grade == "poor" else 0
+    return NO_RESULT if prediction.grade == "poor" else 0

@@ -85,9 +85,9 @@ def read_tests(
         good = value is None or 0.0 < value < np.inf
         if not good:
             raise ValueError(f"{name} = {value or 0.0:g}: expected a finite stiffness > 0")
-    other = next((name for name in columns or {} if name not in KNOWN), "")
-    if other:
-        raise ValueError(f"columns: {other}: expected one of {', '.join(KNOWN)}")
+    unknown = next((name for name in columns or {} if name not in KNOWN), "")
+    if unknown:
+        raise ValueError(f"columns: {unknown}: expected one of {', '.join(KNOWN)}")
     held = [] if sigma_N is None else np.atleast_1d(contract.array("sigma_N", sigma_N)).tolist()
     if not np.isfinite(held).all():
         raise ValueError(f"sigma_N = {contract.shown(sigma_N)}: expected finite tractions")
@@ -101,13 +101,13 @@ def read_tests(
     of_area = area_of(area) if area is not None else None
 
     def of_file(path: Path) -> list[DataFrame]:
-        found = []
+        tables = []
         for table in read_tables([path], expected):
-            found += _read(table, target, columns or {}, bool(held), decimal, of_area)
-        return found
+            tables += _read(table, target, columns or {}, bool(held), decimal, of_area)
+        return tables
 
-    found = _of_all(files, of_file)
-    without = [rows for rows in found if "sigma_N" not in rows]
+    tables = _of_all(files, of_file)
+    without = [rows for rows in tables if "sigma_N" not in rows]
     if held and (not without or len(held) not in (1, len(without))):
         text = (
             f"sigma_N: {len(held)} values for {len(without)} tests without that column: expected one for each"
@@ -116,10 +116,10 @@ def read_tests(
     for i, rows in enumerate(without):
         rows["sigma_N"] = held[i % len(held)] * shrinking(of_area, rows)
         rows.attrs["shrinks"] = bool(np.ptp(rows["sigma_N"]) > 0.0)
-    for rows in found:
+    for rows in tables:
         if "k_N" not in rows or rows.k_N.isna().all():
             rows["k_N"] = k_N or 0.0
-    kinds = {next((name for name in ("peak", "closure") if name in rows), "slip") for rows in found}
+    kinds = {next((name for name in ("peak", "closure") if name in rows), "slip") for rows in tables}
     text = (
         "some files have curves of the slip, others strengths alone or closures: expected one kind at a time"
     )
@@ -128,26 +128,26 @@ def read_tests(
     if kinds != {"slip"} and (k_T or sigma_N_path):
         raise ValueError("k_T, sigma_N_path: expected curves, not strengths alone or closures")
     if kinds == {"closure"}:
-        closures: list[ClosureTest] = _of_all(found, _closures)
+        closures: list[ClosureTest] = _of_all(tables, _closures)
         return closures
     if kinds == {"peak"}:
-        strengths: list[Strength] = _of_all(found, _strengths)
+        strengths: list[Strength] = _of_all(tables, _strengths)
         return strengths
-    tests: list[ShearTest] = _of_all(found, lambda rows: _tests(rows, k_T, sigma_N_path))
+    tests: list[ShearTest] = _of_all(tables, lambda rows: _tests(rows, k_T, sigma_N_path))
     check_sizes(tests)
     return tests
 
 
 def _of_all(items: Sequence[Any], function: Callable[[Any], list[Any]]) -> list[Any]:
     """What a function finds for all items; raises ValueError with the errors of all."""
-    found, bad = [], []
+    results, bad = [], []
     for item in items:
         try:
-            found += function(item)
+            results += function(item)
         except ValueError as error:
             bad.append(str(error))
     raise_all(bad)
-    return found
+    return results
 
 
 def _read(
@@ -184,7 +184,7 @@ def _read(
     of_test = table.cells[names.index("test")] if "test" in names else [""] * len(rows)
     # only a column with this very name says that its rows are one test, also where the slip starts again
     apart = "test" not in {*map(str.lower, table.names), *renamed} and {"slip", "tau"} <= {*measured}
-    found, left_out, returns = [], [], []
+    tests, left_out, returns = [], [], []
     for test, group in rows.groupby(np.array(of_test, dtype=object), sort=False):
         # a column without any number in a test is not measured in it
         # and a strength that one test of a table does not have is left open
@@ -198,12 +198,12 @@ def _read(
             part = kept[starts[number - 1] : starts[number]].copy()
             label = ".".join(filter(None, (test, str(number) if len(starts) > 2 else "")))
             part.attrs = {"name": f"{path}: test {label}" if label else str(path)} | of_file
-            found.append(part)
+            tests.append(part)
     text = f"{path}: the slip jumps back in line {', '.join(returns)}: read as the next test; a column test"
     warn_if(returns, f"{text} with the same entry in all rows makes them one")
     lines = ", ".join(map(str, left_out[:10])) + ", ..." * (len(left_out) > 10)
     warn_if(left_out, f"{path}: rows left out, because a cell is empty: {len(left_out)} (line {lines})")
-    return found
+    return tests
 
 
 def _factors(where: str, given: Mapping[str, str], target: tuple[str, str]) -> list[float]:
@@ -216,7 +216,7 @@ def _factors(where: str, given: Mapping[str, str], target: tuple[str, str]) -> l
         text = f"column {without} has no unit: expected one for every column, as {first} has, or none at all"
         raise ValueError(f"{where}: {text}")
     kinds = ((KINDS[name], unit, f"{where}: {name} ") for name, unit in given.items() if first)
-    return [size(*one) / wanted[one[0]] for one in kinds] or [1.0] * len(given)
+    return [size(*kind) / wanted[kind[0]] for kind in kinds] or [1.0] * len(given)
 
 
 def _starts(rows: DataFrame) -> list[int]:
@@ -266,10 +266,10 @@ def _columns(table: Table, renamed: Mapping[str, str], optional: bool, forces: b
     table_of_strengths = {"peak", "residual"} & shown and "tau" not in shown
     required = STRENGTHS if table_of_strengths else CLOSURES if closes else REQUIRED
     missing = [name for name in required if name not in shown and not (optional and name == "sigma_N")]
-    other = f"--columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column with another name"
+    option = f"--columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column with another name"
     if missing:
         more = "--sigma-N VALUE for files without sigma_N; --area A for forces"
-        raise ValueError(f"{there} {', '.join(missing)}, too ({other}; {more})")
+        raise ValueError(f"{there} {', '.join(missing)}, too ({option}; {more})")
     twice = next((name for name in KNOWN if names.count(name) > 1), "")
     if twice:
         text = f"column {twice} is there twice: expected one, or --columns {twice}=HEADER"
@@ -294,17 +294,17 @@ def _strengths(rows: DataFrame) -> list[Strength]:
         raise ValueError(
             f"{path}: column sigma_N: expected compression in all rows, with the same sign, not 0"
         )
-    found: list[Strength] = _of_all(
+    strengths: list[Strength] = _of_all(
         [*rows.iterrows()],
-        lambda one: [
+        lambda row: [
             Strength(
-                f"{path}: line {one[0]}",
-                **{name: float(one[1][name]) for name in given} | {"sigma_N": -abs(float(one[1].sigma_N))},
+                f"{path}: line {row[0]}",
+                **{name: float(row[1][name]) for name in given} | {"sigma_N": -abs(float(row[1].sigma_N))},
                 units=units,
             )
         ],
     )
-    return found
+    return strengths
 
 
 def _closures(rows: DataFrame) -> list[ClosureTest]:

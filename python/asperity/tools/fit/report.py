@@ -38,37 +38,37 @@ COLUMNS = {
 """Numbers of a test and their headings."""
 
 
-def report(found: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
+def report(fit: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
     """Report of a fit; verbose: also all tests, the models of the ladder and the correlations."""
-    tests, model = found.tests, found.solution.model
+    tests, model = fit.tests, fit.solution.model
     low, high, slip = coverage(tests)
     form = "with bond" if model.bond else "without bond"
     pattern = f"{model.sides} sides" if "theta" in {*model.free, *model.fixed} else "flat"
     lines = [
-        f"tests       {len(tests)}, {sum(one.slip.size for one in tests)} rows, pressure "
+        f"tests       {len(tests)}, {sum(test.slip.size for test in tests)} rows, pressure "
         f"{low:.4g} to {high:.4g} "
         f"{units[1]}, slip to {slip:.4g} {units[0]}",
-        f"model       joint {form}, {pattern}; free: {', '.join(model.free)}{_known(found)}",
+        f"model       joint {form}, {pattern}; free: {', '.join(model.free)}{_known(fit)}",
         "scatter     "
-        + ", ".join(f"{name} {value:.1%}" for name, value in found.scatter.items())
+        + ", ".join(f"{name} {value:.1%}" for name, value in fit.scatter.items())
         + " of the range of each test",
         "",
-        *compared_rows(found.fitted, found.blind, verbose),
+        *compared_rows(fit.fitted, fit.blind, verbose),
         "",
-        *constant_rows(found.estimates, units),
-        *_assumptions(found),
+        *constant_rows(fit.estimates, units),
+        *_assumptions(fit),
     ]
     if verbose:
-        steps = ", ".join(f"{'+'.join(free)} {value:+.1f}" for free, value in found.models)
+        steps = ", ".join(f"{'+'.join(free)} {value:+.1f}" for free, value in fit.models)
         lines += ["", f"ladder      information criterion over that of the choice: {steps}"]
-        lines += _correlations(found.free, found.covariance)
-    return "\n".join([*lines, "", *verdict(found)])
+        lines += _correlations(fit.free, fit.covariance)
+    return "\n".join([*lines, "", *verdict(fit)])
 
 
-def _known(found: Fit) -> str:
+def _known(fit: Fit) -> str:
     """Values that are not those of the usual model; a spring that the rows do not show is rigid."""
     hidden = {"theta": 0.0, "flat": 0.0, "height": 0.0, "crush": 0.0, "W0": 0.0, "closure": 0.0}
-    fixed = found.solution.model.fixed
+    fixed = fit.solution.model.fixed
     shown = [f"{name} = {value:.4g}" for name, value in fixed.items() if value != hidden.get(name)]
     return f"; fixed: {', '.join(shown)}" if shown else ""
 
@@ -92,9 +92,9 @@ def compared_rows(
         cells = []
         for name in names:
             kinds = [row.measured, row.predicted, *([unseen[i].predicted] if unseen else [])]
-            values = [one[name] for one in kinds] if name in row.measured else []
+            values = [numbers[name] for numbers in kinds] if name in row.measured else []
             cells.append(" / ".join(f"{value:.4g}" for value in values))
-        cells += [f"{one.low:.4g} to {one.high:.4g}" for one in peaks[i : i + 1]]
+        cells += [f"{peak.low:.4g} to {peak.high:.4g}" for peak in peaks[i : i + 1]]
         table.append(cells)
     widths = [max(26, *(len(cell) + 2 for cell in column)) for column in zip(head, *table, strict=True)]
     starts = [title, *(short(row.test) for row in fitted)]
@@ -122,19 +122,20 @@ def constant_rows(estimates: Mapping[str, Estimate], units: tuple[str, str]) -> 
     return lines
 
 
-def _assumptions(found: Fit) -> Iterator[str]:
+def _assumptions(fit: Fit) -> Iterator[str]:
     """What other assumptions do to the constants and the misfit."""
-    if not found.assumptions:
+    if not fit.assumptions:
         return
-    names = [name for name in found.free if name != KT]
+    names = [name for name in fit.free if name != KT]
     yield ""
     yield f"{'assumed instead':<34}{'misfit':>8}  " + "".join(f"{name:>10}" for name in names)
-    for one in found.assumptions:
+    for assumption in fit.assumptions:
         values = "".join(
-            f"{one.values[name]:>10.4g}" if name in one.values else f"{'':>10}" for name in names
+            f"{assumption.values[name]:>10.4g}" if name in assumption.values else f"{'':>10}"
+            for name in names
         )
-        note = "" if one.admissible else "  (the tests exclude it)"
-        yield f"{one.name[:33]:<34}{one.difference:>+8.1f}  {values}{note}".rstrip()
+        note = "" if assumption.admissible else "  (the tests exclude it)"
+        yield f"{assumption.name[:33]:<34}{assumption.difference:>+8.1f}  {values}{note}".rstrip()
 
 
 def _correlations(names: Sequence[str], covariance: Floats) -> Iterator[str]:
@@ -146,12 +147,12 @@ def _correlations(names: Sequence[str], covariance: Floats) -> Iterator[str]:
         yield f"correlation {'; '.join(strong)}"
 
 
-def verdict(found: AnyFit) -> list[str]:
+def verdict(fit: AnyFit) -> list[str]:
     """Grade with the errors on which it rests, reasons and notes."""
-    errors = ", ".join(f"{name} {value:.1%}" for name, value in found.errors.items())
-    lines = [f"grade       {found.grade} (good: at most {GOOD:.0%}, fair: {FAIR:.0%}); errors: {errors}"]
-    lines += [f"no result   {text}" for text in found.reasons]
-    return lines + [f"note        {text}" for text in found.notes]
+    errors = ", ".join(f"{name} {value:.1%}" for name, value in fit.errors.items())
+    lines = [f"grade       {fit.grade} (good: at most {GOOD:.0%}, fair: {FAIR:.0%}); errors: {errors}"]
+    lines += [f"no result   {text}" for text in fit.reasons]
+    return lines + [f"note        {text}" for text in fit.notes]
 
 
 def unit_of(name: str, units: tuple[str, str]) -> str:
@@ -160,23 +161,25 @@ def unit_of(name: str, units: tuple[str, str]) -> str:
     return unit.replace("stress", units[1]).replace("length", units[0]).replace("*", " ")
 
 
-def comment(found: AnyFit) -> str:
+def comment(fit: AnyFit) -> str:
     """Grade and intervals as one line, for cases and cards."""
-    intervals = ", ".join(f"{name} {one.low:.3g} to {one.high:.3g}" for name, one in found.estimates.items())
-    state = "" if found.is_result else f"; no result: {found.reasons[0]}"
-    return f"grade {found.grade}{state}; {CONFIDENCE:g} intervals: {intervals}"
+    intervals = ", ".join(
+        f"{name} {estimate.low:.3g} to {estimate.high:.3g}" for name, estimate in fit.estimates.items()
+    )
+    state = "" if fit.is_result else f"; no result: {fit.reasons[0]}"
+    return f"grade {fit.grade}{state}; {CONFIDENCE:g} intervals: {intervals}"
 
 
-def case_of(found: Fit) -> str:
+def case_of(fit: Fit) -> str:
     """Case file with the identified joint, its spring in series and the tests as a sweep, with their k_N."""
-    tests, values = found.tests, found.values
-    turns = max((test.turns for test in tests), key=lambda one: np.abs(np.diff([0.0, *one])).sum())
-    first = max(tests, key=lambda one: float(np.abs(one.slip).max()))
-    if found.spring:  # as it was fitted, along the first stroke
+    tests, values = fit.tests, fit.values
+    turns = max((test.turns for test in tests), key=lambda slips: np.abs(np.diff([0.0, *slips])).sum())
+    first = max(tests, key=lambda test: float(np.abs(test.slip).max()))
+    if fit.spring:  # as it was fitted, along the first stroke
         turns = [float(first.slip[np.argmax(np.abs(first.slip[first_stroke(first)]))])]
     elif len(turns) > MOST_TURNS:
         turns = [max(turns, key=abs)]
-    needed = ("mu", *found.free)
+    needed = ("mu", *fit.free)
     material = {name: values[name] for name in MATERIAL if values.get(name, 0.0) or name in needed}
     if KS in values:
         material = {"kn": values[KS] * material.pop("kc"), KS: values[KS]} | material
@@ -188,9 +191,9 @@ def case_of(found: Fit) -> str:
     if any(test.path_N is not None for test in tests):
         notes.append("The tests were fitted with their measured normal tractions.")
     tractions = [rounded(test.sigma_N, 4) for test in tests]
-    joint, direction = (material, found.interface.pattern), found.solution.problem.direction
-    text = shear_case("Shear box", *joint, tractions, turns, direction, k_N, found.spring)
-    return "".join(f"! {note}\n" for note in [first_upper(comment(found)), *notes]) + text
+    joint, direction = (material, fit.interface.pattern), fit.solution.problem.direction
+    text = shear_case("Shear box", *joint, tractions, turns, direction, k_N, fit.spring)
+    return "".join(f"! {note}\n" for note in [first_upper(comment(fit)), *notes]) + text
 
 
 def first_upper(text: str) -> str:
@@ -219,9 +222,9 @@ def shear_case(
     if spring:
         k = rounded(spring, 6)
         for axis, part in (("x", np.cos(np.radians(direction))), ("y", np.sin(np.radians(direction)))):
-            slide |= {f"t_T{axis}": [rounded(k * float(part) * one, 6) for one in slips], f"k_T{axis}": k}
+            slide |= {f"t_T{axis}": [rounded(k * float(part) * slip, 6) for slip in slips], f"k_T{axis}": k}
     else:
-        slide |= {"slip": [rounded(one, 6) for one in slips], "direction": direction}
+        slide |= {"slip": [rounded(slip, 6) for slip in slips], "direction": direction}
     return case_text(
         ("case", {"title": title}),
         ("material", {name: rounded(value, 6) for name, value in material.items()}),
@@ -232,37 +235,37 @@ def shear_case(
     )
 
 
-def intervals_text(found: AnyFit) -> str:
+def intervals_text(fit: AnyFit) -> str:
     """Content of CASE.fit.json: constants with intervals and covariance, grade, errors, predictions."""
-    names = [name for name in found.free if name != KT]
-    places = [found.free.index(name) for name in names]
-    covariance = found.covariance[np.ix_(places, places)]
-    if isinstance(found, Fit):
-        error = found.model_error
-    elif isinstance(found, StrengthFit):
-        error = found.errors.get("blind peak", found.errors["peak"]), 0.0
+    names = [name for name in fit.free if name != KT]
+    places = [fit.free.index(name) for name in names]
+    covariance = fit.covariance[np.ix_(places, places)]
+    if isinstance(fit, Fit):
+        error = fit.model_error
+    elif isinstance(fit, StrengthFit):
+        error = fit.errors.get("blind peak", fit.errors["peak"]), 0.0
     else:
-        error = 0.0, found.errors.get("blind closure", found.errors["closure"])
-    peaks = found.peaks if isinstance(found, StrengthFit) else []
-    if isinstance(found, Fit):
-        peaks = [found.number(i, "peak") for i in range(len(found.fitted))]
-    blind: Sequence[Comparison | None] = found.blind or [None] * len(found.fitted)
+        error = 0.0, fit.errors.get("blind closure", fit.errors["closure"])
+    peaks = fit.peaks if isinstance(fit, StrengthFit) else []
+    if isinstance(fit, Fit):
+        peaks = [fit.number(i, "peak") for i in range(len(fit.fitted))]
+    blind: Sequence[Comparison | None] = fit.blind or [None] * len(fit.fitted)
     content = {
         "parameters": names,
-        "values": [found.values[name] for name in names],
+        "values": [fit.values[name] for name in names],
         "scales": [SCALES.get(name, "log") for name in names],
         "covariance on the scales": covariance.tolist(),
-        "intervals": {name: list(one[1:]) for name, one in found.estimates.items()},
-        "grade": found.grade,
-        "no result": found.reasons,
-        "notes": found.notes,
-        "errors": found.errors,
+        "intervals": {name: list(estimate[1:]) for name, estimate in fit.estimates.items()},
+        "grade": fit.grade,
+        "no result": fit.reasons,
+        "notes": fit.notes,
+        "errors": fit.errors,
         "model error of tau and s_N": error,
         "tests": [
             {"test": short(row.test), "measured": dict(row.measured), "fitted": dict(row.predicted)}
             | ({"peak interval": list(peaks[i][1:])} if peaks else {})
             | ({"blind": dict(unseen.predicted)} if unseen else {})
-            for i, (row, unseen) in enumerate(zip(found.fitted, blind, strict=True))
+            for i, (row, unseen) in enumerate(zip(fit.fitted, blind, strict=True))
         ],
     }
     return json.dumps(content, indent=1, default=float) + "\n"
@@ -273,11 +276,11 @@ def cell_of(name: str) -> str:
     return short(name).replace(",", ";").replace('"', "'")
 
 
-def residuals_text(found: Fit) -> str:
+def residuals_text(fit: Fit) -> str:
     """CSV of the measured and fitted rows with their residuals over the range."""
-    problem = found.solution.problem
+    problem = fit.solution.problem
     columns = ["test", "row", "quantity", "slip", "measured", "fitted", "residual_over_range"]
-    rows, residuals = problem.rows, found.residuals
+    rows, residuals = problem.rows, fit.residuals
     lines = [",".join(columns)]
     for i, row in enumerate(rows.itertuples()):
         test: ShearTest = problem.tests[row.test]

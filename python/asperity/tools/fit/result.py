@@ -103,15 +103,15 @@ class Fit:
         value, low, high = self.of(of)
         missed = [row.errors[name] for row in self.blind or self.fitted if name in row.errors]
         off = 2.0 * float(np.sqrt(np.mean(np.square(missed)))) * value if missed else 0.0
-        below, above = (float(np.hypot(one, off)) for one in (value - low, high - value))
+        below, above = (float(np.hypot(half, off)) for half in (value - low, high - value))
         return Estimate(value, value - below, value + above)
 
     @property
     def model_error(self) -> tuple[float, float]:
         """Relative errors of tau and of the dilation, blind ones where there are any: root mean squares."""
         rows = self.blind or self.fitted
-        found = []
+        means = []
         for names in (("peak", "residual"), ("dilation",)):
             errors = [row.errors[name] for row in rows for name in names if name in row.errors]
-            found.append((sum(error**2 for error in errors) / max(1, len(errors))) ** 0.5)
-        return found[0], found[1]
+            means.append((sum(error**2 for error in errors) / max(1, len(errors))) ** 0.5)
+        return means[0], means[1]

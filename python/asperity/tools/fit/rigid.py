@@ -21,10 +21,10 @@ RIGID_BOND = 0.99
 def has_closed_form(free: Sequence[str], fixed: Mapping[str, float], sides: int, direction: float) -> bool:
     """Whether a model is two sides, or a flat joint, without wear, closure or a second mode of rupture."""
     absent = ("W0", "closure", "flat", "sigma02", "Gc2", "damage0")
-    others = any(name in free or fixed.get(name) for name in absent)
+    refused = any(name in free or fixed.get(name) for name in absent)
     bond = "sigma0" in {*free, *fixed}
     brittle = "eta" not in free and fixed.get("eta", 0.0) >= RIGID_BOND
-    return not others and (brittle or not bond) and sides in (0, 2) and direction == 0.0
+    return not refused and (brittle or not bond) and sides in (0, 2) and direction == 0.0
 
 
 def rigid_curve(test: ShearTest, u: Floats, values: Mapping[str, float]) -> tuple[Floats, Floats]:

@@ -26,15 +26,15 @@ class Series(Problem):
     @cached_property
     def paths(self) -> list[tuple[Floats, np.ndarray]]:
         """Measured slips (P,) of each test, from zero on, and which of them are rows of the test."""
-        found = []
+        paths = []
         for test in self.tests:
             slips = np.append(0.0, np.maximum.accumulate(_sign(test) * test.slip))
-            found.append((slips, np.arange(1, slips.size)))
-        return found
+            paths.append((slips, np.arange(1, slips.size)))
+        return paths
 
     def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
         """tau, s_N and the number of rows with equilibrium of each test."""
-        found, stiffness = [], 1.0 / self.compliance(values)
+        curves, stiffness = [], 1.0 / self.compliance(values)
         for test, (slips, _) in zip(self.tests, self.paths, strict=True):
             top, sign = slips[-1], _sign(test)
             early = np.geomspace(1e-4, 0.1, 25) * top
@@ -50,8 +50,8 @@ class Series(Problem):
             lost = slips.size
             if done < own.size:
                 lost = int(np.searchsorted(slips, outside[max(done - 1, 0)]))
-            found.append((np.interp(slips, outside, tau), np.interp(slips, outside, s_N), lost))
-        return found
+            curves.append((np.interp(slips, outside, tau), np.interp(slips, outside, s_N), lost))
+        return curves
 
     def compliance(self, values: Mapping[str, float]) -> float:
         """Slip over traction of what lies in series with `slid`, length/stress."""

@@ -61,10 +61,10 @@ class Solution:
 def residuals(problem: Problem, x: Floats) -> Floats:
     """Residuals; a trial for which the law has no result has a penalty in each row, as it is no error."""
     try:
-        found = problem.residuals(x)
+        residuals = problem.residuals(x)
     except (ValueError, ArithmeticError):
         return np.full(len(problem.rows), PENALTY)
-    return np.where(np.isfinite(found), found, PENALTY)
+    return np.where(np.isfinite(residuals), residuals, PENALTY)
 
 
 def jacobian(problem: Problem, x: Floats) -> Floats:
@@ -107,8 +107,8 @@ def least(
 
     tolerances = {"ftol": tolerance, "xtol": 10.0 * tolerance, "gtol": tolerance}
     start = np.clip(x, low + margin, high - margin)
-    found = least_squares(value, start, slopes, (low, high), x_scale="jac", max_nfev=MOST, **tolerances)
-    return found.x, found.fun
+    solution = least_squares(value, start, slopes, (low, high), x_scale="jac", max_nfev=MOST, **tolerances)
+    return solution.x, solution.fun
 
 
 def solve(problem: Problem, x: Floats, tolerance: float = FOUND) -> tuple[Floats, Floats]:
@@ -149,26 +149,26 @@ def searched(
     costs = [float(r @ r) for r in (residuals(problem, x) for x in points)]
     tried = {0} | {int(i) for i in np.argsort(costs)[:starts]}
     solutions = (solve(problem, points[i], SEARCHED) for i in sorted(tried))
-    x, found = min(solutions, key=lambda one: float(one[1] @ one[1]))
+    x, left = min(solutions, key=lambda solution: float(solution[1] @ solution[1]))
     if model.bond and exact is not problem:
         problem = exact
-        x, found = solve(exact, x, SEARCHED)
-    return Solution(model, problem, x, found)
+        x, left = solve(exact, x, SEARCHED)
+    return Solution(model, problem, x, left)
 
 
 def refitted(
-    found: Solution,
+    solution: Solution,
     tests: Sequence[ShearTest],
     model: Model | None = None,
     weight: float | None = None,
     tolerance: float = FOUND,
 ) -> Solution:
     """Fit of all rows of tests with a model, from a solution of it or of another one on."""
-    model = model or found.model
+    model = model or solution.model
     problem = model.problem(
-        tests, found.problem.weight if weight is None else weight, found.problem.direction
+        tests, solution.problem.weight if weight is None else weight, solution.problem.direction
     )
-    known = dict(found.values)
+    known = dict(solution.values)
     known["ks"] = 2.0 * known["kT"] if "kT" in known else known.get("ks", 1.0)
     known.setdefault("kT", 0.5 * known["ks"])
     low, high = problem.ends if model.free else (np.zeros(0), np.zeros(0))

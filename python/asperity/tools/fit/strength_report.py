@@ -14,60 +14,60 @@ from .report import cell_of, comment, compared_rows, constant_rows, first_upper,
 from .strengths import StrengthFit
 
 
-def strength_report(found: StrengthFit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
+def strength_report(fit: StrengthFit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
     """Report of a fit of strengths without curves."""
-    pressures = [-one.sigma_N for one in found.tests]
+    pressures = [-test.sigma_N for test in fit.tests]
     lines = [
         (
-            f"tests       {len(found.tests)} strengths, pressure {min(pressures):.4g} to "
+            f"tests       {len(fit.tests)} strengths, pressure {min(pressures):.4g} to "
             f"{max(pressures):.4g} {units[1]}"
         ),
-        f"model       joint {'with' if 'sigma0' in found.free else 'without'} bond, closed form "
+        f"model       joint {'with' if 'sigma0' in fit.free else 'without'} bond, closed form "
         "of the strengths; "
-        f"free: {', '.join(found.free)}",
+        f"free: {', '.join(fit.free)}",
         "",
-        *compared_rows(found.fitted, found.blind, verbose, peaks=found.peaks),
+        *compared_rows(fit.fitted, fit.blind, verbose, peaks=fit.peaks),
         "",
-        *constant_rows(found.estimates, units),
+        *constant_rows(fit.estimates, units),
         "",
         f"{'peaks by':<22}{'rms':>8}{'blind':>8}  constants",
     ]
-    for label, values, fitted, unseen in found.others:
+    for label, values, fitted, unseen in fit.others:
         constants = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
         missed = "" if np.isnan(unseen) else f"{unseen:.1%}"
         lines.append(f"{label:<22}{fitted:>8.1%}{missed:>8}  {constants}".rstrip())
-    return "\n".join([*lines, "", *verdict(found)])
+    return "\n".join([*lines, "", *verdict(fit)])
 
 
-def strength_case(found: StrengthFit) -> str:
+def strength_case(fit: StrengthFit) -> str:
     """Case file of the joint of strengths; what they do not show is assumed and said."""
-    material, pattern, notes = _joint_of(found)
-    tractions = [rounded(one.sigma_N, 4) for one in found.tests]
-    stiffnesses = [one.peak / one.peak_slip for one in found.tests if np.isfinite(one.peak_slip)]
+    material, pattern, notes = _joint_of(fit)
+    tractions = [rounded(test.sigma_N, 4) for test in fit.tests]
+    stiffnesses = [test.peak / test.peak_slip for test in fit.tests if np.isfinite(test.peak_slip)]
     spring = float(np.median(stiffnesses)) if stiffnesses else 0.0
-    text = shear_case("Shear strengths", material, pattern, tractions, [_slip(found)], spring=spring)
-    return "".join(f"! {note}\n" for note in [first_upper(comment(found)), *notes]) + text
+    text = shear_case("Shear strengths", material, pattern, tractions, [_slip(fit)], spring=spring)
+    return "".join(f"! {note}\n" for note in [first_upper(comment(fit)), *notes]) + text
 
 
-def strength_interface(found: StrengthFit) -> Interface:
+def strength_interface(fit: StrengthFit) -> Interface:
     """Joint of strengths, with what they do not show assumed."""
-    material, pattern, _ = _joint_of(found)
+    material, pattern, _ = _joint_of(fit)
     made = Material.from_joint if KS in material else Material
     return Interface(made(**material), pattern)
 
 
-def _slip(found: StrengthFit) -> float:
+def _slip(fit: StrengthFit) -> float:
     """Slip at the residual strength, or at the peak, or 1."""
-    slips = [one.slip for one in found.tests] + [one.peak_slip for one in found.tests]
+    slips = [test.slip for test in fit.tests] + [test.peak_slip for test in fit.tests]
     return max((slip for slip in slips if np.isfinite(slip)), default=1.0)
 
 
-def _joint_of(found: StrengthFit) -> tuple[dict[str, float], Pattern, list[str]]:
+def _joint_of(fit: StrengthFit) -> tuple[dict[str, float], Pattern, list[str]]:
     """Constants of the material, pattern, and what is assumed."""
-    values, slip = found.values, _slip(found)
+    values, slip = fit.values, _slip(fit)
     slope = float(np.tan(np.radians(values.get("theta", 0.0))))
     notes = []
-    if not any(np.isfinite([one.slip, one.peak_slip]).any() for one in found.tests):
+    if not any(np.isfinite([test.slip, test.peak_slip]).any() for test in fit.tests):
         notes.append("The strengths have no slips: a slip of 1 is assumed.")
     if "sigma0" in values:
         material = {
@@ -78,7 +78,7 @@ def _joint_of(found: StrengthFit) -> tuple[dict[str, float], Pattern, list[str]]
         }
         notes.append("Gc is assumed: strengths do not show it.")
         return material | {"kc": 1.0}, Pattern.regular(0, 0.0), notes
-    ks = 1e3 * max(one.peak for one in found.tests) / slip
+    ks = 1e3 * max(test.peak for test in fit.tests) / slip
     material = {"kn": 20.0 * ks, "ks": ks, "mu": values["mu"]}
     if not slope:
         return material, Pattern.regular(0, 0.0), notes
@@ -90,14 +90,15 @@ def _joint_of(found: StrengthFit) -> tuple[dict[str, float], Pattern, list[str]]
     return material, Pattern.regular(2, values["theta"], flat=0.0), notes
 
 
-def strength_residuals(found: StrengthFit) -> str:
+def strength_residuals(fit: StrengthFit) -> str:
     """CSV of the measured, fitted and blind strengths with their relative errors."""
     lines = ["test,sigma_N,quantity,measured,fitted,relative_error,blind,blind_relative_error"]
-    for test, row, unseen in zip(found.tests, found.fitted, found.blind, strict=True):
+    for test, row, unseen in zip(fit.tests, fit.fitted, fit.blind, strict=True):
         for name, measured in row.measured.items():
             parts = [test.sigma_N, name, measured]
-            for one in (row, unseen):
-                parts += [one.predicted[name], one.predicted[name] / measured - 1.0]
-            texts = (one if isinstance(one, str) else f"{one:.7g}" for one in parts)
+            for comparison in (row, unseen):
+                predicted = comparison.predicted[name]
+                parts += [predicted, predicted / measured - 1.0]
+            texts = (part if isinstance(part, str) else f"{part:.7g}" for part in parts)
             lines.append(f"{cell_of(test.name)},{','.join(texts)}")
     return "\n".join(lines) + "\n"

@@ -123,26 +123,26 @@ def fit_strengths(
     --------
     >>> from asperity.tools.fit.strengths import Strength, fit_strengths
     >>> tests = [Strength(f"{p}", -p, 0.3 + 0.7 * p) for p in (0.2, 0.6, 1.0, 1.5)]
-    >>> found = fit_strengths(tests)
-    >>> {name: round(one.value, 3) for name, one in found.estimates.items()}
+    >>> fit = fit_strengths(tests)
+    >>> {name: round(estimate.value, 3) for name, estimate in fit.estimates.items()}
     {'mu': 0.7, 'sigma0': 0.3}
     """
-    proper = isinstance(tests, Sequence) and all(isinstance(one, Strength) for one in tests)
+    proper = isinstance(tests, Sequence) and all(isinstance(test, Strength) for test in tests)
     if not proper:
         raise ValueError(f"tests = {contract.shown(tests)}: expected a list of strengths")
     if joint not in (ROCK, MORTAR, AUTO):
         raise ValueError(f"joint = {joint!r}: expected {ROCK}, {MORTAR} or {AUTO}")
-    different = list({(one.sigma_N, one.peak, str(one.residual)): one for one in reversed(tests)}.values())[
-        ::-1
-    ]
+    different = list(
+        {(test.sigma_N, test.peak, str(test.residual)): test for test in reversed(tests)}.values()
+    )[::-1]
     copies = len(tests) - len(different)
     text = f"{len(tests)} tests" + (f", {copies} of them the same as others" if copies else "")
     if len(different) < LEAST_TESTS:
         raise ValueError(f"{text}: expected at least {LEAST_TESTS} different ones")
     known = {name: contract.number(name, value) for name, value in (fixed or {}).items()}
-    other = next((name for name in known if name not in KNOWN), "")
-    if other:
-        raise ValueError(f"fixed: {other}: strengths alone have only {', '.join(KNOWN)}")
+    unknown = next((name for name in known if name not in KNOWN), "")
+    if unknown:
+        raise ValueError(f"fixed: {unknown}: strengths alone have only {', '.join(KNOWN)}")
     check_known(known)
     data = _Data(different, known)
     # a model without a constant that is known would contradict it; a slope may be crushed and end
@@ -157,10 +157,10 @@ def fit_strengths(
     best = int(np.argmin(bic))
     order = sorted(range(len(models)), key=lambda i: (len(models[i]), bic[i]))
     best = next(i for i in order if bic[i] <= bic[best] + GAIN * (len(models[best]) - len(models[i])))
-    found = _judged(data, models[best], solutions[best])
+    fit = _judged(data, models[best], solutions[best])
     if copies:
-        found.notes.append(f"{copies} of {len(tests)} tests are the same as others: each counts once")
-    return found
+        fit.notes.append(f"{copies} of {len(tests)} tests are the same as others: each counts once")
+    return fit
 
 
 class _Data:
@@ -195,7 +195,9 @@ class _Data:
 
     def values(self, x: Floats, free: tuple[str, ...]) -> dict[str, float]:
         """Constants by name."""
-        return self.known | {name: float(from_scale(name, one)) for name, one in zip(free, x, strict=True)}
+        return self.known | {
+            name: float(from_scale(name, value)) for name, value in zip(free, x, strict=True)
+        }
 
     def errors(self, x: Floats, free: tuple[str, ...]) -> Floats:
         """Relative errors of peaks and residuals, without those that were not measured."""
@@ -229,7 +231,7 @@ class _Data:
             settings = {"x_scale": "jac", "max_nfev": 100, "diff_step": STEP, "ftol": FOUND, "xtol": FOUND}
             inside = np.clip(x, low + margin, high - margin)
             tried.append(least_squares(self.errors, inside, bounds=(low, high), args=(free,), **settings))
-        return np.asarray(min(tried, key=lambda one: float(one.cost)).x)
+        return np.asarray(min(tried, key=lambda solution: float(solution.cost)).x)
 
     def criterion(self, x: Floats, free: tuple[str, ...]) -> float:
         """Information criterion (BIC); differences below a thousandth are none."""
@@ -270,11 +272,11 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
     for i, name in enumerate(free):
         half = quantile * float(np.sqrt(covariance[i, i]))
         ends = np.clip([x[i] - half, x[i] + half], low[i], high[i])
-        estimates[name] = Estimate(values[name], *(float(one) for one in from_scale(name, ends)))
+        estimates[name] = Estimate(values[name], *(float(end) for end in from_scale(name, ends)))
     fitted, unseen = data.compared(values), []
     curves = []
-    for i, other in enumerate(rest):
-        of_rest = data.values(other, free)
+    for i, constants in enumerate(rest):
+        of_rest = data.values(constants, free)
         unseen += data.compared(of_rest, i)
         curves.append(np.log(law_peak(data.pressure, of_rest)))
     here = np.log(law_peak(data.pressure, values))
@@ -291,10 +293,10 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
     grade, worst = grade_of(max(errors.values())), max(errors, key=lambda name: errors[name])
     reasons = [f"the law misses the {worst} by {errors[worst]:.0%}"] if grade == "poor" else []
     notes: list[str] = []
-    for i, (name, one) in enumerate(estimates.items()):
+    for i, (name, estimate) in enumerate(estimates.items()):
         bound = min(x[i] - low[i], high[i] - x[i]) < 1e-3 * (high[i] - low[i])
-        if one.high > FACTOR**2 * one.low or bound:
-            text = f"{name} is not determined: {one.value:.3g} [{one.low:.3g}, {one.high:.3g}]"
+        if estimate.high > FACTOR**2 * estimate.low or bound:
+            text = f"{name} is not determined: {estimate.value:.3g} [{estimate.low:.3g}, {estimate.high:.3g}]"
             if name == "mu" and bound:
                 reasons.append(f"{text}: the strength does not grow with the pressure")
                 continue
@@ -332,7 +334,7 @@ def _others(
     def rms(errors: Sequence[float]) -> float:
         return float(np.sqrt(np.mean(np.square(errors))))
 
-    found: list[tuple[str, dict[str, float], float, float]] = [
+    criteria: list[tuple[str, dict[str, float], float, float]] = [
         ("law", {}, rms([row.errors["peak"] for row in fitted]), rms([row.errors["peak"] for row in unseen]))
     ]
     for criterion in CRITERIA:
@@ -343,11 +345,11 @@ def _others(
         left = criterion.strength(data.pressure, values) / data.peak - 1.0
         missed: list[float] = []
         for i in range(data.peak.size) if data.peak.size > len(criterion.names) + 1 else ():
-            others = np.arange(data.peak.size) != i
-            if levels_of(data.pressure[others]) < len(criterion.names):
+            kept = np.arange(data.peak.size) != i
+            if levels_of(data.pressure[kept]) < len(criterion.names):
                 missed = []
                 break
-            one = criterion.fit(data.pressure[others], data.peak[others], values)
-            missed.append(float(criterion.strength(data.pressure[[i]], one)[0] / data.peak[i] - 1.0))
-        found.append((criterion.label, values, rms(left.tolist()), rms(missed) if missed else np.nan))
-    return found
+            constants = criterion.fit(data.pressure[kept], data.peak[kept], values)
+            missed.append(float(criterion.strength(data.pressure[[i]], constants)[0] / data.peak[i] - 1.0))
+        criteria.append((criterion.label, values, rms(left.tolist()), rms(missed) if missed else np.nan))
+    return criteria

@@ -54,8 +54,8 @@ def grade_of(error: float) -> str:
 
 def compared(problem: Problem, values: Mapping[str, float], only: int | None = None) -> list[Comparison]:
     """Measured and predicted numbers of the tests of a problem, or of one of them."""
-    top = max([0.0, *(float(np.abs(one.s_N).max()) for one in problem.tests if one.s_N is not None)])
-    parts, found = zip(problem.tests, problem.paths, problem.curves(values), strict=True), []
+    top = max([0.0, *(float(np.abs(test.s_N).max()) for test in problem.tests if test.s_N is not None)])
+    parts, comparisons = zip(problem.tests, problem.paths, problem.curves(values), strict=True), []
     for number, (test, (_, rows), (tau, s_N, _)) in enumerate(parts):
         if only is not None and number != only:
             continue
@@ -68,22 +68,22 @@ def compared(problem: Problem, values: Mapping[str, float], only: int | None = N
             for name in ("peak", "residual", "dilation")
             if name in off and sizes[name] > 0.0
         }
-        found.append(Comparison(test.name, measured, predicted, errors))
-    return found
+        comparisons.append(Comparison(test.name, measured, predicted, errors))
+    return comparisons
 
 
-def blind(found: Solution, tests: Sequence[ShearTest]) -> list[Comparison]:
+def blind(solution: Solution, tests: Sequence[ShearTest]) -> list[Comparison]:
     """Each test predicted by the others, with the same model."""
     made: list[Comparison] = []
     for number in range(len(tests)) if len(tests) > 1 else ():
         rest = [test for i, test in enumerate(tests) if i != number]
-        model = found.model
+        model = solution.model
         if "crush" in model.free and len({round(test.pressed, 9) for test in rest}) < 2:
-            model = model.without("crush", crush=found.values["crush"])
+            model = model.without("crush", crush=solution.values["crush"])
         if not model.free:
             continue
-        without = refitted(found, rest, model, tolerance=SEARCHED)
-        problem, values = found.model.problem(tests, 1.0, found.problem.direction), dict(without.values)
+        without = refitted(solution, rest, model, tolerance=SEARCHED)
+        problem, values = solution.model.problem(tests, 1.0, solution.problem.direction), dict(without.values)
         made += compared(problem, values, number)
     return made
 
@@ -92,53 +92,53 @@ def worst_errors(
     scatter: Mapping[str, float], fitted: Sequence[Comparison], unseen: Sequence[Comparison]
 ) -> dict[str, float]:
     """Largest error by name: scatter over the range, of the fitted tests and of blind ones."""
-    found = {"scatter": max(scatter.values())}
+    errors = {"scatter": max(scatter.values())}
     for label, rows in (("", fitted), ("blind ", unseen)):
         for row in rows:
             for name, error in row.errors.items():
-                found[label + name] = max(found.get(label + name, 0.0), error)
-    return found
+                errors[label + name] = max(errors.get(label + name, 0.0), error)
+    return errors
 
 
 def undetermined(estimates: Mapping[str, Estimate], at_bounds: Sequence[str]) -> list[str]:
     """Constants whose interval is wider than a factor or that lie at a bound."""
-    found = []
+    loose = []
     for name, (_, low, high) in estimates.items():
         factor = FACTOR_LOOSE if name in (*LOOSE, *SPRINGS) else FACTOR
         # with other assumptions on one side of the value the whole width counts
         wide = high > factor**2 * max(low, 1e-300)
         if wide or name in at_bounds:
-            found.append(name)
-    return found
+            loose.append(name)
+    return loose
 
 
-def too_little(found: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
+def too_little(solution: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
     """Reasons why the tests cannot show what is free, whatever the intervals."""
-    own = [name for name in found.model.free if name not in SPRINGS]
-    rows, data = sum(test.slip.size for test in tests), sum(independent(found).values())
+    own = [name for name in solution.model.free if name not in SPRINGS]
+    rows, data = sum(test.slip.size for test in tests), sum(independent(solution).values())
     if rows < LEAST_ROWS:
         yield f"{rows} rows: at least {LEAST_ROWS} are needed to judge the law by"
     if data < ROWS_EACH * len(own):
         yield f"{data:.0f} independent data for {len(own)} constants: longer tests or further ones are needed"
-    if KT in found.model.free and not _slides(found):
+    if KT in solution.model.free and not _slides(solution):
         yield "the tests end before the joint slides: mu is not shown; longer tests are needed"
     dilates, levels = any(test.s_N is not None for test in tests), {round(test.pressed, 9) for test in tests}
-    scatter = found.scatter["tau"]
+    scatter = solution.scatter["tau"]
     if len(tests) == 1 and not dilates and scatter > GOOD and (rows < ROWS_OF_ONE or data < NOISE * rows):
         yield f"one curve, which the law misses by {scatter:.0%}, not by noise alone: another test would help"
     if not dilates and len(levels) < 2 and not cycles(tests):
         if len(own) > SAME_CURVE:
-            if not (found.model.bond and _softened(found)):
+            if not (solution.model.bond and _softened(solution)):
                 yield f"one curve of the strength does not show {', '.join(own)}: a second pressure would"
         if "theta" in own:
             yield "one curve without dilation does not show theta: measure the dilation, or a second pressure"
 
 
-def _slides(found: Solution) -> bool:
+def _slides(solution: Solution) -> bool:
     """Whether in some test enough rows lie beyond the slip of the spring."""
-    problem, stiffness = found.problem, found.values[KT]
+    problem, stiffness = solution.problem, solution.values[KT]
     for test, (_, rows), (tau, *_) in zip(
-        problem.tests, problem.paths, problem.curves(found.values), strict=True
+        problem.tests, problem.paths, problem.curves(solution.values), strict=True
     ):
         beyond = np.abs(test.slip) - np.abs(tau[rows]) / stiffness > SLIDING * np.abs(test.slip).max()
         if np.sum(beyond) >= max(SLIDING_ROWS, SHARE_SLIDING * test.slip.size):
@@ -146,10 +146,10 @@ def _slides(found: Solution) -> bool:
     return False
 
 
-def _softened(found: Solution) -> bool:
+def _softened(solution: Solution) -> bool:
     """Whether a curve shows bond and friction apart: rows of the softening, and of the friction after it."""
-    values = found.values
-    for test in found.problem.tests:
+    values = solution.values
+    for test in solution.problem.tests:
         if test.k_N or test.path_N is not None:  # the strength may follow the pressure
             continue
         rows = first_stroke(test)
@@ -162,18 +162,18 @@ def _softened(found: Solution) -> bool:
     return False
 
 
-def remarks(found: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
+def remarks(solution: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
     """Notes that a reader needs to use the constants."""
     ratios = [last_slope(test) / first_slope(test) for test in tests if first_slope(test) > 0.0]
-    if "theta" in found.model.free and ratios and max(ratios) > ENDED:
+    if "theta" in solution.model.free and ratios and max(ratios) > ENDED:
         yield (
             f"the dilation has not ended (its slope at the end is {max(ratios):.0%} of the first one): mu is "
             "the friction beside this dilation, not tan(phi_r)"
         )
-    if found.model.bond and "theta" in found.model.free:
+    if solution.model.bond and "theta" in solution.model.free:
         yield "sigma0 is the bond beside the friction of the slope; 'a slope without friction' is it alone"
     levels = {round(test.pressed, 9) for test in tests}
-    if found.model.bond and len(levels) == 1:
+    if solution.model.bond and len(levels) == 1:
         yield (
             "one pressure: sigma0 is what the peak adds to the friction there; asperities would look the same"
         )
@@ -192,5 +192,5 @@ def coverage(tests: Sequence[ShearTest]) -> tuple[float, float, float]:
     return (
         min(-test.pressed for test in tests),
         max(levels),
-        max(float(np.abs(one.slip).max()) for one in tests),
+        max(float(np.abs(test.slip).max()) for test in tests),
     )
