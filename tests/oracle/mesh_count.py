@@ -18,8 +18,8 @@ def polygon(x: list[tuple[float, float]]) -> float:
 
 def counts(cells: list[tuple[str, list[tuple[float, float]]]], nodes: int, groups: dict[str, int]) -> Counts:
     """Counts of cells with their places."""
-    found: Counts = {"cells": len(cells), "nodes": nodes, "area": math.fsum(polygon(x) for _, x in cells)}
-    return found | {f"cells of {name}": count for name, count in groups.items()}
+    counted: Counts = {"cells": len(cells), "nodes": nodes, "area": math.fsum(polygon(x) for _, x in cells)}
+    return counted | {f"cells of {name}": count for name, count in groups.items()}
 
 
 def deck(files: dict[str, str], name: str = "deck.inp") -> Counts:
@@ -58,7 +58,7 @@ def deck(files: dict[str, str], name: str = "deck.inp") -> Counts:
                 instances[-1][2].append(line)
             else:
                 parts[here][-1][1].append(line)
-    found: list[tuple[str, list[tuple[float, float]]]] = []
+    placed: list[tuple[str, list[tuple[float, float]]]] = []
     groups: dict[str, set[int]] = {}
     nodes = 0
     for place, part, move in [*instances, ("", "", [])]:
@@ -81,23 +81,25 @@ def deck(files: dict[str, str], name: str = "deck.inp") -> Counts:
                 }
             elif words[0].lower() == "element":
                 size = int(options["type"][3]) + 1
-                flat = [int(one) for row in numbers for one in row]
+                flat = [int(word) for row in numbers for word in row]
                 for at in range(0, len(flat), size):
-                    first[flat[at]] = len(found)
+                    first[flat[at]] = len(placed)
                     used |= set(flat[at + 1 : at + size])
-                    found.append((place, [points[one] for one in flat[at + 1 : at + size]]))
+                    placed.append((place, [points[node] for node in flat[at + 1 : at + size]]))
                     if "elset" in options:
-                        groups.setdefault(options["elset"].lower(), set()).add(len(found) - 1)
+                        groups.setdefault(options["elset"].lower(), set()).add(len(placed) - 1)
             elif words[0].lower() == "elset":
-                inside = [int(one) for row in numbers for one in row]
+                inside = [int(word) for row in numbers for word in row]
                 if "generate" in [word.lower() for word in words]:
                     inside = []
                     for row in numbers:
                         step = int(row[2]) if len(row) > 2 else 1
-                        inside += [one for one in range(int(row[0]), int(row[1]) + 1, step) if one in first]
-                groups.setdefault(options["elset"].lower(), set()).update(first[one] for one in inside)
+                        inside += [
+                            number for number in range(int(row[0]), int(row[1]) + 1, step) if number in first
+                        ]
+                groups.setdefault(options["elset"].lower(), set()).update(first[number] for number in inside)
         nodes += len(used)
-    return counts(found, nodes, {name: len(some) for name, some in groups.items()})
+    return counts(placed, nodes, {name: len(members) for name, members in groups.items()})
 
 
 def _moved(x: tuple[float, float], move: list[str]) -> tuple[float, float]:
@@ -130,9 +132,9 @@ def gmsh(text: str) -> Counts:
     if sections["MeshFormat"][0][0].startswith("2"):
         points = {int(row[0]): (float(row[1]), float(row[2])) for row in sections["Nodes"][1:]}
         for row in sections["Elements"][1:]:
-            kind, some = int(row[1]), int(row[2])
+            kind, n_tags = int(row[1]), int(row[2])
             if kind in (2, 3):
-                cells.setdefault(tuple(map(int, row[3 + some :])), set()).add(int(row[3]))
+                cells.setdefault(tuple(map(int, row[3 + n_tags :])), set()).add(int(row[3]))
     else:
         tags = {}
         rows = iter(sections["Entities"])
@@ -140,15 +142,17 @@ def gmsh(text: str) -> Counts:
         for d, count in enumerate(counted):
             for row in [next(rows) for _ in range(count)]:
                 at = 7 if d else 4
-                tags[d, int(row[0])] = {int(one) for one in row[at + 1 : at + 1 + int(row[at])]}
+                tags[d, int(row[0])] = {int(word) for word in row[at + 1 : at + 1 + int(row[at])]}
         rows = iter(sections["Nodes"][1:])
         for row in rows:
             numbers = [int(next(rows)[0]) for _ in range(int(row[3]))]
-            points |= {one: (float(x[0]), float(x[1])) for one, x in ((one, next(rows)) for one in numbers)}
+            points |= {
+                node: (float(x[0]), float(x[1])) for node, x in ((node, next(rows)) for node in numbers)
+            }
         rows = iter(sections["Elements"][1:])
         for row in rows:
             for _ in range(int(row[3])):
-                nodes = tuple(int(one) for one in next(rows)[1:])
+                nodes = tuple(int(word) for word in next(rows)[1:])
                 if int(row[2]) in (2, 3):
                     cells.setdefault(nodes, set()).update(tags[int(row[0]), int(row[1])])
     groups: dict[str, int] = {}
@@ -156,5 +160,5 @@ def gmsh(text: str) -> Counts:
         for tag in inside - {0}:
             title = names.get((2, tag), f"block_{tag}").lower()
             groups[title] = groups.get(title, 0) + 1
-    placed = [("", [points[one] for one in nodes]) for nodes in cells]
-    return counts(placed, len({one for nodes in cells for one in nodes}), groups)
+    placed = [("", [points[node] for node in nodes]) for nodes in cells]
+    return counts(placed, len({node for nodes in cells for node in nodes}), groups)

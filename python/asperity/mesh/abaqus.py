@@ -83,7 +83,7 @@ def read_deck(path: Path) -> meshio.Mesh:
             block.allow("NAME", "PART")
             part = parts.get(block.name("PART").upper())
             if part is None:
-                known = ", ".join(one.name for one in parts.values()) or "none"
+                known = ", ".join(scope.name for scope in parts.values()) or "none"
                 raise block.fail(f"part={block.name('PART')}: no such part before this line: {known}")
             used.add(part.name.upper())
             here = _instance_of(part, block.name("NAME"))
@@ -102,14 +102,14 @@ def read_deck(path: Path) -> meshio.Mesh:
         raise opened.fail(f"expected *End {opened.keyword.title()} after it")
     for name, part in parts.items():
         if name not in used:
-            count = sum(len(one[2]) for one in part.elements)
+            count = sum(len(group[2]) for group in part.elements)
             warnings.warn(
                 f"{path}: part {part.name} has no instance: {count} elements left out",
                 ModelWarning,
                 stacklevel=3,
             )
     if tied:
-        words = ", ".join(f"*{word.title()}" for word in dict.fromkeys(one.keyword for one in tied))
+        words = ", ".join(f"*{word.title()}" for word in dict.fromkeys(entry.keyword for entry in tied))
         text = f"{path}: {words}: not carried over: connections of the model are those of shared nodes"
         warnings.warn(text, ModelWarning, stacklevel=3)
     return Model(path, model, list(instances.values())).mesh()
@@ -168,8 +168,8 @@ def _elements(block: Block) -> tuple[str, Integers, Integers]:
     name = block.name("TYPE").upper()
     count = 0
     for pattern, d in TYPES:
-        if found := re.fullmatch(pattern + "[A-Z]*[0-9]?[A-Z]*", name):
-            count = int(found[1])
+        if match := re.fullmatch(pattern + "[A-Z]*[0-9]?[A-Z]*", name):
+            count = int(match[1])
             if d == 1:
                 count = {1: 2, 2: 3, 3: 2}[count] if name.startswith("B") else count
                 kind = {2: "line", 3: "line3"}.get(count, "")

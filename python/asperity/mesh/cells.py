@@ -100,21 +100,21 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
     if (bad := ~np.isfinite(points).all(1)).any():
         where = f"node {np.flatnonzero(bad)[0] + 1} at {place(points[bad][0])}"
         raise ValueError(f"{where}: expected finite places")
-    parts = {kind: [k for k, one in enumerate(mesh.cells) if one.type == kind] for kind in here}
-    data = [np.asarray(one.data, np.int64) for one in mesh.cells]
+    parts = {kind: [k for k, entry in enumerate(mesh.cells) if entry.type == kind] for kind in here}
+    data = [np.asarray(entry.data, np.int64) for entry in mesh.cells]
     if join:
         node = joined(
             points,
-            np.unique(np.concatenate([data[k].ravel() for some in parts.values() for k in some])),
+            np.unique(np.concatenate([data[k].ravel() for numbers in parts.values() for k in numbers])),
             join,
         )
-        data = [node[one] for one in data]
-    cells = {kind: np.concatenate([data[k] for k in some]) for kind, some in parts.items()}
-    cells = {kind: one for kind, one in cells.items() if len(one)}
+        data = [node[nodes] for nodes in data]
+    cells = {kind: np.concatenate([data[k] for k in numbers]) for kind, numbers in parts.items()}
+    cells = {kind: rows for kind, rows in cells.items() if len(rows)}
     if not cells:
         raise ValueError(f"no cells: expected some of the types {', '.join(FACES)}")
-    centres = np.concatenate([points[one].mean(1) for one in cells.values()])
-    first = dict(zip((k for some in parts.values() for k in some), _starts(data, parts), strict=True))
+    centres = np.concatenate([points[rows].mean(1) for rows in cells.values()])
+    first = dict(zip((k for numbers in parts.values() for k in numbers), _starts(data, parts), strict=True))
     choice = (
         None if blocks is None or blocks in mesh.cell_data else [word.strip() for word in blocks.split(",")]
     )
@@ -124,27 +124,29 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
     parts_of_facets: dict[str, list[tuple[Integers, Integers]]] = {}
     number = np.full(sum(map(len, data)) + 1, -1, np.int64)  # of a cell; the last one for none
     starts = np.cumsum([0, *map(len, data)])
-    for k, one in first.items():
-        number[starts[k] : starts[k + 1]] = one + np.arange(len(data[k]))
-    owner = [number[one] for one in mesh.cell_data.get(OWNER, [np.full(len(one), -1) for one in data])]
-    for name, some in groups.items():
-        for k, one in enumerate(some):
-            if len(one) and k in first:
-                members[name] = np.union1d(members.get(name, np.zeros(0, np.int64)), first[k] + one)
-            elif len(one) and dimension(mesh.cells[k].type) == d - 1:
-                parts_of_facets.setdefault(name, []).append((data[k][one], owner[k][one]))
-            elif len(one):
-                spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), data[k][one].ravel())
+    for k, begin in first.items():
+        number[starts[k] : starts[k + 1]] = begin + np.arange(len(data[k]))
+    owner = [
+        number[owners] for owners in mesh.cell_data.get(OWNER, [np.full(len(rows), -1) for rows in data])
+    ]
+    for name, rows_by_array in groups.items():
+        for k, begin in enumerate(rows_by_array):
+            if len(begin) and k in first:
+                members[name] = np.union1d(members.get(name, np.zeros(0, np.int64)), first[k] + begin)
+            elif len(begin) and dimension(mesh.cells[k].type) == d - 1:
+                parts_of_facets.setdefault(name, []).append((data[k][begin], owner[k][begin]))
+            elif len(begin):
+                spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), data[k][begin].ravel())
     for name, nodes in (mesh.point_sets or {}).items():
         at = np.asarray(nodes, np.int64).ravel()
         spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), node[at] if join else at)
     names, block = blocks_of(members, choice, centres)
     sets = {
-        name: one for name, one in members.items() if name not in names and not name.startswith("instance:")
+        name: rows for name, rows in members.items() if name not in names and not name.startswith("instance:")
     }
     cells = _sound(cells, points, centres, block, names)
     faces = _faces(cells, points, d)
-    facets = {name: _once(some, d) for name, some in parts_of_facets.items()}
+    facets = {name: _once(pieces, d) for name, pieces in parts_of_facets.items()}
     if join is None or join > 0.0:
         check_touching(points, faces, block, names)
     return Solids(points, cells, block, names, centres, faces, facets, sets, spots)
@@ -152,14 +154,14 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
 
 def _starts(data: list[Integers], parts: dict[str, list[int]]) -> Integers:
     """Number of the first cell of each array of cells, in the order of `parts`."""
-    counts = [len(data[k]) for some in parts.values() for k in some]
+    counts = [len(data[k]) for numbers in parts.values() for k in numbers]
     return np.cumsum([0, *counts])[:-1]
 
 
 def _plane(points: Floats, mesh: meshio.Mesh, kinds: list[str]) -> Floats:
     """Nodes of a mesh in x and y; ValueError for one in another plane or in space."""
     used = np.unique(
-        np.concatenate([one.data.ravel() for one in mesh.cells if one.type in kinds]).astype(np.int64)
+        np.concatenate([entry.data.ravel() for entry in mesh.cells if entry.type in kinds]).astype(np.int64)
     )
     spread = np.ptp(points[used], axis=0) if len(used) else np.zeros(3)
     if len(spread) == 3 and spread[2] > 1e-9 * spread.max():
@@ -174,8 +176,8 @@ def _sound(
     cells: dict[str, Integers], points: Floats, centres: Floats, block: Integers, names: list[str]
 ) -> dict[str, Integers]:
     """Cells of positive size: those inside out are turned; ValueError for those without size, or twice."""
-    found, first, turned, uneven = {}, 0, 0, 0
-    what = "area" if points.shape[1] == 2 else "volume"
+    sound, first, turned, uneven = {}, 0, 0, 0
+    measure = "area" if points.shape[1] == 2 else "volume"
     for kind, data in cells.items():
         x = points[data]
         sizes = corner_sizes(kind, x)
@@ -186,7 +188,7 @@ def _sound(
         for wrong, text in (
             ((np.diff(alike, axis=1) == 0).any(1), "have a node twice"),
             (np.isin(np.arange(len(data)), again), "are there twice"),
-            ((np.abs(sizes.mean(1, keepdims=True)) <= NO_SIZE * scale).any(1), f"have no {what}"),
+            ((np.abs(sizes.mean(1, keepdims=True)) <= NO_SIZE * scale).any(1), f"have no {measure}"),
         ):
             if wrong.any():
                 k = int(np.flatnonzero(wrong)[0]) + first
@@ -196,26 +198,26 @@ def _sound(
                 )
         back = sizes.mean(1) < 0.0
         uneven += int((sizes * np.where(back, -1.0, 1.0)[:, None] < -NO_SIZE * scale).any(1).sum())
-        found[kind] = np.where(back[:, None], data[:, list(MIRRORED[kind])], data)
+        sound[kind] = np.where(back[:, None], data[:, list(MIRRORED[kind])], data)
         turned, first = turned + int(back.sum()), first + len(data)
     if uneven:
-        text = f"{uneven} cells have corners of negative {what}"
+        text = f"{uneven} cells have corners of negative {measure}"
         why = "their nodes are in a wrong order, or they are distorted"
         warnings.warn(f"{text}: {why}", ModelWarning, stacklevel=4)
     if turned:
-        warnings.warn(f"{turned} cells of negative {what} were turned round", ModelWarning, stacklevel=4)
-    return found
+        warnings.warn(f"{turned} cells of negative {measure} were turned round", ModelWarning, stacklevel=4)
+    return sound
 
 
 def _once(facets: list[tuple[Integers, Integers]], d: int) -> list[tuple[Integers, Integers]]:
     """Faces of a group, each once, in one array for each number of nodes."""
-    found = []
-    for size in sorted({one.shape[1] for one, _ in facets}):
-        some = [pair for pair in facets if pair[0].shape[1] == size]
-        rows, owner = (np.concatenate(one) for one in zip(*some, strict=True))
+    unique = []
+    for size in sorted({faces.shape[1] for faces, _ in facets}):
+        alike = [pair for pair in facets if pair[0].shape[1] == size]
+        rows, owner = (np.concatenate(column) for column in zip(*alike, strict=True))
         _, first = np.unique(np.column_stack([_key(rows, d), owner]), axis=0, return_index=True)
-        found.append((rows[np.sort(first)], owner[np.sort(first)]))
-    return found
+        unique.append((rows[np.sort(first)], owner[np.sort(first)]))
+    return unique
 
 
 def _key(nodes: Integers, d: int) -> Integers:
@@ -237,12 +239,12 @@ def _faces(cells: dict[str, Integers], points: Floats, d: int) -> list[Faces]:
             nodes = data[:, local].reshape(-1, size)
             parts.setdefault(size, []).append((nodes, where.reshape(-1, size), owner, side))
         cell, place = cell + len(data), place + data.size
-    found = []
-    for some in parts.values():
-        nodes, where, owner, side = (np.concatenate(one) for one in zip(*some, strict=True))
-        found.append(Faces(nodes, where, owner, side, _key(nodes, d)))
-        found[-1].pair(points)
-    return found
+    all_faces = []
+    for columns in parts.values():
+        nodes, where, owner, side = (np.concatenate(column) for column in zip(*columns, strict=True))
+        all_faces.append(Faces(nodes, where, owner, side, _key(nodes, d)))
+        all_faces[-1].pair(points)
+    return all_faces
 
 
 def locate(face: Faces, facets: Integers, d: int) -> Integers:

@@ -80,11 +80,11 @@ def _mesh(options: argparse.Namespace) -> int:
         raise ValueError(f"--join {options.join:g}: expected a distance >= 0")
     rules: dict[str, list[str] | dict[str, str] | None] = {}
     for text in options.joint:
-        found = re.fullmatch(r"(\w+)(?:=([^:~]+)([:~])([^:~]+))?", text)
-        if not found:
+        match = re.fullmatch(r"(\w+)(?:=([^:~]+)([:~])([^:~]+))?", text)
+        if not match:
             raise ValueError(f"--joint {text}: expected NAME, NAME=A:B or NAME=A~B")
-        name, one, sign, other = found.groups()
-        rules[name] = {one: other} if sign == "~" else [one, other] if one else None
+        name, first, sign, second = match.groups()
+        rules[name] = {first: second} if sign == "~" else [first, second] if first else None
     if options.direction is not None and not (
         len(options.direction) in (2, 3) and np.linalg.norm(options.direction) > 0.0
     ):

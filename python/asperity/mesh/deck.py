@@ -48,9 +48,9 @@ class Block:
 
     def allow(self, *known: str) -> None:
         """Raise ValueError for a parameter that is not read."""
-        for one in self.parameters:
-            if one not in known:
-                raise self.fail(f"parameter {one.lower()}: expected {', '.join(known).lower()}")
+        for parameter in self.parameters:
+            if parameter not in known:
+                raise self.fail(f"parameter {parameter.lower()}: expected {', '.join(known).lower()}")
 
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """Number and words of each data line; a comma at the end of a line adds no word."""
@@ -62,24 +62,24 @@ class Block:
     def numbers(self, words: list[str], k: int) -> list[float]:
         """Numbers of a data line, an empty one is 0."""
         try:
-            found = [float(word.lower().replace("d", "e") or 0) for word in words]
+            values = [float(word.lower().replace("d", "e") or 0) for word in words]
         except ValueError:
             raise self.fail(f"{', '.join(words)}: expected numbers", k) from None
-        if not np.isfinite(found).all():
+        if not np.isfinite(values).all():
             raise self.fail(f"{', '.join(words)}: expected finite numbers", k)
-        return found
+        return values
 
 
 def blocks(path: Path) -> list[Block]:
     """Blocks of a deck in their order, included files in their places; ValueError with file and line."""
-    found: list[Block] = []
-    _read(path, path.parent, found, 0)
-    for block in found:
+    deck: list[Block] = []
+    _read(path, path.parent, deck, 0)
+    for block in deck:
         source = block.parameters.get("INPUT")
         if source and block.keyword in ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE"):
             file = _other(source, path.parent, path.parent, block)
             _append(block, file, _text(file).splitlines(), 0)
-    return found
+    return deck
 
 
 def _text(path: Path) -> str:
@@ -105,13 +105,13 @@ def _append(block: Block, file: Path, lines: list[str], first: int) -> None:
         block.lines += lines
 
 
-def _read(path: Path, home: Path, found: list[Block], depth: int) -> None:
+def _read(path: Path, home: Path, deck: list[Block], depth: int) -> None:
     """Append the blocks of a file; data lines at its start go on with the last block before."""
     lines = _text(path).splitlines()
     heads = [k for k, line in enumerate(lines) if line.startswith("*") and not line.startswith("**")]
     first = heads[0] if heads else len(lines)
-    if found:
-        _append(found[-1], path, lines[:first], 0)
+    if deck:
+        _append(deck[-1], path, lines[:first], 0)
     elif any(line.strip() and not line.startswith("**") for line in lines[:first]):
         raise ValueError(f"{path}: text before the first keyword: expected a deck, as *Node")
     for k, head in enumerate(heads):
@@ -130,12 +130,12 @@ def _read(path: Path, home: Path, found: list[Block], depth: int) -> None:
         if keyword == "INCLUDE":
             if depth == MOST_INCLUDES:
                 raise block.fail(f"{depth} files that include each other")
-            _read(_other(block.name("INPUT"), home, path.parent, block), home, found, depth + 1)
-            if found:
-                _append(found[-1], path, lines[last:end], last)
+            _read(_other(block.name("INPUT"), home, path.parent, block), home, deck, depth + 1)
+            if deck:
+                _append(deck[-1], path, lines[last:end], last)
             continue
         block.lines = lines[last:end]
-        found.append(block)
+        deck.append(block)
 
 
 def table(block: Block, width: int, least: int) -> Floats:

@@ -64,29 +64,29 @@ def whole(block: Block, rows: Floats) -> Integers:
 class Numbers:
     """Places of numbers: nodes or elements of a scope."""
 
-    def __init__(self, scope: Scope, what: str, found: list[tuple[Block, Integers]], first: int) -> None:
+    def __init__(self, scope: Scope, kind: str, numbered: list[tuple[Block, Integers]], first: int) -> None:
         """Sort the numbers; raises ValueError for one that is there twice."""
-        numbers = [np.zeros(0, np.int64), *(one for _, one in found)]
+        numbers = [np.zeros(0, np.int64), *(part for _, part in numbered)]
         flat = np.concatenate(numbers)
         self.order = np.argsort(flat, kind="stable")
         self.sorted, self.first = flat[self.order], first
-        self.what, self.scope = what, f" of {scope.name}" if scope.name else ""
+        self.kind, self.scope = kind, f" of {scope.name}" if scope.name else ""
         again = np.flatnonzero(np.diff(self.sorted) == 0)
         if len(again):
             number = int(self.sorted[again[0]])
-            block = [block for block, one in found if (one == number).any()][-1]
-            raise block.fail(f"{what} {number}{self.scope} is there before: expected each number once")
+            block = [block for block, part in numbered if (part == number).any()][-1]
+            raise block.fail(f"{kind} {number}{self.scope} is there before: expected each number once")
 
-    def __call__(self, block: Block, numbers: Integers, some: bool = False) -> Integers:
-        """Places of numbers; those that are not there raise ValueError, or with `some` are left out."""
+    def __call__(self, block: Block, numbers: Integers, partial: bool = False) -> Integers:
+        """Places of numbers; those that are not there raise ValueError, or with `partial` are left out."""
         if not len(self.sorted):
             at, bad = np.zeros(numbers.shape, np.int64), np.ones(numbers.shape, bool)
         else:
             at = np.minimum(np.searchsorted(self.sorted, numbers), len(self.sorted) - 1)
             bad = self.sorted[at] != numbers
-        if bad.any() and not (some and not bad.all()):
-            raise block.fail(f"{self.what} {numbers[bad][0]}{self.scope}: no such {self.what}")
-        return self.first + self.order[at[~bad] if some else at]
+        if bad.any() and not (partial and not bad.all()):
+            raise block.fail(f"{self.kind} {numbers[bad][0]}{self.scope}: no such {self.kind}")
+        return self.first + self.order[at[~bad] if partial else at]
 
 
 class Model:
@@ -95,19 +95,19 @@ class Model:
     def __init__(self, path: Path, model: Scope, instances: list[Scope]) -> None:
         """Number nodes and elements; raises ValueError for a deck without elements."""
         self.path, self.model, self.scopes = path, model, [*instances, model]
-        self.by_name = {one.name.upper(): one for one in instances}
+        self.by_name = {scope.name.upper(): scope for scope in instances}
         self.points: list[Floats] = []
         self.cells: list[tuple[str, Integers]] = []
         self.nodes: dict[int, Numbers] = {}
         self.elements: dict[int, Numbers] = {}
         node, cell = 0, 0
         for scope in self.scopes:
-            x = np.concatenate([np.zeros((0, 3)), *(one[2] for one in scope.nodes)])
+            x = np.concatenate([np.zeros((0, 3)), *(rows[2] for rows in scope.nodes)])
             self.points.append(_moved(x, scope.move))
-            nodes = Numbers(scope, "node", [one[:2] for one in scope.nodes], node)
-            found = [(block, numbers) for block, _, numbers, _ in scope.elements]
+            nodes = Numbers(scope, "node", [rows[:2] for rows in scope.nodes], node)
+            numbered = [(block, numbers) for block, _, numbers, _ in scope.elements]
             self.nodes[id(scope)] = nodes
-            self.elements[id(scope)] = Numbers(scope, "element", found, cell)
+            self.elements[id(scope)] = Numbers(scope, "element", numbered, cell)
             for block, kind, numbers, data in scope.elements:
                 self.cells.append((kind, nodes(block, data)))
                 cell += len(numbers)
@@ -134,12 +134,14 @@ class Model:
                 elif kind == "ELSET":
                     sets.setdefault(name, []).append(self._members(scope, kind, key))
                 else:
-                    facets += [(name, *one) for one in self._faces(scope, key)]
+                    facets += [(name, *faces) for faces in self._faces(scope, key)]
             here = self.elements[id(scope)]
             if scope.name and scope.elements:
                 sets.setdefault(f"instance:{scope.name}", []).append(here.first + np.arange(len(here.order)))
         cells = list(self.cells)
-        cell_sets = {name: [self._in_block(one, k) for k in range(len(cells))] for name, one in sets.items()}
+        cell_sets = {
+            name: [self._in_block(parts, k) for k in range(len(cells))] for name, parts in sets.items()
+        }
         owners = [np.full(len(data), -1) for _, data in cells]
         for name, kind, data, owner in facets:
             cells.append((kind, data))
@@ -176,30 +178,30 @@ class Model:
 
     def _members(self, scope: Scope, kind: str, key: str, above: tuple[str, ...] = ()) -> Integers:
         """Places of the nodes or elements of a set."""
-        found = [np.zeros(0, np.int64)]
+        members = [np.zeros(0, np.int64)]
         for block in scope.sets[kind, key]:
             home = self._instance(block, scope)
             places = (self.nodes if kind == "NSET" else self.elements)[id(home)]
             if block.keyword in ("NODE", "ELEMENT"):
                 rows = scope.nodes if block.keyword == "NODE" else scope.elements
-                found += [places(block, one[-2]) for one in rows if one[0] is block]
+                members += [places(block, rows[-2]) for rows in rows if rows[0] is block]
                 continue
             if block.keyword == "NSET" and (elset := block.parameters.get("ELSET")):
                 of = self._named(block, home, "ELSET", elset, above)
-                found += [np.unique(np.concatenate([self._nodes_of(of)]))]
+                members += [np.unique(np.concatenate([self._nodes_of(of)]))]
                 continue
             for k, words in block.rows():
                 if "GENERATE" in block.parameters:
                     given = whole(block, np.array([block.numbers(words, k)]))[0].tolist()
                     if len(given) not in (2, 3) or given[1] < given[0]:
                         raise block.fail(f"{', '.join(words)}: expected first, last, step", k)
-                    found.append(places(block, np.arange(given[0], given[1] + 1, *given[2:]), some=True))
+                    members.append(places(block, np.arange(given[0], given[1] + 1, *given[2:]), partial=True))
                     continue
                 if block.keyword == "SURFACE":  # of nodes: a set or a number, and an area
                     words = words[:1]
                 for word in filter(None, words):
-                    found.append(self._of(block, home, kind, word, above, k))
-        return np.unique(np.concatenate(found))
+                    members.append(self._of(block, home, kind, word, above, k))
+        return np.unique(np.concatenate(members))
 
     def _instance(self, block: Block, scope: Scope) -> Scope:
         name = block.parameters.get("INSTANCE")
@@ -207,7 +209,7 @@ class Model:
 
     def _scope(self, block: Block, name: str) -> Scope:
         if name.upper() not in self.by_name:
-            known = ", ".join(one.name for one in self.by_name.values()) or "none"
+            known = ", ".join(scope.name for scope in self.by_name.values()) or "none"
             raise block.fail(f"instance {name}: no such instance: {known}")
         return self.by_name[name.upper()]
 
@@ -216,9 +218,9 @@ class Model:
     ) -> Integers:
         """Places of a number or of a set, with or without its instance before a point."""
         word = word.strip("\"'")
-        before, point, rest = word.rpartition(".")
+        before, point, local = word.rpartition(".")
         if point and before.upper() in self.by_name:
-            home, word = self._scope(block, before), rest
+            home, word = self._scope(block, before), local
         if word.isdigit():
             return (self.nodes if kind == "NSET" else self.elements)[id(home)](block, np.array([int(word)]))
         return self._named(block, home, kind, word, above, k)
@@ -232,14 +234,14 @@ class Model:
         return self._members(home, kind, key, (*above, f"{kind} {key}"))
 
     def _nodes_of(self, elements: Integers) -> Integers:
-        found = [np.zeros(0, np.int64)]
+        nodes = [np.zeros(0, np.int64)]
         for k, (_, data) in enumerate(self.cells):
-            found.append(data[self._in_block([elements], k)].ravel())
-        return np.unique(np.concatenate(found))
+            nodes.append(data[self._in_block([elements], k)].ravel())
+        return np.unique(np.concatenate(nodes))
 
     def _faces(self, scope: Scope, key: str) -> Iterable[tuple[str, Integers, Integers]]:
         """Kinds and nodes of the faces of a surface, and the elements that they are faces of."""
-        found: dict[str, list[tuple[Integers, Integers]]] = {}
+        by_kind: dict[str, list[tuple[Integers, Integers]]] = {}
         for block in scope.sets["SURFACE", key]:
             for k, words in block.rows():
                 at = self._of(block, self._instance(block, scope), "ELSET", words[0], (), k)
@@ -253,12 +255,12 @@ class Model:
                         text = f"face {label or 'of all free sides'} of elements of {len(data[0])} nodes"
                         raise block.fail(f"{text}: not read: expected S1 to S{len(faces)}", k)
                     face = data[rows][:, faces[int(label[1]) - 1]]
-                    found.setdefault(FACETS[dimension(kind), face.shape[1]], []).append(
+                    by_kind.setdefault(FACETS[dimension(kind), face.shape[1]], []).append(
                         (face, rows + self.first[i])
                     )
         return [
-            (kind, np.concatenate([faces for faces, _ in some]), np.concatenate([rows for _, rows in some]))
-            for kind, some in found.items()
+            (kind, np.concatenate([faces for faces, _ in parts]), np.concatenate([rows for _, rows in parts]))
+            for kind, parts in by_kind.items()
         ]
 
 

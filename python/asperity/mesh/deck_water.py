@@ -23,7 +23,7 @@ def problems(path: Path) -> list[str]:
     """
     deck = blocks(path)
     types = _types(deck)
-    materials, joints, found, others, name = {}, 0, [], "", ""
+    materials, joints, texts, other_materials, name = {}, 0, [], "", ""
     for block in deck:
         if block.keyword == "MATERIAL":
             name = block.name("NAME").upper()
@@ -42,7 +42,7 @@ def problems(path: Path) -> list[str]:
         try:
             contract.check(props)
         except ValueError as error:
-            others += f"; {material.head()}: {error}"
+            other_materials += f"; {material.head()}: {error}"
             continue
         joints += 1
         number = int(props[contract.index("water")])
@@ -50,21 +50,24 @@ def problems(path: Path) -> list[str]:
             continue
         elset = block.name("ELSET").upper()
         if elset not in types:
-            found.append(f"{block.head()}: elset={elset}: no element is in it")
-        wet = sorted(one for one in types.get(elset, ()) if one.startswith(PORE))
+            texts.append(f"{block.head()}: elset={elset}: no element is in it")
+        wet = sorted(element for element in types.get(elset, ()) if element.startswith(PORE))
         if wet:
-            found.append(
+            dry = ", ".join(element.rstrip("TP") for element in wet)
+            texts.append(
                 f"{block.head()}: {', '.join(wet)} carry the water themselves, and so does the law, by field "
-                f"{number} (PROPS 23): expected water = 0, or {', '.join(one.rstrip('TP') for one in wet)}"
+                f"{number} (PROPS 23): expected water = 0, or {dry}"
             )
         if str(number) not in fields:
-            found.append(
+            texts.append(
                 f"{material.head()}: water = {number}: expected *Field, variable={number} or initial "
                 "conditions of this field, for the water pressure; the deck has none"
             )
     if not joints:
-        raise ValueError(f"{path}: expected a *Cohesive Section whose material has PROPS of asperity{others}")
-    return found
+        raise ValueError(
+            f"{path}: expected a *Cohesive Section whose material has PROPS of asperity{other_materials}"
+        )
+    return texts
 
 
 def _types(deck: list[Block]) -> dict[str, set[str]]:
@@ -82,8 +85,8 @@ def _types(deck: list[Block]) -> dict[str, set[str]]:
     for block in deck:
         if block.keyword == "ELSET":
             own = sets.setdefault(block.name("ELSET").upper(), set())
-            for one in _members(block, of_number):
-                own |= of_number.get(one, set()) | sets.get(one.upper().rpartition(".")[2], set())
+            for member in _members(block, of_number):
+                own |= of_number.get(member, set()) | sets.get(member.upper().rpartition(".")[2], set())
     return sets
 
 
@@ -95,6 +98,6 @@ def _members(block: Block, numbers: Iterable[str]) -> Iterator[str]:
             if len(given) not in (2, 3) or given[1] < given[0]:
                 raise block.fail(f"{', '.join(words)}: expected first, last, step", k)
             generated = range(given[0], given[1] + 1, *given[2:])
-            yield from (one for one in numbers if one.isdigit() and int(one) in generated)
+            yield from (number for number in numbers if number.isdigit() and int(number) in generated)
         else:
             yield from words

@@ -59,7 +59,7 @@ class _Numbers:
 
     def whole(self, count: float) -> list[int]:
         """The next numbers, which are integers."""
-        return [int(one) for one in self.integers(self.take(count))]
+        return [int(value) for value in self.integers(self.take(count))]
 
     def integers(self, values: Floats) -> Integers:
         """Numbers as integers."""
@@ -85,14 +85,14 @@ def read_msh(path: Path) -> meshio.Mesh:
     text = path.read_text(encoding="utf-8", errors="replace")
     parts: dict[str, str] = {}
     at = 0
-    while found := re.compile(r"^\$(\w+)[^\S\n]*\n", re.MULTILINE).search(text, at):
-        name = found[1]
-        end = re.compile(rf"^\$End{name}\b", re.MULTILINE).search(text, found.end())
+    while start := re.compile(r"^\$(\w+)[^\S\n]*\n", re.MULTILINE).search(text, at):
+        name = start[1]
+        end = re.compile(rf"^\$End{name}\b", re.MULTILINE).search(text, start.end())
         if not end:
             raise ValueError(f"{path}: ${name} has no $End{name}: expected a whole file")
         if name in parts and name in ("PhysicalNames", "Entities", "Nodes", "Elements"):
             raise ValueError(f"{path}: ${name} twice: expected it once")
-        parts[name], at = text[found.end() : end.start()], end.end()
+        parts[name], at = text[start.end() : end.start()], end.end()
     for name in ("MeshFormat", "Nodes", "Elements"):
         if name not in parts:
             raise ValueError(f"{path}: no section ${name}: expected a mesh of gmsh")
@@ -118,19 +118,19 @@ def _section(path: Path, parts: dict[str, str], name: str) -> _Numbers:
 def _names(path: Path, text: str) -> dict[tuple[int, int], str]:
     """Names of physical groups by dimension and tag."""
     lines = [line for line in text.splitlines() if line.strip()]
-    found: dict[tuple[int, int], str] = {}
+    names: dict[tuple[int, int], str] = {}
     for line in lines[1:]:
         row = re.fullmatch(r'\s*(\d)\s+(\d+)\s+"(.*)"\s*', line)
-        if not row or (key := (int(row[1]), int(row[2]))) in found:
+        if not row or (key := (int(row[1]), int(row[2]))) in names:
             raise ValueError(
                 f'{path}, $PhysicalNames: {line.strip()}: expected dimension, number, "name", once'
             )
-        found[key] = row[3]
-    if lines and lines[0].strip() != str(len(found)):
+        names[key] = row[3]
+    if lines and lines[0].strip() != str(len(names)):
         raise ValueError(
-            f"{path}, $PhysicalNames: {lines[0].strip()}: expected {len(found)}, the number of names"
+            f"{path}, $PhysicalNames: {lines[0].strip()}: expected {len(names)}, the number of names"
         )
-    return found
+    return names
 
 
 def _cells4(path: Path, parts: dict[str, str]) -> tuple[Integers, Floats, list[Any]]:
@@ -142,7 +142,7 @@ def _cells4(path: Path, parts: dict[str, str]) -> tuple[Integers, Floats, list[A
             for _ in range(count):
                 [tag] = entities.whole(1)
                 entities.take(6 if d else 3)
-                tags[d, tag] = [abs(one) for one in entities.whole(entities.whole(1)[0])]
+                tags[d, tag] = [abs(tag_of) for tag_of in entities.whole(entities.whole(1)[0])]
                 if d:
                     entities.take(entities.whole(1)[0])
         entities.end()
@@ -159,7 +159,7 @@ def _cells4(path: Path, parts: dict[str, str]) -> tuple[Integers, Floats, list[A
         raise nodes.fail(f"{sum(map(len, numbers))} nodes: expected {total}, as its first line says")
     elements = _section(path, parts, "Elements")
     blocks, total, *_ = elements.whole(4)
-    cells, found = [], 0
+    cells, counted = [], 0
     for _ in range(blocks):
         d, entity, kind, count = elements.whole(4)
         size = _size(elements, kind)
@@ -168,10 +168,10 @@ def _cells4(path: Path, parts: dict[str, str]) -> tuple[Integers, Floats, list[A
             raise elements.fail(f"entity {entity} of dimension {d}: expected one of $Entities")
         here = [np.full(count, tag) for tag in tags.get((d, entity), [])]
         cells.append((kind, rows[:, 0], rows[:, 1:], np.full(count, entity), here))
-        found += count
+        counted += count
     elements.end()
-    if found != total:
-        raise elements.fail(f"{found} elements: expected {total}, as its first line says")
+    if counted != total:
+        raise elements.fail(f"{counted} elements: expected {total}, as its first line says")
     return np.concatenate(numbers), np.concatenate(points), cells
 
 
@@ -189,28 +189,28 @@ def _cells2(path: Path, parts: dict[str, str]) -> tuple[Integers, Floats, list[A
     elements = _section(path, parts, "Elements")
     whole = elements.integers(elements.values).tolist()
     [count] = elements.whole(1)
-    found: dict[int, dict[tuple[int, ...], list[int]]] = {}
+    by_kind: dict[int, dict[tuple[int, ...], list[int]]] = {}
     at = 1
     for _ in range(count):
         elements.at = at
         elements.take(3)
-        number, kind, some = whole[at : at + 3]
+        number, kind, n_tags = whole[at : at + 3]
         size = _size(elements, kind)
-        elements.take(some + size)
-        tag, entity = [*whole[at + 3 : at + 3 + some], 0, 0][:2]
-        nodes_of = tuple(whole[at + 3 + some : at + 3 + some + size])
-        row = found.setdefault(kind, {}).setdefault(nodes_of, [number, entity])
+        elements.take(n_tags + size)
+        tag, entity = [*whole[at + 3 : at + 3 + n_tags], 0, 0][:2]
+        nodes_of = tuple(whole[at + 3 + n_tags : at + 3 + n_tags + size])
+        row = by_kind.setdefault(kind, {}).setdefault(nodes_of, [number, entity])
         if tag in row[2:]:
             raise elements.fail(f"element {number} is element {row[0]} again: expected it once in each group")
         row.append(tag)
-        at += 3 + some + size
+        at += 3 + n_tags + size
     elements.at = at
     elements.end()
     cells = []
-    for kind, rows_of in found.items():
+    for kind, rows_of in by_kind.items():
         given = list(rows_of.values())
-        tags = [[one[k] if k < len(one) else 0 for one in given] for k in range(2, max(map(len, given)))]
-        number, entity = np.array([one[:2] for one in given], np.int64).T
+        tags = [[row[k] if k < len(row) else 0 for row in given] for k in range(2, max(map(len, given)))]
+        number, entity = np.array([row[:2] for row in given], np.int64).T
         cells.append((kind, number, np.array(list(rows_of), np.int64), entity, list(map(np.array, tags))))
     return nodes.integers(rows[:, 0]), rows[:, 1:], cells
 
@@ -242,18 +242,20 @@ def _mesh(
         data.append((name, order[at][:, ORDER.get(name, slice(None))]))
         entities.append(entity)
         here = dimension(name)
-        for one in tags:
-            for tag in np.unique(one[one > 0]).tolist():
+        for tags_of in tags:
+            for tag in np.unique(tags_of[tags_of > 0]).tolist():
                 title = names.get((here, tag), f"block_{tag}")
                 tagged[title] = max(tagged.get(title, (0, 0)), (here, tag))
-                groups.setdefault(title, {}).setdefault(len(data) - 1, []).append(np.flatnonzero(one == tag))
+                groups.setdefault(title, {}).setdefault(len(data) - 1, []).append(
+                    np.flatnonzero(tags_of == tag)
+                )
     sets = {
         title: [
             np.unique(np.concatenate(at[k])) if k in at else np.zeros(0, np.int64) for k in range(len(data))
         ]
         for title, at in groups.items()
     }
-    numbered = np.concatenate([one[1] for one in cells])
+    numbered = np.concatenate([rows[1] for rows in cells])
     field = {title: np.array([tag, here]) for title, (here, tag) in tagged.items()}
     if (again := np.flatnonzero(np.bincount(np.unique(numbered, return_inverse=True)[1].ravel()) > 1)).size:
         raise ValueError(

@@ -29,20 +29,20 @@ def groups_of(mesh: meshio.Mesh, data: str | None = None) -> Members:
     arrays: dict[str, list[Any]] = mesh.cell_data
     whole = [
         name
-        for name, one in arrays.items()
-        if name != OWNER and all(np.asarray(part).dtype.kind in "iu" for part in one)
+        for name, parts in arrays.items()
+        if name != OWNER and all(np.asarray(part).dtype.kind in "iu" for part in parts)
     ]
     if data is not None:
         return _of_data(mesh, data)
-    found: Members = {}
+    groups: Members = {}
     tags = {name: int(tag) for name, (tag, _) in mesh.field_data.items()}
-    for name, some in sorted(mesh.cell_sets.items(), key=lambda one: (tags.get(one[0], 0), one[0])):
+    for name, rows in sorted(mesh.cell_sets.items(), key=lambda item: (tags.get(item[0], 0), item[0])):
         if not name.startswith("gmsh:"):
-            found[name] = [np.asarray([] if one is None else one, np.int64) for one in some]
+            groups[name] = [np.asarray([] if part is None else part, np.int64) for part in rows]
     if "gmsh:physical" in whole:
-        found = {**_of_data(mesh, "gmsh:physical"), **found}
-    if found:
-        return found
+        groups = {**_of_data(mesh, "gmsh:physical"), **groups}
+    if groups:
+        return groups
     if "gmsh:geometrical" in whole:
         return _of_data(mesh, "gmsh:geometrical")
     if len(whole) != 1:
@@ -56,16 +56,16 @@ def groups_of(mesh: meshio.Mesh, data: str | None = None) -> Members:
 def _of_data(mesh: meshio.Mesh, data: str) -> Members:
     """Groups of equal numbers in cell data; 0 of gmsh is no physical group."""
     called = {(dim, tag): name for name, (tag, dim) in mesh.field_data.items() if "phys" in data}
-    found: Members = {}
+    groups: Members = {}
     order: dict[str, int] = {}
     for k, (block, values) in enumerate(zip(mesh.cells, mesh.cell_data[data], strict=True)):
         numbers = np.asarray(values, np.int64)
         for tag in np.unique(numbers).tolist():
             name = called.get((dimension(block.type), tag), f"block_{tag}")
-            rows = found.setdefault(name, [np.zeros(0, np.int64)] * len(mesh.cells))
-            found[name][k] = np.union1d(rows[k], np.flatnonzero(numbers == tag))
+            rows = groups.setdefault(name, [np.zeros(0, np.int64)] * len(mesh.cells))
+            groups[name][k] = np.union1d(rows[k], np.flatnonzero(numbers == tag))
             order[name] = tag  # the solids come last
-    return {name: found[name] for name in sorted(found, key=order.__getitem__)}
+    return {name: groups[name] for name in sorted(groups, key=order.__getitem__)}
 
 
 def blocks_of(
@@ -78,8 +78,8 @@ def blocks_of(
     Raises ValueError with the number, the place and the groups of a cell that is in two blocks or in none.
     """
     total = len(centres)
-    own = {name: one for name, one in cells.items() if len(one) and not name.startswith("instance:")}
-    parts = {name.partition(":")[2]: one for name, one in cells.items() if name.startswith("instance:")}
+    own = {name: rows for name, rows in cells.items() if len(rows) and not name.startswith("instance:")}
+    parts = {name.partition(":")[2]: rows for name, rows in cells.items() if name.startswith("instance:")}
     if choice is not None:
         known = {**parts, **own}
         chosen: dict[str, Integers] = {}
@@ -91,32 +91,32 @@ def blocks_of(
                 )
             chosen |= {name: known[name] for name in here}
         return _numbered(chosen, total, centres, {})
-    inner = {name: one for name, one in own.items() if not name.startswith("_")}
-    some = {name: one for name, one in inner.items() if len(one) < total}
-    if some and _once(some, total):
-        return _numbered(some, total, centres, {})
-    if parts and _once(parts, total) and (len(parts) > 1 or not inner) and not some:
+    inner = {name: rows for name, rows in own.items() if not name.startswith("_")}
+    partial = {name: rows for name, rows in inner.items() if len(rows) < total}
+    if partial and _once(partial, total):
+        return _numbered(partial, total, centres, {})
+    if parts and _once(parts, total) and (len(parts) > 1 or not inner) and not partial:
         return _numbered(parts, total, centres, {})
     return _numbered(inner or own or parts, total, centres, {**own, **parts})
 
 
-def _once(some: Members | dict[str, Integers], total: int) -> bool:
-    return bool((np.bincount(np.concatenate(list(some.values())), minlength=total) == 1).all())
+def _once(groups: Members | dict[str, Integers], total: int) -> bool:
+    return bool((np.bincount(np.concatenate(list(groups.values())), minlength=total) == 1).all())
 
 
 def _numbered(
-    some: dict[str, Integers], total: int, centres: Floats, known: dict[str, Integers]
+    groups: dict[str, Integers], total: int, centres: Floats, known: dict[str, Integers]
 ) -> tuple[list[str], Integers]:
-    names = list(some)
+    names = list(groups)
     block = np.full(total, -1, np.int64)
     for k, name in enumerate(names):
-        if (twice := some[name][block[some[name]] >= 0]).size:
+        if (twice := groups[name][block[groups[name]] >= 0]).size:
             cell = int(twice[0])
-            inside = [one for one in names if cell in some[one]]
+            inside = [group for group in names if cell in groups[group]]
             text = f"{len(twice)} of {total} cells are in two groups, as a cell at {place(centres[cell])}"
             text = f"{text} in {' and '.join(inside)}"
             raise ValueError(f"{text}: expected one block for each: {_advice(known, total)}")
-        block[some[name]] = k
+        block[groups[name]] = k
     if (lost := np.flatnonzero(block < 0)).size:
         text = f"{len(lost)} of {total} cells are in no block, as a cell at {place(centres[lost[0]])}"
         raise ValueError(f"{text}: expected a group for each{_advice(known, total, '; ')}")

@@ -48,8 +48,8 @@ def write(
     if unknown := sorted(set(laws) - set(mesh.joints)):
         raise ValueError(f"law of {unknown[0]}: expected a joint of the mesh: {', '.join(mesh.joints)}")
     if kind.layer != (layer > 0.0):
-        what = "the thickness of its layers, > 0" if not layer else "none: its joints have no thickness"
-        raise ValueError(f"layer = {layer:g}: expected {what}, for {host}")
+        wanted = "the thickness of its layers, > 0" if not layer else "none: its joints have no thickness"
+        raise ValueError(f"layer = {layer:g}: expected {wanted}, for {host}")
     for label in (*mesh.names, *mesh.joints, *mesh.groups, *mesh.sets, *mesh.surfaces):
         if kind.labels and not re.fullmatch(LABEL, label, re.ASCII):
             raise ValueError(
@@ -65,15 +65,15 @@ def write(
 
 def of_ending(ending: str) -> list[str]:
     """Hosts whose meshes have this ending, the default one first."""
-    found = {name: one.mesh for name, one in hosts.hosts("mesh").items() if one.mesh}
+    meshes = {name: entry.mesh for name, entry in hosts.hosts("mesh").items() if entry.mesh}
     return sorted(
-        (name for name in found if found[name].ending == ending), key=lambda k: not found[k].default
+        (name for name in meshes if meshes[name].ending == ending), key=lambda k: not meshes[k].default
     )
 
 
 def _check_faces(mesh: Jointed, host: str) -> None:
     """Raise ValueError for joints between faces that are not linear, or a period apart."""
-    for name, joint in ((name, one) for name, parts in mesh.joints.items() for one in parts):
+    for name, joint in ((name, part) for name, parts in mesh.joints.items() for part in parts):
         count, k = joint.minus.shape
         if corners(mesh.dimension, k) != k:
             raise ValueError(f"joint {name}: {count} faces of {k} nodes: expected linear ones for {host}")
@@ -84,7 +84,7 @@ def _check_faces(mesh: Jointed, host: str) -> None:
 def _check_layer(mesh: Jointed, h: float) -> None:
     """Raise ValueError for a layer that does not fit into the cells beside it; warn of one with tips."""
     centres = np.concatenate([mesh.points[cells].mean(1) for cells in mesh.cells.values()])
-    for name, joint in ((name, one) for name, parts in mesh.joints.items() for one in parts):
+    for name, joint in ((name, part) for name, parts in mesh.joints.items() for part in parts):
         away = centres[joint.cells] - mesh.points[joint.minus].mean(1)[:, None]
         most = 2.0 * float(np.abs(np.einsum("fsd,fd->fs", away, joint.axes[:, 0])).min())
         if h >= most:

@@ -57,13 +57,13 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
                 axes, at = np.unique(tangents, axis=0, return_inverse=True)
                 parts_of = [(f"{name}_{len(sets) + i}", at.ravel() == i - 1) for i in range(1, len(axes) + 1)]
                 sets += [elset for elset, _ in parts_of]
-                for (elset, _), one in zip(parts_of, axes, strict=True):
-                    line = ", ".join(f"{x:.9g}" for x in one)
+                for (elset, _), tangent in zip(parts_of, axes, strict=True):
+                    line = ", ".join(f"{x:.9g}" for x in tangent)
                     orientations.append(f"*Orientation, name={elset}, system=rectangular\n{line}\n")
-            for elset, which in parts_of:
-                some = between(joint, d)[which] + 1
-                text.append(f"*Element, type={kind}, elset={elset}\n" + numbered("%d", number, some))
-                number += len(some)
+            for elset, chosen in parts_of:
+                elements = between(joint, d)[chosen] + 1
+                text.append(f"*Element, type={kind}, elset={elset}\n" + numbered("%d", number, elements))
+                number += len(elements)
         if name in laws and not layer:
             card = laws[name].card(host, name=name, dimension=d)
         elif name in laws:

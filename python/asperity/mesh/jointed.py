@@ -64,14 +64,14 @@ class Jointed:
         """Nodes of a group."""
         if group not in self.groups:
             raise ValueError(f"{group}: no such group: expected one of {', '.join(self.groups) or 'none'}")
-        return np.unique(np.concatenate([one.ravel() for one in self.groups[group]]))
+        return np.unique(np.concatenate([rows.ravel() for rows in self.groups[group]]))
 
     def face_nodes(self, surface: Integers) -> list[Integers]:
         """Nodes of the faces of a surface, rows (cell, face), in one array for each number of nodes.
 
         Their right-hand normal points out of their cells; in the plane the cells are on the left of edges.
         """
-        found: dict[int, list[Integers]] = {}
+        by_size: dict[int, list[Integers]] = {}
         first, d = 0, self.dimension
         for kind, data in self.cells.items():
             for side, face in enumerate(FACES[kind], 1):
@@ -85,17 +85,17 @@ class Jointed:
                     away = x.mean(1) - self.points[cells].mean(1)
                     inward = np.einsum("fd,fd->f", area(x)[0], away) < 0.0
                     nodes = np.where(inward[:, None], nodes[:, backward(d, len(face))], nodes)
-                found.setdefault(len(face), []).append(nodes)
+                by_size.setdefault(len(face), []).append(nodes)
             first += len(data)
-        return [np.concatenate(found[size]) for size in sorted(found)]
+        return [np.concatenate(by_size[size]) for size in sorted(by_size)]
 
     def nodes_of(self, cells: Integers) -> Integers:
         """Nodes of cells, counted through all types."""
-        found, first = [np.zeros(0, np.int64)], 0
+        nodes, first = [np.zeros(0, np.int64)], 0
         for data in self.cells.values():
-            found.append(data[cells[(cells >= first) & (cells < first + len(data))] - first].ravel())
+            nodes.append(data[cells[(cells >= first) & (cells < first + len(data))] - first].ravel())
             first += len(data)
-        return np.unique(np.concatenate(found))
+        return np.unique(np.concatenate(nodes))
 
     def summary(self) -> str:
         """Counts of cells, nodes and faces: of the whole, the blocks, the groups and the joints."""
@@ -104,36 +104,36 @@ class Jointed:
         block = np.concatenate([self.block[kind] for kind in self.cells])
         size, d = ("length" if self.dimension == 2 else "area"), self.dimension
         lines += [f"block {name}: {(block == k).sum()} cells" for k, name in enumerate(self.names)]
-        lines += [f"group {name}: {len(some)} cells" for name, some in self.sets.items()]
-        for name, some in self.groups.items():
-            faces = [one for one in some if one.shape[1] > 1]
+        lines += [f"group {name}: {len(members)} cells" for name, members in self.sets.items()]
+        for name, parts_of_group in self.groups.items():
+            faces = [part for part in parts_of_group if part.shape[1] > 1]
             total, whole = 0, 0.0
-            for one in faces:
-                corner = one[:, : corners(d, one.shape[1])]
+            for part in faces:
+                corner = part[:, : corners(d, part.shape[1])]
                 _, first = np.unique(np.sort(self.origin[corner], axis=1), axis=0, return_index=True)
                 total, whole = total + len(first), whole + float(area(self.points[corner[first]])[1].sum())
             if total:
                 lines.append(f"group {name}: {total} faces, {size} {whole:.6g}")
-            elif some:
+            elif parts_of_group:
                 lines.append(f"group {name}: {len(self.nodes(name))} nodes")
         for name, parts in self.joints.items():
-            whole = sum(float(one.area.sum()) for one in parts)
-            ends = sum(one.tips for one in parts)
-            faces_of = sum(len(one.area) for one in parts)
+            whole = sum(float(part.area.sum()) for part in parts)
+            ends = sum(part.tips for part in parts)
+            faces_of = sum(len(part.area) for part in parts)
             text = f"joint {name}: {faces_of} faces, {size} {whole:.6g}, {ends} tips"
             lines.append(f"{text}, {self._normals(parts, block)}")
         return "\n".join(lines)
 
     def _normals(self, parts: list[Joint], block: Integers) -> str:
         """Where N of a joint points: from which block to which."""
-        pairs = np.concatenate([block[one.cells] for one in parts])
-        found, at, count = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
-        normals = np.concatenate([one.axes[:, 0] for one in parts])
+        pairs = np.concatenate([block[part.cells] for part in parts])
+        kinds, at, count = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
+        normals = np.concatenate([part.axes[:, 0] for part in parts])
         words = []
         for k in np.argsort(-count, kind="stable"):
-            a, b = (self.names[one] for one in found[k])
+            a, b = (self.names[number] for number in kinds[k])
             mean = normals[at.ravel() == k].mean(0)
-            text = ", ".join(f"{one:.2g}" for one in (mean.round(6) + 0.0).tolist())
+            text = ", ".join(f"{component:.2g}" for component in (mean.round(6) + 0.0).tolist())
             words.append(f"N from {a} to {b}" if a != b else f"N inside {a} about ({text})")
         more = f", and of {len(words) - MOST_PAIRS} other pairs" if len(words) > MOST_PAIRS else ""
         return "; ".join(words[:MOST_PAIRS]) + more

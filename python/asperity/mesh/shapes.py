@@ -54,7 +54,7 @@ _CORNERS = {
 
 def place(x: Floats) -> str:
     """A place in a message: (x, y) or (x, y, z)."""
-    return "(" + ", ".join(f"{one:.6g}" for one in (np.asarray(x) + 0.0).tolist()) + ")"
+    return "(" + ", ".join(f"{coordinate:.6g}" for coordinate in (np.asarray(x) + 0.0).tolist()) + ")"
 
 
 def dimension(kind: str) -> int:

@@ -45,7 +45,7 @@ def turned(old: Solids, rows: list[Integers], name: str) -> list[NDArray[np.bool
         order.append(np.sign(old.block[second] - old.block[first]))
         rims.append(_rim(around, d, count))
         count += len(at)
-    n, size, middle, wish = (np.concatenate(one) for one in (normals, areas, middles, order))
+    n, size, middle, wish = (np.concatenate(parts_of) for parts_of in (normals, areas, middles, order))
     sign, part = one_sided(np.concatenate(rims), n, middle, old.points, name)
     for k in np.unique(part):
         at = np.flatnonzero(part == k)
@@ -88,8 +88,8 @@ def one_sided(rim: Integers, n: Floats, middle: Floats, points: Floats, name: st
     order = np.argsort(edge, kind="stable")
     start = np.cumsum([0, *count])
     two = start[:-1][count == 2]
-    one, other = rim[order[two]], rim[order[two + 1]]
-    links = [np.stack([one[:, 3], other[:, 3], one[:, 2] != other[:, 2]], 1)]
+    before, after = rim[order[two]], rim[order[two + 1]]
+    links = [np.stack([before[:, 3], after[:, 3], before[:, 2] != after[:, 2]], 1)]
     for k in np.flatnonzero(count > 2):
         here = rim[order[start[k] : start[k + 1]]]
         middle_of = points[here[0, :2]].mean(0)

@@ -63,43 +63,45 @@ def split(
     mesh = read(mesh)
     old = solids(mesh, blocks, join)
     rules = joints or {"joint": ("*", "*")}
-    if both := sorted(set(rules) & set(old.names)):
-        raise ValueError(f"joint {both[0]}: a block has this name: expected another one")
+    if taken := sorted(set(rules) & set(old.names)):
+        raise ValueError(f"joint {taken[0]}: a block has this name: expected another one")
     chosen = _choose(rules, old)
     own, origin = _double(old, chosen)
     points = old.points[origin]
-    found: dict[str, list[Joint]] = {name: [] for name in rules}
+    parts: dict[str, list[Joint]] = {name: [] for name in rules}
     for number, (name, rule) in enumerate(rules.items()):
-        rows = [np.flatnonzero(which == number) for which in chosen]
+        rows = [np.flatnonzero(joint_of == number) for joint_of in chosen]
         turns = turned(old, rows, name) if rule is None else [None] * len(rows)
         for face, at, turn in zip(old.faces, rows, turns, strict=True):
             sides = (
                 _period(old, face, rule, name) if isinstance(rule, Mapping) else _inside(old, face, at, turn)
             )
             if len(sides[0]):
-                found[name].append(_joint(sides, own, points, direction, name))
-        _check_tips(name, found[name], points)
+                parts[name].append(_joint(sides, own, points, direction, name))
+        _check_tips(name, parts[name], points)
     cells, block, place, cell = {}, {}, 0, 0
-    for kind, one in old.cells.items():
-        cells[kind] = own[place : place + one.size].reshape(one.shape)
-        block[kind] = old.block[cell : cell + len(one)]
-        place, cell = place + one.size, cell + len(one)
-    groups, surfaces = _groups(old, own, origin, [which >= 0 for which in chosen])
-    for name, some in found.items():
+    for kind, data in old.cells.items():
+        cells[kind] = own[place : place + data.size].reshape(data.shape)
+        block[kind] = old.block[cell : cell + len(data)]
+        place, cell = place + data.size, cell + len(data)
+    groups, surfaces = _groups(old, own, origin, [joint_of >= 0 for joint_of in chosen])
+    for name, pieces in parts.items():
         for k, side in enumerate(("minus", "plus")):
-            rows = [np.stack([one.cells[:, k], one.sides[:, k]], 1) for one in some]
+            rows = [np.stack([piece.cells[:, k], piece.sides[:, k]], 1) for piece in pieces]
             if f"{name}_{side}" in surfaces:
                 raise ValueError(f"joint {name}: a group is named {name}_{side}: expected another name")
             surfaces[f"{name}_{side}"] = np.concatenate([np.zeros((0, 2), np.int64), *rows])
-    return Jointed(points, cells, block, old.names, found, groups, old.sets, surfaces, origin)
+    return Jointed(points, cells, block, old.names, parts, groups, old.sets, surfaces, origin)
 
 
 def _check_tips(name: str, parts: list[Joint], points: Floats) -> None:
     """Name faces of which no node is doubled: all of them are tips."""
-    closed = [(one.minus == one.plus).all(1) for one in parts]
-    if not (count := sum(int(one.sum()) for one in closed)):
+    closed = [(part.minus == part.plus).all(1) for part in parts]
+    if not (count := sum(int(rows.sum()) for rows in closed)):
         return
-    where = next(points[one.minus[at]].mean(1)[0] for one, at in zip(parts, closed, strict=True) if at.any())
+    where = next(
+        points[part.minus[at]].mean(1)[0] for part, at in zip(parts, closed, strict=True) if at.any()
+    )
     total = sum(map(len, closed))
     text = f"joint {name}: {count} of its {total} faces end with all their nodes inside the mesh"
     text = f"{text}, as at {place(where)}"
@@ -117,17 +119,17 @@ def _choose(joints: Joints, old: Solids) -> list[Integers]:
         if isinstance(rule, Mapping):
             continue
         count = 0
-        for face, which, (a, b) in zip(old.faces, chosen, sides, strict=True):
+        for face, joint_of, (a, b) in zip(old.faces, chosen, sides, strict=True):
             c = corners(d, face.nodes.shape[1])
             at = a != b
             if rule is None:
                 named = _facets(old, name, name)
-                rows = [locate(face, one, d) for one in named if corners(d, one.shape[1]) == c]
+                rows = [locate(face, facets, d) for facets in named if corners(d, facets.shape[1]) == c]
                 row = np.concatenate([np.zeros(0, np.int64), *rows])
                 lost, outside = int((row < 0).sum()), int((face.number[row] < 0).sum())
                 if lost or outside:
-                    what = "are no faces of cells" if lost else "have a cell on one side only"
-                    raise ValueError(f"joint {name}: {lost or outside} of its {len(row)} faces {what}")
+                    problem = "are no faces of cells" if lost else "have a cell on one side only"
+                    raise ValueError(f"joint {name}: {lost or outside} of its {len(row)} faces {problem}")
                 at[:] = False
                 at[face.number[row]] = True
             elif callable(rule):
@@ -135,9 +137,11 @@ def _choose(joints: Joints, old: Solids) -> list[Integers]:
                 x = old.points[face.nodes[face.first[where], :c]]
                 at[where] = rule(np.minimum(a, b)[at], np.maximum(a, b)[at], x.mean(1), area(x)[0])
             else:
-                one, other = (np.array([fnmatchcase(text, word) for text in old.names]) for word in rule)
-                at &= (one[a] & other[b]) | (one[b] & other[a])
-            which[at & (which < 0)] = number
+                fits_first, fits_second = (
+                    np.array([fnmatchcase(text, word) for text in old.names]) for word in rule
+                )
+                at &= (fits_first[a] & fits_second[b]) | (fits_first[b] & fits_second[a])
+            joint_of[at & (joint_of < 0)] = number
             count += int(at.sum())
         if not count:
             raise ValueError(
@@ -156,18 +160,18 @@ def _double(old: Solids, chosen: list[Integers]) -> tuple[Integers, Integers]:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    n, flat = len(old.points), np.concatenate([one.ravel() for one in old.cells.values()])
+    n, flat = len(old.points), np.concatenate([data.ravel() for data in old.cells.values()])
     torn = np.zeros(n, bool)
-    for face, which in zip(old.faces, chosen, strict=True):
-        torn[face.nodes[face.first[which >= 0]]] = True
+    for face, joint_of in zip(old.faces, chosen, strict=True):
+        torn[face.nodes[face.first[joint_of >= 0]]] = True
     places = np.flatnonzero(torn[flat])
     short = np.full(len(flat), -1, np.int64)
     short[places] = np.arange(len(places))
     ends = []
-    for face, which in zip(old.faces, chosen, strict=True):
-        at = np.flatnonzero((which < 0) & torn[face.nodes[face.first]].any(1))
+    for face, joint_of in zip(old.faces, chosen, strict=True):
+        at = np.flatnonzero((joint_of < 0) & torn[face.nodes[face.first]].any(1))
         ends.append([short[_in_order(face, side[at]).ravel()] for side in (face.first, face.second)])
-    a, b = (one[one >= 0] for one in np.concatenate(ends, axis=1))
+    a, b = (end[end >= 0] for end in np.concatenate(ends, axis=1))
     links = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(len(places),) * 2)
     count, part = connected_components(links, directed=False)
     node = np.zeros(count, np.int64)
@@ -203,8 +207,8 @@ def _inside(old: Solids, face: Faces, at: Integers, turn: NDArray[np.bool_] | No
     first, second = np.where(turn, second, first), np.where(turn, first, second)
     plus = np.empty((len(at), face.nodes.shape[1]), np.int64)
     np.put_along_axis(plus, np.argsort(face.nodes[first], axis=1), _in_order(face, second), axis=1)
-    both = np.stack([first, second], 1)
-    return face.place[first], plus, face.cell[both], face.side[both], np.where(turn[:, None], -normal, normal)
+    pair = np.stack([first, second], 1)
+    return face.place[first], plus, face.cell[pair], face.side[pair], np.where(turn[:, None], -normal, normal)
 
 
 def _period(old: Solids, face: Faces, rule: Mapping[str, str], name: str) -> Sides:
@@ -212,12 +216,12 @@ def _period(old: Solids, face: Faces, rule: Mapping[str, str], name: str) -> Sid
     from scipy.spatial import KDTree
 
     [pair] = rule.items()
-    groups = ([_outside(old, face, one) for one in _facets(old, group, name)] for group in pair)
+    groups = ([_outside(old, face, facets) for facets in _facets(old, group, name)] for group in pair)
     first, second = map(np.concatenate, groups)
-    bad, all_ = abs(len(first) - len(second)), max(len(first), len(second))
-    if not all_:
+    bad, most = abs(len(first) - len(second)), max(len(first), len(second))
+    if not most:
         return _inside(old, face, first)
-    x, y = (old.points[face.nodes[one]] for one in (first, second))
+    x, y = (old.points[face.nodes[rows]] for rows in (first, second))
     if not bad:
         period = y.mean((0, 1)) - x.mean((0, 1))
         _, partner = KDTree(y.mean(1)).query(x.mean(1) + period)
@@ -225,15 +229,15 @@ def _period(old: Solids, face: Faces, rule: Mapping[str, str], name: str) -> Sid
         bad = int((apart.min(2).max(1) > SAME_PLACE * np.ptp(old.points)).sum())
     if bad:
         raise ValueError(
-            f"joint {name}: {bad} of the {all_} faces of {pair[0]} and {pair[1]} have no partner a period "
+            f"joint {name}: {bad} of the {most} faces of {pair[0]} and {pair[1]} have no partner a period "
             "away: expected a periodic mesh"
         )
-    both = np.stack([first, second[partner]], 1)
-    cells = face.cell[both]
+    pairs = np.stack([first, second[partner]], 1)
+    cells = face.cell[pairs]
     normal, _ = area(x[:, : corners(old.dimension, x.shape[1])])
     normal *= np.sign(np.einsum("fd,fd->f", normal, x.mean(1) - old.centres[cells[:, 0]]))[:, None]
     plus = np.take_along_axis(face.place[second[partner]], apart.argmin(2), axis=1)
-    return face.place[first], plus, cells, face.side[both], normal
+    return face.place[first], plus, cells, face.side[pairs], normal
 
 
 def _joint(sides: Sides, own: Integers, points: Floats, direction: ArrayLike | None, name: str) -> Joint:
@@ -248,7 +252,7 @@ def _joint(sides: Sides, own: Integers, points: Floats, direction: ArrayLike | N
         left = np.stack([-tangent[:, 1], tangent[:, 0]], 1)
         turn = (np.einsum("fd,fd->f", left, normal) < 0.0)[:, None]
         minus, plus = np.where(turn, plus, minus), np.where(turn, minus, plus)
-        cells, faces = (np.where(turn, one[:, ::-1], one) for one in (cells, faces))
+        cells, faces = (np.where(turn, column[:, ::-1], column) for column in (cells, faces))
         normal = left
     across = [] if d == 2 else [np.cross(normal, tangent)]
     axes = np.stack([normal, tangent, *across], 1)
@@ -292,7 +296,7 @@ def _facets(old: Solids, group: str, joint: str) -> list[Integers]:
     if group not in old.facets:
         known = ", ".join(old.facets) or "none"
         raise ValueError(f"joint {joint}: {group}: no such group of faces: expected one of {known}")
-    return [one for one, _ in old.facets[group]]
+    return [nodes for nodes, _ in old.facets[group]]
 
 
 def _outside(old: Solids, face: Faces, facets: Integers) -> Integers:
@@ -313,29 +317,29 @@ def _groups(
     """
     groups: dict[str, list[Integers]] = {}
     surfaces: dict[str, Integers] = {}
-    for name, some in old.facets.items():
+    for name, pieces in old.facets.items():
         lost, rows_of = 0, []
-        for one, owner in some:
-            known = np.zeros(len(one), bool)
+        for facets, owner in pieces:
+            known = np.zeros(len(facets), bool)
             for face, cut in zip(old.faces, parted, strict=True):
-                if corners(old.dimension, one.shape[1]) != corners(old.dimension, face.nodes.shape[1]):
+                if corners(old.dimension, facets.shape[1]) != corners(old.dimension, face.nodes.shape[1]):
                     continue
-                row = locate(face, one, old.dimension)
+                row = locate(face, facets, old.dimension)
                 known |= row >= 0
                 only, row = owner[row >= 0], row[row >= 0]
                 pair = face.number[row]
-                both = np.zeros(len(row), bool)
+                doubled = np.zeros(len(row), bool)
                 if len(face.first):
                     first, second = face.first[pair], face.second[pair]
-                    other = np.where(row == first, second, first)
-                    row = np.where((pair >= 0) & (face.cell[other] == only), other, row)
-                    both = (pair >= 0) & (only < 0) & cut[pair]
-                row = np.concatenate([row[~both], face.first[pair[both]], face.second[pair[both]]])
+                    partner = np.where(row == first, second, first)
+                    row = np.where((pair >= 0) & (face.cell[partner] == only), partner, row)
+                    doubled = (pair >= 0) & (only < 0) & cut[pair]
+                row = np.concatenate([row[~doubled], face.first[pair[doubled]], face.second[pair[doubled]]])
                 groups.setdefault(name, []).append(own[face.place[row]])
                 rows_of.append(np.stack([face.cell[row], face.side[row]], 1))
             lost += int((~known).sum())
         if lost:
-            count = sum(len(one) for one, _ in some)
+            count = sum(len(facets) for facets, _ in pieces)
             text = f"group {name}: {lost} of its {count} faces are no faces of cells: they are left out"
             warnings.warn(text, ModelWarning, stacklevel=4)
         if sum(map(len, rows_of)):

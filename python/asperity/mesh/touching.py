@@ -43,41 +43,46 @@ def check_touching(points: Floats, faces: list[Faces], block: Integers, names: l
     outside = [(face, np.flatnonzero(face.number < 0)) for face in faces]
     corner = [face.nodes[rows][:, : corners(d, face.nodes.shape[1])] for face, rows in outside]
     cell = np.concatenate([face.cell[rows] for face, rows in outside])
-    nodes = np.unique(np.concatenate([one.ravel() for one in corner]))
+    nodes = np.unique(np.concatenate([rows.ravel() for rows in corner]))
     owner = np.zeros(len(points), np.int64)
-    owner[np.concatenate([one.ravel() for one in corner])] = np.concatenate(
-        [np.repeat(face.cell[rows], one.shape[1]) for (face, rows), one in zip(outside, corner, strict=True)]
+    owner[np.concatenate([rows.ravel() for rows in corner])] = np.concatenate(
+        [
+            np.repeat(face.cell[rows], ends.shape[1])
+            for (face, rows), ends in zip(outside, corner, strict=True)
+        ]
     )
     x = points[nodes]
     least = min(
-        float(np.linalg.norm(points[one[:, 1]] - points[one[:, 0]], axis=1).min())
-        for one in corner
-        if len(one)
+        float(np.linalg.norm(points[rows[:, 1]] - points[rows[:, 0]], axis=1).min())
+        for rows in corner
+        if len(rows)
     )
     tree = KDTree(x)
     if len(pairs := tree.query_pairs(SAME_PLACE * least, output_type="ndarray")):
         a, b = nodes[pairs].T
-        one, other = (names[block[owner[nodes[0]]]] for nodes in (a, b))
-        where = f"nodes {a[0] + 1} and {b[0] + 1} at {place(points[a[0]])}, of {one} and {other}"
+        first_block, second_block = (names[block[owner[nodes[0]]]] for nodes in (a, b))
+        where = (
+            f"nodes {a[0] + 1} and {b[0] + 1} at {place(points[a[0]])}, of {first_block} and {second_block}"
+        )
         raise ValueError(
             f"{len(pairs)} pairs of nodes have one place, as {where}: expected blocks with common nodes: "
             f"--join {SAME_PLACE * least:.1g} makes them one, --join 0 leaves them apart"
         )
-    centres = np.concatenate([points[one].mean(1) for one in corner])
+    centres = np.concatenate([points[rows].mean(1) for rows in corner])
     spots = np.concatenate([x, centres])
     spot_cell = np.concatenate([owner[nodes], cell])
     wood = KDTree(spots)
     first = 0
-    for one in corner:
-        if not len(one):
+    for facets in corner:
+        if not len(facets):
             continue
-        y, middle = points[one], points[one].mean(1)
+        y, middle = points[facets], points[facets].mean(1)
         radius = np.linalg.norm(y - middle[:, None], axis=2).max(1)
         near = wood.query_ball_point(middle, radius * (1.0 + SAME_PLACE))
-        rows = np.repeat(np.arange(len(one)), [len(some) for some in near])
+        rows = np.repeat(np.arange(len(facets)), [len(spots_near) for spots_near in near])
         at = np.fromiter(chain.from_iterable(near), np.int64, len(rows))
         mine = at == len(nodes) + first + rows  # the middle of the face itself
-        own = (one[rows] == np.append(nodes, np.full(len(centres), -1))[at][:, None]).any(1)
+        own = (facets[rows] == np.append(nodes, np.full(len(centres), -1))[at][:, None]).any(1)
         rows, at = rows[~(mine | own)], at[~(mine | own)]
         inside = _inside(y[rows], spots[at])
         if inside.any():
@@ -88,7 +93,7 @@ def check_touching(points: Floats, faces: list[Faces], block: Integers, names: l
                 f"{place(middle[k])} and {b} at {place(spots[spot])}: expected blocks that share their faces "
                 "(BooleanFragments in gmsh); --join 0 leaves them apart"
             )
-        first += len(one)
+        first += len(facets)
 
 
 def _inside(x: Floats, p: Floats) -> np.ndarray:
@@ -101,7 +106,7 @@ def _inside(x: Floats, p: Floats) -> np.ndarray:
         along = np.einsum("fd,fd->f", edge, to) / length
         slack = SAME_PLACE * size
         return np.asarray((away <= slack) & (along > slack) & (along < length - slack))
-    found = np.zeros(len(x), bool)
+    on_face = np.zeros(len(x), bool)
     for k in range(1, x.shape[1] - 1):  # the triangles of a face
         a, u, v = x[:, 0], x[:, k] - x[:, 0], x[:, k + 1] - x[:, 0]
         normal = np.cross(u, v)
@@ -110,10 +115,10 @@ def _inside(x: Floats, p: Floats) -> np.ndarray:
         away = np.abs(np.einsum("fd,fd->f", normal, p - a)) / area
         w = np.einsum("fd,fd->f", np.cross(u, p - a), normal) / area**2
         s = np.einsum("fd,fd->f", np.cross(p - a, v), normal) / area**2
-        found |= (
+        on_face |= (
             (away <= SAME_PLACE * size)
             & (w >= -SAME_PLACE)
             & (s >= -SAME_PLACE)
             & (w + s <= 1.0 + SAME_PLACE)
         )
-    return found
+    return on_face

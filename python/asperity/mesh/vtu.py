@@ -54,7 +54,7 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
         raise ValueError(f"laws of {', '.join(laws)}: expected none in a .vtu file")
     cells = [(kind, data) for kind, data in mesh.cells.items()]
     number = [mesh.block[kind] for kind in mesh.cells]
-    axes = [np.broadcast_to(np.eye(d), (len(one), d, d)) for one in number]
+    axes = [np.broadcast_to(np.eye(d), (len(numbers), d, d)) for numbers in number]
     sense = np.array([1.0, -1.0])[:, None] if layer and d == 2 else 1.0
     for k, parts in enumerate(mesh.joints.values()):
         for joint in parts:
@@ -63,9 +63,9 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
             number.append(np.full(len(cell), len(mesh.names) + k))
             axes.append(joint.axes * sense)
     room = 0 if layer else 3 - d
-    axes = [np.pad(one, ((0, 0), (0, 0), (0, room))) for one in axes]
-    data = {name: [one[:, k] for one in axes] for k, name in enumerate(("N", "Tx", "Ty")[:d])}
-    data["MaterialIDs"] = [one.astype(np.int32) for one in number]
+    axes = [np.pad(frames, ((0, 0), (0, 0), (0, room))) for frames in axes]
+    data = {name: [frames[:, k] for frames in axes] for k, name in enumerate(("N", "Tx", "Ty")[:d])}
+    data["MaterialIDs"] = [numbers.astype(np.int32) for numbers in number]
     points = np.pad(points, ((0, 0), (0, 3 - d)))
     names = [(name, k, d - (name in mesh.joints)) for k, name in enumerate((*mesh.names, *mesh.joints))]
     write_vtu(path, meshio.Mesh(points, cells, {"origin": mesh.origin}, data), names)

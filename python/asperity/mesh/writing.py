@@ -54,7 +54,7 @@ def between(joint: Joint, d: int) -> Integers:
 
 def lines(form: str, *columns: NDArray[Any]) -> str:
     """Lines of numbers; form: of a line."""
-    rows = np.column_stack([np.asarray(one) for one in columns])
+    rows = np.column_stack([np.asarray(column) for column in columns])
     return (form * len(rows)) % tuple(rows.ravel().tolist())
 
 
