@@ -43,12 +43,12 @@ def run_driver() -> None:
 
 def driver() -> Path:
     """Path of the driver rie_driver: the value of the variable ASPERITY_DRIVER, or the installed driver."""
-    other = os.environ.get(DRIVER_VARIABLE)
-    if other is None:
+    given = os.environ.get(DRIVER_VARIABLE)
+    if given is None:
         return _installed("rie_driver.exe" if sys.platform == "win32" else "rie_driver")
-    if not Path(other).is_file():
-        raise FileNotFoundError(f"{DRIVER_VARIABLE} = {other}: expected the path of rie_driver")
-    return Path(other)
+    if not Path(given).is_file():
+        raise FileNotFoundError(f"{DRIVER_VARIABLE} = {given}: expected the path of rie_driver")
+    return Path(given)
 
 
 def all_cases() -> dict[str, Path]:

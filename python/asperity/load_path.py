@@ -46,7 +46,7 @@ def rows_of(
     lost = ""
     if loss is not None:
         last = dict(zip(column_names(), numbers[n - 1], strict=True))
-        s, t = (", ".join(f"{last[f'{one}_{axis}']:.6g}" for axis in ("N", "Tx", "Ty")) for one in "st")
+        s, t = (", ".join(f"{last[f'{symbol}_{axis}']:.6g}" for axis in ("N", "Tx", "Ty")) for symbol in "st")
         row = f"step {last['step']:g} increment {last['increment']:g}, s = ({s}), t = ({t})"
         lost = f"equilibrium lost beyond {row}: {loss}"
     kept = slice(n if keep_lost else n - bool(lost))

@@ -117,8 +117,8 @@ class Material(_Constants):
                 bad.append(f"tan_psi = {contract.shown(tan_psi)}: expected at most tan_phi")
             if delta > 0.0 and not tan_psi > 0.0:
                 bad.append(f"delta = {contract.shown(delta)}: expected with tan_psi > 0, which decays")
-        others = {"kn": kn, "ks": ks, "ft": ft, "GfI": GfI, "c": c, "GfII": GfII}
-        _in_range(bad, "> 0 (1e-50 to 1e50)", 1e-50, 1e50, **others)
+        given = {"kn": kn, "ks": ks, "ft": ft, "GfI": GfI, "c": c, "GfII": GfII}
+        _in_range(bad, "> 0 (1e-50 to 1e50)", 1e-50, 1e50, **given)
         if bad:
             raise ValueError("\n".join(bad))
         if not 2.0 * kn * GfI > ft**2:

@@ -59,10 +59,10 @@ def outputs(
             given = f"a {array.dtype} array" if isinstance(array, np.ndarray) else contract.shown(array)
             raise ValueError(f"{name} is {given}: expected writable float64, contiguous in C order")
         contract.array(name, array, shape)
-        for other, values in taken.items():
-            in_place = i == 1 and other == "state" and values is array
+        for earlier, values in taken.items():
+            in_place = i == 1 and earlier == "state" and values is array
             # exact for contiguous arrays
             if not in_place and values is not None and np.may_share_memory(values, array):
-                raise ValueError(f"{name} overlaps {other}: expected memory of its own")
+                raise ValueError(f"{name} overlaps {earlier}: expected memory of its own")
         taken[name] = array
     return out

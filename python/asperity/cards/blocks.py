@@ -82,8 +82,8 @@ def card(host: str, block: Block) -> str:
 def comments(block: Block, run: str, count: int = contract.N_USED_PROPS) -> str:
     """Head of a block: its origin, the first entries of PROPS, how to run it, and the notes."""
     names = ", ".join(row.name for row in contract.props_table()[:count])
-    head, *others = remarks(block, run, mark="** ")
-    return "\n".join([f"{head}: {names}", *others])
+    head, *lines = remarks(block, run, mark="** ")
+    return "\n".join([f"{head}: {names}", *lines])
 
 
 def remarks(block: Block, run: str, *more: str, mark: str = "") -> list[str]:

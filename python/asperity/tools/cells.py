@@ -36,20 +36,20 @@ def _thousands(mark: str) -> str:
 
 def _grouped(mark: str) -> str:
     """A number in which this mark, the decimal one, comes after thousands, or the other one comes twice."""
-    other = OTHER[mark]
-    return rf"[-+]?[1-9]\d{{0,2}}((\{other}\d{{3}})+\{mark}\d*|(\{other}\d{{3}}){{2,}})([eE][-+]?\d+)?"
+    between = OTHER[mark]
+    return rf"[-+]?[1-9]\d{{0,2}}((\{between}\d{{3}})+\{mark}\d*|(\{between}\d{{3}}){{2,}})([eE][-+]?\d+)?"
 
 
 def _shows(column: Series, mark: str) -> bool:
     """Whether more cells of a column have this decimal mark beyond doubt than the other one."""
-    both = {
-        one: (
-            (column.str.fullmatch(_decimal(one)) & ~column.str.fullmatch(_thousands(one)))
-            | column.str.fullmatch(_grouped(one))
+    shows = {
+        point: (
+            (column.str.fullmatch(_decimal(point)) & ~column.str.fullmatch(_thousands(point)))
+            | column.str.fullmatch(_grouped(point))
         ).sum()
-        for one in ".,"
+        for point in ".,"
     }
-    return bool(both[mark] > both[OTHER[mark]])
+    return bool(shows[mark] > shows[OTHER[mark]])
 
 
 def numbers_of(
@@ -74,16 +74,16 @@ def numbers_of(
     marks = ";" if separator == ";" or decimal else ""
     if not marks and not any(cells[column].str.contains(",", regex=False).any() for column in cells):
         # points alone, in a file whose separator is that of countries with decimal points
-        fine = texts.apply(lambda one: one.str.fullmatch(r"[-+.eE\d]+")).to_numpy(dtype=bool)
-        found = texts.apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
-        if (fine & np.isfinite(found)).all():
-            return found, []
-    plain = cells.apply(lambda one: one.str.replace(GROUPS, "", regex=True))
+        fine = texts.apply(lambda column: column.str.fullmatch(r"[-+.eE\d]+")).to_numpy(dtype=bool)
+        numbers = texts.apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
+        if (fine & np.isfinite(numbers)).all():
+            return numbers, []
+    plain = cells.apply(lambda column: column.str.replace(GROUPS, "", regex=True))
     shown = {column: next((mark for mark in ".," if _shows(plain[column], mark)), None) for column in plain}
     everywhere = {*shown.values()} - {None}
     if not everywhere and separator != ";" and not _commas(plain):
         everywhere = {"."}
-    found, wrong = np.full(texts.shape, np.nan), []
+    numbers, wrong = np.full(texts.shape, np.nan), []
     for j, (column, name) in enumerate(zip(columns, names, strict=True)):
         text = plain[column]
         empty = text.str.fullmatch(EMPTY)
@@ -105,8 +105,8 @@ def numbers_of(
             good |= doubtful[OTHER[mark]]
         good &= ~asks
         clean = text.str.replace(OTHER[mark], "", regex=False).str.replace(mark, ".", regex=False)
-        found[:, j] = pd.to_numeric(clean.where(good), errors="coerce").to_numpy(dtype=float)
-        bad = ~np.isfinite(found[:, j]) & ~(empty.to_numpy() & (name in gaps))
+        numbers[:, j] = pd.to_numeric(clean.where(good), errors="coerce").to_numpy(dtype=float)
+        bad = ~np.isfinite(numbers[:, j]) & ~(empty.to_numpy() & (name in gaps))
         wanted = "expected a finite number" + f" with {WORDS[mark]}" * (mark == ",")
         if shown[column]:
             reason = f"the column has {WORDS[mark]}"
@@ -127,7 +127,7 @@ def numbers_of(
                 asked = True
             else:
                 wrong.append(f"{place}: {wanted}")
-    return found, wrong
+    return numbers, wrong
 
 
 def _commas(cells: DataFrame) -> bool:

@@ -104,11 +104,11 @@ def _run(options: argparse.Namespace) -> int:
     print(f"{'sigma_N':>10}{'peak':>10}{'c + tan_phi |sigma_N|':>24}{'sigma02 for this peak':>24}")
     for sigma_N in stresses:
         wanted = values["c"] - values["tan_phi"] * sigma_N
-        found = peak(material, pattern, sigma_N)
+        strength = peak(material, pattern, sigma_N)
         better = material.sigma02
-        if found < wanted:
+        if strength < wanted:
             better = strength_for_peak(material, pattern, sigma_N, wanted)
-        print(f"{sigma_N:>10g}{found:>10.5g}{wanted:>24.5g}{better:>24.5g}")
+        print(f"{sigma_N:>10g}{strength:>10.5g}{wanted:>24.5g}{better:>24.5g}")
     if options.output is not None:
         slips = [_reach(material)]
         text = slip_case("Joint with a bond", given, pattern, stresses, slips, increments=SHOWN_INCREMENTS)
@@ -135,8 +135,8 @@ def _checked(options: argparse.Namespace) -> tuple[dict[str, float], list[float]
     texts = assigned([*options.values, *(text for text in options.sigma_N if "=" in text)])
     given = {*texts, *(ANGLES.get(name, "") for name in texts)}
     bad = [f"{name} is missing: expected {name}=VALUE" for name in REQUIRED if name not in given]
-    both = [name for name, tangent in ANGLES.items() if {name, tangent} <= {*texts}]
-    bad += [f"{name} = {texts[name]}: expected without {ANGLES[name]}" for name in both]
+    twice = [name for name, tangent in ANGLES.items() if {name, tangent} <= {*texts}]
+    bad += [f"{name} = {texts[name]}: expected without {ANGLES[name]}" for name in twice]
     values: dict[str, float] = {}
     tractions = []
     for name, text in [*texts.items(), *(("--sigma-N", text) for text in stresses)]:

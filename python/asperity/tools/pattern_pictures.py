@@ -51,10 +51,10 @@ def section(ax: Axes, pattern: Pattern) -> None:
     level, slope = pattern.flat / 4.0, (1.0 - pattern.flat) / 2.0
     x = np.cumsum([0.0, level, slope, 2.0 * level, slope, level])
     climb = slope * np.tan(np.radians(pattern.theta if pattern.m else 0.0))
-    one = np.column_stack([x, climb * np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0])])
-    line = np.vstack([one[:-1], np.add(one, (1.0, 0.0))])
+    period = np.column_stack([x, climb * np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0])])
+    line = np.vstack([period[:-1], np.add(period, (1.0, 0.0))])
     line = line[1:-1]
-    rise = float(one[:, 1].max())
+    rise = float(period[:, 1].max())
     floor, roof = -0.45, rise + 0.45
     for level, fill in ((floor, STONE[0]), (roof, STONE[1])):
         outline = np.vstack([line, (line[-1, 0], level), (line[0, 0], level)])

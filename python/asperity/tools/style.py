@@ -183,9 +183,9 @@ def _apart(levels: Sequence[float], height: float) -> list[float]:
     """Levels moved apart to at least the height of a text, in their order, as little as possible."""
     order = np.argsort(levels, kind="stable")
     steps = height * np.arange(len(levels))
-    found = np.empty(len(levels))
-    found[order] = isotonic_regression(np.array(levels)[order] - steps).x + steps
-    return [float(level) for level in found]
+    places = np.empty(len(levels))
+    places[order] = isotonic_regression(np.array(levels)[order] - steps).x + steps
+    return [float(level) for level in places]
 
 
 def labels_of(slips: bool, length: str, stress: str) -> list[str]:

@@ -87,8 +87,8 @@ class Table:
         Upper and lower case and the number of blanks do not matter.
         """
         wanted = _folded(heading)
-        whole = [i for i, one in enumerate(self.headings) if _folded(one) == wanted]
-        return whole or [i for i, one in enumerate(self.names) if _folded(one) == wanted]
+        whole = [i for i, text in enumerate(self.headings) if _folded(text) == wanted]
+        return whole or [i for i, name in enumerate(self.names) if _folded(name) == wanted]
 
     def numbers(
         self,
@@ -104,9 +104,9 @@ class Table:
         unless the other columns show that the mark is decimal.
         """
         places = self.path, gaps, decimal, self.separator
-        found, wrong = numbers_of(self.cells, columns, names, str(places[0]), *places[1:])
+        numbers, wrong = numbers_of(self.cells, columns, names, str(places[0]), *places[1:])
         raise_all(wrong)
-        return found
+        return numbers
 
 
 def read_tables(paths: Iterable[str | Path], expected: str) -> list[Table]:
@@ -115,24 +115,24 @@ def read_tables(paths: Iterable[str | Path], expected: str) -> list[Table]:
     A ModelWarning names files of a folder that are no tables by their ending, and sheets without rows of
     numbers.  Raises as `read_table`, with the errors of all files, and for a folder without tables.
     """
-    found, bad = [], []
+    tables, bad = [], []
     for path in map(Path, paths):
         files = [path]
         if path.is_dir():
-            inside = sorted(one for one in path.iterdir() if one.is_file() and one.name[0] not in ".~")
-            files = [one for one in inside if one.suffix.lower() in ENDINGS]
-            others = ", ".join(one.name for one in inside if one not in files)
-            if others:
-                warnings.warn(f"{path}: files not read: {others}", ModelWarning, stacklevel=2)
+            inside = sorted(file for file in path.iterdir() if file.is_file() and file.name[0] not in ".~")
+            files = [file for file in inside if file.suffix.lower() in ENDINGS]
+            unread = ", ".join(file.name for file in inside if file not in files)
+            if unread:
+                warnings.warn(f"{path}: files not read: {unread}", ModelWarning, stacklevel=2)
             if not files:
                 bad.append(f"{path}: expected files that end in {', '.join(ENDINGS)}")
         for file in files:
             try:
-                found += _of_file(file, expected)
+                tables += _of_file(file, expected)
             except ValueError as error:
                 bad.append(str(error))
     raise_all(bad)
-    return found
+    return tables
 
 
 def read_table(path: Path, expected: str) -> Table:
@@ -143,11 +143,11 @@ def read_table(path: Path, expected: str) -> Table:
     Raises ValueError with what is expected for a file that is no text, with every row of another length, and
     with rows of numbers above the header; OSError for a file that cannot be read.
     """
-    found = _of_file(path, expected)
-    if len(found) != 1:
-        names = ", ".join(one.path.name for one in found)
-        raise ValueError(f"{path}: {len(found)} sheets with numbers: expected one of {names}")
-    return found[0]
+    tables = _of_file(path, expected)
+    if len(tables) != 1:
+        names = ", ".join(table.path.name for table in tables)
+        raise ValueError(f"{path}: {len(tables)} sheets with numbers: expected one of {names}")
+    return tables[0]
 
 
 def _of_file(path: Path, expected: str) -> list[Table]:
@@ -157,20 +157,20 @@ def _of_file(path: Path, expected: str) -> list[Table]:
     if book.suffix.lower() not in (".xlsx", ".xlsm"):
         raw = _text(path, expected).splitlines()
         return [_table(path, raw, [COMMENT.sub("", line).strip(" ") for line in raw])]
-    found, empty = [], []
+    tables, empty = [], []
     for name, rows in sheets(book, sheet if book is not path else "").items():
         label = Path(f"{book}:{name}")
         table = _table(label, *_as_lines(rows)) if any(map(any, rows)) else None
         if table is not None and len(table.cells):
-            found.append(table)
+            tables.append(table)
         else:
             empty.append(name)
-    if not found:
+    if not tables:
         raise ValueError(f"{book}: no sheet with rows of numbers: expected {expected}")
     if empty:
         text = f"{book}: sheets without rows of numbers, not read: {', '.join(empty)}"
         warnings.warn(text, ModelWarning, stacklevel=3)
-    return found
+    return tables
 
 
 def _as_lines(rows: Sequence[Sequence[str]]) -> tuple[list[str], list[str]]:
@@ -190,7 +190,7 @@ def _table(path: Path, raw: Sequence[str], lines: list[str]) -> Table:
     rows = {i: _split(text, mark) for i, text in enumerate(lines[start:], start + 1) if text.strip(";,\t |")}
     first = next(iter(rows.values()), [])
     line, head, row_of_units, hidden = _header(path, raw[:start], mark, len(first))
-    parts = [header(one) for one in head]
+    parts = [header(cell) for cell in head]
     below = [*row_of_units, *[""] * len(parts)]
     units = [unit or below[i] for i, (_, unit) in enumerate(parts)]
     width = len(parts) or len(first)
@@ -203,8 +203,8 @@ def _table(path: Path, raw: Sequence[str], lines: list[str]) -> Table:
     _refuse_rows_above(path, lines[:start], mark, width, line)
     cells = DataFrame([*rows.values()], index=[*rows], columns=range(width), dtype=str)
     names = [re.sub(r"\s+", " ", name) for name, _ in parts]
-    others = [(i, text.strip()) for i, text in enumerate(raw[:start], 1) if i != line]
-    remarks = [f"line {i}: {text:.80}" for i, text in others if MENTIONED.search(text)]
+    remaining = [(i, text.strip()) for i, text in enumerate(raw[:start], 1) if i != line]
+    remarks = [f"line {i}: {text:.80}" for i, text in remaining if MENTIONED.search(text)]
     return Table(path, line, names, units, cells, mark, head, hidden, remarks)
 
 
@@ -224,15 +224,15 @@ def _header(path: Path, raw: Sequence[str], mark: str, width: int) -> tuple[int,
         last = above[-1][1]
         if sum(map(bool, last)) > 1 and len(last) <= max(width, 1) and all(map(UNITS.fullmatch, last)):
             units = [cell.strip("[]() ") for cell in above.pop()[1]]
-    plain = [one for one in above if not one[2]]
-    full = [one for one in above if one[2] and len(one[1]) == width > 1]
-    full = [one for one in full if not any(map(_is_number, one[1]))]
-    behind = [one for one in full if any(unit for _, unit in map(header, one[1]))] or full
+    plain = [line for line in above if not line[2]]
+    full = [line for line in above if line[2] and len(line[1]) == width > 1]
+    full = [line for line in full if not any(map(_is_number, line[1]))]
+    behind = [line for line in full if any(unit for _, unit in map(header, line[1]))] or full
     names = plain[-1] if plain else None
     if behind and (names is None or len([cell for cell in names[1] if cell]) != width):
         names = behind[-1]
     if names is None or len(names[1]) < 2:
-        if plain and any(len([cell for cell in one[1] if cell]) == width > 1 for one in above):
+        if plain and any(len([cell for cell in line[1] if cell]) == width > 1 for line in above):
             wanted = f"expected {width} numbers below the header, or a comment"
             raise ValueError(f"{path}: line {plain[-1][0]}: {wanted}")
         if units:
@@ -313,7 +313,7 @@ def _first_row(lines: Sequence[str]) -> tuple[int, str]:
             if len(cells) > 1 and 2 * numbers >= len(cells) and not commas:
                 first, length = (first if length else i), length + 1
             elif cells and not (mark == "|" and RULE.fullmatch(line)):
-                best = max(best, (length, first, mark), key=lambda one: one[0])
+                best = max(best, (length, first, mark), key=lambda run: run[0])
                 length = 0
     return best[1:]
 

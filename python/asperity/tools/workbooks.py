@@ -27,7 +27,7 @@ def sheets(path: Path, wanted: str = "") -> dict[str, list[list[str]]]:
     names = [sheet.title for sheet in values.worksheets]
     if wanted and wanted not in names:
         raise ValueError(f"{path}: sheet {wanted}: expected one of {', '.join(names)}")
-    found = {}
+    texts = {}
     for name in [wanted] if wanted else names:
         rows = values[name].iter_rows(values_only=True), formulas[name].iter_rows(values_only=True)
         cells: list[list[str]] = []
@@ -37,8 +37,8 @@ def sheets(path: Path, wanted: str = "") -> dict[str, list[list[str]]]:
                     text = f"line {i}, cell {j}: {formula}: expected the value of the formula, too"
                     raise ValueError(f"{path}:{name}: {text}; open the file and save it")
             cells.append([_text(value) for value in line])
-        found[name] = cells
-    return found
+        texts[name] = cells
+    return texts
 
 
 def _text(value: Any) -> str:

@@ -30,7 +30,7 @@ The curves have no scatter: the intervals say which constants the curves determi
 known. There is no covariance for asperity uncertainty."""
 """What the constants and their intervals mean."""
 
-Found = tuple[Envelope, str, str, Callable[[Path], object]]
+Result = tuple[Envelope, str, str, Callable[[Path], object]]
 """Both laws, lines of the report, text of a case and function that draws."""
 
 
@@ -73,15 +73,15 @@ def _run(options: argparse.Namespace) -> int:
     given = {"JCS": joint.jcs, "phi_r": joint.phi_r, "length": joint.length, "sample": joint.sample}
     for text in doubts(**given):
         print(f"asperity: warning: {text}", file=sys.stderr)
-    found, more, case, picture = (_curve if len(stresses) == 1 else _envelope)(options, joint, *stresses)
-    interface, pressure, end = found.interface, -float(found.stresses[-1]), float(found.slips[-1])
+    laws, more, case, picture = (_curve if len(stresses) == 1 else _envelope)(options, joint, *stresses)
+    interface, pressure, end = laws.interface, -float(laws.stresses[-1]), float(laws.slips[-1])
     print(
         f"joint       JRC {joint.jrc:g}, JCS {joint.jcs:g} MPa on samples of {joint.sample:g} m, "
         f"phi_r {joint.phi_r:g} degrees\n"
         f"length      {joint.length:g} m: JRC {joint.jrc_n:.4g}, JCS {joint.jcs_n:.4g} MPa, slip at "
         f"the peak {joint.peak_slip:.4g} mm\n"
-        f"curves      to {REACH:g} slips at the peak, {end:.4g} mm, {found.slips.size - 1} rows each\n\n"
-        f"{table(found)}\n\n{more}"
+        f"curves      to {REACH:g} slips at the peak, {end:.4g} mm, {laws.slips.size - 1} rows each\n\n"
+        f"{table(laws)}\n\n{more}"
     )
     for text in model_warnings(interface.material, interface.pattern, pressure, slip=end):
         print(f"warning: {text}")
@@ -91,7 +91,7 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> Found:
+def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> Result:
     """Law that comes closest to the curves under one normal stress."""
     from ..fit.command import progress
     from ..fit.fitting import fit
@@ -105,14 +105,14 @@ def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> Found:
     fixed = {name: value for name, value in known.items() if name not in free}
     sides = SIDES if options.sides is None else options.sides
     with progress() as tick:
-        found = fit([test], ROCK, fixed, free, sides, options.direction, tick)
+        result = fit([test], ROCK, fixed, free, sides, options.direction, tick)
     slips = np.append(0.0, test.slip)
-    both = Envelope(joint, found.interface, np.array([sigma_n]), slips, found.values)
-    picture = partial(draw_fit, found, DEFAULT, of_tests=f"Barton, JRC {joint.jrc:g}")
-    return both, f"{BY_NATURE}\n\n{report(found, DEFAULT)}", case_of(found), picture
+    laws = Envelope(joint, result.interface, np.array([sigma_n]), slips, result.values)
+    picture = partial(draw_fit, result, DEFAULT, of_tests=f"Barton, JRC {joint.jrc:g}")
+    return laws, f"{BY_NATURE}\n\n{report(result, DEFAULT)}", case_of(result), picture
 
 
-def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float) -> Found:
+def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float) -> Result:
     """Law that meets an envelope."""
     if options.set or options.sides is not None or options.free != ",".join(FREE):
         raise ValueError(
@@ -121,10 +121,10 @@ def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float
     from ..fit.records import DEFAULT
     from ..fit.report import unit_of
 
-    found = envelope(joint, low, high)
-    shown = {name: value for name, value in found.values.items() if name != "kn"}
-    values = "\n".join(f"{name:<12}{one:>12.5g}  {unit_of(name, DEFAULT)}" for name, one in shown.items())
-    material = {name: rounded(value, 6) for name, value in found.values.items() if name != "theta"}
-    slips, tractions = [float(found.slips[-1])], [rounded(-one, 4) for one in found.stresses]
-    case = slip_case("Joint of Barton", material, found.interface.pattern, tractions, slips)
-    return found, values, case, partial(draw, found)
+    laws = envelope(joint, low, high)
+    shown = {name: value for name, value in laws.values.items() if name != "kn"}
+    values = "\n".join(f"{name:<12}{value:>12.5g}  {unit_of(name, DEFAULT)}" for name, value in shown.items())
+    material = {name: rounded(value, 6) for name, value in laws.values.items() if name != "theta"}
+    slips, tractions = [float(laws.slips[-1])], [rounded(-stress, 4) for stress in laws.stresses]
+    case = slip_case("Joint of Barton", material, laws.interface.pattern, tractions, slips)
+    return laws, values, case, partial(draw, laws)

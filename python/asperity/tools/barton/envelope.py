@@ -56,7 +56,7 @@ class Envelope:
         """Shear traction and opening of the law over `slips` for each normal stress."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ModelWarning)  # the command prints them once
-            paths = [self.interface.confined_slip(0.0, self.slips, -float(one)) for one in stresses]
+            paths = [self.interface.confined_slip(0.0, self.slips, -float(stress)) for stress in stresses]
         return [(path.tau, path.dilation - path.dilation[0]) for path in paths]
 
     @cached_property
@@ -107,8 +107,8 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
     --------
     >>> from asperity.tools.barton.envelope import envelope
     >>> from asperity.tools.barton.joint import Joint
-    >>> found = envelope(Joint(jrc=10.0, jcs=100.0, phi_r=30.0, length=0.1), 0.5, 5.0)
-    >>> bool(abs(found.parted).max() < 0.05)
+    >>> laws = envelope(Joint(jrc=10.0, jcs=100.0, phi_r=30.0, length=0.1), 0.5, 5.0)
+    >>> bool(abs(laws.parted).max() < 0.05)
     True
     """
     from scipy.optimize import least_squares
@@ -123,14 +123,14 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
         slope, crush, ks, height = np.exp(x).tolist()
         mu, theta = float(np.tan(np.radians(joint.phi_r))), float(np.degrees(np.arctan(slope)))
         values = {"kn": KC * ks, "ks": ks, "mu": mu, "theta": theta, "height": height, "crush": crush}
-        material = Material.from_joint(**{name: one for name, one in values.items() if name != "theta"})
+        material = Material.from_joint(**{name: value for name, value in values.items() if name != "theta"})
         interface = Interface(material, Pattern.regular(2, theta, flat=0.0))
         return Envelope(joint, interface, stresses, slips, values)
 
     def residuals(x: Floats) -> Floats:
-        barton, found = law(x).numbers
+        barton, own = law(x).numbers
         # a trial whose joint has closed at the end is far off, and no error
-        left = np.log(np.maximum(found / barton, LEAST))
+        left = np.log(np.maximum(own / barton, LEAST))
         return np.append(left[:, 0], left[middle, 1:])
 
     slope, pressure = np.tan(np.radians(min(joint.roughness_angle(low), 45.0))), float(stresses[middle])
@@ -138,41 +138,41 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
     start = np.log([slope, 2.0 * high, ks, joint.dilation(slips[-1:], pressure)[0]])
     bounds = start - WIDE, np.minimum(start + WIDE, [np.log(STEEPEST), *[np.inf] * 3])
     settings = {"jac": "3-point", "diff_step": STEP, "x_scale": "jac", "ftol": SAME, "xtol": SAME}
-    found = least_squares(residuals, start, bounds=bounds, **settings)
-    if not found.success:
+    solution = least_squares(residuals, start, bounds=bounds, **settings)
+    if not solution.success:
         raise ValueError("the least squares ended before they converged: expected other normal stresses")
-    return law(found.x)
+    return law(solution.x)
 
 
-def table(found: Envelope) -> str:
+def table(envelope: Envelope) -> str:
     """Both laws at the stresses."""
     from pandas import DataFrame, MultiIndex
 
     names, laws = ("peak tau [MPa]", "at slip [mm]", "s_N at end [mm]"), ("Barton", "law")
     rows = DataFrame(
-        found.numbers.transpose(1, 2, 0).reshape(-1, 6),
-        index=[f"{one:.4g}" for one in found.stresses],
+        envelope.numbers.transpose(1, 2, 0).reshape(-1, 6),
+        index=[f"{stress:.4g}" for stress in envelope.stresses],
         columns=MultiIndex.from_product([names, laws]),
     ).rename_axis("sigma_n [MPa]")
-    rows.insert(2, (names[0], "differ"), [f"{one:.1%}" for one in found.parted])
+    rows.insert(2, (names[0], "differ"), [f"{ratio:.1%}" for ratio in envelope.parted])
     return str(rows.to_string(float_format="{:.4g}".format))
 
 
-def draw(found: Envelope, path: Path) -> None:
+def draw(envelope: Envelope, path: Path) -> None:
     """Draw the envelopes, and the shear traction over the slip at three stresses; Barton dashed."""
     from ..style import COLOURS, TWO, label_axes, new_figure, printed, save
 
     with printed():
         figure, (envelopes, curves) = new_figure(TWO, 3.0, ncols=2)
-        laws = zip(("--", "-"), COLOURS, ("Barton", "law"), found.numbers, strict=False)
+        laws = zip(("--", "-"), COLOURS, ("Barton", "law"), envelope.numbers, strict=False)
         for line, colour, label, numbers in laws:
-            envelopes.plot(found.stresses, numbers[:, 0], line, color=colour, label=label)
+            envelopes.plot(envelope.stresses, numbers[:, 0], line, color=colour, label=label)
         label_axes(envelopes, r"normal stress $\sigma_n$ [MPa]", "peak shear strength [MPa]")
         envelopes.legend()
-        some = found.stresses[:: STRESSES // 2]
-        for colour, sigma_n, (tau, _) in zip(COLOURS, some, found.curves(some), strict=False):
-            curves.plot(found.slips, found.joint.shear(found.slips, sigma_n), "--", color=colour)
-            curves.plot(found.slips[: tau.size], tau, color=colour, label=f"{sigma_n:.3g} MPa")
+        some = envelope.stresses[:: STRESSES // 2]
+        for colour, sigma_n, (tau, _) in zip(COLOURS, some, envelope.curves(some), strict=False):
+            curves.plot(envelope.slips, envelope.joint.shear(envelope.slips, sigma_n), "--", color=colour)
+            curves.plot(envelope.slips[: tau.size], tau, color=colour, label=f"{sigma_n:.3g} MPa")
         label_axes(curves, "slip [mm]", r"traction $\tau$ [MPa]")
         curves.legend(title=r"$\sigma_n$; dashed: Barton")
         save(figure, path)

@@ -53,8 +53,8 @@ class Joint:
             ("phi_r", self.phi_r, STEEPEST, f"degrees, > 0 and <= {STEEPEST:g}"),
             ("sample", self.sample, self.length, f"m, > 0 and <= length = {self.length:g}"),
         )
-        bad = [(name, one, wanted) for name, one, most, wanted in rules if not 0.0 < one <= most]
-        raise_all([f"{name} = {one:g}: expected {wanted}" for name, one, wanted in bad])
+        bad = [(name, value, wanted) for name, value, most, wanted in rules if not 0.0 < value <= most]
+        raise_all([f"{name} = {value:g}: expected {wanted}" for name, value, wanted in bad])
 
     @property
     def jrc_n(self) -> float:

@@ -140,7 +140,7 @@ def answer(choice: Choice) -> Answer:
             history = interface.confined_slip(direction, choice.slips, sigma_N, PRELOAD)
         except EquilibriumLost as error:
             history, lost = error.history, str(error)
-    texts = dict.fromkeys(str(one.message) for one in issued)
+    texts = dict.fromkeys(str(warning.message) for warning in issued)
     return Answer(choice, interface, history, tuple(texts), lost)
 
 

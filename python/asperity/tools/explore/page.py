@@ -49,7 +49,7 @@ class Page:
         """Build the page with the values at the start."""
         self.document = document
         self.waiting = False
-        self.found: model.Answer | None = None
+        self.answer: model.Answer | None = None
         self.sliders = {name: _slider(name, value) for name, value in values.items()}
         cycles: list[str | tuple[Any, str]] = [*model.CYCLES]
         self.cycle = Select(title="cycle", value="one cycle", options=cycles, name="cycle")
@@ -102,39 +102,39 @@ class Page:
         self.document.hold("combine")
         choice = self.choice
         try:
-            self.found = model.answer(choice)
+            self.answer = model.answer(choice)
         except ValueError as error:
-            self.found = None
+            self.answer = None
             self._say("error", [str(error)])
             _clear(self.curves, *self.shown)
             self.text.text = ""
         else:
-            found = self.found
-            self._say("lost" if found.lost else "warning", [*filter(None, [found.lost]), *found.warnings])
-            self.curves.data = _rows(found, slice(None))
+            answer = self.answer
+            self._say("lost" if answer.lost else "warning", [*filter(None, [answer.lost]), *answer.warnings])
+            self.curves.data = _rows(answer, slice(None))
             self._show_place()
             self._show_text()
         self.document.unhold()
 
     def _show_place(self) -> None:
         """Show planes and section at the position on the path."""
-        found = self.found
-        if found is None or not len(found.history):
+        answer = self.answer
+        if answer is None or not len(answer.history):
             _clear(*self.shown)
             return
-        history = found.history
+        history = answer.history
         at = round(0.01 * self.place.value * (len(history) - 1))
-        self.here.data = _rows(found, slice(at, at + 1))
-        xs, ys = model.plan(found.interface.pattern)
+        self.here.data = _rows(answer, slice(at, at + 1))
+        xs, ys = model.plan(answer.interface.pattern)
         alpha = [float(history.alpha(k + 1)[at]) for k in range(len(xs))]
         self.planes.data = {"xs": xs, "ys": ys, "alpha": alpha}
-        closed = model.in_contact(found, at)
+        closed = model.in_contact(answer, at)
         self.touching.data = {
             axis: [float(np.mean(part)) for part, yes in zip(parts, closed, strict=True) if yes]
             for axis, parts in (("x", xs), ("y", ys))
         }
-        self.arrow.data = {"x": [0.0, 1.1 * found.e[0]], "y": [0.0, 1.1 * found.e[1]]}
-        x, z, (slip, s_N) = model.section(found, at)
+        self.arrow.data = {"x": [0.0, 1.1 * answer.e[0]], "y": [0.0, 1.1 * answer.e[1]]}
+        x, z, (slip, s_N) = model.section(answer, at)
         depth = 0.25 * float(x[-1] - x[0])
         top = float(z.max()) + depth
         lower = [[*x, x[-1], x[0]], [*z, -depth, -depth]]
@@ -143,9 +143,9 @@ class Page:
         self.section.data = sides | {"colour": [UPPER, LOWER]}
 
     def _show_text(self) -> None:
-        if self.found is not None:
+        if self.answer is not None:
             text_of = list(model.TEXTS.values())[self.kind.active or 0]
-            self.text.text = text_of(self.found.choice)
+            self.text.text = text_of(self.answer.choice)
 
     def _say(self, kind: str, texts: list[str]) -> None:
         colour = {"error": "#B00020", "lost": "#B00020", "warning": "#555555"}[kind]
@@ -211,9 +211,9 @@ def _figure(tools: str, height: int = 330, **more: Any) -> figure:
     return figure(width=335, height=height, tools=tools, toolbar_location=place, **more)
 
 
-def _rows(found: model.Answer, part: slice) -> dict[str, Floats]:
-    history = found.history
-    columns = {"slip": found.slip, "tau": found.tau, "s_N": history.dilation, "damage": history.damage}
+def _rows(answer: model.Answer, part: slice) -> dict[str, Floats]:
+    history = answer.history
+    columns = {"slip": answer.slip, "tau": answer.tau, "s_N": history.dilation, "damage": history.damage}
     return {name: values[part] for name, values in columns.items()}
 
 

@@ -32,11 +32,11 @@ def draw_plane(
     wide = [name for name in (curves or {}) if not name.endswith("_point")][1:]
     places = np.concatenate([(x + scale * u)[:, :2] for x, u, *_ in step.solids])
     tall = float(np.ptp(places[:, 1]) / max(np.ptp(places[:, 0]), 1e-300))
-    above = TWO * min(max(0.75 * tall, 0.3), 1.1)
-    figure = Figure(figsize=(TWO, above + 2.2 * bool(wide)), layout="constrained")
-    rows = figure.subfigures(1 + bool(wide), 1, squeeze=False, height_ratios=[above, 2.2][: 1 + bool(wide)])[
-        :, 0
-    ]
+    heights = [TWO * min(max(0.75 * tall, 0.3), 1.1)]
+    if wide:
+        heights.append(2.2)
+    figure = Figure(figsize=(TWO, sum(heights)), layout="constrained")
+    rows = figure.subfigures(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
     axes = rows[0].subplots()
     for x, u, kind, cells in step.solids:
         moved = (x + scale * u)[:, :2]

@@ -53,7 +53,7 @@ class Results:
         if not most > 0.0:
             return 1.0
         power = 10.0 ** np.floor(np.log10(0.05 * size / most))
-        return float(max(one * power for one in (1.0, 2.0, 5.0) if one * power * most <= 0.05 * size))
+        return float(max(digit * power for digit in (1.0, 2.0, 5.0) if digit * power * most <= 0.05 * size))
 
 
 def read_results(pvd: Path) -> list[Results]:
@@ -62,16 +62,16 @@ def read_results(pvd: Path) -> list[Results]:
         raise ValueError(f"{pvd}: no such file: expected {EXPECTED}")
     try:
         entries = list(ET.parse(pvd).getroot().iter("DataSet"))
-        named = [(float(one.attrib["timestep"]), one.attrib["file"]) for one in entries]
+        named = [(float(entry.attrib["timestep"]), entry.attrib["file"]) for entry in entries]
     except (ET.ParseError, KeyError, ValueError) as error:
         raise ValueError(f"{pvd}: {error}: expected {EXPECTED}") from None
     rows: dict[float, list[meshio.Mesh]] = {}
     for time, file in named:
         rows.setdefault(time, []).append(read_mesh(pvd.parent / file, EXPECTED, "picture"))
-    found = [_step(pvd, time, meshes) for time, meshes in rows.items()]
-    if not found:
+    steps = [_step(pvd, time, meshes) for time, meshes in rows.items()]
+    if not steps:
         raise ValueError(f"{pvd}: no steps: expected {EXPECTED}")
-    return found
+    return steps
 
 
 def _step(pvd: Path, time: float, meshes: list[meshio.Mesh]) -> Results:
@@ -84,19 +84,19 @@ def _step(pvd: Path, time: float, meshes: list[meshio.Mesh]) -> Results:
         if moved is None:
             raise ValueError(f"{pvd}: no displacement of a part: expected {EXPECTED}")
         if "separation" not in mesh.cell_data:
-            solids += [(mesh.points, moved, one.type, np.asarray(one.data)) for one in mesh.cells]
+            solids += [(mesh.points, moved, block.type, np.asarray(block.data)) for block in mesh.cells]
             continue
-        names |= {int(one[0]): name for name, one in mesh.field_data.items()}
+        names |= {int(ids[0]): name for name, ids in mesh.field_data.items()}
         for k, cells in enumerate(mesh.cells):
             if cells.type not in JOINTS:
                 raise ValueError(f"{pvd}: joints of the type {cells.type}: expected {', '.join(JOINTS)}")
             data = np.asarray(cells.data)
             half = data.shape[1] // 2
-            other = data[:, half:][:, ::-1] if half == 2 else data[:, half:]
-            middle = [0.5 * (one[data[:, :half]] + one[other]) for one in (mesh.points, moved)]
+            opposite = data[:, half:][:, ::-1] if half == 2 else data[:, half:]
+            middle = [0.5 * (places[data[:, :half]] + places[opposite]) for places in (mesh.points, moved)]
             x.append(middle[0])
             u.append(middle[1])
-            for name, values in _fields({name: one[k] for name, one in mesh.cell_data.items()}).items():
+            for name, values in _fields({name: blocks[k] for name, blocks in mesh.cell_data.items()}).items():
                 fields.setdefault(name, []).append(values)
             numbers = mesh.cell_data.get("MaterialIDs")
             part.append(
@@ -104,18 +104,18 @@ def _step(pvd: Path, time: float, meshes: list[meshio.Mesh]) -> Results:
             )
     if not solids or not x:
         raise ValueError(f"{pvd}: expected solids and joints in every step, as an example writes with --pvd")
-    known = sorted({int(k) for one in part for k in np.unique(one)})
-    part = [np.searchsorted(known, one) for one in part]
-    whole = {name: one for name, one in fields.items() if len(one) == len(x)}
+    known = sorted({int(k) for ids in part for k in np.unique(ids)})
+    part = [np.searchsorted(known, ids) for ids in part]
+    whole = {name: values for name, values in fields.items() if len(values) == len(x)}
     return Results(time, solids, x, u, whole, part, [names.get(k, f"joint {k}") for k in known])
 
 
 def _fields(data: dict[str, Floats]) -> dict[str, Floats]:
     """Fields that can be drawn, of those in a file."""
-    found = {name: np.asarray(data[name], float) for name in ("damage",) if name in data}
+    fields = {name: np.asarray(data[name], float) for name in ("damage",) if name in data}
     for name, along, across in (("separation", "slip", "opening"), ("traction", "shear", "normal")):
         if name in data:
             vector = np.asarray(data[name], float)
-            found[along] = np.linalg.norm(vector[:, 1:], axis=1)
-            found[across] = vector[:, 0]
-    return found
+            fields[along] = np.linalg.norm(vector[:, 1:], axis=1)
+            fields[across] = vector[:, 0]
+    return fields

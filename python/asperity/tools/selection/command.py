@@ -122,8 +122,8 @@ def report(answer: Selection) -> str:
         f"{'pattern':<10}{'planes':>6}" + "".join(f"{name:>12}" for name in Errors._fields),
     ]
     *missed, _ = answer.tried
-    shown = [one for one in missed if one.planes <= FEW_PLANES or one is missed[-1]]
-    lines += [_row(one.name, one.planes, one.errors) for one in shown]
+    shown = [trial for trial in missed if trial.planes <= FEW_PLANES or trial is missed[-1]]
+    lines += [_row(trial.name, trial.planes, trial.errors) for trial in shown]
     lines += [_row(answer.name, answer.planes, answer.errors) + "  meets it, checked", ""]
     ratio = len(case.regular(REFERENCE_SIDES).weights) / answer.planes
     lines.append(

@@ -225,7 +225,7 @@ class Reference:
                     f"sigma_N = {sigma_N:g}: expected a normal traction under which the surface can slip, "
                     "the reference has no equilibrium"
                 )
-            self.means.append(np.stack([one[:, :rows].mean(axis=0) for one in (run.tau_L, run.s_N)]))
+            self.means.append(np.stack([curve[:, :rows].mean(axis=0) for curve in (run.tau_L, run.s_N)]))
             self.damaged.append(bool(sigma_N < 0.0 and run.damage[:, -1].min() >= FULLY_DAMAGED))
 
     @property
@@ -235,10 +235,10 @@ class Reference:
         ends = zip(self.case.sigma_N, (mean.shape[1] for mean in self.means), strict=True)
         return tuple((sigma_N, float(length[n - 1])) for sigma_N, n in ends if n < self.slips.size)
 
-    def mean_error(self, other: Reference) -> float:
+    def mean_error(self, reference: Reference) -> float:
         """Difference from the mean curves of another reference with the same increments."""
-        pairs = zip(self.means, other.means, strict=True)
-        return max(self._error(own, one.shape[1], one[:1], 0.0, one[1:]).worst for own, one in pairs)
+        pairs = zip(self.means, reference.means, strict=True)
+        return max(self._error(own, mean.shape[1], mean[:1], 0.0, mean[1:]).worst for own, mean in pairs)
 
     def errors(self, pattern: Pattern, angles: Floats) -> Errors:
         """Errors of a pattern in directions (degrees), without the closed form of the residual strength."""
@@ -255,7 +255,7 @@ class Reference:
         """Curves of a pattern in directions, for each normal traction."""
         interface = Interface(self.case.material, pattern)
         given = self.slips, self.case.sigma_N, PRELOAD, self.executor
-        return [slip_curves(interface, angles, given[0], one, *given[2:]) for one in given[1]]
+        return [slip_curves(interface, angles, given[0], sigma_N, *given[2:]) for sigma_N in given[1]]
 
     def _error(
         self, mean: Floats, rows: NDArray[np.int_] | int, tau_L: Floats, across: Floats | float, s_N: Floats
@@ -270,7 +270,7 @@ class Reference:
         size = max(float(np.linalg.norm(dilation)), np.sqrt(n) * self.case.material.s_0)
         across = np.broadcast_to(across, tau_L.shape)[:, :n]
         differences = (tau_L[:, :n] - tau, along), (across, along), (s_N[:, :n] - dilation, size)
-        return Errors(*(float(np.linalg.norm(one, axis=1).max() / scale) for one, scale in differences))
+        return Errors(*(float(np.linalg.norm(away, axis=1).max() / scale) for away, scale in differences))
 
 
 def select(
@@ -289,8 +289,8 @@ def select(
         raise ValueError(f"tolerance = {tolerance!r}: expected 0 < tolerance < 1")
     dense = Reference(case, 1.0, SEARCH_AVERAGE, executor)
     check = Reference(case, FINER, CHECK_AVERAGE, executor)
-    others = dense if case.planar else Reference(case, 1.0, CHECK_AVERAGE, executor)
-    uncertainty = dense.mean_error(others)
+    turned = dense if case.planar else Reference(case, 1.0, CHECK_AVERAGE, executor)
+    uncertainty = dense.mean_error(turned)
 
     def candidate(sides: int, most: float = np.inf) -> Candidate:
         """Errors of a pattern; where that of the residual strength exceeds `most`, the others are NaN."""
@@ -308,18 +308,18 @@ def select(
     tried: list[Candidate] = []
     inclined = () if case.smooth else (2,) if case.planar else range(2, REFERENCE_SIDES)
     for sides in (0, *inclined):
-        one = candidate(sides, tolerance)
-        tick(one.name)
-        tried.append(one)
-        if one.errors.worst + uncertainty <= tolerance:
-            pattern = one.pattern
+        trial = candidate(sides, tolerance)
+        tick(trial.name)
+        tried.append(trial)
+        if trial.errors.worst + uncertainty <= tolerance:
+            pattern = trial.pattern
             if not case.planar and pattern.across(case.direction):
                 pattern = pattern.turned_from(case.direction)
             rest = case, tolerance, uncertainty, tuple(tried), dense.lost
-            return Selection(one.name, pattern, one.errors, *rest)
+            return Selection(trial.name, pattern, trial.errors, *rest)
     # patterns that the residual strength excludes have no curves
-    run = [candidate(sides), *(one for one in tried if not np.isnan(one.errors.tau_L))]
-    best = min(reversed(run), key=lambda one: one.errors.worst)
+    run = [candidate(sides), *(trial for trial in tried if not np.isnan(trial.errors.tau_L))]
+    best = min(reversed(run), key=lambda trial: trial.errors.worst)
     raise NoPatternError(
         f"no pattern up to {best.name} meets the tolerance {tolerance:g}: {best.name} has an error of "
         f"{best.errors.worst:.2g}, the reference one of {uncertainty:.2g}",

@@ -102,14 +102,14 @@ def _run(options: argparse.Namespace) -> int:
         original = read_scan(options.scan, options.spacing, options.unit, nodata)
     smooth = original if options.smooth is None else original.smoothed(options.smooth)
     scan = smooth if options.sampling is None else smooth.sampled(options.sampling)
-    found = slopes.facets(scan, options.direction)
-    if found.profile and options.sides not in (None, 2):
+    facets = slopes.facets(scan, options.direction)
+    if facets.profile and options.sides not in (None, 2):
         raise ValueError(f"--sides {options.sides}: expected 2 for a profile, which knows one direction")
-    listed, label = _listed(options, found)
-    angles = slopes.directions_of(found, options.direction)
+    listed, label = _listed(options, facets)
+    angles = slopes.directions_of(facets, options.direction)
     with progress_bar(len(angles) + len(smooth.lengths), "step") as bar:
-        slips = found.slips(angles, mu, bar.update)
-        regular = slopes.nearest_regular(found, slips, options.sides or 0, options.direction)
+        slips = facets.slips(angles, mu, bar.update)
+        regular = slopes.nearest_regular(facets, slips, options.sides or 0, options.direction)
         rows = []
         for length in smooth.lengths:
             part = slopes.facets(smooth.sampled(length), options.direction)
@@ -120,17 +120,17 @@ def _run(options: argparse.Namespace) -> int:
     filtered = "" if options.smooth is None else f", smoothed over {options.smooth:g}"
     kind = "profile" if scan.y is None else "map"
     print(f"scan        {kind}, {points} points, {extent} {scan.unit}{filtered}")
-    print(report(scan, found, slips))
+    print(report(scan, facets, slips))
     print(f"\n{'pattern':<22}planes  mean slope    fabric    uphill  residual    listed")
     of_listed = Planes.of(listed).slips(angles, mu).residual
     for pattern in (listed, regular):
-        texts = [*map(_shown, slopes.compare(pattern, found, slips, of_listed).values())]
+        texts = [*map(_shown, slopes.compare(pattern, facets, slips, of_listed).values())]
         start = f"{_name(pattern):<22}{len(pattern.weights):>6}{texts[0]:>12}"
         print(start + "".join(f"{text:>10}" for text in texts[1:]))
     print(f"\n{f'sampling, {scan.unit}':>14}{'mean slope':>12}{'rms slope':>12}{'theta':>8}{'flat':>8}")
     for length, mean, rms, theta, flat in rows:
         print(f"{length:>14.4g}{mean:>12.4f}{rms:>12.4f}{theta:>8.2f}{flat:>8.3f}")
-    told = [f"warning     {text}" for text in scale_warnings(scan, found, options.direction)]
+    told = [f"warning     {text}" for text in scale_warnings(scan, facets, options.direction)]
     print("\n".join(["", *told, ""]) if told else "")
     chosen = regular if options.regular else listed
     written = [table, png]
@@ -143,18 +143,18 @@ def _run(options: argparse.Namespace) -> int:
     from .picture import draw
 
     if chosen is regular:  # the plane that is nearest to each facet in slope
-        away = [np.hypot(*(found.gradients - one).T) for one in Planes.of(regular).gradients]
+        away = [np.hypot(*(facets.gradients - gradient).T) for gradient in Planes.of(regular).gradients]
         label = np.argmin(away, axis=0)
-    draw(scan, found, (listed, regular), chosen, label, slips, np.array(rows), png, options.scan.name)
+    draw(scan, facets, (listed, regular), chosen, label, slips, np.array(rows), png, options.scan.name)
     print("\n".join(map(str, written)))
     return 0
 
 
-def scale_warnings(scan: Scan, found: Facets, direction: float) -> Iterator[str]:
+def scale_warnings(scan: Scan, facets: Facets, direction: float) -> Iterator[str]:
     """Warnings about units and scale."""
-    rms, unit, (low, high) = found.rms_slope, scan.unit, scan.steps
-    if found.doubt:
-        yield found.doubt
+    rms, unit, (low, high) = facets.rms_slope, scan.unit, scan.steps
+    if facets.doubt:
+        yield facets.doubt
     if high > UNLIKE * low:
         yield f"points are {low:g} to {high:g} {unit} apart; --sampling {high:g} gives them one scale"
     if rms > FLATNESS and 2.0 * high <= scan.longest:
@@ -166,24 +166,24 @@ def scale_warnings(scan: Scan, found: Facets, direction: float) -> Iterator[str]
             )
 
 
-def report(scan: Scan, found: Facets, slips: Slips) -> str:
+def report(scan: Scan, facets: Facets, slips: Slips) -> str:
     """Lines that describe the facets of a scan."""
     unit, (low, high), heights = scan.unit, scan.steps, scan.heights
     apart = f"{high:g}" if high <= low * (1.0 + 2.0 * EVEN) else f"{low:g} to {high:g}"
-    order = np.argsort(found.slopes)
-    below = np.cumsum(found.nominal[order])
+    order = np.argsort(facets.slopes)
+    below = np.cumsum(facets.nominal[order])
     at = np.searchsorted(below, np.array(PERCENT) / 100 * below[-1]).clip(max=len(order) - 1)
-    angles = zip(PERCENT, found.inclination[order][at], strict=True)
+    angles = zip(PERCENT, facets.inclination[order][at], strict=True)
     steep = ", ".join(f"{p} %: {angle:.2f}" for p, angle in angles)
-    tilt, lean = (angle if angle > ROUNDING else 0.0 for angle in (found.tilt, scan.lean))
+    tilt, lean = (angle if angle > ROUNDING else 0.0 for angle in (facets.tilt, scan.lean))
     ends = (slips.residual.min(), slips.residual.max())
     strengths = " to ".join("locks" if np.isinf(value) else f"{value:.4f}" for value in ends)
     return "\n".join([
         f"level       average plane inclined by {tilt:.4g} degrees, rotated to level; {lean:.3g} degrees "
         "from the least-squares plane",
-        f"facets      {len(found.gamma)} at {apart} {unit}; true/nominal area {found.ratio:.4f}",
+        f"facets      {len(facets.gamma)} at {apart} {unit}; true/nominal area {facets.ratio:.4f}",
         f"heights     rms {heights.std():.4g} {unit}, range {np.ptp(heights):.4g} {unit}",
-        f"slopes      mean {found.mean_slope:.4f}, rms {found.rms_slope:.4f} (tangent)",
+        f"slopes      mean {facets.mean_slope:.4f}, rms {facets.rms_slope:.4f} (tangent)",
         f"inclined    {steep} degrees (fraction of the nominal area)",
         f"residual    {strengths} |sigma_N| over {len(slips.angles)} directions, mu = {slips.mu:g}: set by "
         "the steepest facet along the slip",
@@ -219,16 +219,16 @@ def _outputs(options: argparse.Namespace) -> tuple[Path, Path, Path]:
     return table, png, case
 
 
-def _listed(options: argparse.Namespace, found: Facets) -> tuple[Pattern, np.ndarray]:
+def _listed(options: argparse.Namespace, facets: Facets) -> tuple[Pattern, np.ndarray]:
     """Listed planes according to the options, and the plane of every facet."""
-    directions = (2 if found.profile else 8) if options.directions is None else options.directions
+    directions = (2 if facets.profile else 8) if options.directions is None else options.directions
     bins = 3 if options.bins is None else options.bins
     if options.planes is not None:
         if not directions < options.planes <= contract.MAX_INCLINED:
             text = f"expected {directions + 1} to {contract.MAX_INCLINED} for {directions} directions"
             raise ValueError(f"--planes {options.planes}: {text}")
         bins = (options.planes - 1) // max(directions, 1)
-    return slopes.bin_facets(found, directions, bins, options.direction, options.flat_below or 0.0)
+    return slopes.bin_facets(facets, directions, bins, options.direction, options.flat_below or 0.0)
 
 
 def _shown(error: float) -> str:
@@ -252,12 +252,12 @@ def _write(path: Path, pattern: Pattern) -> None:
 
 def _lengths(text: str) -> tuple[float, ...]:
     try:
-        found = tuple(float(part) for part in text.split(","))
+        lengths = tuple(float(part) for part in text.split(","))
     except ValueError:
-        found = ()
-    if len(found) not in (1, 2) or not all(np.isfinite(v) and v > 0.0 for v in found):
+        lengths = ()
+    if len(lengths) not in (1, 2) or not all(np.isfinite(v) and v > 0.0 for v in lengths):
         raise argparse.ArgumentTypeError(f"{text}: expected DX or DX,DY, lengths > 0")
-    return found
+    return lengths
 
 
 def _material(text: str | None) -> Material | None:

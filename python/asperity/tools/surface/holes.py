@@ -41,10 +41,10 @@ def without_codes(path: Path, z: Floats, nodata: Sequence[float]) -> Floats:
             text = f"{path}: {same.sum()} of {z.size} heights are {value:g} (--nodata): they are holes"
         warnings.warn(text, ModelWarning, stacklevel=4)
     known = np.isin(z, (*CODES, *SMALL_CODES)) | (np.abs(z) >= HUGE)
-    others = z[~known & np.isfinite(z)]
-    if not known.any() or not others.size:
+    heights = z[~known & np.isfinite(z)]
+    if not known.any() or not heights.size:
         return z
-    low, high = float(others.min()), float(others.max())
+    low, high = float(heights.min()), float(heights.max())
     for value in np.unique(z[known]).tolist():
         outside = max(low - value, value - high)
         if abs(value) < HUGE and outside <= (high - low if value in SMALL_CODES else 0.0):

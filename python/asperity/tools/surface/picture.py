@@ -29,7 +29,7 @@ LONGEST = 12.0  # length of the drawn part of a profile over its height: the pic
 @printed()
 def draw(
     scan: Scan,
-    found: Facets,
+    facets: Facets,
     patterns: tuple[Pattern, Pattern],
     chosen: Pattern,
     label: np.ndarray,
@@ -45,7 +45,7 @@ def draw(
     """
     planes = Planes.of(chosen)
     listed, regular = map(Planes.of, patterns)
-    flat = found.profile
+    flat = facets.profile
     figure = Figure(figsize=(TWO, 4.4 if flat else 6.2), layout="constrained")
     axes = figure.subplot_mosaic(
         [["scan", "scan"], ["planes", "scales"]] if flat else [["scan", "planes"], ["scales", "strengths"]],
@@ -56,10 +56,10 @@ def draw(
     e = unit_vector(slips.angles[0])
     if flat:
         _profile(axes["scan"], scan, planes, label, e)
-        _inclinations(axes["planes"], found, listed, regular, e)
+        _inclinations(axes["planes"], facets, listed, regular, e)
     else:
         _map(axes["scan"], scan, planes, label)
-        _normals(cast("PolarAxes", axes["planes"]), found, listed, regular)
+        _normals(cast("PolarAxes", axes["planes"]), facets, listed, regular)
         _strengths(axes["strengths"], listed, regular, slips)
     name = "list" if chosen == patterns[0] else "nearest regular pattern"
     above = axes["scan"].get_title()
@@ -118,22 +118,28 @@ def _map(ax: Axes, scan: Scan, planes: Planes, label: np.ndarray) -> None:
     ax.set(xlabel=f"x [{scan.unit}]", ylabel=f"y [{scan.unit}]", title="\nthe {}, heights as lines")
 
 
-def _normals(ax: PolarAxes, found: Facets, planes: Planes, regular: Planes) -> None:
+def _normals(ax: PolarAxes, facets: Facets, planes: Planes, regular: Planes) -> None:
     """Draw the density of facets over azimuth and inclination, and planes as marks of proportional area."""
-    top = max(found.inclination.max() * 1.02, 1.0e-3)
-    places, ends = (found.azimuth % (2.0 * np.pi), found.inclination), ((0.0, 2.0 * np.pi), (0.0, top))
-    density, a, r = np.histogram2d(*places, bins=(72, 30), range=ends, weights=found.gamma)
+    top = max(facets.inclination.max() * 1.02, 1.0e-3)
+    places, ends = (facets.azimuth % (2.0 * np.pi), facets.inclination), ((0.0, 2.0 * np.pi), (0.0, top))
+    density, a, r = np.histogram2d(*places, bins=(72, 30), range=ends, weights=facets.gamma)
     density /= np.diff(a)[:, None] * np.diff(r**2)  # the density is per area of the plot
     shown = np.ma.masked_where(density == 0.0, density).T
     ax.pcolormesh(a, r, shown, cmap="Greys", vmin=0.0, vmax=2.0 * np.percentile(density[density > 0.0], 90.0))
-    for one, mark, colour, text in (
+    for drawn, mark, colour, text in (
         (planes, "o", COLOURS[3], "{} listed planes"),
         (regular, "s", COLOURS[0], "nearest regular, {} planes"),
     ):
         ax.scatter(
-            one.azimuth, one.inclination, s=10.0 + 600.0 * one.gamma, label=text.format(len(one.gamma)),
-            marker=mark, facecolors=_colours(one), edgecolors=colour, linewidths=1.4,
-        )  # fmt: skip
+            drawn.azimuth,
+            drawn.inclination,
+            s=10.0 + 600.0 * drawn.gamma,
+            label=text.format(len(drawn.gamma)),
+            marker=mark,
+            facecolors=_colours(drawn),
+            edgecolors=colour,
+            linewidths=1.4,
+        )
     ax.set_ylim(0.0, top)
     ax.set_rlabel_position(22.5)
     ax.yaxis.set_major_locator(MaxNLocator(4))
@@ -142,17 +148,17 @@ def _normals(ax: PolarAxes, found: Facets, planes: Planes, regular: Planes) -> N
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2)
 
 
-def _inclinations(ax: Axes, found: Facets, planes: Planes, regular: Planes, e: Floats) -> None:
+def _inclinations(ax: Axes, facets: Facets, planes: Planes, regular: Planes, e: Floats) -> None:
     """Draw the histogram of the signed inclination of the facets of a profile, and planes as sticks."""
-    incl = _signed(found, e)
+    incl = _signed(facets, e)
     top = max(np.abs(incl).max() * 1.05, 1.0e-3)
-    weights = 100.0 * found.gamma
+    weights = 100.0 * facets.gamma
     ax.hist(incl, bins=41, range=(-top, top), weights=weights, color="#BBBBBB", label="facets")
-    for one, line, mark, colour, label in (
+    for drawn, line, mark, colour, label in (
         (planes, "-", "o", COLOURS[1], "listed planes"),
         (regular, "--", "s", COLOURS[0], f"nearest regular, {len(regular.gamma)} planes"),
     ):
-        heads, sticks, _ = ax.stem(_signed(one, e), 100.0 * one.gamma, basefmt=" ", label=label)
+        heads, sticks, _ = ax.stem(_signed(drawn, e), 100.0 * drawn.gamma, basefmt=" ", label=label)
         heads.set(marker=mark, color=colour, markerfacecolor="none")
         sticks.set(linestyle=line, color=colour)
     label_axes(ax, "inclination, + rises along the profile [degrees]", "share of the true area [%]")
@@ -165,7 +171,7 @@ def _scales(ax: Axes, scan: Scan, scales: Floats) -> None:
     ax.semilogx(length, rms, "s--", color=COLOURS[1], label="rms")
     ax.axvline(scan.steps[1], color=COLOURS[3], linestyle=":", label="in use")
     ax.set_ylim(0.0, 1.05 * rms.max() or 1.0)
-    ax.set_xticks(length, [f"{one:.3g}" for one in length])
+    ax.set_xticks(length, [f"{tick:.3g}" for tick in length])
     ax.minorticks_off()
     label_axes(ax, f"sampling length [{scan.unit}]", "slope, tangent [-]")
     ax.legend()
@@ -174,11 +180,11 @@ def _scales(ax: Axes, scan: Scan, scales: Floats) -> None:
 def _strengths(ax: Axes, planes: Planes, regular: Planes, slips: Slips) -> None:
     """Draw the residual strength over the direction of slip, without a line where the joint locks."""
     degrees = np.degrees(np.append(slips.angles, slips.angles[0] + 2.0 * np.pi))
-    own = (one.slips(slips.angles, slips.mu) for one in (planes, regular))
+    own = (drawn.slips(slips.angles, slips.mu) for drawn in (planes, regular))
     labels = ("facets", "listed planes", f"nearest regular, {len(regular.gamma)} planes")
     styles = (("-", COLOURS[3]), ("-", COLOURS[1]), ("--", COLOURS[0]))
-    for one, (style, colour), label in zip((slips, *own), styles, labels, strict=True):
-        shown = np.where(np.isinf(one.residual), np.nan, one.residual)
+    for curve, (style, colour), label in zip((slips, *own), styles, labels, strict=True):
+        shown = np.where(np.isinf(curve.residual), np.nan, curve.residual)
         ax.plot(degrees, np.append(shown, shown[0]), style, color=colour, label=label)
     if np.isfinite(slips.residual).any():
         ax.set_ylim(bottom=0.0)

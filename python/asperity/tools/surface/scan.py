@@ -101,8 +101,8 @@ class Scan:
     def lean(self) -> float:
         """Angle between the average plane and that of least squares, degrees, due to the ends of the scan."""
         fitted = [np.polyfit(axis, self.z.mean(axis=k), 1)[0] for k, axis in enumerate(self.axes)]
-        one, other = (1.0, *fitted, 0.0)[:3], (1.0, *self.gradient)
-        return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(one, other)), np.dot(one, other))))
+        least, average = (1.0, *fitted, 0.0)[:3], (1.0, *self.gradient)
+        return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(least, average)), np.dot(least, average))))
 
     def sampled(self, length: float) -> Scan:
         """Scan with points `length` apart, by straight lines between the given points.

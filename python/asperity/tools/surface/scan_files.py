@@ -61,7 +61,7 @@ def _read(path: Path, spacing: Sequence[float] | None, unit: str, nodata: Sequen
         x, y, z, codes = read_grid(path)
         _enough(path, "columns", len(x))
         _enough(path, "rows", len(y))
-        codes = [one for one in codes if (z == one).any()]
+        codes = [code for code in codes if (z == code).any()]
         return _filled(path, *np.meshgrid(x, y), without_codes(path, z, [*codes, *nodata]), unit)
     table = read_table(path, "a CSV with a profile or a height map")
     table.warn_of_remarks()
@@ -85,8 +85,8 @@ def _read(path: Path, spacing: Sequence[float] | None, unit: str, nodata: Sequen
         # a comment that has as many words as there are columns is no header
         names, header = {2: ["x", "z"], 3: ["x", "y", "z"]}.get(len(places), []), header * (len(places) > 3)
     if sorted(names) not in (["x", "z"], ["x", "y", "z"]):
-        found = f"columns {header}" if header else f"{len(places)} columns without names"
-        raise ValueError(f"{path}: {found}: {EXPECTED}")
+        columns = f"columns {header}" if header else f"{len(places)} columns without names"
+        raise ValueError(f"{path}: {columns}: {EXPECTED}")
     if any(table.units) and not all(table.units):
         raise ValueError(f"{path}: columns {header}: expected a unit for all or none, as x [mm]")
     units = [given for given in table.units if given] or [unit] * len(names)
@@ -138,16 +138,16 @@ def planes_from_scan(
     """
     if not isinstance(scan, Scan | str | Path):
         raise ValueError(f"scan = {contract.shown(scan)}: expected a file, or Scan(x, y, z) of arrays")
-    one = scan if isinstance(scan, Scan) else read_scan(Path(scan))
-    one = one if smooth is None else one.smoothed(smooth)
-    found = facets(one if sampling is None else one.sampled(sampling), direction)
-    if found.doubt:
-        warnings.warn(found.doubt, ModelWarning, stacklevel=2)
+    measured = scan if isinstance(scan, Scan) else read_scan(Path(scan))
+    measured = measured if smooth is None else measured.smoothed(smooth)
+    of_scan = facets(measured if sampling is None else measured.sampled(sampling), direction)
+    if of_scan.doubt:
+        warnings.warn(of_scan.doubt, ModelWarning, stacklevel=2)
     # numbers out of range are refused with regular, too
-    listed = bin_facets(found, directions, bins, direction, flat_below)[0]
+    listed = bin_facets(of_scan, directions, bins, direction, flat_below)[0]
     if not regular:
         return listed
-    return nearest_regular(found, found.slips(directions_of(found, direction), 0.0), 0, direction)
+    return nearest_regular(of_scan, of_scan.slips(directions_of(of_scan, direction), 0.0), 0, direction)
 
 
 def _profile(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Scan:
@@ -248,7 +248,7 @@ def _filled(path: Path, x: Floats, y: Floats, z: Floats, unit: str, outline: boo
     inner = np.s_[1:], np.s_[:-1], np.s_[:, 1:], np.s_[:, :-1]
     while (out := np.isnan(z)).any():
         missing = [side.mean() for side in (out[0], out[-1], out[:, 0], out[:, -1])]
-        x, y, z, gaps = (one[inner[int(np.argmax(missing))]] for one in (x, y, z, gaps))
+        x, y, z, gaps = (values[inner[int(np.argmax(missing))]] for values in (x, y, z, gaps))
         if not z.size:
             break
     for i, name in enumerate("yx"):
@@ -274,8 +274,8 @@ def _surface(path: Path, spacing: Sequence[float] | None, unit: str) -> Scan:
     sheet = Triangulation(points[:, 0], points[:, 1], triangles)
     try:
         if not flawed:  # a triangle above another one is not the one that is found at its centre
-            found = sheet.get_trifinder()(*corners[..., :2].mean(axis=1).T)
-            above = f"{np.sum(found != np.arange(len(triangles)))}"
+            at_centre = sheet.get_trifinder()(*corners[..., :2].mean(axis=1).T)
+            above = f"{np.sum(at_centre != np.arange(len(triangles)))}"
     except RuntimeError:
         above = "some"
     if flawed or above != "0":
@@ -294,10 +294,10 @@ def _triangles(path: Path) -> tuple[Floats, np.ndarray]:
     mesh = read_mesh(path, "a file of triangles", "surface")
     points, cells = np.asarray(mesh.points, dtype=float), mesh.cells_dict
     triangles = cells.pop("triangle", np.empty((0, 3), dtype=int))
-    others = ", ".join(sorted(set(cells) - {"vertex", "line"})) or "none"
-    if others != "none" or not triangles.size or points.shape[1:] != (3,) or triangles.max() >= len(points):
-        found = f"{len(triangles)} triangles of {len(points)} points, other cells: {others}"
-        raise ValueError(f"{path}: {found}: expected triangles in space alone")
+    kinds = ", ".join(sorted(set(cells) - {"vertex", "line"})) or "none"
+    if kinds != "none" or not triangles.size or points.shape[1:] != (3,) or triangles.max() >= len(points):
+        content = f"{len(triangles)} triangles of {len(points)} points, other cells: {kinds}"
+        raise ValueError(f"{path}: {content}: expected triangles in space alone")
     return points, triangles
 
 

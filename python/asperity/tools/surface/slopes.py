@@ -195,7 +195,7 @@ def _levelled(normals: Floats) -> Floats:
 
 
 def bin_facets(
-    found: Facets, directions: int | None = None, bins: int = 3, start: float = 0.0, flat: float = 0.0
+    facets: Facets, directions: int | None = None, bins: int = 3, start: float = 0.0, flat: float = 0.0
 ) -> tuple[Pattern, np.ndarray]:
     """Listed planes of facets, a flat plane first, and the plane of every facet (n,).
 
@@ -204,13 +204,13 @@ def bin_facets(
     `bins` classes of inclination of equal nominal area.  A bin below LEAST_SHARE joins the nearest one.  The
     vector area of a plane is that of its facets.  Raises ValueError for numbers out of range.
     """
-    usual, most = 2 if found.profile else 8, contract.MAX_INCLINED
+    usual, most = 2 if facets.profile else 8, contract.MAX_INCLINED
     directions = usual if directions is None else directions
     for name, count, least in (("directions", directions, 2), ("bins", bins, 1)):
         if not least <= contract.number(name, count) <= most or count != int(count):
             raise ValueError(f"{name} = {count!r}: expected a whole number, {least} to {most}")
     directions, bins = int(directions), int(bins)
-    if found.profile and directions != usual:
+    if facets.profile and directions != usual:
         raise ValueError(f"directions = {directions}: expected 2 for a profile")
     if (count := directions * bins + 1) > most:
         planes = f"{directions} directions of {bins} bins and the flat plane are {count} planes"
@@ -218,18 +218,18 @@ def bin_facets(
     if not 0.0 <= contract.number("flat_below", flat) < 90.0:
         raise ValueError(f"flat_below = {flat!r}: expected degrees, 0 to below 90")
     sector = 2.0 * np.pi / directions
-    part = np.floor((found.azimuth - np.radians(start)) / sector + 0.5 + FLATNESS).astype(int) % directions
-    part[found.slopes <= max(np.tan(np.radians(flat)), FLATNESS)] = -1
+    part = np.floor((facets.azimuth - np.radians(start)) / sector + 0.5 + FLATNESS).astype(int) % directions
+    part[facets.slopes <= max(np.tan(np.radians(flat)), FLATNESS)] = -1
     label = np.full(len(part), -1)
     for k in range(directions):
         inside = np.flatnonzero(part == k)
-        share = found.nominal[inside].sum()
+        share = facets.nominal[inside].sum()
         if share > 0.0:
             classes = min(bins, int(np.ceil(bins * directions * share)))
-            ranks = _ranks(found.slopes[inside], found.nominal[inside])
+            ranks = _ranks(facets.slopes[inside], facets.nominal[inside])
             label[inside] = k * bins + np.floor(ranks * classes).astype(int)
     label = np.unique(label, return_inverse=True)[1].ravel()
-    vectors, label = _merged(found, label)
+    vectors, label = _merged(facets, label)
     area = np.linalg.norm(vectors, axis=1)
     normals = _levelled(vectors / area[:, None])
     azimuth = np.arctan2(-normals[:, 2], -normals[:, 1]) - np.radians(start) + FLATNESS
@@ -239,7 +239,9 @@ def bin_facets(
     return Pattern.planes(normals[order], (area / area.sum())[order]), np.argsort(order)[label]
 
 
-def nearest_regular(found: Facets, slips: Slips | None = None, sides: int = 0, start: float = 0.0) -> Pattern:
+def nearest_regular(
+    facets: Facets, slips: Slips | None = None, sides: int = 0, start: float = 0.0
+) -> Pattern:
     """Regular pattern with the mean and the mean square slope of the facets over the nominal area.
 
     tan(theta) = mean square / mean, and the inclined planes have mean^2 / mean square of the nominal area.
@@ -248,22 +250,22 @@ def nearest_regular(found: Facets, slips: Slips | None = None, sides: int = 0, s
     best.  Two sides have the moments of the slopes along their own direction only.  A profile has two sides,
     along `start` (degrees).
     """
-    if found.rms_slope <= FLATNESS:
+    if facets.rms_slope <= FLATNESS:
         return Pattern.regular(0, 0.0)
-    if found.profile:
-        return _of_moments(found, 2, start)
-    turns = _turns(found, sides or contract.MAX_INCLINED)
+    if facets.profile:
+        return _of_moments(facets, 2, start)
+    turns = _turns(facets, sides or contract.MAX_INCLINED)
     if sides:
-        return _of_moments(found, sides, turns[sides])
+        return _of_moments(facets, sides, turns[sides])
     if slips is None:
         raise ValueError("sides = 0: expected the slips under which sides are compared")
-    tried = [_of_moments(found, m, turn) for m, turn in turns.items()]
+    tried = [_of_moments(facets, m, turn) for m, turn in turns.items()]
     angles, mu, uphill = slips.angles, slips.mu, slips.uphill
     errors = [_difference(Planes.of(pattern).slips(angles, mu).uphill, uphill) for pattern in tried]
     return next(p for p, error in zip(tried, errors, strict=True) if error <= min(errors) + AS_GOOD)
 
 
-def compare(pattern: Pattern, found: Facets, slips: Slips, of_listed: Floats) -> dict[str, float]:
+def compare(pattern: Pattern, facets: Facets, slips: Slips, of_listed: Floats) -> dict[str, float]:
     """Differences between a pattern and the facets; slips: properties of the facets.
 
     mean slope, fabric: relative (of tensors, Frobenius norm).  uphill: largest difference over directions of
@@ -274,26 +276,26 @@ def compare(pattern: Pattern, found: Facets, slips: Slips, of_listed: Floats) ->
     planes = Planes.of(pattern)
     own = planes.slips(slips.angles, slips.mu)
     return {
-        "mean slope": _relative(planes.mean_slope, found.mean_slope),
-        "fabric": _relative(planes.fabric, found.fabric),
+        "mean slope": _relative(planes.mean_slope, facets.mean_slope),
+        "fabric": _relative(planes.fabric, facets.fabric),
         "uphill": _difference(own.uphill, slips.uphill),
         "residual": _of_strength(own.residual, slips.residual),
         "listed": _of_strength(own.residual, of_listed),
     }
 
 
-def directions_of(found: Facets, start: float = 0.0, count: int = 72) -> Floats:
+def directions_of(facets: Facets, start: float = 0.0, count: int = 72) -> Floats:
     """Angles (radians) of the compared slips: both directions of a profile, `count` directions of a map."""
-    turn = 2 if found.profile else count
+    turn = 2 if facets.profile else count
     angles: Floats = np.radians(start) + 2.0 * np.pi * np.arange(turn) / turn
     return angles
 
 
-def _turns(found: Facets, most: int) -> dict[int, float]:
+def _turns(facets: Facets, most: int) -> dict[int, float]:
     """Rotation (degrees) that agrees best with the azimuths, for each number of sides from 2 to `most`."""
-    share = found.nominal * found.slopes**2
+    share = facets.nominal * facets.slopes**2
     wave = share.astype(complex)
-    once = found.gradients @ (1.0, 1j) / np.maximum(found.slopes, FLATNESS)
+    once = facets.gradients @ (1.0, 1j) / np.maximum(facets.slopes, FLATNESS)
     turns = {}
     for sides in range(1, most + 1):
         wave = wave * once
@@ -305,10 +307,10 @@ def _turns(found: Facets, most: int) -> dict[int, float]:
     return turns
 
 
-def _of_moments(found: Facets, sides: int, turn: float) -> Pattern:
+def _of_moments(facets: Facets, sides: int, turn: float) -> Pattern:
     """Regular pattern with the mean and mean square slope of the facets (2 sides: along their direction)."""
-    slopes = np.abs(found.gradients @ direction_vector(turn)) if sides == 2 else found.slopes
-    mean, square = float(found.nominal @ slopes), float(found.nominal @ slopes**2)
+    slopes = np.abs(facets.gradients @ direction_vector(turn)) if sides == 2 else facets.slopes
+    mean, square = float(facets.nominal @ slopes), float(facets.nominal @ slopes**2)
     if mean <= FLATNESS:
         return Pattern.regular(0, 0.0)
     tangent, inclined = square / mean, min(1.0, mean**2 / square)
@@ -317,9 +319,9 @@ def _of_moments(found: Facets, sides: int, turn: float) -> Pattern:
     return Pattern.regular(sides, theta, float(flat) if flat >= TIE else 0.0, turn)
 
 
-def _merged(found: Facets, label: NDArray[np.int_]) -> tuple[Floats, NDArray[np.int_]]:
+def _merged(facets: Facets, label: NDArray[np.int_]) -> tuple[Floats, NDArray[np.int_]]:
     """Vector areas and labels of bins; bins below LEAST_SHARE join the nearest, bins of equal slope merge."""
-    facet = found.gamma[:, None] * found.normals
+    facet = facets.gamma[:, None] * facets.normals
     vectors = np.column_stack([np.bincount(label, facet[:, i]).astype(float) for i in range(3)])
     target = np.arange(len(vectors))
     total = vectors[:, 0].sum()
@@ -348,18 +350,18 @@ def _ranks(values: Floats, weights: Floats) -> Floats:
     return ranks
 
 
-def _difference(one: Floats, other: Floats) -> float:
+def _difference(values: Floats, expected: Floats) -> float:
     """Largest difference of the means or of the rms (2, n), over the largest value of the expected ones."""
-    away, size = np.abs(one - other).max(axis=1), other.max(axis=1)
-    return float(np.divide(away, size, out=(one.max(axis=1) > 0.0).astype(float), where=size > 0.0).max())
+    away, size = np.abs(values - expected).max(axis=1), expected.max(axis=1)
+    return float(np.divide(away, size, out=(values.max(axis=1) > 0.0).astype(float), where=size > 0.0).max())
 
 
 def _of_strength(values: Floats, expected: Floats) -> float:
     """Largest relative difference: 0 where both are infinite, inf where only one is."""
     if (np.isfinite(values) != np.isfinite(expected)).any():
         return np.inf
-    both = np.isfinite(expected) & (expected > 0.0)
-    return float(np.max(np.abs(values[both] / expected[both] - 1.0), initial=0.0))
+    finite = np.isfinite(expected) & (expected > 0.0)
+    return float(np.max(np.abs(values[finite] / expected[finite] - 1.0), initial=0.0))
 
 
 def _relative(value: Floats | float, expected: Floats | float) -> float:

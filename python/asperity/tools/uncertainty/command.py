@@ -66,7 +66,7 @@ def _run(options: argparse.Namespace) -> int:
     check_outputs(options.force, read, ("-o", options.output, table), ("--plot", options.plot))
     with shown_warnings():
         case = read_case(options.case)
-    deviations = {name: one for name, (one,) in numbers("--sd", options.sd, 1).items()}
+    deviations = {name: deviation for name, (deviation,) in numbers("--sd", options.sd, 1).items()}
     correlations = {}
     for name, (value,) in numbers("--correlation", options.correlation, 1).items():
         pair = tuple(name.split(","))
@@ -78,19 +78,19 @@ def _run(options: argparse.Namespace) -> int:
         workers(options, os.cpu_count()) as executor,
         progress_bar(options.samples * len(case.runs), "sample") as bar,
     ):
-        found = uncertainty(case, *given, executor, lambda: bar.update(min(BATCH, bar.total - bar.n)))
-    print(head(found[0].distribution))
+        spreads = uncertainty(case, *given, executor, lambda: bar.update(min(BATCH, bar.total - bar.n)))
+    print(head(spreads[0].distribution))
     print(f"samples     {options.samples}, seed {options.seed}")
-    print(report(case.sweep, found))
+    print(report(case.sweep, spreads))
     if options.output is not None:
-        write_curves(options.output, case.sweep, found)
+        write_curves(options.output, case.sweep, spreads)
         print(options.output)
     if options.plot is not None:
         from .picture import draw
 
-        draw(options.plot, case.title, case.sweep, found, units)
+        draw(options.plot, case.title, case.sweep, spreads, units)
         print(options.plot)
-    worst = max(one.left_out for one in found)
+    worst = max(spread.left_out for spread in spreads)
     if worst > MOST_LEFT_OUT:
         print(
             f"\nno result: {worst:.2%} of the samples have none, and the quantiles are those of the others: "
@@ -115,35 +115,35 @@ def head(distribution: Distribution) -> str:
     return "\n".join(lines)
 
 
-def report(sweep: str, found: Sequence[Spread]) -> str:
+def report(sweep: str, spreads: Sequence[Spread]) -> str:
     """Text of what was left out, and of the quantiles of the results."""
-    values = [one.path.run.value for one in found]
+    values = [spread.path.run.value for spread in spreads]
     titles = ["" if value is None else f"{sweep} = {value:g}" for value in values]
     lines = []
-    for title, one in zip(titles, found, strict=True):
-        reasons = ", ".join(f"{count} {reason}" for reason, count in one.out.items())
+    for title, spread in zip(titles, spreads, strict=True):
+        reasons = ", ".join(f"{count} {reason}" for reason, count in spread.out.items())
         lines.append("left out    " + ": ".join(filter(None, (title, reasons or "none"))))
-    for title, one in zip(titles, found, strict=True):
-        names = ("case", "mean", "sd", *(f"{level:.6g}" for level in one.levels))
+    for title, spread in zip(titles, spreads, strict=True):
+        names = ("case", "mean", "sd", *(f"{level:.6g}" for level in spread.levels))
         lines += ["", f"{title:<22}" + "".join(f"{name:>12}" for name in names)]
-        for name, own, values in zip(RESULTS, one.case[1], one.results.T, strict=True):
-            row = [own, values.mean(), (values - values[0]).std(ddof=1), *np.quantile(values, one.levels)]
-            label = name if one.path.slips else name.replace("slip", "opening")
+        for name, own, values in zip(RESULTS, spread.case[1], spread.results.T, strict=True):
+            row = [own, values.mean(), (values - values[0]).std(ddof=1), *np.quantile(values, spread.levels)]
+            label = name if spread.path.slips else name.replace("slip", "opening")
             lines.append(f"{label:<22}" + "".join(f"{value:>12.5g}" for value in row))
     return "\n".join(lines)
 
 
-def write_curves(path: Path, sweep: str, found: Sequence[Spread]) -> None:
+def write_curves(path: Path, sweep: str, spreads: Sequence[Spread]) -> None:
     """Write the quantiles of the curves: a row for each point, a column for each curve and level."""
     from pandas import DataFrame, concat
 
     frames = []
-    for one in found:
-        columns = {"slip" if one.path.slips else "opening": one.path.x[one.points]}
-        columns |= {f"{curve}_case": one.case[0][one.points, k] for k, curve in enumerate(CURVES)}
+    for spread in spreads:
+        columns = {"slip" if spread.path.slips else "opening": spread.path.x[spread.points]}
+        columns |= {f"{curve}_case": spread.case[0][spread.points, k] for k, curve in enumerate(CURVES)}
         for k, curve in enumerate(CURVES):
-            columns |= {f"{curve}_{v:g}": one.curves[i, :, k] for i, v in enumerate(one.levels)}
+            columns |= {f"{curve}_{v:g}": spread.curves[i, :, k] for i, v in enumerate(spread.levels)}
         frames.append(DataFrame(columns))
         if sweep:  # which may be called slip
-            frames[-1].insert(0, sweep, one.path.run.value, allow_duplicates=True)
+            frames[-1].insert(0, sweep, spread.path.run.value, allow_duplicates=True)
     concat(frames).to_csv(path, index=False, float_format="%.7g", lineterminator="\n")

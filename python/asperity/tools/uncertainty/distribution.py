@@ -72,7 +72,9 @@ class Distribution:
         return 1.0 + np.array(self.model_error) * normal
 
     def _back(self, x: Floats) -> Floats:
-        return np.column_stack([from_scale(name, one) for name, one in zip(self.names, x.T, strict=True)])
+        return np.column_stack(
+            [from_scale(name, column) for name, column in zip(self.names, x.T, strict=True)]
+        )
 
 
 def distribution_of(
@@ -86,7 +88,7 @@ def distribution_of(
     if deviations:
         if fit is not None:
             raise ValueError(f"--fit {fit}: expected without --sd")
-        found = of_deviations(props, deviations, correlations or {})
+        distribution = of_deviations(props, deviations, correlations or {})
     else:
         if correlations:
             raise ValueError("--correlation: expected with --sd; a fit has its own")
@@ -96,8 +98,8 @@ def distribution_of(
                 f"{file}: expected the file that asperity fit -o {path} writes, --fit with its name, or --sd "
                 "NAME=VALUE"
             )
-        found = read(file)
-        for name, value in zip(found.names, found.values, strict=True):
+        distribution = read(file)
+        for name, value in zip(distribution.names, distribution.values, strict=True):
             of_case = case.runs[0].interface.material.K if name == KS else props[contract.index(name)]
             if abs(of_case - value) > DIGITS * abs(value):
                 raise ValueError(
@@ -105,14 +107,14 @@ def distribution_of(
                     "the constants of the fit"
                 )
     m = case.runs[0].pattern.m
-    for name in found.names:
+    for name in distribution.names:
         if m == 0 and name in INCLINED:
             raise ValueError(f"{path}: {name}: expected inclined planes, which sides = 0 does not have")
         if m < 0 and name in ("theta", "flat"):
             raise ValueError(f"{path}: {name}: expected a regular pattern, not listed planes")
         if name != KS and len({run.props[contract.index(name)] for run in case.runs}) > 1:
             raise ValueError(f"{path}: &sweep: expected one that leaves {name} alone, which is uncertain")
-    return found
+    return distribution
 
 
 def read(path: Path) -> Distribution:
@@ -180,11 +182,11 @@ def bad_constant(props: Floats, names: Sequence[str]) -> str | None:
 
 def with_constants(props: Sequence[float], names: Sequence[str], sample: Sequence[float]) -> Floats:
     """PROPS with other values of constants; ks is the stiffness of a joint without bond."""
-    found, values = np.array(props), dict(zip(names, sample, strict=True))
+    sampled, values = np.array(props), dict(zip(names, sample, strict=True))
     ks = values.pop(KS, None)
     for name, value in values.items():
-        found[contract.index(name)] = value
+        sampled[contract.index(name)] = value
     if ks is not None:
-        for name, value in contract.joint_constants(found[contract.index("kc")] * ks, ks).items():
-            found[contract.index(name)] = value
-    return found
+        for name, value in contract.joint_constants(sampled[contract.index("kc")] * ks, ks).items():
+            sampled[contract.index(name)] = value
+    return sampled

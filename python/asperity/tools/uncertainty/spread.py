@@ -179,12 +179,12 @@ def uncertainty(
     --------
     >>> from asperity.installed import named_case
     >>> from asperity.tools.uncertainty import uncertainty
-    >>> [found] = uncertainty(named_case("figure05b"), sd={"mu": 0.05}, samples=50)
-    >>> found.curves.shape[0], len(found.results), found.left_out
+    >>> [spread] = uncertainty(named_case("figure05b"), sd={"mu": 0.05}, samples=50)
+    >>> spread.curves.shape[0], len(spread.results), spread.left_out
     (3, 50, 0.0)
     """
-    one = case if isinstance(case, Case) else read_case(case)
-    distribution = distribution_of(one, None if fit is None else Path(fit), sd, correlations)
+    known = case if isinstance(case, Case) else read_case(case)
+    distribution = distribution_of(known, None if fit is None else Path(fit), sd, correlations)
     if not 2 <= contract.number("samples", samples) <= MOST_SAMPLES or samples != int(samples):
         raise ValueError(f"samples = {samples!r}: expected a whole number, 2 to {MOST_SAMPLES}")
     if not 0 <= contract.number("seed", seed) < np.inf or seed != int(seed):
@@ -194,7 +194,7 @@ def uncertainty(
         text = "expected increasing numbers between 0 and 1, for quantiles"
         raise ValueError(f"levels = {contract.shown(levels)}: {text}")
     given = distribution, int(samples), int(seed), wanted, executor, tick
-    return [spread(load_path(one.path, run), *given) for run in one.runs]
+    return [spread(load_path(known.path, run), *given) for run in known.runs]
 
 
 def _batch(
