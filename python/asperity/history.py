@@ -259,7 +259,8 @@ class History(_Named):
         first, least = contract.number("a_0", a_0), contract.number("a_min", a_min)
         for name, value, good in (("a_0", first, True), ("a_min", least, least >= 0.0)):
             if not (np.isfinite(value) and good):
-                raise ValueError(f"{name} = {value:g}: expected a finite length{' >= 0' * (name != 'a_0')}")
+                wanted = "a finite length" if name == "a_0" else "a finite length >= 0"
+                raise ValueError(f"{name} = {value:g}: expected {wanted}")
         return replace(self, aperture=np.maximum(least, first + self.separation[:, 0]))
 
     @property

@@ -57,7 +57,7 @@ def rows_of(
 def columns_of(props: Floats, steps: Sequence[Step], names: Sequence[str]) -> list[Floats]:
     """Columns (n,) by name of the rows with equilibrium alone, for many runs; as `rows_of`."""
     numbers, _, _, loss = _run(props, steps, None, None)
-    kept = numbers[: len(numbers) - (loss is not None)]
+    kept = numbers if loss is None else numbers[:-1]
     return [kept[:, column_names().index(name)] for name in names]
 
 

@@ -101,7 +101,8 @@ class Step:
 
     def __len__(self) -> int:
         """Number of increments along the stable path."""
-        targets = max(len(values) if isinstance(values := getattr(self, name), tuple) else 1 for name in TARGETS)
+        values = (getattr(self, name) for name in TARGETS)
+        targets = max(len(value) if isinstance(value, tuple) else 1 for value in values)
         given = _DEFAULTS["increments"] if self.increments is None else self.increments
         parts = np.atleast_1d(np.asarray(given, float))
         parts = np.clip(np.nan_to_num(parts), 1.0, 1e7)

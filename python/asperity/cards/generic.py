@@ -12,7 +12,7 @@ def behaviour(n_planes: int, host: str = "ogs", kind: str = "Layer", wet: bool =
 
     wet: whether its external state variable is the water pressure.
     """
-    name = f"Asperity{'Wet' * wet}{kind}{n_planes}"
+    name = f"Asperity{'Wet' if wet else ''}{kind}{n_planes}"
     try:
         _number(f"{name}_nInternalStateVariables")
     except ValueError:

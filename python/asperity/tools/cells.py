@@ -107,7 +107,9 @@ def numbers_of(
         clean = text.str.replace(OTHER[mark], "", regex=False).str.replace(mark, ".", regex=False)
         numbers[:, j] = pd.to_numeric(clean.where(good), errors="coerce").to_numpy(dtype=float)
         bad = ~np.isfinite(numbers[:, j]) & ~(empty.to_numpy() & (name in gaps))
-        wanted = "expected a finite number" + f" with {WORDS[mark]}" * (mark == ",")
+        wanted = "expected a finite number"
+        if mark == ",":
+            wanted += f" with {WORDS[mark]}"
         if shown[column]:
             reason = f"the column has {WORDS[mark]}"
         elif agreed:

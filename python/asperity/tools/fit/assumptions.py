@@ -134,7 +134,8 @@ def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assump
 
     start = [np.log(np.tan(np.radians(chosen.values["theta"])))]
     start += [np.log(chosen.values.get(KT, 10.0 * stress / length))]
-    start += [np.log(max(chosen.values["height"], 1e-9))] * ends
+    if ends:
+        start.append(np.log(max(chosen.values["height"], 1e-9)))
     least = least_squares(misfit, start, max_nfev=50)
     values = {"theta": float(np.degrees(np.arctan(np.exp(least.x[0]))))}
     values |= {"height": float(np.exp(least.x[-1]))} if ends else {}

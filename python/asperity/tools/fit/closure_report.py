@@ -45,8 +45,10 @@ def closure_case(fit: ClosureFit) -> str:
     steps: list[Group] = [
         ("step", {"t_N": -rounded(pressure, 6), "increments": INCREMENTS}) for pressure in (first, top, first)
     ]
+    if first <= 0.0:
+        steps = steps[1:]
     groups: list[Group] = [("case", {"title": "Closure"}), ("material", material), ("pattern", {"sides": 0})]
-    text = case_text(*groups, *steps[first <= 0.0 :])
+    text = case_text(*groups, *steps)
     notes = [first_upper(comment(fit)), "ks and mu are assumed: closure tests do not show them."]
     return "".join(f"! {note}\n" for note in notes) + text
 

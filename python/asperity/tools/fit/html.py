@@ -81,7 +81,7 @@ def page(fit: AnyFit, units: tuple[str, str], command: str) -> str:
         f"<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
         f"<title>{kind.capitalize()}s: fit</title>"
         f"<style>{STYLE}</style></head><body>",
-        f"<h1>Joint constants from {len(fit.tests)} {kind}{'s' * (len(fit.tests) != 1)}</h1>",
+        f"<h1>Joint constants from {len(fit.tests)} {kind}{'' if len(fit.tests) == 1 else 's'}</h1>",
         (
             f"<p><span class='grade {fit.grade}'>{fit.grade}</span> "
             f"{verdict}{escape('; '.join(fit.reasons))}</p>"
@@ -142,8 +142,8 @@ def _image(figure: Figure) -> str:
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    top = "".join(f"<th{' class=text' * (cell in TEXTS)}>{escape(cell)}</th>" for cell in head)
-    ends = ["" if name not in TEXTS else " class='text'" for name in head]
+    ends = [" class='text'" if name in TEXTS else "" for name in head]
+    top = "".join(f"<th{end}>{escape(cell)}</th>" for end, cell in zip(ends, head, strict=True))
     body = ""
     for row in rows:
         cells = (f"<td{end}>{escape(cell)}</td>" for end, cell in zip(ends, row, strict=True))

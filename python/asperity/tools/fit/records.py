@@ -201,7 +201,7 @@ def _read(
             tests.append(part)
     text = f"{path}: the slip jumps back in line {', '.join(returns)}: read as the next test; a column test"
     warn_if(returns, f"{text} with the same entry in all rows makes them one")
-    lines = ", ".join(map(str, left_out[:10])) + ", ..." * (len(left_out) > 10)
+    lines = ", ".join([*map(str, left_out[:10]), *(["..."] if len(left_out) > 10 else [])])
     warn_if(left_out, f"{path}: rows left out, because a cell is empty: {len(left_out)} (line {lines})")
     return tests
 

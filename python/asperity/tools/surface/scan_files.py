@@ -83,7 +83,8 @@ def _read(path: Path, spacing: Sequence[float] | None, unit: str, nodata: Sequen
     names = [name.lower() for name in table.names]
     if not names or (table.hidden and not any(table.units) and not {*names} & {*"xyz"}):
         # a comment that has as many words as there are columns is no header
-        names, header = {2: ["x", "z"], 3: ["x", "y", "z"]}.get(len(places), []), header * (len(places) > 3)
+        names = {2: ["x", "z"], 3: ["x", "y", "z"]}.get(len(places), [])
+        header = header if len(places) > 3 else ""
     if sorted(names) not in (["x", "z"], ["x", "y", "z"]):
         columns = f"columns {header}" if header else f"{len(places)} columns without names"
         raise ValueError(f"{path}: {columns}: {EXPECTED}")
