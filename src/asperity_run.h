@@ -63,7 +63,8 @@ int asperity_tables(char *text, int size);
 /* Stability of n points from the eigenvalues of their tangents.
  *   tangent  double[n][3][3], d traction_i / d s_j
  *   numbers  double[n][6], as "stability" of asperity_tables names them
- * Returns a status of asperity.h: 0, that of props[nprops], or ASPERITY_BAD_STATE for a tangent that is not finite. */
+ * Returns a status of asperity.h: 0, that of props[nprops], ASPERITY_BAD_STATE for a tangent that is not finite, or
+ * ASPERITY_BAD_SIZE for n < 0 or an array that is NULL. */
 int asperity_stability_of(const double *props, int nprops, int n, const double *tangent, double *numbers);
 
 #ifdef __cplusplus

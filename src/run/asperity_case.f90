@@ -223,11 +223,15 @@ contains
     character(len=:), allocatable :: follow
     integer :: g, i, n
     logical :: given
-    if (.not. io%writes) allocate (steps(count(io%text%groups(:io%text%n_groups)%name == "step")))
+    if (.not. io%writes) allocate (steps(io%text%n_steps))
     g = 0
     do n = 1, size(steps)
       given = .true.
-      if (.not. io%writes) g = g + findloc(io%text%groups(g + 1:io%text%n_groups)%name, "step", dim=1)
+      if (.not. io%writes) then
+        do g = g + 1, io%text%n_groups
+          if (io%text%groups(g)%step == n - 1) exit
+        end do
+      end if
       call open_group(io, "step", given, g)
       steps(n)%place = io%place
       do i = 1, size(step_table)

@@ -49,13 +49,16 @@ contains
       call add(io, "&" // name)
       return
     end if
-    io%group = group_index(io%text, name)
-    if (present(which)) io%group = which
+    if (present(which)) then
+      io%group = which
+    else
+      io%group = group_index(io%text, name)
+    end if
     given = io%group > 0
     if (.not. given) return
     io%place = of_group(io%text, io%group)
-    if (allocated(io%asked)) deallocate (io%asked)
-    allocate (io%asked(io%text%n_entries), source=.false.)
+    if (.not. allocated(io%asked)) allocate (io%asked(io%text%n_entries))
+    io%asked(io%text%groups(io%group)%first:io%text%groups(io%group)%last) = .false.
   end subroutine open_group
 
   !> Close the group. A name that no entry of the group has is an error.

@@ -8,7 +8,7 @@ module asperity_case_text
   use asperity_errors, only: error_type, errors_type, fail
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text
-  use asperity_text_file, only: blanks, check_bytes, last_before, load_file, lower, newline, printable
+  use asperity_text_file, only: accept_bytes, blanks, last_before, load_file, lower, newline, printable
   implicit none
   private
   public :: read_text, group_index, of_file, of_group, of_entry, token_text, value_text
@@ -35,6 +35,7 @@ module asperity_case_text
     integer :: line
     integer :: first, last                 !! its entries
     integer :: from, to                    !! in the source, from & to /
+    integer :: step                        !! of the load path, from 0; -1: another group
   end type group_type
 
   !> Contents of a file, split into groups, entries and values.
@@ -44,7 +45,7 @@ module asperity_case_text
     type(token_type), allocatable :: tokens(:)
     type(entry_type), allocatable :: entries(:)
     type(group_type), allocatable :: groups(:)
-    integer :: n_tokens = 0, n_entries = 0, n_groups = 0
+    integer :: n_tokens = 0, n_entries = 0, n_groups = 0, n_steps = 0
     ! name of the variable of &sweep, which is replaced by a number
     character(len=name_length) :: variable = ""
     real(wp) :: variable_value = 0.0_wp
@@ -66,7 +67,7 @@ contains
     allocate (text%tokens(64), text%entries(32), text%groups(8))
     if (present(source)) then
       text%source = source
-      call check_bytes(path, source, errors)
+      call accept_bytes(path, text%source, errors)
     else
       call load_file(path, text%source, errors)
     end if
@@ -90,7 +91,11 @@ contains
         if (text%n_groups == size(text%groups)) text%groups = [text%groups, text%groups]
         text%n_groups = text%n_groups + 1
         text%groups(text%n_groups) = group_type(lower(text%source(i + 1:last)), line, text%n_entries + 1, &
-          text%n_entries, i, i)
+          text%n_entries, i, i, -1)
+        if (text%groups(text%n_groups)%name == "step") then
+          text%groups(text%n_groups)%step = text%n_steps
+          text%n_steps = text%n_steps + 1
+        end if
         inside = .true.
         comma = .true.
       case default
@@ -233,7 +238,7 @@ contains
     place = of_file(text, text%groups(g)%line)
     if (present(line)) place = of_file(text, line)
     place%group = "&" // trim(text%groups(g)%name)
-    if (text%groups(g)%name == "step") place%step = count(text%groups(:g - 1)%name == "step")
+    place%step = text%groups(g)%step
   end function of_group
 
   !> Place of an error in an entry, with its values.

@@ -8,7 +8,7 @@ module asperity_run_c
   use asperity_call_checks, only: umat_only
   use asperity_case, only: case_file_type, read_cases
   use asperity_checks, only: all_bounded
-  use asperity_contract, only: status_ok, status_state
+  use asperity_contract, only: status_ok, status_size, status_state
   use asperity_equations, only: new_point, point_type
   use asperity_errors, only: errors_type, put_words
   use asperity_interface, only: interface_type, new_interface
@@ -274,25 +274,34 @@ contains
 
   !> Stability of n points, from the eigenvalues of their tangents; returns 0 or the status of PROPS or of a tangent.
   function asperity_stability_of(props, nprops, n, tangent, numbers) bind(C) result(status)
+    type(c_ptr), value :: props             !! double[nprops] PROPS
     integer(c_int), value :: nprops         !! number of constants
-    real(c_double), intent(in) :: props(nprops)          !! PROPS
-    integer(c_int), value :: n                           !! points
-    real(c_double), intent(in) :: tangent(3, 3, n)       !! double[n][3][3] d traction_i/d s_j, stress/length
-    real(c_double), intent(inout) :: numbers(size(stability_columns), n)   !! double[n][6], as "stability" names them
+    integer(c_int), value :: n              !! points
+    type(c_ptr), value :: tangent           !! double[n][3][3] d traction_i/d s_j, stress/length
+    type(c_ptr), value :: numbers           !! double[n][6], as "stability" names them
     integer(c_int) :: status
+    real(wp), pointer, contiguous :: columns(:, :), constants(:), tangents(:, :, :)
+    real(wp), target :: none(0)
     type(interface_type) :: joint
     type(rie_law) :: law
     integer :: i
-    call new_interface(props, joint, status)
-    if (status /= status_ok) return
+    status = status_size
+    if (.not. c_associated(props) .and. nprops > 0) return
+    if (n < 0 .or. (n > 0 .and. .not. (c_associated(tangent) .and. c_associated(numbers)))) return
+    constants => none
+    if (nprops > 0) call c_f_pointer(props, constants, [nprops])
+    call new_interface(constants, joint, status)
+    if (status /= status_ok .or. n == 0) return
+    call c_f_pointer(tangent, tangents, [3, 3, n])
+    call c_f_pointer(numbers, columns, [size(stability_columns), n])
     do i = 1, n
-      if (all_bounded(9, tangent(:, :, i), huge(1.0_wp))) cycle
+      if (all_bounded(9, tangents(:, :, i), huge(1.0_wp))) cycle
       status = status_state
       return
     end do
     law = new_rie_law(joint)
     do i = 1, n
-      numbers(:, i) = stability_of(transpose(tangent(:, :, i)), law%stiffness)
+      columns(:, i) = stability_of(transpose(tangents(:, :, i)), law%stiffness)
     end do
   end function asperity_stability_of
 

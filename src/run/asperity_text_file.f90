@@ -6,7 +6,7 @@ module asperity_text_file
   use asperity_text, only: integer_text
   implicit none
   private
-  public :: beside, check_bytes, last_before, load_file, lower, printable, split, to_real
+  public :: accept_bytes, beside, last_before, load_file, lower, printable, split, to_real
 
   character(len=*), parameter, public :: newline = achar(10)
   character(len=*), parameter, public :: blanks = " " // achar(9) // newline // achar(13)
@@ -50,19 +50,19 @@ contains
       call fail(errors, place, "cannot be read: " // trim(reason))
       return
     end if
-    call check_bytes(path, source, errors)
-    if (bytes >= 3) then
-      if (source(1:3) == char(239) // char(187) // char(191)) source(1:3) = ""   ! byte-order mark of an editor
-    end if
+    call accept_bytes(path, source, errors)
   end subroutine load_file
 
-  !> Add an error for the first byte that a text file does not have.
-  pure subroutine check_bytes(path, source, errors)
-    character(len=*), intent(in) :: path                      !! file
-    character(len=*), intent(in) :: source                    !! its bytes
+  !> Blank out the byte-order mark of an editor, and add an error for the first byte that a text file does not have.
+  pure subroutine accept_bytes(path, source, errors)
+    character(len=*), intent(in) :: path                      !! file, or the name of the text
+    character(len=:), allocatable, intent(inout) :: source    !! its bytes
     type(errors_type), intent(inout) :: errors                !! errors are added
     type(error_type) :: place
     integer :: i, line
+    if (len(source) >= 3) then
+      if (source(1:3) == char(239) // char(187) // char(191)) source(1:3) = ""
+    end if
     place%file = path
     line = 1
     do i = 1, len(source)
@@ -73,7 +73,7 @@ contains
         return
       end if
     end do
-  end subroutine check_bytes
+  end subroutine accept_bytes
 
   !> Last position before a character of a set, or of the text; i - 1 if this character is at i.
   pure function last_before(set, source, i) result(last)
@@ -129,8 +129,8 @@ contains
     end do
   end function lower
 
-  !> Read a finite number: decimal, with or without exponent, or hexadecimal as %a of C and float.hex of Python write
-  !> it, which is exact and quick; every other text is rejected.
+  !> Read a finite number: decimal, with or without exponent, or hexadecimal as %a and %A of C and float.hex of Python
+  !> write it, which is exact and quick; every other text is rejected.
   pure subroutine to_real(word, value, good)
     character(len=*), intent(in) :: word   !! without blanks
     real(wp), intent(out) :: value         !! 0 if it is no number
@@ -139,7 +139,7 @@ contains
     character(len=longest + 8) :: number
     integer :: e, exponent, status
 
-    if (index(word(:min(3, len(word))), "0x") > 0) then
+    if (scan(word(:min(3, len(word))), "xX") > 0) then
       call hexadecimal(word, value, good)
       return
     end if
@@ -159,8 +159,9 @@ contains
     good = status == 0
   end subroutine to_real
 
-  !> Read a hexadecimal number: a sign, 0x, up to 14 digits with or without a point, p, and the exponent of 2. One that
-  !> overflows, or that no double is exactly, is rejected from its exponent, without a floating-point exception.
+  !> Read a hexadecimal number in any case: a sign, 0x, up to 14 digits with or without a point, p, and the exponent
+  !> of 2. One that overflows, or that no double is exactly, is rejected from its exponent, without a floating-point
+  !> exception.
   pure subroutine hexadecimal(word, value, good)
     character(len=*), intent(in) :: word   !! without blanks
     real(wp), intent(out) :: value         !! 0 if it is no number
@@ -173,7 +174,7 @@ contains
     value = 0.0_wp
     first = 1 + min(1, scan(word(:1), "+-"))
     p = scan(word, "pP")
-    good = word(first:min(first + 1, len(word))) == "0x" .and. p > first + 2
+    good = any(word(first:min(first + 1, len(word))) == ["0x", "0X"]) .and. p > first + 2
     if (good) good = len(word) - p <= 5 .and. is_number(word(p + 1:), 0)
     if (.not. good) return
     mantissa = 0_int64
@@ -191,6 +192,8 @@ contains
         digit = iachar(word(i:i)) - iachar("0")
       case ("a":"f")
         digit = iachar(word(i:i)) - iachar("a") + 10
+      case ("A":"F")
+        digit = iachar(word(i:i)) - iachar("A") + 10
       case default
         good = .false.
       end select

@@ -205,16 +205,53 @@ static int stability_is_that_of_the_tangent(void) {
   bad += DIFFERS(1.0, numbers[1][2], 1e-14);
   tangent[1][0] = NAN;
   bad += FAILS(asperity_stability_of(props, 4, 2, tangent[0], numbers[0]) == ASPERITY_BAD_STATE);
-  return bad + FAILS(asperity_stability_of(props, 3, 1, tangent[0], numbers[0]) == ASPERITY_FEW_PROPS);
+  bad += FAILS(asperity_stability_of(props, 3, 1, tangent[0], numbers[0]) == ASPERITY_FEW_PROPS);
+  /* arrays that are NULL are told, unless they have no number */
+  bad += FAILS(asperity_stability_of(NULL, 4, 1, tangent[0], numbers[0]) == ASPERITY_BAD_SIZE);
+  bad += FAILS(asperity_stability_of(NULL, 0, 1, tangent[0], numbers[0]) == ASPERITY_FEW_PROPS);
+  bad += FAILS(asperity_stability_of(props, 4, 1, NULL, numbers[0]) == ASPERITY_BAD_SIZE);
+  bad += FAILS(asperity_stability_of(props, 4, 1, tangent[0], NULL) == ASPERITY_BAD_SIZE);
+  bad += FAILS(asperity_stability_of(props, 4, -1, tangent[0], numbers[0]) == ASPERITY_BAD_SIZE);
+  return bad + FAILS(asperity_stability_of(props, 4, 0, NULL, NULL) == ASPERITY_OK);
+}
+
+/* What the function reads of a file, it reads of a text: a byte-order mark, numbers of %A. */
+static int a_text_is_read_as_a_file(void) {
+  static const char content[] = "\xEF\xBB\xBF" MATERIAL PATTERN "&step s_N = -0X1.8P-4, -0x1.8p-4, increments = 1 /\n";
+  const char *name = "text_as_file.nml";
+  FILE *file = fopen(name, "wb");
+  int bad = FAILS(file != NULL);
+  if (bad) return bad;
+  bad += FAILS(fputs(content, file) >= 0) + FAILS(fclose(file) == 0);
+  for (int from_text = 0; from_text < 2; from_text++) {
+    asperity_cases *cases = asperity_read_cases(name, from_text ? content : NULL, NULL, 0);
+    char message[256];
+    bad += FAILS(asperity_case_errors(cases, message, sizeof message) == 0);
+    asperity_run *run = asperity_begin(cases, 0, message, sizeof message);
+    bad += FAILS(run != NULL);
+    for (int row = 0; run && row < 2; row++) {
+      bad += FAILS(asperity_next(run, 1, 0, NULL, 0, NULL, NULL) == 1);
+      bad += DIFFERS(-0.09375, asperity_value(run, "s_N"), 0.0);
+    }
+    asperity_end(run);
+    asperity_free_cases(cases);
+  }
+  return bad + FAILS(remove(name) == 0);
 }
 
 int main(void) {
   int (*const tests[])(void) = {
-      rows_have_columns_with_names,         rows_come_in_parts_of_any_size,
-      props_stand_for_material_and_pattern, errors_name_their_place,
-      what_cannot_begin_says_why,           loss_of_equilibrium_is_told,
-      every_value_of_a_sweep_is_a_run,      tables_name_columns,
-      stability_is_that_of_the_tangent,     handles_may_be_null,
+      rows_have_columns_with_names,
+      rows_come_in_parts_of_any_size,
+      props_stand_for_material_and_pattern,
+      errors_name_their_place,
+      what_cannot_begin_says_why,
+      loss_of_equilibrium_is_told,
+      every_value_of_a_sweep_is_a_run,
+      tables_name_columns,
+      stability_is_that_of_the_tangent,
+      handles_may_be_null,
+      a_text_is_read_as_a_file,
   };
   return check_run(sizeof tests / sizeof *tests, tests);
 }
