@@ -5,13 +5,12 @@ from __future__ import annotations
 from functools import cache
 
 import pytest
+from on_ranks import WITH_FENICSX
 
 from harness.studies.validation import ribbed
-from harness.studies.validation.wall_runs import PYTHON, start
+from harness.studies.validation.wall_runs import start
 
-pytestmark = pytest.mark.skipif(
-    not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
-)
+pytestmark = WITH_FENICSX
 
 RIBS = "mu=0.5 theta=38.66 height=1 crush=3 sigma0=6.5 Gc=3"
 

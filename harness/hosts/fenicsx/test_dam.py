@@ -10,13 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from on_ranks import WITH_FENICSX
 
 from harness.studies.validation import dam
 from harness.studies.validation.wall_runs import PROGRAM, PYTHON, start
 
-pytestmark = pytest.mark.skipif(
-    not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
-)
+pytestmark = WITH_FENICSX
 
 PAGE = (PROGRAM.parents[3] / "docs/how-to/dam.md").read_text(encoding="utf-8")
 

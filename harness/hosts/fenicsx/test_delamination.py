@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from on_ranks import WITH_FENICSX
 
-from harness.studies.validation.wall_runs import PROGRAM, PYTHON, start
+from harness.studies.validation.wall_runs import PROGRAM, start
 
-pytestmark = pytest.mark.skipif(
-    not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
-)
+pytestmark = WITH_FENICSX
 
 
 @pytest.mark.parametrize(("mu", "least", "most"), [(0.0, 0.97, 1.06), (0.8, 1.5, 1.8)])

@@ -12,12 +12,11 @@ import exported
 import meshio
 import numpy as np
 import pytest
+from on_ranks import WITH_FENICSX
 
 from harness.studies.validation.wall_runs import PROGRAM, PYTHON, SOLVERS, start
 
-pytestmark = pytest.mark.skipif(
-    not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
-)
+pytestmark = WITH_FENICSX
 
 SMALL = "--elements 2 2 --step 0.1 --most 0.1 --tolerance 1e-10"
 """Fixed steps, as long as none is cut."""

@@ -3,33 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from on_ranks import WITH_FENICSX, assert_refused, of_all_ranks
 
-from harness.studies.validation.wall_runs import PROGRAM, PYTHON, start
-
-pytestmark = pytest.mark.skipif(
-    not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
-)
-
-MODEL = f"""
-import sys
-sys.path[:0] = [{str(PROGRAM.parent)!r}, {str(PROGRAM.parents[1])!r}]
-import numpy as np
-from jointed import *
-from asperity import Interface, Material, Pattern
-from asperity.mesh import split
-from structured import grid
-
-law = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=0.5), Pattern.regular(0, 0.0))
-mesh = split(grid(range(4), range(3), block=[0, 1])) if COMM.rank == 0 else None
-
-def model(E=2e4, nu=0.2, laws=None, **other):
-    return Model(mesh, laws or {{"joint": law}}, E, nu, **other)
-
-def steps(fixed=None, m=None, **other):
-    m = m or model()
-    return Steps(m, m.dofs(m.x[:, 1] < 1e-6, 0, 1) if fixed is None else np.array(fixed, int), **other)
-"""
-"""A model of two blocks."""
+pytestmark = WITH_FENICSX
 
 WRONG = {
     'model(plane="strian")': "plane = 'strian': expected 'stress' or 'strain'",
@@ -63,26 +39,7 @@ WRONG = {
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_wrong_input(ranks: int) -> None:
     """Every rank has the error, and it is one line."""
-    code = MODEL + f"""
-for expression in {list(WRONG)!r}:
-    try:
-        eval(expression)
-        text = "accepted"
-    except ValueError as error:
-        text = str(error)
-    texts = COMM.gather(text)
-    if COMM.rank == 0:
-        print(expression + " -> " + " | ".join(texts))
-"""  # fmt: skip
-    done = start("", ranks=ranks, code=code)
-    assert done.returncode == 0, done.stderr
-    printed = dict(line.split(" -> ") for line in done.stdout.splitlines())
-    assert printed.keys() == WRONG.keys()
-    for expression, expected in WRONG.items():
-        texts = printed[expression].split(" | ")
-        assert len(texts) == ranks
-        for text in texts:
-            assert expected in text, (expression, text)
+    assert_refused(WRONG, "", ranks)
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
@@ -92,15 +49,11 @@ def test_no_equilibrium_without_forces(search: str, ranks: int) -> None:
 
     The line search cp reports convergence without an iteration, where it finds no way down.
     """
-    code = MODEL + f"""
+    code = f"""
 s = steps(m=model(), options="-snes_linesearch_type {search}")
 m = s.model
 down, push = (m.body(force, "block_1") for force in ([0.0, -1e-2], [1e-2, 0.0]))
 none = np.zeros(len(s.fixed))
-solved = [s.solve(none, down + share * push) for share in (0.0, 0.3, 0.45, 0.51, 0.55, 0.6)]
-if COMM.rank == 0:
-    print(solved)
-"""  # fmt: skip
-    done = start("", ranks=ranks, code=code)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip() == "[True, True, True, False, False, False]"
+results["solved"] = [s.solve(none, down + share * push) for share in (0.0, 0.3, 0.45, 0.51, 0.55, 0.6)]
+"""
+    assert of_all_ranks(code, ranks)["solved"] == [True, True, True, False, False, False]

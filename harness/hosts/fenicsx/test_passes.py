@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from on_ranks import WITH_FENICSX
 
-from harness.studies.validation.wall_runs import PYTHON, start
+from harness.studies.validation.wall_runs import start
 
-pytestmark = pytest.mark.skipif(
-    not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
-)
+pytestmark = WITH_FENICSX
 
 DRY = "--wall SW30 --elements 2 2 --tolerance 1e-5 --step 0.1 --most 0.5"
 

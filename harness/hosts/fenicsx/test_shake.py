@@ -5,13 +5,11 @@ from __future__ import annotations
 from functools import cache
 
 import pytest
-from test_model import MODEL
+from on_ranks import WITH_FENICSX, assert_refused, of_all_ranks, of_each_rank
 
-from harness.studies.validation.wall_runs import PYTHON, start
+from harness.studies.validation.wall_runs import start
 
-pytestmark = pytest.mark.skipif(
-    not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
-)
+pytestmark = WITH_FENICSX
 
 
 @cache
@@ -70,9 +68,7 @@ def test_slip_along_planes(d: int, ranks: int) -> None:
         )
 
 
-SCENE = (
-    MODEL
-    + """
+SCENE = """
 import tempfile
 from pathlib import Path
 
@@ -97,7 +93,6 @@ def shake(seed, d, folder=None):
     mass = np.abs(m.body([DENSITY] * d))
     return Shake(steps, mass, down, dt, ground=ground, beta=rng.choice([0.0, 1e-5])), down
 """
-)
 """Blocks on a rock, shaken for .06 s; all of it is drawn."""
 
 
@@ -119,17 +114,15 @@ for seed in range(6):
             energies.append(energy + m.area @ m.state[0][:, stored])
     E = np.array(energies)
     rise = (E - np.minimum.accumulate(E)).max() / np.ptp(np.r_[E, E[0] - s.ledger.kinetic])
-    print(seed, s.reason or "end", rise, (s.ledger.balance - s._start) / s._size, m.spent())
+    results[seed] = s.reason, rise, (s.ledger.balance - s._start) / s._size, m.spent()
 """
     )
-    done = start("", code=code)
-    assert done.returncode == 0, done.stderr
-    rows = [line.split() for line in done.stdout.splitlines()]
+    rows = of_all_ranks(code, 1)
     assert len(rows) == 6
-    for _, reason, rise, balance, spent in rows:
-        assert reason == "end" and float(spent) > 0.0
+    for reason, rise, balance, spent in rows.values():
+        assert not reason and spent > 0.0
         # of what a step may gain
-        assert float(rise) <= 0.01 and float(balance) <= 0.03
+        assert rise <= 0.01 and balance <= 0.03
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
@@ -153,25 +146,22 @@ m, other = again.steps.model, whole.steps.model
 pairs = (m.u, other.u), (again.v, whole.v)
 away = max(np.abs(a - b).max() / np.abs(b).max() for a, b in pairs)
 same = again.taken == whole.taken and np.allclose(m.state[0], other.state[0], rtol=1e-9, atol=1e-12)
-print(away, same, abs(again.ledger.balance / whole.ledger.balance - 1.0))
+results["away"], results["same"] = float(away), bool(same)
+results["energy"] = abs(again.ledger.balance / whole.ledger.balance - 1.0)
 broken, _ = shake(4, 3)
+results["refused"] = []
 for name in ("half", "none"):
     try:
         broken.resume(folder / name)
     except ValueError as error:
-        print(error)
+        results["refused"].append(str(error))
 """
     )
-    done = start("", ranks=ranks, code=code)
-    assert done.returncode == 0, done.stderr
-    lines = done.stdout.splitlines()
-    for line in lines[:ranks]:
-        away, same, energy = line.split()
-        assert float(away) < 1e-9 and same == "True" and float(energy) < 1e-9
-    refused = [
-        line for line in lines if "expected the files of a run with the same mesh, laws and ranks" in line
-    ]
-    assert len(refused) == 2 * ranks
+    for results in of_each_rank(code, ranks):
+        assert results["away"] < 1e-9 and results["same"] and results["energy"] < 1e-9
+        assert len(results["refused"]) == 2
+        for text in results["refused"]:
+            assert "expected the files of a run with the same mesh, laws and ranks" in text
 
 
 @pytest.mark.parametrize("name", ["wall", "edges"])
@@ -206,7 +196,7 @@ WRONG = {
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_wrong_input(ranks: int) -> None:
     """Every rank has the error, and it is one line."""
-    code = MODEL + f"""
+    code = """
 from pathlib import Path
 m = model()
 
@@ -214,20 +204,5 @@ def shake(mass=None, load=None, step=1e-3, **other):
     mass = np.abs(m.body([1.0, 1.0])) if mass is None else mass
     load = 0.0 * m.u if load is None else load
     return Shake(steps(m=m), mass, load, step, 1e-6, **other)
-
-for expression in {list(WRONG)!r}:
-    try:
-        eval(expression)
-        text = "accepted"
-    except ValueError as error:
-        text = str(error)
-    texts = COMM.gather(text)
-    if COMM.rank == 0:
-        print(expression + " -> " + " | ".join(texts))
-"""  # fmt: skip
-    done = start("", ranks=ranks, code=code)
-    assert done.returncode == 0, done.stderr
-    printed = dict(line.split(" -> ") for line in done.stdout.splitlines())
-    assert printed.keys() == WRONG.keys()
-    for expression, expected in WRONG.items():
-        assert all(expected in text for text in printed[expression].split(" | ")), printed[expression]
+"""
+    assert_refused(WRONG, code, ranks)

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
-from test_model import MODEL
+from on_ranks import WITH_FENICSX, assert_refused, of_all_ranks
 
-from harness.studies.validation.wall_runs import PYTHON, start
-
-pytestmark = pytest.mark.skipif(
-    not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
-)
+pytestmark = WITH_FENICSX
 
 HELPERS = """
 import json, sys, warnings
@@ -25,7 +20,6 @@ warnings.simplefilter("ignore")
 E, PRESS, MU = 2e4, 1.0, 0.5
 flat = Pattern.regular(0, 0.0)
 smooth = Interface(Material.from_joint(kn=200.0, ks=200.0, mu=MU), flat)
-results = {}
 
 def meshed(axes, joints=None, simplex=False, **other):
     # a grid, in simplices on request, whose sides are cut by the diagonals of the cells
@@ -68,17 +62,10 @@ def solved(steps, values=0.0, load=0.0):
 """
 """What the scenes share."""
 
-ENDING = """
-if COMM.rank == 0:
-    print(json.dumps(results))
-"""
-
 
 def run(code: str, ranks: int) -> dict:
-    """What the scenes results."""
-    done = start("", ranks=ranks, code=MODEL + HELPERS + code + ENDING)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout.splitlines()[-1])
+    """Results of the scenes, which all ranks have."""
+    return of_all_ranks(HELPERS + code, ranks)
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
@@ -326,23 +313,4 @@ def moved():
     m.pressure("joint", 1.0)
     return solved(Steps(m, m.dofs(m.x[:, 1] < 1e-6, 0, 1), drag=1.0))
 """
-    results = run(
-        f"""{code}
-for expression in {list(WRONG)!r}:
-    try:
-        eval(expression)
-        text = "accepted"
-    except ValueError as error:
-        text = str(error)
-    results[expression] = COMM.gather(text)
-""",
-        ranks,
-    )
-    told = {expression: {*texts} for expression, texts in results.items() if len(texts) == ranks}
-    assert told.keys() == WRONG.keys()
-    assert [
-        (expression, told[expression])
-        for expression in WRONG
-        if not all(WRONG[expression] in text for text in told[expression])
-    ] == []
-    assert not any("\n" in text for texts in told.values() for text in texts)
+    assert_refused(WRONG, HELPERS + code, ranks)

@@ -1,0 +1,81 @@
+"""Codes that tests run on ranks of MPI, and what each rank stores in the dictionary `results`.
+
+The ranks print nothing, as their lines may end up in one: rank 0 gathers and prints.
+"""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from harness.studies.validation.wall_runs import PROGRAM, PYTHON, start
+
+WITH_FENICSX = pytest.mark.skipif(
+    not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
+)
+
+MODEL = f"""
+import sys
+sys.path[:0] = [{str(PROGRAM.parent)!r}, {str(PROGRAM.parents[1])!r}]
+import numpy as np
+from jointed import *
+from asperity import Interface, Material, Pattern
+from asperity.mesh import split
+from structured import grid
+
+law = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=0.5), Pattern.regular(0, 0.0))
+mesh = split(grid(range(4), range(3), block=[0, 1])) if COMM.rank == 0 else None
+
+def model(E=2e4, nu=0.2, laws=None, **other):
+    return Model(mesh, laws or {{"joint": law}}, E, nu, **other)
+
+def steps(fixed=None, m=None, **other):
+    m = m or model()
+    return Steps(m, m.dofs(m.x[:, 1] < 1e-6, 0, 1) if fixed is None else np.array(fixed, int), **other)
+"""
+"""A model of two blocks."""
+
+BEGINNING = """
+results = {}
+"""
+
+ENDING = """
+import json
+of_ranks = COMM.gather(results)
+if COMM.rank == 0:
+    print(json.dumps(of_ranks))
+"""
+
+WRONG_INPUT = """
+for expression in EXPRESSIONS:
+    try:
+        eval(expression)
+        results[expression] = "accepted"
+    except ValueError as error:
+        results[expression] = str(error)
+"""
+
+
+def of_each_rank(code: str, ranks: int) -> list[dict]:
+    """Results of a code that goes on from the model of two blocks, by rank."""
+    done = start("", ranks=ranks, code=BEGINNING + MODEL + code + ENDING)
+    assert done.returncode == 0, done.stderr
+    of_ranks = json.loads(done.stdout.splitlines()[-1])
+    assert len(of_ranks) == ranks
+    return of_ranks
+
+
+def of_all_ranks(code: str, ranks: int) -> dict:
+    """Results that are the same on all ranks."""
+    first, *others = of_each_rank(code, ranks)
+    assert others == [first] * len(others)
+    return first
+
+
+def assert_refused(expected: dict[str, str], code: str, ranks: int) -> None:
+    """Every rank refuses each expression by one line, which contains what is expected."""
+    for texts in of_each_rank(code + WRONG_INPUT.replace("EXPRESSIONS", repr([*expected])), ranks):
+        assert texts.keys() == expected.keys()
+        assert {name: text for name, text in texts.items() if expected[name] not in text} == {}
+        assert not any("\n" in text for text in texts.values())
