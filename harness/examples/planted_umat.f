@@ -1,4 +1,4 @@
-!> UMAT for test_any_umat.py: a bilinear law whose tangent is not symmetric, with a fault on request. PROPS: stiffness,
+!> UMAT for support_umat.py: a bilinear law whose tangent is not symmetric, with a fault on request. PROPS: stiffness,
 !> s0, sf, weight of the shears in the damage, fault. STATEV: damage, largest separation, KSTEP, KINC, TIME, DTIME.
 subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &

@@ -1,9 +1,10 @@
-"""What all Python tests share: their order, threads of linear algebra, fixtures of driver and command."""
+"""What all Python tests share: their order, threads of linear algebra, fixtures of driver, command, UMATs."""
 
 from __future__ import annotations
 
 import os
 import shlex
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,6 +17,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 from asperity import installed
 from asperity.cli import main
 from support_driver import Result, call
+from support_umat import ATTACKER
 
 os.cpu_count = lambda: 1
 
@@ -65,3 +67,29 @@ def run(driver: Path, tmp_path: Path):
         return Result(process, output)
 
     return run_text
+
+
+@pytest.fixture(scope="session")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the path of the library of the planted UMAT."""
+    path = tmp_path_factory.mktemp("umat") / "libplanted.so"
+    source = Path(__file__).parents[2] / "harness/examples/planted_umat.f"
+    command = ["gfortran", "-ffree-form", "-shared", "-fPIC", "-O1", source, "-o", path]
+    subprocess.run(command, check=True, capture_output=True)
+    return path
+
+
+@pytest.fixture
+def attacker(tmp_path: Path):
+    """Return a function that makes a case of an elastic UMAT with a statement for increments from 4 on."""
+
+    def case(statement: str, limit: float = 0.5) -> str:
+        source, path = tmp_path / "attacker.c", tmp_path / "attacker.so"
+        source.write_text(ATTACKER.replace("ATTACK", statement), encoding="utf-8")
+        subprocess.run(["gcc", "-shared", "-fPIC", "-w", source, "-o", path, "-lm"], check=True)
+        return (
+            f"&umat library = '{path}', length = 0.01, stiffness = 100, nstatv = 1, limit = {limit} /\n"
+            "&step s_N = 0.008, increments = 8 /\n"
+        )
+
+    return case

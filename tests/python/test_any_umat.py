@@ -1,15 +1,9 @@
-"""UMATs in shared libraries: as the law of a case, in Python, and their checks.
-
-The law of planted_umat.f has faults on request.
-"""
+"""UMATs in shared libraries as the law of a case: load paths, utility routines, input and Python."""
 
 from __future__ import annotations
 
-import re
 import shutil
-import signal
 import subprocess
-import time
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,105 +11,15 @@ from pathlib import Path
 import asperity
 import numpy as np
 import pytest
-from asperity import ForeignUmat, Interface, Material, Pattern, Step
+from asperity import Interface, Material, Pattern, Step
 from asperity.cli import main
-from support_driver import FLAT, MATERIAL, RP_4, S_0, K, call
+from support_driver import FLAT, MATERIAL, RP_4, S_0, K
+from support_umat import BROKEN, MIXED, ONSET, STIFFNESS, of_python, outcomes, planted
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(not shutil.which("gfortran"), reason="no gfortran"),
 ]
-
-STIFFNESS, ONSET, BROKEN, SHARE = 100.0, 0.01, 0.2, 0.5
-"""Constants of the planted law: stiffness, separations of onset and rupture, weight of the shears."""
-
-MIXED = """&step s_N = 0.05, s_Tx = 0.04, increments = 20 /
-&step s_N = -0.01, s_Tx = 0.01, increments = 20 /
-&step s_N = 0.02, s_Tx = -0.2, s_Ty = 0.02, increments = 40 /
-"""
-"""Path with mixed modes, unloading, closing and reloading."""
-
-ATTACKER = """
-#define _GNU_SOURCE
-#include <fcntl.h>
-#include <fenv.h>
-#include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <unistd.h>
-void wait_for_ever() { for (;;) pause(); }
-void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,
-           double *ddsddt, double *drplde, double *drpldt, double *stran, double *dstran) {
-  for (int i = 0; i < 9; i++) ddsdde[i] = i % 4 == 0 ? 100 : 0;
-  for (int i = 0; i < 3; i++) stress[i] = 100 * (stran[i] + dstran[i]);
-  if (stran[0] + dstran[0] > 0.0035) { ATTACK }
-}
-"""
-"""Elastic UMAT that does something at larger openings."""
-
-HIDDEN = {"repeated", "cut", "alternating", "threads", "restart"}
-"""Checks that hidden state fails."""
-
-
-@pytest.fixture(scope="module")
-def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the path of the library of the planted UMAT."""
-    path = tmp_path_factory.mktemp("umat") / "libplanted.so"
-    source = Path(__file__).parents[2] / "harness/examples/planted_umat.f"
-    command = ["gfortran", "-ffree-form", "-shared", "-fPIC", "-O1", source, "-o", path]
-    subprocess.run(command, check=True, capture_output=True)
-    return path
-
-
-def planted(library: Path, fault: int = 0, nstatv: int = 7, more: str = "") -> str:
-    """Group &umat of the planted law."""
-    props = f"{STIFFNESS}, {ONSET}, {BROKEN}, {SHARE}, {fault}"
-    return (
-        f"&umat library = '{library}', props = {props}, nstatv = {nstatv}, damage = 1,\n"
-        f"  length = {ONSET}, stiffness = {STIFFNESS} {more} /\n"
-    )
-
-
-def of_python(library: Path, fault: int = 0) -> ForeignUmat:
-    """Return the planted law in Python."""
-    return ForeignUmat(library, ONSET, STIFFNESS, (STIFFNESS, ONSET, BROKEN, SHARE, fault), 7, damage=1)
-
-
-@pytest.fixture
-def attacker(tmp_path: Path):
-    """Return a function that makes a case of an elastic UMAT with a statement for increments from 4 on."""
-
-    def case(statement: str, limit: float = 0.5) -> str:
-        source, path = tmp_path / "attacker.c", tmp_path / "attacker.so"
-        source.write_text(ATTACKER.replace("ATTACK", statement), encoding="utf-8")
-        subprocess.run(["gcc", "-shared", "-fPIC", "-w", source, "-o", path, "-lm"], check=True)
-        return (
-            f"&umat library = '{path}', length = 0.01, stiffness = 100, nstatv = 1, limit = {limit} /\n"
-            "&step s_N = 0.008, increments = 8 /\n"
-        )
-
-    return case
-
-
-def wait_for(condition) -> None:
-    """Wait until a condition holds, at most 20 s."""
-    end = time.monotonic() + 20.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
-
-
-def children(pid: int) -> list[str]:
-    """Return the processes that a process has started."""
-    return Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="utf-8").split()
-
-
-def outcomes(text: str) -> dict[str, str]:
-    """Return the outcome of each check in a table."""
-    return dict(
-        (name, outcome)
-        for outcome, name in re.findall(r"^(passed|FAILED|stated|not \w+) +(\w+)", text, re.MULTILINE)
-    )
 
 
 # --- load paths ---------------------------------------------------------------------------------------------
@@ -198,143 +102,6 @@ def test_order_thickness_and_state(run, library: Path) -> None:
     assert damaged["damage"].tolist() == [1.0] * 7 and not damaged["t_N"].any()
 
 
-@pytest.mark.parametrize(
-    ("fault", "nstatv", "said", "rows"),
-    [
-        (4, 2, r"at the start of the path it wrote to STATEV\(3\), of 2: expected a larger nstatv", 0),
-        (5, 7, "in step 1 increment 4 it called XIT", 3),
-        (6, 7, r"no finite number in STRESS\(1\)", 3),
-        (8, 7, "read more than the 5 values of PROPS", 0),
-        (9, 7, "called STDB_ABQERR: no more of this", 3),
-        (15, 7, "no number in PNEWDT", 3),
-        (17, 7, "exit code 1, as STOP or exit do; it printed last: ERROR STOP", 3),
-    ],
-)
-def test_a_umat_that_fails(run, library: Path, fault: int, nstatv: int, said: str, rows: int) -> None:
-    """A failure is an error that names UMAT, increment and reason; the rows before it are kept."""
-    result = run(planted(library, fault, nstatv) + "&step s_N = 0.025, increments = 8 /\n", code=1)
-    assert re.search(rf"umat_ of {library}: .*{said}", result.messages)
-    assert len(result.rows) == rows
-
-
-def test_a_tolerance_keeps_the_rows_before_a_failure(run, library: Path) -> None:
-    """A path with a tolerance whose UMAT fails has the rows of the path without it, up to the failure."""
-    path = planted(library, 5) + "&step s_N = 0.025, increments = 8 /\n"
-    result = run("&case tolerance = 1e-3 /\n" + path, code=1)
-    assert "called XIT" in result.messages and result.rows == run(path, code=1).rows
-    assert "stopped at step 1 increment 3" in result.messages and "ended at" not in result.messages
-
-
-SIGNAL = r"ended by signal {} \({}\)"
-
-
-@pytest.mark.parametrize(
-    ("attack", "said"),
-    {
-        "*(volatile int *)8 = 1;": SIGNAL.format(11, "Segmentation fault"),
-        "for (int i = 0; i < 1000; i++) statev[i] = 1;": r"STATEV\(2\), of 1: expected a larger nstatv",
-        "statev[1000000] = 1;": SIGNAL.format(11, "Segmentation fault"),
-        "exit(0);": "ended the program with exit code 0",
-        "quick_exit(3);": "ended the program with exit code 3",
-        "abort();": SIGNAL.format(6, "Aborted"),
-        "raise(SIGFPE);": SIGNAL.format(8, "Floating point exception"),
-        "for (;;);": r"did not complete the increment within the limit of 0\.5 s",
-        "signal(SIGTERM, SIG_IGN); raise(SIGSTOP);": r"limit of 0\.5 s",
-        'for (;;) puts("still");': r"limit of 0\.5 s; it printed last: ",
-        "if (fork() == 0) for (;;) pause(); abort();": SIGNAL.format(6, "Aborted"),
-        "for (int i = 3; i < 1000; i++) close(i);": "closed a file of this program",
-        "signal(SIGSEGV, wait_for_ever); *(volatile int *)8 = 1;": r"limit of 0\.5 s",
-        'exit(puts("negative damage"));': "it printed last: negative damage",
-    }.items(),
-)
-def test_attacks(run, attacker, attack: str, said: str) -> None:
-    """A UMAT that crashes, ends the program, loops, or closes files is reported; the rows are kept."""
-    result = run(attacker(attack), code=1)
-    assert re.search(rf"umat_ of .*attacker\.so: in step 1 increment 4 .*{said}", result.messages)
-    assert len(result.rows) == 3
-    failed = result.messages.split("the failed increment was written to ")[1].split()[0]
-    assert failed == "case.failed.nml"
-
-
-@pytest.mark.parametrize(
-    "attack",
-    [
-        "close(1); close(2);",
-        'for (int i = 0; i < 100000; i++) puts("text");',
-        "if (fork() == 0) for (;;) pause();",
-        "signal(SIGCHLD, SIG_IGN); if (fork() == 0) _exit(0);",
-        'chdir("/");',
-        "feenableexcept(FE_ALL_EXCEPT);",
-        "fesetround(FE_UPWARD);",
-        "signal(SIGALRM, SIG_IGN); alarm(1);",
-        "char c; read(0, &c, 1);",
-    ],
-)
-def test_harmless(run, attacker, attack: str) -> None:
-    """Closed output, much of it, processes, folders, exceptions, alarms and input of a UMAT change no row."""
-    plain, found = run(attacker("")), run(attacker(attack))
-    assert found.rows == plain.rows and len(found.rows) == 8
-
-
-@pytest.mark.parametrize("attack", ["atexit(wait_for_ever);", "on_exit(wait_for_ever, 0);"])
-@pytest.mark.parametrize("tolerance", ["", "&case tolerance = 1e-3 /\n"])
-def test_an_endless_exit(run, attacker, attack: str, tolerance: str) -> None:
-    """A process that does not end after the path is ended and reported; the path has each row once."""
-    found = run(tolerance + attacker(attack), code=1)
-    assert "its process did not end within 2 s after the path was complete" in found.messages
-    assert found.rows == run(tolerance + attacker("")).rows
-
-
-@pytest.mark.parametrize(
-    "attack", ['unlink("case.csv");', 'rename("case.csv", "b.csv");', 'fclose(fopen("case.csv", "w"));']
-)
-def test_a_result_that_the_umat_removes(run, attacker, attack: str) -> None:
-    """Rows that are not in the file at the end are no success."""
-    assert "case.csv: another program, or the UMAT, has changed" in run(attacker(attack), code=1).messages
-
-
-NO_LAW = """
-void umat_({type} *stress, {type} *statev, {type} *ddsdde, double *a, double *b, double *c, double *d,
-           double *e, double *f, double *g, {type} *stran, {type} *dstran) {{ {body} }}
-"""
-"""UMAT without a law; the type is that of its real numbers."""
-
-ELASTIC = "for (int i = 0; i < 9; i++) ddsdde[i] = i % 4 ? 0 : {0}; for (int i = 0; i < 3; i++) "
-ELASTIC += "stress[i] = {1} * (stran[i] + dstran[i]);"
-DIAGONAL = ELASTIC.replace("i++", "i += 4", 1)
-
-
-@pytest.mark.parametrize(
-    ("real", "body", "code", "said", "failed"),
-    [
-        ("double", "", 1, "at the start of the path it does not write DDSDDE", {"path", "stiffness"}),
-        ("float", ELASTIC.format(100, 100), 1, "in double precision", {"path", "stiffness"}),
-        ("double", ELASTIC.format(-100, -100), 1, "= -100 of its DDSDDE: expected", {"path", "stiffness"}),
-        ("double", ELASTIC.format(5, 5), 0, "", {"stiffness"}),
-        ("double", ELASTIC.format(100, 0), 0, "", {"stiffness", "tangent"}),
-        ("double", ELASTIC.format(100, -100), 0, "", {"stiffness", "tangent"}),
-        ("double", DIAGONAL.format(100, 100), 0, "", {"written"}),
-        ("double", "double old = ddsdde[0]; " + ELASTIC.format("100 + old", 100), 0, "", {"written"}),
-        ("double", ELASTIC.format(100, 100).replace("stran[i] + ", ""), 0, "", {"unmoved"}),
-        ("double", ELASTIC.format(100, "1 + 100"), 0, "", {"stiffness"}),
-        ("double", ELASTIC.format(100, "i < 2 ? 0 : 100"), 0, "", {"stiffness", "tangent"}),
-        ("double", ELASTIC.format(100, 100), 0, "", set()),
-    ],
-    ids="empty single negative soft zero signs diagonal reads increments prestress one elastic".split(),
-)
-def test_no_law(run, driver, tmp_path: Path, real: str, body: str, code: int, said: str, failed) -> None:
-    """A routine that is no law, or not the declared one, ends without rows or fails its check."""
-    source, path = tmp_path / "no_law.c", tmp_path / "no_law.so"
-    source.write_text(NO_LAW.format(type=real, body=body), encoding="utf-8")
-    subprocess.run(["gcc", "-shared", "-fPIC", source, "-o", path], check=True)
-    case = "&umat library = 'no_law.so', length = 0.01, stiffness = 100, ntens = 3, energies = .false. /\n"
-    found = run(case + "&step s_N = 0.01, 0, increments = 4 /\n&step slip = 0.02, -0.02 /\n", code=code)
-    assert said in found.messages and bool(found.rows) == (code == 0)
-    done = call(driver, "case.nml", "--check", folder=tmp_path)
-    assert {name for name, outcome in outcomes(done.stdout).items() if outcome == "FAILED"} == failed
-    assert done.returncode == bool(failed)
-
-
 UTILITIES = """
 void sinv_(), sprinc_(), sprind_(), rotsig_(), getoutdir_(), getjobname_();
 void mutexinit_(), mutexlock_(), mutexunlock_();
@@ -390,71 +157,6 @@ def test_utility_routines(run, tmp_path: Path, kind: int, equal: bool) -> None:
         deviator = tensor - np.trace(tensor) / 3 * np.eye(3)
         close(statev[:2], [np.trace(tensor) / 3, np.sqrt(1.5 * np.sum(deviator**2))])
     assert statev[23:].tolist() == [len("case"), len(str(tmp_path))]
-
-
-def test_no_process_is_left(run, attacker) -> None:
-    """Processes that a UMAT started end with it."""
-    run(attacker('if (fork() == 0) execlp("sleep", "sleep", "98765", NULL);'))
-    listed = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
-    assert "98765" not in listed.stdout
-
-
-def test_copies_of_a_process_do_not_go_on(run, attacker, tmp_path: Path) -> None:
-    """Where a UMAT forks in each call, only the process that was there before calls it again."""
-    log = tmp_path / "pids"
-    note = f'FILE *log = fopen("{log}", "a"); fprintf(log, "%d\\n", getpid()); fclose(log); fork();'
-    assert len(run(attacker(note).replace("s_N = 0.008", "t_N = 0.8")).rows) == 8
-    assert len(set(log.read_text().split())) == 1 < len(log.read_text().split())
-
-
-def test_inputs_are_not_replaced(run, attacker, tmp_path: Path) -> None:
-    """The library of a UMAT and the case file are neither results nor reports, even with --force."""
-    case = attacker("")
-    library = (tmp_path / "attacker.so").read_bytes()
-    for option, name in (("-o", "attacker.so"), ("--report", "case.nml")):
-        assert "would replace" in run(case, option, name, "--force", code=1).messages
-    assert (tmp_path / "attacker.so").read_bytes() == library
-    assert (tmp_path / "case.nml").read_text(encoding="utf-8") == case
-
-
-def test_two_runs_do_not_share_a_file(driver: Path, attacker, tmp_path: Path) -> None:
-    """A second run into a file to which one writes is refused, and changes none of its rows."""
-    (tmp_path / "case.nml").write_text(attacker("for (;;);", 60), encoding="utf-8")
-    with subprocess.Popen([driver, "case.nml"], cwd=tmp_path, stderr=subprocess.DEVNULL) as process:
-        wait_for(lambda: (tmp_path / "case.csv").is_file())
-        wait_for(lambda: (tmp_path / "case.csv").read_text().count("\n") == 4)
-        second = call(driver, "case.nml", folder=tmp_path)
-        assert second.returncode == 1
-        assert "case.csv: another run writes to it: expected another -o" in second.stderr
-        assert (tmp_path / "case.csv").read_text().count("\n") == 4
-        process.kill()
-
-
-def test_an_interrupt_ends_the_child(driver: Path, attacker, tmp_path: Path) -> None:
-    """SIGINT to the driver ends the UMAT, too, and keeps the rows."""
-    (tmp_path / "case.nml").write_text(attacker("for (;;);", 60), encoding="utf-8")
-    # a shell in the background starts its programs without SIGINT
-    obeys = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
-    with subprocess.Popen(
-        [driver, "case.nml"], cwd=tmp_path, stderr=subprocess.DEVNULL, preexec_fn=obeys
-    ) as process:
-        wait_for(lambda: (tmp_path / "case.csv").is_file())
-        wait_for(lambda: (tmp_path / "case.csv").read_text().count("\n") == 4)
-        [child] = children(process.pid)
-        process.send_signal(signal.SIGINT)
-        assert process.wait(10) == -signal.SIGINT
-    wait_for(lambda: not Path(f"/proc/{child}").exists())
-
-
-def test_failed_increment_runs_again(driver: Path, library: Path, tmp_path: Path) -> None:
-    """The file of the failed increment fails in the same way, with a quote in the path of the library."""
-    folder = tmp_path / "it's"
-    folder.mkdir()
-    shutil.copy(library, folder)
-    group = planted(library, 5).replace(str(library), str(folder / library.name).replace("'", "''"))
-    (tmp_path / "a.nml").write_text(group + "&step s_N = 0.025, increments = 8 /\n", encoding="utf-8")
-    said = [call(driver, name, folder=tmp_path).stderr for name in ("a.nml", "a.failed.nml")]
-    assert all("called XIT" in text for text in said)
 
 
 @pytest.mark.parametrize(
@@ -526,83 +228,3 @@ def test_commands(library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert set(outcomes(capfd.readouterr().out).values()) == {"passed", "stated"}
     with pytest.raises(ValueError, match="&umat: expected &material and &pattern"):
         asperity.read_case("case.nml")
-
-
-# --- checks -------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    "case",
-    ["figure05b", "figure12", "bed_joint", "rough_joint", "stability/snap", "stability/snap_branch"],
-)
-def test_own_umat_passes(driver: Path, case: str) -> None:
-    """The UMAT of this project passes every check, along cases of the paper and from an initial state."""
-    path = Path(__file__).parents[2] / "harness/cases" / f"{case}.nml"
-    done = call(driver, path, "--check", "--only", "1", folder=path.parent)
-    found = outcomes(done.stdout)
-    assert done.returncode == 0 and len(found) == 16
-    assert {name for name, outcome in found.items() if outcome != "passed"} == {"symmetry"}
-
-
-@pytest.mark.parametrize(
-    ("fault", "failed"),
-    [
-        (0, set()),
-        (1, {"tangent"}),
-        (2, {"cut", "alternating", "threads"}),
-        (3, {"dissipation"}),
-        (4, {"path", "stiffness"}),
-        (5, {"path"}),
-        (7, set()),
-        (10, {"arguments", "absent"}),
-        (11, {"absent"}),
-        (13, {"components"}),
-    ],
-    ids=["none", "symmetrised", "saved", "heals", "overruns", "XIT", "cuts", "writes", "reads", "NTENS"],
-)
-def test_planted_faults(driver: Path, library: Path, tmp_path: Path, fault: int, failed: set[str]) -> None:
-    """A fault fails in its row; hidden state leaves the later rows not judged."""
-    (tmp_path / "case.nml").write_text(planted(library, fault, 2) + MIXED, encoding="utf-8")
-    done = call(driver, "case.nml", "--check", folder=tmp_path)
-    found = outcomes(done.stdout)
-    assert {name for name, outcome in found.items() if outcome == "FAILED"} == failed
-    assert done.returncode == (1 if failed else 0)
-    if failed & HIDDEN:
-        assert found["tangent"] == found["energies"] == "not judged"
-    if fault == 1:
-        assert "DDSDDE is symmetric" in done.stdout
-    if fault == 11:
-        assert "it uses COORDS" in done.stdout
-
-
-@pytest.mark.parametrize(("fault", "failed"), [(14, {"path"}), (19, {"restart"}), (20, {"restart"})])
-def test_requests_and_initial_states(driver, library: Path, tmp_path: Path, fault: int, failed: set) -> None:
-    """Endless requests end a path; a state that is set to 0 in a new process, or in each step, is lost."""
-    (tmp_path / "case.nml").write_text(planted(library, fault) + MIXED, encoding="utf-8")
-    done = call(driver, "case.nml", "--check", folder=tmp_path)
-    assert {name for name, outcome in outcomes(done.stdout).items() if outcome == "FAILED"} == failed
-    assert done.returncode == 1
-
-
-def test_what_a_umat_does_not_declare(driver: Path, attacker, tmp_path: Path) -> None:
-    """Components and energies that a UMAT does not have are no failures; without a word they are."""
-    case = attacker("")
-    for more, expected in (("", "FAILED"), (", ntens = 3, energies = .false.", "not declared")):
-        (tmp_path / "case.nml").write_text(case.replace(" /", more + " /", 1), encoding="utf-8")
-        done = call(driver, "case.nml", "--check", folder=tmp_path)
-        found = outcomes(done.stdout)
-        assert found["components"] == found["energies"] == expected
-        assert done.returncode == (expected == "FAILED")
-
-
-@pytest.mark.parametrize(
-    ("attack", "said"),
-    [("abort();", "Aborted"), ("for (;;);", "limit of 0.5 s"), ("exit(0);", "exit code 0")],
-)
-def test_the_table_is_whole(driver: Path, attacker, tmp_path: Path, attack: str, said: str) -> None:
-    """A UMAT that fails in a check leaves the table whole."""
-    case = attacker(f"if (statev[0]++ > 0) {{ {attack} }}")
-    (tmp_path / "case.nml").write_text(case, encoding="utf-8")
-    done = call(driver, "case.nml", "--check", folder=tmp_path)
-    assert done.returncode == 1 and len(outcomes(done.stdout)) == 16
-    assert outcomes(done.stdout)["path"] == "FAILED" and said in done.stdout
