@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from . import reference
+from . import plane, reference
 
 Floats = NDArray[np.floating]
 
@@ -31,13 +31,13 @@ def law(
     alpha, _ = reference._histories(parameters, at_aim, len(weights))
     omega, _ = reference._wear_histories(at_aim, len(weights))
     _, slip = reference._histories(parameters, state, len(weights))
-    straight, contact, facet = reference._kinematics(parameters, frame, aim + offset, omega)
+    straight, contact, facet = plane.kinematics(parameters, frame, aim + offset, omega)
     gradient = np.broadcast_to(frame, (*straight.shape, 3)) if facet is None else facet.gradient
     begin = reference._start(parameters, pattern, s_old, state)
-    p, pull, rate = reference._pressure(parameters, contact), np.zeros_like(slip), 0.0
+    p, pull, rate = plane.pressure(parameters, contact), np.zeros_like(slip), 0.0
     if parameters.c > 0.0 and dt > 0.0:
         p, pull, rate = reference._viscous(parameters, begin, contact, dt)
-    stiff, was_closed = parameters.Kt + rate, reference._closure(parameters, begin.contact)[0]
+    stiff, was_closed = parameters.Kt + rate, plane.closure(parameters, begin.contact)[0]
     # slip at which the friction reaches its bound
     most = parameters.mu * p / stiff
 
@@ -50,13 +50,13 @@ def law(
         size = np.sqrt(np.where(slides, shear, 1.0))
         rubbed = np.where(slides, most * size - 0.5 * most**2, 0.5 * shear)
         opened = np.where(bond[..., 0].real > 0.0, bond[..., 0], 0.0)
-        bonded = 0.5 * parameters.Kn * opened**2 + reference._closing(parameters, bond)
+        bonded = 0.5 * parameters.Kn * opened**2 + plane.closing(parameters, bond)
         bonded = bonded + 0.5 * parameters.Kt * (bond[..., 1:] ** 2).sum(-1)
-        pressed = reference._closing(parameters, touch)
+        pressed = plane.closing(parameters, touch)
         if rate > 0.0:
             # the pressure is that of a spring and a dashpot, or zero
-            closing = reference._closure(parameters, touch)[0] - was_closed
-            pushes = reference._pressure(parameters, touch) + parameters.c / dt * closing
+            closing = plane.closure(parameters, touch)[0] - was_closed
+            pushes = plane.pressure(parameters, touch) + parameters.c / dt * closing
             pressed = np.where(pushes.real > 0.0, pressed + 0.5 * parameters.c / dt * closing**2, 0.0)
             pressed = np.where(touch[..., 0].real <= 0.0, pressed, 0.0)
         damaged = pressed + stiff * rubbed
@@ -64,7 +64,7 @@ def law(
 
     def traction(s: Floats) -> Floats:
         """Gradient (n, 3) of the energy."""
-        step = reference.IMAGINARY * parameters.s0
+        step = plane.IMAGINARY * parameters.s0
         return np.stack([energy(s + 1j * step * axis).imag / step for axis in np.eye(3)], axis=-1)
 
     return traction

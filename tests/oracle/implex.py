@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from . import reference
+from . import plane, reference
 
 Floats = NDArray[np.floating]
 
@@ -59,11 +59,11 @@ def step(
     guess = np.maximum(guess, np.minimum(1.0, old + ratio * own.growth))
     offset, frame = state[5:8], reference.frames(normals)
     omega, _ = reference._wear_histories(at_aim.state, count)
-    _, contact, facet = reference._kinematics(parameters, frame, (aim + offset)[None], omega)
+    _, contact, facet = plane.kinematics(parameters, frame, (aim + offset)[None], omega)
     gradient = frame if facet is None else facet.gradient[0]
     slip = reference._histories(parameters, rows, count)[1][0]
     begin = reference._start(parameters, pattern, s_old[None], rows)
-    bound, pull, rate = reference._pressure(parameters, contact), 0.0 * slip, 0.0
+    bound, pull, rate = plane.pressure(parameters, contact), 0.0 * slip, 0.0
     if parameters.c > 0.0 and dt > 0.0:
         bound, pull, rate = reference._viscous(parameters, begin, contact, dt)
         pull = pull[0]
@@ -76,14 +76,14 @@ def step(
     traction = np.zeros(3)
     for k in range(count):
         bond = frame[k] @ (s + offset)
-        pressed = reference._pressure(parameters, bond[None, None])[0, 0]
+        pressed = plane.pressure(parameters, bond[None, None])[0, 0]
         opened = parameters.Kn * max(bond[0], 0.0)
         whole = np.array([opened - pressed, *(parameters.Kt * bond[1:])])
         touch = contact[0, k] + gradient[k] @ (s - aim)
         if rate > 0.0:
             push = reference._viscous(parameters, begin, np.broadcast_to(touch, contact.shape), dt)[0][0, k]
         else:
-            push = reference._pressure(parameters, touch[None, None])[0, 0]
+            push = plane.pressure(parameters, touch[None, None])[0, 0]
         at, now = (trial(np.broadcast_to(x, contact[0].shape))[k] for x in (contact[0, k], touch))
         size = float(np.linalg.norm(at))
         share = min(1.0, bound[k] / size) if size > 0.0 else float(contact[0, k, 0] <= 0.0)

@@ -4,7 +4,7 @@ The tests compare the library with this module.  It uses nothing of the library:
 equations of the paper with the corrections listed in docs/theory.md.  Numbers in round brackets are equations
 of the paper.  Components are (N, Tx, Ty), tension and opening are positive, angles are in degrees, units are
 the user's consistent set.  Finite asperity height and wear go beyond the paper: the contact of an inclined
-plane is then a curved facet (facet.py), while bond and damage are those of the straight plane.
+plane is then a curved facet (facet.py), while bond and damage are those of the straight plane (plane.py).
 
 A pattern is the pair ``(normals, weights)`` of shapes (k, 3) and (k,).  A state has 8 + 3 k entries: damage,
 stored, rupture and friction (with wear) per unit area, status, the three offsets of the separation, and then
@@ -19,9 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .facet import Facet, facets, profile, uphill_axes
+from . import plane
+from .facet import Facet
+from .plane import Floats, Parameters
 
-Floats = NDArray[np.floating]
 Pattern = tuple[Floats, Floats]
 
 HEADER = 8
@@ -32,83 +33,6 @@ PER_PLANE = 3
 
 PER_FACET = 2
 """Entries of the state per plane with wear, after those of all planes: omega, frictional work."""
-
-GUARD_ROUNDINGS = 16
-"""Rounding errors of K |s|^2 within which the guard takes a release of energy for none."""
-
-OPEN, STICK, SLIP = 0, 1, 2
-"""Branch of a plane: s_n > 0, or in contact and sticking, or in contact and slipping."""
-
-MOST_CLOSED = 0.99
-"""Share of the largest closure up to which the pressure is a hyperbola, beyond which it is linear."""
-
-PARALLEL = 1.0e-12
-"""Sine of the inclination below which a plane counts as parallel to the average surface."""
-
-
-@dataclass(frozen=True)
-class Parameters:
-    """Material parameters of one plane (Table 2); zero sigma02 or Gc2 means equal to the mode I value.
-
-    sigma0, sigma02: stress; Gc, Gc2: stress*length; eta, mu: dimensionless; kc: closing stiffness over Kn;
-    tau_v: relaxation time of the damage, 0 for none; guard: the damage of a plane does not grow where the
-    rupture energy would decrease; height: asperity height H, length, 0 for unbounded dilation; W0: frictional
-    work per unit area of a facet that wears the facet to 37 %, stress*length, 0 for no wear; crush: pressure
-    that crushes a facet to log(2), stress, 0 for none; damage0: damage of every plane from the start;
-    closure: largest closure of the hyperbolic contact, length, 0 for linear; c: dashpot on the closed
-    contact, stress*time/length, 0 for none, along the plane in the ratio of the stiffnesses.
-    """
-
-    sigma0: float
-    Gc: float
-    eta: float
-    mu: float
-    sigma02: float = 0.0
-    Gc2: float = 0.0
-    kc: float = 1.0
-    tau_v: float = 0.0
-    guard: bool = False
-    height: float = 0.0
-    W0: float = 0.0
-    crush: float = 0.0
-    damage0: float = 0.0
-    closure: float = 0.0
-    c: float = 0.0
-
-    @property
-    def sf(self) -> float:
-        """Normal separation at complete rupture, length: the triangle of Figure 2 has the area Gc."""
-        return 2.0 * self.Gc / self.sigma0
-
-    @property
-    def s0(self) -> float:
-        """Normal separation at the onset of damage, length (5)."""
-        return (1.0 - self.eta) * self.sf
-
-    @property
-    def s02(self) -> float:
-        """Tangential separation at the onset of damage, length (5), with the mode II values."""
-        return (1.0 - self.eta) * 2.0 * (self.Gc2 or self.Gc) / (self.sigma02 or self.sigma0)
-
-    @property
-    def Kn(self) -> float:
-        """Normal stiffness, stress/length (12)."""
-        return self.sigma0 / self.s0
-
-    @property
-    def Kt(self) -> float:
-        """Tangential stiffness, stress/length (12)."""
-        return (self.sigma02 or self.sigma0) / self.s02
-
-    @property
-    def wears(self) -> bool:
-        """Whether the state holds the wear of the facets."""
-        return self.W0 > 0.0 or self.crush > 0.0
-
-    @property
-    def curved(self) -> bool:
-        """Whether the damaged part of a plane lives on a facet of its own."""
-        return self.height > 0.0 or self.wears
 
 
 @dataclass(frozen=True)
@@ -159,7 +83,7 @@ def frames(normals: Floats) -> Floats:
     """Rows n, t, h of the local frame of every plane, (k, 3, 3), by (1) and the flat case that follows it."""
     n_N, n_x, n_y = normals.T
     sine = np.hypot(n_x, n_y)  # |N x n|
-    level = sine <= PARALLEL
+    level = sine <= plane.PARALLEL
     divisor = np.where(level, 1.0, sine)
     zero = np.zeros_like(sine)
     h = np.stack([zero, -n_y / divisor, n_x / divisor], axis=-1)
@@ -200,29 +124,31 @@ def update(
     s_old = np.broadcast_to(np.zeros(3) if s_old is None else s_old, s.shape)
     start = _start(parameters, pattern, s_old, state)
     end = _end(parameters, start, s, dt)
-    step = IMAGINARY * parameters.s0
+    step = plane.IMAGINARY * parameters.s0
     shifted = (_end(parameters, start, s + 1j * step * axis, dt, end.omega) for axis in np.eye(3))
     tangent = np.stack([one.traction.imag / step for one in shifted], axis=-1)
 
     # Energies per unit area; the start of the increment is evaluated from the given state.
     alpha, slip = end.alpha, end.slip
-    strength_before = parameters.mu * start.alpha * _pressure(parameters, start.contact)
-    strength = parameters.mu * alpha * _pressure(parameters, end.contact)
+    strength_before = parameters.mu * start.alpha * plane.pressure(parameters, start.contact)
+    strength = parameters.mu * alpha * plane.pressure(parameters, end.contact)
     friction = 0.5 * (strength_before + strength) * np.linalg.norm(slip - start.slip, axis=-1)
     damping = np.zeros_like(friction)
     if parameters.c > 0.0:
         friction, damping = _damped(parameters, start, end, dt)
-    drive = _driving_force(parameters, end.facet, alpha, end.tau_d, end.p)
+    drive = plane.driving_force(parameters, end.facet, alpha, end.tau_d, end.p)
     omega_old, work_old = _wear_histories(state, len(gamma))
     springs = parameters.Kt * (end.contact[..., 1:] - slip)
-    elastic = _driving_force(parameters, end.facet, alpha, springs, _pressure(parameters, end.contact))
+    elastic = plane.driving_force(
+        parameters, end.facet, alpha, springs, plane.pressure(parameters, end.contact)
+    )
     wear = 0.5 * (np.maximum(start.drive, 0.0) + np.maximum(elastic, 0.0)) + (drive - elastic)
     wear = np.maximum(wear, 0.0) * (end.omega - omega_old)
     work = work_old + np.where(drive > 0.0, friction, 0.0)
 
     out = np.empty(state.shape)
     out[..., 0] = (gamma * alpha).sum(-1)
-    out[..., 1] = (gamma * _stored(parameters, end.straight, end.contact, alpha, slip)).sum(-1)
+    out[..., 1] = (gamma * plane.stored(parameters, end.straight, end.contact, alpha, slip)).sum(-1)
     out[..., 2] = state[..., 2] + (gamma * 0.5 * end.release * (alpha - start.alpha)).sum(-1)
     out[..., 3] = state[..., 3] + (gamma * (friction + wear + damping)).sum(-1)
     out[..., 4] = 1.0
@@ -248,23 +174,6 @@ def _wear_histories(state: Floats, count: int) -> tuple[Floats, Floats]:
         entries = np.zeros((*state.shape[:-1], PER_FACET * count))
     worn = entries.reshape(*state.shape[:-1], count, PER_FACET)
     return worn[..., 0], worn[..., 1]
-
-
-# What follows takes complex separations, too: an imaginary part that is too small for its square leads to the
-# derivative of every result, exact but for rounding.  Real parts decide between branches.
-
-IMAGINARY = 1.0e-30
-"""Imaginary part, relative to s0 or to 1."""
-
-
-def _positive(x: Floats) -> Floats:
-    """The larger one of x and zero."""
-    return np.where(x.real > 0.0, x, 0.0)
-
-
-def _size(x: Floats) -> Floats:
-    """Length of vectors (..., n)."""
-    return np.sqrt((x * x).sum(-1))
 
 
 @dataclass(frozen=True)
@@ -310,10 +219,10 @@ def _start(parameters: Parameters, pattern: Pattern, s_old: Floats, state: Float
     frame, offset = frames(pattern[0]), state[..., 5:8]
     alpha, slip = _histories(parameters, state, len(frame))
     omega, work = _wear_histories(state, len(frame))
-    straight, contact, facet = _kinematics(parameters, frame, s_old + offset, omega)
+    straight, contact, facet = plane.kinematics(parameters, frame, s_old + offset, omega)
     tau_d = parameters.Kt * (contact[..., 1:] - slip)
-    p = None if facet is None else _pressure(parameters, contact)
-    drive = _driving_force(parameters, facet, alpha, tau_d, p)
+    p = None if facet is None else plane.pressure(parameters, contact)
+    drive = plane.driving_force(parameters, facet, alpha, tau_d, p)
     if parameters.W0 > 0.0:
         omega = np.where(drive > 0.0, np.maximum(omega, -np.expm1(-work / parameters.W0)), omega)
     return _Start(frame, pattern[1], offset, alpha, slip, straight, contact, drive, omega)
@@ -323,21 +232,21 @@ def _end(parameters: Parameters, start: _Start, s: Floats, dt: float, known: Flo
     """End of an increment to the separation s (..., 3), (22)-(39).  known: worn shares at its real part."""
     s = s + start.offset
     omega = _omega(parameters, start, s, known)
-    straight, contact, facet = _kinematics(parameters, start.frame, s, omega)
-    p = _pressure(parameters, contact)
+    straight, contact, facet = plane.kinematics(parameters, start.frame, s, omega)
+    p = plane.pressure(parameters, contact)
     pull, rate = np.zeros_like(contact[..., 1:]), 0.0
     if parameters.c > 0.0 and dt > 0.0:
         p, pull, rate = _viscous(parameters, start, contact, dt)
-    tau_d, slip, branch = _friction(parameters, contact, start.slip, p, pull, rate)
-    release = _release_rate(parameters, start.straight, start.contact, start.slip)
-    release = release + _release_rate(parameters, straight, contact, slip)
-    alpha = _damage(parameters, straight, start.alpha, dt)
+    tau_d, slip, branch = plane.friction(parameters, contact, start.slip, p, pull, rate)
+    release = plane.release_rate(parameters, start.straight, start.contact, start.slip)
+    release = release + plane.release_rate(parameters, straight, contact, slip)
+    alpha = plane.damage(parameters, straight, start.alpha, dt)
     if parameters.guard:
-        gives_back = release.real < -_rounding(parameters, start.straight, straight.real)
+        gives_back = release.real < -plane.rounding(parameters, start.straight, straight.real)
         alpha = np.where(gives_back, start.alpha, alpha)
 
     # local tractions of the undamaged part (11) and of the damaged part (13), (23), weighted by (22)
-    normal = parameters.Kn * _positive(straight[..., 0]) - _pressure(parameters, straight)
+    normal = parameters.Kn * plane.positive(straight[..., 0]) - plane.pressure(parameters, straight)
     undamaged = np.concatenate([normal[..., None], parameters.Kt * straight[..., 1:]], axis=-1)
     damaged = np.concatenate([-p[..., None], tau_d], axis=-1)
     undamaged, damaged = (1.0 - alpha)[..., None] * undamaged, alpha[..., None] * damaged
@@ -347,52 +256,6 @@ def _end(parameters: Parameters, start: _Start, s: Floats, dt: float, known: Flo
         traction = np.einsum("k,kab,...ka->...b", start.gamma, start.frame, undamaged)
         traction = traction + np.einsum("k,...kab,...ka->...b", start.gamma, facet.gradient, damaged)
     return _End(straight, contact, facet, omega, alpha, tau_d, slip, branch, release, traction, p)
-
-
-def _kinematics(
-    parameters: Parameters, frame: Floats, s: Floats, omega: Floats
-) -> tuple[Floats, Floats, Facet | None]:
-    """Components (..., k, 3) of a separation s (..., 3) on the straight planes, (2), and on their facets.
-
-    Bond and damage take the first, contact and friction the second.  Without height and wear the facet is the
-    plane itself (None).
-    """
-    straight = np.einsum("kab,...b->...ka", frame, s)
-    if not parameters.curved:
-        return straight, straight, None
-    facet = facets(frame, s, parameters.height, omega)
-    return straight, facet.local, facet
-
-
-def _driving_force(
-    parameters: Parameters, facet: Facet | None, alpha: Floats, tau_d: Floats, p: Floats | None
-) -> Floats:
-    """Energy A released per unit of wear: alpha (p dg/domega - tau_t ds_t/domega) = -alpha dpsi_d/domega."""
-    if facet is None or not parameters.wears:
-        return np.zeros_like(alpha)
-    return alpha * (p * facet.by_omega[..., 0] - tau_d[..., 0] * facet.by_omega[..., 1])
-
-
-def _crushed(parameters: Parameters, p: Floats) -> Floats:
-    """Share 1 - log(1 + x)/x of a facet that the pressure p = x crush crushes."""
-    x = p / parameters.crush
-    series = sum((-1.0) ** n * x**n / (n + 1.0) for n in range(9, 0, -1))
-    return np.where(x.real > 1e-2, 1.0 - np.log1p(x) / np.where(x.real > 0.0, x, 1.0), -series)
-
-
-def _pressure_factor(parameters: Parameters, frame: Floats, s: Floats) -> Floats:
-    """Part (..., k) of the pressure that crushes the facets at a separation s (..., 3), 0 to 1.
-
-    At a constant separation a facet releases p c^3 (z + rho w z'^2 - (tau/p) (rho z - w) z') per unit of rho
-    that it loses, with the unworn z and z'.  The factor is the bracket over z for tau = mu p, each term at
-    the rho of 0 to 1 that makes it smallest; where this is negative, and at and below the foot, it is 0.
-    """
-    axes, slope = uphill_axes(frame)
-    w, u, _ = np.moveaxis(np.einsum("kab,...b->...ka", axes, s), -1, 0)
-    climbs = (u.real > 0.0) & (slope > PARALLEL)
-    z, dz, _ = profile(np.where(climbs, u, 1.0), np.where(climbs, slope, 1.0), parameters.height)
-    rub = parameters.mu * _positive(z - w) * dz
-    return np.where(climbs, _positive(1.0 - (rub - np.where(w.real < 0.0, w, 0.0) * dz**2) / z), 0.0)
 
 
 def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | None) -> Floats:
@@ -405,8 +268,8 @@ def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | Non
         return start.omega
 
     def missing(s: Floats, omega: Floats) -> Floats:
-        p = _pressure(parameters, _kinematics(parameters, start.frame, s, omega)[1])
-        return _crushed(parameters, _pressure_factor(parameters, start.frame, s) * p) - omega
+        p = plane.pressure(parameters, plane.kinematics(parameters, start.frame, s, omega)[1])
+        return plane.crushed(parameters, plane.pressure_factor(parameters, start.frame, s) * p) - omega
 
     if known is None:
         low, high = np.zeros_like(start.omega), np.ones_like(start.omega)
@@ -417,34 +280,8 @@ def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | Non
         known = np.maximum(low, start.omega)
     if not np.iscomplexobj(s):
         return known
-    slope = missing(s.real, known + 1j * IMAGINARY).imag / IMAGINARY
+    slope = missing(s.real, known + 1j * plane.IMAGINARY).imag / plane.IMAGINARY
     return known - np.where(known > start.omega, 1j * missing(s, known).imag / slope, 0.0)
-
-
-def _rounding(parameters: Parameters, s_before: Floats, s_new: Floats) -> Floats:
-    """What rounding may leave of a trapezoid of Y (..., k) that is zero."""
-    closed = np.maximum(_stiffness(parameters, s_before), _stiffness(parameters, s_new))
-    normal = np.maximum(parameters.Kn, closed) * (s_before[..., 0] ** 2 + s_new[..., 0] ** 2)
-    size = normal + parameters.Kt * (s_before[..., 1:] ** 2 + s_new[..., 1:] ** 2).sum(-1)
-    return GUARD_ROUNDINGS * np.finfo(float).eps * size
-
-
-def _damage(parameters: Parameters, s: Floats, alpha_old: Floats, dt: float) -> Floats:
-    """Damage of every plane by (24), (25).
-
-    With tau_v > 0 the damage solves tau_v (alpha - alpha_old) = dt (target - alpha), where target is the
-    damage of (7) without its history; the damage is never below alpha_old.
-    """
-    opening = _positive(s[..., 0]) / parameters.s0
-    r = _size(np.concatenate([opening[..., None], s[..., 1:] / parameters.s02], axis=-1))  # 1 + beta, (6)
-    beyond = np.where(r.real > 1.0, r, 1.0)  # for beta < 0 the damage keeps its old value
-    target = (beyond - 1.0) / beyond / parameters.eta
-    target = reached = np.where(target.real < 1.0, target, 1.0)
-    if parameters.tau_v > 0.0:
-        reached = (parameters.tau_v * alpha_old + dt * target) / (parameters.tau_v + dt)
-    # damage grows only if it was below the target by more than rounding
-    growing = (target.real > alpha_old) & (reached.real > alpha_old)
-    return np.where(growing, reached, alpha_old)
 
 
 def _viscous(
@@ -456,8 +293,8 @@ def _viscous(
     plane is open.  Along the plane the stress of a spring Kt with the elongation e is Kt e + ct e', with
     ct = c Kt/(kc Kn): in the increment it is (Kt + rate) e - pull, with the rate ct/dt.
     """
-    closing = _closure(parameters, contact)[0] - _closure(parameters, start.contact)[0]
-    p = _positive(_pressure(parameters, contact) + parameters.c / dt * closing)
+    closing = plane.closure(parameters, contact)[0] - plane.closure(parameters, start.contact)[0]
+    p = plane.positive(plane.pressure(parameters, contact) + parameters.c / dt * closing)
     rate = parameters.c * parameters.Kt / (parameters.kc * parameters.Kn * dt)
     pull = rate * (start.contact[..., 1:] - start.slip)
     return np.where(contact[..., 0].real <= 0.0, p, 0.0), pull, rate
@@ -469,86 +306,15 @@ def _damped(parameters: Parameters, start: _Start, end: _End, dt: float) -> tupl
     Friction: the trapezoid of the elastic strength and, in addition, the viscous part at the end.  Dashpot:
     viscous stress times change; where no tension lets it pull, the energy that the contact sets free.
     """
-    elastic, before = _pressure(parameters, end.contact), _pressure(parameters, start.contact)
+    elastic, before = plane.pressure(parameters, end.contact), plane.pressure(parameters, start.contact)
     strength = 0.5 * (start.alpha * before + end.alpha * elastic) + end.alpha * (end.p - elastic)
     slipped = np.linalg.norm(end.slip - start.slip, axis=-1)
     friction = parameters.mu * np.maximum(strength, 0.0) * slipped
     rate = parameters.c / dt if dt > 0.0 else 0.0
-    closing = _closure(parameters, end.contact)[0] - _closure(parameters, start.contact)[0]
-    freed = _closing(parameters, start.contact) - _closing(parameters, end.contact)
+    closing = plane.closure(parameters, end.contact)[0] - plane.closure(parameters, start.contact)[0]
+    freed = plane.closing(parameters, start.contact) - plane.closing(parameters, end.contact)
     across = rate * closing**2
     across = np.where(closing < 0.0, np.minimum(across, freed), across)
     stretch = (end.contact[..., 1:] - end.slip) - (start.contact[..., 1:] - start.slip)
     along = rate * parameters.Kt / (parameters.kc * parameters.Kn) * (stretch**2).sum(-1)
     return friction, end.alpha * (across + along)
-
-
-def _friction(
-    parameters: Parameters, s: Floats, slip_old: Floats, p: Floats, pull: Floats, rate: float
-) -> tuple[Floats, Floats, NDArray[np.int8]]:
-    """Return mapping (30)-(39) of every plane: friction traction tau_d, slip s_di, branch."""
-    trial = (parameters.Kt + rate) * (s[..., 1:] - slip_old) - pull
-    size = _size(trial)
-    strength = parameters.mu * p
-    sticks = size.real <= strength.real
-    scale = np.where(sticks, 1.0, strength / np.where(sticks, 1.0, size))
-    tau_d = scale[..., None] * trial
-    slip = np.where(sticks[..., None], slip_old, s[..., 1:] - (tau_d + pull) / (parameters.Kt + rate))
-    branch = np.where(s[..., 0].real > 0.0, OPEN, np.where(sticks, STICK, SLIP)).astype(np.int8)
-    return tau_d, slip, branch
-
-
-def _closure(parameters: Parameters, s: Floats) -> tuple[Floats, Floats]:
-    """Closure (..., k) of contacts, and its part up to MOST_CLOSED of the largest one."""
-    c = _positive(-s[..., 0])
-    most = MOST_CLOSED * parameters.closure
-    return c, np.where(c.real < most, c, most)
-
-
-def _pressure(parameters: Parameters, s: Floats) -> Floats:
-    """Contact pressure p >= 0 of the damaged part, from (13): -kc Kn min(s_n, 0), or Bandis' hyperbola."""
-    c, bend = _closure(parameters, s)
-    if parameters.closure == 0.0:
-        return parameters.kc * parameters.Kn * c
-    Vm = parameters.closure
-    return parameters.kc * parameters.Kn * bend * Vm / (Vm - bend) + _stiffness(parameters, s) * (c - bend)
-
-
-def _stiffness(parameters: Parameters, s: Floats) -> Floats:
-    """Derivative of the contact pressure with respect to the closure; beyond MOST_CLOSED it is constant."""
-    c, bend = _closure(parameters, s)
-    if parameters.closure == 0.0:
-        return np.full(c.shape, parameters.kc * parameters.Kn)
-    return parameters.kc * parameters.Kn * (parameters.closure / (parameters.closure - bend)) ** 2
-
-
-def _release_rate(parameters: Parameters, s: Floats, contact: Floats, slip: Floats) -> Floats:
-    """Energy Y released per unit growth of damage: stored energy of the undamaged less the damaged part."""
-    whole = (s[..., 1:] ** 2).sum(-1)
-    elastic = ((contact[..., 1:] - slip) ** 2).sum(-1)
-    opening = 0.5 * parameters.Kn * _positive(s[..., 0]) ** 2
-    closing = _closing(parameters, s) - _closing(parameters, contact)
-    return opening + 0.5 * parameters.Kt * (whole - elastic) + closing
-
-
-def _stored(parameters: Parameters, s: Floats, contact: Floats, alpha: Floats, slip: Floats) -> Floats:
-    """Stored energy psi of every plane, the potential of (11) and (16) weighted as in (4)."""
-    elastic = 0.5 * parameters.Kt * ((contact[..., 1:] - slip) ** 2).sum(-1)
-    damaged = _closing(parameters, contact) + elastic
-    undamaged = damaged + _release_rate(parameters, s, contact, slip)
-    return (1.0 - alpha) * undamaged + alpha * damaged
-
-
-def _closing(parameters: Parameters, s: Floats) -> Floats:
-    """Energy stored in a closed contact: the integral of its pressure."""
-    c, bend = _closure(parameters, s)
-    if parameters.closure == 0.0:
-        return 0.5 * parameters.kc * parameters.Kn * c**2
-    Vm = parameters.closure
-    x = bend / Vm
-    # -x - log(1 - x), by its series where the terms would cancel
-    series = sum(x**n / n for n in range(2, 40))
-    integral = np.where(x.real < 0.2, series, -x - np.log1p(-x))
-    edge = bend * Vm / (Vm - bend)
-    hyperbola = parameters.kc * parameters.Kn * (Vm**2 * integral + edge * (c - bend))
-    return hyperbola + 0.5 * _stiffness(parameters, s) * (c - bend) ** 2

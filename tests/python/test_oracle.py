@@ -16,7 +16,7 @@ from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.contract import N_POINT_STATEV
 from support_calls import LIBRARY, address, c_update, umat
 
-from tests.oracle import reference
+from tests.oracle import plane, reference
 
 # CTest has no markers, and pytest need not repeat it
 pytestmark = pytest.mark.long
@@ -58,7 +58,7 @@ OPTIONS = {
     "all and a dashpot": {"closure": 0.06, "damage0": 0.3, "kc": 2.0, "height": 0.3, "W0": 0.5, "crush": 3.0,
                           "guard": True, "tau_v": 0.3, "sigma02": 4.0, "Gc2": 0.6, "c": 4.0},
 }  # fmt: skip
-BRANCHES = list(itertools.product((reference.OPEN, reference.STICK, reference.SLIP), (0, 1)))
+BRANCHES = list(itertools.product((plane.OPEN, plane.STICK, plane.SLIP), (0, 1)))
 
 
 def random_material(rng: np.random.Generator) -> Material:
@@ -259,7 +259,7 @@ def test_patterns_and_materials() -> None:
             # |s_T - s_di| of every plane at the start of the return mapping
             local = np.einsum("kab,nb->nka", reference.frames(planes[0]), s)[..., 1:]
             trial = np.linalg.norm(local - state[:, N_POINT_STATEV:].reshape(20, -1, 3)[..., 1:], axis=-1)
-            margin = np.where(theirs.branch == reference.SLIP, trial, largest[:, None])
+            margin = np.where(theirs.branch == plane.SLIP, trial, largest[:, None])
             closest = (largest / margin.min(axis=1))[:, None, None]
             growth = 1.0 + ratio[..., None] ** 2 / p.eta
             assert_within("tangent", tangent, theirs.tangent, TANGENT * K * growth * closest)
