@@ -130,13 +130,13 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
         number[owners] for owners in mesh.cell_data.get(OWNER, [np.full(len(rows), -1) for rows in data])
     ]
     for name, rows_by_array in groups.items():
-        for k, begin in enumerate(rows_by_array):
-            if len(begin) and k in first:
-                members[name] = np.union1d(members.get(name, np.zeros(0, np.int64)), first[k] + begin)
-            elif len(begin) and dimension(mesh.cells[k].type) == d - 1:
-                parts_of_facets.setdefault(name, []).append((data[k][begin], owner[k][begin]))
-            elif len(begin):
-                spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), data[k][begin].ravel())
+        for k, rows in enumerate(rows_by_array):
+            if len(rows) and k in first:
+                members[name] = np.union1d(members.get(name, np.zeros(0, np.int64)), first[k] + rows)
+            elif len(rows) and dimension(mesh.cells[k].type) == d - 1:
+                parts_of_facets.setdefault(name, []).append((data[k][rows], owner[k][rows]))
+            elif len(rows):
+                spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), data[k][rows].ravel())
     for name, nodes in (mesh.point_sets or {}).items():
         at = np.asarray(nodes, np.int64).ravel()
         spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), node[at] if join else at)
