@@ -186,7 +186,7 @@ def test_instances_that_touch(tmp_path: Path) -> None:
         "2 cells in 2 blocks, 12 nodes, 16 with joints",
         "block One_Stone: 1 cells", "block Two_Stone: 1 cells",
         "group Both: 2 cells", "group One_Foot: 1 faces, area 1", "group One_Side: 1 faces, area 2",
-        "group Two_Foot: 1 faces, area 1", "group Two_Side: 1 faces, area 2", "group Corner: 2 nodes",
+        "group Two_Foot: 1 faces, area 1", "group Two_Side: 1 faces, area 2", "group Corner: 1 nodes",
         "joint joint: 1 faces, area 1, 0 tips, N from One_Stone to Two_Stone",
     ]  # fmt: skip
     sides = {"One_Foot": 1.0, "Two_Foot": 1.0, "One_Side": 2.0, "Two_Side": 2.0}

@@ -53,6 +53,12 @@ TIED = (
 )  # fmt: skip
 """Keywords that connect parts of the model, which are not carried over."""
 
+LOADS = (
+    "BOUNDARY", "CLOAD", "DLOAD", "DSLOAD", "INITIAL CONDITIONS", "TEMPERATURE", "FIELD",
+    "PRE-TENSION SECTION",
+)  # fmt: skip
+"""Keywords of loads and supports, which are not carried over."""
+
 
 def read_deck(path: Path) -> meshio.Mesh:
     """Mesh of a deck, with its element sets and surfaces as cell sets and its node sets as point sets.
@@ -63,7 +69,7 @@ def read_deck(path: Path) -> meshio.Mesh:
     parts: dict[str, Scope] = {}
     model = Scope("")
     instances: dict[str, Scope] = {}
-    here, used, tied = model, set(), []
+    here, used, tied, loads = model, set(), [], []
     opened: Block | None = None
     for block in blocks(path):
         word = block.keyword
@@ -77,6 +83,8 @@ def read_deck(path: Path) -> meshio.Mesh:
             raise block.fail("not read: expected nodes and elements in lists (a deck that Abaqus/CAE writes)")
         if word in TIED:
             tied.append(block)
+        elif word in LOADS:
+            loads.append(block)
         elif word == "PART":
             here, opened = _new(parts, block, Scope(block.name("NAME"))), block
         elif word == "INSTANCE":
@@ -111,6 +119,12 @@ def read_deck(path: Path) -> meshio.Mesh:
     if tied:
         words = ", ".join(f"*{word.title()}" for word in dict.fromkeys(entry.keyword for entry in tied))
         text = f"{path}: {words}: not carried over: connections of the model are those of shared nodes"
+        warnings.warn(text, ModelWarning, stacklevel=3)
+    if loads:
+        words = ", ".join(f"*{word.title()}" for word in dict.fromkeys(block.keyword for block in loads))
+        text = f"{path}: {words}: not carried over: loads and supports of the new mesh are yours"
+        if any(block.keyword == "CLOAD" for block in loads):
+            text += "; *Cload of a set loads each of its nodes, of a node that a joint doubles both"
         warnings.warn(text, ModelWarning, stacklevel=3)
     return Model(path, model, list(instances.values())).mesh()
 

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..contract import Floats
 from ..material import ModelWarning
 from .files import read_mesh
-from .groups import OWNER, blocks_of, groups_of
+from .groups import OWNER, TYPE, blocks_of, groups_of
 from .shapes import FACES, MIRRORED, PLANE, Integers, corner_sizes, corners, dimension, place
 from .touching import check_touching, joined
 
@@ -57,6 +58,14 @@ class Faces:
         self.number = np.full(len(order), -1, np.int64)
         self.number[self.first] = self.number[self.second] = np.arange(len(self.first))
 
+    def check_middles(self, points: Floats) -> None:
+        """Raise ValueError, with number and place, for faces that are the same in their corners alone."""
+        alike = np.sort(self.nodes[self.first], axis=1) == np.sort(self.nodes[self.second], axis=1)
+        if (apart := ~alike.all(1)).any():
+            where = place(points[self.nodes[self.first[apart][0]]].mean(0))
+            text = "have common corners and other nodes in the middle of their edges"
+            raise ValueError(f"{apart.sum()} pairs of faces {text}, as at {where}: expected common nodes")
+
 
 @dataclass(frozen=True)
 class Solids:
@@ -64,7 +73,9 @@ class Solids:
 
     block (m,): number in `names`.  centres (m, d): of the cells.  facets: nodes of the named faces, and the
     cells of which alone they are faces, or -1.  sets:
-    cells of the groups that are no blocks.  spots: nodes of the groups of points, and of lines in space.
+    cells of the groups that are no blocks.  spots: nodes of the groups of points, and of lines in space, as
+    numbered before nodes were joined.  before: those of the places in the cells.  types: of the elements of a
+    deck of Abaqus.
     """
 
     points: Floats
@@ -76,6 +87,8 @@ class Solids:
     facets: dict[str, list[tuple[Integers, Integers]]]
     sets: dict[str, Integers]
     spots: dict[str, Integers]
+    before: Integers
+    types: dict[str, NDArray[np.str_]]
 
     @property
     def dimension(self) -> int:
@@ -102,17 +115,13 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
         raise ValueError(f"{where}: expected finite places")
     parts = {kind: [k for k, entry in enumerate(mesh.cells) if entry.type == kind] for kind in here}
     data = [np.asarray(entry.data, np.int64) for entry in mesh.cells]
-    if join:
-        node = joined(
-            points,
-            np.unique(np.concatenate([data[k].ravel() for numbers in parts.values() for k in numbers])),
-            join,
-        )
-        data = [node[nodes] for nodes in data]
-    cells = {kind: np.concatenate([data[k] for k in numbers]) for kind, numbers in parts.items()}
-    cells = {kind: rows for kind, rows in cells.items() if len(rows)}
-    if not cells:
+    apart = {kind: np.concatenate([data[k] for k in numbers]) for kind, numbers in parts.items()}
+    apart = {kind: rows for kind, rows in apart.items() if len(rows)}
+    if not apart:
         raise ValueError(f"no cells: expected some of the types {', '.join(FACES)}")
+    used = np.unique(np.concatenate([rows.ravel() for rows in apart.values()]))
+    node = joined(points, used, join) if join else np.arange(len(points))
+    cells = {kind: node[rows] for kind, rows in apart.items()}
     centres = np.concatenate([points[rows].mean(1) for rows in cells.values()])
     first = dict(zip((k for numbers in parts.values() for k in numbers), _starts(data, parts), strict=True))
     choice = (
@@ -129,27 +138,46 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
     owner = [
         number[owners] for owners in mesh.cell_data.get(OWNER, [np.full(len(rows), -1) for rows in data])
     ]
+    sides = _faces(apart, points, d) if join else []
     for name, rows_by_array in groups.items():
         for k, rows in enumerate(rows_by_array):
             if len(rows) and k in first:
                 members[name] = np.union1d(members.get(name, np.zeros(0, np.int64)), first[k] + rows)
             elif len(rows) and dimension(mesh.cells[k].type) == d - 1:
-                parts_of_facets.setdefault(name, []).append((data[k][rows], owner[k][rows]))
+                facets_of = _of_one_cell(data[k][rows], owner[k][rows], sides, d)
+                parts_of_facets.setdefault(name, []).append((node[data[k][rows]], facets_of))
             elif len(rows):
                 spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), data[k][rows].ravel())
     for name, nodes in (mesh.point_sets or {}).items():
         at = np.asarray(nodes, np.int64).ravel()
-        spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), node[at] if join else at)
+        spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), at)
     names, block = blocks_of(members, choice, centres)
     sets = {
         name: rows for name, rows in members.items() if name not in names and not name.startswith("instance:")
     }
-    cells = _sound(cells, points, centres, block, names)
+    cells, apart = _sound(cells, apart, points, centres, block, names)
     faces = _faces(cells, points, d)
+    for face in faces:
+        face.check_middles(points)
     facets = {name: _once(pieces, d) for name, pieces in parts_of_facets.items()}
     if join is None or join > 0.0:
         check_touching(points, faces, block, names)
-    return Solids(points, cells, block, names, centres, faces, facets, sets, spots)
+    given = mesh.cell_data.get(TYPE)
+    types = {kind: np.concatenate([given[k] for k in parts[kind]]) for kind in cells} if given else {}
+    before = np.concatenate([rows.ravel() for rows in apart.values()])
+    return Solids(points, cells, block, names, centres, faces, facets, sets, spots, before, types)
+
+
+def _of_one_cell(facets: Integers, owner: Integers, sides: list[Faces], d: int) -> Integers:
+    """Cell of each facet: the given one, or the only one that has it among faces before nodes are joined."""
+    owner = owner.copy()
+    for face in sides:
+        if corners(d, facets.shape[1]) == corners(d, face.nodes.shape[1]):
+            row = locate(face, facets, d)
+            alone = (row >= 0) & (owner < 0)
+            alone[alone] = face.number[row[alone]] < 0
+            owner[alone] = face.cell[row[alone]]
+    return owner
 
 
 def _starts(data: list[Integers], parts: dict[str, list[int]]) -> Integers:
@@ -173,10 +201,18 @@ def _plane(points: Floats, mesh: meshio.Mesh, kinds: list[str]) -> Floats:
 
 
 def _sound(
-    cells: dict[str, Integers], points: Floats, centres: Floats, block: Integers, names: list[str]
-) -> dict[str, Integers]:
-    """Cells of positive size: those inside out are turned; ValueError for those without size, or twice."""
-    sound, first, turned, uneven = {}, 0, 0, 0
+    cells: dict[str, Integers],
+    apart: dict[str, Integers],
+    points: Floats,
+    centres: Floats,
+    block: Integers,
+    names: list[str],
+) -> tuple[dict[str, Integers], dict[str, Integers]]:
+    """Cells of positive size: those inside out are turned; ValueError for those without size, or twice.
+
+    apart: the cells before nodes were joined, which are turned, too.
+    """
+    sound, sound_apart, first, turned, uneven = {}, {}, 0, 0, 0
     measure = "area" if points.shape[1] == 2 else "volume"
     for kind, data in cells.items():
         x = points[data]
@@ -198,7 +234,9 @@ def _sound(
                 )
         back = sizes.mean(1) < 0.0
         uneven += int((sizes * np.where(back, -1.0, 1.0)[:, None] < -NO_SIZE * scale).any(1).sum())
-        sound[kind] = np.where(back[:, None], data[:, list(MIRRORED[kind])], data)
+        sound[kind], sound_apart[kind] = (
+            np.where(back[:, None], nodes[:, list(MIRRORED[kind])], nodes) for nodes in (data, apart[kind])
+        )
         turned, first = turned + int(back.sum()), first + len(data)
     if uneven:
         text = f"{uneven} cells have corners of negative {measure}"
@@ -206,7 +244,7 @@ def _sound(
         warnings.warn(f"{text}: {why}", ModelWarning, stacklevel=4)
     if turned:
         warnings.warn(f"{turned} cells of negative {measure} were turned round", ModelWarning, stacklevel=4)
-    return sound
+    return sound, sound_apart
 
 
 def _once(facets: list[tuple[Integers, Integers]], d: int) -> list[tuple[Integers, Integers]]:

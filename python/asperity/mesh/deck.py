@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -118,8 +119,8 @@ def _read(path: Path, home: Path, deck: list[Block], depth: int) -> None:
         end = heads[k + 1] if k + 1 < len(heads) else len(lines)
         text, last = lines[head].strip(), head + 1
         while text.endswith(",") and last < end:  # a keyword line goes on after a comma
-            text, last = text + lines[last].strip(), last + 1
-        words = [" ".join(word.split()) for word in text[1:].split(",")]
+            text, last = text + ("" if lines[last].startswith("**") else lines[last].strip()), last + 1
+        words = [" ".join(word.split()) for word in re.findall(r"""((?:"[^"]*"|'[^']*'|[^,])+)""", text[1:])]
         keyword = words[0].upper()
         parameters: dict[str, str | None] = {}
         for word in words[1:]:

@@ -8,14 +8,15 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..contract import Floats
 from ..material import ModelWarning
 from .deck import Block
-from .groups import OWNER
+from .groups import OWNER, TYPE, Members
 from .shapes import FACES, Integers, dimension
 
 if TYPE_CHECKING:
@@ -77,16 +78,28 @@ class Numbers:
             block = [block for block, part in numbered if (part == number).any()][-1]
             raise block.fail(f"{kind} {number}{self.scope} is there before: expected each number once")
 
-    def __call__(self, block: Block, numbers: Integers, partial: bool = False) -> Integers:
-        """Places of numbers; those that are not there raise ValueError, or with `partial` are left out."""
+    def generated(self, block: Block, numbers: range) -> Integers:
+        """Places of those of a range that are there; ModelWarning for others, ValueError if there is none."""
+        at = np.searchsorted(self.sorted, [numbers[0], numbers[-1] + 1])
+        inside = np.flatnonzero((self.sorted[at[0] : at[1]] - numbers[0]) % numbers.step == 0) + at[0]
+        if not len(inside):
+            raise block.fail(f"{self.kind} {numbers[0]}{self.scope}: no such {self.kind}")
+        if missing := len(numbers) - len(inside):
+            text = f"{missing} of {len(numbers)} numbers are no {self.kind}s{self.scope}: they are left out"
+            warnings.warn(f"{block.head()}: {text}", ModelWarning, stacklevel=6)
+        places: Integers = self.first + self.order[inside]
+        return places
+
+    def __call__(self, block: Block, numbers: Integers) -> Integers:
+        """Places of numbers; those that are not there raise ValueError."""
         if not len(self.sorted):
             at, bad = np.zeros(numbers.shape, np.int64), np.ones(numbers.shape, bool)
         else:
             at = np.minimum(np.searchsorted(self.sorted, numbers), len(self.sorted) - 1)
             bad = self.sorted[at] != numbers
-        if bad.any() and not (partial and not bad.all()):
+        if bad.any():
             raise block.fail(f"{self.kind} {numbers[bad][0]}{self.scope}: no such {self.kind}")
-        return self.first + self.order[at[~bad] if partial else at]
+        return self.first + self.order[at]
 
 
 class Model:
@@ -125,9 +138,14 @@ class Model:
         point_sets: dict[str, Integers] = {}
         sets: dict[str, list[Integers]] = {}
         facets: list[tuple[str, str, Integers, Integers]] = []
+        sources: dict[tuple[str, str], str] = {}
         for scope in self.scopes:
             for (kind, key), title in scope.titles.items():
                 name = f"{scope.name}_{title}" if seen[kind, key] > 1 and scope.name else title
+                source = f"{scope.name}.{title}" if scope.name else title
+                if (earlier := sources.setdefault((kind, name.upper()), source)) != source:
+                    text = f"sets {earlier} and {source} both become {name}: expected other names"
+                    raise ValueError(f"{self.path}: {text}")
                 if kind == "NSET":
                     known = point_sets.get(name, np.zeros(0, np.int64))
                     point_sets[name] = np.union1d(known, self._members(scope, kind, key))
@@ -151,11 +169,43 @@ class Model:
             empty = [np.zeros(0, np.int64)] * (len(cells) - 1)
             rows = cell_sets.setdefault(name, [*empty, np.zeros(0, np.int64)])
             rows[-1] = np.arange(len(data))
+        self._set_apart(cells, cell_sets, point_sets)
         self._warn()
         points = np.concatenate(self.points)
-        return meshio.Mesh(
-            points, cells, cell_sets=cell_sets, point_sets=point_sets, cell_data={OWNER: owners}
-        )
+        types = [block.name("TYPE").upper() for scope in self.scopes for block, *_ in scope.elements]
+        types += [""] * (len(cells) - len(types))
+        cell_data: dict[str, list[NDArray[Any]]] = {
+            OWNER: owners,
+            TYPE: [np.full(len(rows[1]), name) for name, rows in zip(types, cells, strict=True)],
+        }
+        return meshio.Mesh(points, cells, cell_sets=cell_sets, point_sets=point_sets, cell_data=cell_data)
+
+    def _set_apart(
+        self, cells: list[tuple[str, Integers]], cell_sets: Members, point_sets: dict[str, Integers]
+    ) -> None:
+        """Give faces another name where a set of other nodes has theirs: both are groups of the mesh."""
+        d = max(dimension(kind) for kind, _ in self.cells)
+        titles = {name.upper(): name for name in point_sets}
+        for name in list(cell_sets):
+            at = [
+                k for k, (kind, _) in enumerate(cells) if dimension(kind) == d - 1 and len(cell_sets[name][k])
+            ]
+            title = titles.get(name.upper())
+            if not at or title is None:
+                continue
+            nodes = np.unique(np.concatenate([cells[k][1][cell_sets[name][k]].ravel() for k in at]))
+            if not np.array_equal(nodes, point_sets[title]):
+                title = f"{name}_faces"
+                if title.upper() in {known.upper() for known in (*cell_sets, *point_sets)}:
+                    raise ValueError(f"{self.path}: {name} and {title}: expected other names of sets")
+                text = (
+                    f"{name} is a set of nodes and one of faces that has other nodes: the faces are {title}"
+                )
+                warnings.warn(f"{self.path}: {text}", ModelWarning, stacklevel=5)
+            if title != name:
+                moved = cell_sets.setdefault(title, [np.zeros(0, np.int64)] * len(cells))
+                for k in at:
+                    moved[k], cell_sets[name][k] = cell_sets[name][k], np.zeros(0, np.int64)
 
     def _warn(self) -> None:
         """Name the elements that are not solids."""
@@ -195,7 +245,7 @@ class Model:
                     given = whole(block, np.array([block.numbers(words, k)]))[0].tolist()
                     if len(given) not in (2, 3) or given[1] < given[0]:
                         raise block.fail(f"{', '.join(words)}: expected first, last, step", k)
-                    members.append(places(block, np.arange(given[0], given[1] + 1, *given[2:]), partial=True))
+                    members.append(places.generated(block, range(given[0], given[1] + 1, *given[2:])))
                     continue
                 if block.keyword == "SURFACE":  # of nodes: a set or a number, and an area
                     words = words[:1]

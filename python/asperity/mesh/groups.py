@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 OWNER = "asperity:owner"
 """Cell data: the number, through all arrays, of the cell that a cell is a face of, or -1."""
 
+TYPE = "asperity:type"
+"""Cell data: the type of the element in the deck of Abaqus, or an empty text."""
+
 Members = dict[str, list[Integers]]
 """Names of groups, and for each array of cells the numbers of its cells in the group."""
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..material import ModelWarning
 from ..options import replace_file
 from .jointed import Jointed
 from .shapes import Integers
@@ -35,11 +38,15 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
         raise ValueError(f"cells of the type {unknown[0]}: expected one of {', '.join(ABAQUS)}")
     text = [f"** {HEAD}\n*Node\n", numbered("%d", 1, points, "%.15g")]
     number, written = 1, np.zeros(sum(map(len, mesh.cells.values())), np.int64)
-    for kind, block, cells, rows in blocks(mesh):
-        text.append(f"*Element, type={ABAQUS[kind]}, elset={block}\n" + numbered("%d", number, cells + 1))
-        written[rows] = np.arange(number, number + len(cells))
-        number += len(cells)
+    types = _types(mesh)
+    for _, block, cells, rows in blocks(mesh):
+        for name in np.unique(types[rows]).tolist():
+            chosen = types[rows] == name
+            text.append(f"*Element, type={name}, elset={block}\n" + numbered("%d", number, cells[chosen] + 1))
+            written[rows[chosen]] = np.arange(number, number + chosen.sum())
+            number += int(chosen.sum())
     orientations = []
+    elsets: dict[str, None] = {}  # of the joints
     for name, parts in mesh.joints.items():
         card, sets = "", list[str]()
         for joint in parts:
@@ -60,6 +67,7 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
                 for (elset, _), tangent in zip(parts_of, axes, strict=True):
                     line = ", ".join(f"{x:.9g}" for x in tangent)
                     orientations.append(f"*Orientation, name={elset}, system=rectangular\n{line}\n")
+            elsets |= dict.fromkeys(elset for elset, _ in parts_of)
             for elset, chosen in parts_of:
                 elements = between(joint, d)[chosen] + 1
                 text.append(f"*Element, type={kind}, elset={elset}\n" + numbered("%d", number, elements))
@@ -73,6 +81,16 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
             section = f"*SOLID SECTION, ELSET={{0}}, MATERIAL={material}, ORIENTATION={{0}}\n"
             card += "".join(map(section.format, sets))
         orientations.append(card)
+    for kind, names in (
+        ("elements", [*mesh.names, *mesh.sets, *elsets]),
+        ("nodes", mesh.groups),
+        ("faces", mesh.surfaces),
+    ):
+        upper = [name.upper() for name in names]
+        if twice := [name for name in names if upper.count(name.upper()) > 1]:
+            raise ValueError(
+                f"sets of {kind} {' and '.join(twice)}: one name for {host}: expected other names"
+            )
     for group in mesh.groups:
         text.append(f"*Nset, nset={group}\n" + _list(mesh.nodes(group) + 1))
     for name, cells in mesh.sets.items():
@@ -82,6 +100,20 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
         text.append(f"*Surface, type=element, name={name}\n" + faces)
     replace_file(path, "".join(text + orientations))
     return [path]
+
+
+def _types(mesh: Jointed) -> NDArray[np.str_]:
+    """Types of all elements: those of the deck that are solids of Abaqus, else the ones of `ABAQUS`."""
+    types = []
+    for kind, cells in mesh.cells.items():
+        given = mesh.types.get(kind, np.full(len(cells), ""))
+        solid = np.char.startswith(given, ("CPE" if mesh.dimension == 2 else "C3D"))
+        solid |= np.char.startswith(given, "CPS") & (mesh.dimension == 2)
+        if count := int(((given != "") & ~solid).sum()):
+            text = f"{count} elements of the types {', '.join(np.unique(given[~solid]).tolist())}"
+            warnings.warn(f"{text} become {ABAQUS[kind]}", ModelWarning, stacklevel=4)
+        types.append(np.where(solid, given, ABAQUS[kind]))
+    return np.concatenate(types)
 
 
 def _list(numbers: Integers) -> str:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..contract import Floats
 from .shapes import FACES, Integers, area, backward, corners
@@ -43,6 +44,7 @@ class Jointed:
     groups, on joints those of both sides, and nodes of named points, by name.  sets: cells of the groups that
     are no blocks, counted through all types.  surfaces: rows (cell, its face from 1) of the groups of faces
     and, as NAME_minus and NAME_plus, of both sides of the joints.  origin (n,): node of the mesh before.
+    types: of the elements (m,) of a deck of Abaqus, by type of cells.
     """
 
     points: Floats
@@ -54,6 +56,7 @@ class Jointed:
     sets: dict[str, Integers]
     surfaces: dict[str, Integers]
     origin: Integers
+    types: dict[str, NDArray[np.str_]] = field(default_factory=dict)
 
     @property
     def dimension(self) -> int:
@@ -115,7 +118,10 @@ class Jointed:
             if total:
                 lines.append(f"group {name}: {total} faces, {size} {whole:.6g}")
             elif parts_of_group:
-                lines.append(f"group {name}: {len(self.nodes(name))} nodes")
+                nodes = self.nodes(name)
+                before = len(np.unique(self.origin[nodes]))
+                doubled = f", {before} of them in the mesh before" if before < len(nodes) else ""
+                lines.append(f"group {name}: {len(nodes)} nodes{doubled}")
         for name, parts in self.joints.items():
             whole = sum(float(part.area.sum()) for part in parts)
             ends = sum(part.tips for part in parts)

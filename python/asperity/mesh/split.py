@@ -63,8 +63,9 @@ def split(
     mesh = read(mesh)
     old = solids(mesh, blocks, join)
     rules = joints or {"joint": ("*", "*")}
-    if taken := sorted(set(rules) & set(old.names)):
-        raise ValueError(f"joint {taken[0]}: a block has this name: expected another one")
+    if taken := sorted(set(rules) & {*old.names, *old.sets}):
+        text = f"joint {taken[0]}: a {'block' if taken[0] in old.names else 'group of cells'} has this name"
+        raise ValueError(f"{text}: expected another one, as --joint NAME=*:* for all faces between blocks")
     chosen = _choose(rules, old)
     own, origin = _double(old, chosen)
     points = old.points[origin]
@@ -84,14 +85,14 @@ def split(
         cells[kind] = own[place : place + data.size].reshape(data.shape)
         block[kind] = old.block[cell : cell + len(data)]
         place, cell = place + data.size, cell + len(data)
-    groups, surfaces = _groups(old, own, origin, [joint_of >= 0 for joint_of in chosen])
+    groups, surfaces = _groups(old, own, [joint_of >= 0 for joint_of in chosen])
     for name, pieces in parts.items():
         for k, side in enumerate(("minus", "plus")):
             rows = [np.stack([piece.cells[:, k], piece.sides[:, k]], 1) for piece in pieces]
             if f"{name}_{side}" in surfaces:
                 raise ValueError(f"joint {name}: a group is named {name}_{side}: expected another name")
             surfaces[f"{name}_{side}"] = np.concatenate([np.zeros((0, 2), np.int64), *rows])
-    return Jointed(points, cells, block, old.names, parts, groups, old.sets, surfaces, origin)
+    return Jointed(points, cells, block, old.names, parts, groups, old.sets, surfaces, origin, old.types)
 
 
 def _check_tips(name: str, parts: list[Joint], points: Floats) -> None:
@@ -308,7 +309,7 @@ def _outside(old: Solids, face: Faces, facets: Integers) -> Integers:
 
 
 def _groups(
-    old: Solids, own: Integers, origin: Integers, parted: list[NDArray[np.bool_]]
+    old: Solids, own: Integers, parted: list[NDArray[np.bool_]]
 ) -> tuple[dict[str, list[Integers]], dict[str, Integers]]:
     """Faces by group, with their new nodes, and nodes of named points; rows (cell, face) of groups of faces.
 
@@ -346,8 +347,8 @@ def _groups(
             surfaces[name] = np.concatenate(rows_of)
     groups = {name: [row for row in rows if len(row)] for name, rows in groups.items() if sum(map(len, rows))}
     for name, nodes in old.spots.items():
-        at = np.flatnonzero(np.isin(origin, nodes))
-        missing = int((~np.isin(nodes, origin)).sum())
+        at = np.unique(own[np.isin(old.before, nodes)])
+        missing = int((~np.isin(nodes, old.before)).sum())
         if missing:
             text = f"group {name}: {missing} of its {len(nodes)} nodes are in no cell: they are left out"
             warnings.warn(text, ModelWarning, stacklevel=4)
