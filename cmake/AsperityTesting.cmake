@@ -1,4 +1,5 @@
-# Test suites: genuine pFUnit files (.pf), run by pFUnit where it is found, elsewhere by the stand-in in tests/pfunit_stand_in.
+# Test suites: genuine pFUnit files (.pf), run by pFUnit where it is found, elsewhere by the stand-in in
+# tests/pfunit_stand_in.
 #
 #   asperity_add_suite(<name> TEST_SOURCES <a.pf> [LINK_LIBRARIES <lib>...] [OTHER_SOURCES ...] [LABELS ...]
 #                      [WORKING_DIRECTORY <dir>])

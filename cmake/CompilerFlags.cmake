@@ -12,16 +12,17 @@ if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
     -fopenmp-simd                                                # honours !$omp simd, links no run-time library
     -fno-semantic-interposition                                  # the checks of a call are inlined
     >)
-  # The loops of the law run on vectors only if a division that is moved may not trap, every function is inlined, however
-  # large its frame, and every structure is replaced by its components. A public kernel is not to be inlined, and its
-  # arrays of states are on the stack.
+  # The loops of the law run on vectors only if a division that is moved may not trap, every function is inlined,
+  # however large its frame, and every structure is replaced by its components. A public kernel is not to be inlined,
+  # and its arrays of states are on the stack.
   set(ASPERITY_LAW_FLAGS -fno-trapping-math -fstack-arrays -finline-limit=100000 --param=inline-unit-growth=1000
-    --param=large-function-growth=100000 --param=large-stack-frame=100000 --param=sra-max-scalarization-size-Ospeed=10000
-    -fsemantic-interposition)
+    --param=large-function-growth=100000 --param=large-stack-frame=100000
+    --param=sra-max-scalarization-size-Ospeed=10000 -fsemantic-interposition)
   list(TRANSFORM ASPERITY_LAW_FLAGS REPLACE "(.+)" "$<$<CONFIG:Release>:\\1>")
   # the suites spend most of their time in the kernels, and few seconds more to compile them pay
   list(APPEND ASPERITY_LAW_FLAGS $<$<CONFIG:Debug>:-O1>)
-  set(debug_flags -O0 -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -finit-real=snan -finit-derived -fbacktrace)
+  set(debug_flags -O0 -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -finit-real=snan -finit-derived
+    -fbacktrace)
   set(CMAKE_Fortran_FLAGS_RELEASE "-O3")
   target_compile_options(asperity_flags INTERFACE $<$<AND:${of_suite},$<CONFIG:Release>>:-O1>)
   if(ASPERITY_WERROR)
@@ -31,7 +32,8 @@ if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
 elseif(CMAKE_Fortran_COMPILER_ID MATCHES "Flang")
   set(CMAKE_Fortran_FLAGS_RELEASE "-O2")
 elseif(CMAKE_Fortran_COMPILER_ID MATCHES "Intel")
-  # it obeys !$omp simd unasked, and takes what the loops assign for shared; not tried, as this compiler was not to be had
+  # it obeys !$omp simd unasked, and takes what the loops assign for shared; not tried, as this compiler was not to be
+  # had
   target_compile_options(asperity_flags INTERFACE $<$<COMPILE_LANGUAGE:Fortran>:-qno-openmp-simd>)
 endif()
 if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")

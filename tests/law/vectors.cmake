@@ -1,6 +1,6 @@
-# The square roots in the loops of the kernels are taken of whole vectors: xmm at level v1 of x86-64, ymm at v3. A loop has
-# copies of shorter vectors and of scalars for its last points and for arrays that may overlap. A loop that is not inlined
-# where its kernel is a literal has branches, and no vectors. Called by CTest with OBJDUMP and OBJECTS.
+# The square roots in the loops of the kernels are taken of whole vectors: xmm at level v1 of x86-64, ymm at v3. A loop
+# has copies of shorter vectors and of scalars for its last points and for arrays that may overlap. A loop that is not
+# inlined where its kernel is a literal has branches, and no vectors. Called by CTest with OBJDUMP and OBJECTS.
 string(REPLACE "|" ";" OBJECTS "${OBJECTS}")
 set(passed 0)
 foreach(object IN LISTS OBJECTS)
@@ -25,8 +25,9 @@ foreach(object IN LISTS OBJECTS)
   if(loops GREATER 0 AND NOT twice LESS copies AND NOT apart)
     math(EXPR passed "${passed} + 1")
   else()
-    message("${name}: ${loops} square roots of ${register}, ${packed} of vectors and ${copies} of scalars, expected some of "
-      "${register} and at least half as many of vectors as of scalars in loops, none of which is a function of its own ${apart}")
+    message("${name}: ${loops} square roots of ${register}, ${packed} of vectors and ${copies} of scalars, expected "
+      "some of ${register} and at least half as many of vectors as of scalars in loops, none of which is a function of "
+      "its own ${apart}")
   endif()
 endforeach()
 math(EXPR failed "6 - ${passed}")

@@ -36,8 +36,8 @@ foreach(symbol umat_ vumat_ vumat_single_ asperity_version asperity_isa asperity
   endif()
 endforeach()
 
-step(configure ${CMAKE_COMMAND} -S ${prefix}/share/doc/asperity/example -B ${build} -G ${GENERATOR} -DCMAKE_PREFIX_PATH=${prefix}
-     -DCMAKE_C_COMPILER=${C_COMPILER} -DCMAKE_Fortran_COMPILER=${FORTRAN_COMPILER}
+step(configure ${CMAKE_COMMAND} -S ${prefix}/share/doc/asperity/example -B ${build} -G ${GENERATOR}
+     -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_C_COMPILER=${C_COMPILER} -DCMAKE_Fortran_COMPILER=${FORTRAN_COMPILER}
      -DCMAKE_Fortran_FLAGS=${FORTRAN_FLAGS})
 step(build ${CMAKE_COMMAND} --build ${build})
 step(from_c ${build}/from_c)
@@ -83,7 +83,8 @@ endif()
 # the lines of docs/reference/c.md for a C compiler alone
 get_filename_component(where ${library} DIRECTORY)
 set(options -I${prefix}/include -L${where} -Wl,-rpath,${where})
-step(build_by_line ${C_COMPILER} ${SOURCES}/harness/examples/program/from_c.c ${options} -lasperity -lm -o ${WORK}/from_c)
+step(build_by_line ${C_COMPILER} ${SOURCES}/harness/examples/program/from_c.c ${options} -lasperity -lm
+     -o ${WORK}/from_c)
 step(run_by_line ${WORK}/from_c)
 file(GLOB run_library ${where}/libasperity_run.*)
 if(run_library)
