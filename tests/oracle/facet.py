@@ -53,9 +53,9 @@ def facets(frame: Floats, s: Floats, height: float, omega: Floats) -> Facet:
     g = (w - z) * c
     s_t = arc_length(u, T, height, rho) + (w - z) * q
     f = 1.0 + (w - z) * dphi
-    zero, one = np.zeros_like(u), np.ones_like(u)
+    zero, unit = np.zeros_like(u), np.ones_like(u)
     # with respect to (w, u, v)
-    gradient = _matrix([[c, -q * f, zero], [q, c * f, zero], [zero, zero, one]])
+    gradient = _matrix([[c, -q * f, zero], [q, c * f, zero], [zero, zero, unit]])
 
     # with dz/domega = -z0, dphi/domega = -z0' c^2
     g_omega = z0 * c + (w - z) * q * dz0 * c**2

@@ -126,7 +126,7 @@ def update(
     end = _end(parameters, start, s, dt)
     step = plane.IMAGINARY * parameters.s0
     shifted = (_end(parameters, start, s + 1j * step * axis, dt, end.omega) for axis in np.eye(3))
-    tangent = np.stack([one.traction.imag / step for one in shifted], axis=-1)
+    tangent = np.stack([end.traction.imag / step for end in shifted], axis=-1)
 
     # Energies per unit area; the start of the increment is evaluated from the given state.
     alpha, slip = end.alpha, end.slip

@@ -38,7 +38,7 @@ def _grid(draw: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray
 def _rows(draw: np.random.Generator, rows: list[list[object]], split: bool = False) -> list[str]:
     lines = []
     for row in rows:
-        words = [str(one) for one in row]
+        words = [str(word) for word in row]
         if split and draw.random() < 0.2:
             at = int(draw.integers(1, len(words)))
             lines += [", ".join(words[:at]) + ",", ", ".join(words[at:])]
@@ -124,13 +124,13 @@ def gmsh(seed: int) -> Drawn:
     node, layers, kind = int(draw.integers(1, 30)), int(layer.max()) + 1, {3: 2, 4: 3}[cells.shape[1]]
     order = np.argsort(layer, kind="stable")
     cells, layer = cells[order] + node, layer[order]
-    whole = draw.random() < 0.5
-    names = [f'2 {k + 1} "L{k}"' for k in range(layers)] + ['2 9 "all"'] * whole
+    of_all = [9] if draw.random() < 0.5 else []
+    names = [f'2 {k + 1} "L{k}"' for k in range(layers)] + [f'2 {tag} "all"' for tag in of_all]
     text = ["$PhysicalNames", str(len(names)), *names, "$EndPhysicalNames"]
     if draw.random() < 0.5:
         rows = []
         for cell, k in zip(cells.tolist(), layer.tolist(), strict=True):
-            for tag in [k + 1] + [9] * whole:
+            for tag in [k + 1, *of_all]:
                 rows.append(f"{len(rows) + 1} {kind} 2 {tag} {k + 1} {' '.join(map(str, cell))}")
         nodes = [f"{node + k} {x} {y} 0" for k, (x, y) in enumerate(points.tolist())]
         text = [
@@ -146,7 +146,8 @@ def gmsh(seed: int) -> Drawn:
         text += ["$Elements", str(len(rows)), *rows, "$EndElements"]
     else:
         text = ["$MeshFormat", "4.1 0 8", "$EndMeshFormat", *text, "$Entities", f"0 0 {layers} 0"]
-        text += [f"{k + 1} 0 0 0 9 9 0 {1 + whole} {k + 1} {'9 ' * whole}0" for k in range(layers)]
+        tags = [" ".join(map(str, [1 + len(of_all), k + 1, *of_all])) for k in range(layers)]
+        text += [f"{k + 1} 0 0 0 9 9 0 {tags[k]} 0" for k in range(layers)]
         text += [
             "$EndEntities",
             "$Nodes",

@@ -61,14 +61,14 @@ def _excerpt(shown: str, printed: str) -> str:
     lines = [
         text for line in printed.splitlines() for text in dict.fromkeys((line.rstrip(), line.strip('", ')))
     ]
-    found, at = [], 0
+    renewed, at = [], 0
     for line in shown.splitlines():
         same = [i for i in range(at, len(lines)) if _key(lines[i]) == _key(line)]
         if not same:
             raise SystemExit(f"not printed any more: {line}")
-        found.append(lines[same[0]])
+        renewed.append(lines[same[0]])
         at = same[0] + 1
-    return "\n".join(found) + "\n"
+    return "\n".join(renewed) + "\n"
 
 
 def words_and_numbers(text: str) -> tuple[str, list[float]]:

@@ -10,11 +10,11 @@ from deck_check import Keyword, Model, props_of
 from support_calls import umat, vumat
 
 
-def loads(found: Model) -> list[tuple[np.ndarray, float, float]]:
+def loads(model: Model) -> list[tuple[np.ndarray, float, float]]:
     """Numbers of the procedure, pressure and displacement along x at the end of each step; the area is 1."""
     steps: list[dict[str, Keyword]] = []
     pressure = slip = 0.0
-    for keyword in found.keywords:
+    for keyword in model.keywords:
         if keyword.name == "step":
             steps.append({})
         elif steps:
@@ -25,24 +25,24 @@ def loads(found: Model) -> list[tuple[np.ndarray, float, float]]:
             [(nodes, direction, *values)] = keyword.data
             if keyword.name == "cload":
                 assert direction == "3"
-                pressure = -len(found.of(keyword, "nset", nodes)) * keyword.number(values[0])
+                pressure = -len(model.of(keyword, "nset", nodes)) * keyword.number(values[0])
             elif len(values) == 2:
                 assert direction == values[0] == "1"
                 slip = keyword.number(values[1])
-        procedure = step["dynamic" if found.explicit else "static"]
+        procedure = step["dynamic" if model.explicit else "static"]
         numbers = np.array([procedure.number(value) for value in procedure.data[0] if value])
         ends.append((numbers, pressure, slip))
     return ends
 
 
-def run_standard(found: Model, library: Path) -> np.ndarray:
+def run_standard(model: Model, library: Path) -> np.ndarray:
     """Displacements along x and z, force along x and damage after every increment of the last step."""
-    [material] = found.materials.values()
+    [material] = model.materials.values()
     states = len(material["depvar"].data) - 1
     routines, props = ctypes.CDLL(str(library)), np.array(props_of(material["user material"]))
     stress, statev, strain = np.zeros(3), np.zeros(states), np.zeros(3)
     pressure = slip = 0.0
-    for (size, duration), pressure_end, slip_end in loads(found):
+    for (size, duration), pressure_end, slip_end in loads(model):
         count, rows = round(duration / size), []
         for i in range(1, count + 1):
             held = pressure + (pressure_end - pressure) * i / count
@@ -62,9 +62,9 @@ def run_standard(found: Model, library: Path) -> np.ndarray:
     return np.array(rows)
 
 
-def run_explicit(found: Model, library: Path, single: bool = False) -> np.ndarray:
+def run_explicit(model: Model, library: Path, single: bool = False) -> np.ndarray:
     """The same by central differences, with loads that grow smoothly; half the mass is on the upper face."""
-    [material] = found.materials.values()
+    [material] = model.materials.values()
     density = props_of(material["density"])[0]
     kind = np.float32 if single else np.float64
     props = np.array(props_of(material["user material"]), dtype=kind)
@@ -74,7 +74,7 @@ def run_explicit(found: Model, library: Path, single: bool = False) -> np.ndarra
     assert (probe.state == statev).all()
     dt = 0.8 * 2.0 / np.sqrt(float(probe.stress[0, 0]) / 1.0e-6 / (0.5 * density))
     total = z = velocity = x = force = slip = 0.0
-    for (duration,), pressure_end, slip_end in loads(found):
+    for (duration,), pressure_end, slip_end in loads(model):
         count, rows, pressure, start = int(np.ceil(duration / dt)), [], -force, slip
         step = duration / count
         for share in np.linspace(0.0, 1.0, count + 1)[1:]:

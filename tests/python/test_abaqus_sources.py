@@ -115,9 +115,9 @@ def block(
 def test_routines_of_every_source(sources: dict[str, ctypes.CDLL]) -> None:
     """Each source has its own routines, and none that the other solver provides."""
     names = "umat_", "vumat_", "vumat_single_"
-    found = {part: [name for name in names if hasattr(one, name)] for part, one in sources.items()}
+    routines = {part: [name for name in names if hasattr(library, name)] for part, library in sources.items()}
     double = ["umat_", "vumat_"]
-    assert found == {"": double, "_standard": double[:1], "_explicit": double[1:], "_single": double[1:]}
+    assert routines == {"": double, "_standard": double[:1], "_explicit": double[1:], "_single": double[1:]}
     folder = installed.abaqus()
     texts = {part: (folder / f"asperity_abaqus{part}.f90").read_text(encoding="utf-8") for part in sources}
     for part, word in (
@@ -191,11 +191,11 @@ def test_explicit_is_the_library(sources: dict[str, ctypes.CDLL], part: str) -> 
     kind = np.float32 if part == "_single" else np.float64
     own = Single(sources[part]) if part == "_single" else sources[part]
     ends = []
-    for library, one in ((LIBRARY, kind), (own, kind), (LIBRARY, np.float64)):
+    for library, real in ((LIBRARY, kind), (own, kind), (LIBRARY, np.float64)):
         parts = []
         for points in np.split(np.arange(300), [BLOCK, 2 * BLOCK]):
             n, total = len(points), 0.0
-            props, density = PROPS.astype(one), np.full(n, DENSITY, one)
+            props, density = PROPS.astype(real), np.full(n, DENSITY, real)
             stress, state, energies = np.zeros((n, 3)), np.zeros((n, NSTATV)), np.zeros((n, 2))
             probe = np.tile([1.0, 2.0, 3.0], (n, 1))
             out = vumat(library, props, density, (0.0, 0.0), probe, stress, state, energies)
@@ -207,13 +207,13 @@ def test_explicit_is_the_library(sources: dict[str, ctypes.CDLL], part: str) -> 
                 stress, state, energies = out.stress, out.state, out.energies
             parts.append((stress.astype(float) / 3.0, state.astype(float), energies.astype(float)))
         ends.append([np.concatenate(column) for column in zip(*parts, strict=True)])
-    library, found, double = ends
+    library, numbers, double = ends
     assert (library[1][:, N_POINT_STATEV::N_PLANE_STATEV] == 1.0).all() and not CALLS
-    assert np.abs(found[0] - double[0]).max() <= (1e-3 if kind == np.float32 else 1e-12)
-    assert np.abs(found[0] - library[0]).max() <= (1e-3 if kind == np.float32 else 1e-12)
+    assert np.abs(numbers[0] - double[0]).max() <= (1e-3 if kind == np.float32 else 1e-12)
+    assert np.abs(numbers[0] - library[0]).max() <= (1e-3 if kind == np.float32 else 1e-12)
     if kind == np.float64:
-        assert np.abs(found[1] - library[1]).max() <= 1e-12
-        assert (np.abs(found[2] - library[2]) <= 1e-12 * library[2].max(axis=0)).all()
+        assert np.abs(numbers[1] - library[1]).max() <= 1e-12
+        assert (np.abs(numbers[2] - library[2]) <= 1e-12 * library[2].max(axis=0)).all()
 
 
 @pytest.mark.parametrize(

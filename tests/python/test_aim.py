@@ -57,7 +57,7 @@ def sizes(joint: Interface, call: Call, stress: np.ndarray) -> np.ndarray:
 def by_c(joint: Interface, call: Call, aimed: bool = True, library: ctypes.CDLL = LIBRARY) -> Answer:
     """One call of asperity_update for all points, without its aim if not `aimed`."""
     s, aim, state, s_old, dt = call
-    s, aim, s_old = (np.asfortranarray(one.T) for one in (s, aim, s_old))
+    s, aim, s_old = (np.asfortranarray(rows.T) for rows in (s, aim, s_old))
     out = c_update(library, joint.props(), dt, s_old, s, state.T, aim=aim if aimed else None)
     assert out.status == 0, out.message
     return out.stress.T, out.state.T, out.tangent.transpose(2, 1, 0)
@@ -109,13 +109,13 @@ def test_steps_of_any_size(option: str) -> None:
     joint = Interface(Material(**constants(option)), Pattern.regular(4, 40.0, 0.2))
     rng = np.random.default_rng(SEED + 2)
     for s, aim, state, s_old, dt in calls(joint, SEED + 2):
-        other = s + joint.material.s_0 * 10 ** rng.uniform(-6, 3, (POINTS, 1)) * rng.standard_normal(
+        away = s + joint.material.s_0 * 10 ** rng.uniform(-6, 3, (POINTS, 1)) * rng.standard_normal(
             (POINTS, 3)
         )
-        ends = [joint.update(one, state, s_old, dt, aim=aim).traction for one in (s, other)]
-        work = ((ends[1] - ends[0]) * (other - s)).sum(axis=1)
-        stress = np.abs(ends).max(axis=(0, 2)) + joint.material.K * np.abs([s, aim, other]).max(axis=(0, 2))
-        assert (work >= -ROUNDING * stress * np.linalg.norm(other - s, axis=1)).all()
+        ends = [joint.update(ends, state, s_old, dt, aim=aim).traction for ends in (s, away)]
+        work = ((ends[1] - ends[0]) * (away - s)).sum(axis=1)
+        stress = np.abs(ends).max(axis=(0, 2)) + joint.material.K * np.abs([s, aim, away]).max(axis=(0, 2))
+        assert (work >= -ROUNDING * stress * np.linalg.norm(away - s, axis=1)).all()
 
 
 def test_every_point_has_its_aim() -> None:
@@ -123,7 +123,9 @@ def test_every_point_has_its_aim() -> None:
     joint = Interface(Material(**constants("all")), Pattern.regular(5, 30.0, 0.3, 20.0))
     s, aim, state, s_old, dt = calls(joint, SEED + 3)[-1]
     whole = joint.update(s, state, s_old, dt, aim=aim)
-    many = joint.update(*(np.tile(one, (60, 1)) for one in (s, state, s_old)), dt, aim=np.tile(aim, (60, 1)))
+    many = joint.update(
+        *(np.tile(rows, (60, 1)) for rows in (s, state, s_old)), dt, aim=np.tile(aim, (60, 1))
+    )
     for i in (0, 1, 17, 64, POINTS - 1):
         alone = joint.update(s[i : i + 1], state[i : i + 1], s_old[i : i + 1], dt, aim=aim[i : i + 1])
         for name in ("traction", "state", "tangent"):

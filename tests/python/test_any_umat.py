@@ -80,9 +80,9 @@ def test_numbers_and_times_of_increments(run, library: Path) -> None:
     """KSTEP, KINC, TIME and DTIME are those of Abaqus: times at the start of the increment."""
     steps = "&step s_N = 0.001, increments = 2, time = 4 /\n&step s_N = 0.002, increments = 2 /\n"
     rows = run(planted(library) + steps, "--planes")
-    found = np.stack([rows[f"statev_{i}"] for i in range(3, 8)], axis=1)
+    numbers = np.stack([rows[f"statev_{i}"] for i in range(3, 8)], axis=1)
     expected = [[1, 1, 0, 0, 2], [1, 2, 2, 2, 2], [2, 1, 0, 4, 0.5], [2, 2, 0.5, 4.5, 0.5]]
-    np.testing.assert_allclose(found, expected)
+    np.testing.assert_allclose(numbers, expected)
 
 
 def test_order_thickness_and_state(run, library: Path) -> None:
@@ -91,8 +91,8 @@ def test_order_thickness_and_state(run, library: Path) -> None:
     plain = run(planted(library) + path)
     six = run(planted(library, more=", order = '-,-,N,-,Tx,Ty'") + path)
     np.testing.assert_array_equal(six.vector("t"), plain.vector("t"))
-    other = "&step s_Tx = 0.03, s_N = 0.02, increments = 7 /\n"
-    turned = run(planted(library, more=", order = 'Tx,N,Ty'") + other)
+    steps = "&step s_Tx = 0.03, s_N = 0.02, increments = 7 /\n"
+    turned = run(planted(library, more=", order = 'Tx,N,Ty'") + steps)
     np.testing.assert_array_equal(turned["t_Tx"], plain["t_N"])
     case = planted(library, more=", thickness = 0.5").replace(
         f"{STIFFNESS}, {ONSET}, {BROKEN}", "50, 0.02, 0.4"
@@ -144,8 +144,8 @@ def test_utility_routines(run, tmp_path: Path, kind: int, equal: bool) -> None:
     props = [*(tensor[rows, columns] * factor), kind, *turn.T.ravel()]
     text = ", ".join(f"{value:.17g}" for value in props)
     case = f"&umat library = 'utilities.so', props = {text}, nstatv = 25,\n  length = 0.01, "
-    found = run(case + "stiffness = 100 /\n&step s_N = 0.001 /\n", "--planes")
-    statev = np.array([found[f"statev_{i + 1}"][-1] for i in range(25)])
+    results = run(case + "stiffness = 100 /\n&step s_N = 0.001 /\n", "--planes")
+    statev = np.array([results[f"statev_{i + 1}"][-1] for i in range(25)])
     close = partial(np.testing.assert_allclose, rtol=1e-12, atol=1e-13)
     expected = np.linalg.eigvalsh(tensor)
     close(np.sort(statev[2:5]), expected)
@@ -191,9 +191,9 @@ def test_python_is_the_driver(run, library: Path) -> None:
     np.testing.assert_array_equal(whole.traction, rows.vector("t"))
     np.testing.assert_array_equal(whole.rupture, rows["rupture"])
     first, second = Step(s_N=0.03, increments=6), Step(s_N=0.06, increments=6)
-    one, two = law.run([first, second]).end, law.run(second, law.run(first).end).end
+    at_once, in_two = law.run([first, second]).end, law.run(second, law.run(first).end).end
     # the number of the step begins anew
-    np.testing.assert_allclose(one.state - two.state, np.eye(16)[11], atol=1e-15)
+    np.testing.assert_allclose(at_once.state - in_two.state, np.eye(16)[11], atol=1e-15)
     [snap] = law.run(Step(t_N=3.0, k_N=4.0)).snaps
     np.testing.assert_allclose([snap.before[0], snap.after[0]], [ONSET, 0.26], rtol=1e-4)
     with pytest.raises(

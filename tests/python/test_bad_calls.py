@@ -49,7 +49,9 @@ def components(routine: Routine) -> tuple[int, ...]:
 def test_bad_props(routine: Routine, kind: type) -> None:
     """Each constant below and above its range, not a number or, where it must be whole, a fraction."""
     for row in props_table():
-        bad = [np.nan, SIGNALLING, np.inf] + [-np.inf, 0.5] * (row.scale == "whole")
+        bad = [np.nan, SIGNALLING, np.inf]
+        if row.scale == "whole":
+            bad += [-np.inf, 0.5]
         if row.lower >= 0.0:
             bad.append(-0.01)
         if 0.0 < row.lower or 0.9 < row.upper < 1.0:
@@ -134,9 +136,9 @@ def test_bad_times(routine: Routine, kind: type) -> None:
         call = virgin(routine, kind, 3)
         expected = routine(np.random.default_rng(1), call)
         call.times = (1.0, value)
-        found = routine(np.random.default_rng(1), call)
-        assert np.isfinite(found.stress).all() and found.stress.tobytes() == expected.stress.tobytes()
-        assert found.state.tobytes() == expected.state.tobytes()
+        result = routine(np.random.default_rng(1), call)
+        assert np.isfinite(result.stress).all() and result.stress.tobytes() == expected.stress.tobytes()
+        assert result.state.tobytes() == expected.state.tobytes()
         call.props[12], call.times = 0.5, (1.0, value)
         rejected(call, routine, BAD_TIME, "expected a finite time increment", probe=False)
     if routine is call_umat:

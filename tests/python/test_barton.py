@@ -20,7 +20,7 @@ def test_peak_and_scale_in_closed_form() -> None:
     """Strength, dilation angle and slip at the peak where logarithms are whole; longer joints are weaker."""
     block = Joint(jrc=10.0, jcs=100.0, phi_r=30.0, length=1.0)
     measured = Joint(jrc=10.0, jcs=100.0, phi_r=30.0, length=1.0, sample=1.0)
-    for found, expected in (
+    for value, expected in (
         (SAMPLE.peak_strength(1.0), np.tan(np.radians(50.0))),
         (SAMPLE.peak_strength(10.0), 10.0 * np.tan(np.radians(40.0))),
         (SAMPLE.damage_coefficient(1.0), 10.0 / 24.0 + 0.7),
@@ -32,8 +32,8 @@ def test_peak_and_scale_in_closed_form() -> None:
         (measured.jrc_n, 10.0),
         (measured.jcs_n, 100.0),
     ):
-        assert found == pytest.approx(expected, rel=1e-14)
-    assert all(block.peak_strength(one) < SAMPLE.peak_strength(one) for one in (0.5, 5.0))
+        assert value == pytest.approx(expected, rel=1e-14)
+    assert all(block.peak_strength(pressure) < SAMPLE.peak_strength(pressure) for pressure in (0.5, 5.0))
 
 
 def test_mobilised_strength_and_dilation() -> None:
@@ -48,9 +48,9 @@ def test_mobilised_strength_and_dilation() -> None:
     slope = np.gradient(s_N, slip)
     assert np.all(s_N[slip <= 0.3 * peak] == 0.0) and s_N[slip >= 101.0 * peak] == pytest.approx(s_N[-1])
     # the slope has a kink at the peak and the grid of the integral does not have this point
-    for found, part in ((slope.max(), 1.0), (slope[np.searchsorted(slip, 4.0 * peak)], 0.7)):
+    for slope_there, part in ((slope.max(), 1.0), (slope[np.searchsorted(slip, 4.0 * peak)], 0.7)):
         angle = part * 20.0 / (10.0 / 24.0 + 0.7)
-        assert found == pytest.approx(np.tan(np.radians(angle)), rel=1e-2)
+        assert slope_there == pytest.approx(np.tan(np.radians(angle)), rel=1e-2)
     # just below JCS the joint is all but smooth, and the curves are still finite
     test = curves(Joint(jrc=20.0, jcs=50.0, phi_r=25.0, length=0.1), 49.9)
     assert np.all(np.isfinite(test.tau)) and np.all(np.isfinite(test.s_N))
@@ -60,21 +60,21 @@ def test_mobilised_strength_and_dilation() -> None:
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_constants_change_smoothly() -> None:
     """The numbers of an envelope are those of the joints; the constants change with JRC as it does."""
-    found = [envelope(Joint(jrc, 50.0, 30.0, 0.1), 0.5, 5.0) for jrc in (9.9, 10.0, 10.1)]
+    envelopes = [envelope(Joint(jrc, 50.0, 30.0, 0.1), 0.5, 5.0) for jrc in (9.9, 10.0, 10.1)]
     for name, most in {"ks": 0.02, "theta": 0.02, "height": 0.05, "crush": 0.2}.items():
-        values = np.array([one.values[name] for one in found])
+        values = np.array([law.values[name] for law in envelopes])
         assert np.abs(np.diff(np.log(values))).max() < most, name
     # of the roughest joints
     for jrc, low, high, most in ((18.0, 0.5, 5.0, 0.11), (20.0, 0.5, 5.0, 0.16), (20.0, 3.0, 20.0, 0.14)):
         assert np.abs(envelope(Joint(jrc, 50.0, 30.0, 0.1), low, high).parted).max() < most
-    one = Envelope(SAMPLE, found[1].interface, np.array([1.0]), np.linspace(0.0, 9.0, 181), {})
-    path = one.interface.confined_slip(0.0, one.slips, -1.0)
-    barton, law = one.numbers[:, 0]
-    opening = SAMPLE.dilation(one.slips[-1:], 1.0)[0]
+    middle = Envelope(SAMPLE, envelopes[1].interface, np.array([1.0]), np.linspace(0.0, 9.0, 181), {})
+    path = middle.interface.confined_slip(0.0, middle.slips, -1.0)
+    barton, law = middle.numbers[:, 0]
+    opening = SAMPLE.dilation(middle.slips[-1:], 1.0)[0]
     assert barton == pytest.approx([SAMPLE.peak_strength(1.0), SAMPLE.peak_slip, opening], rel=1e-9)
     assert law[0] == pytest.approx(path.tau.max(), rel=1e-9)
     # the peak lies between the rows
-    assert law[1] == pytest.approx(one.slips[path.tau.argmax()], abs=one.slips[1])
+    assert law[1] == pytest.approx(middle.slips[path.tau.argmax()], abs=middle.slips[1])
     assert law[2] == pytest.approx(path.dilation[-1] - path.dilation[0], rel=1e-9)
 
 

@@ -37,18 +37,18 @@ def write(text: str) -> Path:
 
 def keywords(card: str) -> dict[str, list[str]]:
     """Data lines of an input file by keyword line, comments left out."""
-    found: dict[str, list[str]] = {}
+    entries: dict[str, list[str]] = {}
     for line in card.splitlines():
         if line.startswith("*") and not line.startswith("**"):
-            found[line] = data = []
+            entries[line] = data = []
         elif not line.startswith("**"):
             data.append(line)
-    return found
+    return entries
 
 
 def numbers(lines: list[str]) -> list[float]:
     """Numbers of data lines."""
-    return [float(one) for line in lines for one in line.split(",")]
+    return [float(cell) for line in lines for cell in line.split(",")]
 
 
 # --- blocks ---------------------------------------------------------------
@@ -57,16 +57,16 @@ def numbers(lines: list[str]) -> list[float]:
 def test_abaqus_standard() -> None:
     """Section and material have the same name, state variables have names, and no keyword deletes points."""
     card = RT.card("abaqus", name="JOINT", h=0.5)
-    found = keywords(card)
+    entries = keywords(card)
     material = f"*User Material, constants={PROPS}, unsymm"
     section = "*Cohesive Section, elset=JOINT, material=JOINT, response=TRACTION SEPARATION"
     section += ", thickness=SPECIFIED"
-    assert list(found) == ["*Material, name=JOINT", material, "*Depvar", section]
-    assert numbers(found[material]) == RT.props(h=0.5).tolist()
-    assert max(line.count(",") for line in found[material]) < 8
+    assert list(entries) == ["*Material, name=JOINT", material, "*Depvar", section]
+    assert numbers(entries[material]) == RT.props(h=0.5).tolist()
+    assert max(line.count(",") for line in entries[material]) < 8
     names = contract.statev_names(3)
     rows = [f"{i}, {name}, {name}" for i, name in enumerate(names, 1)]
-    assert found["*Depvar"] == [f"{len(names)},", *rows] and found[section] == ["0.5,"]
+    assert entries["*Depvar"] == [f"{len(names)},", *rows] and entries[section] == ["0.5,"]
     assert "COH3D8" in card and "COH2D4" not in card and "COH2D4" in RT.card("abaqus", dimension=2)
     assert max(map(len, card.splitlines())) < 256
 
@@ -74,21 +74,21 @@ def test_abaqus_standard() -> None:
 def test_abaqus_explicit() -> None:
     """The explicit block has a density and no unsymmetric solver; SDV 6 to 8 are the separation."""
     card = RT.card("abaqus", explicit=True, density=2.5e-9)
-    found = keywords(card)
-    assert found["*Density"] == ["2.5e-09,"] and "double=both" in card
-    assert f"*User Material, constants={PROPS}" in found and "unsymm" not in card
-    assert found["*Depvar"][6] == "6, separation_N, separation_N"
+    entries = keywords(card)
+    assert entries["*Density"] == ["2.5e-09,"] and "double=both" in card
+    assert f"*User Material, constants={PROPS}" in entries and "unsymm" not in card
+    assert entries["*Depvar"][6] == "6, separation_N, separation_N"
 
 
 def test_calculix_section() -> None:
     """The block has a solid section of the same material and states the thickness."""
     card = RT.card("calculix", name="joint", h=0.01)
-    found = keywords(card)
-    assert found["*SOLID SECTION, ELSET=JOINT, MATERIAL=ABAQUSJOINT"] == [] and found["*DEPVAR"] == ["17"]
+    entries = keywords(card)
+    assert entries["*SOLID SECTION, ELSET=JOINT, MATERIAL=ABAQUSJOINT"] == [] and entries["*DEPVAR"] == ["17"]
     assert "thickness h = 0.01" in card and "C3D8R" in card
     assert "TYPE=SOLUTION, USER" in card  # see harness/hosts/calculix
     # CalculiX misreads a full last line of constants
-    constants = found["*USER MATERIAL, CONSTANTS=21"]  # the most that it passes
+    constants = entries["*USER MATERIAL, CONSTANTS=21"]  # the most that it passes
     assert len(constants[-1].split(",")) < 8 and numbers(constants) == RT.props(h=0.01)[:21].tolist()
     assert all(name in card for name in contract.statev_names(3)) and "*MATERIAL, NAME=ABAQUSJOINT\n" in card
 
@@ -124,13 +124,13 @@ def test_ogs_patch(dimension: int) -> None:
     relation, frame, parameters = root.findall("add")
     assert Path(relation.findtext("constitutive_relation/library", "")).is_file()
     assert relation.findtext("constitutive_relation/behaviour") == "AsperityLayer6"
-    values = {one.findtext("name"): one.findtext("values", "") for one in parameters}
-    found = {one.get("name"): one.get("parameter", "") for one in relation.iter("material_property")}
+    values = {parameter.findtext("name"): parameter.findtext("values", "") for parameter in parameters}
+    given = {entry.get("name"): entry.get("parameter", "") for entry in relation.iter("material_property")}
     names = [row.name for row in contract.owned(*OWNERS) if row.name not in ("map", "water", "implex")]
-    assert found == {name: f"JOINT_{name}" for name in names}
+    assert given == {name: f"JOINT_{name}" for name in names}
     props = joint.props(h=0.1, r=1e-9)
     expected = {name: props[contract.index(name)] for name in names}
-    assert {name: float(values[found[name]]) for name in names} == expected
+    assert {name: float(values[given[name]]) for name in names} == expected
     axes = np.array([values[vector.text].split() for vector in frame[0]], dtype=float)
     assert axes.shape == (dimension, dimension) and np.linalg.det(axes) == 1.0
     assert axes[0].tolist() == [0.0, 0.0, 1.0][-dimension:]
@@ -139,9 +139,9 @@ def test_ogs_patch(dimension: int) -> None:
 
 def test_fenicsx_law() -> None:
     """The block is Python and makes the same law."""
-    found: dict[str, Interface] = {}
-    exec(RT.card("fenicsx", name="bed"), found)
-    assert found["bed"] == RT
+    laws: dict[str, Interface] = {}
+    exec(RT.card("fenicsx", name="bed"), laws)
+    assert laws["bed"] == RT
 
 
 def test_oofem_record() -> None:
@@ -158,7 +158,7 @@ def test_oofem_record() -> None:
 def test_akantu_section() -> None:
     """A section of the input file with every constant of the law and the pattern."""
     joint = Interface(replace(TABLE_2, kc=20.0, height=2.0, W0=1.0), Pattern.regular(5, 30.0, turn=10.0))
-    lines = [one for one in joint.card("akantu", name="JOINT").splitlines() if not one.startswith("#")]
+    lines = [line for line in joint.card("akantu", name="JOINT").splitlines() if not line.startswith("#")]
     assert lines[:2] == ["material asperity [", "  name = JOINT"] and lines[-1] == "]"
     values = {name: float(value) for name, value in (line.strip().split(" = ") for line in lines[2:-1])}
     props = joint.props()
@@ -177,10 +177,10 @@ def test_mtest_input(said: Callable) -> None:
     case = write(CASE.replace("&step t_N = -1.0, increments = 100 /\n", PATH))
     text, _ = said("card mtest case.nml")
     assert Path(re.findall(r"@Behaviour<generic> '(.*)' 'AsperityJoint3';", text)[0]).is_file()
-    found = re.findall(r"@MaterialProperty<constant> '(\w+)' (.*);", text)
+    entries = re.findall(r"@MaterialProperty<constant> '(\w+)' (.*);", text)
     rows = [row for row in contract.owned(*OWNERS) if row.name not in ("map", "h", "r", "water", "implex")]
     expected = {row.name: RT.props()[row.index - 1] for row in rows}
-    assert {name: float(value) for name, value in found} == expected
+    assert {name: float(value) for name, value in entries} == expected
     ends = [(float(end), int(n)) for end, n in re.findall(r"([\d.]+) in (\d+)", text.split("@Times")[1])]
     parts = zip([(0.0, 0), *ends[:-1]], ends, strict=True)
     times = np.concatenate([[0.0], *(np.linspace(a, b, n + 1)[1:] for (a, _), (b, n) in parts)])
@@ -222,10 +222,10 @@ def test_planes_across_the_slip(
     sides: int, turn: float, direction: float, planes: str, better: float
 ) -> None:
     """The check names the planes that face across the slip, and a turn for which there are none."""
-    [found] = check_model(TABLE_2, Pattern.regular(sides, 10.0, turn=turn), direction=direction)
-    assert found.good is not bool(planes)
+    [warning] = check_model(TABLE_2, Pattern.regular(sides, 10.0, turn=turn), direction=direction)
+    assert warning.good is not bool(planes)
     if planes:
-        assert found.text.endswith(f": {planes}; expected another turn, best {better:g} degrees")
+        assert warning.text.endswith(f": {planes}; expected another turn, best {better:g} degrees")
         [clear] = check_model(TABLE_2, Pattern.regular(sides, 10.0, turn=better), direction=direction)
         assert clear.good
 
@@ -241,18 +241,18 @@ def test_snap_back(eta: float) -> None:
     limit = 2 * eta * modulus * 0.3 / 9.0
     for share in (0.999, 1.001):
         size = share * limit
-        found = check_model(material, RT.pattern, modulus=modulus, size=size)
+        warnings = check_model(material, RT.pattern, modulus=modulus, size=size)
         turns_back = bool(np.any(np.diff(opening + traction * size / modulus) < 0))
-        assert found[0].good is not turns_back and turns_back is (share > 1)
-        assert f"{limit:.4g} in mode I" in found[0].text
+        assert warnings[0].good is not turns_back and turns_back is (share > 1)
+        assert f"{limit:.4g} in mode I" in warnings[0].text
 
 
 def test_cohesive_zone_and_compliance() -> None:
     """The number of elements in the cohesive zone and the elastic opening follow from E, Gc, sigma0 and K."""
     for size, good in ((333.0, True), (334.0, False)):
-        found = check_model(TABLE_2, RT.pattern, modulus=30000.0, size=size)
-        assert found[1].good is good and f"= 1000, {1000 / size:.3g} elements" in found[1].text
-        assert f" {30000 / (TABLE_2.K * size):.3g} times" in found[2].text
+        warnings = check_model(TABLE_2, RT.pattern, modulus=30000.0, size=size)
+        assert warnings[1].good is good and f"= 1000, {1000 / size:.3g} elements" in warnings[1].text
+        assert f" {30000 / (TABLE_2.K * size):.3g} times" in warnings[2].text
 
 
 def test_what_is_not_fine_is_a_warning() -> None:

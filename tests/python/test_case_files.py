@@ -273,13 +273,13 @@ def test_python_writes_what_the_library_reads(tmp_path: Path) -> None:
     assert (run.state.work, run.state.p, run.a_0, run.a_min) == (1 / 7, 0.1, -1 / 3, 2e-9)
     assert run.state.state.tolist() == state["statev"]
     for given, step in zip(WRITTEN_STEPS, run.steps, strict=True):
-        found = numbers_of(step) | {"follow": step.follow}
+        numbers = numbers_of(step) | {"follow": step.follow}
         for name, value in given.items():
             if name == "cycles":  # they are in the lists
-                assert found["t_N"] == value * tuple(given["t_N"])
+                assert numbers["t_N"] == value * tuple(given["t_N"])
                 continue
             values = tuple(value) if isinstance(value, list) else value if name == "follow" else (value,)
-            assert found[name][: len(values)] == values, name
+            assert numbers[name][: len(values)] == values, name
     assert set().union(*WRITTEN_STEPS) == {entry.name for entry in entries()}
 
 

@@ -118,7 +118,7 @@ def test_doubtful_values(command: str, message: str, capfd: pytest.CaptureFixtur
 
 def test_angles(said: Callable) -> None:
     """Angles in degrees stand for their tangents; both at once, and no angle, are refused."""
-    by_angle, by_tangent = (said(f"joint {BOND} {one}")[0] for one in ("phi=45", "tan_phi=1"))
+    by_angle, by_tangent = (said(f"joint {BOND} {option}")[0] for option in ("phi=45", "tan_phi=1"))
     assert by_angle == by_tangent == said(f"masonry {BOND} tan_phi=1")[0]
     assert "phi = 45: expected without tan_phi" in said(f"joint {BOND} phi=45 tan_phi=1", 1)[1]
     assert "phi = 90: expected degrees, >= 0 and < 90" in said(f"joint {BOND} phi=90", 1)[1]

@@ -27,10 +27,10 @@ def constants() -> list[float]:
 
 def call(n: int, stress, statev, stran, dstran, props, planes: int = 5, dt: float = 1.0):
     """Call a joint: KINC, traction, state, DDSDDE in Fortran's order and PNEWDT; inputs are copied."""
-    stress, statev, props = (np.array(one, dtype=float) for one in (stress, statev, props))
+    stress, statev, props = (np.array(values, dtype=float) for values in (stress, statev, props))
     ddsdde, pnewdt = np.full((n, n), 7.0), ctypes.c_double(1e300)
     kinc, sizes = ctypes.c_long(5), [ctypes.c_long(size) for size in (n, len(statev), len(props))]
-    arrays = [np.array(one, dtype=float) for one in (stran, dstran)]
+    arrays = [np.array(values, dtype=float) for values in (stran, dstran)]
     arguments = [None] * 37
     for place, value in {0: stress, 1: statev, 2: ddsdde, 10: arrays[0], 11: arrays[1], 23: props}.items():
         arguments[place] = value.ctypes.data_as(ctypes.c_void_p)

@@ -211,9 +211,9 @@ def test_new_case(said: Callable) -> None:
     assert test.pattern == Pattern.regular(2, 15.0, turn=90.0)
     assert (test.sigma_N, test.slips[-1], len(test.slips)) == (-2.0, 0.3, 30)
     said("new -o flat.nml sides=0 kn=20 ks=5 closure=.1")
-    found = case_files.read_case(Path("flat.nml")).runs[0]
-    assert found.pattern.m == 0
-    assert found.material == Material.from_joint(kn=20.0, ks=5.0, mu=0.5, closure=0.1)
+    run = case_files.read_case(Path("flat.nml")).runs[0]
+    assert run.pattern.m == 0
+    assert run.material == Material.from_joint(kn=20.0, ks=5.0, mu=0.5, closure=0.1)
 
 
 def test_cases(said: Callable) -> None:
@@ -237,9 +237,9 @@ def test_run_of_a_sweep(output: str, folder: Path, said: Callable) -> None:
     picture = Path(output or "sweep.csv").with_suffix(".png")
     out, _ = said(f"run sweep.nml --plot {output and '-o ' + output}")
     assert out == f"{picture}\n" and matplotlib.image.imread(picture).shape[1] == round(style.TWO * style.DPI)
-    found = results_of(folder / (output or "sweep.csv"))
-    assert list(found) == [0.0, *([] if output else [20.0]), 30.0, 45.0]
-    assert np.all(History.from_csv(found[45.0]).separation[-1] == [0.0, 0.1, 0.0])
+    results = results_of(folder / (output or "sweep.csv"))
+    assert list(results) == [0.0, *([] if output else [20.0]), 30.0, 45.0]
+    assert np.all(History.from_csv(results[45.0]).separation[-1] == [0.0, 0.1, 0.0])
 
 
 def test_run_passes_the_exit_codes(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -270,9 +270,9 @@ def test_slip_direction(angle: float) -> None:
     e = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
     slip = np.array([0.0, 1e-3, 0.4, -0.41, 0.4])
     separation = np.column_stack([np.ones(5), slip[:, None] * e])
-    found = rows(separation, separation)
-    assert np.allclose([found.slip_along(), found.tau], slip, rtol=0, atol=1e-15)
-    assert np.allclose(found.slip_along(angle + 90.0), 0.0, rtol=0, atol=1e-15)
+    line = rows(separation, separation)
+    assert np.allclose([line.slip_along(), line.tau], slip, rtol=0, atol=1e-15)
+    assert np.allclose(line.slip_along(angle + 90.0), 0.0, rtol=0, atol=1e-15)
     assert rows(np.zeros((3, 3)), np.eye(3)).tau.tolist() == [0.0, 1.0, 0.0]
 
 
@@ -292,8 +292,8 @@ def test_picture_shows_the_rows() -> None:
     assert [ax.get_ylabel().split("[")[1] for ax in figure.axes] == ["Pa]", "m]", "Pa]", "-]"]
     assert len(plots.figure_of({None: rows(s, t * [0, 1, 1])}, "", "", "m", "Pa").axes) == 3
     assert [text.get_text() for text in figure.axes[0].texts] == ["1", "2.5", "theta"]
-    one, other = figure.axes[0].lines[:2]
-    assert one.get_color() != other.get_color() and one.get_linestyle() != other.get_linestyle()
+    line, mark = figure.axes[0].lines[:2]
+    assert line.get_color() != mark.get_color() and line.get_linestyle() != mark.get_linestyle()
 
 
 def test_picture_of_an_opening() -> None:

@@ -39,11 +39,11 @@ def test_dilatancy_of_masonry_decays(form: str, said: Callable) -> None:
     """The slope of the dilation is tan_psi exp(-delta slip), from the group that the command prints."""
     out, _ = said(f"masonry {JOINT} tan_psi=.2 delta=5 --sigma-N {form}")
     assert [row[0] for row in numbers_of(out)] == [-0.3, -1.21]
-    found = dict(re.findall(r"(\w+) = ([\d.]+)", out.split("\n\n")[0]))
-    assert float(found["height"]) == pytest.approx(0.2 / 5.0)
+    entries = dict(re.findall(r"(\w+) = ([\d.]+)", out.split("\n\n")[0]))
+    assert float(entries["height"]) == pytest.approx(0.2 / 5.0)
     material = Material.from_masonry(**CONSTANTS, tan_psi=0.2, delta=5.0)
-    assert material.mu == pytest.approx(float(found["mu"])) and material.height == pytest.approx(0.04)
-    pattern = Pattern.regular(2, float(found["theta"]), float(found["flat"]))
+    assert material.mu == pytest.approx(float(entries["mu"])) and material.height == pytest.approx(0.04)
+    pattern = Pattern.regular(2, float(entries["theta"]), float(entries["flat"]))
     stiff = Interface(replace(material, kc=1e4, damage0=1.0), pattern)
     slips = np.linspace(0.0, 0.4, 401)
     test = stiff.confined_slip(0.0, slips, -0.3)

@@ -123,7 +123,7 @@ def test_envelopes_of_barton() -> None:
 def test_energies_of_random_walks(seed: int) -> None:
     """Along a random walk friction never decreases, and work and energies agree to second order."""
     rows = [walk(seed, n) for n in (100, 800)]
-    assert all(np.all(np.diff(one.friction) >= 0.0) for one in rows)
+    assert all(np.all(np.diff(run.friction) >= 0.0) for run in rows)
     # an eighth of the length: 1/64 where the order is reached, 1/8 where energy jumps
     assert imbalance(rows[1]) < imbalance(rows[0]) / 16.0
 
@@ -169,7 +169,7 @@ def test_no_jump(crush: float) -> None:
         planes, changes = Interface(material, Pattern.planes(normal, [1.0])), []
         for n in (400, 800, 1600):
             steps = (Step(s_N=-0.05), Step(s_Tx=-0.03, s_Ty=0.0), Step(s_Tx=0.1, s_Ty=0.0))
-            rows = planes.run([Step(**{**vars(one), "increments": n}) for one in steps])
+            rows = planes.run([Step(**{**vars(step), "increments": n}) for step in steps])
             changes.append(np.abs(np.diff(rows.traction, axis=0)).max())
         assert changes[1] < 0.6 * changes[0] and changes[2] < 0.6 * changes[1]
         if damage0 == 0.0:

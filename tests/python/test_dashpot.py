@@ -166,10 +166,10 @@ def test_without_effect(option: str) -> None:
         for law, time in ((with_none, dt), (damped, 0.0), (damped, LONG)):
             if time != dt and plain.material.tau_v:
                 continue
-            one, other = (joint.update(s, state, s_old, time) for joint in (plain, law))
-            size = size + np.abs(one.traction).max()
-            assert (np.abs(other.traction - one.traction) <= 1e-9 * size).all()
-            assert other.state == pytest.approx(one.state, rel=1e-8, abs=1e-9)
+            without, with_law = (joint.update(s, state, s_old, time) for joint in (plain, law))
+            size = size + np.abs(without.traction).max()
+            assert (np.abs(with_law.traction - without.traction) <= 1e-9 * size).all()
+            assert with_law.state == pytest.approx(without.state, rel=1e-8, abs=1e-9)
 
 
 @pytest.mark.parametrize("option", [name for name in OPTIONS if "dashpot" in name])
@@ -231,7 +231,7 @@ def test_card_prints_the_stable_increment(xi: float) -> None:
     kn, density, h = 2e4, 0.0024, 0.5
     law = joint(0.0, 0.5, kn, 2.0 * xi * np.sqrt(kn * density * h))
     share = re.findall(r"scale factor=([\d.]+)", law.card("abaqus", explicit=True, density=density, h=h))
-    assert [float(one) for one in share] == pytest.approx([np.sqrt(1.0 + xi**2) - xi], rel=1e-3)
+    assert [float(value) for value in share] == pytest.approx([np.sqrt(1.0 + xi**2) - xi], rel=1e-3)
     for text in (law.card("abaqus"), joint(0.0, 0.5, kn).card("abaqus", explicit=True, density=density)):
         assert "scale factor" not in text
 

@@ -53,17 +53,17 @@ def test_doctor_of_a_deck(
     """Water twice, by element and law, and a field that nothing gives are named with their lines."""
     (tmp_path / "job.inp").write_text(text, encoding="utf-8")
     assert main(["doctor", str(tmp_path / "job.inp")]) == code
-    found = "".join(capsys.readouterr())
-    assert words in found
+    texts = "".join(capsys.readouterr())
+    assert words in texts
     if "carry" in words or "no element" in words:
-        assert "job.inp, line " in found and ": *Cohesive Section: " in found
+        assert "job.inp, line " in texts and ": *Cohesive Section: " in texts
 
 
 def test_doctor_of_the_kit(tmp_path: Path) -> None:
     """The decks that `asperity export abaqus` writes are in order."""
     assert main(["export", "abaqus", str(tmp_path / "kit")]) == 0
     decks = list((tmp_path / "kit").glob("*.inp"))
-    assert len(decks) == 3 and all(main(["doctor", str(one)]) == 0 for one in decks)
+    assert len(decks) == 3 and all(main(["doctor", str(deck)]) == 0 for deck in decks)
 
 
 def test_doctor_of_no_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -26,18 +26,18 @@ ROUNDING = 1e-11
 pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 
 
-def assert_rows(found: History, expected: History, tolerance: float) -> None:
+def assert_rows(rows: History, expected: History, tolerance: float) -> None:
     """Assert that two histories have the same tractions, damage and energies."""
     size = np.abs(expected.traction).max() + 1.0
     for name in ("traction", "damage", *ENERGIES):
-        ours, theirs = getattr(found, name), getattr(expected, name)
+        ours, theirs = getattr(rows, name), getattr(expected, name)
         np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=tolerance * size, err_msg=name)
 
 
 def events_of(rows: History) -> list[tuple[int, set[str]]]:
     """Events of the law; in equilibrium rounding decides whether a plane slips or touches."""
     ignored = {"", "slip", "open", "close"} if np.abs(rows.traction[-1, 0]) < 1e-9 else {"", "slip"}
-    return [(row, found) for row, text in rows.events if (found := {*text.split("+")} - ignored)]
+    return [(row, names) for row, text in rows.events if (names := {*text.split("+")} - ignored)]
 
 
 def assert_reference(run, rows: History) -> None:
@@ -47,7 +47,8 @@ def assert_reference(run, rows: History) -> None:
     pattern = reference.regular_pattern(p.m, p.theta, p.flat, p.turn)
     divided = [row for row, text in rows.events if {"substeps", "snap"} & set(text.split("+"))]
     # what an initial state is at its start is not in the rows
-    whole = np.delete(np.arange(len(rows)), divided + [0] * (run.state is not None))
+    left_out = divided if run.state is None else [*divided, 0]
+    whole = np.delete(np.arange(len(rows)), left_out)
     s, state = (np.vstack([np.zeros_like(a[:1]), a]) for a in (rows.separation, rows.state))
     steps = np.diff(rows.time, prepend=0.0).round(12) if law.tau_v else np.zeros(len(rows))
     for dt in np.unique(steps[whole]):
@@ -86,8 +87,9 @@ def test_deck(driver: Path, deck: Path, tmp_path: Path) -> None:
         # the same case with the record in place of its steps and of what is expected
         head = re.sub(r"&(step|expect|sweep)[^/]*/", "", re.sub(r"(?<== )x\b", f"{run.value}", text))
         plane = not rows.separation[:, 2].any() and not rows.traction[:, 2].any()
-        for host in [HOSTS[DECKS.index(deck) % len(HOSTS)]] + ["ntens = 2"] * plane:
-            replay = head + f"&replay file = '{path}', {host} /\n"
+        host = HOSTS[DECKS.index(deck) % len(HOSTS)]
+        for entry in (host, "ntens = 2") if plane else (host,):
+            replay = head + f"&replay file = '{path}', {entry} /\n"
             (tmp_path / "replay.nml").write_text(replay, encoding="utf-8")
             done = call(driver, "replay.nml", "--force", folder=tmp_path)
             assert done.returncode == 0, done.stderr

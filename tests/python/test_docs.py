@@ -40,14 +40,14 @@ class Block(NamedTuple):
 
 def blocks(language: str) -> list[Block]:
     """Blocks of a language on all pages, of which there is at least one."""
-    found = [
+    examples = [
         Block(f"{name}:{text.count(chr(10), 0, m.start()) + 1}", m[2], m[3])
         for name, text in TEXTS.items()
         for m in FENCE.finditer(text)
         if m[1] == language
     ]
-    assert found
-    return found
+    assert examples
+    return examples
 
 
 def examples(language: str) -> pytest.MarkDecorator:
@@ -122,7 +122,7 @@ def test_notebook(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
             printed = io.StringIO()
             with contextlib.redirect_stdout(printed):
                 exec(compile("".join(cell["source"]), page.name, "exec"), space)
-            shown = "".join("".join(one["text"]) for one in cell["outputs"])
+            shown = "".join("".join(output["text"]) for output in cell["outputs"])
             ours, theirs = (
                 [[word for word in line.split() if not re.search(r"\d", word)] for line in text.splitlines()]
                 for text in (printed.getvalue(), shown)
@@ -132,15 +132,15 @@ def test_notebook(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 def commands() -> list[tuple[str, list[str]]]:
     """Page and words of every command asperity of the pages, without their shell."""
-    found = []
+    lines = []
     for name, text in TEXTS.items():
         consoles = re.findall(r"^```(?:console|sh)\n(.*?)^```", text, re.M | re.S)
         for line in "\n".join(consoles).replace("\\\n", " ").splitlines():
             words = shlex.split(re.sub(r"\[[^][]*(\[[^][]*\])?[^][]*\]", "", line), comments=True)
             words = list(itertools.takewhile(lambda word: word not in ("|", ">", "&&", "2>"), words))
             if words[:1] == ["asperity"]:
-                found.append((name, words[1:]))
-    return found
+                lines.append((name, words[1:]))
+    return lines
 
 
 @pytest.mark.parametrize(("page", "words"), commands())
@@ -256,7 +256,7 @@ def test_names_that_the_pages_have() -> None:
     assert tests and tests <= procedures | {deck.stem for deck in ROOT.glob("tests/decks/*.nml")}
     part = texts_of("pyproject.toml").partition("[project.optional-dependencies]")[2].partition("\n[")[0]
     sources = ALL + texts_of("python/asperity/**/*.py", "harness/**/*.py")
-    extras = {name for found in EXTRA.findall(sources) for name in found.split(",")}
+    extras = {name for names in EXTRA.findall(sources) for name in names.split(",")}
     assert len(extras) > 3 and extras <= set(re.findall(r"^([a-z-]+) =", part, re.MULTILINE))
 
 
@@ -308,9 +308,9 @@ def test_numbers_of_the_paper() -> None:
     linked = [(words, target) for words, target in LINK.findall(text) if target.endswith(".md")]
     assert len(linked) > 10
     for words, target in linked:
-        found = " ".join((page.parent / target).read_text(encoding="utf-8").split()).replace("**", "")
+        linked_page = " ".join((page.parent / target).read_text(encoding="utf-8").split()).replace("**", "")
         number = re.escape(" ".join(words.split()))
-        assert re.search(rf"(?<![\d.]){number}(?![\d.]*\d)", found), (words, target)
+        assert re.search(rf"(?<![\d.]){number}(?![\d.]*\d)", linked_page), (words, target)
     cited = set(re.findall(r"@(\w+)", text))
     known = re.findall(r"^@\w+{(\w+),", page.with_suffix(".bib").read_text(encoding="utf-8"), re.MULTILINE)
     assert cited == set(known) and len(known) == len(set(known))

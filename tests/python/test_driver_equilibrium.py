@@ -185,7 +185,8 @@ def test_initial_state_is_a_preload(run, extra: str, pattern: str, damage: str, 
         targets = [f"s_Tx = {s[1] + 0.05!r}, {s[1] - 0.1!r}", f"s_Ty = {s[2] + 0.1!r}, {s[2] + 0.02!r}"]
         return steps.format(s_Tx=targets[0], s_Ty=targets[1])
 
-    state = f"&state separation = 3*0, statev = 8*0{f', {damage}, 0, 0' * planes} /\n"
+    histories = f", {damage}, 0, 0" * planes
+    state = f"&state separation = 3*0, statev = 8*0{histories} /\n"
     # The preload is so slow that viscous damage is in equilibrium, to 1e-9 of its growth.
     preload = f"{', '.join(f'{name} = {value}' for name, value in traction.items())}, time = 1e9"
     before = head + state + f"&step {preload}, increments = {PARTS} /\n"

@@ -50,17 +50,17 @@ def followed(text: str, folder: Path, direction: float) -> np.ndarray:
 @pytest.mark.parametrize("choice", [PLAIN, WORN, FLAT], ids=["plain", "worn", "flat"])
 def test_texts_give_what_the_page_shows(choice: Choice, tmp_path: Path) -> None:
     """The case through the driver, the script and PROPS are those of the curves."""
-    found = answer(choice)
-    shown = np.column_stack([found.slip, found.tau, found.history.dilation, found.history.damage])
+    on_page = answer(choice)
+    shown = np.column_stack([on_page.slip, on_page.tau, on_page.history.dilation, on_page.history.damage])
     driven = followed(as_case(choice), tmp_path, choice.values["direction"])
     assert driven.shape == shown.shape
     # where a worn facet is back at slip zero, a rounding error decides on the side of its foot
-    sided = np.abs(found.slip) > (1e-12 if choice.values["W0"] else -1.0)
+    sided = np.abs(on_page.slip) > (1e-12 if choice.values["W0"] else -1.0)
     np.testing.assert_allclose(driven[sided], shown[sided], rtol=0.0, atol=1e-9)
     given: dict[str, Any] = {}
     exec(as_python(choice).replace("print(test)", ""), given)
     rows = given["test"].after_step(1).traction
-    np.testing.assert_allclose(rows[sided[1:]], found.history.traction[1:][sided[1:]], rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(rows[sided[1:]], on_page.history.traction[1:][sided[1:]], rtol=0.0, atol=1e-9)
     head, numbers = as_props(choice).split(")", 1)
     props = choice.interface.props()
     assert head == f"PROPS({len(props)}"
@@ -69,8 +69,8 @@ def test_texts_give_what_the_page_shows(choice: Choice, tmp_path: Path) -> None:
 
 def test_lost_equilibrium_and_warnings() -> None:
     """Rows up to the end of equilibrium are shown, and what the library warns of."""
-    found = answer(Choice(VALUES | {"sides": 0.0, "sigma_N": 2.0}, "one way"))
-    assert found.lost.startswith("row ") and 0 < len(found.history) < len(found.choice.slips)
+    on_page = answer(Choice(VALUES | {"sides": 0.0, "sigma_N": 2.0}, "one way"))
+    assert on_page.lost.startswith("row ") and 0 < len(on_page.history) < len(on_page.choice.slips)
     assert len(answer(Choice(VALUES | {"sigma_N": 3.5}, "one way")).history) == 0
     [warning] = answer(Choice(VALUES | {"mu": 1.0, "theta": 60.0}, "one way")).warnings
     assert "locks" in warning or "lock" in warning
@@ -160,6 +160,6 @@ def test_server_and_its_page() -> None:
 
 def test_missing_bokeh(monkeypatch: pytest.MonkeyPatch, said: Callable) -> None:
     """Without Bokeh the message says what to install."""
-    found = importlib.util.find_spec
-    monkeypatch.setattr("asperity.installed.find_spec", lambda name: None if name == "bokeh" else found(name))
+    real = importlib.util.find_spec
+    monkeypatch.setattr("asperity.installed.find_spec", lambda name: None if name == "bokeh" else real(name))
     assert "asperity[explore]" in said("explore --no-browser", 1)[1]

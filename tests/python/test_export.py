@@ -85,12 +85,12 @@ def test_element_of_a_case(host: str, tmp_path: Path, capsys: pytest.CaptureFixt
     assert main(["export", host, str(folder), "--case", str(case)]) == 0
     out = capsys.readouterr().out
     readme = (folder / "README.md").read_text(encoding="utf-8")
-    found = rows_of(readme)
-    assert (rows_of(out) == found).all() and found[:, 0].tolist() == [0.08, 0.16, 0.24, 0.32, 0.4]
+    printed = rows_of(readme)
+    assert (rows_of(out) == printed).all() and printed[:, 0].tolist() == [0.08, 0.16, 0.24, 0.32, 0.4]
     run = read_case(case).runs[0]
     expected = run.interface.confined_slip(0.0, np.linspace(0.0, 0.4, 86)[1:], -0.5, 8)
-    np.testing.assert_allclose(found[:, 2], expected.tau[16::17], atol=1e-7)
-    np.testing.assert_allclose(found[:, 1], expected.dilation[16::17], atol=1e-7)
+    np.testing.assert_allclose(printed[:, 2], expected.tau[16::17], atol=1e-7)
+    np.testing.assert_allclose(printed[:, 1], expected.dilation[16::17], atol=1e-7)
     assert (folder / "joint.nml").read_text() == CASE and "$" not in readme
     named = set(re.findall(r"`([\w.-]+\.[a-z]\w*)`", readme))
     written_by_a_run = {"single.dat", "single.out", "single.npz", "single_standard.dat"}
@@ -98,7 +98,7 @@ def test_element_of_a_case(host: str, tmp_path: Path, capsys: pytest.CaptureFixt
     if host == "abaqus":
         deck = model((folder / "single_standard.inp").read_text(encoding="ascii"))
         rows = run_standard(deck, installed.library())[16::17]
-        assert np.abs(rows - found).max() < 1e-7
+        assert np.abs(rows - printed).max() < 1e-7
         assert not list(folder.glob("wallette*"))
 
 
@@ -235,13 +235,13 @@ def test_environment(platform: str, monkeypatch: pytest.MonkeyPatch) -> None:
     names = {"compile_fortran", "link_sl", "link_exe"}
     assert settings("", platform, monkeypatch)["compile_fortran"] == compile_fortran
     for compiler in ("ifort", "ifx", "gfortran"):
-        found = settings(compiler, platform, monkeypatch)
-        assert set(found) == names
-        assert found["compile_fortran"][0] == compiler
-        assert "%P" in found["compile_fortran"]
-        assert {"-free", "/free", "-ffree-form"} & set(found["compile_fortran"])
-        assert found["link_sl"][0] == (link[0] if link[0] == "LINK" and compiler != "gfortran" else compiler)
-        assert not any(word.startswith("-mP2OPT") for word in found["compile_fortran"]) or compiler == "ifort"
+        words = settings(compiler, platform, monkeypatch)
+        assert set(words) == names
+        assert words["compile_fortran"][0] == compiler
+        assert "%P" in words["compile_fortran"]
+        assert {"-free", "/free", "-ffree-form"} & set(words["compile_fortran"])
+        assert words["link_sl"][0] == (link[0] if link[0] == "LINK" and compiler != "gfortran" else compiler)
+        assert not any(word.startswith("-mP2OPT") for word in words["compile_fortran"]) or compiler == "ifort"
     # older releases have texts instead of lists
     monkeypatch.setitem(SITES, platform, tuple(" ".join(words) for words in SITES[platform]))
     assert settings("ifx", platform, monkeypatch)["compile_fortran"].startswith("ifx ")
@@ -256,10 +256,10 @@ def test_environment_compiles_and_links(tmp_path: Path, monkeypatch: pytest.Monk
     """The commands of the environment file make a library, also under the suffix of fixed form; it runs."""
     (tmp_path / "user.f").write_bytes((installed.abaqus() / "asperity_abaqus.f90").read_bytes())
     words = {"%I": str(tmp_path), "%P": "user.f", "%U": "libuser.so", "%F": "user.o"}
-    found = settings("gfortran", "linux", monkeypatch)
+    commands = settings("gfortran", "linux", monkeypatch)
     for setting in ("compile_fortran", "link_sl"):
         command = []
-        for word in found[setting]:
+        for word in commands[setting]:
             for mark, text in words.items():
                 word = word.replace(mark, text)
             # what is left is a list of Abaqus' own files

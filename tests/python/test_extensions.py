@@ -44,8 +44,8 @@ def wear_out(share: np.ndarray, slips: np.ndarray) -> float:
 def test_wear_out_is_that_of_plesha(pressure: float) -> None:
     """About half a cycle more than by Plesha's law: the first strokes break the bond and wear less."""
     slips, ours, plesha = extensions.shares(pressure)
-    found, expected = (wear_out(share, slips) for share in (ours, plesha))
-    assert 0.0 < found - expected < 0.6
+    law, expected = (wear_out(share, slips) for share in (ours, plesha))
+    assert 0.0 < law - expected < 0.6
     # worn asperities slide at mu |sigma_N|: the work of a cycle is 4 a mu |sigma_N|, half of it on each facet
     work = 2.0 * extensions.AMPLITUDE * 0.5 * -pressure / RT.weights[1]
     assert expected == pytest.approx(-np.log(extensions.ROUGH_LEFT) * extensions.SLOW / work, rel=0.2)
@@ -63,7 +63,7 @@ def test_driver_and_python_print_the_same_sentences(tmp_path: Path) -> None:
     printed = [line.partition("warning: ")[2] for line in done.stderr.splitlines() if "warning: " in line]
     with pytest.warns(ModelWarning) as caught:
         read_case(case).runs[0].history()
-    assert printed == [str(one.message) for one in caught]
+    assert printed == [str(warning.message) for warning in caught]
     assert [text for text in printed if "0.995025 of the largest closure Vm, expected at most 0.99" in text]
     assert "increment of slip in an FE code: expected at most W0/(mu z dp/dc)" in done.stderr
 
@@ -89,8 +89,8 @@ def test_shared_pressure_wears_in_jumps(sides: int, direction: float, W0: float,
     """Two facets that a slip climbs at once wear in jumps where a warning says so; opposite ones do not."""
     joint = Interface(replace(STIFF, height=0.5, W0=W0), Pattern.regular(sides, 30.0))
     assert (drop(joint, direction, np.linspace(0.0, 0.6, 601), -1.0) > 0.05) == jumps
-    found = model_warnings(joint.material, joint.pattern, -1.0, slip=0.6)
-    assert any("share the pressure" in text for text in found) == jumps
+    warnings = model_warnings(joint.material, joint.pattern, -1.0, slip=0.6)
+    assert any("share the pressure" in text for text in warnings) == jumps
 
 
 @pytest.mark.parametrize("parts", [1, 2])
@@ -141,12 +141,12 @@ def test_guard_decides_by_the_increment() -> None:
 def slip_tests_of(material: Material, slips: np.ndarray, sides: int = 8) -> list[ShearTest]:
     """Slip tests without noise."""
     joint = Interface(material, Pattern.regular(sides, 25.0))
-    found = []
+    tests = []
     for sigma_N in (-1.0, -2.0):
         history = joint.confined_slip(0.0, slips, sigma_N, 50)
         s_N = history.separation[:, 0] - history.separation[0, 0]
-        found.append(ShearTest(f"{sigma_N:g}", slips[1:], history.traction[1:, 1], s_N[1:], sigma_N))
-    return found
+        tests.append(ShearTest(f"{sigma_N:g}", slips[1:], history.traction[1:, 1], s_N[1:], sigma_N))
+    return tests
 
 
 SHORT, LONG = np.linspace(0.0, 0.4, 161), np.linspace(0.0, 0.8, 401)
@@ -169,11 +169,13 @@ def test_fit_finds(name: str, tmp_path: Path) -> None:
     """Constants of tests without noise are identified; the report names them, the case has them."""
     joint, slips, sides, fixed, free = FITS[name]
     tolerance = 0.02  # the fit has 150 increments along a test
-    found = fit(slip_tests_of(joint, slips, sides), free=tuple(free), fixed=fixed, sides=sides)
-    for one, truth in free.items():
-        assert found.values[one] == pytest.approx(truth, rel=tolerance)
-        assert re.search(rf"^{one} ", report(found), re.MULTILINE)
-    (tmp_path / "joint.nml").write_text(case_of(found))
+    result = fit(slip_tests_of(joint, slips, sides), free=tuple(free), fixed=fixed, sides=sides)
+    for constant, truth in free.items():
+        assert result.values[constant] == pytest.approx(truth, rel=tolerance)
+        assert re.search(rf"^{constant} ", report(result), re.MULTILINE)
+    (tmp_path / "joint.nml").write_text(case_of(result))
     written = read_case(tmp_path / "joint.nml").runs[0].material
-    for one in ("K", "mu", "kc", "height", "damage0", "closure", "W0"):
-        assert getattr(written, one) == pytest.approx(getattr(joint, one), rel=max(tolerance, 1e-3)), one
+    for constant in ("K", "mu", "kc", "height", "damage0", "closure", "W0"):
+        assert getattr(written, constant) == pytest.approx(
+            getattr(joint, constant), rel=max(tolerance, 1e-3)
+        ), constant

@@ -132,11 +132,11 @@ def test_pictures_of_other_programs_are_kept() -> None:
     figure, axes = new_figure(3.5, 2.0)
     axes[0].plot([0, 1], [0, 1])
     for ending, start in PICTURES.items():
-        own, other = Path(f"own{ending}"), Path(f"other{ending}")
+        own, foreign = Path(f"own{ending}"), Path(f"other{ending}")
         save(figure, own)
         with mpl.rc_context({"savefig.format": ending[1:]}):
-            figure.savefig(other)
-        assert may_replace(own, start) and not may_replace(other, start)
+            figure.savefig(foreign)
+        assert may_replace(own, start) and not may_replace(foreign, start)
 
 
 @pytest.mark.parametrize(

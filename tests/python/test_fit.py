@@ -26,8 +26,8 @@ pytestmark = [pytest.mark.usefixtures("folder"), pytest.mark.filterwarnings("ign
 def as_tests(drawn: other_laws.Drawn) -> list[ShearTest]:
     """Drawn tests as those of a fit."""
     return [
-        ShearTest(f"test {i}", one.slip, one.tau, one.dilation, -one.pressure, one.k_N)
-        for i, one in enumerate(drawn.tests, 1)
+        ShearTest(f"test {i}", test.slip, test.tau, test.dilation, -test.pressure, test.k_N)
+        for i, test in enumerate(drawn.tests, 1)
     ]
 
 
@@ -41,7 +41,7 @@ def rock(seed: int, count: int = 2) -> tuple[list[ShearTest], dict[str, tuple[fl
 
 
 @pytest.fixture(scope="module")
-def found() -> Fit:
+def result() -> Fit:
     """Fit of two tests of a rock joint."""
     return fit(rock(0)[0])
 
@@ -51,10 +51,10 @@ def found() -> Fit:
 def test_constants_of_another_law(seed: int) -> None:
     """Constants of a rock joint of Mohr and Coulomb lie within narrow intervals; the fit is a result."""
     tests, truth = rock(seed)
-    one = fit(tests)
-    assert one.is_result and one.grade != "poor"
+    result = fit(tests)
+    assert result.is_result and result.grade != "poor"
     for name, (value, _) in truth.items():
-        estimate = one.estimates[name]
+        estimate = result.estimates[name]
         # a 0.95 interval, widened by half of itself for the twentieth that misses
         margin = 0.5 * (estimate.high - estimate.low)
         assert estimate.low - margin <= value <= estimate.high + margin, name
@@ -68,10 +68,10 @@ def test_bond_of_another_law() -> None:
         drawn = other_laws.cohesion(np.random.default_rng([11, draw]))
         if len(drawn.tests) == 2 and drawn.tests[0].dilation is None:
             break
-    one = fit(as_tests(drawn))
-    assert one.is_result and one.solution.model.bond
+    result = fit(as_tests(drawn))
+    assert result.is_result and result.solution.model.bond
     for name in ("mu", "sigma0", "Gc"):
-        estimate = one.estimates[name]
+        estimate = result.estimates[name]
         # as above
         margin = 0.5 * (estimate.high - estimate.low)
         assert estimate.low - margin <= drawn.truth[name][0] <= estimate.high + margin, name
@@ -85,35 +85,38 @@ def test_nonsense_is_no_result(kind: int) -> None:
         if drawn.truth["kind"][0] == kind and len(drawn.tests) <= 3 and drawn.tests[0].slip.size <= 80:
             break
     try:
-        one = fit(fits.read_back(as_tests(drawn)))
+        result = fit(fits.read_back(as_tests(drawn)))
     except ValueError as error:
         assert "expected" in str(error)
     else:
-        assert one.reasons and not one.is_result
+        assert result.reasons and not result.is_result
 
 
-def test_blind_numbers_are_those_of_the_other_tests(found: Fit) -> None:
+def test_blind_numbers_are_those_of_the_other_tests(result: Fit) -> None:
     """The blind peak of a test is that of a fit of the other test alone with the same model."""
-    tests = found.tests
-    assert len(found.blind) == len(tests) and found.errors["blind peak"] > 0.0
-    alone = fit([tests[1]], free=found.free, fixed=dict(found.solution.model.fixed))
+    tests = result.tests
+    assert len(result.blind) == len(tests) and result.errors["blind peak"] > 0.0
+    alone = fit([tests[1]], free=result.free, fixed=dict(result.solution.model.fixed))
     slip = float(np.abs(tests[0].slip).max())
     path = alone.interface.confined_slip(0.0, np.linspace(0.0, slip, 400), tests[0].sigma_N)
     # at the end the traction hardly changes with the slip, also by that of the spring
-    assert found.blind[0].predicted["residual"] == pytest.approx(path.tau[-40:].mean(), rel=0.02)
+    assert result.blind[0].predicted["residual"] == pytest.approx(path.tau[-40:].mean(), rel=0.02)
 
 
-def test_case_has_the_spring_of_the_fit(found: Fit) -> None:
+def test_case_has_the_spring_of_the_fit(result: Fit) -> None:
     """The curves of the case that is written are those of the fit, with the spring in series."""
-    assert found.spring > 0.0
-    Path("joint.nml").write_text(case_of(found))
+    assert result.spring > 0.0
+    Path("joint.nml").write_text(case_of(result))
     histories = drive(Path("joint.nml"))
     for test, (slips, rows), (tau, *_) in zip(
-        found.tests, found.solution.problem.paths, found.solution.problem.curves(found.values), strict=True
+        result.tests,
+        result.solution.problem.paths,
+        result.solution.problem.curves(result.values),
+        strict=True,
     ):
         key = min((v for v in histories if v is not None), key=lambda v: abs(v - test.sigma_N))
         history = histories[key]
-        slid = history.separation[:, 1] + history.traction[:, 1] / found.spring
+        slid = history.separation[:, 1] + history.traction[:, 1] / result.spring
         after = np.flatnonzero(slid > 1e-6)
         at = np.interp(slips[rows], slid[after], history.traction[after, 1])
         # increments of a hundredth of the slip against 150 and more
@@ -130,9 +133,9 @@ def test_closed_form_of_a_search_is_the_law(k_N: float, more: tuple[str, ...]) -
     values = problem.values(problem.x({
         "kT": 8.0, "mu": 0.6, "theta": 18.0, "height": 0.5, "crush": 3.0,
     }))  # fmt: skip
-    other = problem.closed_form()
-    assert type(other) is not type(problem)
-    (tau, s_N, rows), (rough, opening, _) = problem.curves(values)[0], other.curves(values)[0]
+    closed_form = problem.closed_form()
+    assert type(closed_form) is not type(problem)
+    (tau, s_N, rows), (rough, opening, _) = problem.curves(values)[0], closed_form.curves(values)[0]
     # the contact of the law gives way by 1/kc of the elastic slip, the rise to the strength is 1/1000
     assert rows > slip.size and np.abs(rough - tau).max() < 0.02 * tau.max()
     assert np.abs(opening - s_N).max() < 0.01 * s_N.max()
@@ -141,19 +144,19 @@ def test_closed_form_of_a_search_is_the_law(k_N: float, more: tuple[str, ...]) -
 def test_known_stiffness_is_varied() -> None:
     """A given ks is replaced by its half and double, and the constants of both lie within the intervals."""
     tests, _ = rock(0)
-    one = fit(tests, fixed={"ks": 20.0})
-    varied = [part for part in one.assumptions if part.name.startswith("ks ")]
+    result = fit(tests, fixed={"ks": 20.0})
+    varied = [part for part in result.assumptions if part.name.startswith("ks ")]
     assert {part.values["ks"] for part in varied} == {10.0, 40.0}
     for part in varied:
         if part.admissible:
-            assert one.estimates["mu"].low <= part.values["mu"] <= one.estimates["mu"].high
+            assert result.estimates["mu"].low <= part.values["mu"] <= result.estimates["mu"].high
 
 
 def test_friction_alone_without_dilation_at_one_pressure() -> None:
     """One curve of the strength shows no slope beside the friction."""
     tests, _ = rock(0)
-    one = fit([replace(tests[0], s_N=None)], joint="rock")
-    assert "theta" not in one.free and any("one test" in text for text in one.notes)
+    result = fit([replace(tests[0], s_N=None)], joint="rock")
+    assert "theta" not in result.free and any("one test" in text for text in result.notes)
 
 
 def test_envelope_of_the_law_is_that_of_the_driver() -> None:
@@ -172,28 +175,28 @@ def test_envelope_of_the_law_is_that_of_the_driver() -> None:
         peak = joint.confined_slip(0.0, slips, -pressure).tau.max()
         assert law_peak(np.array([pressure]), truth)[0] == pytest.approx(peak, rel=tolerance)
         tests.append(Strength(f"{pressure}", -pressure, float(peak), 0.6 * pressure, slip=5.0))
-    one = fit_strengths(tests)
-    assert one.is_result and one.grade == "good"
-    assert one.values["mu"] == pytest.approx(0.6, rel=tolerance)
+    result = fit_strengths(tests)
+    assert result.is_result and result.grade == "good"
+    assert result.values["mu"] == pytest.approx(0.6, rel=tolerance)
 
 
 @pytest.mark.parametrize("power", [0.0, -0.5])
 def test_strength_that_does_not_grow_with_the_pressure(power: float) -> None:
     """One strength for all pressures, or one that falls, shows no friction and is no result."""
     pressures = (0.9, 1.1, 1.5, 1.6, 2.0)
-    one = fit_strengths(
+    result = fit_strengths(
         [Strength(str(p), -p, 2.0 * p**power * (1.0 + 0.01 * (-1) ** i)) for i, p in enumerate(pressures)]
     )
-    assert not one.is_result and any("does not grow" in text for text in one.reasons)
+    assert not result.is_result and any("does not grow" in text for text in result.reasons)
 
 
 def test_strengths_keep_or_refuse_what_is_known() -> None:
     """A known constant is that of the result; one that strengths do not have is an error, not ignored."""
     tests = [Strength(str(p), -p, 0.3 + 0.7 * p, 0.6 * p) for p in (0.2, 0.6, 1.0, 1.5)]
     for name, value in (("theta", 10.0), ("sigma0", 0.2), ("mu", 0.5)):
-        found = fit_strengths(tests, fixed={name: value})
-        assert found.values[name] == value
-        assert not {"theta", "sigma0"} <= {*found.values}
+        result = fit_strengths(tests, fixed={name: value})
+        assert result.values[name] == value
+        assert not {"theta", "sigma0"} <= {*result.values}
     for known, message in (
         ({"qq": 1.0}, "qq: strengths alone have only mu"),
         ({"kc": 20.0}, "kc: strengths alone have only mu"),
@@ -209,20 +212,20 @@ def test_tests_that_are_the_same_count_once(said: Callable) -> None:
     tests, _ = rock(0)
     copy = replace(tests[0], name="copy")
     part = replace(copy, slip=copy.slip[::2], tau=copy.tau[::2], s_N=None, sigma_N=-3.0)
-    for other in (copy, part):
+    for copied in (copy, part):
         with pytest.raises(ValueError, match=r"copy: the rows are those of test 1: expected different tests"):
-            fit([*tests, other])
+            fit([*tests, copied])
     peaks = [Strength(f"line {i}", -1.0, 1.5) for i in range(3)]
     with pytest.raises(
         ValueError, match="3 tests, 2 of them the same as others: expected at least 3 different"
     ):
         fit_strengths(peaks)
     apart = [Strength(f"{peak}", -1.0, peak) for peak in (1.5, 1.52, 1.49)]
-    found = fit_strengths([*apart, apart[0]])
-    assert len(found.tests) == 3 and any("each counts once" in text for text in found.notes)
+    result = fit_strengths([*apart, apart[0]])
+    assert len(result.tests) == 3 and any("each counts once" in text for text in result.notes)
     # with one pressure any line through its peak fits
-    assert [label for label, *_ in found.others] == ["law"]
-    assert any("one pressure" in text for text in found.notes)
+    assert [label for label, *_ in result.others] == ["law"]
+    assert any("one pressure" in text for text in result.notes)
 
 
 def test_residuals_of_strengths(said: Callable) -> None:
@@ -232,10 +235,10 @@ def test_residuals_of_strengths(said: Callable) -> None:
     head, *rows = [line.split(",") for line in Path("rows.csv").read_text().splitlines()]
     assert len(rows) == 7
     for row in rows:
-        one = dict(zip(head, row, strict=True))
-        measured = float(one["measured"])
+        cells = dict(zip(head, row, strict=True))
+        measured = float(cells["measured"])
         for name, error in (("fitted", "relative_error"), ("blind", "blind_relative_error")):
-            assert float(one[error]) == pytest.approx(float(one[name]) / measured - 1.0, abs=1e-5)
+            assert float(cells[error]) == pytest.approx(float(cells[name]) / measured - 1.0, abs=1e-5)
 
 
 def test_criteria_find_their_own_constants() -> None:
@@ -250,10 +253,10 @@ def test_criteria_find_their_own_constants() -> None:
     )
     for criterion, truth in zip(CRITERIA, truths, strict=False):
         peak = criterion.strength(pressure, truth)
-        one = fit_strengths(
+        result = fit_strengths(
             [Strength(str(p), -float(p), float(t)) for p, t in zip(pressure, peak, strict=True)]
         )
-        fitted = {label: rms for label, _, rms, _ in one.others}
+        fitted = {label: rms for label, _, rms, _ in result.others}
         # the table of errors is a least squares of relative errors
         assert fitted[criterion.label] < 0.01
 
@@ -315,9 +318,9 @@ def test_arguments_are_checked(arguments: dict, message: str) -> None:
         fit(rock(0)[0], **arguments)
 
 
-def test_prediction_of_tests_that_were_not_fitted(found: Fit, said: Callable) -> None:
+def test_prediction_of_tests_that_were_not_fitted(result: Fit, said: Callable) -> None:
     """The joint of one pressure predicts another test of the same law; the errors are those of the table."""
-    Path("joint.nml").write_text(case_of(found))
+    Path("joint.nml").write_text(case_of(result))
     unseen = replace(rock(0)[0][0], name="unseen", s_N=None)
     rows = "\n".join(f"{u},{tau},{-unseen.sigma_N}" for u, tau in zip(unseen.slip, unseen.tau, strict=True))
     Path("unseen.csv").write_text(f"slip,tau,sigma_N\n{rows}\n")

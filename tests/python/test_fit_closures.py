@@ -37,29 +37,29 @@ def drawn(seed: int, rows: int = 25, noise: float = 0.01) -> ClosureTest:
 @pytest.mark.parametrize("count", [1, 3])
 def test_constants_of_a_hyperbola(count: int) -> None:
     """Constants lie within their intervals, and further tests are predicted by the others."""
-    found = fit_closures([drawn(seed) for seed in range(count)])
-    assert found.is_result and found.grade == "good" and found.free == ("kn", "closure")
+    result = fit_closures([drawn(seed) for seed in range(count)])
+    assert result.is_result and result.grade == "good" and result.free == ("kn", "closure")
     for name, truth in (("kn", KN), ("closure", CLOSURE)):
-        one = found.estimates[name]
+        estimate = result.estimates[name]
         # a 0.95 interval, widened by half of itself for the twentieth that misses
-        margin = 0.5 * (one.high - one.low)
-        assert one.low - margin <= truth <= one.high + margin
-    assert len(found.blind) == (count if count > 1 else 0)
+        margin = 0.5 * (estimate.high - estimate.low)
+        assert estimate.low - margin <= truth <= estimate.high + margin
+    assert len(result.blind) == (count if count > 1 else 0)
 
 
 def test_closed_form_is_the_joint() -> None:
     """The joint that is written closes as the fit says."""
     test = drawn(1, noise=0.0)
-    found = fit_closures([test])
+    result = fit_closures([test])
     # the solver meets the pressure to 1e-10 of it
-    assert closure_of(found.interface, test) == pytest.approx(test.closure, abs=1e-6 * test.size)
+    assert closure_of(result.interface, test) == pytest.approx(test.closure, abs=1e-6 * test.size)
 
 
 def test_a_straight_line_has_one_stiffness() -> None:
     """Without a curvature the largest closure is not a constant of the fit."""
     pressure = np.linspace(0.0, 5.0, 12)
-    found = fit_closures([ClosureTest("line", pressure, pressure / 40.0)])
-    assert found.free == ("kn",) and found.values["kn"] == pytest.approx(40.0, rel=1e-4)
+    result = fit_closures([ClosureTest("line", pressure, pressure / 40.0)])
+    assert result.free == ("kn",) and result.values["kn"] == pytest.approx(40.0, rel=1e-4)
 
 
 @pytest.mark.parametrize("kind", ["noise", "power"])
@@ -69,11 +69,11 @@ def test_nonsense_is_no_result(kind: str) -> None:
     noise = np.abs(np.random.default_rng(0).normal(0.5, 0.2, 20))
     closure = {"noise": np.append(0.0, noise[1:]), "power": pressure**4}[kind]
     try:
-        found = fit_closures([ClosureTest(kind, pressure, closure)])
+        result = fit_closures([ClosureTest(kind, pressure, closure)])
     except ValueError as error:
         assert "does not close" in str(error)
     else:
-        assert not found.is_result
+        assert not result.is_result
 
 
 def test_tests_that_cannot_be() -> None:

@@ -21,9 +21,9 @@ GUESS = "not tell a bond from asperities"
 @pytest.mark.slow
 def test_bond_of_a_crack_is_no_result() -> None:
     """Cracked concrete has no bond: a bond that a joint without bond nearly equals is no result."""
-    one = fit(push_off.tests())
-    assert one.solution.model.bond
-    assert not one.is_result and any(GUESS in text for text in one.reasons)
+    result = fit(push_off.tests())
+    assert result.solution.model.bond
+    assert not result.is_result and any(GUESS in text for text in result.reasons)
 
 
 def test_bond_that_no_row_shows() -> None:
@@ -35,8 +35,8 @@ def test_bond_that_no_row_shows() -> None:
         box = joint.confined_slip(0.0, slip, sigma_N=-pressure)
         opening = box.separation[:, 0] - box.separation[0, 0]
         tests.append(ShearTest(str(pressure), slip, box.traction[:, 1], opening, -pressure))
-    one, rock = fit(tests), fit(tests, joint="rock")
-    assert not one.solution.model.bond or not one.is_result
+    result, rock = fit(tests), fit(tests, joint="rock")
+    assert not result.solution.model.bond or not result.is_result
     assert rock.is_result and rock.values["mu"] == pytest.approx(0.3528, rel=0.01)
 
 
@@ -48,9 +48,9 @@ def test_strengths_at_pressures_close_together() -> None:
         softening = 0.25 * np.exp(-slip / 0.4) + 0.15 * np.maximum(0.0, 1.0 - slip)
         tau = np.minimum(10.0 * slip, 0.6 * pressure + softening) + rng.normal(0.0, 0.04, slip.size)
         tests.append(ShearTest(str(pressure), slip, tau, None, -pressure))
-    one, known = fit(tests), fit(tests, joint="mortar")
-    assert one.solution.model.bond and known.solution.model.bond
-    assert not one.is_result and any(GUESS in text for text in one.reasons)
+    result, known = fit(tests), fit(tests, joint="mortar")
+    assert result.solution.model.bond and known.solution.model.bond
+    assert not result.is_result and any(GUESS in text for text in result.reasons)
     assert not any(GUESS in text for text in known.reasons)
 
 
@@ -65,13 +65,13 @@ def test_search_of_a_bond_ends_at_the_law() -> None:
     for test, (_, rows), (tau, s_N, _) in zip(tests, problem.paths, problem.curves(values), strict=True):
         made.append(ShearTest(test.name, slip, tau[rows], s_N[rows], test.sigma_N))
     start = {name: 1.2 * value for name, value in truth.items()}
-    found = searched(made, model, [start])
+    solution = searched(made, model, [start])
     for name, value in truth.items():
         # the least squares of a search end at a relative change of 1e-4
-        assert found.values[name] == pytest.approx(value, rel=0.01), name
+        assert solution.values[name] == pytest.approx(value, rel=0.01), name
     rough = model.problem(made).closed_form()
     misfit = residuals(rough, rough.x(truth))
-    assert np.sqrt(np.mean(misfit**2)) > 10.0 * np.sqrt(np.mean(found.residuals**2))
+    assert np.sqrt(np.mean(misfit**2)) > 10.0 * np.sqrt(np.mean(solution.residuals**2))
 
 
 def test_pressure_of_a_held_test() -> None:

@@ -128,7 +128,7 @@ def test_csv_is_that_of_the_driver(history: History, tmp_path: Path) -> None:
     header = path.read_text(encoding="utf-8").splitlines()[0].split(",")
     assert header == list(columns) == [*COLUMNS, *NAMES[contract.N_POINT_STATEV :]]
     assert np.array_equal(columns["alpha_3"], history.alpha(3))
-    assert {len(one) for one in columns.values()} == {180}
+    assert {len(column) for column in columns.values()} == {180}
     history.to_csv(path)
     assert path.read_text(encoding="utf-8").splitlines()[0].split(",") == list(COLUMNS)
     with pytest.raises(ValueError, match="rows of a file have no steps"):

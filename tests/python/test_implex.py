@@ -63,10 +63,10 @@ def test_reference(option: str) -> None:
                 assert_within("traction", out.stress, expected, rounding)
                 assert np.array_equal(out.tangent, out.tangent.T)
                 state, s = out.state, end
-                found = dict(zip(names, state.tolist(), strict=True))
-                assert found["e_a"] == pytest.approx(own.e_a, abs=1e-9)
-                assert found["e_t"] == pytest.approx(own.e_t, abs=1e-9 * scale / constants["sigma0"])
-                assert found["longest"] == own.longest and found["duration"] == dt
+                values = dict(zip(names, state.tolist(), strict=True))
+                assert values["e_a"] == pytest.approx(own.e_a, abs=1e-9)
+                assert values["e_t"] == pytest.approx(own.e_t, abs=1e-9 * scale / constants["sigma0"])
+                assert values["longest"] == own.longest and values["duration"] == dt
 
 
 def test_card() -> None:

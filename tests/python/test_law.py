@@ -28,21 +28,21 @@ def test_units(option: str) -> None:
     stress, length = 2.0**-20, 2.0**10
     constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | OPTIONS[option]
     powers = UNITS | {"closure": (0, 1), "crush": (1, 0), "c": (1, -1)}
-    other = {
+    converted = {
         name: value * stress ** powers.get(name, (0, 0))[0] * length ** powers.get(name, (0, 0))[1]
         for name, value in constants.items()
     }
     pattern = Pattern.regular(5, 30.0, 0.3, 20.0)
-    first, second = (Interface(Material(**one), pattern) for one in (constants, other))
+    first, second = (Interface(Material(**values), pattern) for values in (constants, converted))
     S = np.cumsum(np.random.default_rng(SEED).standard_normal((60, 10, 3)) * first.material.s_0, axis=0)
     s_old, state, scaled = np.zeros((10, 3)), np.zeros((10, first.nstatv)), np.zeros((10, first.nstatv))
     for s in S:
-        one = first.update(s, state, s_old, dt=DT)
+        answer = first.update(s, state, s_old, dt=DT)
         two = second.update(length * s, scaled, length * s_old, dt=DT)
-        assert np.array_equal(stress * one.traction, two.traction)
-        assert np.array_equal(stress / length * one.tangent, two.tangent)
-        assert np.array_equal(stress * length * one.state[:, 1:4], two.state[:, 1:4])
-        state, scaled, s_old = one.state, two.state, s
+        assert np.array_equal(stress * answer.traction, two.traction)
+        assert np.array_equal(stress / length * answer.tangent, two.tangent)
+        assert np.array_equal(stress * length * answer.state[:, 1:4], two.state[:, 1:4])
+        state, scaled, s_old = answer.state, two.state, s
 
 
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
@@ -52,7 +52,7 @@ def test_units(option: str) -> None:
 )
 def test_units_of_a_load_path(sides: int, pressure: float, spring: float, height: float) -> None:
     """Separations, tractions, work, snaps and losses of equilibrium scale with the units, to the last bit."""
-    found = []
+    ends = []
     for stress, length in ((1.0, 1.0), (2.0**-20, 2.0**10)):
         constants = {"kc": 20.0, "height": height * length} if height else {}
         material = Material(3.0 * stress, 0.3 * stress * length, 0.9, 0.5, **constants)
@@ -65,8 +65,8 @@ def test_units_of_a_load_path(sides: int, pressure: float, spring: float, height
         released = [snap.released / (stress * length) for snap in rows.snaps]
         arrays = rows.separation / length, rows.traction / stress, rows.work / (stress * length)
         events = [(row, text.split(",")[0]) for row, text in rows.events]
-        found.append([*(array.tolist() for array in arrays), released, events])
-    assert found[0] == found[1]
+        ends.append([*(array.tolist() for array in arrays), released, events])
+    assert ends[0] == ends[1]
     assert len(released) == (sides == 16) and (len(rows) < 65) == (sides == 0)
 
 
@@ -102,10 +102,10 @@ def test_tolerance_of_a_stiff_joint(ks: float) -> None:
     """A joint without bond has no strength: the tolerance of a load path is relative to its tractions."""
     joint = Interface(Material.from_joint(kn=10.0 * ks, ks=ks, mu=0.5, height=0.2), Pattern.regular(2, 30.0))
     path = [Step(t_N=-1.0, increments=4), Step(slip=0.4, increments=2)]
-    found = joint.run(path, tolerance=1e-3)
+    history = joint.run(path, tolerance=1e-3)
     fine = joint.confined_slip(0.0, np.linspace(0.0, 0.4, 2001), -1.0)
     slips = np.linspace(0.02, 0.4, 200)
-    tau, wanted = (np.interp(slips, one.separation[:, 1], one.traction[:, 1]) for one in (found, fine))
+    tau, wanted = (np.interp(slips, rows.separation[:, 1], rows.traction[:, 1]) for rows in (history, fine))
     # rows on which straight lines stay within the tolerance are left out
     np.testing.assert_allclose(tau, wanted, rtol=0.0, atol=2e-3 * wanted.max())
 

@@ -36,8 +36,8 @@ def merged(folder: Path, options: str = "", before: str = "", changed: dict[str,
     """Text of the merged module of PARTS, some of their lines changed; RuntimeError: messages of CMake."""
     (folder / "law").mkdir(parents=True)
     for part, text in PARTS.items():
-        for line, other in (changed or {}).items():
-            text = text.replace(line, other)
+        for line, replacement in (changed or {}).items():
+            text = text.replace(line, replacement)
         (folder / "law" / f"asperity_{part}.f90").write_text(text)
     (folder / "CMakeLists.txt").write_text(PROJECT.format(options=options, before=before))
     done = configure(folder, folder / "build")
@@ -87,11 +87,11 @@ def test_names_of_kinds_and_widths(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_use_of_another_form(tmp_path: Path, options: str, line: str, other: str) -> None:
+def test_use_of_another_form(tmp_path: Path, options: str, line: str, replacement: str) -> None:
     """A line that cannot be renamed is refused, not merged with the kind or the width of another kernel."""
     with pytest.raises(RuntimeError) as refused:
-        merged(tmp_path, options, changed={line: other})
-    assert other in str(refused.value)
+        merged(tmp_path, options, changed={line: replacement})
+    assert replacement in str(refused.value)
     assert f"expected `{line}`" in str(refused.value)
 
 

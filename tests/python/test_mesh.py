@@ -59,10 +59,10 @@ def groups_of_cells(cells: np.ndarray, block: np.ndarray, d: int) -> int:
         while left:
             count, wave = count + 1, [left.pop()]
             while wave:
-                one = wave.pop()
+                cell = wave.pop()
                 next_ = {
-                    k for k in left if block[k] == block[one]
-                    and len(shared := set(cells[k]) & set(cells[one])) == d and node in shared
+                    k for k in left if block[k] == block[cell]
+                    and len(shared := set(cells[k]) & set(cells[cell])) == d and node in shared
                 }  # fmt: skip
                 left -= next_
                 wave += next_
@@ -76,12 +76,12 @@ def test_random_blocks(d: int, seed: int) -> None:
     cells, block = mesh.cells[0].data, mesh.cell_data["block"][0]
     size = np.linalg.det(np.diff(mesh.points[cells], axis=1))
     with pytest.warns(ModelWarning, match="cells of negative") if (size < 0.0).any() else nullcontext():
-        found = split(mesh)
-    joint = only(found)
-    assert len(found.points) == groups_of_cells(cells, block, d)
-    new = next(iter(found.cells.values()))
-    assert (np.sort(found.origin[new]) == np.sort(cells)).all()
-    assert (found.points == mesh.points[found.origin]).all()
+        jointed = split(mesh)
+    joint = only(jointed)
+    assert len(jointed.points) == groups_of_cells(cells, block, d)
+    new = next(iter(jointed.cells.values()))
+    assert (np.sort(jointed.origin[new]) == np.sort(cells)).all()
+    assert (jointed.points == mesh.points[jointed.origin]).all()
     between = {
         (a, b) for a, b in itertools.combinations(range(len(cells)), 2)
         if block[a] != block[b] and len(set(cells[a]) & set(cells[b])) == d
@@ -91,8 +91,8 @@ def test_random_blocks(d: int, seed: int) -> None:
         assert all(
             set(face) <= set(new[cell]) for face, cell in zip(nodes, joint.cells[:, side], strict=True)
         )
-    assert (found.origin[joint.minus] == found.origin[joint.plus]).all()
-    N, x = joint.axes[:, 0], found.points[joint.minus]
+    assert (jointed.origin[joint.minus] == jointed.origin[joint.plus]).all()
+    N, x = joint.axes[:, 0], jointed.points[joint.minus]
     centre = mesh.points[cells].mean(1)
     assert (np.einsum("fd,fd->f", N, centre[joint.cells[:, 1]] - x.mean(1)) > 0.0).all()
     assert np.abs(joint.axes @ joint.axes.transpose(0, 2, 1) - np.eye(d)).max() <= DIGITS
@@ -111,9 +111,9 @@ def test_joint_that_ends_inside() -> None:
         cell_data={"gmsh:physical": [np.ones(24, int), np.full(3, 2)]},
         field_data={"rock": np.array([1, 2]), "fault": np.array([2, 1])},
     )  # fmt: skip
-    found = split(mesh, {"fault": None})
-    joint = only(found)
-    assert len(found.points) == 35 + 2 and joint.tips == 2
+    jointed = split(mesh, {"fault": None})
+    joint = only(jointed)
+    assert len(jointed.points) == 35 + 2 and joint.tips == 2
     assert np.abs(joint.axes[:, 0] - [0.0, 1.0]).max() <= DIGITS  # upwards, for every face
     assert np.abs(joint.axes[:, 1] - [1.0, 0.0]).max() <= DIGITS
     left = only(split(mesh, {"fault": None}, direction=(-1.0, 0.0)))
@@ -125,17 +125,17 @@ def test_joint_that_ends_inside() -> None:
 def test_laws_by_rule(tmp_path: Path) -> None:
     """Faces belong to the first rule that holds: a function of normals, then patterns."""
     mesh = grid((4, 4), (2, 2))
-    found = split(mesh, {"head": lambda a, b, x, n: np.abs(n[:, 0]) > 0.5, "bed": ("block_*", "*")})
-    head, bed = (parts[0] for parts in found.joints.values())
+    jointed = split(mesh, {"head": lambda a, b, x, n: np.abs(n[:, 0]) > 0.5, "bed": ("block_*", "*")})
+    head, bed = (parts[0] for parts in jointed.joints.values())
     assert (head.area.sum(), bed.area.sum()) == (4.0, 4.0)
     assert np.abs(head.axes[:, 0] @ [1.0, 0.0]) == pytest.approx(1.0)
-    one = split(mesh, {"low": ("block_0", "block_2")})
-    assert only(one).area.sum() == 2.0 and only(one).tips == 1
-    assert one.summary().splitlines()[-1] == (
+    lower = split(mesh, {"low": ("block_0", "block_2")})
+    assert only(lower).area.sum() == 2.0 and only(lower).tips == 1
+    assert lower.summary().splitlines()[-1] == (
         "joint low: 2 faces, length 2, 1 tips, N from block_0 to block_2"
     )
     with pytest.warns(ModelWarning, match="joint low ends inside the mesh, where its layer has no thickness"):
-        write(tmp_path / "wall.vtu", one, "ogs", layer=0.01)
+        write(tmp_path / "wall.vtu", lower, "ogs", layer=0.01)
 
 
 def test_directions_in_space() -> None:
@@ -167,23 +167,23 @@ def test_quadratic_joint() -> None:
     points = np.array([[x, y] for y in (0, 1, 2) for x in (0, 1, 2)], float)
     cells = [[0, 2, 6, 1, 4, 3], [2, 8, 6, 5, 7, 4]]
     mesh = meshio.Mesh(points, [("triangle6", cells)], cell_data={"part": [np.array([1, 2])]})
-    found = split(mesh)
-    joint = only(found)
+    jointed = split(mesh)
+    joint = only(jointed)
     for host in ("abaqus", "ogs"):
         with pytest.raises(ValueError, match=f"1 faces of 3 nodes: expected linear ones for {host}"):
-            write(Path("wall"), found, host, layer=0.1 * (host == "ogs"))
-    assert len(found.points) == 12 and joint.area[0] == pytest.approx(8**0.5)
-    assert found.origin[joint.minus].tolist() == found.origin[joint.plus].tolist() == [[6, 2, 4]]
+            write(Path("wall"), jointed, host, layer=0.1 * (host == "ogs"))
+    assert len(jointed.points) == 12 and joint.area[0] == pytest.approx(8**0.5)
+    assert jointed.origin[joint.minus].tolist() == jointed.origin[joint.plus].tolist() == [[6, 2, 4]]
 
 
 def test_groups_follow_their_cells() -> None:
     """Faces of a group on the outside have the nodes of the cell beside them."""
     mesh = structured.grid(range(5), range(3), block=[[1], [1], [2], [2]])
-    found = split(mesh)
-    assert found.names == ["block_1", "block_2"]
-    assert len(found.nodes("top")) == 6 and (found.points[found.nodes("top"), 1] == 2.0).all()
+    jointed = split(mesh)
+    assert jointed.names == ["block_1", "block_2"]
+    assert len(jointed.nodes("top")) == 6 and (jointed.points[jointed.nodes("top"), 1] == 2.0).all()
     with pytest.raises(ValueError, match="base: no such group: expected one of top, bottom, right, left"):
-        found.nodes("base")
+        jointed.nodes("base")
 
 
 @pytest.mark.parametrize(
@@ -206,21 +206,21 @@ def test_errors(joints: dict[str, object], words: str) -> None:
 def test_joint_across_a_period(d: int) -> None:
     """Each node on the right has that on the left as its partner, N points out, inner joints stay."""
     mesh = structured.grid(*(range(5), range(3), range(3))[:d], block=[[0], [1]] if d == 3 else [0, 1])
-    found = split(mesh, {"head": {"right": "left"}, "bed": ("*", "*")})
-    ((head,), (bed,)) = found.joints.values()
-    minus, plus = found.points[head.minus], found.points[head.plus]
+    jointed = split(mesh, {"head": {"right": "left"}, "bed": ("*", "*")})
+    ((head,), (bed,)) = jointed.joints.values()
+    minus, plus = jointed.points[head.minus], jointed.points[head.plus]
     assert (minus[..., 0] == 4.0).all() and (minus - plus == 4.0 * np.eye(d)[0]).all()
     assert head.area.sum() == 2.0 ** (d - 1) and (head.axes[:, 0] == np.eye(d)[0]).all()
-    assert bed.area.sum() == 4.0 * 2.0 ** (d - 2) and len(found.points) == len(split(mesh).points)
-    centres = [found.points[next(iter(found.cells.values()))].mean(1)[k] for k in head.cells.T]
+    assert bed.area.sum() == 4.0 * 2.0 ** (d - 2) and len(jointed.points) == len(split(mesh).points)
+    centres = [jointed.points[next(iter(jointed.cells.values()))].mean(1)[k] for k in head.cells.T]
     assert (centres[0][:, 0] == 3.5).all() and (centres[1][:, 0] == 0.5).all()
     # the other sense of Tx has the sides in the other order in the plane
     if d == 2:
         turned = split(mesh, {"head": {"right": "left"}}, direction=(0.0, 1.0)).joints["head"][0]
-        assert (found.points[turned.minus][..., 0] == 0.0).all() and (turned.axes[:, 0, 0] == -1.0).all()
+        assert (jointed.points[turned.minus][..., 0] == 0.0).all() and (turned.axes[:, 0, 0] == -1.0).all()
     for host in ("abaqus", "ogs"):
         with pytest.raises(ValueError, match=f"joint head: its sides are a period apart.*for {host}"):
-            write(Path("wall"), found, host, layer=0.1 * (host == "ogs"))
+            write(Path("wall"), jointed, host, layer=0.1 * (host == "ogs"))
     mesh.points[mesh.points[:, 0] == 0.0, 1] *= 1.1
     with pytest.raises(ValueError, match=r"joint head: \d of the \d faces of right and left have no partner"):
         split(mesh, {"head": {"right": "left"}})
@@ -236,15 +236,15 @@ def test_joint_across_a_period(d: int) -> None:
 def test_abaqus(tmp_path: Path, kind: str, d: int) -> None:
     """The check of decks accepts nodes, solids, cohesive elements and their material."""
     mesh = grid((4, 3, 2)[:d], (2, 3, 1)[:d]) if kind == "grid" else random_mesh(d, 5)
-    found = split(_turned(mesh))
-    (path,) = write(tmp_path / "wall.inp", found, laws={"joint": LAW})
+    jointed = split(_turned(mesh))
+    (path,) = write(tmp_path / "wall.inp", jointed, laws={"joint": LAW})
     text = path.read_text(encoding="utf-8")
     head, card = text.split("*Material, ", 1)
-    sections = "".join(f"*Solid Section, elset={name}, material=SOLID\n" for name in found.names)
+    sections = "".join(f"*Solid Section, elset={name}, material=SOLID\n" for name in jointed.names)
     solid = f"*Material, name=SOLID\n*Elastic\n1., 0.\n{sections}*Material, {card}"
     step = "*Step, name=PUSH, unsymm=YES\n*Static\n1., 1.\n*End Step\n"
     deck = model(head + solid + step)
-    joint = only(found)
+    joint = only(jointed)
     rows = [nodes for name, nodes in deck.elements.values() if name.startswith("COH")]
     plus = joint.plus[:, ::-1] if d == 2 else joint.plus
     assert (np.array(rows) == np.concatenate([joint.minus, plus], 1) + 1).all()
@@ -252,9 +252,9 @@ def test_abaqus(tmp_path: Path, kind: str, d: int) -> None:
 
 def test_abaqus_has_its_own_directions(tmp_path: Path) -> None:
     """A Tx that Abaqus would not have is refused."""
-    found = split(grid((2, 2, 2), (1, 1, 2)), direction=(0.0, 1.0, 0.0))
+    jointed = split(grid((2, 2, 2), (1, 1, 2)), direction=(0.0, 1.0, 0.0))
     with pytest.raises(ValueError, match="joint joint: expected no direction for abaqus"):
-        write(tmp_path / "wall.inp", found)
+        write(tmp_path / "wall.inp", jointed)
 
 
 def _turned(mesh: meshio.Mesh) -> meshio.Mesh:
@@ -269,8 +269,8 @@ def _turned(mesh: meshio.Mesh) -> meshio.Mesh:
 
 def test_calculix_layers(tmp_path: Path) -> None:
     """A layer for each orientation, whose local z is N, between the moved faces."""
-    found = split(grid((2, 2, 2), (2, 1, 2)))
-    (path,) = write(tmp_path / "wall.inp", found, "calculix", {"joint": LAW}, layer=0.01)
+    jointed = split(grid((2, 2, 2), (2, 1, 2)))
+    (path,) = write(tmp_path / "wall.inp", jointed, "calculix", {"joint": LAW}, layer=0.01)
     text = path.read_text(encoding="utf-8")
     assert re.findall(r"\*Element, type=C3D8, elset=(joint\w*)", text) == ["joint_1", "joint_2"]
     lines = re.findall(r"\*Orientation, name=(\w+), system=rectangular\n(.*)\n", text)
@@ -278,22 +278,22 @@ def test_calculix_layers(tmp_path: Path) -> None:
     assert sorted(normals) == [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
     assert "*SOLID SECTION, ELSET=joint_2, MATERIAL=ABAQUSJOINT, ORIENTATION=joint_2" in text
     with pytest.raises(ValueError, match="layer = 0: expected the thickness of its layers"):
-        write(tmp_path / "wall.inp", found, "calculix")
+        write(tmp_path / "wall.inp", jointed, "calculix")
     with pytest.raises(ValueError, match="layer = 1: expected less than 1, for the cells at joint joint"):
-        write(tmp_path / "wall.inp", found, "calculix", layer=1.0)
-    found.names[0] = "two words"
+        write(tmp_path / "wall.inp", jointed, "calculix", layer=1.0)
+    jointed.names[0] = "two words"
     with pytest.raises(ValueError, match="name 'two words': expected a letter, then letters"):
-        write(tmp_path / "wall.inp", found)
+        write(tmp_path / "wall.inp", jointed)
 
 
 def test_vtu(tmp_path: Path) -> None:
     """Blocks and joints have numbers and axes; a layer has its volume, and all of it that of the mesh."""
-    found = split(grid((2, 2, 2), (2, 1, 2)))
-    write(tmp_path / "wall.vtu", found, "ogs", layer=0.01)
+    jointed = split(grid((2, 2, 2), (2, 1, 2)))
+    write(tmp_path / "wall.vtu", jointed, "ogs", layer=0.01)
     read = meshio.read(tmp_path / "wall.vtu")
     numbers = np.concatenate(read.cell_data["MaterialIDs"])
     assert (np.bincount(numbers) == [2, 2, 2, 2, 8]).all()
-    x = np.concatenate([read.points[one.data] for one in read.cells])
+    x = np.concatenate([read.points[block.data] for block in read.cells])
     size = np.abs(np.linalg.det(np.stack([x[:, 1] - x[:, 0], x[:, 3] - x[:, 0], x[:, 4] - x[:, 0]], 1)))
     assert size[numbers == 4].sum() == pytest.approx(2 * 4 * 0.01, rel=0.01)
     assert (np.concatenate(read.cell_data["N"])[numbers == 4].max(0) == [1.0, 0.0, 1.0]).all()
@@ -302,17 +302,17 @@ def test_vtu(tmp_path: Path) -> None:
 @pytest.mark.parametrize("d", [2, 3])
 def test_kratos(tmp_path: Path, d: int) -> None:
     """Nodes, elements, parts of the model and materials."""
-    found = split(grid((4, 3, 2)[:d], (2, 3, 1)[:d]))
-    path, materials = write(tmp_path / "wall.mdpa", found, laws={"joint": LAW})
+    jointed = split(grid((4, 3, 2)[:d], (2, 3, 1)[:d]))
+    path, materials = write(tmp_path / "wall.mdpa", jointed, laws={"joint": LAW})
     text = path.read_text(encoding="utf-8")
     kind = "Geo_ULineInterfacePlaneStrainElement2Plus2N" if d == 2 else "Geo_USurfaceInterfaceElement4Plus4N"
     block = text.split(f"Begin Elements {kind}\n")[1].split("End Elements")[0]
     rows = np.array([line.split() for line in block.splitlines()], int)
-    assert (rows[:, 2:] == np.concatenate([only(found).minus, only(found).plus], 1) + 1).all()
+    assert (rows[:, 2:] == np.concatenate([only(jointed).minus, only(jointed).plus], 1) + 1).all()
     (card,) = json.loads(materials.read_text(encoding="utf-8"))["properties"]
     assert card["model_part_name"] == "Main.joint" and (rows[:, 1] == card["properties_id"]).all()
     parts = re.findall(r"Begin SubModelPart (\w+)", text)
-    assert parts == [*found.names, "joint", "joint_minus", "joint_plus"]
+    assert parts == [*jointed.names, "joint", "joint_minus", "joint_plus"]
 
 
 INP = """*NODE
@@ -341,8 +341,8 @@ def test_blocks_of_files(tmp_path: Path) -> None:
     mesh.write(tmp_path / "wall.msh", file_format="gmsh22", binary=False)
     (tmp_path / "wall.inp").write_text(INP, encoding="utf-8")
     for name, blocks in ("wall.msh", ["block_5", "block_7"]), ("wall.inp", ["left", "right"]):
-        found = split(tmp_path / name)
-        assert found.names == blocks and len(found.points) == 8
+        jointed = split(tmp_path / name)
+        assert jointed.names == blocks and len(jointed.points) == 8
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -25,7 +25,7 @@ def fault(faces: list[list[int]], n: int = 4, kinds: str = "quad") -> meshio.Mes
 def square(axis: int, at: int, a: int, b: int) -> list[list[int]]:
     """Corners of a face of a cell, normal to an axis."""
     around = [[a, b], [a + 1, b], [a + 1, b + 1], [a, b + 1]]
-    return [[*one[:axis], at, *one[axis:]] for one in around]
+    return [[*corner[:axis], at, *corner[axis:]] for corner in around]
 
 
 def test_one_side_of_a_fault() -> None:
@@ -36,8 +36,8 @@ def test_one_side_of_a_fault() -> None:
     stair += [square(2, 2, a, b) for a in (2, 3) for b in range(4)]
     for _ in range(5):
         faces = []
-        for one in (stair[k] for k in draw.permutation(len(stair))):
-            turned = np.roll(one, int(draw.integers(4)), axis=0)
+        for face in (stair[k] for k in draw.permutation(len(stair))):
+            turned = np.roll(face, int(draw.integers(4)), axis=0)
             faces.append((turned if draw.random() < 0.5 else turned[::-1]).tolist())
         mesh = split(fault(faces), {"fault": None})
         (joint,) = mesh.joints["fault"]
@@ -53,7 +53,7 @@ def test_fault_that_ends_inside() -> None:
     mesh = split(fault([square(1, 2, a, b) for a in (0, 1) for b in (1, 2)]), {"fault": None})
     (joint,) = mesh.joints["fault"]
     doubled = mesh.points[joint.minus[joint.minus != joint.plus]]
-    assert {tuple(one) for one in doubled.tolist()} == {(0.0, 2.0, 2.0), (1.0, 2.0, 2.0)}
+    assert {tuple(point) for point in doubled.tolist()} == {(0.0, 2.0, 2.0), (1.0, 2.0, 2.0)}
     assert len(mesh.points) == 125 + 2 and joint.tips == 7
     with pytest.raises(ValueError, match="joint fault: 1 of its 1 faces end with all their nodes inside"):
         split(fault([square(1, 2, 1, 1)]), {"fault": None})

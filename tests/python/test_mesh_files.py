@@ -46,17 +46,17 @@ def measured(mesh: Jointed) -> mesh_count.Counts:
         groups[name.lower()] += int((block == k).sum())
     for name, cells in mesh.sets.items():
         groups[name.lower()] += len(cells)
-    found: mesh_count.Counts = {"cells": len(block), "nodes": len(np.unique(mesh.origin)), "area": area}
-    return found | {f"cells of {name}": count for name, count in groups.items()}
+    counts: mesh_count.Counts = {"cells": len(block), "nodes": len(np.unique(mesh.origin)), "area": area}
+    return counts | {f"cells of {name}": count for name, count in groups.items()}
 
 
 def same_counts(mesh: Jointed, expected: mesh_count.Counts) -> None:
     """Counts of a mesh are those of its file; sets of several instances begin with that of the instance."""
-    found: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
     for name, count in measured(mesh).items():
-        plain = [one for one in expected if name == one or name.endswith(one.replace("cells of ", "_"))]
-        found[max(plain, key=len) if plain else name] += count  # type: ignore[assignment]
-    assert found == pytest.approx({name: count for name, count in expected.items() if count}, rel=ROUNDING)
+        plain = [key for key in expected if name == key or name.endswith(key.replace("cells of ", "_"))]
+        counts[max(plain, key=len) if plain else name] += count  # type: ignore[assignment]
+    assert counts == pytest.approx({name: count for name, count in expected.items() if count}, rel=ROUNDING)
 
 
 def read(kind: str, files: dict[str, str]) -> mesh_count.Counts:
@@ -73,7 +73,7 @@ def test_drawn_files(tmp_path: Path, kind: str) -> None:
         same_counts(mesh, read(kind, drawn.files))
         counts = np.bincount(np.concatenate([mesh.block[kind] for kind in mesh.cells]))
         assert dict(zip(mesh.names, counts.tolist(), strict=True)) == drawn.blocks
-        length = sum(float(one.area.sum()) for parts in mesh.joints.values() for one in parts)
+        length = sum(float(part.area.sum()) for parts in mesh.joints.values() for part in parts)
         assert length == pytest.approx(drawn.length, rel=ROUNDING)
 
 
@@ -147,7 +147,7 @@ One.Stone, Two.7
 
 def groups(mesh: Jointed) -> dict[str, tuple[int, float]]:
     """Number and area of the faces of each surface, by the corners of its faces."""
-    found = {}
+    areas = {}
     for name, rows in mesh.surfaces.items():
         total = 0.0
         for nodes in mesh.face_nodes(rows):
@@ -157,8 +157,8 @@ def groups(mesh: Jointed) -> dict[str, tuple[int, float]]:
             else:  # triangles from the first corner
                 fan = np.cross(x[:, 1:-1] - x[:, :1], x[:, 2:] - x[:, :1])
                 total += 0.5 * float(np.linalg.norm(fan, axis=2).sum())
-        found[name] = len(rows), total
-    return found
+        areas[name] = len(rows), total
+    return areas
 
 
 def test_parts_moved_and_turned(tmp_path: Path) -> None:
@@ -270,7 +270,7 @@ def test_left_out(tmp_path: Path) -> None:
     beam = "*Element, type=T2D2, elset=BAR\n9, 1, 2\n*Tie, name=T\na, b\n"
     with pytest.warns(ModelWarning) as caught:
         mesh = split(placed(tmp_path, {"strip.inp": STRIP.replace("1, 1, 2, 4, 3", "1, 3, 4, 2, 1") + beam}))
-    texts = " | ".join(str(one.message) for one in caught)
+    texts = " | ".join(str(warning.message) for warning in caught)
     assert "1 elements of type T2D2 name faces or nodes only" in texts and "*Tie: not carried over" in texts
     assert "1 cells of negative area were turned round" in texts
     assert groups(mesh)["BAR"] == (1, 1.0)
@@ -338,9 +338,9 @@ def test_groups_of_gmsh(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"1 of 2 cells are in no block, as a cell at \(1.5, 1.5\)"):
         split(placed(tmp_path, {"loose.msh": loose}))
     inner = MSH.replace("3 0 1 0 3 1 0 0 0", "3 0 1 0 3 1 0 2 5 4 0")
-    both = split(placed(tmp_path, {"both.msh": inner}))
+    inside = split(placed(tmp_path, {"both.msh": inner}))
     # on the joint a group has both sides, and its faces count once
-    assert groups(both)["foot"] == (3, 9.0) and "group foot: 2 faces, length 6" in both.summary()
+    assert groups(inside)["foot"] == (3, 9.0) and "group foot: 2 faces, length 6" in inside.summary()
 
 
 def test_writers(tmp_path: Path) -> None:

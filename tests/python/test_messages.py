@@ -51,9 +51,9 @@ def bad(shape: tuple[int, ...], entries: dict[int, float]) -> np.ndarray:
     return array
 
 
-def in_shape(name: str, found: tuple[int, ...], expected: str) -> str:
+def in_shape(name: str, shape: tuple[int, ...], expected: str) -> str:
     """Message of an array of another shape."""
-    return re.escape(f"{name} {found}: expected {expected}")
+    return re.escape(f"{name} {shape}: expected {expected}")
 
 
 ROWS: list[tuple[Callable[[], object], str]] = [
@@ -287,7 +287,8 @@ def bad_values(row: contract.Prop) -> list[float]:
     """Values of a constant outside its range, which stands in tests/law/test_contract.pf, and no value."""
     if row.name == "m":
         return [1.0, -3.0, 65.0, 2.5, NAN, INF]
-    return [math.nextafter(row.lower, -INF), math.nextafter(row.upper, INF), NAN, INF] + [0.5] * row.integral
+    beyond = [math.nextafter(row.lower, -INF), math.nextafter(row.upper, INF), NAN, INF]
+    return [*beyond, 0.5] if row.integral else beyond
 
 
 @pytest.mark.parametrize(
@@ -301,8 +302,8 @@ def test_every_bad_constant(row: contract.Prop, value: float) -> None:
         build(row, value)
     name, admissible = ("sides", "0 or 2 to 64") if row.name == "m" else (row.name, row.admissible)
     wanted = rf"{name} = ([^:\n]*)(?::[^\n]*)?: expected {re.escape(admissible)}"
-    found = re.fullmatch(wanted, str(error.value))
-    assert found and np.array_equal(float(found[1]), value, equal_nan=True)
+    match = re.fullmatch(wanted, str(error.value))
+    assert match and np.array_equal(float(match[1]), value, equal_nan=True)
 
 
 def test_all_bad_values_at_once() -> None:

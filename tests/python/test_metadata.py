@@ -67,8 +67,8 @@ def test_tree_is_small_and_names_no_machine() -> None:
     assert [str(file) for file in files if file.stat().st_size > LARGEST_FILE] == []
     texts = {file: file.read_text(encoding="utf-8") for file in files if file.suffix not in PICTURES}
     for what, pattern in FORBIDDEN.items():
-        found = {str(file.relative_to(ROOT)): pattern.findall(text) for file, text in texts.items()}
-        assert {name: hits for name, hits in found.items() if hits} == {}, what
+        names = {str(file.relative_to(ROOT)): pattern.findall(text) for file, text in texts.items()}
+        assert {name: hits for name, hits in names.items() if hits} == {}, what
 
 
 # --- version, date, licence, paper --------------------------------------------------------------------------
@@ -120,8 +120,8 @@ def test_licence_is_the_same_everywhere() -> None:
 
 def requirements(lines: list[str]) -> dict[str, str]:
     """Names with their lower bounds."""
-    found = (re.match(r"([\w-]+) ?>=([\d.]+)$", line) for line in lines)
-    return {m[1].replace("-base", ""): m[2] for m in found if m}
+    matches = (re.match(r"([\w-]+) ?>=([\d.]+)$", line) for line in lines)
+    return {m[1].replace("-base", ""): m[2] for m in matches if m}
 
 
 def listed(section: str) -> list[str]:

@@ -93,13 +93,13 @@ def test_results_of_a_sweep(tmp_path: Path) -> None:
 
 def test_outputs_that_are_refused(tmp_path: Path) -> None:
     """A file of somebody else, one that is read, and a folder that is not there."""
-    mine, other = tmp_path / "mine.nml", tmp_path / "other.nml"
+    mine, foreign = tmp_path / "mine.nml", tmp_path / "other.nml"
     mine.write_text("! by asperity")
-    other.write_text("! by hand")
+    foreign.write_text("! by hand")
     check_outputs(False, [None], ("-o", mine, "! by asp"), ("-o", None))
-    check_outputs(True, [], ("-o", other, "! by asp"))
+    check_outputs(True, [], ("-o", foreign, "! by asp"))
     for path, message in (
-        (other, "is not replaced"),
+        (foreign, "is not replaced"),
         (tmp_path / "none" / "a", "no folder"),
         (tmp_path, "a file"),
     ):
@@ -114,22 +114,22 @@ def test_processes_end_with_what_they_compute(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
     parser = argparse.ArgumentParser()
     add_workers(parser)
-    other = Process(target=sleep, args=(60.0,))
-    other.start()
+    sleeper = Process(target=sleep, args=(60.0,))
+    sleeper.start()
     try:
         with (
             pytest.raises(RuntimeError, match="stop"),
-            workers(parser.parse_args(["--jobs", "1"]), None) as one,
+            workers(parser.parse_args(["--jobs", "1"]), None) as single,
         ):
-            assert one is not None and one.submit(len, "abc").result() == 3
+            assert single is not None and single.submit(len, "abc").result() == 3
             raise RuntimeError("stop")
         with pytest.raises(RuntimeError, match="stop"), workers(parser.parse_args([]), 2) as two:
             assert two is not None
             two.submit(sleep, 60.0)
             raise RuntimeError("stop")
-        assert active_children() == [other] and other.is_alive()
+        assert active_children() == [sleeper] and sleeper.is_alive()
     finally:
-        other.terminate()
-        other.join()
+        sleeper.terminate()
+        sleeper.join()
     with pytest.raises(ValueError, match="--jobs 0: expected 1 to"):
         workers(parser.parse_args(["--jobs", "0"]))

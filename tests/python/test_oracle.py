@@ -264,7 +264,7 @@ def test_patterns_and_materials() -> None:
             growth = 1.0 + ratio[..., None] ** 2 / p.eta
             assert_within("tangent", tangent, theirs.tangent, TANGENT * K * growth * closest)
             for branch, damaging in counts:
-                found = (theirs.branch == branch) & (theirs.damaging == bool(damaging))
-                counts[branch, damaging] += int(found.sum())
+                met = (theirs.branch == branch) & (theirs.damaging == bool(damaging))
+                counts[branch, damaging] += int(met.sum())
             state, s_old = new, s
     assert OVER > 1 or min(counts.values()) > 500, counts

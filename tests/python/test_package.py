@@ -73,10 +73,10 @@ def test_results_have_their_fields() -> None:
 
 def test_values_are_frozen_compare_and_hash() -> None:
     """No attribute can be set; equal inputs are equal, in sets and after pickling as well."""
-    for thing in (TABLE_2, RP_4.pattern, RP_4, RP_4.update([[0, 0, 0]]), RP_4.replay([[0, 0, 0]])):
-        for field in fields(thing):
+    for value in (TABLE_2, RP_4.pattern, RP_4, RP_4.update([[0, 0, 0]]), RP_4.replay([[0, 0, 0]])):
+        for field in fields(value):
             with pytest.raises(FrozenInstanceError):
-                setattr(thing, field.name, None)
+                setattr(value, field.name, None)
     with pytest.raises(ValueError):
         RP_4._props[0] = 1.0
     listed = Pattern.planes([[1, 0, 0], [1, 1, 0]], [0.5, 0.5])

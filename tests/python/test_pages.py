@@ -25,9 +25,9 @@ def followed(name: str, folder: Path) -> str:
     """Text of a page, which has the words of the output of its commands, and their numbers."""
     page = DOCS / "how-to" / f"{name}.md"
     text = page.read_text(encoding="utf-8")
-    (words, numbers), (printed, found) = map(words_and_numbers, (text, follow(page, folder, hosts=False)))
+    (words, numbers), (printed, theirs) = map(words_and_numbers, (text, follow(page, folder, hosts=False)))
     assert printed.split() == words.split()
-    assert found == pytest.approx(numbers, rel=DIGITS[name])
+    assert theirs == pytest.approx(numbers, rel=DIGITS[name])
     return text
 
 
@@ -55,7 +55,9 @@ def test_tutorial(tmp_path: Path) -> None:
     for name, value in behind:
         low, high = intervals[name]
         assert low < float(value) < high
-    [[flat], [missed]] = (re.findall(one, page) for one in (r"(?m)^flat .* (\S+)$", r"by (\d+) %. RT stays"))
+    [[flat], [missed]] = (
+        re.findall(form, page) for form in (r"(?m)^flat .* (\S+)$", r"by (\d+) %. RT stays")
+    )
     assert float(missed) == pytest.approx(100.0 * float(flat), abs=0.5)
     # the column of the material point is that of the case
     host = np.genfromtxt(DOCS / "images" / "tutorial_host.csv", delimiter=",", names=True)
@@ -65,4 +67,4 @@ def test_tutorial(tmp_path: Path) -> None:
     assert host["rise_point"] == pytest.approx(2.0 * rise[1:], abs=DIGITS["tutorial"])
     shown = re.findall(r"(?m)^(?:largest force|force at the end) (\S+) N, .* (\S+) N$", page)
     columns = host["force"], host["force_point"]
-    assert shown == [tuple(f"{of(column):.2f}" for column in columns) for of in (np.max, lambda one: one[-1])]
+    assert shown == [tuple(f"{of(column):.2f}" for column in columns) for of in (np.max, lambda x: x[-1])]

@@ -56,10 +56,10 @@ def test_converged_energies(name: str) -> None:
 
     The estimated error is below 1e-6 Gc.
     """
-    found = fracture_energy(MATERIAL, pattern(name))
+    energy = fracture_energy(MATERIAL, pattern(name))
     tolerance = CONVERGED + (FIVE_DIGITS if name == "RP-32" else 0.0)
-    assert [found.values.max(), found.values.min()] == pytest.approx(LAW_MD[name], rel=0.0, abs=tolerance)
-    assert 0.0 < found.error.max() < 1e-6 * MATERIAL.Gc
+    assert [energy.values.max(), energy.values.min()] == pytest.approx(LAW_MD[name], rel=0.0, abs=tolerance)
+    assert 0.0 < energy.error.max() < 1e-6 * MATERIAL.Gc
 
 
 @pytest.mark.parametrize("name", TABLE_5)
@@ -101,17 +101,17 @@ def test_slip_curves_are_the_single_tests(executor: Executor | None) -> None:
     interface = Interface(MATERIAL, Pattern.regular(4, 30.0))
     slips = np.concatenate([np.linspace(0.0, 0.1, 21)[1:], np.linspace(0.1, -0.1, 41)[1:]])
     angles = np.arange(0.0, 90.0, 7.0)
-    found = slip_curves(interface, angles, slips, -1.0, executor=executor)
+    curves = slip_curves(interface, angles, slips, -1.0, executor=executor)
     for i, angle in enumerate(angles):
         with pytest.warns(ModelWarning, match="contact is soft"):
             single = interface.confined_slip(angle, slips, -1.0)
         e = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
-        np.testing.assert_array_equal(found.s_N[i], single.separation[:, 0])
-        np.testing.assert_array_equal(found.damage[i], single.damage)
-        np.testing.assert_array_equal(found.work[i], single.work)
-        np.testing.assert_allclose(found.tau_L[i], single.traction[:, 1:] @ e, rtol=0.0, atol=1e-14)
+        np.testing.assert_array_equal(curves.s_N[i], single.separation[:, 0])
+        np.testing.assert_array_equal(curves.damage[i], single.damage)
+        np.testing.assert_array_equal(curves.work[i], single.work)
+        np.testing.assert_allclose(curves.tau_L[i], single.traction[:, 1:] @ e, rtol=0.0, atol=1e-14)
         across = single.traction[:, 1:] @ np.array([-e[1], e[0]])
-        np.testing.assert_allclose(found.tau_across[i], across, rtol=0.0, atol=1e-14)
+        np.testing.assert_allclose(curves.tau_across[i], across, rtol=0.0, atol=1e-14)
     flat = Interface(MATERIAL, Pattern.regular(0, 0.0))
     lost = slip_curves(flat, 0.0, slips, [2.0, 0.0], executor=executor)
     assert lost.rows.tolist() == [6, 60]  # equilibrium ends at .031, row 6 is .030
@@ -123,8 +123,8 @@ def test_slip_curves_are_the_single_tests(executor: Executor | None) -> None:
 
 def sections(page: Path) -> dict[str, str]:
     """Return what stands between the markers of a page, by figure."""
-    found = re.findall(r"<!-- (\w+) -->\n(.*?)<!-- /", page.read_text(encoding="utf-8"), re.DOTALL)
-    return {name: text for name, text in found if text.strip()}
+    tables = re.findall(r"<!-- (\w+) -->\n(.*?)<!-- /", page.read_text(encoding="utf-8"), re.DOTALL)
+    return {name: text for name, text in tables if text.strip()}
 
 
 FEW = ["2", "4a", "5b", "10", "13b"]

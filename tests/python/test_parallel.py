@@ -34,9 +34,9 @@ def test_executors(processes: int) -> None:
         map_in_order(int, ["1", "first", "second"], executor)
     joint = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, kc=20.0), Pattern.regular(4, 30.0))
     arguments = joint, np.arange(0.0, 90.0, 2.0), np.linspace(0.0, 0.4, 21), -1.0
-    mine, other = (slip_curves(*arguments, executor=one) for one in (ThreadPoolExecutor(1), executor))
+    mine, parallel = (slip_curves(*arguments, executor=pool) for pool in (ThreadPoolExecutor(1), executor))
     for name in ("tau_L", "tau_across", "s_N", "damage", "work", "rows"):
-        np.testing.assert_array_equal(getattr(mine, name), getattr(other, name))
+        np.testing.assert_array_equal(getattr(mine, name), getattr(parallel, name))
     if executor is not None:
         with executor, pytest.raises(OSError, match="--jobs 1 needs least"):
             map_in_order(os._exit, [1, 1], executor)
@@ -63,7 +63,7 @@ def test_fork() -> None:
 def test_sweep(tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """The runs of a sweep write the same files and messages, one of them without equilibrium."""
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
-    case, found = tmp_path / "case.nml", []
+    case, values = tmp_path / "case.nml", []
     case.write_text(
         "&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5, kc = 100.0 /\n&pattern sides = 0 /\n"
         "&sweep name = 'p', values = 2.0, -1.0, -2.0 /\n&step t_N = p, increments = 10 /\n"
@@ -73,8 +73,8 @@ def test_sweep(tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: p
         folder.mkdir()
         code = main(["run", str(case), "-o", str(folder / "out.csv"), "--planes", *jobs])
         messages = capfd.readouterr().err.replace(str(folder), "")
-        found.append((code, messages, {path.name: path.read_bytes() for path in folder.iterdir()}))
-    assert found[0] == found[1] and found[0][0] == 2 and len(found[0][2]) == 4
+        values.append((code, messages, {path.name: path.read_bytes() for path in folder.iterdir()}))
+    assert values[0] == values[1] and values[0][0] == 2 and len(values[0][2]) == 4
     for jobs, output, message in (
         ("0", "out.csv", "--jobs 0: expected 1 to 2, the number of processors"),
         ("3", "out.csv", "--jobs 3: expected 1 to 2, the number of processors"),

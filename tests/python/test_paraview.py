@@ -27,19 +27,19 @@ STEP = Step(
 def test_fields(tmp_path: Path) -> None:
     """The files have the values of the library, in two parts for each time, as means over a joint."""
     write(tmp_path / "run.pvd", [STEP, replace(STEP, time=1.5)])
-    sets = [one.attrib for one in ET.parse(tmp_path / "run.pvd").getroot().iter("DataSet")]
-    assert [(one["timestep"], one["part"]) for one in sets] == [
+    sets = [element.attrib for element in ET.parse(tmp_path / "run.pvd").getroot().iter("DataSet")]
+    assert [(entry["timestep"], entry["part"]) for entry in sets] == [
         ("0.5", "0"), ("0.5", "1"), ("1.5", "0"), ("1.5", "1"),
     ]  # fmt: skip
-    solids, joints = (meshio.read(tmp_path / one["file"]) for one in sets[:2])
+    solids, joints = (meshio.read(tmp_path / entry["file"]) for entry in sets[:2])
     assert solids.cells_dict["quad"].tolist() == STEP.solids.tolist()
     for mesh in (solids, joints):
         assert np.array_equal(mesh.points[:, :2], NODES)
         assert np.array_equal(mesh.point_data["displacement"][:, :2], 0.1 * NODES)
-    found = {name: values[0] for name, values in joints.cell_data.items()}
-    assert found.keys() == {"separation", "traction", "damage", "stored", "rupture", "friction"}
-    assert found.pop("separation")[0] == pytest.approx([0.02, 0.03, 0.05], abs=1e-15)
-    for name, values in found.items():
+    fields = {name: values[0] for name, values in joints.cell_data.items()}
+    assert fields.keys() == {"separation", "traction", "damage", "stored", "rupture", "friction"}
+    assert fields.pop("separation")[0] == pytest.approx([0.02, 0.03, 0.05], abs=1e-15)
+    for name, values in fields.items():
         assert values[0] == pytest.approx(getattr(UPDATE, name).mean(axis=0), rel=1e-14)
 
 

@@ -40,11 +40,11 @@ def results(pvd: Path, d: int) -> Step:
     for k in range(3):
         own[np.unique(cells[mesh.block[kind] == k])] = k
     u = MOVED[own][:, :d]
-    parts = [(k, one) for k, some in enumerate(mesh.joints.values()) for one in some]
+    parts = [(k, joint) for k, some in enumerate(mesh.joints.values()) for joint in some]
     minus, plus, axes = (
-        np.concatenate([getattr(one, name) for _, one in parts]) for name in ("minus", "plus", "axes")
+        np.concatenate([getattr(joint, name) for _, joint in parts]) for name in ("minus", "plus", "axes")
     )
-    number = np.concatenate([np.full(len(one.area), k) for k, one in parts])
+    number = np.concatenate([np.full(len(joint.area), k) for k, joint in parts])
     separation = np.zeros((len(number), 1, 3))
     separation[:, 0, :d] = np.einsum("fij,fj->fi", axes, (u[plus] - u[minus]).mean(1))
     state = np.zeros((len(number), 1, contract.N_POINT_STATEV))
@@ -66,13 +66,13 @@ def test_results(tmp_path: Path, d: int) -> None:
     slip = np.linalg.norm(given.separation[:, 0, 1:], axis=1)
     fields = {"slip": slip, "opening": given.separation[:, 0, 0], "shear": 3.0 * slip}
     fields |= {"normal": 3.0 * given.separation[:, 0, 0], "damage": np.linspace(0.0, 1.0, len(slip))}
-    assert {name: np.concatenate(one).tolist() for name, one in step.fields.items()} == {
+    assert {name: np.concatenate(values).tolist() for name, values in step.fields.items()} == {
         name: pytest.approx(values.tolist()) for name, values in fields.items()
     }
     u = np.concatenate(step.u)
     mean = [0.5 * (MOVED[0] + MOVED[1]), 0.5 * (MOVED[1] + MOVED[2]), 0.5 * (MOVED[0] + MOVED[2])]
     mean = np.array(mean) * [1.0, 1.0, float(d == 3)]
-    assert all((np.abs(one - mean).max(1) < 1e-12).any() for one in u.reshape(-1, 3))
+    assert all((np.abs(move - mean).max(1) < 1e-12).any() for move in u.reshape(-1, 3))
     # the longest displacement, 1.2 along x, times 50 is below a twentieth of 1500, times 100 above
     assert step.scale == 50.0
 
@@ -82,7 +82,7 @@ def test_plane(tmp_path: Path) -> None:
     given = results(tmp_path / "run.pvd", 2)
     step = read_results(tmp_path / "run.pvd")[1]
     axes = draw_plane(step, "slip", 10.0, "slip", "title").axes[0]
-    (lines,) = [one for one in axes.collections if isinstance(one, LineCollection)]
+    (lines,) = [artist for artist in axes.collections if isinstance(artist, LineCollection)]
     assert lines.get_array().tolist() == pytest.approx(
         np.linalg.norm(given.separation[:, 0, 1:], axis=1).tolist()
     )
@@ -91,7 +91,7 @@ def test_plane(tmp_path: Path) -> None:
     head = x[given.joint == 0]
     assert (head[..., 0] == 750.0).all()
     legend = draw_plane(step, "name", 1.0, "joint", "title").axes[0].get_legend()
-    assert [one.get_text() for one in legend.get_texts()] == ["head", "bed"]
+    assert [text.get_text() for text in legend.get_texts()] == ["head", "bed"]
 
 
 @pytest.mark.parametrize("d", [2, 3])

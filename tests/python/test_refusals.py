@@ -38,7 +38,7 @@ def rows(*columns: np.ndarray, header: str = "") -> str:
 
 NINE = np.arange(9.0)
 LINE = rows(NINE, np.zeros(9), header="x,z")
-GRID = rows(*(one.ravel() for one in np.meshgrid(NINE, NINE)), np.zeros(81), header="x,y,z")
+GRID = rows(*(axis.ravel() for axis in np.meshgrid(NINE, NINE)), np.zeros(81), header="x,y,z")
 TWO_X = rows(np.tile([0.0, 1.0], 9), np.repeat(NINE, 2), np.zeros(18), header="x,y,z")
 
 NEW = [

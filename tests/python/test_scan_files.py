@@ -35,12 +35,14 @@ def test_map_in_any_order(folder: Path, mark: str) -> None:
     x, y = np.meshgrid(a, b)
     z = x + 10 * y**2
     order = np.random.default_rng(2).permutation(z.size)
-    columns = [one.ravel()[order] for one in (x, y, z)]
+    columns = [axis.ravel()[order] for axis in (x, y, z)]
     header = "# scanner 5\n" + mark.join(("x(mm)", "y(mm)", "z(mm)"))
     scan = read_scan(write(rows(*columns, header=header, mark=mark)))
     matrix = read_scan(write(rows(*z.T, mark=mark)), (0.1, 0.3))
-    for one in (scan, matrix):
-        assert one.z == pytest.approx(z) and one.x == pytest.approx(a) and one.y == pytest.approx(b)
+    for heights in (scan, matrix):
+        assert (
+            heights.z == pytest.approx(z) and heights.x == pytest.approx(a) and heights.y == pytest.approx(b)
+        )
 
 
 def test_rounded_coordinates(folder: Path) -> None:
@@ -158,7 +160,7 @@ def test_unreadable_meshes(said: Callable, monkeypatch: pytest.MonkeyPatch) -> N
 def test_holes_and_clouds_of_points(folder: Path) -> None:
     """Holes of maps, matrices and triangles are filled, and points on no grid become a map."""
     n, random = 21, np.random.default_rng(3)
-    x, y = (one.ravel() for one in np.meshgrid(np.arange(n), np.arange(n)))
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(n), np.arange(n)))
     z = 0.3 * x - 0.1 * y
     hole = np.hypot(x - 9, y - 12) < 2.5
     (folder / "map.csv").write_text(rows(x[~hole], y[~hole], z[~hole], header="x,y,z"), encoding="utf-8")
@@ -185,7 +187,7 @@ def test_holes_and_clouds_of_points(folder: Path) -> None:
 
 def ridge(code: float | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points of ridges along y with slopes of 1/4, every half unit; some have a code."""
-    x, y = (one.ravel() for one in np.meshgrid(np.arange(33) / 2.0, np.arange(17) / 2.0))
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(33) / 2.0, np.arange(17) / 2.0))
     z = 0.25 * np.abs(np.mod(x, 8.0) - 4.0)
     if code is not None:
         z[[40, 41, 100, 333]] = code
@@ -200,7 +202,7 @@ def warned(text: str, spacing: tuple[float, ...] | None = None, **options: Any) 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         scan = read_scan(write(text), spacing, **options)
-    return scan, [str(one.message) for one in caught]
+    return scan, [str(warning.message) for warning in caught]
 
 
 @pytest.mark.usefixtures("folder")
@@ -232,9 +234,9 @@ def test_codes_of_missing_points_are_holes(
         assert len(told) == (2 if message else 0)
         assert not message or (re.search(expected, told[0]) and "4 of 561 points are in holes" in told[1])
         assert (scan.x[0], scan.x[-1], scan.y[0], scan.y[-1]) == (0.0, 16.0, 0.0, 8.0)  # type: ignore[index]
-        found = slopes.facets(scan)
-        assert np.percentile(found.inclination, [5, 50, 90]) == pytest.approx([RIDGE] * 3, abs=EXACT)
-        assert not found.doubt
+        facets = slopes.facets(scan)
+        assert np.percentile(facets.inclination, [5, 50, 90]) == pytest.approx([RIDGE] * 3, abs=EXACT)
+        assert not facets.doubt
 
 
 @pytest.mark.usefixtures("folder")
@@ -308,12 +310,12 @@ def test_drawn_scans(seed: int, count: int) -> None:
         profile = number % 3 == 0
         x, y = np.meshgrid(step * np.arange(nx * (1 + 2 * profile)), step * np.arange(1 if profile else ny))
         z = np.round(0.3 * step * np.sin(x / step + rng.uniform(0.0, 6.0)) * np.cos(0.7 * y / step), 5)
-        points = np.column_stack([one.ravel() for one in ((x, z) if profile else (x, y, z))])
+        points = np.column_stack([axis.ravel() for axis in ((x, z) if profile else (x, y, z))])
         mark = str(rng.choice([",", ";", "\t", " "]))
         names = ["x", "z"] if profile else ["x", "y", "z"]
         unit = str(rng.choice(["", " [mm]"])) if mark != " " else ""
         lines = [str(rng.choice(["", "# "])) + mark.join(name + unit for name in names)]
-        lines += [mark.join(f"{one:.5f}" for one in row) for row in points]
+        lines += [mark.join(f"{value:.5f}" for value in row) for row in points]
         at = int(rng.integers(0, len(lines)))
         damaged = lines[at]
         if number % 5:

@@ -42,8 +42,8 @@ def curves(case: LoadCase, pattern: Pattern, angles: np.ndarray, sigma_N: float)
     """tau_L, transverse traction and s_N (T, B), and the damage at the end."""
     ways = zip([0.0, *case.turns], case.turns, strict=False)
     slips = np.concatenate([np.linspace(a, b, 46)[1:] for a, b in ways])
-    found = slip_curves(Interface(case.material, pattern), angles, slips, sigma_N)
-    return found.tau_L.T, found.tau_across.T, found.s_N.T, found.damage[:, -1]
+    run = slip_curves(Interface(case.material, pattern), angles, slips, sigma_N)
+    return run.tau_L.T, run.tau_across.T, run.s_N.T, run.damage[:, -1]
 
 
 def independent_error(case: LoadCase, answer: Selection, seed: int) -> float:
@@ -75,8 +75,8 @@ def test_answer_meets_its_tolerance(seed: int) -> None:
     answer = select(case, tolerance)
     assert answer.errors.worst + answer.uncertainty <= tolerance
     assert independent_error(case, answer, seed) <= tolerance
-    assert all(one.errors.worst + answer.uncertainty > tolerance for one in answer.tried[:-1])
-    assert [one.planes for one in answer.tried] == sorted(one.planes for one in answer.tried)
+    assert all(trial.errors.worst + answer.uncertainty > tolerance for trial in answer.tried[:-1])
+    assert [trial.planes for trial in answer.tried] == sorted(trial.planes for trial in answer.tried)
 
 
 def test_a_tighter_tolerance_needs_more_planes() -> None:

@@ -34,15 +34,15 @@ def test_eigenvalues() -> None:
     along = JOINT.confined_slip(20.0, np.linspace(0.0, 0.6, 61)[1:], -1.0).tangent
     drawn = JOINT.material.K * np.random.default_rng(2015).normal(size=(200, 3, 3))
     for tangent in (along, drawn):
-        found = JOINT.stability(tangent)
-        for numbers, right in zip(found, expected(tangent, JOINT.material.K), strict=False):
+        stability = JOINT.stability(tangent)
+        for numbers, right in zip(stability, expected(tangent, JOINT.material.K), strict=False):
             assert np.abs(numbers - right).max() < ROUNDING
         D = tangent / JOINT.material.K
-        along_mode = np.einsum("ni,nij,nj->n", found.mode, D, found.mode)
-        assert np.abs(along_mode - found.second_order).max() < ROUNDING
-        assert np.abs(np.linalg.norm(found.mode, axis=1) - 1.0).max() < ROUNDING
+        along_mode = np.einsum("ni,nij,nj->n", stability.mode, D, stability.mode)
+        assert np.abs(along_mode - stability.second_order).max() < ROUNDING
+        assert np.abs(np.linalg.norm(stability.mode, axis=1) - 1.0).max() < ROUNDING
     assert JOINT.stability(drawn).flutter.max() > 0.1
-    assert [one.shape for one in JOINT.stability(np.zeros((0, 3, 3)))] == [(0,), (0,), (0,), (0, 3)]
+    assert [numbers.shape for numbers in JOINT.stability(np.zeros((0, 3, 3)))] == [(0,), (0,), (0,), (0, 3)]
 
 
 def test_tangent_of_a_history() -> None:
@@ -62,9 +62,9 @@ def test_columns_of_the_driver(run, more: str) -> None:
     tolerance = 1.0e-3 if "tolerance" in more else None
     steps = Step(t_N=-1.0, increments=4), Step(slip=0.3, direction=20.0, increments=20)
     history = JOINT.rows(steps, tolerance=tolerance)[0]
-    found = np.column_stack(JOINT.stability(history.tangent))
+    columns = np.column_stack(JOINT.stability(history.tangent))
     numbers = np.array([[float(cell) for cell in row[at : at + 6]] for row in done.rows])
-    assert np.abs(numbers - found).max() < ROUNDING
+    assert np.abs(numbers - columns).max() < ROUNDING
 
 
 def test_replay_has_no_stability(run) -> None:

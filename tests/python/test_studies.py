@@ -86,8 +86,8 @@ def test_failure_and_survival(name: str) -> None:
     page = (DOCS / "results" / "stability.md").read_text(encoding="utf-8")
     [(entries)] = re.findall(r"<!-- stability -->\n(.*?)\n<!-- /stability -->", page, re.DOTALL)
     [section] = re.findall(rf"^### {name}\n[\s\S]*?(?=\n\n### |\Z)", entries, re.MULTILINE)
-    (words, found), (known, shown) = map(words_and_numbers, (mode.section(trials), section))
-    ours, theirs = np.array(found), np.array(shown)
+    (words, counted), (known, shown) = map(words_and_numbers, (mode.section(trials), section))
+    ours, theirs = np.array(counted), np.array(shown)
     assert words == known
     ratio = np.divide(ours, theirs, out=np.ones_like(ours), where=np.abs(theirs) > 1e-9)
     assert np.all((ratio >= 0.5) & (ratio <= 2.0)) and np.all(np.abs(ours[theirs == 0.0]) < 1e-9)

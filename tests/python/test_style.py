@@ -39,11 +39,11 @@ def test_labels_do_not_overlap(ends: list[float], log: bool) -> None:
 
 def test_curves_that_coincide_are_one() -> None:
     """Two equal curves become one with both names; a curve that differs by 1 % stays."""
-    one, other, same = ("0", X, X, False), ("45", X, 1.01 * X, False), ("90", X, X, False)
-    assert [line[0] for line in merged([one, other, same])] == ["0, 90", "45"]
-    assert [line[0] for line in merged([one, ("45", X, X, False), same])] == ["0 to 90"]
+    curve, apart, same = ("0", X, X, False), ("45", X, 1.01 * X, False), ("90", X, X, False)
+    assert [line[0] for line in merged([curve, apart, same])] == ["0, 90", "45"]
+    assert [line[0] for line in merged([curve, ("45", X, X, False), same])] == ["0 to 90"]
     # one of them ends because equilibrium is lost
-    assert len(merged([one, ("90", X, X, True)])) == 2
+    assert len(merged([curve, ("90", X, X, True)])) == 2
 
 
 LISTED = Pattern.planes([(1, 0, 0), (1, 0.2, 0)], [0.5, 0.5])

@@ -28,14 +28,14 @@ def trapezoid(x: np.ndarray, period: float, flat: float, rise: float, fall: floa
     return np.interp(np.mod(x, period), knots, [0.0, 0.0, height, height, 0.0])
 
 
-def regular(found: slopes.Facets, sides: int = 0) -> Pattern:
+def regular(facets: slopes.Facets, sides: int = 0) -> Pattern:
     """Nearest regular pattern."""
-    return slopes.nearest_regular(found, slips(found), sides)
+    return slopes.nearest_regular(facets, slips(facets), sides)
 
 
-def slips(found: slopes.Facets, mu: float = MU) -> Slips:
+def slips(facets: slopes.Facets, mu: float = MU) -> Slips:
     """Slips of the facets along the directions that the command compares."""
-    return found.slips(slopes.directions_of(found), mu)
+    return facets.slips(slopes.directions_of(facets), mu)
 
 
 def egg_box(amplitude: float, n: int, periods: int = 1) -> tuple[slopes.Facets, float]:
@@ -56,16 +56,16 @@ def test_ridge_is_the_trapezoid(flat: float, direction: float) -> None:
     Its planes slope along the direction of the profile, and RT is rotated to it.
     """
     x = np.arange(401) / 40
-    found = slopes.facets(Scan(x, None, trapezoid(x, 2.0, flat, T, T)[None, :]), direction)
+    facets = slopes.facets(Scan(x, None, trapezoid(x, 2.0, flat, T, T)[None, :]), direction)
     share = 2.0 * flat / (2.0 * flat + (2.0 - 2.0 * flat) / np.cos(np.radians(THETA)))
-    pattern = slopes.nearest_regular(found, None, 0, direction)
+    pattern = slopes.nearest_regular(facets, None, 0, direction)
     assert pattern.m == 2
     assert [pattern.theta, pattern.flat, pattern.turn] == pytest.approx([THETA, share, direction], abs=EXACT)
-    listed, label = slopes.bin_facets(found, 2, 3, direction)
+    listed, label = slopes.bin_facets(facets, 2, 3, direction)
     assert listed.normals == pytest.approx(pattern.normals, abs=EXACT)
     assert listed.weights == pytest.approx(pattern.weights, abs=EXACT)
     # every facet is assigned to its plane
-    assert listed.normals[label] == pytest.approx(found.normals, abs=EXACT)
+    assert listed.normals[label] == pytest.approx(facets.normals, abs=EXACT)
 
 
 def test_tilted_ridge() -> None:
@@ -75,11 +75,11 @@ def test_tilted_ridge() -> None:
     c, s = np.cos(np.radians(17.0)), np.sin(np.radians(17.0))
     tilted = Scan(c * x - s * z, None, (s * x + c * z)[None, :])
     assert np.ptp(tilted.heights) == pytest.approx(np.ptp(z), rel=EXACT)
-    found, level = slopes.facets(tilted), profile(x, z)
-    assert found.tilt == pytest.approx(17.0, abs=EXACT)
-    assert found.normals == pytest.approx(level.normals, abs=EXACT)
-    assert found.gamma == pytest.approx(level.gamma, abs=EXACT)
-    assert regular(found).theta == pytest.approx(THETA, abs=EXACT)
+    facets, level = slopes.facets(tilted), profile(x, z)
+    assert facets.tilt == pytest.approx(17.0, abs=EXACT)
+    assert facets.normals == pytest.approx(level.normals, abs=EXACT)
+    assert facets.gamma == pytest.approx(level.gamma, abs=EXACT)
+    assert regular(facets).theta == pytest.approx(THETA, abs=EXACT)
 
 
 def test_unequal_sides() -> None:
@@ -90,8 +90,8 @@ def test_unequal_sides() -> None:
     x = np.concatenate([[0.0], np.cumsum(np.tile(period, 4))])
     z = np.tile(np.concatenate([np.arange(5), 5 - np.arange(5)]) / 5, 4)
     z = np.append(z, 0.0)
-    found = profile(x, z)
-    listed, _ = slopes.bin_facets(found, 2, 4)
+    facets = profile(x, z)
+    listed, _ = slopes.bin_facets(facets, 2, 4)
     assert np.degrees(np.arctan(Planes.of(listed).slopes)) == pytest.approx([20.0, 40.0], abs=1e-6)
     assert listed.weights @ listed.normals[:, 1:] == pytest.approx([0.0, 0.0], abs=EXACT)
     # fractions of the true length: height over sine
@@ -100,10 +100,10 @@ def test_unequal_sides() -> None:
     tangent = np.array([rise, fall])
     angles = np.array([0.0, np.pi])
     strength = (MU + tangent) / (1.0 - MU * tangent)
-    assert found.slips(angles, MU).residual == pytest.approx(strength, rel=EXACT)
+    assert facets.slips(angles, MU).residual == pytest.approx(strength, rel=EXACT)
     # RT differs from this surface: its single angle lies between the two
-    pattern = regular(found)
-    errors = slopes.compare(pattern, found, found.slips(angles, MU), strength)
+    pattern = regular(facets)
+    errors = slopes.compare(pattern, facets, facets.slips(angles, MU), strength)
     middle = np.tan(np.radians(pattern.theta))
     of_pattern = (MU + middle) / (1.0 - MU * middle)
     assert rise < middle < fall
@@ -127,16 +127,16 @@ def test_filter_halves_a_wave_of_its_length() -> None:
 def test_pyramids_with_ridges_along_the_axes() -> None:
     """z = tent(x) + tent(y) has the slopes (+-t, +-t) and gives RP-4 rotated by 45 degrees exactly."""
     a, x, y = grid(12, 2)
-    found = slopes.facets(Scan(a, a, T * (np.abs(x % 1.0 - 0.5) + np.abs(y % 1.0 - 0.5))))
-    pattern = regular(found)
+    facets = slopes.facets(Scan(a, a, T * (np.abs(x % 1.0 - 0.5) + np.abs(y % 1.0 - 0.5))))
+    pattern = regular(facets)
     assert pattern.m == 4
     theta = np.degrees(np.arctan(np.sqrt(2.0) * T))
     assert [pattern.theta, pattern.flat] == pytest.approx([theta, 0.0], abs=EXACT)
     assert abs(pattern.turn) == pytest.approx(45.0, abs=EXACT)
-    seen = slips(found, 0.3)
-    errors = slopes.compare(pattern, found, seen, seen.residual)
+    seen = slips(facets, 0.3)
+    errors = slopes.compare(pattern, facets, seen, seen.residual)
     assert max(errors.values()) < EXACT
-    listed, _ = slopes.bin_facets(found, 4, 3, 45.0)
+    listed, _ = slopes.bin_facets(facets, 4, 3, 45.0)
     assert sorted(map(tuple, listed.normals.round(9).tolist())) == sorted(
         map(tuple, pattern.normals.round(9).tolist())
     )
@@ -146,33 +146,33 @@ def test_hexagons_have_six_sides() -> None:
     """Sides, theta, flat weight and rotation of RP-6 and RP-3 are identified from their own planes."""
     for sides, turn in ((3, 10.0), (5, 7.0), (6, -20.0), (2, 75.0)):
         given = Pattern.regular(sides, 25.0, 0.2, turn)
-        found = slopes.Facets(given.normals, given.weights)
-        pattern = regular(found)
+        facets = slopes.Facets(given.normals, given.weights)
+        pattern = regular(facets)
         assert pattern.m == sides
         assert [pattern.theta, pattern.flat, pattern.turn] == pytest.approx([25.0, 0.2, turn], abs=1e-8)
 
 
 def test_egg_box() -> None:
     """Moments of z = A sin kx sin ky: fabric (Ak)^2/4 I, mean uphill slope Ak (2/pi)^2/2, steepest Ak."""
-    found, steepest = egg_box(0.04, 40)
-    assert found.fabric == pytest.approx(0.25 * steepest**2 * np.eye(2), abs=EXACT)
-    assert found.rms_slope == pytest.approx(steepest / np.sqrt(2.0), rel=EXACT)
-    mean, rms = found.slips(np.array([0.0]), MU).uphill
+    facets, steepest = egg_box(0.04, 40)
+    assert facets.fabric == pytest.approx(0.25 * steepest**2 * np.eye(2), abs=EXACT)
+    assert facets.rms_slope == pytest.approx(steepest / np.sqrt(2.0), rel=EXACT)
+    mean, rms = facets.slips(np.array([0.0]), MU).uphill
     # the mean of |cos| over n points a period differs from 2/pi by up to (pi/n)^2/3, relatively
     assert mean[0] == pytest.approx(0.5 * (2.0 / np.pi) ** 2 * steepest, rel=(np.pi / 40) ** 2)
     assert rms[0] == pytest.approx(steepest / np.sqrt(8.0), rel=EXACT)
     # true area: E[sqrt(1 + g^2)] = 1 + E[g^2]/2 - E[g^4]/8, here E[g^4] = 5 (Ak)^4/16
     series = 1.0 + steepest**2 / 4 - 5.0 * steepest**4 / 128
-    assert found.ratio == pytest.approx(series, abs=steepest**6 / 16)
+    assert facets.ratio == pytest.approx(series, abs=steepest**6 / 16)
     # along x the steepest facets carry; across they slope by less than Ak (pi/n)^2, which enters squared
     top = steepest * np.cos(np.pi / 40)
-    strength = found.slips(np.array([0.0]), MU).residual[0]
+    strength = facets.slips(np.array([0.0]), MU).residual[0]
     assert strength == pytest.approx((MU + top) / (1.0 - MU * top), rel=(steepest * (np.pi / 40) ** 2) ** 2)
-    pattern = regular(found)
+    pattern = regular(facets)
     assert pattern.m > 4
     planes = Planes.of(pattern)
-    assert planes.mean_slope == pytest.approx(found.mean_slope, rel=EXACT)
-    assert planes.fabric == pytest.approx(found.fabric, abs=EXACT)
+    assert planes.mean_slope == pytest.approx(facets.mean_slope, rel=EXACT)
+    assert planes.fabric == pytest.approx(facets.fabric, abs=EXACT)
 
 
 @pytest.mark.slow
@@ -180,12 +180,12 @@ def test_errors_of_an_isotropic_pattern() -> None:
     """z = A sin kx sin 2ky with RP-8: every error is a closed form of the two moments, a and b = 4a."""
     a, x, y = grid(64, 1)
     k = 2.0 * np.pi
-    found = slopes.facets(Scan(a, a, 0.03 * np.sin(k * x) * np.sin(2.0 * k * y)))
+    facets = slopes.facets(Scan(a, a, 0.03 * np.sin(k * x) * np.sin(2.0 * k * y)))
     # differences over a cell are the derivative times sinc; means of cos^2 and sin^2 over cells are 1/2
     steepest = 0.03 * k * np.array([np.sinc(1.0 / 64), 2.0 * np.sinc(2.0 / 64)])
     moments = steepest**2 / 4.0
-    assert found.fabric == pytest.approx(np.diag(moments), abs=EXACT)
-    errors = slopes.compare(regular(found, 8), found, (seen := slips(found)), seen.residual)
+    assert facets.fabric == pytest.approx(np.diag(moments), abs=EXACT)
+    errors = slopes.compare(regular(facets, 8), facets, (seen := slips(facets)), seen.residual)
     # the fabric of the pattern has half of the trace along each axis
     apart = np.abs(moments[1] - moments[0]) / 2.0
     assert errors["fabric"] == pytest.approx(np.sqrt(2.0) * apart / np.hypot(*moments), rel=1e-6)
@@ -199,17 +199,17 @@ def test_errors_of_an_isotropic_pattern() -> None:
 
 def test_bins() -> None:
     """Vector areas add up, all planes have a positive weight, and more bins preserve more of the fabric."""
-    found, _ = egg_box(0.1, 30)
+    facets, _ = egg_box(0.1, 30)
     lost = []
     for bins in (1, 2, 4, 7):
-        listed, label = slopes.bin_facets(found, 8, bins)
+        listed, label = slopes.bin_facets(facets, 8, bins)
         assert len(listed.weights) <= 8 * bins + 1
         assert listed.weights @ listed.normals[:, 1:] == pytest.approx([0.0, 0.0], abs=EXACT)
         assert Planes.of(listed).nominal.min() >= slopes.LEAST_SHARE
         for k in range(len(listed.weights)):
-            vector = found.gamma[label == k] @ found.normals[label == k]
+            vector = facets.gamma[label == k] @ facets.normals[label == k]
             assert vector / np.linalg.norm(vector) == pytest.approx(listed.normals[k], abs=EXACT)
-        lost.append(1.0 - np.trace(Planes.of(listed).fabric) / np.trace(found.fabric))
+        lost.append(1.0 - np.trace(Planes.of(listed).fabric) / np.trace(facets.fabric))
     assert all(fine < coarse for coarse, fine in pairwise(lost))
     # with many classes the remaining error is the spread within a sector of 45 degrees, 1 - sinc(1/8)^2 = 5 %
     assert 0.0 < lost[-1] < 1.0 - np.sinc(1.0 / 8.0) ** 2
@@ -218,8 +218,8 @@ def test_bins() -> None:
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
 def test_residual_is_that_of_the_law() -> None:
     """The residual strength is that of the library at a large slip, also for planes of equal slope."""
-    found, _ = egg_box(0.05, 24)
-    listed, _ = slopes.bin_facets(found, 8, 2, 10.0)
+    facets, _ = egg_box(0.05, 24)
+    listed, _ = slopes.bin_facets(facets, 8, 2, 10.0)
     # all planes are fully damaged; the stiff contact makes the other planes open
     material, path = Material(3.0, 0.001, 0.9, MU, kc=1.0e4), np.linspace(0, 1, 2001)[1:]
     for pattern, degrees in ((listed, (0.0, 33.0, 200.0)), (Pattern.regular(2, THETA), (0.0, 90.0))):
@@ -234,13 +234,13 @@ def test_residual_is_that_of_the_law() -> None:
 def test_locking_is_told() -> None:
     """For mu tan(theta) = 1.15 the strength is infinite; if both lock, the difference is 0."""
     pattern = Pattern.regular(2, THETA)
-    found = slopes.Facets(pattern.normals, pattern.weights)
+    facets = slopes.Facets(pattern.normals, pattern.weights)
     angles = np.array([0.0, np.pi])
-    seen = found.slips(angles, 2.0)
+    seen = facets.slips(angles, 2.0)
     assert np.isinf(seen.residual).all()
-    assert slopes.compare(pattern, found, seen, seen.residual)["residual"] == 0.0
-    other = Pattern.regular(2, 20.0)
-    assert np.isinf(slopes.compare(other, found, seen, seen.residual)["residual"])
+    assert slopes.compare(pattern, facets, seen, seen.residual)["residual"] == 0.0
+    gentle = Pattern.regular(2, 20.0)
+    assert np.isinf(slopes.compare(gentle, facets, seen, seen.residual)["residual"])
 
 
 # --- command ------------------------------------------------------------------------------------------------
@@ -275,8 +275,8 @@ def test_warnings_of_scale(z: np.ndarray, warning: str, said: Callable) -> None:
     """Doubtful units, slopes of noise and two spacings give a warning, a plateau does not."""
     columns = (WAVE, z) if z.ndim == 1 else (*map(np.ravel, SPACINGS), z.ravel())
     write(rows(*columns, header="x [mm],z [mm]" if z.ndim == 1 else "x [mm],y [mm],z [mm]"))
-    found = re.findall(r"^warning +(.*)$", said("surface scan.csv")[0], re.MULTILINE)
-    assert len(found) == bool(warning) and all(re.match(warning, text) for text in found)
+    warnings = re.findall(r"^warning +(.*)$", said("surface scan.csv")[0], re.MULTILINE)
+    assert len(warnings) == bool(warning) and all(re.match(warning, text) for text in warnings)
 
 
 BOX = """&material sigma0 = 0.3, Gc = 0.03, eta = 0.95, mu = 0.4, kc = 20.0 /
@@ -299,27 +299,27 @@ def test_command(folder: Path, said: Callable, options: str) -> None:
     _, x, y = grid(20, 2)
     write(rows(*(0.05 * np.sin(2 * np.pi * x) * np.sin(2 * np.pi * y)).T))
     Path("box.nml").write_text(BOX, encoding="utf-8")
-    out, _ = said(f"surface scan.csv --spacing 0.05 --case box.nml -o found {options}")
-    assert Path("found.png").stat().st_size > 10000
+    out, _ = said(f"surface scan.csv --spacing 0.05 --case box.nml -o planes {options}")
+    assert Path("planes.png").stat().st_size > 10000
     assert "mu = 0.4" in out and Path("box.nml").read_text(encoding="utf-8") == BOX
     [(lines, props)] = PRINTED.findall(out)
     expected = HEADING + re.sub(r"&pattern.*?10.0 /", lines, BOX, flags=re.DOTALL)
-    assert Path("found.nml").read_text(encoding="utf-8") == expected
-    interface = read_case(Path("found.nml")).runs[0].interface
+    assert Path("planes.nml").read_text(encoding="utf-8") == expected
+    interface = read_case(Path("planes.nml")).runs[0].interface
     assert [float(value) for value in props.split(",")] == pytest.approx(interface.props(), abs=1e-8)
     assert interface.material.kc == 20.0
-    table = np.genfromtxt("found.csv", delimiter=",", names=True)
+    table = np.genfromtxt("planes.csv", delimiter=",", names=True)
     normals = np.column_stack([table[name] for name in ("n_N", "n_Tx", "n_Ty")])
     assert normals == pytest.approx(interface.pattern.normals, abs=1e-8)
     assert table["gamma"] == pytest.approx(interface.pattern.weights, abs=1e-8)
     theta, azimuth = np.radians([table["theta_deg"], table["azimuth_deg"]])
     slope = -np.sin(theta) * np.array([np.cos(azimuth), np.sin(azimuth)])
     assert normals[:, 1:] == pytest.approx(slope.T, abs=1e-7)
-    said("run found.nml -o rows.csv")
+    said("run planes.nml -o rows.csv")
     assert {path.name for path in folder.glob("rows_*.csv")} == {"rows_-0.2.csv", "rows_-0.5.csv"}
-    assert f"*Depvar\n{interface.nstatv}," in said("card abaqus found.nml")[0]
+    assert f"*Depvar\n{interface.nstatv}," in said("card abaqus planes.nml")[0]
     # CalculiX accepts no listed planes
-    assert options == "--regular" or "regular" in said("card calculix found.nml", 1)[1]
+    assert options == "--regular" or "regular" in said("card calculix planes.nml", 1)[1]
 
 
 @pytest.mark.usefixtures("folder", "no_picture")

@@ -71,7 +71,7 @@ def test_units() -> None:
         "force": {"kn": 1e3},
         "area": {"cm2": 1e-4},
     }  # fmt: skip
-    every = [(kind, *one) for kind, units in known.items() for one in units.items()]
+    every = [(kind, *unit) for kind, units in known.items() for unit in units.items()]
     for kind, text, expected in every:
         assert size(kind, text) == pytest.approx(expected, rel=1e-12), text
     for kind, text in (
@@ -179,11 +179,11 @@ def written(values: np.ndarray, rng: np.random.Generator) -> tuple[list[str], in
     for column in values.T:
         digits = int(rng.integers(1, 6))
         mark = "," if separator in ";\t|" and rng.random() < 0.5 else "."
-        grouped = separator in ";\t" and rng.random() < 0.2
-        texts = [f"{one:{',' * grouped}.{digits}f}" for one in column]
-        columns.append([one.translate(str.maketrans(".,", ",.")) if mark == "," else one for one in texts])
+        grouping = "," if separator in ";\t" and rng.random() < 0.2 else ""
+        texts = [f"{number:{grouping}.{digits}f}" for number in column]
+        columns.append([text.translate(str.maketrans(".,", ",.")) if mark == "," else text for text in texts])
     names = [f"c{i}" + rng.choice([" [mm]", "_mm", " (MPa)", ""]) for i in range(values.shape[1])]
-    names = [re.sub(" ", "", one) for one in names] if separator == " " else names
+    names = [re.sub(" ", "", name) for name in names] if separator == " " else names
     quote = '"' if separator in ",;" and rng.random() < 0.3 else ""
     head = [rng.choice(["", "", "# ", "#"]) + separator.join(names)]
     if rng.random() < 0.3:
@@ -231,23 +231,23 @@ def test_drawn_tables(seed: int, count: int, tmp_path: Path) -> None:
         try:
             table = table_of(tmp_path, text)
             names = [f"c{i}" for i in range(len(table.cells.columns))]
-            found = table.numbers(range(len(names)), names, names)
+            numbers = table.numbers(range(len(names)), names, names)
         except ValueError as error:
             assert damaged or "may be a decimal number" in str(error), (number, text, error)
             continue
         read += 1
         rows = text.splitlines()
         below = [line for line in rows if re.match(r'[-+"]*\d', line)]
-        assert len(found) >= len(below), (number, text)
+        assert len(numbers) >= len(below), (number, text)
         for i, line in enumerate(lines[above:]):
             if damaged and i + above == at:
                 continue
-            places = [j for j, one in enumerate(rows) if one == line]
+            places = [j for j, row in enumerate(rows) if row == line]
             kept = [table.lines.index(j + 1) for j in places if j + 1 in table.lines]
             assert kept, (number, text, line)
             exact = [float(_plain(cell)) for cell in _cells(line, table.separator)]
             for j in kept:
-                assert found[j].tolist() == pytest.approx(exact, rel=1e-12), (number, text, line)
+                assert numbers[j].tolist() == pytest.approx(exact, rel=1e-12), (number, text, line)
             assert exact == pytest.approx(values[i].tolist(), abs=0.06), (number, text)
     assert read > count // 2
 

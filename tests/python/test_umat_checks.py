@@ -54,8 +54,8 @@ def test_no_law(run, driver, tmp_path: Path, real: str, body: str, code: int, sa
     source.write_text(NO_LAW.format(type=real, body=body), encoding="utf-8")
     subprocess.run(["gcc", "-shared", "-fPIC", source, "-o", path], check=True)
     case = "&umat library = 'no_law.so', length = 0.01, stiffness = 100, ntens = 3, energies = .false. /\n"
-    found = run(case + "&step s_N = 0.01, 0, increments = 4 /\n&step slip = 0.02, -0.02 /\n", code=code)
-    assert said in found.messages and bool(found.rows) == (code == 0)
+    rows = run(case + "&step s_N = 0.01, 0, increments = 4 /\n&step slip = 0.02, -0.02 /\n", code=code)
+    assert said in rows.messages and bool(rows.rows) == (code == 0)
     done = call(driver, "case.nml", "--check", folder=tmp_path)
     assert {name for name, outcome in outcomes(done.stdout).items() if outcome == "FAILED"} == failed
     assert done.returncode == bool(failed)
@@ -69,9 +69,9 @@ def test_own_umat_passes(driver: Path, case: str) -> None:
     """The UMAT of this project passes every check, along cases of the paper and from an initial state."""
     path = Path(__file__).parents[2] / "harness/cases" / f"{case}.nml"
     done = call(driver, path, "--check", "--only", "1", folder=path.parent)
-    found = outcomes(done.stdout)
-    assert done.returncode == 0 and len(found) == 16
-    assert {name for name, outcome in found.items() if outcome != "passed"} == {"symmetry"}
+    table = outcomes(done.stdout)
+    assert done.returncode == 0 and len(table) == 16
+    assert {name for name, outcome in table.items() if outcome != "passed"} == {"symmetry"}
 
 
 @pytest.mark.parametrize(
@@ -94,11 +94,11 @@ def test_planted_faults(driver: Path, library: Path, tmp_path: Path, fault: int,
     """A fault fails in its row; hidden state leaves the later rows not judged."""
     (tmp_path / "case.nml").write_text(planted(library, fault, 2) + MIXED, encoding="utf-8")
     done = call(driver, "case.nml", "--check", folder=tmp_path)
-    found = outcomes(done.stdout)
-    assert {name for name, outcome in found.items() if outcome == "FAILED"} == failed
+    table = outcomes(done.stdout)
+    assert {name for name, outcome in table.items() if outcome == "FAILED"} == failed
     assert done.returncode == (1 if failed else 0)
     if failed & HIDDEN:
-        assert found["tangent"] == found["energies"] == "not judged"
+        assert table["tangent"] == table["energies"] == "not judged"
     if fault == 1:
         assert "DDSDDE is symmetric" in done.stdout
     if fault == 11:
@@ -120,8 +120,8 @@ def test_what_a_umat_does_not_declare(driver: Path, attacker, tmp_path: Path) ->
     for more, expected in (("", "FAILED"), (", ntens = 3, energies = .false.", "not declared")):
         (tmp_path / "case.nml").write_text(case.replace(" /", more + " /", 1), encoding="utf-8")
         done = call(driver, "case.nml", "--check", folder=tmp_path)
-        found = outcomes(done.stdout)
-        assert found["components"] == found["energies"] == expected
+        table = outcomes(done.stdout)
+        assert table["components"] == table["energies"] == expected
         assert done.returncode == (expected == "FAILED")
 
 

@@ -107,17 +107,17 @@ def test_attacks(run, attacker, attack: str, said: str) -> None:
 )
 def test_harmless(run, attacker, attack: str) -> None:
     """Closed output, much of it, processes, folders, exceptions, alarms and input of a UMAT change no row."""
-    plain, found = run(attacker("")), run(attacker(attack))
-    assert found.rows == plain.rows and len(found.rows) == 8
+    plain, rows = run(attacker("")), run(attacker(attack))
+    assert rows.rows == plain.rows and len(rows.rows) == 8
 
 
 @pytest.mark.parametrize("attack", ["atexit(wait_for_ever);", "on_exit(wait_for_ever, 0);"])
 @pytest.mark.parametrize("tolerance", ["", "&case tolerance = 1e-3 /\n"])
 def test_an_endless_exit(run, attacker, attack: str, tolerance: str) -> None:
     """A process that does not end after the path is ended and reported; the path has each row once."""
-    found = run(tolerance + attacker(attack), code=1)
-    assert "its process did not end within 2 s after the path was complete" in found.messages
-    assert found.rows == run(tolerance + attacker("")).rows
+    rows = run(tolerance + attacker(attack), code=1)
+    assert "its process did not end within 2 s after the path was complete" in rows.messages
+    assert rows.rows == run(tolerance + attacker("")).rows
 
 
 @pytest.mark.parametrize(

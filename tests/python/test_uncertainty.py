@@ -41,7 +41,7 @@ def case(text: str) -> Case:
 
 
 @pytest.fixture(scope="module")
-def found() -> Fit:
+def result() -> Fit:
     """A fit of a synthetic record."""
     return fit(study.synthetic(0.03, 0), "mortar", study.SET, study.FREE, study.SIDES)
 
@@ -49,20 +49,20 @@ def found() -> Fit:
 def test_friction_of_a_flat_joint() -> None:
     """The sliding joint carries mu |sigma_N|: its quantiles are those of the normal distribution of mu."""
     count, sd, levels = 2000, 0.05, (0.05, 0.5, 0.95)
-    one = case(FLAT)
-    distribution = of_deviations(one.runs[0].props, {"mu": sd}, {})
-    path = load_path(one.path, one.runs[0])
-    found = spread(path, distribution, count, 1, np.array(levels), ThreadPoolExecutor(1))
-    assert not found.out and len(found.results) == count
+    law = case(FLAT)
+    distribution = of_deviations(law.runs[0].props, {"mu": sd}, {})
+    path = load_path(law.path, law.runs[0])
+    spreads = spread(path, distribution, count, 1, np.array(levels), ThreadPoolExecutor(1))
+    assert not spreads.out and len(spreads.results) == count
     for i, level in enumerate(levels):
         exact = 2.0 * NormalDist(0.5, sd).inv_cdf(level)
         # four standard errors of a quantile of `count` samples
         density = NormalDist(1.0, 2.0 * sd).pdf(exact)
         error = 4.0 * np.sqrt(level * (1.0 - level) / count) / density
-        quantile = np.quantile(found.results[:, END], level)
+        quantile = np.quantile(spreads.results[:, END], level)
         assert abs(quantile - exact) < error
-        assert found.curves[i, -1, 0] == pytest.approx(quantile, rel=1e-6)
-    assert found.case[1][END] == pytest.approx(1.0, rel=1e-9)
+        assert spreads.curves[i, -1, 0] == pytest.approx(quantile, rel=1e-6)
+    assert spreads.case[1][END] == pytest.approx(1.0, rel=1e-9)
 
 
 def test_correlations_of_the_samples() -> None:
@@ -82,18 +82,18 @@ def test_correlations_of_the_samples() -> None:
 
 
 @pytest.mark.slow
-def test_samples_of_a_fit_have_its_intervals(found: Fit) -> None:
+def test_samples_of_a_fit_have_its_intervals(result: Fit) -> None:
     """The file of a fit gives samples whose intervals are as wide as those of the fit."""
-    Path("case.fit.json").write_text(intervals_text(found))
+    Path("case.fit.json").write_text(intervals_text(result))
     known = read(Path("case.fit.json"))
     drawn = known.draw(40000, 3)
     tails = [0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE)]
-    assert known.grade.startswith(found.grade) and {*known.names} == {*study.FREE}
+    assert known.grade.startswith(result.grade) and {*known.names} == {*study.FREE}
     for i, name in enumerate(known.names):
-        one = found.estimates[name]
+        estimate = result.estimates[name]
         low, high = np.quantile(drawn[:, i], tails)
         # those of other assumptions have two sides, the samples are symmetric
-        assert high - low == pytest.approx(one.high - one.low, rel=0.05)
+        assert high - low == pytest.approx(estimate.high - estimate.low, rel=0.05)
 
 
 @pytest.mark.parametrize(
@@ -109,8 +109,8 @@ def test_samples_of_a_fit_have_its_intervals(found: Fit) -> None:
 )
 def test_curves_are_those_of_the_driver(text: str) -> None:
     """Slip tests, prescribed paths, springs and viscous damage: the curves are the rows of the driver."""
-    one = case(text)
-    path, rows = load_path(one.path, one.runs[0]), drive(one.path)[None]
+    law = case(text)
+    path, rows = load_path(law.path, law.runs[0]), drive(law.path)[None]
     values, work = path.curve(np.array(path.run.props))
     assert len(work) == len(path.x) <= len(rows) + 1 and path.x[0] == 0.0
     n = min(len(rows), len(path.x) if path.first >= 0 else len(path.x) - 1)
@@ -126,9 +126,9 @@ def test_curves_are_those_of_the_driver(text: str) -> None:
 def test_samples_without_a_result_are_counted(said: Callable) -> None:
     """Samples out of range and without equilibrium are counted by reason, and the exit code is 3."""
     last, longer, count, sd = 0.02, 0.1, 400, 0.15
-    one = case(LAW + f"&pattern sides = 0 /\n&step t_N = 2.0, increments = 5 /\n&step slip = {last} /\n")
+    law = case(LAW + f"&pattern sides = 0 /\n&step t_N = 2.0, increments = 5 /\n&step slip = {last} /\n")
     out, _ = said(f"uncertainty case.nml --sd Gc={sd} --samples {count} --jobs 1", 3)
-    energies = of_deviations(one.runs[0].props, {"Gc": sd}, {}).draw(count, 0)
+    energies = of_deviations(law.runs[0].props, {"Gc": sd}, {}).draw(count, 0)
     refused = np.sum(energies <= 0.0)
     assert f"{refused} out of the range of Gc" in out
     # the slip at which equilibrium under tension is lost is proportional to s_f, and so to Gc
@@ -136,21 +136,21 @@ def test_samples_without_a_result_are_counted(said: Callable) -> None:
     with pytest.raises(EquilibriumLost) as lost:
         Interface(Material(3.0, 0.3, 0.9, 0.5), Pattern.regular(0, 0.0)).confined_slip(0.0, slips, 2.0)
     smallest = 0.3 * last / slips[lost.value.row]
-    found = re.search(r"(\d+) without equilibrium on the whole path", out)
+    counted = re.search(r"(\d+) without equilibrium on the whole path", out)
     least, most = (np.sum(energies < (1.0 + near) * smallest) - refused for near in (-0.02, 0.02))
-    assert found and least <= int(found[1]) <= most
-    assert f"no result: {(refused + int(found[1])) / count:.2%} of the samples have none" in out
+    assert counted and least <= int(counted[1]) <= most
+    assert f"no result: {(refused + int(counted[1])) / count:.2%} of the samples have none" in out
     case(ROUGH + CYCLE)
     out, _ = said("uncertainty case.nml --sd 'eta=1e-4 theta=20' --samples 50 --jobs 1", 3)
     assert re.search(r"left out    \d+ out of the range of theta$", out, re.MULTILINE)
 
 
 @pytest.mark.slow
-def test_from_a_record_to_quantiles(found: Fit, said: Callable, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_from_a_record_to_quantiles(result: Fit, said: Callable, monkeypatch: pytest.MonkeyPatch) -> None:
     """`fit -o` then `uncertainty`, with the same output for any number of jobs."""
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
-    case(case_of(found))
-    Path("case.fit.json").write_text(intervals_text(found))
+    case(case_of(result))
+    Path("case.fit.json").write_text(intervals_text(result))
     command = "uncertainty case.nml --samples 100 -o out.csv"
     printed = [said(f"{command} --jobs {n} --plot {n}.png")[0].replace(f"{n}.png", "") for n in (1, 2)]
     assert printed[0] == printed[1] and printed[0].count("left out    sigma_N") == 3

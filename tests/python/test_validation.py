@@ -67,27 +67,27 @@ def test_walls_within_ten_percent() -> None:
     """Most walls have the measured strength within a tenth, as the overview says."""
     curves = wall_runs.curves()
     away = walls.errors(curves)
-    assert sum(abs(one) <= 0.1 for one in away.values()) == len(away) - 2
+    assert sum(abs(value) <= 0.1 for value in away.values()) == len(away) - 2
     assert "9 of 11 walls within 10 %" in (walls.STUDY.page.parent / "README.md").read_text(encoding="utf-8")
 
 
 def test_walls_pass_to_their_ends() -> None:
     """Each tested wall moves as far as it was asked to; what passes leave is small but in snaps of bricks."""
-    found = wall_runs.summaries()
-    dry = found.loc[list(walls.FORCES)]
+    summaries = wall_runs.summaries()
+    dry = summaries.loc[list(walls.FORCES)]
     assert (dry.end == [12.0 if name.startswith("SW") else 20.0 for name in dry.index]).all()
     assert (dry.e_t <= 0.01).all()
-    mortar = found.loc[[f"{name}{planes}" for name in walls.MORTAR for planes in ("", " 10 0.1")]]
+    mortar = summaries.loc[[f"{name}{planes}" for name in walls.MORTAR for planes in ("", " 10 0.1")]]
     assert (mortar.end == 4.0).all() and (mortar.e_t <= 0.05).all()
 
 
 def test_overview_has_the_numbers_of_the_pages() -> None:
     """The errors in the overview are those of the bold cells of the pages."""
     text = (common.DOCS / "validation" / "README.md").read_text(encoding="utf-8").replace("−", "-")
-    found, errors = push_off.STUDY.constants(), []
+    constants, errors = push_off.STUDY.constants(), []
     for fit, name in product(("friction", "crush"), (push_off.WEAK, push_off.STRONG)):
         fit += " 6.8" if name == push_off.WEAK else " 3.6"
-        errors.append([common.rms(part) for part in push_off.differences(found[fit], name)])
+        errors.append([common.rms(part) for part in push_off.differences(constants[fit], name)])
     low, high = np.min(errors, axis=0), np.max(errors, axis=0)
     assert f"opening {low[0]:.3f} to {high[0]:.3f} mm" in text
     assert f"shear stress {low[1]:.2f} to {high[1]:.2f} MPa" in text
@@ -98,38 +98,36 @@ def test_overview_has_the_numbers_of_the_pages() -> None:
     for i, what in enumerate(("peak", "slip at the peak", "stress at 10 mm")):
         assert f"{what} {away[..., i].min():.0f} to {away[..., i].max():.0f} %" in text
     away = closure.differences(closure.contact(closure.STUDY.constants()[closure.FITTED]))
-    for part, one in away.items():
-        assert f"{part} {100.0 * common.rms(one) / closure.SIZE[1]:.0f} %" in text
+    for part, value in away.items():
+        assert f"{part} {100.0 * common.rms(value) / closure.SIZE[1]:.0f} %" in text
     stages = granite.STUDY.constants()
     last = [granite.differences(stages[f"{name}: 1 to 7"], name)[:, 7:] for name in granite.SPECIMENS]
-    both = 100.0 * np.sqrt(np.mean(np.square(last), axis=2))
+    rms = 100.0 * np.sqrt(np.mean(np.square(last), axis=2))
     for i, what in enumerate(("shear stress", "opening", "slip")):
-        assert f"{what} {both[0, i]:.1f} and {both[1, i]:.1f} %" in text
+        assert f"{what} {rms[0, i]:.1f} and {rms[1, i]:.1f} %" in text
 
 
 def test_fit_is_a_minimum() -> None:
     """A search from the constants that were found moves none of the free ones by a thousandth."""
-    found = push_off.STUDY.constants()["friction 6.8"]
-    start = {name: found[name] for name in push_off.START}
+    constants = push_off.STUDY.constants()["friction 6.8"]
+    start = {name: constants[name] for name in push_off.START}
     size = (push_off.RANGE[1], push_off.SLIPS[-1])
-    again = common.fitted(
-        lambda one: push_off.residuals(one, (push_off.STRONG,)), [start], size, push_off.RIGID
-    )
-    assert again == pytest.approx(found, rel=1e-3)
+    again = common.fitted(lambda x: push_off.residuals(x, (push_off.STRONG,)), [start], size, push_off.RIGID)
+    assert again == pytest.approx(constants, rel=1e-3)
 
 
 @pytest.mark.parametrize("name", granite.SPECIMENS)
 def test_closed_form_of_the_slip(name: str) -> None:
     """The rigid joint of the closed form slips from strength to strength and rises by the opening."""
-    one, found = granite.measured(name), granite.closed_form(name)
-    slope = np.tan(np.radians(found["theta"]))
-    slip = one["ds"][granite.ARREST] - one["ds"][granite.ONSET]
+    measured, closed = granite.measured(name), granite.closed_form(name)
+    slope = np.tan(np.radians(closed["theta"]))
+    slip = measured["ds"][granite.ARREST] - measured["ds"][granite.ONSET]
     for row, climbed in ((granite.ONSET, 0.0), (granite.ARREST, slip)):
-        phi = slope * np.exp(-climbed * slope / found["height"])
-        strength = (found["mu"] + phi) / (1.0 - found["mu"] * phi)
-        assert strength == pytest.approx(one["tau"][row] / one["sn"][row], rel=1e-3)
-    rise = found["height"] * (1.0 - np.exp(-slip * slope / found["height"]))
-    assert rise == pytest.approx(one["dn"][granite.ARREST] - one["dn"][granite.ONSET], rel=2e-3)
+        phi = slope * np.exp(-climbed * slope / closed["height"])
+        strength = (closed["mu"] + phi) / (1.0 - closed["mu"] * phi)
+        assert strength == pytest.approx(measured["tau"][row] / measured["sn"][row], rel=1e-3)
+    rise = closed["height"] * (1.0 - np.exp(-slip * slope / closed["height"]))
+    assert rise == pytest.approx(measured["dn"][granite.ARREST] - measured["dn"][granite.ONSET], rel=2e-3)
 
 
 COMPUTED = "arches", "dam_", "fits", "ribbed_", "walls_runs", "walls_summaries"
@@ -150,8 +148,8 @@ def test_measure_of_grasselli() -> None:
     largest, power = 40.0, 2.5
     shares = np.full(400000, 1.0 / 400000)  # at the largest of LIMITS 23 of them are left
     angles = largest * (1.0 - (np.arange(400000) / 400000) ** (1.0 / power))
-    found = scan.grasselli(angles, shares)
-    assert found[0] == pytest.approx(largest) and found[1] == pytest.approx(power, rel=0.01)
+    roughness = scan.grasselli(angles, shares)
+    assert roughness[0] == pytest.approx(largest) and roughness[1] == pytest.approx(power, rel=0.01)
 
 
 def test_stale_page_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -180,18 +178,18 @@ def test_ridges_in_any_direction() -> None:
 
 def test_anchored_bar() -> None:
     """The bar of solids has the closed forms, and a cover that splits takes the strength away."""
-    found = ribbed.STUDY.constants()
+    constants = ribbed.STUDY.constants()
     slip, beta = 1e-3, np.sqrt(4.0 * 100.0 / (19.05 * 2e5))
     force = 0.25 * np.pi * 19.05**2 * 2e5 * beta * slip * np.tanh(beta * 95.25)
     for name in ("bar linear", "bar linear, fine"):
-        assert found[name]["value"] == pytest.approx(force, rel=5e-3) and found[name]["away"] < 5e-3
-    assert found["bar friction"]["value"] == pytest.approx(np.pi * 19.05 * 95.25 * 0.4 * 2.0, rel=1e-3)
+        assert constants[name]["value"] == pytest.approx(force, rel=5e-3) and constants[name]["away"] < 5e-3
+    assert constants["bar friction"]["value"] == pytest.approx(np.pi * 19.05 * 95.25 * 0.4 * 2.0, rel=1e-3)
     # the error of the stiffness of the cover falls with the mesh
     stiff = 3e4 / (9.525 * ((38.1**2 + 9.525**2) / (38.1**2 - 9.525**2) + 0.2))
-    away = [found[name]["value"] / stiff - 1.0 for name in ("bar ring", "bar ring, fine")]
+    away = [constants[name]["value"] / stiff - 1.0 for name in ("bar ring", "bar ring, fine")]
     assert 0.0 < away[1] < 0.4 * away[0] < 0.01
     strong = {case: ribbed.anchored(case) for case in ribbed.CASES}
-    point = ribbed.curve(found["bond and crush"], 10.3)[1].max()
+    point = ribbed.curve(constants["bond and crush"], 10.3)[1].max()
     first, _, splits, finer = (path.force.max() for path in strong.values())
     assert first == pytest.approx(np.pi * 19.05 * 95.25 * point, rel=0.03)
     assert splits == pytest.approx(finer, rel=0.01) and splits < 0.6 * first
@@ -201,8 +199,8 @@ def test_anchored_bar() -> None:
 
 def test_delamination_balances() -> None:
     """J of the moments is what the joint spends, within 5 %; without friction it is Gc in every mix."""
-    found = delamination.STUDY.constants()
-    rough, smooth = (delamination.rows_of(found, mu) for mu in ("0.8", "0"))
+    constants = delamination.STUDY.constants()
+    rough, smooth = (delamination.rows_of(constants, mu) for mu in ("0.8", "0"))
     for rows in (rough, smooth):
         assert rows[:, 2] == pytest.approx(rows[:, 3], rel=0.05)
     assert smooth[:, 2] == pytest.approx(delamination.GC, rel=0.06)

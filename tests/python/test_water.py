@@ -97,7 +97,7 @@ def test_tension_beyond_the_strength_counts_the_water(path: list, warned: bool) 
         warnings.simplefilter("always")
         with contextlib.suppress(EquilibriumLost):
             Interface(Material(3.0, 0.3, 0.9, 0.5), Pattern.regular(0, 0.0)).run(path)
-    assert any("times the strength" in str(one.message) for one in caught) == warned
+    assert any("times the strength" in str(warning.message) for warning in caught) == warned
 
 
 def test_points_and_initial_states() -> None:
