@@ -1,4 +1,4 @@
-"""Mesh files: decks of Abaqus and text files of gmsh by readers of this package, others by meshio."""
+"""Mesh files: decks of Abaqus and files of gmsh by readers of this package, others by meshio."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def read_mesh(path: Path, expected: str, extra: str) -> Any:
 
     if path.suffix.lower() == ".inp":
         return abaqus.read_deck(path)
-    if path.suffix.lower() == ".msh" and gmsh.is_text(path):
+    if path.suffix.lower() == ".msh" and gmsh.is_gmsh(path):
         return gmsh.read_msh(path)
     said = StringIO()
     try:
@@ -43,8 +43,4 @@ def read_mesh(path: Path, expected: str, extra: str) -> Any:
     counted = re.search(rb"\nCELL_TYPES\s+(\d+)", path.read_bytes()) if legacy else None
     if counted and int(counted[1]) != (count := sum(len(block.data) for block in mesh.cells)):
         raise ValueError(f"{path}: {count} cells of {int(counted[1])} are read: expected {expected}")
-    for values in mesh.cell_data.get("gmsh:physical", []):
-        if path.suffix.lower() == ".msh" and not np.all(values):
-            text = "cells in no physical group in a binary file"
-            raise ValueError(f"{path}: {text}: expected a text file of gmsh (Mesh.Binary = 0)")
     return mesh

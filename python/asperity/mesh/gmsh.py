@@ -1,4 +1,4 @@
-"""Text files of gmsh, formats 2.2 and 4.1, with all physical groups of each cell.
+"""Files of gmsh, formats 2.2 and 4.1, with all physical groups of each cell.
 
 meshio refuses a file of format 4.1 with entities that are in no physical group, keeps one group of a cell in
 format 2.2, and takes a node that is not in the file for another one.
@@ -7,6 +7,7 @@ format 2.2, and takes a node that is not in the file for another one.
 from __future__ import annotations
 
 import re
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..contract import Floats
+from ..material import ModelWarning
+from .gmsh_binary import read_sections
 from .shapes import Integers
 
 if TYPE_CHECKING:
@@ -34,11 +37,13 @@ ORDER = {
 """Places in gmsh's cells of the nodes in meshio's order, where they differ."""
 
 
-def is_text(path: Path) -> bool:
-    """Whether a file is a text file of gmsh in a format that is read here."""
+HEAD = r"\$MeshFormat\s+([0-9.]+)\s+([01])\s+([0-9]+)\s"  # format, binary, size of numbers
+
+
+def is_gmsh(path: Path) -> bool:
+    """Whether a file is one of gmsh with a line of its format."""
     with path.open("rb") as file:
-        head = file.read(4096).decode("latin-1")
-    return bool(re.search(r"\$MeshFormat\s+(2|2\.[0-9]|4|4\.1)\s+0\s", head))
+        return bool(re.search(HEAD, file.read(4096).decode("latin-1")))
 
 
 @dataclass
@@ -82,8 +87,30 @@ def read_msh(path: Path) -> meshio.Mesh:
 
     Raises ValueError with the section, and for a node that is not there, a cell twice, a wrong count.
     """
+    with path.open("rb") as file:
+        head = re.search(HEAD, file.read(4096).decode("latin-1"))
+    if not head or not re.fullmatch(r"2|2\.[0-9]|4\.1", head[1]) or (head[2] == "1" and head[3] != "8"):
+        shown = head[1] if head else "none"
+        raise ValueError(f"{path}: format {shown}: expected 2.2 or 4.1 (Mesh.MshFileVersion)")
+    parts = (
+        read_sections(path, {kind: size for kind, (_, size) in KINDS.items()})
+        if head[2] == "1"
+        else _texts(path)
+    )
+    for name in ("MeshFormat", "Nodes", "Elements"):
+        if name not in parts:
+            raise ValueError(f"{path}: no section ${name}: expected a mesh of gmsh")
+    if "PartitionedEntities" in parts:
+        raise ValueError(f"{path}: a mesh in partitions: expected one without (Mesh.PartitionCreate... = 0)")
+    names = _names(path, str(parts.get("PhysicalNames", "")))
+    read = _cells4 if head[1].startswith("4") else _cells2
+    return _mesh(path, names, *read(path, parts))
+
+
+def _texts(path: Path) -> dict[str, str | Floats]:
+    """Sections of a text file by name."""
     text = path.read_text(encoding="utf-8", errors="replace")
-    parts: dict[str, str] = {}
+    parts: dict[str, str | Floats] = {}
     at = 0
     while start := re.compile(r"^\$(\w+)[^\S\n]*\n", re.MULTILINE).search(text, at):
         name = start[1]
@@ -93,20 +120,14 @@ def read_msh(path: Path) -> meshio.Mesh:
         if name in parts and name in ("PhysicalNames", "Entities", "Nodes", "Elements"):
             raise ValueError(f"{path}: ${name} twice: expected it once")
         parts[name], at = text[start.end() : end.start()], end.end()
-    for name in ("MeshFormat", "Nodes", "Elements"):
-        if name not in parts:
-            raise ValueError(f"{path}: no section ${name}: expected a mesh of gmsh")
-    if "PartitionedEntities" in parts:
-        raise ValueError(f"{path}: a mesh in partitions: expected one without (Mesh.PartitionCreate... = 0)")
-    names = _names(path, parts.get("PhysicalNames", ""))
-    read = _cells4 if parts["MeshFormat"].split()[0].startswith("4") else _cells2
-    return _mesh(path, names, *read(path, parts))
+    return parts
 
 
-def _section(path: Path, parts: dict[str, str], name: str) -> _Numbers:
-    words = parts[name].split()
+def _section(path: Path, parts: dict[str, str | Floats], name: str) -> _Numbers:
+    given = parts[name]
+    words = given.split() if isinstance(given, str) else []
     try:
-        values = np.array(words, float)
+        values = np.array(words, float) if isinstance(given, str) else given
     except ValueError:
         bad = next(word for word in words if not re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", word))
         raise ValueError(f"{path}, ${name}: {bad}: expected a number") from None
@@ -133,7 +154,7 @@ def _names(path: Path, text: str) -> dict[tuple[int, int], str]:
     return names
 
 
-def _cells4(path: Path, parts: dict[str, str]) -> tuple[Integers, Floats, list[Any]]:
+def _cells4(path: Path, parts: dict[str, str | Floats]) -> tuple[Integers, Floats, list[Any]]:
     """Numbers and places of nodes; cells of format 4.1: type, numbers, nodes, entity, physical tags."""
     tags: dict[tuple[int, int], list[int]] = {}
     if "Entities" in parts:
@@ -181,7 +202,7 @@ def _size(elements: _Numbers, kind: int) -> int:
     return KINDS[kind][1]
 
 
-def _cells2(path: Path, parts: dict[str, str]) -> tuple[Integers, Floats, list[Any]]:
+def _cells2(path: Path, parts: dict[str, str | Floats]) -> tuple[Integers, Floats, list[Any]]:
     """As _cells4, of format 2.2, in which an element has a line for each of its physical groups."""
     nodes = _section(path, parts, "Nodes")
     rows = nodes.take(4 * nodes.whole(1)[0]).reshape(-1, 4)
@@ -255,6 +276,9 @@ def _mesh(
         ]
         for title, at in groups.items()
     }
+    if empty := [name for name in names.values() if name not in groups]:
+        text = f"physical groups {', '.join(empty)} have no cells"
+        warnings.warn(f"{path}: {text} (Mesh.SaveAll = 1 of format 2.2?)", ModelWarning, stacklevel=4)
     numbered = np.concatenate([rows[1] for rows in cells])
     field = {title: np.array([tag, here]) for title, (here, tag) in tagged.items()}
     if (again := np.flatnonzero(np.bincount(np.unique(numbered, return_inverse=True)[1].ravel()) > 1)).size:
