@@ -75,7 +75,7 @@ def test_names_of_kinds_and_widths(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "line", "other"),
+    ("options", "line", "replacement"),
     [
         ("SINGLE", "use asperity_kinds, only: wp", "use asperity_kinds, only: sp, wp"),
         ("SINGLE", "use asperity_kinds, only: wp", "use asperity_kinds, only: wp, dp"),
