@@ -102,6 +102,23 @@ def test_element_of_a_case(host: str, tmp_path: Path, capsys: pytest.CaptureFixt
         assert not list(folder.glob("wallette*"))
 
 
+@pytest.mark.parametrize("host", ["abaqus", "calculix"])
+def test_numbers_have_twenty_characters(host: str, tmp_path: Path) -> None:
+    """A case in metres, whose slip and steps have more digits than the host reads."""
+    case = tmp_path / "case.nml"
+    case.write_text(
+        "&material sigma0 = 3.0, Gc = 0.3e-3, eta = 0.9, mu = 0.5 /\n&pattern sides = 2, theta = 30.0 /\n"
+        "&step t_N = -1.0, increments = 7 /\n&step slip = 7.3333333333333333e-5, increments = 70 /\n"
+    )
+    element = Element.of_case(case)
+    assert len(repr(element.slip)) > 20
+    for name, text in kit.files(host, element).items():
+        if name.startswith("single") and name.endswith(".inp"):
+            words = re.findall(r"(?<=[\n ])-?\d+\.[\de+-]*(?=[,\n])", text.decode("ascii"))
+            assert max(map(len, words)) <= 20
+            assert any(float(word) == pytest.approx(element.slip, rel=1e-12) for word in words)
+
+
 def test_rows_that_differ_are_an_error(capsys: pytest.CaptureFixture[str]) -> None:
     """The scripts of the kits end with an error where the host shows other rows."""
 

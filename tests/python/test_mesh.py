@@ -281,6 +281,13 @@ def test_calculix_layers(tmp_path: Path) -> None:
         write(tmp_path / "wall.inp", jointed, "calculix")
     with pytest.raises(ValueError, match="layer = 1: expected less than 1, for the cells at joint joint"):
         write(tmp_path / "wall.inp", jointed, "calculix", layer=1.0)
+    jointed.points[:] *= 1e-5 / 3.0  # CalculiX reads 20 characters of a number
+    jointed.points[0] = -1e-16 / 3.0, 0.0, -1e20 / 3.0
+    (path,) = write(tmp_path / "wall.inp", jointed)
+    nodes = path.read_text(encoding="utf-8").split("*Node\n")[1].split("*")[0].splitlines()
+    words = [line.split(", ")[1:] for line in nodes]
+    assert max(len(word) for line in words for word in line) <= 20
+    assert np.array(words, float) == pytest.approx(jointed.points, rel=1e-12, abs=0.0)
     jointed.names[0] = "two words"
     with pytest.raises(ValueError, match="name 'two words': expected a letter, then letters"):
         write(tmp_path / "wall.inp", jointed)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from asperity.cards.blocks import AT_FIRST, Block, comments, constants, text_of
+from asperity.cards.blocks import AT_FIRST, Block, comments, constants, numeral, text_of
 
 
 def block_of(block: Block) -> str:
@@ -18,7 +18,7 @@ def block_of(block: Block) -> str:
     # A VUMAT stores the separation there, because the host passes none.
     names = [text.replace("offset", "separation") if block.explicit else text for text in block.statev]
     element = "COH3D8, COH3D6" if block.dimension == 3 else "COH2D4, COHAX4"
-    density = [] if block.density is None else ["*Density", f"{block.density!r},"]
+    density = [] if block.density is None else ["*Density", f"{numeral(block.density)},"]
     damped = []
     if block.explicit and block.density is not None and block.prop("c") > 0.0:
         # kc Kn is the larger one of the two stiffnesses
@@ -28,9 +28,9 @@ def block_of(block: Block) -> str:
             f"** Dashpot: *Dynamic, Explicit, scale factor={share:.4g}, as the data check finds the stable",
             "** increment without c.",
         ]
-    field = block.prop("water")
+    variable = block.prop("water")
     water = [
-        f"** *Field, variable={field:.0f} is the water pressure in the joint, >= 0; stresses are total.",
+        f"** *Field, variable={variable:.0f} is the water pressure in the joint, >= 0; stresses are total.",
         "** Elements with a pore pressure (COH2D4P, COH3D8P) would count it twice: they need water = 0.",
     ]
     return text_of(
@@ -42,7 +42,7 @@ def block_of(block: Block) -> str:
         "** No DELETE, because contact survives rupture. status is 1 after the first call of a point.",
         *AT_FIRST,
         "** TYPE=SOLUTION gives cracked planes.",
-        *(water if field else []),
+        *(water if variable else []),
         *damped,
         "*Depvar",
         f"{len(block.statev)},",
@@ -50,5 +50,5 @@ def block_of(block: Block) -> str:
         f"** Elements: {element}. Tx is their first shear direction, which an orientation rotates.",
         f"*Cohesive Section, elset={block.name}, material={block.name}, response=TRACTION SEPARATION, "
         "thickness=SPECIFIED",
-        f"{block.thickness()!r},",
+        f"{numeral(block.thickness())},",
     )

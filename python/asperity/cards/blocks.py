@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from .. import contract, hosts
 
 PER_LINE = 8  # largest number of constants on a line of an Abaqus or CalculiX input
+FIELD = 20  # characters of a number that they read; CalculiX drops the others, which may be an exponent
 
 WHY = {
     "h": ", whose joints pass separations", "map": ", whose order of components is fixed",
@@ -98,7 +99,13 @@ def text_of(*lines: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+def numeral(value: float) -> str:
+    """Number with all its digits, or as many as an input of Abaqus or CalculiX has room for."""
+    texts = (repr(value), *(f"{value:.{digits}g}" for digits in (15, 14, 13)))
+    return next(text for text in texts if len(text) <= FIELD)
+
+
 def constants(props: contract.Floats) -> list[str]:
-    """Lines of constants with all their digits."""
-    texts = [repr(value) for value in props.tolist()]
+    """Lines of constants."""
+    texts = [numeral(value) for value in props.tolist()]
     return [", ".join(texts[i : i + PER_LINE]) for i in range(0, len(texts), PER_LINE)]

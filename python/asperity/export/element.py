@@ -12,6 +12,7 @@ from string import Template
 import numpy as np
 
 from .. import contract, hosts, installed
+from ..cards.blocks import numeral
 from ..case_files import read_run, slip_test
 from ..history import History
 from ..interface import Interface
@@ -114,12 +115,13 @@ class Element:
     def _stress(self, value: float) -> str:
         return _digits(value, self.interface.material.sigma0)
 
-    def numbers(self) -> dict[str, float]:
-        """Numbers of the load path by name, for templates."""
+    def numbers(self) -> dict[str, str]:
+        """Numbers of the load path by name, for templates of all hosts."""
         names = ("sigma_N", "slip", "press", "slide")
         more = {"every": self.every, "last": self.press + self.slide, "quarter": 0.25 * self.sigma_N}
         steps = {"press_step": 1.0 / self.press, "slide_step": 1.0 / self.slide}
-        return {name: getattr(self, name) for name in names} | more | steps
+        values: dict[str, float] = {name: getattr(self, name) for name in names} | more | steps
+        return {name: numeral(value) for name, value in values.items()}
 
     def filled(self, host: str, name: str, **texts: str) -> str:
         """Text of a template of a host."""

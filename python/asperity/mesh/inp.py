@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cards.blocks import FIELD
+from ..contract import Floats
 from ..material import ModelWarning
 from ..options import replace_file
 from .jointed import Jointed
@@ -28,6 +30,9 @@ ABAQUS = {
 COHESIVE = {(2, 2): "COH2D4", (3, 3): "COH3D6", (3, 4): "COH3D8"}
 """Cohesive elements of Abaqus by dimension and number of nodes of a face."""
 
+POWER = 1e-3, 1e15
+"""Sizes between which 15 digits need no power of ten, and no more zeros than a field has room for."""
+
 
 def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, host: str) -> list[Path]:
     """Abaqus with cohesive elements, CalculiX with layers."""
@@ -36,7 +41,7 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
         raise ValueError(f"a plane mesh: expected solids for {host}, whose UMATs are those of solids")
     if unknown := sorted(set(mesh.cells) - set(ABAQUS)):
         raise ValueError(f"cells of the type {unknown[0]}: expected one of {', '.join(ABAQUS)}")
-    text = [f"** {HEAD}\n*Node\n", numbered("%d", 1, points, "%.15g")]
+    text = [f"** {HEAD}\n*Node\n", numbered("%d", 1, _in_fields(points), "%.15g")]
     number, written = 1, np.zeros(sum(map(len, mesh.cells.values())), np.int64)
     types = _types(mesh)
     for _, block, cells, rows in blocks(mesh):
@@ -114,6 +119,14 @@ def _types(mesh: Jointed) -> NDArray[np.str_]:
             warnings.warn(f"{text} become {ABAQUS[kind]}", ModelWarning, stacklevel=4)
         types.append(np.where(solid, given, ABAQUS[kind]))
     return np.concatenate(types)
+
+
+def _in_fields(points: Floats) -> Floats:
+    """Places for fields; small and large ones, which need a power of ten, are rounded."""
+    places, size = points.copy(), np.abs(points)
+    which = (size > 0.0) & ((size < POWER[0]) | (size >= POWER[1]))
+    places[which] = [float(f"{x:.{FIELD - 7}g}") for x in points[which].tolist()]
+    return places
 
 
 def _list(numbers: Integers) -> str:
