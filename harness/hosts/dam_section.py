@@ -6,9 +6,16 @@ weight keeps water that is higher than the dam.
 
 from __future__ import annotations
 
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
 import meshio
 import numpy as np
+from asperity.contract import Floats
 from asperity.mesh import Jointed, split
+from asperity.options import add_options
 
 BASE, CREST, HEIGHT, PARAPET = 5.0, 1.5, 10.0, 13.0
 """Widths of the dam and levels of its crest and of the top of the parapet."""
@@ -56,3 +63,20 @@ def section(parts: int) -> Jointed:
     data = {"gmsh:physical": tags}
     fields = {name: np.array(tag) for name, tag in names.items()}
     return split(meshio.Mesh(points, kinds, cell_data=data, field_data=fields), {"base": ("rock", "dam")})
+
+
+def program(profile: Callable[..., Floats], doc: str | None, uplifts: Sequence[str]) -> None:
+    """Print rows of a function of uplift, level, parts along the base, E and nu, which the options give."""
+    parser = argparse.ArgumentParser(description=doc)
+    add_options(
+        parser,
+        ("uplift", f"one of {', '.join(uplifts)}", str, {"choices": uplifts}),
+        ("--level M", "of the water", 9.0),
+        ("--E PA", "of dam and foundation", 3e12),
+        ("--nu NU", "of both", 0.0),
+        ("--parts N", "elements along the base", 50),
+        ("--out FILE", "rows x, s_N, p", Path),
+    )
+    o = parser.parse_args()
+    rows = profile(o.uplift, o.level, o.parts, o.E, o.nu)
+    np.savetxt(o.out or sys.stdout, rows, "%.9g", ",", header="x,s_N,p", comments="")

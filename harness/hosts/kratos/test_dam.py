@@ -1,4 +1,4 @@
-"""The gravity dam of docs/how-to/dam.md in Kratos, whose interface elements carry the water themselves."""
+"""The dams of docs/how-to/dam.md and docs/validation/dam.md in Kratos, whose elements carry the water."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ import meshio
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
-from asperity.contract import Floats
-from asperity.mesh import Jointed, split
+from asperity.mesh import split
+
+from harness.studies.validation import dam
 
 Kratos = pytest.importorskip("KratosMultiphysics", reason="no packages of Kratos")
 pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="no packages of Kratos")
 pytest.importorskip("gmsh")
-from kratos_model import Lost, Structure  # noqa: E402  # after what it needs
+from dam_kratos import give_weight, profile, thrust  # noqa: E402  # after what it needs
+from kratos_model import Lost, Structure  # noqa: E402
 
 sys.path.append(str(Path(__file__).parents[1] / "fenicsx"))
 from gravity_dam_mesh import BASE, CREST, HEIGHT, mesh  # noqa: E402
@@ -31,29 +33,6 @@ def joint(kn: float, mu: float) -> Interface:
     return Interface(Material.from_joint(kn=kn, ks=kn / 2.0, mu=mu), Pattern.regular(0, 0.0))
 
 
-def thrust(section: Jointed, name: str, level: float) -> Floats:
-    """Nodal forces of the water on a group of edges, linear on each."""
-    [edges] = section.face_nodes(section.surfaces[name])
-    x = section.points[edges]
-    p = WATER * np.maximum(level - x[:, :, 1], 0.0)
-    along = x[:, 1] - x[:, 0]
-    normal = np.stack([along[:, 1], -along[:, 0]], 1)
-    forces = np.zeros_like(section.points)
-    for k in (0, 1):
-        np.add.at(forces, edges[:, k], -normal * (2.0 * p[:, k] + p[:, 1 - k])[:, None] / 6.0)
-    return forces
-
-
-def weight(section: Jointed) -> Floats:
-    """Nodal forces of the weight of the dam."""
-    cells = section.cells["triangle"][section.block["triangle"] == section.names.index("dam")]
-    a, b, c = (section.points[cells[:, k]] for k in range(3))
-    area = 0.5 * abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
-    forces = np.zeros_like(section.points)
-    np.add.at(forces[:, 1], cells, -CONCRETE * area[:, None] / 3.0)
-    return forces
-
-
 @pytest.mark.parametrize("uplift", [False, True])
 def test_gravity_dam(tmp_path: Path, uplift: bool) -> None:
     """It slides at (W - U) tan phi within 0.2 %, the last cut of the thrust and the residual.
@@ -63,26 +42,20 @@ def test_gravity_dam(tmp_path: Path, uplift: bool) -> None:
     mesh(str(tmp_path / "dam.msh"), 6.0)
     section = split(meshio.read(tmp_path / "dam.msh"), {"fault": None, "base": ("rock", "dam")})
     s = Structure(2)
-    solids, joints = {"dam": DAM, "rock": ROCK}, {"base": joint(2e4, FRICTION), "fault": joint(1e4, 0.6)}
-    s.add_mesh(section, s.elastic(ROCK, 0.2), s.umat(joints["fault"]))
-    properties_of = {name: s.elastic(E, 0.2) for name, E in solids.items()}
-    properties_of |= {name: s.umat(law, BIOT_COEFFICIENT=1.0) for name, law in joints.items()}
-    for name, properties in properties_of.items():
-        for element in s.part.GetSubModelPart(name).Elements:
-            element.Properties = properties
+    laws = {"base": joint(2e4, FRICTION), "fault": joint(1e4, 0.6)}
+    joints = {name: s.umat(law, BIOT_COEFFICIENT=1.0) for name, law in laws.items()}
+    s.add_mesh(section, s.elastic(ROCK, 0.2), joints)
     s.fix(section.nodes("bottom") + 1, 1)
     s.fix(section.nodes("ends") + 1, 0)
-    parts = {name: thrust(section, name, HEIGHT) for name in ("upstream", "reservoir")}
-    heavy = weight(section)
-    loaded = np.flatnonzero(
-        np.abs(heavy).sum(1) + sum(np.abs(thrust_of_face).sum(1) for thrust_of_face in parts.values())
-    )
+    give_weight(s, "dam", s.elastic(DAM, 0.2), CONCRETE)
+    parts = {name: thrust(section, name, HEIGHT, WATER) for name in ("upstream", "reservoir")}
+    loaded = np.flatnonzero(sum(np.abs(forces).sum(1) for forces in parts.values()))
     s.load({int(k) + 1: [0.0, 0.0, 0.0] for k in loaded})
     [base] = section.joints["base"]
     at = np.unique([base.minus, base.plus])
 
     def step(filled: float, factor: float, again: bool) -> None:
-        forces = heavy + filled * (factor * parts["upstream"] + parts["reservoir"])
+        forces = filled * (factor * parts["upstream"] + parts["reservoir"])
         for k in loaded.tolist():
             s.set_load(k + 1, [*forces[k], 0.0])
         for k in at.tolist():
@@ -103,3 +76,12 @@ def test_gravity_dam(tmp_path: Path, uplift: bool) -> None:
     dead = CONCRETE * HEIGHT * (BASE + CREST) / 2.0
     expected = FRICTION * (dead - uplift * WATER * HEIGHT * BASE / 2.0)
     assert reached * WATER * HEIGHT**2 / 2.0 == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("uplift", ["none", "linear"])
+def test_beside_code_aster(uplift: str) -> None:
+    """Separations are those of Code_Aster within the elements, 0.25 m beside triangles of its own."""
+    x, s_N, p = profile(uplift, dam.LEVEL, 20).T
+    expected = np.array(dam.OTHERS[uplift]["Code_Aster"])
+    assert np.interp(dam.PLACES, x, s_N) == pytest.approx(expected, abs=0.04 * np.abs(expected).max())
+    assert p[[0, -1]] == pytest.approx([dam.WATER * dam.LEVEL * (uplift == "linear"), 0.0])

@@ -7,8 +7,6 @@ water; harness/hosts/fenicsx/dam.py does the same on FEniCSx.
 
 from __future__ import annotations
 
-import argparse
-import sys
 import tempfile
 from pathlib import Path
 
@@ -19,8 +17,7 @@ from asperity import Interface, Material, Pattern
 from asperity.contract import Floats
 from asperity.mesh import Jointed, write
 from asperity.mesh.writing import layer_points
-from asperity.options import add_options
-from dam_section import A_0, BASE, STIFFNESS, UPLIFTS, section
+from dam_section import A_0, BASE, STIFFNESS, UPLIFTS, program, section
 
 PROJECT = Path(__file__).parent / "dam.prj"
 THICKNESS = 1e-3
@@ -92,23 +89,11 @@ def profile(folder: Path, uplift: str, level: float, parts: int, E: float = 3e12
     return np.column_stack([mesh.points[below, 0], s_N, last["pressure"][below]])
 
 
-def main() -> None:
-    """Run the program."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    add_options(
-        parser,
-        ("uplift", f"one of {', '.join(UPLIFTS)}", str, {"choices": UPLIFTS}),
-        ("--level M", "of the water", 9.0),
-        ("--E PA", "of dam and foundation", 3e12),
-        ("--nu NU", "of both", 0.0),
-        ("--parts N", "elements along the base", 50),
-        ("--out FILE", "rows x, s_N, p", Path),
-    )
-    o = parser.parse_args()
+def of_options(uplift: str, level: float, parts: int, E: float, nu: float) -> Floats:
+    """Rows of the joint, of a run in a folder of its own."""
     with tempfile.TemporaryDirectory() as folder:
-        rows = profile(Path(folder), o.uplift, o.level, o.parts, o.E, o.nu)
-    np.savetxt(o.out or sys.stdout, rows, "%.9g", ",", header="x,s_N,p", comments="")
+        return profile(Path(folder), uplift, level, parts, E, nu)
 
 
 if __name__ == "__main__":
-    main()
+    program(of_options, __doc__, UPLIFTS)

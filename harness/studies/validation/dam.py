@@ -34,8 +34,14 @@ PROFILES = {
 }
 """Options of the profiles at LEVEL by their name."""
 
-OGS = {"ogs none": "none", "ogs linear": "linear", "ogs flow": "flow --nu 0.25"}
-"""The same for OpenGeoSys."""
+HOSTS = {
+    "ogs none": "none",
+    "ogs linear": "linear",
+    "ogs flow": "flow --nu 0.25",
+    "kratos none": "none --parts 40",
+    "kratos linear": "linear --parts 40",
+}
+"""The same for OpenGeoSys and Kratos."""
 
 OTHERS = {
     "none": {"Code_Aster": [3.33416e-8, -8.74980e-8, -1.85263e-7, -2.88139e-7, -3.71977e-7]},
@@ -126,12 +132,13 @@ def fit() -> dict[str, Constants]:
         out = folder / f"{name.replace(' ', '_')}.csv"
         _run(f"profile {words} --out {out}", out.with_suffix(".txt"))
         profiles.append(pandas.read_csv(out).assign(run=name))
-    for name, words in OGS.items():
+    for name, words in HOSTS.items():
         out = folder / f"{name.replace(' ', '_')}.csv"
         if not out.exists():
-            program = PROGRAM.parents[1] / "ogs" / "dam_ogs.py"
+            host = name.split()[0]
+            program = PROGRAM.parents[1] / host / f"dam_{host}.py"
             subprocess.run([sys.executable, program, *words.split(), "--out", out], check=True)
-            print(f"ogs/dam_ogs.py {words}", flush=True)
+            print(f"{program.name} {words}", flush=True)
         profiles.append(pandas.read_csv(out).assign(run=name))
     for water, joint in LEVELS:
         words = f"overload {water} --joint '{joint}'"
@@ -202,7 +209,11 @@ def tables(_: Mapping[str, Constants]) -> dict[str, str]:
     body = []
     for run, name in {"none": "none", "linear": "linear", "flow": "flow"}.items():
         body.append([f"**{name}**, asperity, FEniCSx", *_micro(_at(run))])
-        body.append([f"**{name}**, asperity, OpenGeoSys", *_micro(_at(f"ogs {run}"))])
+        body += [
+            [f"**{name}**, asperity, {title}", *_micro(_at(f"{host} {run}"))]
+            for host, title in (("ogs", "OpenGeoSys"), ("kratos", "Kratos"))
+            if f"{host} {run}" in HOSTS
+        ]
         body += [[f"{name}, {code}", *_micro(values)] for code, values in OTHERS[run].items()]
     compared = markdown(["water, code", "heel", "1.3 m", "3.2 m", "4.6 m", "toe"], body)
     body = []
