@@ -155,7 +155,7 @@ class Follow:
         self.calm = self.calm + 1 if damage < CALM_DAMAGE and force < CALM_FORCE else 0
         self.by_passes, self.newton = self.always or self.calm < self.patience * CALM, 0
 
-    def save(self, file: Path) -> None:
+    def save(self, file: str | Path) -> None:
         """Write what a run goes on from, FILE.RANK.npz."""
         write(
             file,
@@ -166,7 +166,7 @@ class Follow:
             counts=[getattr(self, name) for name in COUNTS],
         )
 
-    def resume(self, file: Path) -> None:
+    def resume(self, file: str | Path) -> None:
         """Go on from the files of a run with the same mesh, laws and ranks."""
         m = self.steps.model
         saved = read(file, m, ("jump",), last=m.u.shape, now=(4,), counts=(len(COUNTS),))

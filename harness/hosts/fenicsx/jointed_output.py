@@ -18,10 +18,10 @@ import paraview_files
 class Output:
     """Results for ParaView: FILE.pvd, and in a folder FILE the solids and joints of every rank and step."""
 
-    def __init__(self, model: Model, pvd: Path) -> None:
+    def __init__(self, model: Model, pvd: str | Path) -> None:
         """Make the folder; FILE must end with .pvd."""
-        self.model, self.pvd, self.names, m = model, pvd, [], model
-        self.folder = paraview_files.folder_of(pvd)
+        self.model, self.pvd, self.names, m = model, Path(pvd), [], model
+        self.folder = paraview_files.folder_of(self.pvd)
         kind = {there: here for here, there in NAMES.items()}
         self.kind = kind.get(name := m.mesh.topology.cell_name(), name)
         own = m.mesh.topology.index_map(m.d).size_local

@@ -14,11 +14,13 @@ from mpi4py import MPI
 from numpy.typing import ArrayLike
 
 
-def write(file: Path, m: Model, joints: dict[str, list[Floats]] | None = None, **numbers: ArrayLike) -> None:
+def write(
+    file: str | Path, m: Model, joints: dict[str, list[Floats]] | None = None, **numbers: ArrayLike
+) -> None:
     """Write a model after its last step, lists of the points of its joints and numbers of the run."""
     parts = {"s": m.s, "state": m.state} | (joints or {})
     rows = {f"{name}{k}": array for name, arrays in parts.items() for k, array in enumerate(arrays)}
-    new = file.with_suffix(f".{COMM.rank}.new.npz")
+    new = Path(file).with_suffix(f".{COMM.rank}.new.npz")
     np.savez(
         new,
         u=m.u,
@@ -27,15 +29,17 @@ def write(file: Path, m: Model, joints: dict[str, list[Floats]] | None = None, *
         **rows,
         **{name: np.asarray(number) for name, number in numbers.items()},
     )
-    new.replace(file.with_suffix(f".{COMM.rank}.npz"))  # whole even if the run is ended here
+    new.replace(Path(file).with_suffix(f".{COMM.rank}.npz"))  # whole even if the run is ended here
 
 
-def read(file: Path, m: Model, joints: tuple[str, ...] = (), **numbers: tuple[int, ...]) -> dict[str, Floats]:
+def read(
+    file: str | Path, m: Model, joints: tuple[str, ...] = (), **numbers: tuple[int, ...]
+) -> dict[str, Floats]:
     """Take a model on from a file, and return all of it; ValueError if it is of another run or version.
 
     joints: names of the lists that `write` got; numbers: shapes of the numbers.
     """
-    path, saved = file.with_suffix(f".{COMM.rank}.npz"), {}
+    path, saved = Path(file).with_suffix(f".{COMM.rank}.npz"), {}
     try:
         with np.load(path) as data:
             saved = dict(data)

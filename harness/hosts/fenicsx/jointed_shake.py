@@ -190,7 +190,7 @@ class Shake:
             self.advance(end)
         return not self.reason
 
-    def save(self, file: Path) -> None:
+    def save(self, file: str | Path) -> None:
         """Write what a run goes on from, FILE.RANK.npz."""
         if not self._begun:
             self._begin()
@@ -205,7 +205,7 @@ class Shake:
             counts=[self.cuts, self.taken],
         )
 
-    def resume(self, file: Path) -> None:
+    def resume(self, file: str | Path) -> None:
         """Go on from the files of a run with the same mesh, laws and ranks."""
         m = self.steps.model
         sizes = {"ledger": (len(fields(Ledger)),), "times": (1 + len(NUMBERS),), "counts": (2,)}

@@ -137,9 +137,9 @@ assert whole.run(0.08)
 first, _ = shake(3, 3)
 assert first.run(0.03)
 folder = Path(COMM.bcast(tempfile.mkdtemp() if COMM.rank == 0 else None))
-first.save(folder / "half")
+first.save(str(folder / "half"))
 again, _ = shake(3, 3)
-again.resume(folder / "half")
+again.resume(str(folder / "half"))
 assert again.at == first.at and again.taken == first.taken
 assert again.run(0.08)
 m, other = again.steps.model, whole.steps.model
