@@ -193,6 +193,7 @@ def test_groups_follow_their_cells() -> None:
         ({"bed": None}, "joint bed: bed: no such group of faces: expected one of top"),
         ({"top": None}, "joint top: 2 of its 2 faces have a cell on one side only"),
         ({"bed": ("brick", "*")}, r"joint bed: 0 of the 2 faces between blocks.*Blocks: block_1, block_2"),
+        ({"bed": ("*", "*"), "rest": ("*", "block_2")}, "rules before it have taken all of its 2 faces"),
     ],
 )
 def test_errors(joints: dict[str, object], words: str) -> None:

@@ -119,7 +119,7 @@ def _choose(joints: Joints, old: Solids) -> list[Integers]:
     for number, (name, rule) in enumerate(joints.items()):
         if isinstance(rule, Mapping):
             continue
-        count = 0
+        count = left = 0
         for face, joint_of, (a, b) in zip(old.faces, chosen, sides, strict=True):
             c = corners(d, face.nodes.shape[1])
             at = a != b
@@ -142,14 +142,19 @@ def _choose(joints: Joints, old: Solids) -> list[Integers]:
                     np.array([fnmatchcase(text, word) for text in old.names]) for word in rule
                 )
                 at &= (fits_first[a] & fits_second[b]) | (fits_first[b] & fits_second[a])
-            joint_of[at & (joint_of < 0)] = number
             count += int(at.sum())
+            at &= joint_of < 0
+            left += int(at.sum())
+            joint_of[at] = number
         if not count:
             raise ValueError(
                 f"joint {name}: 0 of the {sum(int((a != b).sum()) for a, b in sides)} faces between blocks: "
                 "expected at least one. Blocks that touch share their nodes (BooleanFragments in gmsh). "
                 f"Blocks: {', '.join(old.names)}"
             )
+        if not left:
+            text = f"joint {name}: rules before it have taken all of its {count} faces"
+            raise ValueError(f"{text}: expected one that is left, or another order")
     return chosen
 
 
