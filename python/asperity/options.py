@@ -30,8 +30,8 @@ class Parser(argparse.ArgumentParser):
         return super().parse_known_args(values, namespace)
 
 
-NEGATIVES = re.compile(r"-[\d.][-+.\deE]*,[-+.,\deE]*")
-"""List of numbers of which the first one is negative."""
+NEGATIVES = re.compile(r"-[\d.][-+.\deE]*,[-+.,\deE]*|-\d+\.|-(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
+"""List of numbers of which the first one is negative, or such a number that argparse takes for an option."""
 
 
 class Arguments(Protocol):

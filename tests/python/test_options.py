@@ -46,7 +46,9 @@ def test_kinds_of_arguments() -> None:
     assert (options.flag, options.count, options.set) == (False, 3, [])
 
 
-@pytest.mark.parametrize("text", ["-0.3,-1", "-.5,2", "-1e-3,-2e+1,3", "0.3,-1", "-2"])
+@pytest.mark.parametrize(
+    "text", ["-0.3,-1", "-.5,2", "-1e-3,-2e+1,3", "0.3,-1", "-2", "-2.", "-1e-3", "-.5E+2"]
+)
 @pytest.mark.parametrize("many", [{}, {"nargs": "+"}])
 def test_lists_that_begin_with_a_minus_sign(text: str, many: dict[str, str]) -> None:
     """They are values, alone and among others; options remain options."""
@@ -55,6 +57,13 @@ def test_lists_that_begin_with_a_minus_sign(text: str, many: dict[str, str]) -> 
     assert options.sigma_N == ([text] if many else text) and options.output == Path("out")
     with pytest.raises(SystemExit):
         parsed(*rows, words=f"--sigma-N -x,{text} -o out")
+
+
+@pytest.mark.parametrize("text", ["-2", "-2.", "-1e-3", "-1.5E3"])
+def test_numbers_that_begin_with_a_minus_sign(text: str) -> None:
+    """They are values in any form of a number."""
+    options = parsed(("--direction X", "", float, {"nargs": "+"}), words=f"--direction 1 {text} {text}")
+    assert options.direction == [1.0, float(text), float(text)]
 
 
 def test_name_value() -> None:
