@@ -353,6 +353,9 @@ def test_blocks_of_files(tmp_path: Path) -> None:
         assert jointed.names == blocks and len(jointed.points) == 8
 
 
+CASE = Path(__file__).parents[2] / "harness/cases/figure05b.nml"
+
+
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Reads a mesh, prints its counts, writes it; what it wrote it replaces."""
     grid((4, 2), (2, 1)).write(tmp_path / "wall.vtu")
@@ -368,6 +371,9 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*words, "--joint", "bed"]) == 1
     assert "joint bed: bed: no such group of faces" in capsys.readouterr().err
     assert main([*words, "--law", "bed=case.nml"]) == 1
+    for rule, text in (("--joint", "bed=block_0:block_1"), ("--law", f"bed={CASE}")):
+        assert main([*words, rule, text, rule, text]) == 1
+        assert "bed is given twice: expected one" in capsys.readouterr().err
     assert main(words) == 0
     assert main([*words[:2], "-o", words[1]]) == 1
 

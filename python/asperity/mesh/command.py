@@ -84,6 +84,8 @@ def _mesh(options: argparse.Namespace) -> int:
         if not match:
             raise ValueError(f"--joint {text}: expected NAME, NAME=A:B or NAME=A~B")
         name, first, sign, second = match.groups()
+        if name in rules:
+            raise ValueError(f"--joint {text}: {name} is given twice: expected one rule for each name")
         rules[name] = {first: second} if sign == "~" else [first, second] if first else None
     if options.direction is not None and not (
         len(options.direction) in (2, 3) and np.linalg.norm(options.direction) > 0.0
@@ -94,6 +96,8 @@ def _mesh(options: argparse.Namespace) -> int:
         name, equals, case = text.partition("=")
         if not equals:
             raise ValueError(f"--law {text}: expected NAME=CASE.nml")
+        if name in laws:
+            raise ValueError(f"--law {text}: {name} is given twice: expected one case for each joint")
         laws[name] = read_run(Path(case), None).interface
     with shown_warnings():
         mesh = split(options.mesh, rules or None, options.blocks, options.direction, options.join)
