@@ -1,55 +1,16 @@
-"""Files of shear-box tests: what laboratories export is read, and what is wrong is refused by its place."""
+"""Files of shear-box tests: what laboratories export is read."""
 
 from __future__ import annotations
 
 import re
-import warnings
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import asperity
 import numpy as np
 import pytest
 from asperity.tools.fit import ShearTest, read_tests
 from asperity.tools.tables import read_table
-
-HEADER, SHORT, ENVELOPE = "slip,tau,dilation,sigma_N\n", "slip,tau,sigma_N\n", "sigma_N,peak,residual,slip\n"
-WITH_K = "slip,tau,dilation,k_N,sigma_N\n"
-UNITS = "slip [mm],tau [MPa],dilation [mm],sigma_N [MPa]\n"
-ROWS = "".join(f"{0.1 * i:.1f},{min(i, 4) * 0.2:.1f},{0.02 * i:.2f},-1\n" for i in range(1, 8))
-LINE = SHORT + "".join(f"{0.1 * i:.1f},{min(i, 4) * 0.2:.1f},-1\n" for i in range(1, 8))
-SLIP, TAU, DILATION = np.linspace(0.1, 0.7, 7), 0.2 * np.minimum(np.arange(1, 8), 4), 0.02 * np.arange(1, 8)
-
-
-def write(folder: Path, text: str, name: str = "record.csv", encoding: str = "utf-8") -> Path:
-    """A file."""
-    path = folder / name
-    path.write_text(text, encoding=encoding)
-    return path
-
-
-def seven(row: Callable[[int], str]) -> str:
-    """Seven rows."""
-    return "".join(row(i) + "\n" for i in range(1, 8))
-
-
-def same(test: ShearTest, s_N: bool = True, digits: float = 1e-9) -> None:
-    """Check that a test is that of ROWS, in mm and MPa."""
-    assert test.slip == pytest.approx(SLIP, abs=digits) and test.tau == pytest.approx(TAU, abs=digits)
-    assert test.sigma_N == pytest.approx(-1.0)
-    assert (test.s_N == pytest.approx(DILATION, abs=digits)) if s_N else test.s_N is None
-
-
-def warned(path: Path) -> tuple[list[ShearTest], list[str]]:
-    """Tests of a file, and the warnings."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        found = read_tests(path)
-    return found, [str(one.message) for one in caught]
-
-
-# --- what is read -------------------------------------------------------------------------------------------
+from support_records import DILATION, HEADER, ROWS, SHORT, SLIP, TAU, UNITS, same, seven, warned, write
 
 LABS = {
     "plain": ("utf-8", HEADER + ROWS),
@@ -306,147 +267,3 @@ def test_headers(tmp_path: Path) -> None:
         table = read_table(write(tmp_path, f"# box\nTest #;{text};x\n1;2;3 # row\n"), "numbers")
         assert (table.names, table.units) == (["Test #", "tau", "x"], ["", "N/mm2", ""]), text
         assert table.cells.values.tolist() == [["1", "2", "3"]]
-
-
-# --- what is doubted ----------------------------------------------------------------------------------------
-
-
-def test_unusual_sizes(tmp_path: Path) -> None:
-    """Stresses of a gigapascal give a warning."""
-    with pytest.warns(asperity.ModelWarning, match="the largest stress is 500 MPa, which is unusual"):
-        read_tests(write(tmp_path, UNITS + ROWS.replace(",-1\n", ",-500\n")))
-
-
-def test_closing_joint(tmp_path: Path) -> None:
-    """A joint that closes as far as it should open gives a warning."""
-    rows = "".join(f"{i},{min(i, 4)},{-0.2 * i:g},-5\n" for i in range(1, 9))
-    with pytest.warns(asperity.ModelWarning, match="dilation: -1.6 at the end: .* check the sign"):
-        read_tests(write(tmp_path, "slip,tau,dilation,sigma_N\n" + rows))
-
-
-@pytest.mark.parametrize(
-    ("text", "decimal", "slip", "tau"),
-    [
-        # the column itself, or all others, show what the mark is
-        ("0,1;1,150;-5\n0,2;1,234;-5\n", None, 0.2, 1.234),
-        ("0.1;1,150.5;-5\n0.2;1,234;-5\n", None, 0.2, 1234.0),
-        ("0.1;950;-5\n0.2;1,234,000;-5\n", None, 0.2, 1234000.0),
-        ("40.000;1,5;-5\n50.000;2,5;-5\n", ".", 50.0, 2.5),
-        ("40.000;1,5;-5\n50.000;2,5;-5\n", ",", 50000.0, 2.5),
-        ("1,000;1,150;-5\n2,000;1,234;-5\n", ",", 2.0, 1.234),
-        ("1,000;1,150;-5\n2,000;1,234;-5\n", ".", 2000.0, 1234.0),
-        ("1.000,1.150,-5\n2.000,1.234,-5\n", None, 2.0, 1.234),
-        ("1,000;1,150;-5\n2,000;1,234;-5\n", None, 0.0, 0.0),
-        ("1.000;1.150;-5\n2.000;1.234;-5\n", None, 0.0, 0.0),
-        ("1.000;1,5;-5\n2.000;2,5;-5\n", None, 0.0, 0.0),
-        ("1.000;1.200,9;-5\n2.000;300,5;-5\n", None, 0.0, 0.0),
-        ("1,000;0.5;-5\n2,000;0.75;-5\n", None, 0.0, 0.0),
-        ("1.000\t1,5\t-5\n2.000\t2,5\t-5\n", None, 0.0, 0.0),
-    ],
-)
-def test_decimal_marks(text: str, decimal: str | None, slip: float, tau: float, tmp_path: Path) -> None:
-    """1,234 is read by what its column or all others show; otherwise the file is refused."""
-    mark = next(one for one in ";\t," if one in text)
-    path = write(tmp_path, f"slip{mark}tau{mark}sigma_N\n" + text + text.splitlines()[-1])
-    table = read_table(path, "numbers")
-    if slip > 0.0:
-        assert table.numbers([0, 1], ["slip", "tau"], (), decimal)[1].tolist() == [slip, tau]
-        return
-    with pytest.raises(ValueError, match=r"line 2, column slip: 1.000 may be .* or --decimal comma or point"):
-        table.numbers([0, 1], ["slip", "tau"])
-
-
-# --- what is refused ----------------------------------------------------------------------------------------
-
-BAD: list[tuple[str, dict[str, Any], str]] = [
-    # columns
-    ("slip,shear,sigma_N\n1,2,-1\n", {}, "record.csv: line 1: columns slip, shear, sigma_N: expected tau, t"),
-    ("slip,slip,tau,sigma_N\n", {}, "line 1: column slip is there twice"),
-    (LINE, {"columns": {"foo": "bar"}}, "columns: foo: expected one of slip, tau"),
-    # rows
-    ("", {}, "no rows: expected a header"),
-    (HEADER + "0.1,1,0.1,-1\n", {}, "record.csv: 1 rows: expected at least 5"),
-    (HEADER + ROWS + "0.9,1,0.1\n", {}, "line 9: 3 values: expected 4"),
-    # cells
-    (HEADER + ROWS + "0.9,high,0.1,-1\n1,1,low,-1\n", {}, "line 9, column tau: high: expected a finite numb"),
-    (SHORT + "0.1,0.2,-1\n0.2,MPa,-1\n0.3,0.3,-1\n", {}, "line 3, column tau: MPa: expected a finite"),
-    (LINE + SHORT + LINE[17:], {}, "line 9, column slip: slip: expected a finite number"),
-    # decimal marks
-    (HEADER + ROWS + '"0,9",1,0.1,-1\n', {}, "line 9, column slip: 0,9: expected a finite number"),
-    (SHORT.replace(",", ";") + "0.5;1,5;-1\n2;2.5;-1\n1;1,7;-1\n", {}, "line 3, column tau: 2.5: expected a"),
-    # units
-    ("slip [mm],tau [kPa],sigma_N\n", {}, "sigma_N has no unit: expected one for every column, as slip [mm]"),
-    ("slip [mm],tau [kN],sigma_N [MPa]\n", {}, "line 1: tau [kN]: expected Pa, kPa, MPa, N/mm2, kN/m2, kg/"),
-    (UNITS.replace("dilation [mm]", "k_N [kN/mm]"), {}, "k_N [kN/mm]: expected a unit of stress/length, suc"),
-    # signs and sizes
-    (HEADER + ROWS + "0.9,1,0.1,1\n", {}, "line 9, column sigma_N: 1: expected compression in all rows"),
-    (HEADER + seven(lambda i: f"{i},{-i},{0.1 * i},-9"), {}, "the work of tau along the slip is -24.5 < 0: "),
-    (HEADER + seven(lambda i: f"0.{i},{500 + i},0.0{i},-1"), {}, "tau: 507 at the end where |sigma_N| is 1:"),
-    (HEADER + seven(lambda i: f"{i},1,0,-1"), {}, "column tau is 1 in all rows: expected values that change"),
-    (HEADER + seven(lambda i: f"0.{i},{i},{5 + 0.01 * i},-1"), {}, "line 2, column dilation: 5.01 at slip 0"),
-    (SHORT + seven(lambda i: f"{7.2 + 0.1 * i},{i},-1"), {}, "line 2, column slip: 7.3 in the first row: ex"),
-    (HEADER + ROWS + "0.9,1,0.1,-2\n", {}, "line 9, column sigma_N: -2 is more than 5% off the mean -1.125"),
-    # stiffnesses and other kinds of test
-    (WITH_K + seven(lambda i: f"{i},{i},0,{-i},-1"), {}, "column k_N: 7 values: expected one a test"),
-    (WITH_K + seven(lambda i: f"{i},{i},0,-2,-1"), {}, "line 2, column k_N: -2: expected a stiffness >= 0"),
-    (LINE, {"sigma_N": 2.0}, "sigma_N: 1 values for 0 tests without that column: expected"),
-    (LINE, {"k_N": -1.0}, "k_N = -1: expected a finite stiffness > 0"),
-    (LINE, {"k_T": 2.0}, "line 5: k_T = 2 takes 0.4 off the slip 0.4: expected more than tau/slip = 2"),
-    (LINE, {"k_N": 5.0, "sigma_N_path": True}, "k_N = 5: expected no stiffness beside a prescribed"),
-    (ENVELOPE + "-1,2,1,5\n-2,1,2,5\n", {}, "line 3: residual = 2: expected at most the peak, 1"),
-    (ENVELOPE + "-1,2,1,5\n", {"k_T": 5.0}, "k_T, sigma_N_path: expected curves, not strengths alone"),
-]
-
-
-@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
-@pytest.mark.parametrize(("text", "options", "message"), BAD, ids=[message for *_, message in BAD])
-def test_bad_records(text: str, options: dict[str, Any], message: str, tmp_path: Path) -> None:
-    """Errors have file, line, column, value and expectation."""
-    with pytest.raises(ValueError, match=re.escape(message)):
-        read_tests(write(tmp_path, text), **options)
-
-
-def test_all_errors_at_once(tmp_path: Path) -> None:
-    """The errors of all rows and files are listed together."""
-    first = write(tmp_path, HEADER + ROWS + "0.9,high,0.1,-1\n1,1,low,-1\n")
-    second = write(tmp_path, HEADER + "0.9,1,0.1\n", "second.csv")
-    with pytest.raises(ValueError, match="line 9") as caught:
-        read_tests([first, second])
-    told = str(caught.value).splitlines()
-    assert len(told) == 3 and "line 10, column dilation: low" in told[1]
-    assert "second.csv: line 2: 3" in told[2]
-
-
-def test_files_that_cannot_be_read(tmp_path: Path) -> None:
-    """Errors have the file and the expectation."""
-    path = write(tmp_path, HEADER + ROWS)
-    other = write(tmp_path, UNITS + ROWS, "other.csv")
-    empty = tmp_path / "empty"
-    empty.mkdir()
-    old = tmp_path / "old.xls"
-    old.write_bytes(b"\xd0\xcf\x11\xe0\0\0\0")
-    for files, error, message in (
-        ([tmp_path / "none.csv"], FileNotFoundError, "none.csv"),
-        ([empty], ValueError, r"empty: expected files that end in \.csv"),
-        ([old], ValueError, "old.xls is no text: expected a CSV file with slip, tau, sigma_N"),
-        ([path, tmp_path / "." / "record.csv"], ValueError, "record.csv: given twice: expected each file on"),
-        ([other, path], ValueError, r"record.csv: no units in the header: expected units in .*other"),
-        ([], ValueError, "no test: expected a file"),
-    ):
-        with pytest.raises(error, match=message):
-            read_tests(files)
-
-
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"tau": np.ones(6)}, "t: column tau is 1 in all rows: expected values that change"),
-        ({"slip": [], "tau": []}, r"t: slip has shape \(0,\)"),
-    ],
-)
-def test_tests_that_cannot_be(values: dict[str, Any], message: str) -> None:
-    """A test that a script constructs, of arrays or lists, is also checked."""
-    good = {"slip": list(range(6)), "tau": np.arange(6.0), "s_N": None, "sigma_N": -1}
-    assert ShearTest("t", **good).slip.tolist() == [0, 1, 2, 3, 4, 5]  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match=message):
-        ShearTest("t", **(good | values))
