@@ -93,11 +93,11 @@ def _run(options: argparse.Namespace) -> int:
 
 def _curve(options: argparse.Namespace, joint: Joint, sigma_n: float) -> Result:
     """Law that comes closest to the curves under one normal stress."""
+    from ..fit.columns import DEFAULT
     from ..fit.command import progress
     from ..fit.fitting import fit
     from ..fit.model import ROCK
     from ..fit.outputs import draw as draw_fit
-    from ..fit.records import DEFAULT
     from ..fit.report import case_of, report
 
     test, free = curves(joint, sigma_n), tuple(name.strip() for name in options.free.split(","))
@@ -118,7 +118,7 @@ def _envelope(options: argparse.Namespace, joint: Joint, low: float, high: float
         raise ValueError(
             "--free, --set, --sides: expected with one normal stress; LOW,HIGH needs none of them"
         )
-    from ..fit.records import DEFAULT
+    from ..fit.columns import DEFAULT
     from ..fit.report import unit_of
 
     laws = envelope(joint, low, high)

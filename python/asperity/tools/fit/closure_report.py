@@ -8,7 +8,7 @@ import numpy as np
 
 from ...case_writer import Group, case_text, rounded
 from .closures import ASSUMED_MU, ClosureFit
-from .records import NONE
+from .columns import NONE
 from .report import INCREMENTS, cell_of, comment, compared_rows, constant_rows, first_upper, verdict
 
 if TYPE_CHECKING:

@@ -21,10 +21,11 @@ from ..tables import size
 from .checks import of_kind
 from .closure_test import ClosureTest
 from .closures import fit_closures
+from .columns import DEFAULT, NONE
 from .fitting import fit
 from .model import AUTO, MORTAR, ROCK, SCALES, SIDES
 from .outputs import case_text_of, draw, interface_of, report_of, residuals_of
-from .records import DEFAULT, NONE, read_tests
+from .records import read_tests
 from .report import AnyFit, comment, file_of, intervals_text
 from .shear_test import ShearTest
 from .strength import Strength

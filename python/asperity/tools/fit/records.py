@@ -9,45 +9,32 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ... import contract
-from ..tables import Table, raise_all, read_tables, size
+from ..tables import Table, raise_all, read_tables
 from ..units import area_of
 from .checks import check_rows, check_sizes, warn_if
 from .closure_test import ClosureTest
+from .columns import (
+    BESIDE,
+    DEFAULT,
+    FORCES,
+    KINDS,
+    KNOWN,
+    NONE,
+    REQUIRED,
+    STRENGTHS,
+    columns_of,
+    factors_of,
+)
 from .forces import Area, over_area, shrinking
-from .headings import standard
 from .shear_test import ShearTest
+from .starts import starts_of
 from .strength import Strength
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-REQUIRED, OPTIONAL = ("slip", "tau", "sigma_N"), ("dilation", "k_N", "test")
-STRENGTHS, BESIDE = ("peak", "sigma_N"), ("residual", "peak_slip", "slip")
-FORCES = {
-    f"{name}_force": stress
-    for name, stress in zip(
-        ("shear", "normal", "peak", "residual"), ("tau", "sigma_N", "peak", "residual"), strict=True
-    )
-}
-CLOSURES = ("closure", "sigma_N")
-KNOWN = (*dict.fromkeys(REQUIRED + STRENGTHS + BESIDE + OPTIONAL + CLOSURES), *FORCES)
-"""Columns of a file; STRENGTHS, BESIDE: those needed and others of a table with a row for each test; FORCES:
-forces and the stresses that they are over an area.
-"""
-
-KINDS = dict.fromkeys(("slip", "peak_slip", "dilation", "closure"), "length") | {"k_N": "stiffness"}
-KINDS |= dict.fromkeys(FORCES.values(), "stress") | dict.fromkeys(FORCES, "force")
-DEFAULT, NONE = ("mm", "MPa"), ("length", "stress")
-"""What each column measures; units to which numbers with units are converted, and labels without units."""
-
 LEAST_ROWS = 5
 """Rows of a test: fewer show no stiffness, peak or residual strength."""
-
-LEAP, RETURN, LEAST_WAY, REVERSED = 3.0, 0.3, 0.1, -0.1
-"""Where the slip jumps back the next test begins: smallest jump over the usual step and over the way so far;
-smallest way over that of the file; and smallest tau over the largest one, because a joint that slips back in
-a cycle has reversed tau.
-"""
 
 
 def read_tests(
@@ -169,9 +156,9 @@ def _read(
     none = f"{path}: no rows: expected a header with slip, tau, sigma_N, then numbers"
     if not table.names:
         raise ValueError(none)
-    names = _columns(table, renamed, optional, area is not None)
+    names = columns_of(table, renamed, optional, area is not None)
     measured = {name: unit for name, unit in zip(names, table.units, strict=True) if name in KINDS}
-    factors = _factors(f"{path}: line {table.line}", measured, target or DEFAULT)
+    factors = factors_of(f"{path}: line {table.line}", measured, target or DEFAULT)
     if not len(table.cells):
         raise ValueError(none)
     places = [names.index(name) for name in measured]
@@ -192,7 +179,7 @@ def _read(
         open_ = {*BESIDE} if "peak" in group else set()
         kept = group.drop(columns=unused).dropna(subset=[*{*group} - {"k_N", *unused} - open_])
         left_out += sorted({*group.index} - {*kept.index})
-        starts = [0, *(_starts(kept) if apart else []), len(kept)]
+        starts = [0, *(starts_of(kept) if apart else []), len(kept)]
         returns += [str(kept.index[start]) for start in starts[1:-1]]
         for number in range(1, len(starts)):
             part = kept[starts[number - 1] : starts[number]].copy()
@@ -204,82 +191,6 @@ def _read(
     lines = ", ".join([*map(str, left_out[:10]), *(["..."] if len(left_out) > 10 else [])])
     warn_if(left_out, f"{path}: rows left out, because a cell is empty: {len(left_out)} (line {lines})")
     return tests
-
-
-def _factors(where: str, given: Mapping[str, str], target: tuple[str, str]) -> list[float]:
-    """Factor of every column from its unit to that of the target, 1 where no column has a unit."""
-    length, stress = (size(kind, unit) for kind, unit in zip(NONE, target, strict=True))
-    wanted = {"length": length, "stress": stress, "stiffness": stress / length, "force": stress * length**2}
-    first = next((f"{name} [{unit}]" for name, unit in given.items() if unit), "")
-    without = next((name for name, unit in given.items() if first and not unit), "")
-    if without:
-        text = f"column {without} has no unit: expected one for every column, as {first} has, or none at all"
-        raise ValueError(f"{where}: {text}")
-    kinds = ((KINDS[name], unit, f"{where}: {name} ") for name, unit in given.items() if first)
-    return [size(*kind) / wanted[kind[0]] for kind in kinds] or [1.0] * len(given)
-
-
-def _starts(rows: DataFrame) -> list[int]:
-    """First rows of the tests below the first: the slip has jumped back there, and tau is not reversed."""
-    slip, tau, starts = rows.slip.to_numpy(), rows.tau.to_numpy(), [0]
-    steps = np.abs(np.diff(slip))
-    usual = np.median(steps[steps > 0.0]) if steps.any() else 0.0
-    for i in (np.flatnonzero(steps > LEAP * usual) + 1).tolist():
-        way = slip[starts[-1] : i + 1] - slip[starts[-1]]
-        reach, side = float(np.abs(way).max()), float(np.sign(way[-2]))
-        # a row that is misread is followed by a jump forward
-        jumps = (steps[i - 1 : i + 1] > RETURN * reach).tolist()
-        beyond = max(side * slip[i], side * way[-1]) < -RETURN * reach
-        back = jumps in ([True], [True, False]) and side * (way[-1] - way[-2]) < 0.0 and not beyond
-        upright = tau[i] * side > REVERSED * np.abs(tau).max()
-        if back and upright and reach > LEAST_WAY * np.ptp(slip):
-            starts.append(i)
-    return starts[1:]
-
-
-def _columns(table: Table, renamed: Mapping[str, str], optional: bool, forces: bool) -> list[str]:
-    """Columns of the file, "" for those that are not used.
-
-    A name of the user comes before one of this program, and this before one of a laboratory.  forces: an area
-    is given, so that forces come before stresses.
-    """
-    headers, lower = table.headings, [name.lower() for name in table.names]
-    there = f"{table.path}: line {table.line}: columns {', '.join(headers)}: expected"
-    given = {name: table.places(header) for name, header in renamed.items()}
-    missing = [renamed[name] for name, places in given.items() if not places]
-    if missing:
-        raise ValueError(f"{there} {', '.join(missing)}, too (--columns)")
-    exact = {name.lower(): name for name in KNOWN if name not in renamed}
-    taken = {*renamed, *(exact[name] for name in lower if name in exact)}
-    names = [
-        exact.get(low, name if standard(name) in taken else standard(name))
-        for name, low in zip(table.names, lower, strict=True)
-    ]
-    for name, places in given.items():
-        for place in places:
-            names[place] = name
-    dropped = {FORCES[name] for name in names if name in FORCES} if forces else {*FORCES}
-    names = ["" if name in dropped else name for name in names]
-    shown = {FORCES.get(name, name) for name in names}
-    curved = bool({"tau", "slip"} & shown)
-    closes = "closure" in shown and not curved
-    table_of_strengths = {"peak", "residual"} & shown and "tau" not in shown
-    required = STRENGTHS if table_of_strengths else CLOSURES if closes else REQUIRED
-    missing = [name for name in required if name not in shown and not (optional and name == "sigma_N")]
-    option = f"--columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column with another name"
-    if missing:
-        more = "--sigma-N VALUE for files without sigma_N; --area A for forces"
-        raise ValueError(f"{there} {', '.join(missing)}, too ({option}; {more})")
-    twice = next((name for name in KNOWN if names.count(name) > 1), "")
-    if twice:
-        text = f"column {twice} is there twice: expected one, or --columns {twice}=HEADER"
-        raise ValueError(f"{table.path}: line {table.line}: {text}")
-    used = {*(STRENGTHS + BESIDE if table_of_strengths else REQUIRED + OPTIONAL)}
-    used = {*CLOSURES, "test"} if closes else used
-    used |= {name for name, stress in FORCES.items() if stress in used}
-    unused = [header for header, name in zip(headers, names, strict=True) if name not in used]
-    warn_if(unused, f"{table.path}: columns not used: {', '.join(unused)}")
-    return [name if name in used else "" for name in names]
 
 
 def _strengths(rows: DataFrame) -> list[Strength]:

@@ -13,10 +13,10 @@ from ...case_writer import Word, case_text, pattern_entries, rounded
 from ...contract import Floats
 from ...pattern import Pattern
 from .closures import ClosureFit
+from .columns import NONE
 from .evidence import first_stroke
 from .intervals import CONFIDENCE, Estimate
 from .model import KS, KT, MATERIAL, SCALES, UNITS
-from .records import NONE
 from .result import Fit
 from .shear_test import ShearTest
 from .strengths import StrengthFit

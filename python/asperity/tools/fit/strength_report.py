@@ -8,8 +8,8 @@ from ...case_writer import rounded
 from ...interface import Interface
 from ...material import Material
 from ...pattern import Pattern
+from .columns import NONE
 from .model import KS
-from .records import NONE
 from .report import cell_of, comment, compared_rows, constant_rows, first_upper, shear_case, verdict
 from .strengths import StrengthFit
 
