@@ -9,6 +9,7 @@ import asperity
 import numpy as np
 import pytest
 from asperity.tools.fit import ShearTest, read_tests
+from asperity.tools.fit.closure_test import ClosureTest
 from asperity.tools.tables import read_table
 from support_records import DILATION, HEADER, ROWS, SHORT, SLIP, TAU, UNITS, same, seven, warned, write
 
@@ -50,6 +51,11 @@ LABS = {
         '"Shear\ndisplacement [mm]","Shear\nstress [MPa]","Normal\ndisplacement [mm]",sigma_N [MPa]\n' + ROWS,
     ),
     "blanks": ("utf-8", "slip tau dilation sigma_N\n" + ROWS.replace(",", "  ").replace(".", ",")),
+    "blanks, powers": (
+        "utf-8",
+        "slip tau dilation sigma_N\n"
+        + seven(lambda i: f"{0.1 * i:e} {min(i, 4) * 0.2:e} {0.02 * i:e} -1e0".replace(".", ",")),
+    ),
     "French, in Windows": (
         "cp1252",
         "D\u00e9placement tangentiel (mm),Contrainte de cisaillement (MPa),D\u00e9placement normal (mm),"
@@ -126,10 +132,55 @@ def test_closure_tests_of_either_sign(pressure: float, closure: float, tmp_path:
     """Loading and unloading are told apart; pressure and closure count positive, from the first row."""
     rows = [(0.5, 0.02), (1.0, 0.05), (2.0, 0.08), (4.0, 0.1), (2.0, 0.09), (0.5, 0.06)]
     text = "".join(f"{pressure * p},{closure * c}\n" for p, c in rows)
-    [test] = read_tests(write(tmp_path, "Normal stress [MPa],Joint closure [mm]\n" + text))
+    found, caught = warned(write(tmp_path, "Normal stress [MPa],Joint closure [mm]\n" + text))
+    [test] = found
+    assert ["read as opening positive" in warning for warning in caught] == [True] * (closure < 0.0)
     assert test.pressure == pytest.approx([p for p, _ in rows])
     assert test.closure == pytest.approx([c - 0.02 for _, c in rows])
     assert test.loading.tolist() == [0, 1, 2, 3] and test.unloading.tolist() == [4, 5]
+
+
+@pytest.mark.parametrize(
+    ("column", "headings"),
+    [
+        (
+            "peak",
+            "tau_p; \u03c4_max; Max. shear stress; R\u00e9sistance_au_pic; Scherfestigkeit",
+        ),
+        (
+            "residual",
+            "\u03c4r; tau_res; Restscherfestigkeit; Contrainte r\u00e9siduelle; Residual \u03c4",
+        ),
+        ("sigma_N", "Normal stress at peak; Residual normal stress; \u03c3n; Confining pressure"),
+        (
+            "",
+            "Peak friction angle; Dilation angle; Normalized shear stress; Friction ratio; sigma_ci",
+        ),
+    ],
+)
+def test_headings_of_strengths(column: str, headings: str, tmp_path: Path) -> None:
+    """Columns of a table are known by their names; other quantities with like names are not used."""
+    numbers = {"sigma_N": [1, 2, 3], "peak": [1.2, 2.2, 3.1], "residual": [0.6, 1.1, 1.7], "": [7, 8, 9]}
+    for heading in headings.split("; "):
+        names = {name: heading if name == column else name or "depth" for name in numbers}
+        rows = [";".join(map(str, row)) for row in zip(*numbers.values(), strict=True)]
+        path = write(tmp_path, "\n".join([";".join(names.values()), *rows, ""]))
+        with pytest.warns(asperity.ModelWarning, match=f"columns not used: {re.escape(names[''])}$"):
+            tests = read_tests(path)
+        for name in ("peak", "residual"):
+            assert [getattr(test, name) for test in tests] == numbers[name], heading
+        assert [-test.sigma_N for test in tests] == numbers["sigma_N"], heading
+
+
+def test_headings_of_curves(tmp_path: Path) -> None:
+    """A dilation angle is no dilation, an opening is one, and a closure has its names in other languages."""
+    text = (HEADER + ROWS).replace("dilation", "Opening").replace(",-1\n", ",-1,30\n")
+    path = write(tmp_path, text.replace("sigma_N\n", "sigma_N,Dilation angle\n"))
+    same(warned(path)[0][0])
+    for name in ("Normal closure", "Joint_closure_dn", "Kluftschlie\u00dfung", "Fermeture du joint"):
+        rows = "".join(f"{i},{0.1 * i:g}\n" for i in range(1, 8))
+        [test] = read_tests(write(tmp_path, f"sigma_N,{name}\n{rows}"))
+        assert isinstance(test, ClosureTest) and test.size == pytest.approx(0.6), name
 
 
 @pytest.mark.parametrize("change", [-0.01, -0.03])

@@ -61,7 +61,39 @@ def test_decimal_marks(text: str, decimal: str | None, slip: float, tau: float, 
         table.numbers([0, 1], ["slip", "tau"])
 
 
+@pytest.mark.parametrize("offset", [1.3, -12.3])
+def test_slip_of_a_gauge_that_was_not_set_to_zero(offset: float, tmp_path: Path) -> None:
+    """Where the joint rests in the first row the slip counts from the start of the traction; it is said."""
+    rows = [(0.0, 0.0, 0.0), (0.1, 0.4, 0.0), *((0.1 * i, 0.8, 0.02 * i) for i in range(2, 12))]
+    path = write(tmp_path, HEADER + "".join(f"{s + offset:g},{t},{d:g},-1\n" for s, t, d in rows))
+    with pytest.warns(
+        asperity.ModelWarning, match=rf"line 2, column slip: {offset:g} where 0% of .* from {offset:g}"
+    ):
+        [test] = read_tests(path)
+    assert test.slip == pytest.approx([s for s, *_ in rows], abs=1e-9)
+
+
+def test_dilation_of_a_gauge_that_was_not_set_to_zero(tmp_path: Path) -> None:
+    """The same of the dilation; where the joint slides in the first row the start is not known."""
+    slip = np.linspace(0.0, 6.0, 61)
+    tau, dilation = np.minimum(1.0, 10.0 * slip), 0.6 * (1.0 - np.exp(-slip / 2.0))
+    for start in (0, 1):
+        rows = zip(slip[start:], tau[start:], 0.2 + dilation[start:], strict=True)
+        path = write(tmp_path, HEADER + "".join(f"{s:.6g},{t:.6g},{d:.6g},-1\n" for s, t, d in rows))
+        if start:
+            message = "line 2, column dilation: 0.229262 in the first row, where the rows lead to 0.2"
+            with pytest.raises(ValueError, match=message):
+                read_tests(path)
+        else:
+            with pytest.warns(asperity.ModelWarning, match="line 2, column dilation: 0.2 where 0% of the"):
+                [test] = read_tests(path)
+            assert test.s_N == pytest.approx(dilation, abs=1e-5)
+
+
 # --- what is refused ----------------------------------------------------------------------------------------
+
+CURVE = "".join(f"-1,{2 - 0.1 * i:g},0.5,{i}\n" for i in range(1, 11))
+"""Rows of a table with a peak, a residual strength and a slip."""
 
 BAD: list[tuple[str, dict[str, Any], str]] = [
     # columns
@@ -88,8 +120,8 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     (HEADER + seven(lambda i: f"{i},{-i},{0.1 * i},-9"), {}, "the work of tau along the slip is -24.5 < 0: "),
     (HEADER + seven(lambda i: f"0.{i},{500 + i},0.0{i},-1"), {}, "tau: 507 at the end where |sigma_N| is 1:"),
     (HEADER + seven(lambda i: f"{i},1,0,-1"), {}, "column tau is 1 in all rows: expected values that change"),
-    (HEADER + seven(lambda i: f"0.{i},{i},{5 + 0.01 * i},-1"), {}, "line 2, column dilation: 5.01 at slip 0"),
-    (SHORT + seven(lambda i: f"{7.2 + 0.1 * i},{i},-1"), {}, "line 2, column slip: 7.3 in the first row: ex"),
+    (HEADER + seven(lambda i: f"0.{i},1.{i},{5 + 0.01 * i},-1"), {}, "line 2, column dilation: 5.01 at sli"),
+    (SHORT + seven(lambda i: f"{7.2 + 0.1 * i},1.{i},-1"), {}, "line 2, column slip: 7.3 in the first row, "),
     (HEADER + ROWS + "0.9,1,0.1,-2\n", {}, "line 9, column sigma_N: -2 is more than 5% off the mean -1.125"),
     # stiffnesses and other kinds of test
     (WITH_K + seven(lambda i: f"{i},{i},0,{-i},-1"), {}, "column k_N: 7 values: expected one a test"),
@@ -100,6 +132,18 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     (LINE, {"k_N": 5.0, "sigma_N_path": True}, "k_N = 5: expected no stiffness beside a prescribed"),
     (ENVELOPE + "-1,2,1,5\n-2,1,2,5\n", {}, "line 3: residual = 2: expected at most the peak, 1"),
     (ENVELOPE + "-1,2,1,5\n", {"k_T": 5.0}, "k_T, sigma_N_path: expected curves, not strengths alone"),
+    (ENVELOPE + "-1,2,1,5\n", {"k_N": 5.0}, "k_N, k_T, sigma_N_path: expected curves, not strengths"),
+    (
+        ENVELOPE + CURVE,
+        {},
+        "column peak: 10 rows at one pressure with growing slips are a curve: expected tau",
+    ),
+    (
+        "sigma_N,residual\n-1,0.6\n-2,1.2\n",
+        {},
+        "expected peak, too (--columns peak=HEADER, in Python columns=",
+    ),
+    ("sigma_N,normal displacement\n1,0.1\n2,0.2\n", {}, "a closure test has no slip: --columns closure=HEA"),
 ]
 
 

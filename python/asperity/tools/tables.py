@@ -309,7 +309,7 @@ def _first_row(lines: Sequence[str]) -> tuple[int, str]:
             cells = [cell for cell in (_split(line, mark) if line else []) if cell]
             numbers = sum(bool(NUMBER.fullmatch(cell)) for cell in cells)
             # 0,1 0,2 has decimal commas
-            commas = mark == "," and any(re.fullmatch(r"[-+.\d]+(\s+[-+.\d]+)+", cell) for cell in cells)
+            commas = mark == "," and any(re.fullmatch(r"[-+.\deE]+(\s+[-+.\deE]+)+", cell) for cell in cells)
             if len(cells) > 1 and 2 * numbers >= len(cells) and not commas:
                 first, length = (first if length else i), length + 1
             elif cells and not (mark == "|" and RULE.fullmatch(line)):

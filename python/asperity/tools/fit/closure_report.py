@@ -21,7 +21,8 @@ def closure_report(fit: ClosureFit, units: tuple[str, str] = NONE, verbose: bool
     pressures = [float(pressure) for test in fit.tests for pressure in test.pressure[test.loading[[0, -1]]]]
     contact = "hyperbolic contact" if "closure" in fit.free else "contact of one stiffness"
     lines = [
-        f"tests       {len(fit.tests)} closure tests, {rows} rows of loading, pressure "
+        f"tests       {len(fit.tests)} closure test{'s' if len(fit.tests) > 1 else ''}, {rows} rows of "
+        "loading, pressure "
         f"{min(pressures):.4g} to {max(pressures):.4g} {units[1]}",
         f"model       {contact}; free: {', '.join(fit.free)}",
         "",

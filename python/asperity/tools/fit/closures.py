@@ -217,6 +217,9 @@ def _judged(tests: Sequence[ClosureTest], free: tuple[str, ...], x: Floats, left
         text = f"{left.size} rows of one test, which the law misses by {errors['loading']:.0%}"
         reasons.append(f"{text}: another test would help")
     notes = ["the closure counts from the first row of each test, and only the first loading is fitted"]
+    later = sum(test.pressure.size - len(test.loading) - len(test.unloading) for test in tests)
+    if later:
+        notes.append(f"{later} rows after the first unloading are not used")
     if "closure" not in free:
         notes.append("one stiffness: the rows do not show a largest closure")
     worst_back = max(unloading)

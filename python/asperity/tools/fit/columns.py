@@ -52,6 +52,9 @@ def columns_of(table: Table, renamed: Mapping[str, str], optional: bool, forces:
     dropped = {FORCES[name] for name in names if name in FORCES} if forces else {*FORCES}
     names = ["" if name in dropped else name for name in names]
     shown = {FORCES.get(name, name) for name in names}
+    if "strength" in shown and not {"tau", "slip", "peak"} & shown:
+        # a strength without a slip is that of a test
+        names, shown = ["peak" if name == "strength" else name for name in names], {*shown, "peak"}
     curved = bool({"tau", "slip"} & shown)
     closes = "closure" in shown and not curved
     table_of_strengths = {"peak", "residual"} & shown and "tau" not in shown
@@ -60,6 +63,10 @@ def columns_of(table: Table, renamed: Mapping[str, str], optional: bool, forces:
     option = f"--columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column with another name"
     if missing:
         more = "--sigma-N VALUE for files without sigma_N; --area A for forces"
+        if missing == ["peak"]:
+            more = "residual strengths alone show the friction at large slips: --columns peak=HEADER for them"
+        elif "dilation" in shown and not curved:
+            more = "a closure test has no slip: --columns closure=HEADER"
         raise ValueError(f"{there} {', '.join(missing)}, too ({option}; {more})")
     twice = next((name for name in KNOWN if names.count(name) > 1), "")
     if twice:

@@ -27,14 +27,14 @@ from .columns import (
 )
 from .forces import Area, over_area, shrinking
 from .shear_test import ShearTest
-from .starts import starts_of
+from .starts import from_start, starts_of
 from .strength import Strength
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-LEAST_ROWS = 5
-"""Rows of a test: fewer show no stiffness, peak or residual strength."""
+LEAST_ROWS, LEAST_CURVE = 5, 10
+"""Rows of a test: fewer show no stiffness, peak or residual strength; and of a table that may be a curve."""
 
 
 def read_tests(
@@ -112,8 +112,8 @@ def read_tests(
     )
     if len(kinds) > 1:
         raise ValueError(text)
-    if kinds != {"slip"} and (k_T or sigma_N_path):
-        raise ValueError("k_T, sigma_N_path: expected curves, not strengths alone or closures")
+    if kinds != {"slip"} and (k_N or k_T or sigma_N_path):
+        raise ValueError("k_N, k_T, sigma_N_path: expected curves, not strengths alone or closures")
     if kinds == {"closure"}:
         closures: list[ClosureTest] = _of_all(tables, _closures)
         return closures
@@ -199,6 +199,10 @@ def _strengths(rows: DataFrame) -> list[Strength]:
     if rows.attrs["shrinks"]:
         raise ValueError(f"{path}: strengths of a table: expected one area, --area A")
     given = [name for name in STRENGTHS + BESIDE if name in rows]
+    curve = "slip" in rows and len(rows) >= LEAST_CURVE and rows.sigma_N.nunique() == 1
+    if curve and bool((np.diff(rows.slip) > 0.0).all()):
+        text = f"{len(rows)} rows at one pressure with growing slips are a curve"
+        raise ValueError(f"{path}: column peak: {text}: expected tau, as --columns tau=HEADER")
     # compression has either sign, the same in all rows
     mixed = not ((rows.sigma_N > 0.0).all() or (rows.sigma_N < 0.0).all())
     if mixed:
@@ -234,6 +238,11 @@ def _closures(rows: DataFrame) -> list[ClosureTest]:
             f"{path}: column closure: falls from {first:g} to {last:g} as the pressure grows: expected "
             "closures that grow from the first row, or fall below 0 where opening counts positive"
         )
+    warn_if(
+        last < first,
+        f"{path}: column closure: falls from {first:g} to {last:g} as the pressure grows: read as opening "
+        "positive",
+    )
     sign = np.sign(last - first) or 1.0
     return [ClosureTest(name, pressure, sign * (closure - closure[0]), rows.attrs["units"])]
 
@@ -259,6 +268,7 @@ def _tests(rows: DataFrame, k_T: float | None, sigma_N_path: bool) -> list[Shear
         raise ValueError(f"{name}: {len(rows)} rows: expected at least {LEAST_ROWS}")
     slip, tau, sigma_N = (rows[column].to_numpy() for column in REQUIRED)
     lines, s_N = tuple(rows.index.tolist()), rows["dilation"].to_numpy() if "dilation" in rows else None
+    slip, s_N = from_start(slip, tau, s_N, sigma_N, [f"{path}: line {line}" for line in lines])
     if k_T is not None:
         first = int(np.argmax(np.abs(tau)))
         text = f"{path}: line {lines[first]}: k_T = {k_T:g} takes {tau[first] / k_T:g} off the slip"
