@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import warnings
+from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
 from asperity import ModelWarning
 from asperity.mesh import split, write
+
+from harness.hosts import structured
 
 PLATE = """*Node
 1, 0., 0.
@@ -142,3 +146,63 @@ def test_sets_of_joined_instances(tmp_path: Path) -> None:
     assert sorted(mesh.nodes("B_FOOT")) == sorted(joint.plus.ravel())
     assert mesh.surfaces["B_BED"].tolist() == [[1, 1]] == mesh.surfaces["joint_plus"].tolist()
     assert len(mesh.nodes("A_FOOT")) == 2 and len(mesh.points) == 8
+
+
+FACES = {
+    4: ((1, 2), (2, 3), (3, 4), (4, 1)),
+    8: ((1, 2, 3, 4), (5, 8, 7, 6), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 8, 4), (4, 8, 5, 1)),
+}
+"""Nodes of the faces S1, S2, ... of CPE4 and C3D8, as the manual of Abaqus has them."""
+
+Place = tuple[float, ...]
+
+
+def drawn(seed: int) -> tuple[str, dict[str, set[Place]], dict[str, Counter[frozenset[Place]]]]:
+    """Deck of a grid of blocks with random numbers, sets of nodes and surfaces; their places."""
+    draw = np.random.default_rng(seed)
+    d = int(draw.integers(2, 4))
+    whole = structured.grid(*[np.cumsum(draw.uniform(0.5, 1.5, 4)).round(3) for _ in range(d)], sides=())
+    points, cells = whole.points[:, :d], whole.cells[0].data
+    node, cell = draw.permutation(len(points)) + 5, draw.permutation(len(cells)) + 3
+    block = np.concatenate([[0, 1], draw.integers(0, 2, len(cells) - 2)])
+    place = [tuple(x) for x in points.tolist()]
+    text = "*Node\n" + "".join(f"{n}, {', '.join(map(repr, x))}\n" for n, x in zip(node, place, strict=True))
+    for k in (0, 1):
+        text += f"*Element, type={'CPE4' if d == 2 else 'C3D8'}, elset=B{k}\n"
+        for c in np.flatnonzero(block == k):
+            text += ", ".join(map(str, [cell[c], *node[cells[c]]])) + "\n"
+    nodes, surfaces = {}, {}
+    for k in range(3):
+        chosen = draw.choice(len(points), int(draw.integers(1, len(points))), replace=False)
+        nodes[f"N{k}"] = {place[n] for n in chosen}
+        text += f"*Nset, nset=N{k}\n" + "".join(f"{node[n]}\n" for n in chosen)
+        rows = {(int(draw.integers(len(cells))), int(draw.integers(2 * d))) for _ in range(6)}
+        faces = [frozenset(place[cells[c][i - 1]] for i in FACES[2**d][side]) for c, side in rows]
+        surfaces[f"S{k}"] = Counter(faces)
+        text += f"*Surface, name=S{k}\n" + "".join(f"{cell[c]}, S{side + 1}\n" for c, side in rows)
+    return text, nodes, surfaces
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_drawn_sets(tmp_path: Path, seed: int) -> None:
+    """In the file that is written sets have all nodes at their places, surfaces the given faces."""
+    text, nodes, surfaces = drawn(seed)
+    [written] = write(tmp_path / "out.inp", split(placed(tmp_path, text)))
+    blocks = sets(written)
+    at, corners = {}, {}
+    for head, rows in blocks.items():
+        for row in rows:
+            number, *words = row.split(", ")
+            if head == "*Node":
+                at[number] = tuple(map(float, words))
+            elif head.startswith("*Element") and "COH" not in head:
+                corners[number] = words
+    copies = Counter(at.values())
+    for name, places in nodes.items():
+        numbers = [word for row in blocks[f"*Nset, nset={name}"] for word in row.split(", ")]
+        assert Counter(at[n] for n in numbers) == {x: copies[x] for x in places}
+    for name, faces in surfaces.items():
+        rows = [row.split(", S") for row in blocks[f"*Surface, type=element, name={name}"]]
+        cells = [(corners[c], FACES[len(corners[c])][int(side) - 1]) for c, side in rows]
+        assert Counter(frozenset(at[words[i - 1]] for i in face) for words, face in cells) == faces
+    assert len(at) > len(set(at.values()))
