@@ -88,9 +88,22 @@ def test_calculix_section() -> None:
     assert "thickness h = 0.01" in card and "C3D8R" in card
     assert "TYPE=SOLUTION, USER" in card  # see harness/hosts/calculix
     # CalculiX misreads a full last line of constants
-    constants = entries["*USER MATERIAL, CONSTANTS=21"]  # the most that it passes
+    constants = entries["*USER MATERIAL, CONSTANTS=21"]  # the most that it has room for
     assert len(constants[-1].split(",")) < 8 and numbers(constants) == RT.props(h=0.01)[:21].tolist()
     assert all(name in card for name in contract.statev_names(3)) and "*MATERIAL, NAME=ABAQUSJOINT\n" in card
+
+
+@pytest.mark.parametrize(
+    ("constant", "of_card"), [({"crush": 0.1}, {}), ({"c": 0.1}, {}), ({}, {"implex": 0.1})]
+)
+def test_more_constants_of_calculix(constant: dict[str, float], of_card: dict[str, float]) -> None:
+    """Constants beyond the room of CalculiX come with a line that says so; defaults are left out."""
+    law = Interface(replace(TABLE_2, **constant), RT.pattern)
+    card = law.card("calculix", **of_card)
+    constants = keywords(card)[f"*USER MATERIAL, CONSTANTS={contract.N_USED_PROPS}"]
+    assert numbers(constants) == law.props(**of_card)[: contract.N_USED_PROPS].tolist()
+    assert len(constants[-1].split(",")) < 8
+    assert "has room for 21 constants" in card and "has room" not in RT.card("calculix")
 
 
 @pytest.mark.parametrize("host", ["abaqus", "calculix"])

@@ -6,18 +6,15 @@ from asperity import contract
 from asperity.cards.blocks import AT_FIRST, Block, comments, constants, text_of
 
 MAX_CONSTANTS = 21
-"""Largest number of constants that CalculiX accepts; it does not check their number."""
+"""Number of constants that CalculiX has room for; more overwrite its memory, unless install.sh made room."""
 
 
 def block_of(block: Block) -> str:
     """Block for CalculiX, whose UMATs have a name that begins with ABAQUS; names of SDV are comments."""
-    for row in contract.props_table()[MAX_CONSTANTS : contract.N_USED_PROPS]:
-        if block.prop(row.name) != row.default:
-            raise ValueError(
-                f"{row.name} = {block.prop(row.name):g}: expected {row.default:g} for calculix, which passes "
-                f"at most {MAX_CONSTANTS} constants"
-            )
-    props = block.props[:MAX_CONSTANTS]
+    used = contract.props_table()[: contract.N_USED_PROPS]
+    many = any(block.prop(row.name) != row.default for row in used[MAX_CONSTANTS:])
+    props = block.props[: len(used) if many else MAX_CONSTANTS]
+    room = f"** CalculiX has room for {MAX_CONSTANTS} constants, that of install.sh for these {len(props)}."
     name = block.name.upper()
     if name.startswith("NL"):
         raise ValueError(
@@ -28,6 +25,7 @@ def block_of(block: Block) -> str:
         *(f"** SDV{i}: {text}" for i, text in enumerate(block.statev, 1)),
         f"*MATERIAL, NAME=ABAQUS{name}",
         "** All constants are given: 8 or 16 of them would need a further line, with the temperature.",
+        *([room] if many else []),
         f"*USER MATERIAL, CONSTANTS={len(props)}",
         *constants(props),
         *AT_FIRST,

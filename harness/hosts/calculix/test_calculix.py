@@ -9,6 +9,7 @@ import exported
 import meshio
 import numpy as np
 import pytest
+import spring
 from asperity import Interface, Material, Pattern, contract
 from asperity.mesh import Joint, split, write
 from calculix_run import DIGITS, Floats
@@ -138,6 +139,18 @@ def test_damage_growth_cuts_the_increment(ccx: Path, tmp_path: Path) -> None:
     print(f"largest growth of damage {growth[0]:.2f} and {growth[1]:.2f}")
     assert growth[0] > 0.1 >= growth[1]
     assert cut.attempts > len(cut.iterations)
+
+
+@pytest.mark.parametrize("joint", ["without bond, flat", "without bond, RP-4"])
+def test_implex_behind_a_spring(ccx: Path, joint: str, tmp_path: Path) -> None:
+    """Under dead load, where Newton's method with the symmetrised tangent of the law ends."""
+    law = spring.JOINTS[joint]
+    done = calculix_run.run(ccx, tmp_path, spring.text(law, spring.SPRINGS[-1], 0.1))
+    traction, state = done.vectors("JOINT stresses"), done.state("JOINT")
+    print(f"{sum(done.iterations)} iterations, error of traction {state[:, :, -1].max():.2g}")
+    assert traction[-1, :, 0] == pytest.approx(-spring.PRESSURE, rel=1e-6)
+    assert traction[-1, :, 1] == pytest.approx(spring.strength(law), rel=0.005)  # the error of one increment
+    assert state.shape[2] == law.nstatv + 7 + len(law.pattern.weights)
 
 
 def largest_growth(run: calculix_run.Run) -> float:
