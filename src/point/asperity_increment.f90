@@ -66,6 +66,8 @@ contains
       report%snaps = report%snaps + last%snaps
       report%released = report%released + last%released
       report%ended = last%ended
+      report%jumps = last%jumps
+      report%sides = last%sides
       if (converged >= 1.0_wp .and. reached + part >= 1.0_wp) then
         reached = 1.0_wp
       else
@@ -131,7 +133,7 @@ contains
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! at the start -> at the fraction that was reached
     real(wp), intent(out) :: reached                    !! this fraction, 1: complete
-    type(point_type) :: before, begin, lifted
+    type(point_type) :: before, begin, lifted, stopped
     logical :: has_equilibrium, stays_open
     reached = 0.0_wp
     do while (reached < 1.0_wp)
@@ -149,6 +151,7 @@ contains
       has_equilibrium = any(equations%control%traction) .and. may_go_on(equations)
       stays_open = .false.
       if (has_equilibrium) call snap(law, equations, has_equilibrium)
+      stopped = equations%old
       if (.not. has_equilibrium .and. equations%control%traction(1)) then
         ! the motion may stop on its way to an open joint, which is in equilibrium without prescribed tractions, and
         ! stays open beyond the limit of updates
@@ -161,6 +164,7 @@ contains
       end if
       if (.not. has_equilibrium) then
         equations%report%ended = merge(ended_limit, ended_lost, equations%report%updates >= most_updates)
+        if (law%discontinuous .and. equations%report%ended == ended_lost) call note_jump(law, equations, stopped)
         equations%old = before
         exit
       end if
@@ -277,6 +281,56 @@ contains
       end if
     end associate
   end subroutine note_snap
+
+  !> Report a jump of the law where a motion has stopped: a free traction is below its prescribed value at one side and
+  !> above it at the other, however near they are. No separation carries a value between them.
+  subroutine note_jump(law, equations, stopped)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(inout) :: equations    !! prescribed values at the fraction `done`; the report is set
+    type(point_type), intent(in) :: stopped             !! the point where the motion has stopped
+    type(point_type) :: at
+    !> Change of a traction over a change of the separation that is no stiffness, relative to the largest one.
+    real(wp), parameter :: steepest = 100.0_wp
+    real(wp) :: ends(2), error, middle, nearest, r(3), residuals(2), tractions(2), x(3)
+    integer :: i, j
+    nearest = 2.0_wp*spacing(max(maxval(abs(stopped%s)), law%s_0))
+    do i = 1, 3
+      if (.not. equations%control%traction(i)) cycle
+      ends = stopped%s(i) + [-1.0_wp, 1.0_wp]*(2.0_wp*shortest_motion*law%s_0)
+      do j = 1, 2
+        call look(ends(j), j)
+      end do
+      if (.not. (residuals(1) < 0.0_wp .and. residuals(2) > 0.0_wp)) cycle
+      do while (ends(2) - ends(1) > nearest)
+        middle = 0.5_wp*sum(ends)
+        call look(middle, 0)
+        j = merge(1, 2, r(i) < 0.0_wp)
+        ends(j) = middle
+        residuals(j) = r(i)
+        tractions(j) = at%traction(i)
+      end do
+      ! across a steep but continuous place the change is that of a stiffness, or a rounding error
+      if (residuals(2) - residuals(1) <= steepest*law%largest_stiffness*nearest) cycle
+      equations%report%jumps = i
+      equations%report%sides = tractions
+      exit
+    end do
+
+  contains
+
+    !> Traction and residual with this separation, of one end where it is given.
+    subroutine look(s, side)
+      real(wp), intent(in) :: s        !! the free separation, length
+      integer, intent(in) :: side      !! 1 or 2, or 0
+      x = stopped%s
+      x(i) = s
+      call evaluate(law, equations, x, equations%done, at, r, error)
+      if (side == 0) return
+      residuals(side) = r(i)
+      tractions(side) = at%traction(i)
+    end subroutine look
+
+  end subroutine note_jump
 
   !> Report a fall by wear, compared with the point at the start of the increment.
   pure subroutine note_fall(law, equations, before)

@@ -276,15 +276,24 @@ contains
         else
           text = text // short(most) // ", the step asks for " // short(asked)
         end if
-      else if (row%report%ended == ended_limit) then
-        text = "the increment needs more than the limit of " // integer_text(most_updates) // " updates of the law"
       else
         text = "none found: the motion under the prescribed tractions reaches no equilibrium within " // &
           to_text(farthest) // " s_f"
+        if (row%report%ended == ended_limit) text = "the increment needs more than the limit of " // &
+          integer_text(most_updates) // " updates of the law"
+        if (row%report%jumps > 0) text = "no equilibrium exists nearby: the traction of the law jumps from t_" // &
+          trim(component_names(row%report%jumps)) // " = " // short(row%report%sides(1)) // " to " // &
+          short(row%report%sides(2)) // " there, and the prescribed one lies between"
         fall = falling_direction(run%point%tangent, run%control%traction, run%control%spring, &
           run%given - run%point%traction - run%control%spring*run%point%s)
-        if (any(abs(fall) > 0.0_wp)) text = text // "; the joint leaves its last equilibrium in the direction (" // &
-          short(fall(1)) // ", " // short(fall(2)) // ", " // short(fall(3)) // ")"
+        if (any(abs(fall) > 0.0_wp)) then
+          if (row%report%jumps > 0 .or. row%report%ended == ended_limit) then
+            text = text // "; the joint is least stable in the direction ("
+          else
+            text = text // "; the joint leaves its last equilibrium in the direction ("
+          end if
+          text = text // short(fall(1)) // ", " // short(fall(2)) // ", " // short(fall(3)) // ")"
+        end if
       end if
     end if
     if (run%control%traction(1)) then

@@ -88,6 +88,22 @@ def test_direction_of_a_fall() -> None:
     assert Tx > 0.5 and N > 0.0 and Ty == pytest.approx(0.0, abs=1e-9)
 
 
+def test_jump_of_the_law() -> None:
+    """The error names the tractions at both sides of the foot of closed facets: none between is carried."""
+    mu, theta, height, pressure = 0.0, 30.0, 0.2, 0.3
+    cracked = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=mu, height=height, damage0=1.0)
+    steps = Step(t_N=-pressure, increments=10), Step(t_Tx=1.0e-3)
+    with pytest.raises(EquilibriumLost, match=r"jumps from t_Tx = .* least stable in the direction") as lost:
+        Interface(cracked, Pattern.regular(2, theta, flat=0.0)).run(steps)
+    below, above = map(float, str(lost.value).split("t_Tx = ")[1].split(" there")[0].split(" to "))
+    # two facets in contact by the closure g change their shear by p sin(theta)^2 tan(theta) g/H
+    slope = np.radians(theta)
+    p = pressure / np.cos(slope)
+    jump = p * np.sin(slope) ** 2 * np.tan(slope) * p / cracked.K / height
+    assert above == pytest.approx(jump / 2.0, rel=1.0e-3)
+    assert below == pytest.approx(-jump / 2.0, rel=1.0e-3)
+
+
 def test_refused() -> None:
     """A tangent of another shape, or with a number that is not finite, is named."""
     with pytest.raises(ValueError, match=r"tangent.*\(n, 3, 3\)"):
