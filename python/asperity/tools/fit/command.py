@@ -211,7 +211,9 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     text, case = report_of(result, units, options.verbose), case_text_of(result)
     interface = interface_of(result)
     print(text + warned, "", props_line(interface.props()), sep="\n")
-    write(options, interface, partial(draw, result, units), case, comment(result), intervals_text(result))
+    write(
+        options, interface, partial(draw, result, units), case, comment(result), intervals_text(result, units)
+    )
     if options.residuals is not None:
         cli.replace_file(options.residuals, residuals_of(result))
         print(options.residuals)

@@ -16,7 +16,7 @@ from .outputs import case_text_of, figure_of, interface_of
 from .report import COLUMNS, AnyFit, short, unit_of
 from .result import Fit
 from .strengths import StrengthFit
-from .verdict import FAIR, GOOD
+from .verdict import FAIR, GOOD, coverage
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,7 +34,8 @@ img { max-width: min(100%, 50em); max-height: 26em }
 table { border-collapse: collapse; margin: .7em 0 } th, td { padding: .2em .8em; text-align: right }
 th { border-bottom: 1px solid #888 } td:first-child, th:first-child { text-align: left }
 tr:nth-child(even) td, pre { background: #f5f5f5 } pre { padding: .8em; white-space: pre-wrap }
-td.text, th.text { text-align: left }
+td { white-space: nowrap } td.text, th.text { text-align: left; white-space: normal }
+div { overflow-x: auto }
 .grade { font-weight: bold; padding: .1em .6em; border-radius: .3em; color: #fff }
 .good { background: #2a7d46 } .fair { background: #b7791f } .poor { background: #b23a3a }
 """
@@ -76,7 +77,7 @@ def page(fit: AnyFit, units: tuple[str, str], command: str) -> str:
         rows.append((name, *(f"{value:.4g}" for value in estimate), unit_of(name, units), text))
     verdict = "The constants must not be used: "
     if fit.is_result:
-        verdict = "The constants may be used for the pressures of the tests."
+        verdict = f"The constants may be used for {_range(fit, units)}."
     parts = [
         f"<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
         f"<title>{kind.capitalize()}s: fit</title>"
@@ -89,7 +90,7 @@ def page(fit: AnyFit, units: tuple[str, str], command: str) -> str:
         *(f"<p>Note: {escape(text)}.</p>" for text in fit.notes),
         "<h2>Tests and fit</h2>",
         _image(figure),
-        _compared(fit),
+        _compared(fit, units),
         "<h2>Constants</h2>",
         _table(("constant", "value", "low", "high", "unit", "meaning"), rows),
         MEANING,
@@ -120,7 +121,7 @@ def page(fit: AnyFit, units: tuple[str, str], command: str) -> str:
         "<h2>Errors</h2>",
         _table(("of", "largest" if curves else "rms"), errors),
         "<h2>Case</h2>",
-        f"<pre>{escape(case)}</pre>",
+        f"<p>Units: {units[0]}, {units[1]}.</p><pre>{escape(case)}</pre>",
         f"<pre>{escape(props_line(interface.props()))}</pre>",
         "<h2>How this was made</h2>",
         (
@@ -148,18 +149,44 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     for row in rows:
         cells = (f"<td{end}>{escape(cell)}</td>" for end, cell in zip(ends, row, strict=True))
         body += f"<tr>{''.join(cells)}</tr>"
-    return f"<table><tr>{top}</tr>{body}</table>"
+    return f"<div><table><tr>{top}</tr>{body}</table></div>"
 
 
-def _compared(fit: AnyFit) -> str:
+def _pressures(fit: AnyFit) -> list[float]:
+    """Largest pressure of each test, stress."""
+    if isinstance(fit, ClosureFit):
+        return [float(test.pressure.max()) for test in fit.tests]
+    if isinstance(fit, StrengthFit):
+        return [-test.sigma_N for test in fit.tests]
+    return [-test.pressed for test in fit.tests]
+
+
+def _range(fit: AnyFit, units: tuple[str, str]) -> str:
+    """Pressures, and slips of curves, that the tests cover."""
+    pressures = _pressures(fit)
+    low, slips = min(pressures), ""
+    if isinstance(fit, ClosureFit):
+        low = min(float(test.pressure.min()) for test in fit.tests)
+    elif isinstance(fit, Fit):
+        low, _, slip = coverage(fit.tests)
+        slips = f" and slips up to {slip:.3g} {units[0]}"
+    ends = [f"{pressure:.3g}" for pressure in (low, max(pressures))]
+    text = f"pressures of {ends[0]} to {ends[1]}" if ends[0] != ends[1] else f"a pressure of {ends[0]}"
+    return f"{text} {units[1]}{slips}"
+
+
+def _compared(fit: AnyFit, units: tuple[str, str]) -> str:
     """Measured, fitted and blind numbers of each test."""
     names = [name for name in COLUMNS if any(name in row.measured for row in fit.fitted)]
     rows = []
-    for i, row in enumerate(fit.fitted):
-        cells = [short(row.test)]
+    for i, (row, pressure) in enumerate(zip(fit.fitted, _pressures(fit), strict=True)):
+        cells = [short(row.test), f"{pressure:.4g}"]
         for name in names:
             values = [row.measured, row.predicted, *([fit.blind[i].predicted] if fit.blind else [])]
-            cells.append(" / ".join(f"{numbers[name]:.4g}" for numbers in values if name in numbers))
+            known = values if name in row.measured else []
+            cells.append(" / ".join(f"{numbers[name]:.4g}" for numbers in known))
         rows.append(cells)
     title = "Measured / fitted / blind" if fit.blind else "Measured / fitted"
-    return f"<p>{title}:</p>" + _table(["test", *(COLUMNS[name] for name in names)], rows)
+    stresses = ("peak", "residual")
+    head = [f"{COLUMNS[name]} [{units[1] if name in stresses else units[0]}]" for name in names]
+    return f"<p>{title}:</p>" + _table(["test", f"pressure [{units[1]}]", *head], rows)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,11 +19,12 @@ from ...model_checks import shown_warnings
 from .checks import of_kind
 from .closure_test import ClosureTest
 from .closures import closure_of
+from .columns import NONE
 from .command import NO_RESULT, add_reading, read
 from .evidence import cycles
 from .model import KT, Problem
 from .picture import MARKS
-from .report import compared_rows
+from .report import compared_rows, file_of
 from .series import Series
 from .shear_test import ShearTest
 from .strength import Strength
@@ -242,11 +244,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(action=_run)
 
 
+def _units_of(case: Path) -> str | None:
+    """Units of a case from the file that `asperity fit` wrote beside it, for the option, or none."""
+    path = file_of(case)
+    try:
+        units = json.loads(path.read_text(encoding="utf-8"))["units"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return None if tuple(units) == NONE else ",".join(map(str, units))
+
+
 def _run(options: argparse.Namespace) -> int:
     """Print the comparison and draw it."""
     cli.check_outputs(options.force, [options.case, *options.records], ("--plot", options.plot))
     with shown_warnings():
         run = read_case(options.case).runs[0]
+    options.units = options.units or _units_of(options.case)
     tests, units = read(options)
     spring, direction, slip = spring_of(run)
     with shown_warnings():

@@ -235,8 +235,8 @@ def shear_case(
     )
 
 
-def intervals_text(fit: AnyFit) -> str:
-    """Content of CASE.fit.json: constants with intervals and covariance, grade, errors, predictions."""
+def intervals_text(fit: AnyFit, units: tuple[str, str] = NONE) -> str:
+    """Content of CASE.fit.json: constants, units, intervals and covariance, grade, errors, predictions."""
     names = [name for name in fit.free if name != KT]
     places = [fit.free.index(name) for name in names]
     covariance = fit.covariance[np.ix_(places, places)]
@@ -252,6 +252,7 @@ def intervals_text(fit: AnyFit) -> str:
     blind: Sequence[Comparison | None] = fit.blind or [None] * len(fit.fitted)
     content = {
         "parameters": names,
+        "units": list(units),
         "values": [fit.values[name] for name in names],
         "scales": [SCALES.get(name, "log") for name in names],
         "covariance on the scales": covariance.tolist(),

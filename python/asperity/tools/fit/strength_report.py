@@ -13,6 +13,9 @@ from .model import KS
 from .report import cell_of, comment, compared_rows, constant_rows, first_upper, shear_case, verdict
 from .strengths import StrengthFit
 
+EARLY, BEYOND = 0.02, 1.25
+"""Slip of a first step of a case, with its own increments: over the last slip, and over that at the peak."""
+
 
 def strength_report(fit: StrengthFit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
     """Report of a fit of strengths without curves."""
@@ -45,7 +48,11 @@ def strength_case(fit: StrengthFit) -> str:
     tractions = [rounded(test.sigma_N, 4) for test in fit.tests]
     stiffnesses = [test.peak / test.peak_slip for test in fit.tests if np.isfinite(test.peak_slip)]
     spring = float(np.median(stiffnesses)) if stiffnesses else 0.0
-    text = shear_case("Shear strengths", material, pattern, tractions, [_slip(fit)], spring=spring)
+    # the peak lies near the start, where the increments are short
+    end, peaks = _slip(fit), [test.peak_slip for test in fit.tests if np.isfinite(test.peak_slip)]
+    early = BEYOND * max(peaks) if spring else EARLY * end
+    slips = [early, end] if early < end else [end]
+    text = shear_case("Shear strengths", material, pattern, tractions, slips, spring=spring)
     return "".join(f"! {note}\n" for note in [first_upper(comment(fit)), *notes]) + text
 
 
