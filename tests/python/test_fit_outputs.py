@@ -35,7 +35,7 @@ def test_case_of_strengths_reaches_the_fitted_peaks(text: str, said: Callable) -
 
 
 def test_page_of_strengths_with_gaps(said: Callable) -> None:
-    """Numbers have their units, tests their pressures; what was not measured has no fitted number beside it."""
+    """Numbers have their units, tests their pressures; what was not measured has no fitted number."""
     Path("peaks.csv").write_text(PEAKS)
     said("fit peaks.csv --report page.html")
     page = Path("page.html").read_text()

@@ -28,13 +28,13 @@ START = "<!-- asperity fit -->"
 """Start of the file."""
 
 STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 62em; margin: 2em auto; padding: 0 1em }
+body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 68em; margin: 2em auto; padding: 0 1em }
 h1 { font-size: 1.5em } h2 { font-size: 1.15em; margin-top: 2em }
 img { max-width: min(100%, 50em); max-height: 26em }
 table { border-collapse: collapse; margin: .7em 0 } th, td { padding: .2em .8em; text-align: right }
 th { border-bottom: 1px solid #888 } td:first-child, th:first-child { text-align: left }
 tr:nth-child(even) td, pre { background: #f5f5f5 } pre { padding: .8em; white-space: pre-wrap }
-td { white-space: nowrap } td.text, th.text { text-align: left; white-space: normal }
+td, th { white-space: nowrap } td.text, th.text { text-align: left; white-space: normal }
 div { overflow-x: auto }
 .grade { font-weight: bold; padding: .1em .6em; border-radius: .3em; color: #fff }
 .good { background: #2a7d46 } .fair { background: #b7791f } .poor { background: #b23a3a }
@@ -170,7 +170,7 @@ def _range(fit: AnyFit, units: tuple[str, str]) -> str:
     elif isinstance(fit, Fit):
         low, _, slip = coverage(fit.tests)
         slips = f" and slips up to {slip:.3g} {units[0]}"
-    ends = [f"{pressure:.3g}" for pressure in (low, max(pressures))]
+    ends = [f"{pressure:.4g}" for pressure in (low, max(pressures))]
     text = f"pressures of {ends[0]} to {ends[1]}" if ends[0] != ends[1] else f"a pressure of {ends[0]}"
     return f"{text} {units[1]}{slips}"
 
