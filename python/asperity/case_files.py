@@ -228,6 +228,10 @@ def slip_test(path: Path, run: Run) -> SlipTest:
         numbers = numbers_of(step)
         given = {name for name in TARGETS if name in numbers}
         loaded = bool(preload) or len(slips) > 1
+        if water := max(numbers.get("p", [0.0])):
+            wanted = "expected no p, and its value added to t_N, which is what the joint then carries"
+            raise ValueError(f"{path}: &step: p = {water:g}, a water pressure: {wanted}")
+        given -= {"p"}
         if step.k_N:
             wanted = "expected a constant normal traction, as in the same case without k_N"
             raise ValueError(f"{path}: &step: k_N = {step.k_N:g}, a constant normal stiffness: {wanted}")

@@ -173,6 +173,11 @@ EXPORT = [
     ("kit", changed("slip", "s_N"), "expected &step with t_N, then slip"),
     (
         "kit",
+        changed("t_N = -1.0", "t_N = -1.0, p = 0.2"),
+        "p = 0.2, a water pressure: expected no p, and its value",
+    ),
+    (
+        "kit",
         changed("0.5, kc = 10.0", "0.7", PATTERN, "sides = 4, theta = 45.0", "-1.0", "0.0"),
         "the joint jumps",
     ),
