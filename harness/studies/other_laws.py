@@ -92,13 +92,41 @@ def mohr_coulomb(rng: np.random.Generator) -> Drawn:
     return Drawn(tests, exactly(mu=mu, theta=theta, height=height), [], held)
 
 
-def without_dilation(rng: np.random.Generator) -> Drawn:
-    """The same, whose dilation was not measured; such a joint has no bond."""
-    drawn = mohr_coulomb(rng)
+def without_dilation(
+    rng: np.random.Generator, law: Callable[[np.random.Generator], Drawn] = mohr_coulomb
+) -> Drawn:
+    """Tests of a law whose dilation was not measured; such a joint has no bond."""
+    drawn = law(rng)
     tests = [test._replace(dilation=None) for test in drawn.tests]
     held = drawn.held._replace(dilation=None) if drawn.held else None
     truth = {name: drawn.truth[name] for name in ("mu", "theta")} | exactly(sigma0=0.0)
     return Drawn(tests, truth, [], held)
+
+
+def parabola(rng: np.random.Generator) -> Drawn:
+    """Friction on asperities whose slope falls along a straight line and ends, behind a spring; no bond."""
+    mu, theta, length = rng.uniform(0.45, 0.75), rng.uniform(8.0, 35.0), rng.uniform(0.1, 4.0)
+    stiffness, slope = rng.uniform(5.0, 12.0) * rng.choice([1.0, 10.0]), float(np.tan(np.radians(theta)))
+    height, tests = 0.5 * slope * length, []
+
+    def state(u: float, pressure: float) -> tuple[float, float]:
+        left = max(0.0, 1.0 - u / length)
+        return pressure * (mu + slope * left) / (1.0 - mu * slope * left), height * (1.0 - left**2)
+
+    def test(pressure: float, rows: int) -> Test:
+        end = length * rng.uniform(1.5, 4.0)
+        slips = np.linspace(end / rows, end, rows)
+        own = slips_behind_spring(slips, lambda u: state(u, pressure)[0], stiffness)
+        tau = np.array(
+            [state(u, pressure)[0] if u > 0.0 else stiffness * s for u, s in zip(own, slips, strict=True)]
+        )
+        return Test(slips, tau, np.array([state(u, pressure)[1] for u in own]), pressure)
+
+    pressures = sorted(rng.uniform(0.1, 2.5, int(rng.integers(1, 5))).tolist())
+    for pressure in pressures:
+        tests.append(noisy(rng, test(pressure, int(rng.integers(30, 201))), rng.uniform(0.01, 0.05)))
+    held = test(between(pressures), 100) if len(pressures) > 1 else None
+    return Drawn(tests, exactly(mu=mu, theta=theta, height=height, sigma0=0.0), [], held)
 
 
 def cohesion(rng: np.random.Generator) -> Drawn:
@@ -268,6 +296,8 @@ def nonsense(rng: np.random.Generator) -> Drawn:
 KINDS = {
     "Mohr-Coulomb, decaying dilation": mohr_coulomb,
     "dilation not measured": without_dilation,
+    "parabolic asperities": parabola,
+    "parabolic asperities, no dilation": lambda rng: without_dilation(rng, parabola),
     "cohesion, linear softening": cohesion,
     "cohesion, --joint mortar": cohesion,
     "Barton-Bandis": barton_bandis,
