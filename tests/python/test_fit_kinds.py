@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
+
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
+from asperity.case_files import drive
 from asperity.tools.fit import ShearTest, fit
 from asperity.tools.fit.ladder import Model
+from asperity.tools.fit.predict import predict
+from asperity.tools.fit.report import case_of
 from asperity.tools.fit.squares import residuals, searched
 
 from harness.studies import fits, other_laws, other_strengths
@@ -38,6 +44,66 @@ def test_bond_that_no_row_shows() -> None:
     result, rock = fit(tests), fit(tests, joint="rock")
     assert not result.solution.model.bond or not result.is_result
     assert rock.is_result and rock.values["mu"] == pytest.approx(0.3528, rel=0.01)
+    # the laboratory knows that there is a bond, and no row shows its constants
+    known = fit(tests, joint="mortar")
+    assert not known.is_result and any("rows do not show the bond" in text for text in known.reasons)
+    free, values = ("kT", "mu", "theta", "height"), {"sigma0": 1e-3, "Gc": 1e-6}
+    given = fit(tests, fixed=values, free=free)
+    assert not any("bond" in text for text in given.reasons)
+    assert any("its constants are assumed" in text for text in given.notes)
+
+
+def drawn_tests(
+    kind: str, seed: int, pressures: Callable[[list[float]], bool]
+) -> tuple[list[ShearTest], dict]:
+    """First drawn tests of a law whose pressures meet a condition, and their constants."""
+    for number in range(200):
+        drawn = other_laws.KINDS[kind](np.random.default_rng([seed, number]))
+        if pressures([test.pressure for test in drawn.tests]):
+            return fits.tests_of(drawn), drawn.truth
+    raise AssertionError
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_softening_that_grows_with_the_pressure(seed: int) -> None:
+    """Asperities that soften as a bond, at pressures of a ratio below 1.5: no bond is a result."""
+    tests, _ = drawn_tests(
+        "parabolic asperities, no dilation", seed, lambda p: len(p) == 2 and p[1] < 1.5 * p[0]
+    )
+    one = fit(tests)
+    assert not (one.solution.model.bond and one.is_result)
+
+
+def test_profile_that_the_law_does_not_have() -> None:
+    """The first slope of asperities that end lies in the interval, and is told."""
+    tests, truth = drawn_tests("parabolic asperities", 8, lambda p: len(p) == 2)
+    one = fit(tests)
+    estimate = one.estimates["theta"]
+    assert estimate.low <= truth["theta"][0] <= estimate.high
+    assert any("falls along a line" in text for text in one.notes)
+    # of asperities of the law the other profile is excluded
+    tests, _ = drawn_tests("Mohr-Coulomb, decaying dilation", 8, lambda p: len(p) == 2)
+    one = fit(tests)
+    other = next(part for part in one.assumptions if "along a line" in part.name)
+    assert not other.admissible and not any("falls along a line" in text for text in one.notes)
+
+
+@pytest.mark.slow
+def test_cycles_behind_a_spring() -> None:
+    """The elastic slip of cycles is that of the spring of the drawn law; case and predictions have it."""
+    tests, truth = drawn_tests("Plesha, cycles", 4, lambda p: len(p) == 1)
+    one = fit(tests)
+    assert one.spring > 0.0 and not one.solution.model.bond
+    assert one.estimates["theta"].low <= truth["theta"][0] <= one.estimates["theta"].high
+    Path("joint.nml").write_text(case_of(one))
+    (history,) = drive(Path("joint.nml")).values()
+    # each loop of the case ends at the slip of the box at which that of the test does
+    slid = history.separation[:, 1] + history.traction[:, 1] / one.spring
+    ends = [tests[0].slip.max(), tests[0].slip.min()]
+    assert [slid.max(), slid.min()] == pytest.approx(ends, rel=1e-3)
+    again = predict(one.interface, tests, one.spring)
+    assert again.rms["tau"] == pytest.approx(one.scatter["tau"], rel=1e-6)
 
 
 def test_strengths_at_pressures_close_together() -> None:

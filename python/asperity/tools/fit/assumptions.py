@@ -10,7 +10,7 @@ import numpy as np
 from .evidence import first_stroke
 from .intervals import Assumption, Intervals, spreads
 from .ladder import GAIN, STIFF, Model, independent
-from .model import KS, KT, SCALES, SPRINGS, to_scale
+from .model import KS, KT, SPRINGS, to_scale
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted
 
@@ -47,8 +47,11 @@ def alternatives(
             if "flat" not in base.fixed:
                 add(fixed(flat=FLAT), PATTERNS[1])
         if KT in base.free and not base.bond:
-            add(base.instead(KT, KS, kc=STIFF), "spring in the joint")
-        elif KS in base.free and "W0" not in base.free and first_only(chosen.problem.tests):
+            contact = {"kc": STIFF} if first_only(chosen.problem.tests) else {}
+            add(base.instead(KT, KS, **contact), PLACES[1])
+        elif KS in base.free and not first_only(chosen.problem.tests):
+            add(base.instead(KS, KT), PLACES[0])
+        elif KS in base.free and "W0" not in base.free:
             series = base.instead(KS, KT)
             add(
                 replace(series, fixed={k: v for k, v in series.fixed.items() if k != "kc"}),
@@ -83,14 +86,21 @@ def of_strength(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assump
     free = tuple(name for name in model.free if name not in ("theta", "height", "crush", "W0"))
     bare = [replace(test, s_N=None) for test in tests]
     bare_fit = refitted(chosen, bare, replace(model, free=free), 1.0, SEARCHED)
-    own, parts = Intervals(bare_fit, spreads(bare_fit), []), ("mu", "sigma0", "Gc", KT)
-    ends = {name: [float(to_scale(name, end)) for end in own.of(name)[1:]] for name in bare_fit.model.free}
-    halves = {name: 0.5 * (high - low) for name, (low, high) in ends.items()}
+    halves, parts = halves_of(bare_fit), ("mu", "sigma0", "Gc", KT)
     square = bare_fit.mean_squares["tau"]
-    yield _beside(chosen, square, bare_fit.values, "a slope without friction", "tau", parts, halves)
+    yield beside(chosen, square, bare_fit.values, "a slope without friction", "tau", parts, halves)
 
 
-def _beside(
+def halves_of(solution: Solution) -> dict[str, float]:
+    """Half widths of the intervals of a solution, on the scales of its constants."""
+    own, halves = Intervals(solution, spreads(solution), []), {}
+    for name in solution.model.free:
+        low, high = (float(to_scale(name, end)) for end in own.of(name)[1:])
+        halves[name] = 0.5 * (high - low)
+    return halves
+
+
+def beside(
     chosen: Solution,
     square: float,
     values: Mapping[str, float],
@@ -103,48 +113,3 @@ def _beside(
     own = max(chosen.mean_squares[column], 1e-12)
     difference = independent(chosen)[column] * float(np.log(max(square, 1e-12) / own))
     return Assumption(name, difference, values, difference < GAIN, parts, halves)
-
-
-def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:
-    """Slope and height of the dilation alone, as that of a rigid joint: z = H (1 - exp(-u T/H)).
-
-    Its spring in series is its own, as the law may have put the elastic slip elsewhere.
-    """
-    from scipy.optimize import least_squares
-
-    model = chosen.model
-    if not (model.bond and "theta" in model.free):
-        return
-    stress, length = chosen.problem.size
-    slips, tractions, dilations = [], [], []
-    for test in tests:
-        if test.s_N is not None:
-            rows = first_stroke(test)
-            slips.append(np.abs(test.slip[rows]))
-            tractions.append(np.abs(test.tau[rows]))
-            dilations.append(test.s_N[rows] / max(float(np.ptp(test.s_N)), 1e-300))
-    scales = [float(np.ptp(test.s_N)) for test in tests if test.s_N is not None]
-    ends = "height" in model.free
-
-    def misfit(x: np.ndarray) -> np.ndarray:
-        slope, height = np.exp(x[0]), np.exp(x[-1]) if ends else np.inf
-        own = [np.maximum(0.0, s - t / np.exp(x[1])) for s, t in zip(slips, tractions, strict=True)]
-        heights = [u * slope if not ends else height * (1.0 - np.exp(-u * slope / height)) for u in own]
-        return np.concatenate([z / s - d for z, s, d in zip(heights, scales, dilations, strict=True)])
-
-    start = [np.log(np.tan(np.radians(chosen.values["theta"])))]
-    start += [np.log(chosen.values.get(KT, 10.0 * stress / length))]
-    if ends:
-        start.append(np.log(max(chosen.values["height"], 1e-9)))
-    least = least_squares(misfit, start, max_nfev=50)
-    values = {"theta": float(np.degrees(np.arctan(np.exp(least.x[0]))))}
-    values |= {"height": float(np.exp(least.x[-1]))} if ends else {}
-    square = float(np.mean(least.fun**2))
-    # twice the standard deviation of rows of which as many are independent as in the fit
-    rows = square * least.fun.size / max(1.0, independent(chosen)["dilation"])
-    sizes = 2.0 * np.sqrt(np.maximum(np.diag(np.linalg.pinv(least.jac.T @ least.jac)) * rows, 0.0))
-    theta = np.radians(values["theta"])
-    of_theta = float(np.degrees(sizes[0] * np.sin(theta) * np.cos(theta)))
-    of_theta /= 1.0 if SCALES["theta"] == "linear" else values["theta"]
-    halves = {"theta": of_theta, "height": float(sizes[-1])}
-    yield _beside(chosen, square, values, "the dilation alone", "dilation", ("theta", "height"), halves)

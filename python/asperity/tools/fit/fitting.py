@@ -9,18 +9,19 @@ import numpy as np
 
 from ... import contract
 from ...pattern import Pattern
-from .assumptions import PATTERNS, PLACES, alternatives, of_dilation, of_strength
+from .assumptions import PATTERNS, PLACES, alternatives, of_strength
+from .bonds import guessed, is_near_bond, unseen_bond
 from .checks import check_copies, check_known, shows_dilation, warn_if
 from .evidence import cycles, guesses, noise
 from .intervals import Assumption, Intervals, spreads
 from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
 from .model import AUTO, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
+from .profiles import LINE, of_dilation, of_profile
 from .result import Fit
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, searched
 from .verdict import (
     FAIR,
-    GOOD,
     blind,
     compared,
     grade_of,
@@ -215,7 +216,11 @@ def _fit(
         notes.append(
             f"the slope of the dilation adds less friction than that of the law; without any: {constants}"
         )
-    assumptions = [*_assumed(fits, ranked), *strength, *of_dilation(chosen, tests)]
+    profiles = [*of_dilation(chosen, tests), *of_profile(chosen, tests)]
+    if any(assumption.name == LINE and assumption.difference < -GAIN for assumption in profiles):
+        constants = ", ".join(f"{name} {profiles[-1].values[name]:.3g}" for name in ("theta", "height"))
+        notes.append(f"the slope of the dilation falls along a line, not as that of the law; so: {constants}")
+    assumptions = [*_assumed(fits, ranked), *strength, *profiles]
     intervals = Intervals(chosen, spreads(chosen), assumptions)
     estimates = {name: intervals.of(name) for name in chosen.model.free}
     tick("blind predictions")
@@ -236,14 +241,15 @@ def _fit(
         else:
             reasons.append(f"{text}; {HELP.get(name, 'further tests')} would show it")
     reasons += too_little(chosen, tests)
-    if chosen.model.bond and _joint_of(models) == AUTO:
-        reasons += _guessed(tests, solutions, bic, measured)
-        share = _share_of_bond(chosen)
-        if share < GOOD:
-            reasons.append(
-                f"the rows do not show the bond, which carries at most {share:.1%} of the largest traction: "
-                "--joint rock, or rows at smaller slips"
-            )
+    if chosen.model.bond:
+        auto = _joint_of(models) == AUTO
+        if auto:
+            reasons += guessed(chosen, solutions, bic, measured)
+        reason, note = unseen_bond(chosen, auto, models[0].fixed)
+        reasons += [reason] if reason else []
+        notes += [note] if note else []
+    if not chosen.model.bond and is_near_bond(solutions, bic):
+        notes.append("the tests do not exclude a bond: its mu, theta, height are among the other assumptions")
     notes += remarks(chosen, tests)
     if models[0].fixed.get("mu") == 0.0:
         notes.append(
@@ -254,41 +260,6 @@ def _fit(
     ]
     judged = (fitted, unseen, errors, grade, reasons, notes, assumptions, models_tried)
     return Fit(tests, chosen, intervals, estimates, *judged)
-
-
-def _guessed(
-    tests: Sequence[ShearTest], solutions: Sequence[Solution], bic: Sequence[float], measured: bool
-) -> Iterator[str]:
-    """Reason why a bond is a guess: a joint without bond explains the tests as well, or one pressure does."""
-    rock, bond = (
-        min(
-            (value for solution, value in zip(solutions, bic, strict=True) if solution.model.bond == kind),
-            default=np.inf,
-        )
-        for kind in (False, True)
-    )
-    alone = not measured and len({round(test.pressed, 9) for test in tests}) < 2
-    if alone or rock < bond + GAIN:
-        what = "ladder of models" if measured else "strength alone"
-        help_ = "" if measured else "a measured dilation, "
-        yield (
-            f"the {what} does not tell a bond from asperities that end: --joint mortar or rock, {help_}"
-            "or pressures further apart"
-        )
-
-
-def _share_of_bond(solution: Solution) -> float:
-    """Largest part that the bond carries in a row, over the largest tau of its test.
-
-    It is the part which the same joint with a broken bond lacks.
-    """
-    problem, share = solution.problem, 0.0
-    broken = problem.curves(solution.values | {"damage0": 1.0})
-    for test, (_, rows), (tau, _, _), (rest, _, _) in zip(
-        problem.tests, problem.paths, problem.curves(solution.values), broken, strict=True
-    ):
-        share = max(share, float(np.abs(tau - rest)[rows].max() / np.abs(test.tau).max()))
-    return share
 
 
 def _joint_of(models: Sequence[Model]) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from ...contract import Floats
 from .evidence import cycles, pressures
 from .model import KS, KT, MORTAR, PLAUSIBLE, ROCK, Problem, plausible, to_scale
-from .series import Series
+from .series import CyclicSeries, Series
 from .shear_test import ShearTest
 from .squares import Solution
 
@@ -82,10 +82,14 @@ class Model:
             rest["eta"] = BRITTLE if self.series else 0.9
         elif self.series:
             stress = max(float(np.abs(test.tau).max()) for test in tests)
-            rest[KS] = STIFF * stress / max(float(np.abs(test.slip).max()) for test in tests)
+            rest[KS] = (SOFT_CYCLES if cycles(tests) else STIFF) * stress
+            rest[KS] /= max(float(np.abs(test.slip).max()) for test in tests)
         values = {name: value for name, value in (rest | dict(self.fixed)).items() if name not in self.free}
         sloped = {"theta"} & {*self.free} or self.fixed.get("theta")
-        kind = Series if self.series else Cyclic if cycles(tests) else Problem
+        if cycles(tests):
+            kind: type[Problem] = CyclicSeries if self.series else Cyclic
+        else:
+            kind = Series if self.series else Problem
         return kind(list(tests), self.free, values, self.sides if sloped else 0, direction, weight=weight)
 
     def without(self, name: str, **fixed: float) -> Model:
@@ -103,7 +107,7 @@ def ladder(tests: Sequence[ShearTest], joint: str, known: Mapping[str, float], s
     """Models that the tests may show, simplest first; known: values that the user has given.
 
     Rock: friction, a slope, its height, crushed asperities at several pressures, wear in cycles.  Mortar: the
-    same with a bond.  An elastic spring lies in series with the joint, or in cycles within it.
+    same with a bond.  An elastic spring lies in series with the joint; in cycles a bond is itself elastic.
     """
     dilates = any(test.s_N is not None and np.ptp(test.s_N) > 0.0 for test in tests)
     levels = sorted({round(-test.pressed, 9) for test in tests})
@@ -117,12 +121,11 @@ def ladder(tests: Sequence[ShearTest], joint: str, known: Mapping[str, float], s
     crushed = [("theta", "crush"), ("theta", "height", "crush")] if several else []
     worn = [("theta", "W0"), ("theta", "height", "W0")][: 1 + dilates] if reversed_ else []
     bonded = slopes if dilates else slopes[:1]
-    spring = (KS,) if reversed_ else (KT,)
     constants = []
     if joint != MORTAR:
-        constants += [(*spring, "mu", *more) for more in slopes + crushed + worn]
+        constants += [(KT, "mu", *more) for more in slopes + crushed + worn]
     if joint != ROCK:
-        constants += [(*(() if reversed_ else spring), "sigma0", "Gc", "mu", *more) for more in bonded]
+        constants += [(*(() if reversed_ else (KT,)), "sigma0", "Gc", "mu", *more) for more in bonded]
     rows = sum(test.slip.size * (1 + (test.s_N is not None)) for test in tests)
     models: list[Model] = []
     for free in constants:

@@ -223,16 +223,26 @@ class Problem:
 
 
 def slip_curve(
-    interface: Interface, test: ShearTest, slips: Floats, rows: np.ndarray, direction: float, preload: int
+    interface: Interface,
+    test: ShearTest,
+    slips: Floats,
+    rows: np.ndarray,
+    direction: float,
+    preload: int,
+    spring: float = 0.0,
 ) -> tuple[Floats, Floats, int]:
     """tau along the slip and s_N since its start, (P,) each, and the number of converged rows.
 
     The model of a shear box: `Interface.confined_slip` under sigma_N and k_N of the test, without its
     state and events.  slips, rows: as in `Problem.paths`.  A measured normal traction is prescribed, straight
-    between the rows of the test.  Rows without equilibrium repeat the last one.
+    between the rows of the test.  Rows without equilibrium repeat the last one.  spring: stiffness in series,
+    stress/length, of which the slips are the far end; 0: none.
     """
-    n = slips.size
+    n, along = slips.size, direction_vector(direction)
     load, slide = slip_path(direction, slips, test.sigma_N, preload, test.k_N)
+    if spring:
+        slide = replace(slide, slip=None, direction=None, k_Tx=spring, k_Ty=spring)
+        slide = replace(slide, t_Tx=spring * along[0] * slips, t_Ty=spring * along[1] * slips)
     if test.path_N is not None:
         slide = replace(slide, t_N=np.interp(np.arange(n), [0, *rows], [test.sigma_N, *test.path_N]))
     step, s_N, t_x, t_y = columns_of(interface.props(), [load, slide], ("step", "s_N", "t_Tx", "t_Ty"))
@@ -241,5 +251,4 @@ def slip_curve(
     if done == 0:
         return np.zeros(n), np.zeros(n), 0
     place = first + np.minimum(np.arange(n), done - 1)
-    along = direction_vector(direction)
     return (along[0] * t_x + along[1] * t_y)[place], (s_N - s_N[first])[place], done

@@ -25,7 +25,7 @@ from .evidence import cycles
 from .model import KT, Problem
 from .picture import MARKS
 from .report import compared_rows, file_of
-from .series import Series
+from .series import CyclicSeries, Series
 from .shear_test import ShearTest
 from .strength import Strength
 from .verdict import Comparison, compared, grade_of
@@ -50,6 +50,10 @@ class OfCase(Problem):
 
 class SeriesOfCase(OfCase, Series):
     """The same with a spring in series."""
+
+
+class CyclesOfCase(OfCase, CyclicSeries):
+    """The same with reversals of the slip."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,9 +95,7 @@ def predict(
         rows = [_strength(joint, test, direction, slip) for test in of_kind(tests, Strength)]
         return Prediction(tests, rows, _rms(rows, {}), [])
     curved = of_kind(tests, ShearTest)
-    if spring and cycles(curved):
-        raise ValueError("a spring in series: expected tests without reversals")
-    kind = SeriesOfCase if spring else OfCase
+    kind = OfCase if not spring else CyclesOfCase if cycles(curved) else SeriesOfCase
     problem, values = kind(curved, (), {}, direction=direction, joint=joint), {KT: spring}
     curves = problem.curves(values)
     made, squares = [], dict[str, list[float]](tau=[], dilation=[])
@@ -160,7 +162,8 @@ def spring_of(run: Run) -> tuple[float, float, float]:
             far = np.hypot(*ends).argmax()
             spring = float(step.k_Tx)
             slip = float(np.hypot(ends[0][far], ends[1][far])) / spring
-            direction = float(np.degrees(np.arctan2(ends[1][far], ends[0][far])))
+            first = np.flatnonzero(np.hypot(*ends))[:1]  # the next ones may turn back
+            direction = float(np.degrees(np.arctan2(ends[1][first], ends[0][first])).sum())
         elif step.slip is not None:
             slip = max(slip, float(np.abs(step.slip).max()))
             direction = direction if step.direction is None else float(step.direction)

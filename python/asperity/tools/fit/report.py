@@ -14,7 +14,7 @@ from ...contract import Floats
 from ...pattern import Pattern
 from .closures import ClosureFit
 from .columns import NONE
-from .evidence import first_stroke
+from .evidence import cycles, first_stroke
 from .intervals import CONFIDENCE, Estimate
 from .model import KS, KT, MATERIAL, SCALES, UNITS
 from .result import Fit
@@ -175,7 +175,7 @@ def case_of(fit: Fit) -> str:
     tests, values = fit.tests, fit.values
     turns = max((test.turns for test in tests), key=lambda slips: np.abs(np.diff([0.0, *slips])).sum())
     first = max(tests, key=lambda test: float(np.abs(test.slip).max()))
-    if fit.spring:  # as it was fitted, along the first stroke
+    if fit.spring and not cycles(tests):  # as it was fitted, along the first stroke
         turns = [float(first.slip[np.argmax(np.abs(first.slip[first_stroke(first)]))])]
     elif len(turns) > MOST_TURNS:
         turns = [max(turns, key=abs)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -13,6 +13,9 @@ HALVINGS, FREE, LOCKED = 12, 1.0e-3, 1.0e3
 """Bisections before a secant of the share of a crushed asperity; least 1 - mu t at which a side slides; and
 strength over pressure where it is locked.
 """
+
+Profile = Callable[[Floats, float, float], tuple[Floats, Floats]]
+"""Slope, as a share of the first one, and dilation at the slips of a joint of a first slope and a height."""
 
 RIGID_BOND = 0.99
 """Shape eta of a bond from which on friction acts at the first slip."""
@@ -27,17 +30,33 @@ def has_closed_form(free: Sequence[str], fixed: Mapping[str, float], sides: int,
     return not refused and (brittle or not bond) and sides in (0, 2) and direction == 0.0
 
 
-def rigid_curve(test: ShearTest, u: Floats, values: Mapping[str, float]) -> tuple[Floats, Floats]:
+def exponential(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
+    """Slope (n,), as a share of the first one, and dilation (n,) of the profile of the law."""
+    if height > 0.0 and slope > 0.0:
+        left = np.exp(-u * slope / height)
+        return left, height * (1.0 - left)
+    return np.ones_like(u), u * slope if height <= 0.0 else np.zeros_like(u)
+
+
+def parabola(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
+    """The same of a profile whose slope falls along a straight line, to 0 at the slip 2 height/slope."""
+    left = np.maximum(0.0, 1.0 - 0.5 * u * slope / height)
+    return left, height * (1.0 - left**2)
+
+
+def rigid_curve(
+    test: ShearTest, u: Floats, values: Mapping[str, float], profile: Profile = exponential
+) -> tuple[Floats, Floats]:
     """Strength (n,) and dilation (n,) at the slips u (n,) >= 0 of the joint itself.
 
-    The slope is rho z' and the dilation rho z, z = H (1 - exp(-u T/H)), with the share rho that crushing
-    leaves, the smallest so far (docs/extensions.md, sections 2 and 7).  A bond pulls along the separation,
-    sigma0 (1 - d/d_c), and presses the sides.  The pressure is that of the test at the dilation.
+    The slope is rho z' and the dilation rho z, z = H (1 - exp(-u T/H)) or that of another profile, with the
+    share rho that crushing leaves, the smallest so far (docs/extensions.md, sections 2 and 7).  A bond pulls
+    along the separation, sigma0 (1 - d/d_c), and presses the sides.  The pressure is that of the test at the
+    dilation.
     """
     mu, slope = values["mu"], float(np.tan(np.radians(values.get("theta", 0.0))))
     height, crush, bond = (values.get(name, 0.0) for name in ("height", "crush", "sigma0"))
-    left = np.exp(-u * slope / height) if height > 0.0 and slope > 0.0 else np.ones_like(u)
-    z = height * (1.0 - left) if height > 0.0 else u * slope
+    left, z = profile(u, slope, height)
     steep = slope * left
     pressed = np.full_like(u, -test.sigma_N)
     if test.path_N is not None:

@@ -11,7 +11,7 @@ import numpy as np
 from ...contract import Floats
 from ...pattern import Pattern
 from .model import KS, KT, PRELOAD, Problem, material_of, slip_curve
-from .rigid import has_closed_form, rigid_curve
+from .rigid import Profile, exponential, has_closed_form, parabola, rigid_curve
 from .shear_test import ShearTest
 
 
@@ -69,8 +69,23 @@ class Series(Problem):
         return Rigid(self.tests, self.free, self.fixed, self.sides, 0.0, self.increments, self.weight)
 
 
+class CyclicSeries(Problem):
+    """The same with reversals of the slip, where the driver has the spring: x is the way of its far end."""
+
+    def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
+        """tau, s_N and the number of rows with equilibrium of each test."""
+        interface, pairs = self.interface(values), zip(self.tests, self.paths, strict=True)
+        return [
+            slip_curve(interface, test, *path, self.direction, PRELOAD, values[KT]) for test, path in pairs
+        ]
+
+
 class Rigid(Series):
     """The same in the closed form of two rigid sides, from which a search begins."""
+
+    def profile(self) -> Profile:
+        """Profile of the asperities, that of the law."""
+        return exponential
 
     def compliance(self, values: Mapping[str, float]) -> float:
         """Slip over traction of the spring and of the joint before it slides, length/stress."""
@@ -83,8 +98,16 @@ class Rigid(Series):
         # the law refuses the same values
         material_of(values)
         Pattern.regular(self.sides, values["theta"], values["flat"])
-        tau, s_N = rigid_curve(test, np.abs(slips), values)
+        tau, s_N = rigid_curve(test, np.abs(slips), values, self.profile())
         return _sign(test) * tau, s_N, slips.size
+
+
+class Parabola(Rigid):
+    """The same with asperities whose slope falls along a straight line, which the law does not have."""
+
+    def profile(self) -> Profile:
+        """Profile of the asperities."""
+        return parabola
 
 
 def _sign(test: ShearTest) -> float:
