@@ -1,4 +1,7 @@
-"""UMATs in shared libraries as the law of a case: load paths, utility routines, input and Python."""
+"""UMATs in shared libraries as the law of a case: load paths, utility routines, input and Python.
+
+The law of planted_umat.f has faults on request.
+"""
 
 from __future__ import annotations
 
