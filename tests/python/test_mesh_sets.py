@@ -206,3 +206,12 @@ def test_drawn_sets(tmp_path: Path, seed: int) -> None:
         cells = [(corners[c], FACES[len(corners[c])][int(side) - 1]) for c, side in rows]
         assert Counter(frozenset(at[words[i - 1]] for i in face) for words, face in cells) == faces
     assert len(at) > len(set(at.values()))
+
+
+def test_all_nodes_of_a_block(tmp_path: Path) -> None:
+    """A set of all nodes of a group of cells keeps those of its cells when others are doubled."""
+    text = "*Nset, nset=ROCK, elset=ROCK\n*Nset, nset=ALL\n1, 2, 3, 4, 5, 6\n*Nset, nset=FEW\n1, 3, 4\n"
+    mesh = split(placed(tmp_path, PLATE + text))
+    rock = mesh.cells["quad"][mesh.block["quad"] == mesh.names.index("ROCK")]
+    assert mesh.nodes("ROCK").tolist() == sorted(rock.ravel())
+    assert [len(mesh.nodes(name)) for name in ("ROCK", "ALL", "FEW")] == [4, 8, 5]

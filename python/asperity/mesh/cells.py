@@ -95,6 +95,22 @@ class Solids:
         """2 or 3."""
         return int(self.points.shape[1])
 
+    def places_of(self, nodes: Integers) -> NDArray[np.bool_]:
+        """Which places in the cells have these nodes; if they are all nodes of a group of cells, its own."""
+        inside = np.isin(self.before, nodes)
+        sizes = np.concatenate([np.full(len(rows), rows.shape[1]) for rows in self.cells.values()])
+        whole = np.logical_and.reduceat(inside, np.cumsum(sizes) - sizes)
+        count = len(np.unique(self.before[inside]))
+        groups = [*(np.flatnonzero(self.block == k) for k in range(len(self.names))), *self.sets.values()]
+        for cells in groups:
+            if whole[cells].all():
+                chosen = np.zeros(len(sizes), bool)
+                chosen[cells] = True
+                mine = np.repeat(chosen, sizes)
+                if len(np.unique(self.before[mine])) == count:
+                    return mine
+        return inside
+
 
 def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> Solids:
     """Solids of a mesh, or the cells of a plane one; ValueError for types and groups that do not fit.

@@ -319,7 +319,7 @@ def _groups(
     """Faces by group, with their new nodes, and nodes of named points; rows (cell, face) of groups of faces.
 
     Of faces inside the mesh those on both sides are taken where a joint parts them and no cell is given, else
-    one.
+    one; of nodes those of all sides, but of a set of all nodes of a block its own.
     """
     groups: dict[str, list[Integers]] = {}
     surfaces: dict[str, Integers] = {}
@@ -352,7 +352,7 @@ def _groups(
             surfaces[name] = np.concatenate(rows_of)
     groups = {name: [row for row in rows if len(row)] for name, rows in groups.items() if sum(map(len, rows))}
     for name, nodes in old.spots.items():
-        at = np.unique(own[np.isin(old.before, nodes)])
+        at = np.unique(own[old.places_of(nodes)])
         missing = int((~np.isin(nodes, old.before)).sum())
         if missing:
             text = f"group {name}: {missing} of its {len(nodes)} nodes are in no cell: they are left out"
