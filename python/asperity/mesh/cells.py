@@ -97,18 +97,21 @@ class Solids:
 
     def places_of(self, nodes: Integers) -> NDArray[np.bool_]:
         """Which places in the cells have these nodes; if they are all nodes of a group of cells, its own."""
-        inside = np.isin(self.before, nodes)
+        wanted = np.zeros(max(int(self.before.max()), int(nodes.max(initial=0))) + 1, bool)
+        wanted[nodes] = True
+        inside = wanted[self.before]
         sizes = np.concatenate([np.full(len(rows), rows.shape[1]) for rows in self.cells.values()])
         whole = np.logical_and.reduceat(inside, np.cumsum(sizes) - sizes)
-        count = len(np.unique(self.before[inside]))
         groups = [*(np.flatnonzero(self.block == k) for k in range(len(self.names))), *self.sets.values()]
         for cells in groups:
             if whole[cells].all():
                 chosen = np.zeros(len(sizes), bool)
                 chosen[cells] = True
                 mine = np.repeat(chosen, sizes)
-                if len(np.unique(self.before[mine])) == count:
+                wanted[self.before[mine]] = False
+                if not wanted[self.before[inside]].any():
                     return mine
+                wanted[nodes] = True
         return inside
 
 
