@@ -15,6 +15,10 @@ from ..contract import Floats
 MOST_INCLUDES = 20  # depth at which a file that includes itself is found
 
 
+WITH_INPUT = "NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "FIELD", "INITIAL CONDITIONS"
+"""Keywords whose data lines may be in a file of their own."""
+
+
 @dataclass
 class Block:
     """A keyword, its parameters by name (upper case; None without a value) and its data lines."""
@@ -77,7 +81,7 @@ def blocks(path: Path) -> list[Block]:
     _read(path, path.parent, deck, 0)
     for block in deck:
         source = block.parameters.get("INPUT")
-        if source and block.keyword in ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE"):
+        if source and block.keyword in WITH_INPUT:
             file = _other(source, path.parent, path.parent, block)
             _append(block, file, _text(file).splitlines(), 0)
     return deck

@@ -29,12 +29,8 @@ def problems(path: Path) -> list[str]:
             name = block.name("NAME").upper()
         elif block.keyword == "USER MATERIAL":
             materials[name] = block, np.concatenate([block.numbers(words, k) for k, words in block.rows()])
-    fields = {
-        block.parameters.get("VARIABLE") or "1"
-        for block in deck
-        if block.keyword == "FIELD"
-        or (block.keyword == "INITIAL CONDITIONS" and (block.parameters.get("TYPE") or "").upper() == "FIELD")
-    }
+    fields = [(block.parameters.get("VARIABLE") or "1", block) for block in deck if _is_field(block)]
+    empty, given = ({n: block for n, block in fields if _gives(block) == full} for full in (False, True))
     for block in deck:
         if block.keyword != "COHESIVE SECTION" or block.name("MATERIAL").upper() not in materials:
             continue
@@ -49,7 +45,7 @@ def problems(path: Path) -> list[str]:
         if number == 0:
             continue
         elset = block.name("ELSET").upper()
-        if elset not in types:
+        if not types.get(elset):
             texts.append(f"{block.head()}: elset={elset}: no element is in it")
         wet = sorted(element for element in types.get(elset, ()) if element.startswith(PORE))
         if wet:
@@ -58,10 +54,12 @@ def problems(path: Path) -> list[str]:
                 f"{block.head()}: {', '.join(wet)} carry the water themselves, and so does the law, by field "
                 f"{number} (PROPS 23): expected water = 0, or {dry}"
             )
-        if str(number) not in fields:
+        if str(number) not in given:
+            place = empty.get(str(number))
             texts.append(
                 f"{material.head()}: water = {number}: expected *Field, variable={number} or initial "
-                "conditions of this field, for the water pressure; the deck has none"
+                "conditions of this field, for the water pressure; the deck has "
+                + (f"one without data ({place.where()})" if place else "none")
             )
     if not joints:
         raise ValueError(
@@ -70,8 +68,22 @@ def problems(path: Path) -> list[str]:
     return texts
 
 
+def _is_field(block: Block) -> bool:
+    """Whether a block gives values of a predefined field, in a step or at the start."""
+    kind = (block.parameters.get("TYPE") or "").upper()
+    return block.keyword == "FIELD" or (block.keyword == "INITIAL CONDITIONS" and kind == "FIELD")
+
+
+def _gives(block: Block) -> bool:
+    """Whether there are data: lines, or results of another analysis."""
+    return "FILE" in block.parameters or any(True for _ in block.rows())
+
+
 def _types(deck: list[Block]) -> dict[str, set[str]]:
-    """Types of the elements of each set; a number in several parts stands for all of them."""
+    """Types of the elements of each set; a number in several parts stands for all of them.
+
+    A set may name others, which come before or after it; those that name each other alone have no types.
+    """
     sets: dict[str, set[str]] = {}
     of_number: dict[str, set[str]] = {}
     for block in deck:
@@ -82,11 +94,17 @@ def _types(deck: list[Block]) -> dict[str, set[str]]:
             of_number.setdefault(words[0], set()).add(kind)
         if elset := block.parameters.get("ELSET"):
             sets.setdefault(elset.upper(), set()).add(kind)
+    named: list[tuple[str, str]] = []
     for block in deck:
         if block.keyword == "ELSET":
-            own = sets.setdefault(block.name("ELSET").upper(), set())
+            name = block.name("ELSET").upper()
+            own = sets.setdefault(name, set())
             for member in _members(block, of_number):
-                own |= of_number.get(member, set()) | sets.get(member.upper().rpartition(".")[2], set())
+                own |= of_number.get(member, set())
+                named.append((name, member.upper().rpartition(".")[2]))
+    while any(not sets.get(part, set()) <= sets[name] for name, part in named):
+        for name, part in named:
+            sets[name] |= sets.get(part, set())
     return sets
 
 
