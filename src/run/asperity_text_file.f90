@@ -53,7 +53,8 @@ contains
     call accept_bytes(path, source, errors)
   end subroutine load_file
 
-  !> Blank out the byte-order mark of an editor, and add an error for the first byte that a text file does not have.
+  !> Blank out the byte-order mark of an editor, end each line by a newline, also where a CR alone ends it, and add an
+  !> error for the first byte that a text file does not have.
   pure subroutine accept_bytes(path, source, errors)
     character(len=*), intent(in) :: path                      !! file, or the name of the text
     character(len=:), allocatable, intent(inout) :: source    !! its bytes
@@ -66,6 +67,7 @@ contains
     place%file = path
     line = 1
     do i = 1, len(source)
+      if (source(i:i) == achar(13) .and. source(i + 1:min(i + 1, len(source))) /= newline) source(i:i) = newline
       if (source(i:i) == newline) line = line + 1
       if ((iachar(source(i:i)) < 32 .and. scan(source(i:i), blanks) == 0) .or. iachar(source(i:i)) == 127) then
         place%line = line

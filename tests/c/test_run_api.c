@@ -140,6 +140,21 @@ static int errors_name_their_place(void) {
   return bad;
 }
 
+static int a_cr_alone_ends_a_line(void) {
+  const char *texts[] = {MATERIAL "! then\n" PATTERN "! the steps\n" STEPS "! end\n",
+                         MATERIAL "! then\r" PATTERN "! the steps\r" STEPS "! end\r"};
+  char content[2][8192];
+  int bad = 0;
+  for (int i = 0; i < 2; i++) {
+    asperity_cases *cases = asperity_read_cases(NULL, texts[i], NULL, 0);
+    bad += FAILS(asperity_case_errors(cases, NULL, 0) == 0);
+    const int length = asperity_case_content(cases, content[i], sizeof content[i]);
+    bad += FAILS(length > 0) + FAILS(length < (int)sizeof content[i]);
+    asperity_free_cases(cases);
+  }
+  return bad + FAILS(strcmp(content[0], content[1]) == 0);
+}
+
 static int what_cannot_begin_says_why(void) {
   char message[512];
   asperity_cases *cases = asperity_read_cases(NULL, MATERIAL PATTERN STEPS, NULL, 0);
@@ -245,6 +260,7 @@ int main(void) {
       rows_come_in_parts_of_any_size,
       props_stand_for_material_and_pattern,
       errors_name_their_place,
+      a_cr_alone_ends_a_line,
       what_cannot_begin_says_why,
       loss_of_equilibrium_is_told,
       every_value_of_a_sweep_is_a_run,

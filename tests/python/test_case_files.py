@@ -22,6 +22,8 @@ PLAIN = (
     "text",
     [
         PLAIN.replace("\n", "\r\n"),
+        "! before\n" + PLAIN.replace("&step s_Tx", "! then the slip\n&step s_Tx").replace("\n", "\r"),
+        PLAIN.replace(" /\n", " / ! after\r", 2).replace("10 /\n", "10 /\r\n"),
         PLAIN.rstrip("\n"),
         "! before\n\n" + PLAIN.replace(" /\n", " / ! after\n") + "! behind /\n",
         PLAIN.upper(),
@@ -32,7 +34,7 @@ PLAIN = (
         "\ufeff" + PLAIN + "! Umlaute: äöü /\n",
         "&case title = 'it''s / not ! the \"end\"' /" + PLAIN.replace("\n", ""),
     ],
-    ids="crlf no-newline comments case tabs inner-comments repeats exponents bom one-line".split(),
+    ids="crlf cr mixed no-newline comments case tabs inner-comments repeats exponents bom one-line".split(),
 )
 def test_ways_to_write_a_case(run, text: str) -> None:
     """Line ends, comments, blanks, upper case, repeat counts and exponents do not change the meaning."""
@@ -187,6 +189,16 @@ def test_no_text(run, content: bytes) -> None:
     """Empty and binary files are input errors."""
     messages = run(content, code=1).messages
     assert "case.nml" in messages and "expected a" in messages
+
+
+def test_record_with_old_line_ends(run, tmp_path: Path) -> None:
+    """A record whose lines end with CR alone has the same rows."""
+    found = []
+    for end in ("\n", "\r", "\r\n"):
+        record = end.join(["# recorded", "s_N,s_Tx,s_Ty", "0.01,0.02,-0.01", "-0.02,0.1,0.05", ""])
+        (tmp_path / "record.csv").write_bytes(record.encode())
+        found.append(run(MATERIAL + RP_4 + "&replay file = 'record.csv' /\n").rows)
+    assert found[0] == found[1] == found[2] and len(found[0]) == 2
 
 
 def test_no_file(driver: Path, tmp_path: Path) -> None:

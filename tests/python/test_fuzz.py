@@ -68,7 +68,7 @@ TOKENS = [
         b"nan inf -inf 1e999 1e-999 1e308 -1e300 5e-324 0 -0.0 1e50 -1 1.5 99999999999 2147483648 "
         b".true. '' ' \""
     ).split(),
-    *(b"/ & = , ! * \n \r\n \t \x00 \x7f \xff \xef\xbb\xbf 3* *3 1d5 &step &replay /* %n %s ../ x").split(
+    *(b"/ & = , ! * \n \r\n \r \t \x00 \x7f \xff \xef\xbb\xbf 3* *3 1d5 &step &replay /* %n %s ../ x").split(
         b" "
     ),
     b"9" * 400,
