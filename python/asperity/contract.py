@@ -178,11 +178,21 @@ def pack(values: dict[str, float], listed: Iterable[float] = ()) -> Floats:
 
 
 def number(name: str, value: float | str, admissible: str = "a finite number") -> float:
-    """Convert a value to a double; raises ValueError with its name if that is not possible."""
+    """Convert a value to a double; raises ValueError with its name if that is not possible.
+
+    Of texts only those that other programs read, too: Python takes 1_0 for 10, and digits of any script.
+    """
     try:
-        return float(value)
+        return float(plain(value) if isinstance(value, str) else value)
     except (OverflowError, TypeError, ValueError):
         raise ValueError(f"{name} = {shown(value)}: expected {admissible}") from None
+
+
+def plain(text: str) -> str:
+    """Return the text of a number; raises ValueError for one that no other program reads as Python does."""
+    if "_" in text or not text.isascii():
+        raise ValueError(text)
+    return text
 
 
 def array(name: str, value: ArrayLike, *shapes: tuple[int | str, ...]) -> Floats:

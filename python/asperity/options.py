@@ -15,13 +15,23 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any, Protocol
 
+from .contract import plain
 from .installed import needed
 
 NO_EQUILIBRIUM = 2  # exit code of the driver after a lost equilibrium
 
 
 class Parser(argparse.ArgumentParser):
-    """Parser for which a list of numbers that begins with a minus sign is a value, as a number is."""
+    """Parser for which a list of numbers that begins with a minus sign is a value, as a number is.
+
+    Numbers are those of `contract.plain`.
+    """
+
+    def __init__(self, *words: Any, **settings: Any) -> None:
+        """Make a parser, as of argparse."""
+        super().__init__(*words, **settings)
+        self.register("type", float, lambda text: float(plain(text)))
+        self.register("type", int, lambda text: int(plain(text)))
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Namespace and other words; a word that begins with a blank is a value."""
@@ -169,7 +179,7 @@ def numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[flo
     given = assigned((entry for several in texts for entry in several.split()), option, form, "[^=]*")
     for name, text in given.items():
         try:
-            lists[name] = [float(value) for value in text.split(",")]
+            lists[name] = [float(plain(value)) for value in text.split(",")]
         except ValueError:
             kind = "a number" if count == 1 else "two numbers"
             raise ValueError(f"{option} {name}={text}: expected {form}, {kind}") from None

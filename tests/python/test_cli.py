@@ -78,6 +78,10 @@ def test_version(command: list[str]) -> None:
         ("run a.nml --colour", "usage: asperity"),
         ("fti record.csv", "fti: did you mean fit?"),
         ("xyz record.csv", "xyz: expected one of new, cases,"),
+        # Python alone reads these numbers
+        ("card abaqus case.nml --h=1_0", "argument --h: invalid float value: '1_0'"),
+        ("card abaqus case.nml --map=\u0661", "argument --map: invalid int value"),
+        ("surface scan.csv --spacing 1_0", "argument --spacing: 1_0: expected DX or DX,DY"),
     ],
 )
 def test_wrong_usage(words: str, message: str, capsys: pytest.CaptureFixture[str]) -> None:

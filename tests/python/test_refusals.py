@@ -272,7 +272,18 @@ TEMPLATES = [
 ]
 """Case that `asperity surface --case` copies, and part of the message."""
 
+GROUPED = [
+    ("barton --jrc=10 --jcs=50 --phi-r=30 --length=1 --sigma-n=1_0", "--sigma-n = '1_0': expected"),
+    ("explore --no-browser mu=0_5", "mu = '0_5': expected a finite number"),
+    ("explore --no-browser mu=\u0661", "expected a finite number"),
+    (f"masonry {JOINT.replace('82', '8_2')}", "kn = '8_2': expected a finite number"),
+    ("uncertainty case.nml --sd mu=0_1", "--sd mu=0_1: expected NAME=VALUE, a number"),
+    ("fit scan.csv --area 1_0", "--area 1_0: expected A, an area > 0"),
+]
+"""Numbers that Python alone reads, a typing error elsewhere, and part of the message."""
+
 ROWS = [
+    *((command, CASE, message) for command, message in GROUPED),
     *((command, "", message) for command, message in NEW),
     *((f"card {words} case.nml", text, message) for words, text, message in CARD),
     *((f"select case.nml {words}", text, message) for words, text, message in SELECT),

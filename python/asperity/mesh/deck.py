@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..contract import Floats
+from ..contract import Floats, plain
 
 MOST_INCLUDES = 20  # depth at which a file that includes itself is found
 
@@ -67,7 +67,7 @@ class Block:
     def numbers(self, words: list[str], k: int) -> list[float]:
         """Numbers of a data line, an empty one is 0."""
         try:
-            values = [float(word.lower().replace("d", "e") or 0) for word in words]
+            values = [float(plain(word).lower().replace("d", "e") or 0) for word in words]
         except ValueError:
             raise self.fail(f"{', '.join(words)}: expected numbers", k) from None
         if not np.isfinite(values).all():

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from ..contract import Floats
+from ..contract import Floats, plain
 
 EXAMPLES = {
     "length": ("m", "m, cm, mm, um, in or ft"),
@@ -111,7 +111,7 @@ def area_of(text: str, option: str = "--area") -> Callable[[Floats], Floats]:
     import numpy as np
 
     try:
-        sides = [float(part) for part in text.split(",")]
+        sides = [float(plain(part)) for part in text.split(",")]
     except ValueError:
         sides = []
     if len(sides) not in (1, 2) or not all(0.0 < side < np.inf for side in sides):

@@ -252,7 +252,7 @@ def _write(path: Path, pattern: Pattern) -> None:
 
 def _lengths(text: str) -> tuple[float, ...]:
     try:
-        lengths = tuple(float(part) for part in text.split(","))
+        lengths = tuple(float(contract.plain(part)) for part in text.split(","))
     except ValueError:
         lengths = ()
     if len(lengths) not in (1, 2) or not all(np.isfinite(v) and v > 0.0 for v in lengths):
