@@ -7,23 +7,54 @@ shell, where ASPERITY is the folder of the project.  A text block directly after
 by the output.  A text block with prose in between is an excerpt: each of its lines is replaced by the line of
 the output (or of the file after -o) that differs from it in numbers only.  Files of docs/images that the page
 names are copied.  Numbers in prose do not change: the tests of the pages report those that are out of date.
+Notebooks, such as docs/how-to/rock-joint.ipynb, have what their cells print now.
 """
 
 from __future__ import annotations
 
+import contextlib
 import difflib
+import io
+import json
 import os
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).parents[2]
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+
+
+def printed_by_cells(cells: list[dict[str, Any]]) -> Iterator[tuple[dict[str, Any], str]]:
+    """Cells with code of a notebook, which run here one after the other, and what each prints."""
+    space: dict[str, Any] = {}
+    for cell in cells:
+        if cell["cell_type"] == "code":
+            printed = io.StringIO()
+            with contextlib.redirect_stdout(printed):
+                exec(compile("".join(cell["source"]), cell["id"], "exec"), space)
+            yield cell, printed.getvalue()
+
+
+def notebook(page: Path, folder: Path) -> str:
+    """Text of the notebook with what its cells print in the given folder."""
+    content = json.loads(page.read_text(encoding="utf-8"))
+    here = Path.cwd()
+    os.chdir(folder)
+    try:
+        for cell, printed in printed_by_cells(content["cells"]):
+            stream = {"name": "stdout", "output_type": "stream", "text": printed.splitlines(True)}
+            cell["outputs"] = [stream] if printed else []
+    finally:
+        os.chdir(here)
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
 
 
 def follow(page: Path, folder: Path, hosts: bool = True) -> str:
@@ -85,7 +116,8 @@ def main(names: list[str]) -> None:
     """Refresh pages and their files."""
     for page in map(Path, names):
         with tempfile.TemporaryDirectory() as name:
-            old, new = page.read_text(encoding="utf-8"), follow(page, Path(name))
+            made_anew = notebook if page.suffix == ".ipynb" else follow
+            old, new = page.read_text(encoding="utf-8"), made_anew(page, Path(name))
             page.write_text(new, encoding="utf-8")
             sys.stdout.writelines(difflib.unified_diff(old.splitlines(True), new.splitlines(True), n=0))
             for file in sorted(set(re.findall(r"\(\.\./(images/[\w.]+)\)", new))):

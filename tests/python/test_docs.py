@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import inspect
-import io
 import itertools
 import json
 import os
@@ -13,12 +11,13 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import asperity
 import pytest
 from asperity import cli
 from asperity.installed import driver
+from refresh import printed_by_cells
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -116,18 +115,13 @@ def test_case_example(block: Block, tmp_path: Path) -> None:
 def test_notebook(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each cell prints as many lines as it shows, with the same words; digits of a fit differ."""
     monkeypatch.chdir(tmp_path)
-    space: dict[str, Any] = {}
-    for cell in json.loads(page.read_text(encoding="utf-8"))["cells"]:
-        if cell["cell_type"] == "code":
-            printed = io.StringIO()
-            with contextlib.redirect_stdout(printed):
-                exec(compile("".join(cell["source"]), page.name, "exec"), space)
-            shown = "".join("".join(output["text"]) for output in cell["outputs"])
-            ours, theirs = (
-                [[word for word in line.split() if not re.search(r"\d", word)] for line in text.splitlines()]
-                for text in (printed.getvalue(), shown)
-            )
-            assert ours == theirs
+    for cell, printed in printed_by_cells(json.loads(page.read_text(encoding="utf-8"))["cells"]):
+        shown = "".join("".join(part["text"]) for part in cell["outputs"])
+        ours, theirs = (
+            [[word for word in line.split() if not re.search(r"\d", word)] for line in text.splitlines()]
+            for text in (printed, shown)
+        )
+        assert ours == theirs
 
 
 def commands() -> list[tuple[str, list[str]]]:
