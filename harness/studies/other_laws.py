@@ -65,8 +65,11 @@ def slips_behind_spring(slips: Floats, strength: Callable[[float], float], stiff
     return np.array(joint_slips)
 
 
-def mohr_coulomb(rng: np.random.Generator) -> Drawn:
-    """Friction on a slope that decays with the slip, behind a spring; CNL or CNS."""
+def mohr_coulomb(rng: np.random.Generator, count: int = 0, length: int = 0) -> Drawn:
+    """Friction on a slope that decays with the slip, behind a spring; CNL or CNS.
+
+    count, length, here and below: number of tests, and of their rows, 0 where they are drawn, too.
+    """
     mu, theta, height = rng.uniform(0.45, 0.75), rng.uniform(8.0, 22.0), rng.uniform(0.3, 1.2)
     stiffness, k_N, tests = rng.uniform(5.0, 12.0), float(rng.choice([0.0, 0.0, 3.0])), []
     slope = float(np.tan(np.radians(theta)))
@@ -85,9 +88,11 @@ def mohr_coulomb(rng: np.random.Generator) -> Drawn:
         )
         return Test(slips, tau, np.array([state(u, pressure)[1] for u in own]), pressure, k_N)
 
-    pressures = sorted(rng.uniform(0.4, 2.5, int(rng.integers(1, 5))).tolist())
+    pressures = sorted(rng.uniform(0.4, 2.5, count or int(rng.integers(1, 5))).tolist())
     for pressure in pressures:
-        tests.append(noisy(rng, test(pressure, int(rng.integers(30, 201))), rng.uniform(0.01, 0.05)))
+        tests.append(
+            noisy(rng, test(pressure, length or int(rng.integers(30, 201))), rng.uniform(0.01, 0.05))
+        )
     held = test(between(pressures), 100) if len(pressures) > 1 else None
     return Drawn(tests, exactly(mu=mu, theta=theta, height=height), [], held)
 
@@ -129,7 +134,7 @@ def parabola(rng: np.random.Generator) -> Drawn:
     return Drawn(tests, exactly(mu=mu, theta=theta, height=height, sigma0=0.0), [], held)
 
 
-def cohesion(rng: np.random.Generator) -> Drawn:
+def cohesion(rng: np.random.Generator, count: int = 0, length: int = 0) -> Drawn:
     """Cohesion with linear softening and friction, to which the dilation adds none; half have no dilation."""
     bond, energy, mu = rng.uniform(0.3, 1.2), rng.uniform(0.03, 0.2), rng.uniform(0.6, 0.9)
     stiffness, slope, decay = rng.uniform(30.0, 120.0), rng.uniform(0.1, 0.4), rng.uniform(3.0, 10.0)
@@ -147,9 +152,9 @@ def cohesion(rng: np.random.Generator) -> Drawn:
         dilation = slope / decay * (1.0 - np.exp(-decay * own))
         return Test(slips, tau, dilation if dilates else None, pressure)
 
-    pressures = sorted(rng.uniform(0.1, 1.5, int(rng.integers(1, 5))).tolist())
+    pressures = sorted(rng.uniform(0.1, 1.5, count or int(rng.integers(1, 5))).tolist())
     for pressure in pressures:
-        drawn = test(pressure, int(rng.integers(30, 201)))
+        drawn = test(pressure, length or int(rng.integers(30, 201)))
         tests.append(noisy(rng, drawn, rng.uniform(0.01, 0.05), dilates))
     truth = exactly(mu=mu, sigma0=bond, Gc=energy)
     if dilates:
@@ -158,7 +163,7 @@ def cohesion(rng: np.random.Generator) -> Drawn:
     return Drawn(tests, truth, [], held)
 
 
-def barton_bandis(rng: np.random.Generator) -> Drawn:
+def barton_bandis(rng: np.random.Generator, count: int = 0, length: int = 0) -> Drawn:
     """Barton and Bandis with a mobilised JRC; the dilation angle is half of the roughness part.
 
     Residual and dilation are means over the last tenth of the rows, as in a fit.  The friction without
@@ -179,9 +184,11 @@ def barton_bandis(rng: np.random.Generator) -> Drawn:
         tau = pressure * np.tan(np.radians(phi_r + np.interp(slips / peak_slip, at, share) * angle))
         return Test(slips, tau, np.interp(slips, fine, opening), pressure)
 
-    pressures = sorted(np.exp(rng.uniform(np.log(0.3), np.log(4.0), int(rng.integers(1, 5)))).tolist())
+    pressures = sorted(
+        np.exp(rng.uniform(np.log(0.3), np.log(4.0), count or int(rng.integers(1, 5)))).tolist()
+    )
     for pressure in pressures:
-        exact = test(pressure, int(rng.integers(30, 201)))
+        exact = test(pressure, length or int(rng.integers(30, 201)))
         tests.append(noisy(rng, exact, rng.uniform(0.01, 0.05)))
         end = slice(-max(3, round(0.1 * exact.slip.size)), None)
         means = {"residual": float(exact.tau[end].mean()), "dilation": float(exact.dilation[end].mean())}
@@ -194,7 +201,7 @@ def barton_bandis(rng: np.random.Generator) -> Drawn:
     return Drawn(tests, truth, numbers, held)
 
 
-def plesha(rng: np.random.Generator) -> Drawn:
+def plesha(rng: np.random.Generator, count: int = 0, length: int = 0) -> Drawn:
     """Cycles on two saw teeth that the work of friction flattens (Plesha 1987), behind a spring; CNL.
 
     The slope is tan(theta) exp(-W/W0), W the work of friction per area of the joint, and the opening the
@@ -207,7 +214,7 @@ def plesha(rng: np.random.Generator) -> Drawn:
         int(rng.integers(1, 4)),
     )
     work = float(np.exp(rng.uniform(np.log(1.0), np.log(20.0)))) * amplitude
-    rows = int(rng.integers(40, 121))
+    rows = round(length / (2.0 * cycles + 0.5)) if length else int(rng.integers(40, 121))
 
     def test(pressure: float) -> Test:
         way = np.concatenate(
@@ -236,7 +243,7 @@ def plesha(rng: np.random.Generator) -> Drawn:
 
     tests = [
         noisy(rng, test(float(pressure)), rng.uniform(0.01, 0.05))
-        for pressure in sorted(rng.uniform(0.4, 2.5, int(rng.integers(1, 3))))
+        for pressure in sorted(rng.uniform(0.4, 2.5, count or int(rng.integers(1, 3))))
     ]
     return Drawn(tests, exactly(mu=mu, theta=theta), [])
 
