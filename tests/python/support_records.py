@@ -41,5 +41,5 @@ def warned(path: Path) -> tuple[list[ShearTest], list[str]]:
     """Tests of a file, and the warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        found = read_tests(path)
-    return found, [str(one.message) for one in caught]
+        tests = read_tests(path)
+    return tests, [str(warning.message) for warning in caught]

@@ -112,8 +112,8 @@ def test_numbers_have_twenty_characters(host: str) -> None:
     draw = np.random.default_rng(5)
     for stiffness in (200.0, *draw.uniform(1e4, 1e5, 50).tolist()):  # 8e-05 needs 21 characters for 200
         law = Interface(Material.from_joint(kn=stiffness, ks=0.4 * stiffness, mu=0.5), FLAT)
-        found = keywords(law.card(host, h=1e-5 / 3.0))
-        lines = next(lines for keyword, lines in found.items() if "constants" in keyword.lower())
+        entries = keywords(law.card(host, h=1e-5 / 3.0))
+        lines = next(lines for keyword, lines in entries.items() if "constants" in keyword.lower())
         words = [word.strip() for line in lines for word in line.split(",")]
         assert max(map(len, words)) <= 20
         assert numbers(lines) == pytest.approx(law.props(h=1e-5 / 3.0)[: len(words)], rel=1e-13)

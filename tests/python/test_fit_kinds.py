@@ -71,39 +71,39 @@ def test_softening_that_grows_with_the_pressure(seed: int) -> None:
     tests, _ = drawn_tests(
         "parabolic asperities, no dilation", seed, lambda p: len(p) == 2 and p[1] < 1.5 * p[0]
     )
-    one = fit(tests)
-    assert not (one.solution.model.bond and one.is_result)
+    result = fit(tests)
+    assert not (result.solution.model.bond and result.is_result)
 
 
 def test_profile_that_the_law_does_not_have() -> None:
     """The first slope of asperities that end lies in the interval, and is told."""
     tests, truth = drawn_tests("parabolic asperities", 8, lambda p: len(p) == 2)
-    one = fit(tests)
-    estimate = one.estimates["theta"]
+    result = fit(tests)
+    estimate = result.estimates["theta"]
     assert estimate.low <= truth["theta"][0] <= estimate.high
-    assert any("falls along a line" in text for text in one.notes)
+    assert any("falls along a line" in text for text in result.notes)
     # of asperities of the law the other profile is excluded
     tests, _ = drawn_tests("Mohr-Coulomb, decaying dilation", 8, lambda p: len(p) == 2)
-    one = fit(tests)
-    other = next(part for part in one.assumptions if "along a line" in part.name)
-    assert not other.admissible and not any("falls along a line" in text for text in one.notes)
+    result = fit(tests)
+    assumption = next(part for part in result.assumptions if "along a line" in part.name)
+    assert not assumption.admissible and not any("falls along a line" in text for text in result.notes)
 
 
 @pytest.mark.slow
 def test_cycles_behind_a_spring() -> None:
     """The elastic slip of cycles is that of the spring of the drawn law; case and predictions have it."""
     tests, truth = drawn_tests("Plesha, cycles", 4, lambda p: len(p) == 1)
-    one = fit(tests)
-    assert one.spring > 0.0 and not one.solution.model.bond
-    assert one.estimates["theta"].low <= truth["theta"][0] <= one.estimates["theta"].high
-    Path("joint.nml").write_text(case_of(one))
+    result = fit(tests)
+    assert result.spring > 0.0 and not result.solution.model.bond
+    assert result.estimates["theta"].low <= truth["theta"][0] <= result.estimates["theta"].high
+    Path("joint.nml").write_text(case_of(result))
     (history,) = drive(Path("joint.nml")).values()
     # each loop of the case ends at the slip of the box at which that of the test does
-    slid = history.separation[:, 1] + history.traction[:, 1] / one.spring
+    slid = history.separation[:, 1] + history.traction[:, 1] / result.spring
     ends = [tests[0].slip.max(), tests[0].slip.min()]
     assert [slid.max(), slid.min()] == pytest.approx(ends, rel=1e-3)
-    again = predict(one.interface, tests, one.spring)
-    assert again.rms["tau"] == pytest.approx(one.scatter["tau"], rel=1e-6)
+    again = predict(result.interface, tests, result.spring)
+    assert again.rms["tau"] == pytest.approx(result.scatter["tau"], rel=1e-6)
 
 
 def test_strengths_at_pressures_close_together() -> None:

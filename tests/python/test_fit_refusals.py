@@ -51,7 +51,7 @@ def test_closing_joint(tmp_path: Path) -> None:
 )
 def test_decimal_marks(text: str, decimal: str | None, slip: float, tau: float, tmp_path: Path) -> None:
     """1,234 is read by what its column or all others show; otherwise the file is refused."""
-    mark = next(one for one in ";\t," if one in text)
+    mark = next(mark for mark in ";\t," if mark in text)
     path = write(tmp_path, f"slip{mark}tau{mark}sigma_N\n" + text + text.splitlines()[-1])
     table = read_table(path, "numbers")
     if slip > 0.0:
@@ -169,7 +169,7 @@ def test_all_errors_at_once(tmp_path: Path) -> None:
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     """Errors have the file and the expectation."""
     path = write(tmp_path, HEADER + ROWS)
-    other = write(tmp_path, UNITS + ROWS, "other.csv")
+    csv = write(tmp_path, UNITS + ROWS, "other.csv")
     empty = tmp_path / "empty"
     empty.mkdir()
     old = tmp_path / "old.xls"
@@ -179,7 +179,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         ([empty], ValueError, r"empty: expected files that end in \.csv"),
         ([old], ValueError, "old.xls is no text: expected a CSV file with slip, tau, sigma_N"),
         ([path, tmp_path / "." / "record.csv"], ValueError, "record.csv: given twice: expected each file on"),
-        ([other, path], ValueError, r"record.csv: no units in the header: expected units in .*other"),
+        ([csv, path], ValueError, r"record.csv: no units in the header: expected units in .*other"),
         ([], ValueError, "no test: expected a file"),
     ):
         with pytest.raises(error, match=message):

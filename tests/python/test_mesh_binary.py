@@ -88,19 +88,19 @@ def binary(text: str, order: str) -> bytes:
 
 def test_drawn_files(tmp_path: Path) -> None:
     """The mesh is that of the text: nodes, cells, blocks, groups, joints; cut off, a file is refused."""
-    text, other = tmp_path / "text.msh", tmp_path / "binary.msh"
+    text, packed = tmp_path / "text.msh", tmp_path / "binary.msh"
     for seed in range(DRAWN):
         draw = np.random.default_rng([seed, 11])
         text.write_text(drawn_meshes.gmsh(seed).files["mesh.msh"], encoding="utf-8")
         data = binary(text.read_text(encoding="utf-8"), "<>"[seed % 2])
-        other.write_bytes(data)
-        expected, mesh = split(text), split(other)
+        packed.write_bytes(data)
+        expected, mesh = split(text), split(packed)
         assert mesh.summary() == expected.summary()
         assert mesh.points == pytest.approx(expected.points, abs=0.0)
         for cut in draw.integers(1, len(data) - len("$EndElements\n") - 1, CUTS):
-            other.write_bytes(data[:cut])
+            packed.write_bytes(data[:cut])
             with pytest.raises(ValueError, match=r"binary.msh.*expected") as caught:
-                split(other)
+                split(packed)
             assert "\n" not in str(caught.value)
 
 

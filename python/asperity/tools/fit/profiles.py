@@ -40,13 +40,13 @@ def of_profile(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumpt
     rest = (problem.free, problem.fixed, problem.sides, problem.direction)
     if not has_closed_form(*rest):
         return
-    other = Parabola(problem.tests, *rest, problem.increments, weight)
-    found = Solution(model, other, *solve(other, start.x, SEARCHED))
-    first, second = criteria([chosen, found])
+    straight = Parabola(problem.tests, *rest, problem.increments, weight)
+    solution = Solution(model, straight, *solve(straight, start.x, SEARCHED))
+    first, second = criteria([chosen, solution])
     # crush belongs to the profile, too
     parts = tuple(name for name in model.free if name != "crush")
-    difference, halves = second - first, halves_of(found)
-    yield Assumption(LINE, difference, found.values, difference < GAIN, parts, halves)
+    difference, halves = second - first, halves_of(solution)
+    yield Assumption(LINE, difference, solution.values, difference < GAIN, parts, halves)
 
 
 def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:
