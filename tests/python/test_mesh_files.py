@@ -176,7 +176,10 @@ def test_instances_that_touch(tmp_path: Path) -> None:
     """They are refused with number, place and blocks, joined on request, or left apart."""
     above = CUBE.replace("3., 0., 2.\n3., 0., 2., 4., 0., 2., 90.", "0., 0., 2.")
     path = placed(tmp_path, {"two.inp": above})
-    words = r"4 pairs of nodes have one place, as nodes \d+ and \d+ at .* of One_Stone and Two_Stone.*--join"
+    words = (
+        r"4 pairs of nodes have one place within 0.001 of an edge, as nodes \d+ and \d+ at .* of One_Stone "
+        r"and Two_Stone.*--join"
+    )
     with pytest.raises(ValueError, match=words):
         split(path)
     with pytest.raises(ValueError, match=r"0 of the 0 faces between blocks"):

@@ -148,6 +148,24 @@ def test_sets_of_joined_instances(tmp_path: Path) -> None:
     assert len(mesh.nodes("A_FOOT")) == 2 and len(mesh.points) == 8
 
 
+@pytest.mark.parametrize(("gap", "touches"), [(9e-4, True), (-9e-4, True), (2e-3, False)])
+def test_rounded_places(tmp_path: Path, gap: float, touches: bool) -> None:
+    """Nodes that miss each other by the digits of a file are refused, and joined; a gap is one."""
+    nodes = f"7, 0., {1.0 + gap!r}\n8, 2., {1.0 + gap!r}\n"
+    text = PLATE.replace("5, 0., 3.", nodes + "5, 0., 3.").replace("2, 3, 4, 6, 5", "2, 7, 8, 6, 5")
+    path = placed(
+        tmp_path, text + "*Element, type=CPE4, elset=ROOF\n3, 5, 6, 10, 9\n*Node\n9,0.,4.\n10,2.,4.\n"
+    )
+    if touches:
+        with pytest.raises(
+            ValueError, match=r"2 pairs of nodes have one place .*--join 0.001 makes them one"
+        ):
+            split(path)
+        assert len(split(path, join=1e-3).joints["joint"][0].area) == 2
+    else:
+        assert len(split(path).joints["joint"][0].area) == 1
+
+
 FACES = {
     4: ((1, 2), (2, 3), (3, 4), (4, 1)),
     8: ((1, 2, 3, 4), (5, 8, 7, 6), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 8, 4), (4, 8, 5, 1)),

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 SAME_PLACE = 1e-6
 """Distance of a node from another one, or from a face, over the size of the face, at which they touch."""
 
+NEAR = 1e-3
+"""Distance of two nodes over the shortest edge on the outside, within which rounded places may be one."""
+
 
 def joined(points: Floats, used: Integers, distance: float) -> Integers:
     """Node that each node becomes where nodes of cells within a distance are one."""
@@ -53,20 +56,21 @@ def check_touching(points: Floats, faces: list[Faces], block: Integers, names: l
     )
     x = points[nodes]
     least = min(
-        float(np.linalg.norm(points[rows[:, 1]] - points[rows[:, 0]], axis=1).min())
+        float(np.linalg.norm(points[rows] - points[np.roll(rows, 1, axis=1)], axis=2).min())
         for rows in corner
         if len(rows)
     )
     tree = KDTree(x)
-    if len(pairs := tree.query_pairs(SAME_PLACE * least, output_type="ndarray")):
+    if len(pairs := tree.query_pairs(NEAR * least, output_type="ndarray")):
         a, b = nodes[pairs].T
         first_block, second_block = (names[block[owner[nodes[0]]]] for nodes in (a, b))
         where = (
             f"nodes {a[0] + 1} and {b[0] + 1} at {place(points[a[0]])}, of {first_block} and {second_block}"
         )
         raise ValueError(
-            f"{len(pairs)} pairs of nodes have one place, as {where}: expected blocks with common nodes: "
-            f"--join {SAME_PLACE * least:.1g} makes them one, --join 0 leaves them apart"
+            f"{len(pairs)} pairs of nodes have one place within {NEAR:g} of an edge, as {where}: "
+            f"expected blocks with common nodes: --join {NEAR * least:.1g} makes them one, --join 0 leaves "
+            "them apart"
         )
     centres = np.concatenate([points[rows].mean(1) for rows in corner])
     spots = np.concatenate([x, centres])
