@@ -76,8 +76,9 @@ def test_card() -> None:
     assert f"*Depvar\n{len(names)},\n" in card and "35, e_t, e_t" in card and "unsymm" not in card
     assert "unsymm" in PLAIN.card("abaqus")
     assert len(names) == PLAIN.nstatv + 7 + PLAIN.n_planes
-    for host in ("calculix", "ogs", "oofem", "fenicsx", "mtest"):
-        thin = {"h": 0.1} if host in ("calculix", "ogs", "oofem") else {}
+    assert "SDV35: e_t" in PLAIN.card("calculix", implex=0.1, h=0.1)
+    for host in ("ogs", "oofem", "fenicsx", "mtest"):
+        thin = {"h": 0.1} if host in ("ogs", "oofem") else {}
         with pytest.raises(ValueError, match=r"implex = 0\.1: expected 0"):
             PLAIN.card(host, implex=0.1, **thin)
     with pytest.raises(ValueError, match=r"implex = 0\.1: expected 0 for Abaqus/Explicit"):
