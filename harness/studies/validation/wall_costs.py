@@ -216,11 +216,17 @@ def scale(summaries: pandas.DataFrame) -> str:
 def krylov(summaries: pandas.DataFrame) -> str:
     """Table of iterative solvers of the tangent of passes."""
     body = []
-    for name in wall_runs.KRYLOV:
-        summary = summaries.loc[f"krylov {name}"]
-        count = wall_runs.marked(f"{summary.linear:.0f}", summary)
-        body.append([f"{name}, gamg", f"{summary.unknowns:.0f}", count, f"{summary.seconds:.1f}"])
-    return markdown(["solver of passes", "unknowns", "linear iterations", "seconds"], body)
+    names = {
+        (k, f"{name}, gamg"): f"krylov {name} {k}"
+        for name, sizes in wall_runs.KRYLOV_SIZES.items()
+        for k in sizes
+    }
+    names |= {(k, "Cholesky"): f"factor {k} Cholesky on 1" for k, _ in names}
+    for (_, label), name in sorted(names.items()):
+        summary = summaries.loc[name]
+        numbers = f"{summary.linear:.0f}", f"{summary.seconds:.0f}", f"{summary.memory:.2f}"
+        body.append([f"{summary.unknowns:.0f}", label, *(wall_runs.marked(one, summary) for one in numbers)])
+    return markdown(["unknowns", "solver of passes", "linear iterations", "seconds", "GB"], body)
 
 
 def factors(summaries: pandas.DataFrame) -> str:

@@ -104,6 +104,9 @@ KRYLOV = {
 }
 """Iterative solvers of the symmetric tangent of passes, with gamg."""
 
+KRYLOV_SIZES = {"fgmres": (1,), "cg": (1, 2)}
+"""Sizes of the walls by solver, as those of `FACTORS`."""
+
 FACTORS = {1: (1, 2), 2: (1, 2), 4: (1,)}
 """Ranks by the size of the walls whose factors by LU and Cholesky are compared."""
 
@@ -140,8 +143,10 @@ RUNS = {
         for name, words in (("LU", ""), ("Cholesky", " --always"))
     },
     **{
-        f"krylov {name}": f"{SOLID_STEPS} --always --petsc='{words} -ksp_rtol 1e-6 -pc_type gamg'"
+        f"krylov {name} {k}": f"{SOLID_STEPS} --scale {k} --always "
+        f"--petsc='{words} -ksp_rtol 1e-6 -pc_type gamg'"
         for name, words in KRYLOV.items()
+        for k in KRYLOV_SIZES[name]
     },
 }
 """Options by the name of a run."""
