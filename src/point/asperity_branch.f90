@@ -145,6 +145,7 @@ contains
     branch%factor = step%to(4)/step%unit
     branch%sense = change/norm2(change)
     branch%aside = 0.0_wp
+    if (branch%forked) branch%forked = is_crossed(law, branch, point, step%second, place)
     if (branch%forked .and. branch%fork /= 0) then
       branch%aside = real(branch%fork, wp)*step%second
       branch%fork = 0
@@ -154,6 +155,27 @@ contains
     branch%remaining = branch%remaining - norm2(change)
     branch%length = min(branch%longest, 2.0_wp*step%length)
   end subroutine branch_step
+
+  !> Whether another branch crosses at a point where the sign of the equations has changed: at a kink it may change
+  !> although none does.
+  function is_crossed(law, branch, point, aside, place) result(yes)
+    class(point_law), intent(in) :: law         !! the law
+    type(branch_type), intent(in) :: branch     !! progress
+    type(point_type), intent(in) :: point       !! the point
+    real(wp), intent(in) :: aside(4)            !! direction of the other branch
+    type(call_type), intent(in) :: place        !! in a load path
+    logical :: yes
+    type(equations_type) :: equations
+    type(step_type) :: step
+    call new_equations(branch%control, branch%from, branch%to, point, equations, place)
+    step%unit = branch%unit
+    step%from = [merge(point%s, 0.0_wp, branch%control%traction), branch%factor*branch%unit]
+    call leave(law, equations, branch%longest, aside, step)
+    yes = step%good
+    if (yes) return
+    call leave(law, equations, branch%longest, -aside, step)
+    yes = step%good
+  end function is_crossed
 
   !> Where nothing can soften, or an open joint carries nothing, the branch is the stable path: the prescribed values
   !> advance by a step in which the separations change by a few s0.

@@ -112,6 +112,21 @@ def test_refused() -> None:
         JOINT.stability([np.eye(3), np.full((3, 3), np.nan)])
 
 
+def test_kink_is_no_fork() -> None:
+    """Where planes close, the equations of a branch change their sign, but no other branch crosses."""
+    joint = Interface(
+        Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.0, kc=100.0), Pattern.regular(12, 56.24, flat=0.0)
+    )
+    steps = [Step(t_N=-3.1368, t_Ty=0.0, increments=1), Step(s_Tx=0.1261, follow="branch", arc=0.2)]
+    ends = []
+    for fork in (0, 1):
+        history = joint.run([steps[0], replace(steps[1], fork=fork)])
+        assert not any("fork" in name.split("+") for _, name in history.events)
+        assert any("turn" in name for _, name in history.events)
+        ends.append(history.separation[-1])
+    assert ends[0].tolist() == ends[1].tolist()
+
+
 def test_fork() -> None:
     """The case of a fork: both branches are followed, mirrored; `fork` without a branch is refused."""
     run = read_case(named_case("stability/fork")).runs[0]
