@@ -110,6 +110,14 @@ def test_other_middles(tmp_path: Path) -> None:
     assert len(mesh.points) == 16  # 13, three of them doubled
 
 
+def test_folded_cells(tmp_path: Path) -> None:
+    """Cells on one side of their common face overlap, although each has an area once it is turned."""
+    folded = PLATE.replace("5, 0., 3.", "5, 0.3, -4.").replace("6, 2., 3.", "6, 1.7, -4.")
+    with pytest.warns(ModelWarning, match="1 cells of negative area were turned round"):
+        with pytest.raises(ValueError, match=r"1 pairs of cells overlap, .* as at \(1, 1\)"):
+            split(placed(tmp_path, folded))
+
+
 def test_numbers_that_generate_finds_none_of(tmp_path: Path) -> None:
     """They are counted in a warning, however many they are."""
     text = PLATE + "*Nset, nset=LEFT, generate\n1, 1000000000001, 2\n"

@@ -14,7 +14,7 @@ from ..contract import Floats
 from ..material import ModelWarning
 from .files import read_mesh
 from .groups import OWNER, TYPE, blocks_of, groups_of
-from .shapes import FACES, MIRRORED, PLANE, Integers, corner_sizes, corners, dimension, place
+from .shapes import FACES, MIRRORED, PLANE, Integers, area, corner_sizes, corners, dimension, place
 from .touching import check_touching, joined
 
 if TYPE_CHECKING:
@@ -178,6 +178,7 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
     faces = _faces(cells, points, d)
     for face in faces:
         face.check_middles(points)
+    _check_folds(cells, faces, points, centres)
     facets = {name: _once(pieces, d) for name, pieces in parts_of_facets.items()}
     if join is None or join > 0.0:
         check_touching(points, faces, block, names)
@@ -185,6 +186,18 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
     types = {kind: np.concatenate([given[k] for k in parts[kind]]) for kind in cells} if given else {}
     before = np.concatenate([rows.ravel() for rows in apart.values()])
     return Solids(points, cells, block, names, centres, faces, facets, sets, spots, before, types)
+
+
+def _check_folds(cells: dict[str, Integers], faces: list[Faces], points: Floats, centres: Floats) -> None:
+    """Raise ValueError, with number and place, for convex cells on one side of their common face."""
+    convex = np.concatenate([(corner_sizes(kind, points[rows]) > 0.0).all(1) for kind, rows in cells.items()])
+    for face in faces:
+        x = points[face.nodes[face.first][:, : corners(points.shape[1], face.nodes.shape[1])]]
+        pair = np.stack([face.cell[face.first], face.cell[face.second]], 1)
+        away = np.einsum("fsd,fd->fs", centres[pair] - x.mean(1)[:, None], area(x)[0])
+        if (over := (away[:, 0] * away[:, 1] > 0.0) & convex[pair].all(1)).any():
+            text = f"{over.sum()} pairs of cells overlap, on one side of their common face"
+            raise ValueError(f"{text}, as at {place(x[over].mean(1)[0])}: expected cells on both sides")
 
 
 def _of_one_cell(facets: Integers, owner: Integers, sides: list[Faces], d: int) -> Integers:
