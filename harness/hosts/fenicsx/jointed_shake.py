@@ -20,7 +20,10 @@ RHO = 0.5
 """Spectral radius at infinity: with it bodies that hit each other gain no energy."""
 
 GAIN = 0.01
-"""Share of the energies in play that a step may gain, else it is cut."""
+"""Share of the energies in play that a step may gain, and by which their balance may rise in a run."""
+
+ROOM, SHORT = 0.5, 1.0 / 64.0
+"""Share of what is left of that rise that a step may gain which is longer than a share of the largest one."""
 
 QUIET = 1e-3
 """Share of the elastic energy that counts as in play where nothing moves."""
@@ -29,7 +32,7 @@ GROWTH, FAST = 1.5, 8
 """A step grows back after at most FAST iterations."""
 
 
-NUMBERS = "at", "next", "gained", "_spent", "_start", "_size"
+NUMBERS = "at", "next", "gained", "_spent", "_start", "_lowest", "_risen", "_size"
 """Numbers that a run goes on from."""
 
 
@@ -57,8 +60,10 @@ class Shake:
     blended.  Displacements, velocities and accelerations are those against the base.  The fixed components
     stay where they are.
 
-    at: time.  v, a: velocity and acceleration, (n d,).  ledger: energies.  gained: sum of what steps have
-    gained, over the largest energies in play.  cuts, taken: steps that were cut, and that count.
+    at: time.  v, a: velocity and acceleration, (n d,).  ledger: energies; a step that gains too much of
+    them is cut, and a run whose balance has risen by more than GAIN of those in play stops at its end with a
+    reason.  gained: sum of what steps have gained, over the largest energies in play.  cuts, taken: steps
+    that were cut, and that count.
     """
 
     def __init__(
@@ -101,7 +106,7 @@ class Shake:
         self.free = np.ones(m.u.shape)
         self.free[steps.fixed] = 0.0
         self.v, self.a = 0.0 * m.u, 0.0 * m.u
-        self._begun, self._size = False, 0.0
+        self._begun, self._size, self._risen = False, 0.0, 0.0
 
     @staticmethod
     def _fits(values: Floats, m: Model) -> bool:
@@ -121,7 +126,7 @@ class Shake:
         self.a = self.free * (self.force - forces - damping) / self.mass
         self.ledger = self._energies(0.0, 0.0)
         self._spent = self.ledger.spent
-        self._start, self._begun = self.ledger.balance, True
+        self._start, self._lowest, self._begun = self.ledger.balance, self.ledger.balance, True
         self._size = self._in_play(self.ledger)
 
     def _force(self, t: float) -> Floats:
@@ -168,7 +173,9 @@ class Shake:
         if good:
             size = self._in_play(self.ledger)
             gain = self.ledger.balance - before[3].balance
-            if gain > GAIN * size:
+            risen = self.ledger.balance - self._lowest
+            most = ROOM * max(GAIN * size + gain - risen, 0.0) if dt > SHORT * self.most else GAIN * size
+            if gain > most:
                 good, message = False, f"the step gains {gain:.2g}, the energies in play are {size:.2g}"
         if not good:
             self.v, self.a, self.force, self.ledger = before
@@ -178,7 +185,14 @@ class Shake:
                 self.reason = f"stopped at {self.at:.5g}: {message}"
             return False
         self._size, self.gained = size, self.gained + max(gain, 0.0) / (size or 1.0)
+        self._lowest = min(self._lowest, self.ledger.balance)
+        self._risen = max(self._risen, self.ledger.balance - self._lowest)
         self.at, self.taken = end if last else self.at + dt, self.taken + 1
+        if last and self._risen > GAIN * size:
+            text = f"all energies have risen by {self._risen:.2g}, of {size:.2g} in play"
+            self.reason = (
+                f"stopped at {self.at:.5g}: {text}: expected at most {GAIN:g} of it, try a smaller step"
+            )
         if not last and self.steps.iterations <= FAST:
             self.next = min(GROWTH * dt, self.most)
         return True
