@@ -8,7 +8,7 @@ import pytest
 from on_ranks import WITH_FENICSX
 
 from harness.studies.validation import ribbed
-from harness.studies.validation.wall_runs import start
+from harness.studies.validation.wall_runs import printed_by, start
 
 pytestmark = WITH_FENICSX
 
@@ -18,9 +18,7 @@ RIBS = "mu=0.5 theta=38.66 height=1 crush=3 sigma0=6.5 Gc=3"
 @cache
 def largest(words: str, ranks: int = 1) -> tuple[float, float]:
     """Largest force and mean pressure."""
-    done = start(words, "anchored", ranks)
-    assert done.returncode == 0, done.stderr
-    rows = [[float(word) for word in line.split()[1:]] for line in done.stdout.splitlines() if "row" in line]
+    rows, _ = ribbed.solids(words, ranks)
     return max(row[1] for row in rows), max(row[2] for row in rows)
 
 
@@ -41,8 +39,7 @@ def test_friction() -> None:
 
 def test_cover() -> None:
     """The cover has the stiffness of a thick ring."""
-    done = start("ring --grid 4 2 12 12", "anchored")
-    stiffness = float(done.stdout.partition(": ")[2])
+    [(_, [stiffness])] = printed_by("ring --grid 4 2 12 12", "anchored")
     assert stiffness == pytest.approx(ribbed.cover_stiffness(), rel=0.015)
 
 

@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 from on_ranks import WITH_FENICSX, assert_refused, of_all_ranks, of_each_rank
 
-from harness.studies.validation.wall_runs import start
+from harness.studies.validation import wall_runs
 
 pytestmark = WITH_FENICSX
 
@@ -15,13 +15,7 @@ pytestmark = WITH_FENICSX
 @cache
 def numbers(words: str, ranks: int = 1) -> dict[str, list[float]]:
     """Numbers that the program prints, by name."""
-    done = start(words, "shaken", ranks)
-    assert done.returncode == 0, done.stderr
-    printed = {}
-    for line in done.stdout.splitlines():
-        name, _, rest = line.partition(": ")
-        printed[name] = [float(word) for word in rest.split()]
-    return printed
+    return dict(wall_runs.printed_by(words, "shaken", ranks))
 
 
 def test_flutter() -> None:

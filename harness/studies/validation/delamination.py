@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from ..concepts_draw import BLACK, BLUE, GREEN, panel
 from .common import Constants, Study
-from .wall_runs import start
+from .wall_runs import printed_by
 
 NAMES = "moments", "share", "J", "spent", "friction"
 GC = 0.15
@@ -22,20 +22,13 @@ GC = 0.15
 
 def runs() -> dict[str, Constants]:
     """Numbers of the runs, by friction and turn."""
-    done = start("", "delamination")
-    if done.returncode:
-        raise RuntimeError(done.stderr)
-    results = {}
-    for line in done.stdout.splitlines():
-        name, _, numbers = line.partition(": ")
-        results[name] = dict(zip(NAMES, map(float, numbers.split()), strict=True))
-    return results
+    return {name: dict(zip(NAMES, values, strict=True)) for name, values in printed_by("", "delamination")}
 
 
 def rows_of(results: Mapping[str, Constants], mu: str) -> Floats:
     """Rows of the runs with a friction, in the order of NAMES."""
     return np.array(
-        [[numbers[name] for name in NAMES] for run, numbers in results.items() if run.startswith(f"mu {mu} ")]
+        [[values[name] for name in NAMES] for run, values in results.items() if run.startswith(f"mu {mu} ")]
     )
 
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from ..concepts_draw import BLACK, BLUE, GREEN, panel
 from .common import Constants, Study
 from .shaken_points import ALPHA, MASS, RADIUS, G, joint, pulse, restitution, ride, rock, shaken
-from .wall_runs import start
+from .wall_runs import printed_by
 
 KN = 2e5
 """Stiffness of the contact of the rigid mass."""
@@ -28,15 +28,9 @@ RIGID = 0.8829
 
 
 def runs() -> dict[str, Constants]:
-    """Run the models in FEniCSx, which prints a name and its numbers a line."""
-    done = start("", "shaken")
-    if done.returncode:
-        raise RuntimeError(done.stderr)
-    results = {}
-    for line in done.stdout.splitlines():
-        name, _, numbers = line.partition(": ")
-        results[name] = dict(zip(("value", "gained"), map(float, numbers.split()), strict=False))
-    return results
+    """Run the models in FEniCSx."""
+    columns = "value", "gained"
+    return {name: dict(zip(columns, values, strict=False)) for name, values in printed_by("", "shaken")}
 
 
 @cache

@@ -21,7 +21,7 @@ from scipy.optimize import brentq
 from ..concepts_draw import BLACK, BLUE, GREEN, ORANGE, panel
 from .common import DATA, Constants, Study, joint
 from .common import rows as rows_of
-from .wall_runs import start
+from .wall_runs import printed_by
 
 PRESSURES = (3.45, 10.3, 17.2, 24.1, 31.0)
 """Confining stress at the bar, MPa."""
@@ -149,14 +149,10 @@ def cosh(force: float, x: Floats) -> Floats:
     return np.asarray(force * BETA / (np.pi * DIAMETER) * np.cosh(BETA * x) / np.sinh(BETA * EMBEDDED))
 
 
-def solids(words: str) -> tuple[list[list[float]], list[list[float]]]:
+def solids(words: str, ranks: int = 1) -> tuple[list[list[float]], list[list[float]]]:
     """Rows of displacement, force, pressure, crack, and of place, bond stress, of a model in FEniCSx."""
-    done = start(words, "anchored")
-    if done.returncode:
-        raise RuntimeError(done.stderr)
-    lines = [line.partition(": ") for line in done.stdout.splitlines()]
-    rows, bond = ([[float(word) for word in text.split()] for name, _, text in lines if name == kind]
-                  for kind in ("row", "bond"))  # fmt: skip
+    lines = printed_by(words, "anchored", ranks)
+    rows, bond = ([values for name, values in lines if name == kind] for kind in ("row", "bond"))
     return rows, bond
 
 
@@ -168,8 +164,8 @@ def run_bars(constants: Mapping[str, float]) -> dict[str, Constants]:
     for case, several in BAR.items():
         for name, words in zip((f"bar {case}", f"bar {case}, fine"), several, strict=False):
             if case == "ring":
-                text = start(f"ring {words}", "anchored").stdout
-                results[name] = {"value": float(text.partition(": ")[2])}
+                [(_, [stiffness])] = printed_by(f"ring {words}", "anchored")
+                results[name] = {"value": stiffness}
                 continue
             lines, bond = solids(f"{case} {words}")
             x, tau = np.transpose(bond)

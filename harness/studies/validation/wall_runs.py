@@ -183,6 +183,15 @@ def start(
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
 
 
+def printed_by(words: str, name: str, ranks: int = 1) -> list[tuple[str, list[float]]]:
+    """Names and numbers that a program of this host prints, such as `row: 0.1 2.5`, in their order."""
+    done = start(words, name, ranks)
+    if done.returncode != 0:
+        raise RuntimeError(f"{name}.py {words}: exit {done.returncode}: {done.stderr}")
+    lines = [line.partition(": ") for line in done.stdout.splitlines()]
+    return [(name, [float(word) for word in text.split()]) for name, _, text in lines]
+
+
 def execute(name: str, folder: Path) -> None:
     """Run a wall, unless its summary is there."""
     words = name.replace(" ", "-")
