@@ -11,11 +11,13 @@ from dataclasses import dataclass
 
 from mpi4py import MPI  # isort: skip  # loads the library of MPI that dolfinx needs
 import numpy as np
+from asperity import contract
 from asperity.contract import Floats
 from asperity.interface import Interface
 from asperity.mesh import Jointed
 from asperity.mesh.shapes import FACES, Integers
 from dolfinx import cpp, graph
+from numpy.typing import ArrayLike
 
 COMM = MPI.COMM_WORLD
 
@@ -48,6 +50,16 @@ def agree(*messages: str) -> None:
     """Raise ValueError on all ranks where one of them has a message that is not empty."""
     if worst := max(COMM.allgather(max(messages, default=""))):
         raise ValueError(worst)
+
+
+def doubles(name: str, value: ArrayLike) -> Floats:
+    """Array of a value; ValueError on all ranks where one has no real numbers."""
+    try:
+        array, message = contract.array(name, value), ""
+    except ValueError as error:
+        array, message = np.zeros(0), str(error)
+    agree(message)
+    return array
 
 
 def _weights(x: Floats) -> Floats:

@@ -6,7 +6,7 @@ import itertools
 import time
 from collections.abc import Callable, Mapping, Sequence
 
-from jointed_mesh import BASIX, COMM, NAMES, agree, distributed, partition, total  # isort: skip  # loads MPI
+from jointed_mesh import BASIX, COMM, NAMES, agree, distributed, doubles, partition, total  # isort: skip  # loads MPI
 import basix.ufl
 import dolfinx.fem.petsc as fp
 import numpy as np
@@ -211,9 +211,10 @@ class Model:
 
     def body(self, force: Sequence[float], *blocks: str) -> Floats:
         """Nodal forces of a force per volume, (d,), in these blocks; default: in all."""
-        if np.shape(force) != (self.d,) or not np.isfinite(force).all():
-            raise ValueError(f"force {list(force)}: expected {self.d} finite components")
-        form = ufl.inner(fem.Constant(self.mesh, np.array(force, float)), ufl.TestFunction(self.V))
+        vector = doubles("force", force)
+        if vector.shape != (self.d,) or not np.isfinite(vector).all():
+            raise ValueError(f"force {vector.tolist()}: expected {self.d} finite components")
+        form = ufl.inner(fem.Constant(self.mesh, vector.copy()), ufl.TestFunction(self.V))
         return self._assembled(self._inside(blocks) * form)
 
     def _assembled(self, form: ufl.Form) -> Floats:
@@ -265,13 +266,15 @@ class Model:
         size = self.d, self.d
 
         def tensors(x: Floats) -> Floats:
-            values = np.asarray(stress(x) if callable(stress) else stress, float)
+            values, message = doubles("stress", stress(x) if callable(stress) else stress), ""
             if values.shape not in (size, (len(x), *size)):
-                raise ValueError(f"stress of the shape {values.shape}: expected {size} or {(len(x), *size)}")
-            if not np.isfinite(values).all() or np.abs(values - values.swapaxes(-1, -2)).max(initial=0.0) > (
-                1e-9 * np.abs(values).max(initial=0.0)
+                message = f"stress of the shape {values.shape}: expected {size} or {(len(x), *size)}"
+            elif not np.isfinite(values).all() or (
+                np.abs(values - values.swapaxes(-1, -2)).max(initial=0.0)
+                > 1e-9 * np.abs(values).max(initial=0.0)
             ):
-                raise ValueError("stress: expected finite, symmetric components")
+                message = "stress: expected finite, symmetric components"
+            agree(message)
             return np.broadcast_to(values, (len(x), *size))
 
         given = fem.Function(fem.functionspace(self.mesh, ("DG", 1, size)))

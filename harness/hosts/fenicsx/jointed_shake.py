@@ -10,7 +10,7 @@ from jointed_steps import Steps  # isort: skip  # loads MPI
 import numpy as np
 from asperity import contract
 from asperity.contract import Floats
-from jointed_mesh import COMM, agree, total
+from jointed_mesh import COMM, agree, doubles, total
 from jointed_model import Model
 from jointed_saved import read, write
 from mpi4py import MPI
@@ -133,7 +133,7 @@ class Shake:
         """Loads and inertia of the base at a time."""
         if self.ground is None:
             return self.load
-        m, given = self.steps.model, np.asarray(self.ground(t), float)
+        m, given = self.steps.model, doubles(f"ground at {t:g}", self.ground(t))
         good = given.shape == (m.d,) and bool(np.isfinite(given).all())
         agree("" if good else f"ground at {t:g}: expected {m.d} finite components, not {given.tolist()}")
         return self.load - self.mass * np.tile(given, m.n)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from jointed_model import ADD, INT, LawError, Model  # isort: skip  # loads MPI
 import numpy as np
 from asperity.contract import Floats
-from jointed_mesh import COMM, agree, total
+from jointed_mesh import COMM, agree, doubles, total
 from jointed_water import Mixing
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -259,7 +259,7 @@ class Steps:
 
     def _find(self, values: Floats, load: Floats, dt: float, start: Floats) -> bool:
         """Find displacements `x` that balance the forces; whether they do."""
-        values, load = np.asarray(values, float), np.asarray(load, float)
+        values, load = doubles("values", values), doubles("load", load)
         agree(
             _wrong("values", values, self.fixed.shape),
             _wrong("load", load, self.model.u.shape),

@@ -6,9 +6,10 @@ import inspect
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from jointed_mesh import COMM, agree  # isort: skip  # loads MPI
+from jointed_mesh import COMM, agree, doubles  # isort: skip  # loads MPI
 import basix
 import numpy as np
+from asperity import contract
 from asperity.contract import Floats
 from asperity.mesh.shapes import place
 from scipy.sparse import coo_array
@@ -41,6 +42,12 @@ def quadrature(x: Floats, degree: int) -> tuple[Floats, Floats, Floats]:
     return table, np.einsum("rqk,fkd->fqrd", table[1:], x), weights
 
 
+def metric_of(tangents: Floats, weights: Floats) -> tuple[Floats, Floats]:
+    """Metric (f, q, r, r) of the tangents, and areas (f, q) of the points of a quadrature."""
+    metric = np.einsum("fqrd,fqsd->fqrs", tangents, tangents)
+    return metric, weights * np.sqrt(np.linalg.det(metric))
+
+
 def of_opening(p: Pressure) -> bool:
     """Whether a pressure is a function of the opening, too."""
     words = inspect.signature(p).parameters.values() if callable(p) else ()
@@ -51,9 +58,10 @@ def values_of(name: str, p: Pressure, x: Floats, *opening: Floats) -> tuple[Floa
     """Pressures (n,) at places (n, d), and what is wrong with them."""
     if of_opening(p) and not opening:
         return np.zeros(len(x)), f"{name}: p is a function of the opening: expected one of places alone"
-    pressures = np.asarray(p(x, *opening) if callable(p) else p, float)
-    if pressures.shape not in ((), (len(x),)):
-        return np.zeros(len(x)), f"{name}: p of the shape {pressures.shape}: expected one number or {len(x)}"
+    pressures = doubles(f"{name}: p", p(x, *opening) if callable(p) else p)
+    if pressures.shape not in ((), callable(p) * (len(x),)):
+        expected = f"one number or {len(x)}" if callable(p) else "a number or a function of places"
+        return np.zeros(len(x)), f"{name}: p of the shape {pressures.shape}: expected {expected}"
     pressures = np.broadcast_to(pressures, len(x)).copy()
     pressures[(pressures < 0.0) & (pressures >= -ROUNDING * pressures.max(initial=0.0))] = 0.0
     bad = np.flatnonzero(~(np.isfinite(pressures) & (pressures >= 0.0)))
@@ -109,10 +117,10 @@ class Flow:
             text = f"{names[joint[f]]}: {dry[part].sum()} nodes are cut off from every given p, as at "
             raise ValueError(f"{text}{place(x[self.nodes[f, 0]])}: expected one of {', '.join(given)} there")
         table, tangents, weights = quadrature(corners, DEGREE_FLOW)
-        metric = np.einsum("fqrd,fqsd->fqrs", tangents, tangents)
+        metric, self.weights = metric_of(tangents, weights)
         inverse = np.linalg.inv(metric)
         self.gradients = np.einsum("rqk,fqrs,fqsd->fqkd", table[1:], inverse, tangents, optimize=True)
-        self.shape, self.weights = table[0], weights * np.sqrt(np.linalg.det(metric))
+        self.shape = table[0]
         self.pull = self.gradients @ weight
 
     def aperture(self, opening: Floats) -> Floats:
@@ -166,7 +174,7 @@ class Water:
             self.loads[name] = self._on_faces(name, p)
             self.outer = np.sum(list(self.loads.values()), axis=0)
         else:
-            known = ", ".join([*m.joints, *m.groups])
+            known = ", ".join(dict.fromkeys([*m.joints, *m.groups]))
             raise ValueError(f"{name}: no such joint or group: expected one of {known}")
 
     def _in_joint(self, name: str, p: Pressure, s: list[Floats]) -> Floats:
@@ -199,9 +207,8 @@ class Water:
     def quadrature(self) -> tuple[Floats, Floats]:
         """Places (f, q, d) in the faces of joints here, and their shares (f, q, k) in the nodes."""
         corners = self.corners[self.mine]
-        table, along, weights = quadrature(corners, DEGREE_FLOW)
-        metric = np.einsum("fqrd,fqsd->fqrs", along, along)
-        sizes = weights * np.sqrt(np.linalg.det(metric))
+        table, tangents, weights = quadrature(corners, DEGREE_FLOW)
+        _, sizes = metric_of(tangents, weights)
         return np.einsum("qk,fkd->fqd", table[0], corners), sizes[:, :, None] * table[0]
 
     def flow(
@@ -209,14 +216,18 @@ class Water:
         joints: str | Sequence[str],
         given: Mapping[str, Pressure],
         viscosity: float,
-        a_0: float | Mapping[str, float] = 0.0,
-        a_min: float = 0.0,
-        weight: Sequence[float] | None = None,
+        a_0: float | Mapping[str, float],
+        a_min: float,
+        weight: Sequence[float] | None,
     ) -> Flow:
         """Let water flow along joints; see `Model.flow`."""
         m, names = self.model, [joints] if isinstance(joints, str) else list(joints)
         first = dict(a_0) if isinstance(a_0, Mapping) else dict.fromkeys(names, a_0)
-        pull = np.zeros(m.d) if weight is None else np.asarray(weight, float)
+        pull = np.zeros(m.d) if weight is None else doubles("weight", weight)
+        viscosity, a_min = contract.number("viscosity", viscosity), contract.number("a_min", a_min)
+        first = {name: contract.number(f"a_0 of {name}", value) for name, value in first.items()}
+        if not isinstance(given, Mapping):
+            raise ValueError(f"given {given!r}: expected pressures by group")
         others = [flow.names for flow, _ in self.flows if set(flow.names) != set(names)]
         taken = [name for name in names for other in others if name in other]
         unknown = [name for name in names if name not in m.joints]

@@ -22,6 +22,7 @@ WRONG = {
     'model().group("roof")': "roof: no such group: expected one of",
     'model().body([0.0, -1.0], "rock")': "rock: no such block: expected one of block_0, block_1",
     "model().body([0.0, -1.0, 0.0])": "force [0.0, -1.0, 0.0]: expected 2 finite components",
+    "model().body([0.0, 1j])": "force[1] = 1j: expected a finite number",
     "steps([])": "nothing is fixed and there is no drag",
     "steps([10**6])": "expected components 0 to",
     "steps(tolerance=0.0)": "tolerance = 0.0: expected between 0 and 1",
