@@ -272,7 +272,7 @@ def test_examples_that_the_page_lists() -> None:
         if not re.search(modules.get(name, rf"\b{re.escape(word)}\b"), tests) and not name.endswith(".ipynb")
     ]
     assert len(files) > 10 and unused == []
-    own = (ROOT / "harness" / "examples").rglob("*.[cfn]*")
+    own = (ROOT / "harness" / "examples").rglob("*.[cfnp]*")
     assert {file.name for file in own} <= names.keys()
 
 
