@@ -161,7 +161,9 @@ def table(rows: pandas.DataFrame) -> str:
         half = np.maximum(accepted.high - accepted.value, accepted.value - accepted.low) / size
         nearest = accepted.value.clip(accepted.true_low, accepted.true_high)
         error = (accepted.value - nearest).abs() / nearest.abs()
-        cells += [f"{100.0 * column.median():.1f}" if len(column) else "-" for column in (half, error)]
+        medians = [float(column.median()) for column in (half, error)]
+        # a bond that is not there has no relative error
+        cells += [f"{100.0 * median:.1f}" if np.isfinite(median) else "-" for median in medians]
         lines.append(cells)
     head = ["law", "constant", "inside, code 0", "inside, all", "half width, median, %", "error, median, %"]
     return markdown(head, lines)

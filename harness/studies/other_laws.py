@@ -134,6 +134,12 @@ def parabola(rng: np.random.Generator) -> Drawn:
     return Drawn(tests, exactly(mu=mu, theta=theta, height=height, sigma0=0.0), [], held)
 
 
+def one_curve(rng: np.random.Generator) -> Drawn:
+    """The strength of such asperities at the first pressure alone."""
+    drawn = without_dilation(rng, parabola)
+    return drawn._replace(tests=drawn.tests[:1], held=None)
+
+
 def cohesion(rng: np.random.Generator, count: int = 0, length: int = 0) -> Drawn:
     """Cohesion with linear softening and friction, to which the dilation adds none; half have no dilation."""
     bond, energy, mu = rng.uniform(0.3, 1.2), rng.uniform(0.03, 0.2), rng.uniform(0.6, 0.9)
@@ -305,6 +311,7 @@ KINDS = {
     "dilation not measured": without_dilation,
     "parabolic asperities": parabola,
     "parabolic asperities, no dilation": lambda rng: without_dilation(rng, parabola),
+    "one parabolic curve, --joint mortar": one_curve,
     "cohesion, linear softening": cohesion,
     "cohesion, --joint mortar": cohesion,
     "Barton-Bandis": barton_bandis,

@@ -161,6 +161,20 @@ def test_set_without_dilation() -> None:
     assert all(drawn.truth[row["name"]] == (row["true_low"], row["true_high"]) for row in rows)
 
 
+def test_asperities_that_end() -> None:
+    """At the end the strength is friction alone and the opening the height; one curve has neither."""
+    for number in range(5):
+        drawn = other_laws.parabola(np.random.default_rng([4, number]))
+        mu, height = (drawn.truth[name][0] for name in ("mu", "height"))
+        for test in drawn.tests:
+            last = slice(-test.slip.size // 10, None)
+            # noise of up to 5 % of the largest value, three rows at least
+            assert np.mean(test.tau[last]) == pytest.approx(mu * test.pressure, abs=0.1 * test.tau.max())
+            assert np.mean(test.dilation[last]) == pytest.approx(height, rel=0.1)
+    alone = other_laws.one_curve(np.random.default_rng([4, 0]))
+    assert len(alone.tests) == 1 and alone.tests[0].dilation is None and alone.held is None
+
+
 @pytest.mark.slow
 def test_cycles_that_are_judged() -> None:
     """Cycles on teeth that are flattened give their friction, and no constant without an interval."""
