@@ -222,7 +222,9 @@ def shear_case(
     if spring:
         k = rounded(spring, 6)
         for axis, part in (("x", np.cos(np.radians(direction))), ("y", np.sin(np.radians(direction)))):
-            slide |= {f"t_T{axis}": [rounded(k * float(part) * slip, 6) + 0.0 for slip in slips], f"k_T{axis}": k}
+            # without negative zeros
+            targets = [rounded(k * float(part) * slip, 6) + 0.0 for slip in slips]
+            slide |= {f"t_T{axis}": targets, f"k_T{axis}": k}
     else:
         slide |= {"slip": [rounded(slip, 6) for slip in slips], "direction": direction}
     return case_text(
