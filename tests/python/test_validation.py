@@ -130,7 +130,7 @@ def test_closed_form_of_the_slip(name: str) -> None:
     assert rise == pytest.approx(measured["dn"][granite.ARREST] - measured["dn"][granite.ONSET], rel=2e-3)
 
 
-COMPUTED = "arches", "dam_", "fits", "ribbed_", "walls_runs", "walls_summaries"
+COMPUTED = "arches", "dam_", "fit_times", "fits", "ribbed_", "walls_runs", "walls_summaries"
 """Starts of the names of files that hold results of the project."""
 
 

@@ -14,7 +14,10 @@ def block_of(block: Block) -> str:
     used = contract.props_table()[: contract.N_USED_PROPS]
     many = any(block.prop(row.name) != row.default for row in used[MAX_CONSTANTS:])
     props = block.props[: len(used) if many else MAX_CONSTANTS]
-    room = f"** CalculiX has room for {MAX_CONSTANTS} constants, that of install.sh for these {len(props)}."
+    room = (
+        f"** CalculiX as it comes has room for {MAX_CONSTANTS} constants and overwrites its memory with "
+        f"these {len(props)}: use the one of install.sh."
+    )
     name = block.name.upper()
     if name.startswith("NL"):
         raise ValueError(
