@@ -45,8 +45,11 @@ class Material(_Constants):
             """All of them: the four that have no default, and others by name."""
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
+        """Check the ranges; texts of numbers become numbers."""
         contract.check(contract.pack(self.values()))
+        for name, value in self.values().items():
+            if not isinstance(value, (int, float)):
+                object.__setattr__(self, name, contract.number(name, value))
 
     @classmethod
     def from_joint(cls, kn: float, ks: float, mu: float, **others: float) -> Material:
@@ -73,11 +76,12 @@ class Material(_Constants):
             cls(1.0, 1.0, 0.5, mu, **others)
         except ValueError as error:
             bad.append(str(error))
-        if _in_range(bad, "> 0 (1e-44 to 1e50)", 1e-44, 1e50, kn=kn, ks=ks) and not kn <= 1e10 * ks:
+        stiffness = _in_range(bad, "> 0 (1e-44 to 1e50)", 1e-44, 1e50, kn=kn, ks=ks)
+        if len(stiffness) == 2 and not stiffness["kn"] <= 1e10 * stiffness["ks"]:
             bad.append(f"kn = {contract.shown(kn)}: expected at most 1e10 ks")
         if bad:
             raise ValueError("\n".join(bad))
-        return cls(mu=mu, **others | contract.joint_constants(kn, ks))
+        return cls(mu=mu, **others | contract.joint_constants(**stiffness))
 
     @classmethod
     def from_masonry(
@@ -111,16 +115,19 @@ class Material(_Constants):
         (0.97883, 82.0)
         """
         bad: list[str] = []
-        tangents = {"tan_phi": tan_phi, "tan_psi": tan_psi, "delta": delta}
-        if _in_range(bad, ">= 0 (at most 1e10)", 0.0, 1e10, **tangents):
+        slopes = {"tan_phi": tan_phi, "tan_psi": tan_psi, "delta": delta}
+        slopes = _in_range(bad, ">= 0 (at most 1e10)", 0.0, 1e10, **slopes)
+        if len(slopes) == 3:
+            tan_phi, tan_psi, delta = slopes.values()
             if tan_psi > tan_phi:
                 bad.append(f"tan_psi = {contract.shown(tan_psi)}: expected at most tan_phi")
             if delta > 0.0 and not tan_psi > 0.0:
                 bad.append(f"delta = {contract.shown(delta)}: expected with tan_psi > 0, which decays")
         given = {"kn": kn, "ks": ks, "ft": ft, "GfI": GfI, "c": c, "GfII": GfII}
-        _in_range(bad, "> 0 (1e-50 to 1e50)", 1e-50, 1e50, **given)
+        given = _in_range(bad, "> 0 (1e-50 to 1e50)", 1e-50, 1e50, **given)
         if bad:
             raise ValueError("\n".join(bad))
+        kn, ks, ft, GfI, c, GfII = given.values()
         if not 2.0 * kn * GfI > ft**2:
             least = ft**2 / (2.0 * GfI)
             raise ValueError(f"kn = {contract.shown(kn)}: expected more than ft^2/(2 GfI) = {least:g}")
@@ -165,17 +172,21 @@ class Material(_Constants):
         return strength
 
 
-def _in_range(bad: list[str], expected: str, low: float, high: float, **values: float) -> bool:
-    """Whether all values are in a range; a line is added to bad for each that is not."""
-    before = len(bad)
+def _in_range(
+    bad: list[str], expected: str, low: float, high: float, **values: float | str
+) -> dict[str, float]:
+    """Those values, as numbers, that are in a range; a line is added to bad for each other one."""
+    good = {}
     for name, value in values.items():
         try:
-            good = low <= contract.number(name, value, expected) <= high
+            number = contract.number(name, value, expected)
         except ValueError:
-            good = False
-        if not good:
+            number = np.nan
+        if low <= number <= high:
+            good[name] = number
+        else:
             bad.append(f"{name} = {contract.shown(value)}: expected {expected}")
-    return len(bad) == before
+    return good
 
 
 Material.__doc__ = f"{Material.__doc__}\n" + "".join(

@@ -78,3 +78,26 @@ def test_command_masonry(said: Callable) -> None:
     forces = [float(force) for force in shown]
     assert len(forces) == 5 and forces[0] < max(forces) > forces[4] > 0.225
     assert max(forces) == pytest.approx(0.504, abs=0.01)
+
+
+BESIDE = [None, "", "x", "1_0", "nan", [], {}, object(), 1j, float("nan"), float("inf"), -1.0, 10**400]
+
+
+@pytest.mark.parametrize("value", BESIDE, ids=lambda value: repr(value)[:8])
+def test_what_is_no_constant(value: object) -> None:
+    """Each constant that is no number, or out of range, is named."""
+    joint = dict(kn=20.0, ks=5.0, mu=0.6, height=0.2)
+    masonry = CONSTANTS | dict(tan_psi=0.1, delta=1.0)
+    for made, constants in ((Material.from_joint, joint), (Material.from_masonry, masonry)):
+        for name in constants:
+            with pytest.raises(ValueError, match=rf"(?m)^{name} = .*: expected"):
+                made(**constants | {name: value})
+
+
+def test_texts_of_constants() -> None:
+    """The text of a number, as a table has it, is this number."""
+    assert Material(*map(str, (3.0, 0.3, 0.9, 0.5))).s_f == Material(3.0, 0.3, 0.9, 0.5).s_f
+    joint = dict(kn=20.0, ks=5.0, mu=0.6, height=0.2)
+    masonry = CONSTANTS | dict(tan_psi=0.1, delta=1.0)
+    for made, constants in ((Material.from_joint, joint), (Material.from_masonry, masonry)):
+        assert made(**{name: str(value) for name, value in constants.items()}) == made(**constants)
