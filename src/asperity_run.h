@@ -39,8 +39,8 @@ void asperity_free_cases(asperity_cases *cases);
  * a case with errors, with &replay or &umat, for a number out of range, and if a tolerance is not reached. */
 asperity_run *asperity_begin(asperity_cases *cases, int number, char *message, int size);
 
-/* Take the next n increments and return how many there were: fewer than n at the end of the path, or where equilibrium is
- * lost beyond the last one (asperity_lost).
+/* Take the next n increments and return how many there were: fewer than n at the end of the path, or where it has ended
+ * early (asperity_lost).
  *   rows    double[n][n_columns], the first columns in the order of "columns" of asperity_tables; numbers beyond the last
  *           column are left as they are; may be NULL
  *   states  double[n][nstatv], the first state variables; numbers beyond the last one are left as they are; may be NULL
@@ -50,7 +50,8 @@ int asperity_next(asperity_run *run, int n, int n_columns, double *rows, int nst
 /* Number of the last row in a column, such as "s_Tx" or "damage"; NaN before the first row and for other names. */
 double asperity_value(asperity_run *run, const char *column);
 
-/* 1 if no equilibrium was found beyond the last row, with the reason in message; else 0. */
+/* 1 if no equilibrium was found beyond the last row, 2 if a step with fork has not left its branch and the path has ended
+ * with it, both with the reason in message; else 0. */
 int asperity_lost(asperity_run *run, char *message, int size);
 
 /* End a run, at any row. */

@@ -146,7 +146,7 @@ contains
     end do
     check%name = "path"
     check%text = integer_text(size(path%dt)) // " increments"
-    if (row%lost) check%outcome = stated
+    if (len(run%reason) > 0) check%outcome = stated
     ! a path without increments, or one that the UMAT ends by its requests, is no success
     if (len(run%failure) > 0 .or. size(path%dt) == 0 .or. row%report%ended == ended_refused) check%outcome = failed
     if (len(run%reason // run%failure) > 0) check%text = check%text // ", then " // run%reason // run%failure

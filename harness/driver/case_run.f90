@@ -7,7 +7,7 @@ module case_run
   use asperity_equations, only: new_point, point_type
   use asperity_foreign_umat, only: foreign_law, umat_name
   use asperity_kinds, only: wp
-  use asperity_load_path, only: explain_loss, next_row, row_type, run_type
+  use asperity_load_path, only: explain_end, next_row, row_type, run_type
   use asperity_increment, only: ended_refused, ended_rejected
   use asperity_point_law, only: point_law
   use asperity_refine, only: refine_path
@@ -112,7 +112,7 @@ contains
     type(history_type), intent(inout) :: table       !! rows are added; the last one says whether equilibrium was lost
     type(progress_type), intent(inout) :: progress   !! clock
     type(run_type), intent(out) :: run               !! at its end
-    character(len=:), allocatable, intent(inout) :: failure   !! set if the UMAT fails or the tolerance is not reached
+    character(len=:), allocatable, intent(inout) :: failure   !! set by a UMAT, tolerance or fork that fails
     logical, intent(out) :: broken                            !! whether the UMAT has failed
     character(len=:), allocatable, intent(out) :: why         !! why equilibrium was lost
     type(point_type) :: start
@@ -151,10 +151,10 @@ contains
       why = child%reason
       broken = len(child%failure) > 0
       if (broken) failure = name // ": " // child%failure
-      if (.not. (broken .or. row%lost)) failure = why
-    else if (row%lost) then
-      call explain_loss(run, row, why)
+    else
+      call explain_end(run, row, why)
     end if
+    if (len(failure) == 0 .and. .not. row%lost) failure = why
   end subroutine run_path
 
   !> Report a snap on standard error.

@@ -186,9 +186,10 @@ class Interface:
         largest traction (at least sigma0), separation (at least s_f) and work (at least Gc).  Where the path
         jumps, it is the distance between the curves.
 
-        Raises ValueError for every value that is out of range, by its name, and for a tolerance that is not
-        reached; EquilibriumLost, with the rows before and the reason, where no equilibrium is found.  Warns
-        of the largest pressure and slip of the rows by ModelWarning, with the sentences of the driver.
+        Raises ValueError for every value that is out of range, by its name, for a tolerance that is not
+        reached, and for a fork that is not taken; EquilibriumLost, with the rows before and the reason, where
+        no equilibrium is found.  Warns of the largest pressure and slip of the rows by ModelWarning, with the
+        sentences of the driver.
 
         Examples
         --------

@@ -18,6 +18,9 @@ from .steps import Point, Step, path_text
 MOST_ROOM = 100_000
 """Rows that are allocated at once, at most."""
 
+UNFORKED = 2
+"""Answer of `asperity_lost` where a step has not left its branch at a fork."""
+
 EVENTS: int = contract.tables()["sizes"]["events"]
 """Bytes of the names of the events of a row."""
 
@@ -39,7 +42,7 @@ def rows_of(
 
     start: as in `Interface.run`.  keep_lost: the row beyond which there is no equilibrium is the last one,
     instead of an event after the last one. Raises ValueError for every value of steps, start and tolerance
-    that is out of range.
+    that is out of range, and for a `fork` at which no branch could be left.
     """
     numbers, states, names, loss = _run(props, steps, start, tolerance)
     n = len(numbers)
@@ -96,10 +99,12 @@ def _run(
         raise InputError([Record(line, text=line) for line in calls.text_of(message).splitlines()])
     try:
         rows = _all_rows(run, nstatv, min(sum(map(len, steps)) + 1, MOST_ROOM))
-        is_lost = _core.asperity_lost(run, message)
+        early = _core.asperity_lost(run, message)
     finally:
         _core.asperity_end(run)
-    return *rows, calls.text_of(message) if is_lost else None
+    if early == UNFORKED:
+        raise ValueError(calls.text_of(message))
+    return *rows, calls.text_of(message) if early else None
 
 
 def _of_argument(error: Record) -> Record:

@@ -48,8 +48,9 @@ class Step:
     time to each target (1); it matters for viscous damage and a dashpot. follow, "stable" or "branch": the
     point jumps where the stable path ends, or continues along the unstable part, where the prescribed values
     turn back and forward again. arc: longest step along the branch, times s0 (0.05). fork: where another
-    branch crosses first, 1 or -1 leave to one side or the other (0: go along). p: targets of the water
-    pressure in the joint, stress, >= 0; t_N is the total traction, of which the law carries t_N + p.
+    branch crosses first, 1 or -1 leave to one side or the other (0: go along); a step in which this is not
+    possible is an error. p: targets of the water pressure in the joint, stress, >= 0; t_N is the total
+    traction, of which the law carries t_N + p.
 
     Raises ValueError if a value is no number. Everything else is checked by `Interface.run`.
 

@@ -34,6 +34,7 @@ module asperity_branch
     logical :: turned = .false.         !! whether their sense changed in the last step
     integer :: fork = 0                 !! at the next fork: 0 go along, 1 or -1 leave to one side or the other
     logical :: forked = .false.         !! whether another branch crosses in the last step
+    logical :: left = .false.           !! whether the branch was left at a fork
     real(wp) :: orientation = 0.0_wp    !! sign of the equations at the last point, which a fork changes; 0: not known
     real(wp) :: aside(4) = 0.0_wp       !! direction in which the next step leaves the branch; zero: it stays
   end type branch_type
@@ -117,6 +118,7 @@ contains
     end if
     step%length = branch%length
     if (any(abs(branch%aside) > 0.0_wp)) call leave(law, equations, branch%longest, branch%aside, step)
+    branch%left = branch%left .or. step%good
     if (step%good) branch%orientation = step%orientation
     do while (step%length >= shortest_branch_step*branch%longest .and. .not. step%good)
       if (any(abs(step%direction) > 0.0_wp)) call solve(law, equations, step)

@@ -12,7 +12,7 @@ module asperity_load_path
   use asperity_tolerances, only: endless, farthest, largest_arc, most_branch_steps, most_updates, smallest_part
   implicit none
   private
-  public :: start_run, next_row, begin_row, end_row, set_point, name_events, explain_loss
+  public :: start_run, next_row, begin_row, end_row, set_point, name_events, explain_end
 
   !> A row: the point at the end of an increment, without its state.
   type, public :: row_head
@@ -59,6 +59,9 @@ module asperity_load_path
     real(wp), private :: offset(3) = 0.0_wp          !! spring*separation at the start of the step
     real(wp), private :: p_from = 0.0_wp, p_to = 0.0_wp   !! water pressure at the target before and at this one
     type(branch_type), private :: branch             !! progress along the branch
+    integer, private :: fork = 0                     !! side to which the step has still to leave its branch, 0: none
+    integer, private :: forks = 0                    !! in the step so far
+    logical, private :: unforked = .false.           !! a step has not left its branch, which ends the path
     type(row_type), allocatable :: rows(:)           !! if they have been computed before, as those of a refined path
     integer, private :: given_rows = 0               !! of them
     logical, allocatable, private :: regime(:, :)    !! for the events
@@ -87,7 +90,7 @@ contains
     run%p_to = p
   end subroutine start_run
 
-  !> Take the next increment. After a row that is lost there is none.
+  !> Take the next increment. After a row that is lost there is none, nor after a step that has not left its branch.
   subroutine next_row(run, row, has_row)
     type(run_type), intent(inout) :: run    !! the run
     type(row_type), intent(inout) :: row    !! the last row -> the next one
@@ -106,7 +109,7 @@ contains
       has_row = run%given_rows < size(run%rows)
       return
     end if
-    has_row = .not. row%lost .and. run%step <= size(run%steps)
+    has_row = .not. (row%lost .or. run%unforked) .and. run%step <= size(run%steps)
     if (has_row .and. .not. run%fraction < 1.0_wp) call next_target(run, row, has_row)
     if (.not. has_row) return
     run%before = run%point
@@ -143,6 +146,8 @@ contains
       call branch_step(run%law, run%branch, run%point, row%report, run%calls)
       ! the largest load factor so far, so that time never decreases
       run%fraction = max(run%fraction, run%branch%factor)
+      if (run%branch%left) run%fork = 0
+      if (run%branch%forked) run%forks = run%forks + 1
     else
       call advance(run%law, run%control, run%start, run%given, run%point, reached, row%report, run%calls)
       run%fraction = ramp(run%fraction, real(run%n, wp)/real(parts, wp), reached)
@@ -156,6 +161,8 @@ contains
     row%increment = row%increment + 1
     row%position = real(run%passed - 1, wp) + run%fraction
     row%lost = row%report%ended /= ended_complete
+    run%unforked = .not. (row%lost .or. run%fork == 0 .or. run%fraction < 1.0_wp) .and. &
+      run%target == size(run%steps(run%step)%increments)
     call name_events(run%law, run%before%state, run%point%state, run%regime, row)
   end subroutine end_row
 
@@ -200,6 +207,8 @@ contains
     run%control = run%steps(run%step)%control
     if (begins) then
       run%calls%began = run%time
+      run%fork = run%steps(run%step)%fork
+      run%forks = 0
       ! the force of the spring is zero at the start of the step
       run%offset = merge(run%control%spring*run%point%s, 0.0_wp, run%control%traction)
       where (run%steps(run%step)%changed) run%given = merge(run%point%traction + run%offset, run%point%s, &
@@ -214,8 +223,7 @@ contains
     if (run%control%traction(1)) run%to(1) = run%to(1) + merge(run%p_to, run%p_to - run%p_from, &
       run%steps(run%step)%has_target(1))
     arc = run%steps(run%step)%arc
-    if (arc > 0.0_wp) run%branch = new_branch(run%law, run%control, run%from, run%to, arc, &
-      run%steps(run%step)%fork)
+    if (arc > 0.0_wp) run%branch = new_branch(run%law, run%control, run%from, run%to, arc, run%fork)
   end subroutine next_target
 
   !> Name what happened between two states, and what the row says.
@@ -232,6 +240,30 @@ contains
     call name_event(row%events, "cut", row%report%cut)
     call name_event(row%events, "lost", row%lost)
   end subroutine name_events
+
+  !> Append why a path has ended before its end, nothing if it has not: a loss of equilibrium, or a fork that was asked
+  !> for and not taken.
+  pure subroutine explain_end(run, row, message)
+    type(run_type), intent(in) :: run                         !! the run
+    type(row_type), intent(in) :: row                         !! its last row
+    character(len=:), allocatable, intent(inout) :: message   !! a line is appended
+    character(len=:), allocatable :: text
+    if (row%lost) call explain_loss(run, row, message)
+    if (.not. run%unforked) return
+    associate (fork => run%steps(run%step)%fork)
+      text = "step " // integer_text(run%step) // ": fork = " // integer_text(fork) // ": "
+      if (run%forks == 0) then
+        text = text // "no other branch crosses in this step: expected fork = 0"
+      else if (row%fork) then
+        text = text // "another branch crosses just before the last row of this step only: expected a farther " // &
+          "target, or fork = 0"
+      else
+        text = text // "no equilibrium was found to this side of the fork: expected fork = " // integer_text(-fork) // &
+          ", or 0"
+      end if
+    end associate
+    call append(message, text)
+  end subroutine explain_end
 
   !> Append why the last row is lost: what the interface carries at most, in closed form, or how far none was found.
   pure subroutine explain_loss(run, row, message)

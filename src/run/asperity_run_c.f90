@@ -14,7 +14,7 @@ module asperity_run_c
   use asperity_interface, only: interface_type, new_interface
   use asperity_json, only: case_json, errors_json, tables_json
   use asperity_kinds, only: wp
-  use asperity_load_path, only: explain_loss, next_row, row_type, run_type
+  use asperity_load_path, only: explain_end, next_row, row_type, run_type
   use asperity_point_law, only: event_length
   use asperity_refine, only: refine_path
   use asperity_rie_law, only: new_rie_law, rie_law
@@ -233,7 +233,7 @@ contains
     value = values(i)
   end function asperity_value
 
-  !> Whether equilibrium is lost beyond the last row (1 or 0), and why.
+  !> Whether equilibrium is lost beyond the last row (1), or a step has not left its branch at a fork (2), and why.
   function asperity_lost(run, message, size) bind(C) result(lost)
     type(c_ptr), value :: run               !! of asperity_begin
     type(c_ptr), value :: message           !! char[size], may be NULL
@@ -246,8 +246,8 @@ contains
     if (c_associated(run)) then
       call c_f_pointer(run, handle)
       text = ""
-      if (handle%row%lost) call explain_loss(handle%run, handle%row, text)
-      lost = merge(1_c_int, 0_c_int, handle%row%lost)
+      call explain_end(handle%run, handle%row, text)
+      lost = merge(merge(1_c_int, 2_c_int, handle%row%lost), 0_c_int, len(text) > 0)
     end if
     call put_text(text, message, size)
   end function asperity_lost

@@ -5,7 +5,7 @@ module asperity_umat_run
   use asperity_equations, only: new_point, point_type
   use asperity_foreign_umat, only: foreign_law, n_header, open_umat
   use asperity_kinds, only: wp
-  use asperity_load_path, only: begin_row, end_row, explain_loss, increment_type, row_head, row_type, &
+  use asperity_load_path, only: begin_row, end_row, explain_end, increment_type, row_head, row_type, &
     run_type, set_point, start_run
   use asperity_refine, only: refine_path
   use asperity_text, only: set_text
@@ -122,7 +122,7 @@ contains
       call end_row(run, row)
       call send_row(packed(row), n)
     end do
-    if (row%lost .and. len(text) == 0) call explain_loss(run, row, text)
+    if (len(text) == 0) call explain_end(run, row, text)
     row%step = 0
     call set_point(row, run%before, 0.0_wp)   ! the traction of the law
     if (row%lost) call send_row(packed(row), n)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from asperity import EquilibriumLost, Interface, Material, Pattern, Step, read_case
 from asperity.installed import named_case
+from support_umat import ONSET, planted
 
 JOINT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(4, 30.0))
 CASE = """&case stability = T{more} /
@@ -17,6 +20,7 @@ CASE = """&case stability = T{more} /
 &step slip = 0.3, direction = 20, increments = 20 /
 """
 COLUMNS = ["second_order", "least_real", "flutter", "mode_N", "mode_Tx", "mode_Ty"]
+NO_FORK = "step 1: fork = 1: no other branch crosses in this step: expected fork = 0"
 ROUNDING = 1.0e-12
 """Rounding errors of eigenvalues over the stiffness of the bond."""
 
@@ -118,13 +122,24 @@ def test_kink_is_no_fork() -> None:
         Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.0, kc=100.0), Pattern.regular(12, 56.24, flat=0.0)
     )
     steps = [Step(t_N=-3.1368, t_Ty=0.0, increments=1), Step(s_Tx=0.1261, follow="branch", arc=0.2)]
-    ends = []
-    for fork in (0, 1):
-        history = joint.run([steps[0], replace(steps[1], fork=fork)])
-        assert not any("fork" in name.split("+") for _, name in history.events)
-        assert any("turn" in name for _, name in history.events)
-        ends.append(history.separation[-1])
-    assert ends[0].tolist() == ends[1].tolist()
+    history = joint.run(steps)
+    assert not any("fork" in name.split("+") for _, name in history.events)
+    assert any("turn" in name for _, name in history.events)
+    for fork in (1, -1):
+        with pytest.raises(ValueError, match=f"^step 2: fork = {fork}: no other branch crosses in this step"):
+            joint.run([steps[0], replace(steps[1], fork=fork)])
+
+
+def test_missed_fork(run, library: Path, tmp_path: Path) -> None:
+    """The driver keeps the rows up to the step whose fork is not there, of a UMAT of others, too."""
+    steps = "&step s_N = {0}, t_Tx = 0.0, follow = 'branch', fork = 1, arc = 1 /\n&step s_N = 0.0 /\n"
+    for law, far in ((CASE.split("&step")[0].format(more=""), 0.02), (planted(library), 2.0 * ONSET)):
+        result = run(law + steps.format(far), "--report", "r.json", "--force", code=2)
+        assert f"case.nml: {NO_FORK}" in result.messages
+        assert {row[0] for row in result.rows} == {"1"}
+        assert float(result.rows[-1][result.header.index("s_N")]) == far
+        report = json.loads((tmp_path / "r.json").read_text())
+        assert (report["code"], report["message"], report["lost"]) == (2, NO_FORK, False)
 
 
 def test_fork() -> None:
@@ -139,6 +154,8 @@ def test_fork() -> None:
     s_f = run.material.s_f
     assert abs(ends[0][2]) < ROUNDING and abs(ends[1][2]) > 0.1 * s_f
     assert np.abs(ends[1] * [1.0, 1.0, -1.0] - ends[-1]).max() < 1.0e-6 * s_f
+    with pytest.raises(ValueError, match=f"^{NO_FORK}$"):
+        run.interface.run([Step(s_Tx=0.01, t_N=0.0, follow="branch", fork=1), Step(s_Tx=0.02)])
     with pytest.raises(ValueError, match="fork without follow = 'branch'"):
         JOINT.run(Step(slip=0.1, fork=1))
     with pytest.raises(ValueError, match="fork = 2: expected -1, 0 or 1"):

@@ -21,7 +21,7 @@ int main(int argc, char **argv) {
     printf("%.3f %8.4f %8.4f\n", asperity_value(run, "s_Tx"), asperity_value(run, "s_N"), asperity_value(run, "t_Tx"));
   }
   int lost = asperity_lost(run, message, sizeof message);
-  if (lost) fprintf(stderr, "equilibrium lost: %s\n", message);
+  if (lost) fprintf(stderr, "%s%s\n", lost == 1 ? "equilibrium lost: " : "", message);
   asperity_end(run);
   return lost ? 2 : 0;
 }
