@@ -118,23 +118,28 @@ contains
     character(len=*), intent(in) :: message   !! why the run has not ended as expected, a line per reason, or empty
     logical, intent(in) :: lost               !! whether the last row is that of a lost equilibrium
     character(len=:), allocatable :: escaped
-    integer :: i
+    integer :: i, n
     if (len(path) == 0) return
-    escaped = ""
+    allocate (character(len=2*len(message)) :: escaped)
+    n = 0
     do i = 1, len(message)
       select case (message(i:i))
       case ("""", "\")
-        escaped = escaped // "\" // message(i:i)
+        escaped(n + 1:n + 2) = "\" // message(i:i)
+        n = n + 2
       case (achar(10))
-        escaped = escaped // "\n"
+        escaped(n + 1:n + 2) = "\n"
+        n = n + 2
       case (achar(0):achar(9), achar(11):achar(31))
-        escaped = escaped // " "
+        escaped(n + 1:n + 1) = " "
+        n = n + 1
       case default
-        escaped = escaped // message(i:i)
+        escaped(n + 1:n + 1) = message(i:i)
+        n = n + 1
       end select
     end do
     call create_file(path)
-    call write_line(report_start // integer_text(code) // ", ""message"": """ // escaped // """, ""lost"": " // &
+    call write_line(report_start // integer_text(code) // ", ""message"": """ // escaped(:n) // """, ""lost"": " // &
       trim(merge("true ", "false", lost)) // "}")
     call close_file()
   end subroutine write_report

@@ -205,7 +205,7 @@ contains
     character(len=:), allocatable, intent(inout) :: name         !! as it is written
     real(wp), allocatable, intent(inout) :: values(:)            !! of the name
     character(len=*), parameter :: letters = "abcdefghijklmnopqrstuvwxyz"
-    integer :: earlier, i, j
+    integer :: earlier, i
     logical :: given
 
     call set_text(name, "")
@@ -218,9 +218,8 @@ contains
       len(name) <= name_length, "expected a name of letters, digits and _")
     call reals_entry(io, "values", values)
     do i = 2, size(values)
-      do j = 1, i - 1
-        call require(io, to_text(values(i)) /= to_text(values(j)), to_text(values(i)) // " is given twice")
-      end do
+      if (any(abs(values(:i - 1) - values(i)) <= 0.0_wp)) call require(io, .false., to_text(values(i)) // &
+        " is given twice")
     end do
     call close_group(io)
     if (io%errors%n > earlier) return

@@ -140,8 +140,11 @@ contains
         call reject("= without a name before it")
       case ("'", """")
         do
-          next = index(text%source(last + 1:), c)
-          if (next == 0 .or. index(text%source(last + 1:last + next), newline) > 0) then
+          next = scan(text%source(last + 1:), c // newline)
+          if (next > 0) then
+            if (text%source(last + next:last + next) == newline) next = 0
+          end if
+          if (next == 0) then
             call reject("string without its closing " // c)
             last = last_before(newline, text%source, i)
             exit
@@ -171,15 +174,18 @@ contains
     !> Start an entry of the open group.
     subroutine add_entry(name)
       character(len=*), intent(in) :: name   !! of the entry
+      character(len=name_length) :: low
       integer :: e
       if (text%n_entries == size(text%entries)) text%entries = [text%entries, text%entries]
       if (index(name, "(") > 0) call reject(name // ": subscripts are not read, expected a name and its whole list")
+      low = lower(name)
       do e = text%groups(text%n_groups)%first, text%n_entries
-        if (text%entries(e)%name == lower(name)) call reject(name // " is given twice, first in line " // &
-          integer_text(text%entries(e)%line))
+        if (text%entries(e)%name /= low) cycle
+        call reject(name // " is given twice, first in line " // integer_text(text%entries(e)%line))
+        exit
       end do
       text%n_entries = text%n_entries + 1
-      text%entries(text%n_entries) = entry_type(lower(name), name, line, text%n_tokens + 1, text%n_tokens, &
+      text%entries(text%n_entries) = entry_type(low, name, line, text%n_tokens + 1, text%n_tokens, &
         text%n_groups)
       text%groups(text%n_groups)%last = text%n_entries
       comma = .true.

@@ -53,17 +53,51 @@ contains
   !> Sort errors by the lines where they are; those of one line keep their order.
   pure subroutine sort_lines(errors)
     type(errors_type), intent(inout) :: errors   !! the errors
-    type(error_type) :: moved
-    integer :: i, j
-    do i = 2, errors%n
-      moved = errors%list(i)
-      do j = i - 1, 1, -1
-        if (errors%list(j)%line <= moved%line) exit
-        errors%list(j + 1) = errors%list(j)
-      end do
-      errors%list(j + 1) = moved
+    type(error_type), allocatable :: sorted(:)
+    integer :: order(errors%n), i
+    if (errors%n < 2) return
+    order = [(i, i=1, errors%n)]
+    call merge_sort(errors%list(:errors%n)%line, order)
+    allocate (sorted(errors%n))
+    do i = 1, errors%n
+      sorted(i) = errors%list(order(i))
     end do
+    call move_alloc(sorted, errors%list)
   end subroutine sort_lines
+
+  !> Order in which numbers ascend; equal ones keep their order (stable merge sort, from pairs upwards).
+  pure subroutine merge_sort(numbers, order)
+    integer, intent(in) :: numbers(:)    !! what is sorted
+    integer, intent(inout) :: order(:)   !! positions in their order -> sorted
+    integer :: before(size(order))
+    integer :: first, i, j, k, last, middle, width
+    width = 1
+    do while (width < size(order))
+      before = order
+      do first = 1, size(order), 2*width
+        middle = min(first + width, size(order) + 1)
+        last = min(first + 2*width - 1, size(order))
+        i = first
+        j = middle
+        do k = first, last
+          if (i < middle) then
+            if (j > last) then
+              order(k) = before(i)
+              i = i + 1
+              cycle
+            else if (numbers(before(i)) <= numbers(before(j))) then
+              order(k) = before(i)
+              i = i + 1
+              cycle
+            end if
+          end if
+          order(k) = before(j)
+          j = j + 1
+        end do
+      end do
+      width = 2*width
+    end do
+  end subroutine merge_sort
 
   !> Words of an error: file:line: group: name = value: text.
   pure subroutine word(error, text)
@@ -87,12 +121,18 @@ contains
   pure subroutine put_words(errors, text)
     type(errors_type), intent(in) :: errors                !! the errors
     character(len=:), allocatable, intent(inout) :: text   !! lines are appended
-    character(len=:), allocatable :: line
-    integer :: i
+    character(len=:), allocatable :: line, lines
+    integer :: i, n
+    ! the room doubles: lines that are appended one by one would copy the whole text each time
+    allocate (character(len=256) :: lines)
+    n = 0
     do i = 1, errors%n
       call word(errors%list(i), line)
-      call append(text, line)
+      if (n + len(line) + 1 > len(lines)) call set_text(lines, lines // repeat(" ", n + len(line) + 1))
+      lines(n + 1:n + len(line) + 1) = line // new_line("a")
+      n = n + len(line) + 1
     end do
+    if (n > 0) call append(text, lines(:n - 1))
   end subroutine put_words
 
 end module asperity_errors
