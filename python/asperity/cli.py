@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import argparse
 import os
-import signal
-import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
-from threading import current_thread, main_thread
 
-from .installed import driver, named_case
+from .driver_process import ENDING, end_program, handled, run_driver
+from .installed import named_case
 from .options import (
     NO_EQUILIBRIUM,
     Parser,
@@ -21,7 +19,6 @@ from .options import (
     add_output,
     add_workers,
     check_outputs,
-    end_on_signal,
     results_of,
     units_of,
 )
@@ -58,9 +55,9 @@ def execute(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> int:
     # pictures are written to files, on machines without a display, too
     os.environ.setdefault("MPLBACKEND", "Agg")
     options = parser.parse_args(arguments)
-    before = signal.signal(signal.SIGTERM, end_on_signal) if current_thread() is main_thread() else None
     try:
-        code = int(options.action(options))
+        with handled(ENDING, end_program):
+            code = int(options.action(options))
         sys.stdout.flush()
         return code
     except BrokenPipeError:
@@ -75,9 +72,6 @@ def execute(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> int:
         return 1
     except KeyboardInterrupt:
         return 130
-    finally:
-        if before is not None:
-            signal.signal(signal.SIGTERM, before)
 
 
 class _Version(argparse.Action):
@@ -134,9 +128,7 @@ def _check_arguments(check: argparse.ArgumentParser) -> None:
         "a check failed."
     )
     add_options(check, ("case CASE.nml", "case file of rie_driver, or a name of `asperity cases`", str))
-    check.set_defaults(
-        action=lambda options: subprocess.run([driver(), _case(options), "--check"], check=False).returncode
-    )
+    check.set_defaults(action=lambda options: run_driver(_case(options), "--check")[0])
 
 
 COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
@@ -185,7 +177,7 @@ def _run(options: argparse.Namespace) -> int:
     before = {path: path.stat().st_mtime_ns for path in results_of(output).values()}
     passed_on = [f"--{name}" for name in ("planes", "quiet", "force") if getattr(options, name)]
     if options.jobs is None:
-        code = subprocess.run([driver(), path, "-o", output, *passed_on], check=False).returncode
+        code, _ = run_driver(path, "-o", output, *passed_on)
     else:
         from .sweeps import run_sweep
 
@@ -203,9 +195,7 @@ def _run(options: argparse.Namespace) -> int:
         joint = next(iter(joints.values())) if len(joints) == 1 else None
         save(figure_of(results, case.title, case.sweep, *units, joint), png)
         print(png)
-    if hasattr(signal, "SIGPIPE") and code == -signal.SIGPIPE:
-        raise BrokenPipeError
-    return code if code >= 0 else 1
+    return code
 
 
 if __name__ == "__main__":

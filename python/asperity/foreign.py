@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 
 from . import contract
 from .case_writer import Group, case_text
+from .driver_process import run_driver
 from .errors import EquilibriumLost
 from .history import ENERGIES, History, csv_columns, finite_column
-from .installed import driver
 from .load_path import history_of
 from .steps import Point, Step
 
@@ -59,8 +59,8 @@ class ForeignUmat:
         """Take one point along a load path, as `Interface.run`; `state` is a `Point`, or None: virgin.
 
         A state of the rows has the energies, the work, the time, STRESS and STATEV. Damage is zero without
-        `damage`. Raises ValueError for wrong input, or if the tolerance is not reached, and EquilibriumLost
-        where no equilibrium is found or the UMAT fails, with the rows before and the reason.
+        `damage`. Raises ValueError for wrong input, a tolerance not reached or a fork not taken, and
+        EquilibriumLost where no equilibrium is found or the UMAT fails, with the rows before and the reason.
         """
         path = [steps] if isinstance(steps, Step) else steps
         start = state if state is None or isinstance(state, Point) else Point(contract.array("state", state))
@@ -74,9 +74,8 @@ class ForeignUmat:
             case, output, report = (Path(folder, name) for name in ("case.nml", "out.csv", "out.json"))
             case.write_text(case_text(*groups), encoding="utf-8")
             # what the UMAT prints last is in the message
-            command: list[str | Path] = [driver(), case, "-o", output, "--planes", "--quiet"]
-            command += ["--report", report]
-            subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+            silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+            run_driver(case, "-o", output, "--planes", "--quiet", "--report", report, **silent)
             result = json.loads(report.read_text(encoding="utf-8"))
             message, lost = result["message"], result["lost"]
             if not output.is_file() or (result["code"] == 2 and not lost):

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from .contract import plain
+from .driver_process import ENDING, end_program
 from .installed import needed
 
 NO_EQUILIBRIUM = 2  # exit code of the driver after a lost equilibrium
@@ -122,13 +123,10 @@ def _processes(count: int) -> Iterator[Executor]:
 
 
 def _begin_worker() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, end_on_signal)
-
-
-def end_on_signal(*_: object) -> None:
-    """End this process on the signal TERM, with those that it has started."""
-    raise SystemExit(128 + signal.SIGTERM)
+    # the process that has started this one ends it by TERM
+    for number in {signal.SIGINT, *ENDING}:
+        signal.signal(number, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, end_program)
 
 
 def progress_bar(total: int | None, unit: str) -> Any:

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from .case_files import read_case
-from .installed import driver
+from .driver_process import run_driver
 from .options import check_outputs, progress_bar, results_of, workers
 from .parallel import map_in_order
 
@@ -40,6 +40,6 @@ def run_sweep(case: Path, output: Path, passed_on: Sequence[str], options: argpa
 
 def _one_run(case: Path, output: Path, options: Sequence[str], number: int) -> tuple[int, list[str]]:
     """Exit code and messages of one value of the sweep."""
-    command: list[str | Path] = [driver(), case, "-o", output, "--only", str(number), *options]
-    run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
-    return run.returncode, run.stdout.decode("utf-8", "replace").splitlines(keepends=True)
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    code, text = run_driver(case, "-o", output, "--only", str(number), *options, **streams)
+    return code, text.splitlines(keepends=True)

@@ -1,0 +1,98 @@
+"""Signals that end a command or a script end the driver that it has started, whenever they come."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+CASE = """&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /
+&pattern sides = 0 /
+&sweep name = 'p', values = -1 /
+&step t_N = p /
+&step slip = 5, increments = 9000000 /
+"""
+MARK = """import os, signal, subprocess, sys
+start = subprocess.Popen._execute_child
+def mark(self, *arguments):
+    start(self, *arguments)
+    {now}
+    open("pid", "w").write(str(self.pid))
+subprocess.Popen._execute_child = mark
+"""
+"""Write the number of each process that is started; now: what happens before Python knows of it."""
+COMMAND = "from asperity.cli import main; sys.exit(main({0}))"
+FOREIGN = """import asperity
+umat = asperity.ForeignUmat("{0}", 0.01, 100.0, (100.0, 0.01, 0.02, 0.5, 0.0), 7, damage=1)
+umat.run(asperity.Step(s_N=0.02, increments=9000000))
+"""
+JOBS = {
+    "run": COMMAND.format(["run", "case.nml", "-o", "out.csv", "--quiet"]),
+    "jobs": COMMAND.format(["run", "case.nml", "-o", "out.csv", "--jobs", "1"]),
+    "check": COMMAND.format(["check-umat", "case.nml"]),
+    "foreign": FOREIGN,
+}
+
+
+def is_running(number: int) -> bool:
+    """Whether a process is there; one that nobody has waited for yet (Z) is not."""
+    listed = subprocess.run(["ps", "-o", "stat=", "-p", str(number)], capture_output=True, text=True)
+    return not (listed.stdout.strip() or "Z").startswith("Z")
+
+
+@pytest.mark.parametrize("early", [True, False])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+@pytest.mark.parametrize("job", JOBS)
+def test_the_driver_ends(job: str, number: int, early: bool, library: Path, tmp_path: Path) -> None:
+    """The signal comes while the driver starts, or later; both processes end, with the code of the signal."""
+    (tmp_path / "case.nml").write_text(CASE, encoding="utf-8")
+    mark = MARK.format(now=f"os.kill(os.getpid(), {int(number)})" if early else "pass")
+    script = mark + JOBS[job].format(library)
+    pid = tmp_path / "pid"
+    with subprocess.Popen([sys.executable, "-c", script], cwd=tmp_path, stderr=subprocess.DEVNULL) as process:
+        while not (pid.is_file() and pid.read_text()) and process.poll() is None:
+            time.sleep(0.01)
+        if not early:
+            process.send_signal(number)
+        process.wait(timeout=60.0)
+    # a script ends by the signal itself, a command with its code
+    assert process.returncode == (-number if job == "foreign" else 128 + number)
+    assert not is_running(int(pid.read_text()))
+
+
+def test_an_ignored_signal_ends_nothing(tmp_path: Path) -> None:
+    """A command under nohup goes on after the terminal is closed, as its driver does."""
+    (tmp_path / "case.nml").write_text(CASE.replace("9000000", "9"), encoding="utf-8")
+    both = f"os.kill(os.getpid(), {int(signal.SIGHUP)}); os.kill(self.pid, {int(signal.SIGHUP)})"
+    script = (
+        f"import signal\nsignal.signal(signal.SIGHUP, signal.SIG_IGN)\n{MARK.format(now=both)}{JOBS['run']}"
+    )
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path)
+    assert done.returncode == 0 and (tmp_path / "out_-1.csv").is_file()
+
+
+def test_a_driver_that_crashes(tmp_path: Path) -> None:
+    """A driver that another process kills is an error, also in a sweep."""
+    (tmp_path / "case.nml").write_text(CASE, encoding="utf-8")
+    for job in ("run", "jobs", "check"):
+        script = MARK.format(now=f"os.kill(self.pid, {int(signal.SIGKILL)})") + JOBS[job]
+        done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 1 and "rie_driver was ended by signal 9 (Killed)" in done.stderr
+
+
+def test_a_closed_pipe(tmp_path: Path) -> None:
+    """A reader that has all it wants, as head, ends driver and command without an error."""
+    (tmp_path / "case.nml").write_text(
+        CASE.replace("&sweep name = 'p', values = -1 /", "").replace("p /", "-1 /")
+    )
+    command = [sys.executable, "-c", MARK.format(now="pass") + COMMAND.format(["run", "case.nml", "-o", "-"])]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None and process.stdout.readline()
+        process.stdout.close()
+        process.wait(timeout=60.0)
+    assert process.returncode == 0
+    assert not is_running(int((tmp_path / "pid").read_text()))
