@@ -20,7 +20,7 @@ from . import contract, installed
 from .hosts import Host, hosts
 from .interface import Interface
 from .material import Material
-from .mesh.deck_water import problems
+from .mesh.deck_joints import problems
 from .pattern import Pattern
 
 TOOLS = ("scipy", "matplotlib", "tqdm", "pandas", "pint", "openpyxl")
@@ -42,10 +42,10 @@ class Finding(NamedTuple):
 def add_arguments(doctor: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     doctor.description = (
-        "Check the installation and look for host programs, or check the water in the joints of a deck; exit "
-        "code 1: something is wrong."
+        "Check the installation and look for host programs, or check the joints of a deck: constants, state "
+        "variables, sections and water; exit code 1: something is wrong."
     )
-    doctor.add_argument("deck", metavar="DECK.inp", nargs="?", type=Path, help="input of Abaqus")
+    doctor.add_argument("deck", metavar="DECK.inp", nargs="?", type=Path, help="input of Abaqus or CalculiX")
     doctor.set_defaults(action=_run)
 
 
@@ -58,11 +58,12 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def of_deck(path: Path) -> Iterator[Finding]:
-    """Findings of a deck of Abaqus; raises ValueError for one that is not read or has no joint."""
-    wrong = problems(path)
+    """Findings of a deck; raises ValueError for one that is not read or has no joint."""
+    wrong, notes = problems(path)
     yield from (Finding("deck", text, False) for text in wrong)
+    yield from (Finding("deck", text) for text in notes)
     if not wrong:
-        yield Finding("deck", f"{path}: elements and fields go with the water of the joints", True)
+        yield Finding("deck", f"{path}: constants, state variables, sections and water agree", True)
 
 
 def findings() -> Iterator[Finding]:
