@@ -5,7 +5,6 @@ None of meshio, meshlane and meshio++ reads all of that; a comment in pyproject.
 
 from __future__ import annotations
 
-import re
 import warnings
 from difflib import get_close_matches
 from pathlib import Path
@@ -15,23 +14,12 @@ import numpy as np
 
 from ..material import ModelWarning
 from .deck import Block, blocks, table
-from .deck_model import Model, Scope, whole
-from .shapes import Integers
+from .deck_model import Model
+from .deck_scopes import Scope, whole
+from .deck_types import type_of
 
 if TYPE_CHECKING:
     import meshio
-
-TYPES = (
-    (r"(?:CPE|CPS|CPEG|S|SFM3D|M3D|R3D|STRI|DS)(3|4|6|8|9)", 2),
-    (r"C3D(4|6|8|10|20)", 3),
-    (r"(?:T2D|T3D|B2|B3|R2D)([123])", 1),
-)
-"""Types of elements, whose first group is their number of nodes, and their dimension."""
-
-KINDS = {
-    (2, 3): "triangle", (2, 4): "quad", (2, 6): "triangle6", (2, 8): "quad8", (2, 9): "quad9",
-    (3, 4): "tetra", (3, 6): "wedge", (3, 8): "hexahedron", (3, 10): "tetra10", (3, 20): "hexahedron20",
-}  # fmt: skip
 
 READ = (
     "NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "PART", "END PART", "INSTANCE", "END INSTANCE", "ASSEMBLY",
@@ -135,6 +123,8 @@ def _instance_of(part: Scope, name: str) -> Scope:
         name,
         list(part.nodes),
         list(part.elements),
+        list(part.others),
+        list(part.refused),
         {k: list(v) for k, v in part.sets.items()},
         dict(part.titles),
     )
@@ -157,8 +147,7 @@ def _take(here: Scope, block: Block) -> None:
             here.add("NSET", name, block)
     elif word == "ELEMENT":
         block.allow("TYPE", "ELSET", "INPUT")
-        kind, numbers, nodes = _elements(block)
-        here.elements.append((block, kind, numbers, nodes))
+        _elements(here, block)
         if name := block.parameters.get("ELSET"):
             here.add("ELSET", name, block)
     elif word == "NSET":
@@ -168,40 +157,39 @@ def _take(here: Scope, block: Block) -> None:
         block.allow("ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED", "INPUT")
         here.add("ELSET", block.name("ELSET"), block)
     elif word == "SURFACE":
-        kind = (block.parameters.get("TYPE") or "ELEMENT").upper()
-        for bad in ("COMBINE", "CROP"):
-            if bad in block.parameters:
-                raise block.fail(f"{bad.lower()}: not read: expected lines of sets and faces")
-        if kind not in ("ELEMENT", "NODE"):
-            raise block.fail(f"type={kind}: not read: expected element or node")
-        here.add("SURFACE" if kind == "ELEMENT" else "NSET", block.name("NAME"), block)
+        nodes = (block.parameters.get("TYPE") or "").upper() == "NODE"
+        here.add("NSET" if nodes else "SURFACE", block.name("NAME"), block)
 
 
-def _elements(block: Block) -> tuple[str, Integers, Integers]:
-    """Kind of cells, numbers and nodes of elements, whose lines may go on."""
+def _elements(here: Scope, block: Block) -> None:
+    """Numbers and nodes of elements, whose lines may go on."""
     name = block.name("TYPE").upper()
-    count = 0
-    for pattern, d in TYPES:
-        if match := re.fullmatch(pattern + "[A-Z]*[0-9]?[A-Z]*", name):
-            count = int(match[1])
-            if d == 1:
-                count = {1: 2, 2: 3, 3: 2}[count] if name.startswith("B") else count
-                kind = {2: "line", 3: "line3"}.get(count, "")
+    element = type_of(name)
+    if element.refused:
+        here.refused.append((block, f"type={name}: not read: {element.refused}"))
+        return
+    count = element.nodes + 1
+    if element.left_out:
+        parts: list[list[str]] = []
+        first = []
+        for k, words in block.rows():
+            if parts and element.nodes > 2 and len(parts[-1]) < count:  # of two nodes one may be missing
+                parts[-1] += words
             else:
-                kind = KINDS.get((d, count), "")
-            break
-    if not count or not kind:
-        shown = "CPE3 to CPE8, CPS3 to CPS8, C3D4, C3D6, C3D8, C3D10, C3D20"
-        raise block.fail(f"type={name}: not read: expected {shown}; shells, beams and trusses are groups")
+                parts.append(list(words))
+                first.append(block.numbers(words[:1], k))
+        numbers = whole(block, np.array(first, float).reshape(-1, 1))[:, 0]
+        here.others.append((block, numbers, [words[1:] for words in parts]))
+        return
     rows, row = [], []
     for k, words in block.rows():
         row += block.numbers(words, k)
-        if len(row) > count + 1:
-            raise block.fail(f"{len(row) - 1} nodes of an element of type {name}: expected {count}", k)
-        if len(row) == count + 1:
+        if len(row) > count:
+            raise block.fail(f"{len(row) - 1} nodes of an element of type {name}: expected {count - 1}", k)
+        if len(row) == count:
             rows.append(row)
             row = []
     if row:
-        raise block.fail(f"{len(row) - 1} nodes of the last element of type {name}: expected {count}")
-    data = whole(block, np.array(rows, float).reshape(-1, count + 1))
-    return kind, data[:, 0], data[:, 1:]
+        raise block.fail(f"{len(row) - 1} nodes of the last element of type {name}: expected {count - 1}")
+    data = whole(block, np.array(rows, float).reshape(-1, count))
+    here.elements.append((block, element.kind, data[:, 0], data[:, 1:]))

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,13 +16,22 @@ from ..contract import Floats
 from ..material import ModelWarning
 from .files import read_mesh
 from .groups import OWNER, TYPE, blocks_of, groups_of
-from .shapes import FACES, MIRRORED, PLANE, Integers, area, corner_sizes, corners, dimension, place
+from .labels import labels_of, left_out_of
+from .node_places import NodePlaces
+from .shapes import FACES, MIRRORED, PLANE, Integers, area, corner_sizes, corners, dimension, in_cells, place
 from .touching import check_touching, joined
 
 if TYPE_CHECKING:
     import meshio
 
 NO_SIZE = 1e-9  # size of a cell over that of a square or cube of its longest side, below which it has none
+
+DEGENERATE = {
+    "quad": ": write those that are triangles as such (CPE3)",
+    "hexahedron": ": write those that are wedges or tetrahedra as such (C3D6, C3D4)",
+    "wedge": ": write those that are tetrahedra as such (C3D4)",
+}
+"""What to do about cells with a node twice."""
 
 
 def read(mesh: meshio.Mesh | Path | str) -> meshio.Mesh:
@@ -75,7 +86,7 @@ class Solids:
     cells of which alone they are faces, or -1.  sets:
     cells of the groups that are no blocks.  spots: nodes of the groups of points, and of lines in space, as
     numbered before nodes were joined.  before: those of the places in the cells.  types: of the elements of a
-    deck of Abaqus.
+    deck of Abaqus.  left_out: groups of faces of the file that are not read, and why.
     """
 
     points: Floats
@@ -89,30 +100,18 @@ class Solids:
     spots: dict[str, Integers]
     before: Integers
     types: dict[str, NDArray[np.str_]]
+    left_out: dict[str, str]
 
     @property
     def dimension(self) -> int:
         """2 or 3."""
         return int(self.points.shape[1])
 
-    def places_of(self, nodes: Integers) -> NDArray[np.bool_]:
-        """Which places in the cells have these nodes; if they are all nodes of a group of cells, its own."""
-        wanted = np.zeros(max(int(self.before.max()), int(nodes.max(initial=0))) + 1, bool)
-        wanted[nodes] = True
-        inside = wanted[self.before]
+    @cached_property
+    def places_of(self) -> NodePlaces:
+        """Places in the cells of sets of nodes."""
         sizes = np.concatenate([np.full(len(rows), rows.shape[1]) for rows in self.cells.values()])
-        whole = np.logical_and.reduceat(inside, np.cumsum(sizes) - sizes)
-        groups = [*(np.flatnonzero(self.block == k) for k in range(len(self.names))), *self.sets.values()]
-        for cells in groups:
-            if whole[cells].all():
-                chosen = np.zeros(len(sizes), bool)
-                chosen[cells] = True
-                mine = np.repeat(chosen, sizes)
-                wanted[self.before[mine]] = False
-                if not wanted[self.before[inside]].any():
-                    return mine
-                wanted[nodes] = True
-        return inside
+        return NodePlaces(self.before, sizes, self.block, list(self.sets.values()))
 
 
 def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> Solids:
@@ -129,8 +128,9 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
         raise ValueError(f"cells of the types {', '.join(unknown or kinds)}: expected {', '.join(FACES)}")
     points = _plane(np.asarray(mesh.points, float), mesh, here) if d == 2 else np.asarray(mesh.points, float)
     points = np.ascontiguousarray(points[:, :d])
+    labels = labels_of(mesh)
     if (bad := ~np.isfinite(points).all(1)).any():
-        where = f"node {np.flatnonzero(bad)[0] + 1} at {place(points[bad][0])}"
+        where = f"{labels.node(np.flatnonzero(bad)[0])} at {place(points[bad][0])}"
         raise ValueError(f"{where}: expected finite places")
     parts = {kind: [k for k, entry in enumerate(mesh.cells) if entry.type == kind] for kind in here}
     data = [np.asarray(entry.data, np.int64) for entry in mesh.cells]
@@ -138,7 +138,7 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
     apart = {kind: rows for kind, rows in apart.items() if len(rows)}
     if not apart:
         raise ValueError(f"no cells: expected some of the types {', '.join(FACES)}")
-    used = np.unique(np.concatenate([rows.ravel() for rows in apart.values()]))
+    used = in_cells(*apart.values())
     node = joined(points, used, join) if join else np.arange(len(points))
     cells = {kind: node[rows] for kind, rows in apart.items()}
     centres = np.concatenate([points[rows].mean(1) for rows in cells.values()])
@@ -158,15 +158,23 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
         number[owners] for owners in mesh.cell_data.get(OWNER, [np.full(len(rows), -1) for rows in data])
     ]
     sides = _faces(apart, points, d) if join else []
+    facets_in: dict[int, list[tuple[str, Integers]]] = {}
     for name, rows_by_array in groups.items():
         for k, rows in enumerate(rows_by_array):
             if len(rows) and k in first:
                 members[name] = np.union1d(members.get(name, np.zeros(0, np.int64)), first[k] + rows)
             elif len(rows) and dimension(mesh.cells[k].type) == d - 1:
-                facets_of = _of_one_cell(data[k][rows], owner[k][rows], sides, d)
-                parts_of_facets.setdefault(name, []).append((node[data[k][rows]], facets_of))
+                parts_of_facets.setdefault(name, [])
+                facets_in.setdefault(k, []).append((name, rows))
             elif len(rows):
                 spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), data[k][rows].ravel())
+    for k, entries in sorted(facets_in.items()):
+        rows = np.concatenate([rows for _, rows in entries])
+        owner_of = _of_one_cell(data[k][rows], owner[k][rows], sides, d)
+        ends = np.cumsum([0, *(len(rows) for _, rows in entries)])
+        for (name, rows), first_row, last_row in zip(entries, ends, ends[1:], strict=False):
+            facets_of = node[data[k][rows]], owner_of[first_row:last_row]
+            parts_of_facets[name].append(facets_of)
     for name, nodes in (mesh.point_sets or {}).items():
         at = np.asarray(nodes, np.int64).ravel()
         spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), at)
@@ -174,23 +182,27 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
     sets = {
         name: rows for name, rows in members.items() if name not in names and not name.startswith("instance:")
     }
-    cells, apart = _sound(cells, apart, points, centres, block, names)
+    in_file = np.concatenate([starts[k] + np.arange(len(data[k])) for k in first])
+    cells, apart, convex = _sound(
+        cells, apart, points, centres, block, names, lambda k: labels.cell(in_file[k])
+    )
     faces = _faces(cells, points, d)
     for face in faces:
         face.check_middles(points)
-    _check_folds(cells, faces, points, centres)
+    _check_folds(convex, faces, points, centres)
     facets = {name: _once(pieces, d) for name, pieces in parts_of_facets.items()}
     if join is None or join > 0.0:
-        check_touching(points, faces, block, names)
+        check_touching(points, faces, block, names, labels, join or 0.0)
     given = mesh.cell_data.get(TYPE)
     types = {kind: np.concatenate([given[k] for k in parts[kind]]) for kind in cells} if given else {}
     before = np.concatenate([rows.ravel() for rows in apart.values()])
-    return Solids(points, cells, block, names, centres, faces, facets, sets, spots, before, types)
+    return Solids(
+        points, cells, block, names, centres, faces, facets, sets, spots, before, types, left_out_of(mesh)
+    )
 
 
-def _check_folds(cells: dict[str, Integers], faces: list[Faces], points: Floats, centres: Floats) -> None:
+def _check_folds(convex: NDArray[np.bool_], faces: list[Faces], points: Floats, centres: Floats) -> None:
     """Raise ValueError, with number and place, for convex cells on one side of their common face."""
-    convex = np.concatenate([(corner_sizes(kind, points[rows]) > 0.0).all(1) for kind, rows in cells.items()])
     for face in faces:
         x = points[face.nodes[face.first][:, : corners(points.shape[1], face.nodes.shape[1])]]
         pair = np.stack([face.cell[face.first], face.cell[face.second]], 1)
@@ -220,9 +232,7 @@ def _starts(data: list[Integers], parts: dict[str, list[int]]) -> Integers:
 
 def _plane(points: Floats, mesh: meshio.Mesh, kinds: list[str]) -> Floats:
     """Nodes of a mesh in x and y; ValueError for one in another plane or in space."""
-    used = np.unique(
-        np.concatenate([entry.data.ravel() for entry in mesh.cells if entry.type in kinds]).astype(np.int64)
-    )
+    used = in_cells(*(entry.data.astype(np.int64) for entry in mesh.cells if entry.type in kinds))
     spread = np.ptp(points[used], axis=0) if len(used) else np.zeros(3)
     if len(spread) == 3 and spread[2] > 1e-9 * spread.max():
         z = points[used, 2]
@@ -239,12 +249,16 @@ def _sound(
     centres: Floats,
     block: Integers,
     names: list[str],
-) -> tuple[dict[str, Integers], dict[str, Integers]]:
-    """Cells of positive size: those inside out are turned; ValueError for those without size, or twice.
+    label: Callable[[int], str],
+) -> tuple[dict[str, Integers], dict[str, Integers], NDArray[np.bool_]]:
+    """Cells of positive size, and which are convex.
 
-    apart: the cells before nodes were joined, which are turned, too.
+    Those inside out are turned; ValueError for those without size, or twice.
+
+    apart: the cells before nodes were joined, which are turned, too.  label: name of a cell in a message.
     """
     sound, sound_apart, first, turned, uneven = {}, {}, 0, 0, 0
+    convex = []
     measure = "area" if points.shape[1] == 2 else "volume"
     for kind, data in cells.items():
         x = points[data]
@@ -253,19 +267,21 @@ def _sound(
         alike = np.sort(data, axis=1)
         ordered = np.lexsort(alike.T[::-1])
         again = ordered[1:][(alike[ordered[1:]] == alike[ordered[:-1]]).all(1)]
-        for wrong, text in (
-            ((np.diff(alike, axis=1) == 0).any(1), "have a node twice"),
-            (np.isin(np.arange(len(data)), again), "are there twice"),
-            ((np.abs(sizes.mean(1, keepdims=True)) <= NO_SIZE * scale).any(1), f"have no {measure}"),
+        for wrong, text, way_out in (
+            ((np.diff(alike, axis=1) == 0).any(1), "have a node twice", DEGENERATE.get(kind, "")),
+            (np.isin(np.arange(len(data)), again), "are there twice", ""),
+            ((np.abs(sizes.mean(1, keepdims=True)) <= NO_SIZE * scale).any(1), f"have no {measure}", ""),
         ):
             if wrong.any():
                 k = int(np.flatnonzero(wrong)[0]) + first
-                where = f"cell {k + 1} of block {names[block[k]]} at {place(centres[k])}"
+                where = f"{label(k)} of block {names[block[k]]} at {place(centres[k])}"
                 raise ValueError(
-                    f"{wrong.sum()} of {len(data)} cells ({kind}) {text}, as {where}: expected none"
+                    f"{wrong.sum()} of {len(data)} cells ({kind}) {text}, as {where}: expected none{way_out}"
                 )
         back = sizes.mean(1) < 0.0
-        uneven += int((sizes * np.where(back, -1.0, 1.0)[:, None] < -NO_SIZE * scale).any(1).sum())
+        least = (sizes * np.where(back, -1.0, 1.0)[:, None]).min(1)
+        uneven += int((least < -NO_SIZE * scale[:, 0]).sum())
+        convex.append(least > 0.0)
         sound[kind], sound_apart[kind] = (
             np.where(back[:, None], nodes[:, list(MIRRORED[kind])], nodes) for nodes in (data, apart[kind])
         )
@@ -276,7 +292,7 @@ def _sound(
         warnings.warn(f"{text}: {why}", ModelWarning, stacklevel=4)
     if turned:
         warnings.warn(f"{turned} cells of negative {measure} were turned round", ModelWarning, stacklevel=4)
-    return sound, sound_apart
+    return sound, sound_apart, np.concatenate(convex)
 
 
 def _once(facets: list[tuple[Integers, Integers]], d: int) -> list[tuple[Integers, Integers]]:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from .deck import Block
-from .deck_model import whole
+from .deck_scopes import whole
 
 Name = tuple[str, str]
 """Part, "" outside of parts, and number of an element or name of a set in it."""

@@ -6,7 +6,6 @@ import re
 import warnings
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,10 @@ from numpy.typing import NDArray
 from ..contract import Floats
 from ..material import ModelWarning
 from .deck import Block
+from .deck_scopes import Numbers, Scope, moved, whole
+from .deck_types import is_shell, type_of
 from .groups import OWNER, TYPE, Members
+from .labels import LABELS, LEFT_OUT, Labels
 from .shapes import FACES, Integers, dimension
 
 if TYPE_CHECKING:
@@ -33,102 +35,63 @@ FACETS = {
 """Cells that are faces, by the dimension of the solids and the number of nodes."""
 
 
-@dataclass
-class Scope:
-    """What is numbered together: a part, an instance, or the model.
-
-    Members of sets are blocks of the deck, whose numbers and names are looked up when all is read.
-    """
-
-    name: str
-    nodes: list[tuple[Block, Integers, Floats]] = field(default_factory=list)
-    elements: list[tuple[Block, str, Integers, Integers]] = field(default_factory=list)
-    sets: dict[tuple[str, str], list[Block]] = field(default_factory=dict)
-    titles: dict[tuple[str, str], str] = field(default_factory=dict)
-    move: Block | None = None
-
-    def add(self, kind: str, name: str, block: Block) -> None:
-        """Add members to a set; kind: NSET, ELSET or SURFACE."""
-        key = kind, name.upper()
-        self.titles.setdefault(key, name)
-        self.sets.setdefault(key, []).append(block)
-
-
-def whole(block: Block, rows: Floats) -> Integers:
-    """Numbers of nodes or elements, which are whole."""
-    bad = (rows != np.round(rows)) | (rows < 1.0) | (rows > 2.0**53)
-    if bad.any():
-        raise block.fail(f"{rows[bad][0]:g}: expected a number of a node or element, 1, 2, ...")
-    return rows.astype(np.int64)
-
-
-class Numbers:
-    """Places of numbers: nodes or elements of a scope."""
-
-    def __init__(self, scope: Scope, kind: str, numbered: list[tuple[Block, Integers]], first: int) -> None:
-        """Sort the numbers; raises ValueError for one that is there twice."""
-        numbers = [np.zeros(0, np.int64), *(part for _, part in numbered)]
-        flat = np.concatenate(numbers)
-        self.order = np.argsort(flat, kind="stable")
-        self.sorted, self.first = flat[self.order], first
-        self.kind, self.scope = kind, f" of {scope.name}" if scope.name else ""
-        again = np.flatnonzero(np.diff(self.sorted) == 0)
-        if len(again):
-            number = int(self.sorted[again[0]])
-            block = [block for block, part in numbered if (part == number).any()][-1]
-            raise block.fail(f"{kind} {number}{self.scope} is there before: expected each number once")
-
-    def generated(self, block: Block, numbers: range) -> Integers:
-        """Places of those of a range that are there; ModelWarning for others, ValueError if there is none."""
-        at = np.searchsorted(self.sorted, [numbers[0], numbers[-1] + 1])
-        inside = np.flatnonzero((self.sorted[at[0] : at[1]] - numbers[0]) % numbers.step == 0) + at[0]
-        if not len(inside):
-            raise block.fail(f"{self.kind} {numbers[0]}{self.scope}: no such {self.kind}")
-        if missing := len(numbers) - len(inside):
-            text = f"{missing} of {len(numbers)} numbers are no {self.kind}s{self.scope}: they are left out"
-            warnings.warn(f"{block.head()}: {text}", ModelWarning, stacklevel=6)
-        places: Integers = self.first + self.order[inside]
-        return places
-
-    def __call__(self, block: Block, numbers: Integers) -> Integers:
-        """Places of numbers; those that are not there raise ValueError."""
-        if not len(self.sorted):
-            at, bad = np.zeros(numbers.shape, np.int64), np.ones(numbers.shape, bool)
-        else:
-            at = np.minimum(np.searchsorted(self.sorted, numbers), len(self.sorted) - 1)
-            bad = self.sorted[at] != numbers
-        if bad.any():
-            raise block.fail(f"{self.kind} {numbers[bad][0]}{self.scope}: no such {self.kind}")
-        return self.first + self.order[at]
+class Unread(Exception):
+    """A surface that is not read, and why."""
 
 
 class Model:
-    """Nodes, elements and sets of all instances, by their places in the mesh."""
+    """Nodes, elements and sets of all instances, by their places in the mesh.
+
+    Elements of one kind of cells have one array, those that are left out come after all others.  first: place
+    of the first one of each array, and of those that are left out.
+    """
 
     def __init__(self, path: Path, model: Scope, instances: list[Scope]) -> None:
-        """Number nodes and elements; raises ValueError for a deck without elements."""
+        """Number nodes and elements; raises ValueError for a deck without elements, or with some not read."""
         self.path, self.model, self.scopes = path, model, [*instances, model]
         self.by_name = {scope.name.upper(): scope for scope in instances}
         self.points: list[Floats] = []
-        self.cells: list[tuple[str, Integers]] = []
         self.nodes: dict[int, Numbers] = {}
         self.elements: dict[int, Numbers] = {}
-        node, cell = 0, 0
+        self.by_block: dict[int, dict[int, Integers]] = {}
+        self.left_out: dict[str, str] = {}
+        for block, text in (refused for scope in self.scopes for refused in scope.refused):
+            raise block.fail(text)
+        counts: Counter[str] = Counter()
+        for scope in self.scopes:
+            for _, kind, numbers, _ in scope.elements:
+                counts.update({kind: len(numbers)} if len(numbers) else {})
+        self.first = np.cumsum([0, *counts.values()])
+        place = dict(zip(counts, self.first.tolist(), strict=False))
+        data: dict[str, list[Integers]] = {kind: [] for kind in counts}
+        types: dict[str, list[NDArray[np.str_]]] = {kind: [] for kind in counts}
+        node, other = 0, int(self.first[-1])
         for scope in self.scopes:
             x = np.concatenate([np.zeros((0, 3)), *(rows[2] for rows in scope.nodes)])
-            self.points.append(_moved(x, scope.move))
-            nodes = Numbers(scope, "node", [rows[:2] for rows in scope.nodes], node)
-            numbered = [(block, numbers) for block, _, numbers, _ in scope.elements]
+            self.points.append(moved(x, scope.move))
+            nodes = Numbers(scope, "node", [rows[:2] for rows in scope.nodes], node + np.arange(len(x)))
             self.nodes[id(scope)] = nodes
-            self.elements[id(scope)] = Numbers(scope, "element", numbered, cell)
-            for block, kind, numbers, data in scope.elements:
-                self.cells.append((kind, nodes(block, data)))
-                cell += len(numbers)
             node += len(x)
-        if not cell:
+            numbered, places = list[tuple[Block, Integers]](), [np.zeros(0, np.int64)]
+            for block, kind, numbers, rows in scope.elements:
+                if not len(numbers):
+                    continue
+                data[kind].append(nodes(block, rows))
+                types[kind].append(np.full(len(numbers), block.name("TYPE").upper()))
+                numbered.append((block, numbers))
+                places.append(place[kind] + np.arange(len(numbers)))
+                place[kind] += len(numbers)
+            for block, numbers, _ in scope.others:
+                numbered.append((block, numbers))
+                places.append(other + np.arange(len(numbers)))
+                other += len(numbers)
+            self.elements[id(scope)] = Numbers(scope, "element", numbered, np.concatenate(places))
+        if not self.first[-1]:
             text = "no elements" if not self.model.nodes else "nodes without elements"
             raise ValueError(f"{path}: {text}: expected *Element, in the model or in a part with an instance")
-        self.first = np.cumsum([0, *(len(data) for _, data in self.cells)])
+        self.cells = [(kind, np.concatenate(rows)) for kind, rows in data.items()]
+        self.types = [np.concatenate(rows) for rows in types.values()]
+        self.dimension = max(dimension(kind) for kind in counts)
 
     def mesh(self) -> meshio.Mesh:
         """The mesh of meshio."""
@@ -137,7 +100,7 @@ class Model:
         seen = Counter(key for scope in self.scopes for key in scope.sets)
         point_sets: dict[str, Integers] = {}
         sets: dict[str, list[Integers]] = {}
-        facets: list[tuple[str, str, Integers, Integers]] = []
+        facets: dict[str, list[tuple[str, Integers, Integers]]] = {}
         sources: dict[tuple[str, str], str] = {}
         for scope in self.scopes:
             for (kind, key), title in scope.titles.items():
@@ -152,39 +115,64 @@ class Model:
                 elif kind == "ELSET":
                     sets.setdefault(name, []).append(self._members(scope, kind, key))
                 else:
-                    facets += [(name, *faces) for faces in self._faces(scope, key)]
-            here = self.elements[id(scope)]
+                    try:
+                        for cell, nodes, owner in self._faces(scope, key):
+                            facets.setdefault(cell, []).append((name, nodes, owner))
+                    except Unread as why:
+                        self.left_out[name] = str(why)
             if scope.name and scope.elements:
-                sets.setdefault(f"instance:{scope.name}", []).append(here.first + np.arange(len(here.order)))
+                sets.setdefault(f"instance:{scope.name}", []).append(self.elements[id(scope)].places)
         cells = list(self.cells)
+        none = [np.zeros(0, np.int64)] * (len(cells) + len(facets))
         cell_sets = {
-            name: [self._in_block(parts, k) for k in range(len(cells))] for name, parts in sets.items()
+            name: [*self._by_array(np.concatenate(parts)), *none[len(cells) :]]
+            for name, parts in sets.items()
         }
         owners = [np.full(len(data), -1) for _, data in cells]
-        for name, kind, data, owner in facets:
-            cells.append((kind, data))
-            owners.append(owner)
-            for rows in cell_sets.values():
-                rows.append(np.zeros(0, np.int64))
-            empty = [np.zeros(0, np.int64)] * (len(cells) - 1)
-            rows = cell_sets.setdefault(name, [*empty, np.zeros(0, np.int64)])
-            rows[-1] = np.arange(len(data))
+        for kind, entries in facets.items():
+            first = 0
+            for name, faces, _ in entries:
+                members = cell_sets.setdefault(name, list(none))
+                members[len(cells)] = np.append(members[len(cells)], first + np.arange(len(faces)))
+                first += len(faces)
+            cells.append((kind, np.concatenate([faces for _, faces, _ in entries])))
+            owners.append(np.concatenate([owner for *_, owner in entries]))
         self._set_apart(cells, cell_sets, point_sets)
         self._warn()
-        points = np.concatenate(self.points)
-        types = [block.name("TYPE").upper() for scope in self.scopes for block, *_ in scope.elements]
-        types += [""] * (len(cells) - len(types))
         cell_data: dict[str, list[NDArray[Any]]] = {
             OWNER: owners,
-            TYPE: [np.full(len(rows[1]), name) for name, rows in zip(types, cells, strict=True)],
+            TYPE: [*self.types, *(np.full(len(data), "") for _, data in cells[len(self.cells) :])],
         }
-        return meshio.Mesh(points, cells, cell_sets=cell_sets, point_sets=point_sets, cell_data=cell_data)
+        return meshio.Mesh(
+            np.concatenate(self.points),
+            cells,
+            cell_sets=cell_sets,
+            point_sets=point_sets,
+            cell_data=cell_data,
+            info={LABELS: self._labels(), LEFT_OUT: self.left_out},
+        )
+
+    def _labels(self) -> Labels:
+        """Numbers of the nodes and elements in their scopes."""
+        nodes, elements = (
+            [numbers[id(scope)] for scope in self.scopes] for numbers in (self.nodes, self.elements)
+        )
+        home_of_node = np.repeat(np.arange(len(nodes)), [len(numbers.flat) for numbers in nodes])
+        homes = np.repeat(np.arange(len(elements)), [len(numbers.flat) for numbers in elements])
+        order = np.argsort(np.concatenate([numbers.places for numbers in elements]))
+        return Labels(
+            np.concatenate([numbers.flat for numbers in nodes]),
+            home_of_node,
+            np.concatenate([numbers.flat for numbers in elements])[order],
+            homes[order],
+            [scope.name for scope in self.scopes],
+        )
 
     def _set_apart(
         self, cells: list[tuple[str, Integers]], cell_sets: Members, point_sets: dict[str, Integers]
     ) -> None:
         """Give faces another name where a set of other nodes has theirs: both are groups of the mesh."""
-        d = max(dimension(kind) for kind, _ in self.cells)
+        d = self.dimension
         titles = {name.upper(): name for name in point_sets}
         for name in list(cell_sets):
             at = [
@@ -208,23 +196,33 @@ class Model:
                     moved[k], cell_sets[name][k] = cell_sets[name][k], np.zeros(0, np.int64)
 
     def _warn(self) -> None:
-        """Name the elements that are not solids."""
-        d = max(dimension(kind) for kind, _ in self.cells)
+        """Name the elements that are not solids, and the surfaces that are not read."""
         lost: Counter[str] = Counter()
+        for (kind, _), types in zip(self.cells, self.types, strict=True):
+            if dimension(kind) < self.dimension:
+                lost.update(types.tolist())
+        texts = [
+            f"{count} elements of type {name} name faces or nodes only: they are not written"
+            for name, count in lost.items()
+        ]
+        others: Counter[str] = Counter()
         for scope in self.scopes:
-            for block, kind, numbers, _ in scope.elements:
-                if dimension(kind) < d:
-                    lost[block.name("TYPE").upper()] += len(numbers)
-        for name, count in lost.items():
-            text = (
-                f"{self.path}: {count} elements of type {name} name faces or nodes only: they are not written"
-            )
-            warnings.warn(text, ModelWarning, stacklevel=4)
+            for block, numbers, _ in scope.others:
+                others[block.name("TYPE").upper()] += len(numbers)
+        texts += [
+            f"{count} elements of type {name}, {type_of(name).left_out}, are left out: what they carry is "
+            "yours to add"
+            for name, count in others.items()
+        ]
+        texts += [f"surface {name} is left out: {why}" for name, why in self.left_out.items()]
+        for text in texts:
+            warnings.warn(f"{self.path}: {text}", ModelWarning, stacklevel=5)
 
-    def _in_block(self, parts: list[Integers], k: int) -> Integers:
-        at = np.unique(np.concatenate(parts))
-        rows: Integers = at[(at >= self.first[k]) & (at < self.first[k + 1])] - self.first[k]
-        return rows
+    def _by_array(self, places: Integers) -> list[Integers]:
+        """Rows in each array of cells; elements that are left out have none."""
+        at = np.unique(places)
+        cuts = np.searchsorted(at, self.first)
+        return [at[a:b] - first for a, b, first in zip(cuts, cuts[1:], self.first, strict=False)]
 
     def _members(self, scope: Scope, kind: str, key: str, above: tuple[str, ...] = ()) -> Integers:
         """Places of the nodes or elements of a set."""
@@ -233,13 +231,12 @@ class Model:
             home = self._instance(block, scope)
             places = (self.nodes if kind == "NSET" else self.elements)[id(home)]
             if block.keyword in ("NODE", "ELEMENT"):
-                rows = scope.nodes if block.keyword == "NODE" else scope.elements
-                members += [places(block, rows[-2]) for rows in rows if rows[0] is block]
+                members.append(places(block, self._numbers(scope)[id(block)]))
                 continue
             if block.keyword == "NSET" and (elset := block.parameters.get("ELSET")):
-                of = self._named(block, home, "ELSET", elset, above)
-                members += [np.unique(np.concatenate([self._nodes_of(of)]))]
+                members.append(self._nodes_of(self._named(block, home, "ELSET", elset, above)))
                 continue
+            given_numbers: list[int] = []
             for k, words in block.rows():
                 if "GENERATE" in block.parameters:
                     given = whole(block, np.array([block.numbers(words, k)]))[0].tolist()
@@ -250,8 +247,20 @@ class Model:
                 if block.keyword == "SURFACE":  # of nodes: a set or a number, and an area
                     words = words[:1]
                 for word in filter(None, words):
-                    members.append(self._of(block, home, kind, word, above, k))
+                    if word.isdigit():
+                        given_numbers.append(int(word))
+                    else:
+                        members.append(self._of(block, home, kind, word, above, k))
+            members.append(places(block, np.array(given_numbers, np.int64)))
         return np.unique(np.concatenate(members))
+
+    def _numbers(self, scope: Scope) -> dict[int, Integers]:
+        """Numbers of the nodes or elements of each block."""
+        if id(scope) not in self.by_block:
+            rows = [*((row[0], row[1]) for row in scope.nodes), *((row[0], row[2]) for row in scope.elements)]
+            rows += [(row[0], row[1]) for row in scope.others]
+            self.by_block[id(scope)] = {id(block): numbers for block, numbers in rows}
+        return self.by_block[id(scope)]
 
     def _instance(self, block: Block, scope: Scope) -> Scope:
         name = block.parameters.get("INSTANCE")
@@ -264,7 +273,7 @@ class Model:
         return self.by_name[name.upper()]
 
     def _of(
-        self, block: Block, home: Scope, kind: str, word: str, above: tuple[str, ...], k: int
+        self, block: Block, home: Scope, kind: str, word: str, above: tuple[str, ...], k: int | None
     ) -> Integers:
         """Places of a number or of a set, with or without its instance before a point."""
         word = word.strip("\"'")
@@ -284,60 +293,62 @@ class Model:
         return self._members(home, kind, key, (*above, f"{kind} {key}"))
 
     def _nodes_of(self, elements: Integers) -> Integers:
+        """Nodes of elements, also of those that are left out as far as the deck has them."""
         nodes = [np.zeros(0, np.int64)]
-        for k, (_, data) in enumerate(self.cells):
-            nodes.append(data[self._in_block([elements], k)].ravel())
+        nodes += [
+            data[rows].ravel() for (_, data), rows in zip(self.cells, self._by_array(elements), strict=True)
+        ]
+        left_out = set(elements[elements >= self.first[-1]].tolist())
+        for scope in self.scopes if left_out else ():
+            for block, numbers, words in scope.others:
+                for place, row in zip(self.elements[id(scope)](block, numbers).tolist(), words, strict=True):
+                    if place in left_out:
+                        nodes += [self._of(block, scope, "NSET", word, (), None) for word in row if word]
         return np.unique(np.concatenate(nodes))
 
     def _faces(self, scope: Scope, key: str) -> Iterable[tuple[str, Integers, Integers]]:
-        """Kinds and nodes of the faces of a surface, and the elements that they are faces of."""
+        """Kinds and nodes of the faces of a surface, and the elements that they are faces of.
+
+        Raises Unread for a surface that has other faces than S1, S2, ... of solids.
+        """
         by_kind: dict[str, list[tuple[Integers, Integers]]] = {}
         for block in scope.sets["SURFACE", key]:
+            kind = (block.parameters.get("TYPE") or "ELEMENT").upper()
+            for word in ("COMBINE", "CROP"):
+                if word in block.parameters:
+                    raise Unread(f"{block.head()}: {word.lower()}: expected lines of sets and faces")
+            if kind != "ELEMENT":
+                raise Unread(f"{block.head()}: type={kind}: expected faces of elements")
             for k, words in block.rows():
                 at = self._of(block, self._instance(block, scope), "ELSET", words[0], (), k)
                 label = words[1].upper() if len(words) > 1 else ""
-                for i, (kind, data) in enumerate(self.cells):
-                    rows = self._in_block([at], i)
-                    if not len(rows):
-                        continue
-                    faces = FACES.get(kind, ())
-                    if not re.fullmatch("S[1-9]", label) or int(label[1]) > len(faces):
-                        text = f"face {label or 'of all free sides'} of elements of {len(data[0])} nodes"
-                        raise block.fail(f"{text}: not read: expected S1 to S{len(faces)}", k)
-                    face = data[rows][:, faces[int(label[1]) - 1]]
-                    by_kind.setdefault(FACETS[dimension(kind), face.shape[1]], []).append(
-                        (face, rows + self.first[i])
-                    )
+                for i, rows in enumerate(self._by_array(at)):
+                    if len(rows):
+                        face = self._face(i, rows, label, block, k)
+                        by_kind.setdefault(FACETS[self.dimension, face.shape[1]], []).append(
+                            (face, rows + self.first[i])
+                        )
+                if (at >= self.first[-1]).any():
+                    raise Unread(f"{block.where(k)}: {words[0]}: has elements that are left out")
         return [
             (kind, np.concatenate([faces for faces, _ in parts]), np.concatenate([rows for _, rows in parts]))
             for kind, parts in by_kind.items()
         ]
 
-
-def _moved(x: Floats, block: Block | None) -> Floats:
-    """Nodes of an instance: moved first, then turned about an axis through two points."""
-    if block is None:
-        return x
-    lines = [(k, line.strip()) for k, line in enumerate(block.lines) if not line.startswith("**")]
-    while lines and not lines[-1][1]:
-        lines.pop()
-    if len(lines) > 2:
-        raise block.fail(f"{len(lines)} lines: expected one to move the part and one to turn it")
-    given = [block.numbers(text.removesuffix(",").split(","), k) if text else [] for k, text in lines]
-    if (given and len(given[0]) > 3) or (len(given) == 2 and len(given[1]) != 7):
-        raise block.fail(f"{given[-1]}: expected three components to move it, then two points and an angle")
-    if given:
-        x = x + np.pad(given[0], (0, 3 - len(given[0])))
-    if len(given) == 2:
-        a, b, angle = np.array(given[1][:3]), np.array(given[1][3:6]), np.radians(given[1][6])
-        length = np.linalg.norm(b - a)
-        if not length > 0.0:
-            raise block.fail(f"{given[1]}: expected two points of an axis")
-        axis, p = (b - a) / length, x - a
-        x = (
-            a
-            + p * np.cos(angle)
-            + np.cross(axis, p) * np.sin(angle)
-            + np.outer(p @ axis, axis) * (1.0 - np.cos(angle))
-        )
-    return x
+    def _face(self, i: int, rows: Integers, label: str, block: Block, k: int) -> Integers:
+        """Nodes of a face of elements of an array."""
+        kind, data = self.cells[i]
+        faces = FACES.get(kind, ())
+        shells = sorted({name for name in self.types[i][rows].tolist() if is_shell(name)})
+        where = f"{block.where(k)}: {label or 'all free faces'}"
+        if shells and (dimension(kind) < self.dimension or not re.fullmatch("E[1-9]", label)):
+            wanted = "their element sets are groups of faces"
+            if dimension(kind) == self.dimension:
+                wanted = "expected E1, E2, ..., their edges"
+            raise Unread(f"{where} of elements of type {', '.join(shells)}: {wanted}")
+        if not shells and not re.fullmatch("S[1-9]", label):
+            raise Unread(f"{where} of elements of {data.shape[1]} nodes: expected S1 to S{len(faces)}")
+        if int(label[1]) > len(faces):
+            text = f"face {label} of elements of {data.shape[1]} nodes"
+            raise block.fail(f"{text}: not read: expected {label[0]}1 to {label[0]}{len(faces)}", k)
+        return data[rows][:, faces[int(label[1]) - 1]]

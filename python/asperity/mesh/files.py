@@ -27,6 +27,10 @@ def read_mesh(path: Path, expected: str, extra: str) -> Any:
         return abaqus.read_deck(path)
     if path.suffix.lower() == ".msh" and gmsh.is_gmsh(path):
         return gmsh.read_msh(path)
+    if path.suffix.lower() == ".msh":
+        expected += ", of gmsh in format 2.2 or 4.1 (Mesh.MshFileVersion)"
+        if gmsh.is_format_1(path):
+            raise ValueError(f"{path}: format 1 of gmsh: expected {expected}")
     said = StringIO()
     try:
         with redirect_stdout(said), redirect_stderr(said), np.errstate(over="ignore"):

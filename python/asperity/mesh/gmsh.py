@@ -16,7 +16,8 @@ import numpy as np
 
 from ..contract import Floats
 from ..material import ModelWarning
-from .gmsh_binary import read_sections
+from .gmsh_binary import ORDERS, read_sections
+from .labels import LABELS, Labels
 from .shapes import Integers
 
 if TYPE_CHECKING:
@@ -44,6 +45,12 @@ def is_gmsh(path: Path) -> bool:
     """Whether a file is one of gmsh with a line of its format."""
     with path.open("rb") as file:
         return bool(re.search(HEAD, file.read(4096).decode("latin-1")))
+
+
+def is_format_1(path: Path) -> bool:
+    """Whether a file is one of gmsh from before it had a line of its format."""
+    with path.open("rb") as file:
+        return file.read(4096).lstrip().startswith(b"$NOD")
 
 
 @dataclass
@@ -198,7 +205,7 @@ def _cells4(path: Path, parts: dict[str, str | Floats]) -> tuple[Integers, Float
 
 def _size(elements: _Numbers, kind: int) -> int:
     if kind not in KINDS:
-        raise elements.fail(f"elements of type {kind}: expected {', '.join(map(str, KINDS))}")
+        raise elements.fail(f"elements of type {kind}: {ORDERS}")
     return KINDS[kind][1]
 
 
@@ -285,6 +292,12 @@ def _mesh(
         raise ValueError(
             f"{path}, $Elements: element {np.unique(numbered)[again[0]]} twice: expected it once"
         )
+    zero = np.zeros(max(len(points), len(numbered)), np.int64)
     return meshio.Mesh(
-        points, data, cell_data={"gmsh:geometrical": entities}, field_data=field, cell_sets=sets
+        points,
+        data,
+        cell_data={"gmsh:geometrical": entities},
+        field_data=field,
+        cell_sets=sets,
+        info={LABELS: Labels(numbers, zero, numbered, zero, [""])},
     )

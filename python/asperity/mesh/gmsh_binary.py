@@ -14,6 +14,9 @@ import numpy as np
 
 from ..contract import Floats
 
+ORDERS = "expected cells of order 1 or 2 (Mesh.ElementOrder)"
+"""What is expected in place of elements of another type."""
+
 
 @dataclass
 class _Bytes:
@@ -139,7 +142,7 @@ def _elements2(file: _Bytes, sizes: dict[int, int]) -> Floats:
 
 def _size(file: _Bytes, kind: float, sizes: dict[int, int]) -> int:
     if int(kind) not in sizes:
-        raise file.fail(f"elements of type {kind:g}: expected {', '.join(map(str, sizes))}")
+        raise file.fail(f"elements of type {kind:g}: {ORDERS}")
     return sizes[int(kind)]
 
 

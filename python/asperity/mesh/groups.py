@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any
 
@@ -71,13 +72,18 @@ def _of_data(mesh: meshio.Mesh, data: str) -> Members:
     return {name: groups[name] for name in sorted(groups, key=order.__getitem__)}
 
 
+GIVEN = r"_.*|(?:Point|Line|Curve|Surface|Volume)\d+|Internal_Selection.*|Eall"
+"""Names that CAE, gmsh, PrePoMax and cgx give to groups that the user has not named."""
+
+
 def blocks_of(
     cells: dict[str, Integers], choice: list[str] | None, centres: Floats
 ) -> tuple[list[str], Integers]:
     """Names of the blocks and the number of the block of each cell.
 
     cells: groups, with the numbers of their cells.  choice: names of the blocks, or patterns.  By default
-    they are the groups, without one of all cells and internal ones ("_...") if the others have all once.
+    they are the groups, without one of all cells and those that programs name (GIVEN) if the others have all
+    once.
     Raises ValueError with the number, the place and the groups of a cell that is in two blocks or in none.
     """
     total = len(centres)
@@ -94,12 +100,15 @@ def blocks_of(
                 )
             chosen |= {name: known[name] for name in here}
         return _numbered(chosen, total, centres, {})
-    inner = {name: rows for name, rows in own.items() if not name.startswith("_")}
+    inner = {name: rows for name, rows in own.items() if not re.fullmatch(GIVEN, name, re.IGNORECASE)}
     partial = {name: rows for name, rows in inner.items() if len(rows) < total}
     if partial and _once(partial, total):
         return _numbered(partial, total, centres, {})
     if parts and _once(parts, total) and (len(parts) > 1 or not inner) and not partial:
         return _numbered(parts, total, centres, {})
+    every = {name: rows for name, rows in own.items() if len(rows) < total}
+    if every and _once(every, total):
+        return _numbered(every, total, centres, {})
     return _numbered(inner or own or parts, total, centres, {**own, **parts})
 
 
@@ -127,14 +136,15 @@ def _numbered(
 
 
 def _advice(known: dict[str, Integers], total: int, before: str = "") -> str:
-    """What to do: groups that have every cell once, the largest first."""
-    chosen: list[str] = []
-    seen = np.zeros(total, bool)
-    for name in sorted(known, key=lambda name: -len(known[name])):
-        if len(known[name]) < total and not seen[known[name]].any():
-            chosen.append(name)
-            seen[known[name]] = True
-    words = ",".join(chosen) if chosen and seen.all() else ""
-    if words:
-        return f"{before}name the blocks, as --blocks {words}"
+    """What to do: groups that have every cell once, those of the user and the largest first."""
+    given = {name for name in known if re.fullmatch(GIVEN, name, re.IGNORECASE)}
+    for last in (given, set[str]()):
+        chosen: list[str] = []
+        seen = np.zeros(total, bool)
+        for name in sorted(known, key=lambda name: (name in last, -len(known[name]))):
+            if len(known[name]) < total and not seen[known[name]].any():
+                chosen.append(name)
+                seen[known[name]] = True
+        if chosen and seen.all():
+            return f"{before}name the blocks, as --blocks {','.join(chosen)}"
     return "" if before else "name the blocks, --blocks A,B,..."

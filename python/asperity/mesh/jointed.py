@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contract import Floats
-from .shapes import FACES, Integers, area, backward, corners
+from .shapes import FACES, Integers, area, backward, corners, in_cells
 
 MOST_PAIRS = 4  # pairs of blocks that the summary names for each joint
 
@@ -67,7 +67,7 @@ class Jointed:
         """Nodes of a group."""
         if group not in self.groups:
             raise ValueError(f"{group}: no such group: expected one of {', '.join(self.groups) or 'none'}")
-        return np.unique(np.concatenate([rows.ravel() for rows in self.groups[group]]))
+        return in_cells(*self.groups[group])
 
     def face_nodes(self, surface: Integers) -> list[Integers]:
         """Nodes of the faces of a surface, rows (cell, face), in one array for each number of nodes.
@@ -98,15 +98,16 @@ class Jointed:
         for data in self.cells.values():
             nodes.append(data[cells[(cells >= first) & (cells < first + len(data))] - first].ravel())
             first += len(data)
-        return np.unique(np.concatenate(nodes))
+        return in_cells(*nodes)
 
     def summary(self) -> str:
         """Counts of cells, nodes and faces: of the whole, the blocks, the groups and the joints."""
-        count, used = sum(map(len, self.cells.values())), len(np.unique(self.origin))
+        count, used = sum(map(len, self.cells.values())), len(in_cells(self.origin))
         lines = [f"{count} cells in {len(self.names)} blocks, {used} nodes, {len(self.origin)} with joints"]
         block = np.concatenate([self.block[kind] for kind in self.cells])
         size, d = ("length" if self.dimension == 2 else "area"), self.dimension
-        lines += [f"block {name}: {(block == k).sum()} cells" for k, name in enumerate(self.names)]
+        cells_of = np.bincount(block, minlength=len(self.names)).tolist()
+        lines += [f"block {name}: {number} cells" for name, number in zip(self.names, cells_of, strict=True)]
         lines += [f"group {name}: {len(members)} cells" for name, members in self.sets.items()]
         for name, parts_of_group in self.groups.items():
             faces = [part for part in parts_of_group if part.shape[1] > 1]

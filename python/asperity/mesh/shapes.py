@@ -57,6 +57,14 @@ def place(x: Floats) -> str:
     return "(" + ", ".join(f"{coordinate:.6g}" for coordinate in (np.asarray(x) + 0.0).tolist()) + ")"
 
 
+def in_cells(*cells: Integers) -> Integers:
+    """Numbers of the nodes of cells, each once."""
+    used = np.zeros(max((int(rows.max()) for rows in cells if rows.size), default=-1) + 1, bool)
+    for rows in cells:
+        used[rows.ravel()] = True
+    return np.flatnonzero(used)
+
+
 def dimension(kind: str) -> int:
     """Dimension of a cell: 0 to 3."""
     if kind.startswith(("vertex", "line")):
@@ -79,10 +87,17 @@ def backward(d: int, nodes: int) -> Integers:
 
 def corner_sizes(kind: str, x: Floats) -> Floats:
     """Size of the edges' parallelogram or parallelepiped at each corner (m, c) of cells x (m, k, d)."""
-    base = kind.rstrip("0123456789")
-    at = np.array(_CORNERS[base])
-    edges = x[:, at[:, 1:]] - x[:, at[:, :1]]
-    sizes: Floats = np.linalg.det(edges)
+    at = _CORNERS[kind.rstrip("0123456789")]
+    places = np.ascontiguousarray(x[:, : max(map(max, at)) + 1].transpose(1, 2, 0))
+    sizes = np.empty((len(x), len(at)))
+    for k, (corner, *ends) in enumerate(at):
+        u, v, *w = (places[end] - places[corner] for end in ends)
+        if not w:
+            sizes[:, k] = u[0] * v[1] - u[1] * v[0]
+            continue
+        sizes[:, k] = w[0][0] * (u[1] * v[2] - u[2] * v[1])
+        sizes[:, k] += w[0][1] * (u[2] * v[0] - u[0] * v[2])
+        sizes[:, k] += w[0][2] * (u[0] * v[1] - u[1] * v[0])
     return sizes
 
 

@@ -299,6 +299,8 @@ def _projected(normal: Floats, direction: ArrayLike, name: str) -> Floats:
 
 def _facets(old: Solids, group: str, joint: str) -> list[Integers]:
     """Nodes of the faces of a group."""
+    if group in old.left_out:
+        raise ValueError(f"joint {joint}: surface {group} is not read: {old.left_out[group]}")
     if group not in old.facets:
         known = ", ".join(old.facets) or "none"
         raise ValueError(f"joint {joint}: {group}: no such group of faces: expected one of {known}")
@@ -323,14 +325,15 @@ def _groups(
     """
     groups: dict[str, list[Integers]] = {}
     surfaces: dict[str, Integers] = {}
+    rows_in = _located(old)
     for name, pieces in old.facets.items():
         lost, rows_of = 0, []
-        for facets, owner in pieces:
+        for k, (facets, owner) in enumerate(pieces):
             known = np.zeros(len(facets), bool)
-            for face, cut in zip(old.faces, parted, strict=True):
-                if corners(old.dimension, facets.shape[1]) != corners(old.dimension, face.nodes.shape[1]):
+            for face, cut, rows in zip(old.faces, parted, rows_in, strict=True):
+                if (name, k) not in rows:
                     continue
-                row = locate(face, facets, old.dimension)
+                row = rows[name, k]
                 known |= row >= 0
                 only, row = owner[row >= 0], row[row >= 0]
                 pair = face.number[row]
@@ -353,10 +356,27 @@ def _groups(
     groups = {name: [row for row in rows if len(row)] for name, rows in groups.items() if sum(map(len, rows))}
     for name, nodes in old.spots.items():
         at = np.unique(own[old.places_of(nodes)])
-        missing = int((~np.isin(nodes, old.before)).sum())
+        missing = len(nodes) - old.places_of.count(nodes)
         if missing:
             text = f"group {name}: {missing} of its {len(nodes)} nodes are in no cell: they are left out"
             warnings.warn(text, ModelWarning, stacklevel=4)
         if len(at):
             groups.setdefault(name, []).append(at[:, None])
     return groups, surfaces
+
+
+def _located(old: Solids) -> list[dict[tuple[str, int], Integers]]:
+    """Faces of the facets of all groups, by name and number of the piece, for each array of faces."""
+    d, rows_in = old.dimension, []
+    for face in old.faces:
+        c = corners(d, face.nodes.shape[1])
+        pieces = {
+            (name, k): facets[:, :c]
+            for name, parts in old.facets.items()
+            for k, (facets, _) in enumerate(parts)
+            if corners(d, facets.shape[1]) == c
+        }
+        rows = locate(face, np.concatenate([np.zeros((0, c), np.int64), *pieces.values()]), d)
+        ends = np.cumsum([0, *map(len, pieces.values())]).tolist()
+        rows_in.append({key: rows[a:b] for key, a, b in zip(pieces, ends, ends[1:], strict=False)})
+    return rows_in

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import warnings
 from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..contract import Floats
-from .shapes import Integers, corners, place
+from ..material import ModelWarning
+from .labels import Labels
+from .shapes import Integers, corners, in_cells, place
 
 if TYPE_CHECKING:
     from .cells import Faces
 
 SAME_PLACE = 1e-6
 """Distance of a node from another one, or from a face, over the size of the face, at which they touch."""
+
+GAP = 10.0
+"""Distance of nodes over that of --join, beyond which they are meant to be apart."""
+
+TINY = 1e-9
+"""Smallest distance over the size of the mesh that is advised for nodes of one place."""
 
 NEAR = 1e-3
 """Distance of two nodes over the shortest edge on the outside, within which rounded places may be one."""
@@ -38,15 +47,21 @@ def joined(points: Floats, used: Integers, distance: float) -> Integers:
     return node
 
 
-def check_touching(points: Floats, faces: list[Faces], block: Integers, names: list[str]) -> None:
-    """Raise ValueError, with number, place and blocks, where faces on the outside touch other cells."""
+def check_touching(
+    points: Floats, faces: list[Faces], block: Integers, names: list[str], labels: Labels, joined_at: float
+) -> None:
+    """Raise ValueError, with number, place and blocks, where faces on the outside touch other cells.
+
+    joined_at: distance within which nodes were joined, or 0; nodes that are much farther apart are a gap, of
+    which ModelWarning tells.
+    """
     from scipy.spatial import KDTree
 
     d = points.shape[1]
     outside = [(face, np.flatnonzero(face.number < 0)) for face in faces]
     corner = [face.nodes[rows][:, : corners(d, face.nodes.shape[1])] for face, rows in outside]
     cell = np.concatenate([face.cell[rows] for face, rows in outside])
-    nodes = np.unique(np.concatenate([rows.ravel() for rows in corner]))
+    nodes = in_cells(*corner)
     owner = np.zeros(len(points), np.int64)
     owner[np.concatenate([rows.ravel() for rows in corner])] = np.concatenate(
         [
@@ -62,16 +77,23 @@ def check_touching(points: Floats, faces: list[Faces], block: Integers, names: l
     )
     tree = KDTree(x)
     if len(pairs := tree.query_pairs(NEAR * least, output_type="ndarray")):
-        a, b = nodes[pairs].T
-        first_block, second_block = (names[block[owner[nodes[0]]]] for nodes in (a, b))
-        where = (
-            f"nodes {a[0] + 1} and {b[0] + 1} at {place(points[a[0]])}, of {first_block} and {second_block}"
-        )
-        raise ValueError(
-            f"{len(pairs)} pairs of nodes have one place within {NEAR:g} of an edge, as {where}: "
-            f"expected blocks with common nodes: --join {NEAR * least:.1g} makes them one, --join 0 leaves "
-            "them apart"
-        )
+        distance = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1)
+        far = int(distance.argmax())
+        a, b = nodes[pairs[far]]
+        first_block, second_block = names[block[owner[a]]], names[block[owner[b]]]
+        size = f"{len(pairs)} pairs of nodes are within {distance[far]:.2g} of each other, "
+        size += f"{NEAR:g} of an edge or less"
+        where = f"as {labels.node(a)} and {labels.node(b)} at {place(points[a])}, "
+        where += f"of {first_block} and {second_block}"
+        if joined_at and distance.min() > GAP * joined_at:
+            warnings.warn(f"{size}, {where}: a gap between them", ModelWarning, stacklevel=4)
+        else:
+            near = _rounded_up(max(float(distance[far]), 0.01 * NEAR * least, TINY * float(np.ptp(x))))
+            apart = _apart(joined_at, float(distance.min()))
+            raise ValueError(
+                f"{size}, {where}: expected common nodes: --join {near} makes them one; if this is a gap, "
+                f"{apart} leaves them apart"
+            )
     centres = np.concatenate([points[rows].mean(1) for rows in corner])
     spots = np.concatenate([x, centres])
     spot_cell = np.concatenate([owner[nodes], cell])
@@ -98,6 +120,18 @@ def check_touching(points: Floats, faces: list[Faces], block: Integers, names: l
                 "(BooleanFragments in gmsh); --join 0 leaves them apart"
             )
         first += len(facets)
+
+
+def _rounded_up(distance: float) -> str:
+    """A distance of two digits that is not less."""
+    digit = 10.0 ** (np.floor(np.log10(distance)) - 1.0)
+    return f"{np.ceil(distance / digit * (1.0 - 1e-12)) * digit:.2g}"
+
+
+def _apart(joined_at: float, distance: float) -> str:
+    """Option that leaves nodes apart, and others joined if some were."""
+    smaller = distance / (2.0 * GAP)
+    return f"--join {smaller:.1g}" if joined_at and smaller > 0.0 else "--join 0"
 
 
 def _inside(x: Floats, p: Floats) -> np.ndarray:
