@@ -7,6 +7,7 @@ weight keeps water that is higher than the dam.
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -39,7 +40,8 @@ def section(parts: int) -> Jointed:
     far = np.geomspace(size, 6.0 * size, 40)
     far = BASE * np.cumsum(far) / far.sum()
     x, y = np.r_[-far[::-1], along, BASE + far], np.r_[-far[::-1], 0.0]
-    up = np.linspace(0.0, PARAPET, round(PARAPET / HEIGHT * parts) + 1)
+    above = np.linspace(HEIGHT, PARAPET, math.ceil((PARAPET / HEIGHT - 1.0) * parts) + 1)
+    up = np.r_[np.linspace(0.0, HEIGHT, parts + 1), above[1:]]
     slender = 1.0 - (1.0 - CREST / BASE) * np.minimum(up, HEIGHT) / HEIGHT
     rock = np.stack(np.meshgrid(x, y, indexing="ij"), 2)
     dam = np.stack([along[:, None] * slender, np.broadcast_to(up, (parts + 1, len(up)))], 2)
@@ -51,13 +53,13 @@ def section(parts: int) -> Jointed:
         np.stack([block[:-1, :-1], block[1:, :-1], block[1:, 1:], block[:-1, 1:]], 2).reshape(-1, 4)
         for block in (number, more)
     ]
-    above = np.repeat([up[:-1] >= HEIGHT - 1e-9], parts, 0).ravel()
+    weightless = np.repeat([up[:-1] >= HEIGHT - 1e-9], parts, 0).ravel()
     outside = np.r_[number[0, ::-1], number[:, 0], number[-1]]
     lines = [np.stack([chain[:-1], chain[1:]], 1) for chain in (more[0], more[-1], outside)]
     lines[2] = lines[2][lines[2][:, 0] != lines[2][:, 1]]
     names = {"rock": (1, 2), "dam": (2, 2), "parapet": (3, 2), "upstream": (4, 1), "downstream": (5, 1),
              "outside": (6, 1)}  # fmt: skip
-    tags = [np.r_[np.full(len(cells[0]), 1), np.where(above, 3, 2)]]
+    tags = [np.r_[np.full(len(cells[0]), 1), np.where(weightless, 3, 2)]]
     tags += [np.full(len(line), 4 + k) for k, line in enumerate(lines)]
     kinds = [("quad", np.concatenate(cells)), *(("line", line) for line in lines)]
     data = {"gmsh:physical": tags}
@@ -65,7 +67,7 @@ def section(parts: int) -> Jointed:
     return split(meshio.Mesh(points, kinds, cell_data=data, field_data=fields), {"base": ("rock", "dam")})
 
 
-def program(profile: Callable[..., Floats], doc: str | None, uplifts: Sequence[str]) -> None:
+def program(profile: Callable[..., Floats], doc: str | None, uplifts: Sequence[str], parts: int = 50) -> None:
     """Print rows of a function of uplift, level, parts along the base, E and nu, which the options give."""
     parser = argparse.ArgumentParser(description=doc)
     add_options(
@@ -74,7 +76,7 @@ def program(profile: Callable[..., Floats], doc: str | None, uplifts: Sequence[s
         ("--level M", "of the water", 9.0),
         ("--E PA", "of dam and foundation", 3e12),
         ("--nu NU", "of both", 0.0),
-        ("--parts N", "elements along the base", 50),
+        ("--parts N", "elements along the base", parts),
         ("--out FILE", "rows x, s_N, p", Path),
     )
     o = parser.parse_args()

@@ -103,6 +103,10 @@ def test_exported_element(ccx: Path, tmp_path: Path) -> None:
     exported.assert_same(cell, rows, 10 * DIGITS)
 
 
+SLIDING = 0.005
+"""Twice the error of IMPL-EX that spring.py prints for these joints: 0.21 and 0.22 %."""
+
+
 def test_two_threads_give_the_same_bytes(ccx: Path, tmp_path: Path) -> None:
     """With the UMAT in several threads and prescribed displacements the whole output is the same."""
     text, _, upper = blocks(tmp_path, grid(range(17), range(17), range(3), block=[0, 1], sides=()))
@@ -149,7 +153,7 @@ def test_implex_behind_a_spring(ccx: Path, joint: str, tmp_path: Path) -> None:
     traction, state = done.vectors("JOINT stresses"), done.state("JOINT")
     print(f"{sum(done.iterations)} iterations, error of traction {state[:, :, -1].max():.2g}")
     assert traction[-1, :, 0] == pytest.approx(-spring.PRESSURE, rel=1e-6)
-    assert traction[-1, :, 1] == pytest.approx(spring.strength(law), rel=0.005)  # the error of one increment
+    assert traction[-1, :, 1] == pytest.approx(spring.strength(law), rel=SLIDING)
     assert state.shape[2] == law.nstatv + 7 + len(law.pattern.weights)
 
 

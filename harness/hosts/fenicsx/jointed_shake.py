@@ -190,9 +190,8 @@ class Shake:
         self.at, self.taken = end if last else self.at + dt, self.taken + 1
         if last and self._risen > GAIN * size:
             text = f"all energies have risen by {self._risen:.2g}, of {size:.2g} in play"
-            self.reason = (
-                f"stopped at {self.at:.5g}: {text}: expected at most {GAIN:g} of it, try a smaller step"
-            )
+            self.reason = f"ended at {self.at:.5g}, but {text}: expected at most {GAIN:g} of it"
+            self.reason += ", try a smaller step"
         if not last and self.steps.iterations <= FAST:
             self.next = min(GROWTH * dt, self.most)
         return True

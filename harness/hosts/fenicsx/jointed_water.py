@@ -59,7 +59,7 @@ def values_of(name: str, p: Pressure, x: Floats, *opening: Floats) -> tuple[Floa
     if of_opening(p) and not opening:
         return np.zeros(len(x)), f"{name}: p is a function of the opening: expected one of places alone"
     pressures = doubles(f"{name}: p", p(x, *opening) if callable(p) else p)
-    if pressures.shape not in ((), callable(p) * (len(x),)):
+    if pressures.shape not in ({(), (len(x),)} if callable(p) else {()}):
         expected = f"one number or {len(x)}" if callable(p) else "a number or a function of places"
         return np.zeros(len(x)), f"{name}: p of the shape {pressures.shape}: expected {expected}"
     pressures = np.broadcast_to(pressures, len(x)).copy()

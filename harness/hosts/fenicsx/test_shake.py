@@ -136,9 +136,9 @@ s = Creeping(s.steps, s.mass, s.load, s.most, ground=s.ground)
 results.update(reached=s.run(0.002), cuts=s.cuts, reason=s.reason)
 """
     )
-    found = of_all_ranks(code, 1)
-    assert not found["reached"] and found["cuts"] > 0
-    assert found["reason"].startswith("stopped at 0.002: all energies have risen by")
+    run = of_all_ranks(code, 1)
+    assert not run["reached"] and run["cuts"] > 0
+    assert run["reason"].startswith("ended at 0.002, but all energies have risen by")
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

@@ -23,6 +23,9 @@ from dam_section import BASE, STIFFNESS, UPLIFTS, WATER, WEIGHT, program, sectio
 LAW = Interface(Material.from_joint(kn=STIFFNESS, ks=STIFFNESS, mu=1000.0), Pattern.regular(0, 0.0))
 """No bond, no sliding."""
 
+PARTS = 40
+"""Elements along the base."""
+
 TOLERANCE = 1e-3
 """Norm of the residual, N; the thrust is 4e5 N."""
 
@@ -77,4 +80,4 @@ def profile(uplift: str, level: float, parts: int, E: float = 3e12, nu: float = 
 
 
 if __name__ == "__main__":
-    program(profile, __doc__, UPLIFTS[:2])
+    program(profile, __doc__, UPLIFTS[:2], PARTS)

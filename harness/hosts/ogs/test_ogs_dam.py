@@ -17,7 +17,12 @@ from dam_section import A_0, BASE, STIFFNESS, WATER, WEIGHT
 
 from harness.studies.validation.dam import LEVEL, OTHERS, PLACES
 
-PARTS = 20
+PARTS, COARSE = 20, 0.03
+"""Elements along the base, and the share of the largest separation by which these are off.
+
+Elements of 0.25 m in Kratos are off by 0.036 at the toe, where the stress is singular, and those of half the
+size by 0.014; points of Gauss are not quite at the toe.
+"""
 
 
 @pytest.mark.parametrize("uplift", ["linear", "flow"])
@@ -29,7 +34,7 @@ def test_beside_code_aster(tmp_path: Path, uplift: str) -> None:
     rows = dam_ogs.profile(tmp_path, uplift, LEVEL, PARTS, nu=0.25 if uplift == "flow" else 0.0)
     x, s_N, p = rows.T
     computed, expected = np.interp(PLACES, x, s_N), np.array(OTHERS[uplift]["Code_Aster"])
-    assert np.abs(computed - expected).max() < 0.03 * np.abs(expected).max()
+    assert np.abs(computed - expected).max() < COARSE * np.abs(expected).max()
     if uplift == "flow":
         assert p == pytest.approx(chain(x, s_N), abs=1e-3 * p.max())
     else:
