@@ -52,9 +52,13 @@ mkdir -p "$folder/src" "$folder/deb"
   skip "no source package calculix-ccx in this machine's package sources ($folder/apt.log)"
 source=$(echo "$folder"/src/calculix-ccx-*/ccx_*/src)
 [ -d "$source" ] || skip "$source: not the folder expected in the source package"
-# CalculiX has room for 21 constants of a material and does not count them
-sed -i 's/elconloc(21)/elconloc(99)/' "$source/resultsmech.f"
-grep -q 'elconloc(99)' "$source/resultsmech.f" || skip "$source/resultsmech.f: not the constants expected, elconloc(21)"
+# Version 2.20 has room for 21 constants of a material and does not count them; these files copy them, as materialdata_me has
+# istiff = 0 there.  Files of heat, contact and springs have such an array for springs only.
+for file in resultsmech.f resultsmech_se.f objective_shapeener_dx.f; do
+  sed -i 's/elconloc(21)/elconloc(99)/' "$source/$file"
+  grep -Eq 'elconloc\((99|ncmat_)\)' "$source/$file" ||
+    skip "$source/$file: not the constants expected, elconloc(21) or elconloc(ncmat_)"
+done
 (cd "$folder/deb" && apt-get -q download libspooles-dev libarpack2 >>"$folder/apt.log" 2>&1 &&
   for package in *.deb; do dpkg-deb -x "$package" . || exit 1; done) ||
   skip "no packages libspooles-dev, libarpack2 ($folder/apt.log)"

@@ -10,7 +10,7 @@ import meshio
 import numpy as np
 import pytest
 import spring
-from asperity import Interface, Material, Pattern, contract
+from asperity import Interface, Material, ModelWarning, Pattern, contract
 from asperity.mesh import Joint, split, write
 from calculix_run import DIGITS, Floats
 from exported import LEGS
@@ -155,6 +155,21 @@ def test_implex_behind_a_spring(ccx: Path, joint: str, tmp_path: Path) -> None:
     assert traction[-1, :, 0] == pytest.approx(-spring.PRESSURE, rel=1e-6)
     assert traction[-1, :, 1] == pytest.approx(spring.strength(law), rel=SLIDING)
     assert state.shape[2] == law.nstatv + 7 + len(law.pattern.weights)
+
+
+def test_more_constants_with_heat(ccx: Path, tmp_path: Path) -> None:
+    """Where a joint conducts heat, 25 constants give what they give without heat."""
+    with pytest.warns(ModelWarning, match="room for 21 constants"):
+        text = layer(1.0, LEGS, ", DIRECT", implex=0.1)
+    heat = "*BOUNDARY\nTOP, 11, 11, 30.\nBOTTOM, 11, 11, 20.\n*NODE PRINT, NSET=TOP, TOTALS=ONLY\nRFL\n"
+    heated = text.replace("*DEPVAR", "*CONDUCTIVITY\n1.\n*DEPVAR").replace("*EL PRINT", f"{heat}*EL PRINT")
+    heated = heated.replace("*STATIC", "*COUPLED TEMPERATURE-DISPLACEMENT, STEADY STATE")
+    heated = heated.replace("*STEP", "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nNALL, 20.\n*STEP", 1)
+    cold, warm = (calculix_run.run(ccx, tmp_path, each) for each in (text, heated))
+    assert abs(warm.table("TOP total heat")[1][-1].item()) == pytest.approx(10.0)
+    assert np.array_equal(cold.vectors("ROUGH stresses"), warm.vectors("ROUGH stresses"))
+    assert np.array_equal(cold.state("ROUGH"), warm.state("ROUGH"))
+    assert cold.state("ROUGH").shape[2] == ROUGH.nstatv + 7 + ROUGH.n_planes
 
 
 def largest_growth(run: calculix_run.Run) -> float:
