@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asperity import ModelWarning
-from asperity.mesh import split
+from asperity.mesh import split, write
 from test_mesh_files import MSH, STRIP, groups, placed
 
 COLUMN = """*Node
@@ -230,3 +230,23 @@ def test_many_blocks_and_sets(tmp_path: Path) -> None:
     for k, name in enumerate(mesh.names):
         assert set(mesh.nodes(f"N{name[1:]}")) == set(cells[mesh.block["quad"] == k].ravel())
         assert areas[f"S{name[1:]}"] == (1, 1.0)
+
+
+def test_bars_and_skins_of_an_instance(tmp_path: Path) -> None:
+    """An instance with elements that are no solids names no group, as hosts refuse the colon of its name."""
+    bars = BED.replace("BED", "SKIN") + "*Element, type=T3D2, elset=BARS\n91, 1, 2\n"
+    part = f"*Part, name=P\n{COLUMN}{bars}*End Part\n*Assembly, name=A\n"
+    part += "*Instance, name=I, part=P\n*End Instance\n"
+    with pytest.warns(ModelWarning):
+        mesh = split(placed(tmp_path, {"column.inp": part + "*End Assembly\n"}))
+    assert set(mesh.groups) == {"SKIN", "BARS", "CREST"}
+    [written] = write(tmp_path / "out.inp", mesh)
+    assert "instance" not in written.read_text(encoding="utf-8")
+
+
+def test_a_part_of_a_set_is_no_block(tmp_path: Path) -> None:
+    """A set of the user and one that a program names are no blocks together."""
+    text = STRIP.replace("*Elset, elset=ROCK\n1\n*Elset, elset=DAM\n2, 3\n", "")
+    sets = "*Elset, elset=_rest\n1\n*Elset, elset=UPPER\n2, 3\n*Elset, elset=ALL\n_rest, UPPER\n"
+    with pytest.raises(ValueError, match=r"2 of 3 cells are in two groups, .* in ALL and UPPER"):
+        split(placed(tmp_path, {"strip.inp": text + sets}))

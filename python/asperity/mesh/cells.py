@@ -163,10 +163,12 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
         for k, rows in enumerate(rows_by_array):
             if len(rows) and k in first:
                 members[name] = np.union1d(members.get(name, np.zeros(0, np.int64)), first[k] + rows)
-            elif len(rows) and dimension(mesh.cells[k].type) == d - 1:
+            elif not len(rows) or name.startswith("instance:"):
+                continue
+            elif dimension(mesh.cells[k].type) == d - 1:
                 parts_of_facets.setdefault(name, [])
                 facets_in.setdefault(k, []).append((name, rows))
-            elif len(rows):
+            else:
                 spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), data[k][rows].ravel())
     for k, entries in sorted(facets_in.items()):
         rows = np.concatenate([rows for _, rows in entries])

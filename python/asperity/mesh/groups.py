@@ -106,7 +106,7 @@ def blocks_of(
         return _numbered(partial, total, centres, {})
     if parts and _once(parts, total) and (len(parts) > 1 or not inner) and not partial:
         return _numbered(parts, total, centres, {})
-    every = {name: rows for name, rows in own.items() if len(rows) < total}
+    every = {name: rows for name, rows in own.items() if len(rows) < total and not name.startswith("_")}
     if every and _once(every, total):
         return _numbered(every, total, centres, {})
     return _numbered(inner or own or parts, total, centres, {**own, **parts})
