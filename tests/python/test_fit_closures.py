@@ -128,4 +128,5 @@ def test_command_from_file_to_card(said: Callable) -> None:
     assert "--set: expected curves of the slip, not closures" in said("fit 1.csv --set mu=0.5", 1)[1]
     rows = [f"{i},{i},1" for i in range(1, 8)]
     Path("shear.csv").write_text("\n".join(["slip [mm],tau [MPa],sigma_N [MPa]", *rows, ""]))
-    assert "expected one kind at a time" in said("fit 1.csv shear.csv", 1)[1]
+    message = "1.csv has closures, shear.csv has curves of the slip: expected one kind at a time"
+    assert message in said("fit 1.csv shear.csv", 1)[1]

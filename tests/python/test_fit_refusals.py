@@ -121,6 +121,11 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     (HEADER + seven(lambda i: f"0.{i},{500 + i},0.0{i},-1"), {}, "tau: 507 at the end where |sigma_N| is 1:"),
     (HEADER + seven(lambda i: f"{i},1,0,-1"), {}, "column tau is 1 in all rows: expected values that change"),
     (HEADER + seven(lambda i: f"0.{i},1.{i},{5 + 0.01 * i},-1"), {}, "line 2, column dilation: 5.01 at sli"),
+    (
+        HEADER + ROWS + "0.8,0.8,-999,-1\n",
+        {},
+        "line 9, column dilation: -999 is more than 20 times the largest",
+    ),
     (SHORT + seven(lambda i: f"{7.2 + 0.1 * i},1.{i},-1"), {}, "line 2, column slip: 7.3 in the first row, "),
     (HEADER + ROWS + "0.9,1,0.1,-2\n", {}, "line 9, column sigma_N: -2 is more than 5% off the mean -1.125"),
     # stiffnesses and other kinds of test

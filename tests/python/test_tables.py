@@ -136,6 +136,12 @@ def test_workbook(tmp_path: Path) -> None:
         assert test.tau.max() == 4.0 * factor and test.lines == tuple(range(4, 11))
     [only] = read_tests(f"{path}:B")
     assert only.tau.max() == 8.0
+    second.sheet_state = "hidden"
+    book.save(path)
+    with pytest.warns(ModelWarning, match=r"hidden sheets, not read: B; book.xlsx:B reads that one"):
+        [only] = read_tests(path)
+    assert only.name == f"{path}:Test A" and read_tests(f"{path}:B")[0].tau.max() == 8.0
+    second.sheet_state = "visible"
     second["B5"] = "=A5*2"
     book.save(path)
     for name, message in ((f"{path}:C", "sheet C: expected one of Test A, B, Notes"),
@@ -152,7 +158,9 @@ def test_folder(tmp_path: Path) -> None:
     for name in ("b.csv", "a.txt"):
         (tmp_path / name).write_text(f"{name[0]},y\n1,2\n2,3\n", encoding="utf-8")
     (tmp_path / "photo.jpg").write_bytes(b"\xff")
-    with pytest.warns(ModelWarning, match="files not read: photo.jpg"):
+    (tmp_path / "older").mkdir()
+    (tmp_path / "readme.txt").write_text("Tests of hole 3.\nAt 12 mm the box stops.\n", encoding="utf-8")
+    with pytest.warns(ModelWarning, match="not read: older, photo.jpg, readme.txt$"):
         tables = read_tables([tmp_path], "numbers")
     assert [table.names[0] for table in tables] == ["a", "b"]
 

@@ -47,8 +47,9 @@ FIRST_LINES = 400
 MOST_ERRORS = 10
 """Largest number of errors of a file that are listed."""
 
-ENDINGS = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".md", ".xlsx", ".xlsm")
-"""Endings of the files of a folder that are read."""
+BOOKS = (".xlsx", ".xlsm")
+ENDINGS = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".md", *BOOKS)
+"""Endings of workbooks, and of the files of a folder that are read."""
 
 
 @dataclass(frozen=True)
@@ -112,18 +113,19 @@ class Table:
 def read_tables(paths: Iterable[str | Path], expected: str) -> list[Table]:
     """Tables of files, of all files of folders, and of all sheets of workbooks, or one, as book.xlsx:Sheet.
 
-    A ModelWarning names files of a folder that are no tables by their ending, and sheets without rows of
-    numbers.  Raises as `read_table`, with the errors of all files, and for a folder without tables.
+    A ModelWarning names what is not read: folders in a folder and its files that are no tables, by their
+    ending or because they have no rows of numbers; sheets that are hidden or have no rows of numbers.  Raises
+    as `read_table`, with the errors of all files, and for a folder without tables.
     """
     tables, bad = [], []
     for path in map(Path, paths):
         files = [path]
         if path.is_dir():
-            inside = sorted(file for file in path.iterdir() if file.is_file() and file.name[0] not in ".~")
-            files = [file for file in inside if file.suffix.lower() in ENDINGS]
+            inside = sorted(file for file in path.iterdir() if file.name[0] not in ".~")
+            files = [file for file in inside if file.is_file() and _has_rows(file, expected)]
             unread = ", ".join(file.name for file in inside if file not in files)
             if unread:
-                warnings.warn(f"{path}: files not read: {unread}", ModelWarning, stacklevel=2)
+                warnings.warn(f"{path}: not read: {unread}", ModelWarning, stacklevel=2)
             if not files:
                 bad.append(f"{path}: expected files that end in {', '.join(ENDINGS)}")
         for file in files:
@@ -150,21 +152,33 @@ def read_table(path: Path, expected: str) -> Table:
     return tables[0]
 
 
+def _has_rows(path: Path, expected: str) -> bool:
+    """Whether a file of a folder may be a table: by its ending, and in a text by rows of numbers."""
+    if path.suffix.lower() not in ENDINGS or path.suffix.lower() in BOOKS:
+        return path.suffix.lower() in ENDINGS
+    lines = [COMMENT.sub("", line).strip() for line in _text(path, expected).splitlines()]
+    return _first_row(lines)[0] < len(lines)
+
+
 def _of_file(path: Path, expected: str) -> list[Table]:
     """Tables of the sheets of a workbook, or the one of a text file."""
     file, colon, sheet = str(path).rpartition(":")
     book = Path(file) if colon and not path.exists() else path
-    if book.suffix.lower() not in (".xlsx", ".xlsm"):
+    if book.suffix.lower() not in BOOKS:
         raw = _text(path, expected).splitlines()
         return [_table(path, raw, [COMMENT.sub("", line).strip(" ") for line in raw])]
     tables, empty = [], []
-    for name, rows in sheets(book, sheet if book is not path else "").items():
+    shown, hidden = sheets(book, sheet if book is not path else "")
+    for name, rows in shown.items():
         label = Path(f"{book}:{name}")
         table = _table(label, *_as_lines(rows)) if any(map(any, rows)) else None
         if table is not None and len(table.cells):
             tables.append(table)
         else:
             empty.append(name)
+    if hidden:
+        text = f"{book}: hidden sheets, not read: {', '.join(hidden)}; {book.name}:{hidden[0]} reads that one"
+        warnings.warn(text, ModelWarning, stacklevel=3)
     if not tables:
         raise ValueError(f"{book}: no sheet with rows of numbers: expected {expected}")
     if empty:

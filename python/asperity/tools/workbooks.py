@@ -9,8 +9,10 @@ from typing import Any
 from ..installed import needed
 
 
-def sheets(path: Path, wanted: str = "") -> dict[str, list[list[str]]]:
-    """Cells of the sheets of a workbook by name, or of the one that is wanted, as text.
+def sheets(path: Path, wanted: str = "") -> tuple[dict[str, list[list[str]]], list[str]]:
+    """Cells of the sheets of a workbook by name, as text, without hidden ones, whose names come second.
+
+    wanted: name of the one sheet that is read, which may be hidden.
 
     A number has a decimal point, whatever the format of its cell.  Raises ValueError for a file that is no
     workbook, for a sheet that is not there, and for a formula whose value the file does not have.
@@ -25,10 +27,11 @@ def sheets(path: Path, wanted: str = "") -> dict[str, list[list[str]]]:
     except Exception as error:  # openpyxl raises those of zipfile, of XML and its own
         raise ValueError(f"{path}: {type(error).__name__}: expected a workbook, .xlsx") from None
     names = [sheet.title for sheet in values.worksheets]
+    hidden = [sheet.title for sheet in values.worksheets if sheet.sheet_state != "visible"]
     if wanted and wanted not in names:
         raise ValueError(f"{path}: sheet {wanted}: expected one of {', '.join(names)}")
     texts = {}
-    for name in [wanted] if wanted else names:
+    for name in [wanted] if wanted else [name for name in names if name not in hidden]:
         rows = values[name].iter_rows(values_only=True), formulas[name].iter_rows(values_only=True)
         cells: list[list[str]] = []
         for i, (line, written) in enumerate(zip(*rows, strict=True), 1):
@@ -38,7 +41,7 @@ def sheets(path: Path, wanted: str = "") -> dict[str, list[list[str]]]:
                     raise ValueError(f"{path}:{name}: {text}; open the file and save it")
             cells.append([_text(value) for value in line])
         texts[name] = cells
-    return texts
+    return texts, [] if wanted else hidden
 
 
 def _text(value: Any) -> str:

@@ -75,6 +75,11 @@ def check_rows(test: ShearTest, sigma_N: Floats) -> None:
     if offset:
         text = f"column dilation: {s_N[0]:g} at slip {slip[0]:g}: expected the change since the start"
         raise ValueError(f"{first}, {text} of the slip")
+    far = int(np.argmax(np.abs(s_N)))
+    impossible = abs(float(s_N[far])) > STEEPEST * float(np.abs(slip).max())
+    if impossible:
+        text = f"column dilation: {s_N[far]:g} is more than {STEEPEST:g} times the largest slip"
+        raise ValueError(f"{test.place(far)}, {text}: expected another unit, or no mark of a missing value")
     closes = s_N[-1] < -CLOSING * abs(float(slip[-1])) and s_N[-1] < -OFFSET * dilated
     text = f"{test.name}: column dilation: {s_N[-1]:.3g} at the end: a joint that slips usually opens"
     warn_if(closes, f"{text}, and opening is positive: check the sign")

@@ -75,7 +75,7 @@ def columns_of(table: Table, renamed: Mapping[str, str], optional: bool, forces:
     used = {*(STRENGTHS + BESIDE if table_of_strengths else REQUIRED + OPTIONAL)}
     used = {*CLOSURES, "test"} if closes else used
     used |= {name for name, stress in FORCES.items() if stress in used}
-    unused = [header for header, name in zip(headers, names, strict=True) if name not in used]
+    unused = [header for header, name in zip(headers, names, strict=True) if header and name not in used]
     warn_if(unused, f"{table.path}: columns not used: {', '.join(unused)}")
     return [name if name in used else "" for name in names]
 

@@ -75,7 +75,7 @@ def fit(
     usable = [_without_noise(test) for test in tests]
     shown = [test for test in usable if test.s_N is not None]
     if shown and not {*INCLINED} & {*known} and not shows_dilation(shown):
-        warn_if(True, "the dilation of the tests is noise: the joint is taken as flat")
+        warn_if(True, "the dilation of the tests is noise: the constants are those of the strength alone")
         usable = [replace(test, s_N=None) for test in usable]
     if free is not None:
         fixed_here = {"flat": 0.0} | known

@@ -106,12 +106,18 @@ def read_tests(
     for rows in tables:
         if "k_N" not in rows or rows.k_N.isna().all():
             rows["k_N"] = k_N or 0.0
-    kinds = {next((name for name in ("peak", "closure") if name in rows), "slip") for rows in tables}
-    text = (
-        "some files have curves of the slip, others strengths alone or closures: expected one kind at a time"
-    )
+    kind_of = {
+        rows.attrs["name"]: next((k for k in ("peak", "closure") if k in rows), "slip") for rows in tables
+    }
+    kinds = {*kind_of.values()}
     if len(kinds) > 1:
-        raise ValueError(text)
+        whats = {"slip": "curves of the slip", "peak": "strengths alone", "closure": "closures"}
+        firsts = [
+            next(item for item in kind_of.items() if item[1] == kind)
+            for kind in dict.fromkeys(kind_of.values())
+        ]
+        text = ", ".join(f"{name} has {whats[kind]}" for name, kind in firsts)
+        raise ValueError(f"{text}: expected one kind at a time; book.xlsx:SHEET reads one sheet")
     if kinds != {"slip"} and (k_N or k_T or sigma_N_path):
         raise ValueError("k_N, k_T, sigma_N_path: expected curves, not strengths alone or closures")
     if kinds == {"closure"}:
