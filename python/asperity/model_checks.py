@@ -38,12 +38,14 @@ def warn_of_physics(material: Material, pattern: Pattern, *tractions: float, sli
 
 
 @contextmanager
-def shown_warnings() -> Iterator[None]:
-    """Print each warning of a command once on standard error, in one line."""
+def shown_warnings() -> Iterator[list[str]]:
+    """Print each warning of a command once on standard error, in one line; the list has them afterwards."""
+    shown: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        yield
+        yield shown
     for message in dict.fromkeys(str(warning.message) for warning in caught):
+        shown.append(message)
         print(f"asperity: warning: {message}", file=sys.stderr)
 
 

@@ -40,11 +40,34 @@ def test_page_of_strengths_with_gaps(said: Callable) -> None:
     said("fit peaks.csv --report page.html")
     page = Path("page.html").read_text()
     heads = [re.findall(r"<th[^>]*>(.*?)</th>", table) for table in re.findall("<table>.*?</table>", page)]
-    assert heads[0] == ["test", "pressure [MPa]", "peak [MPa]", "residual [MPa]"]
-    rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall("<tr>(?!<th).*?</tr>", page)][:5]
-    assert [row[1] for row in rows] == ["1", "2", "3", "4", "5"]
-    assert [bool(row[3]) for row in rows] == [True, False, True, True, True]
-    assert "pressures of 1 to 5 MPa" in page
+    assert heads[0] == ["test", "pressure [MPa]", "number", "peak [MPa]", "residual [MPa]"]
+    rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall("<tr>(?!<th).*?</tr>", page)][:15]
+    assert [row[1] for row in rows[::3]] == ["1", "2", "3", "4", "5"]
+    assert [row[2] for row in rows[:3]] == ["measured", "fitted", "blind"]
+    # the residual strength of the second test was not measured
+    assert [bool(row[4]) for row in rows] == [True] * 3 + [False] * 3 + [True] * 9
+    assert "pressures of 1 to 5 MPa" in page and "<li>peaks.csv, 5 tests</li>" in page
+
+
+def test_page_has_the_warnings(said: Callable) -> None:
+    """A page says what was doubted in the files, and the whole range of the pressures."""
+    slip = np.linspace(0.0, 4.0, 41)
+    dilation = 0.3 * (1.0 - np.exp(-slip))
+    for start in (0.5, 1.5):
+        pressure = start + 2.0 * dilation
+        slope = 0.3 * np.exp(-slip)
+        tau = np.minimum(10.0 * slip, pressure * (0.6 + slope) / (1.0 - 0.6 * slope))
+        rows = "".join(
+            f"{u:.4g},{t:.6g},{d + 0.2:.6g},{p:.6g},7\n"
+            for u, t, d, p in zip(slip, tau, dilation, pressure, strict=True)
+        )
+        Path(f"{start}.csv").write_text("slip [mm],tau [MPa],dilation [mm],sigma_N [MPa],time [s]\n" + rows)
+    said("fit 0.5.csv 1.5.csv --k-N 2 --free kT,mu,theta,height --report page.html")
+    page = Path("page.html").read_text()
+    for text in ("columns not used: time [s]", "column dilation: 0.2 where 0% of the largest traction acts"):
+        assert f"Warning about the tests: 0.5.csv: {text}" in page.replace("line 2, ", "")
+    # 2.089 MPa at the end, 1.5 + 2 times 0.3 (1 - exp(-4))
+    assert re.search(r"pressures of 0\.[45]\d* to 2\.0[89]\d* MPa and slips up to 4 mm", page)
 
 
 def test_prediction_has_the_units_of_the_case(said: Callable) -> None:
@@ -67,3 +90,28 @@ def test_prediction_has_the_units_of_the_case(said: Callable) -> None:
     peak, predicted = map(float, re.findall(r"2\.csv +([\d.]+) / ([\d.]+)", out)[0])
     assert peak > 1000.0 and predicted == pytest.approx(peak, rel=0.05)
     assert "grade       good" in out
+    _, message = said("predict joint.nml 2.csv --units mm,MPa", 1)
+    assert "--units mm,MPa: the constants of joint.nml are in m,kPa" in message
+    # what the tests of the fit did not cover is said, and how good the fit was
+    far = Path("2.csv").read_text().replace(",2.0\n", ",20\n")
+    Path("far.csv").write_text(far)
+    out, _ = said("predict joint.nml far.csv", 3)
+    assert "fit         grade good" in out
+    assert "note        a pressure of 2e+04: the tests of the fit had 1000 to 3000 kPa" in out
+    Path("joint.nml").write_text(re.sub("mu = [0-9.]+", "mu = 0.3", Path("joint.nml").read_text()))
+    out, _ = said("predict joint.nml 2.csv", 3)
+    assert re.search(r"fit         mu = 0\.\d+, but the case has 0\.3: another joint", out)
+
+
+def test_model_error_of_strengths(said: Callable) -> None:
+    """It is the root mean square of the blind errors of peaks and residual strengths."""
+    Path("peaks.csv").write_text(PEAKS)
+    said("fit peaks.csv -o joint.nml --residuals rows.csv")
+    content = json.loads(Path("joint.fit.json").read_text())
+    rows = [line.split(",") for line in Path("rows.csv").read_text().splitlines()[1:]]
+    errors = [float(row[-1]) for row in rows]
+    assert len(errors) == 9 and content["pressures"] == [1.0, 5.0]
+    # seven digits of the file
+    assert content["model error of tau and s_N"][0] == pytest.approx(
+        np.sqrt(np.mean(np.square(errors))), rel=1e-4
+    )

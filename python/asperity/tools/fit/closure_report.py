@@ -9,7 +9,16 @@ import numpy as np
 from ...case_writer import Group, case_text, rounded
 from .closures import ASSUMED_MU, ClosureFit
 from .columns import NONE
-from .report import INCREMENTS, cell_of, comment, compared_rows, constant_rows, first_upper, verdict
+from .report import (
+    INCREMENTS,
+    cell_of,
+    comment,
+    compared_rows,
+    constant_rows,
+    first_upper,
+    model_text,
+    verdict,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,12 +28,11 @@ def closure_report(fit: ClosureFit, units: tuple[str, str] = NONE, verbose: bool
     """Report of a fit of closure tests."""
     rows = sum(len(test.loading) for test in fit.tests)
     pressures = [float(pressure) for test in fit.tests for pressure in test.pressure[test.loading[[0, -1]]]]
-    contact = "hyperbolic contact" if "closure" in fit.free else "contact of one stiffness"
     lines = [
         f"tests       {len(fit.tests)} closure test{'s' if len(fit.tests) > 1 else ''}, {rows} rows of "
         "loading, pressure "
         f"{min(pressures):.4g} to {max(pressures):.4g} {units[1]}",
-        f"model       {contact}; free: {', '.join(fit.free)}",
+        f"model       {model_text(fit)}",
         "",
         *compared_rows(fit.fitted, fit.blind, verbose),
         "",
@@ -83,6 +91,7 @@ def closure_figure(fit: ClosureFit, units: tuple[str, str]) -> Figure:
         first, top = test.pressure[0], test.pressure[test.loading[-1]]
         fine = np.linspace(first, top, 100)
         ax.plot(fit.curve(fine, float(first)), fine, color=colour, label="law" if i == 0 else "")
+    ax.locator_params(axis="x", nbins=6)
     label_axes(ax, f"closure since the first row [{units[0]}]", f"pressure [{units[1]}]")
     ax.legend()
     return figure

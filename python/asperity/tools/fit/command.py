@@ -130,8 +130,8 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def read(options: argparse.Namespace) -> tuple[AnyTests, tuple[str, str]]:
-    """Tests of the files of the options, and their units."""
+def read(options: argparse.Namespace) -> tuple[AnyTests, tuple[str, str], list[str]]:
+    """Tests of the files of the options, their units, and warnings, which are printed, too."""
     target = options.units and tuple(options.units.split(","))
     if target and len(target) != len(NONE):
         raise ValueError(f"--units {options.units}: expected LENGTH,STRESS, as mm,MPa")
@@ -140,12 +140,13 @@ def read(options: argparse.Namespace) -> tuple[AnyTests, tuple[str, str]]:
     held = options.sigma_N and [contract.number("--sigma-N", text) for text in options.sigma_N.split(",")]
     columns = cli.assigned(options.columns, "--columns", "NAME=HEADER", ".+")
     same = {name: getattr(options, name) for name in ("k_N", "k_T", "sigma_N_path")}
-    with shown_warnings():
+    with shown_warnings() as warned:
         tests = read_tests(
             options.records, **same, target=target, columns=columns, sigma_N=held,
             decimal=MARKS.get(options.decimal), area=options.area,
         )  # fmt: skip
-    return tests, (tests[0].units["length"], tests[0].units["stress"]) if tests[0].units else NONE
+    units = (tests[0].units["length"], tests[0].units["stress"]) if tests[0].units else NONE
+    return tests, units, warned
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -184,16 +185,16 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     check_results(options)
     known = {name: value for name, (value,) in cli.numbers("--set", options.set, 1).items()}
     free = options.free and tuple(name.strip() for name in options.free.split(",") if name.strip())
-    tests, units = read(options)
+    tests, units, warned = read(options)
     result: AnyFit
-    warned = ""
+    of_model: list[str] = []
     if isinstance(tests[0], ShearTest):
-        with shown_warnings(), progress() as tick:
+        with shown_warnings() as of_fit, progress() as tick:
             result = fit(tests, options.joint, known, free, options.sides, options.direction, tick)
         made, slip = result.interface, max(float(abs(t.slip).max()) for t in result.tests)
         pressed = [test.pressed for test in result.tests]
-        warnings = model_warnings(made.material, made.pattern, *pressed, slip=slip)
-        warned = "".join(f"\nwarning     {warning}" for warning in warnings)
+        of_model = list(model_warnings(made.material, made.pattern, *pressed, slip=slip))
+        warned = [*warned, *of_fit, *of_model]
     else:
         closes = isinstance(tests[0], ClosureTest)
         only = [("--free", free is not None), ("--sides", options.sides != SIDES)]
@@ -210,7 +211,8 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
             result = fit_strengths(of_kind(tests, Strength), options.joint, known)
     text, case = report_of(result, units, options.verbose), case_text_of(result)
     interface = interface_of(result)
-    print(text + warned, "", props_line(interface.props()), sep="\n")
+    lines = [text, *(f"warning     {warning}" for warning in of_model)]
+    print(*lines, "", props_line(interface.props()), sep="\n")
     write(
         options, interface, partial(draw, result, units), case, comment(result), intervals_text(result, units)
     )
@@ -221,6 +223,6 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
         from .html import page
 
         words = shlex.join(["asperity", *sys.argv[1:]])
-        cli.replace_file(options.report, page(result, units, words))
+        cli.replace_file(options.report, page(result, units, words, warned))
         print(options.report)
     return 0 if result.is_result else NO_RESULT

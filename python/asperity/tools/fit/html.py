@@ -7,21 +7,23 @@ from collections.abc import Iterable, Sequence
 from datetime import date
 from html import escape
 from importlib.metadata import version
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...case_writer import props_line
 from .closures import ClosureFit
+from .criteria import STRESSES
 from .intervals import CONFIDENCE
 from .outputs import case_text_of, figure_of, interface_of
-from .report import COLUMNS, AnyFit, short, unit_of
+from .report import COLUMNS, AnyFit, covered, model_text, short, unit_of
 from .result import Fit
 from .strengths import StrengthFit
-from .verdict import FAIR, GOOD, coverage
+from .verdict import FAIR, GOOD
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-TEXTS = ("meaning", "constants", "unit")
+TEXTS = ("meaning", "constants", "unit", "number")
 """Columns of words."""
 
 START = "<!-- asperity fit -->"
@@ -42,7 +44,7 @@ div { overflow-x: auto }
 """Style of the page."""
 
 MEANINGS = {
-    "mu": "friction coefficient of the inclined planes",
+    "mu": "friction coefficient",
     "theta": "inclination of the asperities",
     "height": "height of the asperities, the largest dilation",
     "crush": "stress that crushes asperities",
@@ -66,8 +68,8 @@ the pressures and slips of the tests.</p>
 """What the numbers mean."""
 
 
-def page(fit: AnyFit, units: tuple[str, str], command: str) -> str:
-    """Text of the page."""
+def page(fit: AnyFit, units: tuple[str, str], command: str, warned: Sequence[str] = ()) -> str:
+    """Text of the page; warned: what was doubted in the files of the tests."""
     curves = not isinstance(fit, StrengthFit)
     figure = figure_of(fit, units)
     kind = "closure test" if isinstance(fit, ClosureFit) else "shear test"
@@ -77,7 +79,7 @@ def page(fit: AnyFit, units: tuple[str, str], command: str) -> str:
         rows.append((name, *(f"{value:.4g}" for value in estimate), unit_of(name, units), text))
     verdict = "The constants must not be used: "
     if fit.is_result:
-        verdict = f"The constants may be used for {_range(fit, units)}."
+        verdict = f"The constants may be used for {_range(fit, units)}"
     parts = [
         f"<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
         f"<title>{kind.capitalize()}s: fit</title>"
@@ -85,13 +87,15 @@ def page(fit: AnyFit, units: tuple[str, str], command: str) -> str:
         f"<h1>Joint constants from {len(fit.tests)} {kind}{'' if len(fit.tests) == 1 else 's'}</h1>",
         (
             f"<p><span class='grade {fit.grade}'>{fit.grade}</span> "
-            f"{verdict}{escape('; '.join(fit.reasons))}</p>"
+            f"{verdict}{escape('; '.join(fit.reasons))}.</p>"
         ),
         *(f"<p>Note: {escape(text)}.</p>" for text in fit.notes),
+        *(f"<p>Warning about the tests: {escape(text)}.</p>" for text in warned),
         "<h2>Tests and fit</h2>",
         _image(figure),
         _compared(fit, units),
         "<h2>Constants</h2>",
+        f"<p>Model: {escape(model_text(fit))}.</p>",
         _table(("constant", "value", "low", "high", "unit", "meaning"), rows),
         MEANING,
     ]
@@ -107,7 +111,7 @@ def page(fit: AnyFit, units: tuple[str, str], command: str) -> str:
     if isinstance(fit, StrengthFit):
         table = [
             (label, f"{fitted:.1%}", f"{unseen:.1%}" if unseen == unseen else "",
-             ", ".join(f"{n} {v:.3g}" for n, v in values.items()))
+             ", ".join(f"{n} {v:.3g} {_unit(n, units)}".rstrip() for n, v in values.items()))
             for label, values, fitted, unseen in fit.others
         ]  # fmt: skip
         parts += [
@@ -128,10 +132,22 @@ def page(fit: AnyFit, units: tuple[str, str], command: str) -> str:
             f"<pre>{escape(command)}</pre><p>asperity {version('asperity')}, "
             f"{date.today().isoformat()}. Tests:</p><ul>"
         ),
-        *(f"<li>{escape(short(test.name))}</li>" for test in fit.tests),
+        *(f"<li>{escape(name)}</li>" for name in _files(fit)),
         "</ul></body></html>\n",
     ]
     return START + "\n" + "\n".join(parts)
+
+
+def _unit(name: str, units: tuple[str, str]) -> str:
+    """Unit of a constant of a criterion; JRC has none."""
+    return units[1] if name in STRESSES else "" if name == "JRC" else "degree"
+
+
+def _files(fit: AnyFit) -> list[str]:
+    """Files of the tests, without their folders, and the number of tests in each."""
+    files = [Path(test.name.split(": ")[0]).name for test in fit.tests]
+    counts = {file: files.count(file) for file in files}
+    return [file if count == 1 else f"{file}, {count} tests" for file, count in counts.items()]
 
 
 def _image(figure: Figure) -> str:
@@ -152,41 +168,29 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return f"<div><table><tr>{top}</tr>{body}</table></div>"
 
 
-def _pressures(fit: AnyFit) -> list[float]:
-    """Largest pressure of each test, stress."""
-    if isinstance(fit, ClosureFit):
-        return [float(test.pressure.max()) for test in fit.tests]
-    if isinstance(fit, StrengthFit):
-        return [-test.sigma_N for test in fit.tests]
-    return [-test.pressed for test in fit.tests]
-
-
 def _range(fit: AnyFit, units: tuple[str, str]) -> str:
     """Pressures, and slips of curves, that the tests cover."""
-    pressures = _pressures(fit)
-    low, slips = min(pressures), ""
-    if isinstance(fit, ClosureFit):
-        low = min(float(test.pressure.min()) for test in fit.tests)
-    elif isinstance(fit, Fit):
-        low, _, slip = coverage(fit.tests)
-        slips = f" and slips up to {slip:.3g} {units[0]}"
-    ends = [f"{pressure:.4g}" for pressure in (low, max(pressures))]
+    low, high, slip = covered(fit.tests)
+    ends = [f"{pressure:.4g}" for pressure in (low, high)]
     text = f"pressures of {ends[0]} to {ends[1]}" if ends[0] != ends[1] else f"a pressure of {ends[0]}"
-    return f"{text} {units[1]}{slips}"
+    return f"{text} {units[1]}" + (f" and slips up to {slip:.3g} {units[0]}" if slip else "")
 
 
 def _compared(fit: AnyFit, units: tuple[str, str]) -> str:
-    """Measured, fitted and blind numbers of each test."""
+    """Measured, fitted and blind numbers of each test, in a row each."""
     names = [name for name in COLUMNS if any(name in row.measured for row in fit.fitted)]
-    rows = []
-    for i, (row, pressure) in enumerate(zip(fit.fitted, _pressures(fit), strict=True)):
-        cells = [short(row.test), f"{pressure:.4g}"]
-        for name in names:
-            values = [row.measured, row.predicted, *([fit.blind[i].predicted] if fit.blind else [])]
-            known = values if name in row.measured else []
-            cells.append(" / ".join(f"{numbers[name]:.4g}" for numbers in known))
-        rows.append(cells)
-    title = "Measured / fitted / blind" if fit.blind else "Measured / fitted"
+    rows, end = [], isinstance(fit, ClosureFit)  # a closure is that at the largest pressure
+    for i, row in enumerate(fit.fitted):
+        kinds = {"measured": row.measured, "fitted": row.predicted}
+        kinds |= {"blind": fit.blind[i].predicted} if fit.blind else {}
+        for kind, numbers in kinds.items():
+            cells = [f"{numbers[name]:.4g}" if name in row.measured else "" for name in names]
+            start = (
+                (short(row.test), f"{covered(fit.tests[i : i + 1])[end]:.4g}")
+                if kind == "measured"
+                else ("", "")
+            )
+            rows.append([*start, kind, *cells])
     stresses = ("peak", "residual")
     head = [f"{COLUMNS[name]} [{units[1] if name in stresses else units[0]}]" for name in names]
-    return f"<p>{title}:</p>" + _table(["test", f"pressure [{units[1]}]", *head], rows)
+    return _table(["test", f"pressure [{units[1]}]", "number", *head], rows)

@@ -17,6 +17,10 @@ MARKS = "osD^v"
 """Marks of the tests."""
 
 
+DASHES = ("-.", ":", (0, (6, 2)), (0, (2, 2)))
+"""Line styles of the criteria of others, for print in black and white."""
+
+
 def curves_figure(fit: Fit, units: tuple[str, str], of_tests: str = "") -> Figure:
     """Tests and fit over the slip: tau, and s_N where it was measured.
 
@@ -68,9 +72,9 @@ def envelope_figure(fit: StrengthFit, units: tuple[str, str]) -> Figure:
         ax.plot(pressure, residual, "s", color="0.5", markersize=4.0, label="residual, measured")
         ax.plot(fine, rest, "--", color=COLOURS[0], label="law, residual")
     by_label = {criterion.label: criterion for criterion in CRITERIA}
-    for i, (label, values, *_) in enumerate(fit.others[1:], 1):
+    for (label, values, *_), line, colour in zip(fit.others[1:], DASHES, COLOURS[1:], strict=False):
         strength = by_label[label].strength(fine, values)
-        ax.plot(fine, strength, ":", color=COLOURS[i % len(COLOURS)], linewidth=1.1, label=label)
+        ax.plot(fine, strength, linestyle=line, color=colour, linewidth=1.1, label=label)
     label_axes(ax, rf"pressure $-\sigma_N$ [{units[1]}]", f"shear strength [{units[1]}]")
     ax.set_ylim(0.0, 1.1 * max(float(peak.max()), max(test.peak for test in fit.tests)))
     ax.legend(fontsize=7)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,6 +15,7 @@ from ...case_files import Run, read_case
 from ...contract import Floats
 from ...interface import Interface
 from ...model_checks import shown_warnings
+from ..tables import size
 from .checks import of_kind
 from .closure_test import ClosureTest
 from .closures import closure_of
@@ -24,11 +24,12 @@ from .command import NO_RESULT, add_reading, read
 from .evidence import cycles
 from .model import KT, Problem
 from .picture import MARKS
-from .report import compared_rows, file_of
+from .report import compared_rows, covered, file_of
 from .series import CyclicSeries, Series
 from .shear_test import ShearTest
 from .strength import Strength
 from .verdict import Comparison, compared, grade_of
+from .written import written_beside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -184,6 +185,7 @@ def figure_of(prediction: Prediction, units: tuple[str, str]) -> Figure:
             colour, label = COLOURS[i % len(COLOURS)], ("measured", "predicted") if i == 0 else ("", "")
             ax.plot(pressed.closure, pressure, "o", color=colour, markersize=3.0, label=label[0])
             ax.plot(law[rows], pressure[rows], color=colour, label=label[1])
+        ax.locator_params(axis="x", nbins=6)
         label_axes(ax, f"closure since the first row [{length}]", f"pressure [{stress}]")
         ax.legend()
         return figure
@@ -247,14 +249,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(action=_run)
 
 
-def _units_of(case: Path) -> str | None:
-    """Units of a case from the file that `asperity fit` wrote beside it, for the option, or none."""
-    path = file_of(case)
-    try:
-        units = json.loads(path.read_text(encoding="utf-8"))["units"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-    return None if tuple(units) == NONE else ",".join(map(str, units))
+def _check_units(options: argparse.Namespace, of_case: tuple[str, str]) -> None:
+    """Raise ValueError for --units that are not those of the constants of the case."""
+    asked = options.units.split(",") if options.units else of_case
+    same = len(asked) == len(NONE) and all(
+        np.isclose(size(kind, one), size(kind, other))
+        for kind, one, other in zip(NONE, asked, of_case, strict=True)
+    )
+    if not same:
+        text = f"--units {options.units}: the constants of {options.case} are in {','.join(of_case)}"
+        raise ValueError(f"{text}: expected these, and units in the header of tests that have others")
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -262,12 +266,17 @@ def _run(options: argparse.Namespace) -> int:
     cli.check_outputs(options.force, [options.case, *options.records], ("--plot", options.plot))
     with shown_warnings():
         run = read_case(options.case).runs[0]
-    options.units = options.units or _units_of(options.case)
-    tests, units = read(options)
+    fit = written_beside(file_of(options.case))
+    if fit is not None and fit.units != NONE:
+        _check_units(options, fit.units)
+        options.units = ",".join(fit.units)
+    tests, units, _ = read(options)
     spring, direction, slip = spring_of(run)
     with shown_warnings():
         prediction = predict(run.interface, tests, spring, direction, slip)
     print(report_of(prediction))
+    if fit is not None:
+        print(*fit.remarks(run, covered(tests)), sep="\n")
     if options.plot is not None:
         from ..style import printed, save
 

@@ -12,6 +12,7 @@ import numpy as np
 from ...case_writer import Word, case_text, pattern_entries, rounded
 from ...contract import Floats
 from ...pattern import Pattern
+from .closure_test import ClosureTest
 from .closures import ClosureFit
 from .columns import NONE
 from .evidence import cycles, first_stroke
@@ -19,6 +20,7 @@ from .intervals import CONFIDENCE, Estimate
 from .model import KS, KT, MATERIAL, SCALES, UNITS
 from .result import Fit
 from .shear_test import ShearTest
+from .strength import Strength
 from .strengths import StrengthFit
 from .verdict import FAIR, GOOD, Comparison, coverage
 
@@ -40,15 +42,13 @@ COLUMNS = {
 
 def report(fit: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
     """Report of a fit; verbose: also all tests, the models of the ladder and the correlations."""
-    tests, model = fit.tests, fit.solution.model
+    tests = fit.tests
     low, high, slip = coverage(tests)
-    form = "with bond" if model.bond else "without bond"
-    pattern = f"{model.sides} sides" if "theta" in {*model.free, *model.fixed} else "flat"
     lines = [
         f"tests       {len(tests)}, {sum(test.slip.size for test in tests)} rows, pressure "
         f"{low:.4g} to {high:.4g} "
         f"{units[1]}, slip to {slip:.4g} {units[0]}",
-        f"model       joint {form}, {pattern}; free: {', '.join(model.free)}{_known(fit)}",
+        f"model       {model_text(fit)}",
         "scatter     "
         + ", ".join(f"{name} {value:.1%}" for name, value in fit.scatter.items())
         + " of the range of each test",
@@ -63,6 +63,20 @@ def report(fit: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> st
         lines += ["", f"ladder      information criterion over that of the choice: {steps}"]
         lines += _correlations(fit.free, fit.covariance)
     return "\n".join([*lines, "", *verdict(fit)])
+
+
+def model_text(fit: AnyFit) -> str:
+    """Form of the joint, its free constants, and values that were fixed."""
+    free = f"free: {', '.join(fit.free)}"
+    if isinstance(fit, StrengthFit):
+        form = "with bond" if "sigma0" in fit.free else "without bond"
+        return f"joint {form}, closed form of the strengths; {free}"
+    if isinstance(fit, ClosureFit):
+        return f"{'hyperbolic contact' if 'closure' in fit.free else 'contact of one stiffness'}; {free}"
+    model = fit.solution.model
+    form = "with bond" if model.bond else "without bond"
+    pattern = f"{model.sides} sides" if "theta" in {*model.free, *model.fixed} else "flat"
+    return f"joint {form}, {pattern}; {free}{_known(fit)}"
 
 
 def _known(fit: Fit) -> str:
@@ -196,6 +210,20 @@ def case_of(fit: Fit) -> str:
     return "".join(f"! {note}\n" for note in [first_upper(comment(fit)), *notes]) + text
 
 
+def covered(
+    tests: Sequence[ShearTest] | Sequence[Strength] | Sequence[ClosureTest],
+) -> tuple[float, float, float]:
+    """Smallest and largest pressure, and largest slip, of tests of one kind; the slip is 0 without curves."""
+    curves = [test for test in tests if isinstance(test, ShearTest)]
+    if curves:
+        return coverage(curves)
+    pressures = [-test.sigma_N for test in tests if isinstance(test, Strength)]
+    for test in tests:
+        if isinstance(test, ClosureTest):
+            pressures += [float(test.pressure.min()), float(test.pressure.max())]
+    return min(pressures), max(pressures), 0.0
+
+
 def first_upper(text: str) -> str:
     """Text as a sentence."""
     return text[0].upper() + text[1:] + "."
@@ -245,16 +273,19 @@ def intervals_text(fit: AnyFit, units: tuple[str, str] = NONE) -> str:
     if isinstance(fit, Fit):
         error = fit.model_error
     elif isinstance(fit, StrengthFit):
-        error = fit.errors.get("blind peak", fit.errors["peak"]), 0.0
+        error = fit.model_error, 0.0
     else:
         error = 0.0, fit.errors.get("blind closure", fit.errors["closure"])
     peaks = fit.peaks if isinstance(fit, StrengthFit) else []
     if isinstance(fit, Fit):
         peaks = [fit.number(i, "peak") for i in range(len(fit.fitted))]
     blind: Sequence[Comparison | None] = fit.blind or [None] * len(fit.fitted)
+    low, high, slip = covered(fit.tests)
     content = {
         "parameters": names,
         "units": list(units),
+        "pressures": [low, high],
+        "slip": slip,
         "values": [fit.values[name] for name in names],
         "scales": [SCALES.get(name, "log") for name in names],
         "covariance on the scales": covariance.tolist(),

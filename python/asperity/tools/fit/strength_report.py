@@ -10,7 +10,16 @@ from ...material import Material
 from ...pattern import Pattern
 from .columns import NONE
 from .model import KS
-from .report import cell_of, comment, compared_rows, constant_rows, first_upper, shear_case, verdict
+from .report import (
+    cell_of,
+    comment,
+    compared_rows,
+    constant_rows,
+    first_upper,
+    model_text,
+    shear_case,
+    verdict,
+)
 from .strengths import StrengthFit
 
 EARLY, BEYOND = 0.02, 1.25
@@ -25,9 +34,7 @@ def strength_report(fit: StrengthFit, units: tuple[str, str] = NONE, verbose: bo
             f"tests       {len(fit.tests)} strengths, pressure {min(pressures):.4g} to "
             f"{max(pressures):.4g} {units[1]}"
         ),
-        f"model       joint {'with' if 'sigma0' in fit.free else 'without'} bond, closed form "
-        "of the strengths; "
-        f"free: {', '.join(fit.free)}",
+        f"model       {model_text(fit)}",
         "",
         *compared_rows(fit.fitted, fit.blind, verbose, peaks=fit.peaks),
         "",

@@ -106,6 +106,12 @@ class StrengthFit:
         """Whether the constants may be used."""
         return not self.reasons
 
+    @property
+    def model_error(self) -> float:
+        """Root mean square of the blind relative errors of peaks and residual strengths."""
+        errors = [error for row in self.blind for error in row.errors.values()]
+        return float(np.sqrt(np.mean(np.square(errors))))
+
     def peak(self, pressure: Floats) -> Floats:
         """Peak strength of the law over the pressure (n,)."""
         return law_peak(np.asarray(pressure, dtype=float), self.values)

@@ -14,12 +14,9 @@ from ...case_files import Case
 from ...contract import Floats
 from ..fit.model import INCLINED, KS, SCALES, TIMELESS, from_scale, to_scale
 from ..fit.report import file_of
+from ..fit.written import other_constant
 
 CONSTANTS = tuple(row.name for row in TIMELESS)  # constants that may be uncertain
-DIGITS = 1.0e-4
-"""Largest relative difference between a constant of a case and of its fit, which has more digits."""
-
-
 ASYMMETRY = 1.0e-9
 """Largest difference of two opposite elements, over the largest element, that counts as a rounding error."""
 
@@ -99,13 +96,12 @@ def distribution_of(
                 "NAME=VALUE"
             )
         distribution = read(file)
-        for name, value in zip(distribution.names, distribution.values, strict=True):
-            of_case = case.runs[0].interface.material.K if name == KS else props[contract.index(name)]
-            if abs(of_case - value) > DIGITS * abs(value):
-                raise ValueError(
-                    f"{file} is stale: {name} = {value:g}, but {path} has {of_case:g}: expected a case with "
-                    "the constants of the fit"
-                )
+        other = other_constant(case.runs[0], distribution.names, distribution.values.tolist())
+        if other:
+            raise ValueError(
+                f"{file} is stale: {other[0]} = {other[1]:g}, but {path} has {other[2]:g}: expected a case "
+                "with the constants of the fit"
+            )
     m = case.runs[0].pattern.m
     for name in distribution.names:
         if m == 0 and name in INCLINED:

@@ -1,0 +1,86 @@
+"""The file of a fit beside its case, for those who use the case: units, grade, and what the tests covered."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ... import contract
+from ...case_files import Run
+from .columns import NONE
+from .model import KS
+
+DIGITS = 1.0e-4
+"""Largest relative difference between a constant of a case and of its fit, which has more digits."""
+
+BEYOND = 1.01
+"""Ratio of a pressure or slip to those of the tests of a fit above which it lies beyond them."""
+
+
+def other_constant(
+    run: Run, names: Sequence[str], values: Sequence[float]
+) -> tuple[str, float, float] | None:
+    """First constant of a fit whose value the case does not have: name, value of the fit and of the case."""
+    for name, value in zip(names, values, strict=True):
+        if name == "kn":
+            of_case = run.props[contract.index("kc")] * run.material.K
+        else:
+            of_case = run.material.K if name == KS else run.props[contract.index(name)]
+        if abs(of_case - value) > DIGITS * abs(value):
+            return name, value, of_case
+    return None
+
+
+@dataclass(frozen=True)
+class Written:
+    """What the file of a fit says: units, names and values of constants, grade with the reason of no result.
+
+    pressures: smallest and largest of the tests of the fit, stress.  slip: largest of their curves, length; 0
+    without curves.
+    """
+
+    units: tuple[str, str]
+    names: tuple[str, ...]
+    values: tuple[float, ...]
+    grade: str
+    pressures: tuple[float, float]
+    slip: float
+
+    def remarks(self, run: Run, covered: tuple[float, float, float]) -> Iterator[str]:
+        """Lines about a case with this file, for tests with these pressures and largest slip."""
+        other = other_constant(run, self.names, self.values)
+        if other:
+            yield f"fit         {other[0]} = {other[1]:g}, but the case has {other[2]:g}: another joint"
+            return
+        yield f"fit         grade {self.grade}"
+        (low, high), (least, most, slip) = self.pressures, covered
+        ends = f"{low:.4g} to {high:.4g}{self._unit(1)}"
+        if most > BEYOND * high or BEYOND * least < low:
+            beyond = most if most > BEYOND * high else least
+            yield f"note        a pressure of {beyond:.4g}: the tests of the fit had {ends}"
+        if 0.0 < BEYOND * self.slip < slip:
+            end = f"{self.slip:.4g}{self._unit(0)}"
+            yield f"note        a slip of {slip:.4g}: the tests of the fit ended at {end}"
+
+    def _unit(self, place: int) -> str:
+        return "" if self.units == NONE else f" {self.units[place]}"
+
+
+def written_beside(path: Path) -> Written | None:
+    """Content of the file of a fit; None where there is no such file."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        length, stress = map(str, content["units"])
+        low, high = map(float, content["pressures"])
+        return Written(
+            (length, stress),
+            tuple(map(str, content["parameters"])),
+            tuple(map(float, content["values"])),
+            "; no result: ".join([str(content["grade"]), *map(str, content["no result"][:1])]),
+            (low, high),
+            float(content["slip"]),
+        )
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
