@@ -290,6 +290,12 @@ contains
       given(e_increments)%values = real(step%increments, wp)
     end if
     given(e_time)%values = step%durations
+    if (any(step%has_target) .or. allocated(step%water) .or. size(step%increments) == 1) return
+    ! a step that holds all values has no list that repeats
+    given(e_cycles)%values = [real(size(step%increments), wp)]
+    given(e_time)%values = [step_table(e_time)%default]
+    if (allocated(step%given(e_time)%values)) given(e_time)%values = step%given(e_time)%values
+    if (.not. step%arc > 0.0_wp) given(e_increments)%values = real(step%increments(:1), wp)
   end subroutine explicit_entries
 
   !> Check complete steps against a law: separations that can be resolved, and a branch that can be followed.

@@ -295,6 +295,17 @@ def test_python_writes_what_the_library_reads(tmp_path: Path) -> None:
     assert set().union(*WRITTEN_STEPS) == {entry.name for entry in entries()}
 
 
+def test_a_step_that_holds_repeats(run, tmp_path: Path) -> None:
+    """A step without targets holds all values as long as its cycles say, in Python as in the driver."""
+    steps = "&step t_N = -1.0, increments = 2 /\n&step increments = 3, cycles = 2, time = 0.4 /\n"
+    rows = run(MATERIAL + RP_4 + steps)
+    [case] = read_case(tmp_path / "case.nml").runs
+    history = case.history()
+    assert len(rows.rows) == 2 + 3 * 2 and rows["time"][-1] == 1.0 + 0.4
+    assert history.separation.tolist() == rows.vector("s").tolist()
+    assert history.time.tolist() == rows["time"].tolist()
+
+
 def test_python_writes_starts_sweeps_and_planes(tmp_path: Path) -> None:
     """An initial traction with water, the name of a sweep and listed planes are read as they were given."""
     file = tmp_path / "written.nml"
