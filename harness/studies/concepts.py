@@ -86,8 +86,8 @@ def plane() -> Figure:
     size = ramp(0.0, 1.15 * S_F)
     places = (0.146, 0.5), (0.05, 0.6), (0.022, 0.91)
     for eta, style, place in zip((0.5, 0.9, 0.99), ("-", "--", "-."), places, strict=True):
-        other = Interface(replace(MATERIAL, eta=eta), Pattern.regular(0, 0.0))
-        history = other.replay(np.column_stack([size, 0.0 * size, 0.0 * size]))
+        joint = Interface(replace(MATERIAL, eta=eta), Pattern.regular(0, 0.0))
+        history = joint.replay(np.column_stack([size, 0.0 * size, 0.0 * size]))
         damage.plot(size, history.damage, style, color=BLACK)
         damage.text(*place, rf"$\eta$ = {eta:g}", va="top", fontsize="small")
     damage.axvline(S_F, linestyle=":", color=BLACK)

@@ -67,10 +67,9 @@ def test_the_driver_ends(job: str, number: int, early: bool, library: Path, tmp_
 def test_an_ignored_signal_ends_nothing(tmp_path: Path) -> None:
     """A command under nohup goes on after the terminal is closed, as its driver does."""
     (tmp_path / "case.nml").write_text(CASE.replace("9000000", "9"), encoding="utf-8")
-    both = f"os.kill(os.getpid(), {int(signal.SIGHUP)}); os.kill(self.pid, {int(signal.SIGHUP)})"
-    script = (
-        f"import signal\nsignal.signal(signal.SIGHUP, signal.SIG_IGN)\n{MARK.format(now=both)}{JOBS['run']}"
-    )
+    strikes = f"os.kill(os.getpid(), {int(signal.SIGHUP)}); os.kill(self.pid, {int(signal.SIGHUP)})"
+    ignore = "import signal\nsignal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
+    script = ignore + MARK.format(now=strikes) + JOBS["run"]
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path)
     assert done.returncode == 0 and (tmp_path / "out_-1.csv").is_file()
 

@@ -110,8 +110,8 @@ def run(kind: str, n: int) -> Crack:
             nodes, share = model.group(name)
             load[nodes] -= (FAR @ normal) / 100.0 * share[:, None] * FAR
     corners = (np.abs(model.x - [end, -up[-1]]).max(axis=1) < 1e-6 for end in (-right[-1], right[-1]))
-    left, other = (model.dofs(corner, 0, 1) for corner in corners)
-    steps = Steps(model, np.r_[left, other[1:]], 1e-9)  # fixed against rigid motions: without a force
+    left, right_corner = (model.dofs(corner, 0, 1) for corner in corners)
+    steps = Steps(model, np.r_[left, right_corner[1:]], 1e-9)  # fixed against rigid motions: without a force
     parts = np.linspace(0.0, 1.0, 11)[1:] if kind == "height" else [1.0]
     for part in parts:
         if not steps.solve(np.zeros(len(steps.fixed)), part * load.ravel()):

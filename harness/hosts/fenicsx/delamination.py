@@ -55,9 +55,9 @@ def peel(ratio: float, mu: float) -> tuple[float, ...]:
             for arm in (lever, 1.0 + 0.0 * lever)
         )
         # energy of the beams before the crack less that of the beam behind it, per area
-        both = moment[0] + moment[1] + 0.5 * ARM * (axial[0] - axial[1]), axial[0] + axial[1]
+        behind = moment[0] + moment[1] + 0.5 * ARM * (axial[0] - axial[1]), axial[0] + axial[1]
         J = sum(6.0 * M**2 / ARM**3 for M in moment) + sum(0.5 * F**2 / ARM for F in axial)
-        J = (J - 0.75 * both[0] ** 2 / ARM**3 - 0.25 * both[1] ** 2 / ARM) / stiff
+        J = (J - 0.75 * behind[0] ** 2 / ARM**3 - 0.25 * behind[1] ** 2 / ARM) / stiff
         opening = 3.0 * (moment[0] - moment[1]) ** 2 / (stiff * ARM**3)
         area, spent = total(m.state[0][:, 0] @ m.area), m.area @ m.state[0][:, kinds]
         rows.append((moment[1] / moment[0], 1.0 - opening / J, J, area, *map(total, spent)))

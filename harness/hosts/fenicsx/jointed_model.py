@@ -282,9 +282,9 @@ class Model:
         virtual = ufl.grad(ufl.TestFunction(self.V))
         self.stressed = self._assembled(self._inside(blocks) * ufl.inner(given, virtual))
         inside = np.isin(self.face_cells, self._numbers(blocks or self.names)).all(1)
-        both = np.zeros(len(self.pairs), bool)
-        both[self.face_points[inside]] = True
-        both &= self.area > 0.0
+        stressed = np.zeros(len(self.pairs), bool)
+        stressed[self.face_points[inside]] = True
+        stressed &= self.area > 0.0
         # nodal forces as those of the solids beside, for no other ones balance them
         places, shares = self.water.quadrature()
         axes = self.axes[self.face_points[:, 0]]
@@ -300,7 +300,7 @@ class Model:
         traction[free] = np.outer(-self.water.p[free], [1.0, 0.0, 0.0])
         message = ""
         for k, (p, law) in enumerate(zip(self.parts, self.laws, strict=True)):
-            at = both[p]
+            at = stressed[p]
             try:
                 self.state[k][at] = law.initial(traction[p][at], damage, p=self.water.p[p][at])
             except ValueError as error:

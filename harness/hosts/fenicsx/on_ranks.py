@@ -27,12 +27,12 @@ from structured import grid
 law = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=0.5), Pattern.regular(0, 0.0))
 mesh = split(grid(range(4), range(3), block=[0, 1])) if COMM.rank == 0 else None
 
-def model(E=2e4, nu=0.2, laws=None, **other):
-    return Model(mesh, laws or {{"joint": law}}, E, nu, **other)
+def model(E=2e4, nu=0.2, laws=None, **settings):
+    return Model(mesh, laws or {{"joint": law}}, E, nu, **settings)
 
-def steps(fixed=None, m=None, **other):
+def steps(fixed=None, m=None, **settings):
     m = m or model()
-    return Steps(m, m.dofs(m.x[:, 1] < 1e-6, 0, 1) if fixed is None else np.array(fixed, int), **other)
+    return Steps(m, m.dofs(m.x[:, 1] < 1e-6, 0, 1) if fixed is None else np.array(fixed, int), **settings)
 """
 """A model of two blocks."""
 

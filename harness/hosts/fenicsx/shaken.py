@@ -35,9 +35,9 @@ def block(cells: int = 6, E: float = 2e4, kn: float = 2e4, mu: float = 0.5, c: f
     return Model(split(grid(x, x, block=rows)), {"joint": bed(kn, mu, c)}, E, 0.2, plane="strain")
 
 
-def growth(beta: float = 0.0, mu: float = 0.5, c: float = 0.0, **other: float) -> float:
+def growth(beta: float = 0.0, mu: float = 0.5, c: float = 0.0, **constants: float) -> float:
     """Largest real part of an eigenvalue that oscillates, of the block that slides; one rank."""
-    m = block(mu=mu, **other)
+    m = block(mu=mu, **constants)
     kn = m.laws[0].material.kc * m.laws[0].material.K
     K, B = m.K.copy().convert("dense").getDenseArray(), np.zeros((len(m.area), 2, 2 * m.n))
     for matrix, (a, b), axes in zip(B, m.pairs, m.axes, strict=True):

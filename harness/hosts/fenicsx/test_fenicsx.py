@@ -117,10 +117,10 @@ def test_window_in_kratos(tmp_path: Path) -> None:
     assert np.linalg.norm(apart, axis=1) == pytest.approx(separation, abs=1e-12)
     assert joints.cell_data["damage"][0].max() > 0.5
     pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="Kratos is not installed")
-    other = tmp_path / "kratos.csv"
+    of_kratos = tmp_path / "kratos.csv"
     command = [sys.executable, PROGRAM.parents[1] / "kratos" / "any_wall.py", mesh, "--to", "0.6", "--out"]
-    subprocess.run([*command, other], check=True, capture_output=True)
-    fenicsx, kratos = rows(out), rows(other)
+    subprocess.run([*command, of_kratos], check=True, capture_output=True)
+    fenicsx, kratos = rows(out), rows(of_kratos)
     assert np.abs(kratos - fenicsx).max() <= 0.01 * fenicsx[:, 1].max()
 
 

@@ -21,9 +21,9 @@ E, PRESS, MU = 2e4, 1.0, 0.5
 flat = Pattern.regular(0, 0.0)
 smooth = Interface(Material.from_joint(kn=200.0, ks=200.0, mu=MU), flat)
 
-def meshed(axes, joints=None, simplex=False, **other):
+def meshed(axes, joints=None, simplex=False, **settings):
     # a grid, in simplices on request, whose sides are cut by the diagonals of the cells
-    mesh = grid(*axes, **other)
+    mesh = grid(*axes, **settings)
     if simplex:
         d, cells, tags = len(axes), [], []
         for block, tag in zip(mesh.cells, mesh.cell_data["gmsh:physical"]):
@@ -44,12 +44,12 @@ def sums(m, values):
 def largest(values):
     return COMM.allreduce(float(np.abs(values).max(initial=0.0)), max)
 
-def two_blocks(d, simplex=False, law=smooth, nu=0.0, **other):
+def two_blocks(d, simplex=False, law=smooth, nu=0.0, **settings):
     # 3 mm wide, with a joint at half of 2 mm height; in space 2 mm deep
     axes = [np.linspace(0, 3, 7), *[np.linspace(0, 2, 5)] * (d - 1)]
     block = np.zeros([len(a) - 1 for a in axes], int)
     block[..., 2:] = 1
-    return Model(meshed(axes, simplex=simplex, block=block), {"joint": law}, E, nu, **other)
+    return Model(meshed(axes, simplex=simplex, block=block), {"joint": law}, E, nu, **settings)
 
 def held(m, *components):
     return Steps(m, np.r_[m.dofs(m.group("bottom")[0], *range(m.d)), m.dofs(m.group("top")[0], *components)])

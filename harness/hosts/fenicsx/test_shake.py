@@ -158,10 +158,10 @@ again, _ = shake(3, 3)
 again.resume(str(folder / "half"))
 assert again.at == first.at and again.taken == first.taken
 assert again.run(0.08)
-m, other = again.steps.model, whole.steps.model
-pairs = (m.u, other.u), (again.v, whole.v)
+m, reference = again.steps.model, whole.steps.model
+pairs = (m.u, reference.u), (again.v, whole.v)
 away = max(np.abs(a - b).max() / np.abs(b).max() for a, b in pairs)
-same = again.taken == whole.taken and np.allclose(m.state[0], other.state[0], rtol=1e-9, atol=1e-12)
+same = again.taken == whole.taken and np.allclose(m.state[0], reference.state[0], rtol=1e-9, atol=1e-12)
 results["away"], results["same"] = float(away), bool(same)
 results["energy"] = abs(again.ledger.balance / whole.ledger.balance - 1.0)
 broken, _ = shake(4, 3)
@@ -216,9 +216,9 @@ def test_wrong_input(ranks: int) -> None:
 from pathlib import Path
 m = model()
 
-def shake(mass=None, load=None, step=1e-3, **other):
+def shake(mass=None, load=None, step=1e-3, **settings):
     mass = np.abs(m.body([1.0, 1.0])) if mass is None else mass
     load = 0.0 * m.u if load is None else load
-    return Shake(steps(m=m), mass, load, step, 1e-6, **other)
+    return Shake(steps(m=m), mass, load, step, 1e-6, **settings)
 """
     assert_refused(WRONG, code, ranks)

@@ -88,7 +88,7 @@ class Structure:
         properties.SetValue(Kratos.DENSITY, 0.0)
         return properties
 
-    def umat(self, interface: Interface, implex: float = 0.0, **other: object) -> Kratos.Properties:
+    def umat(self, interface: Interface, implex: float = 0.0, **variables: object) -> Kratos.Properties:
         """Return the properties of an interface according to its card; implex: PROPS 25, for IMPL-EX.
 
         Further arguments replace variables of the card; None removes a variable.
@@ -97,7 +97,7 @@ class Structure:
         material = card["properties"][0]["Material"]
         properties = self.part.CreateNewProperties(self.part.NumberOfProperties() + 1)
         properties.SetValue(Kratos.CONSTITUTIVE_LAW, _law(material["constitutive_law"]["name"]))
-        for name, value in (material["Variables"] | other).items():
+        for name, value in (material["Variables"] | variables).items():
             value = Kratos.Vector(value) if isinstance(value, list) else value
             if value is not None:
                 properties.SetValue(Kratos.KratosGlobals.GetVariable(name), value)

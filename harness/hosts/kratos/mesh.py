@@ -86,7 +86,7 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
     for name, law in laws.items():
         [card] = json.loads(law.card(host, name=name, dimension=d))["properties"]
         cards.append(card | {"model_part_name": f"Main.{name}", "properties_id": names[name]})
-    other = path.with_suffix(".json")
+    properties = path.with_suffix(".json")
     replace_file(path, "".join(text))
-    replace_file(other, json.dumps({"properties": cards}, indent=2) + "\n")
-    return [path, other]
+    replace_file(properties, json.dumps({"properties": cards}, indent=2) + "\n")
+    return [path, properties]

@@ -108,10 +108,10 @@ def draw(path: Path) -> None:
             ax.plot(*closed_form(opening, length), "-", color=colour, label=f"{share:g} of the limit")
             curve = by_dissipation(bar(length), BOND.Gc / 30)
             ax.plot(curve.moved, curve.force, "o", color=colour, markersize=2.5)
-            other = by_displacement(bar(length), 1.2 * float(curve.moved.max()), 200)
-            if other.broken < 1.0:
-                ax.plot(other.moved[-1:], other.force[-1:], "x", color=colour, markersize=8)
-            end = "passes" if other.broken == 1.0 else f"stops at {other.moved[-1]:.4f} mm"
+            prescribed = by_displacement(bar(length), 1.2 * float(curve.moved.max()), 200)
+            if prescribed.broken < 1.0:
+                ax.plot(prescribed.moved[-1:], prescribed.force[-1:], "x", color=colour, markersize=8)
+            end = "passes" if prescribed.broken == 1.0 else f"stops at {prescribed.moved[-1]:.4f} mm"
             numbers = f"{curve.moved.max():19.5f}{curve.rupture:13.5f}{work(curve):10.5f}"
             print(f"{share:14g}{len(curve.moved) - 1:7}{numbers}  {end}")
         ax.plot([], [], "o", color="black", markersize=2.5, label="dissipation control")

@@ -85,13 +85,13 @@ def fits() -> dict[str, Constants]:
         return float(strongest[-1] / strongest[0] - FACTOR)
 
     sigma0 = float(f"{brentq(excess, 0.5, 30.0, xtol=1e-3):.4g}")
-    both = RIBS | BOND | {"crush": CRUSH, "sigma0": sigma0}
+    bonded = RIBS | BOND | {"crush": CRUSH, "sigma0": sigma0}
     return {
         "friction": RIBS,
         "crush": RIBS | {"crush": CRUSH},
         "bond": RIBS | BOND,
-        "bond and crush": both,
-        **run_bars(both),
+        "bond and crush": bonded,
+        **run_bars(bonded),
     }
 
 

@@ -247,8 +247,8 @@ def factors(summaries: pandas.DataFrame) -> str:
             summary = of_run.get((n, "cholesky"))
             text = "" if summary is None else f"{two_digits(summary.lu)}, {two_digits(summary.cholesky)}"
             line.append(text if summary is None else wall_runs.marked(text, summary))
-        both = of_run[1, "cholesky"], of_run[1, "lu"]
-        off = abs(percent(*(summary.peak for summary in both)))
-        body.append([*line, wall_runs.marked(f"{off:.1g}" if off >= 1e-3 else "< 0.001", *both)])
+        factored = of_run[1, "cholesky"], of_run[1, "lu"]
+        off = abs(percent(*(summary.peak for summary in factored)))
+        body.append([*line, wall_runs.marked(f"{off:.1g}" if off >= 1e-3 else "< 0.001", *factored)])
     head = ["unknowns", "entries, 10⁶", "operations, 10⁹", "GB", "GB on 2 ranks", "seconds", "on 2 ranks"]
     return markdown([*head, "forces on 1 rank, %"], body)
