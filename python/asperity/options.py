@@ -9,7 +9,7 @@ import re
 import shutil
 import signal
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
@@ -25,7 +25,7 @@ NO_EQUILIBRIUM = 2  # exit code of the driver after a lost equilibrium
 class Parser(argparse.ArgumentParser):
     """Parser for which a list of numbers that begins with a minus sign is a value, as a number is.
 
-    Numbers are those of `contract.plain`.
+    Numbers are those of `contract.plain`.  An option with a value may be given once, unless it is a list.
     """
 
     def __init__(self, *words: Any, **settings: Any) -> None:
@@ -33,16 +33,48 @@ class Parser(argparse.ArgumentParser):
         super().__init__(*words, **settings)
         self.register("type", float, lambda text: float(plain(text)))
         self.register("type", int, lambda text: int(plain(text)))
+        for name in (None, "store"):
+            self.register("action", name, Once)
+        self.given: set[str] = set()
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Namespace and other words; a word that begins with a blank is a value."""
         words = sys.argv[1:] if args is None else args
+        self.given.clear()
+        self._check_commas(words)
         values = [f" {word}" if NEGATIVES.fullmatch(word) else word for word in words]
         return super().parse_known_args(values, namespace)
+
+    def _check_commas(self, words: Sequence[str]) -> None:
+        """Refuse a number after a number of an option whose values stand between commas."""
+        parted = [
+            part.strip() for word in words for part in (word.split("=", 1) if word[:2] == "--" else [word])
+        ]
+        for option, *numbers in zip(parted, parted[1:], parted[2:], strict=False):
+            action = self._option_string_actions.get(option)
+            listed = action is not None and "," in str(action.metavar) and action.nargs is None
+            if listed and all(map(NUMBERS.fullmatch, numbers)):
+                wanted = f"expected {','.join(numbers)}, with a comma between"
+                self.error(f"{option} {' '.join(numbers)}: {wanted}")
+
+
+class Once(argparse.Action):
+    """Value of an argument; an option that is given a second time is an error."""
+
+    def __call__(self, parser: Any, namespace: argparse.Namespace, values: Any, option: Any = None) -> None:
+        """Store the value."""
+        if option and self.dest in parser.given:
+            text = f"{' or '.join(self.option_strings)}: given twice: expected it once"
+            parser.error(f"{text}, as {option} {self.metavar}" if "," in str(self.metavar) else text)
+        parser.given.add(self.dest)
+        setattr(namespace, self.dest, values)
 
 
 NEGATIVES = re.compile(r"-[\d.][-+.\deE]*,[-+.,\deE]*|-\d+\.|-(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
 """List of numbers of which the first one is negative, or such a number that argparse takes for an option."""
+
+NUMBERS = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?(,[-+.,\deE]*)?")
+"""Number, or several with commas between them."""
 
 
 class Arguments(Protocol):
@@ -56,8 +88,8 @@ def add_options(parser: Arguments, *rows: tuple[Any, ...]) -> None:
     """Add arguments to a parser, a row for each: usage, help, and unless it is a flag its type or default.
 
     usage: its names and that of its value, as "-o --output FILE" or "case CASE.nml".  The type is that of the
-    default, which stands in the help; list: the option may be repeated.  A fourth entry are further settings
-    of argparse, by name.
+    default, which stands in the help; list: the option may be repeated, another one may not.  A fourth
+    entry are further settings of argparse, by name.
     """
     for usage, text, *more in rows:
         words = usage.split()

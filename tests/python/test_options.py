@@ -66,6 +66,34 @@ def test_numbers_that_begin_with_a_minus_sign(text: str) -> None:
     assert options.direction == [1.0, float(text), float(text)]
 
 
+@pytest.mark.parametrize(
+    "words", ["--sigma-N -0.1 --sigma-N -1", "-n 1 --count 2", "--plot --plot b.png", "--sigma-N=1 --sigma 2"]
+)
+def test_a_value_is_given_once(words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """A second value would hide the first one; flags and lists may be repeated."""
+    rows: list[tuple[object, ...]] = [("--sigma-N VALUE,...", "pressures", str), ("-n --count N", "", 3)]
+    rows += [("--plot FILE", "", Path, {"nargs": "?"}), ("--set X", "", list), ("--flag", "")]
+    options = parsed(*rows, words="--set a --set b --flag --flag -n 1 --sigma-N -1")
+    assert options.set == ["a", "b"] and options.flag and options.count == 1
+    with pytest.raises(SystemExit) as stopped:
+        parsed(*rows, words=words)
+    assert stopped.value.code == 2
+    assert "given twice: expected it once" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", ["-0.1 -1", "0.1 1", "-1e-3,-2. -3"])
+@pytest.mark.parametrize("between", [" ", "="])
+def test_values_of_a_list_are_separated_by_commas(
+    words: str, between: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A blank in place of a comma is named, as the second number would be a file or an unknown word."""
+    rows = ("records FILE", "", Path, {"nargs": "+"}), ("--sigma-N VALUE,...", "pressures", str)
+    with pytest.raises(SystemExit):
+        parsed(*rows, words=f"a.csv --sigma-N{between}{words}")
+    assert f"expected {words.replace(' ', ',')}, with a comma" in capsys.readouterr().err
+    assert parsed(*rows, words="a.csv --sigma-N -0.1,-1").sigma_N == "-0.1,-1"
+
+
 def test_name_value() -> None:
     """Values by name; a wrong form and a name that is given twice are named."""
     assert assigned(["sigma0=3.0", " mu = .5"]) == {"sigma0": "3.0", "mu": ".5"}
