@@ -90,6 +90,21 @@ def test_dilation_of_a_gauge_that_was_not_set_to_zero(tmp_path: Path) -> None:
             assert test.s_N == pytest.approx(dilation, abs=1e-5)
 
 
+@pytest.mark.parametrize("given", [None, 30.0])
+def test_stiffness_that_the_rows_show(given: float | None, tmp_path: Path) -> None:
+    """A pressure that grows with the dilation names the stiffness to give; another one is refused."""
+    slip = np.linspace(0.1, 6.0, 60)
+    dilation = 0.6 * (1.0 - np.exp(-slip / 2.0))
+    pressure = 1.5 + 3.0 * dilation + 0.01 * np.sin(40.0 * slip)
+    rows = zip(slip, 0.8 * pressure, dilation, pressure, strict=True)
+    path = write(tmp_path, HEADER + "".join(f"{s:.6g},{t:.6g},{d:.6g},{p:.6g}\n" for s, t, d, p in rows))
+    message = "k_N = 30, but .* stiffness of 3: expected this one" if given else "expected --k-N 3$"
+    with pytest.raises(ValueError, match=message):
+        read_tests(path, k_N=given)
+    [test] = read_tests(path, k_N=3.0)
+    assert -test.sigma_N == pytest.approx(1.5, rel=0.01)
+
+
 # --- what is refused ----------------------------------------------------------------------------------------
 
 CURVE = "".join(f"-1,{2 - 0.1 * i:g},0.5,{i}\n" for i in range(1, 11))

@@ -20,6 +20,11 @@ Kind = TypeVar("Kind")
 HELD = 0.05
 """Largest relative variation of a constant normal traction."""
 
+LEAST_CORRELATION, TIMES = 0.95, 1.5
+"""Correlation of pressure and dilation in a box with a normal stiffness; and ratio of the given stiffness to
+that of the rows above which they contradict each other.
+"""
+
 LARGEST_RATIO, LARGEST_FRICTION = 1.0e3, 100.0
 """Ratios of two lengths or stresses above which units are mixed (kPa to MPa is near 1000), and of tau to
 |sigma_N| without units (a friction of 0.8 on planes of 45 degrees gives 9).
@@ -43,6 +48,9 @@ USUAL = {"length": (1e-6, 1.0), "stress": (1e3, 2e8)}
 """Usual sizes of the largest slip, in metres, and of the largest stress, in pascals."""
 
 
+_SEEN = "the pressure grows with the dilation by a stiffness of"
+
+
 def warn_if(odd: object, text: str) -> None:
     """Give a ModelWarning where something is odd."""
     if odd:
@@ -56,11 +64,14 @@ def check_rows(test: ShearTest, sigma_N: Floats) -> None:
     worst = int(np.argmax(np.abs(sigma_N - test.sigma_N)))
     varies = not (test.k_N or path) and abs(sigma_N[worst] - test.sigma_N) > HELD * held
     text = f"column sigma_N: {sigma_N[worst]:g} is more than {HELD:.0%} off the mean {test.sigma_N:g}"
+    seen = 0.0 if test.s_N is None else _stiffness(test.s_N, sigma_N)
+    if varies and seen:
+        raise ValueError(f"{test.place(worst)}, {text}; {_SEEN} {seen:.3g}: expected --k-N {seen:.3g}")
     if varies:
         wanted = (
-            "expected a constant normal traction, k_N, a column test for several tests, or --sigma-N-path"
+            "expected a constant normal traction, k_N, or a column test for several tests; --sigma-N-path"
         )
-        raise ValueError(f"{test.place(worst)}, {text}: {wanted}")
+        raise ValueError(f"{test.place(worst)}, {text}: {wanted} prescribes it as it was measured")
     work = float(0.5 * (test.tau + np.append(0.0, test.tau[:-1])) @ np.diff(slip, prepend=0.0))
     if work < 0.0:
         text = f"columns slip, tau: the work of tau along the slip is {work:.3g} < 0: expected tau > 0"
@@ -83,6 +94,21 @@ def check_rows(test: ShearTest, sigma_N: Floats) -> None:
     closes = s_N[-1] < -CLOSING * abs(float(slip[-1])) and s_N[-1] < -OFFSET * dilated
     text = f"{test.name}: column dilation: {s_N[-1]:.3g} at the end: a joint that slips usually opens"
     warn_if(closes, f"{text}, and opening is positive: check the sign")
+
+
+def _stiffness(s_N: Floats, sigma_N: Floats) -> float:
+    """Normal stiffness of the box by which the pressure grows with the dilation; 0 where it does not."""
+    if not (np.ptp(s_N) > 0.0 and np.ptp(sigma_N) > HELD * abs(float(np.mean(sigma_N)))):
+        return 0.0
+    slope, correlation = -float(np.polyfit(s_N, sigma_N, 1)[0]), -float(np.corrcoef(s_N, sigma_N)[0, 1])
+    return slope if correlation > LEAST_CORRELATION else 0.0
+
+
+def check_stiffness(name: str, k_N: float, s_N: Floats, sigma_N: Floats) -> None:
+    """Raise ValueError for a stiffness that the rows contradict."""
+    seen = _stiffness(s_N, sigma_N)
+    if seen and not 1.0 / TIMES <= k_N / seen <= TIMES:
+        raise ValueError(f"{name}: k_N = {k_N:g}, but {_SEEN} {seen:.3g}: expected this one")
 
 
 def check_known(known: Mapping[str, float]) -> None:

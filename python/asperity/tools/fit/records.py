@@ -11,7 +11,7 @@ import numpy as np
 from ... import contract
 from ..tables import Table, raise_all, read_tables
 from ..units import area_of
-from .checks import check_rows, check_sizes, warn_if
+from .checks import check_rows, check_sizes, check_stiffness, warn_if
 from .closure_test import ClosureTest
 from .columns import (
     BESIDE,
@@ -287,6 +287,8 @@ def _tests(rows: DataFrame, k_T: float | None, sigma_N_path: bool) -> list[Shear
         raise ValueError(f"{name}: k_N = {k_N:g}: expected no stiffness beside a prescribed sigma_N")
     # under a stiffness sigma_N at the start of the slip is extrapolated from the rows by the dilation
     springs = k_N > 0.0 and np.ptp(sigma_N) > 0.0
+    if springs and s_N is not None:
+        check_stiffness(name, k_N, s_N, sigma_N)
     first_only = sigma_N_path or (springs and s_N is None)
     free = sigma_N + k_N * s_N if springs and s_N is not None else sigma_N
     held = sigma_N[0] if first_only else np.mean(free)
