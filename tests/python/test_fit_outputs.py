@@ -115,3 +115,29 @@ def test_model_error_of_strengths(said: Callable) -> None:
     assert content["model error of tau and s_N"][0] == pytest.approx(
         np.sqrt(np.mean(np.square(errors))), rel=1e-4
     )
+
+
+def test_constants_that_are_not_determined(said: Callable) -> None:
+    """A result whose slope is not determined says so wherever its value stands."""
+    strengths = (
+        (1.0, 1.28, 0.862),
+        (2.0, 2.31, 1.775),
+        (3.0, 3.418, 2.575),
+        (4.0, 4.468, 3.483),
+        (5.0, 5.719, 4.331),
+    )
+    rows = "".join(f"{p},{peak},{end}\n" for p, peak, end in strengths)
+    Path("peaks.csv").write_text("sigma_N [MPa],peak [MPa],residual [MPa]\n" + rows)
+    out, _ = said("fit peaks.csv -o joint.nml --report page.html")
+    for name in ("theta", "crush"):
+        assert re.search(rf"^{name} .*\(not determined\)$", out, re.MULTILINE)
+    content = json.loads(Path("joint.fit.json").read_text())
+    assert content["not determined"] == ["theta", "crush"] and not content["no result"]
+    text = "not determined: theta, crush"
+    assert text in Path("joint.nml").read_text()
+    assert Path("page.html").read_text().count("(not determined)") == 2
+    said("card abaqus joint.nml -o joint.inp")
+    assert text in Path("joint.inp").read_text()
+    # some of its samples lock
+    out, _ = said("uncertainty joint.nml --samples 20 --seed 1", code=3)
+    assert text in out

@@ -15,7 +15,7 @@ from .closures import ClosureFit
 from .criteria import STRESSES
 from .intervals import CONFIDENCE
 from .outputs import case_text_of, figure_of, interface_of
-from .report import COLUMNS, AnyFit, covered, model_text, short, unit_of
+from .report import COLUMNS, AnyFit, covered, loose_of, model_text, short, unit_of
 from .result import Fit
 from .strengths import StrengthFit
 from .verdict import FAIR, GOOD
@@ -75,7 +75,7 @@ def page(fit: AnyFit, units: tuple[str, str], command: str, warned: Sequence[str
     kind = "closure test" if isinstance(fit, ClosureFit) else "shear test"
     rows = []
     for name, estimate in fit.estimates.items():
-        text = MEANINGS.get(name, "")
+        text = MEANINGS.get(name, "") + (" (not determined)" if name in loose_of(fit) else "")
         rows.append((name, *(f"{value:.4g}" for value in estimate), unit_of(name, units), text))
     verdict = "The constants must not be used: "
     if fit.is_result:

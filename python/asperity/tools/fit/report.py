@@ -55,7 +55,7 @@ def report(fit: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> st
         "",
         *compared_rows(fit.fitted, fit.blind, verbose),
         "",
-        *constant_rows(fit.estimates, units),
+        *constant_rows(fit.estimates, units, fit.loose),
         *_assumptions(fit),
     ]
     if verbose:
@@ -128,11 +128,14 @@ def short(name: str) -> str:
     return text if len(text) <= 27 else f"...{text[-24:]}"
 
 
-def constant_rows(estimates: Mapping[str, Estimate], units: tuple[str, str]) -> list[str]:
-    """Constants with their intervals."""
+def constant_rows(
+    estimates: Mapping[str, Estimate], units: tuple[str, str], loose: Sequence[str] = ()
+) -> list[str]:
+    """Constants with their intervals; loose: those that are not determined."""
     lines = [f"{'':<12}{'value':>12}{'low':>12}{'high':>12}  {CONFIDENCE:g} intervals"]
     for name, (value, low, high) in estimates.items():
-        lines.append(f"{name:<12}{value:>12.4g}{low:>12.4g}{high:>12.4g}  {unit_of(name, units)}")
+        words = [unit_of(name, units), *(["(not determined)"] if name in loose else [])]
+        lines.append(f"{name:<12}{value:>12.4g}{low:>12.4g}{high:>12.4g}  {' '.join(words)}")
     return lines
 
 
@@ -142,14 +145,14 @@ def _assumptions(fit: Fit) -> Iterator[str]:
         return
     names = [name for name in fit.free if name != KT]
     yield ""
-    yield f"{'assumed instead':<34}{'misfit':>8}  " + "".join(f"{name:>10}" for name in names)
+    yield f"{'assumed instead':<36}{'misfit':>8}  " + "".join(f"{name:>10}" for name in names)
     for assumption in fit.assumptions:
         values = "".join(
             f"{assumption.values[name]:>10.4g}" if name in assumption.values else f"{'':>10}"
             for name in names
         )
         note = "" if assumption.admissible else "  (the tests exclude it)"
-        yield f"{assumption.name[:33]:<34}{assumption.difference:>+8.1f}  {values}{note}".rstrip()
+        yield f"{assumption.name[:35]:<36}{assumption.difference:>+8.1f}  {values}{note}".rstrip()
 
 
 def _correlations(names: Sequence[str], covariance: Floats) -> Iterator[str]:
@@ -181,7 +184,13 @@ def comment(fit: AnyFit) -> str:
         f"{name} {estimate.low:.3g} to {estimate.high:.3g}" for name, estimate in fit.estimates.items()
     )
     state = "" if fit.is_result else f"; no result: {fit.reasons[0]}"
-    return f"grade {fit.grade}{state}; {CONFIDENCE:g} intervals: {intervals}"
+    loose = f"; not determined: {', '.join(loose_of(fit))}" if loose_of(fit) else ""
+    return f"grade {fit.grade}{state}; {CONFIDENCE:g} intervals: {intervals}{loose}"
+
+
+def loose_of(fit: AnyFit) -> list[str]:
+    """Constants that are not determined, on which a result does not depend."""
+    return [] if isinstance(fit, ClosureFit) else fit.loose
 
 
 def case_of(fit: Fit) -> str:
@@ -290,6 +299,7 @@ def intervals_text(fit: AnyFit, units: tuple[str, str] = NONE) -> str:
         "scales": [SCALES.get(name, "log") for name in names],
         "covariance on the scales": covariance.tolist(),
         "intervals": {name: list(estimate[1:]) for name, estimate in fit.estimates.items()},
+        "not determined": loose_of(fit),
         "grade": fit.grade,
         "no result": fit.reasons,
         "notes": fit.notes,

@@ -26,7 +26,7 @@ class Fit:
     of each kind.  grade: good (at most 5 %), fair (15 %) or poor.  reasons: why the constants are no result;
     none if they are one.  notes: what else a user should know.  assumptions: fits with other assumptions.
     models: free constants of the models of the ladder, with their information criterion over that of the
-    chosen one.
+    chosen one.  loose: free constants that are not determined and on which the others do not depend.
     """
 
     tests: Sequence[ShearTest]
@@ -41,6 +41,7 @@ class Fit:
     notes: list[str] = field(default_factory=list)
     assumptions: list[Assumption] = field(default_factory=list)
     models: list[tuple[tuple[str, ...], float]] = field(default_factory=list)
+    loose: list[str] = field(default_factory=list)
 
     @property
     def is_result(self) -> bool:

@@ -38,7 +38,7 @@ def strength_report(fit: StrengthFit, units: tuple[str, str] = NONE, verbose: bo
         "",
         *compared_rows(fit.fitted, fit.blind, verbose, peaks=fit.peaks),
         "",
-        *constant_rows(fit.estimates, units),
+        *constant_rows(fit.estimates, units, fit.loose),
         "",
         f"{'peaks by':<22}{'rms':>8}{'blind':>8}  constants",
     ]

@@ -84,7 +84,8 @@ class StrengthFit:
     estimates: constants with intervals.  peaks: intervals of the peak at each test.  fitted, blind: measured
     and predicted strengths, in the second list predicted by the other tests.  errors: root mean square error
     of each kind, as each strength is a single number.  others: name, constants, root mean square error of the
-    peaks, fitted and blind, of each criterion, the law first.
+    peaks, fitted and blind, of each criterion, the law first.  loose: constants that are not determined,
+    while the strengths between the pressures of the tests are.
     """
 
     tests: Sequence[Strength]
@@ -100,6 +101,7 @@ class StrengthFit:
     notes: list[str]
     others: list[tuple[str, dict[str, float], float, float]]
     covariance: Floats
+    loose: list[str]
 
     @property
     def is_result(self) -> bool:
@@ -299,9 +301,11 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
     grade, worst = grade_of(max(errors.values())), max(errors, key=lambda name: errors[name])
     reasons = [f"the law misses the {worst} by {errors[worst]:.0%}"] if grade == "poor" else []
     notes: list[str] = []
+    loose: list[str] = []
     for i, (name, estimate) in enumerate(estimates.items()):
         bound = min(x[i] - low[i], high[i] - x[i]) < 1e-3 * (high[i] - low[i])
         if estimate.high > FACTOR**2 * estimate.low or bound:
+            loose.append(name)
             text = f"{name} is not determined: {estimate.value:.3g} [{estimate.low:.3g}, {estimate.high:.3g}]"
             if name == "mu" and bound:
                 reasons.append(f"{text}: the strength does not grow with the pressure")
@@ -328,7 +332,7 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
         notes.append("peaks alone: mu is that of the peaks, not of the residual strength")
     return StrengthFit(
         data.tests, free, values, estimates, peaks, fitted, unseen, errors, grade, reasons, notes,
-        _others(data, fitted, unseen), covariance * (quantile / 1.959964) ** 2,
+        _others(data, fitted, unseen), covariance * (quantile / 1.959964) ** 2, loose,
     )  # fmt: skip
 
 

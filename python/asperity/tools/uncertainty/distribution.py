@@ -122,6 +122,8 @@ def read(path: Path) -> Distribution:
         covariance = np.array(content["covariance on the scales"], dtype=float)
         error, of_dilation = map(float, content["model error of tau and s_N"])
         grade = "; no result: ".join([str(content["grade"]), *map(str, content["no result"][:1])])
+        loose = ", ".join(map(str, content.get("not determined", [])))
+        grade += f"; not determined: {loose}" if loose else ""
         closes = "kn" in names
         sound = names and (closes or content["scales"] == [SCALES[name] for name in names])
         sound = sound and np.isfinite([*mean, *covariance.ravel(), error, of_dilation]).all()
