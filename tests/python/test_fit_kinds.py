@@ -81,12 +81,12 @@ def test_profile_that_the_law_does_not_have() -> None:
     result = fit(tests)
     estimate = result.estimates["theta"]
     assert estimate.low <= truth["theta"][0] <= estimate.high
-    assert any("falls along a line" in text for text in result.notes)
+    assert any("slope along a line" in text for text in result.notes)
     # of asperities of the law the other profile is excluded
     tests, _ = drawn_tests("Mohr-Coulomb, decaying dilation", 8, lambda p: len(p) == 2)
     result = fit(tests)
     assumption = next(part for part in result.assumptions if "along a line" in part.name)
-    assert not assumption.admissible and not any("falls along a line" in text for text in result.notes)
+    assert not assumption.admissible and not any("slope along a line" in text for text in result.notes)
 
 
 @pytest.mark.slow

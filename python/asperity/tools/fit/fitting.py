@@ -13,10 +13,11 @@ from .assumptions import PATTERNS, PLACES, alternatives, of_strength
 from .bonds import guessed, is_near_bond, unseen_bond
 from .checks import check_copies, check_known, shows_dilation, warn_if
 from .evidence import cycles, guesses, noise
+from .gauges import from_starts
 from .intervals import Assumption, Intervals, spreads
 from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
 from .model import AUTO, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
-from .profiles import LINE, of_dilation, of_profile
+from .profiles import HYPERBOLA, LINE, of_dilation, of_profile
 from .result import Fit
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, searched
@@ -153,11 +154,12 @@ def _fit(
     tick: Callable[[str], object],
     given: bool = False,
     measured: bool = True,
+    started: bool = False,
 ) -> Fit:
     """Fit by a ladder of models; without the dilation where the law does not meet it.
 
     given: the model is that of the user, which no other one replaces.  measured: whether a test had a
-    dilation.
+    dilation.  started: whether the starts of the gauges have been looked for.
     """
     solutions: list[Solution] = []
     guess = guesses(tests)
@@ -172,6 +174,11 @@ def _fit(
         ]
         solutions.append(searched(tests, model, [*starts, guess], direction))
     index, bic = choose(solutions)
+    moved, begins = ([], []) if started else from_starts(solutions[index], tests)
+    if begins:
+        result = _fit(moved, models, direction, tick, given, measured, True)
+        result.notes[:0] = begins
+        return result
     chosen, notes = (solutions[index], []) if given else _spring(tests, solutions[index], guess, direction)
     scatter = chosen.scatter
     if "dilation" in scatter:
@@ -181,7 +188,7 @@ def _fit(
             bare = [replace(test, s_N=None) for test in tests]
             known = models[0].fixed
             kept = ladder(bare, _joint_of(models), known, models[0].sides)
-            alone = _fit(bare, kept or models[:1], direction, tick)
+            alone = _fit(bare, kept or models[:1], direction, tick, started=True)
             text = (
                 f"the law misses the dilation (scatter {scatter['dilation']:.0%}): these are "
                 "constants of the strength alone"
@@ -217,9 +224,11 @@ def _fit(
             f"the slope of the dilation adds less friction than that of the law; without any: {constants}"
         )
     profiles = [*of_dilation(chosen, tests), *of_profile(chosen, tests)]
-    if any(assumption.name == LINE and assumption.difference < -GAIN for assumption in profiles):
-        constants = ", ".join(f"{name} {profiles[-1].values[name]:.3g}" for name in ("theta", "height"))
-        notes.append(f"the slope of the dilation falls along a line, not as that of the law; so: {constants}")
+    others = [assumption for assumption in profiles if assumption.name in (LINE, HYPERBOLA)]
+    other = min(others, key=lambda assumption: assumption.difference, default=None)
+    if other and other.difference < -GAIN:
+        constants = ", ".join(f"{name} {other.values[name]:.3g}" for name in ("theta", "height"))
+        notes.append(f"a {other.name} in place of that of the law explains the tests better: {constants}")
     assumptions = [*_assumed(fits, ranked), *strength, *profiles]
     intervals = Intervals(chosen, spreads(chosen), assumptions)
     estimates = {name: intervals.of(name) for name in chosen.model.free}
@@ -231,7 +240,8 @@ def _fit(
     low, high = chosen.problem.ends if chosen.x.size else (chosen.x, chosen.x)
     near = np.minimum(chosen.x - low, high - chosen.x) < NEAR * (high - low)
     at_bounds = [name for name, at_bound in zip(chosen.model.free, near, strict=True) if at_bound]
-    for name in undetermined(estimates, at_bounds):
+    loose = undetermined(estimates, at_bounds)
+    for name in loose:
         value, below, above = estimates[name]
         text = f"{name} is not determined: {value:.3g} [{below:.3g}, {above:.3g}]"
         if name in SPRINGS:
@@ -258,7 +268,7 @@ def _fit(
     models_tried = [
         (solution.model.free, value - bic[index]) for solution, value in zip(solutions, bic, strict=True)
     ]
-    judged = (fitted, unseen, errors, grade, reasons, notes, assumptions, models_tried)
+    judged = (fitted, unseen, errors, grade, reasons, notes, assumptions, models_tried, loose)
     return Fit(tests, chosen, intervals, estimates, *judged)
 
 

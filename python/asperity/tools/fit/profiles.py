@@ -3,50 +3,48 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from ...contract import Floats
 from .assumptions import beside, first_only, halves_of
 from .evidence import first_stroke
+from .gauges import Started, rigid_form, with_profile
 from .intervals import Assumption
 from .ladder import GAIN, criteria, independent
-from .model import KS, KT, SCALES
-from .rigid import Profile, exponential, has_closed_form, parabola
-from .series import Parabola
+from .model import KT, SCALES, SPRINGS
+from .rigid import Profile, exponential, hyperbola, parabola
+from .series import Rigid
 from .shear_test import ShearTest
-from .squares import SEARCHED, Solution, refitted, solve
+from .squares import Solution
 
-LINE = "a slope that falls along a line"
-"""Name of the profile that ends."""
+LINE, HYPERBOLA = "slope along a line", "slope of a hyperbola"
+STARTS = "other starts of the gauges"
+"""Names of the profiles that the law does not have, and of starts of slip and dilation that fit best."""
 
 
 def of_profile(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:
-    """Constants of asperities whose slope falls along a straight line, as that of the law does not.
+    """Constants of asperities whose slope falls otherwise than that of the law, from other starts, too.
 
-    A first slope is that of a profile, and the tests may not show which one it is.
+    A first slope is that of a profile, and the tests may not show which one it is.  Nor do they show where a
+    gauge was set to zero, which moves the slope along the profile.
     """
-    model = chosen.model
-    if model.bond or not {"theta", "height"} <= {*model.free} or not first_only(tests):
+    if chosen.model.bond or "theta" not in chosen.model.free or not first_only(tests):
         return
-    if KS in model.free:
-        model = model.instead(KS, KT)
-    elif KS in model.fixed:
-        fixed = {name: value for name, value in model.fixed.items() if name not in (KS, "kc")}
-        model = replace(model, fixed=fixed | {KT: 0.5 * chosen.values[KS]})
-    weight, start = chosen.problem.weight, refitted(chosen, tests, model, tolerance=SEARCHED)
-    problem = start.problem
-    rest = (problem.free, problem.fixed, problem.sides, problem.direction)
-    if not has_closed_form(*rest):
+    form = rigid_form(chosen, tests)
+    if form is None:
         return
-    straight = Parabola(problem.tests, *rest, problem.increments, weight)
-    solution = Solution(model, straight, *solve(straight, start.x, SEARCHED))
-    first, second = criteria([chosen, solution])
-    # crush belongs to the profile, too
-    parts = tuple(name for name in model.free if name != "crush")
-    difference, halves = second - first, halves_of(solution)
-    yield Assumption(LINE, difference, solution.values, difference < GAIN, parts, halves)
+    forms = [(with_profile(form, Started, exponential), STARTS)]
+    if "height" in chosen.model.free:
+        for profile, name in ((parabola, LINE), (hyperbola, HYPERBOLA)):
+            forms.append((with_profile(form, Rigid, profile), name))
+            forms.append((with_profile(forms[-1][0], Started, profile), f"{name}, other starts"))
+    first = criteria([chosen, *(solution for solution, _ in forms)])
+    for (solution, name), value in zip(forms, first[1:], strict=True):
+        # crush belongs to the profile, too, and a spring goes with the start of the slip
+        parts = tuple(part for part in chosen.model.free if part not in ("crush", *SPRINGS))
+        difference, halves = value - first[0], halves_of(solution)
+        yield Assumption(name, difference, solution.values, difference < GAIN, parts, halves)
 
 
 def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:

@@ -44,6 +44,12 @@ def parabola(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
     return left, height * (1.0 - left**2)
 
 
+def hyperbola(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
+    """The same of a profile whose dilation is a hyperbola, and whose slope never ends."""
+    part = 1.0 / (1.0 + u * slope / height)
+    return part**2, height * (1.0 - part)
+
+
 def rigid_curve(
     test: ShearTest, u: Floats, values: Mapping[str, float], profile: Profile = exponential
 ) -> tuple[Floats, Floats]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from ...contract import Floats
 from ...pattern import Pattern
 from .model import KS, KT, PRELOAD, Problem, material_of, slip_curve
-from .rigid import Profile, exponential, has_closed_form, parabola, rigid_curve
+from .rigid import Profile, exponential, has_closed_form, rigid_curve
 from .shear_test import ShearTest
 
 
@@ -28,30 +28,40 @@ class Series(Problem):
         """Measured slips (P,) of each test, from zero on, and which of them are rows of the test."""
         paths = []
         for test in self.tests:
-            slips = np.append(0.0, np.maximum.accumulate(_sign(test) * test.slip))
+            slips = np.append(0.0, np.maximum.accumulate(sign_of(test) * test.slip))
             paths.append((slips, np.arange(1, slips.size)))
         return paths
 
     def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
         """tau, s_N and the number of rows with equilibrium of each test."""
-        curves, stiffness = [], 1.0 / self.compliance(values)
+        curves = []
         for test, (slips, _) in zip(self.tests, self.paths, strict=True):
-            top, sign = slips[-1], _sign(test)
-            early = np.geomspace(1e-4, 0.1, 25) * top
-            own = np.unique(np.concatenate([[0.0], early, np.linspace(0.0, top, self.increments + 1)]))
-            alone = test
-            if test.path_N is not None:
-                at = np.maximum.accumulate(np.maximum(0.0, sign * (test.slip - test.tau / stiffness)))
-                path = np.interp(own[1:], at, test.path_N)
-                alone = replace(test, slip=own[1:], tau=own[1:], s_N=None, lines=(), path_N=path)
-            tau, s_N, done = self.slid(values, alone, sign * own)
-            # softening steeper than the spring is passed at one measured slip
-            outside = np.maximum.accumulate(own + sign * tau / stiffness) + 1e-12 * top * np.arange(own.size)
+            outside, tau, s_N, done = self.outside(values, test, slips[-1])
             lost = slips.size
-            if done < own.size:
+            if done < outside.size:
                 lost = int(np.searchsorted(slips, outside[max(done - 1, 0)]))
             curves.append((np.interp(slips, outside, tau), np.interp(slips, outside, s_N), lost))
         return curves
+
+    def outside(
+        self, values: Mapping[str, float], test: ShearTest, top: float
+    ) -> tuple[Floats, Floats, Floats, int]:
+        """Measured slips, tau and s_N of a test, (P,) each, up to slips of the joint of the size top.
+
+        And the number of rows with equilibrium.
+        """
+        stiffness, sign = 1.0 / self.compliance(values), sign_of(test)
+        early = np.geomspace(1e-4, 0.1, 25) * top
+        own = np.unique(np.concatenate([[0.0], early, np.linspace(0.0, top, self.increments + 1)]))
+        alone = test
+        if test.path_N is not None:
+            at = np.maximum.accumulate(np.maximum(0.0, sign * (test.slip - test.tau / stiffness)))
+            path = np.interp(own[1:], at, test.path_N)
+            alone = replace(test, slip=own[1:], tau=own[1:], s_N=None, lines=(), path_N=path)
+        tau, s_N, done = self.slid(values, alone, sign * own)
+        # softening steeper than the spring is passed at one measured slip
+        outside = np.maximum.accumulate(own + sign * tau / stiffness) + 1e-12 * top * np.arange(own.size)
+        return outside, tau, s_N, done
 
     def compliance(self, values: Mapping[str, float]) -> float:
         """Slip over traction of what lies in series with `slid`, length/stress."""
@@ -80,12 +90,14 @@ class CyclicSeries(Problem):
         ]
 
 
+@dataclass(frozen=True, eq=False)
 class Rigid(Series):
-    """The same in the closed form of two rigid sides, from which a search begins."""
+    """The same in the closed form of two rigid sides, from which a search begins.
 
-    def profile(self) -> Profile:
-        """Profile of the asperities, that of the law."""
-        return exponential
+    profile: of the asperities, that of the law or another one.
+    """
+
+    profile: Profile = exponential
 
     def compliance(self, values: Mapping[str, float]) -> float:
         """Slip over traction of the spring and of the joint before it slides, length/stress."""
@@ -98,18 +110,10 @@ class Rigid(Series):
         # the law refuses the same values
         material_of(values)
         Pattern.regular(self.sides, values["theta"], values["flat"])
-        tau, s_N = rigid_curve(test, np.abs(slips), values, self.profile())
-        return _sign(test) * tau, s_N, slips.size
+        tau, s_N = rigid_curve(test, np.abs(slips), values, self.profile)
+        return sign_of(test) * tau, s_N, slips.size
 
 
-class Parabola(Rigid):
-    """The same with asperities whose slope falls along a straight line, which the law does not have."""
-
-    def profile(self) -> Profile:
-        """Profile of the asperities."""
-        return parabola
-
-
-def _sign(test: ShearTest) -> float:
+def sign_of(test: ShearTest) -> float:
     """Sign of the slip of a test."""
     return float(np.sign(test.slip[np.argmax(np.abs(test.slip))]))

@@ -1,0 +1,194 @@
+"""Gauges that were not set to zero: the start of slip and dilation of each test, which the rows may show."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ...contract import Floats
+from .evidence import first_stroke, noise
+from .ladder import GAIN, criteria, independent
+from .model import KS, KT
+from .rigid import Profile, exponential, has_closed_form, hyperbola, parabola
+from .series import Rigid, sign_of
+from .shear_test import ShearTest
+from .squares import SEARCHED, Solution, refitted, solve
+
+FARTHEST, CANDIDATES, DIGITS = 0.12, 13, 1.0e-7
+"""Largest start of a slip over its range; and number and precision of those that are tried."""
+
+RESTS, STRONG, NEAR, STEPS, FIRST_ROWS, DEVIATIONS = 0.1, 0.5, 0.25, 1.5, 8, 3.0
+"""Traction over the largest one of a row at rest, and of one that shows the elastic slip; distance of two
+starts over this slip, and over the step of the rows, in which they are the same; rows that lead to the
+dilation at the start; and standard deviations of noise that a start of the dilation exceeds.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Started(Rigid):
+    """Rigid sides behind a spring, where slip and dilation of each test start at the values that fit best.
+
+    Both are found for each test anew, whatever the constants are, so that they are no further constants.
+    """
+
+    def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
+        """tau, s_N and the number of rows of each test, from its best starts on."""
+        return [self._started(i, values)[0] for i in range(len(self.tests))]
+
+    def starts(self, values: Mapping[str, float]) -> list[tuple[float, float]]:
+        """Slip and dilation of each test at its start."""
+        return [self._started(i, values)[1] for i in range(len(self.tests))]
+
+    @cached_property
+    def scales(self) -> list[tuple[float, float]]:
+        """Range of tau and of s_N of each test, as of the residuals."""
+        rows = self.rows.groupby(["test", "name"]).scale.first()
+        return [(rows[i, "tau"], rows.get((i, "dilation"), 1.0)) for i in range(len(self.tests))]
+
+    def _started(
+        self, number: int, values: Mapping[str, float]
+    ) -> tuple[tuple[Floats, Floats, int], tuple[float, float]]:
+        """Curves of a test, and slip and dilation at its start."""
+        from scipy.optimize import minimize_scalar
+
+        test, sign = self.tests[number], sign_of(self.tests[number])
+        slips, (of_tau, of_s_N) = self.paths[number][0], self.scales[number]
+        farthest = FARTHEST * float(np.ptp(slips))
+        outside, tau, s_N, _ = self.outside(values, test, slips[-1] + farthest)
+
+        def at(start: float) -> tuple[Floats, Floats, float]:
+            own = slips - start
+            strength, opening = np.interp(own, outside, tau), np.interp(own, outside, s_N)
+            offset = 0.0 if test.s_N is None else float(np.mean(test.s_N - opening[1:]))
+            return strength, opening + offset, offset
+
+        def square(start: float) -> float:
+            strength, opening, _ = at(start)
+            left = float(np.sum(((strength[1:] - test.tau) / of_tau) ** 2))
+            if test.s_N is not None:
+                left += float(np.sum(((opening[1:] - test.s_N) * self.weight / of_s_N) ** 2))
+            return left
+
+        candidates = np.linspace(-farthest, farthest, CANDIDATES)
+        best = int(np.argmin([square(start) for start in candidates]))
+        near = candidates[max(best - 1, 0)], candidates[min(best + 1, CANDIDATES - 1)]
+        precision = {"xatol": DIGITS * farthest}
+        start = float(minimize_scalar(square, bounds=near, method="bounded", options=precision).x)
+        strength, opening, offset = at(start)
+        return (strength, opening, slips.size), (sign * start, offset)
+
+
+def rigid_form(chosen: Solution, tests: Sequence[ShearTest]) -> Solution | None:
+    """Fit of the same model with rigid sides behind a spring, which has a closed form; None without one."""
+    model = chosen.model
+    if KS in model.free:
+        model = model.instead(KS, KT)
+    elif KS in model.fixed and not model.series:
+        fixed = {name: value for name, value in model.fixed.items() if name not in (KS, "kc")}
+        model = replace(model, fixed=fixed | {KT: 0.5 * chosen.values[KS]})
+    if "W0" in model.free:
+        model = model.without("W0", W0=0.0)
+    problem = model.problem(tests, chosen.problem.weight, chosen.problem.direction)
+    if not has_closed_form(problem.free, problem.fixed, problem.sides, problem.direction):
+        return None
+    return refitted(chosen, tests, model, tolerance=SEARCHED)
+
+
+def with_profile(form: Solution, kind: type[Rigid], profile: Profile) -> Solution:
+    """Fit of a closed form with another profile of the asperities, and starts of the gauges if `Started`."""
+    problem = form.problem
+    rest = (problem.free, problem.fixed, problem.sides, problem.direction, problem.increments)
+    other = kind(problem.tests, *rest, problem.weight, profile)
+    return Solution(form.model, other, *solve(other, form.x, SEARCHED))
+
+
+def from_starts(chosen: Solution, tests: Sequence[ShearTest]) -> tuple[list[ShearTest], list[str]]:
+    """Tests from the starts of their gauges on, where the rows show that these lie apart from 0; and notes.
+
+    The law must explain the tests much better with them, by that profile of the asperities which does best;
+    and the rows about the start must say the same without any law.
+    """
+    strokes = [_first(test) for test in tests]
+    form = rigid_form(chosen, strokes)
+    if form is None:
+        return list(tests), []
+    sloped = {"theta", "height"} <= {*form.model.free} and not form.model.bond
+    profiles = (exponential, parabola, hyperbola) if sloped else (exponential,)
+    free = [with_profile(form, Started, profile) for profile in profiles]
+    best = int(np.argmin(criteria(free)))
+    held = with_profile(form, Rigid, profiles[best])
+    before, after = criteria([held, free[best]])
+    further = sum(1 + (test.s_N is not None) for test in tests)
+    after += further * float(np.log(max(2.0, sum(independent(free[best]).values()))))
+    if before - after < GAIN:
+        return list(tests), []
+    moved, notes = [], []
+    problem = free[best].problem
+    assert isinstance(problem, Started)
+    for test, stroke, (slip, s_N) in zip(tests, strokes, problem.starts(free[best].values), strict=True):
+        apart, same = _compared(stroke, slip)
+        opens = same and _shows_dilation(stroke, slip, s_N)
+        slips = apart and same
+        moved.append(_moved(test, slip if slips else 0.0, s_N if opens else 0.0))
+        parts = [f"slip {slip:.3g}"] * slips + [f"dilation {s_N:.3g}"] * opens
+        if parts:
+            text = f"{test.name} begins at {' and '.join(parts)}, which was taken off"
+            notes.append(f"{text}: a gauge was not set to zero, or the specimen settled")
+    return moved, notes
+
+
+def _first(test: ShearTest) -> ShearTest:
+    """First stroke of a test."""
+    rows = first_stroke(test)
+    s_N, path_N = (None if column is None else column[rows] for column in (test.s_N, test.path_N))
+    return replace(test, slip=test.slip[rows], tau=test.tau[rows], s_N=s_N, path_N=path_N, lines=())
+
+
+def _moved(test: ShearTest, slip: float, s_N: float) -> ShearTest:
+    """Test whose slip and dilation count from other starts; before that of the slip it rests."""
+    sign, opening = sign_of(test), None if test.s_N is None else test.s_N - s_N
+    own = test.slip - slip
+    rests = np.maximum.accumulate(sign * own) <= 0.0
+    return replace(test, slip=np.where(rests, 0.0, own), s_N=opening, sigma_N=test.sigma_N - test.k_N * s_N)
+
+
+def _crossing(test: ShearTest) -> tuple[float, float]:
+    """Slip where the line of the first rows leads to tau = 0, and from there to half of the strength."""
+    sign = sign_of(test)
+    slip, tau = sign * test.slip, sign * test.tau
+    strong = int(np.argmax(tau >= STRONG * tau.max()))
+    resting = np.flatnonzero(tau[:strong] < RESTS * tau.max())
+    rows = slice(int(resting[-1]) if resting.size else 0, strong + 1)
+    if strong == rows.start or not np.ptp(slip[rows]) > 0.0:
+        return float(slip[0]), 0.0
+    line = np.polyfit(slip[rows], tau[rows], 1)
+    start = -line[1] / line[0] if line[0] > 0.0 else slip[0]
+    return float(start), float(slip[strong] - start)
+
+
+def _compared(test: ShearTest, start: float) -> tuple[bool, bool]:
+    """Whether a start lies a step from 0 at least; and whether the elastic line of the rows begins there."""
+    seen, elastic = _crossing(test)
+    step, own = float(np.median(np.abs(np.diff(test.slip)))), sign_of(test) * start
+    same = abs(seen - own) <= max(STEPS * step, NEAR * elastic)
+    apart = abs(own) >= step
+    return apart, bool(same and (not apart or (seen * own > 0.0 and abs(seen) >= 0.5 * abs(own))))
+
+
+def _shows_dilation(test: ShearTest, slip: float, start: float) -> bool:
+    """Whether the dilation of the first rows leads to this one at the start of the slip, too."""
+    if test.s_N is None or test.s_N.size <= FIRST_ROWS:
+        return False
+    if abs(test.tau[0]) >= STRONG * np.abs(test.tau).max():  # the joint may slide in the first row
+        return False
+    own = sign_of(test) * (test.slip - slip)
+    first = slice(0, max(FIRST_ROWS, int(np.sum(own < 0.0))))
+    rests = own[first] <= max(0.0, float(own[0]))
+    seen = float(np.mean(test.s_N[first][rests]))
+    if own[0] > 0.0:
+        seen = float(np.polynomial.Polynomial.fit(own[first], test.s_N[first], 2)(0.0))
+    least = DEVIATIONS * noise(test.s_N) / np.sqrt(max(1, int(np.sum(rests))))
+    return bool(min(abs(start), abs(seen)) > least and abs(seen - start) <= 0.5 * abs(start))
