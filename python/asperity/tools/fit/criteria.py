@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -14,6 +15,9 @@ K1, K2, FAIRHURST = 1.5, 4.0, 10.0
 
 STEEPEST = 75.0
 """Largest angle of a strength, degrees."""
+
+GRID, STARTS = (0.01, 0.03, 0.1, 0.2, 0.35, 0.5, 0.7, 0.9), 4
+"""Places of the ranges at which the errors are compared, and number of the best that start least squares."""
 
 
 @dataclass(frozen=True)
@@ -29,9 +33,16 @@ class Criterion:
     ranges: Mapping[str, tuple[float, float]]
 
     def fit(
-        self, pressure: Floats, peak: Floats, start: Mapping[str, float] | None = None
+        self,
+        pressure: Floats,
+        peak: Floats,
+        start: Mapping[str, float] | None = None,
+        line: Mapping[str, float] | None = None,
     ) -> dict[str, float]:
-        """Constants of the smallest relative errors; ranges of stresses are multiples of the largest."""
+        """Constants of the smallest relative errors; ranges of stresses are multiples of the largest.
+
+        start: where the search begins.  line: constants of c + phi, from which it begins, too.
+        """
         from scipy.optimize import least_squares
 
         size = float(max(pressure.max(), peak.max()))
@@ -43,8 +54,15 @@ class Criterion:
             values = dict(zip(self.names, x, strict=True))
             return np.clip(self.strength(pressure, values) / peak - 1.0, -10.0, 10.0)
 
-        points = [low + part * (high - low) for part in (0.1, 0.3, 0.6)]
-        if start is not None:
+        if start is None:
+            # a criterion with a kink has several minima
+            grid = [low + np.array(parts) * (high - low) for parts in product(GRID, repeat=len(low))]
+            points = sorted(grid, key=lambda x: float(np.sum(errors(x) ** 2)))[:STARTS]
+            if line is not None and {*line} < {*self.names}:
+                points.append(
+                    np.array([line.get(name, top) for name, top in zip(self.names, high, strict=True)])
+                )
+        else:
             points = [np.array([start[name] for name in self.names])]
         margin = 1e-6 * (high - low)
         tries = (
@@ -62,8 +80,13 @@ class Criterion:
         return dict(zip(self.names, best.x.tolist(), strict=True))
 
 
-STRESSES = ("c", "JCS", "sigma_c")
+STRESSES = ("c", "sigma_c")
 """Constants that are stresses."""
+
+BARTON = "phi_r + JRC log10(JCS)"
+"""Sum of Barton's constants that peaks show beside JRC, the angle at a pressure of 1; peaks do not show phi_r
+and JCS apart.
+"""
 
 
 def _tan(degrees: Floats | float) -> Floats:
@@ -79,8 +102,7 @@ def _patton(pressure: Floats, v: Mapping[str, float]) -> Floats:
 
 
 def _barton(pressure: Floats, v: Mapping[str, float]) -> Floats:
-    roughness = v["JRC"] * np.maximum(0.0, np.log10(v["JCS"] / pressure))
-    return np.asarray(pressure * _tan(v["phi_r"] + roughness))
+    return np.asarray(pressure * _tan(v[BARTON] - v["JRC"] * np.log10(pressure)))
 
 
 def _ladanyi(pressure: Floats, v: Mapping[str, float]) -> Floats:
@@ -101,9 +123,10 @@ CRITERIA = (
     Criterion("Patton", ("phi", "i", "c"), _patton, ANGLES | {"c": (0.0, 2.0)}),
     Criterion(
         "Barton",
-        ("phi_r", "JRC", "JCS"),
+        ("JRC", BARTON),
         _barton,
-        {"phi_r": (15.0, 45.0), "JRC": (0.0, 20.0), "JCS": (1.0, 200.0)},
+        # of pressures in any unit
+        {"JRC": (0.0, 20.0), BARTON: (-100.0, 300.0)},
     ),
     Criterion(
         "Ladanyi-Archambault",

@@ -347,11 +347,13 @@ def _others(
     criteria: list[tuple[str, dict[str, float], float, float]] = [
         ("law", {}, rms([row.errors["peak"] for row in fitted]), rms([row.errors["peak"] for row in unseen]))
     ]
+    line: dict[str, float] | None = None
     for criterion in CRITERIA:
         # as many constants as pressures meet any peaks
         if data.levels < len(criterion.names) or data.peak.size <= len(criterion.names):
             continue
-        values = criterion.fit(data.pressure, data.peak)
+        values = criterion.fit(data.pressure, data.peak, line=line)
+        line = line or values
         left = criterion.strength(data.pressure, values) / data.peak - 1.0
         missed: list[float] = []
         for i in range(data.peak.size) if data.peak.size > len(criterion.names) + 1 else ():
