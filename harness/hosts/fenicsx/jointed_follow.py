@@ -60,7 +60,7 @@ class Follow:
 
         passes: most of a step; 0: none.  errors: of a step by passes, of a damage and of forces over those of
         the model, beyond which a shorter one replaces it; under loads that change the second is UNDER_LOADS
-        at most.  limit: of the error of forces, beyond which a shortest step ends the path.
+        at most.  limit: of the error of forces, which no step exceeds; a shortest step that does ends the path.
         """
         if not 0.0 < least <= step <= most < np.inf:
             raise ValueError(
@@ -70,7 +70,7 @@ class Follow:
             text = f"passes = {passes}, limit = {limit}, errors = {errors}"
             raise ValueError(f"{text}: expected at least 0 passes, and limit and errors between 0 and 1")
         self.steps, self.conditions, self.step, self.most, self.least = steps, conditions, step, most, least
-        self.passes, self.limit, self.errors = passes, limit, errors
+        self.passes, self.limit, self.errors = passes, limit, (errors[0], min(errors[1], limit))
         self.shortest = min(SHORTEST * least, most)
         self.at, self.move, self.last = 0.0, 0.0, 0.0 * steps.model.u
         self.jump = [0.0 * s for s in steps.model.s]

@@ -84,3 +84,11 @@ def test_bad_options(words: str, expected: str) -> None:
     """A value out of range is named with what was expected."""
     done = start(words)
     assert done.returncode == 2 and expected in done.stderr
+
+
+@pytest.mark.parametrize("limit", [0.02, 0.001])
+def test_no_step_exceeds_the_limit(limit: float, tmp_path: Path) -> None:
+    """Also not a step that is as accurate as `--errors` asks for; the wall snaps, and ends there."""
+    words = f"--elements 2 2 --to 2.6 --errors 0.2 0.2 --limit {limit}"
+    rows, summary, _ = wall(words, tmp_path / "rows.csv", status=3)
+    assert 0.0 < rows[:, 7].max() == pytest.approx(summary["e_t"]) and summary["e_t"] <= limit
