@@ -60,7 +60,7 @@ class Follow:
 
         passes: most of a step; 0: none.  errors: of a step by passes, of a damage and of forces over those of
         the model, beyond which a shorter one replaces it; under loads that change the second is UNDER_LOADS
-        at most.  limit: of the error of forces, which no step exceeds; the path ends at a shortest one above it.
+        at most.  limit: of the error of forces, above which no step is taken; a path ends there.
         """
         if not 0.0 < least <= step <= most < np.inf:
             raise ValueError(
