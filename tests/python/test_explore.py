@@ -163,3 +163,16 @@ def test_missing_bokeh(monkeypatch: pytest.MonkeyPatch, said: Callable) -> None:
     real = importlib.util.find_spec
     monkeypatch.setattr("asperity.installed.find_spec", lambda name: None if name == "bokeh" else real(name))
     assert "asperity[explore]" in said("explore --no-browser", 1)[1]
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ("mu=-1", "mu = -1: expected >= 0"), ("sides=1", "sides = 1: expected 0 or 2 to 64"),
+        ("theta=90", "theta = 90: expected 0 <= theta < 90"), ("sigma_N=1e400", "expected a finite number"),
+        ("kc=0", "kc=0: expected a finite number > 0"), ("tau=1", "tau=1: expected one of sigma0"),
+    ],
+)  # fmt: skip
+def test_values_that_are_refused(said: Callable, value: str, words: str) -> None:
+    """They are refused before a page opens."""
+    assert words in said(f"explore --no-browser {value}", 1)[1]

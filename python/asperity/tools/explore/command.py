@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from ... import contract
 from ...installed import needed
 from ...options import add_options, assigned
-from .model import LOGARITHMIC, OPTIONAL, VALUES
+from .model import CYCLES, LOGARITHMIC, OPTIONAL, VALUES, Choice
 
 if TYPE_CHECKING:
     from bokeh.document import Document
@@ -75,9 +75,10 @@ def _values(texts: list[str]) -> dict[str, float]:
         if name not in VALUES:
             raise ValueError(f"{name}={text}: expected one of {', '.join(VALUES)}")
         values[name] = value = contract.number(name, text)
-        least = ">= 0" if name in OPTIONAL else "> 0" if name in LOGARITHMIC else ""
-        if not math.isfinite(value) or (least and value < 0.0) or (least == "> 0" and value == 0.0):
-            raise ValueError(f"{name}={text}: expected a number {least}".rstrip())
+        least = " >= 0" if name in OPTIONAL else " > 0" if name in LOGARITHMIC else ""
+        if not math.isfinite(value) or (least and value < 0.0) or (least == " > 0" and value == 0.0):
+            raise ValueError(f"{name}={text}: expected a finite number{least}")
         if name == "sides" and not value.is_integer():
             raise ValueError(f"{name}={text}: expected a whole number")
+    _ = Choice(values, next(iter(CYCLES))).interface  # the library refuses other values
     return values
