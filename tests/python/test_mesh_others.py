@@ -250,3 +250,15 @@ def test_a_part_of_a_set_is_no_block(tmp_path: Path) -> None:
     sets = "*Elset, elset=_rest\n1\n*Elset, elset=UPPER\n2, 3\n*Elset, elset=ALL\n_rest, UPPER\n"
     with pytest.raises(ValueError, match=r"2 of 3 cells are in two groups, .* in ALL and UPPER"):
         split(placed(tmp_path, {"strip.inp": text + sets}))
+
+
+@pytest.mark.parametrize("nodes", ["4, 7, 3", "4, 3, 7", "3, 7, 4"])
+def test_edges_of_three_nodes(tmp_path: Path, nodes: str) -> None:
+    """Trusses name edges with the middle second, as gmsh and Abaqus write them, or last."""
+    text = "1,0,0\n2,1,0\n3,1,1\n4,0,1\n5,.5,0\n6,1,.5\n7,.5,1\n8,0,.5\n9,1,2\n10,0,2\n11,1,1.5\n12,.5,2\n"
+    text += "13,0,1.5\n*Element, type=CPE8, elset=A\n1,1,2,3,4,5,6,7,8\n"
+    cells = "*Element, type=CPE8, elset=B\n2,4,3,9,10,7,11,12,13\n"
+    deck = f"*Node\n{text}{cells}*Element, type=T3D3, elset=BED\n9, {nodes}\n"
+    with pytest.warns(ModelWarning, match="1 elements of type T3D3 name faces"):
+        mesh = split(placed(tmp_path, {"edges.inp": deck}), {"BED": None})
+    assert mesh.joints["BED"][0].area.tolist() == [1.0]

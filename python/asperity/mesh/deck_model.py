@@ -90,6 +90,10 @@ class Model:
             text = "no elements" if not self.model.nodes else "nodes without elements"
             raise ValueError(f"{path}: {text}: expected *Element, in the model or in a part with an instance")
         self.cells = [(kind, np.concatenate(rows)) for kind, rows in data.items()]
+        points = np.concatenate(self.points)
+        self.cells = [
+            (kind, _middle_last(rows, points) if kind == "line3" else rows) for kind, rows in self.cells
+        ]
         self.types = [np.concatenate(rows) for rows in types.values()]
         self.dimension = max(dimension(kind) for kind in counts)
 
@@ -352,3 +356,10 @@ class Model:
             text = f"face {label} of elements of {data.shape[1]} nodes"
             raise block.fail(f"{text}: not read: expected {label[0]}1 to {label[0]}{len(faces)}", k)
         return data[rows][:, faces[int(label[1]) - 1]]
+
+
+def _middle_last(edges: Integers, points: Floats) -> Integers:
+    """Nodes of edges with the one in the middle last; in trusses and beams of three nodes it is the second."""
+    x = points[edges]
+    away = [np.linalg.norm(2.0 * x[:, k] - x.sum(1) + x[:, k], axis=1) for k in (1, 2)]
+    return np.where((away[0] < away[1])[:, None], edges[:, [0, 2, 1]], edges)
