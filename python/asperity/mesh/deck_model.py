@@ -359,7 +359,7 @@ class Model:
 
 
 def _middle_last(edges: Integers, points: Floats) -> Integers:
-    """Nodes of edges with the one in the middle last; in trusses and beams of three nodes it is the second."""
+    """Nodes of edges with the middle last; in trusses and beams of three nodes it is the second."""
     x = points[edges]
     away = [np.linalg.norm(2.0 * x[:, k] - x.sum(1) + x[:, k], axis=1) for k in (1, 2)]
     return np.where((away[0] < away[1])[:, None], edges[:, [0, 2, 1]], edges)
