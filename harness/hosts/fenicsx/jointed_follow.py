@@ -14,8 +14,11 @@ from jointed_saved import read, write
 FAST, GROWTH = 6, 1.5
 """A step grows after at most FAST iterations."""
 
-ERRORS = 0.1, 0.05
+ERRORS = 0.1, 0.01
 """Errors of a step by passes, of a damage and of forces, beyond which a shorter one replaces it."""
+
+LIMIT = 0.05
+"""Error of forces of a shortest step beyond which the path ends; no step is short enough for a snap."""
 
 UNDER_LOADS = 1e-3
 """The same of forces where loads change, because a limit load must not be passed."""
@@ -53,7 +56,7 @@ class Follow:
         most: float,
         least: float = 1e-5,
         passes: int = PASSES,
-        limit: float = ERRORS[1],
+        limit: float = LIMIT,
         errors: tuple[float, float] = ERRORS,
     ) -> None:
         """Begin at 0 with a step, which grows up to `most` and is cut down to `least`.
@@ -119,7 +122,9 @@ class Follow:
         m, ratio = self.steps.model, move / self.move if self.move * move > 0.0 else 0.0
         if self.by_passes:
             aim = [s + ratio * jump for s, jump in zip(m.s, self.jump, strict=True)]
-            good = self.steps.solve_by_passes(values, load, abs(move), aim, ratio * self.last, self.passes)
+            good = self.steps.solve_by_passes(
+                values, load, abs(move), aim, ratio * self.last, self.passes, not self.always
+            )
         else:
             good = self.steps.solve(values, load, abs(move), ratio * self.last)
         self.taken += self.steps.iterations
@@ -162,15 +167,16 @@ class Follow:
             self.steps.model,
             {"jump": self.jump},
             last=self.last,
-            now=[self.at, self.move, self.step, self.steps.largest],
+            now=[self.at, self.move, self.step, self.steps.largest, self.steps.floating],
             counts=[getattr(self, name) for name in COUNTS],
         )
 
     def resume(self, file: str | Path) -> None:
         """Go on from the files of a run with the same mesh, laws and ranks."""
         m = self.steps.model
-        saved = read(file, m, ("jump",), last=m.u.shape, now=(4,), counts=(len(COUNTS),))
+        saved = read(file, m, ("jump",), last=m.u.shape, now=(5,), counts=(len(COUNTS),))
         self.last, self.jump = saved["last"], [saved[f"jump{k}"] for k in range(len(self.jump))]
-        self.at, self.move, self.step, self.steps.largest = saved["now"].tolist()
+        self.at, self.move, self.step, self.steps.largest, floating = saved["now"].tolist()
+        self.steps.floating = bool(floating)
         for name, value in zip(COUNTS, saved["counts"].tolist(), strict=True):
             setattr(self, name, value)

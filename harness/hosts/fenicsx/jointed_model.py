@@ -357,7 +357,8 @@ class Model:
         for k, (p, law) in enumerate(zip(self.parts, self.laws, strict=True)):
             s, result = self.trial[k]
             taken, true = (
-                law.update(separation, self.state[k], self.s[k], dt) for separation in (self.aim[k], s)
+                law.update(separation, self.state[k], self.s[k], dt, p=self.water.p[p])
+                for separation in (self.aim[k], s)
             )
             first, step = contract.N_POINT_STATEV, contract.N_PLANE_STATEV
             planes = slice(first, first + step * law.n_planes, step)

@@ -40,10 +40,16 @@ def _wrong(name: str, values: Floats | float, shape: tuple[int, ...]) -> str:
 
 
 SOFT = 1e-8
-"""Share of the largest stiffness that the tangent of passes has more, because blocks may float."""
+"""Share of the largest stiffness that the tangent has more where blocks may float: always in passes."""
+
+THROWN = 1e3
+"""Residual over the forces, or over the first one, beyond which the tangent before was singular."""
 
 PASSES, SAME_DAMAGE, SAME_FORCE = 8, 1e-3, 1e-4
 """Most passes of a step, and errors below which no further pass is made."""
+
+CLOSE_DAMAGE, CLOSE_FORCE, FINISH = 0.05, 0.003, 6
+"""Errors of a pass below which Newton's method goes on from its solution, with so many iterations."""
 
 SAME_WATER, MOST_WATER = 1e-6, 60
 """Error of a pressure that depends on openings over the largest one, and most equilibria of a step."""
@@ -56,7 +62,9 @@ class Steps:
     """Steps of a model under prescribed displacements and loads.
 
     fixed: owned components that are prescribed.  drag: forces over displacements in a step of the time 1.
-    errors: of the last step by passes, largest of a damage and of forces over those of the model.
+    errors: of the last step by passes, largest of a damage and of forces over those of the model; 0 where
+    Newton's method ends it.  floating: whether a tangent was singular, as where a block lies in no contact;
+    from then on it has a share of the largest stiffness more, while the equations stay.
     equilibria: of the last step, more than one where pressures of water depend on openings.
     """
 
@@ -86,7 +94,7 @@ class Steps:
         self.rows = (self.fixed + model.map.local_range[0] * model.d).astype(INT)
         self.load, self.iterations, self.message = 0.0 * model.u, 0, ""
         self.reaction, self.size, self.largest = 0.0 * model.u, 0.0, 0.0
-        self.passes, self.errors, self.equilibria = 0, (0.0, 0.0), 0
+        self.passes, self.errors, self.equilibria, self.floating, self.first = 0, (0.0, 0.0), 0, False, 0.0
         database = PETSc.Options()
         database.insertString(f"{OPTIONS} {options}")
         self.snes = PETSc.SNES().create(COMM)
@@ -155,7 +163,7 @@ class Steps:
         convex = self.model.aim is not None
         A.setOption(PETSc.Mat.Option.SYMMETRIC, False)  # before entries of another kind
         self.model.tangent(A)
-        soft = SOFT * self.model.scale if convex else 0.0
+        soft = SOFT * self.model.scale if convex or self.floating else 0.0
         more = self.x.duplicate()
         more.array[:] = self.drag / self.dt + soft
         A.setDiagonal(more, ADD)
@@ -207,16 +215,18 @@ class Steps:
         aim: list[Floats],
         ahead: Floats | float = 0.0,
         most: int = PASSES,
+        finish: bool = True,
     ) -> bool:
         """Solve a step by convex problems; whether they converged, with `errors` of the result.
 
         Damage, bounds of friction and slopes of the joints are those of the law at `aim`, separations by law:
         first a guess, then the solution of the pass before.  Contact is free.  Each pass is the minimum of a
-        convex energy; where the passes converge, the step is that of the law.
+        convex energy; where the passes converge, the step is that of the law.  finish: whether Newton's
+        method, whose tangent is not symmetric, is tried once from a pass that is close.
         """  # fmt: skip
 
         def find(x: Floats) -> bool:
-            iterations, good, at = 0, False, aim
+            iterations, good, at, untried = 0, False, aim, finish
             try:
                 for self.passes in range(1, most + 1):
                     x[self.fixed] = values
@@ -230,11 +240,28 @@ class Steps:
                     if damage < SAME_DAMAGE and self.errors[1] < SAME_FORCE:
                         break
                     x, at = self.x.array_r.copy(), [s for s, _ in self.model.trial]
+                    close = damage < CLOSE_DAMAGE and self.errors[1] < CLOSE_FORCE
+                    if close and untried and self.passes < most:  # another pass follows where it fails
+                        untried = False
+                        if self._finish(values, load, dt, x):
+                            iterations, self.errors = iterations + self.iterations, (0.0, 0.0)
+                            break
+                        iterations += self.iterations
             finally:
                 self.model.aim, self.iterations = None, iterations
             return good
 
         return self._with_water(self.model.u + ahead, find)
+
+    def _finish(self, values: Floats, load: Floats, dt: float, x: Floats) -> bool:
+        """Go on by a few iterations of Newton's method; whether they converge."""
+        self.model.aim = None
+        *_, most = self.snes.getTolerances()
+        self.snes.setTolerances(max_it=min(FINISH, most))
+        try:
+            return self._find(values, load, dt, x.copy())
+        finally:
+            self.snes.setTolerances(max_it=most)
 
     def _with_water(self, x: Floats, find: Callable[[Floats], bool]) -> bool:
         """Find the equilibrium from x, again until pressures belong to its openings, and accept it."""
@@ -299,6 +326,11 @@ class Steps:
         reason = PETSc.SNES.ConvergedReason
         if not np.isfinite(norms[2]):
             return reason.DIVERGED_FNORM_NAN
-        if self._small(snes.getFunction()[0].norm(SUM)):
+        residual = snes.getFunction()[0].norm(SUM)
+        if self._small(residual):
             return reason.CONVERGED_FNORM_ABS
+        if iteration == 0:
+            self.first = residual
+        elif residual > THROWN * max(self.first, self.size):
+            self.floating = True
         return reason.DIVERGED_MAX_IT if iteration >= snes.getTolerances()[3] else reason.ITERATING

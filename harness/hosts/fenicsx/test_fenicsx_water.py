@@ -106,6 +106,7 @@ def test_pressures_in_joints(ranks: int) -> None:
     """Pressed by 1 with p = 0.4 a joint slides at mu (1 - p); p beyond what presses opens it, t_N = -p.
 
     An opening h lowers p = 1/(1 + s_N/h) in a joint between two layers of the height 1: p = s_N E/2.
+    The error of passes, which take the effective pressure of the joint, vanishes with water, too.
     """
     results = run(
         """
@@ -121,6 +122,13 @@ for d in (2, 3):
     while not follow.reason and follow.at < 1.0:
         follow.advance(1.0)
     results[f"{d} slides"] = follow.at
+    m = two_blocks(d)
+    steps = Steps(m, m.dofs(m.group("bottom")[0], *range(d)))
+    m.pressure("joint", 0.4)
+    solved(steps, 0.0, down.ravel())
+    load = (down + 0.2 * push).ravel()
+    good = steps.solve_by_passes(0.0 * steps.fixed, load, 1.0, m.s, finish=False)
+    results[f"{d} passes"] = [bool(good), *steps.errors]
     for name, p in {"opens": 1.0, "of opening": lambda x, s: 1.0 / (1.0 + s / 1e-4)}.items():
         m = two_blocks(d)
         m.pressure("joint", p)
@@ -138,6 +146,7 @@ for d in (2, 3):
     for d in "23":
         assert results[f"{d} slides"] == pytest.approx(0.5 * 0.6, rel=1e-3)
         assert results[f"{d} factor"] == 0.5
+        assert results[f"{d} passes"] == [True, 0.0, pytest.approx(0.0, abs=1e-4)]  # SAME_FORCE
         for name, s, p in (("opens", 2.0 / E, 1.0), ("of opening", opening, opening * E / 2.0)):
             low, high, misfit, most = results[f"{d} {name}"]
             assert [low, high] == pytest.approx([s, s], rel=1e-5) and most == pytest.approx(p, rel=1e-5)

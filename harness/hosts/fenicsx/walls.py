@@ -18,7 +18,7 @@ import numpy as np
 from asperity.options import add_options
 from asperity.pattern import Pattern
 from jointed import COMM, Follow, Model, Output, Steps, total
-from jointed_follow import ERRORS, PASSES
+from jointed_follow import ERRORS, LIMIT, PASSES
 from masonry import LEAST, STIFFER, WALLS, check_options, laws, mesh, sized
 from petsc4py import PETSc
 
@@ -114,14 +114,14 @@ def options() -> argparse.Namespace:
         ("--always", "all steps by passes"),
         (
             "--errors E",
-            "of a damage and of forces, beyond which a shorter step by passes follows (0.1 0.05)",
+            "of a damage and of forces, beyond which a shorter step by passes follows (0.1 0.01)",
             float,
             {"nargs": 2, "default": ERRORS},
         ),
         (
             "--limit E",
             "of the error of forces, beyond which a shortest step by passes ends the run",
-            ERRORS[1],
+            LIMIT,
         ),
         ("--tolerance TOLERANCE", "residual over the prescribed forces and loads", 1e-6),
         ("--petsc OPTIONS", "of PETSc, in one word", str, {"default": ""}),
@@ -179,13 +179,16 @@ def main() -> int:
             output.write(end)
     at, force, _, spent, _, passes, *errors = np.array(rows).reshape(-1, len(HEAD.split(","))).T
     peak = int(np.abs(force).argmax()) if len(force) else 0
+    snaps = errors[1] > o.errors[1]  # of shortest steps
     entries, operations, gigabytes = run.steps.factor()
     lu, cholesky = (PETSc.Log.Event(f"Mat{name}Num").getPerfInfo() for name in ("LUFactor", "CholFctr"))
     say(json.dumps({
         "judge": JUDGE, "unknowns": run.model.K.getSize()[0], "points": int(total(len(run.model.area))),
         "ranks": COMM.size, "steps": len(rows), "cuts": follow.cuts, "repeated": follow.repeated,
         "by_passes": int((passes > 0).sum()), "e_a": float(errors[0].max(initial=0.0)),
-        "e_t": float(errors[1].max(initial=0.0)), "work": float(np.trapezoid(np.r_[0, force], np.r_[0, at])),
+        "e_t": float(errors[1].max(initial=0.0)), "snaps": int(snaps.sum()),
+        "calm": float(errors[1][~snaps].max(initial=0.0)),
+        "work": float(np.trapezoid(np.r_[0, force], np.r_[0, at])),
         "dissipated": float(spent[-1]) if rows else 0.0,
         "iterations": follow.taken, "linear": run.model.linear,
         "seconds": time.process_time() - begin, "law": run.model.clock,
