@@ -258,6 +258,29 @@ def test_tests_below_each_other(rows: list[tuple[float, str]], tests: int, tmp_p
         assert len(warned(path)[0]) == count
 
 
+@pytest.mark.parametrize(
+    ("rows", "kept"),
+    [
+        # the box is unloaded: the slip returns by that of a spring, or stands still
+        ("0.69,0.5,0.14,-1\n0.67,0.1,0.14,-1\n0.66,0,0.14,-1\n", 7),
+        ("0.7,0.4,0.14,-1\n0.7,0,0.14,-1\n", 7),
+        # a dwell in which the traction relaxes, and strokes back, whose traction is reversed
+        ("0.7,0.75,0.14,-1\n0.7,0.7,0.14,-1\n", 9),
+        ("0.68,0.2,0.14,-1\n0.66,-0.6,0.14,-1\n", 9),
+        ("0.6,0.1,0.14,-1\n0.3,-0.1,0.08,-1\n0,-0.8,0,-1\n", 10),
+    ],
+)
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_unloading_at_the_end(rows: str, kept: int, side: float, tmp_path: Path) -> None:
+    """Rows of the unloading after the largest slip are left out, with a warning."""
+    lines = [[float(cell) for cell in line.split(",")] for line in (ROWS + rows).splitlines()]
+    text = "".join(f"{side * u},{side * t},{d},{p}\n" for u, t, d, p in lines)
+    [test], caught = warned(write(tmp_path, HEADER + text))
+    assert test.slip.size == kept
+    told = f"unloading at the end left out: {len(lines) - kept} (from line 9 on)"
+    assert [told in one for one in caught] == [True] * (kept == 7)
+
+
 def test_normal_tractions_of_the_command(tmp_path: Path) -> None:
     """Files without sigma_N have that of the argument, one for each or one for all."""
     paths = [write(tmp_path, "slip,tau\n" + seven(lambda i, k=k: f"{i},{i * k}"), f"{k}.csv") for k in (1, 2)]

@@ -25,6 +25,7 @@ from .columns import (
     columns_of,
     factors_of,
 )
+from .ends import loaded_until
 from .forces import Area, over_area, shrinking
 from .shear_test import ShearTest
 from .starts import from_start, starts_of
@@ -270,6 +271,10 @@ def _tests(rows: DataFrame, k_T: float | None, sigma_N_path: bool) -> list[Shear
         rows = rows.assign(sigma_N=0.0 - rows.sigma_N)
     each("sigma_N", rows.sigma_N > 0.0, ": expected compression in all rows, with the same sign")
     each("k_N", rows.k_N < 0.0, ": expected a stiffness >= 0")
+    end = loaded_until(rows.slip.to_numpy(), rows.tau.to_numpy())
+    text = f"{path}: rows of the unloading at the end left out: {len(rows) - end}"
+    warn_if(end < len(rows), f"{text} (from line {rows.index[min(end, len(rows) - 1)]} on)")
+    rows = rows[:end]
     if len(rows) < LEAST_ROWS:
         raise ValueError(f"{name}: {len(rows)} rows: expected at least {LEAST_ROWS}")
     slip, tau, sigma_N = (rows[column].to_numpy() for column in REQUIRED)
