@@ -7,8 +7,9 @@ import numpy as np
 from ...contract import Floats
 
 UNLOADED, REVERSED, RETURN = 0.5, 0.05, 0.1
-"""Traction of the last row over that at the largest slip below which the joint was unloaded; reversed traction
-over the largest one that belongs to a cycle; return of the slip over its range that is more than elastic.
+"""Traction of the last row over that at the largest slip below which the joint was unloaded; reversed
+traction over the largest one that belongs to a cycle; return of the slip over its range that is more than
+elastic.
 """
 
 
