@@ -374,13 +374,14 @@ class Interface:
         water and implex, as in `props`.
         Raises ValueError for an unknown host, a value out of range, or what the host cannot take.
         """
-        verdicts = check_model(self.material, self.pattern, stress, modulus, size, direction)
+        props = self.props(**of_host)
+        implex = float(props[contract.index("implex")])
+        verdicts = check_model(self.material, self.pattern, stress, modulus, size, direction, implex)
         texts = [
             *notes,
             *(verdict.text if verdict.good else f"WARNING: {verdict.text}" for verdict in verdicts),
         ]
-        props = self.props(**of_host)
-        names = contract.umat_names(*contract.check(props), props[contract.index("implex")])
+        names = contract.umat_names(*contract.check(props), implex)
         block = cards.Block(
             name, props, names, texts, dimension, explicit, density, self._largest_stiffness()
         )

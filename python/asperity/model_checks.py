@@ -56,12 +56,14 @@ def check_model(
     modulus: float | None = None,
     size: float | None = None,
     direction: float | None = None,
+    implex: float = 0.0,
 ) -> list[Check]:
     """Checks of an interface in a model.
 
     stress: largest compression of the interface, sigma_N < 0.  modulus: Young's modulus E of the solid beside
     it, stress; size: length L of the elements of the solid.  modulus and size must be given together.
-    direction: of the slip in 3D, degrees from Tx towards Ty.  Raises ValueError for values out of range.
+    direction: of the slip in 3D, degrees from Tx towards Ty.  implex: PROPS 25.  Raises ValueError for values
+    out of range.
     """
     if stress is not None and not (np.isfinite(stress) and stress < 0.0):
         raise ValueError(f"stress = {stress:g}: expected the normal traction in compression, < 0")
@@ -78,7 +80,23 @@ def check_model(
         checks += _mesh(material, modulus, size)
     if direction is not None:
         checks += _facing(pattern, direction)
+    if implex > 0.0 and material.damage0 >= 1.0:
+        checks.append(_error_of_traction(material, stress))
     return checks
+
+
+def _error_of_traction(material: Material, stress: float | None) -> Check:
+    """Stress over which IMPL-EX takes its error, where there is no bond whose strength sigma0 is."""
+    text = f"IMPL-EX: e_t is over the larger of sigma0 = {material.sigma0:g} and mu p, and there is no bond"
+    if stress is None:
+        return Check(f"{text}: expected sigma0 of at most mu p: give the largest compression", good=False)
+    strength = material.mu * abs(stress)
+    if material.sigma0 <= strength:
+        return Check(f"{text}: mu p is up to {strength:g}", good=True)
+    expected = (
+        f"sigma0 of at most mu p = {strength:g}, in a smaller unit of length: it is ks times 0.001 of it"
+    )
+    return Check(f"{text}: expected {expected}", good=False)
 
 
 def _sentences(

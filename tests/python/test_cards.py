@@ -294,6 +294,20 @@ def test_what_is_not_fine_is_a_warning() -> None:
         assert "WARNING" not in RT.card("calculix", stress=-0.1, modulus=30000.0, size=20.0)
 
 
+def test_error_of_implex_without_bond() -> None:
+    """IMPL-EX takes its error over sigma0, which is no strength of a joint without bond: in metres it is large."""
+    for length, stress in ((1.0, 1.0), (1e-3, 1e6)):
+        material = Material.from_joint(kn=200.0 * stress / length, ks=80.0 * stress / length, mu=0.5)
+        checks = check_model(material, FLAT, stress=-1.0 * stress, implex=0.1)
+        assert (
+            checks[-1].good is (length == 1.0) and f"mu p {'is' if length == 1.0 else '='}" in checks[-1].text
+        )
+        assert len(check_model(material, FLAT, stress=-1.0 * stress)) == len(checks) - 1
+        with pytest.warns(ModelWarning, match="IMPL-EX: e_t is over .* give the largest compression"):
+            Interface(material, FLAT).card("abaqus", implex=0.1)
+    assert len(check_model(TABLE_2, FLAT, implex=0.1)) == len(check_model(TABLE_2, FLAT))
+
+
 # --- the command ----------------------------------------------------------
 
 
