@@ -24,6 +24,7 @@ from harness.studies.validation import (
     scan,
     wall_costs,
     wall_runs,
+    wall_scale,
     walls,
 )
 
@@ -57,7 +58,8 @@ def test_runs_of_the_walls_are_stored() -> None:
     """All runs are stored, and the pictures that a run draws are there."""
     runs = set(wall_runs.RUNS)
     assert set(wall_runs.summaries().index) == runs
-    assert set(wall_runs.curves()) == {name for name in runs if not name.startswith(wall_runs.TIMED)}
+    assert set(wall_runs.curves()) == runs
+    assert set(wall_scale.stored().index) == set(wall_scale.RUNS)
     text = walls.STUDY.page.read_text(encoding="utf-8")
     for picture in (walls.CRACKS, walls.OWN, wall_costs.COSTS, wall_costs.PLANES):
         assert f"(../images/{picture.name})" in text and matplotlib.image.imread(picture).shape[1] > 300
@@ -130,7 +132,7 @@ def test_closed_form_of_the_slip(name: str) -> None:
     assert rise == pytest.approx(measured["dn"][granite.ARREST] - measured["dn"][granite.ONSET], rel=2e-3)
 
 
-COMPUTED = "arches", "dam_", "fit_times", "fits", "ribbed_", "walls_runs", "walls_summaries"
+COMPUTED = "arches", "dam_", "fit_times", "fits", "ribbed_", "walls_runs", "walls_scale", "walls_summaries"
 """Starts of the names of files that hold results of the project."""
 
 

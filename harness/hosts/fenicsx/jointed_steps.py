@@ -15,13 +15,19 @@ from petsc4py import PETSc
 OPTIONS = (
     "-ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps "
     "-options_left 0 -snes_max_it 20 "
-    "-snes_linesearch_type bisection -snes_linesearch_max_it 25 -snes_linesearch_rtol 1e-2 "
-    "-pc_mg_galerkin both -mg_levels_ksp_type gmres -mg_levels_ksp_max_it 2 -mg_levels_pc_asm_type basic "
-    "-mg_levels_pc_asm_overlap 1 -mg_levels_sub_pc_type lu -mg_coarse_pc_type lu "
-    "-mg_coarse_pc_factor_mat_solver_type mumps"
+    "-snes_linesearch_type bisection -snes_linesearch_max_it 25 -snes_linesearch_rtol 1e-2"
 )
-"""Options of PETSc for the equations of a step, those for `-pc_type mg`, too; others replace them."""
+"""Options of PETSc for the equations of a step; others replace them."""
 
+MULTIGRID = (
+    "-ksp_type fgmres -ksp_rtol 1e-7 -ksp_gmres_restart 200 -ksp_max_it 1000 "
+    "-pc_gamg_threshold 0.02 -mg_levels_ksp_type chebyshev -mg_levels_ksp_max_it 1 -mg_levels_pc_type sor"
+)
+"""More of them for `-pc_type gamg`, a symmetric preconditioner, as conjugate gradients need it.
+
+The threshold keeps open joints, whose stiffness is zero, from joining blocks on the coarse levels.  GMRES
+would judge the preconditioned residual, which falls long before that of the equations.
+"""
 
 SUM = PETSc.NormType.NORM_1
 """Sum of the magnitudes of all components, on all ranks."""
@@ -97,6 +103,12 @@ class Steps:
         self.passes, self.errors, self.equilibria, self.floating, self.first = 0, (0.0, 0.0), 0, False, 0.0
         database = PETSc.Options()
         database.insertString(f"{OPTIONS} {options}")
+        multigrid = database.getString("pc_type") == PETSc.PC.Type.GAMG
+        if multigrid:
+            database.insertString(f"{MULTIGRID} {options}")
+        # both kinds of tangents have their own iterations, unless those are given
+        self.conjugate = multigrid and "-ksp_type" not in options.split()
+        self.restart = database.getInt("ksp_gmres_restart", 30)
         self.snes = PETSc.SNES().create(COMM)
         self.factored = False
         self.x = model.K.createVecRight()
@@ -114,32 +126,6 @@ class Steps:
                 f"PETSc {version} has no line search {search}: expected PETSc 3.24 or later, or another one, "
             )
             raise ValueError(f"{text}such as -snes_linesearch_type cp") from error
-        self.snes.setFromOptions()
-        if self.snes.getKSP().getPC().getType() == PETSc.PC.Type.MG:
-            self._two_levels()
-
-    def _two_levels(self) -> None:
-        """Solve the part of each block on a rank by itself, and the rigid motions of all parts together."""
-        m, pc = self.model, self.snes.getKSP().getPC()
-        block = np.zeros(m.n + m.map.num_ghosts, np.int64)
-        block[m.V.dofmap.list] = m.cell_block[:, None]
-        names, part, count = np.unique(block[: m.n], return_inverse=True, return_counts=True)
-        motions = np.stack([v.array_r for v in self.A.getNearNullSpace().getVecs()], 1)
-        n, w = motions.shape
-        first = COMM.scan(len(names) * w) - len(names) * w + w * np.repeat(part, m.d)
-        rows = (w * np.arange(n + 1)).astype(INT), (first[:, None] + np.arange(w)).ravel().astype(INT)
-        P = PETSc.Mat().createAIJ(((n, None), (len(names) * w, None)), csr=(*rows, motions.ravel()))
-        pc.setMGLevels(2)
-        pc.setMGInterpolation(1, P)
-        nodes = np.split(np.argsort(part, kind="stable"), np.cumsum(count)[:-1])
-        dofs = [
-            (m.dofs(part_nodes, *range(m.d)) + m.map.local_range[0] * m.d).astype(INT) for part_nodes in nodes
-        ]
-        smoother = pc.getMGSmoother(1).getPC()
-        smoother.setType(PETSc.PC.Type.ASM)
-        smoother.setASMLocalSubdomains(
-            len(dofs), [PETSc.IS().createGeneral(part_dofs, PETSc.COMM_SELF) for part_dofs in dofs]
-        )
         self.snes.setFromOptions()
 
     def _rigid(self) -> PETSc.NullSpace:
@@ -173,15 +159,23 @@ class Steps:
         else:
             A.zeroRows(self.rows, diag=self.model.scale)
 
-    def _factorization(self) -> None:
-        """Where the equations are solved by LU, choose the half of it for the symmetric tangent of passes."""
-        pc, kinds = self.snes.getKSP().getPC(), (PETSc.PC.Type.LU, PETSc.PC.Type.CHOLESKY)
-        old, new = kinds if self.model.aim is not None else kinds[::-1]
+    def _solver(self) -> None:
+        """For the symmetric tangent of passes choose Cholesky for LU, conjugate gradients for FGMRES."""
+        ksp, convex = self.snes.getKSP(), self.model.aim is not None
+        pc, kinds = ksp.getPC(), (PETSc.PC.Type.LU, PETSc.PC.Type.CHOLESKY)
+        old, new = kinds if convex else kinds[::-1]
         if pc.getType() == old:
             solver = pc.getFactorSolverType()
             pc.setType(new)
             pc.setFactorSolverType(solver)
             self.factored = False
+        if self.conjugate and convex != (ksp.getType() == PETSc.KSP.Type.CG):
+            if convex:
+                ksp.setType(PETSc.KSP.Type.CG)
+                ksp.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
+            else:
+                ksp.setType(PETSc.KSP.Type.FGMRES)
+                ksp.setGMRESRestart(self.restart)
 
     def factor(self) -> tuple[float, float, float]:
         """Entries of the last factor by MUMPS, operations of its elimination and GB; 0 by other solvers."""
@@ -294,7 +288,7 @@ class Steps:
         )
         self.values, self.load, self.dt, self.message = values, load + self.model.water.outer, dt, ""
         self.x.array[:] = start
-        self._factorization()
+        self._solver()
         self.snes.solve(None, self.x)
         self.model.linear += self.snes.getLinearSolveIterations()
         self.factored = self.factored or self.snes.getLinearSolveIterations() > 0

@@ -1,6 +1,6 @@
 """Masonry walls under pressure whose top is moved sideways, mm, N, MPa; ranks of MPI share a wall.
 
-The wall is pressed in four steps and then moved.  Rows are written step by step, and the last line printed is
+The wall is pressed and then moved.  Rows are written step by step, and the last line printed is
 a summary in JSON.  The exit status is 3 where the run stops before its end.
 """
 
@@ -12,6 +12,7 @@ import resource
 import sys
 import time
 import warnings
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -20,15 +21,17 @@ from asperity.pattern import Pattern
 from jointed import COMM, Follow, Model, Output, Steps, total
 from jointed_follow import ERRORS, LIMIT, PASSES
 from masonry import LEAST, STIFFER, WALLS, check_options, laws, mesh, sized
-from petsc4py import PETSc
 
 HEAD = "displacement [mm],horizontal [kN],vertical [kN],dissipated [kN mm],iterations,passes,e_a [-],e_t [-]"
 
-JUDGE = "sum"
-"""What a step is judged by: the sum of its residual; rows of "norm" are from before that."""
-
 STOPPED, SAVED = 3, 10
 """Exit status of a run that stops before its end; rows between two files to go on from."""
+
+
+def forget_memory() -> None:
+    """Let the largest memory of this process be that from now on, where the system can do that."""
+    with suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
 
 
 class Run:
@@ -66,8 +69,8 @@ class Run:
         drag = o.drag * m.solid(*(k for k in names if not k.startswith("beam"))) * np.abs(m.body([1.0] * m.d))
         base, push = m.dofs(bottom, *range(m.d)), m.dofs(pushed, 0)
         first = Steps(m, np.r_[base, m.dofs(pushed, *sides)], o.tolerance, o.petsc, drag)
-        for part in (0.25, 0.5, 0.75, 1.0):
-            if not first.solve(np.zeros(len(first.fixed)), part * load):
+        for part in range(1, o.press + 1):
+            if not first.solve(np.zeros(len(first.fixed)), part / o.press * load):
                 raise ValueError(f"the pressure: {first.message}")
         self.steps = first
         if not wall.beam:
@@ -79,6 +82,8 @@ class Run:
             self.steps, lambda t: (at + t * along, load), o.step, o.most, LEAST, o.passes, o.limit, o.errors
         )
         self.follow.by_passes = self.follow.always = o.always
+        self.pressed, self.begin = m.linear, time.process_time()
+        forget_memory()
 
     def row(self) -> tuple[float, ...]:
         """Displacement, forces at the base, energy of rupture and friction, iterations, passes, errors."""
@@ -108,6 +113,7 @@ def options() -> argparse.Namespace:
         ("--drag FORCE", "on a volume, N/mm3, that moves as fast as the top", 0.0),
         ("--joint NAME=VALUE", "other constants, such as kn=10", str, {"nargs": "+", "default": []}),
         ("--to MM", "displacements in turn (4)", float, {"nargs": "+", "default": [4.0]}),
+        ("--press N", "steps in which it is pressed", 4),
         ("--step MM", "first step", 0.02),
         ("--most MM", "largest step", 0.05),
         ("--passes N", "most of a step where Newton's method fails; 0: none", PASSES),
@@ -135,6 +141,7 @@ def options() -> argparse.Namespace:
         o,
         (2, 3),
         ("scale", o.scale >= 1, "at least 1"),
+        ("press", o.press >= 1, "at least 1"),
         ("tolerance", 0.0 < o.tolerance < 0.1, "between 0 and 0.1"),
         ("passes", o.passes >= 0, "at least 0"),
         ("always", not o.always or o.passes, "with --passes of at least 1"),
@@ -152,7 +159,6 @@ def main() -> int:
     """Run the program."""
     warnings.simplefilter("ignore")
     o, begin = options(), time.process_time()
-    PETSc.Log.begin()
     say = print if COMM.rank == 0 else lambda *words, **how: None
     try:
         run = Run(o)
@@ -181,21 +187,20 @@ def main() -> int:
     peak = int(np.abs(force).argmax()) if len(force) else 0
     snaps = errors[1] > o.errors[1]  # of shortest steps
     entries, operations, gigabytes = run.steps.factor()
-    lu, cholesky = (PETSc.Log.Event(f"Mat{name}Num").getPerfInfo() for name in ("LUFactor", "CholFctr"))
+    moving = COMM.allreduce(time.process_time() - run.begin)
     say(json.dumps({
-        "judge": JUDGE, "unknowns": run.model.K.getSize()[0], "points": int(total(len(run.model.area))),
+        "unknowns": run.model.K.getSize()[0], "points": int(total(len(run.model.area))),
         "ranks": COMM.size, "steps": len(rows), "cuts": follow.cuts, "repeated": follow.repeated,
         "by_passes": int((passes > 0).sum()), "e_a": float(errors[0].max(initial=0.0)),
         "e_t": float(errors[1].max(initial=0.0)), "snaps": int(snaps.sum()),
         "calm": float(errors[1][~snaps].max(initial=0.0)),
         "work": float(np.trapezoid(np.r_[0, force], np.r_[0, at])),
         "dissipated": float(spent[-1]) if rows else 0.0,
-        "iterations": follow.taken, "linear": run.model.linear,
+        "iterations": follow.taken, "linear": run.model.linear - run.pressed, "moving": moving,
         "seconds": time.process_time() - begin, "law": run.model.clock,
         "memory": COMM.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 1e6,
         "peak": float(force[peak]) if rows else 0.0, "at": float(at[peak]) if rows else 0.0, "end": follow.at,
         "entries": entries, "operations": operations, "gigabytes": gigabytes,
-        **{name: log["time"] / max(log["count"], 1) for name, log in (("lu", lu), ("cholesky", cholesky))},
     }))  # fmt: skip
     if follow.reason:
         say(f"walls.py: {follow.reason}", file=sys.stderr)

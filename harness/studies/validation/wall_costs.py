@@ -99,14 +99,11 @@ def costs(summaries: pandas.DataFrame) -> str:
             if summary is None:
                 cells.append("")
             elif summary.end < end:
-                cells.append(
-                    f"{wall_runs.marked(f'{summary.iterations:.0f}', summary)}, stops at {summary.end:.2f} mm"
-                )
+                cells.append(f"{summary.iterations:.0f}, stops at {summary.end:.2f} mm")
             else:
                 errors = [signed(percent(summary[kind], best[kind])) for kind in ("peak", "work")]
                 left = [f"{summary.e_t:.2g}"] if summary.by_passes else []
-                count = wall_runs.marked(f"{summary.iterations:.0f}", summary)
-                cells.append("; ".join([count, *errors, *left]))
+                cells.append("; ".join([f"{summary.iterations:.0f}", *errors, *left]))
         body.append([label, *cells])
     return markdown(["method", *(label for label, _ in WALLS.values())], body)
 
@@ -170,8 +167,11 @@ def planes(summaries: pandas.DataFrame) -> str:
     for run, (label, turn) in PATTERNS.items():
         summary, fine = summaries.loc[run], summaries.loc[FINE]
         errors = [signed(percent(summary[kind], fine[kind])) for kind in ("peak", "work")]
-        count = wall_runs.marked(f"{summary.iterations:.0f}", summary)
-        cost = [count, f"{summary.seconds:.1f}", f"{1e3 * summary.law / summary.iterations:.1f}"]
+        cost = [
+            f"{summary.iterations:.0f}",
+            f"{summary.seconds:.1f}",
+            f"{1e3 * summary.law / summary.iterations:.1f}",
+        ]
         body.append([label, f"{turn:g}", f"{summary.peak:.1f}", *errors, *cost])
     head = ["pattern", "turn, °", "peak, kN", "error, %", "of the work, %", "factorizations", "seconds"]
     return markdown([*head, "law, ms of one"], body)
@@ -199,56 +199,3 @@ def draw_planes() -> Figure:
         axes[1].plot([], [], "os"[turned], color=COLOURS[turned], label=label)
     axes[1].legend(loc="upper center")
     return figure
-
-
-def scale(summaries: pandas.DataFrame) -> str:
-    """Table of the pressed walls of growing size: time and memory of an unknown, linear iterations."""
-    rows: dict[str, list[str]] = {}
-    solvers = list(wall_runs.SOLVERS)
-    for name, summary in summaries[summaries.index.str.startswith("scale")].iterrows():
-        time, memory = 1e6 * summary[["seconds", "memory"]] / summary.unknowns
-        row = rows.setdefault(f"{summary.unknowns:.0f}", [""] * len(solvers))
-        text = f"{time:.0f}, {memory:.1f}, {summary.linear:.0f}"
-        row[solvers.index(name.split()[2])] = wall_runs.marked(text, summary)
-    return markdown(["unknowns", *solvers], [[key, *row] for key, row in rows.items()])
-
-
-def krylov(summaries: pandas.DataFrame) -> str:
-    """Table of iterative solvers of the tangent of passes."""
-    body = []
-    names = {
-        (k, f"{name}, gamg"): f"krylov {name} {k}"
-        for name, sizes in wall_runs.KRYLOV_SIZES.items()
-        for k in sizes
-    }
-    names |= {(k, "Cholesky"): f"factor {k} Cholesky on 1" for k, _ in names}
-    for (_, label), name in sorted(names.items()):
-        summary = summaries.loc[name]
-        numbers = f"{summary.linear:.0f}", f"{summary.seconds:.0f}", f"{summary.memory:.2f}"
-        body.append([f"{summary.unknowns:.0f}", label, *(wall_runs.marked(one, summary) for one in numbers)])
-    return markdown(["unknowns", "solver of passes", "linear iterations", "seconds", "GB"], body)
-
-
-def factors(summaries: pandas.DataFrame) -> str:
-    """Table of LU and Cholesky by MUMPS: entries of the factor, operations, memory and time by ranks."""
-    body = []
-    for k, ranks in wall_runs.FACTORS.items():
-        of_run = {
-            (n, kind.lower()): summaries.loc[f"factor {k} {kind} on {n}"]
-            for n in ranks
-            for kind in ("LU", "Cholesky")
-        }
-        line = [f"{of_run[1, 'lu'].unknowns:.0f}"]
-        for n, column, factor in ((1, "entries", 1e-6), (1, "operations", 1e-9),
-                                  (1, "gigabytes", 1.0), (2, "gigabytes", 1.0)):  # fmt: skip
-            values = (factor * of_run[n, kind][column] for kind in ("lu", "cholesky") if n in ranks)
-            line.append(", ".join(f"{value:.3g}" for value in values))
-        for n in (1, 2):  # both kinds in one run
-            summary = of_run.get((n, "cholesky"))
-            text = "" if summary is None else f"{two_digits(summary.lu)}, {two_digits(summary.cholesky)}"
-            line.append(text if summary is None else wall_runs.marked(text, summary))
-        factored = of_run[1, "cholesky"], of_run[1, "lu"]
-        off = abs(percent(*(summary.peak for summary in factored)))
-        body.append([*line, wall_runs.marked(f"{off:.1g}" if off >= 1e-3 else "< 0.001", *factored)])
-    head = ["unknowns", "entries, 10⁶", "operations, 10⁹", "GB", "GB on 2 ranks", "seconds", "on 2 ranks"]
-    return markdown([*head, "forces on 1 rank, %"], body)

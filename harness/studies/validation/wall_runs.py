@@ -30,9 +30,6 @@ ROCKING, SLIDING = "--to 5 10 15 20", "--to 4 8 12"
 SOLID = "--theta 10 --height 0.1 --to 3.5"
 """Options of a wall in three dimensions."""
 
-SOLID_STEPS = "--tau 0.02 --elements 4 2 3 --to 0.04 --tolerance 1e-5"
-"""Options of the runs in three dimensions that are timed."""
-
 NEWTON, SNAPS = "--passes 0", "--limit 0.1"
 """Newton's method alone; in a snap even a shortest step by passes has an error above the default limit."""
 
@@ -89,28 +86,6 @@ PLANES = {
 }
 """J4D with other patterns; a turn of half of the angle between two planes."""
 
-SOLVERS = {
-    "MUMPS": "",
-    "gamg": "--petsc='-ksp_type fgmres -ksp_rtol 1e-6 -ksp_gmres_restart 200 -pc_type gamg'",
-    "mg": "--petsc='-ksp_type fgmres -ksp_rtol 1e-6 -ksp_gmres_restart 200 -pc_type mg'",
-}
-"""Algebraic multigrid with the rigid motions as near null space; two levels by blocks.
-
-GMRES would judge the preconditioned residual, which falls long before that of the equations.
-"""
-
-KRYLOV = {
-    "fgmres": "-ksp_type fgmres -ksp_gmres_restart 200",
-    "cg": "-ksp_type cg -ksp_norm_type unpreconditioned",
-}
-"""Iterative solvers of the symmetric tangent of passes, with gamg."""
-
-KRYLOV_SIZES = {"fgmres": (1,), "cg": (1, 2)}
-"""Sizes of the walls by solver, as those of `FACTORS`."""
-
-FACTORS = {1: (1, 2), 2: (1, 2), 4: (1,)}
-"""Ranks by the size of the walls whose factors by LU and Cholesky are compared."""
-
 RUNS = {
     "J4D": f"--wall J4D {MORTAR}",
     **{name: f"--wall {name} {DRY} --elements 2 2 {ROCKING}" for name in ("WS40", "WS100", "WS175", "WS250")},
@@ -132,31 +107,27 @@ RUNS = {
     **{f"step {step}": f"{MORTAR} --step {step} --most {step}" for step in (0.0125, 0.1, 0.2)},
     "J4D 8 6": f"{MORTAR} --elements 8 6",
     **{f"3D {turn}": f"--tau 0.005 --elements 4 1 3 {SOLID} --turn {turn}" for turn in (45, 0)},
-    **{
-        f"scale {k} {name}": f"{SOLID_STEPS} --scale {k} {words}"
-        for name, words in SOLVERS.items()
-        for k in (1, 2, 4, 6)
-    },
-    **{
-        f"factor {k} {name} on {n}": f"{SOLID_STEPS} --scale {k}{words}"
-        for k, ranks in FACTORS.items()
-        for n in ranks
-        for name, words in (("LU", ""), ("Cholesky", " --always"))
-    },
-    **{
-        f"krylov {name} {k}": f"{SOLID_STEPS} --scale {k} --always "
-        f"--petsc='{words} -ksp_rtol 1e-6 -pc_type gamg'"
-        for name, words in KRYLOV.items()
-        for k in KRYLOV_SIZES[name]
-    },
 }
 """Options by the name of a run."""
 
-MARK = "†"
-"""Mark of a run that was judged by the Euclidean norm of the residual, not yet by its sum."""
-
-TIMED = "scale", "factor", "krylov"
-"""Beginnings of the names of runs that only press and move a little."""
+SUMMARY = (
+    *(
+        "unknowns",
+        "points",
+        "ranks",
+        "steps",
+        "cuts",
+        "repeated",
+        "by_passes",
+        "e_a",
+        "e_t",
+        "work",
+        "dissipated",
+    ),
+    *("iterations", "linear", "seconds", "law", "memory", "peak", "at", "end"),
+    *("entries", "operations", "gigabytes"),
+)
+"""What is stored of the summary of a run."""
 
 FIELDS = ("WS100", "SW100", "J4D")
 """Runs of the picture of cracks."""
@@ -204,7 +175,7 @@ def execute(name: str, folder: Path) -> None:
     line = f"{RUNS[name]} --out {out}"
     if name in FIELDS:
         line += f" --pvd {folder / words}.pvd"
-    end = start(line, ranks=int(name[-1]) if name.startswith("factor") else 1)
+    end = start(line)
     if end.returncode not in (0, 3):
         raise RuntimeError(f"{name}: exit {end.returncode}: {end.stderr}")
     done.write_text(end.stdout.splitlines()[-1] + "\n", encoding="utf-8")
@@ -240,19 +211,14 @@ def store(folder: Path) -> None:
             continue
         curve = np.loadtxt(f"{file}.csv", delimiter=",", skiprows=1, ndmin=2)[:, :3]
         curve = np.vstack([[0.0, 0.0, curve[0, 2]], curve])
-        if not name.startswith(TIMED):  # these end where they are pressed
-            parts = dict(zip(("displacement", "horizontal", "vertical"), curve.T, strict=True))
-            paths.append(pandas.DataFrame({"run": name, **parts}))
-        sums.append(pandas.DataFrame([{"run": name, **json.loads(done.read_text(encoding="utf-8"))}]))
+        parts = dict(zip(("displacement", "horizontal", "vertical"), curve.T, strict=True))
+        paths.append(pandas.DataFrame({"run": name, **parts}))
+        summary = json.loads(done.read_text(encoding="utf-8"))
+        sums.append(pandas.DataFrame([{"run": name, **{column: summary[column] for column in SUMMARY}}]))
     for file, parts, digits in (("walls_runs", paths, "%.5g"), ("walls_summaries", sums, "%.6g")):
         table = pandas.concat(parts).to_csv(index=False, float_format=digits)
         made = "# Made by python -m harness.studies.validation.walls --fit\n"
         (DATA / f"{file}.csv").write_text(made + table, encoding="utf-8")
-
-
-def marked(text: str, *summaries: pandas.Series) -> str:
-    """Text with `MARK` where one of the runs was judged by the norm."""
-    return text + MARK if any(summary.judge == "norm" for summary in summaries) else text
 
 
 def curves() -> dict[str, Floats]:

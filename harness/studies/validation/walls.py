@@ -14,7 +14,7 @@ from asperity.tools.tables import markdown
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from . import wall_costs, wall_runs
+from . import wall_costs, wall_runs, wall_scale
 from .common import DOCS, Constants, Study, rows
 
 CRACKS, OWN = (DOCS / "images" / f"validation_walls_{name}.png" for name in ("cracks", "own"))
@@ -106,14 +106,13 @@ JOINTS = {
 """Theta in degrees and height in mm of J4D with inclined planes."""
 
 
-def dilation(curves: dict[str, Floats], summaries: pandas.DataFrame) -> str:
+def dilation(curves: dict[str, Floats]) -> str:
     """Table of J4D with inclined planes."""
     body = []
     for name, joint in JOINTS.items():
         curve = curves[name]
         vertical = [f"{np.interp(x, curve[:, 0], curve[:, 2]):.0f}" for x in (2.0, 4.0)]
-        peak = wall_runs.marked(f"{curve[:, 1].max():.1f}", summaries.loc[name])
-        body.append([*joint, peak, *vertical])
+        body.append([*joint, f"{curve[:, 1].max():.1f}", *vertical])
     head = ["theta, °", "height, mm", "peak, kN", "vertical at 2 mm, kN", "at 4 mm, kN"]
     return markdown(head, body)
 
@@ -145,20 +144,13 @@ CHANGES = {
 """Runs with another mesh or another assumed constant: wall and change."""
 
 
-def changes(curves: dict[str, Floats], summaries: pandas.DataFrame) -> str:
+def changes(curves: dict[str, Floats]) -> str:
     """Table of the strengths with other meshes and assumed constants."""
     body = []
     for name, (wall, change_text) in CHANGES.items():
         limit = until(wall) if wall in FORCES else np.inf
         new, old = (most(curves[run_name], limit) for run_name in (name, wall))
-        change = f"{100.0 * (new / old - 1.0):+.1f}"
-        body.append(
-            [
-                wall,
-                change_text,
-                wall_runs.marked(change, *(summaries.loc[run_name] for run_name in (name, wall))),
-            ]
-        )
+        body.append([wall, change_text, f"{100.0 * (new / old - 1.0):+.1f}"])
     return markdown(["wall", "change", "strength, %"], body)
 
 
@@ -170,8 +162,7 @@ def outcomes(summaries: pandas.DataFrame, labels: dict[str, str], first_title: s
         if summary.end < end:
             raise ValueError(f"{name}: stops at {summary.end:g} mm: expected {end:g}")
         steps = f"{summary.by_passes:.0f} of {summary.steps:.0f}"
-        count = wall_runs.marked(f"{summary.iterations:.0f}", summary)
-        cost = count, f"{summary.seconds:.0f}", steps, f"{summary.e_t:.1g}"
+        cost = f"{summary.iterations:.0f}", f"{summary.seconds:.0f}", steps, f"{summary.e_t:.1g}"
         body.append([label, f"{summary.peak:.1f}", *cost])
     return markdown([first_title, "peak, kN", "factorizations", "seconds", "steps by passes", "e_t"], body)
 
@@ -286,16 +277,17 @@ def tables(_: Mapping[str, Constants]) -> dict[str, str]:
     return {
         "dry": dry(curves),
         "mortar": mortar(curves),
-        "dilation": dilation(curves, summaries),
+        "dilation": dilation(curves),
         "ends": ends(summaries),
         "costs": wall_costs.costs(summaries),
         "choices": outcomes(summaries, CHOICES, "J4D, flat"),
         "planes": wall_costs.planes(summaries),
         "solid": outcomes(summaries, SOLID, "RP-4", 3.5),
-        "changes": changes(curves, summaries),
-        "scale": wall_costs.scale(summaries),
-        "factors": wall_costs.factors(summaries),
-        "krylov": wall_costs.krylov(summaries),
+        "changes": changes(curves),
+        "scale": wall_scale.costs(),
+        "growth": wall_scale.growth(),
+        "factors": wall_scale.factors(),
+        "iterations": wall_scale.iterations(),
         "arches": arches(),
     }
 
@@ -305,6 +297,7 @@ def run() -> dict[str, Constants]:
     folder = wall_runs.BUILD / "walls"
     wall_runs.execute_all(folder)
     wall_runs.store(folder)
+    wall_scale.execute()
     with printed():
         for picture, panels in PANELS.items():
             save(draw_deformed(folder, panels), picture)
