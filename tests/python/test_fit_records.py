@@ -69,6 +69,10 @@ LABS = {
         "utf-8",
         "dLs_mm,tau_MPa,dLn_mm,sigma_n_eff_MPa\n" + ROWS,
     ),
+    "abbreviations": (
+        "utf-8",
+        "Horiz. disp. [mm],Horiz. stress [MPa],Vert. disp. [mm],Vert. stress [MPa]\n" + ROWS,
+    ),
     "Greek symbols": ("utf-8", "\u03b4_h [mm],\u03c4 [MPa],\u03b4_v [mm],\u03c3_n [MPa]\n" + ROWS),
     "Italian, errors of a spreadsheet": (
         "utf-8",

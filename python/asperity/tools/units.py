@@ -45,7 +45,7 @@ UNIT = (
 )
 SUFFIX = (
     rf"(?:(?:{STRESSES}|[kMG]N|kgf|(?:{FORCES}\s*[/_]\s*){LENGTHS}\s*\^?[23\u00b2\u00b3])(?:\s*/\s*{LENGTHS})?"
-    rf"|(?:{LENGTHS})(?<!ft)(?<!in))"
+    rf"|(?:{LENGTHS})(?<![^_]ft)(?<![^_]in))"
 )
 HEADER = re.compile(
     rf"\s*(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])]|(?:(?:\sin|,)\s+|/\s*)((?i:{UNIT}))|(?<=[\w:,-])[\s_]+((?i:{SUFFIX})))?\s*"

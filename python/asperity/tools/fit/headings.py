@@ -5,11 +5,9 @@ from __future__ import annotations
 import re
 import unicodedata
 
-SHEAR = (
-    r"(?=.*(shear|horizontal|tangen|scher|schub|cisail|taglio|orizzontal|corte|cortant|cisalha|tranchant))"
-)
-NORMAL = r"(?=.*(normal|vertical|vertikal|confin))"
-PATH = r"(?=.*(disp|verschieb|weg\b|deplac|sposta|desplaza|desloca|slip))"
+SHEAR = r"(?=.*(shear|horiz|tangen|scher|schub|cisail|taglio|orizzontal|corte|cortant|cisalha|tranchant))"
+NORMAL = r"(?=.*(normal|vert\b|vertical|vertikal|confin))"
+PATH = r"(?=.*(disp|verschieb|hebung|weg\b|deplac|sposta|desplaza|desloca|slip))"
 STRESS = r"(?=.*(stress|spannung|contrainte|tension|sforzo|esfuerzo|tensao|traction|pressure|pression))"
 STRENGTH = r"(?=.*(stress|strength|spannung|festig|contrainte|resist|tension|esfuerzo|tensao))"
 SYMBOL = r"(d|delta|u|dl|du|delta_?[lu])_?"
@@ -18,7 +16,7 @@ SYMBOL = r"(d|delta|u|dl|du|delta_?[lu])_?"
 FORCE = r"(?=.*(force|load|kraft|last\b|charge|effort|forza|carico|fuerza|carga|forca))"
 PEAK = r"(?=.*(peak|spitze|bruch|picco|pico|(?<![a-z])(pic\b|pic_|max)))"
 RESIDUAL = r"(?=.*(resid|restscher|restfest))"
-SIZE = r"(?!.*(normal|vertical|vertikal))"
+SIZE = r"(?!.*(normal|vert\b|vertical|vertikal))"
 OF_FORCES = {
     "peak_force": rf"{PEAK}{FORCE}{SIZE}",
     "residual_force": rf"{RESIDUAL}{FORCE}{SIZE}",
@@ -42,7 +40,7 @@ RULES = {
     "slip": rf"{SHEAR}{PATH}|schlupf|glissement|{SYMBOL}(s|h|shear)$",
     "tau": rf"{SHEAR}{STRESS}|tau\b",
     "sigma_N": rf"{NORMAL}{STRESS}|sigma_?n?(_?eff)?\b",
-    "dilation": rf"{NORMAL}{PATH}|s_n\b|dilat|uplift|((joint|crack) )?opening|offnung|ouverture"
+    "dilation": rf"{NORMAL}{PATH}|s_n\b|dilat|uplift|hebung|((joint|crack) )?opening|offnung|ouverture"
     rf"|{SYMBOL}(n|v|normal)$",
     "k_N": rf"{NORMAL}(?=.*(stiff|steif|rigid))",
     "test": r"(test|specimen|sample|versuchs?|proben?|essai|prova|provino|ensayo|ensaio)\W*"
