@@ -137,7 +137,7 @@ contains
     character(len=*), intent(in) :: word   !! without blanks
     real(wp), intent(out) :: value         !! 0 if it is no number
     logical, intent(out) :: good           !! whether it is one
-    integer, parameter :: longest = 60, largest_exponent = 300
+    integer, parameter :: longest = 60
     character(len=longest + 8) :: number
     integer :: e, exponent, status
 
@@ -154,7 +154,7 @@ contains
       if (good) read (word(e + 1:), "(i8)") exponent
     end if
     ! rejected before it is read, as an overflow would raise a floating-point exception
-    good = good .and. exponent + e - 1 <= largest_exponent
+    if (good) good = is_finite(word(:e - 1), exponent)
     if (.not. good) return
     number = word(:e - 1) // "e" // integer_text(exponent)
     read (number, "(f68.0)", iostat=status) value
@@ -229,6 +229,33 @@ contains
     yes = verify(word(first:), "0123456789.") == 0 .and. scan(word, "0123456789") > 0 .and. &
       count([(word(i:i) == ".", i=1, len(word))]) <= points
   end function is_number
+
+  !> Whether a decimal number is not above the largest double.
+  pure function is_finite(mantissa, exponent) result(yes)
+    character(len=*), intent(in) :: mantissa   !! digits, with or without a sign and a point
+    integer, intent(in) :: exponent            !! of 10
+    logical :: yes
+    character(len=*), parameter :: largest = "17976931348623157"   !! its digits
+    integer, parameter :: power = 308                              !! of 10, of the first one
+    character(len=len(largest)) :: digits
+    integer :: first, i, n, point
+    first = scan(mantissa, "123456789")
+    yes = first == 0
+    if (yes) return
+    point = index(mantissa // ".", ".")
+    ! the power of 10 of the first digit that is not zero
+    n = exponent + point - merge(first + 1, first, first < point)
+    yes = n < power
+    if (n /= power) return
+    digits = repeat("0", len(digits))
+    n = 0
+    do i = first, len(mantissa)
+      if (i == point .or. n == len(digits)) cycle
+      n = n + 1
+      digits(n:n) = mantissa(i:i)
+    end do
+    yes = digits <= largest
+  end function is_finite
 
   !> Name of a file that lies beside another one unless its path is whole.
   pure function beside(path, name) result(whole)
