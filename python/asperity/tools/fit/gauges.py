@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ...contract import Floats
+from .assumptions import PATTERNS
 from .evidence import first_stroke, noise
 from .ladder import GAIN, criteria, independent
 from .model import KS, KT
@@ -89,6 +90,8 @@ def rigid_form(chosen: Solution, tests: Sequence[ShearTest]) -> Solution | None:
     elif KS in model.fixed and not model.series:
         fixed = {name: value for name, value in model.fixed.items() if name not in (KS, "kc")}
         model = replace(model, fixed=fixed | {KT: 0.5 * chosen.values[KS]})
+    if model.name in PATTERNS:
+        model = replace(model, sides=2, fixed={**model.fixed, "flat": 0.0})
     if "W0" in model.free:
         model = model.without("W0", W0=0.0)
     problem = model.problem(tests, chosen.problem.weight, chosen.problem.direction)
@@ -112,7 +115,7 @@ def from_starts(chosen: Solution, tests: Sequence[ShearTest]) -> tuple[list[Shea
     and the rows about the start must say the same without any law.
     """
     strokes = [_first(test) for test in tests]
-    form = rigid_form(chosen, strokes)
+    form = rigid_form(chosen, chosen.model.problem(strokes).coarse().tests)
     if form is None:
         return list(tests), []
     sloped = {"theta", "height"} <= {*form.model.free} and not form.model.bond
@@ -135,7 +138,8 @@ def from_starts(chosen: Solution, tests: Sequence[ShearTest]) -> tuple[list[Shea
         moved.append(_moved(test, slip if slips else 0.0, s_N if opens else 0.0))
         parts = [f"slip {slip:.3g}"] * slips + [f"dilation {s_N:.3g}"] * opens
         if parts:
-            text = f"{test.name} begins at {' and '.join(parts)}, which was taken off"
+            name = test.name.replace("\\", "/").rsplit("/", 1)[-1]
+            text = f"{name} begins at {' and '.join(parts)}, which was taken off"
             notes.append(f"{text}: a gauge was not set to zero, or the specimen settled")
     return moved, notes
 

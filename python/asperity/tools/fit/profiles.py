@@ -16,7 +16,7 @@ from .model import KT, SCALES, SPRINGS
 from .rigid import Profile, exponential, hyperbola, parabola
 from .series import Rigid
 from .shear_test import ShearTest
-from .squares import Solution
+from .squares import SEARCHED, Solution, refitted
 
 LINE, HYPERBOLA = "slope along a line", "slope of a hyperbola"
 STARTS = "other starts of the gauges"
@@ -39,6 +39,10 @@ def of_profile(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumpt
         for profile, name in ((parabola, LINE), (hyperbola, HYPERBOLA)):
             forms.append((with_profile(form, Rigid, profile), name))
             forms.append((with_profile(forms[-1][0], Started, profile), f"{name}, other starts"))
+            if "crush" in form.model.free:
+                # what looks like crushed asperities may be their profile
+                whole = refitted(form, tests, form.model.without("crush", crush=0.0), tolerance=SEARCHED)
+                forms.append((with_profile(whole, Started, profile), f"{name}, not crushed"))
     first = criteria([chosen, *(solution for solution, _ in forms)])
     for (solution, name), value in zip(forms, first[1:], strict=True):
         # crush belongs to the profile, too, and a spring goes with the start of the slip
