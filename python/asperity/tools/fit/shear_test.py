@@ -10,10 +10,8 @@ from ... import contract
 from ...contract import Floats
 from ...steps import turns_of
 
-SATURATED, LEAST_PART, FAR = 0.7, 4, 0.98
-"""Ratio of two slopes of the dilation below which it ends, and smallest number of rows of a slope.  Slip over
-the largest one that counts as it.
-"""
+FAR = 0.98
+"""Slip over the largest one that counts as it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,19 +74,6 @@ class ShearTest:
     def ends_far(self) -> bool:
         """Whether the test ends at its largest slip, and not within a cycle."""
         return bool(abs(self.slip[-1]) >= FAR * np.abs(self.slip).max())
-
-    @property
-    def saturates(self) -> bool:
-        """Whether the dilation ends: its slope at the end of the first stroke is well below that before."""
-        if self.s_N is None:
-            return False
-        end = int(np.argmax(np.abs(self.slip) >= FAR * np.abs(self.slip).max()))
-        way = self.slip[: end + 1] / self.slip[end]
-        parts = [np.flatnonzero((way >= low) & (way <= high)) for low, high in ((0.25, 0.5), (0.75, 1.0))]
-        if min(map(len, parts)) < LEAST_PART:
-            return False
-        before, at_end = (np.polyfit(way[part], self.s_N[part], 1)[0] for part in parts)
-        return bool(at_end < SATURATED * before)
 
     def place(self, row: int) -> str:
         """Name of the test, with the line of a row where it comes from a file."""
