@@ -295,7 +295,7 @@ def test_what_is_not_fine_is_a_warning() -> None:
 
 
 def test_error_of_implex_without_bond() -> None:
-    """IMPL-EX takes its error over sigma0, which is no strength of a joint without bond: in metres it is large."""
+    """IMPL-EX takes its error over sigma0, no strength of a joint without bond: in metres it is large."""
     for length, stress in ((1.0, 1.0), (1e-3, 1e6)):
         material = Material.from_joint(kn=200.0 * stress / length, ks=80.0 * stress / length, mu=0.5)
         checks = check_model(material, FLAT, stress=-1.0 * stress, implex=0.1)
