@@ -185,8 +185,10 @@ static int loss_of_equilibrium_is_told(void) {
 static int a_fork_that_is_not_there_is_told(void) {
   char message[512];
   asperity_run *run = begun(MATERIAL PATTERN "&step t_N = -0.5, increments = 1 /\n"
-                            "&step slip = 0.05, follow = 'branch', fork = -1 /\n&step slip = 0.06 /\n", NULL, 0);
-  while (asperity_next(run, 1, 0, NULL, 0, NULL, NULL) == 1) {}
+                                             "&step slip = 0.05, follow = 'branch', fork = -1 /\n&step slip = 0.06 /\n",
+                            NULL, 0);
+  while (asperity_next(run, 1, 0, NULL, 0, NULL, NULL) == 1) {
+  }
   int bad = FAILS(asperity_lost(run, message, sizeof message) == 2) + DIFFERS(2.0, asperity_value(run, "step"), 0.0);
   bad += FAILS(strcmp(message, "step 2: fork = -1: no other branch crosses in this step: expected fork = 0") == 0);
   asperity_end(run);
@@ -267,17 +269,10 @@ static int a_text_is_read_as_a_file(void) {
 
 int main(void) {
   int (*const tests[])(void) = {
-      rows_have_columns_with_names,
-      rows_come_in_parts_of_any_size,
-      props_stand_for_material_and_pattern,
-      errors_name_their_place,
-      a_cr_alone_ends_a_line,
-      what_cannot_begin_says_why,
-      loss_of_equilibrium_is_told,      a_fork_that_is_not_there_is_told,
-      every_value_of_a_sweep_is_a_run,
-      tables_name_columns,
-      stability_is_that_of_the_tangent,
-      handles_may_be_null,
+      rows_have_columns_with_names, rows_come_in_parts_of_any_size,   props_stand_for_material_and_pattern,
+      errors_name_their_place,      a_cr_alone_ends_a_line,           what_cannot_begin_says_why,
+      loss_of_equilibrium_is_told,  a_fork_that_is_not_there_is_told, every_value_of_a_sweep_is_a_run,
+      tables_name_columns,          stability_is_that_of_the_tangent, handles_may_be_null,
       a_text_is_read_as_a_file,
   };
   return check_run(sizeof tests / sizeof *tests, tests);
