@@ -36,8 +36,11 @@ def run(
     top, bottom = model.group("top")[0], model.group("bottom")[0]
     steps = Steps(model, model.dofs(np.r_[top, bottom], 0, 1), options=options)
     along, down = (np.isin(steps.fixed, model.dofs(top, k)) * 1.0 for k in (0, 1))
-    if not steps.solve(-PRESS * down, 0.0 * model.u):
-        raise RuntimeError(f"the pressure: {steps.message}")
+    press = Follow(steps, lambda t: (-t * PRESS * down, 0.0 * model.u), 1.0, 1.0)
+    while press.at < 1.0 and not press.reason:
+        press.advance(1.0)
+    if press.reason:
+        raise RuntimeError(f"the pressure: {press.reason}")
     follow = Follow(steps, lambda t: (t * along - PRESS * down, 0.0 * model.u), most, most)
     rows, error = [], 0.0
     while follow.at < to and not follow.reason:
