@@ -29,10 +29,11 @@ SIZES = {
     (1, 1): tuple(SOLVERS),
     (1, 2): FACTORED,
     (2, 1): ("LU", "Cholesky", "CG, gamg"),
+    (6, 1): ("LU", "CG, gamg"),
 }
 """Solvers by so many times the half-bricks and courses, and by the ranks."""
 
-GROWN = 1, 2
+GROWN = 2, 6
 """Sizes from which the growth is taken."""
 
 CRACKED = (
@@ -145,13 +146,13 @@ def factors() -> str:
     """Table of the factors by MUMPS: entries, operations and memory by ranks."""
     runs, body = stored(), []
     for (k, ranks), solvers in SIZES.items():
-        if set(FACTORED) <= set(solvers):
-            pair = runs.loc[[(str(k), ranks, name) for name in FACTORED]]
+        factored = runs.loc[[(str(k), ranks, name) for name in FACTORED if name in solvers]]
+        if len(factored):
             cells = (
-                ", ".join(f"{value:.3g}" for value in share * pair[column])
+                ", ".join(f"{value:.3g}" for value in share * factored[column])
                 for column, share in (("entries", 1e-6), ("operations", 1e-9), ("gigabytes", 1.0))
             )
-            body.append([f"{pair.unknowns.iloc[0]:.0f}", str(ranks), *cells])
+            body.append([f"{factored.unknowns.iloc[0]:.0f}", str(ranks), *cells])
     return markdown(["unknowns", "ranks", "entries, 10⁶", "operations, 10⁹", "GB of the factor"], body)
 
 
