@@ -89,6 +89,43 @@ def signed(error: float) -> str:
     return f"{round(error, 1) + 0.0:+.1f}"
 
 
+BEFORE = "‡"
+"""Mark of a run before errors of forces above 0.01 were limited to snaps; one pass alone is as before."""
+
+
+def left_by_passes(summary: pandas.Series) -> str:
+    """Largest error of forces of the steps by passes, and where there are snaps that of their steps."""
+    if summary.snaps > 0 and "implex" not in str(summary.name):
+        return f"{two_digits(summary.calm)}, snaps {two_digits(summary.e_t)}"
+    before = pandas.isna(summary.snaps) and summary.by_passes > 0 and "implex" not in str(summary.name)
+    return two_digits(summary.e_t) + BEFORE * bool(before)
+
+
+AIMS = {
+    "SW30": (9, 606, "dry drag 1e-6", "dry newton"),
+    "SW100": (9, 427, "aim SW100", "own SW100"),
+    "SW200": (9, 571, "aim SW200", "own SW200"),
+    "WS100": (12, 665, "aim WS100", "own WS100"),
+    "J6D": (4, 1115, "aim J6D", "J6D"),
+    "J7D": (4, 774, "aim J7D", "J7D"),
+}
+"""Displacement, factorizations of the prototype, and runs with its settings and as the kit does by itself."""
+
+
+def aims(summaries: pandas.DataFrame) -> str:
+    """Table of the factorizations beside those of a prototype."""
+    body = []
+    for wall, (end, most, *names) in AIMS.items():
+        runs = [summaries.loc[name] for name in names]
+        if any(summary.end < end for summary in runs):
+            raise ValueError(f"{wall}: {', '.join(names)}: expected runs to {end} mm")
+        counts = [int(summary.iterations) for summary in runs]
+        cells = [f"{count}" if count <= most else f"{count}, **missed**" for count in counts]
+        body.append([wall, f"{end}", f"{most}", *cells, f"{runs[1].by_passes:.0f}"])
+    head = ["wall", "to, mm", "prototype", "with its settings", "without drag, with passes"]
+    return markdown([*head, "steps by passes"], body)
+
+
 def costs(summaries: pandas.DataFrame) -> str:
     """Table of the costs: factorizations, errors of peak and work, and what the passes left."""
     body = []
@@ -102,7 +139,7 @@ def costs(summaries: pandas.DataFrame) -> str:
                 cells.append(f"{summary.iterations:.0f}, stops at {summary.end:.2f} mm")
             else:
                 errors = [signed(percent(summary[kind], best[kind])) for kind in ("peak", "work")]
-                left = [f"{summary.e_t:.2g}"] if summary.by_passes else []
+                left = [left_by_passes(summary)] if summary.by_passes else []
                 cells.append("; ".join([f"{summary.iterations:.0f}", *errors, *left]))
         body.append([label, *cells])
     return markdown(["method", *(label for label, _ in WALLS.values())], body)

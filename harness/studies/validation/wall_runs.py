@@ -30,7 +30,7 @@ ROCKING, SLIDING = "--to 5 10 15 20", "--to 4 8 12"
 SOLID = "--theta 10 --height 0.1 --to 3.5"
 """Options of a wall in three dimensions."""
 
-NEWTON, SNAPS = "--passes 0", "--limit 0.1"
+NEWTON, SNAPS = "--passes 0", "--limit 0.2"
 """Newton's method alone; in a snap even a shortest step by passes has an error above the default limit."""
 
 COST = {
@@ -76,6 +76,19 @@ METHODS = {
 }
 """Options by wall and method; those of the walls with viscosity are by Newton's method with passes."""
 
+AIMS = {
+    **{
+        f"aim {name}": f"--wall {name} {DRY} --elements 2 2 --drag 1e-6 {NEWTON} --to {end}"
+        for name, end in (("SW100", 9), ("SW200", 9), ("WS100", 12))
+    },
+    **{f"aim {name}": f"--wall {name} {MORTAR} {NEWTON}" for name in ("J6D", "J7D")},
+    **{
+        f"own {name}": f"--wall {name} {DRY} --elements 2 2 --to {end}"
+        for name, end in (("SW100", 9), ("SW200", 9), ("WS100", 12))
+    },
+}
+"""Walls of the aims by Newton's method alone, with a drag or viscosity, and as the kit does by itself."""
+
 ROUGH = "10 0", "20 0.1", "10 0.5", "5 0.1"
 """Theta and height of the planes in the joints of J4D."""
 
@@ -97,6 +110,7 @@ RUNS = {
         for name in names.split()
     },
     **METHODS,
+    **AIMS,
     **PLANES,
     **{f"search {k}": f"{MORTAR} --petsc='-snes_linesearch_type {k}'" for k in ("cp", "basic")},
     "cyclic WS100": f"--wall WS100 {DRY} --elements 2 2 --to 5 -5 10 -10 0",
@@ -121,6 +135,8 @@ SUMMARY = (
         "by_passes",
         "e_a",
         "e_t",
+        "snaps",
+        "calm",
         "work",
         "dissipated",
     ),

@@ -162,13 +162,13 @@ def outcomes(summaries: pandas.DataFrame, labels: dict[str, str], first_title: s
         if summary.end < end:
             raise ValueError(f"{name}: stops at {summary.end:g} mm: expected {end:g}")
         steps = f"{summary.by_passes:.0f} of {summary.steps:.0f}"
-        cost = f"{summary.iterations:.0f}", f"{summary.seconds:.0f}", steps, f"{summary.e_t:.1g}"
-        body.append([label, f"{summary.peak:.1f}", *cost])
+        cost = f"{summary.iterations:.0f}", f"{summary.seconds:.0f}", steps
+        body.append([label, f"{summary.peak:.1f}", *cost, wall_costs.left_by_passes(summary)])
     return markdown([first_title, "peak, kN", "factorizations", "seconds", "steps by passes", "e_t"], body)
 
 
 def ends(summaries: pandas.DataFrame) -> str:
-    """Table of the walls that were tested: factorizations, steps by passes and largest error of forces."""
+    """Table of the walls that were tested: factorizations, steps by passes, snaps, errors of forces."""
     body = []
     for label, names in {
         "dry": FORCES,
@@ -178,8 +178,9 @@ def ends(summaries: pandas.DataFrame) -> str:
         chosen = summaries.loc[[*names]]
         counts = [f"{least:.0f} to {most:.0f}" for least, most in (
             (part.min(), part.max()) for part in (chosen.iterations, chosen.by_passes))]  # fmt: skip
-        body.append([label, *counts, f"{chosen.e_t.max():.1g}"])
-    return markdown(["walls", "factorizations", "steps by passes", "largest e_t"], body)
+        calm = chosen.calm.fillna(chosen.e_t).max()
+        body.append([label, *counts, f"{chosen.snaps.sum():.0f}", f"{calm:.1g}"])
+    return markdown(["walls", "factorizations", "steps by passes", "snaps", "largest e_t"], body)
 
 
 def draw(_: Mapping[str, Constants]) -> Figure:
@@ -279,6 +280,7 @@ def tables(_: Mapping[str, Constants]) -> dict[str, str]:
         "mortar": mortar(curves),
         "dilation": dilation(curves),
         "ends": ends(summaries),
+        "aims": wall_costs.aims(summaries),
         "costs": wall_costs.costs(summaries),
         "choices": outcomes(summaries, CHOICES, "J4D, flat"),
         "planes": wall_costs.planes(summaries),
