@@ -108,6 +108,24 @@ def without_dilation(
     return Drawn(tests, truth, [], held)
 
 
+def gauges(rng: np.random.Generator) -> Drawn:
+    """Mohr-Coulomb or parabolic asperities, by gauges that start up to a tenth of their range apart from 0.
+
+    A first row at rest is part of half of the sets.
+    """
+    drawn = (mohr_coulomb, parabola)[int(rng.integers(2))](rng)
+    kinds, rests, tests = rng.integers(4), bool(rng.random() < 0.5), []
+    for test in drawn.tests:
+        slip = rng.uniform(0.0, 0.1) * np.ptp(test.slip) * (kinds in (1, 3))
+        opening = rng.uniform(-0.1, 0.1) * np.ptp(test.dilation) * (kinds in (2, 3))
+        slips, tau, dilation = test.slip, test.tau, test.dilation
+        if rests:
+            slips, tau, dilation = (np.append(0.0, column) for column in (slips, tau, dilation))
+        tests.append(test._replace(slip=slips + slip, tau=tau, dilation=dilation + opening))
+    truth = {name: drawn.truth[name] for name in ("mu", "theta", "height")}
+    return drawn._replace(tests=tests, truth=truth, held=None)
+
+
 def parabola(rng: np.random.Generator) -> Drawn:
     """Friction on asperities whose slope falls along a straight line and ends, behind a spring; no bond."""
     mu, theta, length = rng.uniform(0.45, 0.75), rng.uniform(8.0, 35.0), rng.uniform(0.1, 4.0)
@@ -310,6 +328,7 @@ KINDS = {
     "Mohr-Coulomb, decaying dilation": mohr_coulomb,
     "dilation not measured": without_dilation,
     "parabolic asperities": parabola,
+    "gauges not set to zero": gauges,
     "parabolic asperities, no dilation": lambda rng: without_dilation(rng, parabola),
     "one parabolic curve, --joint mortar": one_curve,
     "cohesion, linear softening": cohesion,

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...contract import Floats
 from .assumptions import PATTERNS
-from .evidence import first_stroke, noise
+from .evidence import cycles, noise
 from .ladder import GAIN, criteria, independent
 from .model import KS, KT
 from .rigid import Profile, exponential, has_closed_form, hyperbola, parabola
@@ -92,8 +92,6 @@ def rigid_form(chosen: Solution, tests: Sequence[ShearTest]) -> Solution | None:
         model = replace(model, fixed=fixed | {KT: 0.5 * chosen.values[KS]})
     if model.name in PATTERNS:
         model = replace(model, sides=2, fixed={**model.fixed, "flat": 0.0})
-    if "W0" in model.free:
-        model = model.without("W0", W0=0.0)
     problem = model.problem(tests, chosen.problem.weight, chosen.problem.direction)
     if not has_closed_form(problem.free, problem.fixed, problem.sides, problem.direction):
         return None
@@ -112,10 +110,9 @@ def from_starts(chosen: Solution, tests: Sequence[ShearTest]) -> tuple[list[Shea
     """Tests from the starts of their gauges on, where the rows show that these lie apart from 0; and notes.
 
     The law must explain the tests much better with them, by that profile of the asperities which does best;
-    and the rows about the start must say the same without any law.
+    and the rows about the start must say the same without any law.  Not in cycles.
     """
-    strokes = [_first(test) for test in tests]
-    form = rigid_form(chosen, chosen.model.problem(strokes).coarse().tests)
+    form = None if cycles(tests) else rigid_form(chosen, chosen.model.problem(tests).coarse().tests)
     if form is None:
         return list(tests), []
     sloped = {"theta", "height"} <= {*form.model.free} and not form.model.bond
@@ -131,9 +128,9 @@ def from_starts(chosen: Solution, tests: Sequence[ShearTest]) -> tuple[list[Shea
     moved, notes = [], []
     problem = free[best].problem
     assert isinstance(problem, Started)
-    for test, stroke, (slip, s_N) in zip(tests, strokes, problem.starts(free[best].values), strict=True):
-        apart, same = _compared(stroke, slip)
-        opens = same and _shows_dilation(stroke, slip, s_N)
+    for test, (slip, s_N) in zip(tests, problem.starts(free[best].values), strict=True):
+        apart, same = _compared(test, slip)
+        opens = same and _shows_dilation(test, slip, s_N)
         slips = apart and same
         moved.append(_moved(test, slip if slips else 0.0, s_N if opens else 0.0))
         parts = [f"slip {slip:.3g}"] * slips + [f"dilation {s_N:.3g}"] * opens
@@ -144,19 +141,13 @@ def from_starts(chosen: Solution, tests: Sequence[ShearTest]) -> tuple[list[Shea
     return moved, notes
 
 
-def _first(test: ShearTest) -> ShearTest:
-    """First stroke of a test."""
-    rows = first_stroke(test)
-    s_N, path_N = (None if column is None else column[rows] for column in (test.s_N, test.path_N))
-    return replace(test, slip=test.slip[rows], tau=test.tau[rows], s_N=s_N, path_N=path_N, lines=())
-
-
 def _moved(test: ShearTest, slip: float, s_N: float) -> ShearTest:
     """Test whose slip and dilation count from other starts; before that of the slip it rests."""
     sign, opening = sign_of(test), None if test.s_N is None else test.s_N - s_N
     own = test.slip - slip
     rests = np.maximum.accumulate(sign * own) <= 0.0
-    return replace(test, slip=np.where(rests, 0.0, own), s_N=opening, sigma_N=test.sigma_N - test.k_N * s_N)
+    sigma_N = test.sigma_N - test.k_N * s_N * test.extrapolated
+    return replace(test, slip=np.where(rests, 0.0, own), s_N=opening, sigma_N=sigma_N)
 
 
 def _crossing(test: ShearTest) -> tuple[float, float]:
