@@ -24,8 +24,8 @@ from asperity.tools.tables import markdown
 
 from . import other_laws, other_strengths
 from .other_laws import Drawn
-from .program import DIFFERS, program
-from .tables import refresh
+from .program import program
+from .tables import refreshed
 
 DATA = Path(__file__).parent / "validation" / "data" / "fit_times.csv"
 PAGE = Path(__file__).parents[2] / "docs" / "validation" / "fits.md"
@@ -116,9 +116,7 @@ def _write(options: argparse.Namespace) -> int:
     if options.write:
         measured(options.write, options.seed).to_csv(DATA, index=False, float_format="%.4g")
     rows = pandas.read_csv(DATA)
-    same = refresh(PAGE, options.check, {"fits-times": lambda: table(rows)})
-    print(f"{PAGE}: {'up to date' if same else 'not up to date' if options.check else 'written'}")
-    return DIFFERS if options.check and not same else 0
+    return refreshed(PAGE, options.check, {"fits-times": lambda: table(rows)})
 
 
 main = program(

@@ -27,7 +27,7 @@ from asperity.tools.tables import markdown
 from .other_laws import KINDS, Drawn
 from .other_strengths import STRENGTHS, Strengths
 from .program import DIFFERS, program
-from .tables import refresh
+from .tables import refreshed
 
 DATA = Path(__file__).parent / "validation" / "data" / "fits.csv"
 PAGE = Path(__file__).parents[2] / "docs" / "validation" / "fits.md"
@@ -206,11 +206,8 @@ def _write(options: argparse.Namespace) -> int:
         print(f"{DATA}: expected a file that --write has written")
         return DIFFERS
     rows = pandas.read_csv(DATA)
-    same = refresh(
-        PAGE, options.check, {"fits-coverage": lambda: table(rows), "fits-sets": lambda: sets(rows)}
-    )
-    print(f"{PAGE}: {'up to date' if same else 'not up to date' if options.check else 'written'}")
-    return DIFFERS if options.check and not same else 0
+    contents = {"fits-coverage": lambda: table(rows), "fits-sets": lambda: sets(rows)}
+    return refreshed(PAGE, options.check, contents)
 
 
 main = program(

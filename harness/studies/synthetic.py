@@ -74,7 +74,7 @@ def synthetic(
         clean = ShearTest(f"test {number}", slip, slip, None, held, k_N)
         problem = Problem([clean], (), truth, sides, 0.0, increments)
         [(slips, places)] = problem.paths
-        tau, s_N, done = slip_curve(problem.interface(truth), clean, slips, places, 0.0, 200)
+        tau, s_N, done = slip_curve(problem.interface(truth).props(), clean, slips, places, 0.0, 200)
         if done < slips.size:
             raise ValueError(f"sigma_N = {held:g}: no equilibrium at slip {slips[done]:g}")
         measured = [noisy(y[places], noise, rng) for y in (tau, s_N)]

@@ -84,6 +84,13 @@ def refresh(path: Path, check: bool, contents: Mapping[str, str | Callable[[], s
     return filled == text
 
 
+def refreshed(page: Path, check: bool, contents: Mapping[str, Callable[[], str]]) -> int:
+    """Fill the tables of a page or check them, say which, and return the exit code."""
+    same = refresh(page, check, contents)
+    print(f"{page}: {'up to date' if same else 'not up to date' if check else 'written'}")
+    return DIFFERS if check and not same else 0
+
+
 def _tables(options: argparse.Namespace) -> int:
     """Print the tables, fill them into files, or check the files."""
     if not options.files:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, make_dataclass
+from dataclasses import dataclass, fields, make_dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -138,7 +138,7 @@ class Material(_Constants):
 
     def values(self) -> dict[str, float]:
         """Entries of PROPS that belong to the material, by name."""
-        return asdict(self)
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     @property
     def s_f(self) -> float:

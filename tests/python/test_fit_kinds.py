@@ -89,6 +89,38 @@ def test_profile_that_the_law_does_not_have() -> None:
     assert not assumption.admissible and not any("slope along a line" in text for text in result.notes)
 
 
+def test_straight_softening_of_asperities_is_no_bond() -> None:
+    """Asperities that end soften along a line, as a bond: several pressures or a dilation tell them apart."""
+    tests, truth = drawn_tests(
+        "parabolic asperities, no dilation", 77, lambda p: len(p) == 3 and p[-1] < 1.2 * p[0]
+    )
+    result = fit(tests)
+    assert result.is_result and not result.solution.model.bond
+    for name in ("mu", "theta"):
+        assert result.estimates[name].low <= truth[name][0] <= result.estimates[name].high
+    single, truth = drawn_tests("parabolic asperities", 77, lambda p: len(p) == 1)
+    result = fit(single)
+    assert not result.solution.model.bond
+    assert result.estimates["theta"].low <= truth["theta"][0] <= result.estimates["theta"].high
+
+
+def test_friction_that_acts_from_the_first_slip_on() -> None:
+    """Friction beside a bond that does not wait for its damage, as that of the law does: energy inside."""
+    slip, rng, tests = np.linspace(0.005, 1.0, 200), np.random.default_rng(3), []
+    bond, energy, mu, stiffness = 0.9, 0.14, 0.75, 80.0
+    for pressure in (0.2, 0.5, 1.0):
+        own = np.linspace(0.0, 1.0, 20001)
+        strength = bond * np.maximum(0.0, 1.0 - own * bond / (2.0 * energy)) + mu * pressure
+        tau = np.minimum(stiffness * slip, np.interp(slip, own + strength / stiffness, strength))
+        tau += rng.normal(0.0, 0.02, slip.size)
+        tests.append(ShearTest(str(pressure), slip, tau, None, -pressure))
+    result = fit(tests)
+    assert result.is_result and result.solution.model.bond
+    for name, true in (("mu", mu), ("sigma0", bond), ("Gc", energy)):
+        assert result.estimates[name].low <= true <= result.estimates[name].high
+    assert any("friction acts before the bond is damaged" in text for text in result.notes)
+
+
 @pytest.mark.slow
 def test_cycles_behind_a_spring() -> None:
     """The elastic slip of cycles is that of the spring of the drawn law; case and predictions have it."""

@@ -7,18 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from .evidence import first_stroke
+from .evidence import first_stroke, guesses
 from .intervals import Assumption, Intervals, spreads
-from .ladder import GAIN, STIFF, Model, independent
+from .ladder import GAIN, STIFF, Model, criteria, independent
 from .model import KS, KT, SPRINGS, to_scale
 from .shear_test import ShearTest
-from .squares import SEARCHED, Solution, refitted
+from .squares import SEARCHED, Solution, refitted, solve
 
-SIDES, FLAT, BRITTLE, TIMES = 8, 1.0 / 3.0, 0.99, 2.0
+SIDES, FLAT, BRITTLE, RIGID, TIMES = 8, 1.0 / 3.0, 0.99, 1.0 - 1.0e-6, 2.0
 PATTERNS = ("8 sides", "flat 1/3")
 PLACES = ("spring in series", "spring in the joint", "elastic slip of the bond (eta)")
+WITHOUT, RIGID_FRICTION = "a slope without friction", "friction from the first slip on"
 """Pattern and flat plane in place of two sides; eta in place of 0.999; and factor on a given stiffness; and
-names of other patterns and of other places of the elastic slip.
+names of other patterns, of other places of the elastic slip and of friction beside a bond that grows at once.
 """
 
 
@@ -88,7 +89,38 @@ def of_strength(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assump
     bare_fit = refitted(chosen, bare, replace(model, free=free), 1.0, SEARCHED)
     halves, parts = halves_of(bare_fit), ("mu", "sigma0", "Gc", KT)
     square = bare_fit.mean_squares["tau"]
-    yield beside(chosen, square, bare_fit.values, "a slope without friction", "tau", parts, halves)
+    yield beside(chosen, square, bare_fit.values, WITHOUT, "tau", parts, halves)
+
+
+def of_friction(
+    chosen: Solution, tests: Sequence[ShearTest], given: Mapping[str, float]
+) -> Iterator[Assumption]:
+    """Bond beside which friction acts from the first slip on, as on rigid sides, while that of the law grows.
+
+    given: values of the user, which stay.
+    """
+    model = chosen.model
+    if not model.bond or "eta" in given or not first_only(tests):
+        return
+    free = tuple(name for name in model.free if name not in ("eta", KT))
+    fixed = {name: value for name, value in model.fixed.items() if name != KT} | {"eta": RIGID}
+    if KT in given:
+        fixed[KT] = given[KT]
+    else:
+        free = (KT, *free)
+    rigid = Model(free, model.sides, fixed)
+    problem = rigid.problem(tests, chosen.problem.weight, chosen.problem.direction)
+    known = chosen.values
+    if KT not in model.free:
+        known = known | {KT: guesses(tests)[KT]}
+    closed = problem.closed_form()
+    if not closed.is_closed_form:
+        return
+    solution = Solution(rigid, closed, *solve(closed, closed.x(known), SEARCHED))
+    first, second = criteria([chosen, solution])
+    difference, halves = second - first, halves_of(solution)
+    parts = ("mu", "sigma0", "Gc", KT)
+    yield Assumption(RIGID_FRICTION, difference, solution.values, difference < GAIN, parts, halves)
 
 
 def halves_of(solution: Solution) -> dict[str, float]:

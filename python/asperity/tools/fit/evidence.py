@@ -69,6 +69,16 @@ def numbers(test: ShearTest, tau: Floats, s_N: Floats | None) -> dict[str, float
     return shown
 
 
+def noises(test: ShearTest) -> dict[str, float]:
+    """Standard deviations, by noise, of the averages from which `numbers` reads a measured test."""
+    size, strokes = test.tau.size, first_stroke(test)
+    averaged = min(max(3, round(SMOOTHED * size)), max(1, test.tau[strokes].size // 2))
+    at_end = max(min(averaged, size), round(AT_END * size))
+    of_tau = noise(test.tau)
+    deviations = {"peak": of_tau / averaged**0.5, "residual": of_tau / at_end**0.5}
+    return deviations | ({} if test.s_N is None else {"dilation": noise(test.s_N) / at_end**0.5})
+
+
 def first_slope(test: ShearTest) -> float:
     """Largest slope of the dilation over the slip in the first stroke; 0 where it was not measured."""
     slopes = _slopes(test)

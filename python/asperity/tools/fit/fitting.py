@@ -9,7 +9,15 @@ import numpy as np
 
 from ... import contract
 from ...pattern import Pattern
-from .assumptions import PATTERNS, PLACES, alternatives, of_strength
+from .assumptions import (
+    PATTERNS,
+    PLACES,
+    RIGID_FRICTION,
+    WITHOUT,
+    alternatives,
+    of_friction,
+    of_strength,
+)
 from .bonds import guessed, is_near_bond, unseen_bond
 from .checks import check_copies, check_known, shows_dilation, warn_if
 from .evidence import cycles, guesses, noise
@@ -17,7 +25,7 @@ from .gauges import from_starts
 from .intervals import Assumption, Intervals, spreads
 from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
 from .model import AUTO, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
-from .profiles import HYPERBOLA, LINE, of_dilation, of_profile
+from .profiles import HYPERBOLA, LINE, in_place_of_bond, of_dilation, of_profile
 from .result import Fit
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, searched
@@ -174,6 +182,7 @@ def _fit(
         ]
         solutions.append(searched(tests, model, [*starts, guess], direction))
     index, bic = choose(solutions)
+    index = index if given else in_place_of_bond(solutions, index, bic)
     moved, begins = ([], []) if started else from_starts(solutions[index], tests)
     if begins:
         result = _fit(moved, models, direction, tick, given, measured, True)
@@ -217,12 +226,11 @@ def _fit(
         assumed = alternatives(chosen, solutions, bic, index)
         fits = [refitted(start, tests, model, weight, SEARCHED) for start, model in assumed]
         ranked = criteria([chosen, *fits])
-    strength = [*of_strength(chosen, tests)]
-    if any(assumption.difference < -GAIN for assumption in strength):
-        constants = ", ".join(f"{name} {strength[0].values[name]:.3g}" for name in ("mu", "sigma0", "Gc"))
-        notes.append(
-            f"the slope of the dilation adds less friction than that of the law; without any: {constants}"
-        )
+    strength = [*of_strength(chosen, tests), *of_friction(chosen, tests, models[0].fixed)]
+    for assumption in strength:
+        if assumption.difference < -GAIN:
+            constants = ", ".join(f"{name} {assumption.values[name]:.3g}" for name in ("mu", "sigma0", "Gc"))
+            notes.append(f"{BETTER[assumption.name]}: {constants}")
     profiles = [*of_dilation(chosen, tests), *of_profile(chosen, tests)]
     others = [assumption for assumption in profiles if assumption.name in (LINE, HYPERBOLA)]
     other = min(others, key=lambda assumption: assumption.difference, default=None)
@@ -277,6 +285,12 @@ def _joint_of(models: Sequence[Model]) -> str:
     forms = {MORTAR if model.bond else ROCK for model in models}
     return forms.pop() if len(forms) == 1 else AUTO
 
+
+BETTER = {
+    WITHOUT: "the slope of the dilation adds less friction than that of the law; without any",
+    RIGID_FRICTION: "friction acts before the bond is damaged; from the first slip on",
+}
+"""What tests say that prefer another assumption about the strength."""
 
 HELP = {
     "mu": "rows beyond the peak, up to the residual strength",

@@ -12,9 +12,10 @@ from ...contract import Floats
 from .model import PLAUSIBLE, from_scale, plausible, to_scale
 from .squares import Solution, jacobian
 
-CONFIDENCE, PARTS, MANY, RIDGE = 0.95, 8, 3, 1.0e-3
-"""Of the intervals; parts of a curve; number of tests beyond which whole tests are groups, too; and share of
-the information that remains of a constant that a single group shows.
+CONFIDENCE, PARTS, MANY, RIDGE, BETTER = 0.95, 8, 3, 1.0e-3, 6.0
+"""Of the intervals; parts of a curve; number of tests beyond which whole tests are groups, too; share of
+the information that remains of a constant that a single group shows; and information criterion by which an
+assumption explains tests better.
 """
 
 
@@ -140,6 +141,13 @@ class Intervals:
             spread.quantile * np.sqrt(max(0.0, slope @ spread.covariance @ slope)) for spread in self.spreads
         ]
         half = max([0.0, *(size for size in sizes if not np.isnan(size))])
+        # what the law misses and a better assumption does not is no error of the constants
+        better = [
+            assumption.halves[name]
+            for assumption in self.assumptions
+            if assumption.difference < -BETTER and name in assumption.parts and name in assumption.halves
+        ]
+        half = min([half, *better])
         low, high = -half, half
         for assumption in self.assumptions:
             applies = (

@@ -97,6 +97,12 @@ def material_of(values: Mapping[str, float]) -> Material:
     return Material.from_joint(kn=given.pop("kc") * values[KS], ks=values[KS], **given)
 
 
+def rows_of(test: ShearTest, rows: slice | NDArray[np.intp]) -> ShearTest:
+    """Some rows of a test."""
+    s_N, path_N = (None if column is None else column[rows] for column in (test.s_N, test.path_N))
+    return replace(test, slip=test.slip[rows], tau=test.tau[rows], s_N=s_N, path_N=path_N, lines=())
+
+
 def plausible(
     name: str, stress: float, length: float, ranges: Mapping[str, tuple[float, float]] = PLAUSIBLE
 ) -> tuple[float, float]:
@@ -192,8 +198,8 @@ class Problem:
 
     def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
         """tau, s_N and the number of converged rows of each test, from `slip_curve`."""
-        interface, pairs = self.interface(values), zip(self.tests, self.paths, strict=True)
-        return [slip_curve(interface, test, *path, self.direction, PRELOAD) for test, path in pairs]
+        props, pairs = self.interface(values).props(), zip(self.tests, self.paths, strict=True)
+        return [slip_curve(props, test, *path, self.direction, PRELOAD) for test, path in pairs]
 
     def residuals(self, x: Floats) -> Floats:
         """Model less measurement, divided by the range of tau or of s_N of each test, with their weights."""
@@ -212,10 +218,11 @@ class Problem:
         tests = []
         for test in self.tests:
             rows = thinned(test.slip, MOST_SEARCHED) if test.slip.size > MOST_SEARCHED else slice(None)
-            s_N, path_N = (None if column is None else column[rows] for column in (test.s_N, test.path_N))
-            slip, tau = test.slip[rows], test.tau[rows]
-            tests.append(replace(test, slip=slip, tau=tau, s_N=s_N, path_N=path_N, lines=()))
+            tests.append(rows_of(test, rows))
         return replace(self, tests=tests, increments=min(self.increments, MOST_SEARCHED))
+
+    is_closed_form = False
+    """Whether residuals cost next to nothing."""
 
     def closed_form(self) -> Problem:
         """The same in closed form where there is one."""
@@ -223,7 +230,7 @@ class Problem:
 
 
 def slip_curve(
-    interface: Interface,
+    props: Floats,
     test: ShearTest,
     slips: Floats,
     rows: np.ndarray,
@@ -233,10 +240,10 @@ def slip_curve(
 ) -> tuple[Floats, Floats, int]:
     """tau along the slip and s_N since its start, (P,) each, and the number of converged rows.
 
-    The model of a shear box: `Interface.confined_slip` under sigma_N and k_N of the test, without its
-    state and events.  slips, rows: as in `Problem.paths`.  A measured normal traction is prescribed, straight
-    between the rows of the test.  Rows without equilibrium repeat the last one.  spring: stiffness in series,
-    stress/length, of which the slips are the far end; 0: none.
+    The model of a shear box: `Interface.confined_slip` under sigma_N and k_N of the test, without its state
+    and events. props: of the interface. slips, rows: as in `Problem.paths`. A measured normal traction is
+    prescribed, straight between the rows of the test. Rows without equilibrium repeat the last one. spring:
+    stiffness in series, stress/length, of which the slips are the far end; 0: none.
     """
     n, along = slips.size, direction_vector(direction)
     load, slide = slip_path(direction, slips, test.sigma_N, preload, test.k_N)
@@ -245,7 +252,7 @@ def slip_curve(
         slide = replace(slide, t_Tx=spring * along[0] * slips, t_Ty=spring * along[1] * slips)
     if test.path_N is not None:
         slide = replace(slide, t_N=np.interp(np.arange(n), [0, *rows], [test.sigma_N, *test.path_N]))
-    step, s_N, t_x, t_y = columns_of(interface.props(), [load, slide], ("step", "s_N", "t_Tx", "t_Ty"))
+    step, s_N, t_x, t_y = columns_of(props, [load, slide], ("step", "s_N", "t_Tx", "t_Ty"))
     first = int(np.sum(step <= 1.0))
     done = step.size - first
     if done == 0:

@@ -23,6 +23,27 @@ STARTS = "other starts of the gauges"
 """Names of the profiles that the law does not have, and of starts of slip and dilation that fit best."""
 
 
+def in_place_of_bond(solutions: Sequence[Solution], index: int, bic: Sequence[float]) -> int:
+    """Place of the joint without bond whose asperities, along a line, explain tests better than a bond does.
+
+    A profile that the law does not have must not make a bond, whose softening is also a straight line.
+    """
+    chosen = solutions[index]
+    sloped = [
+        i
+        for i, solution in enumerate(solutions)
+        if not solution.model.bond and {"theta", "height"} <= {*solution.model.free}
+    ]
+    if not (chosen.model.bond and sloped and first_only(chosen.problem.tests)):
+        return index
+    rock = min(sloped, key=lambda i: bic[i])
+    form = rigid_form(solutions[rock], chosen.problem.tests)
+    if form is None:
+        return index
+    own, other = criteria([chosen, with_profile(form, Rigid, parabola)])
+    return rock if other < own - GAIN else index
+
+
 def of_profile(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:
     """Constants of asperities whose slope falls otherwise than that of the law, from other starts, too.
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from .evidence import cycles, first_slope, first_stroke, last_slope, numbers, pressures, smooth
+from .evidence import cycles, first_slope, first_stroke, last_slope, noises, numbers, pressures, smooth
 from .intervals import Estimate
 from .ladder import NOISE, ROWS_EACH, independent
 from .model import KT, SPRINGS, Problem
@@ -39,12 +39,13 @@ curve of the strength shows.
 
 @dataclass(frozen=True)
 class Comparison:
-    """Measured and predicted numbers of a test by name, and their relative errors."""
+    """Measured and predicted numbers of a test by name, relative errors, and noise of the measured ones."""
 
     test: str
     measured: Mapping[str, float]
     predicted: Mapping[str, float]
     errors: Mapping[str, float]
+    noise: Mapping[str, float] = field(default_factory=dict)
 
 
 def grade_of(error: float) -> str:
@@ -68,7 +69,8 @@ def compared(problem: Problem, values: Mapping[str, float], only: int | None = N
             for name in ("peak", "residual", "dilation")
             if name in off and sizes[name] > 0.0
         }
-        comparisons.append(Comparison(test.name, measured, predicted, errors))
+        of_noise = {name: value / sizes[name] for name, value in noises(test).items() if name in errors}
+        comparisons.append(Comparison(test.name, measured, predicted, errors, of_noise))
     return comparisons
 
 
@@ -91,12 +93,16 @@ def blind(solution: Solution, tests: Sequence[ShearTest]) -> list[Comparison]:
 def worst_errors(
     scatter: Mapping[str, float], fitted: Sequence[Comparison], unseen: Sequence[Comparison]
 ) -> dict[str, float]:
-    """Largest error by name: scatter over the range, of the fitted tests and of blind ones."""
+    """Largest error by name: scatter over the range, of the fitted tests and of blind ones.
+
+    Twice the noise of a measured number is no error of the law.
+    """
     errors = {"scatter": max(scatter.values())}
     for label, rows in (("", fitted), ("blind ", unseen)):
         for row in rows:
             for name, error in row.errors.items():
-                errors[label + name] = max(errors.get(label + name, 0.0), error)
+                beyond = max(0.0, error - 2.0 * row.noise.get(name, 0.0))
+                errors[label + name] = max(errors.get(label + name, 0.0), beyond)
     return errors
 
 
