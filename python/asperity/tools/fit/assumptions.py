@@ -9,7 +9,7 @@ import numpy as np
 
 from .evidence import first_stroke, guesses
 from .intervals import Assumption, Intervals, spreads
-from .ladder import GAIN, STIFF, Model, criteria, independent
+from .ladder import GAIN, STIFF, Model, independent
 from .model import KS, KT, SPRINGS, to_scale
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, solve
@@ -117,10 +117,9 @@ def of_friction(
     if not closed.is_closed_form:
         return
     solution = Solution(rigid, closed, *solve(closed, closed.x(known), SEARCHED))
-    first, second = criteria([chosen, solution])
-    difference, halves = second - first, halves_of(solution)
-    parts = ("mu", "sigma0", "Gc", KT)
-    yield Assumption(RIGID_FRICTION, difference, solution.values, difference < GAIN, parts, halves)
+    # a spring that the law does not need, as its friction is late, is no further constant
+    square, parts, halves = solution.mean_squares["tau"], ("mu", "sigma0", "Gc", KT), halves_of(solution)
+    yield beside(chosen, square, solution.values, RIGID_FRICTION, "tau", parts, halves)
 
 
 def halves_of(solution: Solution) -> dict[str, float]:

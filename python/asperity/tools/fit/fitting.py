@@ -40,9 +40,10 @@ from .verdict import (
     worst_errors,
 )
 
-WEIGHTS, NEAR, SWITCHES = (0.2, 5.0), 1.0e-3, 2
-"""Smallest and largest weight of the dilation; distance from a bound, over its range, that lies at it; and
-number of assumptions that may be replaced by better ones.
+WEIGHTS, NEAR, SWITCHES, BY_NOISE = (0.2, 5.0), 1.0e-3, 2, 2.0
+"""Smallest and largest weight of the dilation; distance from a bound, over its range, that lies at it;
+number of assumptions that may be replaced by better ones; and standard deviations of a measured number
+within which an error is noise.
 """
 
 
@@ -235,7 +236,8 @@ def _fit(
     others = [assumption for assumption in profiles if assumption.name in (LINE, HYPERBOLA)]
     other = min(others, key=lambda assumption: assumption.difference, default=None)
     if other and other.difference < -GAIN:
-        constants = ", ".join(f"{name} {other.values[name]:.3g}" for name in ("theta", "height"))
+        own = {name: other.values[name] for name in ("mu", "theta", "height") if name in other.values}
+        constants = ", ".join(f"{name} {value:.3g}" for name, value in own.items())
         notes.append(f"a {other.name} in place of that of the law explains the tests better: {constants}")
     assumptions = [*_assumed(fits, ranked), *strength, *profiles]
     intervals = Intervals(chosen, spreads(chosen), assumptions)
@@ -243,8 +245,12 @@ def _fit(
     tick("blind predictions")
     fitted, unseen = compared(chosen.problem, chosen.values), blind(chosen, tests)
     errors = worst_errors(chosen.scatter, fitted, unseen)
-    grade, worst = grade_of(max(errors.values())), max(errors, key=lambda name: errors[name])
+    beyond = worst_errors(chosen.scatter, fitted, unseen, BY_NOISE)
+    grade, worst = grade_of(max(beyond.values())), max(beyond, key=lambda name: beyond[name])
     reasons = [f"the law misses the {worst} by {errors[worst]:.0%}"] if grade == "poor" else []
+    if grade != grade_of(max(errors.values())):
+        worst = max(errors, key=lambda name: errors[name])
+        notes.append(f"the grade leaves out the noise of the measured numbers, here of the {worst}")
     low, high = chosen.problem.ends if chosen.x.size else (chosen.x, chosen.x)
     near = np.minimum(chosen.x - low, high - chosen.x) < NEAR * (high - low)
     at_bounds = [name for name, at_bound in zip(chosen.model.free, near, strict=True) if at_bound]
@@ -335,7 +341,8 @@ def _spring(
     if spring == KT:
         # the elastic slip is that of the joint: of its planes, or of a bond that softens with the shape eta
         new = "eta" if model.bond else KS
-        if new in model.fixed:
+        # a flat joint is the same with either
+        if new in model.fixed or (new == KS and not solution.values["theta"]):
             return solution, []
         contact = {} if model.bond else {"kc": STIFF}
         if "kc" in model.fixed:

@@ -143,11 +143,11 @@ class Intervals:
         half = max([0.0, *(size for size in sizes if not np.isnan(size))])
         # what the law misses and a better assumption does not is no error of the constants
         better = [
-            assumption.halves[name]
+            (assumption.difference, assumption.halves[name])
             for assumption in self.assumptions
             if assumption.difference < -BETTER and name in assumption.parts and name in assumption.halves
         ]
-        half = min([half, *better])
+        half = min(half, min(better)[1]) if better else half
         low, high = -half, half
         for assumption in self.assumptions:
             applies = (

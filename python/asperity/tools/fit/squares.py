@@ -96,6 +96,10 @@ class _Corrected:
     renewed: bool
     steps: int = -1
 
+    def __post_init__(self) -> None:
+        """No point yet."""
+        self.last = self.base = (np.zeros(0), np.zeros(0))
+
     def value(self, at: Floats) -> Floats:
         """Residuals (n,)."""
         self.last = (at.copy(), self.function(at))
@@ -107,12 +111,12 @@ class _Corrected:
         if self.renewed or self.steps < 0:
             self.matrix = _differences(self.function, at, here, self.step)
         else:
-            move = at - self.at
+            move, change = at - self.base[0], here - self.base[1]
             weighted = np.sum(self.matrix**2, axis=0) * move
             size = float(move @ weighted)
             if size > 0.0:
-                self.matrix = self.matrix + np.outer(here - self.here - self.matrix @ move, weighted / size)
-        self.steps, self.at, self.here = self.steps + 1, at.copy(), here
+                self.matrix = self.matrix + np.outer(change - self.matrix @ move, weighted / size)
+        self.steps, self.base = self.steps + 1, (at.copy(), here)
         return self.matrix
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from .evidence import cycles, first_slope, first_stroke, last_slope, noises, numbers, pressures, smooth
 from .intervals import Estimate
 from .ladder import NOISE, ROWS_EACH, independent
-from .model import KT, SPRINGS, Problem
+from .model import KS, KT, SPRINGS, Problem
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted
 
@@ -91,17 +91,20 @@ def blind(solution: Solution, tests: Sequence[ShearTest]) -> list[Comparison]:
 
 
 def worst_errors(
-    scatter: Mapping[str, float], fitted: Sequence[Comparison], unseen: Sequence[Comparison]
+    scatter: Mapping[str, float],
+    fitted: Sequence[Comparison],
+    unseen: Sequence[Comparison],
+    deviations: float = 0.0,
 ) -> dict[str, float]:
     """Largest error by name: scatter over the range, of the fitted tests and of blind ones.
 
-    Twice the noise of a measured number is no error of the law.
+    deviations: times the noise of a measured number, which is no error of the law, to leave out.
     """
     errors = {"scatter": max(scatter.values())}
     for label, rows in (("", fitted), ("blind ", unseen)):
         for row in rows:
             for name, error in row.errors.items():
-                beyond = max(0.0, error - 2.0 * row.noise.get(name, 0.0))
+                beyond = max(0.0, error - deviations * row.noise.get(name, 0.0))
                 errors[label + name] = max(errors.get(label + name, 0.0), beyond)
     return errors
 
@@ -126,7 +129,7 @@ def too_little(solution: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
         yield f"{rows} rows: at least {LEAST_ROWS} are needed to judge the law by"
     if data < ROWS_EACH * len(own):
         yield f"{data:.0f} independent data for {len(own)} constants: longer tests or further ones are needed"
-    if KT in solution.model.free and not _slides(solution):
+    if {*SPRINGS} & {*solution.model.free} and not _slides(solution):
         yield "the tests end before the joint slides: mu is not shown; longer tests are needed"
     dilates, levels = any(test.s_N is not None for test in tests), {round(test.pressed, 9) for test in tests}
     scatter = solution.scatter["tau"]
@@ -142,7 +145,8 @@ def too_little(solution: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
 
 def _slides(solution: Solution) -> bool:
     """Whether in some test enough rows lie beyond the slip of the spring."""
-    problem, stiffness = solution.problem, solution.values[KT]
+    problem, values = solution.problem, solution.values
+    stiffness = values[KT] if KT in values else values[KS]
     for test, (_, rows), (tau, *_) in zip(
         problem.tests, problem.paths, problem.curves(solution.values), strict=True
     ):
