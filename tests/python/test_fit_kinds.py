@@ -121,6 +121,15 @@ def test_friction_that_acts_from_the_first_slip_on() -> None:
     assert any("friction acts before the bond is damaged" in text for text in result.notes)
 
 
+@pytest.mark.parametrize("spring", ["kT", "ks"])
+def test_joint_that_never_slides(spring: str) -> None:
+    """Rows that only rise show no friction, wherever the elastic slip lies."""
+    slip = np.linspace(0.1, 1.0, 20)
+    tau = 0.5 * slip + np.random.default_rng(1).normal(0.0, 0.005, slip.size)
+    result = fit([ShearTest("rising", slip, tau, None, -1.0)], free=(spring, "mu"))
+    assert any("before the joint slides" in text for text in result.reasons)
+
+
 @pytest.mark.slow
 def test_cycles_behind_a_spring() -> None:
     """The elastic slip of cycles is that of the spring of the drawn law; case and predictions have it."""
