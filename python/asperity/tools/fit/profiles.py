@@ -68,8 +68,9 @@ def of_profile(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumpt
     for (solution, name), value in zip(forms, first[1:], strict=True):
         # crush belongs to the profile, too, and a spring goes with the start of the slip
         parts = tuple(part for part in chosen.model.free if part not in ("crush", *SPRINGS))
-        difference, halves = value - first[0], halves_of(solution)
-        yield Assumption(name, difference, solution.values, difference < GAIN, parts, halves)
+        # a profile that explains the tests better than the law excludes others, too
+        allowed, halves = value < min(first) + GAIN, halves_of(solution)
+        yield Assumption(name, value - first[0], solution.values, allowed, parts, halves)
 
 
 def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:
