@@ -29,6 +29,7 @@ SIZES = {
     (1, 1): tuple(SOLVERS),
     (1, 2): FACTORED,
     (2, 1): ("LU", "Cholesky", "CG, gamg"),
+    (4, 1): ("CG, gamg",),
     (6, 1): ("LU", "CG, gamg"),
 }
 """Solvers by so many times the half-bricks and courses, and by the ranks."""
