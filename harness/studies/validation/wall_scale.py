@@ -129,7 +129,7 @@ def growth() -> str:
         off = max(
             abs(run.peak / runs.loc[size, 1, "LU"].peak - 1.0)
             for (size, _, solver), run in runs.drop([*HARDER]).iterrows()
-            if solver == name
+            if solver == name and (size, 1, "LU") in runs.index
         )
         body.append(
             [
