@@ -29,12 +29,12 @@ SIZES = {
     (1, 1): tuple(SOLVERS),
     (1, 2): FACTORED,
     (2, 1): ("LU", "Cholesky", "CG, gamg"),
-    (4, 1): ("CG, gamg",),
+    (4, 1): ("LU", "CG, gamg"),
     (6, 1): ("LU", "CG, gamg"),
 }
 """Solvers by so many times the half-bricks and courses, and by the ranks."""
 
-GROWN = 2, 6
+GROWN = 4, 6
 """Sizes from which the growth is taken."""
 
 CRACKED = (
