@@ -34,6 +34,13 @@ class Drawn(NamedTuple):
     held: Test | None = None
 
 
+Asperities = Callable[[float, float], tuple[float, float]]
+"""Slope and dilation at a slip >= 0 of the joint and a work of friction per area."""
+
+Law = Callable[[np.random.Generator, float, float], tuple[Asperities, dict[str, float]]]
+"""Asperities, drawn, of a first slope and the largest slip, and their true constants beside mu and theta."""
+
+
 def exactly(**values: float) -> dict[str, tuple[float, float]]:
     """Constants that have one true value."""
     return {name: (float(value), float(value)) for name, value in values.items()}
@@ -225,19 +232,11 @@ def barton_bandis(rng: np.random.Generator, count: int = 0, length: int = 0) -> 
     return Drawn(tests, truth, numbers, held)
 
 
-def plesha(rng: np.random.Generator, count: int = 0, length: int = 0) -> Drawn:
-    """Cycles on two saw teeth that the work of friction flattens (Plesha 1987), behind a spring; CNL.
-
-    The slope is tan(theta) exp(-W/W0), W the work of friction per area of the joint, and the opening the
-    slope times the slip.
-    """
+def strokes(rng: np.random.Generator, count: int, length: int, law: Law) -> Drawn:
+    """Cycles on asperities that are alike to both sides, behind a spring; CNL."""
     mu, theta, stiffness = rng.uniform(0.45, 0.75), rng.uniform(8.0, 22.0), rng.uniform(5.0, 12.0)
-    slope, amplitude, cycles = (
-        float(np.tan(np.radians(theta))),
-        rng.uniform(2.0, 6.0),
-        int(rng.integers(1, 4)),
-    )
-    work = float(np.exp(rng.uniform(np.log(1.0), np.log(20.0)))) * amplitude
+    amplitude, cycles = rng.uniform(2.0, 6.0), int(rng.integers(1, 4))
+    asperities, further = law(rng, float(np.tan(np.radians(theta))), amplitude)
     rows = round(length / (2.0 * cycles + 0.5)) if length else int(rng.integers(40, 121))
 
     def test(pressure: float) -> Test:
@@ -251,9 +250,8 @@ def plesha(rng: np.random.Generator, count: int = 0, length: int = 0) -> Drawn:
         before = 0.0
         for x in way:
             for part in np.linspace(before, x, 21)[1:]:
-                now = slope * np.exp(-done / work)
                 forward = 1.0 if stiffness * (part - u) > 0.0 else -1.0
-                rise = now * (1.0 if u * forward >= 0.0 else -1.0)
+                rise = asperities(abs(u), done)[0] * (1.0 if u * forward >= 0.0 else -1.0)
                 strength = forward * pressure * (mu + rise) / (1.0 - mu * rise)
                 tau = stiffness * (part - u)
                 if tau * forward > strength * forward:
@@ -262,14 +260,48 @@ def plesha(rng: np.random.Generator, count: int = 0, length: int = 0) -> Drawn:
                     done += abs(strength * step) - pressure * rise * abs(step)
             before = x
             taus.append(tau)
-            openings.append(slope * np.exp(-done / work) * abs(u))
+            openings.append(asperities(abs(u), done)[1])
         return Test(way, np.array(taus), np.array(openings), pressure)
 
     tests = [
         noisy(rng, test(float(pressure)), rng.uniform(0.01, 0.05))
         for pressure in sorted(rng.uniform(0.4, 2.5, count or int(rng.integers(1, 3))))
     ]
-    return Drawn(tests, exactly(mu=mu, theta=theta), [])
+    return Drawn(tests, exactly(mu=mu, theta=theta, **further), [])
+
+
+def plesha(rng: np.random.Generator, count: int = 0, length: int = 0) -> Drawn:
+    """Cycles on two saw teeth that the work of friction flattens (Plesha 1987), behind a spring; CNL.
+
+    The slope is tan(theta) exp(-W/W0), W the work of friction per area of the joint, and the opening the
+    slope times the slip.
+    """
+
+    def law(rng: np.random.Generator, slope: float, amplitude: float) -> tuple[Asperities, dict[str, float]]:
+        work = float(np.exp(rng.uniform(np.log(1.0), np.log(20.0)))) * amplitude
+
+        def asperities(u: float, done: float) -> tuple[float, float]:
+            now = slope * float(np.exp(-done / work))
+            return now, now * u
+
+        return asperities, {}
+
+    return strokes(rng, count, length, law)
+
+
+def parabolic_strokes(rng: np.random.Generator) -> Drawn:
+    """Cycles on asperities whose slope falls along a straight line from the middle to both sides; CNL."""
+
+    def law(rng: np.random.Generator, slope: float, amplitude: float) -> tuple[Asperities, dict[str, float]]:
+        height = slope * amplitude * rng.uniform(0.2, 0.6)
+
+        def asperities(u: float, _: float) -> tuple[float, float]:
+            left = max(0.0, 1.0 - 0.5 * u * slope / height)
+            return slope * left, height * (1.0 - left**2)
+
+        return asperities, {"height": height}
+
+    return strokes(rng, 0, 0, law)
 
 
 def nonsense(rng: np.random.Generator) -> Drawn:
@@ -335,6 +367,7 @@ KINDS = {
     "cohesion, --joint mortar": cohesion,
     "Barton-Bandis": barton_bandis,
     "Plesha, cycles": plesha,
+    "cycles on parabolic asperities": parabolic_strokes,
     "nonsense": nonsense,
 }
 """Laws by name, which ends with the form of the joint where that is known."""

@@ -89,6 +89,15 @@ def test_profile_that_the_law_does_not_have() -> None:
     assert not assumption.admissible and not any("slope along a line" in text for text in result.notes)
 
 
+def test_profile_of_cycles() -> None:
+    """In cycles the first strokes tell another profile: slope and height lie in the intervals."""
+    tests, truth = drawn_tests("cycles on parabolic asperities", 8, lambda p: len(p) == 2)
+    result = fit(tests)
+    assert result.is_result and any("slope along a line" in text for text in result.notes)
+    for name in ("mu", "theta", "height"):
+        assert result.estimates[name].low <= truth[name][0] <= result.estimates[name].high
+
+
 def test_straight_softening_of_asperities_is_no_bond() -> None:
     """Asperities that end soften along a line, as a bond: several pressures or a dilation tell them apart."""
     tests, truth = drawn_tests(

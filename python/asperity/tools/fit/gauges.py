@@ -82,9 +82,12 @@ class Started(Rigid):
         return (strength, opening, slips.size), (sign * start, offset)
 
 
-def rigid_form(chosen: Solution, tests: Sequence[ShearTest]) -> Solution | None:
-    """Fit of the same model with rigid sides behind a spring, which has a closed form; None without one."""
-    model = chosen.model
+def rigid_form(chosen: Solution, tests: Sequence[ShearTest], left_out: Sequence[str] = ()) -> Solution | None:
+    """Fit of the same model with rigid sides behind a spring, which has a closed form; None without one.
+
+    left_out: constants that the tests do not need, as wear in a first stroke.
+    """
+    model = replace(chosen.model, free=tuple(name for name in chosen.model.free if name not in left_out))
     if KS in model.free:
         model = model.instead(KS, KT)
     elif KS in model.fixed and not model.series:

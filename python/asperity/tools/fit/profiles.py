@@ -12,7 +12,7 @@ from .evidence import first_stroke
 from .gauges import Started, rigid_form, with_profile
 from .intervals import Assumption
 from .ladder import GAIN, criteria, independent
-from .model import KT, SCALES, SPRINGS
+from .model import KT, SCALES, SPRINGS, rows_of
 from .rigid import Profile, exponential, hyperbola, parabola
 from .series import Rigid
 from .shear_test import ShearTest
@@ -48,33 +48,38 @@ def of_profile(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumpt
     """Constants of asperities whose slope falls otherwise than that of the law, from other starts, too.
 
     A first slope is that of a profile, and the tests may not show which one it is.  Nor do they show where a
-    gauge was set to zero, which moves the slope along the profile.
+    gauge was set to zero, which moves the slope along the profile.  Of cycles the first strokes are compared.
     """
-    if chosen.model.bond or "theta" not in chosen.model.free or not first_only(tests):
+    if chosen.model.bond or "theta" not in chosen.model.free:
         return
-    form = rigid_form(chosen, tests)
+    alone = first_only(tests)
+    if not alone:
+        tests = [rows_of(test, first_stroke(test)) for test in tests]
+    form = rigid_form(chosen, tests, () if alone else ("W0",))
     if form is None:
         return
-    forms = [(with_profile(form, Started, exponential), STARTS)]
+    own = chosen if alone else form
+    forms = [(with_profile(form, Started, exponential), STARTS)] if alone else []
     if "height" in chosen.model.free:
         for profile, name in ((parabola, LINE), (hyperbola, HYPERBOLA)):
             forms.append((with_profile(form, Rigid, profile), name))
-            forms.append((with_profile(forms[-1][0], Started, profile), f"{name}, other starts"))
-            if "crush" in form.model.free:
+            if alone:
+                forms.append((with_profile(forms[-1][0], Started, profile), f"{name}, other starts"))
+            if "crush" in form.model.free and alone:
                 # what looks like crushed asperities may be their profile
                 whole = refitted(form, tests, form.model.without("crush", crush=0.0), tolerance=SEARCHED)
                 forms.append((with_profile(whole, Started, profile), f"{name}, not crushed"))
-    first = criteria([chosen, *(solution for solution, _ in forms)])
+    first = criteria([own, *(solution for solution, _ in forms)])
     for (solution, name), value in zip(forms, first[1:], strict=True):
         # crush belongs to the profile, too, and a spring goes with the start of the slip
-        parts = tuple(part for part in chosen.model.free if part not in ("crush", *SPRINGS))
+        parts = tuple(part for part in chosen.model.free if part not in ("crush", "W0", *SPRINGS))
         # a profile that explains the tests better than the law excludes others, too
         allowed, halves = value < min(first) + GAIN, halves_of(solution)
         yield Assumption(name, value - first[0], solution.values, allowed, parts, halves)
 
 
 def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:
-    """Slope and height beside a bond by the dilation alone, as those of rigid joints of two profiles.
+    """Slope and height beside a bond by the dilation alone, as those of rigid joints of three profiles.
 
     Their spring in series is that of the dilation, as the law may have put the elastic slip elsewhere.
     """
@@ -84,6 +89,7 @@ def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assump
     yield _alone(chosen, tests, exponential, "the dilation alone")
     if "height" in chosen.model.free:
         yield _alone(chosen, tests, parabola, LINE)
+        yield _alone(chosen, tests, hyperbola, HYPERBOLA)
 
 
 def _alone(chosen: Solution, tests: Sequence[ShearTest], profile: Profile, name: str) -> Assumption:
