@@ -89,16 +89,11 @@ def signed(error: float) -> str:
     return f"{round(error, 1) + 0.0:+.1f}"
 
 
-BEFORE = "‡"
-"""Mark of a run before errors of forces above 0.01 were limited to snaps; one pass alone is as before."""
-
-
 def left_by_passes(summary: pandas.Series) -> str:
     """Largest error of forces of the steps by passes, and where there are snaps that of their steps."""
     if summary.snaps > 0 and "implex" not in str(summary.name):
         return f"{two_digits(summary.calm)}, snaps {two_digits(summary.e_t)}"
-    before = pandas.isna(summary.snaps) and summary.by_passes > 0 and "implex" not in str(summary.name)
-    return two_digits(summary.e_t) + BEFORE * bool(before)
+    return two_digits(summary.e_t)
 
 
 AIMS = {

@@ -148,7 +148,9 @@ def changes(curves: dict[str, Floats]) -> str:
     """Table of the strengths with other meshes and assumed constants."""
     body = []
     for name, (wall, change_text) in CHANGES.items():
-        limit = until(wall) if wall in FORCES else np.inf
+        limit, end = until(wall) if wall in FORCES else np.inf, float(curves[name][-1, 0])
+        if end < min(limit, curves[wall][-1, 0]) - 1e-6:
+            change_text, limit = f"{change_text}, which stops at {end:.1f} mm", end
         new, old = (most(curves[run_name], limit) for run_name in (name, wall))
         body.append([wall, change_text, f"{100.0 * (new / old - 1.0):+.1f}"])
     return markdown(["wall", "change", "strength, %"], body)
