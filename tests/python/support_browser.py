@@ -12,6 +12,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from support_signals import heeds_signals
+
 FLAGS = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
     *("--disable-background-networking", "--disable-component-update", "--disable-dev-shm-usage"),
@@ -50,7 +52,7 @@ def chromium(profile: Path) -> Iterator[Any]:
 def served(*values: str) -> Iterator[str]:
     """Address of `asperity explore`, as it prints it; Ctrl-C ends it, with exit code 0."""
     command = [sys.executable, "-m", "asperity", "explore", "--no-browser", "--port", "0", *values]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, preexec_fn=_heed_interrupts) as server:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, preexec_fn=heeds_signals) as server:
         try:
             assert server.stdout is not None
             yield server.stdout.readline().split()[0]
@@ -58,8 +60,3 @@ def served(*values: str) -> Iterator[str]:
             assert server.wait(timeout=60) == 0
         finally:
             server.kill()
-
-
-def _heed_interrupts() -> None:
-    """Undo what a shell does to its jobs in the background, which ignore Ctrl-C."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)

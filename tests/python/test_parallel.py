@@ -19,6 +19,7 @@ from asperity import Interface, Material, Pattern, sweeps
 from asperity.cli import main
 from asperity.parallel import map_in_order
 from asperity.tools.slip_curves import slip_curves
+from support_signals import heeds_signals
 
 
 @pytest.mark.parametrize("processes", [0, 2])
@@ -104,7 +105,8 @@ def test_a_command_that_is_ended_ends_its_processes(
         "&sweep name = 'p', values = -1, -2 /\n&step t_N = p /\n&step slip = 5, increments = 9000000 /\n"
     )
     command = [sys.executable, "-m", "asperity", "run", path, "-o", tmp_path / "out.csv", "--jobs", f"{jobs}"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as process:
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    with subprocess.Popen(command, preexec_fn=heeds_signals, **streams) as process:
         while len([*tmp_path.glob("out_*.csv")]) < jobs and process.poll() is None:
             time.sleep(0.1)
         process.send_signal(number)

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from support_signals import heeds_signals
 
 CASE = """&material sigma0 = 3.0, Gc = 0.3, eta = 0.9, mu = 0.5 /
 &pattern sides = 0 /
@@ -53,7 +54,9 @@ def test_the_driver_ends(job: str, number: int, early: bool, library: Path, tmp_
     mark = MARK.format(now=f"os.kill(os.getpid(), {int(number)})" if early else "pass")
     script = mark + JOBS[job].format(library)
     pid = tmp_path / "pid"
-    with subprocess.Popen([sys.executable, "-c", script], cwd=tmp_path, stderr=subprocess.DEVNULL) as process:
+    with subprocess.Popen(
+        [sys.executable, "-c", script], cwd=tmp_path, stderr=subprocess.DEVNULL, preexec_fn=heeds_signals
+    ) as process:
         while not (pid.is_file() and pid.read_text()) and process.poll() is None:
             time.sleep(0.01)
         if not early:

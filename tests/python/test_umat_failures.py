@@ -7,11 +7,11 @@ import shutil
 import signal
 import subprocess
 import time
-from functools import partial
 from pathlib import Path
 
 import pytest
 from support_driver import call
+from support_signals import heeds_signals
 from support_umat import planted
 
 pytestmark = [
@@ -169,10 +169,8 @@ def test_two_runs_do_not_share_a_file(driver: Path, attacker, tmp_path: Path) ->
 def test_an_interrupt_ends_the_child(driver: Path, attacker, tmp_path: Path) -> None:
     """SIGINT to the driver ends the UMAT, too, and keeps the rows."""
     (tmp_path / "case.nml").write_text(attacker("for (;;);", 60), encoding="utf-8")
-    # a shell in the background starts its programs without SIGINT
-    obeys = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
     with subprocess.Popen(
-        [driver, "case.nml"], cwd=tmp_path, stderr=subprocess.DEVNULL, preexec_fn=obeys
+        [driver, "case.nml"], cwd=tmp_path, stderr=subprocess.DEVNULL, preexec_fn=heeds_signals
     ) as process:
         wait_for(lambda: (tmp_path / "case.csv").is_file())
         wait_for(lambda: (tmp_path / "case.csv").read_text().count("\n") == 4)
