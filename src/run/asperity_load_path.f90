@@ -248,20 +248,14 @@ contains
     type(row_type), intent(in) :: row                         !! its last row
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended
     character(len=:), allocatable :: text
+    integer :: fork
     if (row%lost) call explain_loss(run, row, message)
     if (.not. run%unforked) return
-    associate (fork => run%steps(run%step)%fork)
-      text = "step " // integer_text(run%step) // ": fork = " // integer_text(fork) // ": "
-      if (run%forks == 0) then
-        text = text // "no other branch crosses in this step: expected fork = 0"
-      else if (row%fork) then
-        text = text // "another branch crosses just before the last row of this step only: expected a farther " // &
-          "target, or fork = 0"
-      else
-        text = text // "no equilibrium was found to this side of the fork: expected fork = " // integer_text(-fork) // &
-          ", or 0"
-      end if
-    end associate
+    fork = run%steps(run%step)%fork
+    text = "no other branch crosses in this step: expected fork = 0"
+    if (run%forks > 0) text = "the branch was not left at its fork in this step: expected fork = " // &
+      integer_text(-fork) // ", a farther target, or fork = 0"
+    text = "step " // integer_text(run%step) // ": fork = " // integer_text(fork) // ": " // text
     call append(message, text)
   end subroutine explain_end
 
