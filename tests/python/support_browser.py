@@ -1,18 +1,13 @@
-"""A headless browser for pages on this machine, and a server of `asperity explore`."""
+"""A headless browser for pages on this machine."""
 
 from __future__ import annotations
 
 import shutil
-import signal
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
-
-from support_signals import heeds_signals
 
 FLAGS = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
@@ -46,17 +41,3 @@ def chromium(profile: Path) -> Iterator[Any]:
         yield driver
     finally:
         driver.quit()
-
-
-@contextmanager
-def served(*values: str) -> Iterator[str]:
-    """Address of `asperity explore`, as it prints it; Ctrl-C ends it, with exit code 0."""
-    command = [sys.executable, "-m", "asperity", "explore", "--no-browser", "--port", "0", *values]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, preexec_fn=heeds_signals) as server:
-        try:
-            assert server.stdout is not None
-            yield server.stdout.readline().split()[0]
-            server.send_signal(signal.SIGINT)
-            assert server.wait(timeout=60) == 0
-        finally:
-            server.kill()

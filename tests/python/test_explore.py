@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import importlib.util
 import re
+import signal
+import subprocess
+import sys
 import urllib.parse
 import urllib.request
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -26,13 +30,27 @@ from asperity.tools.explore.model import (
     plan,
     section,
 )
-from support_browser import served
+from support_signals import heeds_signals
 
 PLAIN = Choice(VALUES, "one cycle")
 WORN = Choice(
     VALUES | {"height": 0.3, "W0": 0.8, "direction": 25.0, "sides": 5.0, "theta": 22.5}, "three cycles"
 )
 FLAT = Choice(VALUES | {"sides": 0.0, "sigma_N": -3.0}, "there and back")
+
+
+@contextmanager
+def served(*values: str) -> Iterator[str]:
+    """Address of `asperity explore`, as it prints it; Ctrl-C ends it, with exit code 0."""
+    command = [sys.executable, "-m", "asperity", "explore", "--no-browser", "--port", "0", *values]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, preexec_fn=heeds_signals) as server:
+        try:
+            assert server.stdout is not None
+            yield server.stdout.readline().split()[0]
+            server.send_signal(signal.SIGINT)
+            assert server.wait(timeout=60) == 0
+        finally:
+            server.kill()
 
 
 def followed(text: str, folder: Path, direction: float) -> np.ndarray:
