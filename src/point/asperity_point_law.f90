@@ -51,7 +51,6 @@ module asperity_point_law
   contains
     procedure :: admissible
     procedure :: bond_pressure
-    procedure :: beyond_strength
     procedure :: cannot_soften
     procedure :: contact_opening
     procedure :: explain_branch
@@ -137,21 +136,6 @@ contains
     real(wp) :: largest
     largest = 0.0_wp
   end function bond_pressure
-
-  !> In which direction prescribed tractions are beyond what the law can carry from a state on, and how much it carries
-  !> in this direction. A law without a closed form of its strength knows none.
-  pure subroutine beyond_strength(law, traction, spring, given, dt, state, direction, most)
-    class(point_law), intent(in) :: law      !! the law
-    logical, intent(in) :: traction(3)       !! whether traction + spring*separation is given, or the separation
-    real(wp), intent(in) :: spring(3)        !! stiffness of a surrounding spring, stress/length
-    real(wp), intent(in) :: given(3)         !! the given values
-    real(wp), intent(in) :: dt               !! duration, time
-    real(wp), intent(in) :: state(:)         !! state
-    real(wp), intent(out) :: direction(3)    !! unit vector (N, Tx, Ty), zero: none
-    real(wp), intent(out) :: most            !! largest traction in this direction, stress
-    direction = 0.0_wp
-    most = 0.0_wp
-  end subroutine beyond_strength
 
   !> Append why the unstable part of a branch cannot be followed; a law that does not know follows it.
   pure subroutine explain_branch(law, place, message)

@@ -259,13 +259,13 @@ contains
     call append(message, text)
   end subroutine explain_end
 
-  !> Append why the last row is lost: what the interface carries at most, in closed form, or how far none was found.
+  !> Append why the last row is lost: how far none was found, and where the joint is least stable.
   pure subroutine explain_loss(run, row, message)
     type(run_type), intent(in) :: run                         !! the run
     type(row_type), intent(in) :: row                         !! its last row, lost
     character(len=:), allocatable, intent(inout) :: message   !! a line is appended
     character(len=:), allocatable :: text
-    real(wp) :: asked, direction(3), fall(3), most
+    real(wp) :: fall(3)
     allocate (character(len=0) :: text)
     if (row%report%ended == ended_refused) then
       text = "the law asks for less than " // to_text(smallest_part) // " of the increment"
@@ -284,42 +284,22 @@ contains
     else if (row%report%ended == ended_rejected) then
       text = "the values to reach are out of range"
     else
-      call run%law%beyond_strength(run%control%traction, run%control%spring, run%given, run%control%dt, &
-        run%point%state, direction, most)
-      if (any(abs(direction) > 0.0_wp)) then
-        asked = dot_product(direction, run%given)
-        text = "no equilibrium exists: in the direction (" // short(direction(1)) // ", " // short(direction(2)) // &
-          ", " // short(direction(3)) // ") the joint carries at most "
-        if (count(abs(direction) > 0.0_wp) == 1) then
-          text = "no equilibrium exists: the joint carries at most t_" // &
-            trim(component_names(maxloc(abs(direction), 1))) // " = "
-          asked = sum(direction)*asked
-          most = sum(direction)*most
-        end if
-        ! six digits, or all of them if six do not differ
-        if (short(most) == short(asked)) then
-          text = text // to_text(most) // ", the step asks for " // to_text(asked)
+      text = "none found: the motion under the prescribed tractions reaches no equilibrium within " // &
+        to_text(farthest) // " s_f"
+      if (row%report%ended == ended_limit) text = "the increment needs more than the limit of " // &
+        integer_text(most_updates) // " updates of the law"
+      if (row%report%jumps > 0) text = "no equilibrium exists nearby: the traction of the law jumps from t_" // &
+        trim(component_names(row%report%jumps)) // " = " // short(row%report%sides(1)) // " to " // &
+        short(row%report%sides(2)) // " there, and the prescribed one lies between"
+      fall = falling_direction(run%point%tangent, run%control%traction, run%control%spring, &
+        run%given - run%point%traction - run%control%spring*run%point%s)
+      if (any(abs(fall) > 0.0_wp)) then
+        if (row%report%jumps > 0 .or. row%report%ended == ended_limit) then
+          text = text // "; the joint is least stable in the direction ("
         else
-          text = text // short(most) // ", the step asks for " // short(asked)
+          text = text // "; the joint leaves its last equilibrium in the direction ("
         end if
-      else
-        text = "none found: the motion under the prescribed tractions reaches no equilibrium within " // &
-          to_text(farthest) // " s_f"
-        if (row%report%ended == ended_limit) text = "the increment needs more than the limit of " // &
-          integer_text(most_updates) // " updates of the law"
-        if (row%report%jumps > 0) text = "no equilibrium exists nearby: the traction of the law jumps from t_" // &
-          trim(component_names(row%report%jumps)) // " = " // short(row%report%sides(1)) // " to " // &
-          short(row%report%sides(2)) // " there, and the prescribed one lies between"
-        fall = falling_direction(run%point%tangent, run%control%traction, run%control%spring, &
-          run%given - run%point%traction - run%control%spring*run%point%s)
-        if (any(abs(fall) > 0.0_wp)) then
-          if (row%report%jumps > 0 .or. row%report%ended == ended_limit) then
-            text = text // "; the joint is least stable in the direction ("
-          else
-            text = text // "; the joint leaves its last equilibrium in the direction ("
-          end if
-          text = text // short(fall(1)) // ", " // short(fall(2)) // ", " // short(fall(3)) // ")"
-        end if
+        text = text // short(fall(1)) // ", " // short(fall(2)) // ", " // short(fall(3)) // ")"
       end if
     end if
     if (run%control%traction(1)) then

@@ -55,7 +55,7 @@ def test_an_open_joint_carries_the_water() -> None:
     """Where the water exceeds the pressure the sides part: under a prescribed opening t_N = -p."""
     test = JOINT.run(Step(s_N=0.05, p=[WATER, 2.0 * WATER], increments=4))
     assert test.traction[[3, 7], 0] == pytest.approx([-WATER, -2.0 * WATER], rel=ROUNDING)
-    with pytest.raises(EquilibriumLost, match=r"carries at most t_N = 0, .* water pressure"):
+    with pytest.raises(EquilibriumLost, match=r"none found: .* water pressure"):
         JOINT.run([Step(t_N=-PRESSURE), Step(p=1.5 * PRESSURE)])
 
 
