@@ -100,7 +100,7 @@ WAY = "&step s_N = 0.05, slip = 0.1, increments = 1 /\n&step t_N = -0.7, slip = 
     ("case", "fragment"),
     {
         PLAIN + "&step t_N = 2.0 /\n&step slip = 0.1, increments = 100 /\n": "; tension is positive",
-        SMOOTH + "&step t_N = 3.5, increments = 70 /\n": "last equilibrium in the direction (1, 0, 0); tension is",
+        SMOOTH + "&step t_N = 3.5, increments = 70 /\n": "in the direction (1, 0, 0); tension is",
         SMOOTH + "&step t_N = 0.0, t_Tx = -4.0 /\n": NONE_FOUND,
         LISTED + SHEAR + ", increments = 3 /\n": NONE_FOUND,
         # the tension is lost on the way to a compression that is carried
