@@ -147,7 +147,6 @@ COMMANDS: dict[str, tuple[str, Callable[[argparse.ArgumentParser], None]]] = {
         _imported("tools.uncertainty.command"),
     ),
     "mesh": ("put joints into a mesh, for a host program", _imported("mesh.command")),
-    "picture": ("draw a structure and its joints from a PVD file", _imported("tools.picture.command")),
     "card": ("print the material block for the input of a host program", _imported("card_command")),
     "export": ("write a model of one element for a host program", _imported("export.command")),
     "explore": ("open a page with sliders for constants and load path", _imported("tools.explore.command")),

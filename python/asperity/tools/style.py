@@ -14,7 +14,6 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 
 from ..contract import Floats
@@ -89,18 +88,6 @@ def save(figure: Figure, path: Path) -> None:
     """Write a figure to a file whose name ends in .png or .pdf."""
     check_picture(path)
     path.write_bytes(encoded(figure, path.suffix))
-
-
-def save_pixels(image: NDArray[np.uint8], path: Path) -> None:
-    """Write pixels (height, width, 3) to a PNG file."""
-    from PIL import Image, PngImagePlugin
-
-    made = PngImagePlugin.PngInfo()
-    made.add_text("Software", "asperity")  # commands replace only pictures of this package
-    buffer = io.BytesIO()
-    palette = Image.fromarray(image).convert("RGB").quantize(256, dither=Image.Dither.NONE)
-    palette.save(buffer, format="png", optimize=True, pnginfo=made)
-    path.write_bytes(buffer.getvalue())
 
 
 def encoded(figure: Figure, ending: str) -> bytes:
