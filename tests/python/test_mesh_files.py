@@ -169,7 +169,7 @@ def test_parts_moved_and_turned(tmp_path: Path) -> None:
     assert high.min(0) == pytest.approx([3.0, -2.0, 2.0], abs=ROUNDING)
     assert high.max(0) == pytest.approx([4.0, 0.0, 3.0], abs=ROUNDING)
     assert high[0] == pytest.approx([3.0, 0.0, 2.0], abs=ROUNDING)
-    assert mesh.point_sets["Corner"].tolist() == [8]
+    assert mesh.spots["Corner"].tolist() == [8]
 
 
 def test_instances_that_touch(tmp_path: Path) -> None:

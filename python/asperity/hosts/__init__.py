@@ -63,6 +63,8 @@ class Mesh:
     """Whether joints are solids of a thickness."""
     labels: bool = True
     """Whether names must begin with a letter and have letters, digits, underscores and hyphens only."""
+    groups: bool = True
+    """Whether the file has the groups that are no blocks, and the sides of the joints."""
     linear: bool = True
     """Whether the host has joints between linear faces at one place only."""
 

@@ -1,4 +1,4 @@
-"""Abaqus decks: parts, their instances moved and turned, sets and surfaces, as a mesh of meshio.
+"""Abaqus decks: parts, their instances moved and turned, sets and surfaces, as a RawMesh.
 
 None of meshio, meshlane and meshio++ reads all of that; a comment in pyproject.toml says what each lacks.
 """
@@ -8,7 +8,6 @@ from __future__ import annotations
 import warnings
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +16,7 @@ from .deck import Block, blocks, table
 from .deck_model import Model
 from .deck_scopes import Scope, whole
 from .deck_types import type_of
-
-if TYPE_CHECKING:
-    import meshio
+from .raw import RawMesh
 
 READ = (
     "NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "PART", "END PART", "INSTANCE", "END INSTANCE", "ASSEMBLY",
@@ -48,8 +45,8 @@ LOADS = (
 """Keywords of loads and supports, which are not carried over."""
 
 
-def read_deck(path: Path) -> meshio.Mesh:
-    """Mesh of a deck, with its element sets and surfaces as cell sets and its node sets as point sets.
+def read_deck(path: Path) -> RawMesh:
+    """Mesh of a deck, with its element sets and surfaces as groups of cells and its node sets as spots.
 
     The sets of parts keep their names, with that of the instance before where several instances have one.
     Raises ValueError with file, line and what is not read; ModelWarning names what is left out.

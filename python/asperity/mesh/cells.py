@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from ..contract import Floats
 from ..material import ModelWarning
-from .files import read_mesh
-from .groups import OWNER, TYPE, blocks_of, groups_of
-from .labels import labels_of, left_out_of
+from .files import read_raw
+from .groups import blocks_of, groups_of
 from .node_places import NodePlaces
+from .others import raw_of
+from .raw import RawMesh
 from .shapes import FACES, MIRRORED, PLANE, Integers, area, corner_sizes, corners, dimension, in_cells, place
 from .touching import check_touching, joined
 
@@ -34,13 +35,11 @@ DEGENERATE = {
 """What to do about cells with a node twice."""
 
 
-def read(mesh: meshio.Mesh | Path | str) -> meshio.Mesh:
-    """Mesh of a file that meshio can read; ValueError with the name of the file."""
-    if not isinstance(mesh, str | Path):
-        return mesh
-    if not Path(mesh).is_file():
-        raise ValueError(f"{mesh}: no such file: expected a mesh, such as .msh of gmsh, .inp or .vtu")
-    return read_mesh(Path(mesh), "a mesh that meshio reads", "mesh")
+def read(mesh: RawMesh | meshio.Mesh | Path | str) -> RawMesh:
+    """Mesh of a file, or of meshio; ValueError with the name of the file."""
+    if isinstance(mesh, str | Path):
+        return read_raw(Path(mesh))
+    return mesh if isinstance(mesh, RawMesh) else raw_of(mesh)
 
 
 @dataclass
@@ -100,7 +99,7 @@ class Solids:
     spots: dict[str, Integers]
     before: Integers
     types: dict[str, NDArray[np.str_]]
-    left_out: dict[str, str]
+    left_out: Mapping[str, str]
 
     @property
     def dimension(self) -> int:
@@ -114,26 +113,25 @@ class Solids:
         return NodePlaces(self.before, sizes, self.block, list(self.sets.values()))
 
 
-def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> Solids:
+def solids(mesh: RawMesh, blocks: str | None, join: float | None = None) -> Solids:
     """Solids of a mesh, or the cells of a plane one; ValueError for types and groups that do not fit.
 
     blocks: cell data, or names of the groups that are blocks, with commas.  join: distance of nodes that
     become one; 0: blocks that touch without common faces stay apart; None: they are refused.
     """
-    kinds = {block.type for block in mesh.cells}
+    kinds = {entry.kind for entry in mesh.cells}
     d = 3 if kinds & (set(FACES) - set(PLANE)) else 2
     here = sorted(kind for kind in kinds & set(FACES) if (kind in PLANE) == (d == 2))
     unknown = sorted(kind for kind in kinds - set(FACES) if dimension(kind) >= d or not here)
     if unknown or not here:
         raise ValueError(f"cells of the types {', '.join(unknown or kinds)}: expected {', '.join(FACES)}")
-    points = _plane(np.asarray(mesh.points, float), mesh, here) if d == 2 else np.asarray(mesh.points, float)
-    points = np.ascontiguousarray(points[:, :d])
-    labels = labels_of(mesh)
+    points = np.ascontiguousarray((_plane(mesh, here) if d == 2 else mesh.points)[:, :d])
+    labels = mesh.labels
     if (bad := ~np.isfinite(points).all(1)).any():
         where = f"{labels.node(np.flatnonzero(bad)[0])} at {place(points[bad][0])}"
         raise ValueError(f"{where}: expected finite places")
-    parts = {kind: [k for k, entry in enumerate(mesh.cells) if entry.type == kind] for kind in here}
-    data = [np.asarray(entry.data, np.int64) for entry in mesh.cells]
+    parts = {kind: [k for k, entry in enumerate(mesh.cells) if entry.kind == kind] for kind in here}
+    data = [entry.nodes for entry in mesh.cells]
     apart = {kind: np.concatenate([data[k] for k in numbers]) for kind, numbers in parts.items()}
     apart = {kind: rows for kind, rows in apart.items() if len(rows)}
     if not apart:
@@ -144,7 +142,7 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
     centres = np.concatenate([points[rows].mean(1) for rows in cells.values()])
     first = dict(zip((k for numbers in parts.values() for k in numbers), _starts(data, parts), strict=True))
     choice = (
-        None if blocks is None or blocks in mesh.cell_data else [word.strip() for word in blocks.split(",")]
+        None if blocks is None or blocks in mesh.numbers else [word.strip() for word in blocks.split(",")]
     )
     groups = groups_of(mesh, blocks if choice is None else None)
     members: dict[str, Integers] = {}
@@ -154,18 +152,16 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
     starts = np.cumsum([0, *map(len, data)])
     for k, begin in first.items():
         number[starts[k] : starts[k + 1]] = begin + np.arange(len(data[k]))
-    owner = [
-        number[owners] for owners in mesh.cell_data.get(OWNER, [np.full(len(rows), -1) for rows in data])
-    ]
+    owner = [number[entry.owner] for entry in mesh.cells]
     sides = _faces(apart, points, d) if join else []
     facets_in: dict[int, list[tuple[str, Integers]]] = {}
     for name, rows_by_array in groups.items():
         for k, rows in enumerate(rows_by_array):
             if len(rows) and k in first:
                 members[name] = np.union1d(members.get(name, np.zeros(0, np.int64)), first[k] + rows)
-            elif not len(rows) or name.startswith("instance:"):
+            elif not len(rows):
                 continue
-            elif dimension(mesh.cells[k].type) == d - 1:
+            elif dimension(mesh.cells[k].kind) == d - 1:
                 parts_of_facets.setdefault(name, [])
                 facets_in.setdefault(k, []).append((name, rows))
             else:
@@ -177,13 +173,15 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
         for (name, rows), first_row, last_row in zip(entries, ends, ends[1:], strict=False):
             facets_of = node[data[k][rows]], owner_of[first_row:last_row]
             parts_of_facets[name].append(facets_of)
-    for name, nodes in (mesh.point_sets or {}).items():
-        at = np.asarray(nodes, np.int64).ravel()
+    for name, at in mesh.spots.items():
         spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), at)
-    names, block = blocks_of(members, choice, centres)
-    sets = {
-        name: rows for name, rows in members.items() if name not in names and not name.startswith("instance:")
+    instances = {
+        name: np.concatenate([first[k] + rows for k, rows in enumerate(rows_by_array) if k in first])
+        for name, rows_by_array in mesh.parts.items()
     }
+    instances = {name: rows for name, rows in instances.items() if len(rows)}
+    names, block = blocks_of(members, instances, choice, centres, mesh)
+    sets = {name: rows for name, rows in members.items() if name not in names}
     in_file = np.concatenate([starts[k] + np.arange(len(data[k])) for k in first])
     cells, apart, convex = _sound(
         cells, apart, points, centres, block, names, lambda k: labels.cell(in_file[k])
@@ -195,11 +193,10 @@ def solids(mesh: meshio.Mesh, blocks: str | None, join: float | None = None) -> 
     facets = {name: _once(pieces, d) for name, pieces in parts_of_facets.items()}
     if join is None or join > 0.0:
         check_touching(points, faces, block, names, labels, join or 0.0)
-    given = mesh.cell_data.get(TYPE)
-    types = {kind: np.concatenate([given[k] for k in parts[kind]]) for kind in cells} if given else {}
+    types = {kind: np.concatenate([mesh.cells[k].types for k in parts[kind]]) for kind in cells}
     before = np.concatenate([rows.ravel() for rows in apart.values()])
     return Solids(
-        points, cells, block, names, centres, faces, facets, sets, spots, before, types, left_out_of(mesh)
+        points, cells, block, names, centres, faces, facets, sets, spots, before, types, mesh.left_out
     )
 
 
@@ -232,9 +229,10 @@ def _starts(data: list[Integers], parts: dict[str, list[int]]) -> Integers:
     return np.cumsum([0, *counts])[:-1]
 
 
-def _plane(points: Floats, mesh: meshio.Mesh, kinds: list[str]) -> Floats:
+def _plane(mesh: RawMesh, kinds: list[str]) -> Floats:
     """Nodes of a mesh in x and y; ValueError for one in another plane or in space."""
-    used = in_cells(*(entry.data.astype(np.int64) for entry in mesh.cells if entry.type in kinds))
+    points = mesh.points
+    used = in_cells(*(entry.nodes for entry in mesh.cells if entry.kind in kinds))
     spread = np.ptp(points[used], axis=0) if len(used) else np.zeros(3)
     if len(spread) == 3 and spread[2] > 1e-9 * spread.max():
         z = points[used, 2]

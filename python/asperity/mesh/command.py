@@ -80,7 +80,7 @@ def _mesh(options: argparse.Namespace) -> int:
         raise ValueError(f"--join {options.join:g}: expected a distance >= 0")
     rules: dict[str, list[str] | dict[str, str] | None] = {}
     for text in options.joint:
-        match = re.fullmatch(r"(\w+)(?:=([^:~]+)([:~])([^:~]+))?", text)
+        match = re.fullmatch(r"([^:~=]+)(?:=([^:~]+)([:~])([^:~]+))?", text)
         if not match:
             raise ValueError(f"--joint {text}: expected NAME, NAME=A:B or NAME=A~B")
         name, first, sign, second = match.groups()

@@ -61,7 +61,7 @@ class Block:
         """Number and words of each data line; a comma at the end of a line adds no word."""
         for k, line in enumerate(self.lines):
             text = line.strip()
-            if text and not text.startswith("**"):
+            if text and not is_comment(text):
                 yield k, [word.strip() for word in text.removesuffix(",").split(",")]
 
     def numbers(self, words: list[str], k: int) -> list[float]:
@@ -85,6 +85,16 @@ def blocks(path: Path) -> list[Block]:
             file = _other(source, path.parent, path.parent, block)
             _append(block, file, _text(file).splitlines(), 0)
     return deck
+
+
+def is_comment(line: str) -> bool:
+    """Whether a line is a comment, also behind blanks."""
+    return line.lstrip().startswith("**")
+
+
+def _is_keyword(line: str) -> bool:
+    """Whether the first sign of a line that is no blank is that of a keyword, as Abaqus has it."""
+    return line.lstrip().startswith("*") and not is_comment(line)
 
 
 def _text(path: Path) -> str:
@@ -113,17 +123,17 @@ def _append(block: Block, file: Path, lines: list[str], first: int) -> None:
 def _read(path: Path, home: Path, deck: list[Block], depth: int) -> None:
     """Append the blocks of a file; data lines at its start go on with the last block before."""
     lines = _text(path).splitlines()
-    heads = [k for k, line in enumerate(lines) if line.startswith("*") and not line.startswith("**")]
+    heads = [k for k, line in enumerate(lines) if _is_keyword(line)]
     first = heads[0] if heads else len(lines)
     if deck:
         _append(deck[-1], path, lines[:first], 0)
-    elif any(line.strip() and not line.startswith("**") for line in lines[:first]):
+    elif any(line.strip() and not is_comment(line) for line in lines[:first]):
         raise ValueError(f"{path}: text before the first keyword: expected a deck, as *Node")
     for k, head in enumerate(heads):
         end = heads[k + 1] if k + 1 < len(heads) else len(lines)
         text, last = lines[head].strip(), head + 1
         while text.endswith(",") and last < end:  # a keyword line goes on after a comma
-            text, last = text + ("" if lines[last].startswith("**") else lines[last].strip()), last + 1
+            text, last = text + ("" if is_comment(lines[last]) else lines[last].strip()), last + 1
         words = [" ".join(word.split()) for word in re.findall(r"""((?:"[^"]*"|'[^']*'|[^,])+)""", text[1:])]
         keyword = words[0].upper()
         parameters: dict[str, str | None] = {}

@@ -7,7 +7,6 @@ import warnings
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +16,9 @@ from ..material import ModelWarning
 from .deck import Block
 from .deck_scopes import Numbers, Scope, moved, whole
 from .deck_types import is_shell, type_of
-from .groups import OWNER, TYPE, Members
-from .labels import LABELS, LEFT_OUT, Labels
+from .labels import Labels
+from .raw import Cells, RawMesh
 from .shapes import FACES, Integers, dimension
-
-if TYPE_CHECKING:
-    import meshio
 
 FACETS = {
     (2, 2): "line",
@@ -97,15 +93,14 @@ class Model:
         self.types = [np.concatenate(rows) for rows in types.values()]
         self.dimension = max(dimension(kind) for kind in counts)
 
-    def mesh(self) -> meshio.Mesh:
-        """The mesh of meshio."""
-        import meshio
-
+    def mesh(self) -> RawMesh:
+        """The mesh, without sections and loads."""
         seen = Counter(key for scope in self.scopes for key in scope.sets)
         point_sets: dict[str, Integers] = {}
         sets: dict[str, list[Integers]] = {}
         facets: dict[str, list[tuple[str, Integers, Integers]]] = {}
         sources: dict[tuple[str, str], str] = {}
+        blocks_of: dict[str, list[Block]] = {}
         for scope in self.scopes:
             for (kind, key), title in scope.titles.items():
                 name = f"{scope.name}_{title}" if seen[kind, key] > 1 and scope.name else title
@@ -117,6 +112,7 @@ class Model:
                     known = point_sets.get(name, np.zeros(0, np.int64))
                     point_sets[name] = np.union1d(known, self._members(scope, kind, key))
                 elif kind == "ELSET":
+                    blocks_of.setdefault(name, []).extend(scope.sets[kind, key])
                     sets.setdefault(name, []).append(self._members(scope, kind, key))
                 else:
                     try:
@@ -124,8 +120,6 @@ class Model:
                             facets.setdefault(cell, []).append((name, nodes, owner))
                     except Unread as why:
                         self.left_out[name] = str(why)
-            if scope.name and scope.elements:
-                sets.setdefault(f"instance:{scope.name}", []).append(self.elements[id(scope)].places)
         cells = list(self.cells)
         none = [np.zeros(0, np.int64)] * (len(cells) + len(facets))
         cell_sets = {
@@ -143,17 +137,25 @@ class Model:
             owners.append(np.concatenate([owner for *_, owner in entries]))
         self._set_apart(cells, cell_sets, point_sets)
         self._warn()
-        cell_data: dict[str, list[NDArray[Any]]] = {
-            OWNER: owners,
-            TYPE: [*self.types, *(np.full(len(data), "") for _, data in cells[len(self.cells) :])],
+        types = [*self.types, *(np.full(len(data), "") for _, data in cells[len(self.cells) :])]
+        parts = {
+            scope.name: (*self._by_array(self.elements[id(scope)].places), *none[len(self.cells) :])
+            for scope in self.scopes
+            if scope.name and scope.elements
         }
-        return meshio.Mesh(
+        return RawMesh(
             np.concatenate(self.points),
-            cells,
-            cell_sets=cell_sets,
-            point_sets=point_sets,
-            cell_data=cell_data,
-            info={LABELS: self._labels(), LEFT_OUT: self.left_out},
+            tuple(
+                Cells(kind, nodes, owner, names)
+                for (kind, nodes), owner, names in zip(cells, owners, types, strict=True)
+            ),
+            self._labels(),
+            {name: tuple(cell_sets[name]) for name in sorted(cell_sets)},
+            point_sets,
+            parts=parts,
+            given=frozenset(name for name, blocks in blocks_of.items() if _are(blocks, "INTERNAL")),
+            defined=frozenset(name for name, blocks in blocks_of.items() if _are(blocks, "TYPE")),
+            left_out=self.left_out,
         )
 
     def _labels(self) -> Labels:
@@ -169,11 +171,14 @@ class Model:
             home_of_node,
             np.concatenate([numbers.flat for numbers in elements])[order],
             homes[order],
-            [scope.name for scope in self.scopes],
+            tuple(scope.name for scope in self.scopes),
         )
 
     def _set_apart(
-        self, cells: list[tuple[str, Integers]], cell_sets: Members, point_sets: dict[str, Integers]
+        self,
+        cells: list[tuple[str, Integers]],
+        cell_sets: dict[str, list[Integers]],
+        point_sets: dict[str, Integers],
     ) -> None:
         """Give faces another name where a set of other nodes has theirs: both are groups of the mesh."""
         d = self.dimension
@@ -356,6 +361,11 @@ class Model:
             text = f"face {label} of elements of {data.shape[1]} nodes"
             raise block.fail(f"{text}: not read: expected {label[0]}1 to {label[0]}{len(faces)}", k)
         return data[rows][:, faces[int(label[1]) - 1]]
+
+
+def _are(blocks: list[Block], parameter: str) -> bool:
+    """Whether all blocks of a set have a parameter."""
+    return all(parameter in block.parameters for block in blocks)
 
 
 def _middle_last(edges: Integers, points: Floats) -> Integers:

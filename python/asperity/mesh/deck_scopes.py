@@ -9,7 +9,7 @@ import numpy as np
 
 from ..contract import Floats
 from ..material import ModelWarning
-from .deck import Block
+from .deck import Block, is_comment
 from .shapes import Integers
 
 
@@ -93,7 +93,7 @@ def moved(x: Floats, block: Block | None) -> Floats:
     """Nodes of an instance: moved first, then turned about an axis through two points."""
     if block is None:
         return x
-    lines = [(k, line.strip()) for k, line in enumerate(block.lines) if not line.startswith("**")]
+    lines = [(k, line.strip()) for k, line in enumerate(block.lines) if not is_comment(line)]
     while lines and not lines[-1][1]:
         lines.pop()
     if len(lines) > 2:

@@ -1,9 +1,12 @@
-"""Mesh files: decks of Abaqus and files of gmsh by readers of this package, others by meshio."""
+"""Mesh files: readers of this package, registered by ending and first line, and meshio for all others."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from importlib import import_module
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -11,26 +14,72 @@ from typing import Any
 import numpy as np
 
 from ..installed import needed
+from .raw import RawMesh
+
+FIRST = 4096  # bytes of a file in which its first line is looked for
+EXPECTED = "a mesh that meshio reads"
+
+
+@dataclass(frozen=True)
+class Reader:
+    """Reader of the files whose names have an ending and whose start fits an expression.
+
+    module, function: of this package, from the path of a file to a RawMesh.
+    """
+
+    ending: str
+    start: bytes
+    module: str
+    function: str
+
+    def takes(self, path: Path, head: bytes) -> bool:
+        """Whether a file is one of this reader."""
+        return path.suffix.lower() == self.ending and bool(re.search(self.start, head))
+
+    def read(self, path: Path) -> RawMesh:
+        """Mesh of a file."""
+        reader: Callable[[Path], RawMesh] = getattr(
+            import_module(f"{__package__}.{self.module}"), self.function
+        )
+        return reader(path)
+
+
+READERS = [
+    Reader(".inp", b"", "abaqus", "read_deck"),
+    Reader(".msh", rb"\$MeshFormat\s+[0-9.]+\s+[01]\s+[0-9]+\s", "gmsh", "read_msh"),
+    Reader(".msh", rb"\A\s*\$NOD", "gmsh", "refuse_format_1"),
+]
+"""Readers in the order in which they are asked; further ones are appended."""
+
+
+def read_raw(path: Path) -> RawMesh:
+    """Mesh of a file; raises ValueError with the name of the file, why, and what was expected."""
+    if not path.is_file():
+        raise ValueError(f"{path}: no such file: expected a mesh, such as .msh of gmsh, .inp or .vtu")
+    with path.open("rb") as file:
+        head = file.read(FIRST)
+    if reader := next((reader for reader in READERS if reader.takes(path, head)), None):
+        return reader.read(path)
+    from .others import raw_of
+
+    return raw_of(read_mesh(path, EXPECTED, "mesh"))
 
 
 def read_mesh(path: Path, expected: str, extra: str) -> Any:
-    """Mesh of a file by meshio; raises ValueError with the name of the file, why, and what was expected.
+    """Mesh of meshio of a file; raises ValueError with the name of the file, why, and what was expected.
 
     extra: of the package, which brings meshio; ModuleNotFoundError names it.
     """
     needed(extra, "meshio")
     import meshio
 
-    from . import abaqus, gmsh
-
-    if path.suffix.lower() == ".inp":
-        return abaqus.read_deck(path)
-    if path.suffix.lower() == ".msh" and gmsh.is_gmsh(path):
-        return gmsh.read_msh(path)
-    if path.suffix.lower() == ".msh":
+    if any(path.suffix.lower() == reader.ending for reader in READERS):
+        with path.open("rb") as file:
+            head = file.read(FIRST)
+        if any(reader.takes(path, head) for reader in READERS):
+            raw = read_raw(path)
+            return meshio.Mesh(raw.points, [(entry.kind, np.array(entry.nodes)) for entry in raw.cells])
         expected += ", of gmsh in format 2.2 or 4.1 (Mesh.MshFileVersion)"
-        if gmsh.is_format_1(path):
-            raise ValueError(f"{path}: format 1 of gmsh: expected {expected}")
     said = StringIO()
     try:
         with redirect_stdout(said), redirect_stderr(said), np.errstate(over="ignore"):

@@ -10,18 +10,17 @@ import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, NoReturn
 
 import numpy as np
 
 from ..contract import Floats
 from ..material import ModelWarning
 from .gmsh_binary import ORDERS, read_sections
-from .labels import LABELS, Labels
-from .shapes import Integers
-
-if TYPE_CHECKING:
-    import meshio
+from .groups import ENTITIES
+from .labels import Labels
+from .raw import Cells, RawMesh
+from .shapes import Integers, dimension
 
 KINDS = {
     1: ("line", 2), 2: ("triangle", 3), 3: ("quad", 4), 4: ("tetra", 4), 5: ("hexahedron", 8),
@@ -41,16 +40,9 @@ ORDER = {
 HEAD = r"\$MeshFormat\s+([0-9.]+)\s+([01])\s+([0-9]+)\s"  # format, binary, size of numbers
 
 
-def is_gmsh(path: Path) -> bool:
-    """Whether a file is one of gmsh with a line of its format."""
-    with path.open("rb") as file:
-        return bool(re.search(HEAD, file.read(4096).decode("latin-1")))
-
-
-def is_format_1(path: Path) -> bool:
-    """Whether a file is one of gmsh from before it had a line of its format."""
-    with path.open("rb") as file:
-        return file.read(4096).lstrip().startswith(b"$NOD")
+def refuse_format_1(path: Path) -> NoReturn:
+    """Raise ValueError for a file of gmsh from before it had a line of its format."""
+    raise ValueError(f"{path}: format 1 of gmsh: expected format 2.2 or 4.1 (Mesh.MshFileVersion)")
 
 
 @dataclass
@@ -89,8 +81,8 @@ class _Numbers:
             raise self.fail(f"{left} numbers more than its counts say: expected none")
 
 
-def read_msh(path: Path) -> meshio.Mesh:
-    """Mesh with the physical groups as cell sets; cells without one keep their entity, `gmsh:geometrical`.
+def read_msh(path: Path) -> RawMesh:
+    """Mesh with the physical groups, or without any the entities.
 
     Raises ValueError with the section, and for a node that is not there, a cell twice, a wrong count.
     """
@@ -225,7 +217,7 @@ def _cells2(path: Path, parts: dict[str, str | Floats]) -> tuple[Integers, Float
         number, kind, n_tags = whole[at : at + 3]
         size = _size(elements, kind)
         elements.take(n_tags + size)
-        tag, entity = [*whole[at + 3 : at + 3 + n_tags], 0, 0][:2]
+        tag, entity = map(abs, [*whole[at + 3 : at + 3 + n_tags], 0, 0][:2])
         nodes_of = tuple(whole[at + 3 + n_tags : at + 3 + n_tags + size])
         row = by_kind.setdefault(kind, {}).setdefault(nodes_of, [number, entity])
         if tag in row[2:]:
@@ -245,11 +237,7 @@ def _cells2(path: Path, parts: dict[str, str | Floats]) -> tuple[Integers, Float
 
 def _mesh(
     path: Path, names: dict[tuple[int, int], str], numbers: Integers, points: Floats, cells: list[Any]
-) -> meshio.Mesh:
-    import meshio
-
-    from .shapes import dimension
-
+) -> RawMesh:
     order = np.argsort(numbers, kind="stable")
     known = numbers[order]
     if (np.diff(known) == 0).any():
@@ -267,7 +255,7 @@ def _mesh(
             row = np.flatnonzero(bad.any(1))[0]
             raise ValueError(f"{path}: element {elements[row]}: node {nodes[row][bad[row]][0]}: no such node")
         name, _ = KINDS[kind]
-        data.append((name, order[at][:, ORDER.get(name, slice(None))]))
+        data.append(Cells.plain(name, order[at][:, ORDER.get(name, slice(None))]))
         entities.append(entity)
         here = dimension(name)
         for tags_of in tags:
@@ -278,26 +266,19 @@ def _mesh(
                     np.flatnonzero(tags_of == tag)
                 )
     sets = {
-        title: [
+        title: tuple(
             np.unique(np.concatenate(at[k])) if k in at else np.zeros(0, np.int64) for k in range(len(data))
-        ]
-        for title, at in groups.items()
+        )
+        for title, at in sorted(groups.items(), key=lambda item: (tagged[item[0]][1], item[0]))
     }
     if empty := [name for name in names.values() if name not in groups]:
         text = f"physical groups {', '.join(empty)} have no cells"
         warnings.warn(f"{path}: {text} (Mesh.SaveAll = 1 of format 2.2?)", ModelWarning, stacklevel=4)
     numbered = np.concatenate([rows[1] for rows in cells])
-    field = {title: np.array([tag, here]) for title, (here, tag) in tagged.items()}
     if (again := np.flatnonzero(np.bincount(np.unique(numbered, return_inverse=True)[1].ravel()) > 1)).size:
         raise ValueError(
             f"{path}, $Elements: element {np.unique(numbered)[again[0]]} twice: expected it once"
         )
     zero = np.zeros(max(len(points), len(numbered)), np.int64)
-    return meshio.Mesh(
-        points,
-        data,
-        cell_data={"gmsh:geometrical": entities},
-        field_data=field,
-        cell_sets=sets,
-        info={LABELS: Labels(numbers, zero, numbered, zero, [""])},
-    )
+    labels = Labels(numbers, zero, numbered, zero, ("",))
+    return RawMesh(points, tuple(data), labels, sets, numbers={ENTITIES: tuple(entities)})

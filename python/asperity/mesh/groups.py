@@ -3,73 +3,95 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..contract import Floats
+from .raw import RawMesh, Rows
 from .shapes import Integers, dimension, place
 
-if TYPE_CHECKING:
-    import meshio
+PHYSICAL = "gmsh:physical"
+"""Cell data of meshio that has the physical group of a cell, or 0."""
 
-OWNER = "asperity:owner"
-"""Cell data: the number, through all arrays, of the cell that a cell is a face of, or -1."""
+ENTITIES = "gmsh:geometrical"
+"""Cell data with the entity of gmsh of a cell, which is its block where there are no groups."""
 
-TYPE = "asperity:type"
-"""Cell data: the type of the element in the deck of Abaqus, or an empty text."""
+NO_BLOCK = (
+    r"rank|proc|ghost|partition|owner|valid|active|flag|mask|stat(us|e)|visib|damag|crack|broken|iter|step|time"
+    r"|level"
+)
+"""Names of cell data of ranks and results."""
 
-Members = dict[str, list[Integers]]
-"""Names of groups, and for each array of cells the numbers of its cells in the group."""
+OF_BLOCKS = (
+    r"mat|block|region|part|zone|layer|domain|group|attrib|phys|medi(um|a)|entit|tag|marker|label|prop|lith"
+    r"|rock|soil|geol|facies|unit|section|component|body|pid|set|strat|formation|object|brick|stone|grain"
+)
+"""Names of cell data whose numbers are those of blocks."""
+
+MOST_NUMBERED = 2  # cells each of which may be a block of its own
 
 
-def groups_of(mesh: meshio.Mesh, data: str | None = None) -> Members:
-    """All groups of cells, each whole: cell sets, physical groups of gmsh, or integer cell data.
+def groups_of(mesh: RawMesh, data: str | None = None) -> Mapping[str, Rows]:
+    """All groups of cells, each whole, or those of equal numbers in cell data.
 
-    data: name of the cell data to take; by default the cell sets and physical groups, or gmsh's entities, or
-    the only integer cell data.  Raises ValueError where there is none.
+    data: name of the cell data to take; by default the groups of the file, or gmsh's entities, or the only
+    cell data of whole numbers with a name that blocks have.  Raises ValueError where there is none.
     """
-    arrays: dict[str, list[Any]] = mesh.cell_data
-    whole = [
-        name
-        for name, parts in arrays.items()
-        if name != OWNER and all(np.asarray(part).dtype.kind in "iu" for part in parts)
-    ]
+    dimensions = [dimension(entry.kind) for entry in mesh.cells]
     if data is not None:
-        return _of_data(mesh, data)
-    groups: Members = {}
-    tags = {name: int(tag) for name, (tag, _) in mesh.field_data.items()}
-    for name, rows in sorted(mesh.cell_sets.items(), key=lambda item: (tags.get(item[0], 0), item[0])):
-        if not name.startswith("gmsh:"):
-            groups[name] = [np.asarray([] if part is None else part, np.int64) for part in rows]
-    if "gmsh:physical" in whole:
-        groups = {**_of_data(mesh, "gmsh:physical"), **groups}
-    if groups:
-        return groups
-    if "gmsh:geometrical" in whole:
-        return _of_data(mesh, "gmsh:geometrical")
-    if len(whole) != 1:
-        known = ", ".join(whole) or "none"
-        raise ValueError(
-            f"the mesh has no groups: expected groups of gmsh, cell sets or one array of {known}"
-        )
-    return _of_data(mesh, whole[0])
+        if not _is_whole(mesh.numbers[data]):
+            raise ValueError(f"blocks = {data}: expected one whole number for each cell")
+        return numbered_groups(mesh.numbers[data], dimensions, {})
+    if mesh.groups:
+        return mesh.groups
+    whole = {name: parts for name, parts in mesh.numbers.items() if _is_whole(parts)}
+    if ENTITIES in whole:
+        return numbered_groups(whole[ENTITIES], dimensions, {})
+    named = [name for name, parts in whole.items() if _may_be_blocks(name, parts)]
+    if len(named) != 1:
+        text = f"several arrays with numbers of blocks, {', '.join(named)}" if named else "no groups"
+        known = ", ".join(whole)
+        wanted = f"--blocks NAME with the numbers of the blocks, of {known}" if known else "cell sets"
+        raise ValueError(f"the mesh has {text}: expected groups of gmsh, sets of elements, or {wanted}")
+    return numbered_groups(whole[named[0]], dimensions, {})
 
 
-def _of_data(mesh: meshio.Mesh, data: str) -> Members:
-    """Groups of equal numbers in cell data; 0 of gmsh is no physical group."""
-    called = {(dim, tag): name for name, (tag, dim) in mesh.field_data.items() if "phys" in data}
-    groups: Members = {}
+def _is_whole(parts: Sequence[NDArray[Any]]) -> bool:
+    """Whether there is one whole number for each cell."""
+    return all(
+        part.size == len(part)
+        and (part.dtype.kind in "iu" or (part.dtype.kind == "f" and bool((part == np.round(part)).all())))
+        for part in parts
+    )
+
+
+def _may_be_blocks(name: str, parts: Sequence[NDArray[Any]]) -> bool:
+    """Whether cell data are taken for numbers of blocks, as their name says, and not for those of cells."""
+    numbers = np.concatenate([part.ravel() for part in parts])
+    cells_of_own = len(numbers) > MOST_NUMBERED and len(np.unique(numbers)) == len(numbers)
+    if re.search(NO_BLOCK, name, re.IGNORECASE) or cells_of_own:
+        return False
+    return bool(re.search(OF_BLOCKS, name, re.IGNORECASE))
+
+
+def numbered_groups(
+    numbers: Sequence[NDArray[Any]], dimensions: Sequence[int], called: Mapping[tuple[int, int], str]
+) -> dict[str, Rows]:
+    """Groups of equal numbers, in their order; called: names by dimension and number, others are block_N."""
+    groups: dict[str, list[Integers]] = {}
     order: dict[str, int] = {}
-    for k, (block, values) in enumerate(zip(mesh.cells, mesh.cell_data[data], strict=True)):
-        numbers = np.asarray(values, np.int64)
-        for tag in np.unique(numbers).tolist():
-            name = called.get((dimension(block.type), tag), f"block_{tag}")
-            rows = groups.setdefault(name, [np.zeros(0, np.int64)] * len(mesh.cells))
-            groups[name][k] = np.union1d(rows[k], np.flatnonzero(numbers == tag))
+    for k, (d, values) in enumerate(zip(dimensions, numbers, strict=True)):
+        tags = np.asarray(values).ravel().astype(np.int64)
+        for tag in np.unique(tags).tolist():
+            name = called.get((d, tag), f"block_{tag}")
+            rows = groups.setdefault(name, [np.zeros(0, np.int64)] * len(dimensions))
+            rows[k] = np.union1d(rows[k], np.flatnonzero(tags == tag))
             order[name] = tag  # the solids come last
-    return {name: groups[name] for name in sorted(groups, key=order.__getitem__)}
+    return {name: tuple(groups[name]) for name in sorted(groups, key=order.__getitem__)}
 
 
 GIVEN = r"_.*|(?:Point|Line|Curve|Surface|Volume)\d+|Internal_Selection.*|Eall"
@@ -77,18 +99,22 @@ GIVEN = r"_.*|(?:Point|Line|Curve|Surface|Volume)\d+|Internal_Selection.*|Eall"
 
 
 def blocks_of(
-    cells: dict[str, Integers], choice: list[str] | None, centres: Floats
+    cells: dict[str, Integers],
+    parts: dict[str, Integers],
+    choice: list[str] | None,
+    centres: Floats,
+    mesh: RawMesh,
 ) -> tuple[list[str], Integers]:
     """Names of the blocks and the number of the block of each cell.
 
-    cells: groups, with the numbers of their cells.  choice: names of the blocks, or patterns.  By default
-    they are the groups, without one of all cells and those that programs name (GIVEN) if the others have all
-    once.
+    cells, parts: groups and instances, with the numbers of their cells.  choice: names of the blocks, or
+    patterns.  By default they are the groups, without one of all cells and those that programs name (GIVEN)
+    if the others have all once.
     Raises ValueError with the number, the place and the groups of a cell that is in two blocks or in none.
     """
     total = len(centres)
-    own = {name: rows for name, rows in cells.items() if len(rows) and not name.startswith("instance:")}
-    parts = {name.partition(":")[2]: rows for name, rows in cells.items() if name.startswith("instance:")}
+    own = {name: rows for name, rows in cells.items() if len(rows)}
+    programs = {name for name in own if name in mesh.given or re.fullmatch(GIVEN, name, re.IGNORECASE)}
     if choice is not None:
         known = {**parts, **own}
         chosen: dict[str, Integers] = {}
@@ -99,25 +125,30 @@ def blocks_of(
                     f"blocks = {word}: expected groups of the mesh: {', '.join(known) or 'none'}"
                 )
             chosen |= {name: known[name] for name in here}
-        return _numbered(chosen, total, centres, {})
-    inner = {name: rows for name, rows in own.items() if not re.fullmatch(GIVEN, name, re.IGNORECASE)}
+        return _numbered(chosen, total, centres, "")
+    inner = {name: rows for name, rows in own.items() if name not in programs}
     partial = {name: rows for name, rows in inner.items() if len(rows) < total}
     if partial and _once(partial, total):
-        return _numbered(partial, total, centres, {})
+        return _numbered(partial, total, centres, "")
     if parts and _once(parts, total) and (len(parts) > 1 or not inner) and not partial:
-        return _numbered(parts, total, centres, {})
-    every = {name: rows for name, rows in own.items() if len(rows) < total and not name.startswith("_")}
+        return _numbered(parts, total, centres, "")
+    every = {
+        name: rows
+        for name, rows in own.items()
+        if len(rows) < total and not name.startswith("_") and name not in mesh.given
+    }
     if every and _once(every, total):
-        return _numbered(every, total, centres, {})
-    return _numbered(inner or own or parts, total, centres, {**own, **parts})
+        return _numbered(every, total, centres, "")
+    advice = _advice({**own, **parts}, total, programs, mesh.defined)
+    return _numbered(inner or own or parts, total, centres, advice)
 
 
-def _once(groups: Members | dict[str, Integers], total: int) -> bool:
+def _once(groups: dict[str, Integers], total: int) -> bool:
     return bool((np.bincount(np.concatenate(list(groups.values())), minlength=total) == 1).all())
 
 
 def _numbered(
-    groups: dict[str, Integers], total: int, centres: Floats, known: dict[str, Integers]
+    groups: dict[str, Integers], total: int, centres: Floats, advice: str
 ) -> tuple[list[str], Integers]:
     names = list(groups)
     block = np.full(total, -1, np.int64)
@@ -127,24 +158,28 @@ def _numbered(
             inside = [group for group in names if cell in groups[group]]
             text = f"{len(twice)} of {total} cells are in two groups, as a cell at {place(centres[cell])}"
             text = f"{text} in {' and '.join(inside)}"
-            raise ValueError(f"{text}: expected one block for each: {_advice(known, total)}")
+            raise ValueError(
+                f"{text}: expected one block for each: {advice or 'name the blocks, --blocks A,B,...'}"
+            )
         block[groups[name]] = k
     if (lost := np.flatnonzero(block < 0)).size:
         text = f"{len(lost)} of {total} cells are in no block, as a cell at {place(centres[lost[0]])}"
-        raise ValueError(f"{text}: expected a group for each{_advice(known, total, '; ')}")
+        raise ValueError(f"{text}: expected a group for each{advice and f'; {advice}'}")
     return names, block
 
 
-def _advice(known: dict[str, Integers], total: int, before: str = "") -> str:
-    """What to do: groups that have every cell once, those of the user and the largest first."""
-    given = {name for name in known if re.fullmatch(GIVEN, name, re.IGNORECASE)}
-    for last in (given, set[str]()):
+def _advice(known: dict[str, Integers], total: int, programs: set[str], defined: frozenset[str]) -> str:
+    """What to do: groups that have every cell once.
+
+    Those that the elements were defined with come first, then others of the user, the largest first.
+    """
+    for first, last in ((defined, programs), (frozenset[str](), programs), (frozenset[str](), set[str]())):
         chosen: list[str] = []
         seen = np.zeros(total, bool)
-        for name in sorted(known, key=lambda name: (name in last, -len(known[name]))):
+        for name in sorted(known, key=lambda name: (name not in first, name in last, -len(known[name]))):
             if len(known[name]) < total and not seen[known[name]].any():
                 chosen.append(name)
                 seen[known[name]] = True
         if chosen and seen.all():
-            return f"{before}name the blocks, as --blocks {','.join(chosen)}"
-    return "" if before else "name the blocks, --blocks A,B,..."
+            return f"name the blocks, as --blocks {','.join(chosen)}"
+    return ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -50,17 +51,44 @@ def write(
     if kind.layer != (layer > 0.0):
         wanted = "the thickness of its layers, > 0" if not layer else "none: its joints have no thickness"
         raise ValueError(f"layer = {layer:g}: expected {wanted}, for {host}")
+    if kind.labels:
+        mesh, laws = _as_labels(mesh, laws)
     for label in (*mesh.names, *mesh.joints, *mesh.groups, *mesh.sets, *mesh.surfaces):
         if kind.labels and not re.fullmatch(LABEL, label, re.ASCII):
             raise ValueError(
                 f"name {label!r}: expected a letter, then letters, digits, underscores, hyphens, for {host}"
             )
+    if not kind.groups and (lost := [name for name in (*mesh.groups, *mesh.sets) if name not in mesh.joints]):
+        text = f"groups {', '.join(lost)} are not in {path}"
+        warnings.warn(f"{text}: its format has blocks and joints only", ModelWarning, stacklevel=2)
     if kind.linear:
         _check_faces(mesh, host)
     if layer:
         _check_layer(mesh, layer)
     writer = hosts.part(host, "mesh") or import_module(f"{__package__}.{kind.ending[1:]}")
     return list(writer.write(path, mesh, laws, layer, host))
+
+
+def _as_labels(mesh: Jointed, laws: dict[str, Interface]) -> tuple[Jointed, dict[str, Interface]]:
+    """Mesh and laws with _ for what names of hosts cannot have; ValueError where two names become one."""
+    groups = mesh.joints, mesh.groups, mesh.sets, mesh.surfaces
+    labels = list(dict.fromkeys(name for names in (mesh.names, *groups) for name in names))
+    new = {name: re.sub(r"[^\w-]+", "_", name, flags=re.ASCII).strip("_") or name for name in labels}
+    changed = [name for name in labels if not re.fullmatch(r"[\w-]+", name, re.ASCII)]
+    if not changed:
+        return mesh, laws
+    new |= {name: name for name in labels if name not in changed}
+    for name in changed:
+        if alike := [other for other in labels if other != name and new[other] == new[name]]:
+            raise ValueError(f"names {name!r} and {alike[0]!r} both become {new[name]}: expected other names")
+    text = ", ".join(f"{name!r} is {new[name]}" for name in changed)
+    warnings.warn(f"names in the file: {text}", ModelWarning, stacklevel=3)
+    joints = {new[name]: parts for name, parts in mesh.joints.items()}
+    faces = {new[name]: parts for name, parts in mesh.groups.items()}
+    sets, surfaces = ({new[name]: rows for name, rows in table.items()} for table in groups[2:])
+    names = [new[name] for name in mesh.names]
+    renamed = replace(mesh, names=names, joints=joints, groups=faces, sets=sets, surfaces=surfaces)
+    return renamed, {new[name]: law for name, law in laws.items()}
 
 
 def of_ending(ending: str) -> list[str]:

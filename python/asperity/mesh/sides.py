@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -90,15 +91,15 @@ def one_sided(rim: Integers, n: Floats, middle: Floats, points: Floats, name: st
     two = start[:-1][count == 2]
     before, after = rim[order[two]], rim[order[two + 1]]
     links = [np.stack([before[:, 3], after[:, 3], before[:, 2] != after[:, 2]], 1)]
-    for k in np.flatnonzero(count > 2):
-        here = rim[order[start[k] : start[k + 1]]]
-        middle_of = points[here[0, :2]].mean(0)
-        for i, a in enumerate(here):
-            for b in here[i + 1 :]:
-                f, g = a[3], b[3]
-                level = float(n[f] @ n[g])
-                if abs(level) > FLAT and (middle[f] - middle_of) @ (middle[g] - middle_of) < 0.0:
-                    links.append(np.array([[f, g, level > 0.0]]))
+    for many in np.unique(count[count > 2]).tolist():
+        at = order[start[:-1][count == many][:, None] + np.arange(many)]
+        middle_of = points[rim[at[:, 0], :2]].mean(1)
+        for i, j in combinations(range(many), 2):
+            f, g = rim[at[:, i], 3], rim[at[:, j], 3]
+            level = np.einsum("ed,ed->e", n[f], n[g])
+            across = np.einsum("ed,ed->e", middle[f] - middle_of, middle[g] - middle_of) < 0.0
+            on = (np.abs(level) > FLAT) & across
+            links.append(np.stack([f[on], g[on], level[on] > 0.0], 1))
     a, b, same = np.concatenate(links).T
     same = same.astype(bool)
     ends = (

@@ -15,6 +15,7 @@ from ..contract import Floats
 from ..material import ModelWarning
 from .cells import Faces, Solids, locate, read, solids
 from .jointed import Joint, Jointed
+from .raw import RawMesh
 from .shapes import Integers, area, backward, corners, place
 from .sides import turned
 
@@ -33,7 +34,7 @@ SAME_PLACE = 1e-6  # distance of two nodes a period apart from that period, over
 
 
 def split(
-    mesh: meshio.Mesh | Path | str,
+    mesh: RawMesh | meshio.Mesh | Path | str,
     joints: Joints | None = None,
     blocks: str | None = None,
     direction: ArrayLike | None = None,
@@ -44,7 +45,7 @@ def split(
     Nodes are doubled where joints part the cells around them: at crossings, T-junctions and along a joint,
     but not where it ends inside the mesh.  Nodes that no cell uses are left out.
 
-    mesh: of meshio, or a file that it reads.  joints: names with rules, of which the first that holds counts:
+    mesh: of meshio, or a file.  joints: names with rules, of which the first that holds counts:
     None, the faces of the group of this name; a pair of patterns, the faces between different blocks whose
     names they match ("*", "brick*"); a function of the blocks on both sides, centres and normals of the faces
     between blocks; {"right": "left"}, two groups of faces on the outside of a periodic mesh, joined by a
@@ -54,14 +55,13 @@ def split(
     common faces are refused; with 0 they stay apart.  direction: of Tx, its projection onto the face.
     Default in 3D: x, or z where N is along x.
 
-    N points to the block that comes later in the order of the groups.  The named faces of a joint have N on
-    one side along each connected part, inside a block along the axis closest to its mean.  In 2D, N is Tx
-    turned to the left: with a direction the sides follow from it.
+    N points to the block that comes later in the order of the groups.  Named faces have N on one side along
+    each connected part of all named groups, inside a block along the axis closest to its mean.
+    In 2D, N is Tx turned to the left: with a direction the sides follow from it.
 
     Raises ValueError with the name of a group and the number of its faces, or of cells and their place.
     """
-    mesh = read(mesh)
-    old = solids(mesh, blocks, join)
+    old = solids(read(mesh), blocks, join)
     rules = joints or {"joint": ("*", "*")}
     if taken := sorted(set(rules) & {*old.names, *old.sets}):
         text = f"joint {taken[0]}: a {'block' if taken[0] in old.names else 'group of cells'} has this name"
@@ -70,12 +70,14 @@ def split(
     own, origin = _double(old, chosen)
     points = old.points[origin]
     parts: dict[str, list[Joint]] = {name: [] for name in rules}
+    turns = _turns(rules, old, chosen)
     for number, (name, rule) in enumerate(rules.items()):
         rows = [np.flatnonzero(joint_of == number) for joint_of in chosen]
-        turns = turned(old, rows, name) if rule is None else [None] * len(rows)
         for face, at, turn in zip(old.faces, rows, turns, strict=True):
             sides = (
-                _period(old, face, rule, name) if isinstance(rule, Mapping) else _inside(old, face, at, turn)
+                _period(old, face, rule, name)
+                if isinstance(rule, Mapping)
+                else _inside(old, face, at, turn[at] if rule is None else None)
             )
             if len(sides[0]):
                 parts[name].append(_joint(sides, own, points, direction, name))
@@ -93,6 +95,17 @@ def split(
                 raise ValueError(f"joint {name}: a group is named {name}_{side}: expected another name")
             surfaces[f"{name}_{side}"] = np.concatenate([np.zeros((0, 2), np.int64), *rows])
     return Jointed(points, cells, block, old.names, parts, groups, old.sets, surfaces, origin, old.types)
+
+
+def _turns(rules: Joints, old: Solids, chosen: list[Integers]) -> list[NDArray[np.bool_]]:
+    """Pairs whose second face comes first, of all named groups at once: a fault may be in several groups."""
+    named = [number for number, rule in enumerate(rules.values()) if rule is None]
+    rows = [np.flatnonzero(np.isin(joint_of, named)) for joint_of in chosen]
+    turns = [np.zeros(len(joint_of), bool) for joint_of in chosen]
+    title = ", ".join(name for name, rule in rules.items() if rule is None)
+    for turn, at, values in zip(turns, rows, turned(old, rows, title), strict=True):
+        turn[at] = values
+    return turns
 
 
 def _check_tips(name: str, parts: list[Joint], points: Floats) -> None:
@@ -149,7 +162,7 @@ def _choose(joints: Joints, old: Solids) -> list[Integers]:
         if not count:
             raise ValueError(
                 f"joint {name}: 0 of the {sum(int((a != b).sum()) for a, b in sides)} faces between blocks: "
-                "expected at least one. Blocks that touch share their nodes (BooleanFragments in gmsh). "
+                "expected at least one. Blocks that touch share their nodes; --join TOL makes nodes one. "
                 f"Blocks: {', '.join(old.names)}"
             )
         if not left:

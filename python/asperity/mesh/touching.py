@@ -117,7 +117,7 @@ def check_touching(
             raise ValueError(
                 f"{len(np.unique(rows[inside]))} faces touch others without common nodes, as one of {a} at "
                 f"{place(middle[k])} and {b} at {place(spots[spot])}: expected blocks that share their faces "
-                "(BooleanFragments in gmsh); --join 0 leaves them apart"
+                "(fragmented or merged before they are meshed); --join 0 leaves them apart"
             )
         first += len(facets)
 

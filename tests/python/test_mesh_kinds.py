@@ -1,0 +1,185 @@
+"""Kinds of meshes that once gave a wrong model without a word: curved faults, cell data, decks of editors."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import FrozenInstanceError
+from pathlib import Path
+
+import drawn_meshes
+import meshio
+import numpy as np
+import pytest
+from asperity import ModelWarning
+from asperity.mesh import split, write
+from asperity.mesh.files import read_raw
+from test_mesh_files import MSH, STRIP, placed, read, same_counts
+
+DRAWN = 20
+"""Drawn files of each kind."""
+
+
+def curved(draw: np.random.Generator, d: int) -> tuple[meshio.Mesh, list[str]]:
+    """Cells around an axis, one block, and a fault at the middle radius in parts whose faces are as drawn."""
+    n, closed = int(draw.integers(6, 14)), bool(draw.random() < 0.5)
+    turns = 2.0 * np.pi if closed else float(draw.uniform(1.0, 5.5))
+    angle = float(draw.uniform(0.0, 6.0)) + turns * np.linspace(0.0, 1.0, n + 1)
+    radii, heights = (1.0, 2.0, 3.0), range(3 if d == 3 else 1)
+    columns = n if closed else n + 1
+    number = np.arange(len(heights) * len(radii) * columns).reshape(len(heights), len(radii), columns)
+    points = [[r * np.cos(a), r * np.sin(a), h] for h in heights for r in radii for a in angle[:columns]]
+    cells, faces = [], []
+    for k in range(n):
+        a, b = k, (k + 1) % columns
+        for h in range(max(len(heights) - 1, 1)):
+            for r in range(2):
+                flat = [number[h, r, a], number[h, r + 1, a], number[h, r + 1, b], number[h, r, b]]
+                cells.append(flat + [node + number[0].size for node in flat] if d == 3 else flat)
+            low = [number[h, 1, a], number[h, 1, b]]
+            faces.append((k, low + [node + number[0].size for node in low[::-1]] if d == 3 else low))
+    cuts = np.sort(draw.choice(np.arange(1, n), int(draw.integers(1, 4)), replace=False))
+    part = [int(np.searchsorted(cuts, k, "right")) for k, _ in faces]
+    order = draw.permutation(len(faces))
+    data = np.array([faces[k][1] for k in order])
+    data = np.array([row[::-1] if draw.random() < 0.5 else row for row in data])
+    names = [f"part_{k}" for k in range(len(cuts) + 1)]
+    tags = [np.ones(len(cells), int), np.array([part[k] + 2 for k in order])]
+    field = {name: np.array([k + 2, d - 1]) for k, name in enumerate(names)} | {"rock": np.array([1, d])}
+    kinds = ("hexahedron", "quad") if d == 3 else ("quad", "line")
+    mesh = meshio.Mesh(
+        np.array(points), list(zip(kinds, (np.array(cells), data), strict=True)),
+        cell_data={"gmsh:physical": tags}, field_data=field,
+    )  # fmt: skip
+    return mesh, names
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_curved_fault_in_parts(d: int) -> None:
+    """N of an arc or a ring is on one side along all of its parts, whatever the nodes of their faces."""
+    for seed in range(DRAWN):
+        draw = np.random.default_rng([seed, d])
+        mesh, names = curved(draw, d)
+        jointed = split(mesh, dict.fromkeys(draw.permutation(names).tolist()))
+        outward = [
+            float(np.sign(n @ x))
+            for (joint,) in jointed.joints.values()
+            for n, x in zip(joint.axes[:, 0, :2], jointed.points[joint.minus].mean(1)[:, :2], strict=True)
+        ]
+        assert len(outward) == sum(len(block.data) for block in mesh.cells[1:])
+        assert abs(sum(outward)) == len(outward), seed
+
+
+def test_indented_keywords(tmp_path: Path) -> None:
+    """The first sign of a line that is no blank makes it a keyword or a comment."""
+    for seed in range(DRAWN):
+        drawn = drawn_meshes.deck(seed)
+        draw = np.random.default_rng([seed, 3])
+        indented = {
+            name: "".join(f"{' ' * int(draw.integers(4))}{line}\n" for line in text.splitlines())
+            for name, text in drawn.files.items()
+        }
+        same_counts(split(placed(tmp_path, indented)), read("deck", drawn.files))
+
+
+def plate(**data: list[float]) -> meshio.Mesh:
+    """Six squares in two rows with cell data."""
+    points = [[float(i), float(j), 0.0] for j in range(3) for i in range(4)]
+    cells = [[4 * j + i, 4 * j + i + 1, 4 * j + i + 5, 4 * j + i + 4] for j in range(2) for i in range(3)]
+    return meshio.Mesh(
+        np.array(points), [("quad", np.array(cells))],
+        cell_data={name: [np.array(values)] for name, values in data.items()},
+    )  # fmt: skip
+
+
+ROWS = [1, 1, 1, 2, 2, 2]
+
+
+@pytest.mark.parametrize("ending", [".vtk", ".vtu"])
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("vtkProcessId", [0, 1, 0, 1, 0, 1]), ("rank", ROWS), ("partition", ROWS), ("GlobalCellIds", ROWS),
+        ("cell_id", [1, 2, 3, 4, 5, 6]), ("material", [5, 3, 4, 1, 2, 6]), ("is_active", [1, 1, 1, 1, 1, 0]),
+        ("damage_flag", ROWS), ("MatFraction", [0.5, 1.0, 1.0, 1.0, 1.0, 1.0]), ("owner", ROWS),
+    ],
+)  # fmt: skip
+def test_cell_data_of_no_blocks(tmp_path: Path, name: str, values: list[float], ending: str) -> None:
+    """Ranks, numbers of cells, flags and fractions are no blocks unless --blocks says so."""
+    path = tmp_path / f"plate{ending}"
+    plate(**{name: values}).write(path)
+    with pytest.raises(ValueError, match="the mesh has no groups: expected"):
+        split(path)
+    if values == ROWS:
+        assert split(path, blocks=name).names == ["block_1", "block_2"]
+    plate(**{name: values, "material": ROWS}).write(path)
+    if name != "material":
+        assert split(path).joints["joint"][0].area.sum() == 3.0
+
+
+@pytest.mark.parametrize("name", ["MaterialIDs", "material", "region_id", "Layer", "CellEntityIds"])
+def test_cell_data_of_blocks(tmp_path: Path, name: str) -> None:
+    """Numbers of blocks may be written as floats."""
+    for values in (ROWS, [float(value) for value in ROWS]):
+        plate(**{name: values}).write(tmp_path / "plate.vtu")
+        mesh = split(tmp_path / "plate.vtu")
+        assert mesh.names == ["block_1", "block_2"] and mesh.joints["joint"][0].area.sum() == 3.0
+
+
+def test_ghosts_and_two_materials() -> None:
+    """Cells of another rank are refused, and so are two arrays that may be those of blocks."""
+    with pytest.raises(
+        ValueError, match="2 cells are ghosts, of another rank, by vtkGhostType: expected the"
+    ):
+        split(plate(material=ROWS, vtkGhostType=[0, 1, 0, 0, 1, 0]))
+    assert split(plate(material=ROWS, vtkGhostType=[0] * 6)).joints["joint"][0].area.sum() == 3.0
+    with pytest.raises(ValueError, match="several arrays with numbers of blocks, material, zone: expected"):
+        split(plate(material=ROWS, zone=ROWS[::-1]))
+
+
+def test_groups_that_a_format_does_not_have(tmp_path: Path) -> None:
+    """They are named when the mesh is written."""
+    mesh = split(placed(tmp_path, {"wall.msh": MSH}))
+    with pytest.warns(ModelWarning, match=r"groups foot, rim are not in .*wall.vtu: its format has blocks"):
+        write(tmp_path / "wall.vtu", mesh, "ogs", layer=0.01)
+
+
+def test_names_that_a_host_cannot_read(tmp_path: Path) -> None:
+    """They are written with underscores, which a warning says; two that become one are refused."""
+    text = MSH.replace('"rock"', '"rock (lower)"').replace('"foot"', '"my foot"')
+    mesh = split(placed(tmp_path, {"wall.msh": text}))
+    with pytest.warns(ModelWarning, match="'rock .lower.' is rock_lower, 'my foot' is my_foot"):
+        (path,) = write(tmp_path / "wall.inp", mesh)
+    written = path.read_text(encoding="utf-8")
+    assert "elset=rock_lower\n" in written and "nset=my_foot\n" in written
+    text = text.replace('"rim"', '"my_foot"')
+    with pytest.raises(ValueError, match="'my foot' and 'my_foot' both become my_foot"):
+        write(tmp_path / "wall.inp", split(placed(tmp_path, {"wall.msh": text})))
+
+
+def test_sets_of_programs(tmp_path: Path) -> None:
+    """Sets internal to CAE are no blocks; the advice names sets of elements, not those of loads."""
+    inner = STRIP + "*Elset, elset=Picked, internal\n1, 2\n"
+    mesh = split(placed(tmp_path, {"strip.inp": inner}))
+    assert mesh.names == ["DAM", "ROCK"] and list(mesh.sets) == ["Picked"]
+    parted = STRIP.replace("CPE4\n1", "CPE4, elset=ROCK\n1").replace(
+        "\n2, 3, 4", "\n*Element, type=CPE4, elset=DAM\n2, 3, 4"
+    )
+    loaded = parted.split("*Elset")[0] + "*Elset, elset=ALOAD\n2, 3\n*Elset, elset=PUSHED\n3\n"
+    with pytest.raises(ValueError, match="name the blocks, as --blocks DAM,ROCK"):
+        split(placed(tmp_path, {"strip.inp": loaded}))
+
+
+def test_a_mesh_of_a_file_is_constant(tmp_path: Path) -> None:
+    """Neither its arrays nor its groups can be changed."""
+    raw = read_raw(placed(tmp_path, {"strip.inp": STRIP}))
+    with pytest.raises(ValueError, match="read-only"):
+        raw.points[0] = 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        raw.cells[0].nodes[0] = 1
+    with pytest.raises(TypeError):
+        raw.groups["ROCK"] = ()  # type: ignore[index]
+    with pytest.raises(FrozenInstanceError):
+        raw.points = raw.points  # type: ignore[misc]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert split(raw).names == ["DAM", "ROCK"]
