@@ -21,8 +21,10 @@ def deck(
     elset: str = "*Elset, elset=JOINT, generate\n7, 8, 1\n",
 ) -> str:
     """Deck of two joint elements between solids, whose set is made of numbers."""
-    nodes = "".join(f"{n}, {n % 3}., {n // 3}.\n" for n in range(1, 13))
+    rows = [0, 1, 1, 2]
+    nodes = "".join(f"{n}, {(n - 1) % 3}., {rows[(n - 1) // 3]}.\n" for n in range(1, 13))
     solids = "*Element, type=CPE4, elset=SOLID\n1, 1, 2, 5, 4\n2, 2, 3, 6, 5\n"
+    solids += "3, 7, 8, 11, 10\n4, 8, 9, 12, 11\n"
     joints = f"*Element, type={kind}\n7, 4, 5, 8, 7\n8, 5, 6, 9, 8\n"
     card = CARD if water == 0 else JOINT.card("abaqus", name="JOINT", dimension=2, water=water)
     return f"*Node\n{nodes}{solids}{joints}{elset}{card}{field}*Step\n*End Step\n"
@@ -49,14 +51,14 @@ def circle(sets: int) -> str:
         (deck(2, field="*Field, variable=2\n" + FIELD), 0, "sections and water agree"),
         (deck(2, field="*Field, variable=2, file=flow, bstep=1\n"), 0, "sections and water agree"),
         (deck(2, field="*Field, variable=2, input=none.txt\n"), 1, "input=none.txt: no such file"),
-        (deck(2, elset=circle(3)), 1, "elset=JOINT: no element is in it"),
-        (deck(2, "COH2D4P", elset=circle(3) + "*Elset, elset=S1\n7, 8\n"), 1, "COH2D4P carry"),
+        (deck(2, elset=circle(3)), 1, "S1: expected a number or a set that is there"),
+        (deck(2, elset=circle(3) + "*Elset, elset=S1\n7, 8\n"), 1, "S1: expected a number or a set"),
         (deck(2, elset="*Elset, elset=JOINT\n"), 1, "elset=JOINT: no element is in it"),
-        (deck(2, elset="*Elset, elset=JOINT\n900\n"), 1, "elset=JOINT: no element is in it"),
+        (deck(2, elset="*Elset, elset=JOINT\n900\n"), 1, "*Elset: element 900: no such element"),
         (deck(2, elset=""), 1, "elset=JOINT: no element is in it"),
         (deck(2, "COH2D4P", elset="*Elset, elset=A\n7, 8\n*Elset, elset=JOINT\nA\n"), 1, "COH2D4P carry"),
-        (deck(2, elset="*Elset, elset=JOINT, generate\n7\n"), 1, "line 21: 7: expected first, last, step"),
-        (deck(2, elset="*Elset, elset=JOINT, generate\n3, 999999999999\n"), 0, "sections and water agree"),
+        (deck(2, elset="*Elset, elset=JOINT, generate\n7\n"), 1, "line 23: 7: expected first, last, step"),
+        (deck(2, elset="*Elset, elset=JOINT, generate\n5, 999999999999\n"), 0, "sections and water agree"),
         ("*Node\n1, 0., 0.\n", 1, "expected a *Cohesive Section whose material has PROPS of asperity"),
         (deck(0).replace("3.0, 0.3, 0.9", "-3.0, 0.3, 0.9"), 1, "sigma0 = -3: expected > 0"),
         (deck(0).replace("3.0, 0.3, 0.9", "x, 0.3, 0.9"), 1, "expected numbers"),
@@ -82,7 +84,8 @@ def in_parts(text: str) -> str:
     material, _, section = card.partition("*Cohesive Section")
     section, _, step = section.partition("*Initial Conditions")
     solids = "*Element, type=CPE4\n7, 1, 2, 5, 4\n*Elset, elset=JOINT\n7,\n"
-    gap = f"{nodes}{mesh}*Cohesive Section{section}"
+    beside = text[text.index("*Element, type=CPE4") : text.index("*Element, type=COH2D4")]
+    gap = f"{nodes}{beside}{mesh}*Cohesive Section{section}"
     return (
         f"*Part, name=BLOCK\n{nodes}{solids}*End Part\n*Part, name=GAP\n{gap}*End Part\n"
         "*Assembly, name=A\n*Instance, name=G-1, part=GAP\n*End Instance\n"
@@ -133,8 +136,8 @@ def test_wrong_joints(change: str, parts: bool, said, tmp_path: Path) -> None:
 GOOD = (
     "|", "JOINT|joint", r"\*|*", "mu|mu", r"\*Depvar\n\d+|*Depvar\n40", r"SPECIFIED\n.*\n|SPECIFIED\n",
     r"\*Step|*Step, unsymm=YES", r"constants=(\d+)(.*)\n|constants=\1\2\n** a comment\n\n",
-    r"(\*Cohesive Section, [^,]*),|\1,\n", r"\*Step|*Material, name=GLUE\n*Elastic, type=TRACTION\n1., 1.\n"
-    r"*Cohesive Section, elset=JOINT, material=GLUE, response=TRACTION SEPARATION\n,\n*Step",
+    r"(\*Cohesive Section, [^,]*),|\1,\n",
+    r"\*Step|*Material, name=GLUE\n*Elastic, type=TRACTION\n1., 1.\n*Step",
     r", unsymm\n([^,]+),([^,]+),([^,]+),[^,]+|\n\1,\2,\3, 0.0",
 )  # fmt: skip
 
@@ -165,7 +168,8 @@ def test_good_joints(change: str, parts: bool, said, tmp_path: Path) -> None:
 )
 def test_joints_of_calculix(change: str, words: str, said, tmp_path: Path) -> None:
     """A layer of solids is a joint; its name selects the UMAT."""
-    mesh = "*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE=C3D8, ELSET=JOINT\n1, 1, 2, 3, 4, 5, 6, 7, 8\n"
+    nodes = "".join(f"{n + 1}, {n % 4 in (1, 2):d}., {n % 4 > 1:d}., {n // 4}.\n" for n in range(8))
+    mesh = f"*NODE\n{nodes}*ELEMENT, TYPE=C3D8, ELSET=JOINT\n1, 1, 2, 3, 4, 5, 6, 7, 8\n"
     text = mesh.replace("JOINT", "NONE" if "293" in change else "JOINT")
     text += JOINT.card("calculix", name="JOINT") + "*STEP\n*END STEP\n"
     old, _, new = change.partition("|")

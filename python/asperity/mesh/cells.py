@@ -18,12 +18,15 @@ from .files import read_raw
 from .groups import blocks_of, groups_of
 from .node_places import NodePlaces
 from .others import raw_of
-from .raw import RawMesh
+from .raw import Pairs, RawMesh
 from .shapes import FACES, MIRRORED, PLANE, Integers, area, corner_sizes, corners, dimension, in_cells, place
 from .touching import check_touching, joined
 
 if TYPE_CHECKING:
     import meshio
+
+Sides = tuple[Integers, Integers, Integers, Integers, Floats]
+"""Places of the nodes of both sides, node on node, cells and their faces (f, 2), normals to the second."""
 
 NO_SIZE = 1e-9  # size of a cell over that of a square or cube of its longest side, below which it has none
 
@@ -86,6 +89,7 @@ class Solids:
     cells of the groups that are no blocks.  spots: nodes of the groups of points, and of lines in space, as
     numbered before nodes were joined.  before: those of the places in the cells.  types: of the elements of a
     deck of Abaqus.  left_out: groups of faces of the file that are not read, and why.
+    joints: those of the file.
     """
 
     points: Floats
@@ -100,6 +104,7 @@ class Solids:
     before: Integers
     types: dict[str, NDArray[np.str_]]
     left_out: Mapping[str, str]
+    joints: Mapping[str, tuple[Pairs, ...]]
 
     @property
     def dimension(self) -> int:
@@ -137,6 +142,9 @@ def solids(mesh: RawMesh, blocks: str | None, join: float | None = None) -> Soli
     if not apart:
         raise ValueError(f"no cells: expected some of the types {', '.join(FACES)}")
     used = in_cells(*apart.values())
+    if join and mesh.joints:
+        text = f"join = {join:g}: the file has the joints {', '.join(mesh.joints)}, which it would close"
+        raise ValueError(f"{text}: expected no --join, or a file without their elements")
     node = joined(points, used, join) if join else np.arange(len(points))
     cells = {kind: node[rows] for kind, rows in apart.items()}
     centres = np.concatenate([points[rows].mean(1) for rows in cells.values()])
@@ -192,11 +200,24 @@ def solids(mesh: RawMesh, blocks: str | None, join: float | None = None) -> Soli
     _check_folds(convex, faces, points, centres)
     facets = {name: _once(pieces, d) for name, pieces in parts_of_facets.items()}
     if join is None or join > 0.0:
-        check_touching(points, faces, block, names, labels, join or 0.0)
+        bonded = [np.stack([side.lower, side.upper], 2) for sides in mesh.joints.values() for side in sides]
+        check_touching(points, faces, block, names, labels, join or 0.0, bonded)
     types = {kind: np.concatenate([mesh.cells[k].types for k in parts[kind]]) for kind in cells}
     before = np.concatenate([rows.ravel() for rows in apart.values()])
     return Solids(
-        points, cells, block, names, centres, faces, facets, sets, spots, before, types, mesh.left_out
+        points,
+        cells,
+        block,
+        names,
+        centres,
+        faces,
+        facets,
+        sets,
+        spots,
+        before,
+        types,
+        mesh.left_out,
+        mesh.joints,
     )
 
 

@@ -1,71 +1,322 @@
-"""Types of the elements of sections in a deck of Abaqus."""
+"""Cohesive elements of an Abaqus deck: sections, places of nodes, solids beside them, widths and ties."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from ..contract import Floats
 from .deck import Block
-from .deck_scopes import whole
+from .deck_model import Model, Section, sides_of
+from .shapes import FACES, Integers, area, corners, dimension, place
 
-Name = tuple[str, str]
-"""Part, "" outside of parts, and number of an element or name of a set in it."""
+ROUNDING = 1.0e-6
+"""Relative difference of two lengths of nodes and sections that are the same but for their digits."""
+
+HOLD = (
+    "EQUATION", "MPC", "COUPLING", "KINEMATIC COUPLING", "DISTRIBUTING COUPLING", "RIGID BODY", "BOUNDARY",
+    "EMBEDDED ELEMENT", "CONTACT PAIR",
+)  # fmt: skip
+"""Keywords, beside *Tie, that may connect nodes of a joint which no solid has."""
 
 
-def types_of_sections(deck: list[Block], keywords: Sequence[str]) -> dict[int, set[str]]:
-    """Types of the elements of each section with one of these keywords, by the id of its block.
+@dataclass(frozen=True)
+class Tie:
+    """Two surfaces that are tied: their nodes, the elements of which they are faces, and the line."""
 
-    A set may name others, which come before or after it; those that name each other alone have no types.
+    block: Block
+    nodes: tuple[Integers, Integers]
+    elements: tuple[Integers, Integers]
+    named: bool
+
+
+def element_problems(model: Model, thickness: Mapping[int, float]) -> list[str]:
+    """What is wrong with the cohesive elements of a deck, with file and line and what was expected.
+
+    thickness: of the constants of joints (PROPS 9), by the id of their section.
     """
-    sets: dict[Name, set[str]] = {}
-    of_number: dict[str, dict[str, set[str]]] = {}
-    part, parts, scopes = "", {}, {}
-    for block in deck:
-        if block.keyword == "PART":
-            part = block.name("NAME").upper()
-        elif block.keyword == "END PART":
-            part = ""
-        elif block.keyword == "INSTANCE":
-            parts[block.name("NAME").upper()] = block.name("PART").upper()
-        scopes[id(block)] = part
-        if block.keyword != "ELEMENT":
-            continue
-        kind = block.name("TYPE").upper()
-        for _, words in block.rows():
-            of_number.setdefault(part, {}).setdefault(words[0], set()).add(kind)
-        if elset := block.parameters.get("ELSET"):
-            sets.setdefault((part, elset.upper()), set()).add(kind)
-    named: list[tuple[Name, Name]] = []
-    for block in deck:
-        if block.keyword == "ELSET":
-            scope = scopes[id(block)]
-            name = scope, block.name("ELSET").upper()
-            own = sets.setdefault(name, set())
-            home = parts.get((block.parameters.get("INSTANCE") or "").upper(), scope)
-            for member in _members(block, of_number.get(home, {})):
-                instance, _, local = member.upper().rpartition(".")
-                at = parts.get(instance, home)
-                own |= of_number.get(at, {}).get(local, set())
-                named.append((name, (at, local)))
-    while any(not sets.get(one, set()) <= sets[name] for name, one in named):
-        for name, one in named:
-            sets[name] |= sets.get(one, set())
-    return {
-        id(block): sets.get((scopes[id(block)], block.name("ELSET").upper()), set())
-        for block in deck
-        if block.keyword in keywords
-    }
+    checks = Checks(model, thickness)
+    return list(dict.fromkeys([*checks.sections(), *checks.elements(), *checks.ties()]))
 
 
-def _members(block: Block, numbers: Iterable[str]) -> Iterator[str]:
-    """Numbers and sets of a set; those that it generates are of the given ones."""
-    for k, words in block.rows():
-        if "GENERATE" in block.parameters:
-            given = whole(block, np.array([block.numbers([*filter(None, words)], k)]))[0].tolist()
-            if len(given) not in (2, 3) or given[1] < given[0]:
-                raise block.fail(f"{', '.join(words)}: expected first, last, step", k)
-            generated = range(given[0], given[1] + 1, *given[2:])
-            yield from (number for number in numbers if number.isdigit() and int(number) in generated)
-        else:
-            yield from filter(None, words)
+class Checks:
+    """Checks of the cohesive elements of a deck."""
+
+    def __init__(self, model: Model, thickness: Mapping[int, float]) -> None:
+        """Find the section of each element."""
+        self.model, self.thickness = model, thickness
+        count = max((int(entry.places.max()) for entry in model.cohesive), default=-1) + 1
+        self.section = np.full(count, -1)
+        self.times = np.zeros(count, np.int64)
+        for k, section in enumerate(model.sections):
+            at = section.elements[section.elements < count]
+            self.section[at] = k
+            self.times[at] += 1
+
+    def sections(self) -> Iterator[str]:
+        """Elements in no section or in two, twice there, and sections without elements."""
+        seen: set[tuple[int, ...]] = set()
+        for entry in self.model.cohesive:
+            kind = entry.block.name("TYPE").upper()
+            if lost := int((self.times[entry.places] == 0).sum()):
+                text = f"{lost} elements of type {kind} are in no section: expected a *Cohesive Section"
+                yield f"{entry.block.head()}: {text}"
+            if lost := int((self.times[entry.places] > 1).sum()):
+                text = f"{lost} elements of type {kind} are in two sections: expected one"
+                yield f"{entry.block.head()}: {text}"
+            alike = [tuple(row) for row in np.sort(entry.nodes, axis=1).tolist()]
+            if again := len(alike) - len(set(alike) - seen):
+                text = f"{again} elements have the nodes of others, so that the joint counts twice"
+                yield f"{entry.block.head()}: {text}: expected each element once"
+            seen |= set(alike)
+        for section in self.model.sections:
+            block = section.block
+            if block.keyword in ("SOLID SECTION", "COHESIVE SECTION") and not len(section.elements):
+                if id(block) not in self.thickness:
+                    yield f"{block.head()}: elset={block.name('ELSET')}: no element is in it: expected some"
+
+    def elements(self) -> Iterator[str]:
+        """Order of the nodes, thickness, solids on both sides, and width."""
+        for entry in self.model.cohesive:
+            sections = self.section[entry.places]
+            for k in np.unique(sections[sections >= 0]).tolist():
+                section = self.model.sections[k]
+                if section.block.keyword != "COHESIVE SECTION":
+                    continue
+                rows = np.flatnonzero(sections == k)
+                way = section.block.parameters.get("STACK DIRECTION")
+                nodes = entry.nodes[rows]
+                head, d = entry.block.head(), 2 if nodes.shape[1] == 4 else 3
+                wrong = list(self._shapes(nodes, way, entry.block, d))
+                yield from (f"{head}: {text}" for text in wrong)
+                if wrong:
+                    continue
+                lower, upper = sides_of(nodes, way, entry.block)
+                yield from self._thickness(section, lower, upper)
+                solids, texts = self._beside(lower, upper, d)
+                yield from (f"{head}: {text}" for text in texts)
+                if d == 2:
+                    yield from self._width(section, solids)
+
+    def _shapes(self, nodes: Integers, way: str | None, block: Block, d: int) -> Iterator[str]:
+        """Stack direction and order of the nodes."""
+        points = self.model.points
+        lower, upper = sides_of(nodes, way, block)
+        x, y = points[lower][:, :, :d], points[upper][:, :, :d]
+        stack = np.linalg.norm(y - x, axis=2).max(1)
+        edges, above = np.roll(x, -1, axis=1) - x, np.roll(y, -1, axis=1) - y
+        if d == 2:
+            edges, above = edges[:, :1], above[:, :1]
+        length = np.minimum(np.linalg.norm(edges, axis=2).min(1), np.linalg.norm(above, axis=2).min(1))
+        crossed = (np.einsum("fkd,fkd->fk", edges, above) <= 0.0).any(1) & (length > 0.0)
+        where = "their nodes" if way is None else f"their nodes, by stack direction={way},"
+        if (bad := np.flatnonzero((stack > length * (1.0 + ROUNDING)) & ~crossed)).size:
+            yield self._named(bad, x, f"{where} are farther apart across the joint than along it", len(x)) + (
+                ": expected the nodes of the lower side first, then those above them"
+            )
+        if (bad := np.flatnonzero(crossed)).size:
+            order = (
+                "1, 2 below and 4, 3 above them" if d == 2 else "the upper side in the order of the lower one"
+            )
+            yield self._named(bad, x, f"{where} make edges that cross", len(x)) + f": expected {order}"
+        same = (lower == upper).all(1)
+        if same.any():
+            text = "have the same nodes on both sides, and cannot open"
+            yield self._named(np.flatnonzero(same), x, text, len(x)) + ": expected nodes for each side"
+
+    def _named(self, rows: Integers, x: Floats, text: str, total: int) -> str:
+        return f"{len(rows)} of {total} elements, as at {place(x[rows[0]].mean(0))}: {text}"
+
+    def _thickness(self, section: Section, lower: Integers, upper: Integers) -> Iterator[str]:
+        """Distance of the sides where the section takes its thickness from it."""
+        block = section.block
+        if (block.parameters.get("THICKNESS") or "").upper() != "GEOMETRY":
+            return
+        h = self.thickness.get(id(block))
+        if h is None:
+            return
+        t = np.linalg.norm(self.model.points[upper] - self.model.points[lower], axis=2).mean(1)
+        if (bad := np.abs(t - h) > ROUNDING * h).any():
+            text = f"thickness=GEOMETRY: {bad.sum()} of {len(t)} elements are {t[bad][0]:g} thick"
+            yield f"{block.head()}: {text}: expected {h:g} (PROPS 9), or thickness=SPECIFIED"
+
+    def _beside(self, lower: Integers, upper: Integers, d: int) -> tuple[Integers, list[str]]:
+        """Solids on both sides, and what is wrong with their nodes and places."""
+        points, n, texts = self.model.points[:, :d], len(lower), list[str]()
+
+        def wrong(rows: Integers, text: str, expected: str) -> None:
+            if len(rows):
+                texts.append(f"{self._named(rows, x, text, n)}: expected {expected}")
+
+        x = points[lower]
+        normal, _ = area(x)
+        solids, tied = [], []
+        for side, name in ((lower, "lower"), (upper, "upper")):
+            solid, quadratic = self._solids(side)
+            held, beyond = self._held(side)
+            text = f"the nodes of the {name} side are those of no solid, and no *Tie has them all"
+            wrong(np.flatnonzero((solid < 0) & ~held), text, "common nodes or a *Tie")
+            text = f"the {name} side has common nodes with a solid, to which a *Tie connects it again"
+            wrong(np.flatnonzero((solid >= 0) & self._tied_to(side, solid)), text, "one of both")
+            text = f"solids with nodes in the middle of their edges are at the {name} side, which has none"
+            wrong(np.flatnonzero(quadratic), text, "linear solids")
+            solids.append(np.where(solid >= 0, solid, beyond))
+            tied.append(solid < 0)
+        behind = np.zeros(n, bool)
+        for solid, sign, loose in zip(solids, (-1.0, 1.0), tied, strict=True):
+            at = np.flatnonzero((solid >= 0) & ~loose)
+            away = np.einsum("fd,fd->f", self.centres[solid[at], :d] - x[at].mean(1), normal[at])
+            behind[at[sign * away < 0.0]] = True
+        text = "inside out: a solid lies on the other side of the element"
+        wrong(np.flatnonzero(behind), text, "the nodes in the opposite sense")
+        flat = np.einsum("fd,fd->f", points[upper].mean(1) - x.mean(1), normal)
+        size = np.sqrt(((x - x.mean(1, keepdims=True)) ** 2).sum((1, 2)))
+        text = "inside out: the upper side lies below the lower one"
+        wrong(np.flatnonzero((flat < -ROUNDING * size) & ~behind), text, "an area or volume above 0")
+        return np.concatenate(solids), texts
+
+    def _width(self, section: Section, solids: Integers) -> Iterator[str]:
+        """Out-of-plane width of the section, beside that of the solids."""
+        rows = list(section.block.rows())
+        words = rows[0][1] if rows else []
+        values = section.block.numbers(words[:2], rows[0][0]) if rows else []
+        width = values[1] if len(values) > 1 and values[1] else 1.0
+        wide = {float(value) for value in np.unique(self.widths[solids[solids >= 0]]) if value > 0.0}
+        for value in sorted(wide):
+            if abs(value - width) > ROUNDING * value:
+                text = f"out-of-plane width {width:g}, the second number, beside solids of {value:g}"
+                yield f"{section.block.head()}: {text}: expected {value:g}"
+
+    @cached_property
+    def centres(self) -> Floats:
+        """Centres of all cells of the deck, in the order of their places."""
+        points = self.model.points
+        return np.concatenate([np.zeros((0, 3)), *(points[rows].mean(1) for _, rows in self.model.cells)])
+
+    @cached_property
+    def widths(self) -> Floats:
+        """Thickness of the sections of plane solids, by place; 1 without a number, 0 without a section."""
+        width = np.zeros(int(self.model.first[-1]))
+        for section in self.model.sections:
+            if section.block.keyword == "SOLID SECTION":
+                rows = list(section.block.rows())
+                value = section.block.numbers(rows[0][1][:1], rows[0][0])[0] if rows else 0.0
+                width[section.elements[section.elements < len(width)]] = value or 1.0
+        return width
+
+    @cached_property
+    def _faces(self) -> dict[tuple[int, ...], list[tuple[int, bool]]]:
+        """Solids, and whether they are quadratic, by the corners of faces that cohesive sides may have."""
+        wanted = np.zeros(len(self.model.points), bool)
+        for entry in self.model.cohesive:
+            wanted[entry.nodes] = True
+        faces: dict[tuple[int, ...], list[tuple[int, bool]]] = {}
+        for first, (kind, cells) in zip(self.model.first, self.model.cells, strict=False):
+            d = dimension(kind)
+            sides = [(local, corners(d, len(local))) for local in FACES.get(kind, ())]
+            if d < 3:  # shells and beams beside a joint
+                count = cells.shape[1]
+                sides.append((tuple(range(count)), 2 if d == 1 else 3 if kind.startswith("tri") else 4))
+            for local, c in sides:
+                nodes = cells[:, local[:c]]
+                at = np.flatnonzero(wanted[nodes].all(1))
+                for row, key in zip(at.tolist(), np.sort(nodes[at], axis=1).tolist(), strict=True):
+                    faces.setdefault(tuple(key), []).append((int(first) + row, len(local) > c))
+        return faces
+
+    def _solids(self, side: Integers) -> tuple[Integers, np.ndarray]:
+        """Solid that has the nodes of a side as a face, or -1, and whether it is quadratic."""
+        entries = [self._faces.get(tuple(row), [(-1, False)])[0] for row in np.sort(side, axis=1).tolist()]
+        return np.array([solid for solid, _ in entries]), np.array([middle for _, middle in entries], bool)
+
+    @cached_property
+    def all_ties(self) -> list[Tie]:
+        """Ties, with the nodes and elements of both surfaces."""
+        ties = []
+        for block in self.model.deck:
+            if block.keyword != "TIE":
+                continue
+            for k, words in block.rows():
+                if len(words) >= 2:
+                    sides = [self.model.surface(block, word, k) for word in words[:2]]
+                    nodes, elements, named = zip(*sides, strict=True)
+                    ties.append(Tie(block, (nodes[0], nodes[1]), (elements[0], elements[1]), all(named)))
+        return ties
+
+    @cached_property
+    def nodes_held(self) -> Integers:
+        """Nodes that keywords may hold, or that elements have which are not read."""
+        return np.union1d(self.model.nodes_named(HOLD), self.model.unread)
+
+    def _held(self, side: Integers) -> tuple[np.ndarray, Integers]:
+        """Whether the nodes of a side are tied or held, and a solid to which it is tied, or -1."""
+        held = np.asarray(np.isin(side, self.nodes_held).all(1))
+        beyond = np.full(len(side), -1)
+        for tie in self.all_ties:
+            for mine, other in ((0, 1), (1, 0)):
+                here = np.isin(side, tie.nodes[mine]).all(1)
+                held |= here
+                solids = tie.elements[other][tie.elements[other] < self.model.first[-1]]
+                if not len(tie.elements[other]):
+                    solids = self._solids_with(tie.nodes[other])
+                if len(solids):
+                    beyond[here] = solids[0]
+        return held, beyond
+
+    def _solids_with(self, nodes: Integers) -> Integers:
+        """Solids that have a face of these nodes."""
+        found = [np.zeros(0, np.int64)]
+        for first, (kind, cells) in zip(self.model.first, self.model.cells, strict=False):
+            count = np.isin(cells, nodes).sum(1)
+            found.append(first + np.flatnonzero(count >= max(dimension(kind), 2)))
+        return np.concatenate(found)
+
+    def _tied_to(self, side: Integers, solid: Integers) -> np.ndarray:
+        """Whether a tie connects a side to the solid with which it shares its nodes."""
+        twice = np.zeros(len(side), bool)
+        for tie in self.all_ties:
+            for mine, other in ((0, 1), (1, 0)):
+                here = np.isin(side, tie.nodes[mine]).all(1)
+                cohesive = (tie.elements[mine] >= self.model.first[-1]).any()
+                twice |= (
+                    here
+                    & np.isin(solid, tie.elements[other])
+                    & (cohesive | ~np.isin(solid, tie.elements[mine]))
+                )
+        return twice
+
+    def ties(self) -> Iterator[str]:
+        """Ties past a joint, and nodes that two ties have."""
+        pairs = [sides_of(entry.nodes, None, entry.block) for entry in self.model.cohesive]
+        for tie in self.all_ties:
+            for lower, upper in pairs:
+                glued = np.zeros(len(lower), bool)
+                for a, b in ((lower, upper), (upper, lower)):
+                    glued |= np.isin(a, self._reached(tie.nodes[0])).all(1) & np.isin(
+                        b, self._reached(tie.nodes[1])
+                    ).all(1)
+                if glued.any() and tie.named:
+                    where = place(self.model.points[lower[glued][0]].mean(0))
+                    text = f"it connects both sides of {glued.sum()} elements of a joint, as at {where}"
+                    yield f"{tie.block.head()}: {text}, past the joint: expected no *Tie there"
+        for k, tie in enumerate(self.all_ties):
+            for other in self.all_ties[:k]:
+                both = np.intersect1d(tie.nodes[0], other.nodes[0])
+                if len(both) == len(tie.nodes[0]) and len(both):
+                    text = f"its {len(both)} nodes are tied before by {other.block.where()}"
+                    yield f"{tie.block.head()}: {text}: expected one *Tie for each surface"
+
+    def _reached(self, nodes: Integers) -> Integers:
+        """Nodes of a surface, and those that other ties connect with a surface of the same nodes."""
+        reached = [nodes]
+        for tie in self.all_ties:
+            for mine, other in ((0, 1), (1, 0)):
+                if (
+                    np.isin(tie.nodes[mine], nodes).all()
+                    and (tie.elements[other] >= self.model.first[-1]).any()
+                ):
+                    reached.append(tie.nodes[other])
+        return np.unique(np.concatenate(reached))

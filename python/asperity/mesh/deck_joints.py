@@ -12,8 +12,9 @@ import numpy as np
 
 from .. import contract
 from ..contract import Floats
-from .deck import Block, blocks
-from .deck_elements import types_of_sections
+from .abaqus import read_model
+from .deck import Block
+from .deck_elements import element_problems
 from .deck_water import water_problems
 
 SECTIONS = "COHESIVE SECTION", "SOLID SECTION"
@@ -60,10 +61,13 @@ def problems(path: Path) -> tuple[list[str], list[str]]:
     A joint is a cohesive section, or a section of CalculiX' solids, whose material has PROPS of the law.
     Raises ValueError for a deck that is not read, and for one without a joint.
     """
-    deck = blocks(path)
+    model = read_model(path)
+    deck = model.deck
     explicit = any(block.keyword.startswith("DYNAMIC") and "EXPLICIT" in block.parameters for block in deck)
     materials = _materials(deck)
-    types = types_of_sections(deck, SECTIONS)
+    types: dict[int, set[str]] = {}
+    for section in model.sections:
+        types.setdefault(id(section.block), set()).update(model.types_of(section.elements))
     names = {block.name("NAME").upper() for block in deck if block.keyword == "MATERIAL"}
     joints, wrong, notes, used = [], [], [], set()
     for block in deck:
@@ -76,7 +80,7 @@ def problems(path: Path) -> tuple[list[str], list[str]]:
         material = materials.get(name)
         # of a solid with other constants the UMAT is another one
         if material and (block.keyword == SECTIONS[0] or not material.errors):
-            joints.append(Joint(block, material, types[id(block)]))
+            joints.append(Joint(block, material, types.get(id(block), set())))
     faults = [text for material in materials.values() for text in material.errors]
     if not any(not joint.material.errors for joint in joints):
         reasons = "".join(f"; {text}" for text in (*wrong, *faults))
@@ -97,9 +101,6 @@ def problems(path: Path) -> tuple[list[str], list[str]]:
             notes += texts[1]
         else:
             wrong += _section_problems(joint)
-            if (joint.section.parameters.get("THICKNESS") or "").upper() == "GEOMETRY":
-                text = f"thickness=GEOMETRY: the elements must be {joint.material.of('h'):g} thick (PROPS 9)"
-                notes.append(f"{joint.section.head()}: {text}")
     frictional = [joint.material for joint in joints if _is_unsymmetric(joint.material)]
     for block in deck if frictional and not explicit else []:
         if block.keyword == "STEP" and (block.parameters.get("UNSYMM") or "").upper() == "NO":
@@ -109,7 +110,10 @@ def problems(path: Path) -> tuple[list[str], list[str]]:
         for joint in joints
         if joint.section.keyword == SECTIONS[0] and not joint.material.errors
     ]
-    return wrong + water_problems(deck, wet), notes
+    thickness = {
+        id(joint.section): joint.material.of("h") for joint in joints if joint.section.keyword == SECTIONS[0]
+    }
+    return wrong + element_problems(model, thickness) + water_problems(deck, wet), notes
 
 
 def _materials(deck: list[Block]) -> dict[str, UserMaterial]:
@@ -235,6 +239,6 @@ def _element_problems(joint: Joint, wanted: str, start: str) -> Iterator[str]:
     """What is wrong with the elements of a section; start: regular expression of good types."""
     head, elset = joint.section.head(), joint.section.name("ELSET")
     if not joint.types:
-        yield f"{head}: elset={elset}: no element is in it"
+        yield f"{head}: elset={elset}: no element is in it: expected {wanted}"
     if bad := sorted(kind for kind in joint.types if not re.match(start, kind)):
         yield f"{head}: elset={elset}: {', '.join(bad)}: expected {wanted}"

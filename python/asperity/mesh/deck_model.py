@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..contract import Floats
-from ..material import ModelWarning
 from .deck import Block
 from .deck_scopes import Numbers, Scope, moved, whole
 from .deck_types import is_shell, type_of
-from .labels import Labels
-from .raw import Cells, RawMesh
 from .shapes import FACES, Integers, dimension
 
 FACETS = {
@@ -35,6 +33,25 @@ class Unread(Exception):
     """A surface that is not read, and why."""
 
 
+@dataclass(frozen=True)
+class Section:
+    """Keyword of a section, the part, instance or model in which it stands, and places of its elements."""
+
+    block: Block
+    scope: Scope
+    elements: Integers
+
+
+@dataclass(frozen=True)
+class Cohesive:
+    """Cohesive elements of a keyword: their places, and the nodes (m, 2 k) of both sides."""
+
+    block: Block
+    scope: Scope
+    places: Integers
+    nodes: Integers
+
+
 class Model:
     """Nodes, elements and sets of all instances, by their places in the mesh.
 
@@ -42,17 +59,20 @@ class Model:
     of the first one of each array, and of those that are left out.
     """
 
-    def __init__(self, path: Path, model: Scope, instances: list[Scope]) -> None:
-        """Number nodes and elements; raises ValueError for a deck without elements, or with some not read."""
-        self.path, self.model, self.scopes = path, model, [*instances, model]
+    def __init__(
+        self, path: Path, deck: list[Block], model: Scope, instances: list[Scope], unused: list[Scope]
+    ) -> None:
+        """Number nodes and elements; raises ValueError for numbers that are not there.
+
+        deck: all blocks.  unused: parts without an instance.
+        """
+        self.path, self.deck, self.unused = path, deck, unused
+        self.model, self.scopes = model, [*instances, model]
         self.by_name = {scope.name.upper(): scope for scope in instances}
-        self.points: list[Floats] = []
+        places_of_nodes: list[Floats] = []
         self.nodes: dict[int, Numbers] = {}
         self.elements: dict[int, Numbers] = {}
         self.by_block: dict[int, dict[int, Integers]] = {}
-        self.left_out: dict[str, str] = {}
-        for block, text in (refused for scope in self.scopes for refused in scope.refused):
-            raise block.fail(text)
         counts: Counter[str] = Counter()
         for scope in self.scopes:
             for _, kind, numbers, _ in scope.elements:
@@ -64,7 +84,7 @@ class Model:
         node, other = 0, int(self.first[-1])
         for scope in self.scopes:
             x = np.concatenate([np.zeros((0, 3)), *(rows[2] for rows in scope.nodes)])
-            self.points.append(moved(x, scope.move))
+            places_of_nodes.append(moved(x, scope.move))
             nodes = Numbers(scope, "node", [rows[:2] for rows in scope.nodes], node + np.arange(len(x)))
             self.nodes[id(scope)] = nodes
             node += len(x)
@@ -82,165 +102,154 @@ class Model:
                 places.append(other + np.arange(len(numbers)))
                 other += len(numbers)
             self.elements[id(scope)] = Numbers(scope, "element", numbered, np.concatenate(places))
-        if not self.first[-1]:
-            text = "no elements" if not self.model.nodes else "nodes without elements"
-            raise ValueError(f"{path}: {text}: expected *Element, in the model or in a part with an instance")
         self.cells = [(kind, np.concatenate(rows)) for kind, rows in data.items()]
-        points = np.concatenate(self.points)
+        self.points = np.concatenate(places_of_nodes)
         self.cells = [
-            (kind, _middle_last(rows, points) if kind == "line3" else rows) for kind, rows in self.cells
+            (kind, _middle_last(rows, self.points) if kind == "line3" else rows) for kind, rows in self.cells
         ]
         self.types = [np.concatenate(rows) for rows in types.values()]
-        self.dimension = max(dimension(kind) for kind in counts)
+        self.dimension = max((dimension(kind) for kind in counts), default=0)
 
-    def mesh(self) -> RawMesh:
-        """The mesh, without sections and loads."""
-        seen = Counter(key for scope in self.scopes for key in scope.sets)
-        point_sets: dict[str, Integers] = {}
-        sets: dict[str, list[Integers]] = {}
-        facets: dict[str, list[tuple[str, Integers, Integers]]] = {}
-        sources: dict[tuple[str, str], str] = {}
-        blocks_of: dict[str, list[Block]] = {}
+    @cached_property
+    def sections(self) -> list[Section]:
+        """Sections of all instances, with their elements; a set that is not there has none."""
+        sections = []
         for scope in self.scopes:
-            for (kind, key), title in scope.titles.items():
-                name = f"{scope.name}_{title}" if seen[kind, key] > 1 and scope.name else title
-                source = f"{scope.name}.{title}" if scope.name else title
-                if (earlier := sources.setdefault((kind, name.upper()), source)) != source:
-                    text = f"sets {earlier} and {source} both become {name}: expected other names"
-                    raise ValueError(f"{self.path}: {text}")
-                if kind == "NSET":
-                    known = point_sets.get(name, np.zeros(0, np.int64))
-                    point_sets[name] = np.union1d(known, self._members(scope, kind, key))
-                elif kind == "ELSET":
-                    blocks_of.setdefault(name, []).extend(scope.sets[kind, key])
-                    sets.setdefault(name, []).append(self._members(scope, kind, key))
+            for block in scope.sections:
+                key = "ELSET", block.name("ELSET").upper()
+                elements = self.members(scope, *key) if key in scope.sets else np.zeros(0, np.int64)
+                sections.append(Section(block, scope, elements))
+        return sections
+
+    @cached_property
+    def cohesive(self) -> list[Cohesive]:
+        """Cohesive elements, by their keywords."""
+        entries = []
+        for scope in self.scopes:
+            for block, numbers, words in scope.others:
+                if not len(numbers) or not (count := type_of(block.name("TYPE").upper()).sides):
+                    continue
+                flat = [word for row in words for word in row[:count]]
+                if all(word.isdigit() for word in flat):
+                    nodes = self.nodes[id(scope)](block, np.array(flat, np.int64))
                 else:
-                    try:
-                        for cell, nodes, owner in self._faces(scope, key):
-                            facets.setdefault(cell, []).append((name, nodes, owner))
-                    except Unread as why:
-                        self.left_out[name] = str(why)
-        cells = list(self.cells)
-        none = [np.zeros(0, np.int64)] * (len(cells) + len(facets))
-        cell_sets = {
-            name: [*self._by_array(np.concatenate(parts)), *none[len(cells) :]]
-            for name, parts in sets.items()
-        }
-        owners = [np.full(len(data), -1) for _, data in cells]
-        for kind, entries in facets.items():
-            first = 0
-            for name, faces, _ in entries:
-                members = cell_sets.setdefault(name, list(none))
-                members[len(cells)] = np.append(members[len(cells)], first + np.arange(len(faces)))
-                first += len(faces)
-            cells.append((kind, np.concatenate([faces for _, faces, _ in entries])))
-            owners.append(np.concatenate([owner for *_, owner in entries]))
-        self._set_apart(cells, cell_sets, point_sets)
-        self._warn()
-        types = [*self.types, *(np.full(len(data), "") for _, data in cells[len(self.cells) :])]
-        parts = {
-            scope.name: (*self._by_array(self.elements[id(scope)].places), *none[len(self.cells) :])
-            for scope in self.scopes
-            if scope.name and scope.elements
-        }
-        return RawMesh(
-            np.concatenate(self.points),
-            tuple(
-                Cells(kind, nodes, owner, names)
-                for (kind, nodes), owner, names in zip(cells, owners, types, strict=True)
-            ),
-            self._labels(),
-            {name: tuple(cell_sets[name]) for name in sorted(cell_sets)},
-            point_sets,
-            parts=parts,
-            given=frozenset(name for name, blocks in blocks_of.items() if _are(blocks, "INTERNAL")),
-            defined=frozenset(name for name, blocks in blocks_of.items() if _are(blocks, "TYPE")),
-            left_out=self.left_out,
-        )
+                    nodes = np.concatenate([self.of(block, scope, "NSET", word, (), None) for word in flat])
+                if len(nodes) != count * len(words):
+                    raise block.fail(f"{len(nodes)} nodes of {len(words)} elements: expected {count} of each")
+                places = self.elements[id(scope)](block, numbers)
+                entries.append(Cohesive(block, scope, places, nodes.reshape(-1, count)))
+        return entries
 
-    def _labels(self) -> Labels:
-        """Numbers of the nodes and elements in their scopes."""
-        nodes, elements = (
-            [numbers[id(scope)] for scope in self.scopes] for numbers in (self.nodes, self.elements)
-        )
-        home_of_node = np.repeat(np.arange(len(nodes)), [len(numbers.flat) for numbers in nodes])
-        homes = np.repeat(np.arange(len(elements)), [len(numbers.flat) for numbers in elements])
-        order = np.argsort(np.concatenate([numbers.places for numbers in elements]))
-        return Labels(
-            np.concatenate([numbers.flat for numbers in nodes]),
-            home_of_node,
-            np.concatenate([numbers.flat for numbers in elements])[order],
-            homes[order],
-            tuple(scope.name for scope in self.scopes),
-        )
-
-    def _set_apart(
-        self,
-        cells: list[tuple[str, Integers]],
-        cell_sets: dict[str, list[Integers]],
-        point_sets: dict[str, Integers],
-    ) -> None:
-        """Give faces another name where a set of other nodes has theirs: both are groups of the mesh."""
-        d = self.dimension
-        titles = {name.upper(): name for name in point_sets}
-        for name in list(cell_sets):
-            at = [
-                k for k, (kind, _) in enumerate(cells) if dimension(kind) == d - 1 and len(cell_sets[name][k])
-            ]
-            title = titles.get(name.upper())
-            if not at or title is None:
-                continue
-            nodes = np.unique(np.concatenate([cells[k][1][cell_sets[name][k]].ravel() for k in at]))
-            if not np.array_equal(nodes, point_sets[title]):
-                title = f"{name}_faces"
-                if title.upper() in {known.upper() for known in (*cell_sets, *point_sets)}:
-                    raise ValueError(f"{self.path}: {name} and {title}: expected other names of sets")
-                text = (
-                    f"{name} is a set of nodes and one of faces that has other nodes: the faces are {title}"
-                )
-                warnings.warn(f"{self.path}: {text}", ModelWarning, stacklevel=5)
-            if title != name:
-                moved = cell_sets.setdefault(title, [np.zeros(0, np.int64)] * len(cells))
-                for k in at:
-                    moved[k], cell_sets[name][k] = cell_sets[name][k], np.zeros(0, np.int64)
-
-    def _warn(self) -> None:
-        """Name the elements that are not solids, and the surfaces that are not read."""
-        lost: Counter[str] = Counter()
-        for (kind, _), types in zip(self.cells, self.types, strict=True):
-            if dimension(kind) < self.dimension:
-                lost.update(types.tolist())
-        texts = [
-            f"{count} elements of type {name} name faces or nodes only: they are not written"
-            for name, count in lost.items()
-        ]
-        others: Counter[str] = Counter()
-        for scope in self.scopes:
+    def types_of(self, elements: Integers) -> set[str]:
+        """Types of elements."""
+        rows = self.by_array(elements)
+        types = {name for names, at in zip(self.types, rows, strict=True) for name in np.unique(names[at])}
+        left = elements[elements >= self.first[-1]]
+        for scope in self.scopes if len(left) else ():
             for block, numbers, _ in scope.others:
-                others[block.name("TYPE").upper()] += len(numbers)
-        texts += [
-            f"{count} elements of type {name}, {type_of(name).left_out}, are left out: what they carry is "
-            "yours to add"
-            for name, count in others.items()
-        ]
-        texts += [f"surface {name} is left out: {why}" for name, why in self.left_out.items()]
-        for text in texts:
-            warnings.warn(f"{self.path}: {text}", ModelWarning, stacklevel=5)
+                if len(numbers) and np.isin(self.elements[id(scope)](block, numbers), left).any():
+                    types.add(block.name("TYPE").upper())
+        return types
 
-    def _by_array(self, places: Integers) -> list[Integers]:
+    def surface(self, block: Block, word: str, k: int | None = None) -> tuple[Integers, Integers, bool]:
+        """Nodes of a surface that a keyword names, the elements of its faces, whether the faces are named.
+
+        Raises ValueError for a name that is not there.
+        """
+        before, point, local = word.strip("\"'").rpartition(".")
+        home = self._scope(block, before) if point and before.upper() in self.by_name else self.model
+        key = (local if home is not self.model else word.strip("\"'")).upper()
+        if ("NSET", key) in home.sets and ("SURFACE", key) not in home.sets:
+            return self.members(home, "NSET", key), np.zeros(0, np.int64), True
+        if ("SURFACE", key) not in home.sets:
+            raise block.fail(f"{word}: no such surface", k)
+        nodes, elements, named = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], True
+        for part in home.sets["SURFACE", key]:
+            for row, words in part.rows():
+                at = self.of(part, self.instance(part, home), "ELSET", words[0], (), row)
+                label = words[1].upper() if len(words) > 1 else ""
+                elements.append(at)
+                sides = self._nodes_of_faces(at, label) if re.fullmatch("S[1-6]", label) else None
+                named &= sides is not None
+                nodes.append(self._nodes_of(at) if sides is None else sides)
+        return np.unique(np.concatenate(nodes)), np.unique(np.concatenate(elements)), named
+
+    def _nodes_of_faces(self, elements: Integers, label: str) -> Integers | None:
+        """Nodes of a face of elements, also of cohesive ones; None where an element has no such face."""
+        nodes, side, count = [np.zeros(0, np.int64)], int(label[1]) - 1, 0
+        for (kind, data), rows in zip(self.cells, self.by_array(elements), strict=True):
+            if len(rows) and side < len(FACES.get(kind, ())):
+                nodes.append(data[rows][:, FACES[kind][side]].ravel())
+                count += len(rows)
+        for entry in self.cohesive:
+            faces = FACES[{4: "quad", 6: "wedge", 8: "hexahedron"}[entry.nodes.shape[1]]]
+            at = np.isin(entry.places, elements)
+            if at.any() and side < len(faces):
+                nodes.append(entry.nodes[at][:, faces[side]].ravel())
+                count += int(at.sum())
+        return np.concatenate(nodes) if count == len(elements) else None
+
+    def nodes_named(self, keywords: Sequence[str]) -> Integers:
+        """Nodes that keywords name, by number, set or surface; what is none of these is passed over."""
+        nodes = [np.zeros(0, np.int64)]
+        for block in self.deck:
+            if block.keyword not in keywords:
+                continue
+            words = [value for value in block.parameters.values() if value]
+            for _, row in block.rows():
+                words += row[:1] if block.keyword == "BOUNDARY" else row[:: 3 if len(row) > 2 else 1]
+            for word in words:
+                before, point, local = word.strip("\"'").rpartition(".")
+                home = self.by_name.get(before.upper(), self.model) if point else self.model
+                name = local if point and home is not self.model else word.strip("\"'")
+                numbers = self.nodes[id(home)]
+                if name.isdigit() and np.isin(int(name), numbers.flat):
+                    nodes.append(numbers(block, np.array([int(name)])))
+                elif ("NSET", name.upper()) in home.sets:
+                    nodes.append(self.members(home, "NSET", name.upper()))
+                elif ("SURFACE", name.upper()) in home.sets:
+                    nodes.append(self.surface(block, word)[0])
+                elif ("ELSET", name.upper()) in home.sets:
+                    nodes.append(self._nodes_of(self.members(home, "ELSET", name.upper())))
+        return np.unique(np.concatenate(nodes))
+
+    @cached_property
+    def unread(self) -> Integers:
+        """Nodes of elements that may be solids and that are not read."""
+        nodes = [np.zeros(0, np.int64)]
+        for scope in self.scopes:
+            for block, _, words in scope.others:
+                if type_of(block.name("TYPE").upper()).refused:
+                    given = {int(word) for row in words for word in row if word.isdigit()}
+                    known = self.nodes[id(scope)]
+                    nodes.append(known.places[np.isin(known.flat, list(given))])
+        return np.unique(np.concatenate(nodes))
+
+    def by_array(self, places: Integers) -> list[Integers]:
         """Rows in each array of cells; elements that are left out have none."""
         at = np.unique(places)
         cuts = np.searchsorted(at, self.first)
         return [at[a:b] - first for a, b, first in zip(cuts, cuts[1:], self.first, strict=False)]
 
-    def _members(self, scope: Scope, kind: str, key: str, above: tuple[str, ...] = ()) -> Integers:
+    def numbers_of(self, scope: Scope, block: Block, kind: str, name: str) -> Integers:
+        """Numbers, in their scope, of the members of a set that a keyword names."""
+        places = self._named(block, scope, kind, name, ())
+        known = (self.nodes if kind == "NSET" else self.elements)[id(scope)]
+        return np.asarray(known.flat[np.isin(known.places, places)])
+
+    def members(self, scope: Scope, kind: str, key: str, above: tuple[str, ...] = ()) -> Integers:
         """Places of the nodes or elements of a set."""
         members = [np.zeros(0, np.int64)]
         for block in scope.sets[kind, key]:
-            home = self._instance(block, scope)
+            home = self.instance(block, scope)
             places = (self.nodes if kind == "NSET" else self.elements)[id(home)]
-            if block.keyword in ("NODE", "ELEMENT"):
-                members.append(places(block, self._numbers(scope)[id(block)]))
+            if block.keyword == "INSTANCE":  # of all its nodes or elements
+                home = self._scope(block, block.name("NAME"))
+                members.append((self.nodes if kind == "NSET" else self.elements)[id(home)].place)
+                continue
+            if id(block) in scope.made or block.keyword in ("NODE", "ELEMENT"):
+                numbers = scope.made.get(id(block))
+                members.append(places(block, self._numbers(scope)[id(block)] if numbers is None else numbers))
                 continue
             if block.keyword == "NSET" and (elset := block.parameters.get("ELSET")):
                 members.append(self._nodes_of(self._named(block, home, "ELSET", elset, above)))
@@ -259,7 +268,7 @@ class Model:
                     if word.isdigit():
                         given_numbers.append(int(word))
                     else:
-                        members.append(self._of(block, home, kind, word, above, k))
+                        members.append(self.of(block, home, kind, word, above, k))
             members.append(places(block, np.array(given_numbers, np.int64)))
         return np.unique(np.concatenate(members))
 
@@ -271,7 +280,8 @@ class Model:
             self.by_block[id(scope)] = {id(block): numbers for block, numbers in rows}
         return self.by_block[id(scope)]
 
-    def _instance(self, block: Block, scope: Scope) -> Scope:
+    def instance(self, block: Block, scope: Scope) -> Scope:
+        """Scope of the instance that a block names, or that in which it stands."""
         name = block.parameters.get("INSTANCE")
         return scope if name is None else self._scope(block, name)
 
@@ -281,7 +291,7 @@ class Model:
             raise block.fail(f"instance {name}: no such instance: {known}")
         return self.by_name[name.upper()]
 
-    def _of(
+    def of(
         self, block: Block, home: Scope, kind: str, word: str, above: tuple[str, ...], k: int | None
     ) -> Integers:
         """Places of a number or of a set, with or without its instance before a point."""
@@ -299,23 +309,23 @@ class Model:
         key = name.upper()
         if (kind, key) not in home.sets or f"{kind} {key}" in above:
             raise block.fail(f"{name}: expected a number or a set that is there", k)
-        return self._members(home, kind, key, (*above, f"{kind} {key}"))
+        return self.members(home, kind, key, (*above, f"{kind} {key}"))
 
     def _nodes_of(self, elements: Integers) -> Integers:
         """Nodes of elements, also of those that are left out as far as the deck has them."""
         nodes = [np.zeros(0, np.int64)]
         nodes += [
-            data[rows].ravel() for (_, data), rows in zip(self.cells, self._by_array(elements), strict=True)
+            data[rows].ravel() for (_, data), rows in zip(self.cells, self.by_array(elements), strict=True)
         ]
         left_out = set(elements[elements >= self.first[-1]].tolist())
         for scope in self.scopes if left_out else ():
             for block, numbers, words in scope.others:
                 for place, row in zip(self.elements[id(scope)](block, numbers).tolist(), words, strict=True):
                     if place in left_out:
-                        nodes += [self._of(block, scope, "NSET", word, (), None) for word in row if word]
+                        nodes += [self.of(block, scope, "NSET", word, (), None) for word in row if word]
         return np.unique(np.concatenate(nodes))
 
-    def _faces(self, scope: Scope, key: str) -> Iterable[tuple[str, Integers, Integers]]:
+    def faces(self, scope: Scope, key: str) -> Iterable[tuple[str, Integers, Integers]]:
         """Kinds and nodes of the faces of a surface, and the elements that they are faces of.
 
         Raises Unread for a surface that has other faces than S1, S2, ... of solids.
@@ -329,9 +339,9 @@ class Model:
             if kind != "ELEMENT":
                 raise Unread(f"{block.head()}: type={kind}: expected faces of elements")
             for k, words in block.rows():
-                at = self._of(block, self._instance(block, scope), "ELSET", words[0], (), k)
+                at = self.of(block, self.instance(block, scope), "ELSET", words[0], (), k)
                 label = words[1].upper() if len(words) > 1 else ""
-                for i, rows in enumerate(self._by_array(at)):
+                for i, rows in enumerate(self.by_array(at)):
                     if len(rows):
                         face = self._face(i, rows, label, block, k)
                         by_kind.setdefault(FACETS[self.dimension, face.shape[1]], []).append(
@@ -363,9 +373,23 @@ class Model:
         return data[rows][:, faces[int(label[1]) - 1]]
 
 
-def _are(blocks: list[Block], parameter: str) -> bool:
-    """Whether all blocks of a set have a parameter."""
-    return all(parameter in block.parameters for block in blocks)
+SIDES: dict[tuple[int, str], tuple[list[int], list[int]]] = {
+    (4, "2"): ([0, 1], [3, 2]), (4, "1"): ([3, 0], [2, 1]), (6, "3"): ([0, 1, 2], [3, 4, 5]),
+    (8, "3"): ([0, 1, 2, 3], [4, 5, 6, 7]), (8, "1"): ([0, 3, 7, 4], [1, 2, 6, 5]),
+    (8, "2"): ([0, 4, 5, 1], [3, 7, 6, 2]),
+}  # fmt: skip
+"""Nodes of the lower and the upper side of a cohesive element, by their number and the stack direction."""
+
+
+def sides_of(nodes: Integers, way: str | None, block: Block) -> tuple[Integers, Integers]:
+    """Nodes of the lower and the upper side, node on node; way: stack direction of the section."""
+    count = nodes.shape[1]
+    given = (way or "").strip()
+    direction = given if given in "123" and given else "2" if count == 4 else "3"
+    if (count, direction) not in SIDES:
+        raise block.fail(f"stack direction={way}: expected one that elements of {count} nodes have")
+    lower, upper = SIDES[count, direction]
+    return nodes[:, lower], nodes[:, upper]
 
 
 def _middle_last(edges: Integers, points: Floats) -> Integers:

@@ -17,18 +17,19 @@ from .shapes import Integers
 class Scope:
     """What is numbered together: a part, an instance, or the model.
 
-    elements: blocks, cells, numbers and nodes.  others: those that are left out, with the words of their
-    nodes.  refused: blocks of elements that are not read, and why.  Members of sets are blocks of the deck,
-    whose numbers and names are looked up when all is read.
+    elements: blocks, cells, numbers and nodes.  others: those that are no cells of a mesh, with the words of
+    their nodes.  Members of sets and of sections are blocks of the deck, whose numbers and names are looked
+    up when all is read.  made: numbers of those that keywords have made, by the id of their block.
     """
 
     name: str
     nodes: list[tuple[Block, Integers, Floats]] = field(default_factory=list)
     elements: list[tuple[Block, str, Integers, Integers]] = field(default_factory=list)
     others: list[tuple[Block, Integers, list[list[str]]]] = field(default_factory=list)
-    refused: list[tuple[Block, str]] = field(default_factory=list)
+    sections: list[Block] = field(default_factory=list)
     sets: dict[tuple[str, str], list[Block]] = field(default_factory=dict)
     titles: dict[tuple[str, str], str] = field(default_factory=dict)
+    made: dict[int, Integers] = field(default_factory=dict)
     move: Block | None = None
 
     def add(self, kind: str, name: str, block: Block) -> None:
@@ -50,9 +51,19 @@ class Numbers:
     """Places of numbers: nodes or elements of a scope."""
 
     def __init__(
-        self, scope: Scope, kind: str, numbered: list[tuple[Block, Integers]], places: Integers
+        self,
+        scope: Scope,
+        kind: str,
+        numbered: list[tuple[Block, Integers]],
+        places: Integers,
+        quiet: bool = False,
     ) -> None:
-        """Sort the numbers, which have these places; raises ValueError for one that is there twice."""
+        """Sort the numbers, which have these places; of a node that is given twice the last place counts.
+
+        Unless `quiet`, ModelWarning has their number.
+
+        Raises ValueError for an element that is there twice.
+        """
         numbers = [np.zeros(0, np.int64), *(part for _, part in numbered)]
         flat = np.concatenate(numbers)
         order = np.argsort(flat, kind="stable")
@@ -60,7 +71,12 @@ class Numbers:
         self.sorted, self.place = flat[order], places[order]
         self.kind, self.scope = kind, f" of {scope.name}" if scope.name else ""
         again = np.flatnonzero(np.diff(self.sorted) == 0)
-        if len(again):
+        if len(again) and kind == "node":
+            self.sorted, self.place = (np.delete(rows, again) for rows in (self.sorted, self.place))
+            text = f"{len(again)} nodes{self.scope} are given twice: the last place counts, as in Abaqus"
+            if not quiet:
+                warnings.warn(f"{numbered[-1][0].places[0][0]}: {text}", ModelWarning, stacklevel=6)
+        elif len(again):
             number = int(self.sorted[again[0]])
             block = [block for block, part in numbered if (part == number).any()][-1]
             raise block.fail(f"{kind} {number}{self.scope} is there before: expected each number once")
@@ -90,11 +106,14 @@ class Numbers:
 
 
 def moved(x: Floats, block: Block | None) -> Floats:
-    """Nodes of an instance: moved first, then turned about an axis through two points."""
-    if block is None:
-        return x
+    """Nodes of an instance, moved and turned by its lines."""
+    return x if block is None else shifted(x, block)
+
+
+def shifted(x: Floats, block: Block) -> Floats:
+    """Nodes that are moved first, then turned about an axis through two points."""
     lines = [(k, line.strip()) for k, line in enumerate(block.lines) if not is_comment(line)]
-    while lines and not lines[-1][1]:
+    while lines and not lines[-1][1].strip(", "):
         lines.pop()
     if len(lines) > 2:
         raise block.fail(f"{len(lines)} lines: expected one to move the part and one to turn it")

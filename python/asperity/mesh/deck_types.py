@@ -36,11 +36,6 @@ LEFT_OUT = (
 
 REFUSED = (
     (r".*AX.*", "axisymmetric: expected a plane mesh or one in space, as of CPE4 or C3D8"),
-    (
-        r"COH.*",
-        "joints of the deck: expected solids alone: remove these lines, and --join makes one of the nodes on "
-        "both sides, where a joint of this package takes their place",
-    ),
     (r"C3D15.*|C3D18.*", "expected C3D6: convert them"),
     (r"C3D5.*|C3D13.*", "pyramids: expected tetrahedra, wedges or hexahedra: convert them"),
     (r"C3D27.*", "expected C3D20: convert them"),
@@ -53,14 +48,22 @@ EXPECTED = (
 )
 
 
+COHESIVE = r"COH(?:2D|AX|3D)([468])P?T?"
+"""Cohesive elements, whose group is the number of the nodes of their sides."""
+
+
 @dataclass(frozen=True)
 class Type:
-    """Cells of meshio, or an empty text, and number of nodes; what is left out; why it is refused."""
+    """Cells of meshio, or an empty text, and number of nodes; what is left out; why it is refused.
+
+    sides: number of nodes of both sides of a cohesive element.
+    """
 
     kind: str = ""
     nodes: int = 0
     left_out: str = ""
     refused: str = ""
+    sides: int = 0
 
 
 def type_of(name: str) -> Type:
@@ -75,6 +78,8 @@ def type_of(name: str) -> Type:
     for pattern, what, count in LEFT_OUT:
         if match := re.fullmatch(pattern, name):
             return Type(nodes=count or int(match[1]), left_out=what)
+    if match := re.fullmatch(COHESIVE, name):
+        return Type(sides=int(match[1]))
     for pattern, text in REFUSED:
         if re.fullmatch(pattern, name):
             return Type(refused=text)

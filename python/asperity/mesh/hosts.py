@@ -62,7 +62,7 @@ def write(
         text = f"groups {', '.join(lost)} are not in {path}"
         warnings.warn(f"{text}: its format has blocks and joints only", ModelWarning, stacklevel=2)
     if kind.linear:
-        _check_faces(mesh, host)
+        _check_faces(mesh, host, kind.layer)
     if layer:
         _check_layer(mesh, layer)
     writer = hosts.part(host, "mesh") or import_module(f"{__package__}.{kind.ending[1:]}")
@@ -99,14 +99,20 @@ def of_ending(ending: str) -> list[str]:
     )
 
 
-def _check_faces(mesh: Jointed, host: str) -> None:
-    """Raise ValueError for joints between faces that are not linear, or a period apart."""
+def _check_faces(mesh: Jointed, host: str, layer: bool) -> None:
+    """Raise ValueError for joints between faces that are not linear, or a period apart.
+
+    Joints that a file has itself may have a thickness, which a host without layers keeps.
+    """
     for name, joint in ((name, part) for name, parts in mesh.joints.items() for part in parts):
         count, k = joint.minus.shape
         if corners(mesh.dimension, k) != k:
             raise ValueError(f"joint {name}: {count} faces of {k} nodes: expected linear ones for {host}")
-        if (mesh.points[joint.minus] != mesh.points[joint.plus]).any():
-            raise ValueError(f"joint {name}: its sides are a period apart: expected one place for {host}")
+        x = mesh.points[joint.minus]
+        apart = float(np.linalg.norm(mesh.points[joint.plus] - x, axis=2).max(initial=0.0))
+        edge = float(np.linalg.norm(np.roll(x, 1, axis=1) - x, axis=2).min(initial=np.inf))
+        if apart > 0.0 and (layer or apart >= edge):
+            raise ValueError(f"joint {name}: its sides are {apart:g} apart: expected one place for {host}")
 
 
 def _check_layer(mesh: Jointed, h: float) -> None:

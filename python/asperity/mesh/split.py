@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..contract import Floats
 from ..material import ModelWarning
-from .cells import Faces, Solids, locate, read, solids
+from .cells import Faces, Sides, Solids, locate, read, solids
 from .jointed import Joint, Jointed
+from .own_joints import check_sides, sides_of_file
 from .raw import RawMesh
 from .shapes import Integers, area, backward, corners, place
 from .sides import turned
@@ -59,13 +60,22 @@ def split(
     each connected part of all named groups, inside a block along the axis closest to its mean.
     In 2D, N is Tx turned to the left: with a direction the sides follow from it.
 
+    Cohesive elements of a deck of Abaqus are joints with the name of their set, whose N points from their
+    lower to their upper side; without rules there are no others.
+
     Raises ValueError with the name of a group and the number of its faces, or of cells and their place.
     """
     old = solids(read(mesh), blocks, join)
-    rules = joints or {"joint": ("*", "*")}
+    rules: Joints = joints or ({} if old.joints else {"joint": ("*", "*")})
+    if taken := [name for name in old.joints if rules.get(name) is not None]:
+        raise ValueError(
+            f"joint {taken[0]}: the file has this joint: expected another name, or no faces of it"
+        )
+    rules = {**dict.fromkeys(old.joints), **rules}
     if taken := sorted(set(rules) & {*old.names, *old.sets}):
         text = f"joint {taken[0]}: a {'block' if taken[0] in old.names else 'group of cells'} has this name"
         raise ValueError(f"{text}: expected another one, as --joint NAME=*:* for all faces between blocks")
+    check_sides(old)
     chosen = _choose(rules, old)
     own, origin = _double(old, chosen)
     points = old.points[origin]
@@ -77,6 +87,8 @@ def split(
             sides = (
                 _period(old, face, rule, name)
                 if isinstance(rule, Mapping)
+                else sides_of_file(old, face, name)
+                if name in old.joints
                 else _inside(old, face, at, turn[at] if rule is None else None)
             )
             if len(sides[0]):
@@ -99,13 +111,18 @@ def split(
 
 def _turns(rules: Joints, old: Solids, chosen: list[Integers]) -> list[NDArray[np.bool_]]:
     """Pairs whose second face comes first, of all named groups at once: a fault may be in several groups."""
-    named = [number for number, rule in enumerate(rules.values()) if rule is None]
+    named = [number for number, name in enumerate(rules) if _is_named(rules, old, name)]
     rows = [np.flatnonzero(np.isin(joint_of, named)) for joint_of in chosen]
     turns = [np.zeros(len(joint_of), bool) for joint_of in chosen]
-    title = ", ".join(name for name, rule in rules.items() if rule is None)
+    title = ", ".join(name for name in rules if _is_named(rules, old, name))
     for turn, at, values in zip(turns, rows, turned(old, rows, title), strict=True):
         turn[at] = values
     return turns
+
+
+def _is_named(rules: Joints, old: Solids, name: str) -> bool:
+    """Whether a joint is the faces of a group of its name, and none that the file has."""
+    return rules[name] is None and name not in old.joints
 
 
 def _check_tips(name: str, parts: list[Joint], points: Floats) -> None:
@@ -130,7 +147,7 @@ def _choose(joints: Joints, old: Solids) -> list[Integers]:
     chosen = [np.full(len(face.first), -1, np.int64) for face in old.faces]
     sides = [(block[face.cell[face.first]], block[face.cell[face.second]]) for face in old.faces]
     for number, (name, rule) in enumerate(joints.items()):
-        if isinstance(rule, Mapping):
+        if isinstance(rule, Mapping) or name in old.joints:
             continue
         count = left = 0
         for face, joint_of, (a, b) in zip(old.faces, chosen, sides, strict=True):
@@ -210,10 +227,6 @@ def _double(old: Solids, chosen: list[Integers]) -> tuple[Integers, Integers]:
 def _in_order(face: Faces, rows: Integers) -> Integers:
     """Places of the nodes of faces, by rising numbers of the nodes."""
     return np.take_along_axis(face.place[rows], np.argsort(face.nodes[rows], axis=1), axis=1)
-
-
-Sides = tuple[Integers, Integers, Integers, Integers, Floats]
-"""Places of the nodes of both sides, node on node, cells and their faces (f, 2), normals to the second."""
 
 
 def _inside(old: Solids, face: Faces, at: Integers, turn: NDArray[np.bool_] | None = None) -> Sides:

@@ -48,12 +48,19 @@ def joined(points: Floats, used: Integers, distance: float) -> Integers:
 
 
 def check_touching(
-    points: Floats, faces: list[Faces], block: Integers, names: list[str], labels: Labels, joined_at: float
+    points: Floats,
+    faces: list[Faces],
+    block: Integers,
+    names: list[str],
+    labels: Labels,
+    joined_at: float,
+    bonded: list[Integers],
 ) -> None:
     """Raise ValueError, with number, place and blocks, where faces on the outside touch other cells.
 
     joined_at: distance within which nodes were joined, or 0; nodes that are much farther apart are a gap, of
-    which ModelWarning tells.
+    which ModelWarning tells.  bonded (f, k, 2): nodes of the sides of joints that the file has; beside these,
+    nodes at one place are apart on purpose, as those of a starter crack, and ModelWarning has their number.
     """
     from scipy.spatial import KDTree
 
@@ -76,7 +83,11 @@ def check_touching(
         if len(rows)
     )
     tree = KDTree(x)
-    if len(pairs := tree.query_pairs(NEAR * least, output_type="ndarray")):
+    pairs = tree.query_pairs(NEAR * least, output_type="ndarray")
+    if bonded:
+        _warn_of_cracks(np.sort(nodes[pairs], axis=1), points, bonded, labels)
+        return
+    if len(pairs):
         distance = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1)
         far = int(distance.argmax())
         a, b = nodes[pairs[far]]
@@ -120,6 +131,17 @@ def check_touching(
                 "(fragmented or merged before they are meshed); --join 0 leaves them apart"
             )
         first += len(facets)
+
+
+def _warn_of_cracks(pairs: Integers, points: Floats, bonded: list[Integers], labels: Labels) -> None:
+    """Name nodes at one place that no joint of the file connects."""
+    rows = np.sort(np.concatenate([side.reshape(-1, 2) for side in bonded]), axis=1)
+    known = {tuple(row) for row in rows.tolist()}
+    if apart := [row for row in pairs.tolist() if tuple(row) not in known]:
+        a, b = apart[0]
+        text = f"{len(apart)} pairs of nodes at one place are in no joint of the file and stay apart"
+        where = f"as {labels.node(a)} and {labels.node(b)} at {place(points[a])}"
+        warnings.warn(f"{text}, {where}: a crack, or parts that a tie connects", ModelWarning, stacklevel=5)
 
 
 def _rounded_up(distance: float) -> str:

@@ -1,0 +1,303 @@
+"""Drawn decks of Abaqus with cohesive elements along a starter crack, right ones and ones with a mistake."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from asperity import Interface, Material, Pattern
+
+FACES = {
+    3: ((0, 1), (1, 2), (2, 0)), 4: ((0, 1), (1, 2), (2, 3), (3, 0)), 6: ((0, 1, 2), (3, 4, 5)),
+    8: ((0, 1, 2, 3), (4, 5, 6, 7)),
+}  # fmt: skip
+"""Nodes of the faces S1, S2, ... of solids, as far as they lie at the joint."""
+
+LAW = Interface(Material(3.0, 0.3, 0.9, 0.5), Pattern.regular(2, theta=30.0))
+
+
+@dataclass
+class Bonded:
+    """A deck and what is in it: solids, elements of the joint, their area, nodes, and N of the joint."""
+
+    text: str
+    solids: int
+    faces: int
+    area: float
+    nodes: int
+    normal: np.ndarray
+
+
+def _grid(lengths: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes (n, d) of a grid, and their numbers by place."""
+    points = np.stack(np.meshgrid(*lengths, indexing="ij"), -1)
+    return points.reshape(-1, len(lengths)), np.arange(points[..., 0].size).reshape(points.shape[:-1])
+
+
+def bonded(draw: np.random.Generator, tied: bool | None = None) -> Bonded:
+    """Two blocks, one above the other, bonded beyond a crack; tied: by ties of the joint's own nodes."""
+    d = int(draw.integers(2, 4))
+    columns, deep = int(draw.integers(2, 6)), int(draw.integers(1, 3))
+    start = int(draw.integers(0, columns))
+    x = np.cumsum([0.0, *draw.uniform(0.5, 2.0, columns)])
+    z = np.cumsum([0.0, *draw.uniform(0.5, 2.0, deep)])
+    low, high = (np.cumsum([0.0, *draw.uniform(0.5, 2.0, int(draw.integers(1, 3)))]) for _ in range(2))
+    corners = draw.random() < 0.4  # triangles or wedges
+    tied = bool(draw.random() < 0.3) if tied is None else tied
+    h = float(draw.choice([1.0, 0.01]))
+    geometry = bool(draw.random() < 0.3) and h == 0.01
+    gap = h if geometry else 0.0
+    width = float(draw.choice([1.0, 25.0, 200.0])) if d == 2 else 1.0
+    points: list[np.ndarray] = []
+    cells: dict[str, list[list[int]]] = {"LOWER": [], "UPPER": []}
+    tops: dict[str, np.ndarray] = {}
+    first = 0
+    for name, heights in (("LOWER", low - low[-1]), ("UPPER", high + gap)):
+        own, number = _grid([x, heights] if d == 2 else [x, z, heights])
+        points.append(own)
+        number = number + first
+        first += len(own)
+        tops[name] = number[..., -1 if name == "LOWER" else 0]
+        for i in range(columns):
+            for j in range(len(heights) - 1):
+                if d == 2:
+                    a = [number[i, j], number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]]
+                    cells[name] += [a[:3], [a[0], a[2], a[3]]] if corners else [a]
+                    continue
+                for k in range(deep):
+                    base = [
+                        number[i, k, j],
+                        number[i + 1, k, j],
+                        number[i + 1, k + 1, j],
+                        number[i, k + 1, j],
+                    ]
+                    roof = [node + 1 for node in base]
+                    if corners:
+                        cells[name] += [
+                            [base[n] for n in at] + [roof[n] for n in at] for at in ((0, 1, 2), (0, 2, 3))
+                        ]
+                    else:
+                        cells[name].append(base + roof)
+    lower, upper = tops["LOWER"], tops["UPPER"]
+    glue_low, glue_up = lower, upper
+    if tied:
+        n = lower.size
+        points += [points[0][lower.ravel()], points[1][upper.ravel() - len(points[0])]]
+        glue_low = first + np.arange(n).reshape(lower.shape)
+        glue_up = glue_low + n
+    joint: list[list[int]] = []
+    area = 0.0
+    for i in range(start, columns):
+        if d == 2:
+            joint.append([glue_low[i], glue_low[i + 1], glue_up[i + 1], glue_up[i]])
+            area += x[i + 1] - x[i]
+            continue
+        for k in range(deep):
+            around = [(i, k), (i + 1, k), (i + 1, k + 1), (i, k + 1)]
+            for at in ((0, 1, 2), (0, 2, 3)) if corners else ((0, 1, 2, 3),):
+                joint.append([int(side[around[n]]) for side in (glue_low, glue_up) for n in at])
+            area += (x[i + 1] - x[i]) * (z[k + 1] - z[k])
+    downward = bool(draw.random() < 0.3)
+    if downward:
+        joint = [_turned(row) for row in joint]
+    places = np.concatenate(points)
+    normal = np.eye(d)[-1] * (-1.0 if downward else 1.0)
+    label = draw.permutation(len(places) + 20)[: len(places)] + 1
+    text = _text(draw, places, label, cells, joint, d, width, h, geometry, tied, (lower, upper))
+    used = len(places) if tied else len({node for rows in cells.values() for row in rows for node in row})
+    return Bonded(text, sum(map(len, cells.values())), len(joint), area, used, normal)
+
+
+def _turned(row: list[int]) -> list[int]:
+    """Nodes of a cohesive element whose upper side comes first."""
+    if len(row) == 4:
+        return [row[2], row[3], row[0], row[1]]
+    half = len(row) // 2
+    return [row[half], *row[half + 1 :][::-1], row[0], *row[1:half][::-1]]
+
+
+def _text(
+    draw: np.random.Generator,
+    places: np.ndarray,
+    label: np.ndarray,
+    cells: dict[str, list[list[int]]],
+    joint: list[list[int]],
+    d: int,
+    width: float,
+    h: float,
+    geometry: bool,
+    tied: bool,
+    sides: tuple[np.ndarray, np.ndarray],
+) -> str:
+    kinds = {3: "CPE3", 4: "CPS4", 6: "C3D6", 8: "C3D8R"}
+    body = ["*Node"]
+    rows = zip(label.tolist(), places.tolist(), strict=True)
+    body += [f"{number}, {', '.join(f'{value:.9g}' for value in x)}" for number, x in rows]
+    number = start = int(draw.integers(1, 50))
+    for name, data in cells.items():
+        body.append(f"*Element, type={kinds[len(data[0])]}, elset={name}")
+        for row in data:
+            body.append(", ".join(map(str, [number, *label[row].tolist()])))
+            number += 1
+    kind = {4: "COH2D4", 6: "COH3D6", 8: "COH3D8"}[len(joint[0])]
+    first = number
+    body.append(f"*Element, type={kind}, elset=GLUE")
+    for row in joint:
+        body.append(", ".join(map(str, [number, *label[row].tolist()])))
+        number += 1
+    style = int(draw.integers(3))
+    body += {
+        0: ["*Elset, elset=JOINT, generate", f"{first}, {number - 1}, 1"],
+        1: ["*Elset, elset=JOINT", "GLUE"],
+        2: ["*Elset, elset=JOINT", *(f"{k}" for k in range(first, number))],
+    }[style]
+    card = LAW.card("abaqus", name="JOINT", dimension=d, h=h)
+    head, _, section = card.partition("*Cohesive Section")
+    section = "*Cohesive Section" + section.rstrip()
+    way = str(draw.choice(["", "", f", stack direction={d}"]))
+    section = section.replace("thickness=SPECIFIED", f"thickness=SPECIFIED{way}")
+    if d == 2:
+        section = section.rstrip(",") + (f", {width:g}" if width != 1.0 or draw.random() < 0.5 else ",")
+    if geometry:
+        section = section.replace("thickness=SPECIFIED", "thickness=GEOMETRY")
+    solid = [f"{width:g}," if width != 1.0 else ","]
+    sections = [line for name in cells for line in (f"*Solid Section, elset={name}, material=STONE", *solid)]
+    sections += [section]
+    for k, (name, side) in enumerate(zip(("LOW", "UP"), sides, strict=True)):
+        if draw.random() < 0.3 and tied:
+            body += [f"*Nset, nset=ON_{name}", *(str(label[node]) for node in side.ravel())]
+            body += [f"*Surface, type=NODE, name=S_{name}", f"ON_{name}"]
+        else:
+            rows = [
+                f"{start + n}, S{face}"
+                for n, row in enumerate(row for data in cells.values() for row in data)
+                for face, local in enumerate(FACES[len(row)], 1)
+                if {row[node] for node in local} <= set(side.ravel().tolist())
+            ]
+            body += [f"*Surface, name=S_{name}", *rows]
+        body += [f"*Surface, name=G_{name}", f"GLUE, S{_face(joint, k)}"] if tied else []
+    ties = [f"*Tie, name=T_{name}\nG_{name}, S_{name}" for name in ("LOW", "UP")] if tied else []
+    lines = ["*Heading", " drawn"]
+    tail = [head.rstrip(), "*Material, name=STONE", "*Elastic", "30000., 0.2"]
+    tail += ["*Step, unsymm=YES", "*Static", "*End Step"]
+    if draw.random() < 0.5:
+        prefixed = [re.sub(r"\n(\w+), (\w+)$", r"\nI-1.\1, I-1.\2", tie) for tie in ties]
+        move = [
+            "*Instance, name=I-1, part=P",
+            *([] if draw.random() < 0.5 else ["5., 0., 0."]),
+            "*End Instance",
+        ]
+        lines += ["*Part, name=P", *body, *sections, "*End Part", "*Assembly, name=A", *move, *prefixed]
+        return "\n".join([*lines, "*End Assembly", *tail]) + "\n"
+    return "\n".join([*lines, *body, *sections, *ties, *tail]) + "\n"
+
+
+def _face(joint: list[list[int]], k: int) -> int:
+    """Face of a cohesive element that is tied below (0) or above (1); the lower nodes have lower numbers."""
+    first, count = 1, len(joint[0])
+    last = 3 if count == 4 else 2
+    low_first = joint[0][0] < joint[0][-1]
+    return first if (k == 0) == low_first else last
+
+
+Change = Callable[[list[list[str]], int], list[list[str]]]
+
+
+def _of_joint(text: str, change: Change) -> str:
+    """A deck whose rows of cohesive elements are changed."""
+    head, line, rest = re.split(r"(\*Element, type=COH.*\n)", text)
+    data, star, tail = rest.partition("*")
+    rows = [[word.strip() for word in row.split(",")] for row in data.splitlines()]
+    changed = change(rows, len(rows[0]) - 1)
+    return head + line + "".join(", ".join(row) + "\n" for row in changed) + star + tail
+
+
+def _across(rows: list[list[str]], n: int) -> list[list[str]]:
+    """The stack direction lies in the plane."""
+    order = {4: [0, 3, 2, 1], 6: [0, 3, 4, 2, 5, 1], 8: [0, 1, 5, 4, 3, 2, 6, 7]}[n]
+    return [[row[0], *(row[1 + k] for k in order)] for row in rows]
+
+
+def _twisted(rows: list[list[str]], n: int) -> list[list[str]]:
+    """The nodes of the upper side are in another order."""
+    order = {4: [0, 1, 3, 2], 6: [0, 1, 2, 5, 3, 4], 8: [0, 1, 2, 3, 6, 7, 4, 5]}[n]
+    return [[row[0], *(row[1 + k] for k in order)] for row in rows]
+
+
+def _inside_out(rows: list[list[str]], n: int) -> list[list[str]]:
+    """Both sides are in the opposite sense."""
+    order = {4: [1, 0, 3, 2], 6: [0, 2, 1, 3, 5, 4], 8: [0, 3, 2, 1, 4, 7, 6, 5]}[n]
+    return [[row[0], *(row[1 + k] for k in order)] for row in rows]
+
+
+def _forgotten(text: str) -> str:
+    """The first element is no member of the set of the joint."""
+    text = re.sub(r"generate\n(\d+)", lambda match: f"generate\n{int(match[1]) + 1}", text)
+    return re.sub(r"(\*Elset, elset=JOINT\n)\d+\n", r"\1", text)
+
+
+def _geometry(text: str) -> str:
+    """The thickness of the section is that of the nodes, which is another one."""
+    if "GEOMETRY" in text:
+        return text
+    return re.sub(r"(thickness=)SPECIFIED(.*)\n[^,]*,", r"\1GEOMETRY\2\n,", text)
+
+
+def _past(text: str) -> str:
+    """A tie connects the solids on both sides of the joint."""
+    at = "I-1." if "*Instance" in text else ""
+    tie = f"*Tie, name=PAST\n{at}S_UP, {at}S_LOW\n"
+    return (
+        text.replace("*End Assembly\n", f"{tie}*End Assembly\n")
+        if at
+        else text.replace("*Step", f"{tie}*Step")
+    )
+
+
+def _stack(text: str) -> str:
+    """The stack direction of the section is another one."""
+    bare = re.sub(r", stack direction=\d", "", text)
+    return bare.replace("SEPARATION, thickness", "SEPARATION, stack direction=1, thickness")
+
+
+MISTAKES: dict[str, Callable[[str], str]] = {
+    "across": lambda text: _of_joint(text, _across),
+    "twisted": lambda text: _of_joint(text, _twisted),
+    "one twisted": lambda text: _of_joint(text, lambda rows, n: _twisted(rows[:1], n) + rows[1:]),
+    "inside out": lambda text: _of_joint(text, _inside_out),
+    "closed": lambda text: _of_joint(text, lambda rows, n: [_closed(row, n) for row in rows]),
+    "twice": lambda text: _of_joint(text, lambda rows, n: [*rows, ["900", *rows[-1][1:]]]),
+    "forgotten": _forgotten,
+    "empty section": lambda text: text.replace(
+        "*Cohesive Section", "*Solid Section, elset=NOTHING, material=STONE\n,\n*Cohesive Section", 1
+    ),
+    "geometry": _geometry,
+    "stack direction": _stack,
+    "no tie": lambda text: re.sub(r"\*Tie, name=T_LOW\n.*\n", "", text),
+    "no ties": lambda text: re.sub(r"\*Tie, name=T_\w+\n.*\n", "", text),
+    "tie twice": lambda text: re.sub(r"(\*Tie, name=)(T_LOW)(\n.*\n)", r"\1\2\3\1AGAIN\3", text),
+    "past the joint": _past,
+    "width": lambda text: re.sub(r"(\*Solid Section, .*\n)[\d.]*,", r"\g<1>7.5,", text),
+    "section of one side": lambda text: re.sub(r"(elset=UPPER, material=STONE\n)[\d.]*,", r"\g<1>7.5,", text),
+}
+"""Changes of a deck that make one mistake; a change may fit some decks only."""
+
+
+def _closed(row: list[str], n: int) -> list[str]:
+    """An element whose upper side has the nodes of the lower one."""
+    if n == 4:
+        return [row[0], row[1], row[2], row[2], row[1]]
+    return [row[0], *row[1 : 1 + n // 2], *row[1 : 1 + n // 2]]
+
+
+def mistaken(seed: int, kind: str) -> str | None:
+    """A drawn deck with a mistake of this kind; None where the deck cannot have it."""
+    draw = np.random.default_rng([seed, sorted(MISTAKES).index(kind)])
+    tied = True if "tie" in kind or "past" in kind else False if kind in ("inside out", "closed") else None
+    text = bonded(draw, tied).text
+    if kind in ("width", "section of one side") and "CPS" not in text and "CPE" not in text:
+        return None
+    changed = MISTAKES[kind](text)
+    return changed if changed != text else None
