@@ -4,45 +4,66 @@ from __future__ import annotations
 
 import ctypes
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
-from deck_check import Keyword, Model, props_of
+from asperity.mesh.abaqus import read_model
+from asperity.mesh.deck import Block
+from asperity.mesh.deck_model import Model
 from support_calls import umat, vumat
 
 
-def loads(model: Model) -> list[tuple[np.ndarray, float, float]]:
+def model(text: str) -> Model:
+    """What a deck of one file names, by the resolver of the package."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "job.inp"
+        path.write_text(text, encoding="utf-8")
+        return read_model(path)
+
+
+def numbers(deck: Model, keyword: str) -> np.ndarray:
+    """All numbers below the only block of a keyword."""
+    [block] = [block for block in deck.deck if block.keyword == keyword]
+    return np.array([value for k, words in block.rows() for value in block.numbers(words, k)])
+
+
+def states_of(deck: Model) -> int:
+    """Number of state variables."""
+    [block] = [block for block in deck.deck if block.keyword == "DEPVAR"]
+    return int(next(block.rows())[1][0])
+
+
+def loads(deck: Model) -> list[tuple[np.ndarray, float, float]]:
     """Numbers of the procedure, pressure and displacement along x at the end of each step; the area is 1."""
-    steps: list[dict[str, Keyword]] = []
+    steps: list[dict[str, Block]] = []
     pressure = slip = 0.0
-    for keyword in model.keywords:
-        if keyword.name == "step":
+    for block in deck.deck:
+        if block.keyword == "STEP":
             steps.append({})
         elif steps:
-            steps[-1][keyword.name] = keyword
+            steps[-1][block.keyword] = block
     ends = []
     for step in steps:
-        for keyword in (step[name] for name in ("cload", "boundary") if name in step):
-            [(nodes, direction, *values)] = keyword.data
-            if keyword.name == "cload":
+        for block in (step[name] for name in ("CLOAD", "BOUNDARY") if name in step):
+            [(_, (nodes, direction, *values))] = block.rows()
+            if block.keyword == "CLOAD":
                 assert direction == "3"
-                pressure = -len(model.of(keyword, "nset", nodes)) * keyword.number(values[0])
+                pressure = -len(deck.members(deck.model, "NSET", nodes.upper())) * float(values[0])
             elif len(values) == 2:
                 assert direction == values[0] == "1"
-                slip = keyword.number(values[1])
-        procedure = step["dynamic" if model.explicit else "static"]
-        numbers = np.array([procedure.number(value) for value in procedure.data[0] if value])
-        ends.append((numbers, pressure, slip))
+                slip = float(values[1])
+        [(_, words), *_] = step.get("DYNAMIC", step.get("STATIC")).rows()
+        ends.append((np.array([float(word) for word in words if word]), pressure, slip))
     return ends
 
 
-def run_standard(model: Model, library: Path) -> np.ndarray:
+def run_standard(deck: Model, library: Path) -> np.ndarray:
     """Displacements along x and z, force along x and damage after every increment of the last step."""
-    [material] = model.materials.values()
-    states = len(material["depvar"].data) - 1
-    routines, props = ctypes.CDLL(str(library)), np.array(props_of(material["user material"]))
+    states = states_of(deck)
+    routines, props = ctypes.CDLL(str(library)), numbers(deck, "USER MATERIAL")
     stress, statev, strain = np.zeros(3), np.zeros(states), np.zeros(3)
     pressure = slip = 0.0
-    for (size, duration), pressure_end, slip_end in loads(model):
+    for (size, duration), pressure_end, slip_end in loads(deck):
         count, rows = round(duration / size), []
         for i in range(1, count + 1):
             held = pressure + (pressure_end - pressure) * i / count
@@ -62,19 +83,18 @@ def run_standard(model: Model, library: Path) -> np.ndarray:
     return np.array(rows)
 
 
-def run_explicit(model: Model, library: Path, single: bool = False) -> np.ndarray:
+def run_explicit(deck: Model, library: Path, single: bool = False) -> np.ndarray:
     """The same by central differences, with loads that grow smoothly; half the mass is on the upper face."""
-    [material] = model.materials.values()
-    density = props_of(material["density"])[0]
+    density = numbers(deck, "DENSITY")[0]
     kind = np.float32 if single else np.float64
-    props = np.array(props_of(material["user material"]), dtype=kind)
+    props = np.array(numbers(deck, "USER MATERIAL"), dtype=kind)
     section = ctypes.CDLL(str(library)), props, np.full(1, density, dtype=kind)
-    stress, statev = np.zeros((1, 3)), np.zeros((1, len(material["depvar"].data) - 1))
+    stress, statev = np.zeros((1, 3)), np.zeros((1, states_of(deck)))
     probe = vumat(*section, (0.0, 1.0), np.array([[1.0e-6, 0.0, 0.0]]), stress, statev)
     assert (probe.state == statev).all()
     dt = 0.8 * 2.0 / np.sqrt(float(probe.stress[0, 0]) / 1.0e-6 / (0.5 * density))
     total = z = velocity = x = force = slip = 0.0
-    for (duration,), pressure_end, slip_end in loads(model):
+    for (duration,), pressure_end, slip_end in loads(deck):
         count, rows, pressure, start = int(np.ceil(duration / dt)), [], -force, slip
         step = duration / count
         for share in np.linspace(0.0, 1.0, count + 1)[1:]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import json
 import re
-import sys
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -15,13 +14,12 @@ import pytest
 from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.cli import main
 from asperity.mesh import Joint, Jointed, split, write
+from asperity.mesh.abaqus import read_model
+from asperity.mesh.deck_joints import problems
 from asperity.mesh.shapes import FACES
 from scipy.spatial import Delaunay
 
 from harness.hosts import structured
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "harness" / "hosts" / "abaqus"))
-from deck_check import model
 
 DIGITS = 1.0e-12
 """Rounding errors of areas and axes, of coordinates between 0 and 10."""
@@ -235,7 +233,7 @@ def test_joint_across_a_period(d: int) -> None:
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("kind", ["grid", "random"])
 def test_abaqus(tmp_path: Path, kind: str, d: int) -> None:
-    """The check of decks accepts nodes, solids, cohesive elements and their material."""
+    """Nodes, solids, cohesive elements and their material are those of the mesh, and right for `doctor`."""
     mesh = grid((4, 3, 2)[:d], (2, 3, 1)[:d]) if kind == "grid" else random_mesh(d, 5)
     jointed = split(_turned(mesh))
     (path,) = write(tmp_path / "wall.inp", jointed, laws={"joint": LAW})
@@ -244,11 +242,12 @@ def test_abaqus(tmp_path: Path, kind: str, d: int) -> None:
     sections = "".join(f"*Solid Section, elset={name}, material=SOLID\n" for name in jointed.names)
     solid = f"*Material, name=SOLID\n*Elastic\n1., 0.\n{sections}*Material, {card}"
     step = "*Step, name=PUSH, unsymm=YES\n*Static\n1., 1.\n*End Step\n"
-    deck = model(head + solid + step)
+    path.write_text(head + solid + step, encoding="utf-8")
+    assert problems(path) == ([], [])
     joint = only(jointed)
-    rows = [nodes for name, nodes in deck.elements.values() if name.startswith("COH")]
+    rows = np.concatenate([entry.nodes for entry in read_model(path).cohesive])
     plus = joint.plus[:, ::-1] if d == 2 else joint.plus
-    assert (np.array(rows) == np.concatenate([joint.minus, plus], 1) + 1).all()
+    assert (rows == np.concatenate([joint.minus, plus], 1)).all()
 
 
 def test_abaqus_has_its_own_directions(tmp_path: Path) -> None:

@@ -11,10 +11,13 @@ import numpy as np
 from ..contract import Floats
 from .deck import Block
 from .deck_model import Model, Section, sides_of
-from .shapes import FACES, Integers, area, corners, dimension, place
+from .shapes import FACES, Integers, area, corner_sizes, corners, dimension, place
 
 ROUNDING = 1.0e-6
 """Relative difference of two lengths of nodes and sections that are the same but for their digits."""
+
+SOLIDS = "CPE", "CPS", "C3D"
+"""Beginnings of the types of solids."""
 
 HOLD = (
     "EQUATION", "MPC", "COUPLING", "KINEMATIC COUPLING", "DISTRIBUTING COUPLING", "RIGID BODY", "BOUNDARY",
@@ -58,6 +61,7 @@ class Checks:
 
     def sections(self) -> Iterator[str]:
         """Elements in no section or in two, twice there, and sections without elements."""
+        yield from self._solids_of_the_deck()
         seen: set[tuple[int, ...]] = set()
         for entry in self.model.cohesive:
             kind = entry.block.name("TYPE").upper()
@@ -77,6 +81,28 @@ class Checks:
             if block.keyword in ("SOLID SECTION", "COHESIVE SECTION") and not len(section.elements):
                 if id(block) not in self.thickness:
                     yield f"{block.head()}: elset={block.name('ELSET')}: no element is in it: expected some"
+
+    def _solids_of_the_deck(self) -> Iterator[str]:
+        """Solids inside out, and those in no section where others are in one."""
+        model = self.model
+        covered = np.zeros(int(model.first[-1]), bool)
+        for section in model.sections:
+            covered[section.elements[section.elements < len(covered)]] = True
+        for scope in model.scopes:
+            for block, kind, numbers, rows in scope.elements:
+                name, d = block.name("TYPE").upper(), dimension(kind)
+                if not len(numbers) or not name.startswith(SOLIDS):
+                    continue
+                x = model.points[model.nodes[id(scope)](block, rows)][:, :, :d]
+                back = np.flatnonzero(corner_sizes(kind, x).mean(1) < 0.0)
+                bare = np.flatnonzero(~covered[model.elements[id(scope)](block, numbers)])
+                for found, text in (
+                    (back, "are inside out: expected an area or volume above 0"),
+                    (bare[: len(bare) * covered.any()], "are in no section: expected a *Solid Section"),
+                ):
+                    if len(found):
+                        where = f"as at {place(x[found[0]].mean(0))}"
+                        yield f"{block.head()}: {len(found)} elements of type {name} {text}, {where}"
 
     def elements(self) -> Iterator[str]:
         """Order of the nodes, thickness, solids on both sides, and width."""
