@@ -4,11 +4,12 @@
 # make check   lint, all builds and suites, coverage, all Python tests: what must pass
 # make hosts   the library inside Kratos, OpenGeoSys, OOFEM, Akantu, FEniCSx, scikit-fem, CalculiX, MTest: tests
 # Each installs what is missing first (tools/install-dependencies.sh, pyproject.toml). Other targets: build (library and
-# driver), the parts of check by name, bench, soak (long runs), mutants (which changes of the library do the tests notice?),
-# wheel (sdist and wheel, tried in a bare Debian root), release (these and the sources for Abaqus, from a clean clone), site
-# (the pages as a web site) and site-test (its tests in Chromium), clean (build/), distclean (and .venv/). What has passed runs again when a
-# file has changed. Variables: PYTHON, FLANG, JOBS, PFUNIT_DIR (of PFUNITConfig.cmake), ADDRESS (of the repository,
-# for release). CMakePresets.json names the builds; what a step printed is in build/logs.
+# driver), windows (the same for Windows, tried under wine), the parts of check by name, bench, soak (long runs), mutants
+# (which changes of the library do the tests notice?), wheel (sdist and wheel, tried in a bare Debian root), release
+# (these and the sources for Abaqus, from a clean clone), site (the pages as a web site) and site-test (its tests in
+# Chromium), clean (build/), distclean (and .venv/). What has passed runs again when a file has changed. Variables:
+# PYTHON, FLANG, JOBS, PFUNIT_DIR (of PFUNITConfig.cmake), ADDRESS (of the repository, for release). CMakePresets.json
+# names the builds; what a step printed is in build/logs.
 ifneq ($(words $(CURDIR)),1)
 $(error $(CURDIR): expected a path without spaces (make splits it))
 endif
@@ -35,7 +36,7 @@ c_files = $(filter %.c %.h %.cpp,$(call files,src harness tests))
 tree := $(wildcard .ci/* .github/* .github/*/*) $(call files,$(filter-out build%,$(wildcard *)))
 
 .DELETE_ON_ERROR:
-.PHONY: build help demo test check $(parts) bench soak mutants hosts site site-test wheel release dependencies clean distclean force
+.PHONY: build help demo test check $(parts) bench soak mutants hosts windows site site-test wheel release dependencies clean distclean force
 
 build: dependencies
 	@$(step) "Release build" $(log) sh -ec 'cmake --preset release; cmake --build build/release --parallel $(JOBS); \
@@ -82,6 +83,8 @@ mutants: .venv/installed
 	@$(venv)/python tools/mutants.py
 hosts: .venv/installed
 	@tools/hosts.sh
+windows: .venv/installed
+	@$(step) "Windows by MinGW-w64, under wine" $(log) tools/windows.sh
 
 wheel: .venv/installed
 	@$(step) "sdist and wheel" $(log) tools/wheel.sh

@@ -1,11 +1,11 @@
 /* Files that the driver writes, one at a time, with what Fortran cannot do: each line is written by one system call,
  * and a line that is written in part is taken back; two runs are kept from one file; files are compared by their
- * inodes, and looked into without waiting for a pipe. A file that cannot be written, or that another process has changed
- * or removed in the meantime, ends the program with code 1. */
+ * identity, and looked into without waiting for a pipe. A file that cannot be written, or that another process has
+ * changed or removed in the meantime, ends the program with code 1. */
 #define _XOPEN_SOURCE 700
+#include "system_files.h"
+
 #include <errno.h>
-#include <fcntl.h>
-#include <signal.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -45,14 +45,14 @@ void output_create(const char *path) {
   if (name == NULL) abort();
   file = STDOUT_FILENO;
   written = no_bytes;
+  system_prepare();
   if (strcmp(path, "-") == 0) return;
-  file = open(path, O_WRONLY | O_CREAT, 0666);
-  if (file < 0) not_written();
-  /* where there are no locks, as on devices, the file is written without one */
-  if (lockf(file, F_TLOCK, 0) != 0 && (errno == EACCES || errno == EAGAIN)) {
+  file = system_create(path);
+  if (file == SYSTEM_LOCKED) {
     fprintf(stderr, "rie_driver: %s: another run writes to it: expected another -o\n", name);
     exit(1);
   }
+  if (file < 0) not_written();
   if (ftruncate(file, 0) != 0 && errno != EINVAL) not_written();
 }
 
@@ -62,7 +62,7 @@ static bool is_whole(void) {
   char bytes[1 << 16];
   uint64_t sum = no_bytes;
   if (fstat(file, &mine) != 0 || !S_ISREG(mine.st_mode)) return true;
-  const int again = open(name, O_RDONLY);
+  const int again = system_open(name);
   if (again < 0) return errno == EACCES;
   bool whole = fstat(again, &found) == 0 && found.st_dev == mine.st_dev && found.st_ino == mine.st_ino;
   for (ssize_t got = 1; whole && got > 0;) {
@@ -87,8 +87,6 @@ void output_close(void) {
 /* Write all bytes, or none of them to a file. */
 static bool write_all(const char *line, size_t n) {
   size_t done = 0;
-  /* beyond the limit on the size of a file, write fails instead of the program */
-  signal(SIGXFSZ, SIG_IGN);
   while (done < n) {
     const ssize_t written = write(file, line + done, n - done);
     if (written > 0) {
@@ -106,16 +104,14 @@ static bool write_all(const char *line, size_t n) {
   return true;
 }
 
-/* Write a line, which no signal but SIGKILL cuts: a signal that ends the program ends a write, too, at a page of the
- * file (4096 bytes). Where a reader may be waited for, as at a pipe, signals are not kept waiting. */
+/* Write a line, which no signal but SIGKILL cuts. Where a reader may be waited for, as at a pipe, signals are not kept
+ * waiting. */
 void output_write(const char *line, size_t n) {
-  sigset_t all, before;
   const bool waits = lseek(file, 0, SEEK_CUR) < 0;
-  sigfillset(&all);
-  if (!waits) sigprocmask(SIG_BLOCK, &all, &before);
+  if (!waits) system_hold_signals(true);
   if (!write_all(line, n)) not_written();
   written = sum_of(written, line, n);
-  if (!waits) sigprocmask(SIG_SETMASK, &before, NULL);
+  if (!waits) system_hold_signals(false);
 }
 
 /* Whether a file is new, empty, or begins with a text of at most 64 bytes; devices, pipes and "-", standard output, are
@@ -125,7 +121,7 @@ bool output_may_replace(const char *path, const char *start) {
   char head[64];
   const size_t n = strlen(start) < sizeof head ? strlen(start) : sizeof head;
   if (strcmp(path, "-") == 0 || stat(path, &found) != 0 || !S_ISREG(found.st_mode) || found.st_size == 0) return true;
-  const int other = open(path, O_RDONLY);
+  const int other = system_open(path);
   if (other < 0) return false;
   const ssize_t got = read(other, head, n);
   close(other);
@@ -133,7 +129,4 @@ bool output_may_replace(const char *path, const char *start) {
 }
 
 /* Whether two names denote the same existing file, also through a link. */
-bool output_same_file(const char *first, const char *second) {
-  struct stat a, b;
-  return stat(first, &a) == 0 && stat(second, &b) == 0 && a.st_dev == b.st_dev && a.st_ino == b.st_ino;
-}
+bool output_same_file(const char *first, const char *second) { return system_same_file(first, second); }

@@ -7,6 +7,7 @@ program rie_driver
   use asperity_kinds, only: wp
   use asperity_rows, only: csv_header
   use asperity_text, only: integer_text, set_text, to_text
+  use asperity_text_file, only: last_separator
   use asperity_warnings, only: n_measures
   use case_law, only: check_case, get_law, law_type
   use case_run, only: failed_file, failed_title, measures_of_case, run_case, warn_of
@@ -203,7 +204,7 @@ contains
     integer, intent(in) :: i               !! number of the value
     character(len=:), allocatable :: name
     name = output
-    if (len(output) == 0) name = without(path(index(path, "/", back=.true.) + 1:), ".nml") // ".csv"
+    if (len(output) == 0) name = without(path(last_separator(path) + 1:), ".nml") // ".csv"
     if (size(values) > 0) name = without(name, ".csv") // "_" // to_text(values(i)) // ".csv"
   end function result_file
 

@@ -5,7 +5,7 @@ module asperity_case_umat
   use asperity_errors, only: error_type, fail
   use asperity_kinds, only: wp
   use asperity_text, only: integer_text, set_text
-  use asperity_text_file, only: beside, longest_field, lower, split
+  use asperity_text_file, only: beside, last_separator, longest_field, lower, split
   implicit none
   private
   public :: umat_group
@@ -102,7 +102,7 @@ contains
         ", the number of components of order = '" // umat%order // "'")
     end if
     umat%library = beside(io%text%path, umat%library)
-    if (index(umat%library, "/") == 0) umat%library = "./" // umat%library
+    if (last_separator(umat%library) == 0) umat%library = "./" // umat%library
 
   contains
 

@@ -3,10 +3,11 @@ module asperity_text_file
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_errors, only: error_type, errors_type, fail
   use asperity_kinds, only: wp
+  use asperity_separators, only: has_drives, separators
   use asperity_text, only: integer_text
   implicit none
   private
-  public :: accept_bytes, beside, last_before, load_file, lower, printable, split, to_real
+  public :: accept_bytes, beside, last_before, last_separator, load_file, lower, printable, split, to_real
 
   character(len=*), parameter, public :: newline = achar(10)
   character(len=*), parameter, public :: blanks = " " // achar(9) // newline // achar(13)
@@ -262,8 +263,17 @@ contains
     character(len=*), intent(in) :: path   !! of the other file
     character(len=*), intent(in) :: name   !! of the file
     character(len=:), allocatable :: whole
+    logical :: drive
+    drive = has_drives .and. index(name, ":") == 2
     whole = name
-    if (index(name, "/") /= 1) whole = path(:index(path, "/", back=.true.)) // name
+    if (scan(name, separators) /= 1 .and. .not. drive) whole = path(:last_separator(path)) // name
   end function beside
+
+  !> Position of the last character between folders in a path; 0: it has none.
+  pure function last_separator(path) result(at)
+    character(len=*), intent(in) :: path   !! of a file
+    integer :: at
+    at = scan(path, separators, back=.true.)
+  end function last_separator
 
 end module asperity_text_file

@@ -9,6 +9,7 @@ module asperity_foreign_umat
   use asperity_kinds, only: wp
   use asperity_point_law, only: call_type, point_law, point_type
   use asperity_text, only: integer_text
+  use asperity_text_file, only: last_separator
   use asperity_umat_worker, only: c_text
   implicit none
   private
@@ -129,7 +130,7 @@ contains
     integer :: dot
     name = "case"
     if (.not. allocated(law%umat%place%file)) return
-    name = law%umat%place%file(index(law%umat%place%file, "/", back=.true.) + 1:)
+    name = law%umat%place%file(last_separator(law%umat%place%file) + 1:)
     dot = index(name, ".", back=.true.)
     if (dot > 1) name = name(:dot - 1)
   end function job_name

@@ -1,12 +1,12 @@
 /* Behaviours of libasperity_generic, as MGIS reads their symbols and calls their functions. */
 #ifndef GENERIC_H
 #define GENERIC_H
-#include <dlfcn.h>
 #include <math.h>
 #include <string.h>
 
 #include "asperity.h"
 #include "check.h"
+#include "libraries.h"
 
 enum {
   MOST_PLANES = 33,

@@ -1,12 +1,12 @@
 # Runs the shipped cases that ONLY names; one that expects an end (&expect) fails where it ends otherwise. Called by
-# CTest with DRIVER, CASES, ONLY, WORK.
+# CTest with DRIVER, EMULATOR (of a foreign system, or nothing), CASES, ONLY, WORK.
 file(GLOB cases ${CASES}/${ONLY}.nml ${CASES}/stability/${ONLY}.nml)
 file(REMOVE_RECURSE ${WORK})
 file(MAKE_DIRECTORY ${WORK})
 set(passed 0)
 set(failed 0)
 foreach(case IN LISTS cases)
-  execute_process(COMMAND ${DRIVER} ${case} --quiet WORKING_DIRECTORY ${WORK} RESULT_VARIABLE result
+  execute_process(COMMAND ${EMULATOR} ${DRIVER} ${case} --quiet WORKING_DIRECTORY ${WORK} RESULT_VARIABLE result
     ERROR_VARIABLE errors)
   cmake_path(GET case STEM name)
   file(GLOB written ${WORK}/${name}*.csv)

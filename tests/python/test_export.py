@@ -249,18 +249,22 @@ def test_environment(platform: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compile_fortran, link = SITES[platform]
     names = {"compile_fortran", "link_sl", "link_exe"}
     assert settings("", platform, monkeypatch)["compile_fortran"] == compile_fortran
-    for compiler in ("ifort", "ifx", "gfortran"):
+    for compiler in ("ifort", "ifx", "gfortran")[: None if platform == "linux" else 2]:
         words = settings(compiler, platform, monkeypatch)
         assert set(words) == names
         assert words["compile_fortran"][0] == compiler
         assert "%P" in words["compile_fortran"]
         assert {"-free", "/free", "-ffree-form"} & set(words["compile_fortran"])
-        assert words["link_sl"][0] == (link[0] if link[0] == "LINK" and compiler != "gfortran" else compiler)
+        assert words["link_sl"][0] == (link[0] if link[0] == "LINK" else compiler)
         assert not any(word.startswith("-mP2OPT") for word in words["compile_fortran"]) or compiler == "ifort"
     # older releases have texts instead of lists
     monkeypatch.setitem(SITES, platform, tuple(" ".join(words) for words in SITES[platform]))
     assert settings("ifx", platform, monkeypatch)["compile_fortran"].startswith("ifx ")
-    assert settings("gfortran", platform, monkeypatch)["compile_fortran"][0] == "gfortran"
+    if platform == "linux":
+        assert settings("gfortran", platform, monkeypatch)["compile_fortran"][0] == "gfortran"
+    else:
+        with pytest.raises(ValueError, match="or the DLLs of asperity"):
+            settings("gfortran", platform, monkeypatch)
     with pytest.raises(ValueError, match="expected 'ifort', 'ifx', 'gfortran' or ''"):
         settings("g77", platform, monkeypatch)
 

@@ -7,6 +7,7 @@ set -u
 [ $# = 1 ] || { echo "usage: install.sh FOLDER"; exit 2; }
 mkdir -p "$1" && folder=$(cd "$1" && pwd) || exit 2
 inputs=$(cksum <"$0")
+tools=$(cd "$(dirname "$0")/../../../tools" && pwd)
 if [ -f "$folder/ready" ] && [ "$(cat "$folder/inputs" 2>&1)" = "$inputs" ]; then
   echo "CalculiX: $(cat "$folder/ready"), compiled before"
   exit 0
@@ -21,35 +22,14 @@ skip() {
 for tool in apt-get dpkg-source dpkg-deb gcc gfortran make; do
   command -v $tool >/dev/null || skip "$tool is not installed"
 done
-"$(dirname "$0")/../../../tools/install-dependencies.sh" >/dev/null 2>&1
+"$tools/install-dependencies.sh" >/dev/null 2>&1
 for library in lapack blas; do
   printf 'end\n' >"$folder/probe.f90"
   gfortran "$folder/probe.f90" -l$library -o "$folder/probe" 2>/dev/null || skip "lib$library is not installed"
 done
 
-# the machine's own sources as source packages too, in a private view of apt
-apt=$folder/apt
-mkdir -p "$apt/parts" "$apt/lists/partial" "$apt/cache/archives/partial"
-for list in /etc/apt/sources.list.d/*.sources; do
-  [ -f "$list" ] && sed 's/^Types: *deb *$/Types: deb deb-src/' "$list" >"$apt/parts/$(basename "$list")"
-done
-for list in /etc/apt/sources.list /etc/apt/sources.list.d/*.list; do
-  [ -f "$list" ] && sed -n 's/^deb /&/p; s/^deb /deb-src /p' "$list" >"$apt/parts/$(basename "$list")"
-done
-cat >"$apt/conf" <<END
-Dir::Etc::SourceList "/dev/null";
-Dir::Etc::SourceParts "$apt/parts";
-Dir::State::Lists "$apt/lists";
-Dir::Cache "$apt/cache";
-APT::Sandbox::User "";
-END
-export APT_CONFIG=$apt/conf
-
 echo "CalculiX: fetching Debian's source package"
-apt-get -q update >"$folder/apt.log" 2>&1
-mkdir -p "$folder/src" "$folder/deb"
-(cd "$folder/src" && apt-get -q source calculix-ccx >>"$folder/apt.log" 2>&1) ||
-  skip "no source package calculix-ccx in this machine's package sources ($folder/apt.log)"
+told=$("$tools/debian_source.sh" "$folder" calculix-ccx libspooles-dev libarpack2) || skip "$told"
 source=$(echo "$folder"/src/calculix-ccx-*/ccx_*/src)
 [ -d "$source" ] || skip "$source: not the folder expected in the source package"
 # Version 2.20 has room for 21 constants of a material and does not count them; these files copy them, as materialdata_me has
@@ -59,10 +39,6 @@ for file in resultsmech.f resultsmech_se.f objective_shapeener_dx.f; do
   grep -Eq 'elconloc\((99|ncmat_)\)' "$source/$file" ||
     skip "$source/$file: not the constants expected, elconloc(21) or elconloc(ncmat_)"
 done
-(cd "$folder/deb" && apt-get -q download libspooles-dev libarpack2 >>"$folder/apt.log" 2>&1 &&
-  for package in *.deb; do dpkg-deb -x "$package" . || exit 1; done) ||
-  skip "no packages libspooles-dev, libarpack2 ($folder/apt.log)"
-unset APT_CONFIG
 
 echo "CalculiX: compiling (log: $folder/make.log)"
 name=$(basename "$(dirname "$source")")
