@@ -176,8 +176,7 @@ static int loss_of_equilibrium_is_told(void) {
   asperity_run *run = begun(MATERIAL PATTERN "&step t_N = 9.0, increments = 4 /\n", NULL, 0);
   int n = asperity_next(run, 100, 0, NULL, 0, NULL, NULL);
   int bad = FAILS(n > 0 && n < 4) + FAILS(asperity_lost(run, message, sizeof message) == 1);
-  bad += FAILS(strstr(message, "none found") != NULL) +
-         FAILS(asperity_next(run, 1, 0, NULL, 0, NULL, NULL) == 0);
+  bad += FAILS(strstr(message, "none found") != NULL) + FAILS(asperity_next(run, 1, 0, NULL, 0, NULL, NULL) == 0);
   asperity_end(run);
   return bad;
 }
