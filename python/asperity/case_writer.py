@@ -68,7 +68,16 @@ def number_text(value: float) -> str:
 def entries_of(values: Mapping[str, float], digits: int = 10) -> dict[str, float]:
     """Entries of the group &material of constants, rounded; one of 0 is left out where 0 is its default."""
     zero = {row.name for row in contract.props_table() if row.default == 0.0}
-    return {name: rounded(value, digits) for name, value in values.items() if value or name not in zero}
+    return {
+        name: rounded(value, digits + _more(name, value))
+        for name, value in values.items()
+        if value or name not in zero
+    }
+
+
+def _more(name: str, value: float) -> int:
+    """Digits that eta needs beside those of 1 - eta, from which the stiffness follows."""
+    return -int(np.floor(np.log10(1.0 - value))) - 1 if name == "eta" and 0.0 < value < 1.0 else 0
 
 
 def pattern_entries(pattern: Pattern) -> dict[str, Any]:
@@ -95,7 +104,11 @@ def rounded(value: float, digits: int) -> float:
 
 def props_line(props: Floats, digits: int = 6) -> str:
     """Line with the vector PROPS; 17 digits are all."""
-    values = [repr(rounded(value, digits)) for value in props.tolist()]
+    names = [row.name for row in contract.props_table()]
+    of_all = {**dict(enumerate(names)), **dict.fromkeys(range(len(names), len(props)), "")}
+    values = [
+        repr(rounded(value, digits + _more(of_all[i], value))) for i, value in enumerate(props.tolist())
+    ]
     return f"PROPS({len(values)})   {', '.join(values)}"
 
 

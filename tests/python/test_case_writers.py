@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import read_case
+from asperity import Interface, Material, Pattern, contract, read_case
+from asperity.case_writer import entries_of, props_line
 from asperity.cli import main
 
 BOND = "kn=82 ks=36 ft=.25 GfI=.018 c=.35 GfII=.125"
@@ -122,3 +123,43 @@ def test_angles(said: Callable) -> None:
     assert by_angle == by_tangent == said(f"masonry {BOND} tan_phi=1")[0]
     assert "phi = 45: expected without tan_phi" in said(f"joint {BOND} phi=45 tan_phi=1", 1)[1]
     assert "phi = 90: expected degrees, >= 0 and < 90" in said(f"joint {BOND} phi=90", 1)[1]
+
+
+@pytest.mark.parametrize("adhesion", [0.5, 1.0e-3])
+def test_cohesion_that_never_softens(adhesion: float, said: Callable, folder: Path) -> None:
+    """Under pressure the shear traction is K_T s0 + mu p (1 - s0/s) at any slip s, in opening adhesion/mu."""
+    K_N, K_T, mu, pressure = 300.0, 120.0, 0.6, 0.8
+    words = f"joint K_N={K_N} K_T={K_T} mu={mu} adhesion={adhesion} --sigma-N -{pressure} -o case.nml"
+    out, _ = said(words)
+    joint = read_case(folder / "case.nml").runs[0].interface
+    s0 = adhesion / K_T
+    slips = s0 * np.linspace(0.0, 1000.0, 20001)
+    # the bond loses 1e-6 of its strength until then, and friction sticks within mu p/K_T
+    history = joint.confined_slip(0.0, slips, sigma_N=-pressure)
+    late = slips > mu * pressure / K_T + s0
+    expected = adhesion + mu * pressure * (1.0 - s0 / slips[late])
+    assert history.traction[late, 1] == pytest.approx(expected, rel=1e-5)
+    opening = adhesion / mu / K_N * np.array([0.0, 0.5, 1.0, 3.0, 100.0])
+    pulled = joint.replay(opening[:, None] * [1.0, 0.0, 0.0]).traction[:, 0]
+    assert pulled == pytest.approx(adhesion / mu * np.array([0.0, 0.5, 1.0, 1.0, 1.0]), rel=1e-6)
+    assert f"{adhesion + mu * pressure:.5g}" in out.splitlines()[-3]
+    for bad, message in (
+        ("K_N=1 mu=1 adhesion=1", "K_T is missing"),
+        ("K_N=1 K_T=1 mu=0 adhesion=1", "mu = 0"),
+    ):
+        assert message in said(f"joint {bad}", 1)[1]
+    assert (
+        "ft = 1: expected one of K_N, K_T, mu, adhesion"
+        in said("joint K_N=1 K_T=1 mu=1 adhesion=1 ft=1", 1)[1]
+    )
+
+
+@pytest.mark.parametrize("lost", [2.34e-9, 1.0e-3, 0.3])
+def test_digits_of_eta(lost: float) -> None:
+    """The stiffness of a joint that is written is that of the joint: 1 - eta keeps its digits."""
+    material = Material(3.0, 0.3, 1.0 - lost, 0.5)
+    written = entries_of(material.values())
+    assert Material(**written).K == pytest.approx(material.K, rel=1e-6)
+    eta = contract.index("eta")
+    line = props_line(Interface(material, Pattern.regular(0, 0.0)).props())
+    assert 1.0 - float(line.split("   ")[1].split(", ")[eta]) == pytest.approx(lost, rel=1e-4)

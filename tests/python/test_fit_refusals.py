@@ -197,7 +197,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     for files, error, message in (
         ([tmp_path / "none.csv"], FileNotFoundError, "none.csv"),
         ([empty], ValueError, r"empty: expected files that end in \.csv"),
-        ([old], ValueError, "old.xls is no text: expected a CSV file with slip, tau, sigma_N"),
+        ([old], ValueError, "old.xls is no text: expected a CSV file with .* Excel 97: save it as .xls"),
         ([path, tmp_path / "." / "record.csv"], ValueError, "record.csv: given twice: expected each file on"),
         ([csv, path], ValueError, r"record.csv: no units in the header: expected units in .*other"),
         ([], ValueError, "no test: expected a file"),

@@ -213,6 +213,7 @@ def warned(text: str, spacing: tuple[float, ...] | None = None, **options: Any) 
         (-9999.0, (), "4 of 561 heights are -9999, which marks missing points: they are holes"),
         (-32768.0, (), "4 of 561 heights are -32768, which marks missing points: they are holes"),
         (1e30, (), r"4 of 561 heights are 1e\+30, which marks missing points: they are holes"),
+        (-32.768, (), "4 of 561 heights are -32.768, which marks missing points: they are holes"),
         (999.0, (), "4 of 561 heights are 999, which marks missing points: they are holes"),
         (7.5, (7.5,), r"4 of 561 heights are 7.5 \(--nodata\): they are holes"),
     ],
@@ -239,17 +240,117 @@ def test_codes_of_missing_points_are_holes(
         assert not facets.doubt
 
 
+Y, X = np.mgrid[:24, :33] / 2.0
+OUTLINES = {
+    "notch": ~((np.abs(X - 7.0) < 1.5) & (Y < 3.0)),
+    "corner": X + Y > 6.0,
+    "disc": np.hypot(X / 8.0 - 1.0, Y / 6.0 - 1.0) <= 1.0,
+    "L": ~((X > 9.0) & (Y > 7.0)),
+}
+"""Points of a map of 33 x 24 points that have a height."""
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("there", OUTLINES.values(), ids=OUTLINES)
+@pytest.mark.parametrize("kind", ["points", "matrix", "cloud", "triangles"])
+def test_gaps_at_the_outline_are_cut_off(kind: str, there: np.ndarray) -> None:
+    """What no heights enclose is cut off with a warning, and no height is invented."""
+    z = 0.25 * np.abs(X % 8.0 - 4.0)
+    if kind == "points":
+        path = write(rows(X[there], Y[there], z[there], header="x,y,z"))
+    elif kind == "matrix":
+        path = write(rows(*np.where(there, z, np.nan).T).replace("nan", "***"))
+    elif kind == "cloud":
+        x, y = np.random.default_rng(5).uniform(0.0, [16.0, 11.5], (4000, 2)).T
+        inside = there[np.round(2.0 * y).astype(int), np.round(2.0 * x).astype(int)]
+        path = write(rows(x[inside], y[inside], 0.25 * x[inside], header="x,y,z"))
+    else:
+        i = np.arange(z.size).reshape(z.shape)
+        full = there[:-1, :-1] & there[1:, :-1] & there[:-1, 1:] & there[1:, 1:]
+        a, b, c, d = (part[full] for part in (i[:-1, :-1], i[:-1, 1:], i[1:, 1:], i[1:, :-1]))
+        corners = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+        path = save("joint.stl", np.stack([X, Y, z], axis=-1).reshape(-1, 3), corners)
+    with pytest.warns(ModelWarning, match=r"\d+ of \d+ heights are cut off with the gaps at the outline"):
+        scan = read_scan(path, (0.5,) if kind == "matrix" else None)
+    assert np.abs(np.diff(scan.z) / np.diff(scan.x)) == pytest.approx(0.25, abs=1e-5)
+    assert scan.y is not None
+    if kind != "matrix":  # its first point is at 0
+        row, column = (np.round(2.0 * axis).astype(int) for axis in (scan.y, scan.x))
+        assert there[row][:, column].mean() > (0.95 if kind == "cloud" else 0.999)
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("head", ["//X,Y,Z\n561\n", "//X,Y,Z\n", "561\n", "561\n// by hand\n//X,Y,Z\n"])
+@pytest.mark.parametrize("more", [False, True])
+def test_clouds_with_their_number(head: str, more: bool) -> None:
+    """Heads of CloudCompare and of scanners; a number that is not that of the points is refused."""
+    x, y, z = ridge()
+    colour = [np.full(x.size, 200)] if more else []
+    if more and "X" in head:
+        head = head.replace("Z", "Z,Intensity")
+    scan, told = warned(head + rows(x, y, z, *colour))
+    assert scan.z.shape == (17, 33) and slopes.facets(scan).mean_slope == pytest.approx(0.25, abs=EXACT)
+    assert len(told) == more and (not more or "columns not used: " in told[0])
+    if "561" in head:
+        with pytest.raises(ValueError, match="561 rows: expected 600 rows of numbers below their number"):
+            read_scan(write(head.replace("561", "600") + rows(x, y, z, *colour)))
+
+
+PIXELS = """Zygo XYZ Data File - Format 1
+0 3 0 0 "Tue"
+0 0 41 30 1 255
+7 5 41 30
+""
+""
+""
+0 0.5 6.328e-07 0 1 0 2e-06 1787677163
+#
+"""
+
+
+@pytest.mark.usefixtures("folder")
+def test_map_of_pixels() -> None:
+    """Pixels of an interferometer are as far apart as the head says, and their heights are in micrometres."""
+    j, i = np.mgrid[:30, :41]
+    z = 0.5 * np.abs(i % 8 - 4.0)  # um; the pixels are 2 um apart
+    word = np.where((i == 13) & (j == 9), "No Data", np.char.mod("%.4f", z))
+    lines = [f"{7 + a} {5 + b} {text}" for a, b, text in zip(i.flat, j.flat, word.flat, strict=True)]
+    scan, told = warned(PIXELS + "\n".join([*lines, "#"]))
+    assert len(told) == 1 and "1 of 1230 points are in holes" in told[0]
+    assert scan.unit == "mm" and np.diff(scan.x) == pytest.approx(0.002)
+    assert slopes.facets(scan).mean_slope == pytest.approx(0.25, abs=EXACT)
+    without = PIXELS.replace("2e-06", "0") + "\n".join(lines)
+    with pytest.raises(ValueError, match="the head has no distance of the pixels: expected --spacing"):
+        read_scan(write(without))
+    assert read_scan(write(without), (0.004,)).x[1] == pytest.approx(0.004)
+    for line, message in (
+        ("7 5 1", "pixel 7, 5 again"),
+        ("7 x 1", "expected column, row and height of a pixel"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            read_scan(write(PIXELS + "\n".join([*lines, line])))
+
+
+@pytest.mark.usefixtures("folder")
+def test_degrees_are_refused(said: Callable) -> None:
+    """Longitude and latitude as x, y beside heights in metres give slopes that no surface has."""
+    x, y, z = ridge()
+    write(rows(7.5 + x / 1800.0, 46.25 + y / 1800.0, 30.0 * z, header="x,y,z"))
+    assert "are x and y degrees of longitude and latitude?" in said("surface scan.csv", 1)[1]
+
+
 @pytest.mark.usefixtures("folder")
 def test_spikes_and_profiles_with_gaps() -> None:
-    """A spike is named by its place, a gap of a profile is counted; a value that does not occur is named."""
+    """A spike is refused by its place or kept, a gap of a profile is counted, a value that is none named."""
     x, y, z = ridge()
     z[100] = 30.0
     apart = np.where(x + y < 2.0, -5.0, ridge()[2])
-    told = warned(rows(x, y, apart, header="x,y,z"))[1]
-    assert f"{(x + y < 2.0).sum()} of 561 heights are spikes" in told[0]
-    with pytest.warns(ModelWarning, match=r"1 of 561 heights are spikes, the first at x = 0.5, y = 1.5: "):
-        scan = read_scan(write(rows(x, y, z, header="x,y,z")))
-    assert "is z in the unit of x?" in slopes.facets(scan).doubt
+    with pytest.raises(ValueError, match=f"{(x + y < 2.0).sum()} of 561 heights are spikes"):
+        read_scan(write(rows(x, y, apart, header="x,y,z")))
+    path = write(rows(x, y, z, header="x,y,z"))
+    with pytest.raises(ValueError, match=r"1 of 561 heights are spikes, the first at x = 0.5, y = 1.5: "):
+        read_scan(path)
+    assert "is z in the unit of x?" in slopes.facets(read_scan(path, keep_spikes=True)).doubt
     with pytest.warns(ModelWarning, match="no height is 5: expected one that --nodata names"):
         read_scan(write(rows(x, y, ridge()[2], header="x,y,z")), nodata=[5.0])
     x = np.arange(400) * 0.1

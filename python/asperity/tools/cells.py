@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -20,8 +21,16 @@ GROUPS = re.compile(r"(?<=\d)['\u2019\s\u00a0\u202f](?=\d{3}(?!\d))")
 PLAIN = r"[-+]?\d+([eE][-+]?\d+)?"
 """A number without a mark."""
 
+WIDE = re.compile("[\u3000\u3300-\u33ff\uff00-\uffef]")
+"""Brackets, commas, letters, digits and units that are as wide as a Chinese character."""
+
 OTHER = {".": ",", ",": "."}
 WORDS = {".": "decimal points", ",": "decimal commas"}
+
+
+def half_width(text: str) -> str:
+    """Text with plain forms of what is as wide as a Chinese or Japanese character."""
+    return WIDE.sub(lambda wide: unicodedata.normalize("NFKC", wide[0]), text)
 
 
 def _decimal(mark: str) -> str:

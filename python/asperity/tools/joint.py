@@ -16,11 +16,18 @@ from ..options import add_options, add_output, assigned, check_outputs, replace_
 from ..pattern import Pattern
 from ..plausible import doubts, doubts_of_bond
 from .slip_curves import slip_curves
+from .tables import raise_all
 
 REQUIRED = ("kn", "ks", "ft", "GfI", "c", "GfII", "tan_phi")
 OPTIONAL = ("tan_psi", "delta")
 ANGLES = {"phi": "tan_phi", "psi": "tan_psi"}
 """Angles in degrees that may be given instead of their tangents."""
+
+ADHESION = ("K_N", "K_T", "mu", "adhesion")
+"""Constants of a cohesion that never softens, as JOINT_MECA_FROT of Code_Aster has them."""
+
+LASTING, SLIPS = 1.0e9, (10.0, 100.0)
+"""Separation at rupture of that bond, and slips in the table, over the separation at the onset of damage."""
 
 PRESSURES = "-0.05,-0.3,-1.21"  # normal tractions of the peaks, MPa, as in tests of mortar joints
 INCREMENTS, SHOWN_INCREMENTS = 2000, 400  # of the slip in which a peak is found, and of that in the case
@@ -31,6 +38,12 @@ ABOUT = """\
 Find the constants of a joint with a bond from those of other interface models: a mortar joint, the contact of
 a dam and its foundation, a lift joint of concrete, a healed rock joint. For a joint without bond see asperity
 barton, or give kn, ks and mu in a case. Units are any consistent set, such as N, mm and MPa."""
+
+NEVER = """\
+The cohesion does not soften: the bond yields at the slip s0 = adhesion/K_T = {s0:g}, and breaks at
+{LASTING:g} s0. In opening it holds adhesion/mu = {sigma0:g}. Friction acts on the part 1 - s0/slip.
+"""
+"""What the constants of a lasting cohesion mean."""
 
 DIFFERENCES = """\
 kc = 1: kn acts in closing, too, as in a joint of mortar or concrete; a stiffer contact has a larger kc.
@@ -46,7 +59,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     names = (
         "kn, ks: stiffnesses; ft, GfI: tensile strength and energy of mode I; c, GfII: cohesion and energy "
         "of mode II; tan_phi, or phi in degrees: residual friction; and for a dilatancy "
-        "tan_psi exp(-delta slip): tan_psi, or psi in degrees, and delta (0: the dilation never ends)"
+        "tan_psi exp(-delta slip): tan_psi, or psi in degrees, and delta (0: the dilation never ends); or "
+        "K_N, K_T, mu and adhesion, a cohesion that never softens"
     )
     parser.description = ABOUT
     pressures = f"normal tractions of the peaks, <= 0 (default: {PRESSURES})"
@@ -63,6 +77,20 @@ def pattern_of(tan_psi: float) -> Pattern:
     """Pattern of a joint with a dilatancy in both directions along Tx: two planes without a flat one."""
     theta = float(np.degrees(np.arctan(tan_psi)))
     return Pattern.regular(2, theta, 0.0) if tan_psi > 0.0 else Pattern.regular(0, 0.0)
+
+
+def lasting(K_N: float, K_T: float, mu: float, adhesion: float) -> Material:
+    """Material of a joint whose cohesion, the adhesion, never softens: its strength is adhesion + mu p.
+
+    K_N, K_T: stiffnesses, stress/length.  The tensile strength is adhesion/mu, where this line ends.  The
+    bond breaks at LASTING times the separation of its onset.  Raises ValueError naming a value that is not
+    above 0.
+    """
+    given = {"K_N": K_N, "K_T": K_T, "mu": mu, "adhesion": adhesion}
+    raise_all([f"{name} = {value:g}: expected > 0" for name, value in given.items() if not value > 0.0])
+    sigma0 = adhesion / mu
+    Gc, Gc2 = (LASTING * strength**2 / (2.0 * K) for strength, K in ((sigma0, K_N), (adhesion, K_T)))
+    return Material(sigma0, Gc, 1.0 - 1.0 / LASTING, mu, sigma02=adhesion, Gc2=Gc2)
 
 
 def peak(material: Material, pattern: Pattern, sigma_N: float) -> float:
@@ -88,6 +116,8 @@ def _run(options: argparse.Namespace) -> int:
     with shown_warnings():
         values, stresses = _checked(options)
         check_outputs(options.force, [], ("-o", options.output))
+        if {*values} == {*ADHESION}:
+            return _lasting(options, values, stresses)
         material = Material.from_masonry(**values)
         bonds = {"GfI": (values["ft"], values["GfI"]), "GfII": (values["c"], values["GfII"])}
         _warn(doubts(**values) + doubts_of_bond(**bonds))
@@ -117,6 +147,31 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _lasting(options: argparse.Namespace, values: dict[str, float], stresses: list[float]) -> int:
+    """Print the constants of a cohesion that never softens, and its shear tractions at two slips."""
+    material, pattern = lasting(**values), Pattern.regular(0, 0.0)
+    _warn(doubts(mu=values["mu"]))
+    given = entries_of({name: getattr(material, name) for name in SHOWN})
+    print(case_text(("material", given), ("pattern", pattern_entries(pattern))))
+    s0 = values["adhesion"] / values["K_T"]
+    print(NEVER.format(LASTING=LASTING, s0=s0, sigma0=material.sigma0))
+    slips = [at * s0 for at in SLIPS]
+    titles = "".join(f"{f'slip {slip:.4g}':>16}" for slip in slips)
+    print(f"{'sigma_N':>10}{titles}{'adhesion + mu |sigma_N|':>26}")
+    path = np.linspace(0.0, slips[-1], INCREMENTS + 1)[1:]
+    for sigma_N in stresses:
+        tau = slip_curves(Interface(material, pattern), 0.0, path, sigma_N).tau_L.ravel()
+        shown = "".join(f"{np.interp(slip, path, tau):>16.5g}" for slip in slips)
+        print(f"{sigma_N:>10g}{shown}{values['adhesion'] - values['mu'] * sigma_N:>26.5g}")
+    if options.output is not None:
+        text = slip_case(
+            "Lasting cohesion", given, pattern, stresses, slips[-1:], increments=SHOWN_INCREMENTS
+        )
+        replace_file(options.output, text)
+        print(f"\n{options.output}")
+    return 0
+
+
 def _warn(texts: list[str]) -> None:
     """Give a ModelWarning for each text."""
     for text in texts:
@@ -130,11 +185,14 @@ def _reach(material: Material) -> float:
 
 def _checked(options: argparse.Namespace) -> tuple[dict[str, float], list[float]]:
     """Constants by name and normal tractions; raises ValueError with a line for every bad one."""
-    known = (*REQUIRED, *OPTIONAL, *ANGLES)
+    known: tuple[str, ...] = (*REQUIRED, *OPTIONAL, *ANGLES)
+    required: tuple[str, ...] = REQUIRED
     stresses = " ".join(text for text in options.sigma_N if "=" not in text).replace(",", " ").split()
     texts = assigned([*options.values, *(text for text in options.sigma_N if "=" in text)])
+    if {*texts} & {*ADHESION}:
+        known, required = ADHESION, ADHESION
     given = {*texts, *(ANGLES.get(name, "") for name in texts)}
-    bad = [f"{name} is missing: expected {name}=VALUE" for name in REQUIRED if name not in given]
+    bad = [f"{name} is missing: expected {name}=VALUE" for name in required if name not in given]
     twice = [name for name, tangent in ANGLES.items() if {name, tangent} <= {*texts}]
     bad += [f"{name} = {texts[name]}: expected without {ANGLES[name]}" for name in twice]
     values: dict[str, float] = {}

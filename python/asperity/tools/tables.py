@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..material import ModelWarning
-from .cells import numbers_of
+from .cells import half_width, numbers_of
 from .units import MENTIONED, UNITS, header, size
 from .workbooks import sheets
 
@@ -22,15 +22,18 @@ if TYPE_CHECKING:
 
 __all__ = ["Table", "markdown", "raise_all", "read_table", "read_tables", "size"]
 
-NUMBER = re.compile(r"[-+]?(\d[\d.,'\u2019\s]*|[.,]\d+)([eE][-+]?\d+)?|(?i:nan)|#\S.*")
-"""A number in any notation, or an error of a spreadsheet."""
+MISSING = r"\*+|(?i:nan|n/a|null|bad|no[ _]?data|missing|masked|invalid)"
+"""Words in place of a missing number."""
 
-COMMENT = re.compile(r"(^|\s)#(?!\u00a1?[A-Z]+(/\w+)?[!?]?(\s|[;,|]|$)).*")
+NUMBER = re.compile(rf"[-+]?(\d[\d.,'\u2019\s]*|[.,]\d+)([eE][-+]?\d+)?|#\S.*|{MISSING}")
+"""A number in any notation, an error of a spreadsheet, or a word in place of a number."""
+
+COMMENT = re.compile(r"^\s*//.*|(^|\s)#(?!\u00a1?[A-Z]+(/\w+)?[!?]?(\s|[;,|]|$)).*")
 OF_HEADER = re.compile(r"(^|\s)#(?!\s*([;,|\t\"[(]|$)).*")
 """A comment, but for #DIV/0! and other errors of spreadsheets, or for # in the name of a column."""
 
-HIDDEN = re.compile(r"\s*[#%!]+\s*(.*)")
-"""A line that is a comment, as that which numpy.savetxt puts above its numbers."""
+HIDDEN = re.compile(r"\s*(?:[#%!]+|//)\s*(.*)")
+"""A line that is a comment, as that which numpy.savetxt and CloudCompare put above their numbers."""
 
 RULE = re.compile(r"[-+|:=\s]+")
 """A line below the header of a table in Markdown or of a database."""
@@ -44,11 +47,24 @@ SEPARATORS = ("|", ";", "\t", ",", "")
 FIRST_LINES = 400
 """Lines in which the header is searched."""
 
+OF_EXCEL_97 = b"\xd0\xcf\x11\xe0"
+"""Start of a workbook that is no .xlsx."""
+
+CHINESE = re.compile(rb"(?<![\x80-\xff])[\xa1-\xd7][\xa1-\xfe]")
+"""Start of a word of GB 18030; words of other languages in a code page begin with a letter from D8 on."""
+
+SECTION = re.compile(r"\s*\[([^\]]+)\]\s*")
+ENTRY = re.compile(r"\s*([^=]+?)\s*=\s*(.*)")
+"""Lines of a file of sections with entries, such as .ini."""
+
+LEAST_VALUES = 3
+"""Smallest number of values of a row that is a column."""
+
 MOST_ERRORS = 10
 """Largest number of errors of a file that are listed."""
 
 BOOKS = (".xlsx", ".xlsm")
-ENDINGS = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".md", *BOOKS)
+ENDINGS = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".md", ".ini", *BOOKS)
 """Endings of workbooks, and of the files of a folder that are read."""
 
 
@@ -56,9 +72,12 @@ ENDINGS = (".csv", ".txt", ".tsv", ".dat", ".asc", ".prn", ".md", *BOOKS)
 class Table:
     """Cells (T, C) of a file as text, by its lines; line: of the header, 0 without one, with names and units.
 
+    Of a file with rows in place of columns the lines are the places in the rows.
+
     path: the file, for messages, with the sheet of a workbook.  separator: of the cells, empty for blanks.
     headings: the cells of the header as they stand in the file.  hidden: the header is a comment.
-    remarks: lines above the rows that may say units, where the header has none.
+    remarks: lines above the rows that may say units, where the header has none.  counted: a line above the
+    rows has their number.
     """
 
     path: Path
@@ -70,6 +89,7 @@ class Table:
     headings: list[str] = field(default_factory=list)
     hidden: bool = False
     remarks: list[str] = field(default_factory=list)
+    counted: bool = False
 
     def warn_of_remarks(self) -> None:
         """Give a ModelWarning where lines above the header may say units that the header does not have."""
@@ -113,8 +133,9 @@ class Table:
 def read_tables(paths: Iterable[str | Path], expected: str) -> list[Table]:
     """Tables of files, of all files of folders, and of all sheets of workbooks, or one, as book.xlsx:Sheet.
 
-    A ModelWarning names what is not read: folders in a folder and its files that are no tables, by their
-    ending or because they have no rows of numbers; sheets that are hidden or have no rows of numbers.  Raises
+    Sections of a file with [sections] are as sheets.  A ModelWarning names what is not read: folders in a
+    folder and its files that are no tables, by their ending or because they have no rows of numbers; sheets
+    that are hidden or have no rows of numbers; and the encoding of a text that is not UTF-8.  Raises
     as `read_table`, with the errors of all files, and for a folder without tables.
     """
     tables, bad = [], []
@@ -140,7 +161,8 @@ def read_tables(paths: Iterable[str | Path], expected: str) -> list[Table]:
 def read_table(path: Path, expected: str) -> Table:
     """Cells of a text file, or of the one sheet of a workbook with numbers; # begins a comment.
 
-    Its separators are semicolons, tabs, commas, bars or blanks.  The header is the line above the first long
+    Its separators are semicolons, tabs, commas, bars or blanks.  Lines with a name and then numbers alone are
+    columns.  The header is the line above the first long
     run of rows of numbers, also behind #, and a row of units may follow it; the lines before are left out.
     Raises ValueError with what is expected for a file that is no text, with every row of another length, and
     with rows of numbers above the header; OSError for a file that cannot be read.
@@ -162,13 +184,80 @@ def _has_rows(path: Path, expected: str) -> bool:
 
 def _of_file(path: Path, expected: str) -> list[Table]:
     """Tables of the sheets of a workbook, or the one of a text file."""
-    file, colon, sheet = str(path).rpartition(":")
-    book = Path(file) if colon and not path.exists() else path
-    if book.suffix.lower() not in BOOKS:
-        raw = _text(path, expected).splitlines()
+    file, colon, part = str(path).rpartition(":")
+    whole = path if path.exists() or not colon else Path(file)
+    wanted = part if whole is not path else ""
+    if whole.suffix.lower() not in BOOKS:
+        raw = _text(whole, expected).splitlines()
+        if SECTION.fullmatch(next(filter(None, map(str.strip, raw)), "")):
+            return _of_sections(whole, raw, wanted)
+        if wanted:
+            raise ValueError(f"{path}: {part}: expected a workbook, or a file with [sections]")
         return [_table(path, raw, [COMMENT.sub("", line).strip(" ") for line in raw])]
+    return _of_book(whole, wanted, expected)
+
+
+def _of_sections(path: Path, raw: Sequence[str], wanted: str) -> list[Table]:
+    """Tables of the sections whose entries are lists of numbers of the same length."""
+    sections: dict[str, list[tuple[str, list[str]]]] = {}
+    for line in raw:
+        if heading := SECTION.fullmatch(line):
+            entries = sections.setdefault(heading[1].strip(), [])
+        elif entry := ENTRY.fullmatch(line):
+            entries.append((entry[1], [value.strip() for value in re.split("[,;]", entry[2].strip(' "'))]))
+    if wanted and wanted not in sections:
+        raise ValueError(f"{path}: section {wanted}: expected one of {', '.join(sections)}")
+    tables, unread = [], []
+    for name, entries in sections.items():
+        lists = [
+            entry for entry in entries if len(entry[1]) >= LEAST_VALUES and all(map(_is_number, entry[1]))
+        ]
+        if len(lists) > 1 and wanted in ("", name):
+            tables.append(_of_rows(Path(f"{path}:{name}"), lists))
+        else:
+            lists = []
+        used = [entry[0] for entry in lists]
+        unread += [f"{name}: {entry[0]}" for entry in entries if entry[0] not in used]
+    if not tables:
+        raise ValueError(f"{path}: no section with lists of numbers: expected two or more in one section")
+    if unread and not wanted:
+        warnings.warn(f"{path}: not read: {', '.join(unread)}", ModelWarning, stacklevel=4)
+    return tables
+
+
+def _of_rows(path: Path, rows: Sequence[tuple[str, list[str]]]) -> Table:
+    """Table whose columns are rows, each with its name and cells."""
+    from pandas import DataFrame
+
+    count = len(rows[0][1])
+    wanted = f"expected {count}, as {rows[0][0]} has"
+    raise_all([f"{path}: {name}: {len(row)} values: {wanted}" for name, row in rows if len(row) != count])
+    parts = [header(name) for name, _ in rows]
+    cells = DataFrame([row for _, row in rows], dtype=str).T
+    cells.index = range(1, count + 1)
+    names, units = [name for name, _ in parts], [unit for _, unit in parts]
+    return Table(path, 1, names, units, cells, "", [name for name, _ in rows])
+
+
+def _rows_with_names(lines: Sequence[str], mark: str) -> list[tuple[str, list[str]]]:
+    """Rows with a name and at least LEAST_VALUES numbers; none where a line is no such row."""
+    rows = []
+    for line in filter(None, map(str.strip, lines)):
+        cells = _split(line, mark)
+        first = next((i for i, cell in enumerate(cells) if _is_number(cell)), 0)
+        if not (0 < first <= len(cells) - LEAST_VALUES and all(map(_is_number, cells[first:]))):
+            return []
+        name = " ".join(cells[:first])
+        if mark and first == 2 and UNITS.fullmatch(cells[1]):
+            name = f"{cells[0]} [{cells[1].strip('[]() ')}]"
+        rows.append((name, cells[first:]))
+    return rows if len({name for name, _ in rows}) == len(rows) > 1 else []
+
+
+def _of_book(book: Path, sheet: str, expected: str) -> list[Table]:
+    """Tables of the sheets of a workbook, or of one."""
     tables, empty = [], []
-    shown, hidden = sheets(book, sheet if book is not path else "")
+    shown, hidden = sheets(book, sheet)
     for name, rows in shown.items():
         label = Path(f"{book}:{name}")
         table = _table(label, *_as_lines(rows)) if any(map(any, rows)) else None
@@ -189,7 +278,7 @@ def _of_file(path: Path, expected: str) -> list[Table]:
 
 def _as_lines(rows: Sequence[Sequence[str]]) -> tuple[list[str], list[str]]:
     """Lines of a sheet with tabs between the cells, with and without comments."""
-    cells = [[cell.replace("\n", " ").replace("\t", " ") for cell in row] for row in rows]
+    cells = [[half_width(cell).replace("\n", " ").replace("\t", " ") for cell in row] for row in rows]
     raw = ["\t".join(row) for row in cells]
     return raw, ["" if row and row[0].startswith("#") else line for row, line in zip(cells, raw, strict=True)]
 
@@ -201,9 +290,16 @@ def _table(path: Path, raw: Sequence[str], lines: list[str]) -> Table:
     start, mark = _first_row(lines)
     if mark == "|":
         lines = ["" if RULE.fullmatch(line) else line for line in lines]
+    if not any(map(str.strip, lines[:start])) and (named := _rows_with_names(lines, mark)):
+        return _of_rows(path, named)
     rows = {i: _split(text, mark) for i, text in enumerate(lines[start:], start + 1) if text.strip(";,\t |")}
     first = next(iter(rows.values()), [])
-    line, head, row_of_units, hidden = _header(path, raw[:start], mark, len(first))
+    above = lines[:start]
+    counted = _count_above(path, above, len(rows))
+    shown = [
+        text if above[i].strip() or text.strip()[:1] in "#/" else "" for i, text in enumerate(raw[:start])
+    ]
+    line, head, row_of_units, hidden = _header(path, shown, mark, len(first))
     parts = [header(cell) for cell in head]
     below = [*row_of_units, *[""] * len(parts)]
     units = [unit or below[i] for i, (_, unit) in enumerate(parts)]
@@ -214,12 +310,12 @@ def _table(path: Path, raw: Sequence[str], lines: list[str]) -> Table:
     wanted = f"expected {width}, one for each column"
     wrong = {i: len(row) for i, row in rows.items() if len(row) != width}
     raise_all([f"{path}: line {i}: {count} values: {wanted}" for i, count in wrong.items()])
-    _refuse_rows_above(path, lines[:start], mark, width, line)
+    _refuse_rows_above(path, above, mark, width, line)
     cells = DataFrame([*rows.values()], index=[*rows], columns=range(width), dtype=str)
     names = [re.sub(r"\s+", " ", name) for name, _ in parts]
     remaining = [(i, text.strip()) for i, text in enumerate(raw[:start], 1) if i != line]
     remarks = [f"line {i}: {text:.80}" for i, text in remaining if MENTIONED.search(text)]
-    return Table(path, line, names, units, cells, mark, head, hidden, remarks)
+    return Table(path, line, names, units, cells, mark, head, hidden, remarks, counted)
 
 
 def _header(path: Path, raw: Sequence[str], mark: str, width: int) -> tuple[int, list[str], list[str], bool]:
@@ -268,6 +364,19 @@ def _header(path: Path, raw: Sequence[str], mark: str, width: int) -> tuple[int,
     return line, head, units, hidden
 
 
+def _count_above(path: Path, lines: list[str], rows: int) -> bool:
+    """Whether the last line above the rows has their number alone; raises ValueError for another number."""
+    last = next((i for i in reversed(range(len(lines))) if lines[i].strip()), None)
+    if last is None or not re.fullmatch(r"\d+", lines[last].strip()):
+        return False
+    count = int(lines[last])
+    if count != rows:
+        wanted = f"expected {count} rows of numbers below their number, or # before it"
+        raise ValueError(f"{path}: line {last + 1}: {rows} rows: {wanted}")
+    lines[last] = ""
+    return True
+
+
 def _refuse_rows_above(path: Path, lines: Sequence[str], mark: str, width: int, header: int) -> None:
     """Raise ValueError for rows of numbers above the first one, whole or, below the header, cut off."""
     for i, text in enumerate(lines, 1):
@@ -282,23 +391,35 @@ def _is_number(cell: str) -> bool:
 
 
 def _folded(text: str) -> str:
-    return re.sub(r"\s+", " ", text.strip(' "')).casefold()
+    return re.sub(r"\s+", " ", half_width(text).strip(' "')).casefold()
 
 
 def _text(path: Path, expected: str) -> str:
-    """Text of a file in UTF-8, UTF-16 or the code page of spreadsheets; raises ValueError or OSError."""
+    """Text of a file in UTF-8, UTF-16, GB 18030 or the code page of spreadsheets, in plain forms.
+
+    A ModelWarning names the encoding of a file that is not UTF-8.  Raises ValueError or OSError.
+    """
     data = path.read_bytes()
-    for encoding in ("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", "cp1252"):
+    names = {"utf-8-sig": "", "gb18030": "GB 18030", "cp1252": "Windows-1252"}
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        names = {"utf-16": "UTF-16"}
+    elif not CHINESE.search(data):
+        del names["gb18030"]
+    for encoding, name in names.items():
         try:
             text = data.decode(encoding)
         except UnicodeDecodeError:
             continue
         if "\0" not in text:
+            if name:
+                told = f"{path} is not UTF-8: read as {name}; expected UTF-8 where names or units are wrong"
+                warnings.warn(told, ModelWarning, stacklevel=5)
             # a line break within a quoted cell; the other lines keep their numbers
             whole = QUOTED.sub(lambda cell: cell[0].replace("\n", " "), text.replace("\r\n", "\n"))
-            whole = whole.replace("\N{MINUS SIGN}", "-")
+            whole = half_width(whole).replace("\N{MINUS SIGN}", "-")
             return "\n" * (text.count("\n") - whole.count("\n")) + whole
-    raise ValueError(f"{path} is no text: expected {expected}")
+    book = "; it is a workbook of Excel 97: save it as .xlsx" if data.startswith(OF_EXCEL_97) else ""
+    raise ValueError(f"{path} is no text: expected {expected}{book}")
 
 
 def _split(line: str, mark: str) -> list[str]:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
 
 from ..tables import Table, size
 from .checks import warn_if
@@ -78,6 +81,28 @@ def columns_of(table: Table, renamed: Mapping[str, str], optional: bool, forces:
     unused = [header for header, name in zip(headers, names, strict=True) if header and name not in used]
     warn_if(unused, f"{table.path}: columns not used: {', '.join(unused)}")
     return [name if name in used else "" for name in names]
+
+
+def with_names(table: Table, renamed: Mapping[str, str], decimal: str | None) -> Table:
+    """Table without a header whose columns have names: their places, 1, 2, ..., as `renamed` has them.
+
+    Without any of these, two or three columns are slip, tau, sigma_N in this order, of which the slip alone
+    must grow from row to row; a ModelWarning says so.  Raises ValueError for any other table.
+    """
+    width = table.cells.shape[1]
+    names = [str(i + 1) for i in range(width)]
+    if not renamed:
+        wanted = "expected a header, or --columns slip=1 --columns tau=2 and so on"
+        text = f"{table.path}: {width} columns without a header: {wanted}"
+        if not 1 < width <= len(REQUIRED):
+            raise ValueError(text)
+        numbers = table.numbers(range(width), names, names, decimal)
+        grows = [bool((np.diff(column) > 0.0).all()) for column in numbers.T]
+        if grows != [True, *[False] * (width - 1)]:
+            raise ValueError(f"{text}; the first column alone of slip, tau, sigma_N grows from row to row")
+        names = [*REQUIRED[:width]]
+        warn_if(True, f"{table.path}: no header: the columns are read as {', '.join(names)}")
+    return replace(table, names=names, headings=names, units=[""] * width)
 
 
 def factors_of(where: str, given: Mapping[str, str], target: tuple[str, str]) -> list[float]:

@@ -1,4 +1,4 @@
-"""Names of columns as laboratories write them, in six languages."""
+"""Names of columns as laboratories write them, in seven languages."""
 
 from __future__ import annotations
 
@@ -50,9 +50,27 @@ RULES = {
 where there is no slip and no tau.
 """
 
+CHINESE = {
+    "peak_slip": "\u5cf0\u503c.*\u4f4d\u79fb",
+    "residual": "\u6b8b\u4f59.*(\u5e94\u529b|\u5f3a\u5ea6)",
+    "peak": "\u5cf0\u503c.*(\u5e94\u529b|\u5f3a\u5ea6)",
+    "closure": "\u95ed\u5408",
+    "slip": "(\u526a|\u5207\u5411|\u6c34\u5e73).*\u4f4d\u79fb|\u6ed1\u79fb",
+    "tau": "(\u526a|\u5207).*\u5e94\u529b",
+    "sigma_N": "(\u6cd5\u5411|\u6b63|\u5782\u76f4).*(\u5e94\u529b|\u538b\u5f3a)",
+    "dilation": "(\u6cd5\u5411|\u5782\u76f4|\u7ad6\u5411).*\u4f4d\u79fb|\u526a\u80c0",
+    "shear_force": "(\u526a|\u5207\u5411|\u6c34\u5e73).*(\u529b|\u8377\u8f7d)$",
+    "normal_force": "(\u6cd5\u5411|\u5782\u76f4|\u7ad6\u5411).*(\u529b|\u8377\u8f7d)$",
+    "test": "(\u8bd5\u6837|\u8bd5\u4ef6)(\u7f16\u53f7|\u53f7)?$",
+}
+"""Names of the columns in Chinese."""
+
 
 def standard(name: str) -> str:
     """Column that a name of a laboratory stands for, or the name."""
+    chinese = next((column for column, rule in CHINESE.items() if re.match(rule, name.strip())), "")
+    if chinese:
+        return chinese
     text = name.replace("\u03c4", "tau").replace("\u03c3", "sigma").replace("\u03b4", "delta").casefold()
     text = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().strip()
     text = re.sub(PER_AREA, "stress", text)

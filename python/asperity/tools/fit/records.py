@@ -24,6 +24,7 @@ from .columns import (
     STRENGTHS,
     columns_of,
     factors_of,
+    with_names,
 )
 from .ends import loaded_until
 from .forces import Area, over_area, shrinking
@@ -162,7 +163,9 @@ def _read(
     table.warn_of_remarks()
     none = f"{path}: no rows: expected a header with slip, tau, sigma_N, then numbers"
     if not table.names:
-        raise ValueError(none)
+        if not len(table.cells):
+            raise ValueError(none)
+        table = with_names(table, renamed, decimal)
     names = columns_of(table, renamed, optional, area is not None)
     measured = {name: unit for name, unit in zip(names, table.units, strict=True) if name in KINDS}
     factors = factors_of(f"{path}: line {table.line}", measured, target or DEFAULT)

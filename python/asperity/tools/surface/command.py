@@ -48,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--spacing DX[,DY]", "a CSV is a matrix, x along a row, y downwards; grid of triangles", _lengths),
         ("--unit UNIT", "unit of lengths whose header names none", "mm"),
         ("--nodata VALUE", "height that marks missing points, beside -9999 and other usual ones", list),
+        ("--keep-spikes", "read a scan with heights far above or below all others, which are refused"),
     )
     scale = parser.add_argument_group("scale", "slopes depend on it; in the unit of x")
     add_options(
@@ -99,10 +100,11 @@ def _run(options: argparse.Namespace) -> int:
     mu = MU if material is None else material.mu
     nodata = [contract.number("--nodata", text) for text in options.nodata]
     with shown_warnings():
-        original = read_scan(options.scan, options.spacing, options.unit, nodata)
+        original = read_scan(options.scan, options.spacing, options.unit, nodata, options.keep_spikes)
     smooth = original if options.smooth is None else original.smoothed(options.smooth)
     scan = smooth if options.sampling is None else smooth.sampled(options.sampling)
     facets = slopes.facets(scan, options.direction)
+    slopes.refuse_impossible(facets)
     if facets.profile and options.sides not in (None, 2):
         raise ValueError(f"--sides {options.sides}: expected 2 for a profile, which knows one direction")
     listed, label = _listed(options, facets)
@@ -112,7 +114,8 @@ def _run(options: argparse.Namespace) -> int:
         regular = slopes.nearest_regular(facets, slips, options.sides or 0, options.direction)
         rows = []
         for length in smooth.lengths:
-            part = slopes.facets(smooth.sampled(length), options.direction)
+            coarse = smooth.sampled(length) if length <= smooth.longest else smooth
+            part = slopes.facets(coarse, options.direction)
             like = slopes.nearest_regular(part, None, regular.m or 2, options.direction)
             rows.append((length, part.mean_slope, part.rms_slope, like.theta, like.flat if like.m else 1.0))
             bar.update()

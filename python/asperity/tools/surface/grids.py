@@ -1,8 +1,12 @@
-"""Grids of ESRI: an ASCII file with a head of names and numbers, then rows of heights from north to south."""
+"""Grids of heights as text: those of ESRI, and the maps of pixels that interferometers write.
+
+A grid of ESRI has a head of names and numbers, then rows of heights from north to south.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -60,12 +64,67 @@ def read_grid(path: Path) -> tuple[Floats, Floats, Floats, list[float]]:
     return x, y, z, [head["nodata_value"]] if "nodata_value" in head else []
 
 
-def _number(path: Path, line: int, text: str) -> float:
-    """Number of a word, which may have a decimal comma."""
+PIXELS = b"Zygo XYZ Data File"
+"""Start of a map of pixels: a head up to a line #, then a line for each pixel with column, row and height."""
+
+CAMERA, WAVE = 6, 2
+"""Place of the distance of pixels, m, in the line of the optics, and of the wave length, m."""
+
+
+def is_of_pixels(path: Path) -> bool:
+    """Whether a file begins as the maps of pixels of interferometers do."""
+    with path.open("rb") as file:
+        return file.read(len(PIXELS)) == PIXELS
+
+
+def read_pixels(path: Path, spacing: Sequence[float] | None) -> tuple[Floats, Floats, Floats]:
+    """Positions x (nx,) and y (ny,), and heights (ny, nx) in mm, NaN where a pixel has no number.
+
+    The file has heights in um.  spacing: distance of the pixels, mm, which replaces that of the file.  Raises
+    ValueError for a file without a distance, and for a line that is no pixel.
+    """
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    head = next((i for i, line in enumerate(lines) if line.strip() == "#"), len(lines))
+    numbers = [[_value(word) for word in line.split()] for line in lines[:head]]
+    sizes = [line[CAMERA] for line in numbers if len(line) > CAMERA and 1e-8 < line[WAVE] < 1e-4]
+    apart = list(spacing) if spacing is not None else [1e3 * size for size in sizes if size > 0.0]
+    if not apart:
+        raise ValueError(f"{path}: the head has no distance of the pixels: expected --spacing, in mm")
+    pixels = {}
+    for i, line in enumerate(lines[head + 1 :], head + 2):
+        words = line.split()
+        if not words or words == ["#"]:
+            continue
+        if len(words) < 3 or not all(word.isdecimal() for word in words[:2]):
+            raise ValueError(
+                f"{path}: line {i}: {line.strip():.40}: expected column, row and height of a pixel"
+            )
+        place = int(words[1]), int(words[0])
+        if place in pixels:
+            raise ValueError(f"{path}: line {i}: pixel {words[0]}, {words[1]} again: expected one height")
+        word = " ".join(words[2:])
+        pixels[place] = 1e-3 * _number(path, i, word) if re.search(r"\d", word) else np.nan
+    if not pixels:
+        raise ValueError(f"{path}: expected a line # and pixels below it")
+    places = np.array([*pixels])
+    low = places.min(axis=0)
+    z = np.full(tuple(places.max(axis=0) - low + 1), np.nan)
+    z[tuple((places - low).T)] = [*pixels.values()]
+    y, x = (step * np.arange(n, dtype=float) for step, n in zip((apart[-1], apart[0]), z.shape, strict=True))
+    return x, y, z
+
+
+def _value(text: str) -> float:
+    """Number of a word, which may have a decimal comma; NaN for another word."""
     try:
-        value = float(text.replace(",", ".", 1))
+        return float(text.replace(",", ".", 1))
     except ValueError:
-        value = np.nan
+        return float("nan")
+
+
+def _number(path: Path, line: int, text: str) -> float:
+    """Number of a word; raises ValueError for another word."""
+    value = _value(text)
     good = (np.isfinite(value) or text.lower() in ("nan", "-nan")) and "_" not in text
     if not good:
         raise ValueError(f"{path}: line {line}: {text:.40}: expected a number")

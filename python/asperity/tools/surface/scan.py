@@ -111,9 +111,9 @@ class Scan:
         """
         least = self.steps[1]
         if not least * (1.0 - 1.0e-9) <= length <= self.longest:
-            limit = f"at least the spacing, {least:g}"
-            if length > least:
-                limit = f"at most {self.longest:g}, for {LEAST_POINTS} points"
+            limit = f"at most {self.longest:g}, for {LEAST_POINTS} points"
+            if length < least * (1.0 - 1.0e-9):
+                limit = f"at least the spacing, {least:g}"
             raise ValueError(f"sampling length {length:g}: expected {limit}")
 
         def interpolated(x: Floats, z: Floats) -> tuple[Floats, Floats]:

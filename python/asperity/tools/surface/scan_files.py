@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import warnings
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +15,12 @@ from ...contract import Floats
 from ...material import ModelWarning
 from ...mesh.files import read_mesh
 from ...pattern import Pattern
-from ..tables import read_table, size
-from .grids import is_grid, read_grid
-from .holes import warn_of_spikes, without_codes
-from .scan import EVEN, LEAST_POINTS, Scan, even
-from .slopes import FLATNESS, bin_facets, directions_of, facets, nearest_regular
+from ..cells import EMPTY
+from ..tables import Table, read_table, size
+from .grids import is_grid, is_of_pixels, read_grid, read_pixels
+from .holes import enough, refuse_spikes, without_codes, without_gaps
+from .scan import EVEN, Scan, even
+from .slopes import FLATNESS, bin_facets, directions_of, facets, nearest_regular, refuse_impossible
 
 MESHES = (".stl", ".ply", ".obj", ".vtk", ".vtu", ".msh")
 """Endings of the files of triangles that meshio reads."""
@@ -26,23 +29,33 @@ EXPECTED = (
     "expected columns x, z (profile) or x, y, z (map), as x [mm],z [um]; --spacing for a matrix of heights"
 )
 
-
 MOST_MISSING = 0.5  # part of the points of a grid above which the others are taken to lie on none
 MOST_POINTS = 1e7  # largest number of points of the grid that replaces triangles
+PROFILE = 2  # columns of a profile
+FAR, THIN = 3.5, 2.0
+"""Longest side of a triangle between neighbours in a cloud, and area of a longer one along a straight
+outline, each over its median; a larger triangle lies in a gap.
+"""
 
 
 def read_scan(
-    path: Path, spacing: Sequence[float] | None = None, unit: str = "mm", nodata: Sequence[float] = ()
+    path: Path,
+    spacing: Sequence[float] | None = None,
+    unit: str = "mm",
+    nodata: Sequence[float] = (),
+    keep_spikes: bool = False,
 ) -> Scan:
     """Read the profile, height map or cloud of points of a CSV; with a spacing (dx, dy) a matrix of heights.
 
     Lengths are converted to the unit of x; `unit` is that of a file that names none.  Files of triangles
-    become heights on a grid of that spacing; a grid of ESRI has its own.  Heights of `nodata`, in the unit of
-    the file, and those that mark missing points are holes, which are filled straight between the points
-    around.  A ModelWarning has their number, and that of spikes.  Raises ValueError with line and value.
+    become heights on a grid of that spacing; a grid of ESRI and a map of pixels have their own.  Heights of
+    `nodata`, in the unit of the file, words, and values that mark missing points are gaps: those that heights
+    enclose are filled straight between the points around, others are cut off.  A ModelWarning has the number
+    of both.  Raises ValueError with line and value, and for spikes unless `keep_spikes`.
     """
     scan = _read(path, spacing, unit, nodata)
-    warn_of_spikes(path, scan.x, scan.y, scan.z)
+    if not keep_spikes:
+        refuse_spikes(path, scan.x, scan.y, scan.z)
     return scan
 
 
@@ -55,50 +68,87 @@ def _read(path: Path, spacing: Sequence[float] | None, unit: str, nodata: Sequen
                 f"{path}: --nodata: expected for heights; a file of triangles leaves out missing ones"
             )
         return _surface(path, spacing, unit)
+    if is_of_pixels(path):
+        x, y, z = read_pixels(path, spacing)
+        return without_gaps(path, x, y, without_codes(path, z, nodata), "mm")
     if is_grid(path):
         if spacing:
             raise ValueError(f"{path}: --spacing: expected without it, the grid has its cellsize")
         x, y, z, codes = read_grid(path)
-        _enough(path, "columns", len(x))
-        _enough(path, "rows", len(y))
+        enough(path, "columns", len(x))
+        enough(path, "rows", len(y))
         codes = [code for code in codes if (z == code).any()]
-        return _filled(path, *np.meshgrid(x, y), without_codes(path, z, [*codes, *nodata]), unit)
+        return without_gaps(path, x, y, without_codes(path, z, [*codes, *nodata]), unit)
     table = read_table(path, "a CSV with a profile or a height map")
     table.warn_of_remarks()
-    titles = zip(table.names, table.units, strict=True)
-    header = ", ".join(name + (f" [{given}]" if given else "") for name, given in titles)
     if not len(table.cells):
         raise ValueError(f"{path}: expected rows of numbers")
-    places = range(table.cells.shape[1])
+    places = [*range(table.cells.shape[1])]
     if spacing is not None:
-        if header and not table.hidden:
+        if table.headings and not table.hidden:
             wanted = "expected a matrix of numbers, as --spacing says"
-            raise ValueError(f"{path}: {header}: {wanted}")
+            raise ValueError(f"{path}: {_header(table)}: {wanted}")
         names = [str(i + 1) for i in places]
-        z = without_codes(path, table.numbers(places, names, names), nodata)
+        z = without_codes(path, _without_words(table, places).numbers(places, names, names), nodata)
+        enough(path, "columns", z.shape[1])
+        enough(path, "rows", z.shape[0])
         x, y = (step * np.arange(n) for step, n in zip((spacing[0], spacing[-1]), z.shape[::-1], strict=True))
-        _enough(path, "columns", len(x))
-        _enough(path, "rows", len(y))
-        return _filled(path, *np.meshgrid(x, y), z, unit)
-    names = [name.lower() for name in table.names]
-    if not names or (table.hidden and not any(table.units) and not {*names} & {*"xyz"}):
-        # a comment that has as many words as there are columns is no header
-        names = {2: ["x", "z"], 3: ["x", "y", "z"]}.get(len(places), [])
-        header = header if len(places) > 3 else ""
-    if sorted(names) not in (["x", "z"], ["x", "y", "z"]):
-        columns = f"columns {header}" if header else f"{len(places)} columns without names"
-        raise ValueError(f"{path}: {columns}: {EXPECTED}")
-    if any(table.units) and not all(table.units):
-        raise ValueError(f"{path}: columns {header}: expected a unit for all or none, as x [mm]")
-    units = [given for given in table.units if given] or [unit] * len(names)
-    unit = units[names.index("x")]
-    factors = [1.0 if given == unit else _size(path, given) / _size(path, unit) for given in units]
-    numbers = np.array(table.numbers(places, names, ["z"]))
-    place = names.index("z")
+        return without_gaps(path, x, y, z, unit)
+    axes, places = _columns(table)
+    given = [table.units[place] if table.units else "" for place in places]
+    if any(given) and not all(given):
+        raise ValueError(f"{path}: columns {_header(table)}: expected a unit for all or none, as x [mm]")
+    units = [text or unit for text in given]
+    unit = units[axes.index("x")]
+    factors = [1.0 if text == unit else _size(path, text) / _size(path, unit) for text in units]
+    place = axes.index("z")
+    numbers = np.array(_without_words(table, [places[place]]).numbers(places, axes, ["z"]))
     numbers[:, place] = without_codes(path, numbers[:, place], nodata)
     numbers *= factors
-    data = dict(zip(names, numbers.T, strict=True))
-    return (_profile if len(names) == 2 else _map)(path, data, table.lines, unit)
+    data = dict(zip(axes, numbers.T, strict=True))
+    return (_profile if len(axes) == 2 else _map)(path, data, table.lines, unit)
+
+
+def _header(table: Table) -> str:
+    titles = zip(table.names, table.units, strict=True)
+    return ", ".join(name + (f" [{given}]" if given else "") for name, given in titles)
+
+
+def _columns(table: Table) -> tuple[list[str], list[int]]:
+    """Axes x, z or x, y, z of a table and their columns: by the names, or by place in a file without names.
+
+    The points of a file that says their number have x, y, z first.  A ModelWarning names other columns.
+    """
+    width = table.cells.shape[1]
+    names, header = [name.lower() for name in table.names], _header(table)
+    if not names or (table.hidden and not any(table.units) and not {*names} & {*"xyz"}):
+        # a comment that has as many words as there are columns is no header
+        names = {2: ["x", "z"], 3: ["x", "y", "z"]}.get(min(width, 3) if table.counted else width, [])
+        header = header if width > 3 else ""
+    axes = ["x", "y", "z"] if "y" in names else ["x", "z"]
+    if [name for name in sorted(names) if name in "xyz"] != axes or (width > len(axes) == PROFILE):
+        columns = f"columns {header}" if header else f"{width} columns without names"
+        raise ValueError(f"{table.path}: {columns}: {EXPECTED}")
+    axes = [name for name in names if name in axes]
+    if width > len(axes):
+        unused = ", ".join(table.headings[i] for i, name in enumerate(names) if name not in axes)
+        text = f"columns not used: {unused or f'{len(axes) + 1} to {width}'}"
+        warnings.warn(f"{table.path}: {text}", ModelWarning, stacklevel=4)
+    return axes, [names.index(name) for name in axes]
+
+
+def _without_words(table: Table, places: Sequence[int]) -> Table:
+    """Table with empty cells for words, as Bad and ***, in columns of heights; a ModelWarning counts them."""
+    cells = table.cells.copy()
+    words: Counter[str] = Counter()
+    for place in places:
+        word = ~cells[place].str.contains(r"\d") & ~cells[place].str.fullmatch(EMPTY)
+        words.update(cells[place][word])
+        cells[place] = cells[place].mask(word, "")
+    for text, count in words.items():
+        told = f"{count} heights are {text:.20}, which is no number: they are missing"
+        warnings.warn(f"{table.path}: {told}", ModelWarning, stacklevel=4)
+    return replace(table, cells=cells)
 
 
 def _size(path: Path, unit: str) -> float:
@@ -142,6 +192,7 @@ def planes_from_scan(
     measured = scan if isinstance(scan, Scan) else read_scan(Path(scan))
     measured = measured if smooth is None else measured.smoothed(smooth)
     of_scan = facets(measured if sampling is None else measured.sampled(sampling), direction)
+    refuse_impossible(of_scan)
     if of_scan.doubt:
         warnings.warn(of_scan.doubt, ModelWarning, stacklevel=2)
     # numbers out of range are refused with regular, too
@@ -158,7 +209,7 @@ def _profile(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -
     text = f"{path}: {gaps.sum()} of {gaps.size} points are left out, because they have no height"
     if gaps.any():
         warnings.warn(text, ModelWarning, stacklevel=4)
-    _enough(path, "points", len(x))
+    enough(path, "points", len(x))
     if (np.diff(x) < 0.0).all():
         x, z, lines = x[::-1], z[::-1], lines[::-1]
     steps = np.diff(x)
@@ -184,9 +235,9 @@ def _map(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Sc
         axis = np.bincount(place, given) / np.bincount(place)
         if len(axis) == 1:
             raise ValueError(f"{path}: {name} = {axis[0]:g} throughout: expected a map; a profile is x, z")
-        _enough(path, f"different {name}", len(axis))
+        enough(path, f"different {name}", len(axis))
         if np.abs(axis - even(axis)).max() > EVEN * np.diff(axis).mean():
-            return _cloud(path, data, unit)
+            return _cloud(path, data, lines, unit)
         axes.append(even(axis))
         places.append(place)
     x, y = axes
@@ -197,23 +248,48 @@ def _map(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Sc
         at = f"x = {x[places[0][second]]:g}, y = {y[places[1][second]]:g}"
         raise ValueError(f"{path}, line {lines[second]}: {at} again: expected one height a point")
     if np.mean(count == 0) > MOST_MISSING:
-        return _cloud(path, data, unit)
+        return _cloud(path, data, lines, unit)
     z = np.full(count.size, np.nan)
     z[cells] = data["z"]
-    return _filled(path, *np.meshgrid(x, y), z.reshape(len(y), len(x)), unit)
+    return without_gaps(path, x, y, z.reshape(len(y), len(x)), unit)
 
 
-def _cloud(path: Path, data: dict[str, Floats], unit: str) -> Scan:
-    """Map of points that lie on no grid, on one of their mean distance."""
-    from scipy.interpolate import griddata
+def _cloud(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Scan:
+    """Map of points that lie on no grid, on one of their mean distance, without gaps between them."""
+    from scipy.spatial import Delaunay, QhullError
 
     points = np.column_stack([data[name] for name in "xyz"])
-    points = points[np.isfinite(points[:, 2])]
-    _enough(path, "heights", len(points))
-    x, y = _grid(path, points, float(np.ptp(points[:, :2], axis=0).prod()) / len(points))
+    there = np.flatnonzero(np.isfinite(points[:, 2]))
+    points = points[there]
+    enough(path, "heights", len(points))
+    _, first = np.unique(points[:, :2], axis=0, return_index=True)
+    if len(first) < len(points):
+        again = int(np.setdiff1d(np.arange(len(points)), first)[0])
+        at = "x = {:g}, y = {:g}".format(*points[again, :2])
+        raise ValueError(f"{path}, line {lines[there[again]]}: {at} again: expected one height a point")
+    try:
+        triangles = Delaunay(points[:, :2] - points[:, :2].mean(axis=0)).simplices
+    except QhullError:
+        raise ValueError(f"{path}: all points with heights are on one line: expected a map") from None
+    a, b, c = points[triangles][..., :2].swapaxes(0, 1)
+    longest = np.max([np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+    twice = np.abs(np.linalg.det(np.stack([b - a, c - a], axis=1)))
+    near = (longest <= FAR * np.median(longest)) | (twice <= THIN * np.median(twice))
+    # between the outermost points, outside of which there are none
+    x, y = (0.5 * (axis[1:, 1:] + axis[:-1, :-1]) for axis in _grid(path, points, float(twice[near].mean())))
     apart = f"heights {x[0, 1] - x[0, 0]:.4g} apart, straight between them"
     warnings.warn(f"{path}: {len(points)} points on no grid: {apart}", ModelWarning, stacklevel=4)
-    return _filled(path, x, y, griddata(points[:, :2], points[:, 2], (x, y)), unit, outline=True)
+    return _heights(path, points, triangles[near], x, y, unit)
+
+
+def _heights(path: Path, points: Floats, triangles: np.ndarray, x: Floats, y: Floats, unit: str) -> Scan:
+    """Map of heights on triangles at positions x and y (ny, nx)."""
+    from matplotlib.tri import LinearTriInterpolator, Triangulation
+
+    low = points.min(axis=0)  # large coordinates would lose digits
+    sheet = Triangulation(points[:, 0] - low[0], points[:, 1] - low[1], triangles)
+    z = LinearTriInterpolator(sheet, points[:, 2] - low[2])(x - low[0], y - low[1]).filled(np.nan)
+    return without_gaps(path, x[0], y[:, 0], z + low[2], unit)
 
 
 def _grid(path: Path, points: Floats, area: float, spacing: Sequence[float] | None = None) -> list[Floats]:
@@ -229,43 +305,9 @@ def _grid(path: Path, points: Floats, area: float, spacing: Sequence[float] | No
     return [*np.meshgrid(*axes)]
 
 
-def _filled(path: Path, x: Floats, y: Floats, z: Floats, unit: str, outline: bool = False) -> Scan:
-    """Map without its gaps: those at the outline are cut off, holes are filled between the points.
-
-    outline: the points have an outline that is no rectangle, so that cutting off is no reason for a warning.
-    """
-    from scipy.interpolate import griddata
-    from scipy.spatial import QhullError
-
-    gaps = np.isnan(z)
-    given = int((~gaps).sum())
-    _enough(path, "heights", int((~gaps).sum()))
-    if gaps.any():
-        z = z.copy()
-        try:
-            z[gaps] = griddata((x[~gaps], y[~gaps]), z[~gaps], (x[gaps], y[gaps]))
-        except QhullError:
-            raise ValueError(f"{path}: all points with heights are on one line: expected a map") from None
-    inner = np.s_[1:], np.s_[:-1], np.s_[:, 1:], np.s_[:, :-1]
-    while (out := np.isnan(z)).any():
-        missing = [side.mean() for side in (out[0], out[-1], out[:, 0], out[:, -1])]
-        x, y, z, gaps = (values[inner[int(np.argmax(missing))]] for values in (x, y, z, gaps))
-        if not z.size:
-            break
-    for i, name in enumerate("yx"):
-        _enough(path, f"different {name} within the outline", z.shape[i])
-    if not outline and (lost := given - int((~gaps).sum())):
-        text = f"{path}: {lost} of {given} heights are cut off with the gaps at the outline"
-        warnings.warn(text, ModelWarning, stacklevel=4)
-    if gaps.any():
-        text = f"{path}: {gaps.sum()} of {gaps.size} points are in holes: heights straight between the others"
-        warnings.warn(text, ModelWarning, stacklevel=4)
-    return Scan(x[0], y[:, 0], z, unit)
-
-
 def _surface(path: Path, spacing: Sequence[float] | None, unit: str) -> Scan:
     """Heights of triangles on a grid that fills a rectangle along x and y within their outline."""
-    from matplotlib.tri import LinearTriInterpolator, Triangulation
+    from matplotlib.tri import Triangulation
 
     points, triangles = _triangles(path)
     corners = points[triangles]
@@ -286,8 +328,7 @@ def _surface(path: Path, spacing: Sequence[float] | None, unit: str) -> Scan:
         )
     # by default a cell has the mean area of two triangles
     x, y = _grid(path, corners.reshape(-1, 3), up.mean(), spacing)
-    z = LinearTriInterpolator(sheet, points[:, 2])(x, y).filled(np.nan)
-    return _filled(path, x, y, z, unit, outline=True)
+    return _heights(path, points, triangles, x, y, unit)
 
 
 def _triangles(path: Path) -> tuple[Floats, np.ndarray]:
@@ -300,8 +341,3 @@ def _triangles(path: Path) -> tuple[Floats, np.ndarray]:
         content = f"{len(triangles)} triangles of {len(points)} points, other cells: {kinds}"
         raise ValueError(f"{path}: {content}: expected triangles in space alone")
     return points, triangles
-
-
-def _enough(path: Path, what: str, count: int) -> None:
-    if count < LEAST_POINTS:
-        raise ValueError(f"{path}: {count} {what}: expected at least {LEAST_POINTS}")

@@ -28,6 +28,7 @@ FLATNESS = 1.0e-6  # slope (tangent) that counts as a rounding error of the heig
 SAME = 1.0e-3  # bins whose slopes (tangents) differ by less than this form one plane
 TIE = 1.0e-9  # planes whose slopes along a slip differ by less than this share the load
 PLAUSIBLE = (3.0e-3, 3.0)  # rms slopes beyond these are doubted, because z may be in another unit than x
+IMPOSSIBLE = 30.0  # rms slope that no surface has, 88 degrees: x and y are in another unit than z, as degrees
 STEEP, MOST_STEEP = 85.0, 0.01  # angle, degrees, and the fraction of the area above it that is doubted, too
 AS_GOOD = 0.01  # error, above the smallest one, up to which the smallest number of sides is chosen
 Tick = Callable[[], object]  # function that is called after every direction
@@ -186,6 +187,13 @@ def facets(scan: Scan, direction: float = 0.0) -> Facets:
         )
     ratio = float(area.sum() / np.linalg.norm(total))
     return Facets(_levelled(vectors / area[:, None]), area / area.sum(), ratio, tilt, scan.y is None)
+
+
+def refuse_impossible(facets: Facets) -> None:
+    """Raise ValueError for slopes that show that x and y are in another unit than z."""
+    if facets.rms_slope > IMPOSSIBLE:
+        text = f"an rms slope of {facets.rms_slope:.2g}: expected at most {IMPOSSIBLE:g}"
+        raise ValueError(f"{text}: is z in the unit of x, are x and y degrees of longitude and latitude?")
 
 
 def _levelled(normals: Floats) -> Floats:
