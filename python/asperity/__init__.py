@@ -1,4 +1,4 @@
-"""asperity: interface law for rough quasi-brittle interfaces (damage, friction, interlocking).
+"""Interface law asperity for rough quasi-brittle interfaces (damage, friction, interlocking).
 
 Law of Albarella, Serpieri, Alfano and Sacco (2015), docs/theory.md.  Components are (N, Tx, Ty), tension
 and opening positive, angles in degrees, units the user's consistent set.  The law, load paths and case files

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import re
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ from . import contract, hosts
 from .case_files import Run, read_run
 from .installed import case_file
 from .model_checks import shown_warnings
-from .options import add_options, add_output, check_outputs, replace_file
+from .options import add_options, add_output, check_outputs, replace_file, report_warning
 
 HEAD = 5  # lines of a case in which its comments are
 START = r".{,80}asperity \d|\{\s+\"elements\": \[\s+\"Geo_U"
@@ -93,17 +92,16 @@ def _card(options: argparse.Namespace) -> int:
         how = takes.water or (
             f"{options.host} passes no field to the law" if takes.only.get("water") == 0 else field
         )
-        print(f"asperity: warning: {options.case}: p: the block has no water: {how}", file=sys.stderr)
+        report_warning(f"{options.case}: p: the block has no water: {how}")
     writer = hosts.part(options.host, "card")
     if writer is not None and takes.path:
         if run.start != "virgin" or not run.steps:
             raise ValueError(f"{options.case}: expected &step groups from a virgin joint for {options.host}")
         text += writer.path_of(run.steps, bool(of_host["water"]))
     elif run.start != "virgin":
-        print(
-            f"asperity: warning: {options.case}: &{run.start}: not in the block, which is that of a virgin "
-            "joint: expected initial conditions of the host beside it",
-            file=sys.stderr,
+        report_warning(
+            f"{options.case}: &{run.start}: not in the block, which is that of a virgin joint: expected "
+            "initial conditions of the host beside it"
         )
     if options.output is None:
         print(text, end="")

@@ -19,6 +19,7 @@ from .options import (
     add_output,
     add_workers,
     check_outputs,
+    report,
     results_of,
     units_of,
 )
@@ -68,7 +69,7 @@ def execute(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> int:
         text = str(error)
         if isinstance(error, OSError) and error.filename is not None:
             text = f"{error.filename}: {error.strerror}"
-        print(f"asperity: {text}", file=sys.stderr)
+        report(text)
         return 1
     except KeyboardInterrupt:
         return 130

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -12,6 +11,7 @@ import numpy as np
 
 from . import _core, calls, contract
 from .material import Material, ModelWarning
+from .options import report_warning
 from .pattern import ACROSS, Pattern
 
 FEWEST_ELEMENTS = 3
@@ -46,7 +46,7 @@ def shown_warnings() -> Iterator[list[str]]:
         yield shown
     for message in dict.fromkeys(str(warning.message) for warning in caught):
         shown.append(message)
-        print(f"asperity: warning: {message}", file=sys.stderr)
+        report_warning(message)
 
 
 def check_model(

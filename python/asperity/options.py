@@ -84,6 +84,16 @@ class Arguments(Protocol):
         """Add an argument, as of argparse."""
 
 
+def report(text: str) -> None:
+    """Print a line of the command on standard error, behind the name of the program."""
+    print("asperity", text, sep=": ", file=sys.stderr)
+
+
+def report_warning(text: str) -> None:
+    """Print a warning of the command on standard error."""
+    report(f"warning: {text}")
+
+
 def add_options(parser: Arguments, *rows: tuple[Any, ...]) -> None:
     """Add arguments to a parser, a row for each: usage, help, and unless it is a flag its type or default.
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
 from .case_files import check_text, read_case
 from .case_writer import Word, case_text
 from .installed import all_cases, named_case
-from .options import add_options, add_output, assigned, check_outputs, replace_file
+from .options import add_options, add_output, assigned, check_outputs, replace_file, report_warning
 from .plausible import doubts
 
 LOAD = {"sigma_N": "-1.0", "slip": "0.6", "direction": "0.0", "increments": "200"}
@@ -77,7 +76,7 @@ def _new(options: argparse.Namespace) -> int:
     text = TEXT.format(name=options.output, **texts)
     check_text(text)
     for doubt in doubts(mu=float(material.get("mu", "0").lower().replace("d", "e"))):
-        print(f"asperity: warning: {doubt}", file=sys.stderr)
+        report_warning(doubt)
     replace_file(options.output, text)
     print(options.output)
     return 0

@@ -63,6 +63,10 @@ class Mesh:
     """Whether joints are solids of a thickness."""
     labels: bool = True
     """Whether names must begin with a letter and have letters, digits, underscores and hyphens only."""
+    materials: str = ""
+    """Ending of the file of the materials, where they have one of their own."""
+    start: str = ""
+    """Regular expression for the start of that file."""
     groups: bool = True
     """Whether the file has the groups that are no blocks, and the sides of the joints."""
     linear: bool = True

@@ -18,8 +18,6 @@ START = r".{,6}mesh with joints of asperity|<VTKFile.{,400}<!--This file was cre
 ENDINGS = tuple(dict.fromkeys(host.mesh.ending for host in hosts("mesh").values() if host.mesh))
 """Endings of the output."""
 
-MATERIALS = r"\{\s*\"properties\""  # start of the materials of Kratos
-
 
 def add_arguments(mesh: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
@@ -72,8 +70,11 @@ def _mesh(options: argparse.Namespace) -> int:
     host = options.host or able[0]
     if host not in able:
         raise ValueError(f"-o {options.output}: expected another ending for --host {host}")
+    kind = hosts("mesh")[host].mesh
     materials = (
-        [("-o", options.output.with_suffix(".json"), MATERIALS)] if host == "kratos" and options.law else []
+        [("-o", options.output.with_suffix(kind.materials), kind.start)]
+        if kind and kind.materials and options.law
+        else []
     )
     check_outputs(options.force, [options.mesh], ("-o", options.output, START), *materials)
     if options.join is not None and not 0.0 <= options.join < np.inf:

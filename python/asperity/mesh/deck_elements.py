@@ -33,7 +33,6 @@ class Tie:
     block: Block
     nodes: tuple[Integers, Integers]
     elements: tuple[Integers, Integers]
-    named: bool
 
 
 def element_problems(model: Model, thickness: Mapping[int, float]) -> list[str]:
@@ -268,8 +267,8 @@ class Checks:
             for k, words in block.rows():
                 if len(words) >= 2:
                     sides = [self.model.surface(block, word, k) for word in words[:2]]
-                    nodes, elements, named = zip(*sides, strict=True)
-                    ties.append(Tie(block, (nodes[0], nodes[1]), (elements[0], elements[1]), all(named)))
+                    nodes, elements = zip(*sides, strict=True)
+                    ties.append(Tie(block, (nodes[0], nodes[1]), (elements[0], elements[1])))
         return ties
 
     @cached_property
@@ -324,13 +323,17 @@ class Checks:
                     glued |= np.isin(a, self._reached(tie.nodes[0])).all(1) & np.isin(
                         b, self._reached(tie.nodes[1])
                     ).all(1)
-                if glued.any() and tie.named:
+                if glued.any():
                     where = place(self.model.points[lower[glued][0]].mean(0))
                     text = f"it connects both sides of {glued.sum()} elements of a joint, as at {where}"
                     yield f"{tie.block.head()}: {text}, past the joint: expected no *Tie there"
         for k, tie in enumerate(self.all_ties):
             for other in self.all_ties[:k]:
                 both = np.intersect1d(tie.nodes[0], other.nodes[0])
+                again = np.array_equal(tie.nodes[0], other.nodes[1]) and np.array_equal(
+                    tie.nodes[1], other.nodes[0]
+                )
+                both = tie.nodes[0] if again else both
                 if len(both) == len(tie.nodes[0]) and len(both):
                     text = f"its {len(both)} nodes are tied before by {other.block.where()}"
                     yield f"{tie.block.head()}: {text}: expected one *Tie for each surface"

@@ -151,8 +151,10 @@ class Model:
                     types.add(block.name("TYPE").upper())
         return types
 
-    def surface(self, block: Block, word: str, k: int | None = None) -> tuple[Integers, Integers, bool]:
-        """Nodes of a surface that a keyword names, the elements of its faces, whether the faces are named.
+    def surface(self, block: Block, word: str, k: int | None = None) -> tuple[Integers, Integers]:
+        """Nodes of a surface that a keyword names, and the elements of its faces.
+
+        A surface without names of faces has all nodes of its elements.
 
         Raises ValueError for a name that is not there.
         """
@@ -160,19 +162,18 @@ class Model:
         home = self._scope(block, before) if point and before.upper() in self.by_name else self.model
         key = (local if home is not self.model else word.strip("\"'")).upper()
         if ("NSET", key) in home.sets and ("SURFACE", key) not in home.sets:
-            return self.members(home, "NSET", key), np.zeros(0, np.int64), True
+            return self.members(home, "NSET", key), np.zeros(0, np.int64)
         if ("SURFACE", key) not in home.sets:
             raise block.fail(f"{word}: no such surface", k)
-        nodes, elements, named = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], True
+        nodes, elements = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
         for part in home.sets["SURFACE", key]:
             for row, words in part.rows():
                 at = self.of(part, self.instance(part, home), "ELSET", words[0], (), row)
                 label = words[1].upper() if len(words) > 1 else ""
                 elements.append(at)
                 sides = self._nodes_of_faces(at, label) if re.fullmatch("S[1-6]", label) else None
-                named &= sides is not None
                 nodes.append(self._nodes_of(at) if sides is None else sides)
-        return np.unique(np.concatenate(nodes)), np.unique(np.concatenate(elements)), named
+        return np.unique(np.concatenate(nodes)), np.unique(np.concatenate(elements))
 
     def _nodes_of_faces(self, elements: Integers, label: str) -> Integers | None:
         """Nodes of a face of elements, also of cohesive ones; None where an element has no such face."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 from ... import contract
 from ...case_writer import props_line, rounded, slip_case
 from ...model_checks import model_warnings
-from ...options import add_options, numbers
+from ...options import add_options, numbers, report_warning
 from ...plausible import doubts
 from .envelope import REACH, Envelope, curves, draw, envelope, table
 from .joint import SAMPLE, Joint
@@ -72,7 +71,7 @@ def _run(options: argparse.Namespace) -> int:
     joint = Joint(options.jrc, options.jcs, options.phi_r, options.length, options.sample)
     given = {"JCS": joint.jcs, "phi_r": joint.phi_r, "length": joint.length, "sample": joint.sample}
     for text in doubts(**given):
-        print(f"asperity: warning: {text}", file=sys.stderr)
+        report_warning(text)
     laws, more, case, picture = (_curve if len(stresses) == 1 else _envelope)(options, joint, *stresses)
     interface, pressure, end = laws.interface, -float(laws.stresses[-1]), float(laws.slips[-1])
     print(
