@@ -54,7 +54,9 @@ def driver() -> Path:
 def all_cases() -> dict[str, Path]:
     """Case files by name: the file name without suffix, with its folder where it has one."""
     folder = _installed("cases/figure05b.nml").parent
-    return {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.nml"))}
+    return {
+        path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.nml"))
+    }
 
 
 def named_case(name: str) -> Path:
