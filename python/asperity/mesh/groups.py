@@ -139,6 +139,9 @@ def blocks_of(
     }
     if every and _once(every, total):
         return _numbered(every, total, centres, "")
+    if inner and not partial:  # each of them has all cells
+        name = next((name for name in inner if name in mesh.defined), next(iter(inner)))
+        return _numbered({name: inner[name]}, total, centres, "")
     advice = _advice({**own, **parts}, total, programs, mesh.defined)
     return _numbered(inner or own or parts, total, centres, advice)
 
