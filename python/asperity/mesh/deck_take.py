@@ -44,6 +44,9 @@ def _elements(here: Scope, block: Block) -> None:
     """Numbers and nodes of elements, whose lines may go on."""
     name = block.name("TYPE").upper()
     element = type_of(name)
+    offset = block.parameters.get("OFFSET", "0")
+    if "OFFSET" in block.parameters and not (element.sides and (offset or "").isdigit()):
+        raise block.fail(f"offset={offset}: expected a number, of cohesive elements")
     if not element.kind:
         here.others.append((block, *_words(block, element)))
         return
@@ -67,8 +70,6 @@ def _words(block: Block, element: Type) -> tuple[Integers, list[list[str]]]:
     size = re.search(r"(?:[23]D|AX|SC|CSS)(\d+)", block.name("TYPE").upper())
     count = element.nodes or element.sides or (int(size[1]) if size else 0)
     offset = block.parameters.get("OFFSET")
-    if offset is not None and not (element.sides and offset.isdigit()):
-        raise block.fail(f"offset={offset}: expected a number, of cohesive elements")
     count //= 1 if offset is None else 2
     parts: list[list[str]] = []
     first = []
