@@ -245,6 +245,11 @@ def _geometry(text: str) -> str:
     return re.sub(r"(thickness=)SPECIFIED(.*)\n[^,]*,", r"\1GEOMETRY\2\n,", text)
 
 
+def _other(match: re.Match[str]) -> str:
+    """The other side in a line of a tie."""
+    return match[1] + ("UP" if match[2] == "LOW" else "LOW")
+
+
 def _past(text: str) -> str:
     """A tie connects the solids on both sides of the joint."""
     at = "I-1." if "*Instance" in text else ""
@@ -278,6 +283,8 @@ MISTAKES: dict[str, Callable[[str], str]] = {
     "no tie": lambda text: re.sub(r"\*Tie, name=T_LOW\n.*\n", "", text),
     "no ties": lambda text: re.sub(r"\*Tie, name=T_\w+\n.*\n", "", text),
     "tie twice": lambda text: re.sub(r"(\*Tie, name=)(T_LOW)(\n.*\n)", r"\1\2\3\1AGAIN\3", text),
+    "ties crossed": lambda text: re.sub(r"(G_.*S_)(LOW|UP)$", _other, text, flags=re.MULTILINE),
+    "tied to one side": lambda text: re.sub(r"(G_UP, .*S_)UP$", r"\1LOW", text, flags=re.MULTILINE),
     "past the joint": _past,
     "width": lambda text: re.sub(r"(\*Solid Section, .*\n)[\d.]*,", r"\g<1>7.5,", text),
     "section of one side": lambda text: re.sub(r"(elset=UPPER, material=STONE\n)[\d.]*,", r"\g<1>7.5,", text),
@@ -295,7 +302,13 @@ def _closed(row: list[str], n: int) -> list[str]:
 def mistaken(seed: int, kind: str) -> str | None:
     """A drawn deck with a mistake of this kind; None where the deck cannot have it."""
     draw = np.random.default_rng([seed, sorted(MISTAKES).index(kind)])
-    tied = True if "tie" in kind or "past" in kind else False if kind in ("inside out", "closed") else None
+    tied = (
+        True
+        if kind.startswith(("no tie", "tie")) or kind == "past the joint"
+        else False
+        if kind in ("inside out", "closed")
+        else None
+    )
     text = bonded(draw, tied).text
     if kind in ("width", "section of one side") and "CPS" not in text and "CPE" not in text:
         return None

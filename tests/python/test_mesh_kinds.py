@@ -100,7 +100,9 @@ ROWS = [1, 1, 1, 2, 2, 2]
     [
         ("vtkProcessId", [0, 1, 0, 1, 0, 1]), ("rank", ROWS), ("partition", ROWS), ("GlobalCellIds", ROWS),
         ("cell_id", [1, 2, 3, 4, 5, 6]), ("material", [5, 3, 4, 1, 2, 6]), ("is_active", [1, 1, 1, 1, 1, 0]),
-        ("damage_flag", ROWS), ("MatFraction", [0.5, 1.0, 1.0, 1.0, 1.0, 1.0]), ("owner", ROWS),
+        ("damage_flag", ROWS), ("PartitionId", ROWS), ("MPI_rank", ROWS), ("offsets", ROWS), ("stage", ROWS),
+        ("processor_of_part", ROWS), ("vtkOriginalCellIds", ROWS), ("elementId", ROWS), ("format", ROWS),
+        ("MatFraction", [0.5, 1.0, 1.0, 1.0, 1.0, 1.0]), ("owner", ROWS),
     ],
 )  # fmt: skip
 def test_cell_data_of_no_blocks(tmp_path: Path, name: str, values: list[float], ending: str) -> None:
@@ -116,7 +118,20 @@ def test_cell_data_of_no_blocks(tmp_path: Path, name: str, values: list[float], 
         assert split(path).joints["joint"][0].area.sum() == 3.0
 
 
-@pytest.mark.parametrize("name", ["MaterialIDs", "material", "region_id", "Layer", "CellEntityIds"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "MaterialIDs",
+        "material",
+        "region_id",
+        "Layer",
+        "CellEntityIds",
+        "matid",
+        "PartId",
+        "BLOCK_ID",
+        "ElementBlockIds",
+    ],
+)
 def test_cell_data_of_blocks(tmp_path: Path, name: str) -> None:
     """Numbers of blocks may be written as floats."""
     for values in (ROWS, [float(value) for value in ROWS]):

@@ -178,7 +178,7 @@ class Checks:
 
         x = points[lower]
         normal, _ = area(x)
-        solids, tied = [], []
+        solids = []
         for side, name in ((lower, "lower"), (upper, "upper")):
             solid, quadratic = self._solids(side)
             held, beyond = self._held(side)
@@ -189,10 +189,9 @@ class Checks:
             text = f"solids with nodes in the middle of their edges are at the {name} side, which has none"
             wrong(np.flatnonzero(quadratic), text, "linear solids")
             solids.append(np.where(solid >= 0, solid, beyond))
-            tied.append(solid < 0)
         behind = np.zeros(n, bool)
-        for solid, sign, loose in zip(solids, (-1.0, 1.0), tied, strict=True):
-            at = np.flatnonzero((solid >= 0) & ~loose)
+        for solid, sign in zip(solids, (-1.0, 1.0), strict=True):
+            at = np.flatnonzero(solid >= 0)
             away = np.einsum("fd,fd->f", self.centres[solid[at], :d] - x[at].mean(1), normal[at])
             behind[at[sign * away < 0.0]] = True
         text = "inside out: a solid lies on the other side of the element"
@@ -277,7 +276,9 @@ class Checks:
         return np.union1d(self.model.nodes_named(HOLD), self.model.unread)
 
     def _held(self, side: Integers) -> tuple[np.ndarray, Integers]:
-        """Whether the nodes of a side are tied or held, and a solid to which it is tied, or -1."""
+        """Whether the nodes of a side are tied or held, and the nearest solid to which it is tied, or -1."""
+        from scipy.spatial import KDTree
+
         held = np.asarray(np.isin(side, self.nodes_held).all(1))
         beyond = np.full(len(side), -1)
         for tie in self.all_ties:
@@ -287,8 +288,9 @@ class Checks:
                 solids = tie.elements[other][tie.elements[other] < self.model.first[-1]]
                 if not len(tie.elements[other]):
                     solids = self._solids_with(tie.nodes[other])
-                if len(solids):
-                    beyond[here] = solids[0]
+                if len(solids) and here.any():
+                    middle = self.model.points[side[here]].mean(1)
+                    beyond[here] = solids[KDTree(self.centres[solids]).query(middle)[1]]
         return held, beyond
 
     def _solids_with(self, nodes: Integers) -> Integers:

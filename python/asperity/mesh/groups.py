@@ -21,16 +21,21 @@ ENTITIES = "gmsh:geometrical"
 """Cell data with the entity of gmsh of a cell, which is its block where there are no groups."""
 
 NO_BLOCK = (
-    r"rank|proc|ghost|partition|owner|valid|active|flag|mask|stat(us|e)|visib|damag|crack|broken|iter|step|time"
-    r"|level"
+    r"ranks?|mpi|proc.*|ghosts?|partition.*|owners?|valid.*|active|flags?|mask|stat(?:us|e)|visib.*|damage.*"
+    r"|crack.*|broken|iter.*|steps?|times?|levels?|stage"
 )
-"""Names of cell data of ranks and results."""
+"""Words in names of cell data of ranks and results."""
 
 OF_BLOCKS = (
-    r"mat|block|region|part|zone|layer|domain|group|attrib|phys|medi(um|a)|entit|tag|marker|label|prop|lith"
-    r"|rock|soil|geol|facies|unit|section|component|body|pid|set|strat|formation|object|brick|stone|grain"
+    r"mat|mat(?:erials?|id|ids|no|num)|materialids?|blocks?|blockids?|regions?|regionids?|parts?|partids?|zones?"
+    r"|layers?|domains?|subdomains?|groups?|attributes?|attribs?|phys.*|medi(?:um|a)|entit(?:y|ies)|tags?"
+    r"|markers?|labels?|prop(?:erty|erties|s|id)?|lith.*|rocks?|soils?|geo.*|facies|units?|sections?"
+    r"|components?|bod(?:y|ies)|(?:el)?sets?|strat.*|formations?|objects?|bricks?|stones?|grains?"
 )
-"""Names of cell data whose numbers are those of blocks."""
+"""Words in names of cell data whose numbers are those of blocks."""
+
+WORDS = r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+"
+"""Words of a name: parts between capitals, digits and other signs."""
 
 MOST_NUMBERED = 2  # cells each of which may be a block of its own
 
@@ -73,9 +78,10 @@ def _may_be_blocks(name: str, parts: Sequence[NDArray[Any]]) -> bool:
     """Whether cell data are taken for numbers of blocks, as their name says, and not for those of cells."""
     numbers = np.concatenate([part.ravel() for part in parts])
     cells_of_own = len(numbers) > MOST_NUMBERED and len(np.unique(numbers)) == len(numbers)
-    if re.search(NO_BLOCK, name, re.IGNORECASE) or cells_of_own:
+    words = [word.lower() for word in re.findall(WORDS, name)]
+    if cells_of_own or any(re.fullmatch(NO_BLOCK, word) for word in words):
         return False
-    return bool(re.search(OF_BLOCKS, name, re.IGNORECASE))
+    return any(re.fullmatch(OF_BLOCKS, word) for word in words)
 
 
 def numbered_groups(
