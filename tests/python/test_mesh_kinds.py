@@ -69,6 +69,56 @@ def test_curved_fault_in_parts(d: int) -> None:
         assert abs(sum(outward)) == len(outward), seed
 
 
+@pytest.mark.parametrize("d", [2, 3])
+def test_ring_between_blocks(d: int) -> None:
+    """N between segments and rock is on one side, whatever the order of their groups."""
+    for seed in range(DRAWN):
+        draw = np.random.default_rng([seed, d, 1])
+        mesh, _ = curved(draw, d)
+        cells = mesh.cells[0].data
+        inner = np.linalg.norm(mesh.points[cells].mean(1)[:, :2], axis=1) < 1.6
+        segments = 2 + np.arange(len(cells)) * 3 // len(cells)
+        tags = np.where(
+            inner, segments, int(draw.integers(1, 6)) + 0.5
+        )  # of the rock between those of others
+        numbers = np.unique(tags, return_inverse=True)[1].ravel() + 1
+        named = {
+            f"lining_{k}" if inner[numbers == k].all() else "rock": np.array([k, d]) for k in set(numbers)
+        }
+        ring = meshio.Mesh(
+            mesh.points, mesh.cells[:1], cell_data={"gmsh:physical": [numbers]}, field_data=named
+        )
+        jointed = split(ring, {"ring": ("lining*", "rock")})
+        (joint,) = jointed.joints["ring"]
+        x = np.einsum("fd,fd->f", joint.axes[:, 0, :2], jointed.points[joint.minus].mean(1)[:, :2])
+        assert abs(np.sign(x).sum()) == len(x), seed
+
+
+def test_direction_along_a_ring() -> None:
+    """A direction that would turn N to the other side is refused; along an arc it sets the sides."""
+    angles = np.linspace(0.1, 2.0 * np.pi + 0.1, 13)
+    for last, words in ((12, "by its direction N of . of 12 connected faces is on the other side"), (5, "")):
+        number = np.arange(39).reshape(3, 13)
+        points = np.array([[r * np.cos(a), r * np.sin(a)] for r in (1.0, 2.0, 3.0) for a in angles])
+        number[:, 12] = number[:, 0]
+        cells = [
+            [number[r, k], number[r + 1, k], number[r + 1, k + 1], number[r, k + 1]]
+            for r in range(2) for k in range(12)
+        ]  # fmt: skip
+        line = np.stack([number[1, :last], number[1, 1 : last + 1]], 1)
+        mesh = meshio.Mesh(
+            points, [("quad", np.array(cells)), ("line", line)],
+            cell_data={"gmsh:physical": [np.ones(24, int), np.full(last, 2)]},
+            field_data={"rock": np.array([1, 2]), "fault": np.array([2, 1])},
+        )  # fmt: skip
+        if words:
+            with pytest.raises(ValueError, match=words):
+                split(mesh, {"fault": None}, direction=(1.0, 0.0))
+        else:
+            (joint,) = split(mesh, {"fault": None}, direction=(1.0, 0.0)).joints["fault"]
+            assert (joint.axes[:, 0, 1] > 0.0).all()
+
+
 def test_indented_keywords(tmp_path: Path) -> None:
     """The first sign of a line that is no blank makes it a keyword or a comment."""
     for seed in range(DRAWN):

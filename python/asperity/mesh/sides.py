@@ -21,16 +21,16 @@ NO_MEAN = 1e-6
 """Mean normal, over that of a plane, below which faces are a closed surface."""
 
 
-def turned(old: Solids, rows: list[Integers], name: str) -> list[NDArray[np.bool_]]:
+def turned(old: Solids, rows: list[Integers], name: str) -> list[tuple[NDArray[np.bool_], Integers]]:
     """Pairs of faces, by kind, whose first face must come second so that connected faces have N on one side.
 
-    rows: pairs of faces of a joint, by kind of face.  N points to the later block where there are two, else
-    along the axis that is closest to the mean of N, or out of a closed surface.  Raises ValueError where
-    there are no two sides, as on a Moebius strip.
+    With them comes the number of the connected part of each pair.  rows: pairs of faces of joints, by kind of
+    face.  N points to the later block where there are two, else along the axis that is closest to the mean of
+    N, or out of a closed surface.  Raises ValueError where there are no two sides, as on a Moebius strip.
     """
     d, total = old.dimension, sum(map(len, rows))
     if not total:
-        return [np.zeros(0, bool) for _ in rows]
+        return [(np.zeros(0, bool), np.zeros(0, np.int64)) for _ in rows]
     normals, areas, middles, order, rims = [], [], [], [], []
     count = 0
     for face, at in zip(old.faces, rows, strict=True):
@@ -62,7 +62,8 @@ def turned(old: Solids, rows: list[Integers], name: str) -> list[NDArray[np.bool
             along = float(vector @ np.einsum("fd,fd->f", n[at], middle[at] - middle[at].mean(0)))
         if along < 0.0:
             sign[at] *= -1.0
-    return np.split(sign < 0.0, np.cumsum([len(at) for at in rows])[:-1])
+    cuts = np.cumsum([len(at) for at in rows])[:-1]
+    return list(zip(np.split(sign < 0.0, cuts), np.split(part, cuts), strict=True))
 
 
 def _rim(around: Integers, d: int, first: int) -> Integers:

@@ -56,9 +56,10 @@ def split(
     common faces are refused; with 0 they stay apart.  direction: of Tx, its projection onto the face.
     Default in 3D: x, or z where N is along x.
 
-    N points to the block that comes later in the order of the groups.  Named faces have N on one side along
-    each connected part of all named groups, inside a block along the axis closest to its mean.
-    In 2D, N is Tx turned to the left: with a direction the sides follow from it.
+    N points to the block that comes later in the order of the groups; where that contradicts itself between
+    blocks of two patterns, as segments of a ring and rock, from the first pattern to the second.  Named faces
+    have N on one side along each connected part of all named groups, inside a block along the axis closest to
+    its mean.  In 2D, N is Tx turned to the left: with a direction the sides follow from it.
 
     Cohesive elements of a deck of Abaqus are joints with the name of their set, whose N points from their
     lower to their upper side; without rules there are no others.
@@ -80,19 +81,21 @@ def split(
     own, origin = _double(old, chosen)
     points = old.points[origin]
     parts: dict[str, list[Joint]] = {name: [] for name in rules}
-    turns = _turns(rules, old, chosen)
+    turns, connected = _turns(rules, old, chosen)
     for number, (name, rule) in enumerate(rules.items()):
         rows = [np.flatnonzero(joint_of == number) for joint_of in chosen]
-        for face, at, turn in zip(old.faces, rows, turns, strict=True):
+        for face, at, turn, part in zip(old.faces, rows, turns, connected, strict=True):
             sides = (
                 _period(old, face, rule, name)
                 if isinstance(rule, Mapping)
                 else sides_of_file(old, face, name)
                 if name in old.joints
-                else _inside(old, face, at, turn[at] if rule is None else None)
+                else _inside(old, face, at, turn[at])
             )
             if len(sides[0]):
                 parts[name].append(_joint(sides, own, points, direction, name))
+                if _is_named(rules, old, name):
+                    _check_direction(parts[name][-1], sides[4], part[at], name)
         _check_tips(name, parts[name], points)
     cells, block, place, cell = {}, {}, 0, 0
     for kind, data in old.cells.items():
@@ -109,15 +112,48 @@ def split(
     return Jointed(points, cells, block, old.names, parts, groups, old.sets, surfaces, origin, old.types)
 
 
-def _turns(rules: Joints, old: Solids, chosen: list[Integers]) -> list[NDArray[np.bool_]]:
-    """Pairs whose second face comes first, of all named groups at once: a fault may be in several groups."""
+def _turns(
+    rules: Joints, old: Solids, chosen: list[Integers]
+) -> tuple[list[NDArray[np.bool_]], list[Integers]]:
+    """Pairs of faces whose second face comes first, and the connected parts of named groups, or -1.
+
+    N points to the later block, or between blocks of two patterns, where that contradicts itself, from those
+    of the first one to the others.  Named groups count at once, as a fault may be in several.
+    """
+    sides = [(old.block[face.cell[face.first]], old.block[face.cell[face.second]]) for face in old.faces]
+    turns = [a > b for a, b in sides]
+    for number, rule in enumerate(rules.values()):
+        if isinstance(rule, Mapping) or callable(rule) or rule is None:
+            continue
+        fits = np.array([[fnmatchcase(text, word) for text in old.names] for word in rule])
+        if fits.all(0).any():
+            continue
+        rows = [np.flatnonzero(joint_of == number) for joint_of in chosen]
+        from_first = [~fits[0][a[at]] for (a, _), at in zip(sides, rows, strict=True)]
+        alike = np.concatenate(
+            [turn[at] == new for turn, at, new in zip(turns, rows, from_first, strict=True)]
+        )
+        for turn, at, new in zip(turns, rows, from_first, strict=True):
+            turn[at] = new if alike.any() and not alike.all() else turn[at]
     named = [number for number, name in enumerate(rules) if _is_named(rules, old, name)]
     rows = [np.flatnonzero(np.isin(joint_of, named)) for joint_of in chosen]
-    turns = [np.zeros(len(joint_of), bool) for joint_of in chosen]
+    parts = [np.full(len(joint_of), -1, np.int64) for joint_of in chosen]
     title = ", ".join(name for name in rules if _is_named(rules, old, name))
-    for turn, at, values in zip(turns, rows, turned(old, rows, title), strict=True):
-        turn[at] = values
-    return turns
+    for turn, part, at, (values, numbers) in zip(turns, parts, rows, turned(old, rows, title), strict=True):
+        turn[at], part[at] = values, numbers
+    return turns, parts
+
+
+def _check_direction(joint: Joint, normal: Floats, part: Integers, name: str) -> None:
+    """Raise ValueError where a direction turns N to the other side within a connected part of named faces."""
+    back = np.einsum("fd,fd->f", joint.axes[:, 0], normal) < 0.0
+    count = np.bincount(part), np.bincount(part, weights=back)
+    if (mixed := np.flatnonzero((count[1] > 0) & (count[1] < count[0]))).size:
+        some = int(min(count[1][mixed[0]], count[0][mixed[0]] - count[1][mixed[0]]))
+        raise ValueError(
+            f"joint {name}: by its direction N of {some} of {count[0][mixed[0]]} connected faces is on the "
+            "other side: expected no direction for faces that turn so far"
+        )
 
 
 def _is_named(rules: Joints, old: Solids, name: str) -> bool:
@@ -229,13 +265,12 @@ def _in_order(face: Faces, rows: Integers) -> Integers:
     return np.take_along_axis(face.place[rows], np.argsort(face.nodes[rows], axis=1), axis=1)
 
 
-def _inside(old: Solids, face: Faces, at: Integers, turn: NDArray[np.bool_] | None = None) -> Sides:
+def _inside(old: Solids, face: Faces, at: Integers, turn: NDArray[np.bool_]) -> Sides:
     """Sides of the pairs `at` of faces inside the mesh; turn: those whose second face comes first."""
-    first, second, block = face.first[at], face.second[at], old.block
+    first, second = face.first[at], face.second[at]
     a, b = face.cell[first], face.cell[second]
     normal, _ = area(old.points[face.nodes[first][:, : corners(old.dimension, face.nodes.shape[1])]])
     normal *= np.sign(np.einsum("fd,fd->f", normal, old.centres[b] - old.centres[a]))[:, None]
-    turn = block[a] > block[b] if turn is None else turn
     first, second = np.where(turn, second, first), np.where(turn, first, second)
     plus = np.empty((len(at), face.nodes.shape[1]), np.int64)
     np.put_along_axis(plus, np.argsort(face.nodes[first], axis=1), _in_order(face, second), axis=1)
@@ -252,7 +287,7 @@ def _period(old: Solids, face: Faces, rule: Mapping[str, str], name: str) -> Sid
     first, second = map(np.concatenate, groups)
     bad, most = abs(len(first) - len(second)), max(len(first), len(second))
     if not most:
-        return _inside(old, face, first)
+        return _inside(old, face, first, np.zeros(0, bool))
     x, y = (old.points[face.nodes[rows]] for rows in (first, second))
     if not bad:
         period = y.mean((0, 1)) - x.mean((0, 1))
