@@ -70,6 +70,11 @@ def mesh_of(model: Model) -> RawMesh:
     _set_apart(model, cells, cell_sets, point_sets)
     _warn(model, left_out)
     types = [*model.types, *(np.full(len(data), "") for _, data in cells[len(model.cells) :])]
+    sectioned = {
+        name
+        for name, blocks in blocks_of.items()
+        if any(name.upper() == section.block.name("ELSET").upper() for section in model.sections)
+    }
     parts = {
         scope.name: (*model.by_array(model.elements[id(scope)].places), *none[len(model.cells) :])
         for scope in model.scopes
@@ -86,7 +91,7 @@ def mesh_of(model: Model) -> RawMesh:
         point_sets,
         parts=parts,
         given=frozenset(name for name, blocks in blocks_of.items() if _are(blocks, "INTERNAL")),
-        defined=frozenset(name for name, blocks in blocks_of.items() if _are(blocks, "TYPE")),
+        defined=frozenset(name for name, blocks in blocks_of.items() if _are(blocks, "TYPE")) | sectioned,
         joints=_joints(model),
         left_out=left_out,
     )

@@ -1,24 +1,81 @@
-"""One side of a joint along each connected part of its faces."""
+"""Which side of the faces of a joint N points to: one along each connected part of named faces."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+from fnmatch import fnmatchcase
 from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..contract import Floats
+from .jointed import Joint
 from .shapes import Integers, area, corners, place
 
 if TYPE_CHECKING:
     from .cells import Solids
+
+Rule = Callable[[Integers, Integers, Floats, Floats], ArrayLike]
+"""From blocks (f,) of both sides, centres and normals (f, d) of faces between blocks: which are a joint."""
+
+Joints = Mapping[str, "Rule | Sequence[str] | Mapping[str, str] | None"]
 
 FLAT = np.cos(np.radians(30.0))
 """Cosine of the angle up to which two of three or more faces at an edge go on into each other."""
 
 NO_MEAN = 1e-6
 """Mean normal, over that of a plane, below which faces are a closed surface."""
+
+
+def sides_of_faces(
+    rules: Joints, old: Solids, chosen: list[Integers]
+) -> tuple[list[NDArray[np.bool_]], list[Integers]]:
+    """Pairs of faces whose second face comes first, and the connected parts of named groups, or -1.
+
+    N points to the later block, or between blocks of two patterns, where that contradicts itself, from those
+    of the first one to the others.  Named groups count at once, as a fault may be in several.
+    """
+    sides = [(old.block[face.cell[face.first]], old.block[face.cell[face.second]]) for face in old.faces]
+    turns = [a > b for a, b in sides]
+    for number, rule in enumerate(rules.values()):
+        if isinstance(rule, Mapping) or callable(rule) or rule is None:
+            continue
+        fits = np.array([[fnmatchcase(text, word) for text in old.names] for word in rule])
+        if fits.all(0).any():
+            continue
+        rows = [np.flatnonzero(joint_of == number) for joint_of in chosen]
+        from_first = [~fits[0][a[at]] for (a, _), at in zip(sides, rows, strict=True)]
+        alike = np.concatenate(
+            [turn[at] == new for turn, at, new in zip(turns, rows, from_first, strict=True)]
+        )
+        for turn, at, new in zip(turns, rows, from_first, strict=True):
+            turn[at] = new if alike.any() and not alike.all() else turn[at]
+    named = [number for number, name in enumerate(rules) if is_named(rules, old, name)]
+    rows = [np.flatnonzero(np.isin(joint_of, named)) for joint_of in chosen]
+    parts = [np.full(len(joint_of), -1, np.int64) for joint_of in chosen]
+    title = ", ".join(name for name in rules if is_named(rules, old, name))
+    for turn, part, at, (values, numbers) in zip(turns, parts, rows, turned(old, rows, title), strict=True):
+        turn[at], part[at] = values, numbers
+    return turns, parts
+
+
+def check_direction(joint: Joint, normal: Floats, part: Integers, name: str) -> None:
+    """Raise ValueError where a direction turns N to the other side within a connected part of named faces."""
+    back = np.einsum("fd,fd->f", joint.axes[:, 0], normal) < 0.0
+    count = np.bincount(part), np.bincount(part, weights=back)
+    if (mixed := np.flatnonzero((count[1] > 0) & (count[1] < count[0]))).size:
+        some = int(min(count[1][mixed[0]], count[0][mixed[0]] - count[1][mixed[0]]))
+        raise ValueError(
+            f"joint {name}: by its direction N of {some} of {count[0][mixed[0]]} connected faces is on the "
+            "other side: expected no direction for faces that turn so far"
+        )
+
+
+def is_named(rules: Joints, old: Solids, name: str) -> bool:
+    """Whether a joint is the faces of a group of its name, and none that the file has."""
+    return rules[name] is None and name not in old.joints
 
 
 def turned(old: Solids, rows: list[Integers], name: str) -> list[tuple[NDArray[np.bool_], Integers]]:

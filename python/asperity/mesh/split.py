@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,15 +18,10 @@ from .jointed import Joint, Jointed
 from .own_joints import check_sides, sides_of_file
 from .raw import RawMesh
 from .shapes import Integers, area, backward, corners, place
-from .sides import turned
+from .sides import Joints, check_direction, is_named, sides_of_faces
 
 if TYPE_CHECKING:
     import meshio
-
-Rule = Callable[[Integers, Integers, Floats, Floats], ArrayLike]
-"""From blocks (f,) of both sides, centres and normals (f, d) of faces between blocks: which are a joint."""
-
-Joints = Mapping[str, "Rule | Sequence[str] | Mapping[str, str] | None"]
 
 NEARLY_NORMAL = 0.001
 """Sine of the angle between a direction and a normal below which it gives no direction in the face."""
@@ -81,7 +76,7 @@ def split(
     own, origin = _double(old, chosen)
     points = old.points[origin]
     parts: dict[str, list[Joint]] = {name: [] for name in rules}
-    turns, connected = _turns(rules, old, chosen)
+    turns, connected = sides_of_faces(rules, old, chosen)
     for number, (name, rule) in enumerate(rules.items()):
         rows = [np.flatnonzero(joint_of == number) for joint_of in chosen]
         for face, at, turn, part in zip(old.faces, rows, turns, connected, strict=True):
@@ -94,8 +89,8 @@ def split(
             )
             if len(sides[0]):
                 parts[name].append(_joint(sides, own, points, direction, name))
-                if _is_named(rules, old, name):
-                    _check_direction(parts[name][-1], sides[4], part[at], name)
+                if is_named(rules, old, name):
+                    check_direction(parts[name][-1], sides[4], part[at], name)
         _check_tips(name, parts[name], points)
     cells, block, place, cell = {}, {}, 0, 0
     for kind, data in old.cells.items():
@@ -110,55 +105,6 @@ def split(
                 raise ValueError(f"joint {name}: a group is named {name}_{side}: expected another name")
             surfaces[f"{name}_{side}"] = np.concatenate([np.zeros((0, 2), np.int64), *rows])
     return Jointed(points, cells, block, old.names, parts, groups, old.sets, surfaces, origin, old.types)
-
-
-def _turns(
-    rules: Joints, old: Solids, chosen: list[Integers]
-) -> tuple[list[NDArray[np.bool_]], list[Integers]]:
-    """Pairs of faces whose second face comes first, and the connected parts of named groups, or -1.
-
-    N points to the later block, or between blocks of two patterns, where that contradicts itself, from those
-    of the first one to the others.  Named groups count at once, as a fault may be in several.
-    """
-    sides = [(old.block[face.cell[face.first]], old.block[face.cell[face.second]]) for face in old.faces]
-    turns = [a > b for a, b in sides]
-    for number, rule in enumerate(rules.values()):
-        if isinstance(rule, Mapping) or callable(rule) or rule is None:
-            continue
-        fits = np.array([[fnmatchcase(text, word) for text in old.names] for word in rule])
-        if fits.all(0).any():
-            continue
-        rows = [np.flatnonzero(joint_of == number) for joint_of in chosen]
-        from_first = [~fits[0][a[at]] for (a, _), at in zip(sides, rows, strict=True)]
-        alike = np.concatenate(
-            [turn[at] == new for turn, at, new in zip(turns, rows, from_first, strict=True)]
-        )
-        for turn, at, new in zip(turns, rows, from_first, strict=True):
-            turn[at] = new if alike.any() and not alike.all() else turn[at]
-    named = [number for number, name in enumerate(rules) if _is_named(rules, old, name)]
-    rows = [np.flatnonzero(np.isin(joint_of, named)) for joint_of in chosen]
-    parts = [np.full(len(joint_of), -1, np.int64) for joint_of in chosen]
-    title = ", ".join(name for name in rules if _is_named(rules, old, name))
-    for turn, part, at, (values, numbers) in zip(turns, parts, rows, turned(old, rows, title), strict=True):
-        turn[at], part[at] = values, numbers
-    return turns, parts
-
-
-def _check_direction(joint: Joint, normal: Floats, part: Integers, name: str) -> None:
-    """Raise ValueError where a direction turns N to the other side within a connected part of named faces."""
-    back = np.einsum("fd,fd->f", joint.axes[:, 0], normal) < 0.0
-    count = np.bincount(part), np.bincount(part, weights=back)
-    if (mixed := np.flatnonzero((count[1] > 0) & (count[1] < count[0]))).size:
-        some = int(min(count[1][mixed[0]], count[0][mixed[0]] - count[1][mixed[0]]))
-        raise ValueError(
-            f"joint {name}: by its direction N of {some} of {count[0][mixed[0]]} connected faces is on the "
-            "other side: expected no direction for faces that turn so far"
-        )
-
-
-def _is_named(rules: Joints, old: Solids, name: str) -> bool:
-    """Whether a joint is the faces of a group of its name, and none that the file has."""
-    return rules[name] is None and name not in old.joints
 
 
 def _check_tips(name: str, parts: list[Joint], points: Floats) -> None:
