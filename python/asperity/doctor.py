@@ -20,7 +20,7 @@ from . import contract, installed
 from .hosts import Host, hosts
 from .interface import Interface
 from .material import Material
-from .mesh.deck_joints import problems
+from .mesh.deck_joints import judged
 from .pattern import Pattern
 
 TOOLS = ("scipy", "matplotlib", "tqdm", "pandas", "pint", "openpyxl")
@@ -59,10 +59,12 @@ def _run(options: argparse.Namespace) -> int:
 
 def of_deck(path: Path) -> Iterator[Finding]:
     """Findings of a deck; raises ValueError for one that is not read or has no joint."""
-    wrong, notes = problems(path)
-    yield from (Finding("deck", text, False) for text in wrong)
-    yield from (Finding("deck", text) for text in notes)
-    if not wrong:
+    judgement = judged(path)
+    yield from (Finding("deck", text) for text in judgement.lines)
+    yield from (Finding("deck", text, False) for text in judgement.wrong)
+    yield from (Finding("doubt", text, False) for text in judgement.doubtful)
+    yield from (Finding("warning", text) for text in judgement.notes)
+    if not (judgement.wrong or judgement.doubtful):
         yield Finding("deck", f"{path}: constants, state variables, sections and water agree", True)
 
 

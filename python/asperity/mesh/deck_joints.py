@@ -14,6 +14,7 @@ from .. import contract
 from ..contract import Floats
 from .abaqus import read_model
 from .deck import Block
+from .deck_constants import keyword_problems, report
 from .deck_elements import element_problems
 from .deck_water import water_problems
 
@@ -55,8 +56,18 @@ class Joint:
     types: set[str]
 
 
-def problems(path: Path) -> tuple[list[str], list[str]]:
-    """What is wrong with the joints of a deck, with file and line, and what the deck does not show.
+@dataclass
+class Judgement:
+    """What is wrong with the joints of a deck, with file and line, what is doubtful, and what was read."""
+
+    wrong: list[str]
+    doubtful: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    lines: list[str] = field(default_factory=list)
+
+
+def judged(path: Path) -> Judgement:
+    """Judgement of the joints of a deck.
 
     A joint is a cohesive section, or a section of CalculiX' solids, whose material has PROPS of the law.
     Raises ValueError for a deck that is not read, and for one without a joint.
@@ -88,9 +99,17 @@ def problems(path: Path) -> tuple[list[str], list[str]]:
             f"{path}: expected a *Cohesive Section whose material has PROPS of asperity, or a *Solid Section "
             f"for CalculiX{reasons}"
         )
-    judged = {joint.material.name: joint for joint in joints}
-    for joint in judged.values():
+    by_material = {joint.material.name: joint for joint in joints}
+    read, doubtful = list[str](), list[str]()
+    for joint in by_material.values():
         wrong += joint.material.errors or _material_problems(joint, explicit)
+        if not joint.material.errors:
+            own = [other.section for other in joints if other.material is joint.material]
+            of_joint = report(model, joint.material.block.head(), joint.material.props, own)
+            read += of_joint.lines
+            notes += of_joint.warned
+            doubtful += of_joint.doubtful
+    wrong += keyword_problems(deck, {*by_material}, [joint.section for joint in joints])
     for name, material in materials.items():
         if name not in used and not material.errors:
             wrong.append(f"{material.block.head()}: no section has material={name}: expected one of a joint")
@@ -113,7 +132,8 @@ def problems(path: Path) -> tuple[list[str], list[str]]:
     thickness = {
         id(joint.section): joint.material.of("h") for joint in joints if joint.section.keyword == SECTIONS[0]
     }
-    return wrong + element_problems(model, thickness) + water_problems(deck, wet), notes
+    wrong += element_problems(model, thickness) + water_problems(deck, wet)
+    return Judgement(wrong, doubtful, notes, read)
 
 
 def _materials(deck: list[Block]) -> dict[str, UserMaterial]:
