@@ -15,7 +15,7 @@ AXES = {2: ("0 1", "-1 0"), 3: ("0 0 1", "1 0 0", "0 1 0")}
 
 def block_of(block: Block) -> str:
     """OpenGeoSys: a patch of the project, `ogs -p CARD PROJECT`."""
-    law = behaviour(contract.check(block.props)[0])
+    law = behaviour(contract.check(block.props)[0], "ogs")
     comments = remarks(
         block,
         "ogs -p THIS_FILE PROJECT.prj",

@@ -7,7 +7,7 @@ import ctypes
 from ..installed import generic_library
 
 
-def behaviour(n_planes: int, host: str = "ogs", kind: str = "Layer", wet: bool = False) -> str:
+def behaviour(n_planes: int, host: str, kind: str = "Layer", wet: bool = False) -> str:
     """Name of the layer or joint with these planes; raises ValueError if the library has none.
 
     wet: whether its external state variable is the water pressure.

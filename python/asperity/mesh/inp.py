@@ -21,11 +21,11 @@ from .writing import HEAD, between, blocks, layer_points, lines, numbered
 if TYPE_CHECKING:
     from ..interface import Interface
 
-ABAQUS = {
+SOLIDS = {
     "triangle": "CPE3", "triangle6": "CPE6", "quad": "CPE4", "quad8": "CPE8", "tetra": "C3D4",
     "tetra10": "C3D10", "wedge": "C3D6", "hexahedron": "C3D8", "hexahedron20": "C3D20",
 }  # fmt: skip
-"""Solids of Abaqus and CalculiX; replace CPE by CPS for plane stress."""
+"""Solids by kind of cells; replace CPE by CPS for plane stress."""
 
 COHESIVE = {(2, 2): "COH2D4", (3, 3): "COH3D6", (3, 4): "COH3D8"}
 """Cohesive elements of Abaqus by dimension and number of nodes of a face."""
@@ -39,8 +39,8 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
     d, points = mesh.dimension, layer_points(mesh, layer) if layer else mesh.points
     if layer and d == 2:
         raise ValueError(f"a plane mesh: expected solids for {host}, whose UMATs are those of solids")
-    if unknown := sorted(set(mesh.cells) - set(ABAQUS)):
-        raise ValueError(f"cells of the type {unknown[0]}: expected one of {', '.join(ABAQUS)}")
+    if unknown := sorted(set(mesh.cells) - set(SOLIDS)):
+        raise ValueError(f"cells of the type {unknown[0]}: expected one of {', '.join(SOLIDS)}")
     text = [f"** {HEAD}\n*Node\n", numbered("%d", 1, _in_fields(points), "%.15g")]
     number, written = 1, np.zeros(sum(map(len, mesh.cells.values())), np.int64)
     types = _types(mesh)
@@ -108,7 +108,7 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
 
 
 def _types(mesh: Jointed) -> NDArray[np.str_]:
-    """Types of all elements: those of the deck that are solids of Abaqus, else the ones of `ABAQUS`."""
+    """Types of all elements: those of the deck that are solids of Abaqus, else the ones of `SOLIDS`."""
     types = []
     for kind, cells in mesh.cells.items():
         given = mesh.types.get(kind, np.full(len(cells), ""))
@@ -116,8 +116,8 @@ def _types(mesh: Jointed) -> NDArray[np.str_]:
         solid |= np.char.startswith(given, "CPS") & (mesh.dimension == 2)
         if count := int(((given != "") & ~solid).sum()):
             text = f"{count} elements of the types {', '.join(np.unique(given[~solid]).tolist())}"
-            warnings.warn(f"{text} become {ABAQUS[kind]}", ModelWarning, stacklevel=4)
-        types.append(np.where(solid, given, ABAQUS[kind]))
+            warnings.warn(f"{text} become {SOLIDS[kind]}", ModelWarning, stacklevel=4)
+        types.append(np.where(solid, given, SOLIDS[kind]))
     return np.concatenate(types)
 
 
