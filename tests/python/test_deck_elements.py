@@ -10,7 +10,7 @@ import pytest
 from asperity import ModelWarning
 from asperity.cli import main
 from asperity.mesh import split, write
-from asperity.mesh.deck_joints import problems
+from asperity.mesh.deck_joints import judged
 from drawn_decks import MISTAKES, bonded, mistaken
 
 DRAWN = 30
@@ -63,7 +63,7 @@ def test_ties_are_no_common_nodes(tmp_path: Path) -> None:
 def test_no_false_alarm(tmp_path: Path) -> None:
     """Drawn decks without a mistake pass."""
     for seed in range(DRAWN):
-        wrong, _ = problems(placed(tmp_path, bonded(np.random.default_rng([seed, 2])).text))
+        wrong = judged(placed(tmp_path, bonded(np.random.default_rng([seed, 2])).text)).wrong
         assert wrong == [], seed
 
 

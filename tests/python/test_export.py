@@ -16,7 +16,7 @@ from asperity import contract, hosts, installed, read_case
 from asperity.cli import main
 from asperity.export import command as kit
 from asperity.export.element import Element
-from asperity.mesh.deck_joints import problems
+from asperity.mesh.deck_joints import judged
 from support_abaqus import model, run_explicit, run_standard
 
 from harness.hosts.exported import CASE
@@ -51,7 +51,7 @@ def test_kit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "**Abaqus was not run.**" in readme
     assert rows_of(readme).shape == (5, 4) and (rows_of(readme) == rows_of(out)).all()
     for name in WRITTEN:
-        assert problems(folder / name) == ([], [])
+        assert judged(folder / name).wrong == []
     assert KIT == {path.name: path.read_bytes() for path in folder.iterdir()}
     for name in sources:
         assert max(map(len, (folder / name).read_text(encoding="utf-8").splitlines())) <= 132

@@ -15,7 +15,7 @@ from asperity import Interface, Material, ModelWarning, Pattern
 from asperity.cli import main
 from asperity.mesh import Joint, Jointed, split, write
 from asperity.mesh.abaqus import read_model
-from asperity.mesh.deck_joints import problems
+from asperity.mesh.deck_joints import judged
 from asperity.mesh.shapes import FACES
 from scipy.spatial import Delaunay
 
@@ -243,7 +243,7 @@ def test_abaqus(tmp_path: Path, kind: str, d: int) -> None:
     solid = f"*Material, name=SOLID\n*Elastic\n1., 0.\n{sections}*Material, {card}"
     step = "*Step, name=PUSH, unsymm=YES\n*Static\n1., 1.\n*End Step\n"
     path.write_text(head + solid + step, encoding="utf-8")
-    assert problems(path) == ([], [])
+    assert judged(path).wrong == []
     joint = only(jointed)
     rows = np.concatenate([entry.nodes for entry in read_model(path).cohesive])
     plus = joint.plus[:, ::-1] if d == 2 else joint.plus
