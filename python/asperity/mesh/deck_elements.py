@@ -16,6 +16,9 @@ from .shapes import FACES, Integers, area, corner_sizes, corners, dimension, pla
 ROUNDING = 1.0e-6
 """Relative difference of two lengths of nodes and sections that are the same but for their digits."""
 
+REACH = 0.1
+"""Distance that a tie without a position tolerance reaches at most, over the size of a face."""
+
 SOLIDS = "CPE", "CPS", "C3D"
 """Beginnings of the types of solids."""
 
@@ -180,15 +183,21 @@ class Checks:
         normal, _ = area(x)
         solids = []
         for side, name in ((lower, "lower"), (upper, "upper")):
-            solid, quadratic = self._solids(side)
-            held, beyond = self._held(side)
+            solid, quadratic, bypassed = self._solids(side, d)
+            held, beyond, gap = self._held(side, d)
+            text = f"two solids have the nodes of the {name} side, and bypass the joint"
+            wrong(np.flatnonzero(bypassed), text, "nodes of its own for each side")
+            far = np.flatnonzero(gap > 0.0)
+            most = gap[far].max(initial=0.0)
+            text = f"the {name} side is {most:.3g} from the surface to which *Tie connects it"
+            wrong(far, text, "surfaces at one place, or a position tolerance")
             text = f"the nodes of the {name} side are those of no solid, and no *Tie has them all"
             wrong(np.flatnonzero((solid < 0) & ~held), text, "common nodes or a *Tie")
             text = f"the {name} side has common nodes with a solid, to which a *Tie connects it again"
             wrong(np.flatnonzero((solid >= 0) & self._tied_to(side, solid)), text, "one of both")
             text = f"solids with nodes in the middle of their edges are at the {name} side, which has none"
             wrong(np.flatnonzero(quadratic), text, "linear solids")
-            solids.append(np.where(solid >= 0, solid, beyond))
+            solids.append(np.where(bypassed, -1, np.where(solid >= 0, solid, beyond)))
         behind = np.zeros(n, bool)
         for solid, sign in zip(solids, (-1.0, 1.0), strict=True):
             at = np.flatnonzero(solid >= 0)
@@ -233,28 +242,39 @@ class Checks:
 
     @cached_property
     def _faces(self) -> dict[tuple[int, ...], list[tuple[int, bool]]]:
-        """Solids, and whether they are quadratic, by the corners of faces that cohesive sides may have."""
+        """Cells, and whether they are quadratic, by the corners of faces that cohesive sides may have.
+
+        Solids come before shells and beams, which are such faces themselves.
+        """
         wanted = np.zeros(len(self.model.points), bool)
         for entry in self.model.cohesive:
             wanted[entry.nodes] = True
         faces: dict[tuple[int, ...], list[tuple[int, bool]]] = {}
-        for first, (kind, cells) in zip(self.model.first, self.model.cells, strict=False):
+        arrays = list(zip(self.model.first.tolist(), self.model.cells, strict=False))
+        for first, (kind, cells) in sorted(arrays, key=lambda entry: -dimension(entry[1][0])):
             d = dimension(kind)
             sides = [(local, corners(d, len(local))) for local in FACES.get(kind, ())]
-            if d < 3:  # shells and beams beside a joint
+            if d < 3:
                 count = cells.shape[1]
                 sides.append((tuple(range(count)), 2 if d == 1 else 3 if kind.startswith("tri") else 4))
             for local, c in sides:
                 nodes = cells[:, local[:c]]
                 at = np.flatnonzero(wanted[nodes].all(1))
                 for row, key in zip(at.tolist(), np.sort(nodes[at], axis=1).tolist(), strict=True):
-                    faces.setdefault(tuple(key), []).append((int(first) + row, len(local) > c))
+                    faces.setdefault(tuple(key), []).append((first + row, len(local) > c))
         return faces
 
-    def _solids(self, side: Integers) -> tuple[Integers, np.ndarray]:
-        """Solid that has the nodes of a side as a face, or -1, and whether it is quadratic."""
-        entries = [self._faces.get(tuple(row), [(-1, False)])[0] for row in np.sort(side, axis=1).tolist()]
-        return np.array([solid for solid, _ in entries]), np.array([middle for _, middle in entries], bool)
+    def _solids(self, side: Integers, d: int) -> tuple[Integers, np.ndarray, np.ndarray]:
+        """Solid that has the nodes of a side as a face, or -1; whether it is quadratic, and one of two."""
+        found = [self._faces.get(tuple(row), [(-1, False)]) for row in np.sort(side, axis=1).tolist()]
+        solid, quadratic = map(np.array, zip(*(entries[0] for entries in found), strict=True))
+        kinds = [dimension(kind) == d for kind, _ in self.model.cells]
+        whole = np.repeat(kinds, np.diff(self.model.first))
+        return (
+            solid,
+            quadratic,
+            np.array([sum(whole[k] for k, _ in entries if k >= 0) > 1 for entries in found]),
+        )
 
     @cached_property
     def all_ties(self) -> list[Tie]:
@@ -275,12 +295,16 @@ class Checks:
         """Nodes that keywords may hold, or that elements have which are not read."""
         return np.union1d(self.model.nodes_named(HOLD), self.model.unread)
 
-    def _held(self, side: Integers) -> tuple[np.ndarray, Integers]:
-        """Whether the nodes of a side are tied or held, and the nearest solid to which it is tied, or -1."""
+    def _held(self, side: Integers, d: int) -> tuple[np.ndarray, Integers, Floats]:
+        """Whether the nodes of a side are tied or held, the nearest solid to which it is tied, or -1, and the
+        distance to the tied surface where that is beyond the tolerance of the tie, or 0.
+        """
         from scipy.spatial import KDTree
 
         held = np.asarray(np.isin(side, self.nodes_held).all(1))
-        beyond = np.full(len(side), -1)
+        beyond, gap = np.full(len(side), -1), np.zeros(len(side))
+        points = self.model.points[:, :d]
+        normal, size = area(points[side])
         for tie in self.all_ties:
             for mine, other in ((0, 1), (1, 0)):
                 here = np.isin(side, tie.nodes[mine]).all(1)
@@ -288,10 +312,17 @@ class Checks:
                 solids = tie.elements[other][tie.elements[other] < self.model.first[-1]]
                 if not len(tie.elements[other]):
                     solids = self._solids_with(tie.nodes[other])
-                if len(solids) and here.any():
-                    middle = self.model.points[side[here]].mean(1)
-                    beyond[here] = solids[KDTree(self.centres[solids]).query(middle)[1]]
-        return held, beyond
+                if not here.any() or not len(tie.nodes[other]):
+                    continue
+                middle = points[side[here]].mean(1)
+                if len(solids):
+                    beyond[here] = solids[KDTree(self.centres[solids, :d]).query(middle)[1]]
+                near = points[tie.nodes[other]][KDTree(points[tie.nodes[other]]).query(middle)[1]]
+                distance = np.abs(np.einsum("fd,fd->f", near - middle, normal[here]))
+                given = tie.block.parameters.get("POSITION TOLERANCE")
+                reach = float(given) if given else REACH * size[here] ** (1.0 / (d - 1))
+                gap[here] = np.where(distance > reach, distance, 0.0)
+        return held, beyond, gap
 
     def _solids_with(self, nodes: Integers) -> Integers:
         """Solids that have a face of these nodes."""
