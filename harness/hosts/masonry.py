@@ -11,7 +11,8 @@ from asperity.interface import Interface
 from asperity.material import Material
 from asperity.mesh import Jointed, split
 from asperity.pattern import Pattern
-from structured import grid
+
+from harness.hosts.structured import grid
 
 MID_BRICK, STIFFER = 1.0e4, 10.0
 """Stiffness of the potential crack in a brick, N/mm3; modulus of a beam over that of the bricks."""

@@ -10,8 +10,7 @@ import meshio
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
-
-from harness.hosts.paraview_files import Step, write
+from asperity.mesh.paraview import Step, write
 
 JOINT = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(2, 30.0))
 NODES = np.array([[x, y] for y in (0.0, 1.0, 1.0, 2.0) for x in (0.0, 2.0)])

@@ -23,8 +23,8 @@ from asperity.contract import Floats
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 sys.path.insert(0, str(Path(__file__).parent / "kit"))
-import paraview_files as paraview
 import structured
+from asperity.mesh import paraview
 from asperity_akantu import Joint, Points, register
 
 JOINT = Interface(Material(sigma0=3.0, Gc=0.003, eta=0.9, mu=0.5), Pattern.regular(4, theta=30.0))

@@ -14,9 +14,9 @@ pytest.importorskip("akantu", reason="akantu is not installed")
 import akantu as aka
 import exported
 import meshio
-import paraview_files as paraview
 import peel
 from asperity import Interface, Material, Pattern
+from asperity.mesh import paraview
 from asperity_akantu import Joint, register
 from exported import PLANE, SOLID
 from structured import grid, simplices

@@ -16,10 +16,10 @@ import meshio
 import numpy as np
 from asperity import Interface, Material, Pattern
 from asperity.contract import Floats
+from asperity.fenicsx import COMM, Conditions, Follow, Model, State, largest, solve, total
 from asperity.mesh import split
-from jointed import COMM, Follow, Model, Steps, total
-from mpi4py import MPI
-from structured import grid_cells
+
+from harness.hosts.structured import grid_cells
 
 DIAMETER, COVER, LENGTH = 19.05, 76.2, 95.25
 """Bar, cylinder of concrete round it, embedded length."""
@@ -146,12 +146,14 @@ class Pull:
         end = m.x[:, 2] > LENGTH * (1.0 - 1e-9)
         loaded, held = m.dofs(bar & end, 2), m.dofs(cover & (end | rigid | (pressure > 0.0)), 2)
         mirror = [m.dofs(m.x[:, k] < 1e-9 * DIAMETER, k) for k in (0, 1)]
-        self.steps = Steps(m, np.concatenate([*mirror, held, loaded]))
-        self.moved = np.isin(self.steps.fixed, loaded)
-        self.load = self._squeezed(pressure, 2 * grid.around, grid.along)
-        if pressure and not self.steps.solve(0.0 * self.moved, self.load):
-            raise RuntimeError(self.steps.message)
-        self.follow = Follow(self.steps, lambda u: (u * self.moved, self.load), 2e-3, 2e-2)
+        self.fixed, self.loaded = np.concatenate([*mirror, held, loaded]), loaded
+        self.moved = np.isin(self.fixed, loaded)
+        self.load, start = self._squeezed(pressure, 2 * grid.around, grid.along), State.virgin(m)
+        if pressure:
+            start = solve(m, start, Conditions(self.fixed, load=self.load)).taken()
+        self.follow = Follow(
+            m, start, lambda u: Conditions(self.fixed, u * self.moved, self.load), 2e-3, 2e-2
+        )
         self.z = np.linspace(0.0, LENGTH, grid.along + 1)
 
     def _squeezed(self, pressure: float, around: int, along: int) -> Floats:
@@ -172,23 +174,22 @@ class Pull:
 
     def row(self) -> Floats:
         """Displacement, force on the whole bar, mean pressure on it, largest opening of the crack."""
-        m, ribs = self.model, self.model.parts[0]
-        force = 4.0 * total(self.steps.reaction[self.steps.fixed[self.moved]].sum())
-        traction = self.model.trial[0][1].traction
-        mean = -total(m.area[ribs] @ traction[:, 0]) / total(m.area[ribs].sum())
-        open_ = m.s[1][:, 0].max(initial=0.0) if len(m.s) > 1 else 0.0
-        return np.array([self.follow.at, force, mean, COMM.allreduce(float(open_), MPI.MAX)])
+        m, ribs, state = self.model, self.model.parts[0], self.follow.state
+        force = 4.0 * total(self.follow.report.reaction[self.loaded].sum())
+        mean = -total(m.area[ribs] @ state.t[ribs, 0]) / total(m.area[ribs].sum())
+        opening = largest(np.maximum(state.s[m.parts[-1], 0], 0.0)) if len(m.parts) > 1 else 0.0
+        return np.array([self.follow.at, force, mean, opening])
 
     def bond(self) -> Floats:
         """Bond stress over the places along the bar."""
         m, ribs = self.model, self.model.parts[0]
-        level = np.rint(m.water.x[ribs, 2] / self.z[1]).astype(int)
+        level = np.rint(m.places[ribs, 2] / self.z[1]).astype(int)
         area = m.area[ribs]
         sums = [
             np.bincount(level, area * value, len(self.z))
-            for value in (self.model.trial[0][1].traction[:, 1], np.ones(len(area)))
+            for value in (self.follow.state.t[ribs, 1], np.ones(len(area)))
         ]
-        force, size = COMM.allreduce(np.array(sums), MPI.SUM)
+        force, size = COMM.allreduce(np.array(sums))
         return np.asarray(force / size)
 
     def pull(self, end: float) -> tuple[Floats, Floats]:
@@ -197,15 +198,12 @@ class Pull:
         A bar whose cover is off is not followed.
         """
         rows, along = [np.zeros(4)], 0.0 * self.z
-        while not self.follow.reason and self.follow.at < end:
-            if self.follow.advance(end):
-                rows.append(self.row())
-                if rows[-1][1] >= max(row[1] for row in rows[:-1]):
-                    along = self.bond()
-                if rows[-1][1] < OFF * max(row[1] for row in rows):
-                    break
-        if self.follow.reason:
-            raise RuntimeError(self.follow.reason)
+        for _ in self.follow.to(end):
+            rows.append(self.row())
+            if rows[-1][1] >= max(row[1] for row in rows[:-1]):
+                along = self.bond()
+            if rows[-1][1] < OFF * max(row[1] for row in rows):
+                break
         return np.array(rows), along
 
 
@@ -223,11 +221,10 @@ def ring(grid: Grid) -> float:
     """Pressure in the cover over its radial displacement at the bar."""
     run = Pull(linear(1e-3), grid)
     m = run.model
-    m.pressure("ribs", 1.0)
-    if not run.steps.solve(0.0 * run.moved, run.load):
-        raise RuntimeError(run.steps.message)
+    conditions = Conditions(run.fixed, load=run.load, pressures={"ribs": 1.0})
+    state = solve(m, State.virgin(m), conditions).taken()
     inside = m.solid("cover")[::3] * (np.hypot(m.x[:, 0], m.x[:, 1]) < 0.505 * DIAMETER) > 0.0
-    out = np.einsum("nd,nd->n", m.u.reshape(-1, 3)[inside, :2], m.x[inside, :2])
+    out = np.einsum("nd,nd->n", state.u.reshape(-1, 3)[inside, :2], m.x[inside, :2])
     out = out / np.hypot(m.x[inside, 0], m.x[inside, 1])
     return total(np.ones(len(out)).sum()) / total(out.sum())
 

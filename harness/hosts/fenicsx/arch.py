@@ -11,12 +11,12 @@ from pathlib import Path
 
 import gmsh
 import numpy as np
+from asperity.fenicsx import COMM, Conditions, Model, Output, State, Terms, largest, solve, total
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.mesh import split
 from asperity.options import add_options
 from asperity.pattern import Pattern
-from jointed import COMM, Model, Output, Steps, total
 from scipy.optimize import linprog
 
 R, VOUSSOIRS, DEPTH, WEIGHT, E, NU = 1000.0, 15, 300.0, 2.4e-5, 2.0e4, 0.2
@@ -74,39 +74,40 @@ def collapse(
     model = Model(whole, {"joint": law}, E, NU, DEPTH)
     down, side = (model.body((np.eye(dim)[k] * WEIGHT * sign).tolist()) for k, sign in ((1, -1.0), (0, 1.0)))
     base = model.x[:, 1] < -0.3 * ratio * R + 1e-6
-    steps = Steps(model, model.dofs(base, *range(dim)), options="-snes_max_it 30", drag=np.abs(down + side))
+    fixed, drag = model.dofs(base, *range(dim)), np.abs(down + side)
     at, step = 0.0, 0.02
-    if not stands(steps, down):
+    state, rests = settled(model, State.virgin(model), Conditions(fixed, load=down), drag)
+    if not rests:
         raise ValueError(f"t/R = {ratio:g}: the arch falls under its weight")
     output = Output(model, pvd) if pvd else None
     while step > LEAST:
-        before = model.u, model.s, model.state
-        if stands(steps, down + (at + step) * side):
-            at += step
+        new, rests = settled(model, state, Conditions(fixed, load=down + (at + step) * side), drag)
+        if rests:
+            at, state = at + step, new
         else:
             if output and step <= 2.0 * LEAST:
-                output.write(at)  # as it falls
-            model.u, model.s, model.state = before
+                output.write(new, at)  # as it falls
             step /= 2.0
     return at, model.K.getSize()[0]
 
 
-def stands(steps: Steps, load: np.ndarray) -> bool:
-    """Whether an arch comes to rest under a load.
+def settled(model: Model, state: State, conditions: Conditions, drag: np.ndarray) -> tuple[State, bool]:
+    """Return the last state of an arch under conditions, and whether it comes to rest.
 
-    It moves against a drag of its weight for a speed of 1 mm, in times that grow until the drag is gone.
+    It moves against a drag, its weight for a speed of 1 mm, in times that grow until the drag is gone.
     """
-    time, none = 1.0, np.zeros(len(steps.fixed))
+    time = 1.0
     while 1e-6 < time < 1e6:
-        before = steps.model.u
-        good = steps.solve(none, load, time)
-        drag = total(np.abs(steps.drag * (steps.model.u - before)).sum()) / time
-        if good and drag <= 1e-5 * steps.size:
-            return True
-        if COMM.allreduce(float(np.abs(steps.model.u).max(initial=0.0)), max) > FALLS:
-            return False
-        time *= 4.0 if good else 0.25
-    return False
+        report = solve(model, state, conditions, Terms(dt=time, drag=drag, iterations=30))
+        if report.state is not None:
+            braked = total((drag * np.abs(report.state.u - state.u)).sum()) / time
+            state = report.state
+            if braked <= 1e-5 * report.size:
+                return state, True
+        if largest(state.u) > FALLS:
+            return state, False
+        time *= 4.0 if report.state else 0.25
+    return state, False
 
 
 def limit(ratio: float, mu: float) -> float:

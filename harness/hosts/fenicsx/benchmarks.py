@@ -16,11 +16,13 @@ import warnings
 
 import meshio
 import numpy as np
-from arch import stands
 from asperity import Interface, Material, Pattern
+from asperity.fenicsx import COMM, Conditions, Follow, Model, State, Terms, solve, total
+from asperity.fenicsx.conditions import Pressure
 from asperity.mesh import split
-from jointed import COMM, Follow, Model, Steps, total
-from structured import grid
+
+from harness.hosts.fenicsx.arch import settled
+from harness.hosts.structured import grid
 
 ARM, E_ARM = 2.0, 30000.0
 BASE = 60.0
@@ -36,13 +38,11 @@ def peel(length: float = 50.0, parts: int = 8, angle: float = 0.08) -> tuple[flo
     side = np.where(model.solid("block_1").reshape(-1, 2)[nodes, 0], 1.0, -1.0)
     turned = np.zeros((model.n, 2))
     turned[nodes, 0] = side * (model.x[nodes, 1] - 0.5 * side * ARM)
-    steps = Steps(model, np.r_[model.dofs(nodes, 0), model.dofs(model.group("right")[0], 0, 1)])
-    follow = Follow(steps, lambda t: (t * turned.ravel()[steps.fixed], 0.0 * model.u), 0.002, 0.004)
-    while follow.at < angle and not follow.reason:
-        follow.advance(angle)
-    if follow.reason:
-        raise RuntimeError(follow.reason)
-    moment = 0.5 * total(steps.reaction @ turned.ravel())
+    fixed = np.r_[model.dofs(nodes, 0), model.dofs(model.group("right")[0], 0, 1)]
+    start = State.virgin(model)
+    follow = Follow(model, start, lambda t: Conditions(fixed, t * turned.ravel()[fixed]), 0.002, 0.004)
+    *_, last = follow.to(angle)
+    moment = 0.5 * total(last.reaction @ turned.ravel())
     return 12.0 * moment**2 / (E_ARM * ARM**3), BOND.material.Gc
 
 
@@ -52,11 +52,10 @@ def period(width: float = 3.0, nu: float = 0.2, strain: float = -0.01) -> tuple[
     model = Model(mesh, {"joint": BOND}, E_ARM, nu)
     (bottom, _), (top, _) = model.group("bottom"), model.group("top")
     middle = np.abs(model.x - [1.0, 1.0]).max(axis=1) < 1e-9
-    steps = Steps(model, np.r_[model.dofs(np.r_[bottom, top], 1), model.dofs(middle, 0)], 1e-9)
-    if not steps.solve(2.0 * strain * np.isin(steps.fixed, model.dofs(top, 1)), 0.0 * model.u):
-        raise RuntimeError(steps.message)
-    traction = BOND.update(model.s[0]).traction[:, 0]
-    stress = total(traction @ model.area) / total(model.area.sum())
+    fixed = np.r_[model.dofs(np.r_[bottom, top], 1), model.dofs(middle, 0)]
+    pressed = Conditions(fixed, 2.0 * strain * np.isin(fixed, model.dofs(top, 1)))
+    state = solve(model, State.virgin(model), pressed, Terms(tolerance=1e-9)).taken()
+    stress = total(state.t[:, 0] @ model.area) / total(model.area.sum())
     closing = float(BOND.update([[-1e-9, 0.0, 0.0]]).traction[0, 0]) / -1e-9
     # strain x = (stress x - nu stress y)/E closes the joint by width times it, strain y is given
     return stress, nu * E_ARM * strain / (1.0 + E_ARM / (width * closing) - nu**2)
@@ -70,20 +69,21 @@ def slope(mu: float = 0.7) -> tuple[float, float]:
         model = Model(mesh, {"joint": law}, 2e4, 0.2)
         down = model.body([2.4e-5 * math.sin(angle), -2.4e-5 * math.cos(angle)])
         fixed = model.dofs(model.x[:, 1] < 1e-6, 0, 1)
-        rests.append(stands(Steps(model, fixed, drag=np.abs(down)), down))
+        _, still = settled(model, State.virgin(model), Conditions(fixed, load=down), np.abs(down))
+        rests.append(still)
     return float(rests == [True, False]), 1.0
 
 
-def carried(model: Model, fixed: np.ndarray, down: np.ndarray, push: np.ndarray) -> float:
+def carried(
+    model: Model, fixed: np.ndarray, down: np.ndarray, push: np.ndarray, **pressures: Pressure
+) -> float:
     """Largest share of a force, which grows until there is no equilibrium with the weight."""
-    steps = Steps(model, fixed)
-    none = np.zeros(len(fixed))
-    if not steps.solve(none, down):
-        raise RuntimeError(steps.message)
-    follow = Follow(steps, lambda t: (none, down + t * push), 0.05, 0.2)
-    while follow.at < 2.0 and not follow.reason:
-        follow.advance(2.0)
-    return follow.at
+
+    def pushed(share: float) -> Conditions:
+        return Conditions(fixed, load=down + share * push, pressures=pressures)
+
+    start = solve(model, State.virgin(model), pushed(0.0)).taken()
+    return Follow(model, start, pushed, 0.05, 0.2).run_to_limit(2.0).at
 
 
 def block(mu: float = 0.5) -> tuple[float, float]:
@@ -112,12 +112,15 @@ def dam(pressure: float, mu: float = 0.75) -> tuple[float, float]:
     law = Interface(Material.from_joint(kn=1e5, ks=5e4, mu=mu), Pattern.regular(0, 0.0))
     model = Model(split(mesh), {"joint": law}, 3e4, 0.2, plane="strain")
     down, push = (model.body(force, "dam") for force in ([0.0, -0.024], [0.024, 0.0]))
-    model.pressure("joint", lambda x: pressure * (1.0 - x[:, 0] / BASE))
     at = model.x[:, 0]
     fixed = model.dofs((model.x[:, 1] < -40.0 + 1e-6) | (np.abs(at - 0.5 * BASE) > 1.5 * BASE - 1e-6), 0, 1)
     weight = -total(down.sum())
     uplift = 0.5 * pressure * BASE
-    return carried(model, fixed, down, push), mu * (weight - uplift) / weight
+
+    def water(x: np.ndarray) -> np.ndarray:
+        return pressure * (1.0 - x[:, 0] / BASE)
+
+    return carried(model, fixed, down, push, joint=water), mu * (weight - uplift) / weight
 
 
 def main() -> None:

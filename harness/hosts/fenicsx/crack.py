@@ -19,11 +19,12 @@ from pathlib import Path
 import numpy as np
 from asperity import Interface, Material, Pattern
 from asperity.contract import Floats
+from asperity.fenicsx import COMM, Conditions, Model, State, Terms, solve
 from asperity.mesh import split
 from asperity.options import add_options
 from asperity.tools.style import COLOURS, TWO, new_figure, printed, save
-from jointed import COMM, Model, Steps
-from structured import grid
+
+from harness.hosts.structured import grid
 
 B, DOMAIN = 1000.0, 100.0
 """Half length of the crack, mm, and half width of the plate over it."""
@@ -103,22 +104,26 @@ def run(kind: str, n: int) -> Crack:
     mesh = split(grid(x, y, block=y[:-1] >= 0.0), inside)
     model = Model(mesh, {"joint": interface(kind)}, MODULUS, POISSON, plane="strain")
     load = np.zeros((model.n, 2))
-    if kind == "pressure":
-        model.pressure("joint", PRESSURE)
-    else:
+    pressures = {"joint": PRESSURE} if kind == "pressure" else {}
+    if not pressures:
         for name, normal in {"left": (-1, 0), "right": (1, 0), "bottom": (0, -1), "top": (0, 1)}.items():
             nodes, share = model.group(name)
             load[nodes] -= (FAR @ normal) / 100.0 * share[:, None] * FAR
     corners = (np.abs(model.x - [end, -up[-1]]).max(axis=1) < 1e-6 for end in (-right[-1], right[-1]))
     left, right_corner = (model.dofs(corner, 0, 1) for corner in corners)
-    steps = Steps(model, np.r_[left, right_corner[1:]], 1e-9)  # fixed against rigid motions: without a force
+    fixed, state = (
+        np.r_[left, right_corner[1:]],
+        State.virgin(model),
+    )  # against rigid motions: without a force
     parts = np.linspace(0.0, 1.0, 11)[1:] if kind == "height" else [1.0]
     for part in parts:
-        if not steps.solve(np.zeros(len(steps.fixed)), part * load.ravel()):
-            raise RuntimeError(f"{kind}, {n} elements, part {part:g} of the load: {steps.message}")
-    inner, law = model.area > 0.0, model.laws[0]
-    traction = law.update(model.s[0], model.state[0], model.s[0], p=model.water.p).traction
-    parts = (model.water.x[:, 0], model.area, model.s[0], traction)
+        conditions = Conditions(fixed, load=part * load.ravel(), pressures=pressures)
+        report = solve(model, state, conditions, Terms(tolerance=1e-9))
+        if report.state is None:
+            raise RuntimeError(f"{kind}, {n} elements, part {part:g} of the load: {report.reason}")
+        state = report.state
+    inner = model.area > 0.0
+    parts = (model.places[:, 0], model.area, state.s, state.t)
     place, *values = (np.concatenate(COMM.allgather(values_here[inner])) for values_here in parts)
     order = np.argsort(place)
     return Crack(place[order], *(column[order] for column in values))

@@ -7,20 +7,29 @@ at which the dam fails.
 from __future__ import annotations
 
 import argparse
-import sys
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from asperity.contract import Floats
+from asperity.fenicsx import COMM, Conditions, Flow, Follow, Model, Output, State, Terms, solve
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.options import add_options
 from asperity.pattern import Pattern
-from jointed import COMM, Follow, Model, Output, Steps
 
-sys.path.append(str(Path(__file__).parent.parent))
-from dam_section import A_0, BASE, PARAPET, STIFFNESS, UPLIFTS, VISCOSITY, WATER, WEIGHT, section  # isort: skip
+from harness.hosts.dam_section import (
+    A_0,
+    BASE,
+    PARAPET,
+    STIFFNESS,
+    UPLIFTS,
+    VISCOSITY,
+    WATER,
+    WEIGHT,
+    section,
+)
 
 BOND = {"sigma0": 1e5, "Gc": 20.0, "eta": 1.0 - 1e5**2 / (2.0 * STIFFNESS * 20.0), "kc": 1.0}
 """Of a joint with a bond: 0.1 MPa, 20 N/m, the same stiffness."""
@@ -36,6 +45,9 @@ JOINTS = {
 """Material, and slope of two planes in degrees: held does not slide, rough has asperities of 5 mm."""
 
 
+TERMS = Terms(tolerance=1e-8)
+
+
 class Dam:
     """A dam, in whose joint the water has one of the UPLIFTS."""
 
@@ -44,40 +56,36 @@ class Dam:
         self.uplift, mesh = uplift, section(parts) if COMM.rank == 0 else None
         self.model = m = Model(mesh, {"base": law}, E, nu, plane="strain")
         self.weight = m.body([0.0, -WEIGHT], "dam")
-        self.steps = Steps(m, m.dofs(m.group("outside")[0], 0, 1), 1e-8)
+        self.outside, self.state, self.terms = m.dofs(m.group("outside")[0], 0, 1), State.virgin(m), TERMS
 
-    def raise_water(self, level: float) -> tuple[Floats, Floats]:
-        """Give the pressures at a level; returns displacements of the foundation and the weight."""
-        m = self.model
-        m.pressure("upstream", lambda x: WATER * np.maximum(level - x[:, 1], 0.0))
-        if self.uplift == "linear":
-            m.pressure("base", lambda x: WATER * level * (1.0 - x[:, 0] / BASE))
-        elif self.uplift == "flow":
-            ends = {"upstream": lambda x: WATER * level + 0.0 * x[:, 0], "downstream": 0.0}
-            m.flow("base", ends, VISCOSITY, A_0, A_0)
-        return np.zeros(len(self.steps.fixed)), self.weight
+    def filled(self, level: float) -> Conditions:
+        """Foundation, weight and water at a level."""
+        upstream = {"upstream": lambda x: WATER * np.maximum(level - x[:, 1], 0.0)}
+        linear = {"base": lambda x: WATER * level * (1.0 - x[:, 0] / BASE)}
+        ends = {"upstream": lambda x: WATER * level + 0.0 * x[:, 0], "downstream": 0.0}
+        flows = [Flow("base", ends, VISCOSITY, A_0, A_0)] if self.uplift == "flow" else []
+        pressures = upstream | (linear if self.uplift == "linear" else {})
+        return Conditions(self.outside, load=self.weight, pressures=pressures, flows=flows)
 
     def fill(self, level: float) -> None:
         """Find the equilibrium at a level; RuntimeError where there is none."""
-        if not self.steps.solve(*self.raise_water(level)):
-            raise RuntimeError(f"level {level:g} m: {self.steps.message}")
+        report = solve(self.model, self.state, self.filled(level), replace(self.terms, at=level))
+        if report.state is None:
+            raise RuntimeError(f"level {level:g} m: {report.reason}")
+        self.state = report.state
 
     def overload(self, least: float, step: float = 1.0) -> float:
         """Highest level with an equilibrium, found by steps down to the least one."""
         self.fill(0.0)
-        follow = Follow(self.steps, self.raise_water, step, step, least)
-        while follow.at < PARAPET and not follow.reason:
-            follow.advance(PARAPET)
-        if not follow.reason:
-            raise RuntimeError(f"the dam stands at {PARAPET:g} m: expected a higher parapet")
+        follow = Follow(self.model, self.state, self.filled, step, step, least, self.terms)
+        self.state = follow.run_to_limit(PARAPET)
         return follow.at
 
     def profile(self) -> Floats:
         """Rows x, s_N, total t_N, p and slip of the joint, by x, on all ranks."""
         m = self.model
-        law, s, state = m.laws[0], m.s[0], m.state[0]
-        t = law.update(s, state, s, 1.0, p=m.water.p).traction
-        parts = np.column_stack([m.water.x[:, 0], s[:, 0], t[:, 0], m.water.p, s[:, 1]])
+        s, t = self.state.s, self.state.t
+        parts = np.column_stack([m.places[:, 0], s[:, 0], t[:, 0], self.state.p, s[:, 1]])
         rows = np.concatenate(COMM.allgather(parts))
         return rows[np.unique(rows[:, 0].round(9), return_index=True)[1]]
 
@@ -109,7 +117,7 @@ def main() -> None:
     else:
         o.level = dam.overload(o.least)
     if o.pvd:
-        Output(dam.model, o.pvd).write(o.level)
+        Output(dam.model, o.pvd).write(dam.state, flows=dam.filled(o.level).flows)
     rows = dam.profile()
     if COMM.rank == 0:
         print(f"level {o.level:.6g}")

@@ -7,12 +7,14 @@ that the joint spends per advance of the crack, and its part of friction.
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 from asperity import Interface, Material, Pattern, contract
+from asperity.fenicsx import COMM, Conditions, Follow, Model, State, total
 from asperity.mesh import split
-from jointed import COMM, Follow, Model, Steps, total
-from structured import grid
+
+from harness.hosts.structured import grid
 
 ARM, LENGTH, CRACK, E, NU, GC = 2.0, 60.0, 8.0, 3e4, 0.2, 0.15
 """Height of an arm, length, length of the crack at the start; constants of arms and bond."""
@@ -35,21 +37,23 @@ def peel(ratio: float, mu: float) -> tuple[float, ...]:
     # the crack at the start
     first = contract.N_POINT_STATEV
     planes = slice(first, first + contract.N_PLANE_STATEV * law.n_planes, contract.N_PLANE_STATEV)
-    broken = np.array([m.x[a, 0] < CRACK for a in m.pairs[:, 0]], bool)
-    m.state[0][broken, planes] = 1.0
+    start = State.virgin(m)
+    damaged = start.joints[0].copy()
+    damaged[m.places[:, 0] < CRACK, planes] = 1.0
     nodes, _ = m.group("left")
     upper = m.solid("block_1").reshape(-1, 2)[nodes, 0] > 0.0
     lever = m.x[nodes, 1] - np.where(upper, 0.5, -0.5) * ARM
     turned = np.zeros((m.n, 2))
     turned[nodes, 0] = np.where(upper, 1.0, ratio) * lever
-    steps = Steps(m, np.r_[m.dofs(nodes, 0), m.dofs(m.group("right")[0], 0, 1)])
-    follow = Follow(steps, lambda t: (t * turned.ravel()[steps.fixed], 0.0 * m.u), 2e-4, 1e-3)
+    fixed, start = (
+        np.r_[m.dofs(nodes, 0), m.dofs(m.group("right")[0], 0, 1)],
+        replace(start, joints=(damaged,)),
+    )
+    follow = Follow(m, start, lambda t: Conditions(fixed, t * turned.ravel()[fixed]), 2e-4, 1e-3)
     stiff, kinds = E / (1.0 - NU**2), [contract.statev_index(name) for name in ("rupture", "friction")]
     rows = []
-    while not follow.reason and follow.at < 0.3:
-        if not follow.advance(0.3):
-            continue
-        force = steps.reaction.reshape(-1, 2)[nodes, 0]
+    for report in follow.to(0.3):
+        force, joint_state = report.reaction.reshape(-1, 2)[nodes, 0], follow.state.joints[0]
         moment, axial = (
             [total((force * arm)[side].sum()) for side in (upper, ~upper)]
             for arm in (lever, 1.0 + 0.0 * lever)
@@ -59,12 +63,10 @@ def peel(ratio: float, mu: float) -> tuple[float, ...]:
         J = sum(6.0 * M**2 / ARM**3 for M in moment) + sum(0.5 * F**2 / ARM for F in axial)
         J = (J - 0.75 * behind[0] ** 2 / ARM**3 - 0.25 * behind[1] ** 2 / ARM) / stiff
         opening = 3.0 * (moment[0] - moment[1]) ** 2 / (stiff * ARM**3)
-        area, spent = total(m.state[0][:, 0] @ m.area), m.area @ m.state[0][:, kinds]
+        area, spent = total(joint_state[:, 0] @ m.area), m.area @ joint_state[:, kinds]
         rows.append((moment[1] / moment[0], 1.0 - opening / J, J, area, *map(total, spent)))
         if area > 0.75 * LENGTH:
             break
-    if follow.reason:
-        raise RuntimeError(follow.reason)
     table = np.array(rows)
     # the second half of the way of the crack
     k = int(np.searchsorted(table[:, 3], 0.5 * (table[0, 3] + table[-1, 3])))

@@ -4,9 +4,9 @@ import warnings
 
 import numpy as np
 from asperity import Interface, Material, Pattern
+from asperity.fenicsx import COMM, Conditions, Follow, Model, Output, State, largest, solve
 from asperity.mesh import split
 from gravity_dam_mesh import BASE, CREST, HEIGHT, mesh
-from jointed import COMM, Follow, Model, Output, Steps
 
 CONCRETE, ROCK, WATER = 0.024, 0.026, 0.00981  # weights
 K0, FRICTION = 0.7, 1.0  # horizontal over vertical stress of the rock, friction of the base
@@ -26,33 +26,32 @@ def run(path: str, uplift: bool) -> tuple[float, float, float]:
     """Return the largest thrust, MN, largest slip and opening of the base under full water, m."""
     jointed = split(path, JOINTS) if COMM.rank == 0 else None
     model = Model(jointed, LAWS, {"dam": 24e3, "rock": 20e3}, 0.2, plane="strain")
-    model.pressure("fault", lambda x: -WATER * x[:, 1])  # of the groundwater, before the dam
-    model.initial(in_situ, "rock")
-    weight = model.body([0.0, -ROCK], "rock")
     bottom, ends = model.group("bottom")[0], model.group("ends")[0]
-    steps = Steps(model, np.r_[model.dofs(bottom, 1), model.dofs(ends, 0)])
-    none = np.zeros(len(steps.fixed))
-    carries = steps.solve(none, weight)
-    if not carries or COMM.allreduce(np.abs(model.u).max(initial=0.0), max) > 1e-9:
-        raise SystemExit(f"the in-situ stress does not carry the weight of the rock: {steps.message}")
+    fixed = np.r_[model.dofs(bottom, 1), model.dofs(ends, 0)]
+    groundwater = {"fault": lambda x: -WATER * x[:, 1]}  # before the dam
+    weight = model.body([0.0, -ROCK], "rock")
+    state = State.initial(model, in_situ, "rock", pressures=groundwater)
+    state = solve(model, state, Conditions(fixed, load=weight, pressures=groundwater)).taken()
+    if largest(state.u) > 1e-9:
+        raise SystemExit("the in-situ stress does not carry the weight of the rock")
     weight += model.body([0.0, -CONCRETE], "dam")
 
-    def filled(level: float, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-        for name, more in (("upstream", factor), ("reservoir", 1.0)):
-            model.pressure(name, lambda x, more=more: more * WATER * np.maximum(level - x[:, 1], 0.0))
-        model.pressure("base", lambda x: uplift * WATER * level * (1.0 - x[:, 0] / BASE))
-        return none, weight
+    def filled(level: float, factor: float = 1.0) -> Conditions:
+        water = {
+            "upstream": lambda x: factor * WATER * np.maximum(level - x[:, 1], 0.0),
+            "reservoir": lambda x: WATER * np.maximum(level - x[:, 1], 0.0),
+            "base": lambda x: uplift * WATER * level * (1.0 - x[:, 0] / BASE),
+        }
+        return Conditions(fixed, load=weight, pressures=groundwater | water)
 
     for level in np.linspace(0.0, HEIGHT, 5):
-        if not steps.solve(*filled(level)):
-            raise SystemExit(f"water at {level:g} m: {steps.message}")
-    opening, slip = (COMM.allreduce(model.s[1][:, k].max(initial=0.0), max) for k in (0, 1))
-    Output(model, f"uplift_{uplift}.pvd").write(0.0)
+        state = solve(model, state, filled(level)).taken()
+    base = state.s[model.parts[model.joints.index("base")]]
+    opening, slip = largest(np.maximum(base[:, 0], 0.0)), largest(base[:, 1])
+    Output(model, f"uplift_{uplift}.pvd").write(state)
+    follow = Follow(model, state, lambda t: filled(HEIGHT, 1.0 + t), 0.05, 0.1, 1e-4)
     thrust = WATER * HEIGHT**2 / 2.0
-    follow = Follow(steps, lambda t: filled(HEIGHT, 1.0 + t), 0.05, 0.1, 1e-4)
-    while not follow.reason and follow.at < 10.0:
-        follow.advance(10.0)
-    return thrust * (1.0 + follow.at), slip, opening
+    return thrust * (1.0 + follow.run_to_limit(10.0).at), slip, opening
 
 
 if __name__ == "__main__":

@@ -9,30 +9,32 @@ import json
 
 import pytest
 
-from harness.studies.validation.wall_runs import PROGRAM, PYTHON, start
+from harness.studies.validation.wall_runs import PYTHON, start
 
 WITH_FENICSX = pytest.mark.skipif(
     not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
 )
 
-MODEL = f"""
-import sys
-sys.path[:0] = [{str(PROGRAM.parent)!r}, {str(PROGRAM.parents[1])!r}]
+MODEL = """
+from dataclasses import replace
 import numpy as np
-from jointed import *
 from asperity import Interface, Material, Pattern
+from asperity.fenicsx import *
 from asperity.mesh import split
-from structured import grid
+from harness.hosts.structured import grid
 
 law = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=0.5), Pattern.regular(0, 0.0))
 mesh = split(grid(range(4), range(3), block=[0, 1])) if COMM.rank == 0 else None
 
 def model(E=2e4, nu=0.2, laws=None, **settings):
-    return Model(mesh, laws or {{"joint": law}}, E, nu, **settings)
+    return Model(mesh, laws or {"joint": law}, E, nu, **settings)
 
-def steps(fixed=None, m=None, **settings):
+def bottom(m):
+    return m.dofs(m.x[:, 1] < 1e-6, 0, 1)
+
+def found(terms=None, m=None, **conditions):
     m = m or model()
-    return Steps(m, m.dofs(m.x[:, 1] < 1e-6, 0, 1) if fixed is None else np.array(fixed, int), **settings)
+    return solve(m, State.virgin(m), Conditions(**{"fixed": bottom(m)} | conditions), terms)
 """
 """A model of two blocks."""
 

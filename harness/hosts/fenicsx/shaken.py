@@ -11,13 +11,17 @@ from __future__ import annotations
 import argparse
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from asperity import Interface, Material, Pattern
+from asperity.fenicsx import COMM, Conditions, Model, Shake, State, Terms, solve, total
+from asperity.fenicsx.newton import Equations, Task
+from asperity.fenicsx.response import respond
 from asperity.mesh import split
-from jointed import COMM, Model, Shake, Steps, total
 from petsc4py import PETSc
-from structured import grid
+
+from harness.hosts.structured import grid
 
 G, DENSITY = 9.81, 0.0024
 PULSE, LENGTH, RAMP, END = 0.9, 0.5, 0.02, 1.15
@@ -59,52 +63,55 @@ def base(ramp: float) -> Callable[[float], list[float]]:
     return lambda t: [-PULSE * G * (rise(t) - rise(t - LENGTH)), 0.0]
 
 
-def at_rest(m: Model, fixed: np.ndarray) -> tuple[Steps, np.ndarray]:
-    """Steps of a model that carries its weight."""
-    steps, down = Steps(m, fixed, 1e-8), m.body([0.0, -DENSITY * G])
-    if not steps.solve(np.zeros(len(fixed)), down, 1e6):
-        raise RuntimeError(steps.message)
-    return steps, down
+TERMS = Terms(dt=1e6, tolerance=1e-8)
+"""Of a state at rest."""
+
+
+def at_rest(m: Model, fixed: np.ndarray) -> tuple[State, Conditions]:
+    """State of a model that carries its weight, and what holds and loads it."""
+    conditions = Conditions(fixed, load=m.body([0.0, -DENSITY * G]))
+    return solve(m, State.virgin(m), conditions, TERMS).taken(), conditions
 
 
 def slip(dt: float, ramp: float, beta: float, cells: int = 6, c: float = 0.0) -> tuple[float, Shake]:
     """Mean slip at the end."""
     m = block(cells, c=c)
-    steps, down = at_rest(m, m.dofs(m.x[:, 1] < 1e-9, 0, 1))
-    shake = Shake(steps, np.abs(m.body([DENSITY] * 2)), down, dt, ground=base(ramp), beta=beta)
-    if not shake.run(END):
-        raise RuntimeError(shake.reason)
-    return total(m.s[0][:, 1] @ m.area) / total(m.area.sum()), shake
+    rest = at_rest(m, m.dofs(m.x[:, 1] < 1e-9, 0, 1))
+    shake = Shake(m, *rest, np.abs(m.body([DENSITY] * 2)), dt, ground=base(ramp), beta=beta)
+    return total(shake.run(END).s[:, 1] @ m.area) / total(m.area.sum()), shake
 
 
 def alpha2(dt: float, ramp: float) -> float:
     """Mean slip at the end by TSALPHA2, undamped; the state of the joints is accepted after each step."""
     m = block()
-    steps, down = at_rest(m, m.dofs(m.x[:, 1] < 1e-9, 0, 1))
-    mass, ground, fixed = np.abs(m.body([DENSITY] * 2)), base(ramp), steps.fixed
-    x, v = steps.x.duplicate(), steps.x.duplicate()
-    x.array[:] = m.u
+    state, conditions = at_rest(m, m.dofs(m.x[:, 1] < 1e-9, 0, 1))
+    mass, ground, fixed = np.abs(m.body([DENSITY] * 2)), base(ramp), np.unique(conditions.fixed)
+    down, dry, nothing = conditions.load, np.zeros(len(m.pairs)), np.zeros(m.n * m.d)
+    equations = Equations(m, fixed, "")
+    x, v = m.K.createVecs()
+    x.array[:] = state.u
     ts = PETSc.TS().create(COMM)
     ts.setType(PETSc.TS.Type.ALPHA2)
 
+    def law(u):
+        return respond(m, state, m.separations(u.array_r), dt, dry)
+
     def residual(ts, t, u, v, a, f):
-        f.array[:] = mass * (a.array_r + np.tile(ground(t), m.n)) + m.forces(u, dt) - down
+        forces = m.stiff(u.array_r) + m.pulled(law(u).t)
+        f.array[:] = mass * (a.array_r + np.tile(ground(t), m.n)) + forces - down
         f.array[fixed] = m.scale * u.array_r[fixed]
 
     def jacobian(ts, t, u, v, a, shift_v, shift_a, A, P):
-        m.tangent(A)
-        more = u.duplicate()
-        more.array[:] = shift_a * mass
-        A.setDiagonal(more, PETSc.InsertMode.ADD_VALUES)
-        A.zeroRows(steps.rows, diag=m.scale)
+        task = Task(nothing[fixed], down, dry, 1.0, shift_a * mass, 0.0, 1e-8, "root")
+        equations.assemble(law(u).D, task, 0.0, False)
 
     def accept(ts):
+        nonlocal state
         u = ts.getSolution()
-        m.forces(u, dt)
-        m.accept(u)
+        state = replace(state, s=m.separations(u.array_r), joints=law(u).joints)
 
     ts.setI2Function(residual, x.duplicate())
-    ts.setI2Jacobian(jacobian, steps.A)
+    ts.setI2Jacobian(jacobian, equations.A)
     ts.setSolution2(x, v)
     ts.setTimeStep(dt)
     ts.setMaxTime(END)
@@ -116,10 +123,12 @@ def alpha2(dt: float, ramp: float) -> float:
     ts.setFromOptions()
     ts.getSNES().setTolerances(rtol=1e-8)
     ts.solve(x)
-    return float(m.s[0][:, 1] @ m.area / m.area.sum())
+    return float(state.s[:, 1] @ m.area / m.area.sum())
 
 
-def wall(blocks: int, edges: bool, dt: float = 5e-4, end: float = 0.55, turn: float = 0.1) -> Shake:
+def wall(
+    blocks: int, edges: bool, dt: float = 5e-4, end: float = 0.55, turn: float = 0.1
+) -> tuple[Shake, float]:
     """A wall of the half sizes .1 and .5 m that begins to turn about a corner; edges: contact there alone."""
     b, h, kn, cells = 0.1, 0.5, 2e5, 1 if edges else 8
     rows = np.append(0, 1 + np.arange(10) * blocks // 10)
@@ -127,15 +136,14 @@ def wall(blocks: int, edges: bool, dt: float = 5e-4, end: float = 0.55, turn: fl
     law = bed(kn, 0.7, 2.0 * np.sqrt(kn * DENSITY * 2.0 * h))
     m = Model(split(mesh), {"joint": law}, 2e6 if edges else 2e4, 0.2, plane="strain")
     rock = (m.x[:, 1] < -0.1) | (m.solid("block_0")[::2] > 0.0)
-    steps, down = at_rest(m, m.dofs(rock, 0, 1))
-    shake = Shake(steps, np.abs(m.body([DENSITY] * 2)), down, dt)
-    shake.v = turn * np.column_stack([m.x[:, 1], b - m.x[:, 0]]).ravel() * m.solid(*m.names[1:])
-    first = 0.5 * total(shake.mass @ shake.v**2)
-    shake.largest = 1.0
-    while not shake.reason and shake.at < end:
+    state, conditions = at_rest(m, m.dofs(rock, 0, 1))
+    v = turn * np.column_stack([m.x[:, 1], b - m.x[:, 0]]).ravel() * m.solid(*m.names[1:])
+    shake = Shake(m, replace(state, v=v), conditions, np.abs(m.body([DENSITY] * 2)), dt)
+    first, start, most = shake.ledger.kinetic, shake.ledger.balance, 1.0
+    while shake.at < end:
         if shake.advance(end):
-            shake.largest = max(shake.largest, 1.0 + (shake.ledger.balance - shake._start) / first)
-    return shake
+            most = max(most, 1.0 + (shake.ledger.balance - start) / first)
+    return shake, most
 
 
 def climb(d: int, theta: float, dt: float = 5e-4, xi: float = 1.0, end: float = 0.4) -> tuple[float, Shake]:
@@ -151,20 +159,13 @@ def climb(d: int, theta: float, dt: float = 5e-4, xi: float = 1.0, end: float = 
     jointed = split(grid(*[side] * (d - 1), up, block=np.arange(2)), direction=ways)
     m = Model(jointed, {"joint": law}, 2e6, 0.2, plane="strain")
     down = np.r_[np.zeros(d - 1), -density * G]
-    steps = Steps(m, np.flatnonzero(m.solid("block_0")), 1e-8)
-    if not steps.solve(np.zeros(len(steps.fixed)), m.body(down), 1e6):
-        raise RuntimeError(steps.message)
-    first = [s.copy() for s in m.s]
-    shake = Shake(
-        steps,
-        np.abs(m.body([density] * d)),
-        m.body(down),
-        dt,
-        ground=lambda t: -1.5 * G * ways * (t < 0.1 - 1e-9),
-    )
-    if not shake.run(end):
-        raise RuntimeError(shake.reason)
-    return total(np.linalg.norm(m.s[0] - first[0], axis=1) @ m.area) / total(m.area.sum()), shake
+    conditions = Conditions(np.flatnonzero(m.solid("block_0")), load=m.body(down))
+    start = solve(m, State.virgin(m), conditions, TERMS).taken()
+    mass_of_nodes = np.abs(m.body([density] * d))
+    ground = lambda t: -1.5 * G * ways * (t < 0.1 - 1e-9)  # noqa: E731
+    shake = Shake(m, start, conditions, mass_of_nodes, dt, ground=ground)
+    way = np.linalg.norm(shake.run(end).s - start.s, axis=1)
+    return total(way @ m.area) / total(m.area.sum()), shake
 
 
 def main() -> None:
@@ -200,8 +201,8 @@ def main() -> None:
                 show(f"climb{d} {theta:g}", slipped, shake.gained, shake.cuts, shake.taken)
     for name, kind in {"wall": (5, False), "edges": (1, True)}.items():
         if not words or name in words:
-            shake = wall(*kind)
-            show(name, shake.largest, shake.gained, shake.at, shake.cuts, shake.taken)
+            shake, most = wall(*kind)
+            show(name, most, shake.gained, shake.at, shake.cuts, shake.taken)
 
 
 if __name__ == "__main__":

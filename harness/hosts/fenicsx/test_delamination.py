@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from on_ranks import WITH_FENICSX
 
-from harness.studies.validation.wall_runs import PROGRAM, start
+from harness.studies.validation.wall_runs import start
 
 pytestmark = WITH_FENICSX
 
@@ -13,9 +13,7 @@ pytestmark = WITH_FENICSX
 @pytest.mark.parametrize(("mu", "least", "most"), [(0.0, 0.97, 1.06), (0.8, 1.5, 1.8)])
 def test_shear(mu: float, least: float, most: float) -> None:
     """Equal turns: without friction J is Gc, with friction on steep planes half as much again."""
-    folders = str(PROGRAM.parent), str(PROGRAM.parents[1])
-    code = f"import sys; sys.path[:0] = {folders!r}; from delamination import GC, peel; "
-    code += f"print(GC, *peel(1.0, {mu}))"
+    code = f"from harness.hosts.fenicsx.delamination import GC, peel; print(GC, *peel(1.0, {mu}))"
     done = start("", code=code)
     assert done.returncode == 0, done.stderr
     Gc, moments, share, J, spent, friction = map(float, done.stdout.split())

@@ -23,19 +23,19 @@ SMALL = "--elements 2 2 --step 0.1 --most 0.1 --tolerance 1e-10"
 
 FAILING = """
 import sys
-from asperity.interface import Interface
+from asperity.fenicsx import newton
+from asperity.fenicsx.response import LawError
 
-update, calls = Interface.update, [0]
+respond, calls = newton.respond, [0]
 
 def failing(*words, **names):
     calls[0] += 1
     if calls[0] in range({first}, {last}):
-        raise ValueError("point 3: planted")
-    return update(*words, **names)
+        raise LawError("point 3: planted")
+    return respond(*words, **names)
 
-Interface.update = failing
-sys.path.insert(0, {folder!r})
-import walls
+newton.respond = failing
+from harness.hosts.fenicsx import walls
 sys.exit(walls.main())
 """
 """The program with a law that returns errors in some of its calls."""
@@ -233,7 +233,7 @@ def test_bad_options(words: str, expected: str) -> None:
 @pytest.mark.parametrize(("last", "status"), [(61, 0), (10**9, 3)])
 def test_law_that_fails(tmp_path: Path, last: int, status: int) -> None:
     """Once: the step is cut.  Always: the run ends with the message of the law and the rows before."""
-    code = FAILING.format(first=60, last=last, folder=str(PROGRAM.parent))
+    code = FAILING.format(first=60, last=last)
     words = f"--elements 2 2 --to 0.2 --out {tmp_path / 'rows.csv'}"
     output, messages = run(words, code=code, status=status)
     end = rows(tmp_path / "rows.csv")[-1, 0]
@@ -262,10 +262,10 @@ def test_a_file_of_another_version(tmp_path: Path) -> None:
     with np.load(file) as data:
         saved = dict(data)
     broken = [b"", whole[:40], whole[: len(whole) // 2]]
-    for name in ("ranks", "last", "now", "counts", "jump0"):
+    for name in ("ranks", "state.u", "before.joints0", "step", "rules"):
         np.savez(tmp_path / "less.npz", **{key: array for key, array in saved.items() if key != name})
         broken.append((tmp_path / "less.npz").read_bytes())
-    np.savez(tmp_path / "less.npz", **saved | {"counts": saved["counts"][:-1]})
+    np.savez(tmp_path / "less.npz", **saved | {"rules": saved["rules"][:-1]})
     for content in [*broken, (tmp_path / "less.npz").read_bytes()]:
         file.write_bytes(content)
         _, messages = run(f"{words} --out {out} --resume", 2, status=2)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -26,8 +25,6 @@ def test_the_scripts_of_the_page(ranks: int, tmp_path: Path) -> None:
     scripts = re.findall(r"^```py\n(.*?)^```$", PAGE, re.M | re.S)
     names = "gravity_dam_mesh.py", "gravity_dam.py"
     assert scripts == [PROGRAM.with_name(name).read_text(encoding="utf-8") for name in names]
-    for file in (*PROGRAM.parent.glob("jointed*.py"), PROGRAM.parents[1] / "paraview_files.py"):
-        shutil.copy(file, tmp_path)
     for name, text in zip(names, scripts, strict=True):
         (tmp_path / name).write_text(text, encoding="utf-8")
     command = [PYTHON.parent / "mpiexec", "-n", str(ranks), PYTHON, names[1]]

@@ -14,7 +14,7 @@ pytestmark = WITH_FENICSX
 HELPERS = """
 import json, sys, warnings
 import meshio
-from structured import simplices
+from harness.hosts.structured import simplices
 
 warnings.simplefilter("ignore")
 E, PRESS, MU = 2e4, 1.0, 0.5
@@ -52,13 +52,15 @@ def two_blocks(d, simplex=False, law=smooth, nu=0.0, **settings):
     return Model(meshed(axes, simplex=simplex, block=block), {"joint": law}, E, nu, **settings)
 
 def held(m, *components):
-    return Steps(m, np.r_[m.dofs(m.group("bottom")[0], *range(m.d)), m.dofs(m.group("top")[0], *components)])
+    return np.r_[m.dofs(m.group("bottom")[0], *range(m.d)), m.dofs(m.group("top")[0], *components)]
 
-def solved(steps, values=0.0, load=0.0):
-    m = steps.model
-    if not steps.solve(values + 0.0 * steps.fixed, load + 0.0 * m.u):
-        raise SystemExit(steps.message)
-    return m
+def under(m, pressures, flows=(), state=None):
+    # the state with these pressures, which hold the model at its top and bottom
+    conditions = Conditions(held(m, *range(m.d)), pressures=pressures, flows=flows)
+    return solve(m, state or State.virgin(m), conditions).taken()
+
+def outer(m, **pressures):
+    return found(m=m, fixed=np.arange(m.n * m.d), pressures=pressures).load
 """
 """What the scenes share."""
 
@@ -78,14 +80,12 @@ def test_pressures_on_faces(ranks: int) -> None:
         """
 for d, simplex in ((2, False), (2, True), (3, False), (3, True)):
     m = two_blocks(d, simplex, thickness=2.0)
-    m.pressure("left", lambda x: np.maximum(1.7 - x[:, -1], 0.0))
-    force = m.water.outer.reshape(-1, d)
+    level = lambda x: np.maximum(1.7 - x[:, -1], 0.0)
+    force = outer(m, left=level).reshape(-1, d)
     results[f"{d} {simplex}"] = [*sums(m, force), total(force[:, 0] @ m.x[:, -1])]
-    for side in ("right", "bottom", "top", "front", "back")[: 2 * d - 1]:
-        m.pressure(side, lambda x: np.maximum(1.7 - x[:, -1], 0.0))
-    results[f"{d} {simplex} all"] = sums(m, m.water.outer)
-    m.pressure("left", 0.0)
-    results[f"{d} {simplex} without"] = sums(m, m.water.outer)
+    sides = dict.fromkeys(("left", "right", "bottom", "top", "front", "back")[: 2 * d], level)
+    results[f"{d} {simplex} all"] = sums(m, outer(m, **sides))
+    results[f"{d} {simplex} without"] = sums(m, outer(m, **sides | {"left": 0.0}))
 """,
         ranks,
     )
@@ -112,32 +112,22 @@ def test_pressures_in_joints(ranks: int) -> None:
         """
 for d in (2, 3):
     m = two_blocks(d)
-    steps = Steps(m, m.dofs(m.group("bottom")[0], *range(d)))
+    fixed = m.dofs(m.group("bottom")[0], *range(d))
     top, area = m.group("top")
     down, push = np.zeros((2, m.n, d))
     down[top, -1], push[top, 0] = -PRESS * area, PRESS * area
-    m.pressure("joint", 0.4)
-    solved(steps, 0.0, down.ravel())
-    follow = Follow(steps, lambda t: (0.0 * steps.fixed, down.ravel() + t * push.ravel()), 0.02, 0.05)
-    while not follow.reason and follow.at < 1.0:
-        follow.advance(1.0)
-    results[f"{d} slides"] = follow.at
-    m = two_blocks(d)
-    steps = Steps(m, m.dofs(m.group("bottom")[0], *range(d)))
-    m.pressure("joint", 0.4)
-    solved(steps, 0.0, down.ravel())
-    load = (down + 0.2 * push).ravel()
-    good = steps.solve_by_passes(0.0 * steps.fixed, load, 1.0, m.s, finish=False)
-    results[f"{d} passes"] = [bool(good), *steps.errors]
+    pushed = lambda t: Conditions(fixed, load=(down + t * push).ravel(), pressures={"joint": 0.4})
+    start = solve(m, State.virgin(m), pushed(0.0)).taken()
+    results[f"{d} slides"] = Follow(m, start, pushed, 0.02, 0.05).run_to_limit(1.0).at
+    report = solve(m, start, pushed(0.2), Terms(passes=8, finish=False))
+    results[f"{d} passes"] = [report.good, *report.errors]
     for name, p in {"opens": 1.0, "of opening": lambda x, s: 1.0 / (1.0 + s / 1e-4)}.items():
-        m = two_blocks(d)
-        m.pressure("joint", p)
-        solved(held(m, *range(d)))
-        t = m.laws[0].update(m.s[0], m.state[0], m.s[0], p=m.water.p).traction[:, 0]
-        low = COMM.allreduce(float(m.s[0][:, 0].min(initial=1e9)), min)
-        results[f"{d} {name}"] = [low, largest(m.s[0][:, 0]), largest(t + m.water.p), largest(m.water.p)]
-    m.pressure("joint", lambda x, factor=0.5: factor)  # a number for all places; `factor` is no opening
-    results[f"{d} factor"] = largest(m.water.p)
+        state = under(m, {"joint": p})
+        low = COMM.allreduce(float(state.s[:, 0].min(initial=1e9)), min)
+        apart = largest(state.t[:, 0] + state.p)
+        results[f"{d} {name}"] = [low, largest(state.s[:, 0]), apart, largest(state.p)]
+    # a number for all places; `factor` is no opening
+    results[f"{d} factor"] = largest(under(m, {"joint": lambda x, factor=0.5: factor}).p)
 """,
         ranks,
     )
@@ -156,15 +146,16 @@ for d in (2, 3):
 FLOW = """
 for d, simplex in ((2, False), (2, True), (3, False), (3, True)):
     m = two_blocks(d, simplex, thickness=2.0)
-    flow = m.flow("joint", {"left": 6.0, "right": 2.0}, 1e-9, a_0=0.02, a_min=0.01)
-    steps = held(m, *range(d))
-    up = np.isin(steps.fixed, m.dofs(m.group("top")[0], d - 1))
-    solved(steps, 1.0 * up)  # wide open: p does not change the aperture by much
+    flow, fixed = Flow("joint", {"left": 6.0, "right": 2.0}, 1e-9, a_0=0.02, a_min=0.01), held(m, *range(d))
+    up = np.isin(fixed, m.dofs(m.group("top")[0], d - 1))
+    # wide open: p does not change the aperture by much
+    report = solve(m, State.virgin(m), Conditions(fixed, 1.0 * up, flows=[flow]))
+    state = report.taken()
     results[f"{d} {simplex}"] = {
-        "rates": flow.rates, "p": largest(m.water.p - 6.0 + 4.0 * m.water.x[:, 0] / 3.0),
-        "aperture": largest(m.water.aperture(m.s) - 1.02),
+        "rates": report.rates[0], "p": largest(state.p - 6.0 + 4.0 * m.places[:, 0] / 3.0),
+        "aperture": largest(state.s[:, 0] + 0.02 - 1.02),
     }
-    Output(m, f"{FOLDER}/{d}_{simplex}.pvd").write(1.0)
+    Output(m, f"{FOLDER}/{d}_{simplex}.pvd").write(state, flows=[flow])
 """
 
 
@@ -203,14 +194,15 @@ block = np.array([[0, 2], [1, 2]]).repeat(2, 0).repeat(2, 1)
 mesh = meshed([np.linspace(0, 2, 5), np.linspace(0, 2, 5)], {"stem": ("0", "1"), "bar": ("*", "*")},
               block=block, names={"0": 0, "1": 1, "2": 2})
 m = Model(mesh, {"stem": rigid, "bar": rigid}, E, 0.2)
-flow = m.flow(["stem", "bar"], {"bottom": 3.0, "left": 0.0, "right": 0.0}, 1.0, a_0=0.5, a_min=1e-3)
-solved(held(m, 0, 1))
-results["rates"] = flow.rates
-results["junction"] = largest(m.water.p[(abs(m.water.x - 1.0) < 1e-6).all(1)])
-flow = m.flow(["bar", "stem"], {"left": 0.0}, 1.0, {"stem": 0.5, "bar": 0.2}, 1e-3, weight=[0.0, -0.7])
-solved(held(m, 0, 1))
-results["rest"] = [*map(abs, flow.rates.values())]
-results["column"] = largest(m.water.p - 0.7 * (1.0 - m.water.x[:, 1]))
+fixed = held(m, 0, 1)
+flow = Flow(["stem", "bar"], {"bottom": 3.0, "left": 0.0, "right": 0.0}, 1.0, a_0=0.5, a_min=1e-3)
+report = solve(m, State.virgin(m), Conditions(fixed, flows=[flow]))
+results["rates"] = report.rates[0]
+results["junction"] = largest(report.taken().p[(abs(m.places - 1.0) < 1e-6).all(1)])
+flow = Flow(["bar", "stem"], {"left": 0.0}, 1.0, {"stem": 0.5, "bar": 0.2}, 1e-3, weight=[0.0, -0.7])
+report = solve(m, report.taken(), Conditions(fixed, flows=[flow]))
+results["rest"] = [*map(abs, report.rates[0].values())]
+results["column"] = largest(report.taken().p - 0.7 * (1.0 - m.places[:, 1]))
 """,
         ranks,
     )
@@ -239,19 +231,16 @@ def rock(x):
 
 for d, simplex in ((2, True), (3, False), (3, True)):
     m = two_blocks(d, simplex, nu=0.2, plane="strain")
-    m.pressure("joint", 0.1)
-    m.initial(rock)
+    start = State.initial(m, rock, pressures={"joint": 0.1})
     weight = m.body([0.0] * (d - 1) + [-0.3])
     sides = [m.dofs(m.group(name)[0], k) for name, k in
              (("left", 0), ("right", 0), ("front", 1), ("back", 1))[: 2 * d - 2]]
-    steps = Steps(m, np.concatenate([m.dofs(m.group("bottom")[0], d - 1), *sides]))
+    fixed = np.concatenate([m.dofs(m.group("bottom")[0], d - 1), *sides])
     # the water lifts the upper block: its pressure on the joint's sides is a part of the equilibrium
-    solved(steps, 0.0, weight)
-    t = m.laws[0].update(m.s[0], m.state[0], m.s[0], p=m.water.p).traction
-    results[f"{d} {simplex}"] = [largest(m.u), largest(t[:, 0] + 0.3), largest(m.s[0])]
-    m.pressure("joint", 0.0)
-    solved(steps, 0.0, weight)
-    results[f"{d} {simplex} dry"] = [-largest(m.s[0][:, 0]), largest(m.s[0][:, 0] + 0.1 / 200.0)]
+    state = solve(m, start, Conditions(fixed, load=weight, pressures={"joint": 0.1})).taken()
+    results[f"{d} {simplex}"] = [largest(state.u), largest(state.t[:, 0] + 0.3), largest(state.s)]
+    state = solve(m, state, Conditions(fixed, load=weight)).taken()
+    results[f"{d} {simplex} dry"] = [-largest(state.s[:, 0]), largest(state.s[:, 0] + 0.1 / 200.0)]
 """,
         ranks,
     )
@@ -264,39 +253,40 @@ for d, simplex in ((2, True), (3, False), (3, True)):
 
 
 WRONG = {
-    'model().pressure("bed", 1.0)': "bed: no such joint or group: expected one of joint, ",
-    'model().pressure("joint", -1.0)': "joint: p = -1 at (",
-    'model().pressure("left", float("nan"))': "left: p = nan at (",
-    'model().pressure("joint", lambda x: x)': "joint: p of the shape",
-    'model().pressure("left", lambda x, s: s)': "left: p is a function of the opening: expected one of",
-    'model().pressure("left", lambda x: 1j * x[:, 0])': "left: p[0] = ",
-    'model().pressure("left", lambda x: "high")': "left: p[] = 'high': expected a finite number",
-    'model().pressure("joint", np.ones(4))': "joint: p of the shape (4,): expected a number or a function",
-    'model().pressure("heel", 1.0)': "heel: expected a group of faces",
-    'model().pressure("cut", 1.0)': "cut: 2 of its 2 faces are inside the solids",
-    'model().flow("bed", {"left": 1.0}, 1.0, 0.0, 1e-3)': "bed: no such joint: expected one of joint",
-    'model().flow("joint", {}, 1.0, 0.0, 1e-3)': "expected the pressure at one group at least",
-    'model().flow("joint", "left", 1.0, 0.0, 1e-3)': "given 'left': expected pressures by group",
-    'model().flow("joint", {"left": 1.0}, "thin", 0.0, 1e-3)': "viscosity = 'thin': expected a finite",
-    'model().flow("joint", {"left": 1.0}, 1.0, 1j, 1e-3)': "a_0 of joint = 1j: expected a finite number",
-    'model().flow("joint", {"roof": 1.0}, 1.0, 0.0, 1e-3)': "roof: no such group: expected one of",
-    'model().flow("joint", {"top": 1.0}, 1.0, 0.0, 1e-3)': "top: no node of joint is in it",
-    'model().flow("joint", {"left": -1.0}, 1.0, 0.0, 1e-3)': "left: p = -1 at (",
-    'model().flow("joint", {"left": 1.0, "heel": 2.0}, 1.0, 0.0, 1e-3)': "heel: p = 2 at (0, 1), but 1 by",
-    'model().flow("joint", {"left": 1.0}, 0.0, 0.0, 1e-3)': "viscosity = 0.0: expected above 0",
-    'model().flow("joint", {"left": 1.0}, 1.0, 1e-3)': "a_min = 0.0: expected above 0",
-    'model().flow("joint", {"left": 1.0}, 1.0, {"bed": 1.0}, 1e-3)': "a_0 of bed: expected one for each",
-    'model().flow("joint", {"left": 1.0}, 1.0, 0.0, 1e-3, [1.0])': "weight = [1.0]: expected 2 finite",
-    'layered().flow(["low", "high"], {"heel": 1.0}, 1.0, 0.0, 1e-3)': "high: 4 nodes are cut off from every",
-    "flowing().pressure('joint', 1.0)": "joint: its pressure is that of the flow along joint",
-    "moved().initial([[0.0, 0.0], [0.0, 0.0]])": "initial stress: expected before the first step",
-    "model().initial([1.0, 0.0])": "stress of the shape (2,): expected (2, 2) or",
-    "model().initial([[1.0, 1.0], [0.0, 0.0]])": "stress: expected finite, symmetric components",
+    'pressed("bed", 1.0)': "bed: no such joint or group: expected one of joint, ",
+    'pressed("joint", -1.0)': "joint: p = -1 at (",
+    'pressed("left", float("nan"))': "left: p = nan at (",
+    'pressed("joint", lambda x: x)': "joint: p of the shape",
+    'pressed("left", lambda x, s: s)': "left: p is a function of the opening: expected one of",
+    'pressed("left", lambda x: 1j * x[:, 0])': "left: p[0] = ",
+    'pressed("left", lambda x: "high")': "left: p[] = 'high': expected a finite number",
+    'pressed("joint", np.ones(4))': "joint: p of the shape (4,): expected a number or a function",
+    'pressed("heel", 1.0)': "heel: expected a group of faces",
+    'pressed("cut", 1.0)': "cut: 2 of its 2 faces are inside the solids",
+    'flowing("bed", {"left": 1.0}, 1.0, 0.0, 1e-3)': "bed: no such joint: expected one of joint",
+    'flowing("joint", {}, 1.0, 0.0, 1e-3)': "expected the pressure at one group at least",
+    'flowing("joint", "left", 1.0, 0.0, 1e-3)': "given 'left': expected pressures by group",
+    'flowing("joint", {"left": 1.0}, "thin", 0.0, 1e-3)': "viscosity = 'thin': expected a finite",
+    'flowing("joint", {"left": 1.0}, 1.0, 1j, 1e-3)': "a_0 of joint = 1j: expected a finite number",
+    'flowing("joint", {"roof": 1.0}, 1.0, 0.0, 1e-3)': "roof: no such group: expected one of",
+    'flowing("joint", {"top": 1.0}, 1.0, 0.0, 1e-3)': "top: no node of joint is in it",
+    'flowing("joint", {"left": -1.0}, 1.0, 0.0, 1e-3)': "left: p = -1 at (",
+    'flowing("joint", {"left": 1.0, "heel": 2.0}, 1.0, 0.0, 1e-3)': "heel: p = 2 at (0, 1), but 1 by",
+    'flowing("joint", {"left": 1.0}, 0.0, 0.0, 1e-3)': "viscosity = 0.0: expected above 0",
+    'flowing("joint", {"left": 1.0}, 1.0, 1e-3)': "a_min = 0.0: expected above 0",
+    'flowing("joint", {"left": 1.0}, 1.0, {"bed": 1.0}, 1e-3)': "a_0 of bed: expected one for each",
+    'flowing("joint", {"left": 1.0}, 1.0, 0.0, 1e-3, [1.0])': "weight = [1.0]: expected 2 finite",
+    'flowing(["low", "high"], {"heel": 1.0}, 1.0, 0.0, 1e-3, m=layered())': "high: 4 nodes are cut off from",
+    "flowing('joint', {'left': 1.0}, 1.0, 0.0, 1e-3, joint=1.0)": "joint: its pressure is that of a flow",
+    "found(flows=[Flow('joint', {'left': 1.0}, 1.0, 0.0, 1e-3)] * 2)": "joint: it is in two flows",
+    "initial([[0.0, 1.0], [1.0, -1.0]])": "joint: ",
+    "initial(np.eye(2), pressures={'bed': 1.0})": "bed: no such joint: expected one of joint",
+    "initial([1.0, 0.0])": "stress of the shape (2,): expected (2, 2) or",
+    "initial([[1.0, 1.0], [0.0, 0.0]])": "stress: expected finite, symmetric components",
     # of one rank alone, where there are two
-    "model().initial(lambda x: np.where(x[:, :1, None] > 2.9, np.nan, np.eye(2)))": "stress: expected finite",
-    "model().initial(1j * np.eye(2))": "stress[0, 0] = 1j: expected a finite number",
-    'model().initial(np.eye(2), "rock")': "rock: no such block: expected one of",
-    "model().initial([[0.0, 1.0], [1.0, -1.0]])": "joint: ",
+    "initial(lambda x: np.where(x[:, :1, None] > 2.9, np.nan, np.eye(2)))": "stress: expected finite",
+    "initial(1j * np.eye(2))": "stress[0, 0] = 1j: expected a finite number",
+    'initial(np.eye(2), "rock")': "rock: no such block: expected one of",
 }
 """Expressions and what their errors say."""
 
@@ -317,17 +307,16 @@ def with_groups(rows):
 mesh = split(with_groups(2))
 layers = split(with_groups(3), {"low": ("block_0", "block_1"), "high": ("block_1", "block_2")})
 
+def initial(*words, **settings):
+    return State.initial(model(), *words, **settings)
+
 def layered():
     return Model(layers, {"low": law, "high": law}, E, 0.2)
 
-def flowing():
-    m = model()
-    m.flow("joint", {"left": 1.0}, 1.0, 0.0, 1e-3)
-    return m
+def pressed(name, p):
+    return found(pressures={name: p})
 
-def moved():
-    m = model()
-    m.pressure("joint", 1.0)
-    return solved(Steps(m, m.dofs(m.x[:, 1] < 1e-6, 0, 1), drag=1.0))
+def flowing(*words, m=None, **pressures):
+    return found(m=m, flows=[Flow(*words)], pressures=pressures)
 """
     assert_refused(WRONG, HELPERS + code, ranks)

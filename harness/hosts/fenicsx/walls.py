@@ -16,11 +16,13 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+from asperity.fenicsx import COMM, Conditions, Follow, Model, Output, Report, State, Terms, solve, total
+from asperity.fenicsx.path import ERRORS, LIMIT, PASSES
+from asperity.fenicsx.time import energy_of
 from asperity.options import add_options
 from asperity.pattern import Pattern
-from jointed import COMM, Follow, Model, Output, Steps, total
-from jointed_follow import ERRORS, LIMIT, PASSES
-from masonry import LEAST, STIFFER, WALLS, check_options, laws, mesh, sized
+
+from harness.hosts.masonry import LEAST, STIFFER, WALLS, check_options, laws, mesh, sized
 
 HEAD = "displacement [mm],horizontal [kN],vertical [kN],dissipated [kN mm],iterations,passes,e_a [-],e_t [-]"
 
@@ -68,35 +70,35 @@ class Run:
         load, self.bottom = load.ravel(), bottom
         drag = o.drag * m.solid(*(k for k in names if not k.startswith("beam"))) * np.abs(m.body([1.0] * m.d))
         base, push = m.dofs(bottom, *range(m.d)), m.dofs(pushed, 0)
-        first = Steps(m, np.r_[base, m.dofs(pushed, *sides)], o.tolerance, o.petsc, drag)
+        terms, state = Terms(drag=drag, tolerance=o.tolerance, options=o.petsc), State.virgin(m)
+        fixed = np.r_[base, m.dofs(pushed, *sides)]
         for part in range(1, o.press + 1):
-            if not first.solve(np.zeros(len(first.fixed)), part / o.press * load):
-                raise ValueError(f"the pressure: {first.message}")
-        self.steps = first
+            report = solve(m, state, Conditions(fixed, load=part / o.press * load), terms)
+            if report.state is None:
+                raise ValueError(f"the pressure: {report.reason}")
+            state = report.state
         if not wall.beam:
-            self.steps = Steps(m, np.r_[base, m.dofs(pushed, *range(m.d))], o.tolerance, o.petsc, drag)
-            first.destroy()
-            load = 0.0 * load
-        at, along = m.u[self.steps.fixed], np.isin(self.steps.fixed, push)
+            fixed, load = np.r_[base, m.dofs(pushed, *range(m.d))], 0.0 * load
+        at, along = state.u[fixed], np.isin(fixed, push)
         self.follow = Follow(
-            self.steps, lambda t: (at + t * along, load), o.step, o.most, LEAST, o.passes, o.limit, o.errors
-        )
-        self.follow.by_passes = self.follow.always = o.always
-        self.pressed, self.begin = m.linear, time.process_time()
+            m, state, lambda t: Conditions(fixed, at + t * along, load), o.step, o.most, LEAST, terms,
+            o.passes, o.limit, o.errors, o.always,
+        )  # fmt: skip
+        self.begin = time.process_time()
         forget_memory()
 
-    def row(self) -> tuple[float, ...]:
+    def row(self, report: Report) -> tuple[float, ...]:
         """Displacement, forces at the base, energy of rupture and friction, iterations, passes, errors."""
-        m = self.model
-        F = self.steps.reaction.reshape(-1, m.d)[self.bottom]
+        m, state = self.model, self.follow.state
+        F = report.reaction.reshape(-1, m.d)[self.bottom]
         along, up = (total(F[:, k].sum()) / 1e3 for k in (0, -1))
-        steps = self.steps
-        return self.follow.at, -along, up, m.spent() / 1e3, steps.iterations, steps.passes, *steps.errors
+        spent = (energy_of(m, state, "rupture") + energy_of(m, state, "friction")) / 1e3
+        return self.follow.at, -along, up, spent, report.iterations, report.passes, *report.errors
 
 
 def options() -> argparse.Namespace:
     """Options of the command line."""
-    parser = argparse.ArgumentParser(prog="walls.py", description=__doc__, allow_abbrev=False)
+    parser = argparse.ArgumentParser(prog="walls", description=__doc__, allow_abbrev=False)
     of_half_brick = "of a half-brick: length and height, or length, thickness and height in 3D (default: 4 3)"
     add_options(
         parser,
@@ -171,22 +173,24 @@ def main() -> int:
         return 2
     if o.out and COMM.rank == 0:
         o.out.write_text("\n".join([HEAD, *(",".join(f"{x:.12g}" for x in row) for row in rows), ""]))
-    output = Output(run.model, o.pvd) if o.pvd else None
+    output, linear, law = Output(run.model, o.pvd) if o.pvd else None, 0, 0.0
     for end in [end for end in o.to[:-1] if not any(row[0] == end for row in rows)] + o.to[-1:]:
         while follow.at != end and not follow.reason:
-            if follow.advance(end):
-                rows.append(run.row())
+            taken = follow.advance(end)
+            linear, law = linear + follow.report.linear, law + follow.report.law
+            if taken:
+                rows.append(run.row(follow.report))
                 if o.out and COMM.rank == 0:
                     with o.out.open("a") as file:
                         file.write(",".join(f"{x:.12g}" for x in rows[-1]) + "\n")
                 if o.out and (follow.count % SAVED == 0 or follow.at == end):
                     follow.save(o.out)
         if output and follow.at == end:
-            output.write(end)
+            output.write(follow.state)
     at, force, _, spent, _, passes, *errors = np.array(rows).reshape(-1, len(HEAD.split(","))).T
     peak = int(np.abs(force).argmax()) if len(force) else 0
     snaps = errors[1] > o.errors[1]  # of shortest steps
-    entries, operations, gigabytes = run.steps.factor()
+    entries, operations, gigabytes = follow.report.factor if follow.report else (0.0, 0.0, 0.0)
     moving = COMM.allreduce(time.process_time() - run.begin)
     say(json.dumps({
         "unknowns": run.model.K.getSize()[0], "points": int(total(len(run.model.area))),
@@ -196,8 +200,8 @@ def main() -> int:
         "calm": float(errors[1][~snaps].max(initial=0.0)),
         "work": float(np.trapezoid(np.r_[0, force], np.r_[0, at])),
         "dissipated": float(spent[-1]) if rows else 0.0,
-        "iterations": follow.taken, "linear": run.model.linear - run.pressed, "moving": moving,
-        "seconds": time.process_time() - begin, "law": run.model.clock,
+        "iterations": follow.taken, "linear": linear, "moving": moving,
+        "seconds": time.process_time() - begin, "law": law,
         "memory": COMM.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 1e6,
         "peak": float(force[peak]) if rows else 0.0, "at": float(at[peak]) if rows else 0.0, "end": follow.at,
         "entries": entries, "operations": operations, "gigabytes": gigabytes,

@@ -29,29 +29,25 @@ def run(
     path: Path, law: Interface, to: float, most: float, options: str = "", pvd: Path | None = None
 ) -> np.ndarray:
     """Rows of displacement in mm, horizontal and vertical force in kN."""
-    from jointed import COMM, Follow, Model, Output, Steps, total
+    from asperity.fenicsx import COMM, Conditions, Follow, Model, Output, State, Terms, total
 
     mesh = split(path) if COMM.rank == 0 else None
     model = Model(mesh, {"joint": law}, E, NU, THICKNESS)
     top, bottom = model.group("top")[0], model.group("bottom")[0]
-    steps = Steps(model, model.dofs(np.r_[top, bottom], 0, 1), options=options)
-    along, down = (np.isin(steps.fixed, model.dofs(top, k)) * 1.0 for k in (0, 1))
-    press = Follow(steps, lambda t: (-t * PRESS * down, 0.0 * model.u), 1.0, 1.0)
-    while press.at < 1.0 and not press.reason:
-        press.advance(1.0)
-    if press.reason:
-        raise RuntimeError(f"the pressure: {press.reason}")
-    follow = Follow(steps, lambda t: (t * along - PRESS * down, 0.0 * model.u), most, most)
+    fixed, terms = model.dofs(np.r_[top, bottom], 0, 1), Terms(options=options)
+    along, down = (np.isin(fixed, model.dofs(top, k)) * 1.0 for k in (0, 1))
+    press = Follow(
+        model, State.virgin(model), lambda t: Conditions(fixed, -t * PRESS * down), 1.0, terms=terms
+    )
+    pressed = press.run(1.0)
+    follow = Follow(model, pressed, lambda t: Conditions(fixed, t * along - PRESS * down), most, terms=terms)
     rows, error = [], 0.0
-    while follow.at < to and not follow.reason:
-        if follow.advance(to):
-            error = max(error, steps.errors[1])
-            F = steps.reaction.reshape(-1, 2)[bottom]
-            rows.append([follow.at, -total(F[:, 0].sum()) / 1e3, total(F[:, 1].sum()) / 1e3])
+    for report in follow.to(to):
+        error = max(error, report.errors[1])
+        F = report.reaction.reshape(-1, 2)[bottom]
+        rows.append([follow.at, -total(F[:, 0].sum()) / 1e3, total(F[:, 1].sum()) / 1e3])
     if pvd:
-        Output(model, pvd).write(follow.at)
-    if follow.reason:
-        raise RuntimeError(follow.reason)
+        Output(model, pvd).write(follow.state)
     if error and COMM.rank == 0:
         print(f"steps by passes leave errors up to {error:.2g} of the forces")
     return np.array(rows) if COMM.rank == 0 else np.zeros((0, 3))

@@ -17,8 +17,8 @@ from asperity.options import add_options
 from asperity.pattern import Pattern
 from kratos_model import Floats, Lost, Structure
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
-from masonry import LEAST, WALLS, check_options, laws, mesh, sized
+sys.path.insert(0, str(Path(__file__).parents[3]))
+from harness.hosts.masonry import LEAST, WALLS, check_options, laws, mesh, sized
 
 TOLERANCE = 1e-4
 """Residual force, N, for a thickness of 1."""

@@ -18,7 +18,7 @@ from asperity.contract import Floats
 from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
-import paraview_files as paraview
+from asperity.mesh import paraview
 
 PROJECT = Path(__file__).parent / "kit" / "single.prj"
 """One layer; the patch triplet.xml makes a masonry triplet of it."""

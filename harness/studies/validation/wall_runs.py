@@ -15,9 +15,10 @@ from asperity.contract import Floats
 
 from .common import DATA, rows
 
-PROGRAM = Path(__file__).parents[3] / "harness" / "hosts" / "fenicsx" / "walls.py"
+ROOT = Path(__file__).parents[3]
+PROGRAM = ROOT / "harness" / "hosts" / "fenicsx" / "walls.py"
 EXAMPLES = PROGRAM.parents[2] / "examples"
-BUILD = Path(__file__).parents[3] / "build"
+BUILD = ROOT / "build"
 PYTHON = BUILD / "fenicsx" / "bin" / "python"
 """Made by `make hosts`."""
 
@@ -165,10 +166,10 @@ def start(
 ) -> subprocess.CompletedProcess[str]:
     """Run a program of this host, or a code, with options, one thread a rank."""
     mpiexec = [PYTHON.parent / "mpiexec", "-n", str(ranks)] if ranks > 1 else []
-    program = ["-c", code] if code else [PROGRAM.with_name(f"{name}.py")]
+    program = ["-c", code] if code else ["-m", f"harness.hosts.fenicsx.{name}"]
     command = [*mpiexec, PYTHON, *program, *shlex.split(words)]
     environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    return subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
 
 
 def printed_by(words: str, name: str, ranks: int = 1) -> list[tuple[str, list[float]]]:

@@ -5,21 +5,18 @@ A joint belongs to the rank of its cell on the minus side, which has the cell on
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from mpi4py import MPI  # isort: skip  # loads the library of MPI that dolfinx needs
 import numpy as np
-from asperity import contract
-from asperity.contract import Floats
-from asperity.interface import Interface
-from asperity.mesh import Jointed
-from asperity.mesh.shapes import FACES, Integers
 from dolfinx import cpp, graph
-from numpy.typing import ArrayLike
 
-COMM = MPI.COMM_WORLD
+from ..contract import Floats
+from ..interface import Interface
+from ..mesh import Jointed
+from ..mesh.shapes import FACES, Integers
+from .ranks import COMM
 
 BASIX = {
     "triangle": [0, 1, 2], "quad": [0, 1, 3, 2], "tetra": [0, 1, 2, 3],
@@ -31,37 +28,6 @@ NAMES = {"quad": "quadrilateral", "tetra": "tetrahedron"}
 """Names of cells in dolfinx, where meshio has others."""
 
 
-def _abort(*error: object) -> None:
-    """End all ranks where one has an error that nobody handles."""
-    sys.__excepthook__(*error)
-    COMM.Abort(1)
-
-
-if COMM.size > 1:
-    sys.excepthook = _abort
-
-
-def total(x: float) -> float:
-    """Sum over the ranks."""
-    return float(COMM.allreduce(float(x)))
-
-
-def agree(*messages: str) -> None:
-    """Raise ValueError on all ranks where one of them has a message that is not empty."""
-    if worst := max(COMM.allgather(max(messages, default=""))):
-        raise ValueError(worst)
-
-
-def doubles(name: str, value: ArrayLike) -> Floats:
-    """Array of a value; ValueError on all ranks where one has no real numbers."""
-    try:
-        array, message = contract.array(name, value), ""
-    except ValueError as error:
-        array, message = np.zeros(0), str(error)
-    agree(message)
-    return array
-
-
 def _weights(x: Floats) -> Floats:
     """Shares (f, k) of the corners x (f, k, d) of faces in their area."""
     k = x.shape[1]
@@ -69,9 +35,9 @@ def _weights(x: Floats) -> Floats:
         return np.zeros(x.shape[:2])
     edge = np.roll(x, -1, axis=1) - x
     if k == 2:
-        return 0.5 * np.linalg.norm(edge, axis=2)
+        return np.asarray(0.5 * np.linalg.norm(edge, axis=2))
     cross = np.linalg.norm(np.cross(edge, np.roll(edge, 1, axis=1)), axis=2)
-    return cross / (6 if k == 3 else 4)
+    return np.asarray(cross / (6 if k == 3 else 4))
 
 
 @dataclass(frozen=True)
@@ -107,7 +73,7 @@ def _group(jointed: Jointed, name: str) -> Group:
     return Group(nodes, area[nodes], jointed.origin[nodes], faces, corners, message)
 
 
-def distributed(jointed: Jointed, laws: Mapping[str, Interface]) -> tuple:
+def distributed(jointed: Jointed, laws: Mapping[str, Interface]) -> tuple[Integers, Floats, Any]:
     """Cells and nodes of a mesh, and what all ranks need of it."""
     kind, d = ", ".join(jointed.cells), jointed.dimension
     if kind not in BASIX:
@@ -129,7 +95,7 @@ def distributed(jointed: Jointed, laws: Mapping[str, Interface]) -> tuple:
     return cells, jointed.points, (kind, d, jointed.block[kind], jointed.names, groups, faces)
 
 
-def partition(count: int, types: list, cells: list, sides: np.ndarray) -> object:
+def partition(count: int, types: list[Any], cells: list[Any], sides: Integers) -> object:
     """Ranks of the cells here by dolfinx' partitioner, which has the joints as edges, too."""
     dual = cpp.mesh.build_dual_graph(COMM, types, cells, 2)
     if COMM.rank == 0:

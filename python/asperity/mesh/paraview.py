@@ -1,6 +1,6 @@
 """Results of structures for ParaView: a PVD file, and for every step a VTU file of solids and one of joints.
 
-Writing needs meshio (`pip install "asperity[paraview]"`).  A script of your own may have a copy of this file.
+Writing needs meshio (`pip install "asperity[paraview]"`).
 """
 
 from __future__ import annotations
@@ -8,13 +8,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import meshio
 import numpy as np
-from asperity import contract
-from asperity.contract import Floats
-from asperity.mesh.shapes import Integers
-from asperity.mesh.vtu import write_vtu
+from numpy.typing import NDArray
+
+from .. import contract
+from ..contract import Floats
+from .shapes import Integers
+from .vtu import write_vtu
 
 JOINTS = {4: "quad", 6: "wedge", 8: "hexahedron"}
 """Cells between the two faces of a joint, by their number of nodes."""
@@ -65,7 +68,8 @@ class Step:
         fields |= {"separation": self.separation.mean(1), "traction": self.traction.mean(1)}
         d, joints = self.nodes.shape[1], JOINTS[self.joints.shape[1]]
         here, there = (
-            {} if numbers is None else {"MaterialIDs": numbers} for numbers in (self.block, self.joint)
+            {} if numbers is None else {"MaterialIDs": np.asarray(numbers, np.int64)}
+            for numbers in (self.block, self.joint)
         )
         for part, names, kind, cells, data in (
             ("solids", self.blocks, self.kind, self.solids, here),
@@ -75,7 +79,7 @@ class Step:
             write_vtu(folder / f"{part}_{label}.vtu", self._mesh(kind, cells, data), named)
         return [f"solids_{label}.vtu", f"joints_{label}.vtu"]
 
-    def _mesh(self, kind: str, cells: Integers, fields: dict[str, Floats]) -> meshio.Mesh:
+    def _mesh(self, kind: str, cells: Integers, fields: Mapping[str, NDArray[Any]]) -> meshio.Mesh:
         """Mesh in three dimensions, as ParaView wants it."""
         nodes, moved = (np.pad(x, ((0, 0), (0, 3 - x.shape[1]))) for x in (self.nodes, self.displacement))
         of_cells = {name: [field] for name, field in fields.items()}

@@ -1,0 +1,213 @@
+"""`solve`: the only function that finds an equilibrium; it changes nothing and returns a report.
+
+p = pressures of the water at the openings of the state
+find an equilibrium with p, by Newton's method or by passes
+where p depends on openings: mix p with that of the new openings, and find again until they agree
+state = the new one, or None with a reason
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..contract import Floats
+from .conditions import Conditions, held
+from .model import Model
+from .newton import Found, Task, equations_of, newton, words_of
+from .passes import PASSES, Passed, by_passes
+from .ranks import agree, doubles, largest, total
+from .response import Clock, LawError
+from .state import State
+from .water import Mixing, Water
+
+SAME_WATER, MOST_WATER = 1e-6, 60
+"""Error of a pressure that depends on openings over the largest one, and most equilibria of a step."""
+
+MIXED = 0.3, 6
+"""Share of the difference by which such a pressure moves, and changes before that correct it."""
+
+SEARCHES = "root", "residual", "none"
+"""How far along a step: to the root of its work, until the Euclidean residual falls, all of it."""
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What the equations have beside joints and solids, and how they are solved.
+
+    dt: duration of the step.  drag (n d,): forces over displacements in a step of the time 1.  damping: share
+    of the stiffness of the solids that resists the displacements of the step.  tolerance: of the residual
+    over the prescribed forces, loads or pressures; all are sums of magnitudes, so that the same tolerance
+    holds in a mesh of any size.  ahead: guess of the change of the displacements.  at: of the new state;
+    default: that of the old one.
+    passes: most of them; 0: Newton's method.  aim (p, 3): separations of the first pass, default those of the
+    state; finish: whether Newton's method ends the passes where it can.
+    iterations: most of a solution.  search: see SEARCHES.  options: of PETSc, for the linear equations.
+    """
+
+    dt: float = 1.0
+    drag: ArrayLike = 0.0
+    damping: float = 0.0
+    tolerance: float = 1e-6
+    ahead: ArrayLike = 0.0
+    at: float | None = None
+    passes: int = 0
+    aim: Floats | None = None
+    finish: bool = True
+    iterations: int = 20
+    search: str = "root"
+    options: str = ""
+
+
+@dataclass(frozen=True)
+class Report:
+    """What `solve` found: a new state, or None with the reason.
+
+    residual: sum of its magnitudes over `size`, the forces.  errors: of a solution by passes, largest of a
+    damage and of forces over those of the model; 0 where Newton's method ends it.  equilibria: more than one
+    where pressures depend on openings.  reaction (n d,): internal forces less loads, those of the fixed
+    components.  load (n d,): with the pressures on faces.  first, p (p,): pressures in the joints at the
+    openings before, and the last ones.  rates: inflows of each flow by group.  linear, factored: iterations
+    and factorizations of the linear equations; law: processor seconds in the law.  factor: entries,
+    operations and GB of the last factor.
+    """
+
+    state: State | None
+    reason: str
+    residual: float
+    size: float
+    iterations: int
+    passes: int
+    errors: tuple[float, float]
+    equilibria: int
+    reaction: Floats
+    load: Floats
+    first: Floats
+    p: Floats
+    rates: tuple[Mapping[str, float], ...] = ()
+    linear: int = 0
+    factored: int = 0
+    law: float = 0.0
+    factor: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
+
+    @property
+    def good(self) -> bool:
+        """Whether there is a new state."""
+        return self.state is not None
+
+    def taken(self) -> State:
+        """Return the new state; raises RuntimeError with the reason where there is none."""
+        if self.state is None:
+            raise RuntimeError(f"no equilibrium: {self.reason}")
+        return self.state
+
+
+def _check(model: Model, terms: Terms) -> tuple[Floats, Floats]:
+    """Drag and guess by component; raises ValueError that names what is wrong."""
+    size = model.n * model.d
+    words_of(terms.options)
+    drag, ahead = doubles("drag", terms.drag), doubles("ahead", terms.ahead)
+    checks = {
+        f"dt = {terms.dt}: expected above 0": 0.0 < terms.dt < np.inf,
+        f"damping = {terms.damping}: expected at least 0": 0.0 <= terms.damping < np.inf,
+        f"tolerance = {terms.tolerance}: expected between 0 and 1": 0.0 < terms.tolerance < 1.0,
+        f"passes = {terms.passes}: expected at least 0": terms.passes >= 0,
+        f"iterations = {terms.iterations}: expected at least 1": terms.iterations >= 1,
+        f"search = {terms.search!r}: expected one of {', '.join(SEARCHES)}": terms.search in SEARCHES,
+        f"at = {terms.at}: expected a finite number": terms.at is None or bool(np.isfinite(terms.at)),
+    }
+    for name, values in (("drag", drag), ("ahead", ahead)):
+        checks[f"{name} of the shape {values.shape}: expected one or {(size,)}"] = values.shape in (
+            (),
+            (size,),
+        )
+        checks[f"{name}: expected finite numbers"] = bool(np.isfinite(values).all())
+    checks["drag: expected at least 0"] = bool((drag >= 0.0).all())
+    agree(next((text for text, good in checks.items() if not good), ""))
+    return np.broadcast_to(drag, size), np.broadcast_to(ahead, size)
+
+
+def solve(model: Model, state: State, conditions: Conditions, terms: Terms | None = None) -> Report:
+    """Find the equilibrium that follows a state under conditions; model and state stay as they are.
+
+    Raises ValueError on all ranks for wrong input, by its name.
+    """
+    terms = terms or Terms()
+    drag, ahead = _check(model, terms)
+    given, clock = held(model, conditions), Clock()
+    agree("" if state.u.shape == (model.n * model.d,) else "state: expected one of this model")
+    if not total(len(given.fixed)) and not total(drag.sum()):
+        raise ValueError("nothing is fixed and there is no drag: expected components that hold the model")
+    water = Water(model, conditions.pressures, conditions.flows)
+    load = given.load + water.outer
+    q = equations_of(model, given.fixed, terms.options)
+    p, rates = water.at(state.s)
+    first = p
+    mixing, x, spent = Mixing(*MIXED), state.u + ahead, np.zeros(3, int)
+    reason, equilibria, left = "", 0, 0.0
+    done: Passed | None = None
+    while True:
+        if equilibria == MOST_WATER:
+            reason = f"the pressure of water still changes by {left:.2g} after {MOST_WATER} equilibria"
+            break
+        equilibria += 1
+        task = Task(given.values, load, p, terms.dt, drag, terms.damping, terms.tolerance, terms.search)
+        try:
+            if terms.passes:
+                aim = state.s if terms.aim is None else terms.aim
+                done = by_passes(q, state, task, x, aim, terms.passes, terms.finish, terms.iterations, clock)
+            else:
+                done = Passed(
+                    newton(q, state, task, x, terms.iterations, state.floating, None, clock), 0, (0.0, 0.0)
+                )
+        except LawError as error:
+            reason = f"the law: {error}"
+            break
+        found: Found = done.found
+        spent += found.iterations, found.linear, found.factored
+        x = found.x
+        if not found.good:
+            reason = found.reason
+            break
+        if not water.moves:
+            break
+        wanted, rates = water.at(found.s)
+        left = largest(wanted - p)
+        if left <= SAME_WATER * largest(p):
+            break
+        p = mixing.mixed(p, wanted)
+    nothing = np.zeros(model.n * model.d)
+    new: State | None = None
+    if not reason and done and done.found.response:
+        found, r = done.found, done.found.response
+        new = State(
+            found.x, found.s, r.t, r.joints, p, found.reaction + load, state.stress, nothing, nothing,
+            max(state.scale, found.size), state.floating or found.floating,
+            state.at if terms.at is None else terms.at,
+        )  # fmt: skip
+    iterations, linear, factored = spent.tolist()
+    return Report(
+        new,
+        reason,
+        done.found.share if done else np.nan,
+        done.found.size if done else np.nan,
+        iterations,
+        done.passes if done else 0,
+        done.errors if done else (0.0, 0.0),
+        equilibria,
+        done.found.reaction if done else nothing,
+        load,
+        first,
+        p,
+        rates,
+        linear,
+        factored,
+        clock.seconds,
+        q.factor(),
+    )
+
+
+__all__ = ["PASSES", "Report", "Terms", "solve"]

@@ -1,0 +1,478 @@
+"""Newton's method for given pressures, whose line search looks at the separations of the joints alone.
+
+Residual, free components:  r(x) = K x + damping K (x - u) + drag (x - u)/dt + stress + B' A t(B x) - load
+with the displacements u at the start, separations B x and areas A of the points, tractions t of the law.
+
+    x = u + ahead, with the prescribed values
+    until |r| <= tolerance * forces                      # sums of magnitudes
+        dx = - tangent^-1 r                              # the tangent has those of the points at x
+        if dx . r(x + dx) has another sign than dx . r(x), a = root of dx . r(x + a dx), else a = 1
+        x = x + a dx, unless the residual is thrown far off: the tangent is softened and dx found again
+        end where the residual has not fallen for long, or after the most iterations
+
+K dx and B dx are computed once, so that dx . r(x + a dx) costs a call of the law and a scalar product.
+"""
+
+from __future__ import annotations
+
+import weakref
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from petsc4py import PETSc
+from scipy.sparse import csr_array
+
+from ..contract import Floats
+from ..mesh.shapes import Integers
+from .model import INT, Model
+from .ranks import COMM, total, totals
+from .response import Clock, LawError, Response, respond
+from .state import State
+
+PREFIX = "asperity_"
+"""Of the options of PETSc that these solvers have for themselves."""
+
+DIRECT = (
+    "-ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps -mat_mumps_icntl_6 0 -mat_mumps_icntl_8 0"
+)
+"""Options of PETSc for the linear equations; others replace them.
+
+MUMPS neither permutes nor scales: the entries of a tangent differ by 1e8 at most, and the order of the
+elimination is then that of the pattern alone, whatever was factored before.
+"""
+
+MULTIGRID = (
+    "-ksp_type fgmres -ksp_rtol 1e-7 -ksp_gmres_restart 200 -ksp_max_it 1000 "
+    "-pc_gamg_threshold 0.02 -mg_levels_ksp_type chebyshev -mg_levels_ksp_max_it 1 -mg_levels_pc_type sor"
+)
+"""More of them for `-pc_type gamg`, a symmetric preconditioner, as conjugate gradients need it.
+
+The threshold keeps open joints, whose stiffness is zero, from joining blocks on the coarse levels.  GMRES
+would judge the preconditioned residual, which falls long before that of the equations.
+"""
+
+STALE, STALE_RTOL = 4, 1e-3
+"""Iterations of GMRES with the factor of an iteration before, in space, and by how much they reduce."""
+
+VANISHED = 1e-3
+"""Share of the largest forces of the steps before below which forces count as this share."""
+
+SOFT = 1e-8
+"""Share of the largest stiffness that the tangent has more where blocks may float: always in passes."""
+
+THROWN = 1e3
+"""Residual over the forces, or over the first one, beyond which the tangent was singular.
+
+The iteration is then taken again with a softened one: from a block that flew off there is no way back.
+"""
+
+HOPELESS = 10, 5, 0.9, 0.2
+"""From which iteration on an attempt ends whose last ones did not lower the residual.
+
+How many last ones; share of the least residual before them, and of the one before them, that is no fall.
+In two walls up to their ends this ends none of 136 attempts that find an equilibrium, and saves a third of
+the iterations of those that do not.
+"""
+
+ROOT, MOST_ROOT, BRACKET, BISECT = 1e-2, 25, 1e-12, 8
+"""The root of a search: its value over that at the start, most calls, least bracket, calls before halves."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What an equilibrium is asked for; values of the fixed components, load and pressures of the points."""
+
+    values: Floats
+    load: Floats
+    p: Floats
+    dt: float
+    drag: Floats
+    damping: float
+    tolerance: float
+    search: str
+
+
+@dataclass(frozen=True)
+class Found:
+    """Where the iterations end, `good` as equilibrium; reaction: internal forces less loads."""
+
+    good: bool
+    x: Floats
+    s: Floats
+    response: Response | None
+    reaction: Floats
+    residual: float
+    size: float
+    iterations: int
+    linear: int
+    factored: int
+    floating: bool
+    reason: str
+
+    @property
+    def share(self) -> float:
+        """Residual over the forces."""
+        return share(self.residual, self.size)
+
+
+def share(residual: float, size: float) -> float:
+    """Residual over the forces; 0 where there is nothing at all."""
+    if size == 0.0:
+        return 0.0 if residual == 0.0 else np.inf
+    return residual / size
+
+
+class Equations:
+    """The tangent of a model whose components `fixed` are prescribed, and the solvers of it."""
+
+    def __init__(self, model: Model, fixed: Integers, options: str) -> None:
+        """Lay out the matrix: entries of the solids, of the joints and of the diagonal, by one list."""
+        self.model, self.fixed = model, fixed
+        m, d = model, model.d
+        self.free = np.ones(m.n * d)
+        self.free[fixed] = 0.0
+        first = m.map.local_range[0] * d
+        self._solids = self._rows = None
+        solids = m.K.copy()
+        solids.setOption(PETSc.Mat.Option.KEEP_NONZERO_PATTERN, True)
+        # columns of the fixed components meet zeros, because the iterates have the prescribed values
+        solids.zeroRowsColumns((fixed + first).astype(INT), diag=0.0)
+        pointers, columns, values = solids.getValuesCSR()
+        solids.destroy()
+        kept = values != 0.0
+        rows = np.repeat(np.arange(m.n * d), np.diff(pointers))[kept] + first
+        self._of_solids = values[kept]
+        # joints: d x d of a point are a product with its 9 tangents, and stand in four places
+        count = len(m.pairs)
+        point = np.arange(count).reshape(-1, 1, 1, 1, 1)
+        i, j = np.arange(d).reshape(1, -1, 1, 1, 1), np.arange(d).reshape(1, 1, -1, 1, 1)
+        k, m_ = np.arange(3).reshape(1, 1, 1, -1, 1), np.arange(3)
+        entry = m.area[point] * m.axes[point, k, i] * m.axes[point, m_, j]
+        at = np.flatnonzero(entry)
+        shape = np.broadcast_shapes(entry.shape)
+        p, a, b, e, f = np.unravel_index(at, shape)
+        places = (p * d + a) * d + b, 9 * p + 3 * e + f
+        self._of_points = csr_array((entry.ravel()[at], places), shape=(count * d * d, 9 * count))
+        free = m.spread(self.free)
+        here = np.arange(m.n + m.map.num_ghosts, dtype=np.int32)
+        numbers = (m.map.local_to_global(here).astype(np.int64)[:, None] * d + np.arange(d)).ravel()
+        side, other, point, i, j = (x.ravel() for x in np.indices((2, 2, count, d, d)))
+        row, column = m.pairs[point, side] * d + i, m.pairs[point, other] * d + j
+        kept_joints = (free[row] * free[column] > 0.0) & (m.area[point] > 0.0)
+        row, column, side, other = (
+            row[kept_joints],
+            column[kept_joints],
+            side[kept_joints],
+            other[kept_joints],
+        )
+        self._take = ((point * d + i) * d + j)[kept_joints]
+        self._sign = np.where(side == other, 1.0, -1.0)
+        diagonal = np.arange(m.n * d) + first
+        all_rows = np.concatenate([rows, numbers[row], diagonal]).astype(INT)
+        all_columns = np.concatenate([columns[kept], numbers[column], diagonal]).astype(INT)
+        self.A = PETSc.Mat().create(COMM)
+        self.A.setSizes(m.K.getSizes(), d)
+        self.A.setType(PETSc.Mat.Type.AIJ)
+        self.A.setPreallocationCOO(all_rows, all_columns)
+        self.b, self.y = self.A.createVecs()
+        self.A.setNearNullSpace(self._rigid())
+        self.options = options
+        self.solvers: dict[bool, Solver] = {}
+        self.last: Solver | None = None
+
+    def _rigid(self) -> PETSc.NullSpace:
+        """Rigid motions, for algebraic multigrid."""
+        x = self.b.duplicate()
+        x.setBlockSize(self.model.d)
+        x.array[:] = self.model.x.ravel()
+        return PETSc.NullSpace().createRigidBody(x)
+
+    def assemble(self, D: Floats, task: Task, soft: float, symmetric: bool) -> None:
+        """Set the tangent to that with the tangents D (p, 3, 3) of the points."""
+        m = self.model
+        joints = np.asarray(self._of_points @ D.ravel())[self._take] * self._sign
+        diagonal = np.where(self.free > 0.0, task.drag / task.dt + soft * m.scale, m.scale)
+        # entries of another kind may follow
+        self.A.setOption(PETSc.Mat.Option.SYMMETRIC, symmetric)
+        values = np.concatenate([(1.0 + task.damping) * self._of_solids, joints, diagonal])
+        self.A.setValuesCOO(values, PETSc.InsertMode.INSERT_VALUES)
+
+    def step(self, r: Floats, symmetric: bool, fresh: bool) -> tuple[Floats | None, int, int]:
+        """Solve for the step against a residual; with the numbers of iterations and of factorizations.
+
+        The step is None where there is no solution.
+        """
+        if symmetric not in self.solvers:
+            self.solvers[symmetric] = Solver(self.A, self.model.d, self.options, symmetric)
+        solver = self.last = self.solvers[symmetric]
+        self.b.array[:] = -r
+        iterations, factored, good = solver.solve(self.b, self.y, fresh)
+        dx: Floats = self.y.array_r.copy()
+        return (dx if good else None), iterations, factored
+
+    def factor(self) -> tuple[float, float, float]:
+        """Entries of the last factor by MUMPS, operations of its elimination and GB; 0 by other solvers."""
+        return self.last.factor() if self.last else (0.0, 0.0, 0.0)
+
+    def destroy(self) -> None:
+        """Release the factors, which Python's garbage collector does not reach."""
+        for solver in self.solvers.values():
+            solver.ksp.destroy()
+            if solver.stale:
+                solver.stale.destroy()
+        self.solvers.clear()
+        self.last = None
+        self.A.destroy()
+
+
+class Solver:
+    """Linear equations with the tangent of one kind: symmetric in passes, of the law in Newton's method."""
+
+    def __init__(self, A: PETSc.Mat, d: int, options: str, symmetric: bool) -> None:
+        """Choose Cholesky for LU and conjugate gradients for FGMRES where the tangent is symmetric."""
+        given, database = words_of(options), PETSc.Options()
+        multigrid = given.get("pc_type") == "gamg"
+        database.setValue("options_left", 0)
+        prefix = PREFIX + ("symmetric_" if symmetric else "")
+        for name, value in (words_of(DIRECT) | (words_of(MULTIGRID) if multigrid else {}) | given).items():
+            database.setValue(prefix + name, value)
+        self.ksp = ksp = PETSc.KSP().create(COMM)
+        ksp.setOptionsPrefix(prefix)
+        ksp.setOperators(A)
+        ksp.setFromOptions()
+        pc = ksp.getPC()
+        self.direct = pc.getType() == PETSc.PC.Type.LU
+        if symmetric and self.direct:
+            kind = pc.getFactorSolverType()
+            pc.setType(PETSc.PC.Type.CHOLESKY)
+            pc.setFactorSolverType(kind)
+        if symmetric and multigrid and "ksp_type" not in given:
+            ksp.setType(PETSc.KSP.Type.CG)
+            ksp.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
+        self.stale: PETSc.KSP | None = None
+        if d == 3 and self.direct and ksp.getType() == PETSc.KSP.Type.PREONLY:
+            self.stale = PETSc.KSP().create(COMM)
+            self.stale.setPC(pc)
+            self.stale.setOperators(A)
+            self.stale.setType(PETSc.KSP.Type.GMRES)
+            self.stale.setPCSide(PETSc.PC.Side.RIGHT)
+            self.stale.setTolerances(rtol=STALE_RTOL, max_it=STALE)
+        self.worn = True
+        self.factored = False
+
+    def solve(self, b: PETSc.Vec, y: PETSc.Vec, fresh: bool) -> tuple[int, int, bool]:
+        """Solve, with an old factor where it does; iterations, factorizations, and whether it is solved."""
+        pc, spent = self.ksp.getPC(), 0
+        if self.stale and not (fresh or self.worn):
+            pc.setReusePreconditioner(True)
+            self.stale.solve(b, y)
+            spent = self.stale.getIterationNumber()
+            self.worn = spent >= 0.7 * STALE
+            pc.setReusePreconditioner(False)
+            if self.stale.getConvergedReason() > 0:
+                return spent, 0, True
+        self.worn = False
+        self.ksp.solve(b, y)
+        good = self.ksp.getConvergedReason() > 0
+        self.factored = self.factored or (self.direct and good)
+        return spent + self.ksp.getIterationNumber(), 1, good
+
+    def factor(self) -> tuple[float, float, float]:
+        """Entries of the factor by MUMPS, operations of its elimination and GB; 0 by other solvers."""
+        pc = self.ksp.getPC()
+        # without a factor PETSc hands out no matrix
+        if not self.factored or pc.getFactorSolverType() != PETSc.Mat.SolverType.MUMPS:
+            return 0.0, 0.0, 0.0
+        factor = pc.getFactorMatrix()
+        entries, gigabytes = factor.getMumpsInfog(29), factor.getMumpsInfog(22) / 1e3
+        entries = entries if entries >= 0 else -1e6 * entries  # in millions where they are many
+        return float(entries), float(factor.getMumpsRinfog(3)), float(gigabytes)
+
+
+def words_of(options: str) -> dict[str, str]:
+    """Options of PETSc by their names."""
+    names: dict[str, str] = {}
+    name = ""
+    for word in options.split():
+        if word.startswith("-") and not word[1:2].isdigit() and word[1:2] != ".":
+            name = word[1:]
+            names[name] = ""
+        elif not name:
+            raise ValueError(f"options {options!r}: expected options of PETSc, as -pc_type gamg")
+        else:
+            names[name] = word
+    if wrong := [name for name in names if name.startswith("snes_")]:
+        raise ValueError(f"-{wrong[0]}: expected options of PETSc for linear equations")
+    return names
+
+
+_KEPT: weakref.WeakKeyDictionary[Model, tuple[tuple[bytes, str], Equations]] = weakref.WeakKeyDictionary()
+"""The last equations of each model: they are those of any other call with the same components and options."""
+
+
+def equations_of(model: Model, fixed: Integers, options: str) -> Equations:
+    """Equations of a model with these components fixed, kept for the next call."""
+    key, kept = (fixed.tobytes(), options), _KEPT.get(model)
+    if total(float(kept is None or kept[0] != key)) > 0.0:
+        new = Equations(model, fixed, options)
+        if kept:
+            kept[1].destroy()
+        kept = _KEPT[model] = key, new
+    assert kept
+    return kept[1]
+
+
+def newton(
+    equations: Equations,
+    start: State,
+    task: Task,
+    x: Floats,
+    most: int,
+    floating: bool = False,
+    aim: Floats | None = None,
+    clock: Clock | None = None,
+) -> Found:
+    """Find displacements that balance the forces from x, (n d,), in at most so many iterations.
+
+    aim: separations by whose damage, friction bounds and slopes the problem is convex.  floating: whether the
+    tangent is softened from the start.
+    """
+    q, m = equations, equations.model
+    fixed, free = q.fixed, q.free
+    x = x.copy()
+    x[fixed] = task.values
+    s = m.separations(x)
+    drag = task.drag / task.dt
+    loads = totals(np.abs(task.load).sum(), m.area @ task.p)
+    linear, factored, first = 0, 0, 0.0
+    response: Response | None = None
+    residuals: list[float] = []
+    reaction, residual, size, full = 0.0 * x, np.nan, np.nan, 0.0 * x
+
+    def at(s: Floats) -> Response:
+        return respond(m, start, s, task.dt, task.p, aim, clock)
+
+    def balance(new: Response | None) -> None:
+        nonlocal response, reaction, full, residual, size
+        assert new
+        response, moved = new, x - start.u
+        reaction = m.stiff(x) + start.stress + m.pulled(new.t) - task.load
+        if task.damping:
+            reaction += task.damping * m.stiff(moved)
+        full = (reaction + drag * moved) * free
+        residual, reactions = totals(np.abs(full).sum(), np.abs(reaction[fixed]).sum())
+        size = max(reactions, *loads, VANISHED * start.scale)
+
+    def found(good: bool, reason: str = "") -> Found:
+        return Found(
+            good, x, s, response, reaction, residual, size, max(len(residuals) - 1, 0), linear, factored,
+            floating, reason,
+        )  # fmt: skip
+
+    try:
+        balance(at(s))
+        before = x, s, response
+        for iteration in range(most + 1):
+            if iteration and residual <= task.tolerance * size:
+                # what belongs to x itself counts: separations that went far and back have rounding errors
+                s = m.separations(x)
+                balance(at(s))
+            residuals.append(residual)
+            if not np.isfinite(residual):
+                return found(False, "the residual is not finite")
+            if residual <= task.tolerance * size:
+                return found(True)
+            if iteration == 0:
+                first = residual
+            elif residual > THROWN * max(first, size) and not floating:
+                floating, (x, s, response) = True, before
+                balance(response)
+                residuals[-1] = residual
+            if iteration == most or hopeless(residuals):
+                text = (
+                    f"the residual is {share(residual, size):.2g} of the forces after {iteration} iterations"
+                )
+                return found(False, f"{text}: expected at most {task.tolerance:g}")
+            convex = aim is not None
+            assert response
+            q.assemble(response.D, task, SOFT if convex or floating else 0.0, convex)
+            dx, inner, count = q.step(full, convex, iteration == 0)
+            linear, factored = linear + inner, factored + count
+            if dx is None or not np.isfinite(totals(float(np.abs(dx).sum()))[0]):
+                if floating or convex:
+                    return found(False, "the tangent has no solution")
+                floating = True
+                q.assemble(response.D, task, SOFT, convex)
+                dx, inner, count = q.step(full, convex, True)
+                linear, factored = linear + inner, factored + count
+                if dx is None:
+                    return found(False, "the tangent has no solution")
+            before = x, s, response
+            ds, dlines = m.separations(dx), (1.0 + task.damping) * m.stiff(dx) + drag * dx
+            a, new = _searched(q, task, response, s, full, dx, ds, dlines, at)
+            x, s = x + a * dx, s + a * ds
+            balance(new)
+        raise AssertionError("the loop ends by a return")
+    except LawError as error:
+        return found(False, f"the law: {error}")
+
+
+def hopeless(residuals: list[float]) -> bool:
+    """Whether the residuals say that more iterations will not end at one that is small enough."""
+    first, last, least, before = HOPELESS
+    if len(residuals) <= first:
+        return False
+    now = min(residuals[-last:])
+    return now > least * min(residuals[:-last]) and now > before * residuals[-last - 1]
+
+
+def _searched(
+    q: Equations,
+    task: Task,
+    old: Response,
+    s: Floats,
+    full: Floats,
+    dx: Floats,
+    ds: Floats,
+    dlines: Floats,
+    at: Any,
+) -> tuple[float, Response]:
+    """Length of a step and the response there."""
+    m = q.model
+    weights = (m.area[:, None] * ds).ravel()
+    start, slope = totals(dx @ full, dx @ dlines)
+
+    def work(a: float, new: Response) -> float:
+        return start + a * slope + totals(weights @ (new.t - old.t).ravel())[0]
+
+    a, new = 1.0, at(s + ds)
+    if task.search == "none":
+        return a, new
+    if task.search == "residual":
+        before = float(np.sqrt(totals(full @ full)[0]))
+        for _ in range(MOST_ROOT):
+            change = (a * dlines + m.pulled(new.t - old.t)) * q.free
+            if np.sqrt(totals((full + change) @ (full + change))[0]) <= (1.0 - 1e-4 * a) * before:
+                break
+            a *= 0.5
+            new = at(s + a * ds)
+        return a, new
+    f = work(a, new)
+    if f * start >= 0.0:
+        return a, new
+    low, at_low, high, at_high, side = 0.0, start, a, f, 0
+    for k in range(MOST_ROOT):
+        if abs(f) <= ROOT * abs(start) or high - low < BRACKET:
+            break
+        a = (low * at_high - high * at_low) / (at_high - at_low)
+        if not low < a < high or k > BISECT:
+            a = 0.5 * (low + high)
+        new = at(s + a * ds)
+        f = work(a, new)
+        # the method of Illinois: a side that stays counts half
+        if f * start > 0.0:
+            low, at_low, at_high, side = a, f, at_high * (0.5 if side == 1 else 1.0), 1
+        else:
+            high, at_high, at_low, side = a, f, at_low * (0.5 if side == -1 else 1.0), -1
+    return a, new

@@ -1,0 +1,69 @@
+"""Results for ParaView."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from .. import contract
+from ..mesh import paraview
+from .conditions import Flow
+from .distribution import BASIX, NAMES
+from .model import Model
+from .ranks import COMM
+from .state import State
+from .water import Water
+
+
+class Output:
+    """Results for ParaView: FILE.pvd, and in a folder FILE the solids and joints of every rank and step."""
+
+    def __init__(self, model: Model, pvd: str | Path) -> None:
+        """Make the folder; FILE must end with .pvd."""
+        self.model, self.pvd, m = model, Path(pvd), model
+        self.names: list[tuple[float, list[str]]] = []
+        self.folder = paraview.folder_of(self.pvd)
+        kind = {there: here for here, there in NAMES.items()}
+        self.kind = kind.get(name := m.mesh.topology.cell_name(), name)
+        own = m.mesh.topology.index_map(m.d).size_local
+        self.solids = m.V.dofmap.list[:own][:, np.argsort(BASIX[self.kind])]
+        x = m.V.tabulate_dof_coordinates()[m.sides]
+        self.near = np.ptp(x, axis=0).max((1, 2)) < 1e-9 * np.ptp(m.x)  # those across a period are not drawn
+        low, high = m.sides[:, self.near]
+        self.joints = np.concatenate([low, high[:, ::-1] if m.d == 2 else high], 1)
+
+    def write(self, state: State, time: float | None = None, flows: Sequence[Flow] = ()) -> None:
+        """Write a state: displacements; damage, separation, traction, energies and water of the joints.
+
+        time: of ParaView, default the parameter of the state.  Tractions are total, p is the pressure, and
+        apertures are those of the flows or the openings.
+        """
+        m, time = self.model, state.at if time is None else time
+        nodes, u = m.V.tabulate_dof_coordinates()[:, : m.d], m.spread(state.u).reshape(-1, m.d)
+        room = contract.N_POINT_STATEV  # laws may have another number of planes
+        at = m.face_points[self.near]
+        states = np.concatenate([joint[:, :room] for joint in state.joints])
+        aperture = Water(m, {}, flows).aperture(state.s)
+        step = paraview.Step(
+            time,
+            nodes,
+            u,
+            self.kind,
+            self.solids,
+            self.joints,
+            state.s[at],
+            state.t[at],
+            states[at],
+            m.cell_block[: len(self.solids)],
+            m.face_joint[self.near],
+            m.names,
+            m.joints,
+            {"p": state.p[at], "aperture": aperture[self.near]},
+        )
+        files = step.write(self.folder, f"{len(self.names):04}_{COMM.rank}")
+        self.names.append((time, [*itertools.chain(*COMM.allgather(files))]))
+        if COMM.rank == 0:
+            paraview.write_collection(self.pvd, self.names)

@@ -1,0 +1,96 @@
+"""An equilibrium by passes: convex problems, each of which has a solution, until they are those of the law.
+
+    aim = separations that are guessed
+    for each pass
+        x = equilibrium with damage, friction bounds and slopes of the law at aim; contact is free
+        errors = those of the damage at aim, and of the forces of the law at x
+        end where both are small
+        aim = separations at x
+        where the errors are close, go on once by a few iterations of Newton's method
+
+Where the passes converge, the equilibrium is that of the law.  Else its errors say what is left of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from mpi4py import MPI
+
+from .. import contract
+from ..contract import Floats
+from .newton import Equations, Found, Task, newton, share
+from .ranks import COMM, total
+from .response import Clock, respond
+from .state import State
+
+PASSES, SAME_DAMAGE, SAME_FORCE = 8, 1e-3, 1e-4
+"""Most passes of a step, and errors below which no further pass is made."""
+
+CLOSE_DAMAGE, CLOSE_FORCE, FINISH = 0.05, 0.003, 6
+"""Errors of a pass below which Newton's method goes on from its solution, with so many iterations."""
+
+
+@dataclass(frozen=True)
+class Passed:
+    """The last equilibrium found, passes, errors of a damage and of forces over those of the model."""
+
+    found: Found
+    passes: int
+    errors: tuple[float, float]
+
+
+def by_passes(
+    equations: Equations,
+    start: State,
+    task: Task,
+    x: Floats,
+    aim: Floats,
+    most: int,
+    finish: bool,
+    iterations: int,
+    clock: Clock,
+) -> Passed:
+    """Find an equilibrium by at most so many passes from x and separations (p, 3) of the first aim.
+
+    finish: whether Newton's method, whose tangent is not symmetric, is tried once from a pass that is close.
+    """
+    spent, passes, errors, untried, floating = np.zeros(3, int), 0, (0.0, 0.0), finish, start.floating
+    at = aim
+    while True:
+        passes += 1
+        found = newton(equations, start, task, x, iterations, floating, at, clock)
+        spent += found.iterations, found.linear, found.factored
+        if not found.good:
+            break
+        floating = floating or found.floating
+        damage, force = _errors(equations, start, task, found, at, clock)
+        errors = damage, share(force, found.size)
+        if (damage < SAME_DAMAGE and errors[1] < SAME_FORCE) or passes == most:
+            break
+        x, at = found.x, found.s
+        if untried and damage < CLOSE_DAMAGE and errors[1] < CLOSE_FORCE:
+            untried = False  # another pass follows where it fails
+            done = newton(equations, start, task, x, min(FINISH, iterations), floating, None, clock)
+            spent += done.iterations, done.linear, done.factored
+            if done.good:
+                found, errors = done, (0.0, 0.0)
+                break
+    numbers = dict(zip(("iterations", "linear", "factored"), spent.tolist(), strict=True))
+    return Passed(replace(found, **numbers), passes, errors)
+
+
+def _errors(
+    equations: Equations, start: State, task: Task, found: Found, aim: Floats, clock: Clock
+) -> tuple[float, float]:
+    """Errors of a pass by its aim: largest of a damage, sum of those of nodal forces."""
+    m, damage = equations.model, 0.0
+    assert found.response
+    taken, true = (respond(m, start, s, task.dt, task.p, None, clock) for s in (aim, found.s))
+    first, step = contract.N_POINT_STATEV, contract.N_PLANE_STATEV
+    for law, mine, theirs in zip(m.laws, true.joints, taken.joints, strict=True):
+        planes = slice(first, first + step * law.n_planes, step)
+        damage = max(damage, float(np.abs(mine[:, planes] - theirs[:, planes]).max(initial=0.0)))
+    force = float(m.area @ np.linalg.norm(true.t - found.response.t, axis=1))
+    return float(COMM.allreduce(damage, MPI.MAX)), total(force)

@@ -1,0 +1,243 @@
+"""Steps along a path of conditions: cut where they fail, by passes where short ones fail, too.
+
+    while at is not the end
+        move = step, or what is left
+        report = solve(state, conditions(at + move)), by Newton's method or by passes, from the change before
+        no state: keep the old state; the step becomes half; too short: the path is stopped
+                  Newton's method failed in a short step, or soon after passes: passes follow
+                  passes failed under loads that change: Newton's method takes the step again
+        errors of the passes too large: keep the old state; the step is repeated with less of its length,
+                  unless it is the shortest one and no loads change
+        else: take the new state; the step grows; passes that were calm for a while end
+
+A `Follow` holds two states, the last and the one before, and the numbers of these rules.  What fails leaves
+nothing behind, because nothing of a state is written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ..contract import Floats
+from .conditions import Conditions, held
+from .equilibrium import Report, Terms, solve
+from .model import Model
+from .passes import PASSES
+from .ranks import agree, total
+from .state import State, read, write
+from .stopped import Stopped
+from .water import Water
+
+FAST, GROWTH = 6, 1.5
+"""A step grows after at most FAST iterations."""
+
+ERRORS = 0.1, 0.01
+"""Errors of a step by passes, of a damage and of forces, beyond which a shorter one replaces it."""
+
+LIMIT = 0.05
+"""Error of forces of a shortest step beyond which the path ends; no step is short enough for a snap."""
+
+UNDER_LOADS = 1e-3
+"""The same of forces where loads change, because a limit load must not be passed."""
+
+CALM, CALM_DAMAGE, CALM_FORCE = 3, 0.02, 0.01
+"""Newton's method goes on after CALM steps by passes with errors below these."""
+
+AGAIN = 2, 8
+"""Factor of CALM where Newton's method fails again within CALM steps, and the largest product of them."""
+
+SHORT = 0.22
+"""Share of the largest step below which a step is short."""
+
+SHORTEST = 10.0
+"""Least step by passes over that of Newton's method."""
+
+RULES = "cuts", "repeated", "taken", "count", "by_passes", "calm", "patience", "newton"
+"""Whole numbers that a run goes on from."""
+
+
+class Follow:
+    """Steps along a path whose parameter is `at`, from 0 on.
+
+    conditions: what holds and loads the model at a value of the parameter; it must return the same for the
+    same value.  state: of the last step, `before` that of the one before.  report: of the last attempt.
+    count: steps.  cuts, repeated: attempts that failed, or left errors that were too large.  taken:
+    iterations of all attempts.  reason: why the path is stopped, or empty.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        state: State,
+        conditions: Callable[[float], Conditions],
+        step: float,
+        most: float | None = None,
+        least: float = 1e-5,
+        terms: Terms | None = None,
+        passes: int = PASSES,
+        limit: float = LIMIT,
+        errors: tuple[float, float] = ERRORS,
+        always: bool = False,
+    ) -> None:
+        """Begin at 0 with a step, which grows up to `most` and is cut down to `least`.
+
+        passes: most of a step; 0: none.  errors: of a step by passes, of a damage and of forces over those of
+        the model, beyond which a shorter one replaces it; under loads that change the second is UNDER_LOADS
+        at most.  limit: of the error of forces, above which no step is taken; a path ends there.  always: all
+        steps by passes.  terms: of the equations; duration, guess and passes are those of the steps.
+        """
+        most = step if most is None else most
+        if not 0.0 < least <= step <= most < np.inf:
+            raise ValueError(
+                f"step = {step}, most = {most}, least = {least}: expected 0 < least <= step <= most"
+            )
+        if passes < 0 or not 0.0 < limit < 1.0 or not all(0.0 < error < 1.0 for error in errors):
+            text = f"passes = {passes}, limit = {limit}, errors = {errors}"
+            raise ValueError(f"{text}: expected at least 0 passes, and limit and errors between 0 and 1")
+        if always and not passes:
+            raise ValueError("always with passes = 0: expected at least 1")
+        self.model, self.conditions, self.terms = model, conditions, terms or Terms()
+        self.state = self.before = replace(state, at=0.0)
+        self.step, self.most, self.least = step, most, least
+        self.passes, self.limit, self.errors = passes, limit, (errors[0], min(errors[1], limit))
+        self.always, self.by_passes, self.shortest = always, always, min(SHORTEST * least, most)
+        self.calm, self.patience, self.newton = 0, 1, CALM
+        self.cuts, self.repeated, self.taken, self.count, self.reason = 0, 0, 0, 0, ""
+        self.report: Report | None = None
+        self._load: Floats | None = None
+
+    @property
+    def at(self) -> float:
+        """Parameter of the last step."""
+        return self.state.at
+
+    def to(self, end: float) -> Iterator[Report]:
+        """Take steps to a value, and yield the report of each; raises Stopped where the path ends before."""
+        while self.at != end:
+            if self.advance(end):
+                assert self.report
+                yield self.report
+
+    def run(self, end: float) -> State:
+        """Take steps to a value; raises Stopped where the path ends before."""
+        for _ in self.to(end):
+            pass
+        return self.state
+
+    def run_to_limit(self, end: float) -> State:
+        """Take steps until the path is stopped; returns its last state.  Raises ValueError at the end."""
+        try:
+            self.run(end)
+        except Stopped:
+            return self.state
+        raise ValueError(f"end = {end:g}: the path reaches it: expected a value beyond the limit")
+
+    def advance(self, end: float) -> bool:
+        """Take one step towards a value, or cut it; whether it was taken.
+
+        At the value itself there is no step to take.  Raises Stopped where the path has ended before.
+        """
+        agree("" if np.isfinite(end) else f"end = {end}: expected a finite number")
+        if end == self.at:
+            return False
+        if self.reason:
+            raise Stopped(self.reason)
+        left = end - self.at
+        last = abs(left) <= self.step * (1.0 + 1e-6)  # no step of rounding errors is left
+        move = left if last else float(np.copysign(self.step, left))
+        at = end if last else self.at + move
+        report = self.report = self._solve(at, move)
+        self.taken += report.iterations
+        loads, pressed = self._loads(), self.state.p
+
+        def loaded(p: Floats) -> bool:
+            return total(np.abs(report.load - loads).sum() + np.abs(p - pressed).sum()) > 0.0
+
+        under_loads = loaded(report.first) or (report.state is not None and loaded(report.p))  # or by a flow
+        if report.state is None:
+            self.cuts += 1
+            self._cut(move, 0.5, report.reason, under_loads)
+            return False
+        damage, force = report.errors
+        most = self.errors[0], min(self.errors[1], UNDER_LOADS) if under_loads else self.errors[1]
+        excess = max(damage / most[0], force / most[1])
+        shortest = abs(move) <= self.shortest * (1.0 + 1e-6) and not under_loads
+        if excess > 1.0 and not (shortest and force <= self.limit):
+            self.repeated += 1
+            text = f"the last pass has an error of {force:.2g} of the forces and {damage:.2g} of a damage"
+            self._cut(move, min(0.7, max(0.25, 0.8 / excess)), text, under_loads, self.shortest)
+            return False
+        self.before, self.state, self._load = self.state, report.state, report.load
+        self.count += 1
+        self._grow(excess, report)
+        return True
+
+    def _loads(self) -> Floats:
+        """Loads at the last step."""
+        if self._load is None:
+            now = self.conditions(self.at)
+            water = Water(self.model, now.pressures, now.flows)
+            self._load = held(self.model, now).load + water.outer
+        return self._load
+
+    def _solve(self, at: float, move: float) -> Report:
+        """Solve a step from the last one, whose change goes on."""
+        old, moved = self.state, self.state.at - self.before.at
+        ratio = move / moved if moved * move > 0.0 else 0.0
+        terms = replace(
+            self.terms,
+            dt=abs(move),
+            at=at,
+            ahead=ratio * (old.u - self.before.u),
+            passes=self.passes if self.by_passes else 0,
+            aim=old.s + ratio * (old.s - self.before.s),
+            finish=not self.always,
+        )
+        return solve(self.model, old, self.conditions(at), terms)
+
+    def _cut(self, move: float, share: float, message: str, under_loads: bool, shortest: float = 0.0) -> None:
+        """Make the next step a share of this one; end the path where it is too short already.
+
+        Near a limit load passes may fail where Newton's method does not, which is tried there, too.
+        """
+        if self.by_passes and under_loads and not self.always:
+            self.by_passes, self.step = False, abs(move)
+            return
+        floor = 0.0 if under_loads else shortest
+        self.step = max(share * abs(move), floor)
+        if self.step < self.least or abs(move) <= floor * (1.0 + 1e-6):
+            self.reason = f"stopped at {self.at:.5g}: {message}"
+        again = self.newton < CALM  # steps since the last passes
+        if self.passes and not self.by_passes and (again or self.step <= SHORT * self.most):
+            self.by_passes, self.calm = True, 0
+            self.patience = min(AGAIN[0] * self.patience, AGAIN[1]) if again else 1
+
+    def _grow(self, excess: float, report: Report) -> None:
+        """Choose the next step and its method."""
+        if not self.by_passes:
+            self.newton += 1
+            if report.iterations <= FAST:
+                self.step = min(GROWTH * self.step, self.most)
+            return
+        growth = min(GROWTH, max(0.7, 0.8 / max(excess, 1e-9)))
+        self.step = min(max(growth * self.step, self.shortest), self.most)
+        damage, force = report.errors
+        self.calm = self.calm + 1 if damage < CALM_DAMAGE and force < CALM_FORCE else 0
+        self.by_passes, self.newton = self.always or self.calm < self.patience * CALM, 0
+
+    def save(self, file: str | Path) -> None:
+        """Write what a run goes on from, FILE.RANK.npz."""
+        states = {"state": self.state, "before": self.before}
+        write(file, states, step=self.step, rules=[getattr(self, name) for name in RULES])
+
+    def resume(self, file: str | Path) -> None:
+        """Go on from the files of a run with the same mesh, laws and ranks."""
+        states, numbers = read(file, self.model, ("state", "before"), step=(), rules=(len(RULES),))
+        self.state, self.before, self.step = states["state"], states["before"], float(numbers["step"])
+        for name, value in zip(RULES, numbers["rules"].tolist(), strict=True):
+            setattr(self, name, bool(value) if name == "by_passes" else value)
+        self.report, self._load, self.reason = None, None, ""

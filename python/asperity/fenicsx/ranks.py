@@ -1,0 +1,57 @@
+"""Ranks of MPI, which share a mesh: sums, and errors that all of them have."""
+
+from __future__ import annotations
+
+import sys
+from types import TracebackType
+
+import numpy as np
+from mpi4py import MPI  # loads the library of MPI that dolfinx needs
+from numpy.typing import ArrayLike
+
+from .. import contract
+from ..contract import Floats
+
+COMM = MPI.COMM_WORLD
+
+
+def _abort(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    """End all ranks where one has an error that nobody handles."""
+    sys.__excepthook__(kind, error, trace)
+    COMM.Abort(1)
+
+
+if COMM.size > 1:
+    sys.excepthook = _abort
+
+
+def total(x: float | ArrayLike) -> float:
+    """Sum over the ranks."""
+    return float(COMM.allreduce(float(np.asarray(x))))
+
+
+def totals(*x: float | ArrayLike) -> list[float]:
+    """Sums over the ranks."""
+    here = [float(np.asarray(value)) for value in x]
+    return list(COMM.allreduce(np.array(here))) if COMM.size > 1 else here
+
+
+def largest(values: ArrayLike) -> float:
+    """Largest magnitude on all ranks, 0 of nothing."""
+    return float(COMM.allreduce(float(np.abs(np.asarray(values)).max(initial=0.0)), MPI.MAX))
+
+
+def agree(*messages: str) -> None:
+    """Raise ValueError on all ranks where one of them has a message that is not empty."""
+    if worst := max(COMM.allgather(max(messages, default=""))):
+        raise ValueError(worst)
+
+
+def doubles(name: str, value: ArrayLike) -> Floats:
+    """Array of a value; ValueError on all ranks where one has no real numbers."""
+    try:
+        array, message = contract.array(name, value), ""
+    except ValueError as error:
+        array, message = np.zeros(0), str(error)
+    agree(message)
+    return array

@@ -1,0 +1,331 @@
+"""Water in the joints and on the faces of a model: given pressures, and steady flow along joints.
+
+All of it are functions of a model, of what the conditions give, and of separations.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import basix
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import splu
+
+from .. import contract
+from ..contract import Floats
+from ..mesh.shapes import Integers, place
+from .model import Model
+from .ranks import COMM, agree, doubles
+
+Pressure = float | Callable[..., Floats]
+"""A number, or a function of places (n, d), or of places and openings (n,), with n values or one."""
+
+FACES = {2: ("interval", [0, 1]), 3: ("triangle", [0, 1, 2]), 4: ("quadrilateral", [0, 1, 3, 2])}
+"""Face in basix by its number of nodes, and these in its order."""
+
+ROUNDING = 1e-9
+"""Share of the largest pressure below 0 that counts as 0, such as at the level of the water."""
+
+DEGREE, DEGREE_FLOW = 8, 5
+"""Of the quadrature: a pressure on faces may have a kink, as at the level of the water; a^3 of the flow."""
+
+
+def quadrature(x: Floats, degree: int) -> tuple[Floats, Floats, Floats]:
+    """Of faces x (f, k, d): functions of the nodes (q, k), tangents (f, q, r, d), weights (q,)."""
+    name, order = FACES[x.shape[1]]
+    cell = basix.CellType[name]
+    points, weights = basix.make_quadrature(cell, degree)
+    table = basix.create_element(basix.ElementFamily.P, cell, 1).tabulate(1, points)[:, :, :, 0]
+    table[:, :, order] = table.copy()
+    return table, np.einsum("rqk,fkd->fqrd", table[1:], x), weights
+
+
+def metric_of(tangents: Floats, weights: Floats) -> tuple[Floats, Floats]:
+    """Metric (f, q, r, r) of the tangents, and areas (f, q) of the points of a quadrature."""
+    metric = np.einsum("fqrd,fqsd->fqrs", tangents, tangents)
+    return metric, weights * np.sqrt(np.linalg.det(metric))
+
+
+def of_opening(p: Pressure) -> bool:
+    """Whether a pressure is a function of the opening, too."""
+    words = inspect.signature(p).parameters.values() if callable(p) else ()
+    return sum(word.default is word.empty and word.kind <= word.POSITIONAL_OR_KEYWORD for word in words) > 1
+
+
+def values_of(name: str, p: Pressure, x: Floats, *opening: Floats) -> tuple[Floats, str]:
+    """Pressures (n,) at places (n, d), and what is wrong with them."""
+    if of_opening(p) and not opening:
+        return np.zeros(len(x)), f"{name}: p is a function of the opening: expected one of places alone"
+    pressures = doubles(f"{name}: p", p(x, *opening) if callable(p) else p)
+    if pressures.shape not in ({(), (len(x),)} if callable(p) else {()}):
+        expected = f"one number or {len(x)}" if callable(p) else "a number or a function of places"
+        return np.zeros(len(x)), f"{name}: p of the shape {pressures.shape}: expected {expected}"
+    pressures = np.broadcast_to(pressures, len(x)).copy()
+    pressures[(pressures < 0.0) & (pressures >= -ROUNDING * pressures.max(initial=0.0))] = 0.0
+    bad = np.flatnonzero(~(np.isfinite(pressures) & (pressures >= 0.0)))
+    for k in bad[:1]:
+        return (
+            pressures,
+            f"{name}: p = {pressures[k]:g} at {place(x[k])}: expected a finite water pressure >= 0",
+        )
+    return pressures, ""
+
+
+@dataclass(frozen=True)
+class Flow:
+    """Steady flow of water along joints, q = -a^3/(12 viscosity) (grad p - weight) per width.
+
+    a = max(a_min, a_0 + s_N) is the aperture; a_0 may be given by joint.  given: pressures by group, where
+    its nodes are those of the joints.  weight: of the water, force per volume (d,).  The flow goes through
+    where the joints meet.  An equilibrium raises ValueError where nodes of a joint are cut off from every
+    given pressure.
+    """
+
+    joints: str | Sequence[str]
+    given: Mapping[str, Pressure]
+    viscosity: float
+    a_0: float | Mapping[str, float] = 0.0
+    a_min: float = 0.0
+    weight: Sequence[float] | None = None
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the joints."""
+        return [self.joints] if isinstance(self.joints, str) else list(self.joints)
+
+
+class Network:
+    """Equations of a flow: linear in the pressures at the places of its joints.
+
+    All ranks have the whole.
+    """
+
+    def __init__(
+        self,
+        names: list[str],
+        joint: Integers,
+        places: Integers,
+        corners: Floats,
+        given: dict[str, tuple[Integers, Floats]],
+        law: tuple[float, Floats, float, Floats],
+    ) -> None:
+        """Refuse places that are cut off; joint (f,), places (f, k) and corners (f, k, d) of the faces.
+
+        given: places and pressures by group.  law: viscosity over the width, a_0 by joint, a_min, weight.
+        """
+        self.names, self.corners = names, corners
+        self.viscosity, a_0, self.a_min, weight = law
+        self.a_0 = a_0[joint][:, None]
+        known, nodes = np.unique(places, return_inverse=True)
+        self.nodes: Integers = nodes.reshape(places.shape)
+        n = len(known)
+        self.p = np.full(n, np.nan)
+        self.at = {name: np.searchsorted(known, at_places) for name, (at_places, _) in given.items()}
+        x = np.empty((n, corners.shape[2]))
+        x[self.nodes] = corners
+        for name, (_, values) in given.items():
+            old = self.p[self.at[name]]
+            for k in np.flatnonzero(np.abs(old - values) > 1e-9 * values.max())[:1]:
+                where = place(x[self.at[name][k]])
+                raise ValueError(f"{name}: p = {values[k]:g} at {where}, but {old[k]:g} by another group")
+            self.p[self.at[name]] = values
+        self.free = np.isnan(self.p)
+        pairs = np.stack([self.nodes, np.roll(self.nodes, 1, axis=1)]).reshape(2, -1)
+        links = coo_array((np.ones(pairs.shape[1], np.int8), tuple(pairs)), shape=(n, n))
+        count, part = connected_components(links, directed=False)
+        dry = np.bincount(part, ~self.free, count) == 0.0
+        for f in np.flatnonzero(dry[part[self.nodes[:, 0]]])[:1]:
+            text = f"{names[joint[f]]}: {dry[part].sum()} nodes are cut off from every given p, as at "
+            raise ValueError(f"{text}{place(x[self.nodes[f, 0]])}: expected one of {', '.join(given)} there")
+        table, tangents, weights = quadrature(corners, DEGREE_FLOW)
+        metric, self.weights = metric_of(tangents, weights)
+        inverse = np.linalg.inv(metric)
+        self.gradients = np.einsum("rqk,fqrs,fqsd->fqkd", table[1:], inverse, tangents, optimize=True)
+        self.shape = table[0]
+        self.pull = self.gradients @ weight
+
+    def aperture(self, opening: Floats) -> Floats:
+        """Aperture (f, k) of faces by their openings."""
+        return np.maximum(self.a_min, self.a_0 + opening)
+
+    def solve(self, opening: Floats) -> tuple[Floats, dict[str, float]]:
+        """Pressures (f, k) at the openings (f, k), and inflows at the given ones by group, volume per time.
+
+        Pressures below 0, as a weight may give, count as 0.
+        """
+        cubed = (self.aperture(opening) @ self.shape.T) ** 3 / (12.0 * self.viscosity) * self.weights
+        matrix = np.einsum("fqkd,fqld,fq->fkl", self.gradients, self.gradients, cubed, optimize=True)
+        pulled = np.einsum("fqk,fq->fk", self.pull, cubed)
+        k, n, free = self.nodes.shape[1], len(self.p), self.free
+        rows, columns = np.repeat(self.nodes, k, 1).ravel(), np.tile(self.nodes, k).ravel()
+        A: csr_array = coo_array((matrix.ravel(), (rows, columns)), shape=(n, n)).tocsr()
+        b, p = np.bincount(self.nodes.ravel(), pulled.ravel(), n), self.p.copy()
+        if free.any():
+            held = A[free][:, ~free] @ p[~free]
+            p[free] = splu(A[free][:, free].tocsc()).solve(b[free] - held)
+        inflow = A @ p - b
+        rates = {name: float(inflow[at].sum()) for name, at in self.at.items()}
+        return np.maximum(p, 0.0)[self.nodes], rates
+
+
+def in_joint(m: Model, name: str, p: Pressure, s: Floats) -> Floats:
+    """Pressures at the points of a joint, at separations of all points."""
+    part = m.parts[m.joints.index(name)]
+    opening = [s[part, 0]] if of_opening(p) else []
+    values, message = values_of(name, p, m.places[part], *opening)
+    agree(message)
+    return values
+
+
+def on_faces(m: Model, name: str, p: Pressure) -> Floats:
+    """Nodal forces (n d,) of a pressure on the faces of a group, which all ranks compute."""
+    group = m.groups[name]
+    agree(f"{name}: {group.message}" if group.message else "")
+    table, along, weights = quadrature(group.corners, DEGREE)
+    at = np.einsum("qk,fkd->fqd", table[0], group.corners)
+    values, message = values_of(name, p, at.reshape(-1, m.d))
+    agree(message)
+    if m.d == 2:  # out of the cells, which are on the left
+        normal = np.stack([along[:, :, 0, 1], -along[:, :, 0, 0]], axis=2)
+    else:
+        normal = np.cross(along[:, :, 0], along[:, :, 1])
+    values = m.thickness * values.reshape(at.shape[:2]) * weights
+    forces = -np.einsum("fq,qk,fqd->fkd", values, table[0], normal, optimize=True)
+    local, here = m.owned(group.faces.ravel())
+    nodal_forces = np.zeros((m.n, m.d))
+    np.add.at(nodal_forces, local, forces.reshape(-1, m.d)[here])
+    return nodal_forces.ravel()
+
+
+def weights_of_faces(m: Model) -> tuple[Floats, Floats]:
+    """Places (f, q, d) in the faces of joints here, and their shares (f, q, k) in the nodes."""
+    *_, corners, mine = m.faces
+    table, tangents, weights = quadrature(corners[mine], DEGREE_FLOW)
+    _, sizes = metric_of(tangents, weights)
+    return np.einsum("qk,fkd->fqd", table[0], corners[mine]), sizes[:, :, None] * table[0]
+
+
+def _network(m: Model, flow: Flow) -> tuple[Network, Integers]:
+    """Equations of a flow, and its faces among those of all ranks; ValueError for wrong constants."""
+    names, given, a_0 = flow.names, flow.given, flow.a_0
+    first = dict(a_0) if isinstance(a_0, Mapping) else dict.fromkeys(names, a_0)
+    pull = np.zeros(m.d) if flow.weight is None else doubles("weight", flow.weight)
+    viscosity = contract.number("viscosity", flow.viscosity)
+    a_min = contract.number("a_min", flow.a_min)
+    first = {name: contract.number(f"a_0 of {name}", value) for name, value in first.items()}
+    if not isinstance(given, Mapping):
+        raise ValueError(f"given {given!r}: expected pressures by group")
+    unknown = [name for name in names if name not in m.joints]
+    lost = [name for name in given if name not in m.groups]
+    checks = {
+        f"{''.join(unknown[:1])}: no such joint: expected one of {', '.join(m.joints)}": not unknown,
+        f"joints {names}: expected at least one, each once": 0 < len(names) == len(set(names)),
+        f"given {dict(given)}: expected the pressure at one group at least": len(given) > 0,
+        f"{''.join(lost[:1])}: no such group: expected one of {', '.join(m.groups)}": not lost,
+        f"viscosity = {viscosity}: expected above 0": 0.0 < viscosity < np.inf,
+        f"a_min = {a_min}: expected above 0": 0.0 < a_min < np.inf,
+        f"a_0 of {', '.join(first)}: expected one for each of {', '.join(names)}": {*first} == {*names},
+        f"a_0 = {a_0}: expected finite numbers": bool(np.isfinite(list(first.values())).all()),
+        f"weight = {pull.tolist()}: expected {m.d} finite numbers":
+            pull.shape == (m.d,) and bool(np.isfinite(pull).all()),
+    }  # fmt: skip
+    agree(next((text for text, good in checks.items() if not good), ""))
+    joint, all_places, all_corners, _ = m.faces
+    number = np.array([names.index(name) if name in names else -1 for name in m.joints])[joint]
+    rows = np.flatnonzero(number >= 0)
+    places, corners, ends = all_places[rows], all_corners[rows], {}
+    known, first_at = np.unique(places, return_index=True)
+    for name, p in given.items():
+        inside = np.isin(known, m.groups[name].places)
+        message = "" if inside.any() else f"{name}: no node of {', '.join(names)} is in it"
+        values, wrong = values_of(name, p, corners.reshape(-1, m.d)[first_at[inside]])
+        agree(message or wrong)
+        ends[name] = known[inside], values
+    law = viscosity / m.thickness, np.array([first[name] for name in names], float), a_min, pull
+    return Network(names, number[rows], places, corners, ends, law), rows
+
+
+class Water:
+    """Water that conditions give to a model.
+
+    outer (n d,): nodal forces of the pressures on faces.  moves: whether pressures in joints depend on
+    separations.
+    """
+
+    def __init__(self, model: Model, pressures: Mapping[str, Pressure], flows: Sequence[Flow] = ()) -> None:
+        """Check what is given; raises ValueError that names what is wrong."""
+        self.model = m = model
+        self.networks = [_network(m, flow) for flow in flows]
+        names = [name for network, _ in self.networks for name in network.names]
+        agree(*(f"{name}: it is in two flows" for name in names if names.count(name) > 1))
+        self.outer, self.fixed = np.zeros(m.n * m.d), np.zeros(len(m.pairs))
+        self.by_opening: dict[str, Pressure] = {}
+        known = ", ".join(dict.fromkeys([*m.joints, *m.groups]))
+        for name, p in pressures.items():
+            agree(f"{name}: its pressure is that of a flow" if name in names else "")
+            if name in m.joints:
+                if of_opening(p):
+                    self.by_opening[name] = p
+                else:
+                    self.fixed[m.parts[m.joints.index(name)]] = in_joint(m, name, p, self.fixed[:, None])
+            elif name in m.groups:
+                self.outer = self.outer + on_faces(m, name, p)
+            else:
+                agree(f"{name}: no such joint or group: expected one of {known}")
+        self.moves = bool(self.by_opening or self.networks)
+
+    def _opening(self, rows: Integers, s: Floats) -> tuple[Floats, Integers, Integers]:
+        """Openings (f, k) of faces of all ranks; which of them are here, and their numbers here."""
+        m = self.model
+        _, places, _, all_mine = m.faces
+        mine = all_mine[rows]
+        here = np.cumsum(all_mine)[rows[mine]] - 1
+        openings = np.zeros((len(rows), places.shape[1]))
+        openings[mine] = s[m.face_points[here], 0]
+        return COMM.allreduce(openings), mine, here
+
+    def at(self, s: Floats) -> tuple[Floats, tuple[dict[str, float], ...]]:
+        """Pressures (p,) at the points that belong to separations (p, 3), and the inflows of each flow."""
+        if not self.moves:
+            return self.fixed, ()
+        new, m, rates = self.fixed.copy(), self.model, []
+        for name, p in self.by_opening.items():
+            new[m.parts[m.joints.index(name)]] = in_joint(m, name, p, s)
+        for network, rows in self.networks:
+            opening, mine, here = self._opening(rows, s)
+            pressures, inflows = network.solve(opening)
+            new[m.face_points[here]] = pressures[mine]
+            rates.append(inflows)
+        return new, tuple(rates)
+
+    def aperture(self, s: Floats) -> Floats:
+        """Apertures at the nodes of the faces here, (f, k); a_0 and a_min are 0 where nothing flows."""
+        apertures: Floats = np.maximum(0.0, s[self.model.face_points, 0])
+        for network, rows in self.networks:
+            opening, mine, here = self._opening(rows, s)
+            apertures[here] = network.aperture(opening)[mine]
+        return apertures
+
+
+class Mixing:
+    """Anderson's acceleration of a fixed point p = aim(p), of which each rank has a part."""
+
+    def __init__(self, share: float, depth: int) -> None:
+        """Move by a share of the difference, corrected by the changes of `depth` iterations."""
+        self.share, self.depth = share, depth
+        self.p: list[Floats] = []
+        self.left: list[Floats] = []
+
+    def mixed(self, p: Floats, aim: Floats) -> Floats:
+        """Next pressures, >= 0."""
+        self.p, self.left = [*self.p, p][-self.depth - 1 :], [*self.left, aim - p][-self.depth - 1 :]
+        new = p + self.share * self.left[-1]
+        if len(self.p) > 1:
+            dp, dr = (np.diff(sequence, axis=0) for sequence in (self.p, self.left))
+            gram = COMM.allreduce(np.column_stack([dr @ dr.T, dr @ self.left[-1]]))
+            new = new - np.linalg.lstsq(gram[:, :-1], gram[:, -1])[0] @ (dp + self.share * dr)
+        return np.maximum(new, 0.0)
