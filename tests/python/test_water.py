@@ -321,7 +321,7 @@ def test_castem_card_with_water(tmp_path: Path, capsys: pytest.CaptureFixture[st
         ("abaqus", "expected --water N, the number of the field that is the pressure"),
         ("kratos", "its elements carry the water, with BIOT_COEFFICIENT 1"),
         ("ogs", "its elements carry the water, in HYDRO_MECHANICS"),
-        ("fenicsx", "model.pressure and model.flow"),
+        ("fenicsx", "pressures and flows of Conditions"),
         ("calculix", "calculix passes no field to the law"),
     ],
 )

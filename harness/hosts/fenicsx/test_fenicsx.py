@@ -72,6 +72,16 @@ def test_exported_element(tmp_path: Path) -> None:
     exported.assert_script("fenicsx", tmp_path, PYTHON)
 
 
+def test_script_of_the_page(tmp_path: Path) -> None:
+    """The script of docs/how-to/your-mesh.md prints what the page shows, and writes its file."""
+    page = (PROGRAM.parents[3] / "docs/how-to/your-mesh.md").read_text(encoding="utf-8")
+    section = page[page.index("## FEniCSx") :]
+    code, shown = (re.search(rf"^```{kind}\n(.*?)^```$", section, re.M | re.S)[1] for kind in ("py", "text"))
+    done = subprocess.run([PYTHON, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == shown and (tmp_path / "block.pvd").exists()
+
+
 @pytest.mark.parametrize(
     ("words", "ranks"), [("--tau 0.05 --to 1", (2, 4)), ("--wall SW100 --drag 1e-6 --to 1", (2,))]
 )

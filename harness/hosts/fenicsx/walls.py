@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 from asperity.fenicsx import COMM, Conditions, Follow, Model, Output, Report, State, Terms, solve, total
+from asperity.fenicsx.equilibrium import SEARCHES
 from asperity.fenicsx.path import ERRORS, LIMIT, PASSES
 from asperity.fenicsx.time import energy_of
 from asperity.options import add_options
@@ -70,7 +71,8 @@ class Run:
         load, self.bottom = load.ravel(), bottom
         drag = o.drag * m.solid(*(k for k in names if not k.startswith("beam"))) * np.abs(m.body([1.0] * m.d))
         base, push = m.dofs(bottom, *range(m.d)), m.dofs(pushed, 0)
-        terms, state = Terms(drag=drag, tolerance=o.tolerance, options=o.petsc), State.virgin(m)
+        terms = Terms(drag=drag, tolerance=o.tolerance, search=o.search, options=o.petsc)
+        state = State.virgin(m)
         fixed = np.r_[base, m.dofs(pushed, *sides)]
         for part in range(1, o.press + 1):
             report = solve(m, state, Conditions(fixed, load=part / o.press * load), terms)
@@ -132,7 +134,8 @@ def options() -> argparse.Namespace:
             LIMIT,
         ),
         ("--tolerance TOLERANCE", "residual over the prescribed forces and loads", 1e-6),
-        ("--petsc OPTIONS", "of PETSc, in one word", str, {"default": ""}),
+        ("--search NAME", f"one of {', '.join(SEARCHES)}", SEARCHES[0], {"choices": SEARCHES}),
+        ("--petsc OPTIONS", "of PETSc for linear equations, in one word", str, {"default": ""}),
         ("--out FILE.csv", "rows, and FILE.RANK.npz to go on from", Path),
         ("--resume", "go on from the files of --out"),
         ("--pvd FILE.pvd", "fields at the displacements --to", Path),
