@@ -18,4 +18,14 @@ fi
 pip="$folder/bin/python -m pip install --quiet --no-compile"
 $pip dolfinx-solver-real gmsh meshio pytest || { echo "no wheels of dolfinx here, left out" && exit 77; }
 $pip --config-settings=build-dir="$folder-library" ".[tools]"
+# the library of MPI beside those of PETSc, where dolfinx looks: it is then found without an import of mpi4py before
+"$folder/bin/python" - <<'END'
+import pathlib, sys, sysconfig
+
+for name in "libmpi.so.12", "mpich":  # and the libraries that it needs
+    there = pathlib.Path(sys.prefix, "lib", name)
+    here = pathlib.Path(sysconfig.get_path("purelib"), "dolfinx_solver", "lib", name)
+    here.exists() or here.symlink_to(there)
+END
+"$folder/bin/python" -c "import dolfinx"
 echo "$folder"

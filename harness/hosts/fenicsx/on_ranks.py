@@ -9,7 +9,7 @@ import json
 
 import pytest
 
-from harness.studies.validation.wall_runs import PYTHON, start
+from harness.studies.validation.wall_runs import PYTHON, ROOT, start
 
 WITH_FENICSX = pytest.mark.skipif(
     not PYTHON.exists(), reason="no build/fenicsx: harness/hosts/fenicsx/install.sh"
@@ -59,8 +59,19 @@ for expression in EXPRESSIONS:
 """
 
 
+def assert_installed() -> None:
+    """The solver of this tree is what build/fenicsx has."""
+    [installed] = (PYTHON.parents[1] / "lib").glob("python3.*/site-packages/asperity/fenicsx")
+    here, there = (
+        {file.name: file.read_bytes() for file in folder.glob("*.py")}
+        for folder in (ROOT / "python" / "asperity" / "fenicsx", installed)
+    )
+    assert here == there, "build/fenicsx has another solver: harness/hosts/fenicsx/install.sh build/fenicsx"
+
+
 def of_each_rank(code: str, ranks: int) -> list[dict]:
     """Results of a code that goes on from the model of two blocks, by rank."""
+    assert_installed()
     done = start("", ranks=ranks, code=BEGINNING + MODEL + code + ENDING)
     assert done.returncode == 0, done.stderr
     of_ranks = json.loads(done.stdout.splitlines()[-1])
