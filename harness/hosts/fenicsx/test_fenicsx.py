@@ -240,10 +240,10 @@ def test_bad_options(words: str, expected: str) -> None:
     assert output == "" and expected in messages
 
 
-@pytest.mark.parametrize(("last", "status"), [(61, 0), (10**9, 3)])
+@pytest.mark.parametrize(("last", "status"), [(21, 0), (10**9, 3)])
 def test_law_that_fails(tmp_path: Path, last: int, status: int) -> None:
     """Once: the step is cut.  Always: the run ends with the message of the law and the rows before."""
-    code = FAILING.format(first=60, last=last)
+    code = FAILING.format(first=20, last=last)
     words = f"--elements 2 2 --to 0.2 --out {tmp_path / 'rows.csv'}"
     output, messages = run(words, code=code, status=status)
     end = rows(tmp_path / "rows.csv")[-1, 0]

@@ -284,7 +284,7 @@ results["above friction"] = solve(m, start, of(0.6)).good
 def test_water_in_time() -> None:
     """A run in time carries the water of its joint: a block at rest stays there, and its ledger closes.
 
-    A pressure that is more than the state has at the start lifts the block, whose energies are its work.
+    A pressure that is more than the state has at the start lifts the block.
     """
     results = run("""
 for p in (0.0, 4e-3, 9e-3):
@@ -300,10 +300,13 @@ for p in (0.0, 4e-3, 9e-3):
     lifted.run(2e-3)
     ledger = lifted.ledger
     lost = (start - ledger.balance) / (abs(ledger.work) or 1.0)
-    results[str(p)] = largest(shake.state.v), lost, ledger.work, largest(lifted.state.v)
+    opened = total(m.area @ (lifted.state.s - dry.s)[:, 0])
+    results[str(p)] = largest(shake.state.v), lost, ledger.work, (p - 1e-2) * opened
 """)
     *_, work, _ = results.pop("0.0")
     assert work == pytest.approx(0.0, abs=1e-12)
-    for p, (v, lost, work, faster) in results.items():
-        assert v < 1e-6 and faster > 1e-4, p
-        assert work > 0.0 and -1e-3 <= lost < 0.3, p  # numerical damping
+    for p, (v, lost, work, closed) in results.items():
+        assert v < 1e-6, p
+        # of the water less that of the weight, as the block is stiff; numerical damping takes a part
+        assert work == pytest.approx(closed, rel=0.03) and closed < 0.0, p
+        assert -1e-3 <= lost < 0.3, p
