@@ -106,7 +106,7 @@ def bonded(draw: np.random.Generator, tied: bool | None = None) -> Bonded:
     normal = np.eye(d)[-1] * (-1.0 if downward else 1.0)
     label = draw.permutation(len(places) + 20)[: len(places)] + 1
     text = _text(draw, places, label, cells, joint, d, width, h, geometry, tied, (lower, upper))
-    used = len(places) if tied else len({node for rows in cells.values() for row in rows for node in row})
+    used = len({node for rows in cells.values() for row in rows for node in row})
     return Bonded(text, sum(map(len, cells.values())), len(joint), area, used, normal)
 
 

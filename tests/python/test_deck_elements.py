@@ -33,7 +33,7 @@ def placed(folder: Path, text: str) -> Path:
 def test_joints_of_decks(tmp_path: Path) -> None:
     """Elements of a deck are the joint: their faces, area and N; the crack beside them stays open."""
     for seed in range(DRAWN):
-        drawn = bonded(np.random.default_rng([seed, 1]), tied=False)
+        drawn = bonded(np.random.default_rng([seed, 1]))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ModelWarning)
             mesh = split(placed(tmp_path, drawn.text))
@@ -48,11 +48,11 @@ def test_joints_of_decks(tmp_path: Path) -> None:
         assert text.count("\n*Element, type=COH") == len(parts)
 
 
-def test_ties_are_no_common_nodes(tmp_path: Path) -> None:
-    """Elements tied to the solids are refused with their line; so are --join and other rules."""
-    tied = bonded(np.random.default_rng(3), tied=True)
+def test_joints_without_solids(tmp_path: Path) -> None:
+    """Elements that nothing connects with solids are refused with their line; so is what closes them."""
+    loose = MISTAKES["no tie"](bonded(np.random.default_rng(3), tied=True).text)
     with pytest.raises(ValueError, match=r"line \d+: \*Element: .* do not lie between two solids that share"):
-        split(placed(tmp_path, tied.text))
+        split(placed(tmp_path, loose))
     path = placed(tmp_path, bonded(np.random.default_rng(4), tied=False).text)
     with pytest.raises(ValueError, match="the file has the joints JOINT, which it would close"):
         split(path, join=0.1)

@@ -56,7 +56,7 @@ def read_deck(path: Path) -> RawMesh:
         text = f"{path}: part {scope.name} has no instance: {count} elements left out"
         warnings.warn(text, ModelWarning, stacklevel=3)
     for keywords, why in (
-        (TIED, "connections of the model are those of shared nodes"),
+        (TIED, "connections are those of common nodes, and of cohesive elements tied node to node"),
         (LOADS, "loads and supports of the new mesh are yours"),
     ):
         here = dict.fromkeys(block.keyword for block in model.deck if block.keyword in keywords)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from ..contract import Floats
 from .deck import Block
+from .deck_connections import nodes_named, nodes_unread, ties_of
 from .deck_model import Model, Section, sides_of
 from .shapes import FACES, Integers, area, corner_sizes, corners, dimension, place
 
@@ -29,15 +29,6 @@ HOLD = (
 """Keywords, beside *Tie, that may connect nodes of a joint which no solid has."""
 
 
-@dataclass(frozen=True)
-class Tie:
-    """Two surfaces that are tied: their nodes, the elements of which they are faces, and the line."""
-
-    block: Block
-    nodes: tuple[Integers, Integers]
-    elements: tuple[Integers, Integers]
-
-
 def element_problems(model: Model, thickness: Mapping[int, float]) -> list[str]:
     """What is wrong with the cohesive elements of a deck, with file and line and what was expected.
 
@@ -52,7 +43,7 @@ class Checks:
 
     def __init__(self, model: Model, thickness: Mapping[int, float]) -> None:
         """Find the section of each element."""
-        self.model, self.thickness = model, thickness
+        self.model, self.thickness, self.all_ties = model, thickness, ties_of(model)
         count = max((int(entry.places.max()) for entry in model.cohesive), default=-1) + 1
         self.section = np.full(count, -1)
         self.times = np.zeros(count, np.int64)
@@ -277,23 +268,9 @@ class Checks:
         )
 
     @cached_property
-    def all_ties(self) -> list[Tie]:
-        """Ties, with the nodes and elements of both surfaces."""
-        ties = []
-        for block in self.model.deck:
-            if block.keyword != "TIE":
-                continue
-            for k, words in block.rows():
-                if len(words) >= 2:
-                    sides = [self.model.surface(block, word, k) for word in words[:2]]
-                    nodes, elements = zip(*sides, strict=True)
-                    ties.append(Tie(block, (nodes[0], nodes[1]), (elements[0], elements[1])))
-        return ties
-
-    @cached_property
     def nodes_held(self) -> Integers:
         """Nodes that keywords may hold, or that elements have which are not read."""
-        return np.union1d(self.model.nodes_named(HOLD), self.model.unread)
+        return np.union1d(nodes_named(self.model, HOLD), nodes_unread(self.model))
 
     def _held(self, side: Integers, d: int) -> tuple[np.ndarray, Integers, Floats]:
         """Whether the nodes of a side are tied or held, the nearest solid to which it is tied, or -1, and the

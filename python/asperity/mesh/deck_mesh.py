@@ -9,11 +9,15 @@ import numpy as np
 
 from ..material import ModelWarning
 from .deck import Block
+from .deck_connections import ties_of
 from .deck_model import Model, Unread, sides_of
 from .deck_types import type_of
 from .labels import Labels
 from .raw import Cells, Pairs, RawMesh
 from .shapes import Integers, dimension
+
+SAME_PLACE = 1e-6
+"""Distance of two tied nodes over the size of the model at which they are one."""
 
 
 def mesh_of(model: Model) -> RawMesh:
@@ -168,6 +172,7 @@ def _warn(model: Model, left_out: dict[str, str]) -> None:
 
 def _joints(model: Model) -> dict[str, tuple[Pairs, ...]]:
     """Sides of the cohesive elements, by the set of their section, or of their keyword without one."""
+    node = _tied(model)
     titles: dict[int, tuple[str, str]] = {}  # scope and set of an element
     ways: dict[int, str | None] = {}
     for section in model.sections:
@@ -186,8 +191,30 @@ def _joints(model: Model) -> dict[str, tuple[Pairs, ...]]:
             groups.setdefault((names[-1], ways.get(place)), []).append(k)
         for (name, way), rows in groups.items():
             lower, upper = sides_of(entry.nodes[rows], way, entry.block)
-            joints.setdefault(name, []).append(Pairs(lower, upper, entry.block.head()))
+            joints.setdefault(name, []).append(Pairs(node[lower], node[upper], entry.block.head()))
     return {name: tuple(joints[name]) for name in sorted(joints)}
+
+
+def _tied(model: Model) -> Integers:
+    """Node that each node of a cohesive element becomes where a tie connects it with one at its place."""
+    from scipy.spatial import KDTree
+
+    points, node = model.points, np.arange(len(model.points))
+    own = np.zeros(len(points), bool)
+    for entry in model.cohesive:
+        own[entry.nodes] = True
+    size = float(np.ptp(points, axis=0).max(initial=0.0))
+    for _, cells in model.cells:
+        own[cells] = False
+    for tie in ties_of(model) if own.any() else ():
+        for mine, other in ((0, 1), (1, 0)):
+            from_nodes = tie.nodes[mine][own[tie.nodes[mine]]]
+            to_nodes = tie.nodes[other][~own[tie.nodes[other]]]
+            if len(from_nodes) and len(to_nodes):
+                away, nearest = KDTree(points[to_nodes]).query(points[from_nodes])
+                same = away <= SAME_PLACE * size
+                node[from_nodes[same]] = to_nodes[nearest[same]]
+    return node
 
 
 def _are(blocks: list[Block], parameter: str) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -151,81 +151,6 @@ class Model:
                     types.add(block.name("TYPE").upper())
         return types
 
-    def surface(self, block: Block, word: str, k: int | None = None) -> tuple[Integers, Integers]:
-        """Nodes of a surface that a keyword names, and the elements of its faces.
-
-        A surface without names of faces has all nodes of its elements.
-
-        Raises ValueError for a name that is not there.
-        """
-        before, point, local = word.strip("\"'").rpartition(".")
-        home = self._scope(block, before) if point and before.upper() in self.by_name else self.model
-        key = (local if home is not self.model else word.strip("\"'")).upper()
-        if ("NSET", key) in home.sets and ("SURFACE", key) not in home.sets:
-            return self.members(home, "NSET", key), np.zeros(0, np.int64)
-        if ("SURFACE", key) not in home.sets:
-            raise block.fail(f"{word}: no such surface", k)
-        nodes, elements = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
-        for part in home.sets["SURFACE", key]:
-            for row, words in part.rows():
-                at = self.of(part, self.instance(part, home), "ELSET", words[0], (), row)
-                label = words[1].upper() if len(words) > 1 else ""
-                elements.append(at)
-                sides = self._nodes_of_faces(at, label) if re.fullmatch("S[1-6]", label) else None
-                nodes.append(self._nodes_of(at) if sides is None else sides)
-        return np.unique(np.concatenate(nodes)), np.unique(np.concatenate(elements))
-
-    def _nodes_of_faces(self, elements: Integers, label: str) -> Integers | None:
-        """Nodes of a face of elements, also of cohesive ones; None where an element has no such face."""
-        nodes, side, count = [np.zeros(0, np.int64)], int(label[1]) - 1, 0
-        for (kind, data), rows in zip(self.cells, self.by_array(elements), strict=True):
-            if len(rows) and side < len(FACES.get(kind, ())):
-                nodes.append(data[rows][:, FACES[kind][side]].ravel())
-                count += len(rows)
-        for entry in self.cohesive:
-            faces = FACES[{4: "quad", 6: "wedge", 8: "hexahedron"}[entry.nodes.shape[1]]]
-            at = np.isin(entry.places, elements)
-            if at.any() and side < len(faces):
-                nodes.append(entry.nodes[at][:, faces[side]].ravel())
-                count += int(at.sum())
-        return np.concatenate(nodes) if count == len(elements) else None
-
-    def nodes_named(self, keywords: Sequence[str]) -> Integers:
-        """Nodes that keywords name, by number, set or surface; what is none of these is passed over."""
-        nodes = [np.zeros(0, np.int64)]
-        for block in self.deck:
-            if block.keyword not in keywords:
-                continue
-            words = [value for value in block.parameters.values() if value]
-            for _, row in block.rows():
-                words += row[:1] if block.keyword == "BOUNDARY" else row[:: 3 if len(row) > 2 else 1]
-            for word in words:
-                before, point, local = word.strip("\"'").rpartition(".")
-                home = self.by_name.get(before.upper(), self.model) if point else self.model
-                name = local if point and home is not self.model else word.strip("\"'")
-                numbers = self.nodes[id(home)]
-                if name.isdigit() and np.isin(int(name), numbers.flat):
-                    nodes.append(numbers(block, np.array([int(name)])))
-                elif ("NSET", name.upper()) in home.sets:
-                    nodes.append(self.members(home, "NSET", name.upper()))
-                elif ("SURFACE", name.upper()) in home.sets:
-                    nodes.append(self.surface(block, word)[0])
-                elif ("ELSET", name.upper()) in home.sets:
-                    nodes.append(self._nodes_of(self.members(home, "ELSET", name.upper())))
-        return np.unique(np.concatenate(nodes))
-
-    @cached_property
-    def unread(self) -> Integers:
-        """Nodes of elements that may be solids and that are not read."""
-        nodes = [np.zeros(0, np.int64)]
-        for scope in self.scopes:
-            for block, _, words in scope.others:
-                if type_of(block.name("TYPE").upper()).refused:
-                    given = {int(word) for row in words for word in row if word.isdigit()}
-                    known = self.nodes[id(scope)]
-                    nodes.append(known.places[np.isin(known.flat, list(given))])
-        return np.unique(np.concatenate(nodes))
-
     def by_array(self, places: Integers) -> list[Integers]:
         """Rows in each array of cells; elements that are left out have none."""
         at = np.unique(places)
@@ -245,7 +170,7 @@ class Model:
             home = self.instance(block, scope)
             places = (self.nodes if kind == "NSET" else self.elements)[id(home)]
             if block.keyword == "INSTANCE":  # of all its nodes or elements
-                home = self._scope(block, block.name("NAME"))
+                home = self.scope(block, block.name("NAME"))
                 members.append((self.nodes if kind == "NSET" else self.elements)[id(home)].place)
                 continue
             if id(block) in scope.made or block.keyword in ("NODE", "ELEMENT"):
@@ -253,7 +178,7 @@ class Model:
                 members.append(places(block, self._numbers(scope)[id(block)] if numbers is None else numbers))
                 continue
             if block.keyword == "NSET" and (elset := block.parameters.get("ELSET")):
-                members.append(self._nodes_of(self._named(block, home, "ELSET", elset, above)))
+                members.append(self.nodes_of(self._named(block, home, "ELSET", elset, above)))
                 continue
             given_numbers: list[int] = []
             for k, words in block.rows():
@@ -284,9 +209,10 @@ class Model:
     def instance(self, block: Block, scope: Scope) -> Scope:
         """Scope of the instance that a block names, or that in which it stands."""
         name = block.parameters.get("INSTANCE")
-        return scope if name is None else self._scope(block, name)
+        return scope if name is None else self.scope(block, name)
 
-    def _scope(self, block: Block, name: str) -> Scope:
+    def scope(self, block: Block, name: str) -> Scope:
+        """Scope of an instance."""
         if name.upper() not in self.by_name:
             known = ", ".join(scope.name for scope in self.by_name.values()) or "none"
             raise block.fail(f"instance {name}: no such instance: {known}")
@@ -299,7 +225,7 @@ class Model:
         word = word.strip("\"'")
         before, point, local = word.rpartition(".")
         if point and before.upper() in self.by_name:
-            home, word = self._scope(block, before), local
+            home, word = self.scope(block, before), local
         if word.isdigit():
             return (self.nodes if kind == "NSET" else self.elements)[id(home)](block, np.array([int(word)]))
         return self._named(block, home, kind, word, above, k)
@@ -312,7 +238,7 @@ class Model:
             raise block.fail(f"{name}: expected a number or a set that is there", k)
         return self.members(home, kind, key, (*above, f"{kind} {key}"))
 
-    def _nodes_of(self, elements: Integers) -> Integers:
+    def nodes_of(self, elements: Integers) -> Integers:
         """Nodes of elements, also of those that are left out as far as the deck has them."""
         nodes = [np.zeros(0, np.int64)]
         nodes += [
