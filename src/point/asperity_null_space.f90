@@ -8,13 +8,16 @@ module asperity_null_space
   !> Three equations for four unknowns.
   type, public :: null_space_type
     real(wp) :: direction(4) = 0.0_wp   !! of length 1, which the equations do not see; zero if there are more
-    real(wp) :: second(4) = 0.0_wp      !! of length 1, which they see least otherwise; at a fork they do not see it
+    real(wp) :: second(4) = 0.0_wp      !! of length 1, which they see least otherwise; at a fork they do not see it;
+                                        !! its largest component is positive
     real(wp) :: sense = 0.0_wp          !! 1 or -1: sign of the determinant of the equations with `direction` below
                                         !! them; 0: not known, as the equations nearly do not see `second`
   end type null_space_type
 
   !> Singular value over the largest one below which the sign of the determinant is that of rounding errors.
   real(wp), parameter :: singular = 1.0e-10_wp
+  !> Components count as equally large within this part of them: their difference is that of rounding errors.
+  real(wp), parameter :: alike = 1.0e-6_wp
 
   integer, parameter :: room = 64   ! numbers in which LAPACK works
 
@@ -43,13 +46,15 @@ contains
     real(wp), intent(in) :: sense(4)       !! a direction
     type(null_space_type) :: space
     real(wp) :: a(3, 4), s(3), u(3, 3), vt(4, 4), work(room)
-    integer :: info
+    integer :: info, largest
     a = matrix
     work = 0.0_wp
     call dgesvd("A", "A", 3, 4, a, 3, s, u, 3, vt, 4, work, room, info)
     if (info /= 0 .or. .not. s(3) > epsilon(s)*s(1)) return
     space%direction = vt(4, :)
-    space%second = vt(3, :)
+    ! LAPACK leaves the sign to rounding errors, which differ from one instruction set to another
+    largest = findloc(abs(vt(3, :)) >= (1.0_wp - alike)*maxval(abs(vt(3, :))), .true., 1)
+    space%second = sign(1.0_wp, vt(3, largest))*vt(3, :)
     if (s(3) > singular*s(1)) space%sense = sign(1.0_wp, determinant_3(u)*determinant_4(vt))
     if (dot_product(space%direction, sense) < 0.0_wp) then
       space%direction = -space%direction
