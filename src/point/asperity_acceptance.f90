@@ -1,8 +1,8 @@
 !> Whether a step to a solution of the equations continues the curve of equilibria: one formula of named tests.
 module asperity_acceptance
   use asperity_elimination, only: eliminate
-  use asperity_equations, only: alike, equations_type, evaluate, farthest_equilibrium, free_matrix, largest_move, &
-    point_type, predict, unstable
+  use asperity_equations, only: alike, equations_type, farthest_equilibrium, free_matrix, largest_move, &
+    look_back, point_type, predict, unstable
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: point_law
@@ -137,14 +137,12 @@ contains
     type(step_type), intent(in) :: step                 !! the step
     type(point_type), intent(in) :: old, new            !! both ends of the step
     logical, intent(out) :: yes                         !! the answer
-    type(point_type) :: back
-    real(wp) :: ending(3), error, matrix(3, 3)
-    if (law%rate_dependent .or. law%wears) then
-      ! the step back, as the tangent does not have the effect of time and wear
-      call evaluate(law, equations, new%s, step%fractions(1), back, ending, error)
-    else
-      ending = predict(equations, new, step%change)
-    end if
+    type(point_type) :: earlier
+    real(wp) :: ending(3), matrix(3, 3)
+    call look_back(law, equations, step%fractions(1), new, earlier, yes)
+    if (.not. yes) return
+    ending = predict(equations, new, step%change) + merge(earlier%traction - new%traction, 0.0_wp, &
+      equations%control%traction)
     matrix = step%result%last
     call eliminate(3, matrix, ending, yes)
     if (yes) yes = maxval(abs(new%s - old%s - 0.5_wp*(step%result%step + ending)), &

@@ -12,8 +12,8 @@ module asperity_equations
     residual_tolerance, resolved, rounding_scale
   implicit none
   private
-  public :: new_point, new_equations, ramp, evaluate, may_go_on, free_matrix, alike, predict, unstable, is_unstiff, &
-    largest_move, farthest_equilibrium, work_between
+  public :: new_point, new_equations, ramp, evaluate, look_back, may_go_on, free_matrix, alike, predict, unstable, &
+    is_unstiff, largest_move, farthest_equilibrium, work_between
   public :: point_type
 
   !> End of an increment: complete, no equilibrium found, limit of updates reached, start or targets out of range; of a
@@ -117,8 +117,7 @@ contains
     real(wp), intent(out) :: error                      !! largest residual relative to the traction scale of
                                                         !! `residual_tolerance`; huge: no result, as x is out of
                                                         !! range, or the law cannot take the increment
-    type(call_type) :: part_call
-    real(wp) :: part, requested, values(3)
+    real(wp) :: requested, values(3)
 
     residual = 0.0_wp
     error = huge(error)
@@ -129,11 +128,7 @@ contains
       if (.not. all_bounded(size(point%s), point%s, law%bound)) return
       if (.not. allocated(point%state)) allocate (point%state(law%n_state))
       equations%report%updates = equations%report%updates + 1
-      part = fraction - equations%done
-      part_call = equations%call
-      part_call%duration = part*control%dt
-      part_call%worn_fraction = part/max(1.0_wp - equations%done, tiny(part))
-      call law%update(part_call, old, point, requested)
+      call law%update(part_call(equations, fraction), old, point, requested)
       equations%report%requested = requested
       if (requested < 1.0_wp) return
       point%work = old%work + work_between(old%s, old%traction, point%s, point%traction)
@@ -142,6 +137,37 @@ contains
     end associate
     error = maxval(abs(residual))/residual_scale(law, equations, x, values, point)
   end subroutine evaluate
+
+  !> What passes from `done` to a fraction of the increment: time and wear.
+  pure function part_call(equations, fraction) result(call)
+    type(equations_type), intent(in) :: equations   !! the equations
+    real(wp), intent(in) :: fraction                !! of the increment
+    type(call_type) :: call
+    real(wp) :: part
+    part = fraction - equations%done
+    call = equations%call
+    call%duration = part*equations%control%dt
+    call%worn_fraction = part/max(1.0_wp - equations%done, tiny(part))
+  end function part_call
+
+  !> The point at the same separations with the time and wear of an earlier fraction of the increment: the difference is
+  !> what time and wear do, which the tangent does not have.
+  subroutine look_back(law, equations, fraction, point, earlier, known)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(inout) :: equations    !! the equations; the update is counted
+    real(wp), intent(in) :: fraction                    !! of the increment, from `done` on
+    type(point_type), intent(in) :: point               !! the point at a later one
+    type(point_type), intent(out) :: earlier            !! the same point, unless the law has a history
+    logical, intent(out) :: known                       !! false: the law has asked for a part of the increment
+    real(wp) :: requested
+    earlier = point
+    known = .not. equations%report%requested < 1.0_wp
+    if (.not. (known .and. (law%rate_dependent .or. law%wears))) return
+    equations%report%updates = equations%report%updates + 1
+    call law%update(part_call(equations, fraction), equations%old, earlier, requested)
+    equations%report%requested = requested
+    known = .not. requested < 1.0_wp
+  end subroutine look_back
 
   !> Whether the increment may go on: within the limit of updates, and as long as the law can take it.
   pure function may_go_on(equations) result(yes)

@@ -3,8 +3,8 @@
 module asperity_equilibrium_path
   use asperity_acceptance, only: carries_nothing, judge, step_type
   use asperity_elimination, only: eliminate
-  use asperity_equations, only: equations_type, evaluate, free_matrix, largest_move, may_go_on, point_type, predict, &
-    ramp
+  use asperity_equations, only: equations_type, evaluate, free_matrix, largest_move, look_back, may_go_on, point_type, &
+    predict, ramp
   use asperity_kinds, only: wp
   use asperity_newton, only: newton_solve
   use asperity_point_law, only: point_law
@@ -153,22 +153,18 @@ contains
   !> that facets which retreat by more than they are closed leave no residual to find them by.
   subroutine find_worn_retreat(law, equations, fractions, s, retreat)
     class(point_law), intent(in) :: law                 !! the law
-    type(equations_type), intent(inout) :: equations    !! the equations; what the law asks for is noted
+    type(equations_type), intent(inout) :: equations    !! the equations; updates are counted
     real(wp), intent(in) :: fractions(2)                !! at both ends of the step
     real(wp), intent(in) :: s(3)                        !! separation, length
     real(wp), intent(out) :: retreat                    !! the change, length; 0 if the law has no result
-    type(equations_type) :: local
-    type(point_type) :: ends(2)
-    real(wp) :: errors(2), r(3)
-    integer :: i
-    local = equations
-    do i = 1, 2
-      call evaluate(law, local, s, fractions(i), ends(i), r, errors(i))
-    end do
-    equations%report%requested = local%report%requested
+    type(point_type) :: earlier, worn
+    real(wp) :: error, r(3)
+    logical :: known
     retreat = 0.0_wp
-    if (all(errors < huge(errors))) retreat = law%contact_opening(s, ends(2)%state) - &
-      law%contact_opening(s, ends(1)%state)
+    call evaluate(law, equations, s, fractions(2), worn, r, error)
+    if (error >= huge(error)) return
+    call look_back(law, equations, fractions(1), worn, earlier, known)
+    if (known) retreat = law%contact_opening(worn%s, worn%state) - law%contact_opening(worn%s, earlier%state)
   end subroutine find_worn_retreat
 
   !> The smallest opening, from zero on, at which the joint carries nothing, and its free separations across stay.

@@ -13,11 +13,20 @@ module asperity_increment
   use asperity_point_law, only: call_type, point_law, point_type
   use asperity_tolerances, only: fast_growth, first_motion, imperfection, largest_imperfection, largest_target, &
     least_cut, least_damping, least_rupture, less_damping, more_damping, more_imperfection, most_cut, most_tries, &
-    most_updates, shortest_motion, slow_growth, smallest_fraction, smallest_part, snap_resolution, unbalanced
+    most_updates, residual_tolerance, shortest_motion, slow_growth, smallest_fraction, smallest_part, snap_resolution, &
+    unbalanced
   implicit none
   private
   public :: call_type, control_type, point_type, report_type, new_point, advance, snap
   public :: ended_complete, ended_endless, ended_limit, ended_lost, ended_refused, ended_rejected
+
+  !> A jump of the law: a free traction is below its prescribed value at one side of a separation and above it at the
+  !> other, however near they are.
+  type :: jump_type
+    integer :: component = 0               !! of the traction; 0: none
+    real(wp) :: place = 0.0_wp             !! separation of this component, length
+    real(wp) :: sides(2) = 0.0_wp          !! traction at both sides, stress
+  end type jump_type
 
 contains
 
@@ -133,6 +142,7 @@ contains
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! at the start -> at the fraction that was reached
     real(wp), intent(out) :: reached                    !! this fraction, 1: complete
+    type(jump_type) :: jump
     type(point_type) :: before, begin, lifted, stopped
     logical :: has_equilibrium, stays_open
     reached = 0.0_wp
@@ -164,7 +174,11 @@ contains
       end if
       if (.not. has_equilibrium) then
         equations%report%ended = merge(ended_limit, ended_lost, equations%report%updates >= most_updates)
-        if (law%discontinuous .and. equations%report%ended == ended_lost) call note_jump(law, equations, stopped)
+        if (law%discontinuous .and. equations%report%ended == ended_lost) then
+          call find_jump(law, equations, stopped, 2.0_wp*shortest_motion*law%s_0, jump)
+          equations%report%jumps = jump%component
+          equations%report%sides = jump%sides
+        end if
         equations%old = before
         exit
       end if
@@ -180,7 +194,10 @@ contains
   !> Move from the end of a curve of equilibria to the first stable equilibrium under constant prescribed values:
   !> pseudo-transient continuation, implicit Euler steps of an overdamped motion, which the state follows. It takes no
   !> time and wears nothing. The steps are at most s0/200, and grow. A motion that stops without an equilibrium has met
-  !> a discontinuity of the law.
+  !> a jump of the law.
+  !>
+  !> Where the point lies at a jump, and the traction pushes back from both sides, this component stays there as long as
+  !> that holds: on an axis of symmetry the traction at the jump itself is the prescribed one.
   subroutine snap(law, equations, has_equilibrium)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! prescribed values at the fraction `done`, the point at the
@@ -188,7 +205,8 @@ contains
     logical, intent(out) :: has_equilibrium             !! whether there is an equilibrium
     type(newton_type) :: result
     type(point_type) :: trial
-    real(wp) :: anchor(3), damping, drift(3), error, far, limit, move, residual(3)
+    type(jump_type) :: jump
+    real(wp) :: anchor(3), damping, drift(3), ends(2), far, limit, move, sides(2)
     integer :: tries
     logical :: good
 
@@ -198,11 +216,9 @@ contains
     ! with viscous damage there are equilibria at every separation, as no time passes
     far = farthest_equilibrium(law, equations, 0.5_wp)
     has_equilibrium = .false.
-    ! the motion has constant prescribed values from the start on: the energies of their last change are not its own
-    trial%s = equations%old%s
-    if (count(equations%control%traction) > 1) trial%s = trial%s + equations%displaced*law%s_0
-    call evaluate(law, equations, trial%s, equations%done, trial, residual, error)
-    if (error < huge(error)) equations%old = trial
+    if (law%discontinuous .and. count(equations%control%traction) > 1) call find_jump(law, equations, equations%old, &
+      equations%displaced*law%s_0, jump)
+    call displace(law, equations, jump)
     anchor = equations%old%s
     tries = 0
     do while (tries < most_tries .and. may_go_on(equations))
@@ -219,7 +235,11 @@ contains
       ! start in the direction of the last step, so that the tangent of a sliding plane is that of sliding
       equations%damping = damping
       trial%s = equations%old%s + drift
-      call newton_solve(law, equations, equations%done, limit, trial, result)
+      if (jump%component == 0) then
+        call newton_solve(law, equations, equations%done, limit, trial, result)
+      else
+        call solve_at_jump(law, equations, jump, limit, trial, result)
+      end if
       move = largest_move(equations, equations%old, trial)
       good = result%converged .and. result%stable .and. move <= limit
       tries = tries + 1
@@ -239,6 +259,9 @@ contains
       limit = min(law%bound, limit*merge(fast_growth, slow_growth, law%cannot_soften(equations%old%state) .or. &
         is_unstiff(equations%old)))
       if (maxval(abs(equations%old%s)) > far) exit
+      if (jump%component == 0) cycle
+      call look_across(law, equations, equations%old, equations%displaced*law%s_0, jump, ends, sides)
+      if (jump%component == 0) call displace(law, equations, jump)
     end do
     if (has_equilibrium) equations%old = trial
     equations%damping = 0.0_wp
@@ -282,55 +305,110 @@ contains
     end associate
   end subroutine note_snap
 
-  !> Report a jump of the law where a motion has stopped: a free traction is below its prescribed value at one side and
-  !> above it at the other, however near they are. No separation carries a value between them.
-  subroutine note_jump(law, equations, stopped)
+  !> Start a motion a little beside an equilibrium, as a symmetric one that is unstable has no motion of its own. The
+  !> motion has constant prescribed values from there on: the energies of their last change are not its own.
+  subroutine displace(law, equations, jump)
     class(point_law), intent(in) :: law                 !! the law
-    type(equations_type), intent(inout) :: equations    !! prescribed values at the fraction `done`; the report is set
-    type(point_type), intent(in) :: stopped             !! the point where the motion has stopped
-    type(point_type) :: at
+    type(equations_type), intent(inout) :: equations    !! prescribed values at `done`, the point -> beside it
+    type(jump_type), intent(in) :: jump                 !! where one component stays, if it is there
+    type(point_type) :: trial
+    real(wp) :: error, residual(3)
+    trial%s = equations%old%s
+    if (count(equations%control%traction) > 1) trial%s = trial%s + equations%displaced*law%s_0
+    if (jump%component > 0) trial%s(jump%component) = jump%place
+    call evaluate(law, equations, trial%s, equations%done, trial, residual, error)
+    if (error < huge(error)) equations%old = trial
+  end subroutine displace
+
+  !> Step of a motion with the separation of one component at a jump.
+  subroutine solve_at_jump(law, equations, jump, reach, point, result)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(inout) :: equations    !! the equations; updates and iterations are counted
+    type(jump_type), intent(in) :: jump                 !! the jump
+    real(wp), intent(in) :: reach                       !! length from the guess beyond which no solution is wanted
+    type(point_type), intent(inout) :: point            !! guess -> the point at the end
+    type(newton_type), intent(out) :: result            !! result
+    type(equations_type) :: at_jump
+    at_jump = equations
+    at_jump%control%traction(jump%component) = .false.
+    at_jump%start(jump%component) = jump%place
+    at_jump%target(jump%component) = jump%place
+    call newton_solve(law, at_jump, equations%done, reach, point, result)
+    equations%report = at_jump%report
+  end subroutine solve_at_jump
+
+  !> Find the largest jump of the law near a point.
+  subroutine find_jump(law, equations, point, distance, jump)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(inout) :: equations    !! prescribed values at the fraction `done`; updates are counted
+    type(point_type), intent(in) :: point               !! the point
+    real(wp), intent(in) :: distance                    !! from which both sides push back, length
+    type(jump_type), intent(out) :: jump                !! the jump
     !> Change of a traction over a change of the separation that is no stiffness, relative to the largest one.
     real(wp), parameter :: steepest = 100.0_wp
-    real(wp) :: ends(2), error, middle, nearest, r(3), residuals(2), tractions(2), x(3)
-    integer :: i, j
-    nearest = 2.0_wp*spacing(max(maxval(abs(stopped%s)), law%s_0))
+    type(jump_type) :: next
+    real(wp) :: ends(2), height, nearest, residual, residuals(2), traction
+    integer :: i
+    nearest = 2.0_wp*spacing(max(maxval(abs(point%s)), law%s_0))
+    ! across a steep but continuous place the change is that of a stiffness, or a rounding error
+    height = 2.0_wp*steepest*max(law%largest_stiffness, maxval(abs(point%tangent)))*nearest
     do i = 1, 3
       if (.not. equations%control%traction(i)) cycle
-      ends = stopped%s(i) + [-1.0_wp, 1.0_wp]*(2.0_wp*shortest_motion*law%s_0)
-      do j = 1, 2
-        call look(ends(j), j)
-      end do
-      if (.not. (residuals(1) < 0.0_wp .and. residuals(2) > 0.0_wp)) cycle
+      next = jump_type(i, point%s(i))
+      call look_across(law, equations, point, distance, next, ends, residuals)
+      if (next%component == 0) cycle
+      ! a facet begins at zero without an offset
+      if (ends(1) < 0.0_wp .and. ends(2) > 0.0_wp) next%place = 0.0_wp
       do while (ends(2) - ends(1) > nearest)
-        middle = 0.5_wp*sum(ends)
-        call look(middle, 0)
-        j = merge(1, 2, r(i) < 0.0_wp)
-        ends(j) = middle
-        residuals(j) = r(i)
-        tractions(j) = at%traction(i)
+        call look(law, equations, point, i, next%place, residual, traction)
+        if (.not. abs(residual) > 0.0_wp) exit
+        ends(merge(1, 2, residual < 0.0_wp)) = next%place
+        next%place = 0.5_wp*sum(ends)
       end do
-      ! across a steep but continuous place the change is that of a stiffness, or a rounding error
-      if (residuals(2) - residuals(1) <= steepest*law%largest_stiffness*nearest) cycle
-      equations%report%jumps = i
-      equations%report%sides = tractions
-      exit
+      ! the place itself may have a third traction
+      call look_across(law, equations, point, nearest, next, ends, residuals)
+      if (next%component == 0) cycle
+      if (residuals(2) - residuals(1) <= height) cycle
+      height = residuals(2) - residuals(1)
+      jump = next
     end do
+  end subroutine find_jump
 
-  contains
+  !> Residual and traction at both sides of a jump; it is none if they do not push back.
+  subroutine look_across(law, equations, point, distance, jump, ends, residuals)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(inout) :: equations    !! prescribed values at the fraction `done`; updates are counted
+    type(point_type), intent(in) :: point               !! the other separations
+    real(wp), intent(in) :: distance                    !! of the sides, length
+    type(jump_type), intent(inout) :: jump              !! component and place -> sides, or no component
+    real(wp), intent(out) :: ends(2)                    !! separations at both sides, length
+    real(wp), intent(out) :: residuals(2)               !! residuals there, stress
+    integer :: j
+    ends = jump%place + [-1.0_wp, 1.0_wp]*distance
+    do j = 1, 2
+      call look(law, equations, point, jump%component, ends(j), residuals(j), jump%sides(j))
+    end do
+    if (.not. (residuals(1) < 0.0_wp .and. residuals(2) > 0.0_wp)) jump%component = 0
+  end subroutine look_across
 
-    !> Traction and residual with this separation, of one end where it is given.
-    subroutine look(s, side)
-      real(wp), intent(in) :: s        !! the free separation, length
-      integer, intent(in) :: side      !! 1 or 2, or 0
-      x = stopped%s
-      x(i) = s
-      call evaluate(law, equations, x, equations%done, at, r, error)
-      if (side == 0) return
-      residuals(side) = r(i)
-      tractions(side) = at%traction(i)
-    end subroutine look
-
-  end subroutine note_jump
+  !> Residual and traction of a free component at another separation of it.
+  subroutine look(law, equations, point, i, s, residual, traction)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(inout) :: equations    !! prescribed values at the fraction `done`; updates are counted
+    type(point_type), intent(in) :: point               !! the other separations
+    integer, intent(in) :: i                            !! component
+    real(wp), intent(in) :: s                           !! its separation, length
+    real(wp), intent(out) :: residual, traction         !! stress; the residual of an equilibrium is 0
+    type(point_type) :: at
+    real(wp) :: error, r(3), x(3)
+    x = point%s
+    x(i) = s
+    call evaluate(law, equations, x, equations%done, at, r, error)
+    ! what counts as an equilibrium has no sign
+    residual = 0.0_wp
+    if (error*abs(r(i)) > residual_tolerance*maxval(abs(r))) residual = r(i)
+    traction = at%traction(i)
+  end subroutine look
 
   !> Report a fall by wear, compared with the point at the start of the increment.
   pure subroutine note_fall(law, equations, before)

@@ -33,6 +33,34 @@ def test_jammed_joint_unloads() -> None:
     assert ends[0] > 3.0 and ends[1] == pytest.approx(ends[0], rel=0, abs=3e-9)
 
 
+def test_wear_of_nothing() -> None:
+    """A joint that an infinite work would wear has the rows of one that does not wear.
+
+    Its facets are crushed on a hyperbolic closure of 9e7 MPa/mm, so that a rounding error of a separation is
+    1e-9 MPa.
+    """
+    constants = {"eta": 0.99, "mu": 0.5718, "kc": 100.0, "height": 0.2, "closure": 0.02, "crush": 1.8838}
+    path = [Step(t_N=-0.307, t_Ty=0.0, increments=20), Step(s_Tx=0.2, increments=60)]
+    kept, worn = (
+        joint(6, 55.676, 0.1, 184.294, **constants, W0=W0).run(path).separation for W0 in (0.0, 1e12)
+    )
+    np.testing.assert_allclose(worn, kept, rtol=0, atol=1e-9)
+
+
+def test_axis_of_symmetry_that_holds() -> None:
+    """Where facets push back to the axis of symmetry, free across and held across is one, in a snap, too."""
+    mu, pressure = 0.7111518660691002, 0.03612078757114445
+    rough = joint(4, 74.1536451803456, 0.0, mu=mu, height=0.2, crush=9.957980127440536)
+    slide = Step(s_Tx=0.2, increments=20)
+    free, held = (
+        rough.run([Step(t_N=-pressure, increments=20, **across), slide])
+        for across in ({"t_Ty": 0.0}, {"s_Ty": 0.0})
+    )
+    assert free.snaps and len(free) == 40
+    np.testing.assert_allclose(free.separation, held.separation, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(free.traction, held.traction, rtol=0, atol=1e-9)
+
+
 @pytest.mark.parametrize("ratio", [1e-8, 1e-6, 1e6])
 def test_giant_increments(ratio: float) -> None:
     """Of bonds with sigma02^2/Gc2 far from mode I only the brittle one snaps, at the start of its slip."""
