@@ -2,7 +2,7 @@
 !> is admissible but outside the law's range of validity.
 module case_run
   use asperity_case, only: case_type, write_case
-  use asperity_case_groups, only: explain_unexpected
+  use asperity_case_groups, only: explain_unexpected, start_point
   use asperity_contract, only: p_c, p_tau_v
   use asperity_equations, only: new_point, point_type
   use asperity_foreign_umat, only: foreign_law, umat_name
@@ -130,8 +130,7 @@ contains
       start = run%before
       call set_text(name, umat_name(law))
     class default
-      start = new_point(law, case%state%statev, case%state%s)
-      if (case%state%has_work) start%work = case%state%work
+      start = start_point(law, case%state)
       call refine_path(law, case%steps, start, case%state%p, case%tolerance, run, failure)
     end select
     if (case%state%given) call start_from(table, law, start, case%state%p)
@@ -199,6 +198,8 @@ contains
     failed%state%statev = run%before%state
     failed%state%has_work = .true.
     failed%state%work = run%before%work
+    failed%state%has_traction = .not. case%umat%given
+    failed%state%traction = run%before%traction
     timed = case%umat%given
     if (.not. timed) timed = case%props(p_tau_v) > 0.0_wp .or. case%props(p_c) > 0.0_wp
     allocate (failed%steps(1))

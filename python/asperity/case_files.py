@@ -188,7 +188,8 @@ def _run(content: dict[str, Any]) -> Run | None:
     start, point = content["start"], None
     if start != "virgin":
         N, Tx, Ty = map(float, content["s"])
-        point = Point(np.array(content["statev"]), (N, Tx, Ty), content.get("work"), content["p"])
+        traction = tuple(content["traction"]) if "traction" in content else None
+        point = Point(np.array(content["statev"]), (N, Tx, Ty), content.get("work"), content["p"], traction)
     steps = tuple(map(step_of, content["steps"]))
     value, tolerance = content.get("value"), content.get("tolerance")
     aperture = content["a_0"], content["a_min"]

@@ -270,11 +270,13 @@ class History(_Named):
 
     @property
     def end(self) -> Point:
-        """Separation, state and work of the last row, from which `Interface.run` may continue."""
+        """Point of the last row, from which `Interface.run` may continue."""
         if len(self) == 0:
             raise ValueError("end: expected a history with rows")
         s_N, s_Tx, s_Ty = self.separation[-1].tolist()
-        return Point(self.state[-1], (s_N, s_Tx, s_Ty), float(self.work[-1]), float(self.p[-1]))
+        t_N, t_Tx, t_Ty = self.traction[-1].tolist()
+        work, p = float(self.work[-1]), float(self.p[-1])
+        return Point(self.state[-1], (s_N, s_Tx, s_Ty), work, p, (t_N, t_Tx, t_Ty))
 
     def after_step(self, step: int) -> History:
         """Rows after a step; the events before belong to the first of them.

@@ -83,6 +83,9 @@ def _run(
         separation=tuple(contract.array("separation", start.separation, (3,)).tolist()),
         work=work if np.isfinite(work) else None,
         p=contract.number("p", start.p),
+        traction=None
+        if start.traction is None
+        else tuple(contract.array("traction", start.traction, (3,)).tolist()),
     )
     if point.p < 0.0:
         raise ValueError(f"p = {contract.shown(start.p)}: expected >= 0")

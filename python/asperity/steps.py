@@ -48,9 +48,9 @@ class Step:
     time to each target (1); it matters for viscous damage and a dashpot. follow, "stable" or "branch": the
     point jumps where the stable path ends, or continues along the unstable part, where the prescribed values
     turn back and forward again. arc: longest step along the branch, times s0 (0.05). fork: where another
-    branch crosses first, 1 or -1 leave to one side or the other (0: go along); a step in which this is not
-    possible is an error. p: targets of the water pressure in the joint, stress, >= 0; t_N is the total
-    traction, of which the law carries t_N + p.
+    branch crosses first, 1 leaves to the side where the component that changes most grows, -1 to the other
+    side (0: go along); a step in which this is not possible is an error. p: targets of the water pressure in
+    the joint, stress, >= 0; t_N is the total traction, of which the law carries t_N + p.
 
     Raises ValueError if a value is no number. Everything else is checked by `Interface.run`.
 
@@ -119,13 +119,16 @@ _DEFAULTS = {entry.name: entry.default for entry in entries()}
 class Point:
     """Start of a load path: STATEV (nstatv,), separation (N, Tx, Ty), length, and work so far, stress*length.
 
-    A work that is None is the sum of stored and dissipated energies.  p: water pressure, stress.
+    A work that is None is the sum of stored and dissipated energies.  p: water pressure, stress.  traction:
+    total (N, Tx, Ty) at the end of the last increment, stress; None is that of the state at rest.  A dashpot
+    (c) and the guard add to that; for other joints another traction is an error.
     """
 
     state: Floats
     separation: tuple[float, float, float] = (0.0, 0.0, 0.0)
     work: float | None = None
     p: float = 0.0
+    traction: tuple[float, float, float] | None = None
 
 
 def numbers_of(step: Step) -> dict[str, tuple[float, ...]]:
@@ -155,8 +158,8 @@ def path_text(steps: Sequence[Step], start: Point | None, tolerance: float | Non
     if tolerance is not None:
         groups.append(("case", {"tolerance": tolerance}))
     if start is not None:
-        state = {"separation": start.separation, "statev": start.state, "work": start.work, "p": start.p}
-        groups.append(("state", state))
+        state = {"separation": start.separation, "traction": start.traction, "statev": start.state}
+        groups.append(("state", state | {"work": start.work, "p": start.p}))
     groups += [("step", step.given()) for step in steps]
     return "\n".join(f"&{name} {_entries_text(entries)} /" for name, entries in groups).encode()
 

@@ -7,16 +7,19 @@ module asperity_case_groups
   use asperity_case_text, only: group_index, name_length, text_type, token_text
   use asperity_checks, only: bounded
   use asperity_contract, only: plane_statev, status_ok, v_damage, v_friction, v_rupture, v_stored
+  use asperity_equations, only: new_point
   use asperity_errors, only: error_type, errors_type, fail
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, separation_bound, slip_factor
   use asperity_kinds, only: wp
   use asperity_load_path, only: row_type
+  use asperity_point_law, only: point_law, point_type
+  use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_text, only: append, integer_text, set_text, to_text
   use asperity_text_file, only: lower
   implicit none
   private
-  public :: initial_group, state_group, carry_initial, check_state, sweep_group, expect_group
+  public :: initial_group, state_group, start_point, carry_initial, check_state, sweep_group, expect_group
   public :: explain_unexpected
 
   !> The group &initial.
@@ -38,8 +41,14 @@ module asperity_case_groups
     real(wp) :: p = 0.0_wp                  !! water pressure, stress
     logical :: has_work = .false.           !! false: the work is the sum of stored and dissipated energy
     real(wp) :: work = 0.0_wp               !! work of the traction so far, stress*length
+    logical :: has_traction = .false.       !! false: the traction is that of the state at rest
+    real(wp) :: traction(3) = 0.0_wp        !! total (N, Tx, Ty) at the end of the last increment, stress
     type(error_type) :: place               !! of an error in it
   end type state_type
+
+  !> Largest difference between a traction that is given and that of its state, relative to the terms of the latter: the
+  !> rounding of six digits.
+  real(wp), parameter :: least_digits = 1.0e-6_wp
 
   !> Values that &expect may state, in this order.
   character(len=8), parameter, public :: expect_names(12) = [character(len=8) :: "s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", &
@@ -95,14 +104,18 @@ contains
   subroutine state_group(io, state)
     type(case_io), intent(inout) :: io                        !! the file
     type(state_type), intent(inout) :: state                  !! state at the start
-    real(wp), allocatable :: s(:)
+    real(wp), allocatable :: s(:), traction(:)
+    type(error_type) :: of_traction
 
     if (.not. io%writes) allocate (state%statev(0))
     call open_group(io, "state", state%given)
     if (.not. state%given) return
     allocate (s(0))
     if (io%writes) s = state%s
+    if (io%writes .and. state%has_traction) traction = state%traction
     call reals_entry(io, "separation", s, any_bits=.true.)
+    call reals_entry(io, "traction", traction, any_bits=.true.)
+    of_traction = io%place
     call reals_entry(io, "statev", state%statev, any_bits=.true.)
     call real_entry(io, "p", state%p, 0.0_wp)
     call require(io, state%p >= 0.0_wp, "expected >= 0")
@@ -115,9 +128,31 @@ contains
     else
       call fail(io%errors, state%place, integer_text(size(s)) // " values of separation: expected three (N, Tx, Ty)")
     end if
+    state%has_traction = allocated(traction)
+    if (state%has_traction) then
+      if (size(traction) == size(state%traction)) state%traction = traction
+      if (all(size(traction) /= [0, size(state%traction)])) call fail(io%errors, of_traction, &
+        integer_text(size(traction)) // " values: expected three (t_N, t_Tx, t_Ty)")
+      if (group_index(io%text, "umat") > 0) call fail(io%errors, of_traction, &
+        "expected no traction with &umat, whose statev begins with STRESS")
+      state%place = io%place
+    end if
     if (group_index(io%text, "replay") > 0) call fail(io%errors, state%place, &
       "a replay starts from the virgin state: expected &state with &step only")
   end subroutine state_group
+
+  !> The point at the start of a run. Its traction, if it is given, is that of the end of another run, as a state at
+  !> rest knows neither the force of a dashpot nor the damage that the guard has prevented.
+  function start_point(law, state) result(point)
+    class(point_law), intent(in) :: law      !! the law
+    type(state_type), intent(in) :: state    !! admissible
+    type(point_type) :: point
+    point = new_point(law, state%statev, state%s)
+    if (state%has_work) point%work = state%work
+    if (.not. state%has_traction) return
+    point%state = state%statev(:law%n_state)
+    point%traction = state%traction + [state%p, 0.0_wp, 0.0_wp]
+  end function start_point
 
   !> Compute the state of &initial, or of a virgin point without this group and &state; the planes must be able to carry
   !> the traction.
@@ -187,7 +222,13 @@ contains
     type(interface_type), intent(in) :: joint                 !! the interface
     type(state_type), intent(in) :: state                     !! state at the start
     type(errors_type), intent(inout) :: errors   !! errors are added
+    character(len=4), parameter :: names(3) = ["t_N ", "t_Tx", "t_Ty"]
     character(len=:), allocatable :: reasons
+    type(rie_law) :: law
+    type(point_type) :: point
+    type(error_type) :: place
+    real(wp) :: known(3), most, tolerated
+    integer :: i
     if (.not. state%given) return
     if (size(state%statev) /= joint%n_statev) then
       call fail(errors, state%place, integer_text(size(state%statev)) // &
@@ -196,6 +237,24 @@ contains
       allocate (character(len=0) :: reasons)
       call explain_point(joint, state%s, state%s, state%statev, reasons)
       call fail(errors, state%place, reasons)
+    else if (state%has_traction) then
+      law = new_rie_law(joint)
+      point = new_point(law, state%statev, state%s)
+      known = point%traction - [state%p, 0.0_wp, 0.0_wp]
+      most = law%stiffness*law%bound
+      tolerated = least_digits*(state%p + law%magnitude(point%s, point%state))
+      place = state%place
+      do i = 1, 3
+        place%name = "traction"
+        place%value = trim(names(i)) // " = " // to_text(state%traction(i))
+        if (.not. bounded(state%traction(i), most)) then
+          call fail(errors, place, "expected a finite traction of magnitude up to " // to_text(most))
+        else if (.not. (joint%material%damps .or. joint%material%guard) .and. &
+          abs(state%traction(i) - known(i)) > tolerated) then
+          call fail(errors, place, "expected " // to_text(known(i)) // ", the traction of this state: only a " // &
+            "dashpot (c) or the guard adds to it")
+        end if
+      end do
     end if
   end subroutine check_state
 

@@ -34,8 +34,9 @@ contains
   !> A case file: `title`, `sweep` (name, "" without one), `pattern` (first and last byte of the group) and `runs`.
   !>
   !> A run has `value` (of the sweep), `lost` (whether a loss of equilibrium is expected), `tolerance` (null: none),
-  !> `start` ("virgin", "state" or "initial"), `s`, `work` (null: that of the energies), `p` and `statev` there, `props`
-  !> (empty: the law is a UMAT) and `steps`, of which each has the entries that it gives.
+  !> `start` ("virgin", "state" or "initial"), `s`, `work` (null: that of the energies), `traction` (null: that at
+  !> rest), `p` and `statev` there, `props` (empty: the law is a UMAT) and `steps`, of which each has the entries that
+  !> it gives.
   pure subroutine case_json(file, text)
     type(case_file_type), intent(in) :: file                !! read without errors
     character(len=:), allocatable, intent(out) :: text      !! JSON
@@ -74,6 +75,7 @@ contains
     call out%string("start", trim(start))
     call out%numbers("s", case%state%s)
     if (case%state%has_work) call out%number("work", case%state%work)
+    if (case%state%has_traction) call out%numbers("traction", case%state%traction)
     call out%number("p", case%state%p)
     call out%number("a_0", case%aperture%a_0)
     call out%number("a_min", case%aperture%a_min)

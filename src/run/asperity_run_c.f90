@@ -7,15 +7,15 @@ module asperity_run_c
   use asperity_c_text, only: get_text, put_text
   use asperity_call_checks, only: umat_only
   use asperity_case, only: case_file_type, read_cases
+  use asperity_case_groups, only: start_point
   use asperity_checks, only: all_bounded
   use asperity_contract, only: status_ok, status_size, status_state
-  use asperity_equations, only: new_point, point_type
   use asperity_errors, only: errors_type, put_words
   use asperity_interface, only: interface_type, new_interface
   use asperity_json, only: case_json, errors_json, tables_json
   use asperity_kinds, only: wp
   use asperity_load_path, only: explain_end, next_row, row_type, run_type
-  use asperity_point_law, only: event_length
+  use asperity_point_law, only: event_length, point_type
   use asperity_refine, only: refine_path
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_rows, only: aperture_type, row_columns, row_numbers
@@ -152,8 +152,7 @@ contains
           allocate (handle)
           handle%aperture = case%aperture
           law = new_rie_law(case%joint)
-          start = new_point(law, case%state%statev, case%state%s)
-          if (case%state%has_work) start%work = case%state%work
+          start = start_point(law, case%state)
           call refine_path(law, case%steps, start, case%state%p, case%tolerance, handle%run, text)
           if (len(text) == 0) run = c_loc(handle)
           if (len(text) > 0) deallocate (handle)

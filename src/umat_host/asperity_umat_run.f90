@@ -2,11 +2,12 @@
 module asperity_umat_run
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_loc, c_null_char, c_ptr
   use asperity_case, only: case_type
-  use asperity_equations, only: new_point, point_type
+  use asperity_case_groups, only: start_point
   use asperity_foreign_umat, only: foreign_law, n_header, open_umat
   use asperity_kinds, only: wp
   use asperity_load_path, only: begin_row, end_row, explain_end, increment_type, row_head, row_type, &
     run_type, set_point, start_run
+  use asperity_point_law, only: point_type
   use asperity_refine, only: refine_path
   use asperity_text, only: set_text
   use asperity_umat_stiffness, only: stiffness_fault
@@ -109,10 +110,9 @@ contains
     call set_text(text, "")
     associate (law => task%law, case => task%case)
       n = n_head + law%n_state
-      start = new_point(law, case%state%statev, case%state%s)
+      start = start_point(law, case%state)
       fault = stiffness_fault(law, start)
       if (len(fault) > 0) call fail_worker(fault // c_null_char)
-      if (case%state%has_work) start%work = case%state%work
       call refine_path(law, case%steps, start, case%state%p, case%tolerance, run, text)
     end associate
     do

@@ -5,7 +5,7 @@ from __future__ import annotations
 import doctest
 import subprocess
 import sys
-from dataclasses import fields
+from dataclasses import fields, replace
 from importlib import import_module
 from pathlib import Path
 
@@ -55,14 +55,35 @@ def test_length_is_the_number_of_rows(step: Step) -> None:
     assert len(JOINT.run(step)) == len(step)
 
 
-def test_a_run_goes_on() -> None:
-    """The rows after a point of a run are those of a run from there."""
-    press = Step(t_N=-0.4, increments=10)
-    whole = JOINT.run([press, Step(slip=[0.1, 0.2], direction=20.0, increments=20)])
-    first = JOINT.run([press, Step(slip=0.1, direction=20.0, increments=20)])
-    rest = JOINT.run(Step(t_N=-0.4, slip=0.2, direction=20.0, increments=20), first.end)
+@pytest.mark.parametrize(
+    "constants",
+    [
+        {},
+        {"c": 3000.0, "damage0": 1.0},
+        {"c": 300.0, "tau_v": 5.0},
+        {"guard": True},
+        {"W0": 1.0, "crush": 3.0},
+    ],
+    ids=["plain", "dashpot", "dashpot and viscous damage", "guard", "wear"],
+)
+def test_a_run_goes_on(constants: dict[str, float]) -> None:
+    """The rows after any point of a run are those of a run from there."""
+    joint = replace(JOINT, material=replace(JOINT.material, kc=20.0, **constants))
+    press, slide = Step(t_N=-0.4, increments=10), {"direction": 20.0, "increments": 20}
+    whole = joint.run([press, Step(slip=[0.1, 0.2], time=[1.0, 1.0], **slide)])
+    first = joint.run([press, Step(slip=0.1, **slide)])
+    rest = joint.run(Step(t_N=-0.4, slip=0.2, **slide), first.end)
     for name in ("separation", "traction", "state", "work"):
         np.testing.assert_allclose(getattr(rest, name), getattr(whole, name)[30:], rtol=0, atol=1e-9)
+
+
+def test_traction_at_the_start() -> None:
+    """A state without dashpot and guard has one traction: another one is an error, with the value."""
+    end = JOINT.run(Step(t_N=-0.4, increments=10)).end
+    with pytest.raises(ValueError, match=r"traction = t_N = -0\.5: expected -0\.4"):
+        JOINT.run(Step(slip=0.1), replace(end, traction=(-0.5, 0.0, 0.0)))
+    with pytest.raises(ValueError, match="traction = t_Tx = NaN: expected a finite traction"):
+        JOINT.run(Step(slip=0.1), replace(end, traction=(-0.4, np.nan, 0.0)))
 
 
 # --- results ----------------------------------------------------------------------------------------------
