@@ -36,8 +36,11 @@ def _grid(lengths: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     return points.reshape(-1, len(lengths)), np.arange(points[..., 0].size).reshape(points.shape[:-1])
 
 
-def bonded(draw: np.random.Generator, tied: bool | None = None) -> Bonded:
-    """Two blocks, one above the other, bonded beyond a crack; tied: by ties of the joint's own nodes."""
+def bonded(draw: np.random.Generator, tied: bool | None = None, ways: bool = True) -> Bonded:
+    """Two blocks, one above the other, bonded beyond a crack; tied: by ties of the joint's own nodes.
+
+    ways: whether the nodes may be in the order of another stack direction, which the section has.
+    """
     d = int(draw.integers(2, 4))
     columns, deep = int(draw.integers(2, 6)), int(draw.integers(1, 3))
     start = int(draw.integers(0, columns))
@@ -102,10 +105,16 @@ def bonded(draw: np.random.Generator, tied: bool | None = None) -> Bonded:
     downward = bool(draw.random() < 0.3)
     if downward:
         joint = [_turned(row) for row in joint]
+    sideways = ways and not tied and len(joint[0]) != 6 and bool(draw.random() < 0.3)
+    if sideways:
+        joint = [_sideways(row) for row in joint]
     places = np.concatenate(points)
     normal = np.eye(d)[-1] * (-1.0 if downward else 1.0)
     label = draw.permutation(len(places) + 20)[: len(places)] + 1
     text = _text(draw, places, label, cells, joint, d, width, h, geometry, tied, (lower, upper))
+    if sideways:
+        text = re.sub(r", stack direction=\d", "", text)
+        text = text.replace("TRACTION SEPARATION,", "TRACTION SEPARATION, stack direction=1,")
     used = len({node for rows in cells.values() for row in rows for node in row})
     return Bonded(text, sum(map(len, cells.values())), len(joint), area, used, normal)
 
@@ -116,6 +125,15 @@ def _turned(row: list[int]) -> list[int]:
         return [row[2], row[3], row[0], row[1]]
     half = len(row) // 2
     return [row[half], *row[half + 1 :][::-1], row[0], *row[1:half][::-1]]
+
+
+def _sideways(row: list[int]) -> list[int]:
+    """Nodes of a cohesive element in the order of stack direction 1."""
+    if len(row) == 4:
+        a, b, above_b, above_a = row
+        return [b, above_b, above_a, a]
+    low, high = row[:4], row[4:]
+    return [low[0], high[0], high[1], low[1], low[3], high[3], high[2], low[2]]
 
 
 def _text(
@@ -309,7 +327,7 @@ def mistaken(seed: int, kind: str) -> str | None:
         if kind in ("inside out", "closed")
         else None
     )
-    text = bonded(draw, tied).text
+    text = bonded(draw, tied, ways=False).text
     if kind in ("width", "section of one side") and "CPS" not in text and "CPE" not in text:
         return None
     changed = MISTAKES[kind](text)
