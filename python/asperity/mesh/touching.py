@@ -82,12 +82,11 @@ def check_touching(
         for rows in corner
         if len(rows)
     )
-    tree = KDTree(x)
-    pairs = tree.query_pairs(NEAR * least, output_type="ndarray")
+    tree_of_nodes = KDTree(x)
+    pairs = tree_of_nodes.query_pairs(NEAR * least, output_type="ndarray")
     if bonded:
         _warn_of_cracks(np.sort(nodes[pairs], axis=1), points, bonded, labels)
-        return
-    if len(pairs):
+    elif len(pairs):
         distance = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1)
         far = int(distance.argmax())
         a, b = nodes[pairs[far]]
@@ -108,18 +107,21 @@ def check_touching(
     centres = np.concatenate([points[rows].mean(1) for rows in corner])
     spots = np.concatenate([x, centres])
     spot_cell = np.concatenate([owner[nodes], cell])
-    wood = KDTree(spots)
+    tree_of_spots = KDTree(spots)
     first = 0
     for facets in corner:
         if not len(facets):
             continue
         y, middle = points[facets], points[facets].mean(1)
         radius = np.linalg.norm(y - middle[:, None], axis=2).max(1)
-        near = wood.query_ball_point(middle, radius * (1.0 + SAME_PLACE))
+        near = tree_of_spots.query_ball_point(middle, radius * (1.0 + SAME_PLACE))
         rows = np.repeat(np.arange(len(facets)), [len(spots_near) for spots_near in near])
         at = np.fromiter(chain.from_iterable(near), np.int64, len(rows))
         mine = at == len(nodes) + first + rows  # the middle of the face itself
         own = (facets[rows] == np.append(nodes, np.full(len(centres), -1))[at][:, None]).any(1)
+        if bonded:  # only nodes within faces; those at corners, as of a crack, are known by their number
+            to_corners = np.linalg.norm(y[rows] - spots[at][:, None], axis=2).min(1)
+            own |= (at >= len(nodes)) | (to_corners <= NEAR * radius[rows])
         rows, at = rows[~(mine | own)], at[~(mine | own)]
         inside = _inside(y[rows], spots[at])
         if inside.any():
