@@ -9,7 +9,8 @@ module driver_output
   use asperity_text, only: integer_text
   implicit none
   private
-  public :: say, finish, same_file, may_replace, create_file, write_line, close_file, without, write_report
+  public :: say, finish, same_file, may_replace, create_file, write_line, close_file, without, write_report, &
+    end_with_input
 
   integer, parameter, public :: exit_ok = 0      !! the run ended as expected
   integer, parameter, public :: exit_input = 1   !! bad input
@@ -41,6 +42,12 @@ module driver_output
       character(kind=c_char), intent(in) :: bytes(*)
       integer(c_size_t), value :: n
     end subroutine c_write
+    !> End this program when standard input ends; 0, or an error.
+    function end_with_input() bind(c, name="system_end_with_input") result(error)
+      import :: c_int
+      implicit none
+      integer(c_int) :: error
+    end function end_with_input
     !> Close the file.
     subroutine close_file() bind(c, name="output_close")
       implicit none

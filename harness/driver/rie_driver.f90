@@ -11,11 +11,12 @@ program rie_driver
   use asperity_warnings, only: n_measures
   use case_law, only: check_case, get_law, law_type
   use case_run, only: failed_file, failed_title, measures_of_case, run_case, warn_of
-  use driver_output, only: exit_input, exit_ok, finish, may_replace, report_start, same_file, say, without, write_report
+  use driver_output, only: end_with_input, exit_input, exit_ok, finish, may_replace, report_start, same_file, say, &
+    without, write_report
   use replay, only: read_replayed
   implicit none
 
-  character(len=*), parameter :: usage(20) = [character(len=96) :: &
+  character(len=*), parameter :: usage(21) = [character(len=96) :: &
     "usage: rie_driver CASE.nml [-o OUT.csv] [--planes] [--quiet] [--check] [--only N]", &
     "  -o OUT.csv  output, - for standard output (default: name of the case, here;", &
     "              a case with &sweep writes one file per value, OUT_<value>.csv)", &
@@ -25,6 +26,7 @@ program rie_driver
     "  --only N    of the values of &sweep only the one with number N, from 1", &
     "  --report FILE  exit code and message as JSON, more columns; not with &sweep", &
     "  --force     replace files that rie_driver did not write", &
+    "  --until-eof end when standard input ends: a pipe that the program which calls holds open", &
     "  --version   print the version", &
     "exit code: 0 ended as expected, 1 bad input or a UMAT of others that fails,", &
     "2 equilibrium lost or another end than expected; every row that converged is kept", &
@@ -72,6 +74,8 @@ contains
         check = .true.
       case ("--force")
         force = .true.
+      case ("--until-eof")
+        if (end_with_input() /= 0) call reject("--until-eof: no thread could be started")
       case ("--only")
         i = i + 1
         argument = argument_text(i)

@@ -12,6 +12,9 @@ void system_prepare(void);
 int system_create(const char *path);
 /* Open a file to read its bytes: its descriptor, or -1 with errno. */
 int system_open(const char *path);
+/* End this program, with the child of a UMAT, when standard input ends: it is a pipe that the caller holds open, and which
+ * ends with the caller, however that ends. Returns 0, or an error. */
+int system_end_with_input(void);
 /* Let signals wait, or let those that came have their effect. */
 void system_hold_signals(bool hold);
 /* Whether two names denote the same existing file, also through a link. */

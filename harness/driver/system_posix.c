@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -30,6 +31,28 @@ void system_hold_signals(bool hold) {
     sigprocmask(SIG_BLOCK, &all, &before);
   else
     sigprocmask(SIG_SETMASK, &before, NULL);
+}
+
+/* Wait for the end of standard input; the usual treatment of SIGTERM then ends the program, if it is not ignored. */
+static void *wait_for_end(void *unused) {
+  char bytes[256];
+  for (ssize_t got = 1; got != 0;) {
+    got = read(STDIN_FILENO, bytes, sizeof bytes);
+    if (got < 0 && errno != EINTR) return unused;
+  }
+  kill(getpid(), SIGTERM);
+  sleep(1);
+  _exit(1);
+}
+
+int system_end_with_input(void) {
+  pthread_t thread;
+  /* signals are for the first thread, which may let them wait */
+  system_hold_signals(true);
+  const int error = pthread_create(&thread, NULL, wait_for_end, NULL);
+  system_hold_signals(false);
+  if (error == 0) pthread_detach(thread);
+  return error;
 }
 
 bool system_same_file(const char *first, const char *second) {

@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <io.h>
+#include <process.h>
 #include <share.h>
 #include <windows.h>
 
@@ -19,6 +20,16 @@ int system_create(const char *path) {
 int system_open(const char *path) { return _open(path, _O_RDONLY | _O_BINARY); }
 
 void system_hold_signals(bool hold) { (void)hold; }
+
+static void wait_for_end(void *unused) {
+  char bytes[256];
+  int got = 1;
+  (void)unused;
+  while (got > 0) got = _read(0, bytes, sizeof bytes);
+  if (got == 0) _exit(1);
+}
+
+int system_end_with_input(void) { return _beginthread(wait_for_end, 0, NULL) == (uintptr_t)-1 ? errno : 0; }
 
 static bool identify(const char *path, BY_HANDLE_FILE_INFORMATION *found) {
   const HANDLE handle = CreateFileA(path, 0, FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE, NULL,

@@ -116,7 +116,7 @@ def _run_arguments(run: argparse.ArgumentParser) -> None:
         ("--plot FILE.png", drawn, Path, {"nargs": "?", "const": Path()}),
         ("--planes", "columns of the state of every plane"),
         ("--quiet", "no progress and no summary"),
-        ("--label-units LENGTH,STRESS", "units for the labels of the plot (default: mm,MPa)", str),
+        ("--label-units LENGTH,STRESS", "units for the labels of the plot (default: none)", str),
     )
     add_output(run, "OUT.csv", "result (default: the case's name, .csv, here)")
     add_workers(run)
@@ -169,7 +169,7 @@ def _run(options: argparse.Namespace) -> int:
     labels = options.label_units
     if labels is not None and options.plot is None:
         raise ValueError(f"--label-units {labels}: expected with --plot, whose labels have units")
-    units = units_of(labels or "mm,MPa")
+    units = units_of(labels or "length,stress")
     path = _case(options)
     output = options.output or Path(path.stem + ".csv")
     png = output.with_suffix(".png") if options.plot == Path() else options.plot

@@ -1,4 +1,4 @@
-"""The driver as a process of its own, which a signal that ends this one ends, too."""
+"""The driver as a process of its own, which ends with this one, however this one ends."""
 
 from __future__ import annotations
 
@@ -39,10 +39,16 @@ def run_driver(
 
     with handled((signal.SIGINT, *ENDING), note):
         # an exception of a handler while the process starts would leave it behind
-        process = subprocess.Popen([driver(), *arguments], stdout=stdout, stderr=stderr)
-        if noted:
-            process.terminate()
-        written = process.communicate()[0]
+        watched, held = os.pipe()  # it ends with this process, also by SIGKILL
+        try:
+            command = [driver(), "--until-eof", *arguments]
+            process = subprocess.Popen(command, stdin=watched, stdout=stdout, stderr=stderr)
+            if noted:
+                process.terminate()
+            written = process.communicate()[0]
+        finally:
+            os.close(watched)
+            os.close(held)
     if noted:
         signal.raise_signal(noted[0])
     code = process.returncode

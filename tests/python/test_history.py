@@ -191,6 +191,9 @@ def test_plot(history: History, tmp_path: Path) -> None:
     figure = plot(history, tmp_path / "a.png", "A title", ("m", "kPa"))
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     assert np.array_equal(figure.axes[1].lines[0].get_xydata()[:, 1], history.dilation)
+    # a case has no units, and its title is no formula
+    figure = plot(history, tmp_path / "b.png", "mu$\\frac$2")
+    assert [ax.get_xlabel()[-9:] for ax in figure.axes] == [" [length]"] * len(figure.axes)
     with pytest.raises(ValueError, match="plot: expected a history with rows"):
         plot(JOINT.replay(np.zeros((0, 3))))
     script = (

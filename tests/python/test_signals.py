@@ -67,6 +67,26 @@ def test_the_driver_ends(job: str, number: int, early: bool, library: Path, tmp_
     assert not is_running(int(pid.read_text()))
 
 
+@pytest.mark.parametrize("job", JOBS)
+def test_the_driver_ends_with_what_is_killed(job: str, library: Path, tmp_path: Path) -> None:
+    """SIGKILL, which no program can heed, ends the driver and the child of a UMAT, too."""
+    (tmp_path / "case.nml").write_text(CASE, encoding="utf-8")
+    script = MARK.format(now="pass") + JOBS[job].format(library)
+    pid = tmp_path / "pid"
+    with subprocess.Popen(
+        [sys.executable, "-c", script], cwd=tmp_path, stderr=subprocess.DEVNULL, preexec_fn=heeds_signals
+    ) as process:
+        while not (pid.is_file() and pid.read_text()) and process.poll() is None:
+            time.sleep(0.01)
+        process.kill()
+        process.wait(timeout=60.0)
+    number = int(pid.read_text())
+    ended = time.monotonic() + 60.0
+    while is_running(number) and time.monotonic() < ended:
+        time.sleep(0.05)
+    assert process.returncode == -signal.SIGKILL and not is_running(number)
+
+
 def test_an_ignored_signal_ends_nothing(tmp_path: Path) -> None:
     """A command under nohup goes on after the terminal is closed, as its driver does."""
     (tmp_path / "case.nml").write_text(CASE.replace("9000000", "9"), encoding="utf-8")

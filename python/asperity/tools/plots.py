@@ -13,14 +13,14 @@ from ..contract import shown
 from ..history import History
 from ..interface import Interface
 from .pattern_pictures import plan, section
-from .style import TWO, Line, curves, label_ends, labels_of, new_figure, printed, save
+from .style import TWO, Line, curves, label_ends, labels_of, literal, new_figure, printed, save
 
 
 def plot(
     history: History,
     path: str | Path | None = None,
     title: str = "",
-    units: tuple[str, str] = ("mm", "MPa"),
+    units: tuple[str, str] = ("length", "stress"),
 ) -> Figure:
     """Figure of traction, dilation and damage of a history over the slip, or over the opening without slip.
 
@@ -75,9 +75,9 @@ def figure_of(
     for ax, panel, label in zip(axes, panels, labels, strict=True):
         curves(ax, panel, x_label, label)
     axes[-1].set_ylim(-0.02, 1.05)
-    figure.suptitle(title)
+    figure.suptitle(literal(title))
     if None not in results:
-        label_ends(axes[0], sweep)
+        label_ends(axes[0], literal(sweep))
     return figure
 
 

@@ -175,8 +175,14 @@ def _apart(levels: Sequence[float], height: float) -> list[float]:
     return [float(level) for level in places]
 
 
+def literal(text: str) -> str:
+    """Text of a user, such as the title of a case, in which a dollar sign begins no formula."""
+    return text.replace("$", r"\$")
+
+
 def labels_of(slips: bool, length: str, stress: str) -> list[str]:
     """Labels of the abscissa, of the traction, of the dilation (with slip only) and of the damage."""
+    length, stress = literal(length), literal(stress)
     if not slips:
         return [f"opening $s_N$ [{length}]", rf"traction $\sigma_N$ [{stress}]", "damage [-]"]
     traction, dilation = rf"traction $\tau_L$ [{stress}]", f"dilation $s_N$ [{length}]"

@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from ...contract import Floats
 from ...pattern import Pattern, unit_vector
-from ..style import COLOURS, TWO, label_axes, printed, save
+from ..style import COLOURS, TWO, label_axes, literal, printed, save
 from .scan import Scan
 from .slopes import Facets, Planes, Slips
 
@@ -64,7 +64,7 @@ def draw(
     name = "list" if chosen == patterns[0] else "nearest regular pattern"
     above = axes["scan"].get_title()
     axes["scan"].set_title(f"facets in the {len(planes.gamma)} planes of {above.format(name)}")
-    figure.suptitle(title)
+    figure.suptitle(literal(title))
     save(figure, png)
 
 

@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--seed SEED", "of the random numbers", 0),
         ("--quantiles LEVELS", "between 0 and 1", "0.05,0.5,0.95"),
         ("--plot FILE", "draw them, .png or .pdf (default: uncertainty.png)", Path, drawn),
-        ("--label-units LENGTH,STRESS", "units for the labels", "mm,MPa"),
+        ("--label-units LENGTH,STRESS", "units for the labels", "length,stress"),
     )
     add_output(parser, "OUT.csv", "write the quantiles of the curves")
     add_workers(parser)

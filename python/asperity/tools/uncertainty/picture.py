@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...steps import turns_of
-from ..style import COLOURS, label_axes, labels_of, new_figure, printed, save
+from ..style import COLOURS, label_axes, labels_of, literal, new_figure, printed, save
 from .spread import Spread
 
 
@@ -42,7 +42,7 @@ def draw(path: Path, title: str, sweep: str, spreads: Sequence[Spread], units: t
     parts = [f"band: quantiles {text}" if len(levels) > 1 else "", "line: median" if 0.5 in levels else ""]
     parts.append("dashed: the case")
     caption = ", ".join(part for part in parts if part)
-    figure.suptitle(f"{title}\n{caption}" if title else caption)
+    figure.suptitle(f"{literal(title)}\n{caption}" if title else caption)
     if sweep:
-        figure.legend(title=sweep, loc="outside right upper")
+        figure.legend(title=literal(sweep), loc="outside right upper")
     save(figure, path)
