@@ -133,6 +133,39 @@ def gauges(rng: np.random.Generator) -> Drawn:
     return drawn._replace(tests=tests, truth=truth, held=None)
 
 
+def specimens(rng: np.random.Generator, least: int = 3, most: int = 6) -> Drawn:
+    """Rough joints of which each pressure has another specimen, as laboratories have them; CNL.
+
+    The slope falls exponentially, or along a straight line in half of the sets.  mu, theta in degrees and the
+    logarithm of the height of the specimens have standard deviations of 0.04, 2 and 0.15.  The truth is the
+    mean of all specimens, and the held test is that of the mean joint.
+    """
+    mu, theta, height = rng.uniform(0.45, 0.75), rng.uniform(8.0, 22.0), rng.uniform(0.3, 1.2)
+    stiffness, line, tests = rng.uniform(5.0, 12.0), bool(rng.random() < 0.5), []
+
+    def test(pressure: float, rows: int, mu: float, theta: float, height: float) -> Test:
+        slope = float(np.tan(np.radians(theta)))
+
+        def state(u: float) -> tuple[float, float]:
+            left = max(0.0, 1.0 - 0.5 * u * slope / height) if line else float(np.exp(-u * slope / height))
+            now, rest = slope * left, left**2 if line else left
+            return pressure * (mu + now) / (1.0 - mu * now), height * (1.0 - rest)
+
+        end = 4.0 * height / slope
+        slips = np.linspace(end / rows, end, rows)
+        own = slips_behind_spring(slips, lambda u: state(u)[0], stiffness)
+        tau = np.array([state(u)[0] if u > 0.0 else stiffness * s for u, s in zip(own, slips, strict=True)])
+        return Test(slips, tau, np.array([state(u)[1] for u in own]), pressure)
+
+    pressures = sorted(rng.uniform(0.4, 3.0, int(rng.integers(least, most + 1))).tolist())
+    for pressure in pressures:
+        own_theta = max(1.0, theta + 2.0 * rng.normal())
+        own = (mu + 0.04 * rng.normal(), own_theta, height * float(np.exp(0.15 * rng.normal())))
+        tests.append(noisy(rng, test(pressure, int(rng.integers(30, 201)), *own), rng.uniform(0.01, 0.05)))
+    held = test(between(pressures), 100, mu, theta, height)
+    return Drawn(tests, exactly(mu=mu, theta=theta, height=height), [], held)
+
+
 def parabola(rng: np.random.Generator) -> Drawn:
     """Friction on asperities whose slope falls along a straight line and ends, behind a spring; no bond."""
     mu, theta, length = rng.uniform(0.45, 0.75), rng.uniform(8.0, 35.0), rng.uniform(0.1, 4.0)
@@ -360,6 +393,8 @@ KINDS = {
     "Mohr-Coulomb, decaying dilation": mohr_coulomb,
     "dilation not measured": without_dilation,
     "parabolic asperities": parabola,
+    "specimens, 2 tests": lambda rng: specimens(rng, 2, 2),
+    "specimens, 3 to 6 tests": specimens,
     "gauges not set to zero": gauges,
     "parabolic asperities, no dilation": lambda rng: without_dilation(rng, parabola),
     "one parabolic curve, --joint mortar": one_curve,

@@ -31,19 +31,22 @@ from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, searched
 from .verdict import (
     FAIR,
+    GOOD,
     blind,
     compared,
+    coverage,
+    errors_of,
     grade_of,
     remarks,
+    scatter_of_law,
+    short,
     too_little,
     undetermined,
-    worst_errors,
 )
 
-WEIGHTS, NEAR, SWITCHES, BY_NOISE = (0.2, 5.0), 1.0e-3, 2, 2.0
+WEIGHTS, NEAR, SWITCHES, NO_WIDTH = (0.2, 5.0), 1.0e-3, 2, 1.0e-9
 """Smallest and largest weight of the dilation; distance from a bound, over its range, that lies at it;
-number of assumptions that may be replaced by better ones; and standard deviations of a measured number
-within which an error is noise.
+number of assumptions that may be replaced by better ones; and relative width of an interval that has none.
 """
 
 
@@ -93,6 +96,8 @@ def fit(
     else:
         models = ladder(usable, joint, known, sides)
     rows = sum(test.slip.size for test in tests)
+    if not models and joint == ROCK and coverage(usable)[1] <= 0.0:
+        raise ValueError("no pressure: a joint without bond carries nothing: expected joint mortar or auto")
     if not models:
         raise ValueError(f"{rows} rows in {len(tests)} tests: expected at least 6, for two constants")
     # a dilation that was measured tells asperities from a bond
@@ -194,7 +199,7 @@ def _fit(
     if "dilation" in scatter:
         dilations = [test.s_N for test in tests if test.s_N is not None]
         of_noise = np.mean([noise(s_N) / max(float(np.ptp(s_N)), 1e-300) for s_N in dilations])
-        if scatter["dilation"] > FAIR + of_noise and not given:
+        if scatter_of_law(chosen, tests)["dilation"] > FAIR + of_noise and not given:
             bare = [replace(test, s_N=None) for test in tests]
             known = models[0].fixed
             kept = ladder(bare, _joint_of(models), known, models[0].sides)
@@ -240,21 +245,38 @@ def _fit(
         constants = ", ".join(f"{name} {value:.3g}" for name, value in own.items())
         notes.append(f"a {other.name} in place of that of the law explains the tests better: {constants}")
     assumptions = [*_assumed(fits, ranked), *strength, *profiles]
-    intervals = Intervals(chosen, spreads(chosen), assumptions)
-    estimates = {name: intervals.of(name) for name in chosen.model.free}
     tick("blind predictions")
-    fitted, unseen = compared(chosen.problem, chosen.values), blind(chosen, tests)
-    errors = worst_errors(chosen.scatter, fitted, unseen)
-    beyond = worst_errors(chosen.scatter, fitted, unseen, BY_NOISE)
-    grade, worst = grade_of(max(beyond.values())), max(beyond, key=lambda name: beyond[name])
-    reasons = [f"the law misses the {worst} by {errors[worst]:.0%}"] if grade == "poor" else []
+    fitted = compared(chosen.problem, chosen.values)
+    unseen, left_out = blind(chosen, tests)
+    intervals = Intervals(chosen, spreads(chosen, left_out), assumptions)
+    estimates = {name: intervals.of(name) for name in chosen.model.free}
+    judged_errors = errors_of(chosen, tests, fitted, unseen)
+    errors, of_law = judged_errors.all, judged_errors.of_law
+    grade, worst = grade_of(max(of_law.values())), max(of_law, key=lambda name: of_law[name])
+    reasons = []
+    if grade == "poor":
+        most = judged_errors.worst.get(worst, "")
+        where = f", most in {short(most)}" if most and len(tests) > 1 else ""
+        reasons.append(f"the law misses the {worst} by {errors[worst]:.0%}{where}")
     if grade != grade_of(max(errors.values())):
-        worst = max(errors, key=lambda name: errors[name])
-        notes.append(f"the grade leaves out the noise of the measured numbers, here of the {worst}")
+        differ = ", ".join(
+            f"{name} {value:.0%}"
+            for name, value in judged_errors.spread.items()
+            if value > GOOD and "blind" not in name
+        )
+        text = f"; the tests differ (standard deviation: {differ})" if differ else ""
+        notes.append(
+            f"the grade leaves out the noise of the measured numbers and what differs from test to test{text}"
+        )
     low, high = chosen.problem.ends if chosen.x.size else (chosen.x, chosen.x)
     near = np.minimum(chosen.x - low, high - chosen.x) < NEAR * (high - low)
     at_bounds = [name for name, at_bound in zip(chosen.model.free, near, strict=True) if at_bound]
     loose = undetermined(estimates, at_bounds)
+    no_width = [
+        name for name, estimate in estimates.items() if estimate.half < NO_WIDTH and name not in SPRINGS
+    ]
+    if no_width:
+        reasons.append(f"the interval of {', '.join(no_width)} has no width: the rows do not show it")
     for name in loose:
         value, below, above = estimates[name]
         text = f"{name} is not determined: {value:.3g} [{below:.3g}, {above:.3g}]"
@@ -262,6 +284,11 @@ def _fit(
             notes.append(f"{text}; the other constants do not depend on it")
         elif name == "crush":
             notes.append(f"{text}; the strengths hold between the pressures of the tests")
+        elif intervals.by_tests(name):
+            without = [chosen.problem.values(x)[name] for x in left_out]
+            ends = int(np.argmin(without)), int(np.argmax(without))
+            apart = " and ".join(f"{without[i]:.3g} without {short(tests[i].name)}" for i in ends)
+            reasons.append(f"{text}; the tests differ: it is {apart}; further specimens would show it")
         else:
             reasons.append(f"{text}; {HELP.get(name, 'further tests')} would show it")
     reasons += too_little(chosen, tests)
@@ -275,7 +302,9 @@ def _fit(
     if not chosen.model.bond and is_near_bond(solutions, bic):
         notes.append("the tests do not exclude a bond: its mu, theta, height are among the other assumptions")
     notes += remarks(chosen, tests)
-    if models[0].fixed.get("mu") == 0.0:
+    if coverage(tests)[1] <= 0.0:
+        notes.append("no pressure: nothing is known about the friction; mu = 0 is assumed unless it is given")
+    elif models[0].fixed.get("mu") == 0.0:
         notes.append(
             "mu = 0 was given: a joint without friction, with the strength of its bond or slope alone"
         )

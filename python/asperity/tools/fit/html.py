@@ -15,10 +15,10 @@ from .closures import ClosureFit
 from .criteria import STRESSES
 from .intervals import CONFIDENCE
 from .outputs import case_text_of, figure_of, interface_of
-from .report import COLUMNS, AnyFit, covered, loose_of, model_text, short, unit_of
+from .report import COLUMNS, AnyFit, covered, loose_of, model_text, unit_of
 from .result import Fit
 from .strengths import StrengthFit
-from .verdict import FAIR, GOOD
+from .verdict import FAIR, GOOD, short
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -70,7 +70,6 @@ the pressures and slips of the tests.</p>
 
 def page(fit: AnyFit, units: tuple[str, str], command: str, warned: Sequence[str] = ()) -> str:
     """Text of the page; warned: what was doubted in the files of the tests."""
-    curves = not isinstance(fit, StrengthFit)
     figure = figure_of(fit, units)
     kind = "closure test" if isinstance(fit, ClosureFit) else "shear test"
     rows = []
@@ -123,7 +122,7 @@ def page(fit: AnyFit, units: tuple[str, str], command: str, warned: Sequence[str
     interface = interface_of(fit)
     parts += [
         "<h2>Errors</h2>",
-        _table(("of", "largest" if curves else "rms"), errors),
+        _table(("of", "largest" if isinstance(fit, ClosureFit) else "rms"), errors),
         "<h2>Case</h2>",
         f"<p>Units: {units[0]}, {units[1]}.</p><pre>{escape(case)}</pre>",
         f"<pre>{escape(props_line(interface.props()))}</pre>",

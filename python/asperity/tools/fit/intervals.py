@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -12,10 +12,9 @@ from ...contract import Floats
 from .model import PLAUSIBLE, from_scale, plausible, to_scale
 from .squares import Solution, jacobian
 
-CONFIDENCE, PARTS, MANY, RIDGE, BETTER = 0.95, 8, 3, 1.0e-3, 6.0
-"""Of the intervals; parts of a curve; number of tests beyond which whole tests are groups, too; share of
-the information that remains of a constant that a single group shows; and information criterion by which an
-assumption explains tests better.
+CONFIDENCE, PARTS, RIDGE, BETTER = 0.95, 8, 1.0e-3, 6.0
+"""Of the intervals; parts of a curve; share of the information that remains of a constant that a single group
+shows; and information criterion by which an assumption explains tests better.
 """
 
 
@@ -39,7 +38,7 @@ class Assumption:
 
     admissible: whether the tests allow it, so that it is part of the intervals; parts: constants to which it
     applies, all of them without a list.  halves: half widths of their intervals on their scales, those of the
-    fit without them.
+    fit without them.  of_tests: whether these contain the differences of the tests.
     """
 
     name: str
@@ -48,31 +47,41 @@ class Assumption:
     admissible: bool
     parts: tuple[str, ...] = ()
     halves: Mapping[str, float] = field(default_factory=dict)
+    of_tests: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """Covariance (p, p) of the constants on their scales, and the quantile of Student's t for it."""
+    """Covariance (p, p) of the constants on their scales, and the quantile of Student's t for it.
+
+    of_tests: whether it is that of whole tests, which may be different specimens.
+    """
 
     covariance: Floats
     quantile: float
+    of_tests: bool = False
 
 
-def spreads(solution: Solution) -> list[Spread]:
+def spreads(solution: Solution, left_out: Sequence[Floats] = ()) -> list[Spread]:
     """Covariances by kind of group: parts of the way of all tests together, of each test, and whole tests.
 
-    And that of independent rows: a few groups may agree by chance.
+    And that of independent rows: a few groups may agree by chance.  left_out: constants (p,) on their scales
+    without each of the tests, of which each pressure may have another specimen.
     """
     from scipy.stats import t as student
 
     if not solution.x.size:
         return []
     slopes, made = jacobian(solution.problem, solution.x), []
-    for groups, whole in _groups(solution, slopes):
+    for groups in _groups(solution, slopes):
         covariance, count = delete_one(slopes, solution.residuals, groups)
-        freedom = count - 1 if whole else count - solution.x.size
+        freedom = count - solution.x.size
         quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)) if freedom >= 1 else np.inf
         made.append(Spread(covariance, quantile))
+    if len(left_out) > 1:
+        moved, count = np.array(left_out) - solution.x, len(left_out)
+        quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, count - 1))
+        made.append(Spread((count - 1) / count * moved.T @ moved, quantile, True))
     freedom = solution.residuals.size - solution.x.size
     if freedom >= 1:
         scale = float(solution.residuals @ solution.residuals) / freedom
@@ -81,8 +90,8 @@ def spreads(solution: Solution) -> list[Spread]:
     return made
 
 
-def _groups(solution: Solution, slopes: Floats) -> Iterator[tuple[np.ndarray, bool]]:
-    """Group of each residual, and whether the groups are whole tests.
+def _groups(solution: Solution, slopes: Floats) -> Iterator[np.ndarray]:
+    """Group of each residual.
 
     The parts say the same about the constants: with equal rows a fifth has all of the softening.
     """
@@ -100,10 +109,8 @@ def _groups(solution: Solution, slopes: Floats) -> Iterator[tuple[np.ndarray, bo
         place = (total - 0.5 * share[own]) / total[-1] * PARTS
         part[own] = np.clip(place, 0, PARTS - 1).astype(int)
     each = part + PARTS * column
-    yield each, False
-    yield each + 2 * PARTS * test, False
-    if len(tests) > MANY:
-        yield test, True
+    yield each
+    yield each + 2 * PARTS * test
 
 
 def delete_one(slopes: Floats, residuals: Floats, groups: np.ndarray) -> tuple[Floats, int]:
@@ -138,12 +145,22 @@ class Intervals:
         pairs = ((place(problem.values(x + h)), place(problem.values(x - h))) for h in steps)
         slope = np.array([(above - below) / 2e-4 for above, below in pairs])
         sizes = [
-            spread.quantile * np.sqrt(max(0.0, slope @ spread.covariance @ slope)) for spread in self.spreads
+            (spread.of_tests, spread.quantile * np.sqrt(max(0.0, slope @ spread.covariance @ slope)))
+            for spread in self.spreads
         ]
-        half = max([0.0, *(size for size in sizes if not np.isnan(size))])
+        half, of_tests = (
+            max([0.0, *(size for whole, size in sizes if whole >= only and not np.isnan(size))])
+            for only in (False, True)
+        )
         # what the law misses and a better assumption does not is no error of the constants
+
+        def half_of(assumption: Assumption) -> float:
+            """Half of the interval of an assumption; the tests differ by as much as beside the law."""
+            own = float(assumption.halves.get(name, half))
+            return own if assumption.of_tests else max(float(of_tests), own)
+
         better = [
-            (assumption.difference, assumption.halves[name])
+            (assumption.difference, half_of(assumption))
             for assumption in self.assumptions
             if assumption.difference < -BETTER and name in assumption.parts and name in assumption.halves
         ]
@@ -160,13 +177,32 @@ class Intervals:
                 and applies
                 and (function is not None or assumption.values.get(name, 0.0) > 0.0)
             ):
-                shift, own = place(assumption.values) - here, assumption.halves.get(name, half)
+                shift = place(assumption.values) - here
+                own = half_of(assumption)
                 low, high = min(low, shift - own), max(high, shift + own)
         ends = [here, here + low, here + high]
         value, *bounds = (float(value) for value in from_scale(name, ends))
         if function is None and name in PLAUSIBLE:
             bounds = list(np.clip(bounds, *plausible(name, *problem.size)))
         return Estimate(value, min(bounds[0], value), max(bounds[1], value))
+
+    def by_tests(self, name: str) -> bool:
+        """Whether the interval of a constant is that of tests which differ, and not of their rows."""
+        place = self.solution.model.free.index(name)
+        sizes = {
+            whole: max(
+                [
+                    0.0,
+                    *(
+                        s.quantile**2 * s.covariance[place, place]
+                        for s in self.spreads
+                        if s.of_tests == whole
+                    ),
+                ]
+            )
+            for whole in (False, True)
+        }
+        return bool(sizes[True] > sizes[False])
 
     @property
     def covariance(self) -> Floats:

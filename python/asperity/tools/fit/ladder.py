@@ -126,10 +126,13 @@ def ladder(tests: Sequence[ShearTest], joint: str, known: Mapping[str, float], s
         constants += [(KT, "mu", *more) for more in slopes + crushed + worn]
     if joint != ROCK:
         constants += [(*(() if reversed_ else (KT,)), "sigma0", "Gc", "mu", *more) for more in bonded]
+    if not reached[-1] > 0.0:
+        # without a pressure a bond alone carries, and no row shows the friction
+        constants = [tuple(name for name in free if name != "mu") for free in constants if "sigma0" in free]
     rows = sum(test.slip.size * (1 + (test.s_N is not None)) for test in tests)
     models: list[Model] = []
     for free in constants:
-        fixed = dict(known)
+        fixed = dict(known) if reached[-1] > 0.0 else {"mu": 0.0} | dict(known)
         # a stiffness of the joint that the user gives stands in place of a spring in series
         kept = tuple(name for name in free if name not in known and not (name == KT and KS in known))
         inclined = "theta" in {*free, *known}

@@ -196,9 +196,13 @@ class Problem:
         """The interface with these constants."""
         return Interface(material_of(values), Pattern.regular(self.sides, values["theta"], values["flat"]))
 
+    def props(self, values: Mapping[str, float]) -> Floats:
+        """PROPS of the interface with these constants."""
+        return self.interface(values).props()
+
     def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
         """tau, s_N and the number of converged rows of each test, from `slip_curve`."""
-        props, pairs = self.interface(values).props(), zip(self.tests, self.paths, strict=True)
+        props, pairs = self.props(values), zip(self.tests, self.paths, strict=True)
         return [slip_curve(props, test, *path, self.direction, PRELOAD) for test, path in pairs]
 
     def residuals(self, x: Floats) -> Floats:

@@ -60,7 +60,8 @@ def envelope_figure(fit: StrengthFit, units: tuple[str, str]) -> Figure:
 
     figure, (ax,) = new_figure(ONE, 3.6, ncols=1)
     pressure = np.array([-test.sigma_N for test in fit.tests])
-    fine = np.linspace(0.02 * pressure.max(), 1.15 * pressure.max(), 200)
+    top = float(max(pressure.max(), 0.02 * np.abs(pressure).max()))
+    fine = np.linspace(min(0.02 * top, float(pressure.min())), 1.15 * top, 200)
     ax.plot(
         pressure, [test.peak for test in fit.tests], "o", color="k", markersize=4.0, label="peak, measured"
     )

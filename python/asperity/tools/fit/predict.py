@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +14,10 @@ from ... import options as cli
 from ...case_files import Run, read_case
 from ...contract import Floats
 from ...interface import Interface
+from ...load_path import columns_of
 from ...model_checks import shown_warnings
+from ...pattern import direction_vector
+from ...steps import slip_path
 from ..tables import size
 from .checks import of_kind
 from .closure_test import ClosureTest
@@ -22,31 +25,33 @@ from .closures import closure_of
 from .columns import NONE
 from .command import NO_RESULT, add_reading, read
 from .evidence import cycles
-from .model import KT, Problem
+from .model import KT, PRELOAD, Problem
 from .picture import MARKS
-from .report import compared_rows, covered, file_of
+from .report import COLUMNS, compared_rows, covered, file_of
 from .series import CyclicSeries, Series
 from .shear_test import ShearTest
 from .strength import Strength
-from .verdict import Comparison, compared, grade_of
-from .written import written_beside
+from .verdict import FLOOR, Comparison, compared, grade_of, short
+from .written import Written, other_constant, written_beside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-POINTS = 400
-"""Slips of a curve from which a peak is read."""
+POINTS, STEP, NORMAL = 400, 0.1, 1.959964
+"""Slips of a curve from which a peak is read; step of differences, in standard deviations of a constant; and
+quantile of the normal distribution for 0.95.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class OfCase(Problem):
     """Tests of a joint that is known as a whole."""
 
-    joint: Interface = field(kw_only=True)
+    of_case: Floats = field(kw_only=True)
 
-    def interface(self, values: Mapping[str, float]) -> Interface:
-        """The joint."""
-        return self.joint
+    def props(self, values: Mapping[str, float]) -> Floats:
+        """PROPS of the joint."""
+        return self.of_case
 
 
 class SeriesOfCase(OfCase, Series):
@@ -62,13 +67,25 @@ class Prediction:
     """Tests with the curves of a joint: measured and predicted numbers, and root mean square errors.
 
     curves: slips (P,), rows of the test among them, tau and s_N (P,) of each test; none for strengths alone.
-    rms: over the range of each test for tau and dilation, relative for numbers such as the peak.
+    rms: over the range of each test for tau and dilation, relative for numbers such as the peak.  intervals:
+    of the numbers of each test by name, none without the file of a fit.
     """
 
     tests: Sequence[ShearTest] | Sequence[Strength] | Sequence[ClosureTest]
     compared: list[Comparison]
     rms: dict[str, float]
     curves: list[tuple[Floats, np.ndarray, Floats, Floats]]
+    intervals: list[dict[str, tuple[float, float]]] = field(default_factory=list)
+
+    @property
+    def outside(self) -> list[tuple[str, str]]:
+        """Test and name of the measured numbers that lie outside their intervals."""
+        return [
+            (row.test, name)
+            for row, ends in zip(self.compared, self.intervals, strict=False)
+            for name, (low, high) in ends.items()
+            if not low <= row.measured[name] <= high
+        ]
 
     @property
     def grade(self) -> str:
@@ -82,22 +99,33 @@ def predict(
     spring: float = 0.0,
     direction: float = 0.0,
     slip: float = 0.0,
+    fit: Written | None = None,
 ) -> Prediction:
     """Curves of a joint for tests, with their pressures, stiffnesses and slips.
 
     spring: stiffness in series with the joint, stress/length; 0: none.  direction: of the slip, degrees.
-    slip: to which the peak of strengths without a slip is searched, length.
+    slip: to which the peak of strengths without a slip is searched, length.  fit: that of the joint, whose
+    covariance and model error give the intervals of the numbers.
     """
     if not tests:
         raise ValueError("no test: expected one or more")
     if isinstance(tests[0], ClosureTest):
         return _closures(joint, of_kind(tests, ClosureTest))
     if isinstance(tests[0], Strength):
-        rows = [_strength(joint, test, direction, slip) for test in of_kind(tests, Strength)]
-        return Prediction(tests, rows, _rms(rows, {}), [])
+        of_tests = of_kind(tests, Strength)
+
+        def numbers(props: Floats) -> list[Comparison]:
+            return [_strength(props, test, direction, slip) for test in of_tests]
+
+        rows = numbers(joint.props())
+        return Prediction(tests, rows, _rms(rows, {}), [], _intervals(rows, numbers, joint, fit))
     curved = of_kind(tests, ShearTest)
     kind = OfCase if not spring else CyclesOfCase if cycles(curved) else SeriesOfCase
-    problem, values = kind(curved, (), {}, direction=direction, joint=joint), {KT: spring}
+
+    def problem_of(props: Floats) -> OfCase:
+        return kind(curved, (), {}, direction=direction, of_case=props)
+
+    problem, values = problem_of(joint.props()), {KT: spring}
     curves = problem.curves(values)
     made, squares = [], dict[str, list[float]](tau=[], dilation=[])
     for test, (slips, rows_), (tau, s_N, done) in zip(problem.tests, problem.paths, curves, strict=True):
@@ -109,7 +137,36 @@ def predict(
         if test.s_N is not None and np.ptp(test.s_N) > 0.0:
             squares["dilation"].append(float(np.mean(((s_N[rows_] - test.s_N) / np.ptp(test.s_N)) ** 2)))
     comparisons = compared(problem, values)
-    return Prediction(tests, comparisons, _rms(comparisons, squares), made)
+    intervals = _intervals(comparisons, lambda props: compared(problem_of(props), values), joint, fit)
+    return Prediction(tests, comparisons, _rms(comparisons, squares), made, intervals)
+
+
+def _intervals(
+    rows: Sequence[Comparison],
+    numbers: Callable[[Floats], list[Comparison]],
+    joint: Interface,
+    fit: Written | None,
+) -> list[dict[str, tuple[float, float]]]:
+    """Intervals of the predicted numbers, by the covariance of a fit and twice its model errors."""
+    if fit is None:
+        return []
+    squares = [dict.fromkeys(set(row.errors), 0.0) for row in rows]
+    for factor, *ends in fit.moved(joint.props(), STEP):
+        for square, below, above in zip(squares, *map(numbers, ends), strict=True):
+            for name in square:
+                square[name] += (factor * (above.predicted[name] - below.predicted[name])) ** 2
+    top = max([0.0, *(abs(row.predicted.get("dilation", 0.0)) for row in rows)])
+    made = []
+    for row, square in zip(rows, squares, strict=True):
+        own = {}
+        for name in row.measured:
+            if name in square:
+                value, of_dilation = row.predicted[name], name == "dilation"
+                size = top if of_dilation else max(abs(value), FLOOR * abs(row.predicted.get("peak", 0.0)))
+                half = float(np.hypot(NORMAL * np.sqrt(square[name]), 2.0 * fit.error[of_dilation] * size))
+                own[name] = (value - half, value + half)
+        made.append(own)
+    return made
 
 
 def _closures(joint: Interface, tests: Sequence[ClosureTest]) -> Prediction:
@@ -138,19 +195,27 @@ def _rms(rows: Sequence[Comparison], squares: Mapping[str, list[float]]) -> dict
     return rms
 
 
-def _strength(joint: Interface, test: Strength, direction: float, slip: float) -> Comparison:
+def _strength(props: Floats, test: Strength, direction: float, slip: float) -> Comparison:
     """Peak of a joint up to the slip of a test, and traction at its residual strength."""
+    if test.peak == 0.0:
+        raise ValueError(f"{test.name}: a tensile test: expected tests with a slip")
     ends = [test.slip, test.peak_slip, slip]
     end = next((end for end in ends if np.isfinite(end) and end > 0.0), 0.0)
     if not end:
         raise ValueError(f"{test.name}: no slip: expected a column slip, or a case with a slip")
-    path = joint.confined_slip(direction, np.linspace(0.0, end, POINTS + 1), test.sigma_N)
-    if len(path.tau) <= POINTS:
+    path = slip_path(direction, np.linspace(0.0, end, POINTS + 1), test.sigma_N, PRELOAD)
+    step, t_x, t_y = columns_of(props, path, ("step", "t_Tx", "t_Ty"))
+    along = direction_vector(direction)
+    tau = (along[0] * t_x + along[1] * t_y)[step > 1.0]
+    # in tension the equilibrium ends beyond the peak
+    lost = tau.size < (POINTS if test.sigma_N <= 0.0 else 1)
+    if lost:
         raise ValueError(f"{test.name}: the joint has no equilibrium up to the slip {end:g}")
-    measured, predicted = {"peak": test.peak}, {"peak": float(path.tau.max())}
-    if np.isfinite(test.residual):
-        measured["residual"], predicted["residual"] = test.residual, float(path.tau[-1])
-    errors = {name: abs(predicted[name] / value - 1.0) for name, value in measured.items()}
+    measured, predicted = {"peak": test.peak}, {"peak": float(tau.max())}
+    if np.isfinite(test.residual) and test.sigma_N <= 0.0:
+        measured["residual"], predicted["residual"] = test.residual, float(tau[-1])
+    sizes = {"peak": test.peak, "residual": max(test.residual, FLOOR * test.peak)}
+    errors = {name: abs(predicted[name] - value) / sizes[name] for name, value in measured.items()}
     return Comparison(test.name, measured, predicted, errors)
 
 
@@ -230,6 +295,18 @@ def report_of(prediction: Prediction) -> str:
     """Measured beside predicted numbers and their errors."""
     errors = ", ".join(f"{name} {value:.1%}" for name, value in prediction.rms.items())
     lines = compared_rows(prediction.compared, [], True, "measured / predicted")
+    if prediction.intervals:
+        names = [name for name in COLUMNS if any(name in ends for ends in prediction.intervals)]
+        count = sum(map(len, prediction.intervals))
+        head = "".join(f"{COLUMNS[name]:>26}" for name in names)
+        lines += ["", f"{'predicted, 0.95 interval':<28}{head}"]
+        for row, ends in zip(prediction.compared, prediction.intervals, strict=True):
+            cells = (f"{ends[name][0]:.4g} to {ends[name][1]:.4g}" if name in ends else "" for name in names)
+            lines.append(f"{short(row.test):<28}" + "".join(f"{cell:>26}" for cell in cells))
+        outside = ", ".join(f"{name} of {short(test)}" for test, name in prediction.outside)
+        inside = count - len(prediction.outside)
+        text = f"inside      {inside} of {count} measured numbers lie in their intervals"
+        lines += ["", text + (f"; outside: {outside}" if outside else "")]
     return "\n".join([*lines, "", f"rms         {errors}", f"grade       {prediction.grade}"])
 
 
@@ -273,7 +350,8 @@ def _run(options: argparse.Namespace) -> int:
     tests, units, _ = read(options)
     spring, direction, slip = spring_of(run)
     with shown_warnings():
-        prediction = predict(run.interface, tests, spring, direction, slip)
+        of_case = None if fit is None or other_constant(run, fit.names, fit.values) else fit
+        prediction = predict(run.interface, tests, spring, direction, slip, of_case)
     print(report_of(prediction))
     if fit is not None:
         print(*fit.remarks(run, covered(tests)), sep="\n")

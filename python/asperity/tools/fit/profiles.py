@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,13 +11,13 @@ from ...contract import Floats
 from .assumptions import beside, first_only, halves_of
 from .evidence import first_stroke
 from .gauges import Started, rigid_form, with_profile
-from .intervals import Assumption
+from .intervals import CONFIDENCE, Assumption
 from .ladder import GAIN, criteria, independent
 from .model import KT, SCALES, SPRINGS, rows_of
 from .rigid import Profile, exponential, hyperbola, parabola
 from .series import Rigid
 from .shear_test import ShearTest
-from .squares import SEARCHED, Solution, refitted
+from .squares import SEARCHED, Solution, refitted, solve
 
 LINE, HYPERBOLA = "slope along a line", "slope of a hyperbola"
 STARTS = "other starts of the gauges"
@@ -70,12 +71,39 @@ def of_profile(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumpt
                 whole = refitted(form, tests, form.model.without("crush", crush=0.0), tolerance=SEARCHED)
                 forms.append((with_profile(whole, Started, profile), f"{name}, not crushed"))
     first = criteria([own, *(solution for solution, _ in forms)])
+    apart: dict[str, Mapping[str, float]] = {}
     for (solution, name), value in zip(forms, first[1:], strict=True):
         # crush belongs to the profile, too, and a spring goes with the start of the slip
         parts = tuple(part for part in chosen.model.free if part not in ("crush", "W0", *SPRINGS))
         # a profile that explains the tests better than the law excludes others, too
         allowed, halves = value < min(first) + GAIN, halves_of(solution)
-        yield Assumption(name, value - first[0], solution.values, allowed, parts, halves)
+        profile_, known = name.split(",")[0], solution.problem
+        if (
+            profile_ in (LINE, HYPERBOLA)
+            and (allowed or value < first[0] - GAIN)
+            and isinstance(known, Rigid)
+        ):
+            if profile_ not in apart:
+                apart[profile_] = left_out(with_profile(form, Rigid, known.profile))
+            wide = apart[profile_]
+            halves = {part: max(half, wide.get(part, 0.0)) for part, half in halves.items()}
+        yield Assumption(name, value - first[0], solution.values, allowed, parts, halves, profile_ in apart)
+
+
+def left_out(form: Solution) -> Mapping[str, float]:
+    """Half widths, on their scales, of the intervals of a closed form by leaving out each of its tests."""
+    from scipy.stats import t as student
+
+    tests = list(form.problem.tests)
+    if len(tests) < 2:
+        return {}
+    moved = [
+        solve(replace(form.problem, tests=tests[:i] + tests[i + 1 :]), form.x, SEARCHED)[0] - form.x
+        for i in range(len(tests))
+    ]
+    quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, len(tests) - 1))
+    sizes = quantile * np.sqrt((len(tests) - 1) / len(tests) * np.sum(np.square(moved), axis=0))
+    return dict(zip(form.model.free, sizes.tolist(), strict=True))
 
 
 def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:

@@ -35,8 +35,10 @@ from .strength import Strength
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-LEAST_ROWS, LEAST_CURVE = 5, 10
-"""Rows of a test: fewer show no stiffness, peak or residual strength; and of a table that may be a curve."""
+LEAST_ROWS, LEAST_CURVE, CLEARLY = 5, 10, 1.5
+"""Rows of a test: fewer show no stiffness, peak or residual strength; and of a table that may be a curve;
+ratio of the largest compression to the largest tension of a table, by which their signs are told apart.
+"""
 
 
 def read_tests(
@@ -213,18 +215,24 @@ def _strengths(rows: DataFrame) -> list[Strength]:
     if curve and bool((np.diff(rows.slip) > 0.0).all()):
         text = f"{len(rows)} rows at one pressure with growing slips are a curve"
         raise ValueError(f"{path}: column peak: {text}: expected tau, as --columns tau=HEADER")
-    # compression has either sign, the same in all rows
-    mixed = not ((rows.sigma_N > 0.0).all() or (rows.sigma_N < 0.0).all())
-    if mixed:
+    # compression has either sign; in a table with both signs the larger tractions are compression
+    above, below = (max(0.0, float(end)) for end in (rows.sigma_N.max(), -rows.sigma_N.min()))
+    small, large = sorted((above, below))
+    if small * CLEARLY > large:
         raise ValueError(
-            f"{path}: column sigma_N: expected compression in all rows, with the same sign, not 0"
+            f"{path}: column sigma_N: {-below:g} to {above:g}: expected compression in all rows, with the "
+            f"same sign, and tension, if any, of at most 1/{CLEARLY:g} of it"
         )
+    sign = 1.0 if below > above else -1.0
+    pulled = ", ".join(str(line) for line in rows.index[sign * rows.sigma_N > 0.0])
+    warn_if(pulled, f"{path}: column sigma_N: both signs: line {pulled} is read as tension")
     strengths: list[Strength] = _of_all(
         [*rows.iterrows()],
         lambda row: [
             Strength(
                 f"{path}: line {row[0]}",
-                **{name: float(row[1][name]) for name in given} | {"sigma_N": -abs(float(row[1].sigma_N))},
+                **{name: float(row[1][name]) for name in given}
+                | {"sigma_N": sign * float(row[1].sigma_N) + 0.0},
                 units=units,
             )
         ],

@@ -22,7 +22,7 @@ from .result import Fit
 from .shear_test import ShearTest
 from .strength import Strength
 from .strengths import StrengthFit
-from .verdict import FAIR, GOOD, Comparison, coverage
+from .verdict import FAIR, GOOD, Comparison, coverage, short
 
 MOST_TURNS, MOST_TESTS, INCREMENTS = 20, 8, 100
 """Most reversals that a case repeats; most tests of which the report shows the numbers; increments."""
@@ -32,6 +32,7 @@ AnyFit: TypeAlias = Fit | StrengthFit | ClosureFit
 
 COLUMNS = {
     "peak": "peak",
+    "tension": "tension",
     "slip at peak": "at slip",
     "residual": "residual",
     "dilation": "dilation",
@@ -120,12 +121,6 @@ def compared_rows(
     if more > 0:
         lines.append(f"... and {more} more (--verbose)")
     return lines
-
-
-def short(name: str) -> str:
-    """Name of a test without the folder of its file, 27 characters at most."""
-    text = name.replace("\\", "/").rsplit("/", 1)[-1]
-    return text if len(text) <= 27 else f"...{text[-24:]}"
 
 
 def constant_rows(
@@ -226,7 +221,7 @@ def covered(
     curves = [test for test in tests if isinstance(test, ShearTest)]
     if curves:
         return coverage(curves)
-    pressures = [-test.sigma_N for test in tests if isinstance(test, Strength)]
+    pressures = [0.0 - test.sigma_N for test in tests if isinstance(test, Strength)]
     for test in tests:
         if isinstance(test, ClosureTest):
             pressures += [float(test.pressure.min()), float(test.pressure.max())]

@@ -70,7 +70,7 @@ class Series(Problem):
     def slid(self, values: Mapping[str, float], test: ShearTest, slips: Floats) -> tuple[Floats, Floats, int]:
         """tau, s_N and the number of rows with equilibrium of the joint alone, as `slip_curve`."""
         rows = np.arange(1, slips.size)
-        return slip_curve(self.interface(values).props(), test, slips, rows, self.direction, PRELOAD)
+        return slip_curve(self.props(values), test, slips, rows, self.direction, PRELOAD)
 
     def closed_form(self) -> Problem:
         """The same in closed form where there is one."""
@@ -84,7 +84,7 @@ class CyclicSeries(Problem):
 
     def curves(self, values: Mapping[str, float]) -> list[tuple[Floats, Floats, int]]:
         """tau, s_N and the number of rows with equilibrium of each test."""
-        props, pairs = self.interface(values).props(), zip(self.tests, self.paths, strict=True)
+        props, pairs = self.props(values), zip(self.tests, self.paths, strict=True)
         return [slip_curve(props, test, *path, self.direction, PRELOAD, values[KT]) for test, path in pairs]
 
 

@@ -9,10 +9,11 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Strength:
-    """Peak and residual strength of a test at a normal traction <= 0, stress; nan where it was not measured.
+    """Peak and residual strength of a test at a normal traction, stress; nan where it was not measured.
 
-    peak_slip: slip at the peak, slip: at the residual strength, length.  name: file and line.  units: of
-    length and stress where the file has them.  Raises ValueError for inadmissible values.
+    sigma_N: compression is negative; 0 shows the initial shear strength, and tension, where the peak may be
+    0, the bond.  peak_slip: slip at the peak, slip: at the residual strength, length.  name: file and line.
+    units: of length and stress where the file has them.  Raises ValueError for inadmissible values.
     """
 
     name: str
@@ -25,14 +26,18 @@ class Strength:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        if not -np.inf < self.sigma_N < 0.0:
-            raise ValueError(f"{self.name}: sigma_N = {self.sigma_N:g}: expected compression, < 0")
-        if not 0.0 < self.peak < np.inf:
-            raise ValueError(f"{self.name}: peak = {self.peak:g}: expected a strength > 0")
-        for name in ("residual", "peak_slip", "slip"):
+        if not np.isfinite(self.sigma_N):
+            raise ValueError(f"{self.name}: sigma_N = {self.sigma_N:g}: expected a finite normal traction")
+        if not (0.0 < self.peak < np.inf or (self.peak == 0.0 and self.sigma_N > 0.0)):
+            raise ValueError(
+                f"{self.name}: peak = {self.peak:g}: expected a strength > 0, 0 in tension alone"
+            )
+        for name in ("peak_slip", "slip"):
             value = getattr(self, name)
             if not (np.isnan(value) or 0.0 < value < np.inf):
                 raise ValueError(f"{self.name}: {name} = {value:g}: expected > 0")
+        if not (np.isnan(self.residual) or 0.0 <= self.residual < np.inf):
+            raise ValueError(f"{self.name}: residual = {self.residual:g}: expected >= 0")
         if self.residual > self.peak:
             raise ValueError(
                 f"{self.name}: residual = {self.residual:g}: expected at most the peak, {self.peak:g}"

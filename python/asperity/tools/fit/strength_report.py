@@ -28,7 +28,7 @@ EARLY, BEYOND = 0.02, 1.25
 
 def strength_report(fit: StrengthFit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
     """Report of a fit of strengths without curves."""
-    pressures = [-test.sigma_N for test in fit.tests]
+    pressures = [0.0 - test.sigma_N for test in fit.tests]
     lines = [
         (
             f"tests       {len(fit.tests)} strengths, pressure {min(pressures):.4g} to "
@@ -52,7 +52,8 @@ def strength_report(fit: StrengthFit, units: tuple[str, str] = NONE, verbose: bo
 def strength_case(fit: StrengthFit) -> str:
     """Case file of the joint of strengths; what they do not show is assumed and said."""
     material, pattern, notes = _joint_of(fit)
-    tractions = [rounded(test.sigma_N, 4) for test in fit.tests]
+    # in tension the equilibrium ends at the strength
+    tractions = [rounded(test.sigma_N, 4) for test in fit.tests if test.sigma_N <= 0.0] or [0.0]
     stiffnesses = [test.peak / test.peak_slip for test in fit.tests if np.isfinite(test.peak_slip)]
     spring = float(np.median(stiffnesses)) if stiffnesses else 0.0
     # the peak lies near the start, where the increments are short
@@ -89,9 +90,16 @@ def _joint_of(fit: StrengthFit) -> tuple[dict[str, float], Pattern, list[str]]:
             "Gc": 0.05 * values["sigma0"] * slip,
             "eta": 0.999,
             "mu": values["mu"],
+            "kc": 1.0,
         }
         notes.append("Gc is assumed: strengths do not show it.")
-        return material | {"kc": 1.0}, Pattern.regular(0, 0.0), notes
+        if "sigma02" in values:
+            material |= {"sigma02": values["sigma02"], "Gc2": 0.05 * values["sigma02"] * slip}
+        if not slope:
+            return material, Pattern.regular(0, 0.0), notes
+        notes.append("The height is assumed: the slope ends before the residual strength.")
+        material["height"] = slip * slope / 6.0
+        return material, Pattern.regular(2, values["theta"], flat=0.0), notes
     ks = 1e3 * max(test.peak for test in fit.tests) / slip
     material = {"kn": 20.0 * ks, "ks": ks, "mu": values["mu"]}
     if not slope:

@@ -13,13 +13,17 @@ from .checks import check_known
 from .criteria import CRITERIA
 from .intervals import CONFIDENCE, Estimate
 from .model import AUTO, MORTAR, ROCK, from_scale, plausible, to_scale
+from .squares import least
 from .strength import Strength
-from .verdict import FACTOR, Comparison, grade_of
+from .verdict import FACTOR, FLOOR, GOOD, Comparison, grade_of, without_spread
 
 LEAST_TESTS, HALVINGS, GAIN, STEP, FOUND = 3, 32, 4.0, 1.0e-4, 1.0e-6
 """Tests that a fit needs; bisections of the share of a crushed asperity; information criterion that each
 further constant must gain; step of the differences; and relative change at which the least squares end.
 """
+
+LEAST_SPREAD, NO_WIDTH = 2, 1.0e-6
+"""Degrees of freedom of replicates that show their own spread; relative width of an interval without any."""
 
 
 def law_strengths(
@@ -30,9 +34,12 @@ def law_strengths(
     pressure (n,).  slip (n,): at which the residual strength is read.  The slope T is crushed to rho T,
     rho = log(1 + x)/x with x = (p/crush)(1 - mu (1 - rho) T) and the pressure p on the plane
     (docs/extensions.md, section 7); with a height it is rho T exp(-slip T/H) at the residual strength, and
-    without one it has ended there.  A bond sigma0 is added to the peak.
+    without one it has ended there.  A bond sigma0 pulls along the slope and presses its sides.  In tension
+    (p < 0) a flat joint holds sigma02 sqrt(1 - (p/sigma0)^2), sigma02 = sigma0 where it is not given.
     """
-    mu, slope = values["mu"], float(np.tan(np.radians(values.get("theta", 0.0))))
+    tension, pressure = np.minimum(pressure, 0.0), np.maximum(pressure, 0.0)
+    mu, angle = values["mu"], float(np.radians(values.get("theta", 0.0)))
+    slope = float(np.tan(angle))
     crush, height, share = values.get("crush", 0.0), values.get("height", 0.0), np.ones_like(pressure)
     if crush > 0.0 and slope > 0.0:
         low, high = np.zeros_like(pressure), np.ones_like(pressure)
@@ -45,12 +52,18 @@ def law_strengths(
             low, high = np.where(above, low, share), np.where(above, share, high)
     left = np.exp(-np.asarray(slip) * slope / height) if height > 0.0 else 0.0
     peak, residual = (_climbing(pressure, mu, share * slope * part) for part in (1.0, left))
-    return values.get("sigma0", 0.0) + peak, residual
+    bond = values.get("sigma0", 0.0)
+    if bond > 0.0:
+        along = values.get("sigma02", 0.0) or bond
+        pressed = np.sin(angle) * _climbing(np.ones_like(pressure), mu, share * slope)
+        rest = np.sqrt(np.maximum(0.0, 1.0 - (tension / bond) ** 2))
+        peak = peak + along * (np.cos(angle) + pressed) * rest
+    return peak, residual
 
 
 def levels_of(pressure: Floats) -> int:
     """Number of different pressures."""
-    return int(np.unique(np.round(pressure / pressure.max(), 6)).size)
+    return int(np.unique(np.round(pressure / max(float(np.abs(pressure).max()), 1e-300), 6)).size)
 
 
 def law_peak(pressure: Floats, values: Mapping[str, float]) -> Floats:
@@ -70,10 +83,14 @@ MODELS = {
     ("mu", "theta", "crush"): ROCK,
     ("mu", "theta", "crush", "height"): ROCK,
     ("mu", "sigma0"): MORTAR,
+    ("mu", "sigma0", "sigma02"): MORTAR,
+    ("mu", "theta", "sigma0"): MORTAR,
+    ("sigma0",): MORTAR,
+    ("sigma0", "sigma02"): MORTAR,
 }
 """Free constants of the models, and the form of the joint."""
 
-KNOWN = ("mu", "theta", "crush", "height", "sigma0")
+KNOWN = ("mu", "theta", "crush", "height", "sigma0", "sigma02")
 """Constants that the closed form has."""
 
 
@@ -140,19 +157,20 @@ def fit_strengths(
         raise ValueError(f"tests = {contract.shown(tests)}: expected a list of strengths")
     if joint not in (ROCK, MORTAR, AUTO):
         raise ValueError(f"joint = {joint!r}: expected {ROCK}, {MORTAR} or {AUTO}")
-    different = list(
-        {(test.sigma_N, test.peak, str(test.residual)): test for test in reversed(tests)}.values()
-    )[::-1]
-    copies = len(tests) - len(different)
-    text = f"{len(tests)} tests" + (f", {copies} of them the same as others" if copies else "")
+    different = _once(tests)
+    times = len(tests) // max(1, len(different))
+    text = f"{len(different)} tests" + (f", each {times} times" if times > 1 else "")
     if len(different) < LEAST_TESTS:
-        raise ValueError(f"{text}: expected at least {LEAST_TESTS} different ones")
+        raise ValueError(f"{text}: expected at least {LEAST_TESTS} tests")
     known = {name: contract.number(name, value) for name, value in (fixed or {}).items()}
     unknown = next((name for name in known if name not in KNOWN), "")
     if unknown:
         raise ValueError(f"fixed: {unknown}: strengths alone have only {', '.join(KNOWN)}")
     check_known(known)
     data = _Data(different, known)
+    if not (data.pressure > 0.0).any():
+        # without a pressure no row shows the friction
+        data.known.setdefault("mu", 0.0)
     # a model without a constant that is known would contradict it; a slope may be crushed and end
     has = {free: {*free, "crush", "height"} if "theta" in free else {*free} for free in MODELS}
     models = [free for free, form in MODELS.items() if joint in (AUTO, form) and {*known} <= has[free]]
@@ -162,13 +180,37 @@ def fit_strengths(
         raise ValueError("the strengths show nothing beside what is known, or no model has all of that")
     solutions = [data.solve(free) for free in models]
     bic = [data.criterion(x, free) for x, free in zip(solutions, models, strict=True)]
-    best = int(np.argmin(bic))
-    order = sorted(range(len(models)), key=lambda i: (len(models[i]), bic[i]))
-    best = next(i for i in order if bic[i] <= bic[best] + GAIN * (len(models[best]) - len(models[i])))
+    # a slope beside a bond is that of a joint which shows its bond without one
+    sloped = [i for i, free in enumerate(models) if {"theta", "sigma0"} <= {*free, *known}]
+    best = _smallest(models, bic, [i for i in range(len(models)) if i not in sloped] or sloped)
+    if "sigma0" in models[best]:
+        best = _smallest(models, bic, [best, *sloped])
     fit = _judged(data, models[best], solutions[best])
-    if copies:
-        fit.notes.append(f"{copies} of {len(tests)} tests are the same as others: each counts once")
+    if times > 1:
+        fit.notes.append(f"every row of the table stands there {times} times: each counts once")
     return fit
+
+
+def _smallest(models: Sequence[tuple[str, ...]], bic: Sequence[float], places: Sequence[int]) -> int:
+    """Place of the model, of some, that no larger one of them beats by GAIN for each constant it adds."""
+    best = min(places, key=lambda i: bic[i])
+    order = sorted(places, key=lambda i: (len(models[i]), bic[i]))
+    return next(i for i in order if bic[i] <= bic[best] + GAIN * (len(models[best]) - len(models[i])))
+
+
+def _once(tests: Sequence[Strength]) -> list[Strength]:
+    """The tests, each once where all of them are there equally often: the table was read twice.
+
+    Replicates with the same rounded numbers are specimens, and all count.
+    """
+    first: dict[tuple[float, str, str], Strength] = {}
+    times: dict[tuple[float, str, str], int] = {}
+    for test in tests:
+        key = (test.sigma_N, str(test.peak), str(test.residual))
+        first.setdefault(key, test)
+        times[key] = times.get(key, 0) + 1
+    copied = len({*times.values()}) == 1 and len(first) >= LEAST_TESTS
+    return list(first.values()) if copied else list(tests)
 
 
 class _Data:
@@ -177,18 +219,29 @@ class _Data:
     def __init__(self, tests: Sequence[Strength], known: Mapping[str, float]) -> None:
         self.tests, self.known = list(tests), dict(known)
         self.pressure = np.array([-test.sigma_N for test in tests])
-        self.peak = np.array([test.peak for test in tests])
+        self.shear = np.array([test.peak for test in tests])
+        self.tension = np.maximum(0.0, -self.pressure)
+        # a tensile test has no shear strength: its number is the traction itself
+        self.peak = np.where(self.shear > 0.0, self.shear, self.tension)
         self.residual = np.array([test.residual for test in tests])
-        self.seen = np.isfinite(self.residual)
+        self.seen = np.isfinite(self.residual) & (self.pressure >= 0.0)
         self.slip = np.array([test.slip for test in tests])
 
     def shows(self, free: tuple[str, ...]) -> bool:
-        """Whether there are data enough: one more than the constants, and residuals for a slope alone."""
-        several = self.levels > 1 or not {"crush", "sigma0"} & {*free}
+        """Whether there are data enough: more than the constants, and those that show each of them."""
+        several = self.levels > 1 or not ({"crush"} & {*free} or {"mu", "sigma0"} <= {*free})
         slope = "theta" not in free or "crush" in free or bool(self.seen.any())
         # the slope that is left at the residual strength shows the height
         ends = "height" not in free or bool(self.seen.any() and np.isfinite(self.slip[self.seen]).all())
-        return several and slope and ends and len(free) + 1 < self.peak.size + int(self.seen.sum())
+        # only tension tells the tensile strength of a bond from its cohesion
+        pulled, pressed = bool((self.pressure < 0.0).any()), bool((self.pressure > 0.0).any())
+        bond = "sigma02" not in free or (pulled and bool((self.shear > 0.0).any()))
+        friction = pressed if "mu" in free else "mu" in self.known
+        # a bond on a slope has no closed form in tension
+        flat = not {"theta", "sigma0"} <= {*free} or not pulled
+        count = self.peak.size + int(self.seen.sum())
+        enough = len(free) < count if {*free} <= {"mu", "sigma0"} else len(free) + 1 < count
+        return several and slope and ends and bond and friction and flat and enough
 
     @property
     def levels(self) -> int:
@@ -207,22 +260,48 @@ class _Data:
             name: float(from_scale(name, value)) for name, value in zip(free, x, strict=True)
         }
 
+    def predicted(self, values: Mapping[str, float]) -> tuple[Floats, Floats]:
+        """Predicted peak, or traction of a tensile test, and residual strength of each test, (n,) each.
+
+        In tension the ratio of shear to tension is that of the test.
+        """
+        peak, residual = law_strengths(np.maximum(self.pressure, 0.0), values, self.slip)
+        bond = values.get("sigma0", 0.0)
+        along = values.get("sigma02", 0.0) or bond
+        used = np.hypot(self.tension / max(bond, 1e-300), self.shear / max(along, 1e-300))
+        pulled = self.tension > 0.0
+        return np.where(pulled, self.peak / np.where(pulled, used, 1.0), peak), residual
+
     def errors(self, x: Floats, free: tuple[str, ...]) -> Floats:
         """Relative errors of peaks and residuals, without those that were not measured."""
-        values = self.values(x, free)
-        peak, residual = law_strengths(self.pressure, values, self.slip)
-        of_peak, of_residual = peak / self.peak - 1.0, (residual / self.residual - 1.0)[self.seen]
-        errors: Floats = np.clip(np.concatenate([of_peak, of_residual]), -10.0, 10.0)
-        return errors
+        return np.clip(np.concatenate(self.missed(self.values(x, free))), -10.0, 10.0)
+
+    def missed(self, values: Mapping[str, float]) -> tuple[Floats, Floats]:
+        """Relative errors of peaks (n,) and of the residual strengths that were measured."""
+        peak, residual = self.predicted(values)
+        sizes = np.maximum(self.residual, FLOOR * self.peak)
+        return peak / self.peak - 1.0, ((residual - self.residual) / sizes)[self.seen]
 
     def solve(self, free: tuple[str, ...], start: Floats | None = None) -> Floats:
         """Constants on their scales with the smallest sum of squares."""
-        from scipy.optimize import least_squares
-
         low, high = self.ends(free)
-        ratio = float(np.median(self.peak / self.pressure))
-        mu = float(np.median((self.residual / self.pressure)[self.seen])) if self.seen.any() else 0.7 * ratio
+        pressed = self.pressure > 0.0
+        ratio = (
+            float(np.median((self.peak / np.where(pressed, self.pressure, 1.0))[pressed]))
+            if pressed.any()
+            else 1.0
+        )
+        of_residual = self.seen & pressed & (self.residual > 0.0)
+        mu = (
+            float(np.median((self.residual / np.where(pressed, self.pressure, 1.0))[of_residual]))
+            if of_residual.any()
+            else 0.7 * ratio
+        )
         guess = {"mu": mu, "sigma0": 0.2 * float(self.peak.min())}
+        pulled = self.pressure < 0.0
+        if pulled.any():
+            guess["sigma0"] = float(self.tension.max())
+        guess["sigma02"] = float(self.shear.max())
         length = float(np.nanmax(self.slip)) if np.isfinite(self.slip).any() else 1.0
         starts = [start] if start is not None else []
         for part in ((0.0, 5.0),) if "theta" not in free else ((10.0, 5.0), (25.0, 1.0)):
@@ -234,17 +313,39 @@ class _Data:
             }
             if start is None:
                 starts.append(np.array([float(to_scale(name, whole[name])) for name in free]))
-        margin, tried = 1e-6 * (high - low), []
-        for x in starts:
-            settings = {"x_scale": "jac", "max_nfev": 100, "diff_step": STEP, "ftol": FOUND, "xtol": FOUND}
-            inside = np.clip(x, low + margin, high - margin)
-            tried.append(least_squares(self.errors, inside, bounds=(low, high), args=(free,), **settings))
-        return np.asarray(min(tried, key=lambda solution: float(solution.cost)).x)
+        tries = (
+            least(lambda at: self.errors(at, free), x, np.array([low, high]), FOUND, STEP) for x in starts
+        )
+        return min(tries, key=lambda tried: float(tried[1] @ tried[1]))[0]
 
     def criterion(self, x: Floats, free: tuple[str, ...]) -> float:
         """Information criterion (BIC); differences below a thousandth are none."""
         errors = self.errors(x, free)
         return float(errors.size * np.log(np.mean(errors**2) + 1e-6) + len(free) * np.log(errors.size))
+
+    def covariance(self, x: Floats, free: tuple[str, ...]) -> Floats:
+        """Covariance (p, p) of the constants by the misfit, as if it were noise."""
+        errors = self.errors(x, free)
+        moves = STEP * np.maximum(1.0, np.abs(x))
+        columns = [
+            (self.errors(x + move, free) - self.errors(x - move, free)) / (2.0 * size)
+            for move, size in zip(np.diag(moves), moves, strict=True)
+        ]
+        slopes = np.transpose(columns)
+        inverse = np.linalg.pinv(slopes.T @ slopes, rcond=1e-12).astype(float)
+        return np.asarray(float(errors @ errors) / max(1, errors.size - x.size) * inverse)
+
+    def spread(self) -> float:
+        """Relative standard deviation of the peaks of replicates about their means, 0 without any."""
+        names, logs = (
+            np.round(self.pressure / max(float(np.abs(self.pressure).max()), 1e-300), 6),
+            np.log(self.peak),
+        )
+        groups = [logs[names == name] for name in {*names.tolist()}]
+        freedom = logs.size - len(groups)
+        if freedom < LEAST_SPREAD:
+            return 0.0
+        return float(np.sqrt(sum(float(np.sum((g - g.mean()) ** 2)) for g in groups) / freedom))
 
     def without(self, number: int) -> _Data:
         """The other tests."""
@@ -253,87 +354,137 @@ class _Data:
     def compared(self, values: Mapping[str, float], only: int | None = None) -> list[Comparison]:
         """Measured and predicted strengths."""
         made = []
+        peak, residual = self.predicted(values)
         for i, test in enumerate(self.tests):
             if only is not None and i != only:
                 continue
-            pressure = np.array([-test.sigma_N])
-            measured = {"peak": test.peak} | ({"residual": test.residual} if self.seen[i] else {})
-            peak, residual = law_strengths(pressure, values, np.array([test.slip]))
-            predicted = {"peak": float(peak[0]), "residual": float(residual[0])}
-            errors = {name: abs(predicted[name] / value - 1.0) for name, value in measured.items()}
+            main = "peak" if test.peak > 0.0 else "tension"
+            measured = {main: float(self.peak[i])} | ({"residual": test.residual} if self.seen[i] else {})
+            predicted = {main: float(peak[i]), "residual": float(residual[i])}
+            sizes = {main: float(self.peak[i]), "residual": max(test.residual, FLOOR * test.peak)}
+            errors = {name: abs(predicted[name] - value) / sizes[name] for name, value in measured.items()}
             made.append(Comparison(test.name, measured, {name: predicted[name] for name in measured}, errors))
         return made
 
 
 def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
-    """The fit of one model, with intervals by leaving out one test after the other, and its grade."""
+    """The fit of one model, its grade, and intervals by misfit or tests left out, the wider."""
     from scipy.stats import t as student
 
     count = len(data.tests)
     values = data.values(x, free)
     rest = [data.without(i).solve(free, x) for i in range(count)]
     moved = np.array(rest) - x
-    covariance = (count - 1) / count * moved.T @ moved
-    quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, max(1, count - len(free))))
+    # with one degree of freedom the others meet a curve exactly, whatever their noise is
+    freedom = max(1, count - len(free))
+    several = (count - 1) / count if freedom > 1 else 0.0
+    left_out, by_misfit = several * moved.T @ moved, data.covariance(x, free)
+    quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
+    sizes = np.sqrt(np.maximum(np.diag(left_out), np.diag(by_misfit)))
     low, high = data.ends(free)
     estimates = {}
     for i, name in enumerate(free):
-        half = quantile * float(np.sqrt(covariance[i, i]))
+        half = quantile * float(sizes[i])
         ends = np.clip([x[i] - half, x[i] + half], low[i], high[i])
         estimates[name] = Estimate(values[name], *(float(end) for end in from_scale(name, ends)))
+
+    def peaks_at(at: Floats) -> Floats:
+        return np.asarray(np.log(np.maximum(data.predicted(data.values(at, free))[0], 1e-300)))
+
+    here, moves = peaks_at(x), STEP * np.eye(x.size)
     fitted, unseen = data.compared(values), []
-    curves = []
     for i, constants in enumerate(rest):
-        of_rest = data.values(constants, free)
-        unseen += data.compared(of_rest, i)
-        curves.append(np.log(law_peak(data.pressure, of_rest)))
-    here = np.log(law_peak(data.pressure, values))
-    halves = quantile * np.sqrt((count - 1) / count * np.sum((np.array(curves) - here) ** 2, axis=0))
+        unseen += data.compared(data.values(constants, free), i)
+    by_rest = several * np.sum((np.array([peaks_at(at) for at in rest]) - here) ** 2, axis=0)
+    slopes = np.array([(peaks_at(x + move) - peaks_at(x - move)) / (2.0 * STEP) for move in moves])
+    variance = np.maximum(by_rest, np.einsum("in,ij,jn->n", slopes, by_misfit, slopes))
     errors: dict[str, float] = {}
     for label, rows in (("", fitted), ("blind ", unseen)):
-        for name in ("peak", "residual"):
+        for name in ("peak", "tension", "residual"):
             missed = [row.errors[name] for row in rows if name in row.errors]
             if missed:
                 errors[label + name] = float(np.sqrt(np.mean(np.square(missed))))
     # the misfit of the law is part of what a peak may be
-    halves = np.hypot(halves, 2.0 * errors["blind peak"])
+    of_peaks = [row.errors[name] for row in unseen for name in ("peak", "tension") if name in row.errors]
+    halves = np.hypot(quantile * np.sqrt(variance), 2.0 * float(np.sqrt(np.mean(np.square(of_peaks)))))
     peaks = [Estimate(*np.exp([a, a - h, a + h]).tolist()) for a, h in zip(here, halves, strict=True)]
-    grade, worst = grade_of(max(errors.values())), max(errors, key=lambda name: errors[name])
+    spread = data.spread()
+    # with one degree of freedom a blind number says nothing about the law, and the widths decide
+    beyond = {
+        name: without_spread(error, 0.0 if "residual" in name else spread)
+        for name, error in errors.items()
+        if freedom > 1 or "blind" not in name
+    }
+    grade, worst = grade_of(max(beyond.values())), max(beyond, key=lambda name: beyond[name])
     reasons = [f"the law misses the {worst} by {errors[worst]:.0%}"] if grade == "poor" else []
     notes: list[str] = []
+    if spread > GOOD:
+        notes.append(
+            f"specimens at one pressure differ by {spread:.0%} (standard deviation), which the grade "
+            "leaves out"
+        )
+    flat = [name for name, size in zip(free, sizes, strict=True) if size < NO_WIDTH]
+    if flat:
+        text = "the strengths lie on the law to their last digit, as computed or copied numbers do"
+        reasons.append(f"the interval of {', '.join(flat)} has no width: {text}")
+    elif max(peak.high / max(peak.low, 1e-300) for peak in peaks) > FACTOR**2:
+        wide = max(peaks, key=lambda peak: peak.high / max(peak.low, 1e-300))
+        text = f"{wide.value:.3g} [{wide.low:.3g}, {wide.high:.3g}]"
+        reasons.append(f"the strengths are not determined, one of them {text}: further tests would show them")
     loose: list[str] = []
     for i, (name, estimate) in enumerate(estimates.items()):
         bound = min(x[i] - low[i], high[i] - x[i]) < 1e-3 * (high[i] - low[i])
         if estimate.high > FACTOR**2 * estimate.low or bound:
             loose.append(name)
             text = f"{name} is not determined: {estimate.value:.3g} [{estimate.low:.3g}, {estimate.high:.3g}]"
-            if name == "mu" and bound:
-                reasons.append(f"{text}: the strength does not grow with the pressure")
+            grows = name != "mu" or estimate.low > 1.01 * float(from_scale(name, low[i]))
+            if name == "mu" and (bound or not grows):
+                reasons.append(f"{text}: the strength does not grow with the pressure beyond its scatter")
                 continue
             alone = name == "mu" and data.seen.any()
             (reasons if alone else notes).append(
                 f"{text}; the strengths hold between the pressures of the tests"
             )
-    total = count + int(data.seen.sum())
-    if total < len(free) + 2:
-        reasons.append(f"{total} strengths for {len(free)} constants: further tests are needed")
-    if "sigma0" in free:
+    if "sigma02" in free:
+        notes.append("sigma0 is the tensile strength, and sigma02 is c")
+    elif "theta" in free and "sigma0" in free:
+        c = float(law_peak(np.zeros(1), values)[0])
         notes.append(
-            "a bond sigma0 is c, and mu is tan(phi), of c + phi: such a line extrapolates worse "
+            f"mu is the friction of the residual strengths, and c = {c:.3g} that of the peaks at no pressure"
+        )
+    if {"sigma0", "mu"} <= {*free} and "theta" not in free:
+        bond = "sigma02" if "sigma02" in free else "sigma0"
+        notes.append(
+            f"a bond {bond} is c, and mu is tan(phi), of c + phi: such a line extrapolates worse "
             "than it interpolates"
         )
     if data.levels == 1:
         notes.append("one pressure: nothing is known about the strength at others")
-    if data.known.get("mu") == 0.0:
+    if not (data.pressure > 0.0).any():
+        notes.append(
+            "no pressure: nothing is known about the friction; the case assumes mu = 0"
+            if not data.known.get("mu")
+            else "no pressure: the given mu is assumed"
+        )
+    elif data.known.get("mu") == 0.0:
         notes.append(
             "mu = 0 was given: a joint without friction, with the strength of its slope or bond alone"
         )
-    if not data.seen.any():
+    if not data.seen.any() and "mu" in free:
         notes.append("peaks alone: mu is that of the peaks, not of the residual strength")
+    covariance = scaled_to(sizes, left_out, by_misfit) * (quantile / 1.959964) ** 2
     return StrengthFit(
         data.tests, free, values, estimates, peaks, fitted, unseen, errors, grade, reasons, notes,
-        _others(data, fitted, unseen), covariance * (quantile / 1.959964) ** 2, loose,
+        _others(data, fitted, unseen), covariance, loose,
     )  # fmt: skip
+
+
+def scaled_to(sizes: Floats, *covariances: Floats) -> Floats:
+    """Covariance (p, p) with these standard deviations and the correlations of the largest of some."""
+    matrix = max(covariances, key=lambda one: float(np.trace(one)))
+    own = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    factors = np.divide(sizes, own, out=np.ones_like(own), where=own > 0.0)
+    return np.asarray(matrix * np.outer(factors, factors))
 
 
 def _others(
@@ -342,15 +493,19 @@ def _others(
     """The law, then the criteria of others with constants enough data for, with their errors of the peaks."""
 
     def rms(errors: Sequence[float]) -> float:
-        return float(np.sqrt(np.mean(np.square(errors))))
+        return float(np.sqrt(np.mean(np.square(errors)))) if len(errors) else np.nan
 
-    criteria: list[tuple[str, dict[str, float], float, float]] = [
-        ("law", {}, rms([row.errors["peak"] for row in fitted]), rms([row.errors["peak"] for row in unseen]))
-    ]
+    of_law = [rms([row.errors["peak"] for row in rows if "peak" in row.errors]) for rows in (fitted, unseen)]
+    criteria: list[tuple[str, dict[str, float], float, float]] = [("law", {}, of_law[0], of_law[1])]
+    if data.tension.any():
+        # the criteria of others are those of compression
+        return criteria
     line: dict[str, float] | None = None
     for criterion in CRITERIA:
         # as many constants as pressures meet any peaks
         if data.levels < len(criterion.names) or data.peak.size <= len(criterion.names):
+            continue
+        if data.pressure.min() <= 0.0 and criterion.label != CRITERIA[0].label:
             continue
         values = criterion.fit(data.pressure, data.peak, line=line)
         line = line or values

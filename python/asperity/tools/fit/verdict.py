@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...contract import Floats
 from .evidence import cycles, first_slope, first_stroke, last_slope, noises, numbers, pressures, smooth
 from .intervals import Estimate
 from .ladder import NOISE, ROWS_EACH, independent
@@ -14,11 +15,16 @@ from .model import KS, KT, SPRINGS, Problem
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted
 
-GOOD, FAIR = 0.05, 0.15
-"""Largest error of a good and of a fair fit."""
+GOOD, FAIR, FLOOR = 0.05, 0.15, 0.1
+"""Largest error of a good and of a fair fit; least residual strength, over the peak, that an error is
+relative to: a bond that ends at 0 has no relative error.
+"""
 
 FACTOR, LOOSE, FACTOR_LOOSE = 2.0, ("Gc", "W0"), 5.6
 """Factor from the middle of an interval to its ends beyond which a constant is not determined; for some."""
+
+BY_NOISE = 2.0
+"""Standard deviations of a measured number within which an error is noise."""
 
 LEAST_ROWS, SLIDING, SHARE_SLIDING, SLIDING_ROWS = 10, 0.05, 0.1, 3
 """Rows with which a law can be judged; slip beyond the spring, over the largest slip, of a row that slides;
@@ -30,6 +36,11 @@ ROWS_OF_ONE = 20
 
 SHARE_PLATEAU, PLATEAU_ROWS = 0.2, 8
 """Fraction and number of rows after the softening of a bond, at the residual strength."""
+
+APART, FALLS, WEIGHT = 1.2, 0.95, 0.1
+"""Ratio of two pressures, ratio of strength over pressure at them, and pressure that is missing over the
+smallest one, beyond which a weight may have been left out.
+"""
 
 ENDED, SAME_CURVE = 0.3, 2
 """Slope of the dilation at the end over the largest one above which it has not ended; and constants that one
@@ -64,6 +75,8 @@ def compared(problem: Problem, values: Mapping[str, float], only: int | None = N
         predicted = numbers(test, tau[rows], None if test.s_N is None else s_N[rows])
         off = {name: abs(predicted[name] - value) for name, value in measured.items()}
         sizes = {name: abs(value) for name, value in measured.items()} | {"dilation": top}
+        if "residual" in sizes:
+            sizes["residual"] = max(sizes["residual"], FLOOR * sizes["peak"])
         errors: dict[str, float] = {
             name: off[name] / max(sizes[name], 1e-300)
             for name in ("peak", "residual", "dilation")
@@ -74,9 +87,10 @@ def compared(problem: Problem, values: Mapping[str, float], only: int | None = N
     return comparisons
 
 
-def blind(solution: Solution, tests: Sequence[ShearTest]) -> list[Comparison]:
-    """Each test predicted by the others, with the same model."""
+def blind(solution: Solution, tests: Sequence[ShearTest]) -> tuple[list[Comparison], list[Floats]]:
+    """Each test predicted by the others, with the same model; and constants (p,) on scales without it."""
     made: list[Comparison] = []
+    left_out: list[Floats] = []
     for number in range(len(tests)) if len(tests) > 1 else ():
         rest = [test for i, test in enumerate(tests) if i != number]
         model = solution.model
@@ -87,26 +101,90 @@ def blind(solution: Solution, tests: Sequence[ShearTest]) -> list[Comparison]:
         without = refitted(solution, rest, model, tolerance=SEARCHED)
         problem, values = solution.model.problem(tests, 1.0, solution.problem.direction), dict(without.values)
         made += compared(problem, values, number)
-    return made
+        left_out.append(solution.problem.x(values))
+    return made, left_out
 
 
-def worst_errors(
-    scatter: Mapping[str, float],
-    fitted: Sequence[Comparison],
-    unseen: Sequence[Comparison],
-    deviations: float = 0.0,
-) -> dict[str, float]:
-    """Largest error by name: scatter over the range, of the fitted tests and of blind ones.
+@dataclass(frozen=True)
+class Errors:
+    """Root mean square errors by name, of the tests and of blind predictions, and what of them is the law's.
 
-    deviations: times the noise of a measured number, which is no error of the law, to leave out.
+    all: as they are, the first of them the scatter of the rows.  of_law: without the spread of the specimens,
+    which no law predicts, and without the noise of the measured numbers.  spread: standard deviation of the
+    specimens.  worst: name of the test with the largest error.
     """
-    errors = {"scatter": max(scatter.values())}
+
+    all: dict[str, float]
+    of_law: dict[str, float]
+    spread: dict[str, float]
+    worst: dict[str, str]
+
+
+def errors_of(
+    solution: Solution, tests: Sequence[ShearTest], fitted: Sequence[Comparison], unseen: Sequence[Comparison]
+) -> Errors:
+    """Errors of a fit and of its blind predictions, over the tests."""
+    every, law, spread, worst = ({"scatter": max(solution.scatter.values())}, {}, {}, {})
+    law["scatter"] = max(scatter_of_law(solution, tests).values())
+    pressures = np.array([-test.pressed for test in tests])
     for label, rows in (("", fitted), ("blind ", unseen)):
-        for row in rows:
-            for name, error in row.errors.items():
-                beyond = max(0.0, error - deviations * row.noise.get(name, 0.0))
-                errors[label + name] = max(errors.get(label + name, 0.0), beyond)
-    return errors
+        for name in ("peak", "residual", "dilation"):
+            own = [i for i, row in enumerate(rows) if name in row.errors]
+            if not own:
+                continue
+            off = [
+                row.errors[name] * np.sign(row.predicted[name] - row.measured[name])
+                for row in rows
+                if name in row.errors
+            ]
+            noisy = [BY_NOISE * rows[i].noise.get(name, 0.0) for i in own]
+            signed, of_noise = np.array(off), np.array(noisy)
+            every[label + name] = float(np.sqrt(np.mean(signed**2)))
+            beyond = np.sign(signed) * np.maximum(0.0, np.abs(signed) - of_noise)
+            apart = spread_of(beyond, pressures[own])
+            law[label + name] = without_spread(float(np.sqrt(np.mean(beyond**2))), apart)
+            spread[label + name] = apart
+            worst[label + name] = rows[own[int(np.argmax(np.abs(signed)))]].test
+    return Errors(every, law, spread, worst)
+
+
+def spread_of(errors: Floats, pressures: Floats) -> float:
+    """Standard deviation of errors (n,) of tests about a line over the logarithm of the pressure.
+
+    Their mean and trend are those of a law; what is left differs from specimen to specimen.  0 for two tests.
+    """
+    at = np.log(np.maximum(pressures, 1e-9 * max(float(pressures.max()), 1e-300)))
+    columns = np.column_stack([np.ones_like(at), at - at.mean()])
+    columns = columns if np.ptp(at) > 0.0 else columns[:, :1]
+    freedom = errors.size - columns.shape[1]
+    if freedom < 1:
+        return 0.0
+    left = errors - columns @ np.linalg.lstsq(columns, errors, rcond=None)[0]
+    return float(np.sqrt(left @ left / freedom))
+
+
+def without_spread(error: float, spread: float) -> float:
+    """Error without the spread of the specimens; the whole error where it is twice that of a fair fit."""
+    return error if error > 2.0 * FAIR else float(np.sqrt(max(0.0, error**2 - spread**2)))
+
+
+def scatter_of_law(solution: Solution, tests: Sequence[ShearTest]) -> dict[str, float]:
+    """Scatter of tau and dilation without that of specimens whose whole curves are larger or smaller."""
+    problem, pressures, made = solution.problem, np.array([-test.pressed for test in tests]), {}
+    for name, scatter in solution.scatter.items():
+        factors, sizes = [], []
+        for number in range(len(tests)):
+            rows = ((problem.rows.test == number) & (problem.rows.name == name)).to_numpy()
+            if rows.any():
+                weight = problem.weight if name == "dilation" else 1.0
+                measured = problem.rows.measured.to_numpy()[rows] / problem.rows.scale.to_numpy()[rows]
+                law = measured + solution.residuals[rows] / weight
+                square = max(float(law @ law), 1e-300)
+                factors.append(1.0 - float(law @ measured) / square)
+                sizes.append(square / measured.size)
+        spread = spread_of(np.array(factors), pressures[: len(factors)])
+        made[name] = without_spread(scatter, spread * float(np.sqrt(np.mean(sizes))))
+    return made
 
 
 def undetermined(estimates: Mapping[str, Estimate], at_bounds: Sequence[str]) -> list[str]:
@@ -172,8 +250,28 @@ def _softened(solution: Solution) -> bool:
     return False
 
 
+def weights(tests: Sequence[ShearTest]) -> Iterator[str]:
+    """Note where the ratio of strength to pressure falls as if a weight had been left out of the pressure."""
+    numbered = [
+        (float(pressures(test)[-1]), numbers(test, test.tau, None).get("residual", 0.0)) for test in tests
+    ]
+    at, strength = np.transpose(sorted(numbered))
+    if at[0] <= 0.0 or at[-1] < APART * at[0] or strength.min() <= 0.0:
+        return
+    slope, start = np.polyfit(at, strength, 1)
+    ratios = strength / at
+    falls = bool((np.diff(ratios) < 0.0).all()) and ratios[-1] < FALLS * ratios[0]
+    if falls and slope > 0.0 and start > WEIGHT * slope * at[0]:
+        yield (
+            f"residual strength over pressure falls from {ratios[0]:.3g} at {at[0]:.3g} to {ratios[-1]:.3g} "
+            f"at {at[-1]:.3g}, as if a pressure of {start / slope:.2g} had not been counted: check sigma_N "
+            "for the weight of the upper half and the box; or the specimens differ"
+        )
+
+
 def remarks(solution: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
     """Notes that a reader needs to use the constants."""
+    yield from weights(tests) if not cycles(tests) else ()
     ratios = [last_slope(test) / first_slope(test) for test in tests if first_slope(test) > 0.0]
     if "theta" in solution.model.free and ratios and max(ratios) > ENDED:
         yield (
@@ -183,7 +281,7 @@ def remarks(solution: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
     if solution.model.bond and "theta" in solution.model.free:
         yield "sigma0 is the bond beside the friction of the slope; 'a slope without friction' is it alone"
     levels = {round(test.pressed, 9) for test in tests}
-    if solution.model.bond and len(levels) == 1:
+    if solution.model.bond and len(levels) == 1 and max(levels, key=abs):
         yield (
             "one pressure: sigma0 is what the peak adds to the friction there; asperities would look the same"
         )
@@ -196,11 +294,17 @@ def remarks(solution: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
         )
 
 
+def short(name: str) -> str:
+    """Name of a test without the folder of its file, 27 characters at most."""
+    text = name.replace("\\", "/").rsplit("/", 1)[-1]
+    return text if len(text) <= 27 else f"...{text[-24:]}"
+
+
 def coverage(tests: Sequence[ShearTest]) -> tuple[float, float, float]:
     """Smallest and largest pressure, and largest slip of the tests: where the constants have been seen."""
     levels = [float(np.max(pressures(test)[first_stroke(test)])) for test in tests]
     return (
-        min(-test.pressed for test in tests),
+        min(0.0 - test.pressed for test in tests),
         max(levels),
         max(float(np.abs(test.slip).max()) for test in tests),
     )

@@ -7,10 +7,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from ... import contract
 from ...case_files import Run
+from ...contract import Floats
 from .columns import NONE
-from .model import KS
+from .model import KS, from_scale, to_scale
 
 DIGITS = 1.0e-4
 """Largest relative difference between a constant of a case and of its fit, which has more digits."""
@@ -38,7 +41,8 @@ class Written:
     """What the file of a fit says: units, names and values of constants, grade with the reason of no result.
 
     pressures: smallest and largest of the tests of the fit, stress.  slip: largest of their curves, length; 0
-    without curves.
+    without curves.  covariance (p, p): of the constants on their scales.  error: relative model errors of tau
+    and of s_N.
     """
 
     units: tuple[str, str]
@@ -47,6 +51,27 @@ class Written:
     grade: str
     pressures: tuple[float, float]
     slip: float
+    covariance: Floats
+    error: tuple[float, float]
+
+    def moved(self, props: Floats, step: float) -> list[tuple[float, Floats, Floats]]:
+        """Axes of the covariance, whose effects are independent: PROPS at both ends of a step, and a factor.
+
+        step: over the standard deviation.  factor: of the difference, for one standard deviation.
+        """
+        sizes, axes = np.linalg.eigh(self.covariance)
+        at = np.array(
+            [float(to_scale(name, value)) for name, value in zip(self.names, self.values, strict=True)]
+        )
+        made = []
+        for size, axis in zip(np.sqrt(np.maximum(sizes, 0.0)), axes.T, strict=True):
+            pair = []
+            for side in (-1.0, 1.0):
+                x = at + side * step * size * axis
+                sample = [float(from_scale(name, value)) for name, value in zip(self.names, x, strict=True)]
+                pair.append(with_constants(props.tolist(), self.names, sample))
+            made.append((1.0 / (2.0 * step), pair[0], pair[1]))
+        return made
 
     def remarks(self, run: Run, covered: tuple[float, float, float]) -> Iterator[str]:
         """Lines about a case with this file, for tests with these pressures and largest slip."""
@@ -74,6 +99,7 @@ def written_beside(path: Path) -> Written | None:
         content = json.loads(path.read_text(encoding="utf-8"))
         length, stress = map(str, content["units"])
         low, high = map(float, content["pressures"])
+        error, of_dilation = map(float, content["model error of tau and s_N"])
         return Written(
             (length, stress),
             tuple(map(str, content["parameters"])),
@@ -81,6 +107,20 @@ def written_beside(path: Path) -> Written | None:
             "; no result: ".join([str(content["grade"]), *map(str, content["no result"][:1])]),
             (low, high),
             float(content["slip"]),
+            np.array(content["covariance on the scales"], dtype=float),
+            (error, of_dilation),
         )
     except (OSError, ValueError, KeyError, TypeError):
         return None
+
+
+def with_constants(props: Sequence[float], names: Sequence[str], sample: Sequence[float]) -> Floats:
+    """PROPS with other values of constants; ks is the stiffness of a joint without bond."""
+    sampled, values = np.array(props), dict(zip(names, sample, strict=True))
+    ks = values.pop(KS, None)
+    for name, value in values.items():
+        sampled[contract.index(name)] = value
+    if ks is not None:
+        for name, value in contract.joint_constants(sampled[contract.index("kc")] * ks, ks).items():
+            sampled[contract.index(name)] = value
+    return sampled

@@ -176,15 +176,3 @@ def bad_constant(props: Floats, names: Sequence[str]) -> str | None:
         bad = {row.name for row in rows if not row.lower <= props[row.index - 1] <= row.upper}
         return next((name for name in names if name in bad), names[0])
     return None
-
-
-def with_constants(props: Sequence[float], names: Sequence[str], sample: Sequence[float]) -> Floats:
-    """PROPS with other values of constants; ks is the stiffness of a joint without bond."""
-    sampled, values = np.array(props), dict(zip(names, sample, strict=True))
-    ks = values.pop(KS, None)
-    for name, value in values.items():
-        sampled[contract.index(name)] = value
-    if ks is not None:
-        for name, value in contract.joint_constants(sampled[contract.index("kc")] * ks, ks).items():
-            sampled[contract.index(name)] = value
-    return sampled

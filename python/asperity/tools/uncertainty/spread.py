@@ -19,7 +19,8 @@ from ...load_path import rows_of
 from ...parallel import map_in_order
 from ...pattern import direction_vector
 from ...steps import Step, numbers_of, prescribed, thinned
-from .distribution import Distribution, bad_constant, distribution_of, with_constants
+from ..fit.written import with_constants
+from .distribution import Distribution, bad_constant, distribution_of
 
 CURVES = ("traction", "dilation", "damage")
 """Curves of a sample: traction along the slip (without slip along N), s_N and damage."""

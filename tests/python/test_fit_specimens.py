@@ -1,0 +1,190 @@
+"""Curves of several specimens, bonds that end at zero, and the intervals of predictions."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pandas
+import pytest
+from asperity.tools.fit import ShearTest
+
+from harness.studies import fits, other_laws
+
+pytestmark = [pytest.mark.usefixtures("folder"), pytest.mark.filterwarnings("ignore::asperity.ModelWarning")]
+
+NO_RESULT = 3
+"""Exit code of a fit whose constants must not be used."""
+
+CONSTANTS = ("mu", "theta", "height")
+
+
+def write(tests: list[ShearTest], path: str = "tests.csv") -> None:
+    """Write tests as a laboratory does."""
+    frames = []
+    for test in tests:
+        columns = {"test": test.name, "slip [mm]": test.slip, "tau [MPa]": test.tau}
+        columns |= {} if test.s_N is None else {"dilation [mm]": test.s_N}
+        frames.append(pandas.DataFrame(columns | {"sigma_N [MPa]": -test.sigma_N}))
+    pandas.concat(frames).to_csv(path, index=False, float_format="%.4g")
+
+
+def drawn(count: int, seed: int) -> Iterator[dict[str, tuple[float, float]]]:
+    """Write sets of specimens; the truths of their populations."""
+    for number in range(3):
+        found = other_laws.specimens(np.random.default_rng([seed, number]), count, count)
+        write(fits.tests_of(found))
+        yield found.truth
+
+
+def of_fit(said: Callable, code: int | None = None, more: str = "") -> tuple[str, dict]:
+    """Report of `asperity fit`, and the file beside its case."""
+    from asperity.cli import main
+
+    Path("joint.fit.json").unlink(missing_ok=True)
+    if code is None:
+        assert main(["fit", "tests.csv", "-o", "joint.nml", "--force"]) in (0, NO_RESULT)
+        return "", json.loads(Path("joint.fit.json").read_text())
+    text, _ = said(f"fit tests.csv -o joint.nml --force {more}", code)
+    return text, json.loads(Path("joint.fit.json").read_text())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [2, 3, 5])
+def test_intervals_contain_the_mean_of_the_specimens(count: int, said: Callable) -> None:
+    """The population's constants lie inside, or nearly; what ends with 3 says which test differs, or how."""
+    inside, total = 0, 0
+    for truth in drawn(count, 40):
+        _, found = of_fit(said)
+        for name in CONSTANTS:
+            if name in found["intervals"]:
+                low, high = found["intervals"][name]
+                total, inside = total + 1, inside + (low <= truth[name][0] <= high)
+        if found["no result"]:
+            assert re.search(r"the tests differ|most in|not determined", found["no result"][0])
+    # of nine numbers that lie inside with 0.95 more than two lie outside in one of 120 draws
+    assert total >= 6 and inside >= total - 2
+
+
+@pytest.mark.slow
+def test_two_specimens_are_wide(said: Callable) -> None:
+    """Two specimens whose friction differs show its mean by Student's t of one degree of freedom: 12.7."""
+    slip = np.linspace(0.05, 4.0, 80)
+    tests = []
+    for name, pressure, mu in (("a", 1.0, 0.54), ("b", 2.0, 0.62)):
+        slope = 0.25 * np.exp(-1.5 * slip)
+        tau = np.minimum(10.0 * slip, pressure * (mu + slope) / (1.0 - mu * slope))
+        dilation = 0.25 / 1.5 * (1.0 - np.exp(-1.5 * slip))
+        rng = np.random.default_rng(round(100 * mu))
+        tau = tau + 0.01 * rng.normal(size=slip.size)
+        tests.append(ShearTest(name, slip, tau, dilation + 0.001 * rng.normal(size=slip.size), -pressure))
+    write(tests)
+    _, found = of_fit(said)
+    low, high = found["intervals"]["mu"]
+    # half of the difference of the logarithms, times t, with a tenth for the weights of the tests
+    half = 12.7 * 0.5 * np.log(0.62 / 0.54)
+    assert low < 0.54 < 0.62 < high and np.log(high / low) > 2.0 * 0.9 * half
+
+
+@pytest.mark.slow
+def test_grade_leaves_out_what_differs_between_specimens(said: Callable) -> None:
+    """Five joints whose heights differ by 15 % are a result: the law predicts their mean."""
+    slip = np.linspace(0.05, 6.0, 60)
+    tests = []
+    factors = (0.83, 1.16, 1.12, 0.87, 1.05)
+    for i, (pressure, factor) in enumerate(zip((0.6, 1.1, 1.6, 2.2, 2.8), factors, strict=True)):
+        slope, height, mu, rng = 0.3, 0.4 * factor, 0.6, np.random.default_rng(i)
+        now = slope * np.exp(-slip * slope / height)
+        tau = np.minimum(9.0 * slip, pressure * (mu + now) / (1.0 - mu * now))
+        dilation = height * (1.0 - np.exp(-slip * slope / height))
+        tau, dilation = (y + 0.02 * np.ptp(y) * rng.normal(size=slip.size) for y in (tau, dilation))
+        tests.append(ShearTest(f"joint {i}", slip, tau, dilation, -pressure))
+    write(tests)
+    text, found = of_fit(said, 0)
+    assert found["errors"]["blind dilation"] > 0.15 and re.search(r"the tests differ .*dilation 1\d%", text)
+    low, high = found["intervals"]["height"]
+    assert low < 0.4 < high
+
+
+def test_nonsense_of_several_pressures_is_no_specimen(said: Callable) -> None:
+    """What differs between tests is left out of the grade only where it is as small as in specimens."""
+    rng = np.random.default_rng(3)
+    slip = np.linspace(0.1, 3.0, 40)
+    tests = []
+    for i, (pressure, strength) in enumerate(((0.5, 0.9), (1.0, 0.25), (2.0, 1.9), (3.0, 0.8))):
+        tau = strength * (1.0 - np.exp(-slip / 0.1)) + 0.01 * rng.normal(size=slip.size)
+        tests.append(ShearTest(f"joint {i}", slip, tau, None, -pressure))
+    write(tests)
+    _, found = of_fit(said, NO_RESULT)
+    assert found["grade"] == "poor"
+
+
+def test_bond_without_pressure(said: Callable) -> None:
+    """A pulled bond that ends at 0 has strength and energy, and nothing about the friction."""
+    strength, end, stiffness = 5.2, 0.26, 115.0
+    for number in (1, 2):
+        rng = np.random.default_rng(number)
+        own = np.linspace(0.0, 1.6 * end, 70)
+        tau = strength * np.maximum(0.0, 1.0 - own / end)
+        slip = own + tau / stiffness
+        slip, tau = (
+            np.append(np.linspace(0.005, slip[0], 8)[:-1], slip),
+            np.append(stiffness * np.linspace(0.005, slip[0], 8)[:-1], tau),
+        )
+        tau = tau + 0.01 * strength * rng.normal(size=tau.size)
+        write([ShearTest("pulled", slip, tau, None, 0.0)])
+        text, found = of_fit(said, 0)
+        assert found["parameters"] == ["sigma0", "Gc"] and found["pressures"] == [0.0, 0.0]
+        for name, truth in (("sigma0", strength), ("Gc", 0.5 * strength * end)):
+            low, high = found["intervals"][name]
+            assert low <= truth <= high and high < 1.5 * low
+        assert found["errors"]["residual"] < 0.05
+        assert "nothing is known about the friction" in text
+    said("fit tests.csv --joint rock", 1)
+
+
+@pytest.mark.slow
+def test_pressure_that_was_not_counted(said: Callable) -> None:
+    """A ratio of strength to pressure that falls as if a weight were missing is named, with its size."""
+    slip, missing, mu = np.linspace(0.05, 3.0, 60), 0.06, 0.6
+    tests = []
+    for i, pressure in enumerate((0.1, 0.2, 0.4)):
+        rng = np.random.default_rng(i)
+        slope = 0.2 * np.exp(-2.0 * slip)
+        tau = np.minimum(8.0 * slip, (pressure + missing) * (mu + slope) / (1.0 - mu * slope))
+        dilation = 0.1 * (1.0 - np.exp(-2.0 * slip))
+        tau, dilation = (y + 0.01 * np.ptp(y) * rng.normal(size=slip.size) for y in (tau, dilation))
+        tests.append(ShearTest(f"joint {i}", slip, tau, dilation, -pressure))
+    write(tests)
+    text, _ = said("fit tests.csv", NO_RESULT)
+    shown = re.search(r"as if a pressure of ([\d.]+) had not been counted", text)
+    # two digits
+    assert shown and float(shown[1]) == pytest.approx(missing, rel=0.1)
+
+
+def test_prediction_has_intervals(said: Callable) -> None:
+    """`predict` prints the intervals by which its errors must be judged, and what lies outside."""
+    rng, c, mu = np.random.default_rng(8), 0.3, 0.7
+    pressures = np.repeat([0.2, 0.6, 1.0, 1.5], 2)
+    peaks = (c + mu * pressures) * (1.0 + 0.03 * rng.normal(size=pressures.size))
+    rows = "".join(f"{p:g},{t:.4g}\n" for p, t in zip(pressures, peaks, strict=True))
+    Path("peaks.csv").write_text("sigma_N,peak\n" + rows)
+    said("fit peaks.csv -o joint.nml")
+    Path("new.csv").write_text(f"sigma_N,peak\n0.8,{c + 0.8 * mu:.4g}\n1.2,{1.4 * (c + 1.2 * mu):.4g}\n")
+    text, _ = said("predict joint.nml new.csv", NO_RESULT)
+    below = text[text.index("predicted, 0.95 interval") :]
+    ends = [tuple(map(float, pair)) for pair in re.findall(r"([\d.]+) to ([\d.]+)", below)][:2]
+    content = json.loads(Path("joint.fit.json").read_text())
+    for (low, high), pressure in zip(ends, (0.8, 1.2), strict=True):
+        assert low < c + mu * pressure < high
+        # it contains twice the model error on both sides
+        assert high - low > 3.9 * content["model error of tau and s_N"][0] * 0.5 * (low + high)
+    assert (
+        "inside      1 of 2 measured numbers lie in their intervals; outside: peak of new.csv: line 3" in text
+    )
+    Path("joint.fit.json").unlink()
+    text, _ = said("predict joint.nml new.csv", NO_RESULT)
+    assert "interval" not in text
