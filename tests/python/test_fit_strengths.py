@@ -135,3 +135,22 @@ def test_numbers_without_any_scatter(said: Callable) -> None:
     table([(1.0, 0.7)] * 3)
     text, _ = said("fit peaks.csv", NO_RESULT)
     assert "has no width" in text
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_any_table_has_intervals_or_is_refused(seed: int, said: Callable) -> None:
+    """Drawn tables with zeros, tension, copies and gaps: a message, or finite intervals that have a width."""
+    from asperity.cli import main
+
+    rng = np.random.default_rng([90, seed])
+    count = int(rng.integers(2, 10))
+    pressures = rng.choice([0.0, 0.1, 0.5, 1.0, 2.0, 4.0, -0.05], count)
+    peaks = np.maximum(0.0, (rng.uniform(0.0, 0.5) + 0.7 * pressures) * np.exp(0.1 * rng.normal(size=count)))
+    rows = np.transpose([pressures, peaks, np.minimum(peaks, 0.5 * np.maximum(0.0, pressures))])
+    table(rows[:, : 2 + seed % 2].tolist(), HEAD + ",residual [MPa]" * (seed % 2))
+    code = main(["fit", "peaks.csv", "-o", "joint.nml", "--residuals", "rows.csv", "--report", "page.html"])
+    if code == 1:
+        return
+    assert code in (0, NO_RESULT) and "nan" not in Path("rows.csv").read_text()
+    for low, high in found()["intervals"].values():
+        assert np.isfinite([low, high]).all() and (code == NO_RESULT or high > low > 0.0)

@@ -119,8 +119,8 @@ def strength_residuals(fit: StrengthFit) -> str:
         for name, measured in row.measured.items():
             parts = [test.sigma_N, name, measured]
             for comparison in (row, unseen):
-                predicted = comparison.predicted[name]
-                parts += [predicted, predicted / measured - 1.0]
+                predicted, error = comparison.predicted[name], comparison.errors[name]
+                parts += [predicted, error if predicted >= measured else -error]
             texts = (part if isinstance(part, str) else f"{part:.7g}" for part in parts)
             lines.append(f"{cell_of(test.name)},{','.join(texts)}")
     return "\n".join(lines) + "\n"
