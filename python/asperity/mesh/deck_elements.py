@@ -297,7 +297,9 @@ class Checks:
                 near = points[tie.nodes[other]][KDTree(points[tie.nodes[other]]).query(middle)[1]]
                 distance = np.abs(np.einsum("fd,fd->f", near - middle, normal[here]))
                 given = tie.block.parameters.get("POSITION TOLERANCE")
-                reach = float(given) if given else REACH * size[here] ** (1.0 / (d - 1))
+                reach = REACH * size[here] ** (1.0 / (d - 1))
+                if given:
+                    reach = np.full(len(reach), tie.block.numbers([given], 0)[0])
                 gap[here] = np.where(distance > reach, distance, 0.0)
         return held, beyond, gap
 
@@ -325,7 +327,12 @@ class Checks:
 
     def ties(self) -> Iterator[str]:
         """Ties past a joint, and nodes that two ties have."""
-        pairs = [sides_of(entry.nodes, None, entry.block) for entry in self.model.cohesive]
+        pairs = []
+        for entry in self.model.cohesive:
+            sections = self.section[entry.places]
+            for k in np.unique(sections[sections >= 0]).tolist():
+                way = self.model.sections[k].block.parameters.get("STACK DIRECTION")
+                pairs.append(sides_of(entry.nodes[sections == k], way, entry.block))
         for tie in self.all_ties:
             for lower, upper in pairs:
                 glued = np.zeros(len(lower), bool)

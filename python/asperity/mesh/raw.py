@@ -73,9 +73,8 @@ class RawMesh:
 
     points (n, 3) or (n, 2).  groups: of cells by name, in the order of the blocks.  spots: named nodes.
     numbers: of cells by name, whole or as floats, which may be those of blocks.  parts: instances of parts.
-    given: groups that a program has named, or that hold no cells of the user's own choice.  defined: groups
-    that the elements were defined with.  joints: of cohesive elements, by name.  left_out: groups of faces
-    that are not read, and why.
+    given: groups that a program has named.  defined: groups that elements or sections were defined with.
+    joints: of cohesive elements, by name.  left_out: groups of faces that are not read, and why.
     """
 
     points: Floats
