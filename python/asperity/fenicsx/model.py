@@ -71,6 +71,8 @@ class Model:
             try:
                 if jointed is None:
                     raise ValueError("mesh None: expected one on rank 0, as from asperity.mesh.split")
+                if jointed.axisymmetric:
+                    raise ValueError("axisymmetric mesh: expected a plane one, or one in space")
                 cells, points, shared = distributed(jointed, laws)
             except ValueError as error:
                 message = str(error)

@@ -71,6 +71,8 @@ class Mesh:
     """Whether the file has the groups that are no blocks, and the sides of the joints."""
     linear: bool = True
     """Whether the host has joints between linear faces at one place only."""
+    axisymmetric: bool = False
+    """Whether it has joints that are surfaces of revolution."""
 
 
 @dataclass(frozen=True)

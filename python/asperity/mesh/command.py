@@ -48,6 +48,10 @@ def add_arguments(mesh: argparse.ArgumentParser) -> None:
             str,
             choices,
         ),
+        (
+            "--axisymmetric",
+            "the mesh is the section (r, z) of a body of revolution, for hosts with joints of it",
+        ),
         ("--layer H", "thickness of the solids that are joints in CalculiX and OpenGeoSys", 0.0),
     )
     add_output(mesh, "FILE", "mesh with joints: .inp, .mdpa, .vtu", Path)
@@ -101,7 +105,9 @@ def _mesh(options: argparse.Namespace) -> int:
             raise ValueError(f"--law {text}: {name} is given twice: expected one case for each joint")
         laws[name] = read_run(Path(case), None).interface
     with shown_warnings():
-        mesh = split(options.mesh, rules or None, options.blocks, options.direction, options.join)
+        mesh = split(
+            options.mesh, rules or None, options.blocks, options.direction, options.join, options.axisymmetric
+        )
         files = write(options.output, mesh, options.host, laws, options.layer)
     print(mesh.summary())
     print(*files, sep="\n")

@@ -19,7 +19,7 @@ ROUNDING = 1.0e-6
 REACH = 0.1
 """Distance that a tie without a position tolerance reaches at most, over the size of a face."""
 
-SOLIDS = "CPE", "CPS", "C3D"
+SOLIDS = "CPE", "CPS", "CAX", "C3D"
 """Beginnings of the types of solids."""
 
 HOLD = (
@@ -117,7 +117,9 @@ class Checks:
                 yield from self._thickness(section, lower, upper)
                 solids, texts = self._beside(lower, upper, d)
                 yield from (f"{head}: {text}" for text in texts)
-                if d == 2:
+                turned = "AX" in entry.block.name("TYPE").upper()
+                yield from (f"{head}: {text}" for text in self._revolution(solids, turned, d))
+                if d == 2 and not turned:
                     yield from self._width(section, solids)
 
     def _shapes(self, nodes: Integers, way: str | None, block: Block, d: int) -> Iterator[str]:
@@ -201,6 +203,15 @@ class Checks:
         text = "inside out: the upper side lies below the lower one"
         wrong(np.flatnonzero((flat < -ROUNDING * size) & ~behind), text, "an area or volume above 0")
         return np.concatenate(solids), texts
+
+    def _revolution(self, solids: Integers, turned: bool, d: int) -> Iterator[str]:
+        """Plane joints beside solids of revolution, and joints of revolution beside plane solids."""
+        types = np.concatenate([np.zeros(0, "<U1"), *self.model.types])
+        beside = types[solids[(solids >= 0) & (solids < len(types))]]
+        other = np.unique(beside[np.char.startswith(beside, "CAX") != turned]).tolist()
+        if d == 2 and other:
+            wanted = "COH2D4" if turned else "COHAX4"
+            yield f"beside solids of type {', '.join(other)}: expected {wanted}"
 
     def _width(self, section: Section, solids: Integers) -> Iterator[str]:
         """Out-of-plane width of the section, beside that of the solids."""

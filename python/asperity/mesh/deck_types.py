@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 
 READ = (
-    (r"(?:CPE|CPS|CPEG|S|SFM3D|M3D|R3D|STRI|DS)(3|4|6|8|9)", 2),
+    (r"(?:CPE|CPS|CPEG|CAX|S|SFM3D|M3D|R3D|STRI|DS)(3|4|6|8|9)", 2),
     (r"C3D(4|6|8|10|20)", 3),
     (r"(?:T2D|T3D|B2|B3|R2D)([123])", 1),
 )
@@ -35,7 +35,7 @@ LEFT_OUT = (
 """Types of elements that are no solids, what they are, and their number of nodes (0: the first group)."""
 
 REFUSED = (
-    (r".*AX.*", "axisymmetric: expected a plane mesh or one in space, as of CPE4 or C3D8"),
+    (r".*AX.*", "axisymmetric: expected a plane mesh or one in space, or CAX4 without twist"),
     (r"C3D15.*|C3D18.*", "expected C3D6: convert them"),
     (r"C3D5.*|C3D13.*", "pyramids: expected tetrahedra, wedges or hexahedra: convert them"),
     (r"C3D27.*", "expected C3D20: convert them"),
@@ -44,7 +44,8 @@ REFUSED = (
 """Types of elements that may be solids and are not read, and what to do."""
 
 EXPECTED = (
-    "expected CPE3 to CPE8, CPS3 to CPS8, C3D4, C3D6, C3D8, C3D10, C3D20: convert them, or remove these lines"
+    "expected CPE3 to CPE8, CPS3 to CPS8, CAX3 to CAX8, C3D4, C3D6, C3D8, C3D10, C3D20: convert them, or "
+    "remove these lines"
 )
 
 
@@ -88,4 +89,4 @@ def type_of(name: str) -> Type:
 
 def is_shell(name: str) -> bool:
     """Whether a type is one of surfaces, whose edges have names of their own."""
-    return not name.startswith(("CPE", "CPS", "C3D"))
+    return not name.startswith(("CPE", "CPS", "CAX", "C3D"))

@@ -61,6 +61,9 @@ def write(
     if not kind.groups and (lost := [name for name in (*mesh.groups, *mesh.sets) if name not in mesh.joints]):
         text = f"groups {', '.join(lost)} are not in {path}"
         warnings.warn(f"{text}: its format has blocks and joints only", ModelWarning, stacklevel=2)
+    if mesh.axisymmetric and not kind.axisymmetric:
+        able = ", ".join(name for name, entry in known.items() if entry.mesh and entry.mesh.axisymmetric)
+        raise ValueError(f"axisymmetric mesh: {host} would read a plane one: expected {able}")
     if kind.linear:
         _check_faces(mesh, host, kind.layer)
     if layer:

@@ -63,6 +63,7 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
                     "the pattern, or give the section an *Orientation"
                 )
             kind, parts_of = COHESIVE[d, k], [(name, slice(None))]
+            kind = "COHAX4" if mesh.axisymmetric else kind
             if layer:
                 kind = {3: "C3D6", 4: "C3D8"}[k]
                 tangents = joint.axes[:, 1:].reshape(len(joint.area), -1).round(9) + 0.0
@@ -114,10 +115,12 @@ def _types(mesh: Jointed) -> NDArray[np.str_]:
         given = mesh.types.get(kind, np.full(len(cells), ""))
         solid = np.char.startswith(given, ("CPE" if mesh.dimension == 2 else "C3D"))
         solid |= np.char.startswith(given, "CPS") & (mesh.dimension == 2)
+        usual = SOLIDS[kind].replace("CPE", "CAX") if mesh.axisymmetric else SOLIDS[kind]
+        solid = np.char.startswith(given, "CAX") if mesh.axisymmetric else solid
         if count := int(((given != "") & ~solid).sum()):
             text = f"{count} elements of the types {', '.join(np.unique(given[~solid]).tolist())}"
-            warnings.warn(f"{text} become {SOLIDS[kind]}", ModelWarning, stacklevel=4)
-        types.append(np.where(solid, given, SOLIDS[kind]))
+            warnings.warn(f"{text} become {usual}", ModelWarning, stacklevel=4)
+        types.append(np.where(solid, given, usual))
     return np.concatenate(types)
 
 

@@ -44,7 +44,8 @@ class Jointed:
     groups, on joints those of both sides, and nodes of named points, by name.  sets: cells of the groups that
     are no blocks, counted through all types.  surfaces: rows (cell, its face from 1) of the groups of faces
     and, as NAME_minus and NAME_plus, of both sides of the joints.  origin (n,): node of the mesh before.
-    types: of the elements (m,) of a deck of Abaqus, by type of cells.
+    types: of the elements (m,) of a deck of Abaqus, by type of cells.  axisymmetric: the mesh is the section
+    (r, z) of a body of revolution.
     """
 
     points: Floats
@@ -57,11 +58,19 @@ class Jointed:
     surfaces: dict[str, Integers]
     origin: Integers
     types: dict[str, NDArray[np.str_]] = field(default_factory=dict)
+    axisymmetric: bool = False
 
     @property
     def dimension(self) -> int:
         """2 or 3."""
         return int(self.points.shape[1])
+
+    def _sizes(self, nodes: Integers) -> Floats:
+        """Lengths or areas of faces (f, k); of a body of revolution areas, 2 pi r times the length."""
+        x = self.points[nodes[:, : corners(self.dimension, nodes.shape[1])]]
+        turn = 2.0 * np.pi * x[:, :, 0].mean(1) if self.axisymmetric else 1.0
+        sizes: Floats = area(x)[1] * turn
+        return sizes
 
     def nodes(self, group: str) -> Integers:
         """Nodes of a group."""
@@ -106,6 +115,7 @@ class Jointed:
         lines = [f"{count} cells in {len(self.names)} blocks, {used} nodes, {len(self.origin)} with joints"]
         block = np.concatenate([self.block[kind] for kind in self.cells])
         size, d = ("length" if self.dimension == 2 else "area"), self.dimension
+        size = "area of revolution" if self.axisymmetric else size
         cells_of = np.bincount(block, minlength=len(self.names)).tolist()
         lines += [f"block {name}: {number} cells" for name, number in zip(self.names, cells_of, strict=True)]
         lines += [f"group {name}: {len(members)} cells" for name, members in self.sets.items()]
@@ -115,7 +125,7 @@ class Jointed:
             for part in faces:
                 corner = part[:, : corners(d, part.shape[1])]
                 _, first = np.unique(np.sort(self.origin[corner], axis=1), axis=0, return_index=True)
-                total, whole = total + len(first), whole + float(area(self.points[corner[first]])[1].sum())
+                total, whole = total + len(first), whole + float(self._sizes(corner[first]).sum())
             if total:
                 lines.append(f"group {name}: {total} faces, {size} {whole:.6g}")
             elif parts_of_group:
@@ -124,7 +134,7 @@ class Jointed:
                 doubled = f", {before} of them in the mesh before" if before < len(nodes) else ""
                 lines.append(f"group {name}: {len(nodes)} nodes{doubled}")
         for name, parts in self.joints.items():
-            whole = sum(float(part.area.sum()) for part in parts)
+            whole = sum(float(self._sizes(part.minus).sum()) for part in parts)
             ends = sum(part.tips for part in parts)
             faces_of = sum(len(part.area) for part in parts)
             text = f"joint {name}: {faces_of} faces, {size} {whole:.6g}, {ends} tips"

@@ -35,6 +35,7 @@ def split(
     blocks: str | None = None,
     direction: ArrayLike | None = None,
     join: float | None = None,
+    axisymmetric: bool = False,
 ) -> Jointed:
     """Double the nodes of a mesh along joints.
 
@@ -58,6 +59,9 @@ def split(
 
     Cohesive elements of a deck of Abaqus are joints with the name of their set, whose N points from their
     lower to their upper side; without rules there are no others.
+
+    axisymmetric: the plane mesh, of elements such as CAX4 or of no type, is the section (r, z) of a body of
+    revolution about x = 0; its joints are surfaces of revolution, with the weight 2 pi r.
 
     Raises ValueError with the name of a group and the number of its faces, or of cells and their place.
     """
@@ -104,7 +108,27 @@ def split(
             if f"{name}_{side}" in surfaces:
                 raise ValueError(f"joint {name}: a group is named {name}_{side}: expected another name")
             surfaces[f"{name}_{side}"] = np.concatenate([np.zeros((0, 2), np.int64), *rows])
-    return Jointed(points, cells, block, old.names, parts, groups, old.sets, surfaces, origin, old.types)
+    _check_axis(old, axisymmetric, points)
+    whole = points, cells, block, old.names, parts, groups, old.sets, surfaces, origin, old.types
+    return Jointed(*whole, axisymmetric=axisymmetric)
+
+
+def _check_axis(old: Solids, axisymmetric: bool, points: Floats) -> None:
+    """Raise ValueError where types of elements or radii contradict the axis of revolution."""
+    types = np.unique(np.concatenate([*old.types.values()]))
+    turned = [name for name in types.tolist() if name.startswith("CAX")]
+    if turned and not axisymmetric:
+        wanted = "expected a plane mesh or one in space, or --axisymmetric"
+        raise ValueError(f"type={turned[0]}: not read: axisymmetric: {wanted}")
+    if not axisymmetric:
+        return
+    if old.dimension != 2:
+        raise ValueError("axisymmetric: expected a plane mesh, the section (r, z) of a body of revolution")
+    if others := [name for name in types.tolist() if name and name not in turned]:
+        raise ValueError(f"axisymmetric: elements of type {', '.join(others)}: expected types such as CAX4")
+    size = float(np.ptp(points, axis=0).max())
+    if (least := float(points[:, 0].min())) < -SAME_PLACE * size:
+        raise ValueError(f"axisymmetric: a node at r = {least:g}: expected r >= 0, the first coordinate")
 
 
 def _check_tips(name: str, parts: list[Joint], points: Floats) -> None:
