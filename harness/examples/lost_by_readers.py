@@ -48,10 +48,10 @@ DECKS = {
     "copied": (
         f"*Node, nset=X\n{SQUARE}*Ncopy, change number=10, old set=X, shift\n5., 0., 0.\n"
         "*Element, type=CPS4, elset=E\n1, 11, 12, 13, 14\n",
-        "8 nodes, x 0 to 6, 1 cells, names E X",
+        "4 nodes, x 5 to 6, 1 cells, names E X",
     ),
 }
-"""Decks, and what Abaqus reads of each."""
+"""Decks, and what Abaqus reads of each: nodes of its cells, cells and names."""
 
 
 def read(library: str, path: Path) -> str:
@@ -63,8 +63,12 @@ def read(library: str, path: Path) -> str:
         return "ends the program"
     except Exception as error:  # each library has its own
         return type(error).__name__
-    x = [float(point[0]) for point in mesh.points]
     cells = sum(len(block.data) for block in mesh.cells)
+    if not cells:
+        return "no cells"
+    x = [
+        float(mesh.points[i][0]) for i in {int(i) for block in mesh.cells for row in block.data for i in row}
+    ]
     names = " ".join(sorted({*mesh.point_sets, *mesh.cell_sets}))
     text = f"{len(x)} nodes, x {min(x):g} to {max(x):g}, {cells} cells"
     return text + (f", names {names}" if names else "")
