@@ -71,9 +71,9 @@ contains
       pattern%cos_theta(k) = c
       pattern%sin_theta(k) = s
       pattern%slope(k) = slope
-      pattern%e_x(k) = azimuth_cos(start + k)*rotation(1) - azimuth_sin(start + k)*rotation(2)
-      pattern%e_y(k) = azimuth_cos(start + k)*rotation(2) + azimuth_sin(start + k)*rotation(1)
-      pattern%h_y(k) = azimuth_sin(start + k)*rotation(2) - azimuth_cos(start + k)*rotation(1)
+      pattern%e_x(k) = axial(azimuth_cos(start + k)*rotation(1) - azimuth_sin(start + k)*rotation(2))
+      pattern%e_y(k) = axial(azimuth_cos(start + k)*rotation(2) + azimuth_sin(start + k)*rotation(1))
+      pattern%h_y(k) = axial(azimuth_sin(start + k)*rotation(2) - azimuth_cos(start + k)*rotation(1))
       pattern%gamma(k) = weight
     end do
     do k = 1, vector_width - 1
@@ -151,6 +151,14 @@ contains
     axes(2, :) = [pattern%sin_theta(k), pattern%cos_theta(k)*pattern%e_x(k), pattern%cos_theta(k)*pattern%e_y(k)]
     axes(3, :) = [0.0_wp, pattern%e_y(k), pattern%h_y(k)]
   end function plane_axes
+
+  !> Component of a unit vector; what is a rounding error is zero, so that the feet of facets across an axis of symmetry
+  !> meet on it.
+  pure elemental function axial(component) result(exact)
+    real(wp), intent(in) :: component   !! -1 to 1
+    real(wp) :: exact
+    exact = merge(0.0_wp, component, abs(component) < 4.0_wp*epsilon(component))
+  end function axial
 
   !> Unit vector (Tx, Ty) at an angle from Tx towards Ty; exact along the axes.
   pure function direction_vector(direction) result(e)
