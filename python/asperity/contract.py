@@ -5,7 +5,7 @@ from __future__ import annotations
 import reprlib
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -236,6 +236,13 @@ def check(props: Floats) -> tuple[int, bool]:
     These are the arguments of `n_statev` and `statev_names`.  Raises ValueError with every bad value and what
     was expected.
     """
+    return _sizes(np.ascontiguousarray(props, dtype=float).tobytes())
+
+
+@lru_cache(maxsize=1024)
+def _sizes(constants: bytes) -> tuple[int, bool]:
+    """Sizes of the PROPS of these bytes; a load path asks several times for those of its interface."""
+    props = np.frombuffer(constants)
     room = calls.message_room(1)
     nstatv = _core.asperity_nstatv(props, room)
     if nstatv == 0:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -83,18 +83,24 @@ class Step:
 
     def __post_init__(self) -> None:
         """Numbers become floats, lists become tuples of floats."""
+        value: Any
         for name, value in self.given().items():
             if name == "follow":
                 if value not in FOLLOW:
                     raise ValueError(f"follow = {contract.shown(value)}: expected 'stable' or 'branch'")
+                continue
+            # most steps of a long path, for which arrays would take longer
+            if type(value) is float:
+                continue
+            if type(value) is list and all(type(number) is float for number in value):
+                object.__setattr__(self, name, tuple(value))
                 continue
             array = contract.array(name, value, (), ("n",))
             object.__setattr__(self, name, tuple(array.tolist()) if array.ndim else float(array))
 
     def given(self) -> dict[str, float | tuple[float, ...] | str]:
         """Entries that are given, by name."""
-        pairs = ((part.name, getattr(self, part.name)) for part in fields(self))
-        return {name: value for name, value in pairs if value is not None}
+        return {name: value for name, value in vars(self).items() if value is not None}
 
     def __repr__(self) -> str:
         """Entries that are given."""
@@ -102,13 +108,18 @@ class Step:
 
     def __len__(self) -> int:
         """Number of increments along the stable path."""
-        values = (getattr(self, name) for name in TARGETS)
-        targets = max(len(value) if isinstance(value, tuple) else 1 for value in values)
-        given = _DEFAULTS["increments"] if self.increments is None else self.increments
-        parts = np.atleast_1d(np.asarray(given, float))
-        parts = np.clip(np.nan_to_num(parts), 1.0, 1e7)
-        last = parts[-1] * (targets - parts.size) if parts.size else 0.0
-        return int(np.clip(np.nan_to_num((parts.sum() + last) * (self.cycles or 1.0)), 1.0, 1e7))
+        given = vars(self)
+        lists = [value for name in TARGETS if isinstance(value := given[name], tuple)]
+        targets = max(1, *map(len, lists)) if lists else 1
+        numbers = _DEFAULTS["increments"] if self.increments is None else self.increments
+        parts = [_limited(n) for n in (numbers if isinstance(numbers, tuple) else (numbers,))]
+        last = parts[-1] * (targets - len(parts)) if parts else 0.0
+        return int(_limited((sum(parts) + last) * (self.cycles or 1.0)))
+
+
+def _limited(number: Any) -> float:
+    """Number of increments that rows may have, from 1 on; 1 for what is no number."""
+    return float(min(max(1.0, number), 1e7))
 
 
 TARGETS = ("s_N", "s_Tx", "s_Ty", "t_N", "t_Tx", "t_Ty", "slip", "p")  # entries with a value for each target

@@ -9,7 +9,7 @@ module asperity_json
   use asperity_rows, only: row_columns
   use asperity_stability, only: stability_columns
   use asperity_steps, only: explicit_entries, list_type, step_table
-  use asperity_text, only: integer_text, to_text
+  use asperity_text, only: integer_text, set_text, to_text
   implicit none
   private
   public :: case_json, errors_json, tables_json
@@ -263,11 +263,10 @@ contains
     class(writer), intent(inout) :: out     !! the text
     character(len=*), intent(in) :: name    !! of the member; empty: a member of a list
     real(wp), intent(in) :: value           !! finite
-    if (scan(to_text(value), ".eE") > 0) then
-      call out%put(name, to_text(value))
-    else
-      call out%put(name, to_text(value) // ".0")   ! no integer
-    end if
+    character(len=:), allocatable :: text
+    call set_text(text, to_text(value))
+    if (scan(text, ".eE") == 0) call set_text(text, text // ".0")   ! no integer
+    call out%put(name, text)
   end subroutine number
 
   !> Append a list of numbers.
