@@ -7,7 +7,7 @@ module asperity_umat_run
   use asperity_kinds, only: wp
   use asperity_load_path, only: begin_row, end_row, explain_end, increment_type, row_head, row_type, &
     run_type, set_point, start_run
-  use asperity_point_law, only: point_type
+  use asperity_point_law, only: event_length, point_type
   use asperity_refine, only: refine_path
   use asperity_text, only: set_text
   use asperity_umat_stiffness, only: stiffness_fault
@@ -17,10 +17,7 @@ module asperity_umat_run
   public :: start_umat_run, next_umat_row
 
   !> Numbers of a row that a child sends, before those of its state, and of an increment, which it leaves as notes.
-  type(row_head), parameter :: no_row = row_head()
-  type(increment_type), parameter :: no_increment = increment_type()
-  integer, parameter :: n_head = ceiling(real(storage_size(no_row), wp)/real(storage_size(1.0_wp), wp))
-  integer, parameter :: n_increment = ceiling(real(storage_size(no_increment), wp)/real(storage_size(1.0_wp), wp))
+  integer, parameter :: n_numbers = 42, n_head = n_numbers + event_length, n_increment = 12
 
   !> A child and its run.
   type, public :: umat_run_type
@@ -74,7 +71,7 @@ contains
         call start_worker(c_funloc(follow_path), c_loc(run), run%law%umat%limit)
         cycle
       end if
-      head = transfer(run%numbers(:n_head), no_row)
+      head = unpacked(run%numbers(:n_head))
       if (head%step == 0 .or. .not. head%lost) run%run%before = point_type(s=head%s, traction=head%traction, &
         work=head%work, state=run%numbers(n_head + 1:))
       if (head%step == 0) cycle
@@ -91,7 +88,13 @@ contains
     character(len=:), allocatable :: failure
     real(wp) :: notes(n_notes)
     call end_worker(failure, run%reason, notes)
-    run%run%increment_type = transfer(notes, no_increment)
+    associate (increment => run%run%increment_type)
+      increment%control%traction = notes(1:3) > 0.0_wp
+      increment%control%spring = notes(4:6)
+      increment%control%dt = notes(7)
+      increment%given = notes(8:10)
+      increment%number = nint(notes(11:12))
+    end associate
     if (len(run%failure) == 0) run%failure = failure
   end subroutine end_umat_run
 
@@ -118,7 +121,7 @@ contains
     do
       call begin_row(run, row, has_row)
       if (.not. has_row) exit
-      call leave_notes(transfer(run%increment_type, start%s, n_increment), n_increment, c_null_char)
+      call leave_notes(of_increment(run%increment_type), n_increment, c_null_char)
       call end_row(run, row)
       call send_row(packed(row), n)
     end do
@@ -126,14 +129,69 @@ contains
     row%step = 0
     call set_point(row, run%before, 0.0_wp)   ! the traction of the law
     if (row%lost) call send_row(packed(row), n)
-    call leave_notes(transfer(run%increment_type, start%s, n_increment), n_increment, text // c_null_char)
+    call leave_notes(of_increment(run%increment_type), n_increment, text // c_null_char)
   end subroutine follow_path
 
   !> Numbers of a row.
   pure function packed(row) result(numbers)
     type(row_type), intent(in) :: row   !! the row
     real(wp) :: numbers(n_head + size(row%state))
-    numbers = [transfer(row%row_head, numbers, n_head), row%state]
+    integer :: i
+    associate (report => row%report)
+      numbers = [real([row%step, row%increment, row%done], wp), row%position, row%time, row%s, row%traction, &
+        reshape(row%tangent, [9]), row%p, row%work, &
+        real([report%ended, report%iterations, report%updates, report%parts, report%snaps, report%jumps], wp), &
+        report%requested, report%before, report%after, report%released, report%sides, &
+        merge(1.0_wp, 0.0_wp, [report%cut, row%turn, row%fork, row%lost]), &
+        [(real(iachar(row%events(i:i)), wp), i=1, event_length)], row%state]
+    end associate
   end function packed
+
+  !> A row without its state from its numbers.
+  pure function unpacked(numbers) result(head)
+    real(wp), intent(in) :: numbers(n_head)   !! of a row
+    type(row_head) :: head
+    integer :: i
+    associate (report => head%report)
+      head%step = nint(numbers(1))
+      head%increment = nint(numbers(2))
+      head%done = nint(numbers(3))
+      head%position = numbers(4)
+      head%time = numbers(5)
+      head%s = numbers(6:8)
+      head%traction = numbers(9:11)
+      head%tangent = reshape(numbers(12:20), [3, 3])
+      head%p = numbers(21)
+      head%work = numbers(22)
+      report%ended = nint(numbers(23))
+      report%iterations = nint(numbers(24))
+      report%updates = nint(numbers(25))
+      report%parts = nint(numbers(26))
+      report%snaps = nint(numbers(27))
+      report%jumps = nint(numbers(28))
+      report%requested = numbers(29)
+      report%before = numbers(30:32)
+      report%after = numbers(33:35)
+      report%released = numbers(36)
+      report%sides = numbers(37:38)
+      report%cut = numbers(39) > 0.0_wp
+      head%turn = numbers(40) > 0.0_wp
+      head%fork = numbers(41) > 0.0_wp
+      head%lost = numbers(42) > 0.0_wp
+    end associate
+    do i = 1, event_length
+      head%events(i:i) = achar(nint(numbers(n_numbers + i)))
+    end do
+  end function unpacked
+
+  !> Numbers of an increment.
+  pure function of_increment(increment) result(numbers)
+    type(increment_type), intent(in) :: increment   !! what it prescribes
+    real(wp) :: numbers(n_increment)
+    associate (control => increment%control)
+      numbers = [merge(1.0_wp, 0.0_wp, control%traction), control%spring, control%dt, increment%given, &
+        real(increment%number, wp)]
+    end associate
+  end function of_increment
 
 end module asperity_umat_run

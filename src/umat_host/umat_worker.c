@@ -107,6 +107,7 @@ void umat_worker_send(const double *numbers, int n) {
 
 /* Store up to NOTES numbers and a text, which the parent finds at the end. */
 void umat_worker_note(const double *numbers, int n, const char *text) {
+  if (n < 0 || n > NOTES) umat_worker_fail("its increment has more notes than there is room for");
   memcpy(board->notes, numbers, (size_t)n * sizeof *numbers);
   snprintf(board->text, sizeof board->text, "%s", text);
 }
@@ -303,7 +304,7 @@ void umat_worker_end(double *notes, int n, char *text, char *reason, int length)
   if (left->begun > 0 && left->step == 0) snprintf(where, sizeof where, "at the start of the path ");
   snprintf(reason, (size_t)length, "%s%s%s", why[0] != '\0' ? where : "", why, why[0] != '\0' ? printed : "");
   snprintf(text, (size_t)length, "%.*s%s", TEXT, left->text, left->text[0] != '\0' ? printed : "");
-  memcpy(notes, left->notes, (size_t)n * sizeof *notes);
+  for (int i = 0; i < n; i++) notes[i] = i < NOTES ? left->notes[i] : 0.0;
   if (child.rows >= 0) close(child.rows);
   if (child.text >= 0) close(child.text);
   munmap(child.board, sizeof *child.board);
