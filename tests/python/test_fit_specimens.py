@@ -91,10 +91,10 @@ def test_two_specimens_are_wide(said: Callable) -> None:
 
 @pytest.mark.slow
 def test_grade_leaves_out_what_differs_between_specimens(said: Callable) -> None:
-    """Five joints whose heights differ by 15 % are a result: the law predicts their mean."""
+    """Five joints whose heights differ by 18 % are a result: the law predicts their mean."""
     slip = np.linspace(0.05, 6.0, 60)
     tests = []
-    factors = (0.83, 1.16, 1.12, 0.87, 1.05)
+    factors = (0.79, 1.2, 1.15, 0.84, 1.06)
     for i, (pressure, factor) in enumerate(zip((0.6, 1.1, 1.6, 2.2, 2.8), factors, strict=True)):
         slope, height, mu, rng = 0.3, 0.4 * factor, 0.6, np.random.default_rng(i)
         now = slope * np.exp(-slip * slope / height)
