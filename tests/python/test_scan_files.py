@@ -296,6 +296,20 @@ def test_clouds_with_their_number(head: str, more: bool) -> None:
             read_scan(write(head.replace("561", "600") + rows(x, y, z, *colour)))
 
 
+@pytest.mark.usefixtures("folder")
+def test_rows_without_heights() -> None:
+    """A row of a matrix that is empty keeps its place or is refused, so that the others are not moved."""
+    z = 0.25 * np.abs(Y % 8.0 - 4.0)
+    lines = rows(*z.T).splitlines()
+    nothing = "," * (z.shape[1] - 1)
+    with pytest.raises(ValueError, match="line 6: expected a row of heights, with NaN where one is missing"):
+        read_scan(write("\n".join([*lines[:5], nothing, *lines[6:]])), (0.5,))
+    missing = nothing.replace(",", "NaN,") + "NaN"
+    scan, told = warned("\n".join([*lines[:5], missing, *lines[6:]]), (0.5,))
+    assert "cut off" in told[0] and scan.y is not None and scan.y[0] == 3.0
+    assert read_scan(write("\n\n".join(lines)), (0.5,)).z == pytest.approx(z)  # a blank line between all rows
+
+
 PIXELS = """Zygo XYZ Data File - Format 1
 0 3 0 0 "Tue"
 0 0 41 30 1 255

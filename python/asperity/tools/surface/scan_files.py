@@ -88,6 +88,11 @@ def _read(path: Path, spacing: Sequence[float] | None, unit: str, nodata: Sequen
         if table.headings and not table.hidden:
             wanted = "expected a matrix of numbers, as --spacing says"
             raise ValueError(f"{path}: {_header(table)}: {wanted}")
+        apart = np.diff(table.lines)
+        if len(apart) and (gap := apart > apart.min()).any():
+            line = table.lines[int(gap.argmax())] + 1
+            wanted = "expected a row of heights, with NaN where one is missing"
+            raise ValueError(f"{path}, line {line}: {wanted}")
         names = [str(i + 1) for i in places]
         z = without_codes(path, _without_words(table, places).numbers(places, names, names), nodata)
         enough(path, "columns", z.shape[1])
