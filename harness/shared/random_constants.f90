@@ -2,7 +2,7 @@
 module random_constants
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_case, only: case_type, write_case
-  use asperity_contract, only: n_fixed_props, n_required_props, p_gc, p_sigma0, prop_table
+  use asperity_contract, only: n_fixed_props, n_required_props, p_fc, p_gc, p_gfc, p_sigma0, prop_table
   use asperity_kinds, only: wp
   use random_numbers, only: chance, pick, uniform
   implicit none
@@ -21,6 +21,8 @@ contains
       if (prop_table(i)%owner /= "law") cycle
       if (chance(seed, probability)) call draw_constant(seed, i, props)
     end do
+    ! a compressive strength needs the energy of its softening
+    if (props(p_fc) > 0.0_wp .and. .not. props(p_gfc) > 0.0_wp) call draw_constant(seed, p_gfc, props)
   end subroutine draw_constants
 
   !> Draw a constant in its plausible range, which is relative to sigma0, s_f and Gc. Stresses and energies lie within a

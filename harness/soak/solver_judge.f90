@@ -102,9 +102,9 @@ contains
     type(rie_law), intent(in) :: law               !! the law
     type(point_type), intent(in) :: old, new       !! the point at start and end
     real(wp) :: defect
-    real(wp) :: change(size(ledger)), work
+    real(wp) :: change(2), work
     work = new%work - old%work
-    change = new%state(ledger) - old%state(ledger)
+    change = law%accounts(new%state) - law%accounts(old%state)
     defect = abs(work - sum(change))/max(law%stress*law%s_0, abs(work) + sum(abs(change)))
   end function energy_defect
 

@@ -34,9 +34,13 @@ def statev() -> str:
     rows = []
     for row in contract.statev_table():
         place, beyond = str(row.index), row.index - contract.N_POINT_STATEV
-        if beyond > contract.N_PLANE_STATEV:
+        facets = beyond - contract.N_PLANE_STATEV
+        if facets > contract.N_FACET_STATEV:
+            place = f"last {len(contract.statev_table()) - row.index + 1}"
+            place = place.removesuffix(" 1")
+        elif beyond > contract.N_PLANE_STATEV:
             first = f"{contract.N_POINT_STATEV} + {contract.N_PLANE_STATEV} Np"
-            place = f"{first} + {contract.N_FACET_STATEV} (k - 1) + {beyond - contract.N_PLANE_STATEV}"
+            place = f"{first} + {contract.N_FACET_STATEV} (k - 1) + {facets}"
         elif beyond > 0:
             place = f"{contract.N_POINT_STATEV} + {contract.N_PLANE_STATEV} (k - 1) + {beyond}"
         rows.append([place, row.name, row.meaning, row.unit])

@@ -30,9 +30,11 @@ N_LISTED_VALUES: int = _SIZES["listed_values"]
 N_POINT_STATEV: int = _SIZES["point_statev"]
 N_PLANE_STATEV: int = _SIZES["plane_statev"]
 N_FACET_STATEV: int = _SIZES["facet_statev"]
+N_CAP_STATEV: int = _SIZES["cap_statev"]
 MAX_INCLINED: int = _SIZES["max_inclined"]
 """Numbers of PROPS before the listed planes, without a default, and of a listed plane; numbers of state
-variables of a point, of a plane and, with wear, of its facet; largest number of inclined planes.
+variables of a point, of a plane, with wear, of its facet and, with fc, of the joint; largest number of
+inclined planes.
 """
 
 
@@ -103,22 +105,22 @@ def of_asperities(*units: str) -> tuple[str, ...]:
 
 @cache
 def statev_table() -> tuple[Statev, ...]:
-    """State variables of a point, of the first plane and of its facet (only with wear), in their order."""
+    """State variables of a point, of the first plane, of its facet (with wear) and of the joint (with fc)."""
     return tuple(Statev(index, **row) for index, row in enumerate(tables()["statev"], 1))
 
 
 @cache
-def statev_names(n_planes: int, wears: bool = False) -> tuple[str, ...]:
+def statev_names(n_planes: int, wears: bool = False, yields: bool = False) -> tuple[str, ...]:
     """Names of the columns of a state of n_planes planes: damage, ..., alpha_1, s_dit_1, s_dih_1, ...
 
-    With wear the names of the facets follow: worn_1, wear_work_1, ...
+    With wear the names of the facets follow: worn_1, wear_work_1, ...; with fc kappa and crushing.
     """
     names = [row.name for row in statev_table()]
     n_plane = N_POINT_STATEV + N_PLANE_STATEV
     columns = names[:N_POINT_STATEV]
-    for own in (names[N_POINT_STATEV:n_plane], names[n_plane:] if wears else []):
+    for own in (names[N_POINT_STATEV:n_plane], names[n_plane:-N_CAP_STATEV] if wears else []):
         columns += [f"{name}_{k}" for k in range(1, n_planes + 1) for name in own]
-    return tuple(columns)
+    return (*columns, *(names[-N_CAP_STATEV:] if yields else ()))
 
 
 @cache
@@ -127,16 +129,26 @@ def implex_table() -> tuple[Statev, ...]:
     return tuple(Statev(index, **row) for index, row in enumerate(tables()["implex"], 1))
 
 
-def umat_names(n_planes: int, wears: bool = False, implex: float = 0.0) -> tuple[str, ...]:
-    """Names of STATEV in a UMAT: those of the state, and of IMPL-EX jump_N, ..., growth_1, ..., e_a, e_t."""
+def umat_names(
+    n_planes: int, wears: bool = False, implex: float = 0.0, yields: bool = False
+) -> tuple[str, ...]:
+    """Names of STATEV in a UMAT: those of the state, and of IMPL-EX jump_N, ..., growth_1, ..., e_a, e_t.
+
+    Those of the joint with fc, kappa and crushing, are the last.
+    """
     *point, plane, e_a, e_t = (row.name for row in implex_table())
     own = (*point, *(f"{plane}_{k}" for k in range(1, n_planes + 1)), e_a, e_t)
-    return statev_names(n_planes, wears) + (own if implex > 0.0 else ())
+    of_law = statev_names(n_planes, wears)
+    last = statev_names(n_planes, wears, yields)[len(of_law) :]
+    return of_law + (own if implex > 0.0 else ()) + last
 
 
-def n_statev(n_planes: int, wears: bool = False) -> int:
-    """Number of state variables of a pattern of n_planes planes; wears: whether the facets wear."""
-    return N_POINT_STATEV + (N_PLANE_STATEV + wears * N_FACET_STATEV) * n_planes
+def n_statev(n_planes: int, wears: bool = False, yields: bool = False) -> int:
+    """Number of state variables of a pattern of n_planes planes.
+
+    wears: whether the facets wear; yields: whether the joint has a compressive strength.
+    """
+    return N_POINT_STATEV + (N_PLANE_STATEV + wears * N_FACET_STATEV) * n_planes + yields * N_CAP_STATEV
 
 
 def statev_index(name: str) -> int:
@@ -233,8 +245,8 @@ def shown(value: object) -> str:
 def check(props: Floats) -> tuple[int, bool]:
     """Number of planes of a PROPS vector, and whether their facets wear or are crushed.
 
-    These are the arguments of `n_statev` and `statev_names`.  Raises ValueError with every bad value and what
-    was expected.
+    These and `yields` are the arguments of `n_statev` and `statev_names`.  Raises ValueError with every bad
+    value and what was expected.
     """
     return _sizes(np.ascontiguousarray(props, dtype=float).tobytes())
 
@@ -252,7 +264,12 @@ def _sizes(constants: bytes) -> tuple[int, bool]:
         of_law[index("implex")] = 0.0
         nstatv = _core.asperity_nstatv(of_law, room)
     n_planes = _core.asperity_planes(props, np.empty((1, 3)), np.empty(1))
-    return n_planes, nstatv > n_statev(n_planes)
+    return n_planes, nstatv > n_statev(n_planes, yields=yields(props))
+
+
+def yields(props: Floats) -> bool:
+    """Whether a PROPS vector, which may be too short for it, has a compressive strength, fc > 0."""
+    return bool((props[index("fc") :][:1] > 0.0).any())
 
 
 def library_version() -> str:

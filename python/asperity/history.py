@@ -38,6 +38,7 @@ class _Named:
 
     state: Floats
     n_planes: int | None
+    yields: bool
 
     @property
     def planes(self) -> int:
@@ -61,6 +62,16 @@ class _Named:
         """Energy dissipated by friction and wear per unit area, stress*length."""
         return self._column("friction")
 
+    @property
+    def crushing(self) -> Floats:
+        """Energy dissipated by the plastic closure per unit area, stress*length; 0 without fc."""
+        return self.state[:, -1] if self.yields else np.zeros(len(self.state))
+
+    @property
+    def kappa(self) -> Floats:
+        """Plastic closure of a joint with a compressive strength, length; 0 without fc."""
+        return self.state[:, -contract.N_CAP_STATEV] if self.yields else np.zeros(len(self.state))
+
     def alpha(self, plane: int) -> Floats:
         """Damage of a plane, 0 to 1; planes count from 1 in the order of `Pattern.normals`."""
         return self.state[:, self._place(plane)]
@@ -73,7 +84,7 @@ class _Named:
     @property
     def wears(self) -> bool:
         """Whether the state has variables of wear."""
-        return bool(self.state.shape[1] > contract.n_statev(self.planes))
+        return bool(self.state.shape[1] > contract.n_statev(self.planes, yields=self.yields))
 
     def worn(self, plane: int) -> Floats:
         """Worn share of the asperity of a plane, 0 to 1; raises ValueError for a material without wear."""
@@ -97,14 +108,15 @@ class Update(_Named):
     """Points at the end of an increment; the first axis of every field is the point.
 
     traction (n, 3): (N, Tx, Ty), stress.  state (n, nstatv): contract.statev_table(), by name in stored,
-    rupture, friction, damage, alpha(plane), slip(plane).  tangent (n, 3, 3): [i, j] = d traction_i / d s_j,
-    stress/length, consistent and not symmetric.
+    rupture, friction, crushing, damage, kappa, alpha(plane), slip(plane).  tangent (n, 3, 3): [i, j] =
+    d traction_i / d s_j, stress/length, consistent and not symmetric.  yields: whether fc > 0.
     """
 
     traction: Floats
     state: Floats
     tangent: Floats
     n_planes: int | None = None
+    yields: bool = False
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -157,10 +169,11 @@ class History(_Named):
     separation (T, 3), length; traction (T, 3), total, stress; p (T,): water pressure, by which the law
     carries more than the total normal traction; aperture (T,): of the water's flow, length, the larger one
     of a_min and a_0 + s_N (`with_aperture`); damage (T,); state (T, nstatv), by name in stored, rupture,
-    friction, alpha(plane), slip(plane); work (T,): of the traction of the law on the separation, the preload
-    included, stress*length; events: (row, text), those of a preload with row 0; snaps: the jumps among them,
-    the longest of each row.  step (T,): from 1; position (T,): number of targets that were reached before,
-    plus the share of the way to the next one; time (T,); iterations (T,) of Newton's method; tangent
+    friction, crushing, kappa, alpha(plane), slip(plane); work (T,): of the traction of the law on the
+    separation, the preload included, stress*length; events: (row, text), those of a preload with row 0;
+    snaps: the jumps among them, the longest of each row.  step (T,): from 1; position (T,): number of targets
+    that were reached before, plus the share of the way to the next one; time (T,); iterations (T,) of
+    Newton's method; yields: whether fc > 0; tangent
     (T, 3, 3): as in `Update`; rows of a file have none.
     """
 
@@ -179,6 +192,7 @@ class History(_Named):
     p: Floats = field(default_factory=lambda: np.zeros(0))
     aperture: Floats = field(default_factory=lambda: np.zeros(0))
     tangent: Floats = field(default_factory=lambda: np.zeros((0, 3, 3)))
+    yields: bool = False
 
     def __post_init__(self) -> None:
         """Make the arrays read-only; what is not given of p, a_0 and a_min is zero."""
@@ -313,7 +327,7 @@ class History(_Named):
         }
         table["event"] = self._events()
         if planes:
-            names = contract.statev_names(self.planes, self.wears)
+            names = contract.statev_names(self.planes, self.wears, self.yields)
             table |= {name: self.state[:, i] for i, name in enumerate(names) if i >= contract.N_POINT_STATEV}
         return table
 

@@ -45,7 +45,8 @@ class Interface:
         props = self.props()
         props.flags.writeable = False
         sizes = contract.check(props)
-        for name, value in (("_props", props), ("n_planes", sizes[0]), ("nstatv", contract.n_statev(*sizes))):
+        nstatv = contract.n_statev(*sizes, contract.yields(props))
+        for name, value in (("_props", props), ("n_planes", sizes[0]), ("nstatv", nstatv)):
             object.__setattr__(self, name, value)
 
     def update(
@@ -114,7 +115,7 @@ class Interface:
             )  # fmt: skip
             if status != 0:
                 raise ValueError(calls.text_of(message))
-        return Update(traction.view(), new.view(), tangent.view(), self.n_planes)
+        return Update(traction.view(), new.view(), tangent.view(), self.n_planes, self.material.fc > 0.0)
 
     def stability(self, tangent: ArrayLike) -> Stability:
         """Stability of n points with tangents (n, 3, 3), stress/length, of an `Update` or a `History`.
@@ -381,7 +382,7 @@ class Interface:
             *notes,
             *(verdict.text if verdict.good else f"WARNING: {verdict.text}" for verdict in verdicts),
         ]
-        names = contract.umat_names(*contract.check(props), implex)
+        names = contract.umat_names(*contract.check(props), implex, contract.yields(props))
         block = cards.Block(
             name, props, names, texts, dimension, explicit, density, self._largest_stiffness()
         )

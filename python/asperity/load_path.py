@@ -53,8 +53,9 @@ def rows_of(
         row = f"step {last['step']:g} increment {last['increment']:g}, s = ({s}), t = ({t})"
         lost = f"equilibrium lost beyond {row}: {loss}"
     kept = slice(n if keep_lost else n - bool(lost))
-    planes = contract.check(props)[0]
-    return history_of(numbers[kept], states[kept], names[kept], planes, "" if keep_lost else lost), lost
+    planes, yields = contract.check(props)[0], contract.yields(props)
+    shown = "" if keep_lost else lost
+    return history_of(numbers[kept], states[kept], names[kept], planes, shown, yields), lost
 
 
 def columns_of(props: Floats, steps: Sequence[Step], names: Sequence[str]) -> list[Floats]:
@@ -68,7 +69,7 @@ def _run(
     props: Floats, steps: Sequence[Step] | Step, start: ArrayLike | Point | None, tolerance: float | None
 ) -> tuple[Floats, Floats, NDArray[np.bytes_], str | None]:
     """Numbers, states and events of all rows, and why equilibrium was lost beyond the last one, if it was."""
-    nstatv = contract.n_statev(*contract.check(props))
+    nstatv = contract.n_statev(*contract.check(props), contract.yields(props))
     if start is None:
         start = np.zeros(nstatv)
     if not isinstance(start, Point):
@@ -131,7 +132,12 @@ def _all_rows(run: int, nstatv: int, room: int) -> tuple[Floats, Floats, NDArray
 
 
 def history_of(
-    numbers: Floats, states: Floats, names: NDArray[np.bytes_], n_planes: int, lost: str
+    numbers: Floats,
+    states: Floats,
+    names: NDArray[np.bytes_],
+    n_planes: int,
+    lost: str,
+    yields: bool = False,
 ) -> History:
     """History of numbers of rows in the order of `column_names`, their states and the names of events."""
     happened = enumerate(name.decode("ascii").rstrip() for name in names.tolist())
@@ -152,4 +158,5 @@ def history_of(
     axes = "N", "Tx", "Ty"
     entries = np.array([[column[f"D_{i}_{j}"] for j in axes] for i in axes])
     more["tangent"] = np.ascontiguousarray(entries.transpose(2, 0, 1))
-    return History(s, t, state=states.copy(), events=events, snaps=snaps, n_planes=n_planes, **more)
+    rows = History(s, t, state=states.copy(), events=events, snaps=snaps, n_planes=n_planes, **more)
+    return replace(rows, yields=yields)

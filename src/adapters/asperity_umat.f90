@@ -9,12 +9,13 @@
 subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, &
                 dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, &
                 dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, kinc)
-  use asperity_call_checks, only: explain_call, host_status
+  use asperity_call_checks, only: explain_call, host_order, host_status
   use asperity_checks, only: is_pressure
   use asperity_contract, only: max_ntens, max_planes, status_initial, &
     status_ok, status_water, v_friction, v_offset, v_rupture, v_stored
   use asperity_host, only: component_map, explain_water, quiet_nan, rejected_pnewdt, request_cut, &
     request_slower_damage, water_pressure
+  use asperity_crushing, only: crushing
   use asperity_implex, only: update_extrapolated
   use asperity_initial, only: carry_traction, explain_initial, first_traction
   use asperity_interface, only: interface_type, new_interface, plane_damage
@@ -50,10 +51,15 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   real(wp) :: from(3), to(3), traction(3), tangent(3, 3), layer_stiffness, damage(max_planes), factor, p
   character(len=:), allocatable :: message
   integer :: i, n, position(3), status
-  logical :: first
+  logical :: first, reordered
 
   call new_interface(props, joint, status)
   position = component_map(ntens, joint%map)
+  ! the law and IMPL-EX take their state variables in one piece each
+  reordered = .false.
+  if (status == status_ok) reordered = joint%cap%peak > 0.0_wp .and. joint%implex > 0.0_wp .and. &
+    nstatv >= joint%n_umat_statev
+  if (reordered) statev(:joint%n_umat_statev) = statev(host_order(joint))
   if (status == status_ok) status = host_status(joint, position, ntens, stran, dstran, nstatv, statev, &
     dtime)
   p = 0.0_wp
@@ -88,6 +94,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
       call explain_initial(joint, traction, position > 0, statev, message)
       if (joint%water > 0) call append(message, "initial t_N: that of STRESS and the water pressure")
     end if
+    if (reordered) statev(host_order(joint)) = statev(:joint%n_umat_statev)
     call report_umat(message)
     stress = quiet_nan
     ddsdde = quiet_nan
@@ -123,6 +130,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     ddsdde = joint%h*tangent(:ntens, :ntens)
   end if
   sse = statev(v_stored)/joint%h
-  spd = statev(v_friction)/joint%h
+  spd = (statev(v_friction) + crushing(joint, statev))/joint%h
   scd = statev(v_rupture)/joint%h
+  if (reordered) statev(host_order(joint)) = statev(:joint%n_umat_statev)
 end subroutine umat

@@ -6,6 +6,7 @@ module asperity_initial
   use asperity_checks, only: bounded
   use asperity_contract, only: n_facet_statev, n_statev, status_initial, status_ok, v_friction, v_offset, v_rupture, &
     v_status
+  use asperity_crushing, only: crushing_place
   use asperity_equations, only: ramp
   use asperity_interface, only: interface_type, plane_damage, start_damage
   use asperity_kinds, only: wp
@@ -52,7 +53,7 @@ contains
     type(point_type) :: point
     type(report_type) :: report
     real(wp) :: old(joint%n_statev), first(3), last(3), reached, s(3), start(3), wanted(3)
-    integer :: i, repeats
+    integer :: i, end, repeats
 
     if (present(carried)) carried = 0.0_wp
     if (present(endless)) endless = .false.
@@ -94,7 +95,12 @@ contains
     point%state([v_rupture, v_friction, v_status]) = state([v_rupture, v_friction, v_status])
     ! the frictional work of the facets, which follow the planes
     i = n_statev(joint%pattern%n) + n_facet_statev
-    point%state(i::n_facet_statev) = state(i:joint%n_statev:n_facet_statev)
+    end = joint%n_statev
+    if (crushing_place(joint) > 0) then
+      end = crushing_place(joint) - 2
+      point%state(end + 2) = state(end + 2)
+    end if
+    point%state(i:end:n_facet_statev) = state(i:end:n_facet_statev)
     state(:joint%n_statev) = point%state
   end subroutine carry_traction
 

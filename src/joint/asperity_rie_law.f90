@@ -2,8 +2,9 @@
 module asperity_rie_law
   use asperity_aim, only: closing_pressure
   use asperity_call_checks, only: state_status
-  use asperity_contract, only: n_facet_statev, n_plane_statev, n_point_statev, n_statev, plane_statev, statev_row, &
-    statev_table, status_ok, v_friction, v_offset, v_rupture, v_stored
+  use asperity_contract, only: cap_statev, n_facet_statev, n_plane_statev, n_point_statev, n_statev, plane_statev, &
+    statev_row, statev_table, status_ok, v_friction, v_offset, v_rupture, v_stored
+  use asperity_crushing, only: closed_by, crushing_place, plastic_closure
   use asperity_elimination, only: eliminate
   use asperity_interface, only: interface_type, plane_damage, separation_bound, start_damage
   use asperity_kinds, only: wp
@@ -55,6 +56,7 @@ contains
       law%wears = m%inv_w0 > 0.0_wp
       law%discontinuous = m%curved .or. m%guard
     end associate
+    law%further = crushing_place(joint)
     law%bonded = start_damage(joint, 0.0_wp) < 1.0_wp
     law%bound = separation_bound(joint)
   end function new_rie_law
@@ -73,12 +75,14 @@ contains
     law%wears = .false.
   end function rate_independent_law
 
-  !> Separation of the planes: that of the point plus the offset of an initial traction (STATEV 6-8), length.
-  pure function whole_separation(s, state) result(whole)
-    real(wp), intent(in) :: s(3)       !! separation (N, Tx, Ty), length
-    real(wp), intent(in) :: state(:)   !! STATEV
+  !> Separation of the planes: that of the point plus the offset of an initial traction (STATEV 6-8) and the plastic
+  !> closure, length.
+  pure function whole_separation(joint, s, state) result(whole)
+    type(interface_type), intent(in) :: joint   !! the interface
+    real(wp), intent(in) :: s(3)                !! separation (N, Tx, Ty), length
+    real(wp), intent(in) :: state(:)            !! STATEV
     real(wp) :: whole(3)
-    whole = s + state(v_offset:v_offset + 2)
+    whole = closed_by(s + state(v_offset:v_offset + 2), plastic_closure(joint, state))
   end function whole_separation
 
   !> Traction, state and consistent tangent at a separation, from the state at another one.
@@ -100,14 +104,16 @@ contains
     energies = [state(v_stored), state(v_rupture) + state(v_friction)]
   end function energies
 
-  !> Whether the interface cannot soften: every plane is straight and fully damaged, and mu tan(theta) < 1. The residual
+  !> Whether the interface cannot soften: every plane is straight and fully damaged, mu tan(theta) < 1, and the joint is
+  !> not crushed. The residual
   !> of a single prescribed t_N then never decreases with s_N. On curved facets the shear traction decreases with slip.
   pure function cannot_soften(law, state) result(yes)
     class(rie_law), intent(in) :: law   !! the law
     real(wp), intent(in) :: state(:)    !! STATEV
     logical :: yes
     associate (joint => law%joint)
-      yes = .not. joint%material%curved .and. joint%material%mu*joint%pattern%steepest < 1.0_wp
+      yes = .not. (joint%material%curved .or. joint%cap%peak > 0.0_wp) .and. &
+        joint%material%mu*joint%pattern%steepest < 1.0_wp
       if (yes) yes = all(plane_damage(joint, state) >= 1.0_wp)
     end associate
   end function cannot_soften
@@ -128,7 +134,7 @@ contains
     real(wp), intent(in) :: state(:)    !! STATEV
     real(wp) :: size
     integer :: k
-    size = law%largest_stiffness*maxval(abs([s, whole_separation(s, state), &
+    size = law%largest_stiffness*maxval(abs([s, whole_separation(law%joint, s, state), &
       (state(plane_statev(k) + 1:plane_statev(k) + 2), k=1, law%joint%pattern%n)]))
   end function magnitude
 
@@ -146,7 +152,7 @@ contains
     alpha = plane_damage(law%joint, state)
     do k = 1, law%joint%pattern%n
       if (.not. alpha(k) < 1.0_wp) cycle
-      normal = dot_product(plane_normal(law%joint%pattern, k), whole_separation(s, state))
+      normal = dot_product(plane_normal(law%joint%pattern, k), whole_separation(law%joint, s, state))
       largest = max(largest, closing_pressure(law%joint, normal))
     end do
   end function bond_pressure
@@ -161,10 +167,10 @@ contains
     integer :: k
     opening = 0.0_wp
     do k = 1, law%joint%pattern%n
-      kinematics = plane_kinematics(law%joint, k, whole_separation(s, state), state)
+      kinematics = plane_kinematics(law%joint, k, whole_separation(law%joint, s, state), state)
       opening = max(opening, kinematics%touch)
     end do
-    opening = opening - state(v_offset)
+    opening = opening - state(v_offset) - plastic_closure(law%joint, state)
   end function contact_opening
 
   !> Append why the unstable part of a branch cannot be followed: the state at a point of a branch must not depend on
@@ -205,7 +211,7 @@ contains
     if (.not. allocated(regime)) allocate (regime(law%joint%pattern%n, 3), source=.false.)
     do k = 1, law%joint%pattern%n
       i = plane_statev(k)
-      kinematics = plane_kinematics(law%joint, k, whole_separation(s, new), new)
+      kinematics = plane_kinematics(law%joint, k, whole_separation(law%joint, s, new), new)
       s_n = kinematics%contact(1)
       ! a plane that just touches keeps its values
       contact(k) = s_n < 0.0_wp .or. (regime(k, in_contact) .and. .not. s_n > 0.0_wp)
@@ -232,19 +238,20 @@ contains
     class(rie_law), intent(in) :: law   !! the law
     integer, intent(in) :: i            !! index in STATEV
     character(len=:), allocatable :: name
-    call set_text(name, trim(statev_name(i, law%joint%pattern%n)))
+    call set_text(name, trim(statev_name(i, law%joint%pattern%n, law%joint%material%wears)))
   end function state_name
 
   !> The same for a pattern of n planes, padded with blanks.
-  pure function statev_name(i, n) result(name)
-    integer, intent(in) :: i   !! index in STATEV
-    integer, intent(in) :: n   !! planes
+  pure function statev_name(i, n, wears) result(name)
+    integer, intent(in) :: i         !! index in STATEV
+    integer, intent(in) :: n         !! planes
+    logical, intent(in) :: wears     !! whether W0 or crush > 0
     character(len=16) :: name
     integer :: plane
     plane = (i - n_point_statev + n_plane_statev - 1)/n_plane_statev
     if (i > n_statev(n)) plane = (i - n_statev(n) + n_facet_statev - 1)/n_facet_statev
-    name = statev_table(statev_row(i, n))%name
-    if (i > n_point_statev) name = trim(name) // "_" // integer_text(plane)
+    name = statev_table(statev_row(i, n, wears))%name
+    if (i > n_point_statev .and. i < cap_statev(n, wears)) name = trim(name) // "_" // integer_text(plane)
   end function statev_name
 
   !> Separation at which the contacts of the planes fit the slips of the planes best (weighted least squares), with the

@@ -4,23 +4,30 @@
 !> symmetric and has no negative eigenvalue (docs/theory.md, section 10).
 module asperity_aim
   use asperity_block_double, only: block_type, chunk
+  use asperity_cap, only: largest_pressure, strength_at
   use asperity_contact, only: add_dashpot, contact_stiffness, opening, pressure
   use asperity_contract, only: plane_statev, v_offset
+  use asperity_crushing, only: closed_by, plastic_closure
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_material, only: material_type
   use asperity_pattern, only: plane_axes
   use asperity_point, only: kinematics_type, plane_kinematics
-  use asperity_rows_kernel, only: update_rows
   use asperity_types, only: local_type
+  use asperity_yielding_rows, only: update_rows
   implicit none
   private
   public :: closing_pressure, frozen_response, update_aimed
 
+  !> Excess over the largest pressure, relative to the compressive strength, that is a rounding error; steps of the
+  !> search for the plastic closure, and growth of the bracket while its end is sought.
+  real(wp), parameter :: rounding = 1.0e-13_wp, growth = 2.0_wp
+  integer, parameter :: most_trials = 250
+
 contains
 
   !> Update points first..last, at most `chunk`, with the traction and the tangent of frozen variables.
-  pure subroutine update_aimed(joint, block, first, last, aim, s, state, traction, by_rows, s_old, tangent)
+  pure subroutine update_aimed(joint, block, first, last, aim, s, state, traction, by_rows, dt, s_old, tangent)
     type(interface_type), intent(in) :: joint                     !! the interface
     type(block_type), intent(in) :: block                         !! the same for blocks
     integer, intent(in) :: first, last                            !! points
@@ -29,28 +36,91 @@ contains
     real(wp), intent(inout), contiguous :: state(:, :)            !! (nstatv, n) STATEV, start -> end
     real(wp), intent(inout), contiguous :: traction(:, :)         !! (3, n) traction at the end, stress
     logical, intent(in) :: by_rows                                !! of update_rows; the tangent is symmetric
+    real(wp), intent(in), optional :: dt                          !! duration, >= 0, time
     real(wp), intent(in), optional, contiguous :: s_old(:, :)     !! (3, n) separation at the start, absent: zero
     real(wp), intent(inout), optional, contiguous :: tangent(:, :, :)   !! (3, 3, n) d traction_i/d s_j, stress/length
     real(wp), dimension(joint%n_statev, chunk) :: start, frozen
-    real(wp), dimension(3, chunk) :: from, to, unused
+    real(wp), dimension(3, chunk) :: from, to, at_aim
     real(wp) :: d(3, 3), strength
     integer :: i, k, n
     n = last - first + 1
     start(:, :n) = state(:joint%n_statev, first:last)
     ! the state has the bits of a call without aim
-    call update_rows(block, first, last, s, state, traction, by_rows, s_old, tangent)
+    call update_rows(joint, block, first, last, s, state, traction, by_rows, dt, s_old, tangent)
     frozen(:, :n) = start(:, :n)
     to(:, :n) = aim(:, first:last)
     from(:, :n) = 0.0_wp
     if (present(s_old)) from(:, :n) = s_old(:, first:last)
-    call update_rows(block, 1, n, to(:, :n), frozen(:, :n), unused(:, :n), by_rows, from(:, :n))
+    call update_rows(joint, block, 1, n, to(:, :n), frozen(:, :n), at_aim(:, :n), by_rows, dt, from(:, :n))
     do i = 1, n
       k = first + i - 1
       call frozen_response(joint, block%growth%lag, from(:, i), to(:, i), s(:, k), start(:, i), frozen(:, i), &
-        traction(:, k), d, strength)
+        at_aim(:, i), traction(:, k), d, strength)
       if (present(tangent)) tangent(:, :, k) = d
     end do
   end subroutine update_aimed
+
+  !> Traction and tangent of a point at s with the variables of the aim, among them the largest pressure of a joint with
+  !> a compressive strength.
+  !>
+  !> A plastic closure that is not below that at the start takes what exceeds this pressure: its energy is linear, so
+  !> that the sum is convex.
+  pure subroutine frozen_response(joint, lag, s_old, aim, s, start, frozen, at_aim, traction, tangent, strength, secant)
+    type(interface_type), intent(in) :: joint             !! material and pattern
+    real(wp), intent(in) :: lag                           !! c/(K_c dt) of the dashpot
+    real(wp), intent(in) :: s_old(3)                      !! separation at the start, length
+    real(wp), intent(in) :: aim(3)                        !! separation (N, Tx, Ty) of the frozen variables, length
+    real(wp), intent(in) :: s(3)                          !! separation at the end, length
+    real(wp), intent(in) :: start(joint%n_statev)         !! STATEV at the start of the increment
+    real(wp), intent(in) :: frozen(joint%n_statev)        !! STATEV that the law gives at the aim
+    real(wp), intent(in) :: at_aim(3)                     !! traction that it gives there, stress
+    real(wp), intent(out) :: traction(3)                  !! traction (N, Tx, Ty), stress
+    real(wp), intent(out) :: tangent(3, 3)                !! d traction_i/d s_j, stress/length
+    real(wp), intent(out) :: strength                     !! largest bound mu p of a plane, stress
+    logical, intent(in), optional :: secant               !! absent: false
+    real(wp) :: along(3), from(3), goal(3), high, kappa, low, most, next, width
+    integer :: i
+    logical :: bracketed
+    low = plastic_closure(joint, start)
+    from = closed_by(s_old, low)
+    kappa = plastic_closure(joint, frozen)
+    goal = closed_by(aim, kappa)
+    call frozen_planes(joint, lag, from, goal, closed_by(s, low), start, frozen, traction, tangent, strength, secant)
+    if (.not. joint%cap%peak > 0.0_wp) return
+    most = largest_pressure(joint%cap, strength_at(joint%cap, kappa), at_aim)
+    if (-traction(1) - most <= rounding*joint%cap%peak) return
+    kappa = low
+    high = huge(high)
+    bracketed = .false.
+    width = max((-traction(1) - most)/max(joint%material%k_c, joint%material%k_n), growth*spacing(kappa))
+    do i = 1, most_trials
+      next = low - 1.0_wp
+      ! the pressure falls with the plastic closure
+      if (tangent(1, 1) > 0.0_wp) next = kappa + (-traction(1) - most)/tangent(1, 1)
+      if (.not. bracketed) then
+        if (.not. (next > low .and. next <= low + width)) next = low + width
+        width = growth*width
+      else if (.not. (next > low .and. next < high) .or. modulo(i, 3) == 0) then
+        next = low + 0.5_wp*(high - low)
+      end if
+      kappa = next
+      call frozen_planes(joint, lag, from, goal, closed_by(s, kappa), start, frozen, traction, tangent, strength, &
+        secant)
+      if (abs(-traction(1) - most) <= rounding*joint%cap%peak) exit
+      if (-traction(1) > most) then
+        low = kappa
+      else
+        high = kappa
+        bracketed = .true.
+        if (high - low <= 2.0_wp*spacing(high)) exit
+      end if
+    end do
+    if (.not. tangent(1, 1) > 0.0_wp) return
+    along = tangent(:, 1)
+    tangent = tangent - spread(along, 2, 3)*spread(along/along(1), 1, 3)
+    tangent(1, :) = 0.0_wp
+    tangent(:, 1) = 0.0_wp
+  end subroutine frozen_response
 
   !> Traction and tangent of a point at s, with the damage alpha, the friction bound mu p, and the facets of the aim.
   !>
@@ -58,7 +128,7 @@ contains
   !> circle with the radius mu p: the friction of Tresca. With `secant` friction is linear in s, instead: the ratio of
   !> friction and trial stress is that of the aim. Contact is unilateral, its pressure that of s.
   !> With a dashpot, pressure and friction are those of spring and dashpot together.
-  pure subroutine frozen_response(joint, lag, s_old, aim, s, start, frozen, traction, tangent, strength, secant)
+  pure subroutine frozen_planes(joint, lag, s_old, aim, s, start, frozen, traction, tangent, strength, secant)
     type(interface_type), intent(in) :: joint             !! material and pattern
     real(wp), intent(in) :: lag                           !! c/(K_c dt) of the dashpot
     real(wp), intent(in) :: s_old(3)                      !! separation at the start, length
@@ -137,7 +207,7 @@ contains
     do j = 1, 2
       tangent(j + 1:, j) = tangent(j, j + 1:)
     end do
-  end subroutine frozen_response
+  end subroutine frozen_planes
 
   !> Pressure of a contact, with that of a dashpot, and its normal stiffness, over k_t.
   pure subroutine contact_response(m, lag, start, contact, p, stiffness)

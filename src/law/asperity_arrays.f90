@@ -7,8 +7,9 @@ module asperity_arrays
   use asperity_block_double, only: block_type, chunk, new_block
   use asperity_contract, only: energy_limit, status_ok, status_props, status_water
   use asperity_interface, only: interface_type, separation_bound, slip_bound
-  use asperity_point, only: update_point_in_place
-  use asperity_rows_kernel, only: rows_bounded, update_rows
+  use asperity_point_kernel, only: update_point_in_place
+  use asperity_rows_kernel, only: rows_bounded
+  use asperity_yielding_rows, only: update_rows
   implicit none
   private
   public :: virgin_tangent, update_points
@@ -64,7 +65,7 @@ contains
     if (status /= status_ok) return
     n = size(s, 2)
     failed = n + 1
-    call set_limits(joint%pattern%n, joint%n_statev, energy_limit, slip_bound(joint), limits)
+    call set_limits(joint%pattern%n, joint%material%wears, joint%n_statev, energy_limit, slip_bound(joint), limits)
     rows = .false.
     if (present(by_rows)) rows = by_rows
     ! a team of one thread would cost as much as a dozen points
@@ -94,17 +95,18 @@ contains
     if (present(aim)) then
       !$omp parallel do schedule(static) if (n >= worth_threads)
       do first = 1, n, chunk
-        call update_aimed(joint, block, first, min(first + chunk - 1, n), aim, s, state, traction, rows, s_old, tangent)
+        call update_aimed(joint, block, first, min(first + chunk - 1, n), aim, s, state, traction, rows, dt, s_old, &
+          tangent)
       end do
       !$omp end parallel do
     else if (n < worth_threads) then
       do first = 1, n, chunk
-        call update_rows(block, first, min(first + chunk - 1, n), s, state, traction, rows, s_old, tangent)
+        call update_rows(joint, block, first, min(first + chunk - 1, n), s, state, traction, rows, dt, s_old, tangent)
       end do
     else
       !$omp parallel do schedule(static)
       do first = 1, n, chunk
-        call update_rows(block, first, min(first + chunk - 1, n), s, state, traction, rows, s_old, tangent)
+        call update_rows(joint, block, first, min(first + chunk - 1, n), s, state, traction, rows, dt, s_old, tangent)
       end do
       !$omp end parallel do
     end if

@@ -5,7 +5,7 @@
 !> expected.
 module asperity_call_checks
   use asperity_checks, only: all_bounded, bounded, review, review_props, state_bounded, state_ranges
-  use asperity_contract, only: energy_limit, host_ntens, i_duration, i_growth, i_jump, i_longest, &
+  use asperity_contract, only: cap_statev, energy_limit, host_ntens, i_duration, i_growth, i_jump, i_longest, &
     implex_table, statev_row, statev_table, status_nstatv, status_ntens, status_ok, status_props, &
     status_separation, status_size, status_state, status_time
   use asperity_interface, only: interface_type, new_interface, separation_bound, slip_bound
@@ -15,7 +15,8 @@ module asperity_call_checks
   implicit none
   private
   public :: point_status, state_status, time_status, host_status, vumat_status
-  public :: explain_point, explain_nstatv, explain_time, explain_call, explain_vumat, explain_state, umat_only
+  public :: explain_point, explain_nstatv, explain_time, explain_call, explain_vumat, explain_state, host_order, &
+    umat_only
 
 contains
 
@@ -63,8 +64,8 @@ contains
     integer :: status                               !! 0, status_nstatv or status_state
     status = status_nstatv
     if (size(state) < joint%n_statev) return
-    status = merge(status_ok, status_state, state_bounded(joint%pattern%n, joint%n_statev, state, energy_limit, &
-      slip_bound(joint)))
+    status = merge(status_ok, status_state, state_bounded(joint%pattern%n, joint%material%wears, joint%n_statev, &
+      state, energy_limit, slip_bound(joint)))
   end function state_status
 
   !> Append a line about a number of state variables that is too small.
@@ -80,6 +81,25 @@ contains
       integer_text(joint%n_umat_statev) // " for " // integer_text(joint%pattern%n) // " planes" // why)
   end subroutine explain_nstatv
 
+  !> Place of state variable i of the law in STATEV of a UMAT: IMPL-EX comes before the compressive strength.
+  pure function host_index(joint, i) result(place)
+    type(interface_type), intent(in) :: joint       !! the interface
+    integer, intent(in) :: i                        !! from 1
+    integer :: place
+    place = i
+    if (i >= cap_statev(joint%pattern%n, joint%material%wears)) place = i + (joint%n_umat_statev - joint%n_statev)
+  end function host_index
+
+  !> Places in STATEV of a UMAT of the state variables of the law, and then those of IMPL-EX.
+  pure function host_order(joint) result(places)
+    type(interface_type), intent(in) :: joint       !! the interface
+    integer :: places(joint%n_umat_statev)
+    integer :: i
+    places(:joint%n_statev) = [(host_index(joint, i), i=1, joint%n_statev)]
+    places(joint%n_statev + 1:) = [(cap_statev(joint%pattern%n, joint%material%wears) - 1 + i, &
+      i=1, joint%n_umat_statev - joint%n_statev)]
+  end function host_order
+
   !> Append one line for each bad value of STATEV, or a line if STATEV is too short.
   pure subroutine explain_state(joint, state, energy, slip, message)
     type(interface_type), intent(in) :: joint                 !! the interface
@@ -94,10 +114,10 @@ contains
       call explain_nstatv(joint, "NSTATV", size(state), message)
       return
     end if
-    call state_ranges(joint%pattern%n, energy, slip, bound, signed)
+    call state_ranges(joint%pattern%n, joint%material%wears, energy, slip, bound, signed)
     do i = 1, joint%n_statev
-      call review(message, "STATEV(" // integer_text(i) // ") " // trim(statev_table(statev_row(i, &
-        joint%pattern%n))%name), state(i), bound(i), signed(i))
+      call review(message, "STATEV(" // integer_text(host_index(joint, i)) // ") " // trim(statev_table(statev_row(i, &
+        joint%pattern%n, joint%material%wears))%name), state(i), bound(i), signed(i))
     end do
   end subroutine explain_state
 
@@ -207,10 +227,11 @@ contains
     real(wp), intent(in), contiguous :: own(:)                !! state variables of IMPL-EX, any bits
     character(len=:), allocatable, intent(inout) :: message   !! lines are appended
     real(wp) :: bound
-    integer :: i
+    integer :: first, i
+    first = cap_statev(joint%pattern%n, joint%material%wears)
     do i = 1, i_longest + joint%pattern%n
       bound = merge(1.0_wp, merge(huge(bound), slip_bound(joint), i >= i_duration), i >= i_growth)
-      call review(message, "STATEV(" // integer_text(joint%n_statev + i) // ") " // &
+      call review(message, "STATEV(" // integer_text(first - 1 + i) // ") " // &
         trim(implex_table(min(i, i_growth))%name), own(i), bound, i < i_duration)
     end do
   end subroutine explain_implex

@@ -7,10 +7,10 @@
 module asperity_checks
   use, intrinsic :: iso_fortran_env, only: int64
   use asperity_kinds, only: wp
-  use asperity_contract, only: damage_row, length_ratio_limit, min_inclined, most_statev, n_facet_statev, &
-    n_fixed_props, n_listed_values, n_plane_statev, n_point_statev, n_required_props, p_gc, p_gc2, p_m, p_sigma0, &
-    p_sigma02, prop_table, smallest_divisor, statev_row, status_nprops, status_ok, status_props, &
-    stiffness_ratio_limit, v_offset, wear_work_row, weight_tolerance, worn_row
+  use asperity_contract, only: cap_statev, crushing_row, damage_row, kappa_row, length_ratio_limit, min_inclined, &
+    most_statev, n_facet_statev, n_fixed_props, n_listed_values, n_plane_statev, n_point_statev, n_required_props, &
+    p_fc, p_gc, p_gc2, p_gfc, p_m, p_sigma0, p_sigma02, prop_table, smallest_divisor, statev_row, status_nprops, &
+    status_ok, status_props, stiffness_ratio_limit, v_offset, wear_work_row, weight_tolerance, worn_row
   use asperity_text, only: append, integer_text, set_text, to_text
   implicit none
   private
@@ -95,7 +95,7 @@ contains
     real(wp), intent(in) :: energy   !! largest energy, stress*length
     real(wp), intent(in) :: slip     !! largest slip and offset, length
     real(wp) :: bound
-    bound = merge(1.0_wp, merge(energy, slip, row < v_offset .or. row == wear_work_row), &
+    bound = merge(1.0_wp, merge(energy, slip, row < v_offset .or. row == wear_work_row .or. row == crushing_row), &
       row == damage_row .or. row == worn_row)
   end function row_bound
 
@@ -103,12 +103,13 @@ contains
   elemental function row_signed(row) result(yes)
     integer, intent(in) :: row   !! row of statev_table
     logical :: yes
-    yes = .not. (row == damage_row .or. row == worn_row .or. row == wear_work_row)
+    yes = .not. (row == damage_row .or. row >= worn_row)
   end function row_signed
 
   !> Whether every state variable of a point is in its range.
-  pure function state_bounded(n_planes, n_statev, state, energy, slip) result(yes)
+  pure function state_bounded(n_planes, wears, n_statev, state, energy, slip) result(yes)
     integer, intent(in) :: n_planes             !! planes
+    logical, intent(in) :: wears                !! whether they wear or are crushed
     integer, intent(in) :: n_statev             !! state variables the law needs
     real(wp), intent(in) :: state(n_statev)     !! STATEV, any bits
     real(wp), intent(in) :: energy              !! largest energy, stress*length
@@ -117,6 +118,10 @@ contains
     integer(int64) :: beyond
     integer :: i, row
     beyond = 0_int64
+    do i = cap_statev(n_planes, wears), n_statev
+      row = statev_row(i, n_planes, wears)
+      beyond = ior(beyond, outside(state(i), row_bound(row, energy, slip), row_signed(row)))
+    end do
     do row = 1, n_point_statev
       beyond = ior(beyond, outside(state(row), row_bound(row, energy, slip), .true.))
     end do
@@ -125,7 +130,7 @@ contains
         beyond = ior(beyond, outside(state(i + row), row_bound(row, energy, slip), row_signed(row)))
       end do
     end do
-    do i = n_plane_statev*(n_planes - 1), n_statev - wear_work_row, n_facet_statev
+    do i = n_plane_statev*(n_planes - 1), cap_statev(n_planes, wears) - kappa_row, n_facet_statev
       do row = worn_row, wear_work_row
         beyond = ior(beyond, outside(state(i + row), row_bound(row, energy, slip), row_signed(row)))
       end do
@@ -134,23 +139,25 @@ contains
   end function state_bounded
 
   !> Ranges of the state variables of a point.
-  pure subroutine state_ranges(n_planes, energy, slip, bound, signed)
+  pure subroutine state_ranges(n_planes, wears, energy, slip, bound, signed)
     integer, intent(in) :: n_planes       !! planes
+    logical, intent(in) :: wears          !! whether they wear or are crushed
     real(wp), intent(in) :: energy        !! largest energy, stress*length
     real(wp), intent(in) :: slip          !! largest slip and offset, length
     real(wp), intent(out) :: bound(:)     !! (n_statev) largest magnitudes
     logical, intent(out) :: signed(:)     !! (n_statev) whether they may be negative
     integer :: i, row
     do i = 1, size(bound)
-      row = statev_row(i, n_planes)
+      row = statev_row(i, n_planes, wears)
       bound(i) = row_bound(row, energy, slip)
       signed(i) = row_signed(row)
     end do
   end subroutine state_ranges
 
   !> Ranges of the state variables of a point, as bits.
-  pure subroutine set_limits(n_planes, n_statev, energy, slip, limits)
+  pure subroutine set_limits(n_planes, wears, n_statev, energy, slip, limits)
     integer, intent(in) :: n_planes            !! planes
+    logical, intent(in) :: wears               !! whether they wear or are crushed
     integer, intent(in) :: n_statev            !! state variables the law needs
     real(wp), intent(in) :: energy             !! largest energy, stress*length
     real(wp), intent(in) :: slip               !! largest slip and offset, length
@@ -158,7 +165,7 @@ contains
     real(wp) :: bound(n_statev)
     logical :: signed(n_statev)
     integer :: i
-    call state_ranges(n_planes, energy, slip, bound, signed)
+    call state_ranges(n_planes, wears, energy, slip, bound, signed)
     limits%n = n_statev
     do i = 0, n_statev*(points_together - 1), n_statev
       limits%most(i + 1:i + n_statev) = transfer(bound, [0_int64])
@@ -320,7 +327,7 @@ contains
   end function outside_prop
 
   !> Test the ratios of PROPS, each entry of which is admissible: the stiffness of mode II over that of mode I, and
-  !> lengths over s_f.
+  !> lengths over s_f. A compressive strength needs the energy of its softening.
   pure subroutine review_ratios(fixed, status, message)
     real(wp), intent(in) :: fixed(n_fixed_props)              !! PROPS
     integer, intent(inout) :: status                          !! -> status_props if one is not admissible
@@ -329,6 +336,11 @@ contains
     real(wp) :: ratio
     logical, parameter :: measured(n_fixed_props) = [(prop_table(i)%measure == "s_f", i=1, n_fixed_props)]
     integer, parameter :: lengths(count(measured)) = pack([(i, i=1, n_fixed_props)], measured)
+    if (fixed(p_fc) > 0.0_wp .and. .not. fixed(p_gfc) > 0.0_wp) then
+      status = status_props
+      call append(message, "fc = " // to_text(fixed(p_fc)) // ": expected Gfc > 0 beside it, the energy of its " // &
+        "softening")
+    end if
     ratio = 1.0_wp
     if (fixed(p_sigma02) > 0.0_wp) ratio = (fixed(p_sigma02)/fixed(p_sigma0))**2
     if (fixed(p_gc2) > 0.0_wp) ratio = ratio*(fixed(p_gc)/fixed(p_gc2))

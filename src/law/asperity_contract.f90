@@ -5,7 +5,7 @@ module asperity_contract
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: prop_type, statev_type, n_statev, n_implex_statev, plane_statev, facet_statev, statev_row
+  public :: prop_type, statev_type, n_statev, n_implex_statev, plane_statev, facet_statev, statev_row, cap_statev
 
   !> Version of the library; the build reads it from this line.
   character(len=*), parameter, public :: version = "0.1.0"
@@ -14,7 +14,7 @@ module asperity_contract
   integer, parameter, public :: p_sigma0 = 1, p_gc = 2, p_eta = 3, p_mu = 4, p_theta = 5, p_m = 6, p_flat = 7, &
     p_turn = 8, p_h = 9, p_map = 10, p_sigma02 = 11, p_gc2 = 12, p_tau_v = 13, p_dalpha = 14, p_r = 15, &
     p_kc = 16, p_guard = 17, p_height = 18, p_w0 = 19, p_damage0 = 20, p_closure = 21, p_crush = 22, p_water = 23, &
-    p_c = 24, p_implex = 25
+    p_c = 24, p_implex = 25, p_fc = 26, p_gfc = 27, p_css = 28, p_kp = 29, p_fcr = 30
   !> PROPS before the listed planes, and how many of them have no default. The last ones are reserved: a new constant
   !> takes one of them, so that the listed planes of existing decks keep their place.
   integer, parameter, public :: n_fixed_props = 32, n_required_props = 4
@@ -123,11 +123,16 @@ module asperity_contract
               0.0_wp, large, 0.0_wp, [1.0e-3_wp, 1.0e3_wp], "log", on_branch=.false.), &
     prop_type("implex", "host", "UMAT: error of damage that IMPL-EX allows; 0: implicit", "-", "0 <= implex < 1", &
               0.0_wp, below_one, 0.0_wp, [0.02_wp, 0.2_wp], "logit"), &
-    prop_type("slot26", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
-    prop_type("slot27", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
-    prop_type("slot28", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
-    prop_type("slot29", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
-    prop_type("slot30", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
+    prop_type("fc", "law", "compressive strength of the joint; 0: none", "stress", ">= 0 (0, or 1e-50 to 1e50)", &
+              0.0_wp, large, 0.0_wp, [1.0_wp, 100.0_wp], "log", .true.), &
+    prop_type("Gfc", "law", "energy of its softening, > 0 with fc", "stress*length", ">= 0 (0, or 1e-50 to 1e50)", &
+              0.0_wp, large, 0.0_wp, [1.0e-2_wp, 1.0e3_wp], "log", .true.), &
+    prop_type("Css", "law", "weight of the shear in it: p^2 + Css tau^2 <= fc^2", "-", ">= 0 (at most 1e10)", &
+              0.0_wp, top, 9.0_wp, [0.1_wp, 100.0_wp], "log"), &
+    prop_type("kp", "law", "plastic closure at its peak; 0: none before it", "length", ">= 0 (0, or 1e-50 to 1e50)", &
+              0.0_wp, large, 0.0_wp, [1.0e-3_wp, 1.0e2_wp], "log", .true.), &
+    prop_type("fcr", "law", "residual share of it", "-", "0 <= fcr < 1", 0.0_wp, below_one, 0.1_wp, &
+              [0.01_wp, 0.9_wp], "logit"), &
     prop_type("slot31", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear"), &
     prop_type("slot32", "reserved", no_use, "-", zero_only, 0.0_wp, 0.0_wp, 0.0_wp, [0.0_wp, 0.0_wp], "linear")]
 
@@ -138,16 +143,20 @@ module asperity_contract
   integer, parameter, public :: n_point_statev = 8, n_plane_statev = 3
   !> With wear (W0 or crush > 0), state variables per facet (worn share, frictional work), after those of all planes.
   integer, parameter, public :: n_facet_statev = 2
+  !> With a compressive strength (fc > 0), state variables after all others (plastic closure, its energy).
+  integer, parameter, public :: n_cap_statev = 2
   !> Largest number of state variables of a point; a constant, since gfortran puts arrays of another size on the heap.
-  integer, parameter, public :: most_statev = n_point_statev + (n_plane_statev + n_facet_statev)*max_planes
+  integer, parameter, public :: most_statev = n_point_statev + (n_plane_statev + n_facet_statev)*max_planes + &
+    n_cap_statev
   !> With IMPL-EX (PROPS 25), places of its state variables after all others: change of the separation in the last
   !> increment, duration of it, longest duration of the step, growth of the damage of the first plane. The errors of
   !> damage and traction follow the growth of the last plane.
   integer, parameter, public :: i_jump = 1, i_duration = 4, i_longest = 5, i_growth = 6
   integer, parameter :: n_errors = 2
-  !> Rows of statev_table that must not be negative: damage, worn share, frictional work. The first two are at most 1.
+  !> Rows of statev_table that must not be negative: damage, worn share, frictional work, plastic closure and its
+  !> energy. The first two are at most 1.
   integer, parameter, public :: damage_row = n_point_statev + 1, worn_row = damage_row + n_plane_statev, &
-    wear_work_row = worn_row + 1
+    wear_work_row = worn_row + 1, kappa_row = worn_row + n_facet_statev, crushing_row = kappa_row + 1
 
   !> One state variable: name, meaning, unit.
   type :: statev_type
@@ -156,7 +165,7 @@ module asperity_contract
     character(len=18) :: unit      !! in the user's consistent set
   end type statev_type
 
-  type(statev_type), parameter, public :: statev_table(n_point_statev + n_plane_statev + n_facet_statev) = [ &
+  type(statev_type), parameter, public :: statev_table(crushing_row) = [ &
     statev_type("damage", "sum of gamma*alpha over the planes", "-"), &
     statev_type("stored", "stored energy per unit nominal area", "stress*length"), &
     statev_type("rupture", "energy spent on rupture per unit nominal area", "stress*length"), &
@@ -169,7 +178,9 @@ module asperity_contract
     statev_type("s_dit", "inelastic slip of the plane along t", "length"), &
     statev_type("s_dih", "inelastic slip of the plane along h", "length"), &
     statev_type("worn", "worn share of the facet of the plane (if W0 or crush > 0)", "-"), &
-    statev_type("wear_work", "frictional work of the facet per area (if W0 or crush > 0)", "stress*length")]
+    statev_type("wear_work", "frictional work of the facet per area (if W0 or crush > 0)", "stress*length"), &
+    statev_type("kappa", "plastic closure of the joint (if fc > 0)", "length"), &
+    statev_type("crushing", "energy dissipated by it per unit nominal area (if fc > 0)", "stress*length")]
 
   !> State variables of IMPL-EX.
   type(statev_type), parameter, public :: implex_table(i_growth + n_errors) = [ &
@@ -194,14 +205,25 @@ module asperity_contract
 contains
 
   !> Number of state variables of a pattern of n planes.
-  pure function n_statev(n, wears) result(n_total)
+  pure function n_statev(n, wears, yields) result(n_total)
     integer, intent(in) :: n                  !! number of planes
     logical, intent(in), optional :: wears    !! whether W0 or crush > 0; absent: both are 0
+    logical, intent(in), optional :: yields   !! whether fc > 0; absent: it is 0
     integer :: n_total
     n_total = n_point_statev + n_plane_statev*n
     if (.not. present(wears)) return
     if (wears) n_total = n_total + n_facet_statev*n
+    if (.not. present(yields)) return
+    if (yields) n_total = n_total + n_cap_statev
   end function n_statev
+
+  !> Index in STATEV of the plastic closure of a joint with fc > 0, without IMPL-EX; its energy follows.
+  pure function cap_statev(n, wears) result(i)
+    integer, intent(in) :: n        !! number of planes
+    logical, intent(in) :: wears    !! whether W0 or crush > 0
+    integer :: i
+    i = n_statev(n, wears) + 1
+  end function cap_statev
 
   !> Number of state variables of IMPL-EX, which follow those of the law, for a pattern of n planes.
   pure function n_implex_statev(n) result(n_total)
@@ -226,13 +248,16 @@ contains
   end function facet_statev
 
   !> Row of statev_table that describes a state variable.
-  pure function statev_row(i, n) result(row)
-    integer, intent(in) :: i   !! index in STATEV
-    integer, intent(in) :: n   !! number of planes
+  pure function statev_row(i, n, wears) result(row)
+    integer, intent(in) :: i                  !! index in STATEV
+    integer, intent(in) :: n                  !! number of planes
+    logical, intent(in), optional :: wears    !! whether W0 or crush > 0; absent: they are if there are so many
     integer :: row
     row = i
     if (i > n_point_statev) row = damage_row + modulo(i - damage_row, n_plane_statev)
     if (i > n_statev(n)) row = worn_row + modulo(i - n_statev(n) - 1, n_facet_statev)
+    if (.not. present(wears)) return
+    if (i > n_statev(n, wears)) row = kappa_row + i - cap_statev(n, wears)
   end function statev_row
 
 end module asperity_contract

@@ -43,7 +43,7 @@ contains
     real(wp), intent(out) :: factor                        !! wanted size of the increment over this one, 1: as it is
     real(wp), dimension(joint%n_statev) :: ends, frozen, start
     real(wp), dimension(joint%pattern%n) :: alpha, guess, old
-    real(wp) :: aim(3), implicit(3), ratio, sigma0, strength, unused(3)
+    real(wp) :: aim(3), at_aim(3), implicit(3), ratio, sigma0, strength
     integer :: k, last
     last = i_longest + joint%pattern%n
     start = state(:joint%n_statev)
@@ -56,13 +56,13 @@ contains
         aim = s_old
       end if
       call update_point(joint, s_old, s, start, ends, implicit, tangent, dt)
-      call update_point(joint, s_old, aim, start, frozen, unused, tangent, dt)
+      call update_point(joint, s_old, aim, start, frozen, at_aim, tangent, dt)
       alpha = plane_damage(joint, ends)
       ! the separation shows that a plane begins to break, its own growth how fast it does
       guess = max(plane_damage(joint, frozen), min(1.0_wp, old + ratio*own(i_growth:last)))
       frozen([(plane_statev(k), k=1, joint%pattern%n)]) = guess
-      call frozen_response(joint, damping_lag(joint%material, dt), s_old, aim, s, start, frozen, traction, tangent, &
-        strength, secant=.true.)
+      call frozen_response(joint, damping_lag(joint%material, dt), s_old, aim, s, start, frozen, at_aim, traction, &
+        tangent, strength, secant=.true.)
       sigma0 = joint%material%k_n/sqrt(joint%material%inv_s01_2)
       own(i_jump:i_jump + 2) = s - s_old
       own(i_longest) = merge(dt, max(own(i_longest), dt), first)

@@ -1,5 +1,6 @@
 !> A rough interface from PROPS: material, pattern of planes and the options of the host.
 module asperity_interface
+  use asperity_cap, only: cap_type, new_cap
   use asperity_checks, only: read_props
   use asperity_contract, only: n_fixed_props, n_implex_statev, n_statev, p_dalpha, p_flat, p_h, p_implex, p_m, p_map, &
     p_r, p_theta, p_turn, p_water, plane_statev, separation_limit, status_ok
@@ -14,6 +15,7 @@ module asperity_interface
   type :: interface_type
     type(material_type) :: material   !! constants of the law
     type(pattern_type) :: pattern     !! frames and weights of the planes
+    type(cap_type) :: cap             !! compressive strength of the joint, in series with the law
     integer :: n_statev               !! state variables the law needs
     integer :: n_umat_statev          !! state variables a UMAT needs: with IMPL-EX more than the law
     real(wp) :: h                     !! thickness by which the host divides separations, length
@@ -47,7 +49,8 @@ contains
     else
       call regular_pattern(m, p(p_theta), p(p_flat), p(p_turn), joint%pattern)
     end if
-    joint%n_statev = n_statev(joint%pattern%n, joint%material%wears)
+    joint%cap = new_cap(p)
+    joint%n_statev = n_statev(joint%pattern%n, joint%material%wears, joint%cap%peak > 0.0_wp)
     joint%h = merge(p(p_h), 1.0_wp, p(p_h) > 0.0_wp)
     joint%map = int(p(p_map))
     joint%water = int(p(p_water))

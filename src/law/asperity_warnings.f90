@@ -24,12 +24,13 @@ module asperity_warnings
     m_steep = 10, &        !! closure over the largest closure Vm
     m_lasting = 11, &      !! with crush, mu tan(theta) of the steepest plane
     m_late = 12, &         !! with crush, K_t over the secant stiffness of the contact
-    n_measures = 12
+    m_brittle = 13, &      !! with fc, fc^2/Gfc over the stiffness of the closed joint
+    n_measures = 13
 
   !> Limits: a larger measure gives a warning.
   real(wp), parameter, public :: limits(n_measures) = [0.0_wp, nearest(1.0_wp, -1.0_wp), 0.0_wp, 1.0_wp, &
     nearest(1.0_wp, -1.0_wp), 0.1_wp, 0.1_wp, 0.01_wp, 1.0_wp, largest_closure_share, nearest(1.0_wp, -1.0_wp), &
-    0.1_wp + epsilon(1.0_wp)]
+    0.1_wp + epsilon(1.0_wp), nearest(1.0_wp, -1.0_wp)]
   !> Length of a text that holds each sentence.
   integer, parameter, public :: text_size = 240
   !> Inclinations (degrees) below this may have been meant in radians: a right angle is 1.57.
@@ -51,6 +52,9 @@ contains
     values = 0.0_wp
     call new_interface(props, joint, status)
     if (status /= status_ok) return
+    if (joint%cap%peak > 0.0_wp) values(m_brittle) = joint%cap%peak/joint%cap%length* &
+      (joint%cap%peak/(joint%cap%peak - joint%cap%residual))/ &
+      (joint%material%k_c*stiffening(joint%material, closure_under(joint%material, joint%cap%peak)))
     associate (material => joint%material, n => joint%pattern%n, damage => start_damage(joint, 0.0_wp))
       stress = stress_alone(joint, pressure)
       closure = closure_under(material, stress)
@@ -124,7 +128,7 @@ contains
 
   !> Sentence about a measure that is beyond its limit.
   pure function warning_text(which, value) result(text)
-    integer, intent(in) :: which    !! m_modes..m_late
+    integer, intent(in) :: which    !! m_modes..m_brittle
     real(wp), intent(in) :: value   !! of the measure
     character(len=text_size) :: text
     character(len=*), parameter :: alone = "a plane that carries the largest pressure alone"
@@ -163,6 +167,9 @@ contains
     case (m_late)
       text = "the bond is " // short(value) // " times as stiff as " // alone // ", " // trim(limit) // &
         " with crush: on a softer contact asperities are crushed after the peak"
+    case (m_brittle)
+      text = "fc^2/Gfc is " // short(value) // " times the stiffness of the closed joint: expected < 1, because " // &
+        "a joint that softens faster than it springs back falls in a jump: a larger Gfc or kc"
     case default
       text = "the elastic slip of " // alone // " wears " // short(value) // " times its closure off, " // &
         trim(limit) // ": planes that share the pressure may then wear off in jumps"

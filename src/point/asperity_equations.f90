@@ -77,7 +77,7 @@ contains
     point = old
     ! there is nothing to divide
     call law%update(call_type(), old, point, requested)
-    point%work = sum(law%energies(point%state))
+    point%work = sum(law%accounts(point%state))
   end function new_point
 
   !> Equations of an increment.

@@ -75,7 +75,7 @@ contains
     type(point_type), intent(in) :: before, after   !! the points
     logical :: yes
     real(wp) :: change(2), work
-    change = law%energies(after%state) - law%energies(before%state)
+    change = law%accounts(after%state) - law%accounts(before%state)
     work = after%work - before%work
     yes = abs(work - sum(change)) > unbalanced_wear*max(law%stress*law%s_0, abs(work) + sum(abs(change)))
   end function unbalanced
@@ -96,7 +96,7 @@ contains
       equations%control%traction))
     yes = largest_move(equations, before, after) > max(snap_resolution*law%s_0, unprompted*prescribed)
     if (.not. yes) return
-    change = law%energies(after%state) - law%energies(before%state)
+    change = law%accounts(after%state) - law%accounts(before%state)
     yes = change(1) < 0.0_wp .and. change(2) > unprompted*abs(after%work - before%work)
   end function falls
 
@@ -133,7 +133,7 @@ contains
       else if (attempt == 3) then
         good = carries_nothing(law, equations, here)
         if (good) call open_joint(law, equations, fractions(2), trial, good)
-        if (good) good = all(abs(law%energies(trial%state) - law%energies(equations%old%state)) <= &
+        if (good) good = all(abs(law%accounts(trial%state) - law%accounts(equations%old%state)) <= &
           least_rupture*law%stress*law%s_0)
         if (good) return
         cycle

@@ -276,7 +276,7 @@ contains
     real(wp), intent(in) :: length             !! of the step
     logical :: yes
     real(wp) :: change(2), unit, work
-    change = law%energies(new%state) - law%energies(old%state)
+    change = law%accounts(new%state) - law%accounts(old%state)
     work = new%work - old%work
     unit = max(law%stress*law%s_0, abs(work) + sum(abs(change)))
     yes = abs(work - sum(change)) <= unbalanced*min(1.0_wp, length/law%s_0)*unit .or. &
@@ -297,7 +297,7 @@ contains
       work = (ramp(equations%start, equations%target, equations%done) - 0.5_wp*control%spring*(before%s + after%s))* &
         (after%s - before%s)
       report%released = report%released + sum(work, mask=control%traction) - &
-        sum(law%energies(after%state) - law%energies(before%state))
+        sum(law%accounts(after%state) - law%accounts(before%state))
       if (length > maxval(abs(report%after - report%before))) then
         report%before = before%s
         report%after = after%s
@@ -422,7 +422,7 @@ contains
       report%before = before%s
       report%after = after%s
       ! friction and wear take what was stored: what does not balance is the error of the steps
-      report%released = after%work - before%work - sum(law%energies(after%state) - law%energies(before%state))
+      report%released = after%work - before%work - sum(law%accounts(after%state) - law%accounts(before%state))
     end associate
   end subroutine note_fall
 
@@ -447,7 +447,7 @@ contains
     type(point_type), intent(in) :: begin, end   !! the point at both ends of the part
     logical :: yes
     real(wp) :: spent(2)
-    spent = law%energies(end%state) - law%energies(begin%state)
+    spent = law%accounts(end%state) - law%accounts(begin%state)
     yes = spent(2) > least_rupture*law%stress*law%s_0
     if (.not. yes .and. is_unstiff(end)) yes = begin%s(1) - law%contact_opening(begin%s, begin%state) > &
       snap_resolution*law%s_0

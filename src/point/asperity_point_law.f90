@@ -35,6 +35,7 @@ module asperity_point_law
   !> with damage, stored energy and the energies spent on rupture and friction, at the positions of the contract.
   type, abstract, public :: point_law
     integer :: n_state = 0                 !! number of state variables
+    integer :: further = 0                 !! one that is a dissipated energy beside those of `energies`, 0: none
     integer :: first_own = 5               !! the first of them behind damage and energies that has a column on request
     real(wp) :: s_0 = 0.0_wp               !! separation at which the strength is reached, length
     real(wp) :: s_f = 0.0_wp               !! separation at which the bond is broken, length
@@ -49,6 +50,7 @@ module asperity_point_law
     logical :: wears = .false.             !! whether the state at the start of an increment wears the joint in it
     logical :: discontinuous = .false.     !! whether the traction may be a discontinuous function of the separation
   contains
+    procedure, non_overridable :: accounts
     procedure :: admissible
     procedure :: bond_pressure
     procedure :: cannot_soften
@@ -99,6 +101,15 @@ module asperity_point_law
   end interface
 
 contains
+
+  !> All energies of a state: stored, and dissipated so far, stress*length.
+  pure function accounts(law, state)
+    class(point_law), intent(in) :: law   !! the law
+    real(wp), intent(in) :: state(:)      !! state
+    real(wp) :: accounts(2)
+    accounts = law%energies(state)
+    if (law%further > 0) accounts(2) = accounts(2) + state(law%further)
+  end function accounts
 
   !> Whether an update may start from a state; by default from any that is finite.
   pure function admissible(law, state) result(yes)

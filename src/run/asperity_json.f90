@@ -1,8 +1,8 @@
 !> Content of case files, errors and tables of the library as JSON, for programs.
 module asperity_json
   use asperity_case, only: case_file_type, case_type
-  use asperity_contract, only: implex_table, max_inclined, n_facet_statev, n_fixed_props, n_listed_values, &
-    n_plane_statev, n_point_statev, n_required_props, prop_table, statev_table, statev_type, version
+  use asperity_contract, only: implex_table, max_inclined, n_cap_statev, n_facet_statev, n_fixed_props, &
+    n_listed_values, n_plane_statev, n_point_statev, n_required_props, prop_table, statev_table, statev_type, version
   use asperity_errors, only: errors_type, word
   use asperity_kinds, only: wp
   use asperity_point_law, only: event_length
@@ -137,6 +137,7 @@ contains
     call out%put("point_statev", integer_text(n_point_statev))
     call out%put("plane_statev", integer_text(n_plane_statev))
     call out%put("facet_statev", integer_text(n_facet_statev))
+    call out%put("cap_statev", integer_text(n_cap_statev))
     call out%put("max_inclined", integer_text(max_inclined))
     call out%put("events", integer_text(event_length))
     call out%close("}")

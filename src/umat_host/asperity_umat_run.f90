@@ -47,7 +47,7 @@ contains
     do i = 1, 3
       if (law%umat%position(i) > 0) start%traction(i) = start%state(n_header + law%umat%position(i))
     end do
-    start%work = sum(law%energies(start%state))
+    start%work = sum(law%accounts(start%state))
     if (case%state%has_work) start%work = case%state%work
     call start_run(law, case%steps, run%run, start, case%state%p)
     run%run%before = start

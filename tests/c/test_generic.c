@@ -7,9 +7,13 @@ static __typeof__(&asperity_update) update;
 
 static const double PROPS[] = {3.0, 0.3, 0.9, 0.5, 30.0, 2.0, 1.0 / 3.0};
 enum { N_PROPS = 7, N_STATEV = POINT_STATEV + PLANE_STATEV * 3, N_WORN = N_STATEV + FACET_STATEV * 3 };
+enum { PLAIN, WORN_FACETS, YIELDING }; /* what a joint has beside the paper */
 /* The same with asperities that end, wear and are crushed. */
 static const double WORN[] = {3.0, 0.3, 0.9, 0.5, 30.0, 2.0, 1.0 / 3.0, 0.0, 1.0, 0.0, 0.0,
                               0.0, 0.0, 0.0, 0.0, 1.0,  0.0, 0.3,       2.0, 0.0, 0.0, 4.0};
+/* The same with a compressive strength. */
+static const double CRUSHED[] = {3.0, 0.3, 0.9, 0.5, 30.0, 2.0, 1.0 / 3.0, 0.0, 1.0, 0.0, 0.0, 0.0,  0.0, 0.0,  0.0,
+                                 1.0, 0.0, 0.0, 0.0, 0.0,  0.0, 0.0,       0.0, 0.0, 0.0, 0.9, 0.05, 1.0, 0.01, 0.2};
 
 /* All symbols that MGIS reads when it loads a behaviour. */
 static int loads(const char *behaviour, int layer, int planes) {
@@ -31,7 +35,8 @@ static int loads(const char *behaviour, int layer, int planes) {
                                         "nTangentOperatorBlocks"};
   static const int expected[] = {1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 1, 1, 2};
   const char *gradient = layer ? "Strain" : "OpeningDisplacement", *force = layer ? "Stress" : "CohesiveForce";
-  const int type = layer ? 1 : 2, n_statev = POINT_STATEV + (PLANE_STATEV + FACET_STATEV) * planes;
+  const int type = layer ? 1 : 2, n_planes_statev = POINT_STATEV + (PLANE_STATEV + FACET_STATEV) * planes,
+            n_statev = n_planes_statev + CAP_STATEV;
   char last[16];
   int bad = 0;
   snprintf(last, sizeof last, "wear_work_%d", planes);
@@ -53,7 +58,8 @@ static int loads(const char *behaviour, int layer, int planes) {
   const int *types = symbol(behaviour, "InternalStateVariablesTypes");
   if (variables == NULL || types == NULL) return bad + 1;
   bad += FAILS(strcmp(variables[0], "damage") == 0 && strcmp(variables[ALPHA], "alpha_1") == 0);
-  bad += FAILS(strcmp(variables[n_statev - 1], last) == 0);
+  bad += FAILS(strcmp(variables[n_planes_statev - 1], last) == 0);
+  bad += FAILS(strcmp(variables[n_statev - 2], "kappa") == 0 && strcmp(variables[n_statev - 1], "crushing") == 0);
   for (int i = 0; i < n_statev; i++) bad += FAILS(types[i] == 0);
   const int n_properties = number(behaviour, "nMaterialProperties");
   bad += FAILS(n_properties > 10 && n_properties < MOST_PROPERTIES);
@@ -102,12 +108,16 @@ enum { N_PATH = sizeof PATH / sizeof *PATH };
 /* The difference between n components of a behaviour and the C API along a path, to the rounding of another kernel. A
    layer passes strains s_N/h, s_Tx/(sqrt(2) h), s_Ty/(sqrt(2) h) as 11, 12, 13; its other components are elastic. In 2D
    there is no Ty. */
-static int follows(const char *behaviour, int n, int worn) {
+static int follows(const char *behaviour, int n, int kind) {
+  const int worn = kind == WORN_FACETS, yields = kind == YIELDING;
   const int layer = strstr(behaviour, "Layer") != NULL, flat = n == (layer ? 4 : 2), shown = flat ? 2 : 3;
   const int at[3] = {0, layer ? 3 : 1, layer ? 4 : 2};
   const double root = layer ? sqrt(2.0) : 1.0, weight[3] = {1.0, root, root}, beside[6] = {0, 2e-3, -1e-3, 0, 0, 4e-3};
-  const double h = layer ? THICKNESS : 1.0, side = R * K * h, *props = worn ? WORN : PROPS;
-  const int n_props = worn ? (int)(sizeof WORN / sizeof *WORN) : N_PROPS, n_statev = worn ? N_WORN : N_STATEV;
+  const double h = layer ? THICKNESS : 1.0, side = R * K * h, *props = yields ? CRUSHED : worn ? WORN : PROPS;
+  const int n_props = yields ? (int)(sizeof CRUSHED / sizeof *CRUSHED)
+                      : worn ? (int)(sizeof WORN / sizeof *WORN)
+                             : N_PROPS;
+  const int n_planes_statev = worn ? N_WORN : N_STATEV, n_statev = n_planes_statev + (yields ? CAP_STATEV : 0);
   int bad = 0;
   Point p = virgin(behaviour);
   if (worn) {
@@ -115,7 +125,11 @@ static int follows(const char *behaviour, int n, int worn) {
     set(&p, behaviour, "W0", 2.0);
     set(&p, behaviour, "crush", 4.0);
   }
-  double state[N_WORN] = {0}, traction[3], tangent[3][3], from[3] = {0};
+  if (yields) {
+    static const char *const names[] = {"fc", "Gfc", "Css", "kp", "fcr"};
+    for (int i = 0; i < 5; i++) set(&p, behaviour, names[i], CRUSHED[25 + i]);
+  }
+  double state[N_WORN + CAP_STATEV] = {0}, traction[3], tangent[3][3], from[3] = {0};
   for (int step = 0; step < N_PATH; step++) {
     const double s[3] = {PATH[step][0], PATH[step][1], flat ? 0.0 : PATH[step][2]};
     int component[6] = {-1, -1, -1, -1, -1, -1};
@@ -136,18 +150,22 @@ static int follows(const char *behaviour, int n, int worn) {
         bad += DIFFERS(expected, p.tangent[n * i + j], 2 * TANGENT_TOLERANCE);
       }
     }
-    for (int i = 0; i < n_statev; i++) bad += DIFFERS(state[i], p.variables[i], 64 * 2.3e-16);
+    for (int i = 0; i < n_statev; i++)
+      bad += DIFFERS(state[i], p.variables[i < n_planes_statev ? i : N_WORN + i - n_planes_statev], 64 * 2.3e-16);
     bad += DIFFERS(state[STORED] / h + elastic, p.stored, 64 * 2.3e-16 / h);
-    bad += DIFFERS((state[RUPTURE] + state[FRICTION]) / h, p.dissipated, 64 * 2.3e-16 / h);
+    const double crushing = yields ? state[n_statev - 1] : 0.0;
+    bad += DIFFERS((state[RUPTURE] + state[FRICTION] + crushing) / h, p.dissipated, 64 * 2.3e-16 / h);
     memcpy(from, s, sizeof from);
     accept(&p);
   }
   bad += FAILS(p.variables[FRICTION] > 0.0 && p.variables[RUPTURE] > 0.0);
+  bad += FAILS(!yields || (p.variables[N_WORN] > 0.0 && p.variables[N_WORN + 1] > 0.0 && p.variables[N_STATEV] == 0.0));
   return bad + FAILS(!worn || p.variables[n_statev - 1] > 0.0);
 }
 
 static int behaviours_are_the_law(void) {
-  return follows("AsperityJoint3", 2, 0) + follows("AsperityJoint3", 3, 0) + follows("AsperityJoint3", 3, 1) +
+  return follows("AsperityJoint3", 3, YIELDING) + follows("AsperityLayer3", 4, YIELDING) +
+         follows("AsperityJoint3", 2, 0) + follows("AsperityJoint3", 3, 0) + follows("AsperityJoint3", 3, 1) +
          follows("AsperityLayer3", 4, 0) + follows("AsperityLayer3", 6, 0) + follows("AsperityLayer3", 6, 1);
 }
 
@@ -209,10 +227,10 @@ static int errors(void) {
   int bad = rejected(p, "AsperityLayer3", 4.0, "mu = -0.5: expected >= 0");
   p = good;
   set(&p, "AsperityLayer3", "m", 4.0);
-  bad += rejected(p, "AsperityLayer3", 4.0, "expected AsperityLayer5 for the 5 planes (33 state variables)");
+  bad += rejected(p, "AsperityLayer3", 4.0, "expected AsperityLayer5 for the 5 planes (35 state variables)");
   bad += rejected(good, "AsperityLayer5", 4.0, "expected AsperityLayer3 for the 3 planes");
   set(&p, "AsperityLayer3", "m", 64.0);
-  bad += rejected(p, "AsperityLayer3", 4.0, "no behaviour has those of the 65 planes (333 state variables)");
+  bad += rejected(p, "AsperityLayer3", 4.0, "no behaviour has those of the 65 planes (335 state variables)");
   set(&p, "AsperityLayer3", "m", -1.0);
   bad += rejected(p, "AsperityLayer3", 4.0, "m = -1: expected a regular pattern");
   p = good;

@@ -65,7 +65,7 @@ def fields(path: Path) -> dict[str, Floats]:
 
 def with_points(interface: Interface) -> str:
     """Patch that adds the integration points of the joint to the output: strain, stress, state variables."""
-    variables = contract.statev_names(interface.n_planes, True)
+    variables = contract.statev_names(interface.n_planes, True, True)
     names = ["sigma", "epsilon", *(f"{STATE}{name}" for name in variables)]
     lines = "".join(f"<variable>{name}_ip</variable>" for name in names)
     return changed(("add", "/*/time_loop/output/variables", lines))
@@ -80,7 +80,7 @@ def of_points(
     """
     # components of OpenGeoSys: xx, yy, zz, xy; Tx of the layer is -x
     at, sign = [1, 3, 2], np.array([1.0, -1.0, 0.0])
-    names = [f"{STATE}{name}_ip" for name in contract.statev_names(interface.n_planes, True)]
+    names = [f"{STATE}{name}_ip" for name in contract.statev_names(interface.n_planes, True, True)]
     state = np.stack([step[name] for name in names], axis=1)  # of the layers only
     at_points = (step[f"{name}_ip"][:, at].reshape(-1, 4, 3)[layer] for name in ("epsilon", "sigma"))
     strain, traction = (values * sign for values in at_points)

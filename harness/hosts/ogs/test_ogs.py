@@ -126,7 +126,7 @@ def test_mgis_loads_every_behaviour(tmp_path: Path) -> None:
             assert float(m[2] or -np.finfo(float).max) == row.lower
             assert float(m[3] or np.finfo(float).max) == row.upper
         water = ["FluidPressure"] if "Wet" in name else []
-        assert others[len(rows) :] == [*contract.statev_names(n, True), *water]
+        assert others[len(rows) :] == [*contract.statev_names(n, True, True), *water]
     refused = [program, generic_library(), "AsperityLayer3", "PlaneStress"]
     assert subprocess.run(refused, capture_output=True, check=False).returncode != 0
 

@@ -200,7 +200,8 @@ def _material_problems(joint: Joint, explicit: bool) -> Iterator[str]:
     if explicit and implex > 0.0:
         yield f"{head}: implex = {implex:g} (PROPS 25): expected 0 for Abaqus/Explicit"
     n_planes, wears = contract.check(material.props)
-    needed = len(contract.umat_names(n_planes, wears, 0.0 if explicit else implex))
+    yields = contract.yields(material.props)
+    needed = len(contract.umat_names(n_planes, wears, 0.0 if explicit else implex, yields))
     wanted = f"expected at least {needed} state variables for {n_planes} planes"
     if material.depvar is None:
         yield f"{head}: no *Depvar: {wanted}"

@@ -51,10 +51,10 @@ contains
     n_props = n_leading + count(material_properties(.false.))
     if (n /= 2 .and. n /= 3) then
       write (error_unit, "(2a)") "asperity castem: NTENS = ", integer_text(n) // ": expected a joint element, 2 or 3"
-    else if (nprops /= n_props .or. nstatv /= n_statev(int(n_planes), .true.)) then
+    else if (nprops /= n_props .or. nstatv /= n_statev(int(n_planes), .true., .true.)) then
       write (error_unit, "(2a)") "asperity castem: NPROPS = ", integer_text(int(nprops)) // ", NSTATV = " // &
         integer_text(int(nstatv)) // ": expected " // integer_text(n_props) // " and " // &
-        integer_text(n_statev(int(n_planes), .true.)) // ", as asperity card cast3m writes them"
+        integer_text(n_statev(int(n_planes), .true., .true.)) // ", as asperity card cast3m writes them"
     else
       order = [n, 1, 2]   ! of N, Tx, Ty
       start(:n) = stran(order(:n))

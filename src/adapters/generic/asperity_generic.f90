@@ -8,9 +8,10 @@ module asperity_generic
   use asperity_c_text, only: put_text
   use asperity_call_checks, only: explain_point, explain_time, point_status, time_status
   use asperity_checks, only: bounded, is_pressure, review, review_props
-  use asperity_contract, only: n_fixed_props, n_statev, p_implex, p_m, p_map, p_water, prop_table, &
-    status_initial, status_nstatv, status_ok, status_separation, status_size, status_water, v_friction, v_offset, &
-    v_rupture, v_stored
+  use asperity_contract, only: cap_statev, n_cap_statev, n_fixed_props, n_statev, p_implex, p_m, p_map, p_water, &
+    prop_table, status_initial, status_nstatv, status_ok, status_separation, status_size, status_water, v_friction, &
+    v_offset, v_rupture, v_stored
+  use asperity_crushing, only: crushing
   use asperity_host, only: quiet_nan, rejected_pnewdt, request_cut, request_slower_damage
   use asperity_initial, only: carry_traction, explain_initial, first_traction
   use asperity_interface, only: interface_type, new_interface, plane_damage
@@ -136,11 +137,12 @@ contains
     real(c_double), pointer :: factor, energy
     type(interface_type) :: joint
     character(len=:), allocatable :: text
-    real(wp) :: props(n_fixed_props), state(n_statev(behaviour%n_planes, .true.)), old_damage(behaviour%n_planes)
+    real(wp) :: props(n_fixed_props), state(n_statev(behaviour%n_planes, .true., .true.))
+    real(wp) :: old_damage(behaviour%n_planes)
     real(wp) :: from(3), to(3), initial(3), traction(3), tangent(3, 3), h, request, side
     real(wp) :: p(2)   ! water pressure at start and end
     logical :: passed(n_fixed_props), predicting
-    integer :: i, status
+    integer :: at, cap, i, status
 
     call c_f_pointer(point%operator, operator, [behaviour%n, behaviour%n])
     call c_f_pointer(point%old%gradients, start, [behaviour%n])
@@ -162,7 +164,13 @@ contains
     if (predicting) p(2) = p(1)
 
     call new_interface(props, joint, status)
+    ! a behaviour has the variables of facets, with or without wear, and those of the strength behind them
+    cap = size(state) - n_cap_statev
+    at = cap
     if (status == status_ok) then
+      if (joint%cap%peak > 0.0_wp .and. joint%pattern%n == behaviour%n_planes) at = cap_statev(joint%pattern%n, &
+        joint%material%wears) - 1
+      state(at + 1:at + n_cap_statev) = old_variables(cap + 1:)
       h = joint%h
       from = 0.0_wp
       to = 0.0_wp
@@ -209,7 +217,8 @@ contains
       do i = 1, 3
         if (behaviour%position(i) > 0) stress(behaviour%position(i)) = behaviour%weight(i)*traction(i)
       end do
-      variables = state
+      variables(:cap) = merge(old_variables(:cap), state(:cap), [(i > at, i=1, cap)])
+      variables(cap + 1:) = state(at + 1:at + n_cap_statev)
       if (c_associated(point%new%stored)) then
         call c_f_pointer(point%new%stored, energy)
         ! with the components of a layer beside those of an interface
@@ -217,7 +226,7 @@ contains
       end if
       if (c_associated(point%new%dissipated)) then
         call c_f_pointer(point%new%dissipated, energy)
-        energy = (state(v_rupture) + state(v_friction))/h
+        energy = (state(v_rupture) + state(v_friction) + crushing(joint, state))/h
       end if
     end if
     if (abs(request) > any_operator) then
@@ -315,7 +324,7 @@ contains
           lines = integer_text(size(state)) // " state variables: no behaviour has those of the "
         end if
         lines = lines // integer_text(joint%pattern%n) // " planes (" // &
-          integer_text(n_statev(joint%pattern%n, .true.)) // " state variables) of these constants"
+          integer_text(n_statev(joint%pattern%n, .true., .true.)) // " state variables) of these constants"
       case (status_size)
         lines = "K[0] = " // to_text(request) // ": expected -3 to 4 (no speed of sound)"
       case (status_initial)

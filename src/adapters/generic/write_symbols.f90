@@ -105,7 +105,8 @@ contains
     call list(name, "ThermodynamicForces", [force], kind_of_gradient)
     ! one block: derivative of the first with respect to the second
     call list(name, "TangentOperatorBlocks", [force, gradient])
-    call list(name, "InternalStateVariables", [(statev_name(i, n_planes), i=1, n_statev(n_planes, .true.))], scalar)
+    call list(name, "InternalStateVariables", [(statev_name(i, n_planes, .true.), i=1, &
+      n_statev(n_planes, .true., .true.))], scalar)
     call list(name, "ExternalStateVariables", pack([character(len=text_length) :: water_name], [wet]), scalar)
     call list(name, "Parameters", none, scalar)
     properties = pack(prop_table, material_properties(layer))

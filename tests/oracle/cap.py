@@ -1,0 +1,137 @@
+"""Compressive strength of a joint in series with the NumPy reference, by bisection.
+
+A plastic closure kappa >= 0 of the joint takes what its pressure p exceeds: the law sees s_N + kappa, and
+p <= sqrt(fc(kappa)^2 - Css tau^2), 0 where the root is not real, with the tractions of the law.  kappa flows
+along N only.  The state is that of the law and, behind it, kappa and the energy p dkappa.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import frozen, reference
+from .plane import Floats, Parameters
+
+
+BETWEEN = 60
+"""Closures that are tried between that at the start and one at which nothing is exceeded."""
+
+
+@dataclass(frozen=True)
+class Cap:
+    """Strength fc, energy Gfc of the softening, weight Css of the shear, closure kp at the peak, residual."""
+
+    fc: float
+    Gfc: float
+    Css: float = 9.0
+    kp: float = 0.0
+    fcr: float = 0.1
+
+    def strength(self, kappa: Floats) -> Floats:
+        """Strength (Lourenco 1996) at a closure: a parabola from fc/3 to fc at kp, then an exponential."""
+        falls = (1.0 - self.fcr) * self.fc
+        softened = self.fcr * self.fc + falls * np.exp(-np.maximum(kappa - self.kp, 0.0) * falls / self.Gfc)
+        if self.kp == 0.0:
+            return softened
+        x = np.minimum(kappa / self.kp, 1.0)
+        return np.where(x < 1.0, self.fc * (1.0 + 2.0 * np.sqrt(2.0 * x - x * x)) / 3.0, softened)
+
+    def largest_pressure(self, traction: Floats, kappa: Floats) -> Floats:
+        """Largest pressure (...,) beside the shear of a traction (..., 3)."""
+        left = self.strength(kappa) ** 2 - self.Css * (traction[..., 1] ** 2 + traction[..., 2] ** 2)
+        return np.sqrt(np.maximum(left, 0.0))
+
+
+def virgin(pattern: reference.Pattern, wears: bool = False) -> Floats:
+    """State of a virgin point: that of the law, kappa and its energy."""
+    return np.zeros(len(reference.virgin(pattern, wears)) + 2)
+
+
+def update(
+    parameters: Parameters,
+    cap: Cap,
+    pattern: reference.Pattern,
+    s: Floats,
+    state: Floats,
+    s_old: Floats,
+    dt: float = 0.0,
+) -> tuple[Floats, Floats]:
+    """Traction (n, 3) and state of points after an increment; arguments as in `reference.update`."""
+    of_law, kappa_old = state[:, :-2], state[:, -2]
+    start = _closed(s_old, kappa_old)
+
+    def law(kappa: Floats) -> reference.Response:
+        """The law with a plastic closure at the end."""
+        return reference.update(parameters, pattern, _closed(s, kappa), of_law, start, dt)
+
+    def exceeds(kappa: Floats) -> NDArray[np.bool_]:
+        """Whether the pressure exceeds its bound."""
+        t = law(kappa).traction
+        return (t[:, 0] < 0.0) & (-t[:, 0] > cap.largest_pressure(t, kappa))
+
+    kappa = _smallest(exceeds, kappa_old, parameters.s0)
+    end = law(kappa)
+    # wear by the work so far belongs to the increment, not to its start
+    still = replace(parameters, W0=np.inf) if parameters.W0 > 0.0 else parameters
+    begin = reference.update(still, pattern, start, of_law, start)
+    pressures = np.maximum(-begin.traction[:, 0], 0.0) + np.maximum(-end.traction[:, 0], 0.0)
+    spent = 0.5 * pressures * (kappa - kappa_old)
+    if parameters.c == 0.0:
+        # no more than the work leaves beside the other energies, of which friction is too much in a jump
+        work = 0.5 * ((begin.traction + end.traction) * (s - s_old)).sum(axis=1)
+        others = end.state[:, 1] - begin.state[:, 1] + (end.state - of_law)[:, 2:4].sum(axis=1)
+        spent = np.maximum(np.minimum(spent, work - others), 0.0)
+    return end.traction, np.column_stack([end.state, kappa, state[:, -1] + spent])
+
+
+def frozen_traction(
+    parameters: Parameters,
+    cap: Cap,
+    pattern: reference.Pattern,
+    aim: Floats,
+    s: Floats,
+    state: Floats,
+    s_old: Floats,
+    dt: float = 0.0,
+) -> Floats:
+    """Traction (n, 3) at s with the variables of the aim, the largest pressure among them."""
+    at_aim, new = update(parameters, cap, pattern, aim, state, s_old, dt)
+    most = cap.largest_pressure(at_aim, new[:, -2])
+    law = frozen.law(
+        parameters, pattern, _closed(aim, new[:, -2]), state[:, :-2], _closed(s_old, state[:, -2]), dt
+    )
+
+    def exceeds(kappa: Floats) -> NDArray[np.bool_]:
+        """Whether the pressure exceeds its bound."""
+        return -law(_closed(s, kappa))[:, 0] > most
+
+    return law(_closed(s, _smallest(exceeds, state[:, -2], parameters.s0)))
+
+
+def _closed(s: Floats, kappa: Floats) -> Floats:
+    """Separation (n, 3) that the law sees with a plastic closure (n,)."""
+    return s + kappa[:, None] * [1.0, 0.0, 0.0]
+
+
+def _smallest(exceeds: Callable[[Floats], NDArray[np.bool_]], start: Floats, length: float) -> Floats:
+    """Plastic closures (n,) from the start on at which nothing is exceeded, by bisection."""
+    low, high, step = start.copy(), start.copy(), 1e-4 * length
+    while (above := exceeds(high)).any():
+        high = np.where(above, start + step, high)
+        step *= 1.5
+    # an excess may fall below zero, rise and fall again: the first of some closures between
+    first, last = low.copy(), high.copy()
+    for part in np.linspace(0.0, 1.0, BETWEEN)[1:-1]:
+        middle = first + part * (last - first)
+        above = exceeds(middle)
+        low = np.where(above & (middle < high), middle, low)
+        high = np.where(above, high, np.minimum(high, middle))
+    for _ in range(75):
+        middle = 0.5 * (low + high)
+        above = exceeds(middle)
+        low, high = np.where(above, middle, low), np.where(above, high, middle)
+    return high
