@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from . import frozen, reference
 from .plane import Floats, Parameters
 
-
 BETWEEN = 60
 """Closures that are tried between that at the start and one at which nothing is exceeded."""
 
