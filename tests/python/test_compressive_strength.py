@@ -207,7 +207,7 @@ def test_aim(option: str) -> None:
 
 @pytest.mark.parametrize("option", ["paper", "crush and wear", "dashpot and bond", "all and a dashpot"])
 def test_implex(option: str) -> None:
-    """Traction, errors and state of IMPL-EX are those of the reference; kappa and its energy are the last of STATEV."""
+    """Traction, errors and state of IMPL-EX are those of the reference; the strength comes last in STATEV."""
     constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | OPTIONS[option]
     parameters, rng, crushed = reference.Parameters(**constants), np.random.default_rng(SEED), 0
     for (sides, share), strength in zip(((0, 1.0), (2, 0.0), (5, 0.3)), CAPS, strict=True):
