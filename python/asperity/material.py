@@ -95,6 +95,10 @@ class Material(_Constants):
         tan_phi: float,
         tan_psi: float = 0.0,
         delta: float = 0.0,
+        fm: float = 0.0,
+        Gfc: float = 0.0,
+        Css: float = contract.default("Css"),
+        kp: float = contract.default("kp"),
     ) -> Material:
         """Material of a mortar joint from the constants of interface models of masonry (Lourenço 1996).
 
@@ -105,8 +109,10 @@ class Material(_Constants):
         because friction acts on the damaged part only.  tan_psi, delta: dilatancy tan_psi exp(-delta u) at
         the slip u; delta: 1/length.  It is that of planes of the slope tan_psi,
         `Pattern.regular(2, degrees(arctan(tan_psi)), flat=0.0)` for a slip along Tx, with the friction
-        mu = tan(phi - psi) and the height tan_psi/delta, infinite if delta = 0.  Raises ValueError naming
-        every value out of range.
+        mu = tan(phi - psi) and the height tan_psi/delta, infinite if delta = 0.  fm, Gfc, Css, kp:
+        compressive strength of the masonry, stress, which is fc of the joint, 0 for none; the energy of its
+        softening, stress*length; weight of the shear; plastic closure at the peak, length.  Raises ValueError
+        naming every value out of range.
 
         Examples
         --------
@@ -134,7 +140,8 @@ class Material(_Constants):
         eta = 1.0 - ft**2 / (2.0 * kn * GfI)
         mu = (tan_phi - tan_psi) / (1.0 + tan_phi * tan_psi)
         height = tan_psi / delta if delta > 0.0 else 0.0
-        return cls(sigma0=ft, Gc=GfI, eta=eta, mu=mu, sigma02=c, Gc2=GfII, height=height)
+        strength = {"fc": fm, "Gfc": Gfc, "Css": Css, "kp": kp}
+        return cls(sigma0=ft, Gc=GfI, eta=eta, mu=mu, sigma02=c, Gc2=GfII, height=height, **strength)
 
     def values(self) -> dict[str, float]:
         """Entries of PROPS that belong to the material, by name."""

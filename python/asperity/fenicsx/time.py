@@ -154,10 +154,10 @@ class Shake:
     def _energies(self, state: State, damped: float, work: float) -> Ledger:
         """Energies of a state, with sums since the start."""
         m = self.model
-        stored, rupture, friction = (energy_of(m, state, name) for name in ("stored", "rupture", "friction"))
+        stored, *lost = (energy_of(m, state, name) for name in ("stored", "rupture", "friction", "crushing"))
         elastic = total(state.u @ (0.5 * m.stiff(state.u) + state.stress))
         kinetic = 0.5 * total(self.mass @ state.v**2)
-        return Ledger(kinetic, elastic, stored, rupture + friction, damped, work)
+        return Ledger(kinetic, elastic, stored, sum(lost), damped, work)
 
     def _in_play(self, now: Ledger) -> float:
         """Size of the energies that move."""
@@ -264,7 +264,16 @@ class Shake:
 
 
 def energy_of(m: Model, state: State, name: str) -> float:
-    """Sum over all joints of an energy per area: stored, rupture or friction."""
-    kind = contract.statev_index(name)
-    parts = zip(m.parts, state.joints, strict=True)
-    return total(sum(float(m.area[part] @ joint[:, kind]) for part, joint in parts))
+    """Sum over all joints of an energy per area: stored, rupture, friction or, with fc, crushing."""
+    rows = zip(m.laws, m.parts, state.joints, strict=True)
+    named = (
+        (contract.statev_names(law.n_planes, yields=law.material.fc > 0.0), part, joint)
+        for law, part, joint in rows
+    )
+    # the energy of crushing is the last of a state, whatever comes before
+    sums = (
+        float(m.area[part] @ joint[:, -1 if name == "crushing" else names.index(name)])
+        for names, part, joint in named
+        if name in names
+    )
+    return total(sum(sums))

@@ -19,7 +19,10 @@ from .slip_curves import slip_curves
 from .tables import raise_all
 
 REQUIRED = ("kn", "ks", "ft", "GfI", "c", "GfII", "tan_phi")
-OPTIONAL = ("tan_psi", "delta")
+OPTIONAL = ("tan_psi", "delta", "fm", "Gfc", "Css", "kp")
+UNITS = ("fb", "E", "h")
+"""Strength, modulus and height of the units beside the joint."""
+
 ANGLES = {"phi": "tan_phi", "psi": "tan_psi"}
 """Angles in degrees that may be given instead of their tangents."""
 
@@ -31,7 +34,7 @@ LASTING, SLIPS = 1.0e9, (10.0, 100.0)
 
 PRESSURES = "-0.05,-0.3,-1.21"  # normal tractions of the peaks, MPa, as in tests of mortar joints
 INCREMENTS, SHOWN_INCREMENTS = 2000, 400  # of the slip in which a peak is found, and of that in the case
-SHOWN = ("sigma0", "Gc", "eta", "mu", "kc", "sigma02", "Gc2", "height")
+SHOWN = ("sigma0", "Gc", "eta", "mu", "kc", "sigma02", "Gc2", "height", "fc", "Gfc", "kp")
 """Constants in the group &material; others have their default."""
 
 ABOUT = """\
@@ -54,13 +57,21 @@ sigma02 above c the peak reaches this value at one pressure:
 """Where the law differs from other interface models."""
 
 
+SERIES = """\
+One joint of a prism of n courses crushes, and takes the whole energy: Gfc is the area under the measured
+stress over the shortening of the prism from the peak on, plus n fm^2/(2 K) of its springs.
+"""
+"""How the joint's share of a measured energy is found."""
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     names = (
         "kn, ks: stiffnesses; ft, GfI: tensile strength and energy of mode I; c, GfII: cohesion and energy "
         "of mode II; tan_phi, or phi in degrees: residual friction; and for a dilatancy "
-        "tan_psi exp(-delta slip): tan_psi, or psi in degrees, and delta (0: the dilation never ends); or "
-        "K_N, K_T, mu and adhesion, a cohesion that never softens"
+        "tan_psi exp(-delta slip): tan_psi, or psi in degrees, and delta (0: the dilation never ends); for a "
+        "compressive strength fm, Gfc, and Css, kp; of the units fb, their strength, and E, h, their modulus "
+        "and height; or K_N, K_T, mu and adhesion, a cohesion that never softens"
     )
     parser.description = ABOUT
     pressures = f"normal tractions of the peaks, <= 0 (default: {PRESSURES})"
@@ -93,6 +104,34 @@ def lasting(K_N: float, K_T: float, mu: float, adhesion: float) -> Material:
     return Material(sigma0, Gc, 1.0 - 1.0 / LASTING, mu, sigma02=adhesion, Gc2=Gc2)
 
 
+def series(kn: float, fb: float = np.inf, E: float = np.inf, h: float = 0.0) -> float:
+    """Stiffness of a joint and a unit of the height h and the modulus E in series, stress/length."""
+    return 1.0 / (1.0 / kn + h / E)
+
+
+def of_masonry(fm: float) -> float:
+    """Energy of crushed masonry of the strength fm (MPa) in N/mm (Lourenço 1996).
+
+    15 + 0.43 fm - 0.0036 fm^2 between 12 and 80 MPa, below 1.6 mm fm, above 0.33 mm fm.
+    """
+    if fm < 12.0:
+        return 1.6 * fm
+    return 15.0 + 0.43 * fm - 0.0036 * fm**2 if fm <= 80.0 else 0.33 * fm
+
+
+def doubts_of_strength(material: Material, kn: float, fb: float = np.inf, **units: float) -> list[str]:
+    """Sentences about a joint that is stronger than its units, or falls in a jump together with them."""
+    texts, K = [], series(kn, **units)
+    if material.fc > fb:
+        texts.append(f"fm = {material.fc:g}: expected at most fb = {fb:g}, as units crush before the joint")
+    if units and material.Gfc * K <= material.fc**2:
+        least = material.fc**2 / K
+        texts.append(
+            f"Gfc = {material.Gfc:g}: expected more than fm^2/K = {least:.4g} of a course, which jumps"
+        )
+    return texts
+
+
 def peak(material: Material, pattern: Pattern, sigma_N: float) -> float:
     """Largest shear traction of the joint in a slip test."""
     slips = np.linspace(0.0, _reach(material), INCREMENTS + 1)[1:]
@@ -118,17 +157,24 @@ def _run(options: argparse.Namespace) -> int:
         check_outputs(options.force, [], ("-o", options.output))
         if {*values} == {*ADHESION}:
             return _lasting(options, values, stresses)
+        units = {name: values.pop(name) for name in UNITS if name in values}
         material = Material.from_masonry(**values)
         bonds = {"GfI": (values["ft"], values["GfI"]), "GfII": (values["c"], values["GfII"])}
         _warn(doubts(**values) + doubts_of_bond(**bonds))
+        if material.fc > 0.0:
+            _warn(doubts_of_strength(material, values["kn"], **units))
     tan_psi = values.get("tan_psi", 0.0)
     pattern = pattern_of(tan_psi)
-    given = entries_of({name: getattr(material, name) for name in SHOWN})
+    shown = (*SHOWN, "Css") if material.fc > 0.0 else SHOWN
+    given = entries_of({name: getattr(material, name) for name in shown})
     print(case_text(("material", given), ("pattern", pattern_entries(pattern))))
     if tan_psi > 0.0:
         print(f"theta = arctan(tan_psi), mu = tan(phi - psi): {material.mu:.4g} on planes of that slope.")
         height = f"{material.height:.4g}" if material.height else "infinite"
         print(f"The dilation along Tx ends at the height tan_psi/delta: {height}.")
+    if material.fc > 0.0:
+        K = series(values["kn"], **units)
+        print(SERIES + f"Stiffness of a course, joint and unit in series: K = {K:.4g}.")
     Kt = material.sigma02**2 / (2.0 * material.Gc2 * (1.0 - material.eta))
     print(DIFFERENCES.format(Kt=rounded(Kt, 3), ks=values["ks"]))
     print(f"{'sigma_N':>10}{'peak':>10}{'c + tan_phi |sigma_N|':>24}{'sigma02 for this peak':>24}")
@@ -185,7 +231,7 @@ def _reach(material: Material) -> float:
 
 def _checked(options: argparse.Namespace) -> tuple[dict[str, float], list[float]]:
     """Constants by name and normal tractions; raises ValueError with a line for every bad one."""
-    known: tuple[str, ...] = (*REQUIRED, *OPTIONAL, *ANGLES)
+    known: tuple[str, ...] = (*REQUIRED, *OPTIONAL, *ANGLES, *UNITS)
     required: tuple[str, ...] = REQUIRED
     stresses = " ".join(text for text in options.sigma_N if "=" not in text).replace(",", " ").split()
     texts = assigned([*options.values, *(text for text in options.sigma_N if "=" in text)])
@@ -215,6 +261,14 @@ def _checked(options: argparse.Namespace) -> tuple[dict[str, float], list[float]
                 tractions.append(contract.number(name, text))
         except ValueError as error:
             bad.append(str(error))
+    for name in UNITS:
+        if not values.get(name, 1.0) > 0.0:
+            bad.append(f"{name} = {texts[name]}: expected a value > 0")
+    if len({"E", "h"} & {*values}) == 1:
+        bad.append("E, h: expected both, the modulus and the height of the units")
+    if values.get("fm", 0.0) > 0.0 and "Gfc" not in values:
+        hint = f"that of masonry with fm in MPa is {of_masonry(values['fm']):.3g} N/mm"
+        bad.append(f"Gfc is missing: expected Gfc=VALUE beside fm; {hint}")
     if bad:
         raise ValueError("\n".join(bad))
     return values, tractions
