@@ -39,7 +39,8 @@ class Parameters:
     work per unit area of a facet that wears the facet to 37 %, stress*length, 0 for no wear; crush: pressure
     that crushes a facet to log(2), stress, 0 for none; damage0: damage of every plane from the start;
     closure: largest closure of the hyperbolic contact, length, 0 for linear; c: dashpot on the closed
-    contact, stress*time/length, 0 for none, along the plane in the ratio of the stiffnesses.
+    contact, stress*time/length, 0 for none, along the plane in the ratio of the stiffnesses; fc, Gfc, Css,
+    kp, fcr: compressive strength of the joint, which is not one of a plane (cap.py).
     """
 
     sigma0: float
@@ -57,6 +58,11 @@ class Parameters:
     damage0: float = 0.0
     closure: float = 0.0
     c: float = 0.0
+    fc: float = 0.0
+    Gfc: float = 0.0
+    Css: float = 9.0
+    kp: float = 0.0
+    fcr: float = 0.1
 
     @property
     def sf(self) -> float:

@@ -14,7 +14,7 @@ import pytest
 from asperity import EquilibriumLost, History, read_case
 from support_driver import ROOT, call
 
-from tests.oracle import reference
+from tests.oracle import cap, reference
 
 DECKS = sorted((ROOT / "tests" / "decks").glob("*.nml"))
 HOSTS = "h = 0.5", "ntens = 6, h = 0.5", "ntens = 6, map = 1, r = 0.1"
@@ -53,7 +53,15 @@ def assert_reference(run, rows: History) -> None:
     steps = np.diff(rows.time, prepend=0.0).round(12) if law.tau_v else np.zeros(len(rows))
     for dt in np.unique(steps[whole]):
         here = whole[steps[whole] == dt]
-        theirs = reference.update(law, pattern, s[here + 1], state[here], s[here], dt)
+        given = s[here + 1], state[here], s[here], dt
+        if law.fc > 0.0:
+            strength = cap.Cap(law.fc, law.Gfc, law.Css, law.kp, law.fcr)
+            traction, new = cap.update(law, strength, pattern, *given)
+            size = np.abs(rows.traction).max() + law.Kn * np.abs(s).max()
+            np.testing.assert_allclose(rows.traction[here], traction, rtol=0.0, atol=ROUNDING * size)
+            np.testing.assert_allclose(rows.state[here], new, rtol=0.0, atol=ROUNDING * size)
+            continue
+        theirs = reference.update(law, pattern, *given)
         size = np.abs(rows.traction).max() + law.Kn * np.abs(s).max()
         np.testing.assert_allclose(rows.traction[here], theirs.traction, rtol=0.0, atol=ROUNDING * size)
         # without pressure, rounding decides which planes are in contact, and with it their slips
