@@ -2,7 +2,8 @@
 # hosts.sh: the library inside every host program that has tests in harness/hosts. What this machine cannot get is left out.
 #
 # host.toml names the Python packages of a host; one with an install.sh is made by that script in build/HOST, which takes
-# minutes: these come last. Every host has a run of pytest and a report (build/hosts/*.xml) of its own.
+# minutes: these come last. HOSTS='name name': only these. Every host has a run of pytest and a report (build/hosts/*.xml) of
+# its own.
 set -eu
 cd "$(dirname "$0")/.."
 python=.venv/bin/python
@@ -31,15 +32,20 @@ tests() {
 # a line for each host with tests: its name, the packages, the title
 list() {
   "$python" - <<'END'
+import os
 from pathlib import Path
 
 from asperity.hosts import read
 
-folders = [path.parent for path in Path("harness/hosts").glob("*/host.toml")]
+tested = [path.parent for path in Path("harness/hosts").glob("*/host.toml") if any(path.parent.glob("test_*.py"))]
+there = {folder.name: folder for folder in tested}
+wanted = os.environ.get("HOSTS", "").split() or list(there)
+if unknown := set(wanted) - {*there}:
+    raise SystemExit(f"HOSTS: {', '.join(sorted(unknown))}: expected some of {', '.join(sorted(there))}")
+folders = [there[name] for name in wanted]
 for folder in sorted(folders, key=lambda one: ((one / "install.sh").exists(), one.name)):
     host = read(folder / "host.toml")
-    if any(folder.glob("test_*.py")):
-        print(folder.name, ",".join(host.packages) or "-", host.title)
+    print(folder.name, ",".join(host.packages) or "-", host.title)
 END
 }
 

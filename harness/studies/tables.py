@@ -1,10 +1,11 @@
-"""Fill the tables of PROPS and STATEV into pages, between markers such as <!-- props -->."""
+"""Fill the tables of PROPS, STATEV and sizes into pages, between markers such as <!-- props -->."""
 
 from __future__ import annotations
 
 import argparse
 import re
 import sys
+from collections import Counter
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -12,6 +13,24 @@ from asperity import contract
 from asperity.tools.tables import markdown
 
 from .program import DIFFERS, program
+
+ROOT = Path(__file__).parents[2]
+SIZES_PAGE = "docs/architecture.md"
+
+PARTS = "src", "python/asperity", "harness", "tests", "tools"
+"""Folders whose rooms, the folders in them, have a size."""
+
+CODE = {".f90", ".pf", ".inc", ".c", ".h", ".cpp", ".py", ".pyi", ".sh"}
+"""Endings of files whose lines are counted."""
+
+ROW_OF_SIZES = re.compile(r"^\| `([\w/]+)` \| \d+ \| (.*) \|$", re.MULTILINE)
+"""Part and rooms of a row of the table of sizes."""
+
+TOP = "itself"
+"""Room of the files that lie in a part, and in no folder of it."""
+
+FARTHEST, FEWEST = 0.1, 50
+"""Relative and absolute difference of lines up to which the number of the page stays."""
 
 
 def props() -> str:
@@ -57,7 +76,37 @@ def implex() -> str:
     return markdown(["#", "name", "meaning", "unit"], body)
 
 
-TABLES: dict[str, Callable[[], str]] = {"props": props, "statev": statev, "implex": implex}
+def sizes(root: Path = ROOT, page: str = SIZES_PAGE) -> str:
+    """Table of the lines of each room; a number of the page stays as long as it is near enough."""
+    table = ROW_OF_SIZES.findall((root / page).read_text(encoding="utf-8"))
+    shown = {
+        f"{part}/{room}": int(lines)
+        for part, rooms in table
+        for room, lines in re.findall(r"(\S+) (\d+)", rooms)
+    }
+    rows = []
+    for part in PARTS:
+        counts: Counter[str] = Counter()
+        for path in (root / part).rglob("*"):
+            if path.suffix in CODE and path.is_file():
+                inside = path.relative_to(root / part).parts
+                counts[inside[0] if len(inside) > 1 else TOP] += len(path.read_bytes().splitlines())
+        lines = {room: _near(count, shown.get(f"{part}/{room}")) for room, count in counts.items()}
+        ordered = sorted(lines, key=lambda room: (room == TOP, room))
+        rows.append(
+            [f"`{part}`", str(sum(lines.values())), ", ".join(f"{room} {lines[room]}" for room in ordered)]
+        )
+    return markdown(["part", "lines", "of which"], rows)
+
+
+def _near(count: int, shown: int | None) -> int:
+    """Number of lines that is shown for a count: the one before, or two digits of the count."""
+    if shown is not None and abs(shown - count) <= max(FARTHEST * count, FEWEST):
+        return shown
+    return int(float(f"{count:.1e}"))
+
+
+TABLES: dict[str, Callable[[], str]] = {"props": props, "statev": statev, "implex": implex, "sizes": sizes}
 """Tables by the name of their marker."""
 
 

@@ -19,11 +19,14 @@ from asperity import cli
 from asperity.installed import driver
 from refresh import printed_by_cells
 
+from harness.studies import tables
+
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 TEXTS = {str(page.relative_to(ROOT)): page.read_text(encoding="utf-8") for page in PAGES}
 ALL = "\n".join(TEXTS.values())
 CONTRACT, DRIVER = "docs/reference/contract.md", "docs/reference/driver.md"
+ARCHITECTURE = "docs/architecture.md"
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$(?:\n+```text\n(.*?)^```$)?", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
 EXTRA = re.compile(r"(?:asperity|\"\.)\[([a-z,-]+)\]")
@@ -173,11 +176,37 @@ def names_in_table(text: str) -> set[str]:
 
 def test_tables_of_the_contract() -> None:
     """`python -m harness.studies.tables --check` agrees; the status codes are those of asperity.h."""
-    done = run(sys.executable, "-m", "harness.studies.tables", "--check", CONTRACT, cwd=ROOT)
+    pages = CONTRACT, ARCHITECTURE
+    done = run(sys.executable, "-m", "harness.studies.tables", "--check", *pages, cwd=ROOT)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     header = (ROOT / "src" / "asperity.h").read_text(encoding="utf-8")
     codes = [(number, name) for name, number in re.findall(r"(ASPERITY_\w+) = (\d+)", header)]
     assert codes and re.findall(r"^\| (\d+) \| `(ASPERITY_\w+)`", TEXTS[CONTRACT], re.MULTILINE) == codes
+
+
+def test_rooms() -> None:
+    """Each room that has a size has a row in the tree, and each row of the tree is there."""
+    named = re.findall(r"^\|((?: ?`[\w/]+`,?)+) \|", section(ARCHITECTURE, "## The tree"), re.MULTILINE)
+    folders = {name for cell in named for name in re.findall(r"`([\w/]+)`", cell)}
+    assert len(folders) > 20 and {name for name in folders if not (ROOT / name).is_dir()} == set()
+    rooms = {
+        f"{part}/{room}"
+        for part, rooms in tables.ROW_OF_SIZES.findall(TEXTS[ARCHITECTURE])
+        for room in re.findall(r"(\S+) \d+", rooms)
+        if part not in ("tests", "tools") and room != tables.TOP
+    }
+    assert len(rooms) > 15 and rooms <= folders
+
+
+def test_sizes(tmp_path: Path) -> None:
+    """A number of lines stays while it is near, and is written anew where it is not."""
+    (tmp_path / "src" / "law").mkdir(parents=True)
+    (tmp_path / "src" / "law" / "a.f90").write_text("x\n" * 1234, encoding="utf-8")
+    (tmp_path / "src" / "law" / "a.csv").write_text("x\n" * 1234, encoding="utf-8")
+    (tmp_path / "src" / "b.h").write_text("x\n" * 7, encoding="utf-8")
+    for shown, expected in (("", 1200), ("law 1150", 1150), ("law 1110", 1200)):
+        (tmp_path / "page.md").write_text(f"| `src` | 1 | {shown} |\n", encoding="utf-8")
+        assert f"| `src` | {expected + 7} | law {expected}, itself 7 |" in tables.sizes(tmp_path, "page.md")
 
 
 def test_python_signatures() -> None:
