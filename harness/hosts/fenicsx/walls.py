@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 from asperity.fenicsx import COMM, Conditions, Follow, Model, Output, Report, State, Terms, solve, total
 from asperity.fenicsx.equilibrium import SEARCHES
+from asperity.fenicsx.ledger import energy_of
 from asperity.fenicsx.path import ERRORS, LIMIT, PASSES
-from asperity.fenicsx.time import energy_of
 from asperity.options import add_options
 from asperity.pattern import Pattern
 
@@ -202,7 +202,7 @@ def main() -> int:
         "e_t": float(errors[1].max(initial=0.0)), "snaps": int(snaps.sum()),
         "calm": float(errors[1][~snaps].max(initial=0.0)),
         "work": float(np.trapezoid(np.r_[0, force], np.r_[0, at])),
-        "dissipated": float(spent[-1]) if rows else 0.0,
+        "dissipated": float(spent[-1]) if rows else 0.0, "unbalanced": follow.unbalanced,
         "iterations": follow.taken, "linear": linear, "moving": moving,
         "seconds": time.process_time() - begin, "law": law,
         "memory": COMM.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 1e6,

@@ -12,13 +12,14 @@ from mpi4py import MPI  # first: loads the library of MPI that dolfinx needs
 
 from .conditions import Conditions, Flow
 from .equilibrium import Report, Terms, solve
+from .ledger import Ledger
 from .model import Model
 from .output import Output
 from .path import Follow
 from .ranks import COMM, largest, total
 from .state import State
 from .stopped import Stopped
-from .time import Ledger, Shake
+from .time import Shake
 
 assert MPI.Is_initialized()
 

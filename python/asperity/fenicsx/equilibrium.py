@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..contract import Floats
+from ..mesh.shapes import Integers
 from .conditions import Conditions, held
 from .model import Model
-from .newton import Found, Task, equations_of, newton, words_of
+from .newton import Task, equations_of, newton, words_of
 from .passes import PASSES, Passed, by_passes
-from .ranks import agree, doubles, largest, total
-from .response import Clock, LawError
+from .ranks import agree, doubles, largest, total, totals
+from .response import Clock, LawError, respond
 from .state import State
 from .water import Mixing, Water
 
@@ -29,6 +30,9 @@ SAME_WATER, MOST_WATER = 1e-6, 60
 
 MIXED = 0.3, 6
 """Share of the difference by which such a pressure moves, and changes before that correct it."""
+
+REGULAR, INVERSE = 1e-12, 6
+"""Share of the largest stiffness that a tangent has more whose least one is sought, by so many iterations."""
 
 SEARCHES = "root", "residual", "none"
 """How far along a step: to the root of its work, until the Euclidean residual falls, all of it."""
@@ -66,13 +70,14 @@ class Terms:
 class Report:
     """What `solve` found: a new state, or None with the reason.
 
-    residual: sum of its magnitudes over `size`, the forces.  errors: of a solution by passes, largest of a
-    damage and of forces over those of the model; 0 where Newton's method ends it.  equilibria: more than one
-    where pressures depend on openings.  reaction (n d,): internal forces less loads, those of the fixed
-    components.  load (n d,): with the pressures on faces.  first, p (p,): pressures in the joints at the
-    openings before, and the last ones.  rates: inflows of each flow by group.  linear, factored: iterations
-    and factorizations of the linear equations; law: processor seconds in the law.  factor: entries,
-    operations and GB of the last factor.
+    residual: sum of its magnitudes over `size`, the forces; also after passes that of the law itself.
+    errors: of a solution by passes, largest of a damage and of forces over those of the model; 0 where
+    Newton's method ends it.  equilibria: more than one where pressures depend on openings.  reaction (n d,):
+    internal forces less loads, those of the fixed components.  x (n d,): last displacements, also where there
+    is no state.  load (n d,): with the pressures on faces.  fixed: components, sorted.  first, p (p,):
+    pressures in the joints at the openings before, and the last ones.  rates: inflows of each flow by group.
+    linear, factored: iterations and factorizations of the linear equations; law: processor seconds in the
+    law.  factor: entries, operations and GB of the last factor.
     """
 
     state: State | None
@@ -84,7 +89,9 @@ class Report:
     errors: tuple[float, float]
     equilibria: int
     reaction: Floats
+    x: Floats
     load: Floats
+    fixed: Integers
     first: Floats
     p: Floats
     rates: tuple[Mapping[str, float], ...] = ()
@@ -160,13 +167,12 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
                 aim = state.s if terms.aim is None else terms.aim
                 done = by_passes(q, state, task, x, aim, terms.passes, terms.finish, terms.iterations, clock)
             else:
-                done = Passed(
-                    newton(q, state, task, x, terms.iterations, state.floating, None, clock), 0, (0.0, 0.0)
-                )
+                found = newton(q, state, task, x, terms.iterations, state.floating, None, clock)
+                done = Passed(found, 0, (0.0, 0.0), found.share)
         except LawError as error:
             reason = f"the law: {error}"
             break
-        found: Found = done.found
+        found = done.found
         spent += found.iterations, found.linear, found.factored
         x = found.x
         if not found.good:
@@ -192,14 +198,16 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
     return Report(
         new,
         reason,
-        done.found.share if done else np.nan,
+        done.residual if done else np.nan,
         done.found.size if done else np.nan,
         iterations,
         done.passes if done else 0,
         done.errors if done else (0.0, 0.0),
         equilibria,
         done.found.reaction if done else nothing,
+        x,
         load,
+        given.fixed,
         first,
         p,
         rates,
@@ -210,4 +218,35 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
     )
 
 
-__all__ = ["PASSES", "Report", "Terms", "solve"]
+def softest(
+    model: Model, state: State, conditions: Conditions, terms: Terms, x: Floats
+) -> tuple[float, Floats]:
+    """Least stiffness of the tangent at displacements x over that of the state, and its mode (n d,).
+
+    By a few inverse iterations; at the state the joints are taken without a further increment.
+    """
+    given, clock = held(model, conditions), Clock()
+    p, _ = Water(model, conditions.pressures, conditions.flows).at(state.s)
+    q, none = equations_of(model, given.fixed, terms.options), np.zeros(model.n * model.d)
+    task = Task(given.values, none, p, terms.dt, none, 0.0, terms.tolerance, terms.search)
+    stiffness, mode = [], none
+    for s in (state.s, model.separations(x)):
+        try:
+            D = respond(model, state, s, terms.dt, p, None, clock).D
+        except LawError:
+            return np.nan, none
+        q.assemble(D, task, REGULAR, False)
+        mode = (x - state.u) * q.free
+        mode = mode if largest(mode) else q.free
+        softness = 0.0
+        for _ in range(INVERSE):
+            size = float(np.sqrt(totals(mode @ mode)[0]))
+            step, _, _ = q.step(-mode / size, False, True)
+            if step is None:
+                return np.nan, none
+            softness, mode = float(np.sqrt(totals(step @ step)[0])), step
+        stiffness.append(1.0 / softness)
+    return stiffness[1] / stiffness[0], mode / softness
+
+
+__all__ = ["PASSES", "Report", "Terms", "softest", "solve"]

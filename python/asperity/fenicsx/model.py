@@ -52,8 +52,8 @@ class Model:
 
     x (n, d): owned nodes.  names: of the blocks.  joints: names of the joints, whose laws are `laws`.  Points
     of the joints, in the order of the laws: pairs (p, 2) of nodes, axes (p, 3, d) N, Tx, Ty, area (p,) and
-    places (p, d); parts: slices of the points of each joint.  K: matrix of the solids, scale: its largest
-    diagonal entry.
+    places (p, d); parts: slices of the points of each joint.  K: matrix of the solids with its
+    diagonal (n d,), scale: the largest entry of that.
     """
 
     def __init__(
@@ -201,7 +201,8 @@ class Model:
         form = fem.form((lam * ufl.tr(e) * ufl.tr(f) + 2 * G * ufl.inner(e, f)) * self.thickness * ufl.dx)
         self.K = fp.assemble_matrix(form)
         self.K.assemble()
-        self.scale = largest(self.K.getDiagonal().array_r)
+        self.diagonal: Floats = self.K.getDiagonal().array_r.copy()
+        self.scale = largest(self.diagonal)
         # room of their own for sums over ranks: their content is nobody's
         self._f, self._u = fem.Function(V), fem.Function(V)
         self._in, self._out = self.K.createVecs()

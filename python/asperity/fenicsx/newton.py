@@ -67,6 +67,14 @@ THROWN = 1e3
 The iteration is then taken again with a softened one: from a block that flew off there is no way back.
 """
 
+ROUNDING, FINEST = 16.0 * np.finfo(float).eps, 1e-6
+"""Rounding errors of the forces of the solids over the sum of their diagonal terms; share of the forces below
+which such a residual counts as none, though the tolerance is finer: no iteration makes it smaller.
+"""
+
+NEAR = 100.0
+"""Residual over the largest one that counts as none below which no attempt is given up early."""
+
 HOPELESS = 10, 5, 0.9, 0.2
 """From which iteration on an attempt ends whose last ones did not lower the residual.
 
@@ -95,13 +103,17 @@ class Task:
 
 @dataclass(frozen=True)
 class Found:
-    """Where the iterations end, `good` as equilibrium; reaction: internal forces less loads."""
+    """Where the iterations end, `good` as equilibrium.
+
+    reaction: internal forces less loads; full: the residual.
+    """
 
     good: bool
     x: Floats
     s: Floats
     response: Response | None
     reaction: Floats
+    full: Floats
     residual: float
     size: float
     iterations: int
@@ -348,40 +360,42 @@ def newton(
     linear, factored, first = 0, 0, 0.0
     response: Response | None = None
     residuals: list[float] = []
-    reaction, residual, size, full = 0.0 * x, np.nan, np.nan, 0.0 * x
+    reaction, residual, size, enough, full = 0.0 * x, np.nan, np.nan, 0.0, 0.0 * x
 
     def at(s: Floats) -> Response:
         return respond(m, start, s, task.dt, task.p, aim, clock)
 
     def balance(new: Response | None) -> None:
-        nonlocal response, reaction, full, residual, size
+        nonlocal response, reaction, full, residual, size, enough
         assert new
         response, moved = new, x - start.u
         reaction = m.stiff(x) + start.stress + m.pulled(new.t) - task.load
         if task.damping:
             reaction += task.damping * m.stiff(moved)
         full = (reaction + drag * moved) * free
-        residual, reactions = totals(np.abs(full).sum(), np.abs(reaction[fixed]).sum())
+        terms = np.abs(full).sum(), np.abs(reaction[fixed]).sum(), m.diagonal @ np.abs(x)
+        residual, reactions, solids = totals(*terms)
         size = max(reactions, *loads, VANISHED * start.scale)
+        enough = max(task.tolerance * size, min(ROUNDING * solids, FINEST * size))
 
     def found(good: bool, reason: str = "") -> Found:
         return Found(
-            good, x, s, response, reaction, residual, size, max(len(residuals) - 1, 0), linear, factored,
-            floating, reason,
+            good, x, s, response, reaction, full, residual, size, max(len(residuals) - 1, 0), linear,
+            factored, floating, reason,
         )  # fmt: skip
 
     try:
         balance(at(s))
         before = x, s, response
         for iteration in range(most + 1):
-            if iteration and residual <= task.tolerance * size:
+            if iteration and residual <= enough:
                 # what belongs to x itself counts: separations that went far and back have rounding errors
                 s = m.separations(x)
                 balance(at(s))
             residuals.append(residual)
             if not np.isfinite(residual):
                 return found(False, "the residual is not finite")
-            if residual <= task.tolerance * size:
+            if residual <= enough:
                 return found(True)
             if iteration == 0:
                 first = residual
@@ -389,7 +403,7 @@ def newton(
                 floating, (x, s, response) = True, before
                 balance(response)
                 residuals[-1] = residual
-            if iteration == most or hopeless(residuals):
+            if iteration == most or hopeless(residuals, enough):
                 text = (
                     f"the residual is {share(residual, size):.2g} of the forces after {iteration} iterations"
                 )
@@ -418,13 +432,14 @@ def newton(
         return found(False, f"the law: {error}")
 
 
-def hopeless(residuals: list[float]) -> bool:
+def hopeless(residuals: list[float], enough: float) -> bool:
     """Whether the residuals say that more iterations will not end at one that is small enough."""
     first, last, least, before = HOPELESS
     if len(residuals) <= first:
         return False
     now = min(residuals[-last:])
-    return now > least * min(residuals[:-last]) and now > before * residuals[-last - 1]
+    fallen = now <= least * min(residuals[:-last]) or now <= before * residuals[-last - 1]
+    return not fallen and now > NEAR * enough
 
 
 def _searched(

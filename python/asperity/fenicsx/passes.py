@@ -34,11 +34,15 @@ CLOSE_DAMAGE, CLOSE_FORCE, FINISH = 0.05, 0.003, 6
 
 @dataclass(frozen=True)
 class Passed:
-    """The last equilibrium found, passes, errors of a damage and of forces over those of the model."""
+    """The last equilibrium found, passes, errors of a damage and of forces over those of the model.
+
+    residual: of the law itself, over the forces, as the tolerance.
+    """
 
     found: Found
     passes: int
     errors: tuple[float, float]
+    residual: float
 
 
 def by_passes(
@@ -62,11 +66,12 @@ def by_passes(
         passes += 1
         found = newton(equations, start, task, x, iterations, floating, at, clock)
         spent += found.iterations, found.linear, found.factored
+        residual = found.share
         if not found.good:
             break
         floating = floating or found.floating
-        damage, force = _errors(equations, start, task, found, at, clock)
-        errors = damage, share(force, found.size)
+        damage, force, own = _errors(equations, start, task, found, at, clock)
+        errors, residual = (damage, share(force, found.size)), share(own, found.size)
         if (damage < SAME_DAMAGE and errors[1] < SAME_FORCE) or passes == most:
             break
         x, at = found.x, found.s
@@ -75,16 +80,16 @@ def by_passes(
             done = newton(equations, start, task, x, min(FINISH, iterations), floating, None, clock)
             spent += done.iterations, done.linear, done.factored
             if done.good:
-                found, errors = done, (0.0, 0.0)
+                found, errors, residual = done, (0.0, 0.0), done.share
                 break
     numbers = dict(zip(("iterations", "linear", "factored"), spent.tolist(), strict=True))
-    return Passed(replace(found, **numbers), passes, errors)
+    return Passed(replace(found, **numbers), passes, errors, residual)
 
 
 def _errors(
     equations: Equations, start: State, task: Task, found: Found, aim: Floats, clock: Clock
-) -> tuple[float, float]:
-    """Errors of a pass by its aim: largest of a damage, sum of those of nodal forces."""
+) -> tuple[float, float, float]:
+    """Errors of a pass by its aim: largest of a damage, sum of those of forces, residual of the law."""
     m, damage = equations.model, 0.0
     assert found.response
     taken, true = (respond(m, start, s, task.dt, task.p, None, clock) for s in (aim, found.s))
@@ -93,4 +98,5 @@ def _errors(
         planes = slice(first, first + step * law.n_planes, step)
         damage = max(damage, float(np.abs(mine[:, planes] - theirs[:, planes]).max(initial=0.0)))
     force = float(m.area @ np.linalg.norm(true.t - found.response.t, axis=1))
-    return float(COMM.allreduce(damage, MPI.MAX)), total(force)
+    full = (found.full + m.pulled(true.t - found.response.t)) * equations.free
+    return float(COMM.allreduce(damage, MPI.MAX)), total(force), total(np.abs(full).sum())

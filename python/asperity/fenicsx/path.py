@@ -6,6 +6,8 @@
         no state: keep the old state; the step becomes half; too short: the path is stopped
                   Newton's method failed in a short step, or soon after passes: passes follow
                   passes failed under loads that change: Newton's method takes the step again
+                  too short under loads that change: once more without a guess, by the residual, by Newton's
+                  method with more iterations, by passes; where none has a state, the tangent tells why
         errors of the passes too large: keep the old state; the step is repeated with less of its length,
                   unless it is the shortest one and no loads change
         else: take the new state; the step grows; passes that were calm for a while end
@@ -17,17 +19,20 @@ nothing behind, because nothing of a state is written.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import astuple, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..contract import Floats
+from ..mesh.shapes import place
 from .conditions import Conditions, held
-from .equilibrium import Report, Terms, solve
+from .equilibrium import Report, Terms, softest, solve
+from .ledger import Ledger, ledger_of, work_of
 from .model import Model
 from .passes import PASSES
-from .ranks import agree, total
+from .ranks import agree, total, totals
 from .state import State, read, write
 from .stopped import Stopped
 from .water import Water
@@ -56,6 +61,15 @@ SHORT = 0.22
 SHORTEST = 10.0
 """Least step by passes over that of Newton's method."""
 
+LAST = 3
+"""Factor of the iterations of the last attempts at a shortest step under loads."""
+
+SINGULAR = 1e-3
+"""Share of the least stiffness of the state below which that of a failed attempt shows a limit load."""
+
+LIMIT_LOAD, LAW, NOT_FOUND = "limit", "law has no result", "not found"
+"""Kinds of the end of a path under loads."""
+
 RULES = "cuts", "repeated", "taken", "count", "by_passes", "calm", "patience", "newton"
 """Whole numbers that a run goes on from."""
 
@@ -66,7 +80,9 @@ class Follow:
     conditions: what holds and loads the model at a value of the parameter; it must return the same for the
     same value.  state: of the last step, `before` that of the one before.  report: of the last attempt.
     count: steps.  cuts, repeated: attempts that failed, or left errors that were too large.  taken:
-    iterations of all attempts.  reason: why the path is stopped, or empty.
+    iterations of all attempts.  reason: why the path is stopped, or empty; kind: where loads change,
+    LIMIT_LOAD, LAW or NOT_FOUND.  mechanism (n d,): how the model moves at a limit load, of the length 1.
+    ledger: energies since the start.
     """
 
     def __init__(
@@ -107,6 +123,10 @@ class Follow:
         self.always, self.by_passes, self.shortest = always, always, min(SHORTEST * least, most)
         self.calm, self.patience, self.newton = 0, 1, CALM
         self.cuts, self.repeated, self.taken, self.count, self.reason = 0, 0, 0, 0, ""
+        self.kind = ""
+        self.ledger = ledger_of(model, state, 0.0, 0.0)
+        self.start = self.ledger.balance
+        self.mechanism: Floats | None = None
         self.report: Report | None = None
         self._load: Floats | None = None
 
@@ -114,6 +134,12 @@ class Follow:
     def at(self) -> float:
         """Parameter of the last step."""
         return self.state.at
+
+    @property
+    def unbalanced(self) -> float:
+        """Change of the balance of all energies over the work: what a snap has released is below 0."""
+        gained = self.ledger.balance - self.start
+        return gained / abs(self.ledger.work) if self.ledger.work else gained
 
     def to(self, end: float) -> Iterator[Report]:
         """Take steps to a value, and yield the report of each; raises Stopped where the path ends before."""
@@ -129,11 +155,16 @@ class Follow:
         return self.state
 
     def run_to_limit(self, end: float) -> State:
-        """Take steps until the path is stopped; returns its last state.  Raises ValueError at the end."""
+        """Take steps up to a limit load; returns the last state before.
+
+        Raises Stopped where the path ends and the tangent shows no limit, and ValueError at the end.
+        """
         try:
             self.run(end)
         except Stopped:
-            return self.state
+            if self.kind == LIMIT_LOAD:
+                return self.state
+            raise
         raise ValueError(f"end = {end:g}: the path reaches it: expected a value beyond the limit")
 
     def advance(self, end: float) -> bool:
@@ -161,7 +192,14 @@ class Follow:
         if report.state is None:
             self.cuts += 1
             self._cut(move, 0.5, report.reason, under_loads)
-            return False
+            if not (self.reason and under_loads):
+                return False
+            failed, report = report, self._otherwise(at, move)
+            if report.state is None:
+                self.kind, self.mechanism, text = self._why(at, move, failed)
+                self.reason = f"stopped at {self.at:.5g}, {self.kind}: {text}"
+                return False
+            self.report, self.reason, self.step = report, "", max(self.least, abs(move))
         damage, force = report.errors
         most = self.errors[0], min(self.errors[1], UNDER_LOADS) if under_loads else self.errors[1]
         excess = max(damage / most[0], force / most[1])
@@ -171,10 +209,45 @@ class Follow:
             text = f"the last pass has an error of {force:.2g} of the forces and {damage:.2g} of a damage"
             self._cut(move, min(0.7, max(0.25, 0.8 / excess)), text, under_loads, self.shortest)
             return False
+        work = work_of(self.model, self.state, report.state, (loads, report.load), report.fixed)
+        drag = np.broadcast_to(self.terms.drag, report.state.u.shape)
+        drained = total(drag @ (report.state.u - self.state.u) ** 2) / abs(move)
+        damped, work = self.ledger.damped + drained, self.ledger.work + work
+        self.ledger = ledger_of(self.model, report.state, damped, work)
         self.before, self.state, self._load = self.state, report.state, report.load
         self.count += 1
         self._grow(excess, report)
         return True
+
+    def _otherwise(self, at: float, move: float) -> Report:
+        """Solve a shortest step under loads by what has not been tried; the first report with a state."""
+        ways: list[dict[str, Any]] = [{"search": "residual"}, {"search": "root"}]
+        if self.passes and not self.always:
+            ways.append({"passes": self.passes})
+        for way in ways:
+            report = self._solve(at, move, ahead=0.0, iterations=LAST * self.terms.iterations, **way)
+            self.taken += report.iterations
+            if report.state is not None:
+                break
+        return report
+
+    def _why(self, at: float, move: float, report: Report) -> tuple[str, Floats | None, str]:
+        """Kind of the end of a path under loads, the mechanism where it is a limit, and the words for it."""
+        if report.reason.startswith("the law"):
+            return LAW, None, report.reason
+        terms = replace(self.terms, dt=abs(move))
+        share, mode = softest(self.model, self.state, self.conditions(at), terms, report.x)
+        if not share < SINGULAR:
+            text = f"{report.reason}, and the tangent there has {share:.2g} of the least stiffness before"
+            return NOT_FOUND, None, text
+        m, moved, means = self.model, mode.reshape(-1, self.model.d), []
+        for name in m.names:
+            inside = m.solid(name).reshape(-1, m.d)[:, :1]
+            means.append(np.array(totals(*(inside * moved).sum(0))) / (totals(inside.sum())[0] or 1.0))
+        k = int(np.argmax(np.linalg.norm(means, axis=1)))
+        way = means[k] / (np.abs(means[k]).max() or 1.0)
+        text = f"no equilibrium is found beyond; block {m.names[k]} moves most, along {place(way.round(3))}"
+        return LIMIT_LOAD, mode, text
 
     def _loads(self) -> Floats:
         """Loads at the last step."""
@@ -184,8 +257,8 @@ class Follow:
             self._load = held(self.model, now).load + water.outer
         return self._load
 
-    def _solve(self, at: float, move: float) -> Report:
-        """Solve a step from the last one, whose change goes on."""
+    def _solve(self, at: float, move: float, **others: Any) -> Report:
+        """Solve a step from the last one, whose change goes on; with other terms."""
         old, moved = self.state, self.state.at - self.before.at
         ratio = move / moved if moved * move > 0.0 else 0.0
         terms = replace(
@@ -197,7 +270,7 @@ class Follow:
             aim=old.s + ratio * (old.s - self.before.s),
             finish=not self.always,
         )
-        return solve(self.model, old, self.conditions(at), terms)
+        return solve(self.model, old, self.conditions(at), replace(terms, **others))
 
     def _cut(self, move: float, share: float, message: str, under_loads: bool, shortest: float = 0.0) -> None:
         """Make the next step a share of this one; end the path where it is too short already.
@@ -232,12 +305,17 @@ class Follow:
     def save(self, file: str | Path) -> None:
         """Write what a run goes on from, FILE.RANK.npz."""
         states = {"state": self.state, "before": self.before}
-        write(file, states, step=self.step, rules=[getattr(self, name) for name in RULES])
+        rules = [getattr(self, name) for name in RULES]
+        ledger = [*astuple(self.ledger), self.start]
+        write(file, states, step=self.step, rules=rules, ledger=ledger)
 
     def resume(self, file: str | Path) -> None:
         """Go on from the files of a run with the same mesh, laws and ranks."""
-        states, numbers = read(file, self.model, ("state", "before"), step=(), rules=(len(RULES),))
+        shapes = {"step": (), "rules": (len(RULES),), "ledger": (len(fields(Ledger)) + 1,)}
+        states, numbers = read(file, self.model, ("state", "before"), **shapes)
+        *energies, self.start = numbers["ledger"].tolist()
+        self.ledger = Ledger(*energies)
         self.state, self.before, self.step = states["state"], states["before"], float(numbers["step"])
         for name, value in zip(RULES, numbers["rules"].tolist(), strict=True):
             setattr(self, name, bool(value) if name == "by_passes" else value)
-        self.report, self._load, self.reason = None, None, ""
+        self.report, self._load, self.reason, self.kind, self.mechanism = None, None, "", "", None

@@ -13,15 +13,15 @@ A `Shake` holds a state, the ledger of energies, and the numbers of these rules.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import astuple, dataclass, fields, replace
+from dataclasses import astuple, fields, replace
 from pathlib import Path
 
 import numpy as np
 
-from .. import contract
 from ..contract import Floats
 from .conditions import Conditions, held
 from .equilibrium import Report, Terms, solve
+from .ledger import Ledger, ledger_of, opened
 from .model import Model
 from .ranks import agree, doubles, largest, total
 from .response import respond
@@ -46,23 +46,6 @@ GROWTH, FAST = 1.5, 8
 
 NUMBERS = "next", "gained", "_spent", "_start", "_lowest", "_risen", "_size"
 """Numbers that a run goes on from."""
-
-
-@dataclass(frozen=True)
-class Ledger:
-    """Energies of a model: at a time, or since the start (spent, damped, work)."""
-
-    kinetic: float = 0.0
-    elastic: float = 0.0
-    stored: float = 0.0
-    spent: float = 0.0
-    damped: float = 0.0
-    work: float = 0.0
-
-    @property
-    def balance(self) -> float:
-        """Energy that nobody has given: at rest a constant, else it falls by numerical damping."""
-        return self.kinetic + self.elastic + self.stored + self.spent + self.damped - self.work
 
 
 class Shake:
@@ -153,11 +136,8 @@ class Shake:
 
     def _energies(self, state: State, damped: float, work: float) -> Ledger:
         """Energies of a state, with sums since the start."""
-        m = self.model
-        stored, *lost = (energy_of(m, state, name) for name in ("stored", "rupture", "friction", "crushing"))
-        elastic = total(state.u @ (0.5 * m.stiff(state.u) + state.stress))
         kinetic = 0.5 * total(self.mass @ state.v**2)
-        return Ledger(kinetic, elastic, stored, sum(lost), damped, work)
+        return ledger_of(self.model, state, damped, work, kinetic)
 
     def _in_play(self, now: Ledger) -> float:
         """Size of the energies that move."""
@@ -258,22 +238,5 @@ class Shake:
         mean, damped = change / dt, self.ledger.damped
         if self.beta:
             damped += dt * self.beta * total(mean @ m.stiff(mean))
-        opened = m.area @ (0.5 * (old.p + state.p) * (state.s - old.s)[:, 0])
-        work = total((0.5 * (begin + force) + self.water.outer) @ change + opened)
+        work = total((0.5 * (begin + force) + self.water.outer) @ change) + opened(m, old, state)
         return state, self._energies(state, damped, self.ledger.work + work), ""
-
-
-def energy_of(m: Model, state: State, name: str) -> float:
-    """Sum over all joints of an energy per area: stored, rupture, friction or, with fc, crushing."""
-    rows = zip(m.laws, m.parts, state.joints, strict=True)
-    named = (
-        (contract.statev_names(law.n_planes, yields=law.material.fc > 0.0), part, joint)
-        for law, part, joint in rows
-    )
-    # the energy of crushing is the last of a state, whatever comes before
-    sums = (
-        float(m.area[part] @ joint[:, -1 if name == "crushing" else names.index(name)])
-        for names, part, joint in named
-        if name in names
-    )
-    return total(sum(sums))

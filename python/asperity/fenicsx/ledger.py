@@ -1,0 +1,71 @@
+"""Energies of a model: what is stored and spent is what the loads have done."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .. import contract
+from ..contract import Floats
+from ..mesh.shapes import Integers
+from .model import Model
+from .ranks import total
+from .state import State
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """Energies of a model: now, or since the start (damped by solids and drag, work).
+
+    elastic: of the solids.  stored, spent: of the joints; spent is that of rupture, friction and crushing.  work: of
+    the loads, of the prescribed displacements, and of the water in the joints.
+    """
+
+    kinetic: float = 0.0
+    elastic: float = 0.0
+    stored: float = 0.0
+    spent: float = 0.0
+    damped: float = 0.0
+    work: float = 0.0
+
+    @property
+    def balance(self) -> float:
+        """Energy that nobody has given: at rest a constant, else it falls by numerical damping."""
+        return self.kinetic + self.elastic + self.stored + self.spent + self.damped - self.work
+
+
+def energy_of(m: Model, state: State, name: str) -> float:
+    """Sum over all joints of an energy per area: stored, rupture, friction or, with fc, crushing."""
+    rows = zip(m.laws, m.parts, state.joints, strict=True)
+    named = (
+        (contract.statev_names(law.n_planes, yields=law.material.fc > 0.0), part, joint)
+        for law, part, joint in rows
+    )
+    # the energy of crushing is the last of a state, whatever comes before
+    sums = (
+        float(m.area[part] @ joint[:, -1 if name == "crushing" else names.index(name)])
+        for names, part, joint in named
+        if name in names
+    )
+    return total(sum(sums))
+
+
+def ledger_of(m: Model, state: State, damped: float, work: float, kinetic: float = 0.0) -> Ledger:
+    """Energies of a state, with sums since the start."""
+    stored, *spent = (energy_of(m, state, name) for name in ("stored", "rupture", "friction", "crushing"))
+    elastic = total(state.u @ (0.5 * m.stiff(state.u) + state.stress))
+    return Ledger(kinetic, elastic, stored, sum(spent), damped, work)
+
+
+def opened(m: Model, old: State, new: State) -> float:
+    """Work of the water in the joints between two states."""
+    return total(m.area @ (0.5 * (old.p + new.p) * (new.s - old.s)[:, 0]))
+
+
+def work_of(m: Model, old: State, new: State, loads: tuple[Floats, Floats], fixed: Integers) -> float:
+    """Work between two states of loads (n d,) at both, of the fixed components, and of the water.
+
+    Forces change in proportion to the displacements; what a snap releases is missing in the balance.
+    """
+    forces = 0.5 * (loads[0] + loads[1])
+    forces[fixed] = 0.5 * (old.forces + new.forces)[fixed]
+    return total(forces @ (new.u - old.u)) + opened(m, old, new)
