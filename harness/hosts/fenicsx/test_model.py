@@ -55,6 +55,53 @@ def test_wrong_input(ranks: int) -> None:
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
+def test_measures(ranks: int) -> None:
+    """The resultant in the joint is that of weight and push, and so are its factors of safety.
+
+    A block 3 wide and 1 high, pushed by a share of its weight W at half of its height.  A path ends at the
+    friction mu and says how the block moves; its energies balance the better the shorter its steps are.
+    """
+    code = """
+m = model()
+down, push = (m.body(force, "block_1") for force in ([0.0, -1e-2], [1e-2, 0.0]))
+of = lambda t: Conditions(bottom(m), load=down + t * push, pressures={"joint": 2e-3})
+start = solve(m, State.virgin(m), of(0.0)).taken()
+follow = Follow(m, start, of, 0.05, 0.1)
+state = follow.run(0.2)
+found_here = measure(m, "joint", state, follow.before)
+results["normal"], results["place"] = found_here.normal, found_here.place.tolist()
+results["safety"] = found_here.against_sliding, found_here.against_overturning
+results["sums"] = found_here.area, found_here.cracked, found_here.open, found_here.shear.tolist()
+results["slid"] = found_here.sliding
+last = follow.run_to_limit(1.0)
+results["limit"] = follow.kind, last.at, follow.reason
+moved = np.abs(follow.mechanism.reshape(-1, 2)) * m.solid("block_1").reshape(-1, 2)
+results["mechanism"] = largest(moved[:, 1]) / largest(moved[:, 0])
+results["unbalanced"] = []
+for step in (0.1, 0.02):
+    path = Follow(m, start, of, step, step)
+    path.run(0.4)
+    results["unbalanced"].append(path.unbalanced)
+"""
+    results = of_all_ranks(code, ranks)
+    W, water, share = 3e-2, 6e-3, 0.2
+    assert results["normal"] == pytest.approx(W - water, rel=1e-6)
+    # moments about the middle: of the push by W share at half of the height
+    away = W * share * 0.5 / (W - water)
+    assert results["place"] == pytest.approx([1.5 + away, 1.0], rel=1e-6)
+    assert results["safety"] == pytest.approx([0.5 * (W - water) / (W * share), 1.5 / away], rel=1e-6)
+    area, cracked, apart, shear = results["sums"]
+    assert (area, cracked, apart) == pytest.approx((3.0, 3.0, 0.0))
+    assert [abs(force) for force in shear] == pytest.approx([0.0, W * share, 0.0], abs=1e-8)
+    kind, at, reason = results["limit"]
+    assert kind == "limit" and at == pytest.approx(0.5 * (W - water) / W, rel=1e-3)
+    assert "block block_1 moves most, along (1, " in reason and results["mechanism"] < 0.1
+    assert 0.0 <= results["slid"] <= 1.0
+    coarse, fine = map(abs, results["unbalanced"])
+    assert fine < 0.5 * coarse < 0.05
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
 @pytest.mark.parametrize("search", ["root", "residual", "none"])
 def test_no_equilibrium_without_forces(search: str, ranks: int) -> None:
     """A block slides under more than the friction; forces of the block that flies off are rounding errors."""

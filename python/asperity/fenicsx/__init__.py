@@ -13,6 +13,7 @@ from mpi4py import MPI  # first: loads the library of MPI that dolfinx needs
 from .conditions import Conditions, Flow
 from .equilibrium import Report, Terms, solve
 from .ledger import Ledger
+from .measures import Measures, measure
 from .model import Model
 from .output import Output
 from .path import Follow
@@ -29,6 +30,7 @@ __all__ = [
     "Flow",
     "Follow",
     "Ledger",
+    "Measures",
     "Model",
     "Output",
     "Report",
@@ -37,6 +39,7 @@ __all__ = [
     "Stopped",
     "Terms",
     "largest",
+    "measure",
     "solve",
     "total",
 ]

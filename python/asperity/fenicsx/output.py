@@ -38,8 +38,8 @@ class Output:
     def write(self, state: State, time: float | None = None, flows: Sequence[Flow] = ()) -> None:
         """Write a state: displacements; damage, separation, traction, energies and water of the joints.
 
-        time: of ParaView, default the parameter of the state.  Tractions are total, p is the pressure, and
-        apertures are those of the flows or the openings.
+        time: of ParaView, default the parameter of the state.  Tractions are total, p is the pressure of the
+        water, `pressure` that of the sides on each other, and apertures are those of the flows or openings.
         """
         m, time = self.model, state.at if time is None else time
         nodes, u = m.V.tabulate_dof_coordinates()[:, : m.d], m.spread(state.u).reshape(-1, m.d)
@@ -61,7 +61,14 @@ class Output:
             m.face_joint[self.near],
             m.names,
             m.joints,
-            {"p": state.p[at], "aperture": aperture[self.near]},
+            {
+                "p": state.p[at],
+                "aperture": aperture[self.near],
+                "opening": np.maximum(state.s[at, 0], 0.0),
+                "slip": np.linalg.norm(state.s[at, 1:], axis=-1),
+                "pressure": -state.t[at, 0] - state.p[at],
+                "shear": np.linalg.norm(state.t[at, 1:], axis=-1),
+            },
         )
         files = step.write(self.folder, f"{len(self.names):04}_{COMM.rank}")
         self.names.append((time, [*itertools.chain(*COMM.allgather(files))]))
