@@ -113,7 +113,6 @@ RUNS = {
     **METHODS,
     **AIMS,
     **PLANES,
-    **{f"search {k}": f"{MORTAR} --search {k}" for k in ("residual", "none")},
     "cyclic WS100": f"--wall WS100 {DRY} --elements 2 2 --to 5 -5 10 -10 0",
     "J4D 2 2": f"{MORTAR} --elements 2 2",
     "SW100 4 4": f"--wall SW100 {DRY} --elements 4 4 {SLIDING}",

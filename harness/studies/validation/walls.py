@@ -124,10 +124,8 @@ CHOICES = {
     "step 0.0125": "0.0125 mm",
     "J4D 2 2": "0.05 mm, mesh 2 x 2",
     "J4D 8 6": "0.05 mm, mesh 8 x 6",
-    "search residual": "0.05 mm, mesh 4 x 3, until the residual falls",
-    "search none": "0.05 mm, mesh 4 x 3, no line search",
 }
-"""Steps, meshes and line searches of J4D with flat joints."""
+"""Steps and meshes of J4D with flat joints."""
 
 SOLID = {
     "3D 0": "turn 0: two planes face across the slip",
