@@ -145,7 +145,6 @@ class Equations:
         self.free = np.ones(m.n * d)
         self.free[fixed] = 0.0
         first = m.map.local_range[0] * d
-        self._solids = self._rows = None
         solids = m.K.copy()
         solids.setOption(PETSc.Mat.Option.KEEP_NONZERO_PATTERN, True)
         # columns of the fixed components meet zeros, because the iterates have the prescribed values
@@ -159,8 +158,8 @@ class Equations:
         count = len(m.pairs)
         point = np.arange(count).reshape(-1, 1, 1, 1, 1)
         i, j = np.arange(d).reshape(1, -1, 1, 1, 1), np.arange(d).reshape(1, 1, -1, 1, 1)
-        k, m_ = np.arange(3).reshape(1, 1, 1, -1, 1), np.arange(3)
-        entry = m.area[point] * m.axes[point, k, i] * m.axes[point, m_, j]
+        k, other = np.arange(3).reshape(1, 1, 1, -1, 1), np.arange(3)
+        entry = m.area[point] * m.axes[point, k, i] * m.axes[point, other, j]
         at = np.flatnonzero(entry)
         shape = np.broadcast_shapes(entry.shape)
         p, a, b, e, f = np.unravel_index(at, shape)
