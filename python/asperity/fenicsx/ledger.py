@@ -16,8 +16,8 @@ from .state import State
 class Ledger:
     """Energies of a model: now, or since the start (damped by solids and drag, work).
 
-    elastic: of the solids.  stored, spent: of the joints; spent is that of rupture, friction and crushing.  work: of
-    the loads, of the prescribed displacements, and of the water in the joints.
+    elastic: of the solids.  stored, spent: of the joints; spent is that of rupture, friction and crushing.
+    work: of the loads, of the prescribed displacements, and of the water in the joints.
     """
 
     kinetic: float = 0.0
