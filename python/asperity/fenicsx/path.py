@@ -61,6 +61,9 @@ SHORT = 0.22
 SHORTEST = 10.0
 """Least step by passes over that of Newton's method."""
 
+RESCUES = 5
+"""Most shortest steps of a path that are tried in all ways."""
+
 LAST = 3
 """Factor of the iterations of the last attempts at a shortest step under loads."""
 
@@ -123,7 +126,7 @@ class Follow:
         self.always, self.by_passes, self.shortest = always, always, min(SHORTEST * least, most)
         self.calm, self.patience, self.newton = 0, 1, CALM
         self.cuts, self.repeated, self.taken, self.count, self.reason = 0, 0, 0, 0, ""
-        self.kind = ""
+        self.kind, self.rescued = "", 0
         self.ledger = ledger_of(model, state, 0.0, 0.0)
         self.start = self.ledger.balance
         self.mechanism: Floats | None = None
@@ -194,7 +197,9 @@ class Follow:
             self._cut(move, 0.5, report.reason, under_loads)
             if not (self.reason and under_loads):
                 return False
-            failed, report = report, self._otherwise(at, move)
+            failed = report
+            self.rescued += 1  # a path that only creeps ends
+            report = failed if self.rescued > RESCUES else self._otherwise(at, move)
             if report.state is None:
                 self.kind, self.mechanism, text = self._why(at, move, failed)
                 self.reason = f"stopped at {self.at:.5g}, {self.kind}: {text}"
