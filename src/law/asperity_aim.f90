@@ -145,7 +145,7 @@ contains
     real(wp) :: across(3), axes(3, 3), along(3), part(3, 3)
     real(wp) :: alpha, bound, direction(2), elastic(2), factor, p, share, stiffness, trial, weight
     integer :: i, j, k
-    logical :: linear
+    logical :: linear, sticks
     linear = .false.
     if (present(secant)) linear = secant
     strength = 0.0_wp
@@ -168,15 +168,16 @@ contains
       call contact_response(joint%material, lag, before%contact, at%contact, p, stiffness)
       bound = joint%material%mu*p
       strength = max(strength, joint%material%k_t*bound)
-      ! a contact that is open at the aim has no friction
+      ! a contact that is open at the aim, or smooth, has no friction
       share = min(trial, bound)/(trial + tiny(trial))
-      if (trial <= bound .and. at%contact(1) <= 0.0_wp) share = 1.0_wp
+      sticks = trial <= bound .and. at%contact(1) <= 0.0_wp .and. joint%material%mu > 0.0_wp
+      if (sticks) share = 1.0_wp
       if (linear) then
         factor = (1.0_wp + lag)*share
         elastic = share*(contact(2:3) - start(i + 1:i + 2) + lag*(contact(2:3) - before%contact(2:3)))
         along = at%gradient(2, :)
         across = at%gradient(3, :)
-      else if (trial <= bound .and. at%contact(1) <= 0.0_wp) then
+      else if (sticks) then
         factor = 1.0_wp + lag
         along = at%gradient(2, :)
         across = at%gradient(3, :)

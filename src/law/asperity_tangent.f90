@@ -28,6 +28,8 @@ contains
     associate (alpha => now%new%alpha, friction => now%friction, gap => at%contact%n, inv_r => now%damage%inv_r)
       ! conditions are reals: gfortran does not vectorise a logical expression of two comparisons
       stuck = merge(merge(1.0_wp, 0.0_wp, gap <= 0.0_wp), 0.0_wp, friction%trial <= friction%strength)
+      ! without friction a trial stress that is exactly zero sticks nowhere
+      stuck = merge(stuck, 0.0_wp, m%mu > 0.0_wp)
       slips = (1.0_wp - stuck)*merge(1.0_wp, 0.0_wp, gap < 0.0_wp)
       grows = merge(merge(1.0_wp, 0.0_wp, now%damage%free < growth%limit), 0.0_wp, alpha > old%alpha)
       chi = friction%stress*friction%inv_trial

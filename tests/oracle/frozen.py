@@ -46,7 +46,7 @@ def law(
         bond = np.einsum("kab,nb->nka", frame, s + offset)
         touch = contact + np.einsum("nkab,nb->nka", gradient, s - aim)
         shear = ((touch[..., 1:] - slip - pull / stiff) ** 2).sum(-1)
-        slides = shear.real > most**2
+        slides = (shear.real > most**2) | (parameters.mu == 0.0)
         size = np.sqrt(np.where(slides, shear, 1.0))
         rubbed = np.where(slides, most * size - 0.5 * most**2, 0.5 * shear)
         opened = np.where(bond[..., 0].real > 0.0, bond[..., 0], 0.0)

@@ -103,7 +103,9 @@ def step(
                 push = plane.pressure(parameters, touch[None, None])[0, 0]
             at, now = (trial(np.broadcast_to(x, contact[0].shape))[k] for x in (contact[0, k], touch))
             size = float(np.linalg.norm(at))
-            share = min(1.0, bound[k] / size) if size > 0.0 else float(contact[0, k, 0] <= 0.0)
+            share = (
+                min(1.0, bound[k] / size) if size > 0.0 else float(contact[0, k, 0] <= 0.0 < parameters.mu)
+            )
             traction += weights[k] * (1.0 - guess[k]) * (frame[k].T @ whole)
             traction += weights[k] * guess[k] * (gradient[k].T @ np.array([-push, *(share * now)]))
         return traction

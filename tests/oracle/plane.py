@@ -193,8 +193,9 @@ def friction(
     trial = (parameters.Kt + rate) * (s[..., 1:] - slip_old) - pull
     size = length(trial)
     strength = parameters.mu * p
-    sticks = size.real <= strength.real
-    scale = np.where(sticks, 1.0, strength / np.where(sticks, 1.0, size))
+    # a smooth contact never sticks, not even where its trial stress is exactly zero
+    sticks = (size.real <= strength.real) & (parameters.mu > 0.0)
+    scale = np.where(sticks, 1.0, strength / np.where(sticks | (size.real == 0.0), 1.0, size))
     tau_d = scale[..., None] * trial
     slip = np.where(sticks[..., None], slip_old, s[..., 1:] - (tau_d + pull) / (parameters.Kt + rate))
     branch = np.where(s[..., 0].real > 0.0, OPEN, np.where(sticks, STICK, SLIP)).astype(np.int8)
