@@ -4,13 +4,21 @@
 module asperity_energy
   use asperity_contact, only: closure, opening, pressure, pressure_energy
   use asperity_kinds, only: wp
-  use asperity_types, only: dissipation_type, forces_type, growth_type, history_type, material_type, response_type, &
-    separation_type
+  use asperity_types, only: dissipation_type, forces_type, growth_type, history_type, local_type, material_type, &
+    response_type, separation_type
   implicit none
   private
-  public :: dashpot_dissipation, driving_force, plane_dissipation, plane_forces, stored_energy
+  public :: bond_energy, dashpot_dissipation, driving_force, mode_square, plane_dissipation, plane_forces, stored_energy
 
 contains
+
+  !> Energy of the bond except for that of a pressure, over k_t/2.
+  pure function bond_energy(m, bond) result(energy)
+    type(material_type), intent(in) :: m    !! constants
+    type(local_type), intent(in) :: bond    !! separation
+    real(wp) :: energy
+    energy = m%kn_kt*opening(bond)**2 + (bond%t**2 + bond%h**2)
+  end function bond_energy
 
   !> Driving force of damage Y, over k_t/2: the energy stored in the bond minus the energy stored in the contact.
   !>
@@ -28,21 +36,13 @@ contains
     end associate
   end function driving_force
 
-  !> Energy stored in the bond and the contact of a plane, over k_t/2.
-  pure function stored_energy(m, at, now) result(energy)
-    type(material_type), intent(in) :: m      !! constants
-    type(separation_type), intent(in) :: at   !! separations at the end
-    type(response_type), intent(in) :: now    !! response to the increment
-    real(wp) :: energy, pressed, sheared
-    associate (bond => at%bond, alpha => now%new%alpha)
-      pressed = pressure_energy(m, bond)
-      if (m%general) pressed = (1.0_wp - alpha)*pressed + alpha*pressure_energy(m, at%contact)
-      sheared = now%friction%stress**2
-      if (m%damps) sheared = (at%contact%t - now%new%s_dit)**2 + (at%contact%h - now%new%s_dih)**2
-      energy = (1.0_wp - alpha)*(m%kn_kt*opening(bond)**2 + (bond%t**2 + bond%h**2)) &
-        + (alpha*sheared + pressed)
-    end associate
-  end function stored_energy
+  !> The square of 1 + beta, beta of (6).
+  pure function mode_square(m, bond) result(r_2)
+    type(material_type), intent(in) :: m    !! constants
+    type(local_type), intent(in) :: bond    !! separation
+    real(wp) :: r_2
+    r_2 = m%inv_s01_2*opening(bond)**2 + m%inv_s02_2*(bond%t**2 + bond%h**2)
+  end function mode_square
 
   !> Driving force of damage and friction strength of a plane in the given state.
   pure function plane_forces(m, at, state) result(forces)
@@ -65,6 +65,21 @@ contains
     spent%rupture = 0.5_wp*((start%y + now%y)*growth)
     spent%friction = m%mu*((start%strength + now%strength)*slip)
   end function plane_dissipation
+
+  !> Energy stored in the bond and the contact of a plane, over k_t/2.
+  pure function stored_energy(m, at, now) result(energy)
+    type(material_type), intent(in) :: m      !! constants
+    type(separation_type), intent(in) :: at   !! separations at the end
+    type(response_type), intent(in) :: now    !! response to the increment
+    real(wp) :: energy, pressed, sheared
+    associate (bond => at%bond, alpha => now%new%alpha)
+      pressed = pressure_energy(m, bond)
+      if (m%general) pressed = (1.0_wp - alpha)*pressed + alpha*pressure_energy(m, at%contact)
+      sheared = now%friction%stress**2
+      if (m%damps) sheared = (at%contact%t - now%new%s_dit)**2 + (at%contact%h - now%new%s_dih)**2
+      energy = (1.0_wp - alpha)*bond_energy(m, bond) + (alpha*sheared + pressed)
+    end associate
+  end function stored_energy
 
   !> Energy that the dashpots of a plane dissipate in an increment, over k_t/2.
   !>

@@ -4,7 +4,7 @@ module asperity_kernels
   use asperity_types, only: material_type, mild_slope
   implicit none
   private
-  public :: kernel_constants, kernel_of
+  public :: exact_kernel, kernel_constants, kernel_of
 
   !> Kernels: what a plane needs besides damage and friction. A loop has a literal one, so that its body has no
   !> branches.
@@ -36,6 +36,14 @@ contains
       kernel = kernel_facet
     end if
   end function kernel_of
+
+  !> Kernel that takes long increments in place of another one: few are enough, as these are rare. None is long with a
+  !> dashpot.
+  pure function exact_kernel(kernel) result(exact)
+    integer, intent(in) :: kernel   !! the other one
+    integer :: exact
+    exact = merge(kernel_guarded, kernel_general, kernel <= kernel_guarded)
+  end function exact_kernel
 
   !> Constants with the flags of a kernel.
   pure function kernel_constants(source, kernel) result(m)

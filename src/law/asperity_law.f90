@@ -13,16 +13,22 @@
 module asperity_law
   use asperity_axes, only: global_traction, local_separation, square
   use asperity_contact, only: add_dashpot, contact_stiffness, opening, pressure
-  use asperity_energy, only: dashpot_dissipation, driving_force, plane_dissipation, plane_forces, stored_energy
+  use asperity_energy, only: dashpot_dissipation, plane_dissipation, plane_forces, stored_energy
   use asperity_facet, only: facet_at, facet_traction, profile_at
   use asperity_kinds, only: wp
+  use asperity_phases, only: friction_of_phases, phases_of, phases_type, rupture_of_phases
   use asperity_tangent, only: plane_tangent
-  use asperity_types, only: damage_type, friction_type, growth_type, history_type, local_type, material_type, &
-    plane_type, response_type, separation_type, unseen, update_type, vector_type
+  use asperity_types, only: damage_type, forces_type, friction_type, growth_type, history_type, local_type, &
+    material_type, plane_type, response_type, separation_type, unseen, update_type, vector_type
   use asperity_wear, only: wear_drive, worn_share
   implicit none
   private
   public :: update_plane
+
+  !> Difference of the friction by start and end of a long increment, over the friction.
+  real(wp), parameter :: doubtful_share = 0.1_wp
+  !> Factor of the difference of the rupture where the damage completes.
+  real(wp), parameter :: completing = 5.0_wp
 
 contains
 
@@ -103,30 +109,25 @@ contains
     now%new%s_dih = old%s_dih + now%friction%slip*now%friction%m_h
   end function plane_response
 
-  !> The limit of the growth with the guard: 0 if growing damage would have a negative dissipation, by the trapezoidal
-  !> rule for Y, and growth%weight_new otherwise.
+  !> The limit of the growth with the guard: 0 if the rupture of the increment would be negative, and growth%weight_new
+  !> otherwise.
   !>
   !> A dissipation that is zero except for rounding is not negative. Thus the result does not depend on the direction of
   !> the slip. Without the guard m%unguarded is huge.
-  pure function guarded_limit(m, growth, start, at, old) result(limit)
+  pure function guarded_limit(m, growth, start, at, grown, rupture) result(limit)
     type(material_type), intent(in) :: m             !! constants
     type(growth_type), intent(in) :: growth          !! of the damage
     type(separation_type), intent(in) :: start, at   !! separations at start and end
-    type(history_type), intent(in) :: old            !! state at the start
+    real(wp), intent(in) :: grown                    !! growth of the damage without the guard
+    real(wp), intent(in) :: rupture                  !! energy that it releases, over k_t/2
     real(wp) :: limit
-    type(growth_type) :: none
-    type(response_type) :: now
-    real(wp) :: released, size_of
-    none = growth
-    none%limit = 0.0_wp
-    now = plane_response(m, none, start, at, old)
-    released = driving_force(m, start, old) + driving_force(m, at, now%new)
+    real(wp) :: size_of
     size_of = at%bond%t**2 + at%bond%h**2
     ! energies of the pressure of the bond and on the facet do not cancel exactly, even where these are parallel
     if (m%general) size_of = 2.0_wp*max(1.0_wp, m%kc_kt, contact_stiffness(m, start%bond), contact_stiffness(m, &
       at%bond), contact_stiffness(m, start%contact), contact_stiffness(m, at%contact))*(square(start%bond) + &
       square(at%bond))
-    limit = merge(growth%weight_new, 0.0_wp, released >= -(unseen*size_of + m%unguarded))
+    limit = merge(growth%weight_new, 0.0_wp, rupture >= -((0.5_wp*unseen*grown)*size_of + m%unguarded))
   end function guarded_limit
 
   !> Damage of a plane at the start of an increment: no plane has less than damage0.
@@ -138,12 +139,16 @@ contains
   end function start_alpha
 
   !> Update of a plane over an increment: the law.
-  pure function update_plane(m, whole, plane, wearing, crushed, from, to, state) result(now)
+  !>
+  !> An increment is long if its accounts by start and by end differ too much for the trapezoidal rule. A loop
+  !> with m%exact takes its accounts by its phases (asperity_phases).
+  pure function update_plane(m, whole, plane, wearing, crushed, long, from, to, state) result(now)
     type(material_type), intent(in) :: m            !! constants, with the flags of a kernel
     type(growth_type), intent(in) :: whole          !! growth of the damage that no guard limits
     type(plane_type), intent(in) :: plane           !! axes
     real(wp), intent(in) :: wearing                 !! part of the wear of the increment that is done, 0 to 1
     real(wp), intent(in) :: crushed                 !! share that the pressure at the end crushes
+    real(wp), intent(in) :: long                    !! with m%exact: 1 if the increment is long, else 0
     type(vector_type), intent(in) :: from, to       !! separation of the interface at start and end, length
     type(history_type), intent(in) :: state         !! state of the plane at the start
     type(update_type) :: now
@@ -151,7 +156,9 @@ contains
     type(history_type) :: old, worn
     type(response_type) :: response
     type(separation_type) :: at_start, at
-    real(wp) :: crushes, drive, drive_old, elastic
+    type(phases_type) :: phases
+    type(forces_type) :: last, start
+    real(wp) :: crushes, doubt, drive, drive_old, elastic, grown
     ! gfortran keeps a copy of the whole structure in memory
     old = history_type(start_alpha(m, state%alpha), state%s_dit, state%s_dih, state%omega, state%wear_work)
     at_start = separations(m, plane, old%omega, from)
@@ -167,12 +174,34 @@ contains
     end if
     at = separations(m, plane, worn%omega, to)
     growth = whole
-    if (m%guard) growth%limit = guarded_limit(m, whole, at_start, at, old)
     response = plane_response(m, growth, at_start, at, worn)
+    start = plane_forces(m, at_start, old)
+    last = plane_forces(m, at, response%new)
+    grown = response%new%alpha - old%alpha
+    now%spent = plane_dissipation(m, start, last, grown, response%friction%slip)
+    now%long = 0.0_wp
+    if (m%exact) then
+      phases = phases_of(m, at_start, at, old, response%new%alpha)
+      now%spent%rupture = merge(rupture_of_phases(m, growth, at_start, at, old, response, phases), &
+        now%spent%rupture, long > 0.5_wp)
+    else if (.not. m%damps) then
+      ! where the damage completes, the end is far from where it does
+      doubt = (abs(last%y - start%y)*grown)*merge(completing, 1.0_wp, response%new%alpha >= 1.0_wp)
+      doubt = doubt + (2.0_wp*m%mu)*(abs(last%strength - start%strength)*response%friction%slip)
+      now%long = merge(1.0_wp, 0.0_wp, doubt > m%doubtful + doubtful_share*now%spent%friction)
+    end if
+    if (m%guard) then
+      growth%limit = guarded_limit(m, growth, at_start, at, grown, now%spent%rupture)
+      response%new%alpha = merge(response%new%alpha, old%alpha, growth%limit > 0.0_wp)
+      now%spent%rupture = merge(now%spent%rupture, 0.0_wp, growth%limit > 0.0_wp)
+      last = plane_forces(m, at, response%new)
+      now%spent%friction = m%mu*((start%strength + last%strength)*response%friction%slip)
+    end if
+    ! the wear by work keeps the trapezoidal rule, which its constants know
+    if (m%exact) now%spent%friction = merge(friction_of_phases(m, growth, old, response%new, phases), &
+      now%spent%friction, merge(long, 0.0_wp, m%inv_w0 <= 0.0_wp) > 0.5_wp)
     now%new = response%new
     now%stored = stored_energy(m, at, response)
-    now%spent = plane_dissipation(m, plane_forces(m, at_start, old), plane_forces(m, at, response%new), &
-      response%new%alpha - old%alpha, response%friction%slip)
     ! of the viscous parts of pressure and friction only the values at the end are known
     if (m%damps) now%spent%friction = max(0.0_wp, now%spent%friction + (2.0_wp*m%mu)*((response%new%alpha* &
       (response%friction%p - pressure(m, at%contact)))*response%friction%slip))

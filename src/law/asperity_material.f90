@@ -55,6 +55,8 @@ contains
     material%s0 = 1.0_wp/max(inv_s01, inv_s02)
     material%tau_v = props(p_tau_v)
     material%guard = props(p_guard) > 0.0_wp
+    ! k_t/2 times this is 0.5 % of Gc, or of Gc2 if that is smaller
+    material%doubtful = 0.005_wp*min(props(p_gc), gc2)/(0.5_wp*material%k_t)
     material%unguarded = merge(0.0_wp, huge(1.0_wp), material%guard)
     material%height = props(p_height)
     material%inv_height = 0.0_wp
@@ -81,6 +83,7 @@ contains
     material%damps = material%damping > 0.0_wp
     material%general = material%curved .or. material%bends .or. material%damps
     material%by_points = .false.
+    material%exact = .false.
   end subroutine new_material
 
   !> Whether a real kind represents the constants, their squares and the energies at the largest separation. The factor

@@ -14,12 +14,13 @@ Zeros are a virgin point.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import plane
+from . import accounts, plane
 from .facet import Facet
 from .plane import Floats, Parameters
 
@@ -39,7 +40,8 @@ PER_FACET = 2
 class Response:
     """Result of the law: traction (..., 3), state (..., 8+3k or 8+5k), tangent (..., 3, 3).
 
-    Per plane (..., k): the branch of its contact (OPEN, STICK or SLIP), and whether its damage grew.
+    Per plane (..., k): the branch of its contact (OPEN, STICK or SLIP), whether its damage grew, and whether
+    the library takes the accounts by the phases of the increment.
     """
 
     traction: Floats
@@ -47,6 +49,7 @@ class Response:
     tangent: Floats
     branch: NDArray[np.int8]
     damaging: NDArray[np.bool_]
+    long: NDArray[np.bool_]
 
 
 # --- patterns ------------------------------------------------------------
@@ -108,13 +111,14 @@ def update(
     state: ArrayLike | None = None,
     s_old: ArrayLike | None = None,
     dt: float = 0.0,
+    part: bool = False,
 ) -> Response:
     """One increment of the law from (s_old, state) to the total separation s, (22)-(39).
 
     s and s_old are (..., 3), state is as long as ``virgin`` makes it; None means zero.  Leading axes are
     independent points.  dt is the duration of the increment, which has an effect only if tau_v or c > 0; at
     a duration of 0 the dashpot does not act.  The
-    guard uses the mean of the energy release Y at the start and at the end.
+    guard asks the rupture of the increment.  part: a small part of an increment, without tangent.
     """
     gamma = pattern[1]
     s = np.asarray(s, dtype=float)
@@ -123,17 +127,23 @@ def update(
     state = np.broadcast_to(blank if state is None else state, (*lead, len(blank)))
     s_old = np.broadcast_to(np.zeros(3) if s_old is None else s_old, s.shape)
     start = _start(parameters, pattern, s_old, state)
-    end = _end(parameters, start, s, dt)
+    end = _end(parameters, start, s, dt, part=part)
     step = plane.IMAGINARY * parameters.s0
-    shifted = (_end(parameters, start, s + 1j * step * axis, dt, end.omega) for axis in np.eye(3))
-    tangent = np.stack([end.traction.imag / step for end in shifted], axis=-1)
+    shifted = (
+        _end(parameters, start, s + 1j * step * axis, dt, end.omega) for axis in np.eye(3)[: 0 if part else 3]
+    )
+    columns = [end.traction.imag / step for end in shifted]
+    tangent = np.stack(columns, axis=-1) if columns else np.empty((*lead, 3, 0))
 
     # Energies per unit area; the start of the increment is evaluated from the given state.
     alpha, slip = end.alpha, end.slip
     strength_before = parameters.mu * start.alpha * plane.pressure(parameters, start.contact)
     strength = parameters.mu * alpha * plane.pressure(parameters, end.contact)
-    friction = 0.5 * (strength_before + strength) * np.linalg.norm(slip - start.slip, axis=-1)
+    way = np.linalg.norm(slip - start.slip, axis=-1)
+    friction = 0.5 * (strength_before + strength) * way
     damping = np.zeros_like(friction)
+    long = accounts.long(parameters, end.by_ends, end.grown, (start.contact, end.contact), way)
+    long = long & (parameters.c == 0.0)
     if parameters.c > 0.0:
         friction, damping = _damped(parameters, start, end, dt)
     drive = plane.driving_force(parameters, end.facet, alpha, end.tau_d, end.p)
@@ -149,7 +159,7 @@ def update(
     out = np.empty(state.shape)
     out[..., 0] = (gamma * alpha).sum(-1)
     out[..., 1] = (gamma * plane.stored(parameters, end.straight, end.contact, alpha, slip)).sum(-1)
-    out[..., 2] = state[..., 2] + (gamma * 0.5 * end.release * (alpha - start.alpha)).sum(-1)
+    out[..., 2] = state[..., 2] + (gamma * end.rupture).sum(-1)
     out[..., 3] = state[..., 3] + (gamma * (friction + wear + damping)).sum(-1)
     out[..., 4] = 1.0
     out[..., 5:8] = start.offset
@@ -158,7 +168,29 @@ def update(
     if parameters.wears:
         worn = np.stack([end.omega, work], axis=-1)
         out[..., HEADER + PER_PLANE * len(gamma) :] = worn.reshape(*lead, PER_FACET * len(gamma))
-    return Response(end.traction, out, tangent, end.branch, alpha > start.alpha)
+    return Response(end.traction, out, tangent, end.branch, alpha > start.alpha, long)
+
+
+def in_parts(
+    parameters: Parameters,
+    pattern: Pattern,
+    s: Floats,
+    state: Floats,
+    s_old: Floats,
+    dt: float = 0.0,
+    parts: int = 1000,
+) -> Floats:
+    """State (n, :) after the straight step of an increment in parts, n points in rows.
+
+    Half of the parts are equal, the others grow in a constant ratio from a millionth of the step.  Rupture
+    and friction converge to what the law dissipates along the step.  Wear by work goes on within the step.
+    """
+    equal = np.linspace(0.0, 1.0, parts // 2 + 1)
+    ends = np.unique(np.concatenate([equal, np.geomspace(1e-6, 1.0, parts - parts // 2)]))
+    for x, y in itertools.pairwise(ends):
+        first, last = (s_old + z * (s - s_old) for z in (x, y))
+        state = update(parameters, pattern, last, state, first, (y - x) * dt, True).state
+    return state
 
 
 def _histories(parameters: Parameters, state: Floats, count: int) -> tuple[Floats, Floats]:
@@ -198,7 +230,8 @@ class _Start:
 class _End:
     """End of an increment: what the law makes of a separation.
 
-    release: the sum of Y at both ends; p: pressure of the contact, with that of the dashpot.
+    by_ends: rupture by start and end, whose mean is booked; grown: damage of start and end without the guard;
+    p: pressure of the contact, with that of the dashpot.
     """
 
     straight: Floats
@@ -209,7 +242,9 @@ class _End:
     tau_d: Floats
     slip: Floats
     branch: NDArray[np.int8]
-    release: Floats
+    rupture: Floats
+    by_ends: tuple[Floats, Floats]
+    grown: tuple[Floats, Floats]
     traction: Floats
     p: Floats
 
@@ -228,7 +263,14 @@ def _start(parameters: Parameters, pattern: Pattern, s_old: Floats, state: Float
     return _Start(frame, pattern[1], offset, alpha, slip, straight, contact, drive, omega)
 
 
-def _end(parameters: Parameters, start: _Start, s: Floats, dt: float, known: Floats | None = None) -> _End:
+def _end(
+    parameters: Parameters,
+    start: _Start,
+    s: Floats,
+    dt: float,
+    known: Floats | None = None,
+    part: bool = False,
+) -> _End:
     """End of an increment to the separation s (..., 3), (22)-(39).  known: worn shares at its real part."""
     s = s + start.offset
     omega = _omega(parameters, start, s, known)
@@ -238,12 +280,15 @@ def _end(parameters: Parameters, start: _Start, s: Floats, dt: float, known: Flo
     if parameters.c > 0.0 and dt > 0.0:
         p, pull, rate = _viscous(parameters, start, contact, dt)
     tau_d, slip, branch = plane.friction(parameters, contact, start.slip, p, pull, rate)
-    release = plane.release_rate(parameters, start.straight, start.contact, start.slip)
-    release = release + plane.release_rate(parameters, straight, contact, slip)
     alpha = plane.damage(parameters, straight, start.alpha, dt)
+    ends = ((start.straight, straight.real), (start.contact, contact.real), (start.slip, slip.real))
+    grown = (start.alpha, alpha.real)
+    by_ends = accounts.rupture(parameters, *ends, grown, branch, part)
+    rupture = 0.5 * (by_ends[0] + by_ends[1])
     if parameters.guard:
-        gives_back = release.real < -plane.rounding(parameters, start.straight, straight.real)
-        alpha = np.where(gives_back, start.alpha, alpha)
+        unseen = plane.rounding(parameters, start.straight, straight.real)
+        gives_back = rupture < -unseen * (alpha.real - start.alpha)
+        alpha, rupture = np.where(gives_back, start.alpha, alpha), np.where(gives_back, 0.0, rupture)
 
     # local tractions of the undamaged part (11) and of the damaged part (13), (23), weighted by (22)
     normal = parameters.Kn * plane.positive(straight[..., 0]) - plane.pressure(parameters, straight)
@@ -255,7 +300,9 @@ def _end(parameters: Parameters, start: _Start, s: Floats, dt: float, known: Flo
     else:
         traction = np.einsum("k,kab,...ka->...b", start.gamma, start.frame, undamaged)
         traction = traction + np.einsum("k,...kab,...ka->...b", start.gamma, facet.gradient, damaged)
-    return _End(straight, contact, facet, omega, alpha, tau_d, slip, branch, release, traction, p)
+    return _End(
+        straight, contact, facet, omega, alpha, tau_d, slip, branch, rupture, by_ends, grown, traction, p
+    )
 
 
 def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | None) -> Floats:

@@ -120,26 +120,38 @@ def test_damage_of_a_broken_joint_is_1() -> None:
         assert history.damage.max() <= 1.0
 
 
+@pytest.mark.parametrize(
+    "constants", [{}, {"kc": 20.0}, {"eta": 0.999}, {"sigma02": 4.0, "Gc2": 0.9}, {"guard": True}]
+)
+@pytest.mark.parametrize("n", [1, 2, 16])
+def test_rupture_in_any_increment(constants: dict, n: int) -> None:
+    """A bond that shears off without pressure has the rupture Gc, however few increments it takes."""
+    joint = Interface(
+        Material(**({"sigma0": 3.0, "Gc": 0.6655, "eta": 0.9, "mu": 0.5} | constants)), Pattern.regular(0)
+    )
+    end = joint.replay(np.linspace(0.0, 1.0, n + 1)[:, None] * [0.0, 0.6, 0.8]).state[-1]
+    assert end[2] == pytest.approx(constants.get("Gc2", 0.6655), abs=1e-9)
+    assert end[0] == 1.0 and end[3] == 0.0
+
+
 def test_friction_of_a_jump() -> None:
-    """A joint that opens as it slips books its friction by the trapezoid: too much in one increment."""
+    """A joint that opens as it slips has the friction of the straight path, in any increment."""
     mu, kn, ks, pressed, jump = 0.75, 82.0, 36.0, 10.0, 1.0
     joint = Interface(Material.from_joint(kn=kn, ks=ks, mu=mu), Pattern.regular(0, 0.0))
     closed = np.array([-pressed / kn, 0.1, 0.0])
     begin = joint.replay([[closed[0], 0.0, 0.0], closed]).state[-1:]
-    spent = []
-    for n in (1, 16, 4096):
-        state, s = begin, closed
-        for end in closed + np.linspace(0.0, 1.0, n + 1)[1:, None] * [jump - closed[0], jump, 0.0]:
-            state, s = joint.update(end[None], state, s[None]).state, end
-        spent.append(float(state[0, 3]))
-    assert spent[0] == pytest.approx(0.5 * mu * pressed * (closed[1] + jump))
-    # along the straight path: it slides from the bound of the pressure that is left to where it opens
+    # it slides from the bound of the pressure that is left to where it opens
     way = jump * np.array([(mu * pressed - ks * closed[1]) / (ks * jump + mu * kn * (jump - closed[0])), 0.0])
     way[1] = -closed[0] / (jump - closed[0]) * jump
     left = pressed - kn * (jump - closed[0]) * way / jump
     slid = (jump + mu * kn * (jump - closed[0]) / ks) * (way[1] - way[0]) / jump
-    assert spent[2] == pytest.approx(mu * 0.5 * left.sum() * slid, rel=1e-3)
-    assert [round(x, 2) for x in spent[1:]] == [0.64, 0.52]
+    expected = mu * 0.5 * left.sum() * slid
+    assert round(expected, 2) == 0.52
+    for n in (1, 16, 4096):
+        state, s = begin, closed
+        for end in closed + np.linspace(0.0, 1.0, n + 1)[1:, None] * [jump - closed[0], jump, 0.0]:
+            state, s = joint.update(end[None], state, s[None]).state, end
+        assert state[0, 3] == pytest.approx(expected, rel=1e-3)
 
 
 # --- viscous damage and cut requests ---

@@ -238,7 +238,7 @@ def tangents() -> Pair:
     "steps",
     "Large increments",
     "A step of 10 s_f through onset, rupture and sliding converges to the right traction under a constant "
-    "pressure. Its energies are wrong.",
+    "pressure. Its work by the tractions of start and end is wrong.",
 )
 def steps() -> Pair:
     """Slip of 10 s_f in few and in many steps."""

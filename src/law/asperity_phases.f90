@@ -1,0 +1,306 @@
+!> Rupture and friction of a long increment of a plane, by its phases along the straight step (docs/theory.md, section
+!> 6): the damage grows on a part of the step, the contact is closed on a part, and slips on a part of this.
+!>
+!> The module asperity_law says how these functions are used and in which units. x is the position on the step, 0 to 1;
+!> on a facet the contact is taken to move along a straight line. r = 1/(1 - eta alpha) is 1 + beta (6) on the damage
+!> surface. Integrals over r take log(r_2/r_1) = 6 (r_2 - r_1)/(r_1 + r_2 + 4 sqrt(r_1 r_2)).
+module asperity_phases
+  use asperity_contact, only: opening, pressure, pressure_energy
+  use asperity_energy, only: bond_energy, driving_force, mode_square
+  use asperity_kinds, only: wp
+  use asperity_types, only: growth_type, history_type, local_type, material_type, response_type, separation_type
+  implicit none
+  private
+  public :: friction_of_phases, phases_of, phases_type, rupture_of_phases
+
+  !> Range of positions on the step, or of r.
+  type :: range_type
+    real(wp) :: from, to
+  end type range_type
+
+  !> Contact along the step.
+  type :: touch_type
+    type(range_type) :: closed      !! where it is closed
+    real(wp) :: e_t, e_h            !! elastic slip on its line at x = 0, length
+    real(wp) :: d_t, d_h            !! its change in the step if the contact sticks, length
+    real(wp) :: strength, rate      !! mu p where it begins to be closed, and its derivative by x, over k_t
+    real(wp) :: slips, ends         !! where it begins and ceases to slip
+  end type touch_type
+
+  !> Phases of an increment.
+  type :: phases_type
+    type(touch_type) :: touch       !! the contact
+    type(range_type) :: grows       !! where the damage grows
+    type(range_type) :: r           !! 1/(1 - eta alpha) at start and end
+    real(wp) :: x_1, x_2, x_3       !! while it grows the contact sticks from x_1 to x_2 and slips to x_3
+    real(wp) :: q_1, q_2, q_3       !! sqrt(r) there
+  end type phases_type
+
+contains
+
+  !> Quotient within 0 to 1 of a number by one that is not negative; 0 where both are zero.
+  pure function share(a, b) result(x)
+    real(wp), intent(in) :: a, b   !! dividend and divisor
+    real(wp) :: x
+    x = max(0.0_wp, min(a, b))/max(b, tiny(1.0_wp))
+  end function share
+
+  !> The nearest number of a range.
+  pure function clip(x, low, high) result(within)
+    real(wp), intent(in) :: x, low, high   !! number and range
+    real(wp) :: within
+    within = min(max(x, low), high)
+  end function clip
+
+  !> Separation at a position of the step.
+  pure function along(a, b, x) result(s)
+    type(local_type), intent(in) :: a, b   !! separations at start and end
+    real(wp), intent(in) :: x              !! position
+    type(local_type) :: s
+    s = local_type(a%n + (b%n - a%n)*x, a%t + (b%t - a%t)*x, a%h + (b%h - a%h)*x)
+  end function along
+
+  !> Elastic slip of the contact, on the line that it follows while it is closed and sticks.
+  pure function elastic(touch, x) result(e)
+    type(touch_type), intent(in) :: touch   !! contact along the step
+    real(wp), intent(in) :: x               !! position
+    type(local_type) :: e
+    e = local_type(0.0_wp, touch%e_t + touch%d_t*x, touch%e_h + touch%d_h*x)
+  end function elastic
+
+  !> Friction strength mu p at a position where the contact is closed.
+  pure function strength(touch, x) result(tau)
+    type(touch_type), intent(in) :: touch   !! contact along the step
+    real(wp), intent(in) :: x               !! position
+    real(wp) :: tau
+    tau = max(touch%strength + touch%rate*(x - touch%closed%from), 0.0_wp)
+  end function strength
+
+  !> Position where the bond's (1 + beta)^2 reaches a value: a root of one quadratic while s_n > 0 and of another one
+  !> while it is not.
+  pure function reached(m, a, b, r_2) result(x)
+    type(material_type), intent(in) :: m   !! constants
+    type(local_type), intent(in) :: a, b   !! separations of the bond at start and end
+    real(wp), intent(in) :: r_2            !! the value
+    real(wp) :: x
+    real(wp) :: c, change, cross, k, open, q, s, turn, w
+    change = b%n - a%n
+    q = m%inv_s02_2*(a%t**2 + a%h**2)
+    k = m%inv_s02_2*(a%t*(b%t - a%t) + a%h*(b%h - a%h))
+    w = m%inv_s02_2*((b%t - a%t)**2 + (b%h - a%h)**2)
+    cross = share(abs(a%n), abs(change))
+    turn = q + cross*(2.0_wp*k + cross*w)
+    open = merge(1.0_wp, merge(1.0_wp, 0.0_wp, r_2 < turn), b%n >= 0.0_wp)
+    open = merge(open, merge(merge(1.0_wp, 0.0_wp, r_2 >= turn), 0.0_wp, b%n > 0.0_wp), a%n > 0.0_wp)
+    open = open*m%inv_s01_2
+    c = r_2 - (q + open*a%n**2)
+    k = k + open*(a%n*change)
+    w = w + open*change**2
+    s = sqrt(max(k**2 + w*c, 0.0_wp))
+    x = share(merge(c, s - k, k > 0.0_wp), merge(k + s, w, k > 0.0_wp))
+  end function reached
+
+  !> 1 + beta of the bond at a position, within the range of the growth.
+  pure function surface(m, start, at, x, r) result(within)
+    type(material_type), intent(in) :: m             !! constants
+    type(separation_type), intent(in) :: start, at   !! separations at start and end
+    real(wp), intent(in) :: x                        !! position
+    type(range_type), intent(in) :: r                !! 1/(1 - eta alpha) at start and end of the growth
+    real(wp) :: within
+    within = clip(sqrt(mode_square(m, along(start%bond, at%bond, x))), r%from, r%to)
+  end function surface
+
+  !> Where the contact is closed, what it carries there, and where it begins to slip.
+  pure function touch_of(m, start, at, old) result(touch)
+    type(material_type), intent(in) :: m             !! constants
+    type(separation_type), intent(in) :: start, at   !! separations at start and end
+    type(history_type), intent(in) :: old            !! state at the start
+    type(touch_type) :: touch
+    real(wp) :: a, b, c, cross, last, open, root, width
+    touch%d_t = at%contact%t - start%contact%t
+    touch%d_h = at%contact%h - start%contact%h
+    cross = share(abs(start%contact%n), abs(at%contact%n - start%contact%n))
+    open = merge(1.0_wp, 0.0_wp, start%contact%n > 0.0_wp)
+    touch%closed%from = open*merge(cross, 1.0_wp, at%contact%n < 0.0_wp)
+    touch%closed%to = merge(merge(cross, 0.0_wp, open < 0.5_wp), 1.0_wp, at%contact%n > 0.0_wp)
+    ! a contact that closes carries no stress at first
+    touch%e_t = merge(-touch%d_t*touch%closed%from, start%contact%t - old%s_dit, open > 0.5_wp)
+    touch%e_h = merge(-touch%d_h*touch%closed%from, start%contact%h - old%s_dih, open > 0.5_wp)
+    touch%strength = m%mu*pressure(m, start%contact)
+    last = m%mu*pressure(m, at%contact)
+    width = touch%closed%to - touch%closed%from
+    touch%rate = (last - touch%strength)/merge(width, 1.0_wp, width > 0.0_wp)
+    ! |e| = mu p: a x^2 + 2 b x + c = 0
+    a = (touch%d_t**2 + touch%d_h**2) - touch%rate**2
+    b = (touch%e_t*touch%d_t + touch%e_h*touch%d_h) - touch%strength*touch%rate
+    c = min((touch%e_t**2 + touch%e_h**2) - touch%strength**2, 0.0_wp)
+    root = sqrt(max(b**2 - a*c, 0.0_wp))
+    touch%slips = share(merge(-c, root - b, b > 0.0_wp), merge(b + root, a, b > 0.0_wp))
+    touch%slips = merge(touch%slips, 1.0_wp, max(a, b) > 0.0_wp)
+    touch%slips = merge(1.0_wp, touch%slips, b**2 - a*c < 0.0_wp)
+    touch%slips = merge(merge(touch%closed%from, 1.0_wp, a > 0.0_wp), touch%slips, open > 0.5_wp)
+    touch%slips = max(touch%slips, touch%closed%from)
+    touch%ends = max(touch%closed%to, touch%slips)
+  end function touch_of
+
+  !> Phases of an increment in which the damage grows to alpha.
+  pure function phases_of(m, start, at, old, alpha) result(phases)
+    type(material_type), intent(in) :: m             !! constants
+    type(separation_type), intent(in) :: start, at   !! separations at start and end
+    type(history_type), intent(in) :: old            !! state at the start
+    real(wp), intent(in) :: alpha                    !! damage at the end
+    type(phases_type) :: phases
+    associate (touch => phases%touch, grows => phases%grows, r => phases%r)
+      touch = touch_of(m, start, at, old)
+      r = range_type(1.0_wp/(1.0_wp - m%eta*old%alpha), 1.0_wp/(1.0_wp - m%eta*alpha))
+      grows%to = reached(m, start%bond, at%bond, r%to**2)
+      grows%from = min(reached(m, start%bond, at%bond, r%from**2), grows%to)
+      ! during the growth the contact sticks from x_1 to x_2, and slips to x_3
+      phases%x_1 = clip(touch%closed%from, grows%from, grows%to)
+      phases%x_2 = clip(touch%slips, phases%x_1, clip(max(touch%closed%to, touch%closed%from), grows%from, grows%to))
+      phases%x_2 = max(phases%x_2, phases%x_1)
+      phases%x_3 = max(clip(touch%ends, grows%from, grows%to), phases%x_2)
+      phases%q_1 = sqrt(surface(m, start, at, phases%x_1, r))
+      phases%q_2 = max(phases%q_1, sqrt(surface(m, start, at, phases%x_2, r)))
+      phases%q_3 = max(phases%q_2, sqrt(surface(m, start, at, phases%x_3, r)))
+    end associate
+  end function phases_of
+
+  !> Integral of f^2/r^2 dr for f that is linear in r = q^2, exact for a constant f and for f ~ r.
+  pure function integral(f, g, q_1, q_2) result(sum_of)
+    type(local_type), intent(in) :: f, g   !! vectors at both ends
+    real(wp), intent(in) :: q_1, q_2       !! roots of r at both ends
+    real(wp) :: sum_of
+    real(wp) :: mean, r_1, r_2, total, bent
+    r_1 = q_1**2
+    r_2 = q_2**2
+    mean = q_1*q_2
+    total = r_1 + r_2 + 4.0_wp*mean
+    bent = (f%n*r_2 - g%n*r_1)*(g%n - f%n) + (f%t*r_2 - g%t*r_1)*(g%t - f%t) + (f%h*r_2 - g%h*r_1)*(g%h - f%h)
+    sum_of = (f%n*q_2 + g%n*q_1)**2 + (f%t*q_2 + g%t*q_1)**2 + (f%h*q_2 + g%h*q_1)**2
+    sum_of = (q_2 - q_1)*(sum_of*total - 2.0_wp*mean*bent)/(((q_1 + q_2)*mean**2)*total)
+  end function integral
+
+  !> Energy of the bond over (1 + beta)^2 at a position; at zero separation 0.
+  pure function mode_energy(m, start, at, x) result(y)
+    type(material_type), intent(in) :: m             !! constants
+    type(separation_type), intent(in) :: start, at   !! separations at start and end
+    real(wp), intent(in) :: x                        !! position
+    real(wp) :: y
+    type(local_type) :: s
+    s = along(start%bond, at%bond, x)
+    y = bond_energy(m, s)/max(mode_square(m, s), tiny(1.0_wp))
+  end function mode_energy
+
+  !> Tangential part, or the normal part alone, of a separation.
+  pure function sheared(s) result(part)
+    type(local_type), intent(in) :: s   !! separation
+    type(local_type) :: part
+    part = local_type(0.0_wp, s%t, s%h)
+  end function sheared
+
+  !> A number as a vector, for the integral.
+  pure function single(x) result(vector)
+    real(wp), intent(in) :: x   !! the number
+    type(local_type) :: vector
+    vector = local_type(x, 0.0_wp, 0.0_wp)
+  end function single
+
+  !> Energy that growing damage releases in the increment, over k_t/2.
+  pure function rupture_of_phases(m, growth, start, at, old, now, phases) result(rupture)
+    type(material_type), intent(in) :: m             !! constants
+    type(growth_type), intent(in) :: growth          !! of the damage, without the guard
+    type(separation_type), intent(in) :: start, at   !! separations at start and end
+    type(history_type), intent(in) :: old            !! state at the start
+    type(response_type), intent(in) :: now           !! response to the increment
+    type(phases_type), intent(in) :: phases          !! its phases
+    real(wp) :: rupture
+    type(local_type) :: at_1, at_2
+    real(wp) :: ends, grown, lag, late, y
+    associate (r => phases%r, touch => phases%touch, q_1 => phases%q_1, q_2 => phases%q_2, q_3 => phases%q_3)
+      grown = now%new%alpha - old%alpha
+      y = (mode_energy(m, start, at, phases%grows%from)*r%from + mode_energy(m, start, at, phases%grows%to)*r%to)/ &
+        (r%from + r%to)
+      at_1 = along(start%bond, at%bond, phases%x_1)
+      at_2 = along(start%bond, at%bond, phases%x_2)
+      ! outside the phase of sticking, where bond and contact cancel term by term
+      rupture = y*((r%to - r%from) - (q_2**2 - q_1**2))
+      rupture = rupture + (integral(sheared(at_1), sheared(at_2), q_1, q_2) - &
+        integral(elastic(touch, phases%x_1), elastic(touch, phases%x_2), q_1, q_2))
+      rupture = rupture - integral(single(strength(touch, phases%x_2)), single(strength(touch, phases%x_3)), q_2, q_3)
+      if (m%general) rupture = rupture + m%kn_kt*integral(single(opening(at_1)), single(opening(at_2)), q_1, q_2) + &
+        (pressed(m, start%bond, at%bond, phases) - pressed(m, start%contact, at%contact, phases))
+      rupture = rupture*m%inv_eta
+      ! with viscosity the damage may lag behind the separation of the start, and catches up with it there
+      lag = max(surface(m, start, at, 0.0_wp, r) - r%from, 0.0_wp)*m%inv_eta
+      rupture = rupture + lag*(driving_force(m, start, old)/(r%from*(r%from + lag*m%eta)) - &
+        mode_energy(m, start, at, 0.0_wp))
+      ! and then follows it by tau_v behind, or, in an increment that is short beside tau_v, grows at all of it
+      lag = r%from + lag*m%eta
+      late = (2.0_wp*y*m%inv_eta)*(6.0_wp*(r%to - lag)**2/(r%to + lag + 4.0_wp*sqrt(r%to*lag))/ &
+        max(phases%grows%to - phases%grows%from, epsilon(1.0_wp)))
+      ends = driving_force(m, start, old) + driving_force(m, at, now%new)
+      associate (w => growth%weight_new)
+        rupture = w*(rupture + (1.0_wp - w)*(rupture + late)) + (1.0_wp - w)**2*(0.5_wp*(ends*grown))
+      end associate
+      rupture = merge(rupture, 0.0_wp, grown > 0.0_wp)
+    end associate
+  end function rupture_of_phases
+
+  !> Integral of the energy of the pressure over the damage, times eta.
+  pure function pressed(m, a, b, phases) result(energy)
+    type(material_type), intent(in) :: m          !! constants
+    type(local_type), intent(in) :: a, b          !! separations of bond or contact at start and end
+    type(phases_type), intent(in) :: phases       !! phases of the increment
+    real(wp) :: energy
+    energy = integral(single(sqrt(pressure_energy(m, along(a, b, phases%grows%from)))), &
+      single(sqrt(pressure_energy(m, along(a, b, phases%grows%to)))), sqrt(phases%r%from), sqrt(phases%r%to))
+  end function pressed
+
+  !> Energy dissipated by the friction of springs in the increment, over k_t/2.
+  !>
+  !> The rate of the slip is constant while the contact slips. Where the direction of the stress turns into that of the
+  !> slip, the slip is longer than that of the increment, by a fit.
+  pure function friction_of_phases(m, growth, old, new, phases) result(friction)
+    type(material_type), intent(in) :: m         !! constants
+    type(growth_type), intent(in) :: growth      !! of the damage
+    type(history_type), intent(in) :: old, new   !! state at start and end
+    type(phases_type), intent(in) :: phases      !! phases of the increment
+    real(wp) :: friction
+    real(wp) :: far, first, from, mean, p_0, p_1, p_2, p_3, part, slip, to, turn, way, x_1, x_2
+    type(local_type) :: e
+    associate (touch => phases%touch, q_2 => phases%q_2, q_3 => phases%q_3)
+      from = touch%slips
+      to = touch%ends
+      e = elastic(touch, touch%closed%to)
+      slip = max(sqrt(e%t**2 + e%h**2) - strength(touch, touch%closed%to), 0.0_wp)
+      slip = merge(slip, 0.0_wp, touch%closed%to > touch%closed%from)
+      p_0 = strength(touch, from)
+      p_3 = strength(touch, to)
+      way = sqrt(touch%d_t**2 + touch%d_h**2)
+      e = elastic(touch, from)
+      turn = 1.0_wp - share(e%t*touch%d_t + e%h*touch%d_h, sqrt(e%t**2 + e%h**2)*way)
+      way = way*(to - from)
+      first = min(p_0, p_3)
+      part = share(way, way + first)
+      far = part**3/(part**3 + (1.0_wp - part)*(1.6_wp*part**2 + (1.0_wp - part)*(part + 12.0_wp*(1.0_wp - part))))
+      turn = turn*(0.5_wp - turn*(0.125_wp + 0.068_wp*turn))*(first*far)
+      slip = slip + merge(merge(turn, 0.0_wp, slip > 0.0_wp), 0.0_wp, p_0 > 0.0_wp)
+      ! alpha is that of the start, grows, and is that of the end
+      x_1 = clip(merge(phases%grows%from, 1.0_wp, new%alpha > old%alpha), from, to)
+      x_2 = clip(merge(phases%grows%to, 1.0_wp, new%alpha > old%alpha), from, to)
+      p_1 = strength(touch, x_1)
+      p_2 = strength(touch, x_2)
+      ! mean of p/r for p that is linear in r
+      mean = (p_1*(5.0_wp*q_3 + q_2) + p_2*(q_3 + 5.0_wp*q_2))/((q_2**2 + q_3**2 + 4.0_wp*q_2*q_3)*(q_2 + q_3))
+      friction = 0.5_wp*(old%alpha*(p_0 + p_1)*(x_1 - from) + new%alpha*(p_2 + p_3)*(to - x_2)) + &
+        (x_2 - x_1)*m%inv_eta*(0.5_wp*(p_1 + p_2) - mean)
+      ! with viscosity, in an increment that is short beside tau_v, alpha grows over the whole step
+      mean = 0.5_wp*(to - from)*(p_0*(old%alpha + from*(new%alpha - old%alpha)) + &
+        p_3*(old%alpha + to*(new%alpha - old%alpha)))
+      friction = growth%weight_new*friction + (1.0_wp - growth%weight_new)*mean
+      friction = 2.0_wp*slip*(friction/max(to - from, tiny(1.0_wp)))
+    end associate
+  end function friction_of_phases
+
+end module asperity_phases
