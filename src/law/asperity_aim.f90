@@ -120,6 +120,7 @@ contains
     tangent = tangent - spread(along, 2, 3)*spread(along/along(1), 1, 3)
     tangent(1, :) = 0.0_wp
     tangent(:, 1) = 0.0_wp
+    tangent(3, 2) = tangent(2, 3)
   end subroutine frozen_response
 
   !> Traction and tangent of a point at s, with the damage alpha, the friction bound mu p, and the facets of the aim.
