@@ -279,6 +279,66 @@ def _past(text: str) -> str:
     )
 
 
+def _linked(text: str, words: Callable[[str, str], str], at_solids: bool = False) -> str:
+    """Deck with lines for each node of the lower side of the joint and that of the upper one.
+
+    at_solids: nodes of the solids that ties connect with those sides.
+    """
+    rows = re.search(r"\*Element, type=COH.*\n([^*]*)", text)
+    assert rows
+    nodes = [row.split(", ")[1:] for row in rows[1].splitlines()]
+    low_up = {
+        (row[i], row[-1 - i] if len(row) == 4 else row[i + len(row) // 2])
+        for row in nodes
+        for i in range(len(row) // 2)
+    }
+    if at_solids:
+        places = dict(re.findall(r"^(\d+), (.*)$", text.partition("*Element")[0], re.MULTILINE))
+        solids = [
+            {node for line in part[1].splitlines() for node in line.split(", ")[1:]}
+            for part in re.finditer(r"elset=(?:LOWER|UPPER)\n([^*]*)", text)
+        ]
+        below = {tuple(places[node].split(", ")): node for node in sorted(solids[0])}
+        above = {tuple(places[node].split(", ")): node for node in sorted(solids[1])}
+        sides = [tuple(tuple(places[node].split(", ")) for node in pair) for pair in low_up]
+        if sides[0][0] not in below or sides[0][1] not in above:
+            sides = [pair[::-1] for pair in sides]
+        low_up = {(below[low], above[up]) for low, up in sides}
+    at = "I-1." if "*Instance" in text else ""
+    lines = "".join(words(at + low, at + up) for low, up in sorted(low_up))
+    if at:
+        return text.replace("*End Assembly\n", f"{lines}*End Assembly\n")
+    return text.replace("*Step", f"{lines}*Step")
+
+
+def harmless(draw: np.random.Generator, text: str) -> str:
+    """A right deck with equations and links that hold no side of a joint to the other one, now and then."""
+    other = str(draw.choice(["PIN", "BEAM", "TIE"]))
+    kind = int(draw.integers(5))
+    control = "*Equation\n3\n{0}, 2, 1., {1}, 2, -1., 1000000, 2, -1.\n"
+    opposite = "*Equation\n2\n{0}, 2, 1., {1}, 2, 1.\n"
+    along = "*Equation\n2\n{0}, 1, 1., {0}, 2, -1.\n"
+    words = [control, opposite, along, "", f"*MPC\n{other}, {{0}}, 1000000\n"][kind]
+    linked = _linked(text, lambda low, up: words.format(low, up)) if words else text
+    if "1000000" not in linked:
+        return linked
+    head, star, tail = linked.partition("*End Instance\n")
+    free = "*Node\n1000000, 0., 0.\n"
+    return head + star + free + tail if star else linked.replace("*Node\n", free, 1)
+
+
+def _unsymm(text: str) -> str:
+    """The step leaves the choice of the solver to Abaqus."""
+    return text.replace("*Step, unsymm=YES", "*Step")
+
+
+EQUATION = "*Equation\n2\n{0}, 1, 1., {1}, 1, -1.\n"
+"""Equal displacements of two nodes."""
+
+LINEAR = "*Equation\n3\n{0}, 2, 1., {1}, 2, -0.5, {1}, 2,\n-0.5\n"
+"""The same in two lines, by two terms of one node."""
+
+
 def _stack(text: str) -> str:
     """The stack direction of the section is another one."""
     bare = re.sub(r", stack direction=\d", "", text)
@@ -304,6 +364,12 @@ MISTAKES: dict[str, Callable[[str], str]] = {
     "ties crossed": lambda text: re.sub(r"(G_.*S_)(LOW|UP)$", _other, text, flags=re.MULTILINE),
     "tied to one side": lambda text: re.sub(r"(G_UP, .*S_)UP$", r"\1LOW", text, flags=re.MULTILINE),
     "past the joint": _past,
+    "no unsymm": _unsymm,
+    "equations": lambda text: _linked(text, lambda a, b: EQUATION.format(a, b)),
+    "equations of three terms": lambda text: _linked(text, lambda a, b: LINEAR.format(b, a)),
+    "links": lambda text: _linked(text, lambda a, b: f"*MPC\nTIE, {b}, {a}\n"),
+    "tie and links": lambda text: _linked(text, lambda a, b: f"*MPC\nPIN, {a}, {b}\n", at_solids=True),
+    "tie and equations": lambda text: _linked(text, lambda a, b: EQUATION.format(b, a), at_solids=True),
     "width": lambda text: re.sub(r"(\*Solid Section, .*\n)[\d.]*,", r"\g<1>7.5,", text),
     "section of one side": lambda text: re.sub(r"(elset=UPPER, material=STONE\n)[\d.]*,", r"\g<1>7.5,", text),
 }

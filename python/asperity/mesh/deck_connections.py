@@ -1,9 +1,9 @@
-"""What an Abaqus deck connects beside common nodes: surfaces, ties, and nodes that keywords hold."""
+"""What an Abaqus deck connects beside common nodes: surfaces, ties, links, and nodes that keywords hold."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,26 @@ from .deck import Block
 from .deck_model import Model
 from .deck_types import type_of
 from .shapes import FACES, Integers
+
+TYING = {"TIE", "PIN", "BEAM", "LINK", "SLIDER", "LINEAR", "QUADRATIC", "BILINEAR", "C BIQUAD"}
+"""Types of *MPC that hold displacements of their first node to those of the others."""
+
+ROUNDING = 1.0e-9
+"""Sum of the coefficients of an equation, over the largest, up to which equal displacements fulfil it."""
+
+
+@dataclass(frozen=True)
+class Link:
+    """Line of *MPC or *Equation that equal displacements of all its nodes fulfil.
+
+    pairs: each node of the first is held by one of the second, otherwise by all of them together.
+    """
+
+    block: Block
+    row: int
+    first: Integers
+    second: Integers
+    pairs: bool
 
 
 @dataclass(frozen=True)
@@ -86,6 +106,61 @@ def ties_of(model: Model) -> list[Tie]:
     return ties
 
 
+def links_of(model: Model) -> Iterator[Link]:
+    """Links by *MPC and *Equation; lines of other types, or of names that are not there, are passed over."""
+    for block in model.deck:
+        if block.keyword == "MPC":
+            for k, words in block.rows():
+                nodes = [_named(model, block, word) for word in words[1:] if word]
+                if words[0].upper() in TYING and len(nodes) > 1:
+                    yield Link(block, k, nodes[0], np.unique(np.concatenate(nodes[1:])), len(nodes) == 2)
+        elif block.keyword == "EQUATION":
+            yield from _equations(model, block)
+
+
+def _equations(model: Model, block: Block) -> Iterator[Link]:
+    """Links by equations of one displacement: number of terms, then node, direction and factor of each."""
+    rows = block.rows()
+    for k, head in rows:
+        count = int(head[0]) if head[0].isdigit() else 0
+        words: list[str] = []
+        while len(words) < 3 * count and (row := next(rows, None)) is not None:
+            words += row[1]
+        terms = [words[i : i + 3] for i in range(0, 3 * count, 3)]
+        if count < 2 or len(words) != 3 * count or {term[1] for term in terms} - {"1", "2", "3"}:
+            continue
+        factors = np.array(block.numbers([term[2] for term in terms], k))
+        if len({term[1] for term in terms}) > 1 or abs(factors.sum()) > ROUNDING * np.abs(factors).max():
+            continue
+        nodes = [_named(model, block, term[0]) for term in terms]
+        sides = [
+            np.concatenate(
+                [np.zeros(0, np.int64), *(at for at, f in zip(nodes, factors, strict=True) if s * f > 0)]
+            )
+            for s in (1, -1)
+        ]
+        yield Link(block, k, sides[0], sides[1], count == 2)
+
+
+def _named(model: Model, block: Block, word: str) -> Integers:
+    """Nodes that a word names, by number, set or surface: of the model, or of a part where it has none."""
+    before, point, local = word.strip("\"'").rpartition(".")
+    home = model.by_name.get(before.upper(), model.model) if point else model.model
+    name = local if point and home is not model.model else word.strip("\"'")
+    scopes = [home] if home is not model.model else [model.model, *model.scopes]
+    for scope in scopes:
+        numbers = model.nodes[id(scope)]
+        if name.isdigit() and np.isin(int(name), numbers.flat):
+            return numbers(block, np.array([int(name)]))
+        if ("NSET", name.upper()) in scope.sets:
+            return model.members(scope, "NSET", name.upper())
+        if ("SURFACE", name.upper()) in scope.sets:
+            return surface(model, block, word)[0] if scope is home else np.zeros(0, np.int64)
+        if ("ELSET", name.upper()) in scope.sets:
+            return model.nodes_of(model.members(scope, "ELSET", name.upper()))
+    return np.zeros(0, np.int64)
+
+
 def nodes_named(model: Model, keywords: Sequence[str]) -> Integers:
     """Nodes that keywords name, by number, set or surface; what is none of these is passed over."""
     nodes = [np.zeros(0, np.int64)]
@@ -94,20 +169,13 @@ def nodes_named(model: Model, keywords: Sequence[str]) -> Integers:
             continue
         words = [value for value in block.parameters.values() if value]
         for _, row in block.rows():
-            words += row[:1] if block.keyword == "BOUNDARY" else row[:: 3 if len(row) > 2 else 1]
-        for word in words:
-            before, point, local = word.strip("\"'").rpartition(".")
-            home = model.by_name.get(before.upper(), model.model) if point else model.model
-            name = local if point and home is not model.model else word.strip("\"'")
-            numbers = model.nodes[id(home)]
-            if name.isdigit() and np.isin(int(name), numbers.flat):
-                nodes.append(numbers(block, np.array([int(name)])))
-            elif ("NSET", name.upper()) in home.sets:
-                nodes.append(model.members(home, "NSET", name.upper()))
-            elif ("SURFACE", name.upper()) in home.sets:
-                nodes.append(surface(model, block, word)[0])
-            elif ("ELSET", name.upper()) in home.sets:
-                nodes.append(model.nodes_of(model.members(home, "ELSET", name.upper())))
+            is_mpc = block.keyword == "MPC"
+            words += (
+                row[1:]
+                if is_mpc
+                else row[: 1 if block.keyword == "BOUNDARY" else None : 3 if len(row) > 2 else 1]
+            )
+        nodes += [_named(model, block, word) for word in words]
     return np.unique(np.concatenate(nodes))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..contract import Floats
 from .deck import Block
-from .deck_connections import nodes_named, nodes_unread, ties_of
+from .deck_connections import Link, links_of, nodes_named, nodes_unread, ties_of
 from .deck_model import Model, Section, sides_of
 from .shapes import FACES, Integers, area, corner_sizes, corners, dimension, place
 
@@ -35,7 +35,7 @@ def element_problems(model: Model, thickness: Mapping[int, float]) -> list[str]:
     thickness: of the constants of joints (PROPS 9), by the id of their section.
     """
     checks = Checks(model, thickness)
-    return list(dict.fromkeys([*checks.sections(), *checks.elements(), *checks.ties()]))
+    return list(dict.fromkeys([*checks.sections(), *checks.elements(), *checks.ties(), *checks.links()]))
 
 
 class Checks:
@@ -338,14 +338,8 @@ class Checks:
 
     def ties(self) -> Iterator[str]:
         """Ties past a joint, and nodes that two ties have."""
-        pairs = []
-        for entry in self.model.cohesive:
-            sections = self.section[entry.places]
-            for k in np.unique(sections[sections >= 0]).tolist():
-                way = self.model.sections[k].block.parameters.get("STACK DIRECTION")
-                pairs.append(sides_of(entry.nodes[sections == k], way, entry.block))
         for tie in self.all_ties:
-            for lower, upper in pairs:
+            for lower, upper in self._sides:
                 glued = np.zeros(len(lower), bool)
                 for a, b in ((lower, upper), (upper, lower)):
                     glued |= np.isin(a, self._reached(tie.nodes[0])).all(1) & np.isin(
@@ -365,6 +359,58 @@ class Checks:
                 if len(both) == len(tie.nodes[0]) and len(both):
                     text = f"its {len(both)} nodes are tied before by {other.block.where()}"
                     yield f"{tie.block.head()}: {text}: expected one *Tie for each surface"
+
+    def links(self) -> Iterator[str]:
+        """Lines of *MPC and *Equation that hold both sides of a joint together, one for each keyword."""
+        nodes = [np.zeros((2, 0), np.int64), *(np.stack([a.ravel(), b.ravel()]) for a, b in self._sides)]
+        lower, upper = np.concatenate(nodes, axis=1)
+        lower, upper = lower[lower != upper], upper[lower != upper]
+        beside = [np.stack([side, *self._beside_ties(side)]) for side in (lower, upper)]
+        found: dict[int, tuple[Link, set[int]]] = {}
+        at_joint = np.zeros(len(self.model.points) + 1, bool)  # the last one is no node
+        at_joint[np.concatenate([side.ravel() for side in beside])] = True
+        at_joint[-1] = False
+        for link in links_of(self.model):
+            if not (at_joint[link.first].any() and at_joint[link.second].any()):
+                continue
+            held = np.zeros(len(lower), bool)
+            for a, b in (beside, beside[::-1]):
+                on_a, on_b = np.isin(a, link.first), np.isin(b, link.second)
+                if link.pairs:
+                    held |= on_a.any(0) & on_b.any(0)
+                elif np.isin(link.first, a).all() and np.isin(link.second, b).all():
+                    held |= on_a.any(0)
+            if held.any():
+                found.setdefault(id(link.block), (link, set()))[1].update(lower[held].tolist())
+        for link, at in found.values():
+            where = place(self.model.points[min(at)])
+            name = f"*{link.block.keyword.title()}" if link.block.keyword != "MPC" else "*MPC"
+            text = f"it holds both sides of a joint together at {len(at)} nodes, as at {where}"
+            yield f"{link.block.where(link.row)}: {name}: {text}, past the joint: expected no {name} there"
+
+    def _beside_ties(self, side: Integers) -> list[Integers]:
+        """Nodes of other surfaces that are nearest to nodes of a side which ties connect; -1 for no tie."""
+        from scipy.spatial import KDTree
+
+        nearest = []
+        points = self.model.points
+        for tie in self.all_ties:
+            for mine, other in ((tie.nodes[0], tie.nodes[1]), (tie.nodes[1], tie.nodes[0])):
+                here = np.isin(side, mine)
+                if here.any() and len(other):
+                    nearest.append(np.where(here, other[KDTree(points[other]).query(points[side])[1]], -1))
+        return nearest
+
+    @cached_property
+    def _sides(self) -> list[tuple[Integers, Integers]]:
+        """Nodes of the lower and the upper side of the cohesive elements with a section."""
+        pairs = []
+        for entry in self.model.cohesive:
+            sections = self.section[entry.places]
+            for k in np.unique(sections[sections >= 0]).tolist():
+                way = self.model.sections[k].block.parameters.get("STACK DIRECTION")
+                pairs.append(sides_of(entry.nodes[sections == k], way, entry.block))
+        return pairs
 
     def _reached(self, nodes: Integers) -> Integers:
         """Nodes of a surface, and those that other ties connect with a surface of the same nodes."""

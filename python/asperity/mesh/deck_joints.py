@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,8 @@ CHARACTERS = 20
 """Characters of a number that CalculiX reads."""
 ROOM = 21
 """Number of constants that CalculiX has room for, as it comes."""
+LINEAR_STEPS = "FREQUENCY", "BUCKLE", "COMPLEX FREQUENCY", "SUBSTRUCTURE GENERATE", "STEADY STATE DYNAMICS"
+"""Keywords of steps that are linear perturbations."""
 ROUNDING = 1.0e-9
 """Relative difference of two numbers that are the same but for their digits."""
 
@@ -120,10 +123,13 @@ def judged(path: Path) -> Judgement:
             notes += texts[1]
         else:
             wrong += _section_problems(joint)
-    frictional = [joint.material for joint in joints if _is_unsymmetric(joint.material)]
+    frictional = [joint for joint in joints if _is_unsymmetric(joint.material)]
     for block in deck if frictional and not explicit else []:
-        if block.keyword == "STEP" and (block.parameters.get("UNSYMM") or "").upper() == "NO":
+        given = (block.parameters.get("UNSYMM") or "").upper()
+        if block.keyword == "STEP" and given == "NO":
             wrong.append(f"{block.head()}: unsymm=NO: friction makes the tangent unsymmetric: expected YES")
+    if not explicit and any(joint.section.keyword == SECTIONS[0] for joint in frictional):
+        doubtful += _steps_without_unsymm(deck)
     wet = [
         (joint.section, joint.material.block, int(joint.material.of("water")), joint.types)
         for joint in joints
@@ -183,6 +189,14 @@ def _constants(block: Block, name: str) -> Floats:
 def _is_unsymmetric(material: UserMaterial) -> bool:
     """Whether the tangent is unsymmetric."""
     return not material.errors and material.of("mu") > 0.0 and material.of("implex") == 0.0
+
+
+def _steps_without_unsymm(deck: list[Block]) -> Iterator[str]:
+    """Steps of Abaqus/Standard without unsymm; linear perturbations, which are symmetric, are left out."""
+    for block, following in pairwise([*deck, Block("END", {})]):
+        symmetric = "PERTURBATION" in block.parameters or following.keyword in LINEAR_STEPS
+        if block.keyword == "STEP" and "UNSYMM" not in block.parameters and not symmetric:
+            yield f"{block.head()}: no unsymm: friction makes the tangent unsymmetric: expected unsymm=YES"
 
 
 def _material_problems(joint: Joint, explicit: bool) -> Iterator[str]:
