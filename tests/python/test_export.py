@@ -158,8 +158,6 @@ def test_explicit_element(single: bool) -> None:
 
 # --- the check of the decks -------------------------------------------------------------------------------
 
-ZEROS = ", ".join(["0.0"] * 8)
-"""Line of a card with its last constants; the line before has W0."""
 PROPS = contract.N_FIXED_PROPS
 """Number of constants of a regular pattern."""
 
@@ -176,8 +174,8 @@ MISTAKES = [
     ("wallette", "*Depvar\n17,", "*Depvar\n16,", "16: expected at least 17 state variables"),
     (
         "wallette",
-        f"\n0.0, 0.0, 0.0, {ZEROS[15:]}\n{ZEROS}",
-        f"\n0.0, 0.0, 0.1, {ZEROS[15:]}\n{ZEROS}",
+        "\n0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0\n",
+        "\n0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0\n",
         "17: expected at least 23 state variables",
     ),
     (
