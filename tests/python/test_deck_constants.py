@@ -76,7 +76,7 @@ def written(text: str, changed: dict[str, float]) -> str:
     return text
 
 
-STEP = "*Step\n*Static\n1., 1.\n*Output, field\n*Element Output, elset=JOINT\nS, SDV\n*End Step\n"
+STEP = "*Step, unsymm=YES\n*Static\n1., 1.\n*Output, field\n*Element Output, elset=JOINT\nS, SDV\n*End Step\n"
 EXPLICIT = STEP.replace("*Static\n1., 1.", "*Dynamic, explicit\n, 1.")
 
 
