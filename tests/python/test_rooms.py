@@ -1,0 +1,98 @@
+"""Modules of the library have a suite or stand in a table of what tests them; rooms of the package have tests."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+USE = re.compile(r"^\s*use asperity_(\w+)", re.MULTILINE)
+
+WITHOUT_SUITE = {
+    "tests/law/test_kinds.pf: parts of the kernels, of which blocks of every kind are compared": (
+        "axes block_kernel block_setup chunk contact energy facet kernels law phases plane_setup plane_sums "
+        "point_kernel tangent types wear width"
+    ),
+    "tests/python/test_compressive_strength.py: closed forms, through Python": "cap crushing yielding_rows",
+    "tests/python/test_aim.py: what updates with an aim call": "aim rows_kernel",
+    "tests/c/test_c_api.c: functions with names of C": "c c_text instruction_set",
+    "tests/c/test_run_api.c: functions with names of C": "run_c json",
+    "tests/python/test_case_files.py: parts of the reader, which errors of files name": (
+        "case_entries case_groups case_material case_text rows separators"
+    ),
+    "tests/point/test_equilibrium.pf: parts of asperity_increment": "equilibrium_path newton tolerances",
+    "tests/point/test_branch.pf: parts of asperity_branch": "branch_step null_space",
+    "tests/adapters/test_umat.pf: procedures that hosts call": "umat report_umat",
+    "tests/adapters/test_vumat.pf: procedures that hosts call": "vumat vumat_single report_vumat",
+    "tests/python/test_umat_checks.py: the child of a UMAT, through the driver": (
+        "case_umat foreign_umat umat_checks umat_run umat_stiffness umat_utilities umat_walk umat_worker"
+    ),
+    "tests/c/test_generic.c: the program that writes its symbols": "write_symbols",
+}
+"""Modules that no suite names, by the test that reaches them and why it is through something else."""
+
+
+def modules() -> dict[str, str]:
+    """Source of each module and procedure of the library by the name of its file, without asperity_."""
+    files = [*(ROOT / "src").rglob("*.f90")]
+    return {file.stem.removeprefix("asperity_"): file.read_text(encoding="utf-8") for file in files}
+
+
+def named_by_suites() -> set[str]:
+    """Names with asperity_ in the suites, those of comments left out."""
+    texts = [
+        re.sub(r"^\s*[!/*].*$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
+        for path in (ROOT / "tests").rglob("*")
+        if path.suffix in {".pf", ".f90", ".c", ".h", ".cpp"}
+    ]
+    return set(re.findall(r"\basperity_(\w+)", "\n".join(texts)))
+
+
+def test_modules_have_suites() -> None:
+    """A module that no suite names stands in the table, and none stands there in vain."""
+    listed = " ".join(WITHOUT_SUITE.values()).split()
+    missing = modules().keys() - named_by_suites()
+    assert sorted(missing - {*listed}) == []
+    assert sorted({*listed} - missing) == []
+    assert len(listed) == len({*listed})
+
+
+@pytest.mark.parametrize("reason", WITHOUT_SUITE)
+def test_reasons(reason: str) -> None:
+    """The test of a reason is there; a suite reaches the modules through those that it uses."""
+    path = ROOT / reason.partition(":")[0]
+    assert path.is_file()
+    if path.parent.name not in ("law", "point"):
+        return  # procedures outside modules, and programs
+    sources, reached = modules(), set[str]()
+    new = set(USE.findall(path.read_text(encoding="utf-8")))
+    while new:
+        reached |= new
+        new = {name for text in new for name in USE.findall(sources.get(text, ""))} - reached
+    assert {*WITHOUT_SUITE[reason].split()} - reached == set()
+
+
+def imported() -> Iterator[str]:
+    """Names that test files import from the package, with their modules."""
+    for folder in ("tests/python", "harness/hosts"):
+        for path in (ROOT / folder).rglob("*.py"):
+            text = path.read_text(encoding="utf-8")
+            for module, names in re.findall(
+                r"^\s*from (asperity[\w.]*) import (\([^)]*\)|.*)$", text, re.MULTILINE
+            ):
+                yield from (f"{module}.{name}" for name in re.findall(r"\w+", names))
+            yield from re.findall(r"^\s*import (asperity[\w.]*)", text, re.MULTILINE)
+
+
+def test_rooms_have_tests() -> None:
+    """Each folder of the package, as asperity.mesh, has a test file that imports something of it."""
+    folders = [path.parent for path in (ROOT / "python" / "asperity").rglob("__init__.py")]
+    rooms = {".".join(folder.relative_to(ROOT / "python").parts) for folder in folders}
+    names = {f"{name}." for name in imported()}
+    assert len(rooms) > 10
+    assert sorted(room for room in rooms if not any(name.startswith(f"{room}.") for name in names)) == []
