@@ -29,7 +29,7 @@ ROW_OF_SIZES = re.compile(r"^\| `([\w/]+)` \| \d+ \| (.*) \|$", re.MULTILINE)
 TOP = "itself"
 """Room of the files that lie in a part, and in no folder of it."""
 
-FARTHEST, FEWEST = 0.1, 50
+FARTHEST, FEWEST = 0.2, 200
 """Relative and absolute difference of lines up to which the number of the page stays."""
 
 

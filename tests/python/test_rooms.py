@@ -1,4 +1,4 @@
-"""Modules of the library have a suite or stand in a table of what tests them; rooms of the package have tests."""
+"""Modules of the library have a suite or stand in a table of their tests; rooms of the package have tests."""
 
 from __future__ import annotations
 
