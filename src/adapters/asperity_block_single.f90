@@ -19,11 +19,17 @@ contains
     type(block_type), intent(out) :: block      !! the same in kind wp, defined if status is 0
     integer, intent(out) :: status              !! 0 or status_props
     real(real64), intent(in), optional :: dt    !! duration, >= 0 (used only if tau_v or c > 0), time; absent: 0
+    real(real64), parameter :: small = 1.0e-8_real64, large = 1.0e3_real64
     status = status_props
     if (.not. representable(joint%material, joint%pattern%steepest, real(largest_separation, real64), &
       [real(tiny(1.0_wp), real64), real(huge(1.0_wp), real64)], dt)) return
     status = status_ok
     call set_block(joint, material_of(joint%material), block, dt)
+    ! the phases of a long increment take fourth powers of lengths, of the onset of damage and of the elastic slip
+    associate (m => joint%material)
+      if (m%s0 < small .or. max(1.0_real64, m%mu)*max(1.0_real64, m%kc_kt)*m%s0/(1.0_real64 - m%eta) > large) &
+        block%material%inv_longest_2 = 0.0_wp
+    end associate
   end subroutine new_block
 
   !> Constants of the law in this kind. Those beyond its range are none of which a kernel makes use.

@@ -25,11 +25,6 @@ module asperity_law
   private
   public :: update_plane
 
-  !> Difference of the friction by start and end of a long increment, over the friction.
-  real(wp), parameter :: doubtful_share = 0.1_wp
-  !> Factor of the difference of the rupture where the damage completes.
-  real(wp), parameter :: completing = 5.0_wp
-
 contains
 
   !> Separations of bond and contact of a plane.
@@ -140,8 +135,8 @@ contains
 
   !> Update of a plane over an increment: the law.
   !>
-  !> An increment is long if its accounts by start and by end differ too much for the trapezoidal rule. A loop
-  !> with m%exact takes its accounts by its phases (asperity_phases).
+  !> A loop with m%exact takes the accounts of a long increment by its phases (asperity_phases), all others by the
+  !> trapezoidal rule.
   pure function update_plane(m, whole, plane, wearing, crushed, long, from, to, state) result(now)
     type(material_type), intent(in) :: m            !! constants, with the flags of a kernel
     type(growth_type), intent(in) :: whole          !! growth of the damage that no guard limits
@@ -158,7 +153,7 @@ contains
     type(separation_type) :: at_start, at
     type(phases_type) :: phases
     type(forces_type) :: last, start
-    real(wp) :: crushes, doubt, drive, drive_old, elastic, grown
+    real(wp) :: crushes, drive, drive_old, elastic, grown
     ! gfortran keeps a copy of the whole structure in memory
     old = history_type(start_alpha(m, state%alpha), state%s_dit, state%s_dih, state%omega, state%wear_work)
     at_start = separations(m, plane, old%omega, from)
@@ -179,16 +174,10 @@ contains
     last = plane_forces(m, at, response%new)
     grown = response%new%alpha - old%alpha
     now%spent = plane_dissipation(m, start, last, grown, response%friction%slip)
-    now%long = 0.0_wp
     if (m%exact) then
       phases = phases_of(m, at_start, at, old, response%new%alpha)
       now%spent%rupture = merge(rupture_of_phases(m, growth, at_start, at, old, response, phases), &
         now%spent%rupture, long > 0.5_wp)
-    else if (.not. m%damps) then
-      ! where the damage completes, the end is far from where it does
-      doubt = (abs(last%y - start%y)*grown)*merge(completing, 1.0_wp, response%new%alpha >= 1.0_wp)
-      doubt = doubt + (2.0_wp*m%mu)*(abs(last%strength - start%strength)*response%friction%slip)
-      now%long = merge(1.0_wp, 0.0_wp, doubt > m%doubtful + doubtful_share*now%spent%friction)
     end if
     if (m%guard) then
       growth%limit = guarded_limit(m, growth, at_start, at, grown, now%spent%rupture)

@@ -8,10 +8,11 @@ module asperity_phases
   use asperity_contact, only: opening, pressure, pressure_energy
   use asperity_energy, only: bond_energy, driving_force, mode_square
   use asperity_kinds, only: wp
-  use asperity_types, only: growth_type, history_type, local_type, material_type, response_type, separation_type
+  use asperity_types, only: growth_type, history_type, local_type, material_type, response_type, separation_type, &
+    vector_type
   implicit none
   private
-  public :: friction_of_phases, phases_of, phases_type, rupture_of_phases
+  public :: friction_of_phases, long_increment, phases_of, phases_type, rupture_of_phases
 
   !> Range of positions on the step, or of r.
   type :: range_type
@@ -37,6 +38,19 @@ module asperity_phases
   end type phases_type
 
 contains
+
+  !> 1 if an increment is long, else 0: whether the way of the separation is longer than the trapezoidal rule admits.
+  !> Beyond a distance at which the fourth power of a length leaves the range of numbers none is long.
+  pure function long_increment(m, from, to) result(long)
+    type(material_type), intent(in) :: m        !! constants
+    type(vector_type), intent(in) :: from, to   !! separation of the interface at start and end, length
+    real(wp) :: long
+    real(wp), parameter :: distant = 1.0e12_wp
+    real(wp) :: distance, way
+    way = (to%n - from%n)**2 + ((to%x - from%x)**2 + (to%y - from%y)**2)
+    distance = max(to%n**2 + (to%x**2 + to%y**2), from%n**2 + (from%x**2 + from%y**2))
+    long = merge(1.0_wp, 0.0_wp, way*m%inv_longest_2 > 1.0_wp)*merge(1.0_wp, 0.0_wp, distance*m%inv_longest_2 < distant)
+  end function long_increment
 
   !> Quotient within 0 to 1 of a number by one that is not negative; 0 where both are zero.
   pure function share(a, b) result(x)

@@ -7,14 +7,29 @@ module asperity_plane_sums
     kernel_guarded, kernel_of, kernel_straight, kernel_worn
   use asperity_kinds, only: wp
   use asperity_law, only: update_plane
+  use asperity_phases, only: long_increment
   use asperity_types, only: after, before, block_type, chunk, chunk_type, growth_type, history_type, i_damage, &
     i_friction, i_rupture, i_stored, i_traction, material_type, plane_type, update_type, vector_type
   use asperity_wear, only: crushed_share
   implicit none
   private
-  public :: sum_plane
+  public :: find_long, sum_plane
 
 contains
+
+  !> Find the points of a chunk whose increment is long.
+  pure subroutine find_long(block, now)
+    type(block_type), intent(in) :: block     !! the interface
+    type(chunk_type), intent(inout) :: now    !! separations -> which increments are long
+    integer(int64) :: i
+    !$omp simd
+    do i = 1, now%n
+      now%long(i) = long_increment(block%material, &
+        vector_type(now%s(i, 1, before), now%s(i, 2, before), now%s(i, 3, before)), &
+        vector_type(now%s(i, 1, after), now%s(i, 2, after), now%s(i, 3, after)))
+    end do
+    now%any_long = maxval(now%long(:now%n)) > 0.0_wp
+  end subroutine find_long
 
   !> Update the state of a plane, and add its damage, energies, traction and (on request) consistent tangent to the sums
   !> (3). Public, so that the compiler makes one copy of its loops.
@@ -109,7 +124,7 @@ contains
     type(plane_type) :: plane
     type(update_type) :: ended
     type(vector_type) :: from, to
-    real(wp) :: gamma, many, most, share, weight
+    real(wp) :: gamma, most, share, weight
     ! as wide as a double: with a shorter index gfortran takes two vectors at a time, and the registers do not suffice
     integer(int64) :: i
 
@@ -131,9 +146,8 @@ contains
         end do
       end if
     end if
-    many = 0.0_wp
     most = plane%gamma*m%k_t
-    !$omp simd reduction(+:many)
+    !$omp simd
     do i = 1, now%n
       from = vector_type(now%s(i, 1, before), now%s(i, 2, before), now%s(i, 3, before))
       to = vector_type(now%s(i, 1, after), now%s(i, 2, after), now%s(i, 3, after))
@@ -147,9 +161,7 @@ contains
         new(i, 2) = merge(ended%new%s_dit, new(i, 2), share > 0.5_wp)
         new(i, 3) = merge(ended%new%s_dih, new(i, 3), share > 0.5_wp)
       else
-        now%long(i) = ended%long
-        share = 1.0_wp - ended%long
-        many = many + ended%long
+        share = 1.0_wp - now%long(i)
         weight = most
         gamma = plane%gamma
         if (gated) then
@@ -183,7 +195,6 @@ contains
         tangent(i, 3, 3) = tangent(i, 3, 3) + weight*ended%tangent%yy
       end if
     end do
-    if (.not. exact) now%any_long = many > 0.0_wp
   end subroutine add_plane
 
 end module asperity_plane_sums

@@ -11,6 +11,7 @@ module asperity_point_kernel
   use asperity_kinds, only: wp
   use asperity_law, only: update_plane
   use asperity_pattern, only: padded_planes
+  use asperity_phases, only: long_increment
   use asperity_plane_setup, only: growth_of, plane_of
   use asperity_types, only: facet_type, growth_type, history_type, local_type, material_type, plane_type, &
     profile_type, update_type, vector_type
@@ -32,7 +33,6 @@ module asperity_point_kernel
   type :: planes_type
     real(wp), dimension(padded_planes) :: alpha, s_dit, s_dih, omega, wear_work   !! components of history_type
     real(wp), dimension(padded_planes) :: crushed    !! share that the pressure at the end crushes
-    real(wp), dimension(padded_planes) :: long       !! 1 if the increment of the plane is long, else 0
     integer :: n                                     !! planes and spare places: whole vectors
   end type planes_type
 
@@ -56,7 +56,7 @@ contains
     real(wp), intent(in), optional :: wearing          !! part of the wear that is done, 0 to 1; absent: 1
     type(vector_type) :: from, to
     type(growth_type) :: growth
-    type(planes_type) :: ended, planes
+    type(planes_type) :: planes
     type(sums_type) :: sums
     real(wp) :: part
     integer :: i, k, kernel
@@ -86,38 +86,39 @@ contains
     to = vector_type(s(1) + state(v_offset), s(2) + state(v_offset + 1), s(3) + state(v_offset + 2))
     ! the kernel is a literal, so that the compiler generates a loop without branches for each
     kernel = kernel_of(joint%material, joint%pattern%steepest)
-    select case (kernel)
-    case (kernel_straight)
-      call sum_planes(joint, kernel_straight, .false., growth, part, from, to, planes, ended, sums)
-    case (kernel_guarded)
-      call sum_planes(joint, kernel_guarded, .false., growth, part, from, to, planes, ended, sums)
-    case (kernel_facet)
-      call sum_planes(joint, kernel_facet, .false., growth, part, from, to, planes, ended, sums)
-    case (kernel_worn)
-      call sum_planes(joint, kernel_worn, .false., growth, part, from, to, planes, ended, sums)
-    case (kernel_general)
-      call sum_planes(joint, kernel_general, .false., growth, part, from, to, planes, ended, sums)
-    case default
-      call sum_planes(joint, kernel_damped, .false., growth, part, from, to, planes, ended, sums)
-    end select
-    if (sum(ended%long(:planes%n)) > 0.0_wp) then
+    if (long_increment(joint%material, from, to) > 0.0_wp) then
       if (exact_kernel(kernel) == kernel_guarded) then
-        call sum_planes(joint, kernel_guarded, .true., growth, part, from, to, planes, ended, sums)
+        call sum_planes(joint, kernel_guarded, .true., growth, part, from, to, planes, sums)
       else
-        call sum_planes(joint, kernel_general, .true., growth, part, from, to, planes, ended, sums)
+        call sum_planes(joint, kernel_general, .true., growth, part, from, to, planes, sums)
       end if
+    else
+      select case (kernel)
+      case (kernel_straight)
+        call sum_planes(joint, kernel_straight, .false., growth, part, from, to, planes, sums)
+      case (kernel_guarded)
+        call sum_planes(joint, kernel_guarded, .false., growth, part, from, to, planes, sums)
+      case (kernel_facet)
+        call sum_planes(joint, kernel_facet, .false., growth, part, from, to, planes, sums)
+      case (kernel_worn)
+        call sum_planes(joint, kernel_worn, .false., growth, part, from, to, planes, sums)
+      case (kernel_general)
+        call sum_planes(joint, kernel_general, .false., growth, part, from, to, planes, sums)
+      case default
+        call sum_planes(joint, kernel_damped, .false., growth, part, from, to, planes, sums)
+      end select
     end if
     do k = 1, joint%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
-      state(i) = ended%alpha(k)
-      state(i + 1) = ended%s_dit(k)
-      state(i + 2) = ended%s_dih(k)
+      state(i) = planes%alpha(k)
+      state(i + 1) = planes%s_dit(k)
+      state(i + 2) = planes%s_dih(k)
     end do
     if (joint%material%wears) then
       do k = 1, joint%pattern%n
         i = facet_statev(joint%pattern%n, k)
-        state(i) = ended%omega(k)
-        state(i + 1) = ended%wear_work(k)
+        state(i) = planes%omega(k)
+        state(i + 1) = planes%wear_work(k)
       end do
     end if
     ! weights whose sum is rounded up
@@ -166,22 +167,21 @@ contains
   end function plane_kinematics
 
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
-  pure subroutine sum_planes(joint, kernel, exact, growth, wearing, from, to, planes, ended, sums)
+  pure subroutine sum_planes(joint, kernel, exact, growth, wearing, from, to, planes, sums)
     type(interface_type), intent(in) :: joint     !! material and pattern
     integer, intent(in) :: kernel                 !! which one, a literal
-    logical, intent(in) :: exact                  !! whether it takes long increments by their phases, a literal
+    logical, intent(in) :: exact                  !! whether the increment is long, a literal
     type(growth_type), intent(in) :: growth       !! of the damage that no guard limits
     real(wp), intent(in) :: wearing               !! part of the wear of the increment that is done, 0 to 1
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
-    type(planes_type), intent(inout) :: planes    !! state of the planes at the start
-    type(planes_type), intent(inout) :: ended     !! at the end; which increments are long, known if exact
-    type(sums_type), intent(inout) :: sums        !! the sums
+    type(planes_type), intent(inout) :: planes    !! state of the planes, start -> end
+    type(sums_type), intent(out) :: sums          !! the sums
     type(history_type) :: state
     type(material_type) :: m
     type(plane_type) :: plane
     type(update_type) :: now
     real(wp) :: damage, stored, rupture, friction, t_n, t_x, t_y, d_nn, d_xn, d_yn, d_nx, d_xx, d_yx, d_ny, d_xy, d_yy
-    real(wp) :: crushed, long, weight
+    real(wp) :: crushed, weight
     integer :: k
 
     m = kernel_constants(joint%material, kernel)
@@ -214,7 +214,6 @@ contains
       end if
     end if
     crushed = 0.0_wp
-    long = 0.0_wp
     !$omp simd reduction(+:damage, stored, rupture, friction, t_n, t_x, t_y) &
     !$omp reduction(+:d_nn, d_xn, d_yn, d_nx, d_xx, d_yx, d_ny, d_xy, d_yy)
     do k = 1, planes%n
@@ -224,15 +223,13 @@ contains
       if (m%wears) state = history_type(planes%alpha(k), planes%s_dit(k), planes%s_dih(k), planes%omega(k), &
         planes%wear_work(k))
       if (m%wears) crushed = planes%crushed(k)
-      if (exact) long = ended%long(k)
-      now = update_plane(m, growth, plane, wearing, crushed, long, from, to, state)
-      if (.not. exact) ended%long(k) = now%long
-      ended%alpha(k) = now%new%alpha
-      ended%s_dit(k) = now%new%s_dit
-      ended%s_dih(k) = now%new%s_dih
+      now = update_plane(m, growth, plane, wearing, crushed, 1.0_wp, from, to, state)
+      planes%alpha(k) = now%new%alpha
+      planes%s_dit(k) = now%new%s_dit
+      planes%s_dih(k) = now%new%s_dih
       if (m%wears) then
-        ended%omega(k) = now%new%omega
-        ended%wear_work(k) = now%new%wear_work
+        planes%omega(k) = now%new%omega
+        planes%wear_work(k) = now%new%wear_work
       end if
       damage = damage + plane%gamma*now%new%alpha
       stored = stored + weight*now%stored

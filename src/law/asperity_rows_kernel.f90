@@ -1,7 +1,7 @@
 !> Arrays with the values of each point one after the other, as C and Python pass them, in double precision.
 module asperity_rows_kernel
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_block_kernel, only: sum_plane
+  use asperity_block_kernel, only: find_long, sum_plane
   use asperity_checks, only: limits_type, points_together
   use asperity_chunk, only: begin_sums, end_sums, pad
   use asperity_contract, only: facet_statev, n_facet_statev, n_plane_statev, n_point_statev, plane_statev, v_damage, &
@@ -135,6 +135,7 @@ contains
     call pad(points, old)
     plane_old(n + 1:points%n, :) = 0.0_wp
     call begin_sums(points, old(1, v_offset), now)
+    call find_long(block, now)
     if (present(tangent)) d(:points%n, :, :) = 0.0_wp
     do k = 1, block%n_planes
       a = plane_statev(k)

@@ -51,7 +51,7 @@ module asperity_types
     real(wp) :: inv_largest_closure   !! of the hyperbolic contact, 0: linear contact, 1/length
     real(wp) :: linear_from           !! closure beyond which the pressure grows linearly, huge: never, length
     real(wp) :: damping     !! of the closed contact, c of PROPS 24, 0: none, stress*time/length
-    real(wp) :: doubtful    !! difference of the accounts by start and end of a long increment, over k_t/2, length^2
+    real(wp) :: inv_longest_2   !! of the longest increment that is not long, 0: none is long, 1/length^2
     real(wp) :: unguarded   !! negative dissipation that is admitted, over k_t/2: huge, or 0 with the guard
   end type numbers_type
 
@@ -200,7 +200,6 @@ module asperity_types
   !> weight.
   type :: update_type
     type(history_type) :: new
-    real(wp) :: long               !! 1 if the trapezoidal rule is not enough for the accounts of the increment, else 0
     real(wp) :: stored             !! energy at the end, over k_t/2
     type(dissipation_type) :: spent
     type(vector_type) :: traction  !! over k_t
@@ -235,7 +234,7 @@ module asperity_types
     real(wp) :: sums(chunk, n_sums)                            !! sums over the planes, energies over 1/2
     real(wp) :: facets(chunk, n_facet_statev)                  !! state of the facets of a plane, start -> end
     real(wp) :: crushed(chunk)                                 !! share of a plane that the pressure at the end crushes
-    real(wp) :: long(chunk)                                    !! 1 where an increment of a plane is long, else 0
+    real(wp) :: long(chunk)                                    !! 1 where the increment of a point is long, else 0
     logical :: any_long                                        !! whether any is
     integer :: n                                               !! points, a multiple of group, at most chunk
     integer :: n_old, n_new                                    !! leading dimensions of the states at start and end

@@ -45,8 +45,8 @@ def rupture(
     alpha: tuple[Floats, Floats],
     branch: NDArray[np.int8],
     part: bool,
-) -> tuple[Floats, Floats]:
-    """Rupture of an increment by its start and by its end; what is booked is the mean.
+) -> Floats:
+    """Rupture of an increment by the trapezoidal rule.
 
     In a small part of a step, where the contact does not stick, that of the bond is exact.
     """
@@ -56,24 +56,13 @@ def rupture(
         ends = 0.5 * (bond(parameters, s[0])[0] + bond(parameters, s[1])[0]) * grown
         more = np.where(branch == plane.STICK, 0.0, of_part(parameters, s, alpha, ends) - ends)
         by_ends = [x + more for x in by_ends]
-    return by_ends[0], by_ends[1]
+    return 0.5 * (by_ends[0] + by_ends[1])
 
 
-def long(
-    parameters: Parameters,
-    by_ends: tuple[Floats, Floats],
-    alpha: tuple[Floats, Floats],
-    contact: tuple[Floats, Floats],
-    way: Floats,
-) -> NDArray[np.bool_]:
-    """Whether the library takes the accounts of an increment by its phases (docs/theory.md, section 6).
+def long(parameters: Parameters, s_old: Floats, s: Floats) -> NDArray[np.bool_]:
+    """Whether the library takes the accounts of increments by their phases (docs/theory.md, section 6).
 
-    It does so if the accounts by start and by end differ by more than 0.5 % of Gc and 10 % of the friction;
-    the rupture of an increment in which the damage completes counts five times.
+    It does so where the separation moves by more than a twentieth of the geometric mean of s_0 and s_f.
     """
-    first, last = (
-        parameters.mu * a * plane.pressure(parameters, x) * way for a, x in zip(alpha, contact, strict=True)
-    )
-    Gc = min(parameters.Gc, parameters.Gc2 or parameters.Gc)
-    doubt = np.where(alpha[1] >= 1.0, 5.0, 1.0) * abs(by_ends[1] - by_ends[0]) + abs(last - first)
-    return doubt > 0.005 * Gc + 0.05 * (first + last)
+    s_0 = min(parameters.s0, parameters.s02)
+    return np.linalg.norm(s - s_old, axis=-1) > 0.05 * s_0 / np.sqrt(1.0 - parameters.eta)

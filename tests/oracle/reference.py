@@ -40,8 +40,8 @@ PER_FACET = 2
 class Response:
     """Result of the law: traction (..., 3), state (..., 8+3k or 8+5k), tangent (..., 3, 3).
 
-    Per plane (..., k): the branch of its contact (OPEN, STICK or SLIP), whether its damage grew, and whether
-    the library takes the accounts by the phases of the increment.
+    Per plane (..., k): the branch of its contact (OPEN, STICK or SLIP) and whether its damage grew.  long (...):
+    whether the library takes the accounts by the phases of the increment.
     """
 
     traction: Floats
@@ -142,8 +142,7 @@ def update(
     way = np.linalg.norm(slip - start.slip, axis=-1)
     friction = 0.5 * (strength_before + strength) * way
     damping = np.zeros_like(friction)
-    long = accounts.long(parameters, end.by_ends, end.grown, (start.contact, end.contact), way)
-    long = long & (parameters.c == 0.0)
+    long = accounts.long(parameters, s_old, s) & (parameters.c == 0.0)
     if parameters.c > 0.0:
         friction, damping = _damped(parameters, start, end, dt)
     drive = plane.driving_force(parameters, end.facet, alpha, end.tau_d, end.p)
@@ -230,7 +229,6 @@ class _Start:
 class _End:
     """End of an increment: what the law makes of a separation.
 
-    by_ends: rupture by start and end, whose mean is booked; grown: damage of start and end without the guard;
     p: pressure of the contact, with that of the dashpot.
     """
 
@@ -243,8 +241,6 @@ class _End:
     slip: Floats
     branch: NDArray[np.int8]
     rupture: Floats
-    by_ends: tuple[Floats, Floats]
-    grown: tuple[Floats, Floats]
     traction: Floats
     p: Floats
 
@@ -282,9 +278,7 @@ def _end(
     tau_d, slip, branch = plane.friction(parameters, contact, start.slip, p, pull, rate)
     alpha = plane.damage(parameters, straight, start.alpha, dt)
     ends = ((start.straight, straight.real), (start.contact, contact.real), (start.slip, slip.real))
-    grown = (start.alpha, alpha.real)
-    by_ends = accounts.rupture(parameters, *ends, grown, branch, part)
-    rupture = 0.5 * (by_ends[0] + by_ends[1])
+    rupture = accounts.rupture(parameters, *ends, (start.alpha, alpha.real), branch, part)
     if parameters.guard:
         unseen = plane.rounding(parameters, start.straight, straight.real)
         gives_back = rupture < -unseen * (alpha.real - start.alpha)
@@ -300,9 +294,7 @@ def _end(
     else:
         traction = np.einsum("k,kab,...ka->...b", start.gamma, start.frame, undamaged)
         traction = traction + np.einsum("k,...kab,...ka->...b", start.gamma, facet.gradient, damaged)
-    return _End(
-        straight, contact, facet, omega, alpha, tau_d, slip, branch, rupture, by_ends, grown, traction, p
-    )
+    return _End(straight, contact, facet, omega, alpha, tau_d, slip, branch, rupture, traction, p)
 
 
 def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | None) -> Floats:

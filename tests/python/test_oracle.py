@@ -133,11 +133,11 @@ def unlike(option: dict, theirs: reference.Response) -> tuple[np.ndarray, list[i
     By the phases of a long increment the library books rupture and friction, with crushed asperities and
     without wear by work the work of the friction, too; with the guard their signs decide of the damage.
     """
-    points, entries = theirs.long.any(axis=1), [2, 3]
+    points, entries = theirs.long, [2, 3]
     if option.get("guard"):
         entries = list(range(theirs.state.shape[1]))
     elif "crush" in option and "W0" not in option:
-        entries += list(range(N_POINT_STATEV + 3 * theirs.long.shape[1] + 1, theirs.state.shape[1], 2))
+        entries += list(range(N_POINT_STATEV + 3 * theirs.branch.shape[1] + 1, theirs.state.shape[1], 2))
     return points, entries
 
 
@@ -274,7 +274,7 @@ def test_patterns_and_materials() -> None:
             tolerance[:, 5:9] = 0.0
             tolerance[:, [0]] = tolerance[:, N_POINT_STATEV::3] = STATE * ratio / p.eta
             tolerance[:, N_POINT_STATEV + 1 :: 3] = tolerance[:, N_POINT_STATEV + 2 :: 3] = STATE * scale
-            tolerance[theirs.long.any(axis=1), 2:4] = np.inf
+            tolerance[theirs.long, 2:4] = np.inf
             assert_within("state", new, theirs.state, tolerance)
             # |s_T - s_di| of every plane at the start of the return mapping
             local = np.einsum("kab,nb->nka", reference.frames(planes[0]), s)[..., 1:]
