@@ -27,8 +27,9 @@ contains
     call set_block(joint, material_of(joint%material), block, dt)
     ! the phases of a long increment take fourth powers of lengths, of the onset of damage and of the elastic slip
     associate (m => joint%material)
-      if (m%s0 < small .or. max(1.0_real64, m%mu)*max(1.0_real64, m%kc_kt)*m%s0/(1.0_real64 - m%eta) > large) &
+      if (m%s0 < small .or. max(1.0_real64, m%mu)*max(1.0_real64, m%kc_kt)*m%s0/(1.0_real64 - m%eta) > large) then
         block%material%inv_longest_2 = 0.0_wp
+      end if
     end associate
   end subroutine new_block
 

@@ -40,7 +40,7 @@ contains
   pure subroutine new_material(props, material)
     real(wp), intent(in) :: props(n_fixed_props)   !! PROPS before the listed planes, admissible
     type(material_type), intent(out) :: material   !! the constants
-    real(wp) :: gc2, inv_s01, inv_s02, sigma02
+    real(wp) :: gc2, inv_s01, inv_s02, sigma02, slip
 
     material%eta = props(p_eta)
     material%mu = props(p_mu)
@@ -88,9 +88,10 @@ contains
     ! (length/s_f)^2/(2 (1 - eta)); the accounts of a dashpot are those of the ends of any increment, and the phases take
     ! fourth powers of lengths, of the onset of damage and of the elastic slip
     material%inv_longest_2 = 0.0_wp
-    if (.not. material%damps .and. material%s0 > least_onset .and. max(1.0_wp, material%mu)*max(1.0_wp, material%kc_kt)* &
-      material%s0/(1.0_wp - material%eta) < 1.0_wp/least_onset) &
+    slip = max(1.0_wp, material%mu)*max(1.0_wp, material%kc_kt)*material%s0/(1.0_wp - material%eta)
+    if (.not. material%damps .and. material%s0 > least_onset .and. slip < 1.0_wp/least_onset) then
       material%inv_longest_2 = (1.0_wp - material%eta)/(longest*material%s0)**2
+    end if
     material%general = material%curved .or. material%bends .or. material%damps
     material%by_points = .false.
     material%exact = .false.

@@ -40,8 +40,8 @@ PER_FACET = 2
 class Response:
     """Result of the law: traction (..., 3), state (..., 8+3k or 8+5k), tangent (..., 3, 3).
 
-    Per plane (..., k): the branch of its contact (OPEN, STICK or SLIP) and whether its damage grew.  long (...):
-    whether the library takes the accounts by the phases of the increment.
+    Per plane (..., k): the branch of its contact (OPEN, STICK or SLIP) and whether its damage grew.
+    long (...): whether the library takes the accounts by the phases of the increment.
     """
 
     traction: Floats
