@@ -46,7 +46,7 @@ def test_walk_is_that_of_the_interface(n: int) -> None:
     """Along a random walk tractions, states and tangents are those of Python in the order of Cast3M."""
     draw = np.random.default_rng(2015)
     order = ORDER[n]
-    s, state, theirs = np.zeros((1, 3)), np.zeros((1, JOINT.nstatv)), np.zeros(8 + 5 * 5)
+    s, state, theirs = np.zeros((1, 3)), np.zeros((1, JOINT.nstatv)), np.zeros(8 + 5 * 5 + 2)
     traction = np.zeros(n)
     for _ in range(50):
         move = draw.normal(size=3) * [0.02, 0.03, 0.03]
@@ -69,8 +69,8 @@ def test_walk_is_that_of_the_interface(n: int) -> None:
     [
         ({"n": 6}, "NTENS = 6: expected a joint element, 2 or 3"),
         ({"statev": 30}, "NSTATV = 30: expected "),
-        ({"props": [*LEADING, 3.0]}, "NPROPS = 5, NSTATV = 33: expected "),
-        ({"planes": 4}, "NSTATV = 33: expected "),
+        ({"props": [*LEADING, 3.0]}, "NPROPS = 5, NSTATV = 35: expected "),
+        ({"planes": 4}, "NSTATV = 35: expected "),
         ({"stran": np.nan}, "AsperityJoint5: "),
         ({"sigma0": -3.0}, "sigma0 = -3: expected > 0"),
     ],
@@ -80,7 +80,7 @@ def test_refused(capfd: pytest.CaptureFixture[str], changes: dict, said: str) ->
     n = changes.get("n", 3)
     props = list(changes.get("props", constants()))
     props[4] = changes.get("sigma0", props[4])
-    state, stran = np.zeros(changes.get("statev", 33)), np.full(n, changes.get("stran", 0.0))
+    state, stran = np.zeros(changes.get("statev", 35)), np.full(n, changes.get("stran", 0.0))
     done, stress, statev, ddsdde, _ = call(
         n, np.ones(n), state, stran, np.zeros(n), props, changes.get("planes", 5)
     )
@@ -99,7 +99,7 @@ def test_card(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
     assert max(map(len, lines)) <= 72
     coel, stat, model, material = " ".join(lines).rstrip(" ;").split(" ; ")
     names = re.findall(r"'(\w+)'", coel)[1:]
-    assert names[:4] == ["KS", "KN", "RHO", "ALPN"] and len(re.findall("'V", stat)) == 33
+    assert names[:4] == ["KS", "KN", "RHO", "ALPN"] and len(re.findall("'V", stat)) == 35
     values = dict(re.findall(r"'(\w+)' ([-\d.e]+)", material))
     assert list(values) == names and max(map(len, names)) <= 4
     assert [float(values[name]) for name in names[4:]] == constants()[4:]
