@@ -40,15 +40,18 @@ module asperity_phases
 contains
 
   !> 1 if an increment is long, else 0: whether the way of the separation is longer than the trapezoidal rule admits.
-  !> Beyond a distance at which the fourth power of a length leaves the range of numbers none is long.
-  pure function long_increment(m, from, to) result(long)
+  !> With viscosity the damage goes a part of the way. Beyond a distance at which the fourth power of a length leaves
+  !> the range of numbers none is long.
+  pure function long_increment(m, growth, from, to) result(long)
     type(material_type), intent(in) :: m        !! constants
+    type(growth_type), intent(in) :: growth     !! of the damage
     type(vector_type), intent(in) :: from, to   !! separation of the interface at start and end, length
     real(wp) :: long
     real(wp), parameter :: distant = 1.0e12_wp
     real(wp) :: distance, way
     way = (to%n - from%n)**2 + ((to%x - from%x)**2 + (to%y - from%y)**2)
     distance = max(to%n**2 + (to%x**2 + to%y**2), from%n**2 + (from%x**2 + from%y**2))
+    way = growth%weight_new**2*way
     long = merge(1.0_wp, 0.0_wp, way*m%inv_longest_2 > 1.0_wp)*merge(1.0_wp, 0.0_wp, distance*m%inv_longest_2 < distant)
   end function long_increment
 

@@ -24,7 +24,7 @@ contains
     integer(int64) :: i
     !$omp simd
     do i = 1, now%n
-      now%long(i) = long_increment(block%material, &
+      now%long(i) = long_increment(block%material, block%growth, &
         vector_type(now%s(i, 1, before), now%s(i, 2, before), now%s(i, 3, before)), &
         vector_type(now%s(i, 1, after), now%s(i, 2, after), now%s(i, 3, after)))
     end do

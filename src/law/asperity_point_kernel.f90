@@ -86,7 +86,7 @@ contains
     to = vector_type(s(1) + state(v_offset), s(2) + state(v_offset + 1), s(3) + state(v_offset + 2))
     ! the kernel is a literal, so that the compiler generates a loop without branches for each
     kernel = kernel_of(joint%material, joint%pattern%steepest)
-    if (long_increment(joint%material, from, to) > 0.0_wp) then
+    if (long_increment(joint%material, growth, from, to) > 0.0_wp) then
       if (exact_kernel(kernel) == kernel_guarded) then
         call sum_planes(joint, kernel_guarded, .true., growth, part, from, to, planes, sums)
       else

@@ -142,7 +142,7 @@ def update(
     way = np.linalg.norm(slip - start.slip, axis=-1)
     friction = 0.5 * (strength_before + strength) * way
     damping = np.zeros_like(friction)
-    long = accounts.long(parameters, s_old, s)
+    long = accounts.long(parameters, s_old, s, dt)
     if parameters.c > 0.0:
         friction, damping = _damped(parameters, start, end, dt)
     drive = plane.driving_force(parameters, end.facet, alpha, end.tau_d, end.p)
