@@ -258,6 +258,11 @@ WRITTEN_MATERIAL = {
     "damage0": 0.1,
     "closure": 1e-6,
     "c": 1e-5 / 3,
+    "fc": 31 / 3,
+    "Gfc": 40 / 7,
+    "Css": 8.9,
+    "kp": 1e-3 / 3,
+    "fcr": 0.11,
 }
 """All constants of a joint."""
 BONDED = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5}

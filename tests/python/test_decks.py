@@ -48,6 +48,9 @@ def assert_reference(run, rows: History) -> None:
     divided = [row for row, text in rows.events if {"substeps", "snap"} & set(text.split("+"))]
     # what an initial state is at its start is not in the rows
     left_out = divided if run.state is None else [*divided, 0]
+    if law.W0:
+        # work of friction wears a facet that touches at the start: where none presses, rounding decides
+        left_out = [*left_out, *(1 + np.flatnonzero(np.abs(rows.traction[:-1]).max(-1) < 1e-12))]
     whole = np.delete(np.arange(len(rows)), left_out)
     s, state = (np.vstack([np.zeros_like(a[:1]), a]) for a in (rows.separation, rows.state))
     steps = np.diff(rows.time, prepend=0.0).round(12) if law.tau_v else np.zeros(len(rows))
