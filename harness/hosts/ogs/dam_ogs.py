@@ -31,10 +31,6 @@ def write_meshes(folder: Path, mesh: Jointed) -> tuple[Floats, Floats]:
     """Write the meshes of the project; the nodes below and above the joint (n,), along the base."""
     write(folder / "dam.vtu", mesh, "ogs", layer=THICKNESS)
     points = np.pad(layer_points(mesh, THICKNESS), ((0, 0), (0, 1)))
-    for name in ("upstream", "outside"):
-        used, local = np.unique(np.concatenate(mesh.groups[name]), return_inverse=True)
-        ids = {"bulk_node_ids": used.astype("u8")}
-        meshio.Mesh(points[used], [("line", local.reshape(-1, 2))], ids).write(folder / f"{name}.vtu")
     [joint] = mesh.joints["base"]
     pairs = np.unique(np.stack([joint.minus, joint.plus], axis=-1).reshape(-1, 2), axis=0)
     pairs = pairs[np.argsort(mesh.points[pairs[:, 0], 0])]

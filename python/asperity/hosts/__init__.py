@@ -67,8 +67,6 @@ class Mesh:
     """Ending of the file of the materials, where they have one of their own."""
     start: str = ""
     """Regular expression for the start of that file."""
-    groups: bool = True
-    """Whether the file has the groups that are no blocks, and the sides of the joints."""
     linear: bool = True
     """Whether the host has joints between linear faces at one place only."""
     axisymmetric: bool = False

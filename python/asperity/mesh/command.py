@@ -11,7 +11,7 @@ import numpy as np
 from ..hosts import hosts
 from ..options import add_options, add_output, check_outputs
 
-START = r".{,6}mesh with joints of asperity|<VTKFile.{,400}<!--This file was created by meshio"
+START = r".{,250}mesh with joints of asperity"
 """Start of a file that this command writes."""
 
 
@@ -62,7 +62,7 @@ def _mesh(options: argparse.Namespace) -> int:
     """Split the mesh, write it and print its counts."""
     from ..case_files import read_run
     from ..model_checks import shown_warnings
-    from .hosts import of_ending, write
+    from .hosts import beside, of_ending, write
     from .split import split
 
     if options.output is None:
@@ -108,6 +108,8 @@ def _mesh(options: argparse.Namespace) -> int:
         mesh = split(
             options.mesh, rules or None, options.blocks, options.direction, options.join, options.axisymmetric
         )
+        groups = [("-o", file, START) for file in beside(options.output, mesh, host)]
+        check_outputs(options.force, [options.mesh], *groups)
         files = write(options.output, mesh, options.host, laws, options.layer)
     print(mesh.summary())
     print(*files, sep="\n")

@@ -16,17 +16,7 @@ from ..contract import Floats
 from .deck import Block
 from .deck_scopes import Numbers, Scope, moved, whole
 from .deck_types import is_shell, type_of
-from .shapes import FACES, Integers, dimension
-
-FACETS = {
-    (2, 2): "line",
-    (2, 3): "line3",
-    (3, 3): "triangle",
-    (3, 4): "quad",
-    (3, 6): "triangle6",
-    (3, 8): "quad8",
-}
-"""Cells that are faces, by the dimension of the solids and the number of nodes."""
+from .shapes import FACES, FACETS, Integers, dimension
 
 
 class Unread(Exception):

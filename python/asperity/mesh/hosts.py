@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,9 +59,6 @@ def write(
             raise ValueError(
                 f"name {label!r}: expected a letter, then letters, digits, underscores, hyphens, for {host}"
             )
-    if not kind.groups and (lost := [name for name in (*mesh.groups, *mesh.sets) if name not in mesh.joints]):
-        text = f"groups {', '.join(lost)} are not in {path}"
-        warnings.warn(f"{text}: its format has blocks and joints only", ModelWarning, stacklevel=2)
     if mesh.axisymmetric and not kind.axisymmetric:
         able = ", ".join(name for name, entry in known.items() if entry.mesh and entry.mesh.axisymmetric)
         raise ValueError(f"axisymmetric mesh: {host} would read a plane one: expected {able}")
@@ -68,8 +66,19 @@ def write(
         _check_faces(mesh, host, kind.layer)
     if layer:
         _check_layer(mesh, layer)
-    writer = hosts.part(host, "mesh") or import_module(f"{__package__}.{kind.ending[1:]}")
-    return list(writer.write(path, mesh, laws, layer, host))
+    return list(_writer(host).write(path, mesh, laws, layer, host))
+
+
+def beside(path: Path, mesh: Jointed, host: str) -> list[Path]:
+    """Files of groups that `write` writes beside that of a mesh."""
+    module = _writer(host)
+    return list(module.beside(path, mesh)) if hasattr(module, "beside") else []
+
+
+def _writer(host: str) -> ModuleType:
+    """Module that writes meshes of a host: its own, or that of the ending."""
+    kind: hosts.Mesh = hosts.of(host, "mesh")
+    return hosts.part(host, "mesh") or import_module(f"{__package__}.{kind.ending[1:]}")
 
 
 def _as_labels(mesh: Jointed, laws: dict[str, Interface]) -> tuple[Jointed, dict[str, Interface]]:

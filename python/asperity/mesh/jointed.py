@@ -79,11 +79,15 @@ class Jointed:
         return in_cells(*self.groups[group])
 
     def face_nodes(self, surface: Integers) -> list[Integers]:
-        """Nodes of the faces of a surface, rows (cell, face), in one array for each number of nodes.
+        """Nodes of the faces of a surface, as `faces` has them."""
+        return [nodes for nodes, _ in self.faces(surface)]
+
+    def faces(self, surface: Integers) -> list[tuple[Integers, Integers]]:
+        """Nodes and cells of the faces of a surface, rows (cell, face), for each number of nodes.
 
         Their right-hand normal points out of their cells; in the plane the cells are on the left of edges.
         """
-        by_size: dict[int, list[Integers]] = {}
+        by_size: dict[int, list[tuple[Integers, Integers]]] = {}
         first, d = 0, self.dimension
         for kind, data in self.cells.items():
             for side, face in enumerate(FACES[kind], 1):
@@ -97,9 +101,10 @@ class Jointed:
                     away = x.mean(1) - self.points[cells].mean(1)
                     inward = np.einsum("fd,fd->f", area(x)[0], away) < 0.0
                     nodes = np.where(inward[:, None], nodes[:, backward(d, len(face))], nodes)
-                by_size.setdefault(len(face), []).append(nodes)
+                by_size.setdefault(len(face), []).append((nodes, surface[at, 0]))
             first += len(data)
-        return [np.concatenate(by_size[size]) for size in sorted(by_size)]
+        columns = [zip(*by_size[size], strict=True) for size in sorted(by_size)]
+        return [(np.concatenate(nodes), np.concatenate(cells)) for nodes, cells in columns]
 
     def nodes_of(self, cells: Integers) -> Integers:
         """Nodes of cells, counted through all types."""

@@ -28,6 +28,16 @@ FACES: dict[str, tuple[tuple[int, ...], ...]] = {
 }
 """Nodes of the faces of a cell, as Abaqus' S1, S2, ...: corners around it, then the middles of its edges."""
 
+FACETS = {
+    (2, 2): "line",
+    (2, 3): "line3",
+    (3, 3): "triangle",
+    (3, 4): "quad",
+    (3, 6): "triangle6",
+    (3, 8): "quad8",
+}
+"""Cells that are faces, by the dimension of the solids and the number of nodes."""
+
 PLANE = ("triangle", "triangle6", "quad", "quad8", "quad9")
 """Cells of plane meshes; in a mesh with solids they are faces."""
 
