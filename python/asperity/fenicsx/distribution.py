@@ -28,14 +28,16 @@ NAMES = {"quad": "quadrilateral", "tetra": "tetrahedron"}
 """Names of cells in dolfinx, where meshio has others."""
 
 
-def _weights(x: Floats) -> Floats:
-    """Shares (f, k) of the corners x (f, k, d) of faces in their area."""
+def _weights(x: Floats, turned: bool) -> Floats:
+    """Shares (f, k) of the corners x (f, k, d) of faces in their area; turned: of surfaces of revolution."""
     k = x.shape[1]
     if k == 1:
         return np.zeros(x.shape[:2])
     edge = np.roll(x, -1, axis=1) - x
     if k == 2:
-        return np.asarray(0.5 * np.linalg.norm(edge, axis=2))
+        r = x[:, :, 0]
+        width = 2.0 * np.pi * (2.0 * r + np.roll(r, 1, axis=1)) / 3.0 if turned else 1.0
+        return np.asarray(0.5 * np.linalg.norm(edge, axis=2) * width)
     cross = np.linalg.norm(np.cross(edge, np.roll(edge, 1, axis=1)), axis=2)
     return np.asarray(cross / (6 if k == 3 else 4))
 
@@ -59,7 +61,7 @@ class Group:
 def _group(jointed: Jointed, name: str) -> Group:
     nodes, area = jointed.nodes(name), np.zeros(len(jointed.points))
     for face_nodes in jointed.groups[name]:
-        np.add.at(area, face_nodes, _weights(jointed.points[face_nodes]))
+        np.add.at(area, face_nodes, _weights(jointed.points[face_nodes], jointed.axisymmetric))
     faces, message = np.zeros((0, 2), np.int64), "expected a group of faces"
     if name in jointed.surfaces:
         [faces] = jointed.face_nodes(jointed.surfaces[name])
@@ -85,14 +87,15 @@ def distributed(jointed: Jointed, laws: Mapping[str, Interface]) -> tuple[Intege
         for part in parts:
             law, weight = (
                 np.full(len(part.area), list(laws).index(name)),
-                _weights(jointed.points[part.minus]),
+                _weights(jointed.points[part.minus], jointed.axisymmetric),
             )
             places, corners = jointed.origin[part.minus], jointed.points[part.minus]
             rows.append((part.minus, part.plus, law, part.axes, weight, part.cells, places, corners))
     groups = {name: _group(jointed, name) for name in jointed.groups}
     cells = jointed.cells[kind][:, BASIX[kind]].astype(np.int64)
     faces = [np.concatenate(column) for column in zip(*rows, strict=True)]
-    return cells, jointed.points, (kind, d, jointed.block[kind], jointed.names, groups, faces)
+    shared = kind, d, jointed.axisymmetric, jointed.block[kind], jointed.names, groups, faces
+    return cells, jointed.points, shared
 
 
 def partition(count: int, types: list[Any], cells: list[Any], sides: Integers) -> object:

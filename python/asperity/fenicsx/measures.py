@@ -46,6 +46,8 @@ def measure(model: Model, name: str, state: State, before: State | None = None) 
     """Measure a joint in a state; before: of the step before, for the share that slides."""
     if name not in model.joints:
         raise ValueError(f"{name}: no such joint: expected one of {', '.join(model.joints)}")
+    if model.axisymmetric:
+        raise ValueError("resultants of a body of revolution: expected a plane mesh, or one in space")
     k = model.joints.index(name)
     part, law = model.parts[k], model.laws[k]
     area, x, s = model.area[part], model.places[part], state.s[part]

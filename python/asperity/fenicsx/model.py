@@ -65,19 +65,20 @@ class Model:
         thickness: float = 1.0,
         plane: str = "stress",
     ) -> None:
-        """Distribute a mesh, which rank 0 has; laws: of its joints; E: of all solids, or by block."""
+        """Distribute a mesh, which rank 0 has; laws: of its joints; E: of all solids, or by block.
+
+        Forces and areas of a body of revolution are those of the whole turn; its nodes at r = 0 need u_r = 0.
+        """
         cells, points, shared, message = None, None, None, ""
         if COMM.rank == 0:
             try:
                 if jointed is None:
                     raise ValueError("mesh None: expected one on rank 0, as from asperity.mesh.split")
-                if jointed.axisymmetric:
-                    raise ValueError("axisymmetric mesh: expected a plane one, or one in space")
                 cells, points, shared = distributed(jointed, laws)
             except ValueError as error:
                 message = str(error)
         agree(message)
-        kind, d, block, names, groups, faces = COMM.bcast(shared)
+        kind, d, turned, block, names, groups, faces = COMM.bcast(shared)
         self.names: list[str] = names
         self.groups: dict[str, Group] = groups
         young = dict(E) if isinstance(E, Mapping) else dict.fromkeys(self.names, E)
@@ -85,7 +86,10 @@ class Model:
         minus, plus, law, axes, weight, sides, places, corners = faces
         self.laws, self.joints, self.d = list(laws.values()), list(laws), int(d)
         self.props = [one.props() for one in self.laws]
+        if turned and thickness != 1.0:
+            raise ValueError(f"thickness = {thickness}: expected 1 of a body of revolution, which is whole")
         self.thickness = thickness if d == 2 else 1.0
+        self.axisymmetric: bool = turned
         if COMM.rank > 0:
             cells, points = np.zeros((0, len(BASIX[kind])), np.int64), np.zeros((0, d))
         element = basix.ufl.element("Lagrange", NAMES.get(kind, kind), 1, shape=(d,))
@@ -128,6 +132,10 @@ class Model:
         if getattr(self, "_made", False):
             raise AttributeError(f"{name}: a Model does not change once it is made")
         super().__setattr__(name, value)
+
+    def around(self, x: Any) -> Any:
+        """Thickness at places x (d, ...), arrays or of UFL: 2 pi r of a body of revolution."""
+        return 2.0 * np.pi * x[0] if self.axisymmetric else self.thickness
 
     def local(self, nodes: Integers) -> Integers:
         """Local numbers of nodes of the mesh that this rank has."""
@@ -195,10 +203,13 @@ class Model:
         values = np.array([E[name] for name in self.names], float)
         young.x.array[young.function_space.dofmap.list.ravel()] = values[self.cell_block]
         u, v = ufl.TrialFunction(V), ufl.TestFunction(V)
-        stress = d == 2 and plane == "stress"
+        stress = d == 2 and plane == "stress" and not self.axisymmetric
         lam, G = young * nu / ((1 - nu**2) if stress else (1 + nu) * (1 - 2 * nu)), young / (2 * (1 + nu))
-        e, f = ufl.sym(ufl.grad(u)), ufl.sym(ufl.grad(v))
-        form = fem.form((lam * ufl.tr(e) * ufl.tr(f) + 2 * G * ufl.inner(e, f)) * self.thickness * ufl.dx)
+        e, f, x = ufl.sym(ufl.grad(u)), ufl.sym(ufl.grad(v)), ufl.SpatialCoordinate(self.mesh)
+        hoop = (u[0] / x[0], v[0] / x[0]) if self.axisymmetric else (0, 0)
+        work = lam * (ufl.tr(e) + hoop[0]) * (ufl.tr(f) + hoop[1])
+        work += 2 * G * (ufl.inner(e, f) + hoop[0] * hoop[1])
+        form = fem.form(work * self.around(x) * ufl.dx)
         self.K = fp.assemble_matrix(form)
         self.K.assemble()
         self.diagonal: Floats = self.K.getDiagonal().array_r.copy()
@@ -241,7 +252,8 @@ class Model:
 
     def assembled(self, form: Any) -> Floats:
         """Nodal forces of a virtual work per volume."""
-        b = fem.assemble_vector(fem.form(form * self.thickness * ufl.dx))
+        around = self.around(ufl.SpatialCoordinate(self.mesh))
+        b = fem.assemble_vector(fem.form(form * around * ufl.dx))
         b.scatter_reverse(la.InsertMode.add)
         forces: Floats = b.array[: self.n * self.d].copy()
         return forces

@@ -86,6 +86,8 @@ class State:
         damage of their planes and the pressures of their water; raises ValueError where they cannot.
         """
         m, size = model, (model.d, model.d)
+        if m.axisymmetric:
+            raise ValueError("initial stress of a body of revolution: expected a plane mesh, or one in space")
 
         def tensors(x: Floats) -> Floats:
             values, message = doubles("stress", stress(x) if callable(stress) else stress), ""

@@ -193,7 +193,7 @@ def on_faces(m: Model, name: str, p: Pressure) -> Floats:
         normal = np.stack([along[:, :, 0, 1], -along[:, :, 0, 0]], axis=2)
     else:
         normal = np.cross(along[:, :, 0], along[:, :, 1])
-    values = m.thickness * values.reshape(at.shape[:2]) * weights
+    values = m.around(np.moveaxis(at, -1, 0)) * values.reshape(at.shape[:2]) * weights
     forces = -np.einsum("fq,qk,fqd->fkd", values, table[0], normal, optimize=True)
     local, here = m.owned(group.faces.ravel())
     nodal_forces = np.zeros((m.n, m.d))
@@ -211,6 +211,8 @@ def weights_of_faces(m: Model) -> tuple[Floats, Floats]:
 
 def _network(m: Model, flow: Flow) -> tuple[Network, Integers]:
     """Equations of a flow, and its faces among those of all ranks; ValueError for wrong constants."""
+    if m.axisymmetric:
+        raise ValueError("flow in a body of revolution: expected a plane mesh, or one in space")
     names, given, a_0 = flow.names, flow.given, flow.a_0
     first = dict(a_0) if isinstance(a_0, Mapping) else dict.fromkeys(names, a_0)
     pull = np.zeros(m.d) if flow.weight is None else doubles("weight", flow.weight)
