@@ -285,7 +285,7 @@ def _fit(
         elif name == "crush":
             notes.append(f"{text}; the strengths hold between the pressures of the tests")
         elif intervals.by_tests(name):
-            without = [chosen.problem.values(x)[name] for x in left_out]
+            without = [fit.values[name] for fit in left_out]
             ends = int(np.argmin(without)), int(np.argmax(without))
             apart = " and ".join(f"{without[i]:.3g} without {short(tests[i].name)}" for i in ends)
             reasons.append(f"{text}; the tests differ: it is {apart}; further specimens would show it")

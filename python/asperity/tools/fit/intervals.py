@@ -52,42 +52,79 @@ class Assumption:
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """Covariance (p, p) of the constants on their scales, and the quantile of Student's t for it.
+    """Covariance (p, p) of the constants on their scales, and its degrees of freedom.
 
-    of_tests: whether it is that of whole tests, which may be different specimens.
+    of_tests: whether it is that of whole tests, which may be different specimens.  within: mean square of
+    their residuals in fits without a test, over that of all tests.
     """
 
     covariance: Floats
-    quantile: float
+    freedom: float
     of_tests: bool = False
+    within: float = 1.0
+
+    @property
+    def quantile(self) -> float:
+        """Of Student's t."""
+        return quantile(self.freedom)
 
 
-def spreads(solution: Solution, left_out: Sequence[Floats] = ()) -> list[Spread]:
-    """Covariances by kind of group: parts of the way of all tests together, of each test, and whole tests.
-
-    And that of independent rows: a few groups may agree by chance.  left_out: constants (p,) on their scales
-    without each of the tests, of which each pressure may have another specimen.
-    """
+def quantile(freedom: float) -> float:
+    """Of Student's t with some degrees of freedom, infinite without any."""
     from scipy.stats import t as student
 
+    return float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)) if freedom > 0.0 else np.inf
+
+
+def half_by_tests(of_tests: float, of_rows: float, freedom: float) -> float:
+    """Half of an interval by the variance between tests, of which the rows of each explain a part.
+
+    Only what exceeds that part is a difference of specimens with the freedom of the tests; the freedom of the
+    sum is that of Satterthwaite (1946).  0 where the rows explain all of it.
+    """
+    beyond = of_tests - of_rows
+    if beyond <= 0.0:
+        return 0.0
+    return quantile(freedom * (of_tests / beyond) ** 2) * float(np.sqrt(of_tests))
+
+
+def spreads(solution: Solution, left_out: Sequence[Solution] = ()) -> list[Spread]:
+    """Covariances by kind of group: parts of the way of all tests together, of each test, and whole tests.
+
+    And that of independent rows: a few groups may agree by chance.  left_out: fits without each of the tests,
+    of which each pressure may have another specimen.
+    """
     if not solution.x.size:
         return []
     slopes, made = jacobian(solution.problem, solution.x), []
     for groups in _groups(solution, slopes):
         covariance, count = delete_one(slopes, solution.residuals, groups)
-        freedom = count - solution.x.size
-        quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)) if freedom >= 1 else np.inf
-        made.append(Spread(covariance, quantile))
+        made.append(Spread(covariance, count - solution.x.size))
     if len(left_out) > 1:
-        moved, count = np.array(left_out) - solution.x, len(left_out)
-        quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, count - 1))
-        made.append(Spread((count - 1) / count * moved.T @ moved, quantile, True))
+        made.append(
+            of_left_out(
+                [solution.problem.x(fit.values) for fit in left_out],
+                solution.x,
+                [fit.residuals for fit in left_out],
+                solution.residuals,
+            )
+        )
     freedom = solution.residuals.size - solution.x.size
     if freedom >= 1:
         scale = float(solution.residuals @ solution.residuals) / freedom
         covariance = scale * np.linalg.pinv(slopes.T @ slopes, rcond=1e-12).astype(float)
-        made.append(Spread(covariance, float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom))))
+        made.append(Spread(covariance, freedom))
     return made
+
+
+def of_left_out(
+    without: Sequence[Floats], x: Floats, residuals_without: Sequence[Floats], residuals: Floats
+) -> Spread:
+    """Covariance of whole tests, by the constants (p,) and residuals of fits without each, and of all."""
+    moved, count = np.array(without) - x, len(without)
+    squares = np.mean([np.mean(own**2) for own in residuals_without])
+    within = min(1.0, float(squares / max(np.mean(residuals**2), 1e-300)))
+    return Spread((count - 1) / count * moved.T @ moved, count - 1, True, within)
 
 
 def _groups(solution: Solution, slopes: Floats) -> Iterator[np.ndarray]:
@@ -144,20 +181,14 @@ class Intervals:
         here, steps = place(problem.values(x)), 1e-4 * np.eye(x.size)
         pairs = ((place(problem.values(x + h)), place(problem.values(x - h))) for h in steps)
         slope = np.array([(above - below) / 2e-4 for above, below in pairs])
-        sizes = [
-            (spread.of_tests, spread.quantile * np.sqrt(max(0.0, slope @ spread.covariance @ slope)))
-            for spread in self.spreads
-        ]
-        half, of_tests = (
-            max([0.0, *(size for whole, size in sizes if whole >= only and not np.isnan(size))])
-            for only in (False, True)
-        )
+        of_rows, of_tests = self._halves(slope)
+        half = max(of_rows, of_tests)
         # what the law misses and a better assumption does not is no error of the constants
 
         def half_of(assumption: Assumption) -> float:
             """Half of the interval of an assumption; the tests differ by as much as beside the law."""
             own = float(assumption.halves.get(name, half))
-            return own if assumption.of_tests else max(float(of_tests), own)
+            return own if assumption.of_tests else max(of_tests, own)
 
         better = [
             (assumption.difference, half_of(assumption))
@@ -186,23 +217,24 @@ class Intervals:
             bounds = list(np.clip(bounds, *plausible(name, *problem.size)))
         return Estimate(value, min(bounds[0], value), max(bounds[1], value))
 
+    def _halves(self, slope: Floats) -> tuple[float, float]:
+        """Half widths of a function with this slope (p,): by the rows, and by the tests."""
+        parts = [(spread, max(0.0, float(slope @ spread.covariance @ slope))) for spread in self.spreads]
+        rows = [(spread.quantile, size) for spread, size in parts if not spread.of_tests]
+        of_rows = max([0.0, *(t * np.sqrt(size) for t, size in rows if size > 0.0)])
+        explained = max([0.0, *(float(size) for t, size in rows if np.isfinite(t))])
+        of_tests = [
+            half_by_tests(size, spread.within * explained, spread.freedom)
+            for spread, size in parts
+            if spread.of_tests
+        ]
+        return float(of_rows), max([0.0, *of_tests])
+
     def by_tests(self, name: str) -> bool:
         """Whether the interval of a constant is that of tests which differ, and not of their rows."""
-        place = self.solution.model.free.index(name)
-        sizes = {
-            whole: max(
-                [
-                    0.0,
-                    *(
-                        s.quantile**2 * s.covariance[place, place]
-                        for s in self.spreads
-                        if s.of_tests == whole
-                    ),
-                ]
-            )
-            for whole in (False, True)
-        }
-        return bool(sizes[True] > sizes[False])
+        free = self.solution.model.free
+        of_rows, of_tests = self._halves(np.eye(len(free))[free.index(name)])
+        return of_tests > of_rows
 
     @property
     def covariance(self) -> Floats:

@@ -11,7 +11,7 @@ from ...contract import Floats
 from .assumptions import beside, first_only, halves_of
 from .evidence import first_stroke
 from .gauges import Started, rigid_form, with_profile
-from .intervals import CONFIDENCE, Assumption
+from .intervals import Assumption, half_by_tests, of_left_out, quantile
 from .ladder import GAIN, criteria, independent
 from .model import KT, SCALES, SPRINGS, rows_of
 from .rigid import Profile, exponential, hyperbola, parabola
@@ -84,26 +84,29 @@ def of_profile(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumpt
             and isinstance(known, Rigid)
         ):
             if profile_ not in apart:
-                apart[profile_] = left_out(with_profile(form, Rigid, known.profile))
+                whole = with_profile(form, Rigid, known.profile)
+                apart[profile_] = left_out(whole, halves_of(whole))
             wide = apart[profile_]
             halves = {part: max(half, wide.get(part, 0.0)) for part, half in halves.items()}
         yield Assumption(name, value - first[0], solution.values, allowed, parts, halves, profile_ in apart)
 
 
-def left_out(form: Solution) -> Mapping[str, float]:
-    """Half widths, on their scales, of the intervals of a closed form by leaving out each of its tests."""
-    from scipy.stats import t as student
+def left_out(form: Solution, halves: Mapping[str, float]) -> Mapping[str, float]:
+    """Half widths, on their scales, of the intervals of a closed form by leaving out each of its tests.
 
+    halves: those by the rows.
+    """
     tests = list(form.problem.tests)
     if len(tests) < 2:
         return {}
-    moved = [
-        solve(replace(form.problem, tests=tests[:i] + tests[i + 1 :]), form.x, SEARCHED)[0] - form.x
-        for i in range(len(tests))
-    ]
-    quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, len(tests) - 1))
-    sizes = quantile * np.sqrt((len(tests) - 1) / len(tests) * np.sum(np.square(moved), axis=0))
-    return dict(zip(form.model.free, sizes.tolist(), strict=True))
+    rest = [replace(form.problem, tests=tests[:i] + tests[i + 1 :]) for i in range(len(tests))]
+    without = [solve(problem, form.x, SEARCHED) for problem in rest]
+    spread = of_left_out([x for x, _ in without], form.x, [left for _, left in without], form.residuals)
+    rows = {name: spread.within * (half / quantile(np.inf)) ** 2 for name, half in halves.items()}
+    return {
+        name: half_by_tests(float(size), rows[name], spread.freedom)
+        for name, size in zip(form.model.free, np.diag(spread.covariance), strict=True)
+    }
 
 
 def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:

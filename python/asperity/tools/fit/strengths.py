@@ -375,16 +375,17 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
     values = data.values(x, free)
     rest = [data.without(i).solve(free, x) for i in range(count)]
     moved = np.array(rest) - x
-    # with one degree of freedom the others meet a curve exactly, whatever their noise is
-    freedom = max(1, count - len(free))
-    several = (count - 1) / count if freedom > 1 else 0.0
-    left_out, by_misfit = several * moved.T @ moved, data.covariance(x, free)
-    quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
+    # with one degree of freedom the others meet a curve exactly, whatever their noise is; a misfit has the
+    # freedom of all data, of which a test with a residual strength has two
+    freedom, data_left = max(1, count - len(free)), max(1, data.errors(x, free).size - len(free))
+    of_tests, of_data = student.ppf(0.5 + 0.5 * CONFIDENCE, [freedom, data_left]).tolist()
+    several = of_tests**2 * (count - 1) / count if freedom > 1 else 0.0
+    left_out, by_misfit = several * moved.T @ moved, of_data**2 * data.covariance(x, free)
     sizes = np.sqrt(np.maximum(np.diag(left_out), np.diag(by_misfit)))
     low, high = data.ends(free)
     estimates = {}
     for i, name in enumerate(free):
-        half = quantile * float(sizes[i])
+        half = float(sizes[i])
         ends = np.clip([x[i] - half, x[i] + half], low[i], high[i])
         estimates[name] = Estimate(values[name], *(float(end) for end in from_scale(name, ends)))
 
@@ -406,7 +407,7 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
                 errors[label + name] = float(np.sqrt(np.mean(np.square(missed))))
     # the misfit of the law is part of what a peak may be
     of_peaks = [row.errors[name] for row in unseen for name in ("peak", "tension") if name in row.errors]
-    halves = np.hypot(quantile * np.sqrt(variance), 2.0 * float(np.sqrt(np.mean(np.square(of_peaks)))))
+    halves = np.hypot(np.sqrt(variance), 2.0 * float(np.sqrt(np.mean(np.square(of_peaks)))))
     peaks = [Estimate(*np.exp([a, a - h, a + h]).tolist()) for a, h in zip(here, halves, strict=True)]
     spread = data.spread()
     # with one degree of freedom a blind number says nothing about the law, and the widths decide
@@ -472,7 +473,7 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
         )
     if not data.seen.any() and "mu" in free:
         notes.append("peaks alone: mu is that of the peaks, not of the residual strength")
-    covariance = scaled_to(sizes, left_out, by_misfit) * (quantile / 1.959964) ** 2
+    covariance = scaled_to(sizes, left_out, by_misfit) / 1.959964**2
     return StrengthFit(
         data.tests, free, values, estimates, peaks, fitted, unseen, errors, grade, reasons, notes,
         _others(data, fitted, unseen), covariance, loose,

@@ -87,10 +87,10 @@ def compared(problem: Problem, values: Mapping[str, float], only: int | None = N
     return comparisons
 
 
-def blind(solution: Solution, tests: Sequence[ShearTest]) -> tuple[list[Comparison], list[Floats]]:
-    """Each test predicted by the others, with the same model; and constants (p,) on scales without it."""
+def blind(solution: Solution, tests: Sequence[ShearTest]) -> tuple[list[Comparison], list[Solution]]:
+    """Each test predicted by the others, with the same model; and the fit without it."""
     made: list[Comparison] = []
-    left_out: list[Floats] = []
+    left_out: list[Solution] = []
     for number in range(len(tests)) if len(tests) > 1 else ():
         rest = [test for i, test in enumerate(tests) if i != number]
         model = solution.model
@@ -101,7 +101,7 @@ def blind(solution: Solution, tests: Sequence[ShearTest]) -> tuple[list[Comparis
         without = refitted(solution, rest, model, tolerance=SEARCHED)
         problem, values = solution.model.problem(tests, 1.0, solution.problem.direction), dict(without.values)
         made += compared(problem, values, number)
-        left_out.append(solution.problem.x(values))
+        left_out.append(without)
     return made, left_out
 
 
