@@ -76,13 +76,12 @@ def test_crossing_and_branching_faults() -> None:
 
 
 def test_no_two_sides() -> None:
-    """The Moebius strip of five triangles is refused, and without one of them it has two sides."""
+    """The Moebius strip of five triangles has no two sides, and without one of them it has."""
     around = np.array([[k, (k + 1) % 5, (k + 2) % 5] for k in range(5)])
     ends = np.concatenate([np.stack([around[:, k], around[:, (k + 1) % 3]], 1) for k in range(3)])
     sense = np.where(ends[:, 0] < ends[:, 1], 1, -1)
     rim = np.column_stack([np.sort(ends, axis=1), sense, np.tile(np.arange(5), 3)])
     n, middle, points = np.zeros((5, 3)), np.zeros((5, 3)), np.zeros((5, 3))
-    with pytest.raises(ValueError, match="joint fault: 5 faces are connected and have no two sides"):
-        one_sided(rim, n, middle, points, "fault")
-    sign, part = one_sided(rim[rim[:, 3] < 4], n[:4], middle[:4], points, "fault")
-    assert np.abs(sign).tolist() == [1.0] * 4 and len(set(part.tolist())) == 1
+    assert one_sided(rim, n, middle, points)[2].tolist() == [0, 1, 2, 3, 4]
+    sign, part, bad = one_sided(rim[rim[:, 3] < 4], n[:4], middle[:4], points)
+    assert len(bad) == 0 and np.abs(sign).tolist() == [1.0] * 4 and len(set(part.tolist())) == 1

@@ -16,6 +16,8 @@ from asperity.mesh import split, write
 from asperity.mesh.files import read_raw
 from test_mesh_files import MSH, STRIP, placed, read, same_counts
 
+from harness.hosts import structured
+
 DRAWN = 20
 """Drawn files of each kind."""
 
@@ -68,6 +70,46 @@ def test_curved_fault_in_parts(d: int) -> None:
         ]
         assert len(outward) == sum(len(block.data) for block in mesh.cells[1:])
         assert abs(sum(outward)) == len(outward), seed
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_many_blocks(d: int) -> None:
+    """N of all faces between stones in any order is on one side along each bed and each through joint.
+
+    It is that of the later stones, by area; heads that end at beds are parts of their own.
+    """
+    for seed in range(DRAWN):
+        draw = np.random.default_rng([seed, d, 2])
+        axes = [np.cumsum([0.0, *draw.uniform(0.5, 2.0, 2 * int(draw.integers(2, 4)))]) for _ in range(d)]
+        cells = [len(x) - 1 for x in axes]
+        at = list(np.indices(cells))
+        bond = bool(draw.random() < 0.5)  # every other row is shifted by half a stone
+        shift = at[-1] // 2 % 2 if bond else 0
+        stone = np.ravel_multi_index(
+            [(at[0] + shift) // 2, *(k // 2 for k in at[1:])],
+            [cells[0] // 2 + 1, *(n // 2 for n in cells[1:])],
+        )
+        _, stone = np.unique(stone, return_inverse=True)
+        number = draw.permutation(stone.max() + 1)[stone.ravel()].reshape(cells)
+        jointed = split(structured.grid(*axes, block=number + 1, sides=()))
+        total: dict[tuple[int, float, int], float] = {}
+        signs: dict[tuple[int, float, int], set[float]] = {}
+        (joint,) = jointed.joints["joint"]
+        block = np.concatenate(list(jointed.block.values()))
+        for N, nodes, area, pair in zip(
+            joint.axes[:, 0], joint.minus, joint.area, block[joint.cells], strict=True
+        ):
+            axis = int(np.abs(N).argmax())
+            later = float(np.sign(N[axis]) * np.sign(pair[1] - pair[0]))
+            x = jointed.points[nodes].mean(0)
+            row = int(np.searchsorted(axes[-1][::2], x[-1])) if bond and axis == 0 else 0
+            line = axis, float(x[axis].round(9)), row
+            total[line] = total.get(line, 0.0) + float(area) * later
+            signs.setdefault(line, set()).add(float(np.sign(N[axis])))
+        assert len(total) >= sum(n // 2 - 1 for n in cells[1:]) + (cells[0] // 2 - 1)
+        for line, found in signs.items():
+            [sign] = found
+            assert total[line] * sign > 0.0, (seed, line)
 
 
 @pytest.mark.parametrize("d", [2, 3])

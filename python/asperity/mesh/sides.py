@@ -1,4 +1,4 @@
-"""Which side of the faces of a joint N points to: one along each connected part of named faces."""
+"""Which side of the faces of a joint N points to: one along each connected part of its faces."""
 
 from __future__ import annotations
 
@@ -34,8 +34,9 @@ def sides_of_faces(
 ) -> tuple[list[NDArray[np.bool_]], list[Integers]]:
     """Pairs of faces whose second face comes first, and the connected parts of named groups, or -1.
 
-    N points to the later block, or between blocks of two patterns, where that contradicts itself, from those
-    of the first one to the others.  Named groups count at once, as a fault may be in several.
+    N points to the later block.  Where that contradicts itself, it points between blocks of two patterns from
+    those of the first one to the others; if a block is of both, as of *:*, to the side of the later blocks
+    along most of a connected part.  Named groups count at once, as a fault may be in several.
     """
     sides = [(old.block[face.cell[face.first]], old.block[face.cell[face.second]]) for face in old.faces]
     turns = [a > b for a, b in sides]
@@ -43,14 +44,13 @@ def sides_of_faces(
         if isinstance(rule, Mapping) or callable(rule) or rule is None:
             continue
         fits = np.array([[fnmatchcase(text, word) for text in old.names] for word in rule])
-        if fits.all(0).any():
-            continue
         rows = [np.flatnonzero(joint_of == number) for joint_of in chosen]
-        from_first = [~fits[0][a[at]] for (a, _), at in zip(sides, rows, strict=True)]
-        alike = np.concatenate(
-            [turn[at] == new for turn, at, new in zip(turns, rows, from_first, strict=True)]
-        )
-        for turn, at, new in zip(turns, rows, from_first, strict=True):
+        if fits.all(0).any():
+            wanted = [values for values, _ in turned(old, rows)]
+        else:
+            wanted = [~fits[0][a[at]] for (a, _), at in zip(sides, rows, strict=True)]
+        alike = np.concatenate([turn[at] == new for turn, at, new in zip(turns, rows, wanted, strict=True)])
+        for turn, at, new in zip(turns, rows, wanted, strict=True):
             turn[at] = new if alike.any() and not alike.all() else turn[at]
     named = [number for number, name in enumerate(rules) if is_named(rules, old, name)]
     rows = [np.flatnonzero(np.isin(joint_of, named)) for joint_of in chosen]
@@ -78,12 +78,13 @@ def is_named(rules: Joints, old: Solids, name: str) -> bool:
     return rules[name] is None and name not in old.joints
 
 
-def turned(old: Solids, rows: list[Integers], name: str) -> list[tuple[NDArray[np.bool_], Integers]]:
+def turned(old: Solids, rows: list[Integers], name: str = "") -> list[tuple[NDArray[np.bool_], Integers]]:
     """Pairs of faces, by kind, whose first face must come second so that connected faces have N on one side.
 
     With them comes the number of the connected part of each pair.  rows: pairs of faces of joints, by kind of
     face.  N points to the later block where there are two, else along the axis that is closest to the mean of
-    N, or out of a closed surface.  Raises ValueError where there are no two sides, as on a Moebius strip.
+    N, or out of a closed surface.  Where there are no two sides, as on a Moebius strip, N points to the later
+    block, or with a name ValueError is raised.
     """
     d, total = old.dimension, sum(map(len, rows))
     if not total:
@@ -104,21 +105,29 @@ def turned(old: Solids, rows: list[Integers], name: str) -> list[tuple[NDArray[n
         rims.append(_rim(around, d, count))
         count += len(at)
     n, size, middle, wish = (np.concatenate(parts_of) for parts_of in (normals, areas, middles, order))
-    sign, part = one_sided(np.concatenate(rims), n, middle, old.points, name)
-    for k in np.unique(part):
-        at = np.flatnonzero(part == k)
-        vector = sign[at] * size[at]
-        later = float(vector @ wish[at])
-        mean = vector @ n[at]
-        if abs(later) > NO_MEAN * size[at].sum():
-            along = later
-        elif np.linalg.norm(mean) > NO_MEAN * size[at].sum():
-            largest = np.flatnonzero(np.abs(mean) > (1.0 - NO_MEAN) * np.abs(mean).max())
-            along = mean[largest[-1]]
-        else:
-            along = float(vector @ np.einsum("fd,fd->f", n[at], middle[at] - middle[at].mean(0)))
-        if along < 0.0:
-            sign[at] *= -1.0
+    sign, part, bad = one_sided(np.concatenate(rims), n, middle, old.points)
+    if len(bad) and name:
+        text = f"joint {name}: {len(bad)} faces are connected and have no two sides"
+        where = place(middle[bad[0]])
+        raise ValueError(f"{text}, as at {where}: expected a surface that is no Moebius strip")
+    sign[bad] = np.where(wish[bad] < 0.0, -1.0, 1.0)
+    _, label = np.unique(part, return_inverse=True)
+    label = label.ravel()
+
+    def sums(values: Floats) -> Floats:
+        return np.stack([np.bincount(label, column) for column in np.atleast_2d(values.T)], 1)
+
+    vector, whole = sign * size, sums(size)[:, 0]
+    later, mean = sums(vector * wish)[:, 0], sums(vector[:, None] * n)
+    away = middle - (sums(middle) / sums(np.ones(len(size))))[label]
+    largest = np.abs(mean) > (1.0 - NO_MEAN) * np.abs(mean).max(1, keepdims=True)
+    axis = d - 1 - largest[:, ::-1].argmax(1)
+    upward = np.take_along_axis(mean, axis[:, None], 1)[:, 0]
+    outward = sums(vector * np.einsum("fd,fd->f", n, away))[:, 0]
+    flat = np.linalg.norm(mean, axis=1) > NO_MEAN * whole
+    along = np.where(np.abs(later) > NO_MEAN * whole, later, np.where(flat, upward, outward))
+    along[label[bad]] = 1.0
+    sign[along[label] < 0.0] *= -1.0
     cuts = np.cumsum([len(at) for at in rows])[:-1]
     return list(zip(np.split(sign < 0.0, cuts), np.split(part, cuts), strict=True))
 
@@ -136,8 +145,8 @@ def _rim(around: Integers, d: int, first: int) -> Integers:
     )
 
 
-def one_sided(rim: Integers, n: Floats, middle: Floats, points: Floats, name: str) -> tuple[Floats, Integers]:
-    """Sign of each face that makes neighbours alike, and the number of its connected part."""
+def one_sided(rim: Integers, n: Floats, middle: Floats, points: Floats) -> tuple[Floats, Integers, Integers]:
+    """Signs that make neighbours alike, numbers of connected parts, and faces without two sides."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -166,10 +175,6 @@ def one_sided(rim: Integers, n: Floats, middle: Floats, points: Floats, name: st
     )
     graph = coo_array((np.ones(len(ends[0]), np.int8), ends), shape=(2 * total, 2 * total))
     _, part = connected_components(graph, directed=False)
-    if (bad := np.flatnonzero(part[:total] == part[total:])).size:
-        raise ValueError(
-            f"joint {name}: {len(bad)} faces are connected and have no two sides, as at "
-            f"{place(middle[bad[0]])}: expected a surface that is no Moebius strip"
-        )
     least = np.minimum(part[:total], part[total:])
-    return np.where(part[:total] == least, 1.0, -1.0), least
+    bad = np.flatnonzero(part[:total] == part[total:])
+    return np.where(part[:total] == least, 1.0, -1.0), least, bad

@@ -53,7 +53,8 @@ def split(
     Default in 3D: x, or z where N is along x.
 
     N points to the block that comes later in the order of the groups; where that contradicts itself between
-    blocks of two patterns, as segments of a ring and rock, from the first pattern to the second.  Named faces
+    blocks of two patterns, as segments of a ring and rock, from the first pattern to the second, and of "*"
+    and "*" to the side of the later blocks along most of a connected part, as a bed of stones.  Named faces
     have N on one side along each connected part of all named groups, inside a block along the axis closest to
     its mean.  In 2D, N is Tx turned to the left: with a direction the sides follow from it.
 
