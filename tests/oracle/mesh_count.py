@@ -58,6 +58,9 @@ def deck(files: dict[str, str], name: str = "deck.inp") -> Counts:
                 instances[-1][2].append(line)
             else:
                 parts[here][-1][1].append(line)
+    named = [name for name in parts if name]
+    if len(named) == 1 and not any(line.lower().startswith("*assembly") for line in lines):
+        instances = instances or [("", named[0], [])]
     placed: list[tuple[str, list[tuple[float, float]]]] = []
     groups: dict[str, set[int]] = {}
     nodes = 0

@@ -128,14 +128,19 @@ def test_places_of_nodes(tmp_path: Path) -> None:
 
 
 def test_parts_and_sets_of_instances(tmp_path: Path) -> None:
-    """A deck that goes on after its only part is this part; an instance may name its nodes and elements."""
+    """A deck without *Assembly is its only part, with what stands behind; an instance may name its members."""
     for _, n, width, y in draws():
         x = width * np.arange(n + 1)
         part = ["*PART, NAME=P", *explicit(n, width, y), "*END PART"]
-        alone = [*part, "*MATERIAL, NAME=STONE", "*ELASTIC", "1., .2"]
-        same(split(placed(tmp_path, "\n".join(alone) + "\n")), x, y)
+        behind = ["*NSET, NSET=FIRST", "1", "*MATERIAL, NAME=STONE", "*ELASTIC", "1., .2"]
+        for alone, sets in ((part, 0), ([*part, *behind], 1)):
+            with pytest.warns(ModelWarning, match="no .Assembly: part P is the model, where its nodes are"):
+                mesh = split(placed(tmp_path, "\n".join(alone) + "\n"))
+            same(mesh, x, y)
+            assert sets == ("FIRST" in mesh.groups)
+        none = [*part, "*ASSEMBLY, NAME=A", "*END ASSEMBLY"]
         with pytest.raises(ValueError, match="no elements: expected"), pytest.warns(ModelWarning):
-            split(placed(tmp_path, "\n".join(part) + "\n"))
+            split(placed(tmp_path, "\n".join(none) + "\n"))
         assembly = ["*ASSEMBLY, NAME=A", "*INSTANCE, NAME=I, PART=P, NSET=WHOLE, ELSET=ALL", "*END INSTANCE"]
         mesh = split(placed(tmp_path, "\n".join([*part, *assembly, "*END ASSEMBLY"]) + "\n"))
         same(mesh, x, y)

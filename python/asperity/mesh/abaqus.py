@@ -119,9 +119,11 @@ def read_model(path: Path) -> Model:
     if opened is not None:
         raise opened.fail(f"expected *End {opened.keyword.title()} after it")
     no_assembly = not any(block.keyword == "ASSEMBLY" for block in deck) and not model.nodes
-    if len(parts) == 1 and no_assembly and not instances and deck[-1].keyword != "END PART":
-        [part] = parts.values()  # a deck that goes on after its only part: it is the model
-        model, used = _instance_of(part, ""), {*parts}
+    if len(parts) == 1 and no_assembly and not instances:
+        [part] = parts.values()
+        model, used = _with(_instance_of(part, ""), model), {*parts}
+        text = f"{path}: no *Assembly: part {part.name} is the model, where its nodes are"
+        warnings.warn(text, ModelWarning, stacklevel=3)
     unused = [part for name, part in parts.items() if name not in used]
     return Model(path, deck, model, list(instances.values()), unused)
 
@@ -138,6 +140,18 @@ def _instance_of(part: Scope, name: str) -> Scope:
         dict(part.titles),
         dict(part.made),
     )
+
+
+def _with(scope: Scope, other: Scope) -> Scope:
+    """A scope that has elements, sections and sets of another one, too."""
+    scope.elements += other.elements
+    scope.others += other.others
+    scope.sections += other.sections
+    for key, blocks_of in other.sets.items():
+        scope.sets.setdefault(key, []).extend(blocks_of)
+    scope.titles = other.titles | scope.titles
+    scope.made |= other.made
+    return scope
 
 
 def _new(scopes: dict[str, Scope], block: Block, scope: Scope) -> Scope:
