@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from asperity import ModelWarning
 from asperity.cli import main
 from asperity.mesh import split, write
 from asperity.mesh.deck_joints import judged
-from drawn_decks import MISTAKES, bonded, harmless, mistaken
+from drawn_decks import LAW, MISTAKES, bonded, harmless, mistaken
 
 DRAWN = 30
 """Drawn decks of the fast tests."""
@@ -59,6 +60,62 @@ def test_joints_without_solids(tmp_path: Path) -> None:
         split(path, join=0.1)
     with pytest.raises(ValueError, match="joint JOINT: the file has this joint: expected another name"):
         split(path, {"JOINT": ("*", "*")})
+
+
+def beside_shells(*shells: str) -> str:
+    """A cohesive element between two faces, each of a shell or of a solid."""
+    text = "*Node\n" + "".join(
+        f"{4 * k + i}, {x}, {y}, {z}\n"
+        for k, z in enumerate((0.0, 0.0, -1.0, 1.0))
+        for i, (x, y) in enumerate(((0, 0), (1, 0), (1, 1), (0, 1)), 1)
+    )
+    nodes = {"LOW": "9, 10, 11, 12, 1, 2, 3, 4", "UP": "5, 6, 7, 8, 13, 14, 15, 16"}
+    faces = {"LOW": "1, 2, 3, 4", "UP": "5, 6, 7, 8"}
+    for k, side in enumerate(nodes, 1):
+        kind, row = ("S4R", faces[side]) if side in shells else ("C3D8", nodes[side])
+        section = "Shell Section" if side in shells else "Solid Section"
+        text += f"*Element, type={kind}, elset={side}\n{k}, {row}\n"
+        text += f"*{section}, elset={side}, material=STONE\n{'0.1' if side in shells else ','}\n"
+    text += "*Element, type=COH3D8, elset=JOINT\n3, 1, 2, 3, 4, 5, 6, 7, 8\n"
+    text += LAW.card("abaqus", name="JOINT") + "*Material, name=STONE\n*Elastic\n30000., 0.2\n"
+    return text + "*Step, unsymm=YES\n*Static\n*End Step\n"
+
+
+def other_mesh() -> str:
+    """Two cohesive elements with the nodes of the upper solids, tied to one solid twice as long."""
+    text = "*Node\n" + "".join(
+        f"{n}, {x}, {y}\n"
+        for n, x, y in (
+            *((1, 0, 0), (2, 2, 0), (3, 0, 1), (4, 2, 1)),
+            *((10 * j + i, i - 1, y) for j, y in ((1, 1), (2, 2), (3, 1)) for i in (1, 2, 3)),
+        )
+    )
+    text += "*Element, type=CPE4, elset=LOW\n1, 1, 2, 4, 3\n*Element, type=CPE4, elset=UP\n"
+    text += "2, 11, 12, 22, 21\n3, 12, 13, 23, 22\n*Element, type=COH2D4, elset=JOINT\n"
+    text += (
+        "4, 31, 32, 12, 11\n5, 32, 33, 13, 12\n*Surface, name=ON\nLOW, S3\n*Surface, name=BELOW\nJOINT, S1\n"
+    )
+    text += "*Tie, name=T\nBELOW, ON\n*Solid Section, elset=LOW, material=STONE\n,\n"
+    text += "*Solid Section, elset=UP, material=STONE\n,\n*Material, name=STONE\n*Elastic\n30000., 0.2\n"
+    text += LAW.card("abaqus", name="JOINT", dimension=2)
+    return text + "*Step, unsymm=YES\n*Static\n*End Step\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "join"),
+    [(beside_shells("UP"), None), (beside_shells("LOW", "UP"), None), (other_mesh(), 0.0)],
+)
+def test_other_meshes_and_shells(
+    text: str, join: float | None, tmp_path: Path, said: Callable[..., tuple[str, str]]
+) -> None:
+    """Abaqus solves them, and doctor finds nothing; joints of other hosts need two solids: refused."""
+    path = placed(tmp_path, text)
+    said(f"doctor {path}")
+    words = (
+        r"line \d+: .Element: \d of \d elements, .* two solids .* shells and ties to other meshes do not do"
+    )
+    with pytest.raises(ValueError, match=words):
+        split(path, join=join)
 
 
 def test_no_false_alarm(tmp_path: Path) -> None:

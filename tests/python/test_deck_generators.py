@@ -128,7 +128,7 @@ def test_places_of_nodes(tmp_path: Path) -> None:
 
 
 def test_parts_and_sets_of_instances(tmp_path: Path) -> None:
-    """A deck without *Assembly is its only part, with what stands behind; an instance may name its members."""
+    """A deck without *Assembly is its only part, with what stands behind; instances may name sets."""
     for _, n, width, y in draws():
         x = width * np.arange(n + 1)
         part = ["*PART, NAME=P", *explicit(n, width, y), "*END PART"]
