@@ -112,7 +112,7 @@ def test_other_meshes_and_shells(
     path = placed(tmp_path, text)
     said(f"doctor {path}")
     words = (
-        r"line \d+: .Element: \d of \d elements, .* two solids .* shells and ties to other meshes do not do"
+        r"line \d+: .Element: \d of \d elements, .* two solids .* shells and other meshes are none"
     )
     with pytest.raises(ValueError, match=words):
         split(path, join=join)

@@ -53,5 +53,5 @@ def check_sides(old: Solids) -> None:
         if (bad := np.flatnonzero(~between)).size:
             where = place(old.points[pairs.lower[bad[0]]].mean(0))
             text = f"{pairs.where}: {len(bad)} of {len(between)} elements, as at {where}, do not lie between"
-            wanted = "expected common nodes, or tied ones at one place; shells and ties to other meshes do not do"
+            wanted = "expected common nodes, or tied ones at one place; shells and other meshes are none"
             raise ValueError(f"{text} two solids that share their nodes: {wanted}")
