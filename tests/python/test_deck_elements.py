@@ -111,9 +111,7 @@ def test_other_meshes_and_shells(
     """Abaqus solves them, and doctor finds nothing; joints of other hosts need two solids: refused."""
     path = placed(tmp_path, text)
     said(f"doctor {path}")
-    words = (
-        r"line \d+: .Element: \d of \d elements, .* two solids .* shells and other meshes are none"
-    )
+    words = r"line \d+: .Element: \d of \d elements, .* two solids .* shells and other meshes are none"
     with pytest.raises(ValueError, match=words):
         split(path, join=join)
 

@@ -82,6 +82,24 @@ def test_tilted_ridge() -> None:
     assert regular(facets).theta == pytest.approx(THETA, abs=EXACT)
 
 
+@pytest.mark.parametrize("cells", [16, 17, 22, 23, 29, 35, 48])
+def test_ends_within_a_ridge(cells: int) -> None:
+    """Planes differ from the ridges by the inclination of the line through the ends, 0 of whole ridges.
+
+    Of ridges of 14.04 degrees and 16 cells of 0.5 mm, 35 cells have planes of 15.26 and 12.81 degrees.
+    """
+    x = 0.5 * np.arange(cells + 1)
+    z = trapezoid(x, 8.0, 0.0, 0.25, 0.25)
+    level = np.degrees(np.arctan2(z[-1] - z[0], x[-1]))
+    facets, side = profile(x, z), np.degrees(np.arctan(0.25))
+    assert facets.tilt == pytest.approx(abs(level), abs=EXACT)
+    found = sorted({round(angle, 9) for angle in facets.inclination.tolist()})
+    assert found == pytest.approx(sorted({round(side - level, 9), round(side + level, 9)}), abs=1e-8)
+    assert (found[-1] - found[0] < 1e-9) == (cells % 16 == 0)
+    if cells == 35:
+        assert found == pytest.approx([12.81, 15.26], abs=0.005)
+
+
 def test_unequal_sides() -> None:
     """Slopes of 20 and 40 degrees give two planes in balance, with one residual strength for a direction."""
     rise, fall = np.tan(np.radians([20.0, 40.0]))
