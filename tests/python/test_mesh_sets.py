@@ -80,6 +80,22 @@ def test_names_that_abaqus_takes_for_one(tmp_path: Path, text: str, joint: str |
         write(tmp_path / "out.inp", split(placed(tmp_path, PLATE + text), rules, "ROCK,DAM"))
 
 
+def test_sets_of_whole_instances(tmp_path: Path) -> None:
+    """A set of all elements of a part is no block beside those that divide it, in one instance or more."""
+    part = f"*Part, name=P\n{PLATE}*Elset, elset=EACH\nROCK, DAM\n*End Part\n*Assembly, name=X\n"
+    placing = "*Instance, name=A, part=P\n*End Instance\n*Instance, name=B, part=P\n9.\n*End Instance\n"
+    mesh = split(placed(tmp_path, f"{part}{placing}*End Assembly\n"))
+    assert mesh.names == ["A_DAM", "A_ROCK", "B_DAM", "B_ROCK"]
+    assert {name: len(cells) for name, cells in mesh.sets.items()} == {"A_EACH": 2, "B_EACH": 2}
+    alone = (
+        part.replace("*Elset, elset=EACH\nROCK, DAM\n", "").replace(", elset=ROCK", "").replace("DAM", "EACH")
+    )
+    alone = alone.replace("*Element, type=CPE4, elset=EACH", "*Element, type=CPE4")
+    alone = alone.replace("*End Part", "*Elset, elset=EACH\n1, 2\n*End Part")
+    with pytest.raises(ValueError, match=r"joint joint: 0 of the 0 faces between blocks.* A_EACH, B_EACH"):
+        split(placed(tmp_path, f"{alone}{placing}*End Assembly\n"))
+
+
 def test_sets_of_instances_of_one_name(tmp_path: Path) -> None:
     """The names that two sets get from their instances are not one."""
     part = f"*Part, name=P\n{PLATE}*Nset, nset=C\n1\n*Nset, nset=B_C\n2\n*End Part\n*Assembly, name=X\n"

@@ -114,8 +114,8 @@ def blocks_of(
     """Names of the blocks and the number of the block of each cell.
 
     cells, parts: groups and instances, with the numbers of their cells.  choice: names of the blocks, or
-    patterns.  By default they are the groups, without one of all cells and those that programs name (GIVEN)
-    if the others have all once.
+    patterns.  By default they are the groups, without those of all cells or of whole instances and those that
+    programs name (GIVEN) if the others have all once.
     Raises ValueError with the number, the place and the groups of a cell that is in two blocks or in none.
     """
     total = len(centres)
@@ -134,8 +134,11 @@ def blocks_of(
         return _numbered(chosen, total, centres, "")
     inner = {name: rows for name, rows in own.items() if name not in programs}
     partial = {name: rows for name, rows in inner.items() if len(rows) < total}
-    if partial and _once(partial, total):
-        return _numbered(partial, total, centres, "")
+    unions = _unions(partial, parts, total)
+    finer = {name: rows for name, rows in partial.items() if name not in unions}
+    for groups in (partial, finer):
+        if groups and _once(groups, total):
+            return _numbered(groups, total, centres, "")
     if parts and _once(parts, total) and (len(parts) > 1 or not inner) and not partial:
         return _numbered(parts, total, centres, "")
     every = {
@@ -148,8 +151,22 @@ def blocks_of(
     if inner and not partial:  # each of them has all cells
         name = next((name for name in inner if name in mesh.defined), next(iter(inner)))
         return _numbered({name: inner[name]}, total, centres, "")
-    advice = _advice({**own, **parts}, total, programs, mesh.defined)
+    advice = _advice({**own, **parts}, total, programs | unions, mesh.defined)
     return _numbered(inner or own or parts, total, centres, advice)
+
+
+def _unions(groups: dict[str, Integers], parts: dict[str, Integers], total: int) -> set[str]:
+    """Groups of all cells of one instance or more."""
+    part = np.full(total, len(parts))
+    for k, rows in enumerate(parts.values()):
+        part[rows] = k
+    size = np.bincount(part, minlength=len(parts) + 1)
+    counts = {name: np.bincount(part[rows], minlength=len(parts) + 1) for name, rows in groups.items()}
+    return {
+        name
+        for name, count in counts.items()
+        if parts and (count[:-1] * (count - size)[:-1] == 0).all() and not count[-1]
+    }
 
 
 def _once(groups: dict[str, Integers], total: int) -> bool:
