@@ -78,6 +78,19 @@ int asperity_slip_increment(const double *props, int nprops, double pressure, do
  * closing and in shear; the others do not change. */
 void asperity_joint(double kn, double ks, double *props, int nprops);
 
+/* Update n points of a host that passes increments, by columns, as the VUMAT does with the thickness 1.
+ *   increment  three columns double[n] of the separation: N, Tx, Ty
+ *   old        three columns double[n], traction at the start: initial traction of points that were never called; NULL: 0
+ *   state      nstatv columns, each stride >= n after the one before; 6 to 8 have the whole separation; start -> end
+ *   traction   three columns double[n], traction at the end
+ * Returns ASPERITY_OK; else the message is on standard error, the traction is NaN and the state does not change. */
+int asperity_block(const double *props, int nprops, double dt, int n, const double *const increment[3],
+                   const double *const old[3], int stride, int nstatv, double *state, double *const traction[3]);
+
+/* Bounds double[2] of the stiffness in N and in the plane of a closed joint, for the time step of explicit hosts: without
+ * the hyperbola of closure and the dashpot. Returns ASPERITY_OK, or ASPERITY_BAD_PROPS with the reasons in message. */
+int asperity_stiffness(const double *props, int nprops, double stiffness[2], char *message, int size);
+
 /* UMAT of Abaqus/Standard, CalculiX and Kratos (Fortran calling convention, DDSDDE by columns). */
 void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,
            double *ddsddt, double *drplde, double *drpldt, const double *stran, const double *dstran,

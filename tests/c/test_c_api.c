@@ -244,8 +244,53 @@ static int stiffnesses_make_a_joint_without_bond(void) {
   return bad + FAILS(memcmp(cut, props, sizeof cut) == 0);
 }
 
+/* Increments by columns are separations by rows, with a column of the state that is longer than the block. */
+static int blocks_by_columns_are_points(void) {
+  enum { N = 3, STRIDE = 5, STATES = POINT_STATEV + 3 * PLANE_STATEV };
+  const double props[] = {3.0, 0.3, 0.9, 0.5, 30.0, 2.0, 1.0 / 3.0, 0.0, 0.1}; /* h has no effect */
+  double at[N][3] = {{0}}, end[N][3], state[N][STATES] = {{0}}, t[N][3], columns[STATES * STRIDE] = {0};
+  double increment[3][N], traction[3][N], k[2];
+  const double *given[3] = {increment[0], increment[1], increment[2]},
+               *old[3] = {traction[0], traction[1], traction[2]};
+  double *found[3] = {traction[0], traction[1], traction[2]};
+  int bad = FAILS(asperity_nstatv(props, 9, NULL, 0) == STATES);
+  for (int step = 1; step <= 40; step++) {
+    for (int i = 0; i < N; i++)
+      for (int j = 0; j < 3; j++) {
+        end[i][j] = (j == 0 ? -0.001 : 0.005 * j) * step * (i + 1);
+        increment[j][i] = end[i][j] - at[i][j];
+      }
+    bad += FAILS(asperity_update(props, 9, 0.0, N, at[0], end[0], NULL, NULL, STATES, state[0], t[0], NULL, NULL, 0) ==
+                 ASPERITY_OK);
+    bad += FAILS(asperity_block(props, 9, 0.0, N, given, step > 1 ? old : NULL, STRIDE, STATES, columns, found) ==
+                 ASPERITY_OK);
+    for (int i = 0; i < N; i++)
+      for (int j = 0; j < 3; j++) {
+        bad += DIFFERS(t[i][j], traction[j][i], 1e-10);
+        at[i][j] = end[i][j];
+      }
+  }
+  for (int i = 0; i < N; i++) bad += DIFFERS(state[i][3], columns[3 * STRIDE + i], 1e-10);
+  for (int j = 0; j < STATES; j++) bad += FAILS(columns[j * STRIDE + N] == 0.0);
+  increment[0][1] = NAN;
+  const double friction = columns[3 * STRIDE];
+  bad += FAILS(asperity_block(props, 9, 0.0, N, given, old, STRIDE, STATES, columns, found) != ASPERITY_OK);
+  bad += FAILS(isnan(traction[1][2]) && columns[3 * STRIDE] == friction);
+  bad += FAILS(asperity_block(props, 9, 0.0, 0, NULL, NULL, 0, STATES, NULL, NULL) == ASPERITY_OK);
+  /* the closed contact is kc = 2 times as stiff as the bond: a pressure shows it */
+  const double stiff[] = {3.0, 0.3, 0.9, 0.5, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0};
+  double one[11] = {0}, closed[3] = {-1e-4, 0.0, 0.0}, force[3];
+  bad += FAILS(asperity_stiffness(stiff, 16, k, NULL, 0) == ASPERITY_OK);
+  bad +=
+      FAILS(asperity_update(stiff, 16, 0.0, 1, NULL, closed, NULL, NULL, 11, one, force, NULL, NULL, 0) == ASPERITY_OK);
+  bad += DIFFERS(force[0] / closed[0], k[0], 1e-10 * k[0]);
+  bad += DIFFERS(0.5, k[1] / k[0], 1e-12);
+  return bad + FAILS(asperity_stiffness(stiff, 3, k, NULL, 0) == ASPERITY_BAD_PROPS);
+}
+
 int main(void) {
   int (*const tests[])(void) = {version_is_text,
+                                blocks_by_columns_are_points,
                                 kernels_are_those_of_the_environment,
                                 nstatv_counts_planes,
                                 bad_props_are_named_all_at_once,

@@ -36,7 +36,7 @@ def test_new_host(new_host: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert JOINT.card("newcode", name="J") == "J: 3 30\n"
     with pytest.raises(ValueError, match=r"h = 0\.5: expected 1 for newcode, whose joints pass separations"):
         JOINT.card("newcode", h=0.5)
-    with pytest.raises(ValueError, match=r"explicit, density: expected for abaqus only, not for newcode"):
+    with pytest.raises(ValueError, match=r"explicit, density: expected for abaqus, .*only, not for newcode"):
         JOINT.card("newcode", explicit=True)
     listed = Interface(JOINT.material, Pattern.planes([(1.0, 0.0, 0.0)], [1.0]))
     with pytest.raises(ValueError, match="m = -1: expected a regular pattern for newcode, not listed planes"):

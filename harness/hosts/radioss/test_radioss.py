@@ -1,0 +1,266 @@
+"""The user library of OpenRadioss by a program that makes the engine's calls.
+
+tests/python/test_doors.py has the path decks by these calls, docs/how-to/radioss.md the runs in the engine.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from asperity import Interface, Material, Pattern
+from asperity.contract import Floats
+from asperity.export.element import Element
+from asperity.export.kits import files
+from asperity.mesh.hosts import write
+from asperity.mesh.split import split
+
+from harness.hosts.exported import PLANE, SOLID, path
+from harness.hosts.radioss.calls import DENSITY, Points, read_card
+from harness.hosts.structured import grid
+
+ROUNDING = 1e-11  # of tractions over K times the largest separation so far
+GAUSS = 1.0 / np.sqrt(3.0)
+CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+SHARES = np.array([(1 + GAUSS * p * CORNERS).prod(axis=1) / 4 for p in CORNERS])
+"""Shares of the four corners in the separation of each of the four points of an element."""
+
+
+def card_lines(card: str) -> str:
+    """Lines of a card behind that of the density, without comments, as the starter copies them."""
+    lines = [line for line in card.splitlines() if not line.startswith("#")]
+    begin = next(i for i, line in enumerate(lines) if line.startswith("/MAT/USER01/")) + 3
+    end = next(i for i, line in enumerate(lines) if line.startswith("/PROP"))
+    return "\n".join(lines[begin:end]) + "\n"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty current folder, as that of a run."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "joint", [SOLID, Interface(SOLID.material, Pattern.planes([(1.0, 0.0, 0.0)], [1.0]))]
+)
+def test_card_of_the_starter(folder: Path, joint: Interface) -> None:
+    """The starter gets the constants to the bit and the state variables of the law; the lines are short."""
+    card = joint.card("radioss", name="BED", density=2.0e-9)
+    uparam, nuvar = read_card("wall", card_lines(card))
+    np.testing.assert_array_equal(uparam, joint.props())
+    assert nuvar == joint.nstatv
+    assert max(map(len, card.splitlines())) <= 100
+    assert "\n/MAT/USER01/1\nBED\n" in card and f"{2e-9!r:>20}\n" in card
+
+
+REFUSED = {
+    "1.0, 2.0": "expected blanks between numbers behind constant 1",
+    "3.0 0.3 9D-1 0.5": "expected blanks between numbers behind constant 3",
+    "3.0 0.3 0.9": "3",
+    "3.0 0.3 0.9 -0.5": "mu = -0.5",
+    "3.0 0.3 0.9 0.5 " + 16 * "0 " + "0.5": "closure (constant 21)",
+    "3.0 0.3 0.9 0.5 " + 19 * "0 " + "0.5": "c (24)",
+}
+"""Cards that end the starter, and what its message names."""
+
+CHILD = """
+import sys
+import numpy as np
+from harness.hosts.radioss import calls
+"""
+
+
+def ended(text: str, folder: Path) -> str:
+    """Message of a run that ends with code 2; text: lines of its program."""
+    root = Path(__file__).parents[3]
+    command = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(root)!r})\n{CHILD}{text}"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)
+    assert done.returncode == 2, done.stdout + done.stderr
+    return done.stderr
+
+
+@pytest.mark.parametrize("line", REFUSED)
+def test_cards_that_are_refused(folder: Path, line: str) -> None:
+    """A card that is not read to its end, or is not admissible, ends the starter with a message."""
+    message = ended(f"calls.read_card('wall', {line + chr(10)!r})", folder)
+    assert message.startswith("asperity radioss: /MAT/USER01: ") and REFUSED[line] in message
+
+
+PROPS = f"np.array({SOLID.props().tolist()})"
+
+
+def test_runs_that_are_refused(folder: Path) -> None:
+    """NaN as a separation, a density of zero and elements with stresses in their plane end the engine."""
+    begin = f"p = calls.Points({PROPS}, 3)\nz = np.zeros((3, 3))\n"
+    message = ended(begin + "p.step(z, np.full((3, 3), np.nan), 1e-6)", folder)
+    assert "strainInc(1) = NaN" in message and "elements 1 to 3" in message
+    message = ended(begin.replace(", 3)\n", ", 3, density=0.0)\n", 1) + "p.step(z, z, 0.0)", folder)
+    assert "element 1: density 0: expected > 0" in message
+    solids = "arrays = [calls._at(np.zeros(k)) for k in range(1, 47)]\n"
+    message = ended(f"{solids}calls.LIBRARY.eng_get_law_user_var_(*arrays)", folder)
+    assert "expected elements of /PROP/TYPE43" in message
+    assert "one digit" in ended("calls.LIBRARY.eng_sigeps_()", folder)
+
+
+def test_first_cycle_and_initial_stress() -> None:
+    """The first cycle has no duration; an initial stress is the traction at separation zero."""
+    viscous = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, tau_v=1e-3), SOLID.pattern)
+    points, zero = Points(viscous.props(), 2), np.zeros((2, 3))
+    np.testing.assert_array_equal(points.step(zero, zero, 0.0), zero)
+    initial = np.array([(-1.0, 0.2, -0.1), (-0.5, 0.0, 0.3)])
+    points = Points(SOLID.props(), 2)
+    points.stress = initial[:, [0, 2, 1]].T.copy()
+    traction = points.step(zero, zero, 0.0)
+    np.testing.assert_allclose(traction, initial, rtol=0.0, atol=ROUNDING * 3.0)
+    end = np.array([(-0.01, 0.08, 0.05)] * 2)
+    begun = SOLID.initial(initial)
+    expected = SOLID.update(end, begun, zero)
+    np.testing.assert_allclose(
+        points.step(zero, end, 1e-6), expected.traction, rtol=0.0, atol=ROUNDING * 10.0
+    )
+
+
+def elements(joint: Interface, count: int, seed: int) -> tuple[list[Points], Floats]:
+    """The four points of a block of elements, and drawn paths of their corners, (T, count, 4, 3)."""
+    rng = np.random.default_rng(seed)
+    shares = 1.0 + 0.5 * rng.uniform(-1.0, 1.0, (count, 4, 1))
+    corners = path()[:, None, None, :] * shares
+    return [Points(joint.props(), count) for _ in range(4)], corners
+
+
+def run(points: list[Points], corners: Floats) -> Floats:
+    """Tractions (T, count, 4, 3) of the points of a block on the paths of its corners."""
+    at = np.einsum("pc,tncd->tnpd", SHARES, corners)
+    start, rows = np.zeros_like(at[0]), []
+    for end in at:
+        rows.append(np.stack([p.step(start[:, k], end[:, k], 1e-6) for k, p in enumerate(points)], 1))
+        start = end
+    return np.array(rows)
+
+
+def test_threads() -> None:
+    """Blocks of elements on one, two and four threads have the same bits, those of the material points."""
+    blocks = [elements(joint, 5, seed) for seed, joint in enumerate((SOLID, PLANE) * 4)]
+    known = [run(*elements(joint, 5, seed)) for seed, joint in enumerate((SOLID, PLANE) * 4)]
+    expected = SOLID.replay(np.einsum("c,tcd->td", SHARES[1], blocks[0][1][:, 2])).traction
+    size = 1e3 * ROUNDING * SOLID.material.K
+    np.testing.assert_allclose(known[0][:, 2, 1], expected, rtol=0.0, atol=size)
+    for threads in (1, 2, 4):
+        again = [elements(joint, 5, seed) for seed, joint in enumerate((SOLID, PLANE) * 4)]
+        with ThreadPoolExecutor(threads) as pool:
+            found = list(pool.map(lambda block: run(*block), again))
+        for ours, theirs in zip(found, known, strict=True):
+            np.testing.assert_array_equal(ours, theirs)
+
+
+def energies(points: list[Points], area: float) -> float:
+    """Stored energy and what rupture and friction have taken, of one element."""
+    return sum(float(p.state[0, 1:4].sum()) for p in points) * area / 4.0
+
+
+@pytest.mark.parametrize(("share", "most"), [(0.9, 0.3), (0.6, 0.03), (0.09, 0.01)])
+def test_time_step(share: float, most: float) -> None:
+    """An element that closes, slides and breaks between free nodes keeps its energy as its steps get short.
+
+    Measured are .26, .025, .001: a contact that opens and closes in few steps gains
+    energy. The engine takes the stiffness of the last point for that of each corner.
+    """
+    joint, area, mass = SOLID, 2.0, 1.0e-6
+    points, zero = [Points(joint.props(), 1) for _ in range(4)], np.zeros((1, 3))
+    for p in points:
+        p.step(zero, zero, 0.0)
+    stiffness = float(points[3].soundsp[0] ** 2 * DENSITY * area / 4.0)
+    dt = share * np.sqrt(2.0 * mass / stiffness)
+    # four corners below and above, of this mass each
+    velocity = np.zeros((2, 4, 3))
+    speed = 0.02 * joint.material.s_f * np.sqrt(joint.material.kc * joint.material.K * area / mass)
+    velocity[1] = speed * np.array([-1.0, 1.5, 0.5]) * np.array([1.0, 0.9, 0.8, 1.1])[:, None]
+    start, force, at, ratio = 0.5 * mass * (velocity**2).sum(), np.zeros((4, 3)), np.zeros((4, 3)), []
+    for _ in range(2000):
+        change = dt * np.stack([force, -force]) / mass
+        kinetic = 0.5 * mass * ((velocity + 0.5 * change) ** 2).sum()
+        ratio.append((kinetic + energies(points, area)) / start)
+        velocity += change
+        end = at + dt * SHARES @ (velocity[1] - velocity[0])
+        traction = np.concatenate([p.step(at[k : k + 1], end[k : k + 1], dt) for k, p in enumerate(points)])
+        force, at = SHARES.T @ traction * area / 4.0, end
+    assert sum(float(p.state[0, 2]) for p in points) > 0.0  # it broke in part
+    assert np.abs(np.array(ratio) - 1.0).max() <= most
+
+
+def test_exported_element(folder: Path) -> None:
+    """The deck of the kit moves the upper nodes so that their forces are the rows of the README."""
+    element = Element.of_case()
+    kit = files("radioss", element)
+    deck, engine = str(kit["single_0000.rad"]), str(kit["single_0001.rad"])
+    assert "$" not in deck + engine + str(kit["README.md"])
+    uparam, _ = read_card("single", card_lines(deck))
+    tables = [
+        np.array([line.split() for line in body.splitlines()], float)
+        for body in re.findall(r"^/FUNCT/\d\n\w+\n((?:[ \d.e+-]+\n)+)", deck, re.MULTILINE)
+    ]
+    opening, sliding = tables
+    np.testing.assert_array_equal(opening[:, 0], sliding[:, 0])
+    separations = np.stack([opening[1:, 1], sliding[1:, 1], 0.0 * opening[1:, 1]], axis=1)
+    point, start, rows = Points(uparam, 1), np.zeros((1, 3)), []
+    for end in separations:
+        traction = point.step(start, end[None], 1e-6)[0]
+        rows.append([end[1], end[0], traction[1], point.pla[0]])
+        start = end[None]
+    shown = [rows[element.press + k * element.every - 1] for k in range(1, 6)]
+    np.testing.assert_allclose(shown, element.rows, rtol=0.0, atol=1e-8)
+
+
+def values(deck: str, keyword: str) -> np.ndarray:
+    """Numbers of all data lines of a keyword with a number, in fields of ten characters."""
+    bodies = re.findall(rf"^/{keyword}/\d+\n((?:[ \d]+\n)+)", deck, re.MULTILINE)
+    return np.array([line.split() for body in bodies for line in body.splitlines()], int)
+
+
+def test_mesh(folder: Path) -> None:
+    """A deck has a part for each block and joint, node on node, opening and Tx as the joint has them."""
+    mesh = grid([0.0, 2.0, 3.0], [0.0, 1.0], [0.0, 1.0, 1.5], block=np.array([[[0, 1]], [[0, 2]]]) + 1,
+                names={"base": 1, "left": 2, "right": 3}, sides=())  # fmt: skip
+    jointed = split(mesh, {"bed": ("base", "*")})
+    [deck_file] = write("wall_0000.rad", jointed, laws={"bed": SOLID})
+    deck = deck_file.read_text(encoding="ascii")
+    assert deck.splitlines()[1] == "#RADIOSS STARTER" and "/BEGIN\nwall\n" in deck and deck.endswith("/END\n")
+    nodes = {
+        int(line[:10]): [float(line[k : k + 20]) for k in (10, 30, 50)]
+        for line in deck.split("/NODE\n")[1].split("/BRICK")[0].splitlines()
+    }
+    assert sorted(nodes) == list(range(1, len(jointed.points) + 1))
+    bricks = values(deck, "BRICK")
+    assert bricks[:, 0].tolist() == list(range(1, 7))
+    x = np.array([[nodes[node] for node in row] for row in bricks[:, 1:].tolist()])
+    volume = [abs(np.linalg.det(np.stack([e[1] - e[0], e[3] - e[0], e[4] - e[0]]))) for e in x]
+    assert sorted(volume) == [0.0, 0.0, 0.5, 1.0, 1.0, 2.0]
+    for e in x[-2:]:
+        N = np.cross(e[1] - e[0], e[3] - e[0])
+        assert N[2] > 0.0 and np.abs(N[:2]).max() == 0.0 and e[1, 0] > e[0, 0] and e[1, 1] == e[0, 1]
+    assert {*bricks[-2:, 1:].ravel().tolist()} <= {*bricks[:-2, 1:].ravel().tolist()}
+    assert re.findall(r"^/PART/(\d)\n(\w+)\n +(\d) +(\d) +0$", deck, re.MULTILINE) == [
+        (str(k), name, str(k), str(k)) for k, name in enumerate(("base", "left", "right", "bed"), 1)
+    ]
+    assert "/MAT/USER01/4\nbed\n" in deck and "/PROP/TYPE43/4\nbed\n" in deck
+    surfaces = re.findall(r"^/SURF/SEG/\d+\n(\w+)$", deck, re.MULTILINE)
+    assert surfaces == ["bed_minus", "bed_plus"]
+
+
+def test_meshes_that_are_refused(folder: Path) -> None:
+    """Plane meshes, and joints between triangles, have no connection elements."""
+    plane = split(grid([0.0, 1.0], [0.0, 1.0, 2.0], block=np.array([[0, 1]]) + 1, sides=()))
+    with pytest.raises(ValueError, match="a plane mesh: expected solids for radioss"):
+        write("wall_0000.rad", plane)
+    tetra = np.array([[0, 1, 2, 3], [1, 2, 3, 4]])
+    points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)], float)
+    solid = meshio.Mesh(points, {"tetra": tetra}, cell_data={"gmsh:physical": [np.array([1, 2])]})
+    with pytest.raises(ValueError, match="joint joint: faces of 3 nodes: expected 4 for radioss"):
+        write("wall_0000.rad", split(solid))
