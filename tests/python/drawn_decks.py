@@ -279,6 +279,23 @@ def _past(text: str) -> str:
     )
 
 
+def _past_nodes(text: str) -> str:
+    """A tie past the joint, whose own ties have its nodes as surfaces, in the other order."""
+    rows = re.search(r"\*Element, type=COH.*\n([^*]*)", text)
+    assert rows
+    elements = [row.split(", ")[1:] for row in rows[1].splitlines()]
+    half = len(elements[0]) // 2
+
+    def nodes(match: re.Match[str]) -> str:
+        side = slice(half) if match[2] == "1" else slice(half, None)
+        own = dict.fromkeys(node for row in elements for node in row[side])
+        lines = "\n".join(own)
+        return f"*Nset, nset=N_{match[1]}\n{lines}\n*Surface, type=NODE, name=G_{match[1]}\nN_{match[1]}\n"
+
+    changed = re.sub(r"\*Surface, name=G_(\w+)\nGLUE, S(\d)\n", nodes, text)
+    return re.sub(r"(\*Tie, name=PAST\n)(.*), (.*)", r"\1\3, \2", _past(changed))
+
+
 def _linked(text: str, words: Callable[[str, str], str], at_solids: bool = False) -> str:
     """Deck with lines for each node of the lower side of the joint and that of the upper one.
 
@@ -364,6 +381,7 @@ MISTAKES: dict[str, Callable[[str], str]] = {
     "ties crossed": lambda text: re.sub(r"(G_.*S_)(LOW|UP)$", _other, text, flags=re.MULTILINE),
     "tied to one side": lambda text: re.sub(r"(G_UP, .*S_)UP$", r"\1LOW", text, flags=re.MULTILINE),
     "past the joint": _past,
+    "past nodes of the joint": _past_nodes,
     "no unsymm": _unsymm,
     "equations": lambda text: _linked(text, lambda a, b: EQUATION.format(a, b)),
     "equations of three terms": lambda text: _linked(text, lambda a, b: LINEAR.format(b, a)),
@@ -388,7 +406,7 @@ def mistaken(seed: int, kind: str) -> str | None:
     draw = np.random.default_rng([seed, sorted(MISTAKES).index(kind)])
     tied = (
         True
-        if kind.startswith(("no tie", "tie")) or kind == "past the joint"
+        if kind.startswith(("no tie", "tie")) or kind.startswith("past")
         else False
         if kind in ("inside out", "closed")
         else None

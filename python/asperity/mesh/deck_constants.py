@@ -32,8 +32,8 @@ DUCTILE = 0.85
 STIFFEST = 1.0e4
 """Largest usual kc, which is a ratio."""
 
-MANY, SHALLOW = 10, 8.0
-"""Number of planes and whole inclination, degrees, from and up to which both are probably exchanged."""
+USUAL, SHALLOW = (1, 2, 3, 4, 5, 6, 8), 8
+"""Usual numbers of planes; another one beside a whole inclination up to SHALLOW degrees is probably that."""
 
 ROUND = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5, 8.0, 10.0)
 """First digits of ratios that users choose."""
@@ -174,7 +174,7 @@ def _doubts(material: Material, pattern: Pattern, solids: Sequence[Solid]) -> It
     if pattern.m > 0 and 0.0 < pattern.theta < FLATTEST:
         angle = np.degrees(pattern.theta)
         yield f"theta = {pattern.theta:g}: expected degrees; that many radians are {angle:.3g} degrees"
-    if pattern.m >= MANY and pattern.theta <= SHALLOW and pattern.theta % 1.0 == 0.0:
+    if pattern.m > 0 and pattern.m not in USUAL and pattern.theta in range(2, SHALLOW + 1):
         text = (
             f"theta = {pattern.theta:g}, m = {pattern.m}: expected the inclination, then the number of planes"
         )

@@ -338,13 +338,17 @@ class Checks:
 
     def ties(self) -> Iterator[str]:
         """Ties past a joint, and nodes that two ties have."""
-        for tie in self.all_ties:
-            for lower, upper in self._sides:
+        for lower, upper in self._sides:
+            beside = [self._beside_ties(side) for side in (lower, upper)]
+            for k, tie in enumerate(self.all_ties):
+                a, b = (
+                    np.stack([side, *(nodes for other, nodes in at if other != k)])
+                    for side, at in zip((lower, upper), beside, strict=True)
+                )
                 glued = np.zeros(len(lower), bool)
-                for a, b in ((lower, upper), (upper, lower)):
-                    glued |= np.isin(a, self._reached(tie.nodes[0])).all(1) & np.isin(
-                        b, self._reached(tie.nodes[1])
-                    ).all(1)
+                for low, up in (tie.nodes, tie.nodes[::-1]):
+                    on_low, on_up = np.any(np.isin(a, low), axis=0), np.any(np.isin(b, up), axis=0)
+                    glued |= on_low.all(1) & on_up.all(1)
                 if glued.any():
                     where = place(self.model.points[lower[glued][0]].mean(0))
                     text = f"it connects both sides of {glued.sum()} elements of a joint, as at {where}"
@@ -365,7 +369,7 @@ class Checks:
         nodes = [np.zeros((2, 0), np.int64), *(np.stack([a.ravel(), b.ravel()]) for a, b in self._sides)]
         lower, upper = np.concatenate(nodes, axis=1)
         lower, upper = lower[lower != upper], upper[lower != upper]
-        beside = [np.stack([side, *self._beside_ties(side)]) for side in (lower, upper)]
+        beside = [np.stack([side, *(at for _, at in self._beside_ties(side))]) for side in (lower, upper)]
         found: dict[int, tuple[Link, set[int]]] = {}
         at_joint = np.zeros(len(self.model.points) + 1, bool)  # the last one is no node
         at_joint[np.concatenate([side.ravel() for side in beside])] = True
@@ -388,17 +392,18 @@ class Checks:
             text = f"it holds both sides of a joint together at {len(at)} nodes, as at {where}"
             yield f"{link.block.where(link.row)}: {name}: {text}, past the joint: expected no {name} there"
 
-    def _beside_ties(self, side: Integers) -> list[Integers]:
-        """Nodes of other surfaces that are nearest to nodes of a side which ties connect; -1 for no tie."""
+    def _beside_ties(self, side: Integers) -> list[tuple[int, Integers]]:
+        """Ties of nodes of a side, by number, with the nearest nodes of the others; -1 for no tie."""
         from scipy.spatial import KDTree
 
         nearest = []
         points = self.model.points
-        for tie in self.all_ties:
-            for mine, other in ((tie.nodes[0], tie.nodes[1]), (tie.nodes[1], tie.nodes[0])):
+        for k, tie in enumerate(self.all_ties):
+            for mine, other in (tie.nodes, tie.nodes[::-1]):
                 here = np.isin(side, mine)
                 if here.any() and len(other):
-                    nearest.append(np.where(here, other[KDTree(points[other]).query(points[side])[1]], -1))
+                    at = other[KDTree(points[other]).query(points[side])[1]]
+                    nearest.append((k, np.where(here, at, -1)))
         return nearest
 
     @cached_property
@@ -411,15 +416,3 @@ class Checks:
                 way = self.model.sections[k].block.parameters.get("STACK DIRECTION")
                 pairs.append(sides_of(entry.nodes[sections == k], way, entry.block))
         return pairs
-
-    def _reached(self, nodes: Integers) -> Integers:
-        """Nodes of a surface, and those that other ties connect with a surface of the same nodes."""
-        reached = [nodes]
-        for tie in self.all_ties:
-            for mine, other in ((0, 1), (1, 0)):
-                if (
-                    np.isin(tie.nodes[mine], nodes).all()
-                    and (tie.elements[other] >= self.model.first[-1]).any()
-                ):
-                    reached.append(tie.nodes[other])
-        return np.unique(np.concatenate(reached))
