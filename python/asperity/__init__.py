@@ -8,8 +8,8 @@ need NumPy alone; the toolbox (fits, scans, pictures) is `asperity.tools` with p
 from . import contract as contract
 from .case_files import read_case as read_case
 from .contract import library_version
-from .errors import EquilibriumLost as EquilibriumLost
 from .foreign import ForeignUmat as ForeignUmat
+from .history import EquilibriumLost as EquilibriumLost
 from .history import History as History
 from .history import Snap as Snap
 from .history import Stability as Stability

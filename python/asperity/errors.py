@@ -1,12 +1,9 @@
-"""Errors of the library as records: where they are, the value, and what was expected; lost equilibria."""
+"""Errors of the library as records: where they are, the value, and what was expected."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    from .history import History
+from typing import NamedTuple
 
 
 class Record(NamedTuple):
@@ -56,24 +53,3 @@ def slip_words(error: Record) -> str:
     name = SLIP_NAMES.get((error.step, error.name), error.name)
     at = f"[{error.at}]" if error.at >= 0 else ""
     return f"{name}{at} = {error.value}: {error.text}"
-
-
-class EquilibriumLost(RuntimeError):
-    """No equilibrium was found for the row with number `row`; `history` holds the rows before it.
-
-    If the preload has no equilibrium, there are no rows and `row` is 0.
-    """
-
-    def __init__(self, message: str, history: History) -> None:
-        """Message and converged rows."""
-        super().__init__(message)
-        self.history = history
-
-    @property
-    def row(self) -> int:
-        """Number of the row without equilibrium, from 0."""
-        return len(self.history.damage)
-
-    def __reduce__(self) -> tuple[type[EquilibriumLost], tuple[str, History]]:
-        """Arguments for pickle, which sends the exception between processes."""
-        return type(self), (str(self), self.history)

@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike
 from . import contract
 from .case_writer import Group, case_text
 from .driver_process import run_driver
-from .errors import EquilibriumLost
-from .history import ENERGIES, History, csv_columns, finite_column
+from .history import ENERGIES, EquilibriumLost, History, csv_columns, finite_column
 from .load_path import history_of
 from .steps import Point, Step
 

@@ -1,4 +1,4 @@
-"""Results with names: points after an increment, and one point along a load path."""
+"""Results with names: points after an increment, one point along a load path, and one whose path ends."""
 
 from __future__ import annotations
 
@@ -370,6 +370,27 @@ class History(_Named):
             if i >= 0:
                 texts[i] = f"{texts[i]}+{text}" if texts[i] else text
         return texts
+
+
+class EquilibriumLost(RuntimeError):
+    """No equilibrium was found for the row with number `row`; `history` holds the rows before it.
+
+    If the preload has no equilibrium, there are no rows and `row` is 0.
+    """
+
+    def __init__(self, message: str, history: History) -> None:
+        """Message and converged rows."""
+        super().__init__(message)
+        self.history = history
+
+    @property
+    def row(self) -> int:
+        """Number of the row without equilibrium, from 0."""
+        return len(self.history.damage)
+
+    def __reduce__(self) -> tuple[type[EquilibriumLost], tuple[str, History]]:
+        """Arguments for pickle, which sends the exception between processes."""
+        return type(self), (str(self), self.history)
 
 
 def _freeze(*arrays: Floats) -> None:

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from . import _core, calls, contract
 from .cards import blocks as cards
 from .contract import Floats
-from .errors import EquilibriumLost, InputError, slip_words
-from .history import History, Stability, Update
+from .errors import InputError, slip_words
+from .history import EquilibriumLost, History, Stability, Update
 from .load_path import rows_of
 from .material import Material, ModelWarning
 from .model_checks import check_model, warn_of_physics

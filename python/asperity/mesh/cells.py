@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..contract import Floats
 from ..material import ModelWarning
+from .faces import Faces, faces_of, key_of, locate
 from .files import read_raw
 from .groups import blocks_of, groups_of
 from .node_places import NodePlaces
@@ -24,9 +25,6 @@ from .touching import check_touching, joined
 
 if TYPE_CHECKING:
     import meshio
-
-Sides = tuple[Integers, Integers, Integers, Integers, Floats]
-"""Places of the nodes of both sides, node on node, cells and their faces (f, 2), normals to the second."""
 
 NO_SIZE = 1e-9  # size of a cell over that of a square or cube of its longest side, below which it has none
 
@@ -43,41 +41,6 @@ def read(mesh: RawMesh | meshio.Mesh | Path | str) -> RawMesh:
     if isinstance(mesh, str | Path):
         return read_raw(Path(mesh))
     return mesh if isinstance(mesh, RawMesh) else raw_of(mesh)
-
-
-@dataclass
-class Faces:
-    """Faces with one number of nodes.
-
-    nodes, place (f, k): nodes and their places among those of all cells.  cell, side (f,): cell of a face,
-    and its number in the cell, from 1.  first, second: faces that are the same.  number (f,): that of their
-    pair, or -1.
-    """
-
-    nodes: Integers
-    place: Integers
-    cell: Integers
-    side: Integers
-    key: Integers
-
-    def pair(self, points: Floats) -> None:
-        """Find the faces that are the same."""
-        order = np.lexsort(self.key.T[::-1])
-        same = (self.key[order[1:]] == self.key[order[:-1]]).all(1)
-        if (same[1:] & same[:-1]).any():
-            where = points[self.nodes[order[1:-1][same[1:] & same[:-1]][0]]].mean(0)
-            raise ValueError(f"a face at {place(where)} has more than two cells: expected one or two")
-        self.first, self.second = order[:-1][same], order[1:][same]
-        self.number = np.full(len(order), -1, np.int64)
-        self.number[self.first] = self.number[self.second] = np.arange(len(self.first))
-
-    def check_middles(self, points: Floats) -> None:
-        """Raise ValueError, with number and place, for faces that are the same in their corners alone."""
-        alike = np.sort(self.nodes[self.first], axis=1) == np.sort(self.nodes[self.second], axis=1)
-        if (apart := ~alike.all(1)).any():
-            where = place(points[self.nodes[self.first[apart][0]]].mean(0))
-            text = "have common corners and other nodes in the middle of their edges"
-            raise ValueError(f"{apart.sum()} pairs of faces {text}, as at {where}: expected common nodes")
 
 
 @dataclass(frozen=True)
@@ -161,7 +124,7 @@ def solids(mesh: RawMesh, blocks: str | None, join: float | None = None) -> Soli
     for k, begin in first.items():
         number[starts[k] : starts[k + 1]] = begin + np.arange(len(data[k]))
     owner = [number[entry.owner] for entry in mesh.cells]
-    sides = _faces(apart, points, d) if join else []
+    sides = faces_of(apart, points, d) if join else []
     facets_in: dict[int, list[tuple[str, Integers]]] = {}
     for name, rows_by_array in groups.items():
         for k, rows in enumerate(rows_by_array):
@@ -194,7 +157,7 @@ def solids(mesh: RawMesh, blocks: str | None, join: float | None = None) -> Soli
     cells, apart, convex = _sound(
         cells, apart, points, centres, block, names, lambda k: labels.cell(in_file[k])
     )
-    faces = _faces(cells, points, d)
+    faces = faces_of(cells, points, d)
     for face in faces:
         face.check_middles(points)
     _check_folds(convex, faces, points, centres)
@@ -322,48 +285,6 @@ def _once(facets: list[tuple[Integers, Integers]], d: int) -> list[tuple[Integer
     for size in sorted({faces.shape[1] for faces, _ in facets}):
         alike = [pair for pair in facets if pair[0].shape[1] == size]
         rows, owner = (np.concatenate(column) for column in zip(*alike, strict=True))
-        _, first = np.unique(np.column_stack([_key(rows, d), owner]), axis=0, return_index=True)
+        _, first = np.unique(np.column_stack([key_of(rows, d), owner]), axis=0, return_index=True)
         unique.append((rows[np.sort(first)], owner[np.sort(first)]))
     return unique
-
-
-def _key(nodes: Integers, d: int) -> Integers:
-    """Corners that tell a face from others: its smallest two or three numbers."""
-    return np.sort(nodes[:, : corners(d, nodes.shape[1])], axis=1)[:, :d]
-
-
-def _faces(cells: dict[str, Integers], points: Floats, d: int) -> list[Faces]:
-    """Faces of all cells by their number of nodes, with the pairs that are inside."""
-    parts: dict[int, list[tuple[Integers, ...]]] = {}
-    cell, place = 0, 0
-    for kind, data in cells.items():
-        for size in sorted({len(face) for face in FACES[kind]}):
-            sides = [k for k, face in enumerate(FACES[kind]) if len(face) == size]
-            local = np.array([FACES[kind][k] for k in sides])
-            where = place + data.shape[1] * np.arange(len(data))[:, None, None] + local
-            owner = np.repeat(cell + np.arange(len(data)), len(local))
-            side = np.tile(np.array(sides) + 1, len(data))
-            nodes = data[:, local].reshape(-1, size)
-            parts.setdefault(size, []).append((nodes, where.reshape(-1, size), owner, side))
-        cell, place = cell + len(data), place + data.size
-    all_faces = []
-    for columns in parts.values():
-        nodes, where, owner, side = (np.concatenate(column) for column in zip(*columns, strict=True))
-        all_faces.append(Faces(nodes, where, owner, side, _key(nodes, d)))
-        all_faces[-1].pair(points)
-    return all_faces
-
-
-def locate(face: Faces, facets: Integers, d: int) -> Integers:
-    """Number of a face for each facet, or -1."""
-    if not len(facets):
-        return np.zeros(0, np.int64)
-    key = _key(facets, d)
-    known = np.zeros(max(int(face.key.max()), int(key.max())) + 1, bool)
-    known[key] = True
-    near = np.flatnonzero(known[face.key].all(1))
-    _, number = np.unique(np.concatenate([face.key[near], key]), axis=0, return_inverse=True)
-    number = number.ravel()
-    row = np.full(int(number.max(initial=0)) + 1, -1, np.int64)
-    row[number[: len(near)]] = near
-    return row[number[len(near) :]]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .cells import Faces, Sides, Solids, locate
+from .cells import Solids
+from .faces import Faces, Sides, locate
 from .shapes import area, corners, place
 
 

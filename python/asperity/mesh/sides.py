@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from fnmatch import fnmatchcase
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..contract import Floats
+from .cells import Solids
 from .jointed import Joint
 from .shapes import Integers, area, corners, place
-
-if TYPE_CHECKING:
-    from .cells import Solids
 
 Rule = Callable[[Integers, Integers, Floats, Floats], ArrayLike]
 """From blocks (f,) of both sides, centres and normals (f, d) of faces between blocks: which are a joint."""

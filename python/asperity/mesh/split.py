@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..contract import Floats
 from ..material import ModelWarning
-from .cells import Faces, Sides, Solids, locate, read, solids
+from .cells import Solids, read, solids
+from .faces import Faces, Sides, locate
 from .jointed import Joint, Jointed
 from .own_joints import check_sides, sides_of_file
 from .raw import RawMesh

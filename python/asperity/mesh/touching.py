@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import warnings
 from itertools import chain
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..contract import Floats
 from ..material import ModelWarning
+from .faces import Faces
 from .labels import Labels
 from .shapes import Integers, corners, in_cells, place
-
-if TYPE_CHECKING:
-    from .cells import Faces
 
 SAME_PLACE = 1e-6
 """Distance of a node from another one, or from a face, over the size of the face, at which they touch."""

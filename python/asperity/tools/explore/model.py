@@ -13,8 +13,7 @@ import numpy as np
 from ... import contract
 from ...case_writer import case_text, props_line
 from ...contract import Floats
-from ...errors import EquilibriumLost
-from ...history import History
+from ...history import EquilibriumLost, History
 from ...interface import Interface
 from ...material import Material, ModelWarning
 from ...pattern import Pattern, direction_vector
