@@ -82,12 +82,12 @@ def write(folder: Path, contents: dict[str, bytes], force: bool = False) -> None
         taken = [name for name in contents if (folder / name).is_dir()]
         if taken:
             raise ValueError(f"{folder / taken[0]}: expected a file, or a name that is not taken")
-    made = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+    unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
     try:
         for name, text in contents.items():
-            (made / name).write_bytes(text)
+            (unfinished / name).write_bytes(text)
         folder.mkdir(exist_ok=True)
         for name in contents:
-            os.replace(made / name, folder / name)
+            os.replace(unfinished / name, folder / name)
     finally:
-        shutil.rmtree(made)
+        shutil.rmtree(unfinished)

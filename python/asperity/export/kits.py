@@ -9,9 +9,9 @@ from .element import Element
 def files(host: str, element: Element, examples: bool = True) -> dict[str, str | bytes]:
     """Contents of the kit of a host by file name; examples: whether it has other models, too."""
     kit: hosts.Kit = hosts.of(host, "kit")
-    own = hosts.part(host, "export")
-    if own is not None:
-        return dict(own.files(element, examples))
+    module = hosts.part(host, "export")
+    if module is not None:
+        return dict(module.files(element, examples))
     card = element.interface.card(host, stress=element.sigma_N or None, **kit.options)
     texts: dict[str, str | bytes] = dict(element.scripts(host, *kit.files))
     if kit.card:

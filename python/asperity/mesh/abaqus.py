@@ -138,7 +138,7 @@ def _instance_of(part: Scope, name: str) -> Scope:
         list(part.sections),
         {k: list(v) for k, v in part.sets.items()},
         dict(part.titles),
-        dict(part.made),
+        dict(part.generated_numbers),
     )
 
 
@@ -150,7 +150,7 @@ def _with(scope: Scope, other: Scope) -> Scope:
     for key, blocks_of in other.sets.items():
         scope.sets.setdefault(key, []).extend(blocks_of)
     scope.titles = other.titles | scope.titles
-    scope.made |= other.made
+    scope.generated_numbers |= other.generated_numbers
     return scope
 
 

@@ -185,7 +185,7 @@ def nodes_unread(model: Model) -> Integers:
     for scope in model.scopes:
         for block, _, words in scope.others:
             if type_of(block.name("TYPE").upper()).refused:
-                given = {int(word) for row in words for word in row if word.isdigit()}
+                digits = {int(word) for row in words for word in row if word.isdigit()}
                 known = model.nodes[id(scope)]
-                nodes.append(known.places[np.isin(known.flat, list(given))])
+                nodes.append(known.places[np.isin(known.flat, list(digits))])
     return np.unique(np.concatenate(nodes))

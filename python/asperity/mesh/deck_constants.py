@@ -213,10 +213,10 @@ def _is_round(value: float) -> bool:
 def _beside(model: Model, sections: Sequence[Block]) -> Iterator[Solid]:
     """Solids with nodes of the elements of sections; without common nodes, all solids of the deck."""
     moduli = _moduli(model.deck)
-    own = [
+    elements_of = [
         section.elements for section in model.sections if any(section.block is block for block in sections)
     ]
-    elements = np.unique(np.concatenate([np.zeros(0, np.int64), *own]))
+    elements = np.unique(np.concatenate([np.zeros(0, np.int64), *elements_of]))
     joint = np.zeros(len(model.points), bool)
     for entry in model.cohesive:
         joint[entry.nodes[np.isin(entry.places, elements)]] = True

@@ -271,11 +271,11 @@ class Checks:
         found = [self._faces.get(tuple(row), [(-1, False)]) for row in np.sort(side, axis=1).tolist()]
         solid, quadratic = map(np.array, zip(*(entries[0] for entries in found), strict=True))
         kinds = [dimension(kind) == d for kind, _ in self.model.cells]
-        whole = np.repeat(kinds, np.diff(self.model.first))
+        solid_cells = np.repeat(kinds, np.diff(self.model.first))
         return (
             solid,
             quadratic,
-            np.array([sum(whole[k] for k, _ in entries if k >= 0) > 1 for entries in found]),
+            np.array([sum(solid_cells[k] for k, _ in entries if k >= 0) > 1 for entries in found]),
         )
 
     @cached_property
@@ -307,10 +307,10 @@ class Checks:
                     beyond[here] = solids[KDTree(self.centres[solids, :d]).query(middle)[1]]
                 near = points[tie.nodes[other]][KDTree(points[tie.nodes[other]]).query(middle)[1]]
                 distance = np.abs(np.einsum("fd,fd->f", near - middle, normal[here]))
-                given = tie.block.parameters.get("POSITION TOLERANCE")
+                tolerance = tie.block.parameters.get("POSITION TOLERANCE")
                 reach = REACH * size[here] ** (1.0 / (d - 1))
-                if given:
-                    reach = np.full(len(reach), tie.block.numbers([given], 0)[0])
+                if tolerance:
+                    reach = np.full(len(reach), tie.block.numbers([tolerance], 0)[0])
                 gap[here] = np.where(distance > reach, distance, 0.0)
         return held, beyond, gap
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..contract import Floats
 from .deck import Block
-from .deck_scopes import Numbers, Scope, shifted, whole
+from .deck_scopes import Numbers, Scope, entity_numbers, shifted
 from .shapes import Integers
 
 Members = Callable[[Scope, Block, str, str], Integers]
@@ -33,20 +33,20 @@ def placed(x: Floats, block: Block) -> Floats:
 def ngen(here: Scope, block: Block, members: Members) -> None:
     """Nodes on the line between two, equally apart."""
     block.allow("NSET")
-    made = [np.zeros(0, np.int64)]
+    numbers_of_rows = [np.zeros(0, np.int64)]
     for k, words in block.rows():
-        given = [int(number) for number in whole(block, np.array([block.numbers(words, k)]))[0]]
-        if len(given) not in (2, 3):
+        bounds = [int(number) for number in entity_numbers(block, np.array([block.numbers(words, k)]))[0]]
+        if len(bounds) not in (2, 3):
             raise block.fail(f"{', '.join(words)}: expected first, last, step: a straight line", k)
-        first, last, step = [*given, 1][:3]
+        first, last, step = [*bounds, 1][:3]
         if last <= first or (last - first) % step:
             raise block.fail(f"{', '.join(words)}: expected a last number that the steps reach", k)
         numbers = np.arange(first, last + 1, step)
         ends = _points(here, block, np.array([first, last]))
         part = ((numbers - first) / (last - first))[1:-1, None]
         here.nodes.append((block, numbers[1:-1], ends[0] + part * (ends[1] - ends[0])))
-        made.append(numbers)
-    _name(here, block, "NSET", "NSET", np.concatenate(made))
+        numbers_of_rows.append(numbers)
+    _name(here, block, "NSET", "NSET", np.concatenate(numbers_of_rows))
 
 
 def ncopy(here: Scope, block: Block, members: Members) -> None:
@@ -55,22 +55,22 @@ def ncopy(here: Scope, block: Block, members: Members) -> None:
     if "SHIFT" not in block.parameters:
         raise block.fail("expected shift")
     numbers = members(here, block, "NSET", block.name("OLD SET"))
-    change, made = _whole(block, "CHANGE NUMBER"), [np.zeros(0, np.int64)]
+    change, numbers_of_rows = _whole(block, "CHANGE NUMBER"), [np.zeros(0, np.int64)]
     x = _points(here, block, numbers)
     for k in range(1, (_whole(block, "MULTIPLE") if "MULTIPLE" in block.parameters else 1) + 1):
         x = shifted(x, block)
         here.nodes.append((block, numbers + k * change, x))
-        made.append(numbers + k * change)
-    _name(here, block, "NEW SET", "NSET", np.concatenate(made))
+        numbers_of_rows.append(numbers + k * change)
+    _name(here, block, "NEW SET", "NSET", np.concatenate(numbers_of_rows))
 
 
 def elgen(here: Scope, block: Block, members: Members) -> None:
     """Elements in rows, columns and layers like a master element."""
     block.allow("ELSET")
-    made = [np.zeros(0, np.int64)]
+    numbers_of_rows = [np.zeros(0, np.int64)]
     for k, words in block.rows():
-        given = [int(value) for value in block.numbers(words, k)]
-        filled = [value or 1 for value in [*given, *([1] * 9)][:10]]
+        values = [int(value) for value in block.numbers(words, k)]
+        filled = [value or 1 for value in [*values, *([1] * 9)][:10]]
         counts, nodes, steps = filled[1::3], filled[2::3], filled[3::3]
         if min(counts) < 1:
             raise block.fail(f"{', '.join(words)}: expected numbers of elements, 1, 2, ...", k)
@@ -78,8 +78,8 @@ def elgen(here: Scope, block: Block, members: Members) -> None:
         shifts = np.array(at, np.int64).reshape(-1, 3)
         master = np.array([filled[0]])
         numbers = _copied(here, block, master, shifts @ np.array(steps), shifts @ np.array(nodes))
-        made += [master, numbers]
-    _name(here, block, "ELSET", "ELSET", np.concatenate(made))
+        numbers_of_rows += [master, numbers]
+    _name(here, block, "ELSET", "ELSET", np.concatenate(numbers_of_rows))
 
 
 def elcopy(here: Scope, block: Block, members: Members) -> None:
@@ -98,7 +98,7 @@ GENERATORS: dict[str, Callable[[Scope, Block, Members], None]] = {
 
 def _copied(here: Scope, block: Block, numbers: Integers, steps: Integers, nodes: Integers) -> Integers:
     """Numbers of elements made of others, which are added; steps, nodes: what is added to their numbers."""
-    made, missing = [np.zeros(0, np.int64)], set(numbers.tolist())
+    numbers_of_rows, missing = [np.zeros(0, np.int64)], set(numbers.tolist())
 
     def like(source: Block) -> Block:
         return Block("ELEMENT", {"TYPE": source.name("TYPE")}, [], [0], block.places)
@@ -108,7 +108,7 @@ def _copied(here: Scope, block: Block, numbers: Integers, steps: Integers, nodes
             new = (known[at][:, None] + steps).ravel()
             data = (rows[at][:, None] + nodes[:, None]).reshape(-1, rows.shape[1])
             here.elements.append((like(source), kind, new, data))
-            made.append(new)
+            numbers_of_rows.append(new)
             missing -= set(known[at].tolist())
     for source, known, words in list(here.others):
         if (at := np.isin(known, numbers)).any():
@@ -119,11 +119,11 @@ def _copied(here: Scope, block: Block, numbers: Integers, steps: Integers, nodes
                 for step in nodes.tolist()
             ]
             here.others.append((like(source), new, texts))
-            made.append(new)
+            numbers_of_rows.append(new)
             missing -= set(known[at].tolist())
     if missing:
         raise block.fail(f"element {min(missing)}: no such element before")
-    return np.concatenate(made)
+    return np.concatenate(numbers_of_rows)
 
 
 def _points(here: Scope, block: Block, numbers: Integers) -> Floats:
@@ -136,7 +136,7 @@ def _points(here: Scope, block: Block, numbers: Integers) -> Floats:
 def _name(here: Scope, block: Block, parameter: str, kind: str, numbers: Integers) -> None:
     """Add what a keyword has made to the set that it names."""
     if name := block.parameters.get(parameter):
-        here.made[id(block)] = numbers
+        here.generated_numbers[id(block)] = numbers
         here.add(kind, name, block)
 
 

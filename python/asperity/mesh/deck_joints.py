@@ -107,8 +107,8 @@ def judged(path: Path) -> Judgement:
     for joint in by_material.values():
         wrong += joint.material.errors or _material_problems(joint, explicit)
         if not joint.material.errors:
-            own = [other.section for other in joints if other.material is joint.material]
-            of_joint = report(model, joint.material.block.head(), joint.material.props, own)
+            of_material = [other.section for other in joints if other.material is joint.material]
+            of_joint = report(model, joint.material.block.head(), joint.material.props, of_material)
             read += of_joint.lines
             notes += of_joint.warned
             doubtful += of_joint.doubtful
@@ -125,8 +125,8 @@ def judged(path: Path) -> Judgement:
             wrong += _section_problems(joint)
     frictional = [joint for joint in joints if _is_unsymmetric(joint.material)]
     for block in deck if frictional and not explicit else []:
-        given = (block.parameters.get("UNSYMM") or "").upper()
-        if block.keyword == "STEP" and given == "NO":
+        unsymm = (block.parameters.get("UNSYMM") or "").upper()
+        if block.keyword == "STEP" and unsymm == "NO":
             wrong.append(f"{block.head()}: unsymm=NO: friction makes the tangent unsymmetric: expected YES")
     if not explicit and any(joint.section.keyword == SECTIONS[0] for joint in frictional):
         doubtful += _steps_without_unsymm(deck)
@@ -222,9 +222,9 @@ def _material_problems(joint: Joint, explicit: bool) -> Iterator[str]:
         return
     head = material.depvar.head()
     rows = list(material.depvar.rows())
-    given = int(material.depvar.numbers(rows[0][1][:1], rows[0][0])[0]) if rows else 0
-    if given < needed:
-        yield f"{head}: {given}: {wanted}"
+    variables = int(material.depvar.numbers(rows[0][1][:1], rows[0][0])[0]) if rows else 0
+    if variables < needed:
+        yield f"{head}: {variables}: {wanted}"
     if "DELETE" in material.depvar.parameters:
         variable = material.depvar.parameters["DELETE"]
         yield f"{head}: delete={variable}: contact survives rupture: expected no deletion"

@@ -94,7 +94,7 @@ def mesh_of(model: Model) -> RawMesh:
         {name: tuple(cell_sets[name]) for name in sorted(cell_sets)},
         point_sets,
         parts=parts,
-        given=frozenset(name for name, blocks in blocks_of.items() if _are(blocks, "INTERNAL")),
+        of_programs=frozenset(name for name, blocks in blocks_of.items() if _are(blocks, "INTERNAL")),
         defined=frozenset(name for name, blocks in blocks_of.items() if _are(blocks, "TYPE")) | sectioned,
         joints=_joints(model),
         left_out=left_out,
@@ -183,10 +183,10 @@ def _joints(model: Model) -> dict[str, tuple[Pairs, ...]]:
     seen = Counter(title for _, title in set(titles.values()))
     joints: dict[str, list[Pairs]] = {}
     for entry in model.cohesive:
-        own = entry.block.parameters.get("ELSET") or "joint"
+        elset = entry.block.parameters.get("ELSET") or "joint"
         names, groups = [], dict[tuple[str, str | None], list[int]]()
         for k, place in enumerate(entry.places.tolist()):
-            home, title = titles.get(place, (entry.scope.name, own))
+            home, title = titles.get(place, (entry.scope.name, elset))
             names.append(f"{home}_{title}" if seen[title] > 1 and home else title)
             groups.setdefault((names[-1], ways.get(place)), []).append(k)
         for (name, way), rows in groups.items():
@@ -200,16 +200,16 @@ def _tied(model: Model) -> Integers:
     from scipy.spatial import KDTree
 
     points, node = model.points, np.arange(len(model.points))
-    own = np.zeros(len(points), bool)
+    cohesive_only = np.zeros(len(points), bool)
     for entry in model.cohesive:
-        own[entry.nodes] = True
+        cohesive_only[entry.nodes] = True
     size = float(np.ptp(points, axis=0).max(initial=0.0))
     for _, cells in model.cells:
-        own[cells] = False
-    for tie in ties_of(model) if own.any() else ():
+        cohesive_only[cells] = False
+    for tie in ties_of(model) if cohesive_only.any() else ():
         for mine, other in ((0, 1), (1, 0)):
-            from_nodes = tie.nodes[mine][own[tie.nodes[mine]]]
-            to_nodes = tie.nodes[other][~own[tie.nodes[other]]]
+            from_nodes = tie.nodes[mine][cohesive_only[tie.nodes[mine]]]
+            to_nodes = tie.nodes[other][~cohesive_only[tie.nodes[other]]]
             if len(from_nodes) and len(to_nodes):
                 away, nearest = KDTree(points[to_nodes]).query(points[from_nodes])
                 same = away <= SAME_PLACE * size

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..contract import Floats
 from .deck import Block
-from .deck_scopes import Numbers, Scope, moved, whole
+from .deck_scopes import Numbers, Scope, entity_numbers, moved
 from .deck_types import is_shell, type_of
 from .shapes import FACES, FACETS, Integers, dimension
 
@@ -134,10 +134,10 @@ class Model:
         """Types of elements."""
         rows = self.by_array(elements)
         types = {name for names, at in zip(self.types, rows, strict=True) for name in np.unique(names[at])}
-        left = elements[elements >= self.first[-1]]
-        for scope in self.scopes if len(left) else ():
+        not_cells = elements[elements >= self.first[-1]]
+        for scope in self.scopes if len(not_cells) else ():
             for block, numbers, _ in scope.others:
-                if len(numbers) and np.isin(self.elements[id(scope)](block, numbers), left).any():
+                if len(numbers) and np.isin(self.elements[id(scope)](block, numbers), not_cells).any():
                     types.add(block.name("TYPE").upper())
         return types
 
@@ -163,8 +163,8 @@ class Model:
                 home = self.scope(block, block.name("NAME"))
                 members.append((self.nodes if kind == "NSET" else self.elements)[id(home)].place)
                 continue
-            if id(block) in scope.made or block.keyword in ("NODE", "ELEMENT"):
-                numbers = scope.made.get(id(block))
+            if id(block) in scope.generated_numbers or block.keyword in ("NODE", "ELEMENT"):
+                numbers = scope.generated_numbers.get(id(block))
                 members.append(places(block, self._numbers(scope)[id(block)] if numbers is None else numbers))
                 continue
             if block.keyword == "NSET" and (elset := block.parameters.get("ELSET")):
@@ -173,10 +173,10 @@ class Model:
             given_numbers: list[int] = []
             for k, words in block.rows():
                 if "GENERATE" in block.parameters:
-                    given = whole(block, np.array([block.numbers(words, k)]))[0].tolist()
-                    if len(given) not in (2, 3) or given[1] < given[0]:
+                    ends = entity_numbers(block, np.array([block.numbers(words, k)]))[0].tolist()
+                    if len(ends) not in (2, 3) or ends[1] < ends[0]:
                         raise block.fail(f"{', '.join(words)}: expected first, last, step", k)
-                    members.append(places.generated(block, range(given[0], given[1] + 1, *given[2:])))
+                    members.append(places.generated(block, range(ends[0], ends[1] + 1, *ends[2:])))
                     continue
                 if block.keyword == "SURFACE":  # of nodes: a set or a number, and an area
                     words = words[:1]
@@ -301,8 +301,8 @@ SIDES: dict[tuple[int, str], tuple[list[int], list[int]]] = {
 def sides_of(nodes: Integers, way: str | None, block: Block) -> tuple[Integers, Integers]:
     """Nodes of the lower and the upper side, node on node; way: stack direction of the section."""
     count = nodes.shape[1]
-    given = (way or "").strip()
-    direction = given if given in "123" and given else "2" if count == 4 else "3"
+    stack = (way or "").strip()
+    direction = stack if stack in "123" and stack else "2" if count == 4 else "3"
     if (count, direction) not in SIDES:
         raise block.fail(f"stack direction={way}: expected one that elements of {count} nodes have")
     lower, upper = SIDES[count, direction]

@@ -19,7 +19,7 @@ class Scope:
 
     elements: blocks, cells, numbers and nodes.  others: those that are no cells of a mesh, with the words of
     their nodes.  Members of sets and of sections are blocks of the deck, whose numbers and names are looked
-    up when all is read.  made: numbers of those that keywords have made, by the id of their block.
+    up when all is read.  generated_numbers: of those that keywords have made, by the id of their block.
     """
 
     name: str
@@ -29,7 +29,7 @@ class Scope:
     sections: list[Block] = field(default_factory=list)
     sets: dict[tuple[str, str], list[Block]] = field(default_factory=dict)
     titles: dict[tuple[str, str], str] = field(default_factory=dict)
-    made: dict[int, Integers] = field(default_factory=dict)
+    generated_numbers: dict[int, Integers] = field(default_factory=dict)
     move: Block | None = None
 
     def add(self, kind: str, name: str, block: Block) -> None:
@@ -39,7 +39,7 @@ class Scope:
         self.sets.setdefault(key, []).append(block)
 
 
-def whole(block: Block, rows: Floats) -> Integers:
+def entity_numbers(block: Block, rows: Floats) -> Integers:
     """Numbers of nodes or elements, which are whole."""
     bad = (rows != np.round(rows)) | (rows < 1.0) | (rows > 2.0**53)
     if bad.any():
@@ -117,16 +117,16 @@ def shifted(x: Floats, block: Block) -> Floats:
         lines.pop()
     if len(lines) > 2:
         raise block.fail(f"{len(lines)} lines: expected one to move the part and one to turn it")
-    given = [block.numbers(text.removesuffix(",").split(","), k) if text else [] for k, text in lines]
-    if (given and len(given[0]) > 3) or (len(given) == 2 and len(given[1]) != 7):
-        raise block.fail(f"{given[-1]}: expected three components to move it, then two points and an angle")
-    if given:
-        x = x + np.pad(given[0], (0, 3 - len(given[0])))
-    if len(given) == 2:
-        a, b, angle = np.array(given[1][:3]), np.array(given[1][3:6]), np.radians(given[1][6])
+    motion = [block.numbers(text.removesuffix(",").split(","), k) if text else [] for k, text in lines]
+    if (motion and len(motion[0]) > 3) or (len(motion) == 2 and len(motion[1]) != 7):
+        raise block.fail(f"{motion[-1]}: expected three components to move it, then two points and an angle")
+    if motion:
+        x = x + np.pad(motion[0], (0, 3 - len(motion[0])))
+    if len(motion) == 2:
+        a, b, angle = np.array(motion[1][:3]), np.array(motion[1][3:6]), np.radians(motion[1][6])
         length = np.linalg.norm(b - a)
         if not length > 0.0:
-            raise block.fail(f"{given[1]}: expected two points of an axis")
+            raise block.fail(f"{motion[1]}: expected two points of an axis")
         axis, p = (b - a) / length, x - a
         x = (
             a

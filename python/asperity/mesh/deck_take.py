@@ -8,7 +8,7 @@ import numpy as np
 
 from .deck import Block, table
 from .deck_generate import GENERATORS, Members, placed
-from .deck_scopes import Scope, whole
+from .deck_scopes import Scope, entity_numbers
 from .deck_types import Type, type_of
 from .shapes import Integers
 
@@ -19,7 +19,7 @@ def take(here: Scope, block: Block, members: Members) -> None:
     if word == "NODE":
         block.allow("NSET", "INPUT", "SYSTEM")
         rows = table(block, 4, 2)
-        here.nodes.append((block, whole(block, rows[:, :1])[:, 0], placed(rows[:, 1:], block)))
+        here.nodes.append((block, entity_numbers(block, rows[:, :1])[:, 0], placed(rows[:, 1:], block)))
         if name := block.parameters.get("NSET"):
             here.add("NSET", name, block)
     elif word == "ELEMENT":
@@ -61,7 +61,7 @@ def _elements(here: Scope, block: Block) -> None:
             row = []
     if row:
         raise block.fail(f"{len(row) - 1} nodes of the last element of type {name}: expected {count - 1}")
-    data = whole(block, np.array(rows, float).reshape(-1, count))
+    data = entity_numbers(block, np.array(rows, float).reshape(-1, count))
     here.elements.append((block, element.kind, data[:, 0], data[:, 1:]))
 
 
@@ -84,7 +84,7 @@ def _words(block: Block, element: Type) -> tuple[Integers, list[list[str]]]:
     if element.sides and parts and len(parts[-1]) <= count:
         nodes = len(parts[-1]) - 1
         raise block.fail(f"{nodes} nodes of the last element of type {block.name('TYPE')}: expected {count}")
-    numbers = whole(block, np.array(first, float).reshape(-1, 1))[:, 0]
+    numbers = entity_numbers(block, np.array(first, float).reshape(-1, 1))[:, 0]
     rows = [words[1:] for words in parts]
     return numbers, rows if offset is None else [_with_other_side(row, int(offset), block) for row in rows]
 

@@ -13,7 +13,7 @@ PORE = "COH2D4P", "COH3D6P", "COH3D8P", "COHAX4P"
 def water_problems(deck: list[Block], joints: Iterable[tuple[Block, Block, int, set[str]]]) -> list[str]:
     """What is wrong with the water, of joints by section, user material, PROPS 23 and types of elements."""
     fields = [(block.parameters.get("VARIABLE") or "1", block) for block in deck if _is_field(block)]
-    empty, given = ({n: block for n, block in fields if _gives(block) == full} for full in (False, True))
+    empty, filled = ({n: block for n, block in fields if _gives(block) == full} for full in (False, True))
     texts = []
     for section, material, number, types in joints:
         if number == 0:
@@ -24,7 +24,7 @@ def water_problems(deck: list[Block], joints: Iterable[tuple[Block, Block, int, 
                 f"{section.head()}: {', '.join(wet)} carry the water themselves, and so does the law, by "
                 f"field {number} (PROPS 23): expected water = 0, or {dry}"
             )
-        if str(number) not in given:
+        if str(number) not in filled:
             place = empty.get(str(number))
             texts.append(
                 f"{material.head()}: water = {number}: expected *Field, variable={number} or initial "

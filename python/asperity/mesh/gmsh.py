@@ -61,7 +61,7 @@ class _Numbers:
         self.at += int(count)
         return self.values[self.at - int(count) : self.at]
 
-    def whole(self, count: float) -> list[int]:
+    def take_integers(self, count: float) -> list[int]:
         """The next numbers, which are integers."""
         return [int(value) for value in self.integers(self.take(count))]
 
@@ -77,8 +77,8 @@ class _Numbers:
 
     def end(self) -> None:
         """Raise ValueError for numbers that are left."""
-        if left := len(self.values) - self.at:
-            raise self.fail(f"{left} numbers more than its counts say: expected none")
+        if rest := len(self.values) - self.at:
+            raise self.fail(f"{rest} numbers more than its counts say: expected none")
 
 
 def read_msh(path: Path) -> RawMesh:
@@ -123,10 +123,10 @@ def _texts(path: Path) -> dict[str, str | Floats]:
 
 
 def _section(path: Path, parts: dict[str, str | Floats], name: str) -> _Numbers:
-    given = parts[name]
-    words = given.split() if isinstance(given, str) else []
+    body = parts[name]
+    words = body.split() if isinstance(body, str) else []
     try:
-        values = np.array(words, float) if isinstance(given, str) else given
+        values = np.array(words, float) if isinstance(body, str) else body
     except ValueError:
         bad = next(word for word in words if not re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", word))
         raise ValueError(f"{path}, ${name}: {bad}: expected a number") from None
@@ -158,19 +158,21 @@ def _cells4(path: Path, parts: dict[str, str | Floats]) -> tuple[Integers, Float
     tags: dict[tuple[int, int], list[int]] = {}
     if "Entities" in parts:
         entities = _section(path, parts, "Entities")
-        for d, count in enumerate(entities.whole(4)):
+        for d, count in enumerate(entities.take_integers(4)):
             for _ in range(count):
-                [tag] = entities.whole(1)
+                [tag] = entities.take_integers(1)
                 entities.take(6 if d else 3)
-                tags[d, tag] = [abs(tag_of) for tag_of in entities.whole(entities.whole(1)[0])]
+                tags[d, tag] = [
+                    abs(tag_of) for tag_of in entities.take_integers(entities.take_integers(1)[0])
+                ]
                 if d:
-                    entities.take(entities.whole(1)[0])
+                    entities.take(entities.take_integers(1)[0])
         entities.end()
     nodes = _section(path, parts, "Nodes")
-    blocks, total, *_ = nodes.whole(4)
+    blocks, total, *_ = nodes.take_integers(4)
     numbers, points = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
     for _ in range(blocks):
-        d, _, parametric, count = nodes.whole(4)
+        d, _, parametric, count = nodes.take_integers(4)
         numbers.append(nodes.integers(nodes.take(count)))
         width = 3 + (d if parametric else 0)
         points.append(nodes.take(count * width).reshape(count, width)[:, :3])
@@ -178,10 +180,10 @@ def _cells4(path: Path, parts: dict[str, str | Floats]) -> tuple[Integers, Float
     if sum(map(len, numbers)) != total:
         raise nodes.fail(f"{sum(map(len, numbers))} nodes: expected {total}, as its first line says")
     elements = _section(path, parts, "Elements")
-    blocks, total, *_ = elements.whole(4)
+    blocks, total, *_ = elements.take_integers(4)
     cells, counted = [], 0
     for _ in range(blocks):
-        d, entity, kind, count = elements.whole(4)
+        d, entity, kind, count = elements.take_integers(4)
         size = _size(elements, kind)
         rows = elements.integers(elements.take(count * (1 + size))).reshape(count, 1 + size)
         if tags and (d, entity) not in tags:
@@ -204,21 +206,21 @@ def _size(elements: _Numbers, kind: int) -> int:
 def _cells2(path: Path, parts: dict[str, str | Floats]) -> tuple[Integers, Floats, list[Any]]:
     """As _cells4, of format 2.2, in which an element has a line for each of its physical groups."""
     nodes = _section(path, parts, "Nodes")
-    rows = nodes.take(4 * nodes.whole(1)[0]).reshape(-1, 4)
+    rows = nodes.take(4 * nodes.take_integers(1)[0]).reshape(-1, 4)
     nodes.end()
     elements = _section(path, parts, "Elements")
-    whole = elements.integers(elements.values).tolist()
-    [count] = elements.whole(1)
+    flat = elements.integers(elements.values).tolist()
+    [count] = elements.take_integers(1)
     by_kind: dict[int, dict[tuple[int, ...], list[int]]] = {}
     at = 1
     for _ in range(count):
         elements.at = at
         elements.take(3)
-        number, kind, n_tags = whole[at : at + 3]
+        number, kind, n_tags = flat[at : at + 3]
         size = _size(elements, kind)
         elements.take(n_tags + size)
-        tag, entity = map(abs, [*whole[at + 3 : at + 3 + n_tags], 0, 0][:2])
-        nodes_of = tuple(whole[at + 3 + n_tags : at + 3 + n_tags + size])
+        tag, entity = map(abs, [*flat[at + 3 : at + 3 + n_tags], 0, 0][:2])
+        nodes_of = tuple(flat[at + 3 + n_tags : at + 3 + n_tags + size])
         row = by_kind.setdefault(kind, {}).setdefault(nodes_of, [number, entity])
         if tag in row[2:]:
             raise elements.fail(f"element {number} is element {row[0]} again: expected it once in each group")
@@ -228,9 +230,11 @@ def _cells2(path: Path, parts: dict[str, str | Floats]) -> tuple[Integers, Float
     elements.end()
     cells = []
     for kind, rows_of in by_kind.items():
-        given = list(rows_of.values())
-        tags = [[row[k] if k < len(row) else 0 for row in given] for k in range(2, max(map(len, given)))]
-        number, entity = np.array([row[:2] for row in given], np.int64).T
+        lines_of = list(rows_of.values())
+        tags = [
+            [row[k] if k < len(row) else 0 for row in lines_of] for k in range(2, max(map(len, lines_of)))
+        ]
+        number, entity = np.array([row[:2] for row in lines_of], np.int64).T
         cells.append((kind, number, np.array(list(rows_of), np.int64), entity, list(map(np.array, tags))))
     return nodes.integers(rows[:, 0]), rows[:, 1:], cells
 

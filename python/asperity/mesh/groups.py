@@ -53,16 +53,16 @@ def groups_of(mesh: RawMesh, data: str | None = None) -> Mapping[str, Rows]:
         return numbered_groups(mesh.numbers[data], dimensions, {})
     if mesh.groups:
         return mesh.groups
-    whole = {name: parts for name, parts in mesh.numbers.items() if _is_whole(parts)}
-    if ENTITIES in whole:
-        return numbered_groups(whole[ENTITIES], dimensions, {})
-    named = [name for name, parts in whole.items() if _may_be_blocks(name, parts)]
+    integral = {name: parts for name, parts in mesh.numbers.items() if _is_whole(parts)}
+    if ENTITIES in integral:
+        return numbered_groups(integral[ENTITIES], dimensions, {})
+    named = [name for name, parts in integral.items() if _may_be_blocks(name, parts)]
     if len(named) != 1:
         text = f"several arrays with numbers of blocks, {', '.join(named)}" if named else "no groups"
-        known = ", ".join(whole)
+        known = ", ".join(integral)
         wanted = f"--blocks NAME with the numbers of the blocks, of {known}" if known else "cell sets"
         raise ValueError(f"the mesh has {text}: expected groups of gmsh, sets of elements, or {wanted}")
-    return numbered_groups(whole[named[0]], dimensions, {})
+    return numbered_groups(integral[named[0]], dimensions, {})
 
 
 def _is_whole(parts: Sequence[NDArray[Any]]) -> bool:
@@ -100,7 +100,7 @@ def numbered_groups(
     return {name: tuple(groups[name]) for name in sorted(groups, key=order.__getitem__)}
 
 
-GIVEN = r"_.*|(?:Point|Line|Curve|Surface|Volume)\d+|Internal_Selection.*|Eall"
+OF_PROGRAMS = r"_.*|(?:Point|Line|Curve|Surface|Volume)\d+|Internal_Selection.*|Eall"
 """Names that CAE, gmsh, PrePoMax and cgx give to groups that the user has not named."""
 
 
@@ -115,14 +115,16 @@ def blocks_of(
 
     cells, parts: groups and instances, with the numbers of their cells.  choice: names of the blocks, or
     patterns.  By default they are the groups, without those of all cells or of whole instances and those that
-    programs name (GIVEN) if the others have all once.
+    programs name (OF_PROGRAMS) if the others have all once.
     Raises ValueError with the number, the place and the groups of a cell that is in two blocks or in none.
     """
     total = len(centres)
-    own = {name: rows for name, rows in cells.items() if len(rows)}
-    programs = {name for name in own if name in mesh.given or re.fullmatch(GIVEN, name, re.IGNORECASE)}
+    filled = {name: rows for name, rows in cells.items() if len(rows)}
+    programs = {
+        name for name in filled if name in mesh.of_programs or re.fullmatch(OF_PROGRAMS, name, re.IGNORECASE)
+    }
     if choice is not None:
-        known = {**parts, **own}
+        known = {**parts, **filled}
         chosen: dict[str, Integers] = {}
         for word in choice:
             here = [name for name in known if fnmatchcase(name, word)]
@@ -132,7 +134,7 @@ def blocks_of(
                 )
             chosen |= {name: known[name] for name in here}
         return _numbered(chosen, total, centres, "")
-    inner = {name: rows for name, rows in own.items() if name not in programs}
+    inner = {name: rows for name, rows in filled.items() if name not in programs}
     partial = {name: rows for name, rows in inner.items() if len(rows) < total}
     unions = _unions(partial, parts, total)
     finer = {name: rows for name, rows in partial.items() if name not in unions}
@@ -143,16 +145,16 @@ def blocks_of(
         return _numbered(parts, total, centres, "")
     every = {
         name: rows
-        for name, rows in own.items()
-        if len(rows) < total and not name.startswith("_") and name not in mesh.given
+        for name, rows in filled.items()
+        if len(rows) < total and not name.startswith("_") and name not in mesh.of_programs
     }
     if every and _once(every, total):
         return _numbered(every, total, centres, "")
     if inner and not partial:  # each of them has all cells
         name = next((name for name in inner if name in mesh.defined), next(iter(inner)))
         return _numbered({name: inner[name]}, total, centres, "")
-    advice = _advice({**own, **parts}, total, programs | unions, mesh.defined)
-    return _numbered(inner or own or parts, total, centres, advice)
+    advice = _advice({**filled, **parts}, total, programs | unions, mesh.defined)
+    return _numbered(inner or filled or parts, total, centres, advice)
 
 
 def _unions(groups: dict[str, Integers], parts: dict[str, Integers], total: int) -> set[str]:

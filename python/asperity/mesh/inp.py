@@ -81,8 +81,8 @@ def write(path: Path, mesh: Jointed, laws: dict[str, Interface], layer: float, h
         if name in laws and not layer:
             card = laws[name].card(host, name=name, dimension=d)
         elif name in laws:
-            whole = laws[name].card(host, name=name, h=layer)
-            card, section = whole.split("*SOLID SECTION, ")
+            card_text = laws[name].card(host, name=name, h=layer)
+            card, section = card_text.split("*SOLID SECTION, ")
             material = section.split("MATERIAL=")[1].strip()
             section = f"*SOLID SECTION, ELSET={{0}}, MATERIAL={material}, ORIENTATION={{0}}\n"
             card += "".join(map(section.format, sets))
@@ -112,15 +112,15 @@ def _types(mesh: Jointed) -> NDArray[np.str_]:
     """Types of all elements: those of the deck that are solids of Abaqus, else the ones of `SOLIDS`."""
     types = []
     for kind, cells in mesh.cells.items():
-        given = mesh.types.get(kind, np.full(len(cells), ""))
-        solid = np.char.startswith(given, ("CPE" if mesh.dimension == 2 else "C3D"))
-        solid |= np.char.startswith(given, "CPS") & (mesh.dimension == 2)
+        of_file = mesh.types.get(kind, np.full(len(cells), ""))
+        solid = np.char.startswith(of_file, ("CPE" if mesh.dimension == 2 else "C3D"))
+        solid |= np.char.startswith(of_file, "CPS") & (mesh.dimension == 2)
         usual = SOLIDS[kind].replace("CPE", "CAX") if mesh.axisymmetric else SOLIDS[kind]
-        solid = np.char.startswith(given, "CAX") if mesh.axisymmetric else solid
-        if count := int(((given != "") & ~solid).sum()):
-            text = f"{count} elements of the types {', '.join(np.unique(given[~solid]).tolist())}"
+        solid = np.char.startswith(of_file, "CAX") if mesh.axisymmetric else solid
+        if count := int(((of_file != "") & ~solid).sum()):
+            text = f"{count} elements of the types {', '.join(np.unique(of_file[~solid]).tolist())}"
             warnings.warn(f"{text} become {usual}", ModelWarning, stacklevel=4)
-        types.append(np.where(solid, given, usual))
+        types.append(np.where(solid, of_file, usual))
     return np.concatenate(types)
 
 

@@ -126,23 +126,23 @@ class Jointed:
         lines += [f"group {name}: {len(members)} cells" for name, members in self.sets.items()]
         for name, parts_of_group in self.groups.items():
             faces = [part for part in parts_of_group if part.shape[1] > 1]
-            total, whole = 0, 0.0
+            total, extent = 0, 0.0
             for part in faces:
                 corner = part[:, : corners(d, part.shape[1])]
                 _, first = np.unique(np.sort(self.origin[corner], axis=1), axis=0, return_index=True)
-                total, whole = total + len(first), whole + float(self._sizes(corner[first]).sum())
+                total, extent = total + len(first), extent + float(self._sizes(corner[first]).sum())
             if total:
-                lines.append(f"group {name}: {total} faces, {size} {whole:.6g}")
+                lines.append(f"group {name}: {total} faces, {size} {extent:.6g}")
             elif parts_of_group:
                 nodes = self.nodes(name)
                 before = len(np.unique(self.origin[nodes]))
                 doubled = f", {before} of them in the mesh before" if before < len(nodes) else ""
                 lines.append(f"group {name}: {len(nodes)} nodes{doubled}")
         for name, parts in self.joints.items():
-            whole = sum(float(self._sizes(part.minus).sum()) for part in parts)
+            extent = sum(float(self._sizes(part.minus).sum()) for part in parts)
             ends = sum(part.tips for part in parts)
             faces_of = sum(len(part.area) for part in parts)
-            text = f"joint {name}: {faces_of} faces, {size} {whole:.6g}, {ends} tips"
+            text = f"joint {name}: {faces_of} faces, {size} {extent:.6g}, {ends} tips"
             lines.append(f"{text}, {self._normals(parts, block)}")
         return "\n".join(lines)
 

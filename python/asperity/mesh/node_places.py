@@ -44,15 +44,15 @@ class NodePlaces:
             _ranges(*(np.searchsorted(self.sorted, nodes, side) for side in ("left", "right")))
         ]
         cells, count = np.unique(self.cell[inside], return_counts=True)
-        whole = cells[count == self.sizes[cells]]
-        groups = self.group[_ranges(self.start[whole], self.start[whole + 1])]
+        complete = cells[count == self.sizes[cells]]
+        groups = self.group[_ranges(self.start[complete], self.start[complete + 1])]
         number, count = np.unique(groups, return_counts=True)
         present = len(np.unique(self.node[inside]))
         for k in number[count == self.cells_in[number]].tolist():
             cells = self.groups[k]
-            own = _ranges(self.first[cells], self.first[cells] + self.sizes[cells])
-            if len(np.unique(self.node[own])) == present:
-                return own
+            places = _ranges(self.first[cells], self.first[cells] + self.sizes[cells])
+            if len(np.unique(self.node[places])) == present:
+                return places
         return inside
 
 

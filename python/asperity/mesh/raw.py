@@ -73,8 +73,8 @@ class RawMesh:
 
     points (n, 3) or (n, 2).  groups: of cells by name, in the order of the blocks.  spots: named nodes.
     numbers: of cells by name, whole or as floats, which may be those of blocks.  parts: instances of parts.
-    given: groups that a program has named.  defined: groups that elements or sections were defined with.
-    joints: of cohesive elements, by name.  left_out: groups of faces that are not read, and why.
+    of_programs: groups that a program has named.  defined: those that elements or sections were defined
+    with.  joints: of cohesive elements, by name.  left_out: groups of faces that are not read, and why.
     """
 
     points: Floats
@@ -84,7 +84,7 @@ class RawMesh:
     spots: Mapping[str, Integers] = field(default_factory=dict)
     numbers: Mapping[str, tuple[NDArray[Any], ...]] = field(default_factory=dict)
     parts: Mapping[str, Rows] = field(default_factory=dict)
-    given: frozenset[str] = frozenset()
+    of_programs: frozenset[str] = frozenset()
     defined: frozenset[str] = frozenset()
     joints: Mapping[str, tuple[Pairs, ...]] = field(default_factory=dict)
     left_out: Mapping[str, str] = field(default_factory=dict)

@@ -114,15 +114,15 @@ def turned(old: Solids, rows: list[Integers], name: str = "") -> list[tuple[NDAr
     def sums(values: Floats) -> Floats:
         return np.stack([np.bincount(label, column) for column in np.atleast_2d(values.T)], 1)
 
-    vector, whole = sign * size, sums(size)[:, 0]
+    vector, area_of_part = sign * size, sums(size)[:, 0]
     later, mean = sums(vector * wish)[:, 0], sums(vector[:, None] * n)
     away = middle - (sums(middle) / sums(np.ones(len(size))))[label]
     largest = np.abs(mean) > (1.0 - NO_MEAN) * np.abs(mean).max(1, keepdims=True)
     axis = d - 1 - largest[:, ::-1].argmax(1)
     upward = np.take_along_axis(mean, axis[:, None], 1)[:, 0]
     outward = sums(vector * np.einsum("fd,fd->f", n, away))[:, 0]
-    flat = np.linalg.norm(mean, axis=1) > NO_MEAN * whole
-    along = np.where(np.abs(later) > NO_MEAN * whole, later, np.where(flat, upward, outward))
+    flat = np.linalg.norm(mean, axis=1) > NO_MEAN * area_of_part
+    along = np.where(np.abs(later) > NO_MEAN * area_of_part, later, np.where(flat, upward, outward))
     along[label[bad]] = 1.0
     sign[along[label] < 0.0] *= -1.0
     cuts = np.cumsum([len(at) for at in rows])[:-1]

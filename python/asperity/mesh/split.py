@@ -79,7 +79,7 @@ def split(
         raise ValueError(f"{text}: expected another one, as --joint NAME=*:* for all faces between blocks")
     check_sides(old)
     chosen = _choose(rules, old)
-    own, origin = _double(old, chosen)
+    node_of_place, origin = _double(old, chosen)
     points = old.points[origin]
     parts: dict[str, list[Joint]] = {name: [] for name in rules}
     turns, connected = sides_of_faces(rules, old, chosen)
@@ -94,16 +94,16 @@ def split(
                 else _inside(old, face, at, turn[at])
             )
             if len(sides[0]):
-                parts[name].append(_joint(sides, own, points, direction, name))
+                parts[name].append(_joint(sides, node_of_place, points, direction, name))
                 if is_named(rules, old, name):
                     check_direction(parts[name][-1], sides[4], part[at], name)
         _check_tips(name, parts[name], points)
     cells, block, place, cell = {}, {}, 0, 0
     for kind, data in old.cells.items():
-        cells[kind] = own[place : place + data.size].reshape(data.shape)
+        cells[kind] = node_of_place[place : place + data.size].reshape(data.shape)
         block[kind] = old.block[cell : cell + len(data)]
         place, cell = place + data.size, cell + len(data)
-    groups, surfaces = _groups(old, own, [joint_of >= 0 for joint_of in chosen])
+    groups, surfaces = _groups(old, node_of_place, [joint_of >= 0 for joint_of in chosen])
     for name, pieces in parts.items():
         for k, side in enumerate(("minus", "plus")):
             rows = [np.stack([piece.cells[:, k], piece.sides[:, k]], 1) for piece in pieces]
@@ -111,8 +111,8 @@ def split(
                 raise ValueError(f"joint {name}: a group is named {name}_{side}: expected another name")
             surfaces[f"{name}_{side}"] = np.concatenate([np.zeros((0, 2), np.int64), *rows])
     _check_axis(old, axisymmetric, points)
-    whole = points, cells, block, old.names, parts, groups, old.sets, surfaces, origin, old.types
-    return Jointed(*whole, axisymmetric=axisymmetric)
+    arrays = points, cells, block, old.names, parts, groups, old.sets, surfaces, origin, old.types
+    return Jointed(*arrays, axisymmetric=axisymmetric)
 
 
 def _check_axis(old: Solids, axisymmetric: bool, points: Floats) -> None:
@@ -157,7 +157,7 @@ def _choose(joints: Joints, old: Solids) -> list[Integers]:
     for number, (name, rule) in enumerate(joints.items()):
         if isinstance(rule, Mapping) or name in old.joints:
             continue
-        count = left = 0
+        count = remaining = 0
         for face, joint_of, (a, b) in zip(old.faces, chosen, sides, strict=True):
             c = corners(d, face.nodes.shape[1])
             at = a != b
@@ -182,7 +182,7 @@ def _choose(joints: Joints, old: Solids) -> list[Integers]:
                 at &= (fits_first[a] & fits_second[b]) | (fits_first[b] & fits_second[a])
             count += int(at.sum())
             at &= joint_of < 0
-            left += int(at.sum())
+            remaining += int(at.sum())
             joint_of[at] = number
         if not count:
             raise ValueError(
@@ -190,7 +190,7 @@ def _choose(joints: Joints, old: Solids) -> list[Integers]:
                 "expected at least one. Blocks that touch share their nodes; --join TOL makes nodes one. "
                 f"Blocks: {', '.join(old.names)}"
             )
-        if not left:
+        if not remaining:
             text = f"joint {name}: rules before it have taken all of its {count} faces"
             raise ValueError(f"{text}: expected one that is left, or another order")
     return chosen
@@ -224,12 +224,12 @@ def _double(old: Solids, chosen: list[Integers]) -> tuple[Integers, Integers]:
     first = np.r_[True, np.diff(node[order]) > 0][: len(order)]
     number = np.empty(count, np.int64)
     number[order] = np.where(first, node[order], n + np.cumsum(~first) - 1)
-    own = flat.copy()
-    own[places] = number[part]
+    node_of_place = flat.copy()
+    node_of_place[places] = number[part]
     origin = np.concatenate([np.arange(n), node[order][~first]])
     used = np.zeros(len(origin), bool)
-    used[own] = True
-    return (np.cumsum(used) - 1)[own], origin[used]
+    used[node_of_place] = True
+    return (np.cumsum(used) - 1)[node_of_place], origin[used]
 
 
 def _in_order(face: Faces, rows: Integers) -> Integers:
@@ -279,20 +279,22 @@ def _period(old: Solids, face: Faces, rule: Mapping[str, str], name: str) -> Sid
     return face.place[first], plus, cells, face.side[pairs], normal
 
 
-def _joint(sides: Sides, own: Integers, points: Floats, direction: ArrayLike | None, name: str) -> Joint:
+def _joint(
+    sides: Sides, node_of_place: Integers, points: Floats, direction: ArrayLike | None, name: str
+) -> Joint:
     """Faces of a joint, oriented; own, points: nodes of the places, and where they are."""
-    minus, plus, cells, faces, normal = own[sides[0]], own[sides[1]], *sides[2:]
+    minus, plus, cells, faces, normal = node_of_place[sides[0]], node_of_place[sides[1]], *sides[2:]
     d, c = points.shape[1], corners(points.shape[1], minus.shape[1])
     if direction is not None:
         tangent = _projected(normal, direction, name)
     else:
         tangent = default_tangent(normal) if d == 3 else np.stack([normal[:, 1], -normal[:, 0]], 1)
     if d == 2:
-        left = np.stack([-tangent[:, 1], tangent[:, 0]], 1)
-        turn = (np.einsum("fd,fd->f", left, normal) < 0.0)[:, None]
+        upward = np.stack([-tangent[:, 1], tangent[:, 0]], 1)
+        turn = (np.einsum("fd,fd->f", upward, normal) < 0.0)[:, None]
         minus, plus = np.where(turn, plus, minus), np.where(turn, minus, plus)
         cells, faces = (np.where(turn, column[:, ::-1], column) for column in (cells, faces))
-        normal = left
+        normal = upward
     across = [] if d == 2 else [np.cross(normal, tangent)]
     axes = np.stack([normal, tangent, *across], 1)
     # nodes of the sides in the order that hosts want
@@ -320,12 +322,12 @@ def default_tangent(normal: Floats) -> Floats:
 
 def _projected(normal: Floats, direction: ArrayLike, name: str) -> Floats:
     """Tx (f, d), the projection of a direction onto faces; ValueError where it is normal to them."""
-    given = np.asarray(direction, float).ravel()[: normal.shape[1]]
-    part = given - normal * (normal @ given)[:, None]
+    vector = np.asarray(direction, float).ravel()[: normal.shape[1]]
+    part = vector - normal * (normal @ vector)[:, None]
     size = np.linalg.norm(part, axis=1)
-    if (bad := int((size < NEARLY_NORMAL * np.linalg.norm(given)).sum())) > 0:
+    if (bad := int((size < NEARLY_NORMAL * np.linalg.norm(vector)).sum())) > 0:
         raise ValueError(
-            f"joint {name}: direction {given.tolist()} is normal to {bad} of its {len(size)} faces"
+            f"joint {name}: direction {vector.tolist()} is normal to {bad} of its {len(size)} faces"
         )
     return np.asarray(part / size[:, None])
 
@@ -349,7 +351,7 @@ def _outside(old: Solids, face: Faces, facets: Integers) -> Integers:
 
 
 def _groups(
-    old: Solids, own: Integers, parted: list[NDArray[np.bool_]]
+    old: Solids, node_of_place: Integers, parted: list[NDArray[np.bool_]]
 ) -> tuple[dict[str, list[Integers]], dict[str, Integers]]:
     """Faces by group, with their new nodes, and nodes of named points; rows (cell, face) of groups of faces.
 
@@ -377,7 +379,7 @@ def _groups(
                     row = np.where((pair >= 0) & (face.cell[partner] == only), partner, row)
                     doubled = (pair >= 0) & (only < 0) & cut[pair]
                 row = np.concatenate([row[~doubled], face.first[pair[doubled]], face.second[pair[doubled]]])
-                groups.setdefault(name, []).append(own[face.place[row]])
+                groups.setdefault(name, []).append(node_of_place[face.place[row]])
                 rows_of.append(np.stack([face.cell[row], face.side[row]], 1))
             lost += int((~known).sum())
         if lost:
@@ -388,7 +390,7 @@ def _groups(
             surfaces[name] = np.concatenate(rows_of)
     groups = {name: [row for row in rows if len(row)] for name, rows in groups.items() if sum(map(len, rows))}
     for name, nodes in old.spots.items():
-        at = np.unique(own[old.places_of(nodes)])
+        at = np.unique(node_of_place[old.places_of(nodes)])
         missing = len(nodes) - old.places_of.count(nodes)
         if missing:
             text = f"group {name}: {missing} of its {len(nodes)} nodes are in no cell: they are left out"

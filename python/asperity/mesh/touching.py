@@ -22,7 +22,7 @@ GAP = 10.0
 TINY = 1e-9
 """Smallest distance over the size of the mesh that is advised for nodes of one place."""
 
-NEAR = 1e-3
+ROUNDED = 1e-3
 """Distance of two nodes over the shortest edge on the outside, within which rounded places may be one."""
 
 
@@ -80,7 +80,7 @@ def check_touching(
         if len(rows)
     )
     tree_of_nodes = KDTree(x)
-    pairs = tree_of_nodes.query_pairs(NEAR * least, output_type="ndarray")
+    pairs = tree_of_nodes.query_pairs(ROUNDED * least, output_type="ndarray")
     if bonded:
         _warn_of_cracks(np.sort(nodes[pairs], axis=1), points, bonded, labels)
     elif len(pairs):
@@ -89,13 +89,13 @@ def check_touching(
         a, b = nodes[pairs[far]]
         first_block, second_block = names[block[owner[a]]], names[block[owner[b]]]
         size = f"{len(pairs)} pairs of nodes are within {distance[far]:.2g} of each other, "
-        size += f"{NEAR:g} of an edge or less"
+        size += f"{ROUNDED:g} of an edge or less"
         where = f"as {labels.node(a)} and {labels.node(b)} at {place(points[a])}, "
         where += f"of {first_block} and {second_block}"
         if joined_at and distance.min() > GAP * joined_at:
             warnings.warn(f"{size}, {where}: a gap between them", ModelWarning, stacklevel=4)
         else:
-            near = _rounded_up(max(float(distance[far]), 0.01 * NEAR * least, TINY * float(np.ptp(x))))
+            near = _rounded_up(max(float(distance[far]), 0.01 * ROUNDED * least, TINY * float(np.ptp(x))))
             apart = _apart(joined_at, float(distance.min()))
             raise ValueError(
                 f"{size}, {where}: expected common nodes: --join {near} makes them one; if this is a gap, "
@@ -115,11 +115,11 @@ def check_touching(
         rows = np.repeat(np.arange(len(facets)), [len(spots_near) for spots_near in near])
         at = np.fromiter(chain.from_iterable(near), np.int64, len(rows))
         mine = at == len(nodes) + first + rows  # the middle of the face itself
-        own = (facets[rows] == np.append(nodes, np.full(len(centres), -1))[at][:, None]).any(1)
+        at_corner = (facets[rows] == np.append(nodes, np.full(len(centres), -1))[at][:, None]).any(1)
         if bonded:  # only nodes within faces; those at corners, as of a crack, are known by their number
             to_corners = np.linalg.norm(y[rows] - spots[at][:, None], axis=2).min(1)
-            own |= (at >= len(nodes)) | (to_corners <= NEAR * radius[rows])
-        rows, at = rows[~(mine | own)], at[~(mine | own)]
+            at_corner |= (at >= len(nodes)) | (to_corners <= ROUNDED * radius[rows])
+        rows, at = rows[~(mine | at_corner)], at[~(mine | at_corner)]
         inside = _inside(y[rows], spots[at])
         if inside.any():
             k, spot = rows[inside][0], at[inside][0]

@@ -67,10 +67,10 @@ def section(ax: Axes, pattern: Pattern) -> None:
     ax.annotate("", (middle + 0.35, roof - 0.2), (middle - 0.35, roof - 0.2), arrowprops=style)
     ax.text(middle + 0.42, roof - 0.2, "$s_L$", color=COLOURS[1], va="center")
     if rise:
-        foot = line[0]
-        ax.plot([foot[0], foot[0] + 0.45], [foot[1]] * 2, ":", color="black", linewidth=0.8)
+        corner = line[0]
+        ax.plot([corner[0], corner[0] + 0.45], [corner[1]] * 2, ":", color="black", linewidth=0.8)
         ax.annotate(
-            f"{pattern.theta:g}°", (foot[0] + 0.3, foot[1] + 0.05), (foot[0] + 0.12, floor + 0.1),
+            f"{pattern.theta:g}°", (corner[0] + 0.3, corner[1] + 0.05), (corner[0] + 0.12, floor + 0.1),
             arrowprops={"arrowstyle": "-", "linewidth": 0.5},
         )  # fmt: skip
     ax.set_aspect("equal")

@@ -99,14 +99,14 @@ def encoded(figure: Figure, ending: str) -> bytes:
         return buffer.getvalue()
     from PIL import Image, PngImagePlugin
 
-    made = PngImagePlugin.PngInfo()
-    made.add_text("Software", "asperity")  # commands replace only pictures of this package
+    info = PngImagePlugin.PngInfo()
+    info.add_text("Software", "asperity")  # commands replace only pictures of this package
     figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
     small = io.BytesIO()
     with Image.open(buffer) as image:
         # shades of one colour beside each other compress well; a pattern of dots (dither) does not
         palette = image.convert("RGB").quantize(256, dither=Image.Dither.NONE)
-        palette.save(small, format="png", optimize=True, pnginfo=made)
+        palette.save(small, format="png", optimize=True, pnginfo=info)
     return small.getvalue()
 
 
@@ -211,8 +211,11 @@ def merged(lines: Sequence[Line]) -> list[Line]:
                 break
         else:
             kept.append(([line[0]], line))
-    whole = len(lines) > 2 and len(kept) == 1
-    return [(f"{names[0]} to {names[-1]}" if whole else ", ".join(names), *line[1:]) for names, line in kept]
+    range_of_names = len(lines) > 2 and len(kept) == 1
+    return [
+        (f"{names[0]} to {names[-1]}" if range_of_names else ", ".join(names), *line[1:])
+        for names, line in kept
+    ]
 
 
 def curves(

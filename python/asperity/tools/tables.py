@@ -108,8 +108,8 @@ class Table:
         Upper and lower case and the number of blanks do not matter.
         """
         wanted = _folded(heading)
-        whole = [i for i, text in enumerate(self.headings) if _folded(text) == wanted]
-        return whole or [i for i, name in enumerate(self.names) if _folded(name) == wanted]
+        exact = [i for i, text in enumerate(self.headings) if _folded(text) == wanted]
+        return exact or [i for i, name in enumerate(self.names) if _folded(name) == wanted]
 
     def numbers(
         self,
@@ -185,16 +185,16 @@ def _has_rows(path: Path, expected: str) -> bool:
 def _of_file(path: Path, expected: str) -> list[Table]:
     """Tables of the sheets of a workbook, or the one of a text file."""
     file, colon, part = str(path).rpartition(":")
-    whole = path if path.exists() or not colon else Path(file)
-    wanted = part if whole is not path else ""
-    if whole.suffix.lower() not in BOOKS:
-        raw = _text(whole, expected).splitlines()
+    workbook = path if path.exists() or not colon else Path(file)
+    wanted = part if workbook is not path else ""
+    if workbook.suffix.lower() not in BOOKS:
+        raw = _text(workbook, expected).splitlines()
         if SECTION.fullmatch(next(filter(None, map(str.strip, raw)), "")):
-            return _of_sections(whole, raw, wanted)
+            return _of_sections(workbook, raw, wanted)
         if wanted:
             raise ValueError(f"{path}: {part}: expected a workbook, or a file with [sections]")
         return [_table(path, raw, [COMMENT.sub("", line).strip(" ") for line in raw])]
-    return _of_book(whole, wanted, expected)
+    return _of_book(workbook, wanted, expected)
 
 
 def _of_sections(path: Path, raw: Sequence[str], wanted: str) -> list[Table]:
@@ -415,9 +415,9 @@ def _text(path: Path, expected: str) -> str:
                 told = f"{path} is not UTF-8: read as {name}; expected UTF-8 where names or units are wrong"
                 warnings.warn(told, ModelWarning, stacklevel=5)
             # a line break within a quoted cell; the other lines keep their numbers
-            whole = QUOTED.sub(lambda cell: cell[0].replace("\n", " "), text.replace("\r\n", "\n"))
-            whole = half_width(whole).replace("\N{MINUS SIGN}", "-")
-            return "\n" * (text.count("\n") - whole.count("\n")) + whole
+            joined = QUOTED.sub(lambda cell: cell[0].replace("\n", " "), text.replace("\r\n", "\n"))
+            joined = half_width(joined).replace("\N{MINUS SIGN}", "-")
+            return "\n" * (text.count("\n") - joined.count("\n")) + joined
     book = "; it is a workbook of Excel 97: save it as .xlsx" if data.startswith(OF_EXCEL_97) else ""
     raise ValueError(f"{path} is no text: expected {expected}{book}")
 

@@ -113,8 +113,8 @@ def without_gaps(path: Path, x: Floats, y: Floats, z: Floats, unit: str) -> Scan
     from scipy.ndimage import binary_dilation, label
 
     gaps = np.isnan(z)
-    given = int((~gaps).sum())
-    enough(path, "heights", given)
+    known = int((~gaps).sum())
+    enough(path, "heights", known)
     if gaps.any():
         of_gap, _ = label(gaps)
         outer = np.unique(np.concatenate([of_gap[0], of_gap[-1], of_gap[:, 0], of_gap[:, -1]]))
@@ -129,8 +129,8 @@ def without_gaps(path: Path, x: Floats, y: Floats, z: Floats, unit: str) -> Scan
         z, gaps = z[part], gaps[part]
     for name, count in zip("yx", z.shape, strict=True):
         enough(path, f"different {name} within the outline", count)
-    if lost := given - int((~gaps).sum()):
-        text = f"{path}: {lost} of {given} heights are cut off with the gaps at the outline"
+    if lost := known - int((~gaps).sum()):
+        text = f"{path}: {lost} of {known} heights are cut off with the gaps at the outline"
         warnings.warn(text, ModelWarning, stacklevel=4)
     if gaps.any():
         text = f"{path}: {gaps.sum()} of {gaps.size} points are in holes: heights straight between the others"
@@ -145,18 +145,18 @@ def _largest_rectangle(there: np.ndarray) -> tuple[slice, slice]:
     """
     columns = np.arange(there.shape[1])
     high = np.zeros_like(columns)
-    left, right = np.zeros_like(columns), np.full_like(columns, len(columns))
+    begin, end = np.zeros_like(columns), np.full_like(columns, len(columns))
     best, part = (False, -1), (slice(0), slice(0))
     for i, row in enumerate(there):
         first = np.maximum.accumulate(np.where(row, 0, columns + 1))
         last = np.minimum.accumulate(np.where(row, len(columns), columns)[::-1])[::-1]
         high = np.where(row, high + 1, 0)
-        left = np.where(row, np.maximum(left, first), 0)
-        right = np.where(row, np.minimum(right, last), len(columns))
-        wide = right - left
+        begin = np.where(row, np.maximum(begin, first), 0)
+        end = np.where(row, np.minimum(end, last), len(columns))
+        wide = end - begin
         cells = (high - 1) * (wide - 1)
         fits = np.minimum(high, wide) >= LEAST_POINTS
         j = int(np.where(fits, cells, -1 if fits.any() else cells).argmax())
         if (size := (bool(fits[j]), int(cells[j]))) > best:
-            best, part = size, (slice(i + 1 - int(high[j]), i + 1), slice(int(left[j]), int(right[j])))
+            best, part = size, (slice(i + 1 - int(high[j]), i + 1), slice(int(begin[j]), int(end[j])))
     return part

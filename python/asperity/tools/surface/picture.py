@@ -180,10 +180,10 @@ def _scales(ax: Axes, scan: Scan, scales: Floats) -> None:
 def _strengths(ax: Axes, planes: Planes, regular: Planes, slips: Slips) -> None:
     """Draw the residual strength over the direction of slip, without a line where the joint locks."""
     degrees = np.degrees(np.append(slips.angles, slips.angles[0] + 2.0 * np.pi))
-    own = (drawn.slips(slips.angles, slips.mu) for drawn in (planes, regular))
+    of_patterns = (drawn.slips(slips.angles, slips.mu) for drawn in (planes, regular))
     labels = ("facets", "listed planes", f"nearest regular, {len(regular.gamma)} planes")
     styles = (("-", COLOURS[3]), ("-", COLOURS[1]), ("--", COLOURS[0]))
-    for curve, (style, colour), label in zip((slips, *own), styles, labels, strict=True):
+    for curve, (style, colour), label in zip((slips, *of_patterns), styles, labels, strict=True):
         shown = np.where(np.isinf(curve.residual), np.nan, curve.residual)
         ax.plot(degrees, np.append(shown, shown[0]), style, color=colour, label=label)
     if np.isfinite(slips.residual).any():

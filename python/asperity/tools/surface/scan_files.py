@@ -100,10 +100,10 @@ def _read(path: Path, spacing: Sequence[float] | None, unit: str, nodata: Sequen
         x, y = (step * np.arange(n) for step, n in zip((spacing[0], spacing[-1]), z.shape[::-1], strict=True))
         return without_gaps(path, x, y, z, unit)
     axes, places = _columns(table)
-    given = [table.units[place] if table.units else "" for place in places]
-    if any(given) and not all(given):
+    units_of = [table.units[place] if table.units else "" for place in places]
+    if any(units_of) and not all(units_of):
         raise ValueError(f"{path}: columns {_header(table)}: expected a unit for all or none, as x [mm]")
-    units = [text or unit for text in given]
+    units = [text or unit for text in units_of]
     unit = units[axes.index("x")]
     factors = [1.0 if text == unit else _size(path, text) / _size(path, unit) for text in units]
     place = axes.index("z")
@@ -116,7 +116,9 @@ def _read(path: Path, spacing: Sequence[float] | None, unit: str, nodata: Sequen
 
 def _header(table: Table) -> str:
     titles = zip(table.names, table.units, strict=True)
-    return ", ".join(name + (f" [{given}]" if given else "") for name, given in titles)
+    return ", ".join(
+        name + (f" [{unit_of_column}]" if unit_of_column else "") for name, unit_of_column in titles
+    )
 
 
 def _columns(table: Table) -> tuple[list[str], list[int]]:
@@ -231,13 +233,13 @@ def _map(path: Path, data: dict[str, Floats], lines: list[int], unit: str) -> Sc
     """Map on the grid of its points, whose order in the file does not matter."""
     axes, places = [], []
     for name in ("x", "y"):
-        given = data[name]
-        ordered = np.sort(given)
+        values = data[name]
+        ordered = np.sort(values)
         sizes = np.diff(ordered)
         # The values of a grid line may differ by rounding: a new line starts at a larger step.
         starts = ordered[1:][sizes > EVEN * sizes.max(initial=0.0)]
-        place = np.searchsorted(starts, given, side="right")
-        axis = np.bincount(place, given) / np.bincount(place)
+        place = np.searchsorted(starts, values, side="right")
+        axis = np.bincount(place, values) / np.bincount(place)
         if len(axis) == 1:
             raise ValueError(f"{path}: {name} = {axis[0]:g} throughout: expected a map; a profile is x, z")
         enough(path, f"different {name}", len(axis))

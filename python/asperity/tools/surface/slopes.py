@@ -282,13 +282,13 @@ def compare(pattern: Pattern, facets: Facets, slips: Slips, of_listed: Floats) -
     for the same slips, of_listed.
     """
     planes = Planes.of(pattern)
-    own = planes.slips(slips.angles, slips.mu)
+    of_pattern = planes.slips(slips.angles, slips.mu)
     return {
         "mean slope": _relative(planes.mean_slope, facets.mean_slope),
         "fabric": _relative(planes.fabric, facets.fabric),
-        "uphill": _difference(own.uphill, slips.uphill),
-        "residual": _of_strength(own.residual, slips.residual),
-        "listed": _of_strength(own.residual, of_listed),
+        "uphill": _difference(of_pattern.uphill, slips.uphill),
+        "residual": _of_strength(of_pattern.residual, slips.residual),
+        "listed": _of_strength(of_pattern.residual, of_listed),
     }
 
 
