@@ -60,8 +60,8 @@ def _of_fit(case: Path) -> list[str]:
 
 def _has_water(run: Run) -> bool:
     """Whether a step, or the start, has a water pressure."""
-    given = [step.p for step in run.steps if step.p is not None] + [run.state.p if run.state else 0.0]
-    return any(np.any(field) for field in given)
+    pressures = [step.p for step in run.steps if step.p is not None] + [run.state.p if run.state else 0.0]
+    return any(np.any(field) for field in pressures)
 
 
 def _card(options: argparse.Namespace) -> int:
@@ -70,14 +70,14 @@ def _card(options: argparse.Namespace) -> int:
     with shown_warnings():
         run = read_run(options.case, options.value)
         of_host = run.of_host()
-        given = {name: getattr(options, name) for name in of_host}
-        of_host |= {name: value for name, value in given.items() if value is not None}
+        choices = {name: getattr(options, name) for name in of_host}
+        of_host |= {name: value for name, value in choices.items() if value is not None}
         takes, wet = hosts.of(options.host, "card"), _has_water(run)
-        if takes.path and wet and given["water"] == 0:
+        if takes.path and wet and choices["water"] == 0:
             raise ValueError(
                 f"{options.case}: p, and --water 0: expected 1, as the path has the water pressure"
             )
-        if takes.path and wet and given["water"] is None:
+        if takes.path and wet and choices["water"] is None:
             of_host["water"] = 1
         names = "name", "dimension", "explicit", "density", "modulus", "size", "direction"
         text = run.interface.card(

@@ -227,23 +227,23 @@ def slip_test(path: Path, run: Run) -> SlipTest:
     steps = [_without_spring(step) for step in run.steps]
     for step, traction in zip(steps, prescribed(steps), strict=True):
         numbers = numbers_of(step)
-        given = {name for name in TARGETS if name in numbers}
+        targets = {name for name in TARGETS if name in numbers}
         loaded = bool(preload) or len(slips) > 1
         if water := max(numbers.get("p", [0.0])):
             wanted = "expected no p, and its value added to t_N, which is what the joint then carries"
             raise ValueError(f"{path}: &step: p = {water:g}, a water pressure: {wanted}")
-        given -= {"p"}
+        targets -= {"p"}
         if step.k_N:
             wanted = "expected a constant normal traction, as in the same case without k_N"
             raise ValueError(f"{path}: &step: k_N = {step.k_N:g}, a constant normal stiffness: {wanted}")
         if any((step.k_Tx, step.k_Ty)) or any(traction[1:]) or step.follow == "branch":
-            given, parts = {"what is neither slip nor opening"}, []
+            targets, parts = {"what is neither slip nor opening"}, []
         else:
             parts = [int(n) for n in numbers["increments"]]
-        if given == {"t_N"} and len(parts) == 1 and not (loaded or opened):
+        if targets == {"t_N"} and len(parts) == 1 and not (loaded or opened):
             preload, (sigma_N,) = parts[0], numbers["t_N"]
         elif (
-            given in ({"slip"}, {"slip", "t_N"})
+            targets in ({"slip"}, {"slip", "t_N"})
             and traction[0]
             and set(numbers.get("t_N", [sigma_N])) == {sigma_N}
             and not opened
@@ -252,7 +252,7 @@ def slip_test(path: Path, run: Run) -> SlipTest:
             (direction,) = numbers["direction"]
             for target, n in zip(numbers["slip"], parts, strict=True):
                 slips.append(np.linspace(slips[-1][-1], target, n + 1)[1:])
-        elif given <= {"s_N"} and not loaded:
+        elif targets <= {"s_N"} and not loaded:
             opened = True
         else:
             raise ValueError(

@@ -118,8 +118,8 @@ def statev_names(n_planes: int, wears: bool = False, yields: bool = False) -> tu
     names = [row.name for row in statev_table()]
     n_plane = N_POINT_STATEV + N_PLANE_STATEV
     columns = names[:N_POINT_STATEV]
-    for own in (names[N_POINT_STATEV:n_plane], names[n_plane:-N_CAP_STATEV] if wears else []):
-        columns += [f"{name}_{k}" for k in range(1, n_planes + 1) for name in own]
+    for names_of_plane in (names[N_POINT_STATEV:n_plane], names[n_plane:-N_CAP_STATEV] if wears else []):
+        columns += [f"{name}_{k}" for k in range(1, n_planes + 1) for name in names_of_plane]
     return (*columns, *(names[-N_CAP_STATEV:] if yields else ()))
 
 
@@ -137,10 +137,10 @@ def umat_names(
     Those of the joint with fc, kappa and crushing, are the last.
     """
     *point, plane, e_a, e_t = (row.name for row in implex_table())
-    own = (*point, *(f"{plane}_{k}" for k in range(1, n_planes + 1)), e_a, e_t)
+    of_aim = (*point, *(f"{plane}_{k}" for k in range(1, n_planes + 1)), e_a, e_t)
     of_law = statev_names(n_planes, wears)
     last = statev_names(n_planes, wears, yields)[len(of_law) :]
-    return of_law + (own if implex > 0.0 else ()) + last
+    return of_law + (of_aim if implex > 0.0 else ()) + last
 
 
 def n_statev(n_planes: int, wears: bool = False, yields: bool = False) -> int:
@@ -177,8 +177,8 @@ def joint_constants(kn: float, ks: float) -> dict[str, float]:
     """Constants by name, in the order of PROPS, of a joint without bond with these stiffnesses."""
     props = np.full(N_FIXED_PROPS, np.nan)
     _core.asperity_joint(kn, ks, props)
-    given = np.flatnonzero(~np.isnan(props)).tolist()
-    return {props_table()[i].name: float(props[i]) for i in given}
+    places = np.flatnonzero(~np.isnan(props)).tolist()
+    return {props_table()[i].name: float(props[i]) for i in places}
 
 
 def pack(values: dict[str, float], listed: Iterable[float] = ()) -> Floats:

@@ -65,11 +65,13 @@ def handled(numbers: Iterable[int], handler: Callable[[int, object], None]) -> I
     before = {}
     if current_thread() is main_thread():
         before = {number: signal.getsignal(number) for number in numbers}
-    before = {number: own for number, own in before.items() if own not in (signal.SIG_IGN, None)}
+    before = {
+        number: previous for number, previous in before.items() if previous not in (signal.SIG_IGN, None)
+    }
     try:
         for number in before:
             signal.signal(number, handler)
         yield
     finally:
-        for number, own in before.items():
-            signal.signal(number, own)
+        for number, previous in before.items():
+            signal.signal(number, previous)

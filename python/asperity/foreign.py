@@ -66,8 +66,13 @@ class ForeignUmat:
         groups: list[Group] = [("case", {"tolerance": tolerance})]
         groups.append(("umat", self._given()))
         if start is not None:
-            given = {"separation": start.separation, "statev": start.state, "work": start.work, "p": start.p}
-            groups += [("state", given)]
+            entries = {
+                "separation": start.separation,
+                "statev": start.state,
+                "work": start.work,
+                "p": start.p,
+            }
+            groups += [("state", entries)]
         groups += [("step", step.given()) for step in path]
         with TemporaryDirectory() as folder:
             case, output, report = (Path(folder, name) for name in ("case.nml", "out.csv", "out.json"))
@@ -86,11 +91,11 @@ class ForeignUmat:
 
     def _given(self) -> dict[str, object]:
         """Entries of &umat."""
-        given = {part.name: getattr(self, part.name) for part in fields(self)}
+        arguments = {part.name: getattr(self, part.name) for part in fields(self)}
         for name in ("props", "state"):
-            if given[name] is not None:
-                contract.array(name, given[name], ("n",))
-        return given | {"library": str(Path(self.library).resolve())}
+            if arguments[name] is not None:
+                contract.array(name, arguments[name], ("n",))
+        return arguments | {"library": str(Path(self.library).resolve())}
 
 
 def _rows(output: Path, lost: bool, message: str) -> History:

@@ -43,12 +43,12 @@ def run_driver() -> None:
 
 def driver() -> Path:
     """Path of the driver rie_driver: the value of the variable ASPERITY_DRIVER, or the installed driver."""
-    given = os.environ.get(DRIVER_VARIABLE)
-    if given is None:
+    chosen = os.environ.get(DRIVER_VARIABLE)
+    if chosen is None:
         return _installed("rie_driver.exe" if sys.platform == "win32" else "rie_driver")
-    if not Path(given).is_file():
-        raise FileNotFoundError(f"{DRIVER_VARIABLE} = {given}: expected the path of rie_driver")
-    return Path(given)
+    if not Path(chosen).is_file():
+        raise FileNotFoundError(f"{DRIVER_VARIABLE} = {chosen}: expected the path of rie_driver")
+    return Path(chosen)
 
 
 def all_cases() -> dict[str, Path]:

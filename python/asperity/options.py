@@ -216,8 +216,8 @@ def assigned(
 def numbers(option: str, texts: Iterable[str], count: int) -> dict[str, list[float]]:
     """Numbers of the NAME=VALUE or NAME=LOW,HIGH entries of an option, separated by blanks."""
     form, lists = "NAME=VALUE" if count == 1 else "NAME=LOW,HIGH", {}
-    given = assigned((entry for several in texts for entry in several.split()), option, form, "[^=]*")
-    for name, text in given.items():
+    texts_by_name = assigned((entry for several in texts for entry in several.split()), option, form, "[^=]*")
+    for name, text in texts_by_name.items():
         try:
             lists[name] = [float(plain(value)) for value in text.split(",")]
         except ValueError:
@@ -265,8 +265,8 @@ def check_outputs(
             raise ValueError(
                 f"{option} {path}: this file is read or written by the same command: expected another name"
             )
-        own = start[0] if start else PICTURES.get(path.suffix)
-        if not (force or may_replace(path, own)):
+        own_start = start[0] if start else PICTURES.get(path.suffix)
+        if not (force or may_replace(path, own_start)):
             raise ValueError(
                 f"{option} {path}: this file is there and is not replaced: expected another name, or --force"
             )

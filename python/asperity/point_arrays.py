@@ -36,13 +36,15 @@ def times_of(times: ArrayLike | None, rows: int, material: Material) -> Floats:
 
 def pressures(p: ArrayLike, n: int) -> Floats:
     """Water pressures (n,) of one or n values; raises ValueError for one that is negative or not finite."""
-    given = contract.array("p", p, (), (n,))
-    good = np.atleast_1d(np.isfinite(given) & (given >= 0.0))
+    p_of_points = contract.array("p", p, (), (n,))
+    good = np.atleast_1d(np.isfinite(p_of_points) & (p_of_points >= 0.0))
     if not good.all():
         k = int(np.argmin(good))
-        place = f"p[{k}]" if given.ndim else "p"
-        raise ValueError(f"{place} = {np.atleast_1d(given)[k]:g}: expected a finite water pressure >= 0")
-    return np.broadcast_to(given, (n,))
+        place = f"p[{k}]" if p_of_points.ndim else "p"
+        raise ValueError(
+            f"{place} = {np.atleast_1d(p_of_points)[k]:g}: expected a finite water pressure >= 0"
+        )
+    return np.broadcast_to(p_of_points, (n,))
 
 
 def outputs(
@@ -50,14 +52,14 @@ def outputs(
 ) -> Sequence[Floats]:
     """Arrays for traction, state and tangent; raises ValueError for one that cannot be written to."""
     if not isinstance(out, Sequence) or len(out) != len(shapes):
-        given = f"has {len(out)} entries" if isinstance(out, Sequence) else f"= {contract.shown(out)}"
-        raise ValueError(f"out {given}: expected traction, state and tangent")
+        found = f"has {len(out)} entries" if isinstance(out, Sequence) else f"= {contract.shown(out)}"
+        raise ValueError(f"out {found}: expected traction, state and tangent")
     taken = dict(inputs)
     for i, (array, shape) in enumerate(zip(out, shapes, strict=True)):
         name = f"out[{i}]"
         if not isinstance(array, np.ndarray) or array.dtype != np.float64 or not array.flags.carray:
-            given = f"a {array.dtype} array" if isinstance(array, np.ndarray) else contract.shown(array)
-            raise ValueError(f"{name} is {given}: expected writable float64, contiguous in C order")
+            found = f"a {array.dtype} array" if isinstance(array, np.ndarray) else contract.shown(array)
+            raise ValueError(f"{name} is {found}: expected writable float64, contiguous in C order")
         contract.array(name, array, shape)
         for earlier, values in taken.items():
             in_place = i == 1 and earlier == "state" and values is array

@@ -112,11 +112,11 @@ def of(name: str, having: str) -> Any:
 def read(path: Path) -> Host:
     """Read a host.toml; raises ValueError that names the file for what no table has."""
     try:
-        given = tomllib.loads(path.read_text(encoding="utf-8"))
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
         for name, kind in (("card", Card), ("kit", Kit), ("mesh", Mesh)):
-            if name in given:
-                given[name] = kind(**_frozen(given[name]))
-        return Host(**_frozen(given))
+            if name in tables:
+                tables[name] = kind(**_frozen(tables[name]))
+        return Host(**_frozen(tables))
     except (TypeError, tomllib.TOMLDecodeError) as error:
         raise ValueError(f"{path}: {error}") from None
 

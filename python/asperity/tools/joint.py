@@ -97,8 +97,8 @@ def lasting(K_N: float, K_T: float, mu: float, adhesion: float) -> Material:
     bond breaks at LASTING times the separation of its onset.  Raises ValueError naming a value that is not
     above 0.
     """
-    given = {"K_N": K_N, "K_T": K_T, "mu": mu, "adhesion": adhesion}
-    raise_all([f"{name} = {value:g}: expected > 0" for name, value in given.items() if not value > 0.0])
+    constants = {"K_N": K_N, "K_T": K_T, "mu": mu, "adhesion": adhesion}
+    raise_all([f"{name} = {value:g}: expected > 0" for name, value in constants.items() if not value > 0.0])
     sigma0 = adhesion / mu
     Gc, Gc2 = (LASTING * strength**2 / (2.0 * K) for strength, K in ((sigma0, K_N), (adhesion, K_T)))
     return Material(sigma0, Gc, 1.0 - 1.0 / LASTING, mu, sigma02=adhesion, Gc2=Gc2)
@@ -166,8 +166,8 @@ def _run(options: argparse.Namespace) -> int:
     tan_psi = values.get("tan_psi", 0.0)
     pattern = pattern_of(tan_psi)
     shown = (*SHOWN, "Css") if material.fc > 0.0 else SHOWN
-    given = entries_of({name: getattr(material, name) for name in shown})
-    print(case_text(("material", given), ("pattern", pattern_entries(pattern))))
+    entries = entries_of({name: getattr(material, name) for name in shown})
+    print(case_text(("material", entries), ("pattern", pattern_entries(pattern))))
     if tan_psi > 0.0:
         print(f"theta = arctan(tan_psi), mu = tan(phi - psi): {material.mu:.4g} on planes of that slope.")
         height = f"{material.height:.4g}" if material.height else "infinite"
@@ -187,7 +187,7 @@ def _run(options: argparse.Namespace) -> int:
         print(f"{sigma_N:>10g}{strength:>10.5g}{wanted:>24.5g}{better:>24.5g}")
     if options.output is not None:
         slips = [_reach(material)]
-        text = slip_case("Joint with a bond", given, pattern, stresses, slips, increments=SHOWN_INCREMENTS)
+        text = slip_case("Joint with a bond", entries, pattern, stresses, slips, increments=SHOWN_INCREMENTS)
         replace_file(options.output, text)
         print(f"\n{options.output}")
     return 0
@@ -197,8 +197,8 @@ def _lasting(options: argparse.Namespace, values: dict[str, float], stresses: li
     """Print the constants of a cohesion that never softens, and its shear tractions at two slips."""
     material, pattern = lasting(**values), Pattern.regular(0, 0.0)
     _warn(doubts(mu=values["mu"]))
-    given = entries_of({name: getattr(material, name) for name in SHOWN})
-    print(case_text(("material", given), ("pattern", pattern_entries(pattern))))
+    entries = entries_of({name: getattr(material, name) for name in SHOWN})
+    print(case_text(("material", entries), ("pattern", pattern_entries(pattern))))
     s0 = values["adhesion"] / values["K_T"]
     print(NEVER.format(LASTING=LASTING, s0=s0, sigma0=material.sigma0))
     slips = [at * s0 for at in SLIPS]
@@ -211,7 +211,7 @@ def _lasting(options: argparse.Namespace, values: dict[str, float], stresses: li
         print(f"{sigma_N:>10g}{shown}{values['adhesion'] - values['mu'] * sigma_N:>26.5g}")
     if options.output is not None:
         text = slip_case(
-            "Lasting cohesion", given, pattern, stresses, slips[-1:], increments=SHOWN_INCREMENTS
+            "Lasting cohesion", entries, pattern, stresses, slips[-1:], increments=SHOWN_INCREMENTS
         )
         replace_file(options.output, text)
         print(f"\n{options.output}")
@@ -237,8 +237,8 @@ def _checked(options: argparse.Namespace) -> tuple[dict[str, float], list[float]
     texts = assigned([*options.values, *(text for text in options.sigma_N if "=" in text)])
     if {*texts} & {*ADHESION}:
         known, required = ADHESION, ADHESION
-    given = {*texts, *(ANGLES.get(name, "") for name in texts)}
-    bad = [f"{name} is missing: expected {name}=VALUE" for name in required if name not in given]
+    names = {*texts, *(ANGLES.get(name, "") for name in texts)}
+    bad = [f"{name} is missing: expected {name}=VALUE" for name in required if name not in names]
     twice = [name for name, tangent in ANGLES.items() if {name, tangent} <= {*texts}]
     bad += [f"{name} = {texts[name]}: expected without {ANGLES[name]}" for name in twice]
     values: dict[str, float] = {}

@@ -69,8 +69,8 @@ def _run(options: argparse.Namespace) -> int:
     if len(stresses) > 2:
         raise ValueError(f"--sigma-n {options.sigma_n}: expected one normal stress, or LOW,HIGH")
     joint = Joint(options.jrc, options.jcs, options.phi_r, options.length, options.sample)
-    given = {"JCS": joint.jcs, "phi_r": joint.phi_r, "length": joint.length, "sample": joint.sample}
-    for text in doubts(**given):
+    inputs = {"JCS": joint.jcs, "phi_r": joint.phi_r, "length": joint.length, "sample": joint.sample}
+    for text in doubts(**inputs):
         report_warning(text)
     laws, more, case, picture = (_curve if len(stresses) == 1 else _envelope)(options, joint, *stresses)
     interface, pressure, end = laws.interface, -float(laws.stresses[-1]), float(laws.slips[-1])

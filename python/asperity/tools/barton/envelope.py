@@ -128,10 +128,10 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
         return Envelope(joint, interface, stresses, slips, values)
 
     def residuals(x: Floats) -> Floats:
-        barton, own = law(x).numbers
+        barton, fitted = law(x).numbers
         # a trial whose joint has closed at the end is far off, and no error
-        left = np.log(np.maximum(own / barton, LEAST))
-        return np.append(left[:, 0], left[middle, 1:])
+        misfit = np.log(np.maximum(fitted / barton, LEAST))
+        return np.append(misfit[:, 0], misfit[middle, 1:])
 
     slope, pressure = np.tan(np.radians(min(joint.roughness_angle(low), 45.0))), float(stresses[middle])
     ks = 2.0 * joint.peak_strength(pressure) / joint.peak_slip

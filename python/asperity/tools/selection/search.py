@@ -238,7 +238,9 @@ class Reference:
     def mean_error(self, reference: Reference) -> float:
         """Difference from the mean curves of another reference with the same increments."""
         pairs = zip(self.means, reference.means, strict=True)
-        return max(self._error(own, mean.shape[1], mean[:1], 0.0, mean[1:]).worst for own, mean in pairs)
+        return max(
+            self._error(curves, mean.shape[1], mean[:1], 0.0, mean[1:]).worst for curves, mean in pairs
+        )
 
     def errors(self, pattern: Pattern, angles: Floats) -> Errors:
         """Errors of a pattern in directions (degrees), without the closed form of the residual strength."""
@@ -254,8 +256,10 @@ class Reference:
     def _runs(self, pattern: Pattern, angles: Floats) -> list[SlipCurves]:
         """Curves of a pattern in directions, for each normal traction."""
         interface = Interface(self.case.material, pattern)
-        given = self.slips, self.case.sigma_N, PRELOAD, self.executor
-        return [slip_curves(interface, angles, given[0], sigma_N, *given[2:]) for sigma_N in given[1]]
+        arguments = self.slips, self.case.sigma_N, PRELOAD, self.executor
+        return [
+            slip_curves(interface, angles, arguments[0], sigma_N, *arguments[2:]) for sigma_N in arguments[1]
+        ]
 
     def _error(
         self, mean: Floats, rows: NDArray[np.int_] | int, tau_L: Floats, across: Floats | float, s_N: Floats
@@ -295,11 +299,11 @@ def select(
     def candidate(sides: int, most: float = np.inf) -> Candidate:
         """Errors of a pattern; where that of the residual strength exceeds `most`, the others are NaN."""
         pattern = case.regular(sides, case.direction if case.planar else 0.0)
-        left = case.residual_error(sides) if any(dense.damaged) else 0.0
-        errors = Errors(np.nan, np.nan, np.nan, left)
-        if left <= most:
+        residual = case.residual_error(sides) if any(dense.damaged) else 0.0
+        errors = Errors(np.nan, np.nan, np.nan, residual)
+        if residual <= most:
             errors = Errors.largest(
-                Errors(residual=left), dense.errors(pattern, case.directions(sides, SEARCH))
+                Errors(residual=residual), dense.errors(pattern, case.directions(sides, SEARCH))
             )
             if errors.worst <= most:
                 errors = Errors.largest(errors, check.errors(pattern, case.directions(sides, CHECK)))

@@ -73,12 +73,12 @@ def _run(options: argparse.Namespace) -> int:
         if len(pair) != 2:
             raise ValueError(f"--correlation {name}={value:g}: expected NAME,NAME=VALUE")
         correlations[pair] = value
-    given = deviations, correlations, options.fit, options.samples, options.seed, levels
+    arguments = deviations, correlations, options.fit, options.samples, options.seed, levels
     with (
         workers(options, os.cpu_count()) as executor,
         progress_bar(options.samples * len(case.runs), "sample") as bar,
     ):
-        spreads = uncertainty(case, *given, executor, lambda: bar.update(min(BATCH, bar.total - bar.n)))
+        spreads = uncertainty(case, *arguments, executor, lambda: bar.update(min(BATCH, bar.total - bar.n)))
     print(head(spreads[0].distribution))
     print(f"samples     {options.samples}, seed {options.seed}")
     print(report(case.sweep, spreads))
@@ -126,8 +126,13 @@ def report(sweep: str, spreads: Sequence[Spread]) -> str:
     for title, spread in zip(titles, spreads, strict=True):
         names = ("case", "mean", "sd", *(f"{level:.6g}" for level in spread.levels))
         lines += ["", f"{title:<22}" + "".join(f"{name:>12}" for name in names)]
-        for name, own, values in zip(RESULTS, spread.case[1], spread.results.T, strict=True):
-            row = [own, values.mean(), (values - values[0]).std(ddof=1), *np.quantile(values, spread.levels)]
+        for name, of_case, values in zip(RESULTS, spread.case[1], spread.results.T, strict=True):
+            row = [
+                of_case,
+                values.mean(),
+                (values - values[0]).std(ddof=1),
+                *np.quantile(values, spread.levels),
+            ]
             label = name if spread.path.slips else name.replace("slip", "opening")
             lines.append(f"{label:<22}" + "".join(f"{value:>12.5g}" for value in row))
     return "\n".join(lines)

@@ -153,13 +153,13 @@ def of_deviations(
     names = tuple(deviations)
     matrix = np.eye(len(names))
     for (first, second), value in correlations.items():
-        given = f"--correlation {first},{second}={value:g}: "
+        option = f"--correlation {first},{second}={value:g}: "
         if first == second or not {first, second} <= set(names):
-            raise ValueError(f"{given}expected two of {', '.join(names)}")
+            raise ValueError(f"{option}expected two of {', '.join(names)}")
         if not -1.0 <= value <= 1.0:
-            raise ValueError(f"{given}expected -1 to 1")
+            raise ValueError(f"{option}expected -1 to 1")
         if (second, first) in correlations:
-            raise ValueError(f"{given}given twice: expected one value")
+            raise ValueError(f"{option}given twice: expected one value")
         i, j = names.index(first), names.index(second)
         matrix[i, j] = matrix[j, i] = value
     sizes = np.array([*deviations.values()], dtype=float)

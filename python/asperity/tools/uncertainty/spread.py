@@ -55,8 +55,8 @@ class LoadPath:
         """Curves of a joint with these constants, (n, 3), and work (n,); n is smaller where it is lost."""
         rows, _ = rows_of(props, self.run.steps)
         values = np.column_stack([rows.traction @ self.e, rows.dilation, rows.damage])
-        whole = np.vstack([np.zeros(3), values])
-        return whole[self.first :], np.append(0.0, rows.work)[self.first :]
+        with_start = np.vstack([np.zeros(3), values])
+        return with_start[self.first :], np.append(0.0, rows.work)[self.first :]
 
 
 def load_path(path: Path, run: Run) -> LoadPath:
@@ -152,8 +152,8 @@ def spread(
         why = ", ".join(f"{count} {reason}" for reason, count in out.items())
         raise ValueError(f"none of {samples} samples has the whole path: {why}")
     quantiles = np.stack([np.quantile(curves[:, i], levels, axis=0) for i in range(len(points))], axis=1)
-    own = (case[0], _results(path.x, *case))
-    return Spread(path, distribution, points, levels, quantiles, results, out, own)
+    of_case = (case[0], _results(path.x, *case))
+    return Spread(path, distribution, points, levels, quantiles, results, out, of_case)
 
 
 def uncertainty(
@@ -194,8 +194,8 @@ def uncertainty(
     if wanted.ndim != 1 or not wanted.size or not (np.diff([0.0, *wanted, 1.0]) > 0.0).all():
         text = "expected increasing numbers between 0 and 1, for quantiles"
         raise ValueError(f"levels = {contract.shown(levels)}: {text}")
-    given = distribution, int(samples), int(seed), wanted, executor, tick
-    return [spread(load_path(known.path, run), *given) for run in known.runs]
+    arguments = distribution, int(samples), int(seed), wanted, executor, tick
+    return [spread(load_path(known.path, run), *arguments) for run in known.runs]
 
 
 def _batch(
