@@ -1,6 +1,6 @@
 """Counts of decks of Abaqus and text files of gmsh: cells, nodes, area and groups of plane meshes.
 
-They know the cards of the drawn files of test_mesh_files.py alone, and nothing of asperity.
+They know the cards of the drawn files of mesh/test_files.py alone, and nothing of asperity.
 """
 
 from __future__ import annotations

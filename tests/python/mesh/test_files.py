@@ -9,7 +9,6 @@ import warnings
 from collections import Counter
 from pathlib import Path
 
-import drawn_meshes
 import meshio
 import numpy as np
 import pytest
@@ -18,6 +17,7 @@ from asperity.mesh import Jointed, split, write
 from asperity.mesh.abaqus import read_deck
 
 from harness.hosts import structured
+from mesh import drawn_meshes
 from tests.oracle import mesh_count
 
 ROUNDING = 1.0e-9

@@ -7,11 +7,12 @@ import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
-import drawn_meshes
 import numpy as np
 import pytest
 from asperity import ModelWarning
 from asperity.mesh import split
+
+from mesh import drawn_meshes
 
 DRAWN = 40
 """Drawn files, of both formats."""

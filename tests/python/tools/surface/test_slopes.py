@@ -15,7 +15,8 @@ from asperity.tools.surface import slopes
 from asperity.tools.surface.command import HEADING
 from asperity.tools.surface.scan import Scan
 from asperity.tools.surface.slopes import Planes, Slips
-from support_scans import EXACT, grid, profile, rows, write
+
+from tools.surface.support_scans import EXACT, grid, profile, rows, write
 
 THETA, MU = 30.0, 0.5
 T = np.tan(np.radians(THETA))

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from asperity import ModelWarning
 from asperity.mesh import split, write
-from test_mesh_files import MSH, STRIP, groups, placed
+
+from mesh.test_files import MSH, STRIP, groups, placed
 
 COLUMN = """*Node
 1, 0., 0., 0.

@@ -352,7 +352,7 @@ def test_blocks_of_files(tmp_path: Path) -> None:
         assert jointed.names == blocks and len(jointed.points) == 8
 
 
-CASE = Path(__file__).parents[2] / "harness/cases/figure05b.nml"
+CASE = Path(__file__).parents[3] / "harness/cases/figure05b.nml"
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -16,7 +16,8 @@ from asperity import ModelWarning
 from asperity.tools.surface import slopes
 from asperity.tools.surface.scan import Scan
 from asperity.tools.surface.scan_files import read_scan
-from support_scans import EXACT, grid, profile, rows, write
+
+from tools.surface.support_scans import EXACT, grid, profile, rows, write
 
 
 def test_profile_in_units(folder: Path) -> None:

@@ -13,7 +13,8 @@ from asperity import ModelWarning
 from asperity.cli import main
 from asperity.mesh import split, write
 from asperity.mesh.deck_joints import judged
-from drawn_decks import LAW, MISTAKES, bonded, harmless, mistaken
+
+from mesh.drawn_decks import LAW, MISTAKES, bonded, harmless, mistaken
 
 DRAWN = 30
 """Drawn decks of the fast tests."""

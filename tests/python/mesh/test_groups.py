@@ -7,16 +7,16 @@ from collections.abc import Callable
 from dataclasses import FrozenInstanceError
 from pathlib import Path
 
-import drawn_meshes
 import meshio
 import numpy as np
 import pytest
 from asperity import ModelWarning
 from asperity.mesh import split, write
 from asperity.mesh.files import read_raw
-from test_mesh_files import MSH, STRIP, placed, read, same_counts
 
 from harness.hosts import structured
+from mesh import drawn_meshes
+from mesh.test_files import MSH, STRIP, placed, read, same_counts
 
 DRAWN = 20
 """Drawn files of each kind."""
