@@ -212,7 +212,10 @@ ROWS: list[tuple[Callable[[], object], str]] = [
     *(
         (lambda arguments=arguments: RT.card(*arguments[:1], **arguments[1]), message)
         for arguments, message in (
-            (("ansys", {}), "host = 'ansys': expected one of abaqus, akantu, calculix, cast3m, fenicsx"),
+            (
+                ("ansys", {}),
+                "host = 'ansys': expected one of abaqus, akantu, calculix, cast3m, diana",
+            ),
             (("abaqus", {"name": "2 joints"}), "name = '2 joints': expected a letter"),
             (("abaqus", {"h": -1.0}), "h = -1"),
             (("abaqus", {"dimension": 1}), "dimension = 1: expected 2 or 3"),
