@@ -28,7 +28,7 @@ contains
       call update_part(block, points, state_old, state, traction, tangent)
       return
     end if
-    call begin_sums(points, state_old(1, v_offset), now, tangent)
+    call begin_sums(block, points, state_old(1, v_offset), now, tangent)
     call find_long(block, now)
     state(:n, v_offset:v_offset + 2) = state_old(:n, v_offset:v_offset + 2)
     do k = 1, block%n_planes

@@ -1,9 +1,11 @@
 !> Begin and end of the sums over the planes for a chunk of points: whole groups of points, so that every point passes
 !> through the same vector instructions.
 module asperity_chunk
+  use, intrinsic :: iso_fortran_env, only: int64
   use asperity_contract, only: v_damage, v_friction, v_rupture, v_status, v_stored
   use asperity_kinds, only: wp
-  use asperity_types, only: after, before, chunk, chunk_type, i_damage, i_friction, i_rupture, i_stored, points_type
+  use asperity_types, only: after, before, block_type, chunk, chunk_type, i_damage, i_friction, i_rupture, i_stored, &
+    points_type
   implicit none
   private
   public :: begin_sums, end_sums, group, pad
@@ -29,23 +31,33 @@ contains
     state(n + 1:points%n, :) = 0.0_wp
   end subroutine pad
 
-  !> Set the separations, and the sums over the planes to zero.
-  pure subroutine begin_sums(points, offset, now, tangent)
+  !> Set the separations, and the sums over the planes to zero; see whether any increment is long.
+  pure subroutine begin_sums(block, points, offset, now, tangent)
+    type(block_type), intent(in) :: block                     !! the interface
     type(points_type), intent(in) :: points                   !! the points
     real(wp), intent(in) :: offset(points%n_old, 3)           !! offset of the separation, length
     type(chunk_type), intent(out) :: now                      !! separations and sums
     real(wp), intent(inout), optional :: tangent(chunk, 3, 3) !! sum over the planes
-    integer :: i, k
+    real(wp) :: count, inv_longest_2, way
+    integer(int64) :: i
     now%n = points%n
     now%n_old = points%n_old
     now%n_new = points%n_new
-    do k = 1, 3
-      !$omp simd
-      do i = 1, now%n
-        now%s(i, k, before) = points%s_old(i, k) + offset(i, k)
-        now%s(i, k, after) = points%s_new(i, k) + offset(i, k)
-      end do
+    inv_longest_2 = block%material%inv_longest_2
+    count = 0.0_wp
+    !$omp simd reduction(+:count)
+    do i = 1, now%n
+      now%s(i, 1, before) = points%s_old(i, 1) + offset(i, 1)
+      now%s(i, 2, before) = points%s_old(i, 2) + offset(i, 2)
+      now%s(i, 3, before) = points%s_old(i, 3) + offset(i, 3)
+      now%s(i, 1, after) = points%s_new(i, 1) + offset(i, 1)
+      now%s(i, 2, after) = points%s_new(i, 2) + offset(i, 2)
+      now%s(i, 3, after) = points%s_new(i, 3) + offset(i, 3)
+      way = (now%s(i, 1, after) - now%s(i, 1, before))**2 + ((now%s(i, 2, after) - now%s(i, 2, before))**2 + &
+        (now%s(i, 3, after) - now%s(i, 3, before))**2)
+      count = count + merge(1.0_wp, 0.0_wp, way*inv_longest_2 > 1.0_wp)
     end do
+    now%any_long = count > 0.0_wp
     now%sums(:now%n, :) = 0.0_wp
     now%facets(:now%n, :) = 0.0_wp
     if (present(tangent)) tangent(:now%n, :, :) = 0.0_wp
@@ -53,10 +65,15 @@ contains
 
   !> State of the points from the sums over the planes.
   pure subroutine end_sums(now, old, new)
-    type(chunk_type), intent(in) :: now                    !! the sums
+    type(chunk_type), intent(inout) :: now                 !! the sums
     real(wp), intent(in) :: old(now%n_old, *)              !! STATEV of the point at the start
     real(wp), intent(inout) :: new(now%n_new, *)           !! the same at the end
     integer :: i
+    if (now%any_long) then
+      do i = 1, now%n
+        if (now%long(i) > 0.5_wp) now%sums(i, [i_rupture, i_friction]) = now%accounts(i, :)
+      end do
+    end if
     !$omp simd
     do i = 1, now%n
       new(i, v_damage) = min(now%sums(i, i_damage), 1.0_wp)

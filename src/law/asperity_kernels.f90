@@ -37,12 +37,12 @@ contains
     end if
   end function kernel_of
 
-  !> Kernel that takes long increments in place of another one: few are enough, as these are rare. None is long with a
-  !> dashpot.
+  !> Kernel for the accounts of long increments beside another one: two are enough, as these are rare. None is long
+  !> with the guard or a dashpot.
   pure function exact_kernel(kernel) result(exact)
     integer, intent(in) :: kernel   !! the other one
     integer :: exact
-    exact = merge(kernel_guarded, kernel_general, kernel <= kernel_guarded)
+    exact = merge(kernel_straight, kernel_general, kernel == kernel_straight)
   end function exact_kernel
 
   !> Constants with the flags of a kernel.
@@ -56,6 +56,7 @@ contains
     m%wears = kernel >= kernel_worn
     m%bends = kernel >= kernel_general
     m%damps = kernel == kernel_damped
+    m%exact = .false.
   end function kernel_constants
 
 end module asperity_kernels

@@ -135,15 +135,14 @@ contains
 
   !> Update of a plane over an increment: the law.
   !>
-  !> A loop with m%exact takes the accounts of a long increment by its phases (asperity_phases), all others by the
-  !> trapezoidal rule.
-  pure function update_plane(m, whole, plane, wearing, crushed, long, from, to, state) result(now)
+  !> A loop with m%exact, which is for the accounts of a long increment alone, takes them by its phases
+  !> (asperity_phases), all others by the trapezoidal rule.
+  pure function update_plane(m, whole, plane, wearing, crushed, from, to, state) result(now)
     type(material_type), intent(in) :: m            !! constants, with the flags of a kernel
     type(growth_type), intent(in) :: whole          !! growth of the damage that no guard limits
     type(plane_type), intent(in) :: plane           !! axes
     real(wp), intent(in) :: wearing                 !! part of the wear of the increment that is done, 0 to 1
     real(wp), intent(in) :: crushed                 !! share that the pressure at the end crushes
-    real(wp), intent(in) :: long                    !! with m%exact: 1 if the increment is long, else 0
     type(vector_type), intent(in) :: from, to       !! separation of the interface at start and end, length
     type(history_type), intent(in) :: state         !! state of the plane at the start
     type(update_type) :: now
@@ -176,8 +175,7 @@ contains
     now%spent = plane_dissipation(m, start, last, grown, response%friction%slip)
     if (m%exact) then
       phases = phases_of(m, at_start, at, old, response%new%alpha)
-      now%spent%rupture = merge(rupture_of_phases(m, growth, at_start, at, old, response, phases), &
-        now%spent%rupture, long > 0.5_wp)
+      now%spent%rupture = rupture_of_phases(m, growth, at_start, at, old, response, phases)
     end if
     if (m%guard) then
       growth%limit = guarded_limit(m, growth, at_start, at, grown, now%spent%rupture)
@@ -188,7 +186,7 @@ contains
     end if
     ! the wear by work keeps the trapezoidal rule, which its constants know
     if (m%exact) now%spent%friction = merge(friction_of_phases(m, growth, old, response%new, phases), &
-      now%spent%friction, merge(long, 0.0_wp, m%inv_w0 <= 0.0_wp) > 0.5_wp)
+      now%spent%friction, m%inv_w0 <= 0.0_wp)
     now%new = response%new
     now%stored = stored_energy(m, at, response)
     ! of the viscous parts of pressure and friction only the values at the end are known

@@ -71,11 +71,17 @@ contains
       pattern%cos_theta(k) = c
       pattern%sin_theta(k) = s
       pattern%slope(k) = slope
-      pattern%e_x(k) = axial(azimuth_cos(start + k)*rotation(1) - azimuth_sin(start + k)*rotation(2))
-      pattern%e_y(k) = axial(azimuth_cos(start + k)*rotation(2) + azimuth_sin(start + k)*rotation(1))
-      pattern%h_y(k) = axial(azimuth_sin(start + k)*rotation(2) - azimuth_cos(start + k)*rotation(1))
+      pattern%e_x(k) = azimuth_cos(start + k)*rotation(1) - azimuth_sin(start + k)*rotation(2)
+      pattern%e_y(k) = azimuth_cos(start + k)*rotation(2) + azimuth_sin(start + k)*rotation(1)
+      pattern%h_y(k) = azimuth_sin(start + k)*rotation(2) - azimuth_cos(start + k)*rotation(1)
       pattern%gamma(k) = weight
     end do
+    ! without a turn the products are exact
+    if (abs(turn) > 0.0_wp) then
+      pattern%e_x(:padded) = axial(pattern%e_x(:padded))
+      pattern%e_y(:padded) = axial(pattern%e_y(:padded))
+      pattern%h_y(:padded) = axial(pattern%h_y(:padded))
+    end if
     do k = 1, vector_width - 1
       pattern%gamma(pattern%n + k) = 0.0_wp
     end do

@@ -17,18 +17,19 @@ module asperity_plane_sums
 
 contains
 
-  !> Find the points of a chunk whose increment is long.
+  !> Find the points of a chunk whose increment is long, if there are any.
   pure subroutine find_long(block, now)
     type(block_type), intent(in) :: block     !! the interface
     type(chunk_type), intent(inout) :: now    !! separations -> which increments are long
     integer(int64) :: i
+    if (.not. now%any_long) return
     !$omp simd
     do i = 1, now%n
       now%long(i) = long_increment(block%material, block%growth, &
         vector_type(now%s(i, 1, before), now%s(i, 2, before), now%s(i, 3, before)), &
         vector_type(now%s(i, 1, after), now%s(i, 2, after), now%s(i, 3, after)))
     end do
-    now%any_long = maxval(now%long(:now%n)) > 0.0_wp
+    now%accounts(:now%n, :) = 0.0_wp
   end subroutine find_long
 
   !> Update the state of a plane, and add its damage, energies, traction and (on request) consistent tangent to the sums
@@ -40,79 +41,116 @@ contains
     real(wp), intent(in) :: old(now%n_old, n_plane_statev)    !! state of the plane at the start
     real(wp), intent(inout) :: new(now%n_new, n_plane_statev) !! the same at the end
     real(wp), intent(inout), optional :: tangent(chunk, 3, 3) !! stress/length
-    real(wp) :: unused(chunk, 3, 3)
     integer :: kernel
     kernel = kernel_of(block%material, block%planes(k)%slope)
-    ! kernel and wishes are literals, so that the compiler generates a loop without branches for each
-    if (present(tangent)) then
-      select case (kernel)
-      case (kernel_straight)
-        call add_plane(block, kernel_straight, .true., .false., .false., k, now, old, new, tangent)
-      case (kernel_guarded)
-        call add_plane(block, kernel_guarded, .true., .false., .true., k, now, old, new, tangent)
-      case (kernel_facet)
-        call add_plane(block, kernel_facet, .true., .false., .false., k, now, old, new, tangent)
-      case (kernel_worn)
-        call add_plane(block, kernel_worn, .true., .false., .false., k, now, old, new, tangent)
-      case (kernel_general)
-        call add_plane(block, kernel_general, .true., .false., .true., k, now, old, new, tangent)
-      case default
-        call add_plane(block, kernel_damped, .true., .false., .true., k, now, old, new, tangent)
-      end select
-    else
-      select case (kernel)
-      case (kernel_straight)
-        call add_plane(block, kernel_straight, .false., .false., .false., k, now, old, new)
-      case (kernel_guarded)
-        call add_plane(block, kernel_guarded, .false., .false., .true., k, now, old, new)
-      case (kernel_facet)
-        call add_plane(block, kernel_facet, .false., .false., .false., k, now, old, new)
-      case (kernel_worn)
-        call add_plane(block, kernel_worn, .false., .false., .false., k, now, old, new)
-      case (kernel_general)
-        call add_plane(block, kernel_general, .false., .false., .true., k, now, old, new)
-      case default
-        call add_plane(block, kernel_damped, .false., .false., .true., k, now, old, new)
-      end select
+    ! from the states at the start, which the loop below may replace
+    if (now%any_long) then
+      if (exact_kernel(kernel) == kernel_straight) then
+        call add_accounts(block, kernel_straight, k, now, old)
+      else
+        call add_accounts(block, kernel_general, k, now, old)
+      end if
     end if
-    ! what that has left out
-    if (.not. now%any_long) return
+    ! kernel and wish are literals, so that the compiler generates a loop without branches for each
     if (present(tangent)) then
-      call sum_exactly(block, kernel, k, now, old, new, tangent)
+      select case (kernel)
+      case (kernel_straight)
+        call add_plane(block, kernel_straight, .true., k, now, old, new, tangent)
+      case (kernel_guarded)
+        call add_plane(block, kernel_guarded, .true., k, now, old, new, tangent)
+      case (kernel_facet)
+        call add_plane(block, kernel_facet, .true., k, now, old, new, tangent)
+      case (kernel_worn)
+        call add_plane(block, kernel_worn, .true., k, now, old, new, tangent)
+      case (kernel_general)
+        call add_plane(block, kernel_general, .true., k, now, old, new, tangent)
+      case default
+        call add_plane(block, kernel_damped, .true., k, now, old, new, tangent)
+      end select
     else
-      unused(:now%n, :, :) = 0.0_wp
-      call sum_exactly(block, kernel, k, now, old, new, unused)
+      select case (kernel)
+      case (kernel_straight)
+        call add_plane(block, kernel_straight, .false., k, now, old, new)
+      case (kernel_guarded)
+        call add_plane(block, kernel_guarded, .false., k, now, old, new)
+      case (kernel_facet)
+        call add_plane(block, kernel_facet, .false., k, now, old, new)
+      case (kernel_worn)
+        call add_plane(block, kernel_worn, .false., k, now, old, new)
+      case (kernel_general)
+        call add_plane(block, kernel_general, .false., k, now, old, new)
+      case default
+        call add_plane(block, kernel_damped, .false., k, now, old, new)
+      end select
     end if
   end subroutine sum_plane
 
-  !> The same for the points whose increment is long, which sum_plane leaves out.
-  pure subroutine sum_exactly(block, kernel, k, now, old, new, tangent)
-    type(block_type), intent(in) :: block                     !! the interface
-    integer, intent(in) :: kernel                             !! that of the first loop
-    integer, intent(in) :: k                                  !! plane
-    type(chunk_type), intent(inout) :: now                    !! separations; sums, to which the plane is added
-    real(wp), intent(in) :: old(now%n_old, n_plane_statev)    !! state of the plane at the start
-    real(wp), intent(inout) :: new(now%n_new, n_plane_statev) !! the same at the end
-    real(wp), intent(inout) :: tangent(chunk, 3, 3)           !! stress/length
-    logical :: gated
-    gated = kernel == kernel_guarded .or. kernel >= kernel_general
-    if (exact_kernel(kernel) == kernel_guarded) then
-      call add_plane(block, kernel_guarded, .true., .true., gated, k, now, old, new, tangent)
-    else
-      call add_plane(block, kernel_general, .true., .true., gated, k, now, old, new, tangent)
+  !> Find the shares of a plane that the pressure at the end crushes.
+  pure subroutine find_crushed(block, kernel, k, now)
+    type(block_type), intent(in) :: block     !! the interface
+    integer, intent(in) :: kernel             !! which one
+    integer, intent(in) :: k                  !! plane
+    type(chunk_type), intent(inout) :: now    !! separations -> shares
+    type(material_type) :: m
+    type(plane_type) :: plane
+    type(vector_type) :: to
+    integer(int64) :: i
+    m = kernel_constants(block%material, kernel)
+    m%by_points = .true.
+    plane = block%planes(k)
+    now%crushed(:now%n) = 0.0_wp
+    if (.not. (m%kt_crush > 0.0_wp .and. plane%slope > 0.0_wp)) return
+    ! where no point of the chunk climbs the plane, nothing is crushed; crushed_share decides of a slip across the
+    ! plane, which is zero but for rounding
+    if (maxval(plane%e_x*now%s(:now%n, 2, after) + plane%e_y*now%s(:now%n, 3, after)) > &
+        -4.0_wp*epsilon(1.0_wp)*maxval(abs(now%s(:now%n, 2:3, after)))) then
+      !$omp simd
+      do i = 1, now%n
+        to = vector_type(now%s(i, 1, after), now%s(i, 2, after), now%s(i, 3, after))
+        now%crushed(i) = crushed_share(m, plane, to)
+      end do
     end if
-  end subroutine sum_exactly
+  end subroutine find_crushed
 
+  !> Add rupture and friction of one plane to the accounts, which hold for the points whose increment is long.
+  pure subroutine add_accounts(block, kernel, k, now, old)
+    type(block_type), intent(in) :: block                     !! the interface
+    integer, intent(in) :: kernel                             !! which one, a literal
+    integer, intent(in) :: k                                  !! plane
+    type(chunk_type), intent(inout) :: now                    !! separations; accounts, to which the plane is added
+    real(wp), intent(in) :: old(now%n_old, n_plane_statev)    !! state of the plane at the start
+    type(growth_type) :: growth
+    type(history_type) :: state
+    type(material_type) :: m
+    type(plane_type) :: plane
+    type(update_type) :: ended
+    type(vector_type) :: from, to
+    real(wp) :: weight
+    integer(int64) :: i
+    m = kernel_constants(block%material, kernel)
+    m%guard = .false.
+    m%by_points = .true.
+    m%exact = .true.
+    growth = block%growth
+    plane = block%planes(k)
+    weight = plane%gamma*m%k_t
+    if (m%wears) call find_crushed(block, kernel, k, now)
+    !$omp simd
+    do i = 1, now%n
+      from = vector_type(now%s(i, 1, before), now%s(i, 2, before), now%s(i, 3, before))
+      to = vector_type(now%s(i, 1, after), now%s(i, 2, after), now%s(i, 3, after))
+      state = history_type(old(i, 1), old(i, 2), old(i, 3), now%facets(i, 1), now%facets(i, 2))
+      ended = update_plane(m, growth, plane, 1.0_wp, now%crushed(i), from, to, state)
+      now%accounts(i, 1) = now%accounts(i, 1) + weight*ended%spent%rupture
+      now%accounts(i, 2) = now%accounts(i, 2) + weight*ended%spent%friction
+    end do
+  end subroutine add_accounts
 
-  !> Add damage, energies, traction and (on request) tangent of one plane to the sums, and set its states: those of the
-  !> points whose increment is long, or of the others. Without the guard, whose decision may differ, the first loop adds
-  !> to all sums but those of the accounts also for the points that it leaves to the second one.
-  pure subroutine add_plane(block, kernel, with_tangent, exact, gated, k, now, old, new, tangent)
+  !> Add damage, energies, traction and (on request) tangent of one plane to the sums.
+  pure subroutine add_plane(block, kernel, with_tangent, k, now, old, new, tangent)
     type(block_type), intent(in) :: block                  !! the interface
     integer, intent(in) :: kernel                          !! which one, a literal
     logical, intent(in) :: with_tangent                    !! whether the tangent is wanted, a literal
-    logical, intent(in) :: exact                           !! whether long increments are, a literal
-    logical, intent(in) :: gated                           !! whether all sums are parted; a literal if not exact
     integer, intent(in) :: k                               !! plane
     type(chunk_type), intent(inout) :: now                 !! separations; sums, to which the plane is added
     real(wp), intent(in) :: old(now%n_old, n_plane_statev)      !! state of the plane at the start
@@ -124,62 +162,31 @@ contains
     type(plane_type) :: plane
     type(update_type) :: ended
     type(vector_type) :: from, to
-    real(wp) :: gamma, most, share, weight
+    real(wp) :: weight
     ! as wide as a double: with a shorter index gfortran takes two vectors at a time, and the registers do not suffice
     integer(int64) :: i
 
     m = kernel_constants(block%material, kernel)
     m%by_points = .true.
-    m%exact = exact
     growth = block%growth
     plane = block%planes(k)
-    if (m%wears) now%crushed(:now%n) = 0.0_wp
-    if (m%wears .and. m%kt_crush > 0.0_wp .and. plane%slope > 0.0_wp) then
-      ! where no point of the chunk climbs the plane, nothing is crushed; crushed_share decides of a slip across the
-      ! plane, which is zero but for rounding
-      if (maxval(plane%e_x*now%s(:now%n, 2, after) + plane%e_y*now%s(:now%n, 3, after)) > &
-          -4.0_wp*epsilon(1.0_wp)*maxval(abs(now%s(:now%n, 2:3, after)))) then
-        !$omp simd
-        do i = 1, now%n
-          to = vector_type(now%s(i, 1, after), now%s(i, 2, after), now%s(i, 3, after))
-          now%crushed(i) = crushed_share(m, plane, to)
-        end do
-      end if
-    end if
-    most = plane%gamma*m%k_t
+    weight = plane%gamma*m%k_t
+    if (m%wears) call find_crushed(block, kernel, k, now)
     !$omp simd
     do i = 1, now%n
       from = vector_type(now%s(i, 1, before), now%s(i, 2, before), now%s(i, 3, before))
       to = vector_type(now%s(i, 1, after), now%s(i, 2, after), now%s(i, 3, after))
       state = history_type(old(i, 1), old(i, 2), old(i, 3), now%facets(i, 1), now%facets(i, 2))
-      ended = update_plane(m, growth, plane, 1.0_wp, now%crushed(i), now%long(i), from, to, state)
-      if (exact) then
-        share = now%long(i)
-        weight = most*merge(share, 0.0_wp, gated)
-        gamma = plane%gamma*merge(share, 0.0_wp, gated)
-        new(i, 1) = merge(ended%new%alpha, new(i, 1), share > 0.5_wp)
-        new(i, 2) = merge(ended%new%s_dit, new(i, 2), share > 0.5_wp)
-        new(i, 3) = merge(ended%new%s_dih, new(i, 3), share > 0.5_wp)
-      else
-        share = 1.0_wp - now%long(i)
-        weight = most
-        gamma = plane%gamma
-        if (gated) then
-          weight = most*share
-          gamma = plane%gamma*share
-        end if
-        new(i, 1) = ended%new%alpha
-        new(i, 2) = ended%new%s_dit
-        new(i, 3) = ended%new%s_dih
-      end if
-      if (m%wears) then
-        now%facets(i, 1) = merge(ended%new%omega, now%facets(i, 1), share > 0.5_wp)
-        now%facets(i, 2) = merge(ended%new%wear_work, now%facets(i, 2), share > 0.5_wp)
-      end if
-      now%sums(i, i_damage) = now%sums(i, i_damage) + gamma*ended%new%alpha
+      ended = update_plane(m, growth, plane, 1.0_wp, now%crushed(i), from, to, state)
+      new(i, 1) = ended%new%alpha
+      new(i, 2) = ended%new%s_dit
+      new(i, 3) = ended%new%s_dih
+      now%facets(i, 1) = ended%new%omega
+      now%facets(i, 2) = ended%new%wear_work
+      now%sums(i, i_damage) = now%sums(i, i_damage) + plane%gamma*ended%new%alpha
       now%sums(i, i_stored) = now%sums(i, i_stored) + weight*ended%stored
-      now%sums(i, i_rupture) = now%sums(i, i_rupture) + (share*most)*ended%spent%rupture
-      now%sums(i, i_friction) = now%sums(i, i_friction) + (share*most)*ended%spent%friction
+      now%sums(i, i_rupture) = now%sums(i, i_rupture) + weight*ended%spent%rupture
+      now%sums(i, i_friction) = now%sums(i, i_friction) + weight*ended%spent%friction
       now%sums(i, i_traction) = now%sums(i, i_traction) + weight*ended%traction%n
       now%sums(i, i_traction + 1) = now%sums(i, i_traction + 1) + weight*ended%traction%x
       now%sums(i, i_traction + 2) = now%sums(i, i_traction + 2) + weight*ended%traction%y

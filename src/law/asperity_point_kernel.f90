@@ -13,8 +13,8 @@ module asperity_point_kernel
   use asperity_pattern, only: padded_planes
   use asperity_phases, only: long_increment
   use asperity_plane_setup, only: growth_of, plane_of
-  use asperity_types, only: facet_type, growth_type, history_type, local_type, material_type, plane_type, &
-    profile_type, update_type, vector_type
+  use asperity_types, only: dissipation_type, facet_type, growth_type, history_type, local_type, material_type, &
+    plane_type, profile_type, update_type, vector_type
   use asperity_wear, only: crushed_share
   use asperity_width, only: vector_width
   implicit none
@@ -59,6 +59,8 @@ contains
     type(planes_type) :: planes
     type(sums_type) :: sums
     real(wp) :: part
+    type(dissipation_type) :: accounts
+    logical :: long
     integer :: i, k, kernel
 
     part = 1.0_wp
@@ -86,27 +88,32 @@ contains
     to = vector_type(s(1) + state(v_offset), s(2) + state(v_offset + 1), s(3) + state(v_offset + 2))
     ! the kernel is a literal, so that the compiler generates a loop without branches for each
     kernel = kernel_of(joint%material, joint%pattern%steepest)
-    if (long_increment(joint%material, growth, from, to) > 0.0_wp) then
-      if (exact_kernel(kernel) == kernel_guarded) then
-        call sum_planes(joint, kernel_guarded, .true., growth, part, from, to, planes, sums)
+    accounts = dissipation_type(0.0_wp, 0.0_wp)
+    long = long_increment(joint%material, growth, from, to) > 0.0_wp
+    if (long) then
+      if (exact_kernel(kernel) == kernel_straight) then
+        call sum_accounts(joint, kernel_straight, growth, part, from, to, planes, accounts)
       else
-        call sum_planes(joint, kernel_general, .true., growth, part, from, to, planes, sums)
+        call sum_accounts(joint, kernel_general, growth, part, from, to, planes, accounts)
       end if
-    else
-      select case (kernel)
-      case (kernel_straight)
-        call sum_planes(joint, kernel_straight, .false., growth, part, from, to, planes, sums)
-      case (kernel_guarded)
-        call sum_planes(joint, kernel_guarded, .false., growth, part, from, to, planes, sums)
-      case (kernel_facet)
-        call sum_planes(joint, kernel_facet, .false., growth, part, from, to, planes, sums)
-      case (kernel_worn)
-        call sum_planes(joint, kernel_worn, .false., growth, part, from, to, planes, sums)
-      case (kernel_general)
-        call sum_planes(joint, kernel_general, .false., growth, part, from, to, planes, sums)
-      case default
-        call sum_planes(joint, kernel_damped, .false., growth, part, from, to, planes, sums)
-      end select
+    end if
+    select case (kernel)
+    case (kernel_straight)
+      call sum_planes(joint, kernel_straight, growth, part, from, to, planes, sums)
+    case (kernel_guarded)
+      call sum_planes(joint, kernel_guarded, growth, part, from, to, planes, sums)
+    case (kernel_facet)
+      call sum_planes(joint, kernel_facet, growth, part, from, to, planes, sums)
+    case (kernel_worn)
+      call sum_planes(joint, kernel_worn, growth, part, from, to, planes, sums)
+    case (kernel_general)
+      call sum_planes(joint, kernel_general, growth, part, from, to, planes, sums)
+    case default
+      call sum_planes(joint, kernel_damped, growth, part, from, to, planes, sums)
+    end select
+    if (long) then
+      sums%rupture = accounts%rupture
+      sums%friction = accounts%friction
     end if
     do k = 1, joint%pattern%n
       i = n_point_statev + n_plane_statev*(k - 1) + 1
@@ -166,11 +173,65 @@ contains
     kinematics%touch = facet%z
   end function plane_kinematics
 
-  !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
-  pure subroutine sum_planes(joint, kernel, exact, growth, wearing, from, to, planes, sums)
+  !> Find the shares of the planes that the pressure at the end crushes.
+  pure subroutine find_crushed(joint, kernel, to, planes)
+    type(interface_type), intent(in) :: joint     !! material and pattern
+    integer, intent(in) :: kernel                 !! which one
+    type(vector_type), intent(in) :: to           !! separation at the end, length
+    type(planes_type), intent(inout) :: planes    !! -> shares
+    type(material_type) :: m
+    integer :: k
+    m = kernel_constants(joint%material, kernel)
+    m%by_points = .false.
+    planes%crushed(:planes%n) = 0.0_wp
+    if (.not. m%kt_crush > 0.0_wp) return
+    !$omp simd
+    do k = 1, planes%n
+      planes%crushed(k) = crushed_share(m, plane_of(joint%pattern, k), to)
+    end do
+  end subroutine find_crushed
+
+  !> Sum rupture and friction of a long increment over the planes.
+  pure subroutine sum_accounts(joint, kernel, growth, wearing, from, to, planes, accounts)
     type(interface_type), intent(in) :: joint     !! material and pattern
     integer, intent(in) :: kernel                 !! which one, a literal
-    logical, intent(in) :: exact                  !! whether the increment is long, a literal
+    type(growth_type), intent(in) :: growth       !! of the damage
+    real(wp), intent(in) :: wearing               !! part of the wear of the increment that is done, 0 to 1
+    type(vector_type), intent(in) :: from, to     !! separation at start and end, length
+    type(planes_type), intent(inout) :: planes    !! state of the planes at the start
+    type(dissipation_type), intent(out) :: accounts   !! energies
+    type(history_type) :: state
+    type(material_type) :: m
+    type(plane_type) :: plane
+    type(update_type) :: now
+    real(wp) :: crushed, friction, rupture
+    integer :: k
+    m = kernel_constants(joint%material, kernel)
+    m%guard = .false.
+    m%by_points = .false.
+    m%exact = .true.
+    rupture = 0.0_wp
+    friction = 0.0_wp
+    if (m%wears) call find_crushed(joint, kernel, to, planes)
+    crushed = 0.0_wp
+    !$omp simd reduction(+:rupture, friction)
+    do k = 1, planes%n
+      plane = plane_of(joint%pattern, k)
+      state = history_type(planes%alpha(k), planes%s_dit(k), planes%s_dih(k), 0.0_wp, 0.0_wp)
+      if (m%wears) state = history_type(planes%alpha(k), planes%s_dit(k), planes%s_dih(k), planes%omega(k), &
+        planes%wear_work(k))
+      if (m%wears) crushed = planes%crushed(k)
+      now = update_plane(m, growth, plane, wearing, crushed, from, to, state)
+      rupture = rupture + (plane%gamma*m%k_t)*now%spent%rupture
+      friction = friction + (plane%gamma*m%k_t)*now%spent%friction
+    end do
+    accounts = dissipation_type(0.5_wp*rupture, 0.5_wp*friction)
+  end subroutine sum_accounts
+
+  !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
+  pure subroutine sum_planes(joint, kernel, growth, wearing, from, to, planes, sums)
+    type(interface_type), intent(in) :: joint     !! material and pattern
+    integer, intent(in) :: kernel                 !! which one, a literal
     type(growth_type), intent(in) :: growth       !! of the damage that no guard limits
     real(wp), intent(in) :: wearing               !! part of the wear of the increment that is done, 0 to 1
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
@@ -186,7 +247,6 @@ contains
 
     m = kernel_constants(joint%material, kernel)
     m%by_points = .false.
-    m%exact = exact
     damage = 0.0_wp
     stored = 0.0_wp
     rupture = 0.0_wp
@@ -203,16 +263,7 @@ contains
     d_ny = 0.0_wp
     d_xy = 0.0_wp
     d_yy = 0.0_wp
-    if (m%wears) then
-      planes%crushed(:planes%n) = 0.0_wp
-      if (m%kt_crush > 0.0_wp) then
-        !$omp simd
-        do k = 1, planes%n
-          plane = plane_of(joint%pattern, k)
-          planes%crushed(k) = crushed_share(m, plane, to)
-        end do
-      end if
-    end if
+    if (m%wears) call find_crushed(joint, kernel, to, planes)
     crushed = 0.0_wp
     !$omp simd reduction(+:damage, stored, rupture, friction, t_n, t_x, t_y) &
     !$omp reduction(+:d_nn, d_xn, d_yn, d_nx, d_xx, d_yx, d_ny, d_xy, d_yy)
@@ -223,7 +274,7 @@ contains
       if (m%wears) state = history_type(planes%alpha(k), planes%s_dit(k), planes%s_dih(k), planes%omega(k), &
         planes%wear_work(k))
       if (m%wears) crushed = planes%crushed(k)
-      now = update_plane(m, growth, plane, wearing, crushed, 1.0_wp, from, to, state)
+      now = update_plane(m, growth, plane, wearing, crushed, from, to, state)
       planes%alpha(k) = now%new%alpha
       planes%s_dit(k) = now%new%s_dit
       planes%s_dih(k) = now%new%s_dih

@@ -134,7 +134,7 @@ contains
     call to_columns(n, leading, v_offset, state(:, first:last), old(1, v_offset))
     call pad(points, old)
     plane_old(n + 1:points%n, :) = 0.0_wp
-    call begin_sums(points, old(1, v_offset), now)
+    call begin_sums(block, points, old(1, v_offset), now)
     call find_long(block, now)
     if (present(tangent)) d(:points%n, :, :) = 0.0_wp
     do k = 1, block%n_planes
