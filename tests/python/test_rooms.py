@@ -37,6 +37,26 @@ WITHOUT_SUITE = {
 """Modules that no suite names, by the test that reaches them and why it is through something else."""
 
 
+MIRRORED = "mesh", "export", "tools/surface"
+"""Rooms of the package whose tests have their folder and the names of their modules."""
+
+WITHOUT_FILE = {
+    "mesh/test_split.py: what a split mesh has": "cells faces jointed shapes",
+    "mesh/test_abaqus.py: decks as a whole, which errors name with their lines": (
+        "deck_model deck_scopes deck_take deck_types"
+    ),
+    "mesh/test_deck_elements.py: ties, links, elements of drawn decks": "deck_connections own_joints",
+    "mesh/test_deck_joints.py: water of decks, by doctor": "deck_water",
+    "mesh/test_touching.py: numbers of a file in messages": "labels",
+    "mesh/test_files.py: files that meshio reads": "others",
+    "mesh/test_inp.py: lines and layers of files": "writing",
+    "export/test_kits.py: files that the command writes": "export.command element",
+    "tools/surface/test_scan_files.py: scans with holes, grids": "grids holes scan",
+    "tools/surface/test_slopes.py: the command, its pictures": "tools.surface.command picture",
+}
+"""Modules of the mirrored rooms without a test file of their name, by the file that tests them, and what."""
+
+
 def modules() -> dict[str, str]:
     """Source of each module and procedure of the library by the name of its file, without asperity_."""
     files = [*(ROOT / "src").rglob("*.f90")]
@@ -75,6 +95,22 @@ def test_reasons(reason: str) -> None:
         reached |= new
         new = {name for text in new for name in USE.findall(sources.get(text, ""))} - reached
     assert {*WITHOUT_SUITE[reason].split()} - reached == set()
+
+
+def test_mirrored_rooms() -> None:
+    """A module x.py has a test_x.py or stands in the table, and each test_x.py has a module x.py."""
+    listed = " ".join(WITHOUT_FILE.values()).split()
+    missing = []
+    for room in MIRRORED:
+        tests = {path.stem.removeprefix("test_") for path in (ROOT / "tests/python" / room).glob("test_*.py")}
+        names = {path.stem for path in (ROOT / "python/asperity" / room).glob("[!_]*.py")}
+        assert sorted(tests - names) == []
+        prefix = room.replace("/", ".")
+        missing += [f"{prefix}.{name}" if name == "command" else name for name in names - tests]
+    assert sorted({*missing} - {*listed}) == [], "expected a test file, or a place in WITHOUT_FILE"
+    assert sorted({*listed} - {*missing}) == []
+    for reason in WITHOUT_FILE:
+        assert (ROOT / "tests/python" / reason.partition(":")[0]).is_file()
 
 
 def imported() -> Iterator[str]:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 from asperity import ModelWarning
 from asperity.mesh import split, write
+from asperity.mesh.abaqus import read_deck
 
-from mesh.test_files import MSH, STRIP, groups, placed
+from mesh.support_meshes import CUBE, MSH, ROUNDING, STRIP, groups, placed
 
 COLUMN = """*Node
 1, 0., 0., 0.
@@ -151,88 +150,6 @@ def test_cells_by_their_numbers(tmp_path: Path) -> None:
         split(placed(tmp_path, {"wall.msh": MSH.replace("5 13 14 16 15", "5 13 14 14 15")}))
 
 
-@pytest.mark.parametrize(
-    "names",
-    [("Surface1", "Surface2"), ("Internal_Selection-1_A", "Internal_Selection-2_B"), ("_PickedSet4", "_P")],
-)
-def test_names_of_programs(tmp_path: Path, names: tuple[str, str]) -> None:
-    """Groups that a program names are blocks only where the user has named none, or not all."""
-    text = STRIP.replace("*Elset, elset=ROCK\n1\n*Elset, elset=DAM\n2, 3\n", "")
-    given = f"*Elset, elset={names[0]}\n1, 2\n*Elset, elset={names[1]}\n3\n"
-    own = "*Elset, elset=rock\n1\n*Elset, elset=dam\n2, 3\n"
-    mesh = split(placed(tmp_path, {"strip.inp": text + given + own}))
-    assert mesh.names == ["dam", "rock"] and len(mesh.sets[names[0]]) == 2
-    assert sorted(split(placed(tmp_path, {"strip.inp": text + given})).names) == sorted(names)
-    crest = "*Elset, elset=CREST\n3\n"
-    with pytest.raises(ValueError, match="one block for each: name the blocks, as --blocks dam,rock"):
-        split(placed(tmp_path, {"strip.inp": text + given + own + crest}))
-
-
-def apart(gap: float, size: float = 1.0) -> str:
-    """Two squares with a gap between them, and a third one at the same place as the second."""
-    y = [0.0, size, size + gap, 2 * size + gap, 2 * size + gap, 3 * size + gap]
-    nodes = "".join(f"{2 * k + i + 1}, {i * size!r}, {y[k]!r}\n" for k in range(6) for i in (0, 1))
-    cells = [
-        f"*Element, type=CPE4, elset=B{k}\n{k + 1}, {4 * k + 1}, {4 * k + 2}, {4 * k + 4}, {4 * k + 3}\n"
-        for k in range(3)
-    ]
-    return f"*Node\n{nodes}{''.join(cells)}"
-
-
-@pytest.mark.parametrize("gap", [0.0014, 0.05, 0.00123456])
-def test_advice_for_nodes_that_are_close(tmp_path: Path, gap: float) -> None:
-    """The advice joins all that the message counts; the other one leaves a gap, and joins the rest."""
-    size = 2.0 * gap / 0.001
-    path = placed(tmp_path, {"apart.inp": apart(gap, size)})
-    with pytest.raises(ValueError, match=r"4 pairs of nodes .*; if this is a gap, --join 0 leaves") as why:
-        split(path)
-    (text,) = re.findall(r"--join (\S+) makes", str(why.value))
-    assert gap <= float(text) <= 1.1 * gap
-    assert sum(len(part.area) for part in split(path, join=float(text)).joints["joint"]) == 2
-    with pytest.warns(ModelWarning, match="2 pairs of nodes .*a gap between them"):
-        assert sum(len(part.area) for part in split(path, join=gap / 50.0).joints["joint"]) == 1
-    with pytest.raises(ValueError, match=r"if this is a gap, --join (\S+) leaves") as why:
-        split(path, join=gap / 5.0)
-    (text,) = re.findall(r"--join (\S+) leaves", str(why.value))
-    with pytest.warns(ModelWarning, match="a gap between them"):
-        split(path, join=float(text))
-
-
-def test_other_formats_of_gmsh(tmp_path: Path) -> None:
-    """Cells of order 3 and files of format 1 are refused with the options of gmsh that help."""
-    with pytest.raises(
-        ValueError, match=r"elements of type 21: expected cells of order 1 or 2 .Mesh.ElementOrder"
-    ):
-        split(placed(tmp_path, {"wall.msh": MSH.replace("2 1 3 1\n4", "2 1 21 1\n4")}))
-    old = "$NOD\n1\n1 0 0 0\n$ENDNOD\n$ELM\n0\n$ENDELM\n"
-    with pytest.raises(ValueError, match=r"format 1 of gmsh: expected .* 2.2 or 4.1 .Mesh.MshFileVersion"):
-        split(placed(tmp_path, {"old.msh": old}))
-    with pytest.raises(ValueError, match=r"expected a mesh that meshio reads, of gmsh in format 2.2 or 4.1"):
-        split(placed(tmp_path, {"text.msh": "no mesh\n"}))
-
-
-def test_many_blocks_and_sets(tmp_path: Path) -> None:
-    """Node sets of all nodes of many blocks keep those of their cells, as one of a single block does."""
-    n = 12
-    number = np.arange((n + 1) ** 2).reshape(n + 1, n + 1) + 1
-    text = "*Node\n" + "".join(f"{number[j, i]}, {i}., {j}.\n" for j in range(n + 1) for i in range(n + 1))
-    for j in range(n):
-        for i in range(n):
-            nodes = number[j, i], number[j, i + 1], number[j + 1, i + 1], number[j + 1, i]
-            listed = ", ".join(map(str, nodes))
-            text += f"*Element, type=CPE4, elset=B{j}_{i}\n{j * n + i + 1}, {listed}\n"
-            text += f"*Nset, nset=N{j}_{i}\n{listed}\n*Surface, name=S{j}_{i}\nB{j}_{i}, S2\n"
-    mesh = split(placed(tmp_path, {"many.inp": text}))
-    assert len(mesh.points) == 4 * n * n and sum(len(part.area) for part in mesh.joints["joint"]) == 2 * n * (
-        n - 1
-    )
-    [cells] = mesh.cells.values()
-    areas = groups(mesh)
-    for k, name in enumerate(mesh.names):
-        assert set(mesh.nodes(f"N{name[1:]}")) == set(cells[mesh.block["quad"] == k].ravel())
-        assert areas[f"S{name[1:]}"] == (1, 1.0)
-
-
 def test_bars_and_skins_of_an_instance(tmp_path: Path) -> None:
     """An instance with elements that are no solids names no group, as hosts refuse the colon of its name."""
     bars = BED.replace("BED", "SKIN") + "*Element, type=T3D2, elset=BARS\n91, 1, 2\n"
@@ -245,14 +162,6 @@ def test_bars_and_skins_of_an_instance(tmp_path: Path) -> None:
     assert "instance" not in written.read_text(encoding="utf-8")
 
 
-def test_a_part_of_a_set_is_no_block(tmp_path: Path) -> None:
-    """A set of the user and one that a program names are no blocks together."""
-    text = STRIP.replace("*Elset, elset=ROCK\n1\n*Elset, elset=DAM\n2, 3\n", "")
-    sets = "*Elset, elset=_rest\n1\n*Elset, elset=UPPER\n2, 3\n*Elset, elset=ALL\n_rest, UPPER\n"
-    with pytest.raises(ValueError, match=r"2 of 3 cells are in two groups, .* in ALL and UPPER"):
-        split(placed(tmp_path, {"strip.inp": text + sets}))
-
-
 @pytest.mark.parametrize("nodes", ["4, 7, 3", "4, 3, 7", "3, 7, 4"])
 def test_edges_of_three_nodes(tmp_path: Path, nodes: str) -> None:
     """Trusses name edges with the middle second, as gmsh and Abaqus write them, or last."""
@@ -263,3 +172,58 @@ def test_edges_of_three_nodes(tmp_path: Path, nodes: str) -> None:
     with pytest.warns(ModelWarning, match="1 elements of type T3D3 name faces"):
         mesh = split(placed(tmp_path, {"edges.inp": deck}), {"BED": None})
     assert mesh.joints["BED"][0].area.tolist() == [1.0]
+
+
+def test_parts_moved_and_turned(tmp_path: Path) -> None:
+    """An instance is moved and then turned, and each has nodes of its own."""
+    mesh = read_deck(placed(tmp_path, {"two.inp": CUBE}))
+    low, high = mesh.points[:8], mesh.points[8:]
+    assert low.min(0).tolist() == [0.0, 0.0, 0.0] and low.max(0).tolist() == [1.0, 1.0, 2.0]
+    assert high.min(0) == pytest.approx([3.0, -2.0, 2.0], abs=ROUNDING)
+    assert high.max(0) == pytest.approx([4.0, 0.0, 3.0], abs=ROUNDING)
+    assert high[0] == pytest.approx([3.0, 0.0, 2.0], abs=ROUNDING)
+    assert mesh.spots["Corner"].tolist() == [8]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (STRIP + "*Elset, elset=CREST\n3\n",
+         "1 of 3 cells are in two groups, as a cell at .0.5, 3.5. in CREST and DAM: .*--blocks DAM,ROCK"),
+        (STRIP.replace("\n2, 3\n", "\n2\n"), r"1 of 3 cells are in no block, as a cell at \(0.5, 3.5\)"),
+        (STRIP + "*Nfill\n1, 8, 1\n", r"strip.inp, line 18: \*Nfill: not read"),
+        (STRIP.replace("CPE4", "COH2D4"), "nodes without elements: expected"),
+        (STRIP.replace("*Elset, elset=DAM", "*Elsett, elset=DAM"), r"\*Elsett: unknown: expected \*Elset"),
+        (STRIP.replace("elset=DAM", "elest=DAM"), r"\*Elset: parameter elest: expected elset"),
+        (STRIP.replace("3, 5, 6, 8, 7", "2, 5, 6, 8, 7"), "element 2 is there before"),
+        (STRIP.replace("3, 5, 6, 8, 7", "3, 5, 6, 8, 9"), r"\*Element: node 9: no such node"),
+        (STRIP.replace("3, 5, 6, 8, 7", "3, 5, 6, 8"), "3 nodes of the last element .*: expected 4"),
+        (STRIP.replace("\n2, 3\n", "\n2, 4\n"), r"\*Elset: element 4: no such element"),
+        (STRIP.replace("\n2, 3\n", "\nMASS, 3\n"), r"line 17: MASS: expected a number or a set"),
+        (STRIP.replace("1., 4.", "1., x"), r"line 9: 8, 1., x.*: expected numbers"),
+        (STRIP + "*Include, input=loads.txt\n", r"input=loads.txt: no such file"),
+        (STRIP + "*Surface, name=TOP\nDAM, S9\n", r"line 19: face S9 .* expected S1 to S4"),
+        (STRIP.replace("0., 3.", "0., 1.").replace("1., 3.", "1., 1."), "1 of 3 cells .* no area, as cell 2"),
+        (STRIP.replace("2, 3, 4, 6, 5", "2, 3, 4, 4, 5"), "have a node twice, as cell 2 of block DAM"),
+        ("*Part, name=P\n" + STRIP + "*End Part\n*Assembly, name=A\n*End Assembly\n", "no elements"),
+        ("*Part, name=P\n" + STRIP, r"\*Part: expected \*End Part after it"),
+        ("*Assembly, name=A\n*Instance, name=I, part=P\n*End Instance\n", r"part=P: no such part .*: none"),
+        (STRIP.replace(", 1.\n", ", 1., 0.5\n"), r"z from 0 to 0.5: expected a plane mesh"),
+        (STRIP.replace("0., ", "0., 0., ").replace("1., ", "1., 0., "), "y constant: expected a plane mesh"),
+    ],
+)  # fmt: skip
+def test_decks_that_are_refused(tmp_path: Path, text: str, words: str) -> None:
+    """They name the line, the place or the block, and what was expected."""
+    with pytest.raises(ValueError, match=words):
+        split(placed(tmp_path, {"strip.inp": text}))
+
+
+def test_left_out(tmp_path: Path) -> None:
+    """A warning names parts without an instance, ties, elements that are no solids, cells turned round."""
+    beam = "*Element, type=T2D2, elset=BAR\n9, 1, 2\n*Tie, name=T\na, b\n"
+    with pytest.warns(ModelWarning) as caught:
+        mesh = split(placed(tmp_path, {"strip.inp": STRIP.replace("1, 1, 2, 4, 3", "1, 3, 4, 2, 1") + beam}))
+    texts = " | ".join(str(warning.message) for warning in caught)
+    assert "1 elements of type T2D2 name faces or nodes only" in texts and "*Tie: not carried over" in texts
+    assert "1 cells of negative area were turned round" in texts
+    assert groups(mesh)["BAR"] == (1, 1.0)

@@ -163,7 +163,7 @@ def test_parts_and_sets_of_instances(tmp_path: Path) -> None:
 )
 def test_generators_that_are_refused(tmp_path: Path, text: str, words: str) -> None:
     """They name the line, the value and what was expected."""
-    from mesh.test_files import STRIP
+    from mesh.support_meshes import STRIP
 
     with pytest.raises(ValueError, match=words):
         split(placed(tmp_path, STRIP.split("*Elset")[0] + text))

@@ -85,3 +85,147 @@ def test_no_two_sides() -> None:
     assert one_sided(rim, n, middle, points)[2].tolist() == [0, 1, 2, 3, 4]
     sign, part, bad = one_sided(rim[rim[:, 3] < 4], n[:4], middle[:4], points)
     assert len(bad) == 0 and np.abs(sign).tolist() == [1.0] * 4 and len(set(part.tolist())) == 1
+
+
+DRAWN = 20
+"""Drawn files of each kind."""
+
+
+def curved(draw: np.random.Generator, d: int) -> tuple[meshio.Mesh, list[str]]:
+    """Cells around an axis, one block, and a fault at the middle radius in parts whose faces are as drawn."""
+    n, closed = int(draw.integers(6, 14)), bool(draw.random() < 0.5)
+    turns = 2.0 * np.pi if closed else float(draw.uniform(1.0, 5.5))
+    angle = float(draw.uniform(0.0, 6.0)) + turns * np.linspace(0.0, 1.0, n + 1)
+    radii, heights = (1.0, 2.0, 3.0), range(3 if d == 3 else 1)
+    columns = n if closed else n + 1
+    number = np.arange(len(heights) * len(radii) * columns).reshape(len(heights), len(radii), columns)
+    points = [[r * np.cos(a), r * np.sin(a), h] for h in heights for r in radii for a in angle[:columns]]
+    cells, faces = [], []
+    for k in range(n):
+        a, b = k, (k + 1) % columns
+        for h in range(max(len(heights) - 1, 1)):
+            for r in range(2):
+                flat = [number[h, r, a], number[h, r + 1, a], number[h, r + 1, b], number[h, r, b]]
+                cells.append(flat + [node + number[0].size for node in flat] if d == 3 else flat)
+            low = [number[h, 1, a], number[h, 1, b]]
+            faces.append((k, low + [node + number[0].size for node in low[::-1]] if d == 3 else low))
+    cuts = np.sort(draw.choice(np.arange(1, n), int(draw.integers(1, 4)), replace=False))
+    part = [int(np.searchsorted(cuts, k, "right")) for k, _ in faces]
+    order = draw.permutation(len(faces))
+    data = np.array([faces[k][1] for k in order])
+    data = np.array([row[::-1] if draw.random() < 0.5 else row for row in data])
+    names = [f"part_{k}" for k in range(len(cuts) + 1)]
+    tags = [np.ones(len(cells), int), np.array([part[k] + 2 for k in order])]
+    field = {name: np.array([k + 2, d - 1]) for k, name in enumerate(names)} | {"rock": np.array([1, d])}
+    kinds = ("hexahedron", "quad") if d == 3 else ("quad", "line")
+    mesh = meshio.Mesh(
+        np.array(points), list(zip(kinds, (np.array(cells), data), strict=True)),
+        cell_data={"gmsh:physical": tags}, field_data=field,
+    )  # fmt: skip
+    return mesh, names
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_curved_fault_in_parts(d: int) -> None:
+    """N of an arc or a ring is on one side along all of its parts, whatever the nodes of their faces."""
+    for seed in range(DRAWN):
+        draw = np.random.default_rng([seed, d])
+        mesh, names = curved(draw, d)
+        jointed = split(mesh, dict.fromkeys(draw.permutation(names).tolist()))
+        outward = [
+            float(np.sign(n @ x))
+            for (joint,) in jointed.joints.values()
+            for n, x in zip(joint.axes[:, 0, :2], jointed.points[joint.minus].mean(1)[:, :2], strict=True)
+        ]
+        assert len(outward) == sum(len(block.data) for block in mesh.cells[1:])
+        assert abs(sum(outward)) == len(outward), seed
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_many_blocks(d: int) -> None:
+    """N of all faces between stones in any order is on one side along each bed and each through joint.
+
+    It is that of the later stones, by area; heads that end at beds are parts of their own.
+    """
+    for seed in range(DRAWN):
+        draw = np.random.default_rng([seed, d, 2])
+        axes = [np.cumsum([0.0, *draw.uniform(0.5, 2.0, 2 * int(draw.integers(2, 4)))]) for _ in range(d)]
+        cells = [len(x) - 1 for x in axes]
+        at = list(np.indices(cells))
+        bond = bool(draw.random() < 0.5)  # every other row is shifted by half a stone
+        shift = at[-1] // 2 % 2 if bond else 0
+        stone = np.ravel_multi_index(
+            [(at[0] + shift) // 2, *(k // 2 for k in at[1:])],
+            [cells[0] // 2 + 1, *(n // 2 for n in cells[1:])],
+        )
+        _, stone = np.unique(stone, return_inverse=True)
+        number = draw.permutation(stone.max() + 1)[stone.ravel()].reshape(cells)
+        jointed = split(structured.grid(*axes, block=number + 1, sides=()))
+        total: dict[tuple[int, float, int], float] = {}
+        signs: dict[tuple[int, float, int], set[float]] = {}
+        (joint,) = jointed.joints["joint"]
+        block = np.concatenate(list(jointed.block.values()))
+        for N, nodes, area, pair in zip(
+            joint.axes[:, 0], joint.minus, joint.area, block[joint.cells], strict=True
+        ):
+            axis = int(np.abs(N).argmax())
+            later = float(np.sign(N[axis]) * np.sign(pair[1] - pair[0]))
+            x = jointed.points[nodes].mean(0)
+            row = int(np.searchsorted(axes[-1][::2], x[-1])) if bond and axis == 0 else 0
+            line = axis, float(x[axis].round(9)), row
+            total[line] = total.get(line, 0.0) + float(area) * later
+            signs.setdefault(line, set()).add(float(np.sign(N[axis])))
+        assert len(total) >= sum(n // 2 - 1 for n in cells[1:]) + (cells[0] // 2 - 1)
+        for line, found in signs.items():
+            [sign] = found
+            assert total[line] * sign > 0.0, (seed, line)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_ring_between_blocks(d: int) -> None:
+    """N between segments and rock is on one side, whatever the order of their groups."""
+    for seed in range(DRAWN):
+        draw = np.random.default_rng([seed, d, 1])
+        mesh, _ = curved(draw, d)
+        cells = mesh.cells[0].data
+        inner = np.linalg.norm(mesh.points[cells].mean(1)[:, :2], axis=1) < 1.6
+        segments = 2 + np.arange(len(cells)) * 3 // len(cells)
+        tags = np.where(
+            inner, segments, int(draw.integers(1, 6)) + 0.5
+        )  # of the rock between those of others
+        numbers = np.unique(tags, return_inverse=True)[1].ravel() + 1
+        named = {
+            f"lining_{k}" if inner[numbers == k].all() else "rock": np.array([k, d]) for k in set(numbers)
+        }
+        ring = meshio.Mesh(
+            mesh.points, mesh.cells[:1], cell_data={"gmsh:physical": [numbers]}, field_data=named
+        )
+        jointed = split(ring, {"ring": ("lining*", "rock")})
+        (joint,) = jointed.joints["ring"]
+        x = np.einsum("fd,fd->f", joint.axes[:, 0, :2], jointed.points[joint.minus].mean(1)[:, :2])
+        assert abs(np.sign(x).sum()) == len(x), seed
+
+
+def test_direction_along_a_ring() -> None:
+    """A direction that would turn N to the other side is refused; along an arc it sets the sides."""
+    angles = np.linspace(0.1, 2.0 * np.pi + 0.1, 13)
+    for last, words in ((12, "by its direction N of . of 12 connected faces is on the other side"), (5, "")):
+        number = np.arange(39).reshape(3, 13)
+        points = np.array([[r * np.cos(a), r * np.sin(a)] for r in (1.0, 2.0, 3.0) for a in angles])
+        number[:, 12] = number[:, 0]
+        cells = [
+            [number[r, k], number[r + 1, k], number[r + 1, k + 1], number[r, k + 1]]
+            for r in range(2) for k in range(12)
+        ]  # fmt: skip
+        line = np.stack([number[1, :last], number[1, 1 : last + 1]], 1)
+        mesh = meshio.Mesh(
+            points, [("quad", np.array(cells)), ("line", line)],
+            cell_data={"gmsh:physical": [np.ones(24, int), np.full(last, 2)]},
+            field_data={"rock": np.array([1, 2]), "fault": np.array([2, 1])},
+        )  # fmt: skip
+        if words:
+            with pytest.raises(ValueError, match=words):
+                split(mesh, {"fault": None}, direction=(1.0, 0.0))
+        else:
+            (joint,) = split(mesh, {"fault": None}, direction=(1.0, 0.0)).joints["fault"]
+            assert (joint.axes[:, 0, 1] > 0.0).all()

@@ -1,37 +1,21 @@
-"""Joints in meshes: what is doubled where, axes and areas, the files for hosts."""
+"""Joints in meshes: what is doubled where, axes and areas, refusals."""
 
 from __future__ import annotations
 
 import itertools
-import json
-import re
 from contextlib import nullcontext
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
-from asperity import Interface, Material, ModelWarning, Pattern
-from asperity.cli import main
-from asperity.mesh import Joint, Jointed, split, write
-from asperity.mesh.abaqus import read_model
-from asperity.mesh.deck_joints import judged
+from asperity import ModelWarning
+from asperity.mesh import split, write
 from asperity.mesh.shapes import FACES
 from scipy.spatial import Delaunay
 
 from harness.hosts import structured
-
-DIGITS = 1.0e-12
-"""Rounding errors of areas and axes, of coordinates between 0 and 10."""
-
-LAW = Interface(Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5), Pattern.regular(0, 0.0))
-
-
-def grid(n: tuple[int, ...], parts: tuple[int, ...]) -> meshio.Mesh:
-    """n cells of length 1 along each axis, in parts x parts (x parts) blocks."""
-    places = (place * count // size for place, count, size in zip(np.indices(n), parts, n, strict=True))
-    block = np.ravel_multi_index(tuple(places), parts)
-    return structured.grid(*(range(k + 1) for k in n), block=block, sides=())
+from mesh.support_meshes import DIGITS, grid, only
 
 
 def random_mesh(d: int, seed: int) -> meshio.Mesh:
@@ -41,12 +25,6 @@ def random_mesh(d: int, seed: int) -> meshio.Mesh:
     cells = Delaunay(points).simplices
     kind = "triangle" if d == 2 else "tetra"
     return meshio.Mesh(points, [(kind, cells)], cell_data={"block": [draw.integers(0, 4, len(cells))]})
-
-
-def only(mesh: Jointed) -> Joint:
-    """The only joint of a mesh."""
-    ((joint,),) = mesh.joints.values()
-    return joint
 
 
 def groups_of_cells(cells: np.ndarray, block: np.ndarray, d: int) -> int:
@@ -228,165 +206,3 @@ def test_joint_across_a_period(d: int) -> None:
 
 
 # --- files ------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("d", [2, 3])
-@pytest.mark.parametrize("kind", ["grid", "random"])
-def test_abaqus(tmp_path: Path, kind: str, d: int) -> None:
-    """Nodes, solids, cohesive elements and their material are those of the mesh, and right for `doctor`."""
-    mesh = grid((4, 3, 2)[:d], (2, 3, 1)[:d]) if kind == "grid" else random_mesh(d, 5)
-    jointed = split(_turned(mesh))
-    (path,) = write(tmp_path / "wall.inp", jointed, laws={"joint": LAW})
-    text = path.read_text(encoding="utf-8")
-    head, card = text.split("*Material, ", 1)
-    sections = "".join(f"*Solid Section, elset={name}, material=SOLID\n" for name in jointed.names)
-    solid = f"*Material, name=SOLID\n*Elastic\n1., 0.\n{sections}*Material, {card}"
-    step = "*Step, name=PUSH, unsymm=YES\n*Static\n1., 1.\n*End Step\n"
-    path.write_text(head + solid + step, encoding="utf-8")
-    assert judged(path).wrong == []
-    joint = only(jointed)
-    rows = np.concatenate([entry.nodes for entry in read_model(path).cohesive])
-    plus = joint.plus[:, ::-1] if d == 2 else joint.plus
-    assert (rows == np.concatenate([joint.minus, plus], 1)).all()
-
-
-def test_abaqus_has_its_own_directions(tmp_path: Path) -> None:
-    """A Tx that Abaqus would not have is refused."""
-    jointed = split(grid((2, 2, 2), (1, 1, 2)), direction=(0.0, 1.0, 0.0))
-    with pytest.raises(ValueError, match="joint joint: expected no direction for abaqus"):
-        write(tmp_path / "wall.inp", jointed)
-
-
-def _turned(mesh: meshio.Mesh) -> meshio.Mesh:
-    """Mesh whose triangles and tetrahedra have a positive size."""
-    kind, cells = mesh.cells[0].type, mesh.cells[0].data
-    if kind in ("triangle", "tetra"):
-        x = mesh.points[cells]
-        wrong = np.linalg.det(x[:, 1:] - x[:, :1]) < 0.0
-        cells[wrong, :2] = cells[wrong, 1::-1]
-    return mesh
-
-
-def test_calculix_layers(tmp_path: Path) -> None:
-    """A layer for each orientation, whose local z is N, between the moved faces."""
-    jointed = split(grid((2, 2, 2), (2, 1, 2)))
-    (path,) = write(tmp_path / "wall.inp", jointed, "calculix", {"joint": LAW}, layer=0.01)
-    text = path.read_text(encoding="utf-8")
-    assert re.findall(r"\*Element, type=C3D8, elset=(joint\w*)", text) == ["joint_1", "joint_2"]
-    lines = re.findall(r"\*Orientation, name=(\w+), system=rectangular\n(.*)\n", text)
-    normals = [np.cross(*np.fromstring(line, sep=",").reshape(2, 3)).tolist() for _, line in lines]
-    assert sorted(normals) == [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
-    assert "*SOLID SECTION, ELSET=joint_2, MATERIAL=ABAQUSJOINT, ORIENTATION=joint_2" in text
-    with pytest.raises(ValueError, match="layer = 0: expected the thickness of its layers"):
-        write(tmp_path / "wall.inp", jointed, "calculix")
-    with pytest.raises(ValueError, match="layer = 1: expected less than 1, for the cells at joint joint"):
-        write(tmp_path / "wall.inp", jointed, "calculix", layer=1.0)
-    jointed.points[:] *= 1e-5 / 3.0  # CalculiX reads 20 characters of a number
-    jointed.points[0] = -1e-16 / 3.0, 0.0, -1e20 / 3.0
-    (path,) = write(tmp_path / "wall.inp", jointed)
-    nodes = path.read_text(encoding="utf-8").split("*Node\n")[1].split("*")[0].splitlines()
-    words = [line.split(", ")[1:] for line in nodes]
-    assert max(len(word) for line in words for word in line) <= 20
-    assert np.array(words, float) == pytest.approx(jointed.points, rel=1e-12, abs=0.0)
-    jointed.names[0] = "2words"
-    with pytest.raises(ValueError, match="name '2words': expected a letter, then letters"):
-        write(tmp_path / "wall.inp", jointed)
-
-
-def test_vtu(tmp_path: Path) -> None:
-    """Blocks and joints have numbers and axes; a layer has its volume, and all of it that of the mesh."""
-    jointed = split(grid((2, 2, 2), (2, 1, 2)))
-    write(tmp_path / "wall.vtu", jointed, "ogs", layer=0.01)
-    read = meshio.read(tmp_path / "wall.vtu")
-    numbers = np.concatenate(read.cell_data["MaterialIDs"])
-    assert (np.bincount(numbers) == [2, 2, 2, 2, 8]).all()
-    x = np.concatenate([read.points[block.data] for block in read.cells])
-    size = np.abs(np.linalg.det(np.stack([x[:, 1] - x[:, 0], x[:, 3] - x[:, 0], x[:, 4] - x[:, 0]], 1)))
-    assert size[numbers == 4].sum() == pytest.approx(2 * 4 * 0.01, rel=0.01)
-    assert (np.concatenate(read.cell_data["N"])[numbers == 4].max(0) == [1.0, 0.0, 1.0]).all()
-
-
-@pytest.mark.parametrize("d", [2, 3])
-def test_kratos(tmp_path: Path, d: int) -> None:
-    """Nodes, elements, parts of the model and materials."""
-    jointed = split(grid((4, 3, 2)[:d], (2, 3, 1)[:d]))
-    path, materials = write(tmp_path / "wall.mdpa", jointed, laws={"joint": LAW})
-    text = path.read_text(encoding="utf-8")
-    kind = "Geo_ULineInterfacePlaneStrainElement2Plus2N" if d == 2 else "Geo_USurfaceInterfaceElement4Plus4N"
-    block = text.split(f"Begin Elements {kind}\n")[1].split("End Elements")[0]
-    rows = np.array([line.split() for line in block.splitlines()], int)
-    assert (rows[:, 2:] == np.concatenate([only(jointed).minus, only(jointed).plus], 1) + 1).all()
-    (card,) = json.loads(materials.read_text(encoding="utf-8"))["properties"]
-    assert card["model_part_name"] == "Main.joint" and (rows[:, 1] == card["properties_id"]).all()
-    parts = re.findall(r"Begin SubModelPart (\w+)", text)
-    assert parts == [*jointed.names, "joint", "joint_minus", "joint_plus"]
-
-
-INP = """*NODE
-1, 0., 0.
-2, 1., 0.
-3, 1., 1.
-4, 0., 1.
-5, 2., 0.
-6, 2., 1.
-*ELEMENT, TYPE=CPS4, ELSET=left
-1, 1, 2, 3, 4
-*ELEMENT, TYPE=CPS4, ELSET=right
-2, 2, 5, 6, 3
-*ELSET, ELSET=whole
-1, 2
-"""
-"""Two squares; every cell is in a set of all cells, too."""
-
-
-def test_blocks_of_files(tmp_path: Path) -> None:
-    """Blocks are physical groups of gmsh, entities where there are none, and the smallest sets of Abaqus."""
-    mesh, entities = grid((2, 1), (1, 1)), {"gmsh:geometrical": [np.array([1, 2])]}
-    mesh.cell_data = entities
-    assert split(mesh).names == ["block_1", "block_2"]
-    mesh.cell_data = {"gmsh:physical": [np.array([7, 5])]} | entities
-    mesh.write(tmp_path / "wall.msh", file_format="gmsh22", binary=False)
-    (tmp_path / "wall.inp").write_text(INP, encoding="utf-8")
-    for name, blocks in ("wall.msh", ["block_5", "block_7"]), ("wall.inp", ["left", "right"]):
-        jointed = split(tmp_path / name)
-        assert jointed.names == blocks and len(jointed.points) == 8
-
-
-CASE = Path(__file__).parents[3] / "harness/cases/figure05b.nml"
-
-
-def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Reads a mesh, prints its counts, writes it; what it wrote it replaces."""
-    grid((4, 2), (2, 1)).write(tmp_path / "wall.vtu")
-    words = ["mesh", str(tmp_path / "wall.vtu"), "-o", str(tmp_path / "out.inp")]
-    assert main([*words, "--joint", "bed=block_0:block_1", "--direction", "0", "1"]) == 0
-    out = capsys.readouterr().out.splitlines()
-    assert out[:-1] == [
-        "8 cells in 2 blocks, 15 nodes, 18 with joints", "block block_0: 4 cells", "block block_1: 4 cells",
-        "joint bed: 2 faces, length 2, 0 tips, N from block_1 to block_0",
-    ]  # fmt: skip
-    assert main([*words[:2], "-o", "x.mdpa", "--joint", "head=right~left"]) == 1
-    assert "joint head: right: no such group of faces" in capsys.readouterr().err
-    assert main([*words, "--joint", "bed"]) == 1
-    assert "joint bed: bed: no such group of faces" in capsys.readouterr().err
-    assert main([*words, "--law", "bed=case.nml"]) == 1
-    for rule, text in (("--joint", "bed=block_0:block_1"), ("--law", f"bed={CASE}")):
-        assert main([*words, rule, text, rule, text]) == 1
-        assert "bed is given twice: expected one" in capsys.readouterr().err
-    assert main(words) == 0
-    assert main([*words[:2], "-o", words[1]]) == 1
-
-
-def test_files_that_are_no_mesh(tmp_path: Path) -> None:
-    """They are named."""
-    path = tmp_path / "wall.msh"
-    with pytest.raises(ValueError, match=r"wall.msh: no such file: expected a mesh"):
-        split(path)
-    path.write_text("", encoding="utf-8")
-    with pytest.raises(ValueError, match=r"wall.msh: .*expected a mesh that meshio reads"):
-        split(path)
-    path = tmp_path / "wall.inp"
-    path.write_text("*NODE\n1, 0, 0\n*ELEMENT, TYPE=CPE4, ELSET=A\n1, 1, 1, 1, 1\n", encoding="utf-8")
-    error = r"1 of 1 cells \(quad\) have a node twice, as cell 1 of block A at \(0, 0\): expected none"
-    with pytest.raises(ValueError, match=error):
-        split(path)
