@@ -107,12 +107,20 @@ def split(
     for name, pieces in parts.items():
         for k, side in enumerate(("minus", "plus")):
             rows = [np.stack([piece.cells[:, k], piece.sides[:, k]], 1) for piece in pieces]
-            if f"{name}_{side}" in surfaces:
-                raise ValueError(f"joint {name}: a group is named {name}_{side}: expected another name")
-            surfaces[f"{name}_{side}"] = np.concatenate([np.zeros((0, 2), np.int64), *rows])
+            faces, group = np.concatenate([np.zeros((0, 2), np.int64), *rows]), f"{name}_{side}"
+            if group in surfaces:  # as in a deck that `write` wrote
+                if name not in old.joints or not _same_rows(surfaces[group], faces):
+                    raise ValueError(f"joint {name}: a group is named {group}: expected another name")
+                del groups[group]
+            surfaces[group] = faces
     _check_axis(old, axisymmetric, points)
     arrays = points, cells, block, old.names, parts, groups, old.sets, surfaces, origin, old.types
     return Jointed(*arrays, axisymmetric=axisymmetric)
+
+
+def _same_rows(first: Integers, second: Integers) -> bool:
+    """Whether two arrays have the same rows in any order."""
+    return np.array_equal(*(np.unique(rows, axis=0) for rows in (first, second)))
 
 
 def _check_axis(old: Solids, axisymmetric: bool, points: Floats) -> None:

@@ -47,8 +47,13 @@ def test_joints_of_decks(tmp_path: Path) -> None:
         assert len(mesh.points) == drawn.nodes and sum(map(len, mesh.cells.values())) == drawn.solids
         for part in parts:
             assert part.axes[:, 0] == pytest.approx(np.tile(drawn.normal, (len(part.area), 1)), abs=DIGITS)
+            again = split(written)
+            (twice,) = write(tmp_path / "twice.inp", again)
         text = written.read_text(encoding="utf-8")
         assert text.count("\n*Element, type=COH") == len(parts)
+        assert again.summary() == mesh.summary()
+        assert sorted(again.surfaces) == sorted(mesh.surfaces)
+        assert twice.read_text(encoding="utf-8").count("\n") == text.count("\n")
 
 
 def test_joints_without_solids(tmp_path: Path) -> None:
@@ -61,6 +66,9 @@ def test_joints_without_solids(tmp_path: Path) -> None:
         split(path, join=0.1)
     with pytest.raises(ValueError, match="joint JOINT: the file has this joint: expected another name"):
         split(path, {"JOINT": ("*", "*")})
+    lower = bonded(np.random.default_rng(4), tied=False).text.replace("S_LOW", "JOINT_minus")
+    with pytest.raises(ValueError, match="joint JOINT: a group is named JOINT_minus: expected another name"):
+        split(placed(tmp_path, lower))
 
 
 def beside_shells(*shells: str) -> str:
