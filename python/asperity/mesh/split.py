@@ -120,7 +120,7 @@ def split(
 
 def _same_rows(first: Integers, second: Integers) -> bool:
     """Whether two arrays have the same rows in any order."""
-    return np.array_equal(*(np.unique(rows, axis=0) for rows in (first, second)))
+    return bool(np.array_equal(np.unique(first, axis=0), np.unique(second, axis=0)))
 
 
 def _check_axis(old: Solids, axisymmetric: bool, points: Floats) -> None:
