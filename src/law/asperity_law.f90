@@ -152,7 +152,7 @@ contains
     type(separation_type) :: at_start, at
     type(phases_type) :: phases
     type(forces_type) :: last, start
-    real(wp) :: crushes, drive, drive_old, elastic, grown
+    real(wp) :: crushes, drive, drive_old, elastic, grown, target
     ! gfortran keeps a copy of the whole structure in memory
     old = history_type(start_alpha(m, state%alpha), state%s_dit, state%s_dih, state%omega, state%wear_work)
     at_start = separations(m, plane, old%omega, from)
@@ -174,7 +174,9 @@ contains
     grown = response%new%alpha - old%alpha
     now%spent = plane_dissipation(m, start, last, grown, response%friction%slip)
     if (m%exact) then
-      phases = phases_of(m, at_start, at, old, response%new%alpha)
+      ! what viscosity delays
+      target = merge(response%new%alpha, min(old%alpha + grown/growth%weight_new, 1.0_wp), growth%weight_new >= 1.0_wp)
+      phases = phases_of(m, growth, at_start, at, old, target)
       now%spent%rupture = rupture_of_phases(m, growth, at_start, at, old, response, phases)
     end if
     if (m%guard) then
@@ -185,7 +187,7 @@ contains
       now%spent%friction = m%mu*((start%strength + last%strength)*response%friction%slip)
     end if
     ! the wear by work keeps the trapezoidal rule, which its constants know
-    if (m%exact) now%spent%friction = merge(friction_of_phases(m, growth, old, response%new, phases), &
+    if (m%exact) now%spent%friction = merge(friction_of_phases(m, old, target, phases), &
       now%spent%friction, m%inv_w0 <= 0.0_wp)
     now%new = response%new
     now%stored = stored_energy(m, at, response)

@@ -7,6 +7,7 @@
 module asperity_phases
   use asperity_contact, only: opening, pressure, pressure_energy
   use asperity_energy, only: bond_energy, driving_force, mode_square
+  use asperity_facet, only: exponentials
   use asperity_kinds, only: wp
   use asperity_types, only: growth_type, history_type, local_type, material_type, response_type, separation_type, &
     vector_type
@@ -35,6 +36,9 @@ module asperity_phases
     type(range_type) :: r           !! 1/(1 - eta alpha) at start and end
     real(wp) :: x_1, x_2, x_3       !! while it grows the contact sticks from x_1 to x_2 and slips to x_3
     real(wp) :: q_1, q_2, q_3       !! sqrt(r) there
+    real(wp) :: centre              !! mean position of the growth without viscosity
+    real(wp) :: first, second       !! with viscosity it is later: mean delay and half its mean square over what follows
+    real(wp) :: followed            !! and its mean after the centre over that without viscosity
   end type phases_type
 
 contains
@@ -160,13 +164,15 @@ contains
     touch%ends = max(touch%closed%to, touch%slips)
   end function touch_of
 
-  !> Phases of an increment in which the damage grows to alpha.
-  pure function phases_of(m, start, at, old, alpha) result(phases)
+  !> Phases of an increment in which the damage grows to alpha without viscosity.
+  pure function phases_of(m, growth, start, at, old, alpha) result(phases)
     type(material_type), intent(in) :: m             !! constants
+    type(growth_type), intent(in) :: growth          !! of the damage, without the guard
     type(separation_type), intent(in) :: start, at   !! separations at start and end
     type(history_type), intent(in) :: old            !! state at the start
     real(wp), intent(in) :: alpha                    !! damage at the end
     type(phases_type) :: phases
+    real(wp) :: r_0
     associate (touch => phases%touch, grows => phases%grows, r => phases%r)
       touch = touch_of(m, start, at, old)
       r = range_type(1.0_wp/(1.0_wp - m%eta*old%alpha), 1.0_wp/(1.0_wp - m%eta*alpha))
@@ -180,8 +186,30 @@ contains
       phases%q_1 = sqrt(surface(m, start, at, phases%x_1, r))
       phases%q_2 = max(phases%q_1, sqrt(surface(m, start, at, phases%x_2, r)))
       phases%q_3 = max(phases%q_2, sqrt(surface(m, start, at, phases%x_3, r)))
+      ! damage that lags behind the separation of the start grows there
+      r_0 = surface(m, start, at, 0.0_wp, r)
+      phases%centre = grows%from + (grows%to - grows%from)*share(6.0_wp*(r_0*r%to)/(r_0 + r%to + &
+        4.0_wp*sqrt(r_0*r%to)) - r_0, r%to - r_0)
+      phases%centre = phases%centre*share((r%to - r_0)*r%from, (r%to - r%from)*r_0)
     end associate
+    call follow(m, growth, phases)
   end function phases_of
+
+  !> With viscosity damage follows tau_v behind: the delay of its growth is distributed exponentially, as far as the
+  !> increment lasts. Set the means of that after the centre.
+  pure subroutine follow(m, growth, phases)
+    type(material_type), intent(in) :: m         !! constants
+    type(growth_type), intent(in) :: growth      !! of the damage, without the guard
+    type(phases_type), intent(inout) :: phases   !! the phases; first, second and followed are set
+    !> Times tau_v over what follows between which the means change; beyond them growth is immediate or even.
+    real(wp), parameter :: short = 1.0e-3_wp, even = 30.0_wp
+    real(wp) :: gone, lag, left
+    lag = min((1.0_wp - growth%weight_new)/max(growth%weight_new*(1.0_wp - phases%centre), epsilon(1.0_wp)), even)
+    call exponentials(m%by_points, 1.0_wp/max(lag, short), left, gone)
+    phases%first = lag - left/gone
+    phases%second = lag**2 - (lag + 0.5_wp)*(left/gone)
+    phases%followed = growth%weight_new*(1.0_wp/gone - lag)
+  end subroutine follow
 
   !> Integral of f^2/r^2 dr for f that is linear in r = q^2, exact for a constant f and for f ~ r.
   pure function integral(f, g, q_1, q_2) result(sum_of)
@@ -233,7 +261,7 @@ contains
     type(phases_type), intent(in) :: phases          !! its phases
     real(wp) :: rupture
     type(local_type) :: at_1, at_2
-    real(wp) :: ends, grown, lag, late, y
+    real(wp) :: grown, lag, y
     associate (r => phases%r, touch => phases%touch, q_1 => phases%q_1, q_2 => phases%q_2, q_3 => phases%q_3)
       grown = now%new%alpha - old%alpha
       y = (mode_energy(m, start, at, phases%grows%from)*r%from + mode_energy(m, start, at, phases%grows%to)*r%to)/ &
@@ -252,17 +280,38 @@ contains
       lag = max(surface(m, start, at, 0.0_wp, r) - r%from, 0.0_wp)*m%inv_eta
       rupture = rupture + lag*(driving_force(m, start, old)/(r%from*(r%from + lag*m%eta)) - &
         mode_energy(m, start, at, 0.0_wp))
-      ! and then follows it by tau_v behind, or, in an increment that is short beside tau_v, grows at all of it
-      lag = r%from + lag*m%eta
-      late = (2.0_wp*y*m%inv_eta)*(6.0_wp*(r%to - lag)**2/(r%to + lag + 4.0_wp*sqrt(r%to*lag))/ &
-        max(phases%grows%to - phases%grows%from, epsilon(1.0_wp)))
-      ends = driving_force(m, start, old) + driving_force(m, at, now%new)
-      associate (w => growth%weight_new)
-        rupture = w*(rupture + (1.0_wp - w)*(rupture + late)) + (1.0_wp - w)**2*(0.5_wp*(ends*grown))
-      end associate
+      ! and then follows it: the driving force by a parabola from the centre of the growth to the end
+      at_1 = released(m, start, at, touch, phases%centre)
+      rupture = growth%weight_new*rupture + grown*((4.0_wp*at_1%t - 3.0_wp*at_1%n - at_1%h)*phases%first + &
+        4.0_wp*(at_1%n - 2.0_wp*at_1%t + at_1%h)*phases%second)
       rupture = merge(rupture, 0.0_wp, grown > 0.0_wp)
     end associate
   end function rupture_of_phases
+
+  !> Driving force of damage at a position, in the middle between it and the end, and at the end.
+  pure function released(m, start, at, touch, x) result(y)
+    type(material_type), intent(in) :: m             !! constants
+    type(separation_type), intent(in) :: start, at   !! separations at start and end
+    type(touch_type), intent(in) :: touch            !! contact along the step
+    real(wp), intent(in) :: x                        !! position
+    type(local_type) :: y
+    y = local_type(release_at(m, start, at, touch, x), release_at(m, start, at, touch, 0.5_wp*(x + 1.0_wp)), &
+      release_at(m, start, at, touch, 1.0_wp))
+  end function released
+
+  !> Driving force of damage at a position.
+  pure function release_at(m, start, at, touch, x) result(y)
+    type(material_type), intent(in) :: m             !! constants
+    type(separation_type), intent(in) :: start, at   !! separations at start and end
+    type(touch_type), intent(in) :: touch            !! contact along the step
+    real(wp), intent(in) :: x                        !! position
+    real(wp) :: y
+    type(local_type) :: bond, e
+    bond = along(start%bond, at%bond, x)
+    e = elastic(touch, x)
+    y = bond_energy(m, bond) - min(e%t**2 + e%h**2, strength(touch, x)**2)
+    if (m%general) y = y + (pressure_energy(m, bond) - pressure_energy(m, along(start%contact, at%contact, x)))
+  end function release_at
 
   !> Integral of the energy of the pressure over the damage, times eta.
   pure function pressed(m, a, b, phases) result(energy)
@@ -278,10 +327,10 @@ contains
   !>
   !> The rate of the slip is constant while the contact slips. Where the direction of the stress turns into that of the
   !> slip, the slip is longer than that of the increment, by a fit.
-  pure function friction_of_phases(m, growth, old, new, phases) result(friction)
+  pure function friction_of_phases(m, old, alpha, phases) result(friction)
     type(material_type), intent(in) :: m         !! constants
-    type(growth_type), intent(in) :: growth      !! of the damage
-    type(history_type), intent(in) :: old, new   !! state at start and end
+    type(history_type), intent(in) :: old        !! state at the start
+    real(wp), intent(in) :: alpha                !! damage at the end without viscosity
     type(phases_type), intent(in) :: phases      !! phases of the increment
     real(wp) :: friction
     real(wp) :: far, first, from, mean, p_0, p_1, p_2, p_3, part, slip, to, turn, way, x_1, x_2
@@ -304,18 +353,17 @@ contains
       turn = turn*(0.5_wp - turn*(0.125_wp + 0.068_wp*turn))*(first*far)
       slip = slip + merge(merge(turn, 0.0_wp, slip > 0.0_wp), 0.0_wp, p_0 > 0.0_wp)
       ! alpha is that of the start, grows, and is that of the end
-      x_1 = clip(merge(phases%grows%from, 1.0_wp, new%alpha > old%alpha), from, to)
-      x_2 = clip(merge(phases%grows%to, 1.0_wp, new%alpha > old%alpha), from, to)
+      x_1 = clip(merge(phases%grows%from, 1.0_wp, alpha > old%alpha), from, to)
+      x_2 = clip(merge(phases%grows%to, 1.0_wp, alpha > old%alpha), from, to)
       p_1 = strength(touch, x_1)
       p_2 = strength(touch, x_2)
       ! mean of p/r for p that is linear in r
       mean = (p_1*(5.0_wp*q_3 + q_2) + p_2*(q_3 + 5.0_wp*q_2))/((q_2**2 + q_3**2 + 4.0_wp*q_2*q_3)*(q_2 + q_3))
-      friction = 0.5_wp*(old%alpha*(p_0 + p_1)*(x_1 - from) + new%alpha*(p_2 + p_3)*(to - x_2)) + &
+      friction = 0.5_wp*(old%alpha*(p_0 + p_1)*(x_1 - from) + alpha*(p_2 + p_3)*(to - x_2)) + &
         (x_2 - x_1)*m%inv_eta*(0.5_wp*(p_1 + p_2) - mean)
-      ! with viscosity, in an increment that is short beside tau_v, alpha grows over the whole step
-      mean = 0.5_wp*(to - from)*(p_0*(old%alpha + from*(new%alpha - old%alpha)) + &
-        p_3*(old%alpha + to*(new%alpha - old%alpha)))
-      friction = growth%weight_new*friction + (1.0_wp - growth%weight_new)*mean
+      ! with viscosity alpha grows less and later
+      mean = 0.5_wp*(to - from)*(old%alpha*(p_0 + p_3))
+      friction = merge(mean + phases%followed*(friction - mean), friction, phases%followed < 1.0_wp)
       friction = 2.0_wp*slip*(friction/max(to - from, tiny(1.0_wp)))
     end associate
   end function friction_of_phases

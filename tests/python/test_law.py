@@ -5,6 +5,7 @@ Random updates are in test_oracle.py, load paths with known numbers, through eve
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -131,6 +132,27 @@ def test_rupture_in_any_increment(constants: dict, n: int) -> None:
     end = joint.replay(np.linspace(0.0, 1.0, n + 1)[:, None] * [0.0, 0.6, 0.8]).state[-1]
     assert end[2] == pytest.approx(constants.get("Gc2", 0.6655), abs=1e-9)
     assert end[0] == 1.0 and end[3] == 0.0
+
+
+def test_rupture_of_a_viscous_jump() -> None:
+    """Damage that follows a jump by tau_v sees the energy of later positions; slow damage that of all."""
+    sigma0, Gc, eta = 3.0, 0.3, 0.9
+    s_f = 2.0 * Gc / sigma0
+
+    def grown(tau_v: float, opening: float) -> tuple[float, float]:
+        """Damage and rupture after an opening from rest in the time 1."""
+        material = Material(sigma0=sigma0, Gc=Gc, eta=eta, mu=0.5, tau_v=tau_v)
+        new = Interface(material, Pattern.regular(0, 0.0)).update([[opening, 0.0, 0.0]], dt=1.0)
+        return float(new.damage[0].sum()), float(new.rupture[0])
+
+    # to the first order in tau_v
+    more = 1e-3 * 2.0 * s_f * sigma0 * math.log(1.0 / (1.0 - eta)) / eta
+    damage, rupture = grown(1e-3, 2.0 * s_f)
+    assert rupture / damage - Gc == pytest.approx(more, rel=0.05)
+    # damage that grows evenly along the opening: a third of the energy at the end
+    damage, rupture = grown(300.0, 50.0 * s_f)
+    end = 0.5 * sigma0 / ((1.0 - eta) * s_f) * (50.0 * s_f) ** 2
+    assert rupture == pytest.approx(damage * end / 3.0, rel=0.03)
 
 
 def test_friction_of_a_jump() -> None:

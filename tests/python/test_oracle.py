@@ -321,6 +321,29 @@ def test_jumps(option: str, sides: int) -> None:
         state, s_old = new, s
 
 
+# relaxation time over the duration: largest error, in between that of one backward Euler step for many
+VISCOUS = {1e-3: 0.1, 0.1: 0.4, 1.0: 0.25, 10.0: 0.05}
+
+
+@pytest.mark.parametrize("tau", VISCOUS)
+@pytest.mark.parametrize("sides", [0, 4])
+def test_viscous_jumps(sides: int, tau: float) -> None:
+    """With viscosity the accounts of a jump are those of its parts, if it is long or short beside tau_v."""
+    constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "tau_v": tau}
+    material, parameters = Material(**constants), reference.Parameters(**constants)
+    props = Interface(material, Pattern.regular(sides, 30.0)).props()
+    planes, rng = reference.regular_pattern(sides, 30.0), np.random.default_rng(SEED)
+    state, s_old = np.zeros((JUMP_POINTS, N_POINT_STATEV + 3 * len(planes[1]))), np.zeros((JUMP_POINTS, 3))
+    for s in jumps(material, rng):
+        new = by_c(props, s, state, s_old, 1.0)[1]
+        fine = reference.in_parts(parameters, planes, s, state, s_old, 1.0, parts=JUMP_PARTS)
+        spent, sought = (x[:, 1:4] - state[:, 1:4] for x in (new, fine))
+        off = np.abs(spent - sought)[:, 1:] / (material.Gc + np.abs(sought).sum(axis=1))[:, None]
+        assert off.max() < VISCOUS[tau], off
+        assert spent[:, 2].min() >= 0.0
+        state, s_old = new, s
+
+
 def test_guarded_jumps() -> None:
     """The guard asks the rupture that is booked, never negative: damage grows where it is positive."""
     constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "kc": 5.0}
