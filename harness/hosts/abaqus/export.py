@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from asperity import Interface, Material, Pattern, contract, hosts, installed
+from asperity import Interface, contract, hosts, installed
 from asperity.export.element import Element
 
 DENSITY = 1.0e-8
@@ -21,7 +21,7 @@ oscillations:
 
 
 def files(element: Element, examples: bool) -> dict[str, str | bytes]:
-    """Sources, decks, environment file and README; examples: with an explicit element and a wallette."""
+    """Sources, decks, environment file and README; examples: with an explicit element."""
     stress = element.sigma_N or None
     texts = {"traction": f"{element.sigma_N:g}", "stroke": f"{element.slip:g}"}
     cards = {"single_standard": _with_asperities(element.interface, stress=stress)}
@@ -29,14 +29,6 @@ def files(element: Element, examples: bool) -> dict[str, str | bytes]:
         cards["single_explicit"] = _with_asperities(
             element.interface, stress=stress, explicit=True, density=DENSITY
         )
-        theta, pressure, length = 15.0, 0.5, 400.0  # of the wallette
-        bond = Material(sigma0=1.0, Gc=0.02, eta=0.95, mu=0.6, kc=10.0)
-        mortar = Interface(bond, Pattern.regular(2, theta))
-        texts["strength"] = f"{mortar.material.residual_strength(theta) * pressure * length:.6g}"
-        names = contract.statev_names(mortar.n_planes)
-        row = ["BED_2", *("1." if name.startswith("alpha") else "0." for name in names)]
-        texts["cracked"] = "".join(", ".join(row[i : i + 8]) + "\n" for i in range(0, len(row), 8))
-        cards["wallette"] = _with_asperities(mortar, dimension=2, stress=-pressure, modulus=5000.0, size=20.0)
     decks = {f"{name}.inp": element.filled("abaqus", f"{name}.inp", card=card, **texts)
              for name, card in cards.items()}  # fmt: skip
     listed = "\n".join(f"| `{name}` | {text.splitlines()[1]} |" for name, text in decks.items())

@@ -44,7 +44,7 @@ def test_kit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["export", "abaqus", str(folder)]) == 0
     names = {path.name for path in folder.iterdir()}
     sources = {f"asperity_abaqus{part}.f90" for part in ("", "_standard", "_explicit", "_single")}
-    assert names == {"README.md", "abaqus_v6.env", "joint.nml", *WRITTEN, *sources} and len(WRITTEN) == 3
+    assert names == {"README.md", "abaqus_v6.env", "joint.nml", *WRITTEN, *sources} and len(WRITTEN) == 2
     out = capsys.readouterr().out
     readme = (folder / "README.md").read_text(encoding="ascii")
     assert all(f"`{name}`" in readme for name in names - {"README.md"})
@@ -63,11 +63,11 @@ def test_kit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 def test_force_replaces_the_files_of_the_kit_only(tmp_path: Path) -> None:
     """Other files stay, old ones of the kit are replaced; a folder in the place of a file is refused."""
     (tmp_path / "kit").mkdir()
-    mine, old = tmp_path / "kit" / "mine.txt", tmp_path / "kit" / "wallette.inp"
+    mine, old = tmp_path / "kit" / "mine.txt", tmp_path / "kit" / "single_explicit.inp"
     mine.write_text("mine")
     old.write_text("old")
     assert main(["export", "abaqus", str(tmp_path / "kit"), "--force"]) == 0
-    assert (mine.read_text(), old.read_text()) == ("mine", WRITTEN["wallette.inp"])
+    assert (mine.read_text(), old.read_text()) == ("mine", WRITTEN["single_explicit.inp"])
     old.unlink()
     old.mkdir()
     (tmp_path / "kit" / "README.md").write_text("mine")
@@ -97,7 +97,7 @@ def test_element_of_a_case(host: str, tmp_path: Path, capsys: pytest.CaptureFixt
         deck = model((folder / "single_standard.inp").read_text(encoding="ascii"))
         rows = run_standard(deck, installed.library())[16::17]
         assert np.abs(rows - printed).max() < 1e-7
-        assert not list(folder.glob("wallette*"))
+        assert not list(folder.glob("single_explicit*"))
 
 
 @pytest.mark.parametrize("host", ["abaqus", "calculix"])
@@ -162,60 +162,31 @@ PROPS = contract.N_FIXED_PROPS
 """Number of constants of a regular pattern."""
 
 MISTAKES = [
-    ("wallette", "*Heading\n", "**\n", "text before the first keyword: expected a deck"),
+    ("*Heading\n", "**\n", "text before the first keyword: expected a deck"),
+    (f"constants={PROPS}", f"constants={PROPS - 1}", f"expected {PROPS}, the number of"),
+    ("3.0, 0.3, 0.9, 0.5,", "3.0, 0.3, 0.9, -0.5,", "mu = -0.5: expected >= 0"),
+    (f"constants={PROPS}, unsymm", f"constants={PROPS}", "unsymm is missing"),
+    ("*Depvar\n17,", "*Depvar\n16,", "16: expected at least 17 state variables"),
     (
-        "wallette",
-        f"constants={PROPS}",
-        f"constants={PROPS - 1}",
-        f"expected {PROPS}, the number of",
-    ),
-    ("wallette", "0.02, 0.95, 0.6,", "0.02, 0.95, -0.6,", "mu = -0.6: expected >= 0"),
-    ("wallette", f"constants={PROPS}, unsymm", f"constants={PROPS}", "unsymm is missing"),
-    ("wallette", "*Depvar\n17,", "*Depvar\n16,", "16: expected at least 17 state variables"),
-    (
-        "wallette",
         "\n0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0\n",
         "\n0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0\n",
         "17: expected at least 23 state variables",
     ),
-    (
-        "wallette",
-        "JOINT, material=JOINT",
-        "JOINT, material=GLUE",
-        "material=GLUE: no *Material has",
-    ),
-    ("wallette", "Solid Section, elset=UNITS", "Solid Section, elset=JOINT", "are in two sections: expected"),
-    (
-        "wallette",
-        "Solid Section, elset=UNITS",
-        "Solid Section, elset=COURSE_1",
-        "are in no section: expected",
-    ),
-    ("wallette", "thickness=SPECIFIED\n1.0,", "thickness=SPECIFIED\n0.5,", "expected 1, the h of PROPS 9"),
-    ("wallette", "\n1, 1, 2, 23, 22\n", "\n1, 1, 2, 23, 999\n", "node 999: no such node"),
-    ("wallette", "\n1, 1, 2, 23, 22\n", "\n1, 1, 22, 23, 2\n", "1 elements of type CPS4 are inside out"),
-    ("wallette", "\n161, 43, 44, 65, 64\n", "\n161, 43, 44, 86, 85\n", "farther apart across the joint than"),
-    ("wallette", "\n2, 20.0, 0.0\n", "\n1, 20.0, 0.0\n", "node 2: no such node"),
+    ("JOINT, material=JOINT", "JOINT, material=GLUE", "material=GLUE: no *Material has"),
+    ("thickness=SPECIFIED\n1.0,", "thickness=SPECIFIED\n0.5,", "expected 1, the h of PROPS 9"),
+    ("\n1, 1, 2, 3, 4, 5, 6, 7, 8\n", "\n1, 1, 2, 3, 4, 5, 6, 7, 999\n", "node 999: no such node"),
+    ("\n2, 1.0, 0.0, 0.0\n", "\n1, 1.0, 0.0, 0.0\n", "node 2: no such node"),
 ]
-"""Deck, text of it, what stands there instead, and part of the message."""
+"""Text of the deck for Standard, what stands there instead, and part of the message."""
 
 
-@pytest.mark.parametrize(("deck", "old", "new", "message"), MISTAKES)
-def test_doctor_finds(deck: str, old: str, new: str, message: str, said, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("old", "new", "message"), MISTAKES)
+def test_doctor_finds(old: str, new: str, message: str, said, tmp_path: Path) -> None:
     """Each mistake in a deck is found and named."""
-    text = WRITTEN[f"{deck}.inp"]
+    text = WRITTEN["single_standard.inp"]
     assert old in text
     (tmp_path / "job.inp").write_text(text.replace(old, new), encoding="ascii")
     assert message in "".join(said(f"doctor {tmp_path / 'job.inp'}", code=1))
-
-
-def test_initial_states_of_the_wallette() -> None:
-    """The cracked joint has a value for each state variable."""
-    deck = model(WRITTEN["wallette.inp"])
-    [block] = [entry for entry in deck.deck if entry.parameters.get("TYPE") == "SOLUTION"]
-    values = [word for _, words in block.rows() for word in words][1:]
-    [depvar] = [entry for entry in deck.deck if entry.keyword == "DEPVAR"]
-    assert len(values) == int(next(depvar.rows())[1][0])
 
 
 # --- compilers --------------------------------------------------------------------------------------------

@@ -220,6 +220,13 @@ def _face(joint: list[list[int]], k: int) -> int:
     return first if (k == 0) == low_first else last
 
 
+def _backward(match: re.Match[str]) -> str:
+    """The nodes of a solid in the opposite sense."""
+    nodes = match[2].split(", ")
+    half = len(nodes) // 2
+    return match[1] + ", ".join([*nodes[half:], *nodes[:half]] if len(nodes) > 4 else nodes[::-1])
+
+
 Change = Callable[[list[list[str]], int], list[list[str]]]
 
 
@@ -389,6 +396,9 @@ MISTAKES: dict[str, Callable[[str], str]] = {
     "tie and links": lambda text: _linked(text, lambda a, b: f"*MPC\nPIN, {a}, {b}\n", at_solids=True),
     "tie and equations": lambda text: _linked(text, lambda a, b: EQUATION.format(b, a), at_solids=True),
     "width": lambda text: re.sub(r"(\*Solid Section, .*\n)[\d.]*,", r"\g<1>7.5,", text),
+    "solids in no section": lambda text: re.sub(r"\*Solid Section, elset=UPPER.*\n.*\n", "", text),
+    "two sections": lambda text: text.replace("Solid Section, elset=UPPER", "Solid Section, elset=JOINT"),
+    "solid inside out": lambda text: re.sub(r"(elset=UPPER\n\d+, )(.*)", _backward, text),
     "section of one side": lambda text: re.sub(r"(elset=UPPER, material=STONE\n)[\d.]*,", r"\g<1>7.5,", text),
 }
 """Changes of a deck that make one mistake; a change may fit some decks only."""
