@@ -389,6 +389,37 @@ def nonsense(rng: np.random.Generator) -> Drawn:
     return Drawn(tests, exactly(kind=kind), [])
 
 
+def bond_slip(rng: np.random.Generator) -> Drawn:
+    """One to six bonds that are pulled without any pressure, behind the elastic slip of a machine.
+
+    The stress rises along a line and falls along another one, or exponentially, or rises with the power 0.4
+    of the Model Code and falls along a line.  Strength and slip of the specimens differ by 5 % in half of
+    the sets.
+    """
+    strength, end = (
+        np.exp(rng.uniform(np.log(0.5), np.log(12.0))),
+        np.exp(rng.uniform(np.log(0.1), np.log(4.0))),
+    )
+    soft, rise, law = np.exp(rng.uniform(np.log(0.02), np.log(0.3))), rng.uniform(0.02, 0.25), rng.integers(3)
+    count, differ = int(rng.integers(1, 7)), float(rng.choice([0.0, 0.05]))
+
+    def test() -> Test:
+        top, far = (float(x * np.exp(differ * (count > 1) * rng.normal())) for x in (strength, end))
+        u, first = np.linspace(0.0, 2.0 * far, 4001), rise * far / (4.0 if law == 1 else 1.0)
+        falls = np.exp(-4.0 * np.maximum(0.0, u - first) / far) if law == 1 else (far - u) / (far - first)
+        stress = top * np.clip(np.minimum((u / first) ** (0.4 if law == 2 else 1.0), falls), 0.0, 1.0)
+        # what the spring gives back at once is passed at one slip
+        outside = np.maximum.accumulate(u + soft * end * stress / strength) + 1e-9 * u
+        rows = int(rng.integers(40, 201))
+        last = far * (1.3 if law == 1 else float(rng.uniform(1.05, 1.5)))
+        slips = np.linspace(last / rows, last, rows)
+        return noisy(rng, Test(slips, np.interp(slips, outside, stress), None, 0.0), rng.uniform(0.01, 0.03))
+
+    parts = (0.5, 0.25 * (1.0 + 0.5 * rise), rise / 1.4 + 0.5 * (1.0 - rise))
+    truth = exactly(sigma0=strength, Gc=float(strength * end * parts[int(law)]))
+    return Drawn([test() for _ in range(count)], truth, [])
+
+
 KINDS = {
     "Mohr-Coulomb, decaying dilation": mohr_coulomb,
     "dilation not measured": without_dilation,
@@ -400,6 +431,7 @@ KINDS = {
     "one parabolic curve, --joint mortar": one_curve,
     "cohesion, linear softening": cohesion,
     "cohesion, --joint mortar": cohesion,
+    "bond-slip, no pressure": bond_slip,
     "Barton-Bandis": barton_bandis,
     "Plesha, cycles": plesha,
     "cycles on parabolic asperities": parabolic_strokes,

@@ -17,7 +17,7 @@ from refresh import follow, words_and_numbers
 
 DOCS = Path(__file__).parents[2] / "docs"
 
-DIGITS = {"barton": 5e-3, "tutorial": 1e-3, "surface": 1e-9, "uncertainty": 5e-3}
+DIGITS = {"barton": 5e-3, "bond-slip": 5e-3, "tutorial": 1e-3, "surface": 1e-9, "uncertainty": 5e-3}
 """Relative difference of the numbers of a page on another processor, far below the intervals of fits."""
 
 
@@ -42,6 +42,21 @@ def followed(name: str, folder: Path) -> str:
 def test_page(name: str, tmp_path: Path) -> None:
     """The page shows the output of its commands."""
     followed(name, tmp_path)
+
+
+@pytest.mark.slow
+def test_strip_of_the_page(tmp_path: Path) -> None:
+    """A long bond holds sqrt(2 E t G), and the work is that of strip, bond and rupture, within 1e-3."""
+    page = followed("bond-slip", tmp_path)
+    rows = re.findall(r"(?m)^\w+ +([\d.]+) of ([\d.]+) N/mm; work ([\d.]+) N: .* sum ([\d.]+)$", page)
+    assert len(rows) == 2
+    for force, closed, work, spent in (map(float, row) for row in rows):
+        # E t = 194.79 kN/mm, 5.2 MPa, 0.26 mm
+        assert closed == pytest.approx(np.sqrt(2.0 * 194.79e3 * 0.5 * 5.2 * 0.26), abs=0.005)
+        assert force == pytest.approx(closed, rel=1e-3) and work == pytest.approx(spent, rel=1e-3)
+    intervals = json.loads((tmp_path / "bond.fit.json").read_text(encoding="utf-8"))["intervals"]
+    for name, truth in (("sigma0", 5.2), ("Gc", 0.676), ("eta", 1.0 - 0.045 / 0.26)):
+        assert intervals[name][0] <= truth <= intervals[name][1]
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ from .evidence import first_stroke, guesses
 from .intervals import Assumption, Intervals, spreads
 from .ladder import GAIN, STIFF, Model, independent
 from .model import KS, KT, SPRINGS, to_scale
+from .rigid import SOFTENINGS
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, solve
 
@@ -86,10 +87,15 @@ def of_strength(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assump
         return
     free = tuple(name for name in model.free if name not in ("theta", "height", "crush", "W0"))
     bare = [replace(test, s_N=None) for test in tests]
-    bare_fit = refitted(chosen, bare, replace(model, free=free), 1.0, SEARCHED)
-    halves, parts = halves_of(bare_fit), ("mu", "sigma0", "Gc", KT)
-    square = bare_fit.mean_squares["tau"]
-    yield beside(chosen, square, bare_fit.values, WITHOUT, "tau", parts, halves)
+    start = refitted(chosen, bare, replace(model, free=free), 1.0, SEARCHED)
+    fits = [start]
+    if not model.shape and first_only(tests) and KT in free:
+        fits += [refitted(start, bare, replace(start.model, shape=name)) for name in SOFTENINGS]
+    for bare_fit in fits:
+        halves, parts = halves_of(bare_fit), ("mu", "sigma0", "Gc", KT)
+        square, shape = bare_fit.mean_squares["tau"], bare_fit.model.shape
+        name = f"{WITHOUT}, {shape}" if shape else WITHOUT
+        yield beside(chosen, square, bare_fit.values, name, "tau", parts, halves)
 
 
 def of_friction(
@@ -99,11 +105,23 @@ def of_friction(
 
     given: values of the user, which stay.
     """
+    solution = at_once(chosen, tests, given, RIGID)
+    if solution is None:
+        return
+    # a spring that the law does not need, as its friction is late, is no further constant
+    square, parts, halves = solution.mean_squares["tau"], ("mu", "sigma0", "Gc", KT), halves_of(solution)
+    yield beside(chosen, square, solution.values, RIGID_FRICTION, "tau", parts, halves)
+
+
+def at_once(
+    chosen: Solution, tests: Sequence[ShearTest], given: Mapping[str, float], eta: float
+) -> Solution | None:
+    """Closed form of a bond beside which friction acts at once, with a spring in series; None without one."""
     model = chosen.model
     if not model.bond or "eta" in given or not first_only(tests):
-        return
+        return None
     free = tuple(name for name in model.free if name not in ("eta", KT))
-    fixed = {name: value for name, value in model.fixed.items() if name != KT} | {"eta": RIGID}
+    fixed = {name: value for name, value in model.fixed.items() if name != KT} | {"eta": eta}
     if KT in given:
         fixed[KT] = given[KT]
     else:
@@ -115,11 +133,8 @@ def of_friction(
         known = known | {KT: guesses(tests)[KT]}
     closed = problem.closed_form()
     if not closed.is_closed_form:
-        return
-    solution = Solution(rigid, closed, *solve(closed, closed.x(known), SEARCHED))
-    # a spring that the law does not need, as its friction is late, is no further constant
-    square, parts, halves = solution.mean_squares["tau"], ("mu", "sigma0", "Gc", KT), halves_of(solution)
-    yield beside(chosen, square, solution.values, RIGID_FRICTION, "tau", parts, halves)
+        return None
+    return Solution(rigid, closed, *solve(closed, closed.x(known), SEARCHED))
 
 
 def halves_of(solution: Solution) -> dict[str, float]:

@@ -13,7 +13,7 @@ from .assumptions import PATTERNS
 from .evidence import cycles, noise
 from .ladder import GAIN, criteria, independent
 from .model import KS, KT
-from .rigid import Profile, exponential, has_closed_form, hyperbola, parabola
+from .rigid import LAW, SLOPES, has_closed_form
 from .series import Rigid, sign_of
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, solve
@@ -101,29 +101,34 @@ def rigid_form(chosen: Solution, tests: Sequence[ShearTest], left_out: Sequence[
     return refitted(chosen, tests, model, tolerance=SEARCHED)
 
 
-def with_profile(form: Solution, kind: type[Rigid], profile: Profile) -> Solution:
-    """Fit of a closed form with another profile of the asperities, and starts of the gauges if `Started`."""
-    problem = form.problem
-    rest = (problem.free, problem.fixed, problem.sides, problem.direction, problem.increments)
-    other = kind(problem.tests, *rest, problem.weight, profile)
+def with_shape(form: Solution, shape: str) -> Solution:
+    """Fit of a closed form with another shape."""
+    model = replace(form.model, shape=shape)
+    return refitted(form, form.problem.tests, model, tolerance=SEARCHED) if shape else form
+
+
+def with_starts(form: Solution) -> Solution:
+    """Fit of a closed form from the starts of the gauges that fit best."""
+    own, shape = form.problem, form.model.shape
+    rest = (own.free, own.fixed, own.sides, own.direction, own.increments)
+    other = Started(own.tests, *rest, own.weight, shape)
     return Solution(form.model, other, *solve(other, form.x, SEARCHED))
 
 
 def from_starts(chosen: Solution, tests: Sequence[ShearTest]) -> tuple[list[ShearTest], list[str]]:
     """Tests from the starts of their gauges on, where the rows show that these lie apart from 0; and notes.
 
-    The law must explain the tests much better with them, by that profile of the asperities which does best;
+    The law must explain the tests much better with them, by that shape of the asperities which does best;
     and the rows about the start must say the same without any law.  Not in cycles.
     """
     form = None if cycles(tests) else rigid_form(chosen, chosen.model.problem(tests).coarse().tests)
     if form is None:
         return list(tests), []
     sloped = {"theta", "height"} <= {*form.model.free} and not form.model.bond
-    profiles = (exponential, parabola, hyperbola) if sloped else (exponential,)
-    free = [with_profile(form, Started, profile) for profile in profiles]
+    held = [with_shape(form, shape) for shape in ((LAW, *SLOPES) if sloped else (LAW,))]
+    free = [with_starts(own) for own in held]
     best = int(np.argmin(criteria(free)))
-    held = with_profile(form, Rigid, profiles[best])
-    before, after = criteria([held, free[best]])
+    before, after = criteria([held[best], free[best]])
     further = sum(1 + (test.s_N is not None) for test in tests)
     after += further * float(np.log(max(2.0, sum(independent(free[best]).values()))))
     if before - after < GAIN:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,7 +11,8 @@ import numpy as np
 from ...contract import Floats
 from .evidence import cycles, pressures
 from .model import KS, KT, MORTAR, PLAUSIBLE, ROCK, Problem, plausible, to_scale
-from .series import CyclicSeries, Series
+from .rigid import LAW
+from .series import CyclicSeries, Rigid, Series
 from .shear_test import ShearTest
 from .squares import Solution
 
@@ -56,12 +57,16 @@ class Cyclic(Problem):
 
 @dataclass(frozen=True)
 class Model:
-    """Free constants, planes of the pattern, and constants that are not those of the usual model."""
+    """Free constants, planes of the pattern, and constants that are not those of the usual model.
+
+    shape: name of that of slope and softening; but for that of the law in closed form, without cycles.
+    """
 
     free: tuple[str, ...]
     sides: int = 2
     fixed: Mapping[str, float] = field(default_factory=dict)
     name: str = ""
+    shape: str = LAW
 
     @property
     def bond(self) -> bool:
@@ -86,6 +91,9 @@ class Model:
             rest[KS] /= max(float(np.abs(test.slip).max()) for test in tests)
         values = {name: value for name, value in (rest | dict(self.fixed)).items() if name not in self.free}
         sloped = {"theta"} & {*self.free} or self.fixed.get("theta")
+        if self.shape:
+            sides = self.sides if sloped else 0
+            return Rigid(list(tests), self.free, values, sides, direction, weight=weight, shape=self.shape)
         if cycles(tests):
             kind: type[Problem] = CyclicSeries if self.series else Cyclic
         else:
@@ -95,12 +103,12 @@ class Model:
     def without(self, name: str, **fixed: float) -> Model:
         """The model without a free constant, with others fixed."""
         free = tuple(constant for constant in self.free if constant != name)
-        return Model(free, self.sides, dict(self.fixed) | fixed, self.name)
+        return replace(self, free=free, fixed=dict(self.fixed) | fixed)
 
     def instead(self, old: str, new: str, **fixed: float) -> Model:
         """The model with one free constant in place of another."""
         free = tuple(new if constant == old else constant for constant in self.free)
-        return Model(free, self.sides, dict(self.fixed) | fixed, self.name)
+        return replace(self, free=free, fixed=dict(self.fixed) | fixed)
 
 
 def ladder(tests: Sequence[ShearTest], joint: str, known: Mapping[str, float], sides: int) -> list[Model]:
@@ -115,11 +123,11 @@ def ladder(tests: Sequence[ShearTest], joint: str, known: Mapping[str, float], s
     reached = sorted(float(np.max(pressures(test))) for test in tests)
     several, reversed_ = len(levels) > 1 and reached[-1] > APART * reached[0], cycles(tests)
     # one curve of the strength does not show a slope beside the friction, unless it climbs and descends
-    shown = dilates or len(levels) > 1
-    slope = ("theta", "height") if shown else ("theta",) if reversed_ else ()
+    shown = sides > 0 and (dilates or len(levels) > 1)
+    slope = ("theta", "height") if shown else ("theta",) if reversed_ and sides else ()
     slopes: list[tuple[str, ...]] = [(), *(slope[: i + 1] for i in range(len(slope)))]
-    crushed = [("theta", "crush"), ("theta", "height", "crush")] if several else []
-    worn = [("theta", "W0"), ("theta", "height", "W0")][: 1 + dilates] if reversed_ else []
+    crushed = [("theta", "crush"), ("theta", "height", "crush")] if several and sides else []
+    worn = [("theta", "W0"), ("theta", "height", "W0")][: 1 + dilates] if reversed_ and sides else []
     bonded = slopes if dilates else slopes[:1]
     constants = []
     if joint != MORTAR:
@@ -127,12 +135,12 @@ def ladder(tests: Sequence[ShearTest], joint: str, known: Mapping[str, float], s
     if joint != ROCK:
         constants += [(*(() if reversed_ else (KT,)), "sigma0", "Gc", "mu", *more) for more in bonded]
     if not reached[-1] > 0.0:
-        # without a pressure a bond alone carries, and no row shows the friction
-        constants = [tuple(name for name in free if name != "mu") for free in constants if "sigma0" in free]
+        # without a pressure a bond alone carries
+        constants = [free for free in constants if "sigma0" in free]
     rows = sum(test.slip.size * (1 + (test.s_N is not None)) for test in tests)
     models: list[Model] = []
     for free in constants:
-        fixed = dict(known) if reached[-1] > 0.0 else {"mu": 0.0} | dict(known)
+        fixed = dict(known)
         # a stiffness of the joint that the user gives stands in place of a spring in series
         kept = tuple(name for name in free if name not in known and not (name == KT and KS in known))
         inclined = "theta" in {*free, *known}

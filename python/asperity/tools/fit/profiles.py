@@ -8,20 +8,18 @@ from dataclasses import replace
 import numpy as np
 
 from ...contract import Floats
-from .assumptions import beside, first_only, halves_of
+from .assumptions import at_once, beside, first_only, halves_of
 from .evidence import first_stroke
-from .gauges import Started, rigid_form, with_profile
+from .gauges import rigid_form, with_shape, with_starts
 from .intervals import Assumption, half_by_tests, of_left_out, quantile
-from .ladder import GAIN, criteria, independent
+from .ladder import BRITTLE, GAIN, criteria, independent
 from .model import KT, SCALES, SPRINGS, rows_of
-from .rigid import Profile, exponential, hyperbola, parabola
-from .series import Rigid
+from .rigid import LAW, LINE, SHAPES, SLOPES, SOFTENINGS, Profile
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, solve
 
-LINE, HYPERBOLA = "slope along a line", "slope of a hyperbola"
-STARTS = "other starts of the gauges"
-"""Names of the profiles that the law does not have, and of starts of slip and dilation that fit best."""
+STARTS, OWN = "other starts", "slope of the law"
+"""Names of starts of slip and dilation that fit best, and of the law beside another shape."""
 
 
 def in_place_of_bond(solutions: Sequence[Solution], index: int, bic: Sequence[float]) -> int:
@@ -41,54 +39,69 @@ def in_place_of_bond(solutions: Sequence[Solution], index: int, bic: Sequence[fl
     form = rigid_form(solutions[rock], chosen.problem.tests)
     if form is None:
         return index
-    own, other = criteria([chosen, with_profile(form, Rigid, parabola)])
+    own, other = criteria([chosen, with_shape(form, LINE)])
     return rock if other < own - GAIN else index
 
 
-def of_profile(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:
-    """Constants of asperities whose slope falls otherwise than that of the law, from other starts, too.
+def shaped(chosen: Solution, tests: Sequence[ShearTest], given: Mapping[str, float]) -> list[Solution]:
+    """Closed form of the law, and with the shapes that it does not have, of tests without reversals.
+
+    given: values of the user, which stay.  Empty where there is no such form.
+    """
+    bond = chosen.model.bond
+    if not (first_only(tests) and (bond or {"theta", "height"} <= {*chosen.model.free})):
+        return []
+    form = at_once(chosen, tests, given, BRITTLE) if bond else rigid_form(chosen, tests)
+    forms = [form] if form else []
+    if form and "crush" in form.model.free:
+        # what looks like crushed asperities may be their profile
+        whole = form.model.without("crush", crush=0.0)
+        forms.append(refitted(form, tests, whole, tolerance=SEARCHED))
+    others = [with_shape(own, name) for own in forms for name in (SOFTENINGS if bond else SLOPES)]
+    return [*forms[:1], *others]
+
+
+def of_profile(
+    chosen: Solution, law: Solution, tests: Sequence[ShearTest], forms: Sequence[Solution]
+) -> Iterator[Assumption]:
+    """Constants of asperities whose slope falls otherwise than that of the choice, from other starts, too.
 
     A first slope is that of a profile, and the tests may not show which one it is.  Nor do they show where a
     gauge was set to zero, which moves the slope along the profile.  Of cycles the first strokes are compared.
+    law: fit of the law.  forms: those of `shaped`.
     """
     if chosen.model.bond or "theta" not in chosen.model.free:
         return
     alone = first_only(tests)
     if not alone:
         tests = [rows_of(test, first_stroke(test)) for test in tests]
-    form = rigid_form(chosen, tests, () if alone else ("W0",))
+    form = rigid_form(law, tests, () if alone else ("W0",))
     if form is None:
         return
-    own = chosen if alone else form
-    forms = [(with_profile(form, Started, exponential), STARTS)] if alone else []
-    if "height" in chosen.model.free:
-        for profile, name in ((parabola, LINE), (hyperbola, HYPERBOLA)):
-            forms.append((with_profile(form, Rigid, profile), name))
-            if alone:
-                forms.append((with_profile(forms[-1][0], Started, profile), f"{name}, other starts"))
-            if "crush" in form.model.free and alone:
-                # what looks like crushed asperities may be their profile
-                whole = refitted(form, tests, form.model.without("crush", crush=0.0), tolerance=SEARCHED)
-                forms.append((with_profile(whole, Started, profile), f"{name}, not crushed"))
-    first = criteria([own, *(solution for solution, _ in forms)])
+    own, others = chosen if alone else form, list(forms[1:])
+    if not alone and "height" in form.model.free:
+        others = [with_shape(form, name) for name in SLOPES]
+    made = [(with_starts(form), STARTS)] if alone else []
+    for solution in others:
+        name = solution.model.shape + ", not crushed" * (
+            "crush" in {*form.model.free} - {*solution.model.free}
+        )
+        made += [(solution, name)] if solution is not chosen else [(law, OWN)]
+        made += [(with_starts(solution), f"{name}, {STARTS}")] if alone else []
+    first = criteria([own, *(solution for solution, _ in made)])
     apart: dict[str, Mapping[str, float]] = {}
-    for (solution, name), value in zip(forms, first[1:], strict=True):
+    for (solution, name), value in zip(made, first[1:], strict=True):
         # crush belongs to the profile, too, and a spring goes with the start of the slip
         parts = tuple(part for part in chosen.model.free if part not in ("crush", "W0", *SPRINGS))
         # a profile that explains the tests better than the law excludes others, too
-        allowed, halves = value < min(first) + GAIN, halves_of(solution)
-        profile_, known = name.split(",")[0], solution.problem
-        if (
-            profile_ in (LINE, HYPERBOLA)
-            and (allowed or value < first[0] - GAIN)
-            and isinstance(known, Rigid)
-        ):
-            if profile_ not in apart:
-                whole = with_profile(form, Rigid, known.profile)
-                apart[profile_] = left_out(whole, halves_of(whole))
-            wide = apart[profile_]
+        allowed, halves, shape = value < min(first) + GAIN, halves_of(solution), solution.model.shape
+        if shape and (allowed or value < first[0] - GAIN):
+            if shape not in apart:
+                whole = with_shape(form, shape)
+                apart[shape] = left_out(whole, halves_of(whole))
+            wide = apart[shape]
             halves = {part: max(half, wide.get(part, 0.0)) for part, half in halves.items()}
-        yield Assumption(name, value - first[0], solution.values, allowed, parts, halves, profile_ in apart)
+        yield Assumption(name, value - first[0], solution.values, allowed, parts, halves, shape in apart)
 
 
 def left_out(form: Solution, halves: Mapping[str, float]) -> Mapping[str, float]:
@@ -117,10 +130,8 @@ def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assump
     measured = any(test.s_N is not None for test in tests)
     if not (chosen.model.bond and "theta" in chosen.model.free and measured):
         return
-    yield _alone(chosen, tests, exponential, "the dilation alone")
-    if "height" in chosen.model.free:
-        yield _alone(chosen, tests, parabola, LINE)
-        yield _alone(chosen, tests, hyperbola, HYPERBOLA)
+    for name in (LAW, *SLOPES) if "height" in chosen.model.free else (LAW,):
+        yield _alone(chosen, tests, SHAPES[name].profile, name or "the dilation alone")
 
 
 def _alone(chosen: Solution, tests: Sequence[ShearTest], profile: Profile, name: str) -> Assumption:

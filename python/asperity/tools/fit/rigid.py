@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,8 +18,10 @@ strength over pressure where it is locked.
 Profile = Callable[[Floats, float, float], tuple[Floats, Floats]]
 """Slope, as a share of the first one, and dilation at the slips of a joint of a first slope and a height."""
 
-RIGID_BOND = 0.99
-"""Shape eta of a bond from which on friction acts at the first slip."""
+RIGID_BOND, RISE = 0.99, 0.4
+"""Shape eta of a bond from which on friction acts at the first slip; and exponent of a bond that rises (fib
+Model Code 2010, 6.1.1).
+"""
 
 
 def has_closed_form(free: Sequence[str], fixed: Mapping[str, float], sides: int, direction: float) -> bool:
@@ -50,19 +53,79 @@ def hyperbola(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
     return part**2, height * (1.0 - part)
 
 
+def bell(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
+    """The same of a profile whose slope falls as a bell, with the slip 2 height/(sqrt(pi) slope)."""
+    from scipy.special import erf
+
+    part = 0.5 * np.sqrt(np.pi) * u * slope / height
+    return np.exp(-(part**2)), height * np.asarray(erf(part))
+
+
+def straight(way: Floats, _: float) -> Floats:
+    """Traction of the bond of the law over its strength, at separations over Gc/sigma0."""
+    return np.maximum(0.0, 1.0 - 0.5 * way)
+
+
+def decaying(way: Floats, _: float) -> Floats:
+    """The same of a bond that softens exponentially."""
+    return np.exp(-way)
+
+
+def risen(way: Floats, peak: float) -> Floats:
+    """The same of a bond that rises to its peak with a power of the separation, as in the Model Code."""
+    left = max(1.0 - peak / (1.0 + RISE), 1e-6)
+    soft = np.maximum(0.0, 1.0 - 0.5 * (way - peak) / left)
+    return np.where(way < peak, (np.maximum(way, 0.0) / max(peak, 1e-300)) ** RISE, soft)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Profile of the asperities, and softening of the bond over the separation and that at its peak.
+
+    Its constants mean what those of the law mean: first slope and height, strength and energy, and the
+    elastic slip at the strength.  rises: whether the bond has this slip itself, and no spring.
+    """
+
+    profile: Profile = exponential
+    softening: Callable[[Floats, float], Floats] = straight
+    rises: bool = False
+
+
+LAW, LINE, HYPERBOLA, BELL, DECAYING = (
+    "",
+    "slope along a line",
+    "slope of a hyperbola",
+    "slope of a bell",
+    "exponential softening",
+)
+RISING = "bond that rises with a power"
+SHAPES = {
+    LAW: Shape(),
+    LINE: Shape(parabola),
+    HYPERBOLA: Shape(hyperbola),
+    BELL: Shape(bell),
+    DECAYING: Shape(softening=decaying),
+    RISING: Shape(softening=risen, rises=True),
+}
+"""Shapes by name: that of the law, and others."""
+
+SLOPES, SOFTENINGS = (LINE, HYPERBOLA, BELL), (DECAYING, RISING)
+"""Shapes in place of the slope of the law, and of its softening."""
+
+
 def rigid_curve(
-    test: ShearTest, u: Floats, values: Mapping[str, float], profile: Profile = exponential
+    test: ShearTest, u: Floats, values: Mapping[str, float], shape: Shape = SHAPES[LAW]
 ) -> tuple[Floats, Floats]:
     """Strength (n,) and dilation (n,) at the slips u (n,) >= 0 of the joint itself.
 
-    The slope is rho z' and the dilation rho z, z = H (1 - exp(-u T/H)) or that of another profile, with the
+    The slope is rho z' and the dilation rho z, z = H (1 - exp(-u T/H)) or that of another shape, with the
     share rho that crushing leaves, the smallest so far (docs/extensions.md, sections 2 and 7).  A bond pulls
-    along the separation, sigma0 (1 - d/d_c), and presses the sides.  The pressure is that of the test at the
-    dilation.
+    along the separation d, sigma0 (1 - d/d_c) or that of another shape, and presses the sides.  The pressure
+    is that of the test at the dilation.
     """
     mu, slope = values["mu"], float(np.tan(np.radians(values.get("theta", 0.0))))
     height, crush, bond = (values.get(name, 0.0) for name in ("height", "crush", "sigma0"))
-    left, z = profile(u, slope, height)
+    left, z = shape.profile(u, slope, height)
     steep = slope * left
     pressed = np.full_like(u, -test.sigma_N)
     if test.path_N is not None:
@@ -74,7 +137,8 @@ def rigid_curve(
         way = np.maximum(np.hypot(u, opening), 1e-300)
         pull = np.zeros_like(u)
         if bond > 0.0:
-            pull = bond * np.maximum(0.0, 1.0 - way * bond / (2.0 * values["Gc"]))
+            at_peak = bond**2 / (values["Gc"] * values["kT"]) if shape.rises else 0.0
+            pull = bond * shape.softening(way * bond / values["Gc"], at_peak)
         along, across = np.where(u > 0.0, u / way, 1.0) * pull, opening / way * pull
         return np.maximum(0.0, pressed + test.k_N * opening) + across, along
 

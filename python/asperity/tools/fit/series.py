@@ -11,7 +11,7 @@ import numpy as np
 from ...contract import Floats
 from ...pattern import Pattern
 from .model import KS, KT, PRELOAD, Problem, material_of, slip_curve
-from .rigid import Profile, exponential, has_closed_form, rigid_curve
+from .rigid import LAW, SHAPES, has_closed_form, rigid_curve
 from .shear_test import ShearTest
 
 
@@ -92,14 +92,20 @@ class CyclicSeries(Problem):
 class Rigid(Series):
     """The same in the closed form of two rigid sides, from which a search begins.
 
-    profile: of the asperities, that of the law or another one.
+    shape: name of that of slope and softening, which the law has or has not.
     """
 
-    profile: Profile = exponential
+    shape: str = LAW
     is_closed_form = True
+
+    def closed_form(self) -> Problem:
+        """Itself."""
+        return self
 
     def compliance(self, values: Mapping[str, float]) -> float:
         """Slip over traction of the spring and of the joint before it slides, length/stress."""
+        if SHAPES[self.shape].rises:
+            return 1e-9 / values[KT]
         if KS in values:
             return 1.0 / values[KT] + 1.0 / values[KS]
         return 1.0 / values[KT] + 2.0 * (1.0 - values["eta"]) * values["Gc"] / values["sigma0"] ** 2
@@ -109,7 +115,7 @@ class Rigid(Series):
         # the law refuses the same values
         material_of(values)
         Pattern.regular(self.sides, values["theta"], values["flat"])
-        tau, s_N = rigid_curve(test, np.abs(slips), values, self.profile)
+        tau, s_N = rigid_curve(test, np.abs(slips), values, SHAPES[self.shape])
         return sign_of(test) * tau, s_N, slips.size
 
 

@@ -216,6 +216,12 @@ def refitted(
     )
     known = dict(solution.values)
     known["ks"] = 2.0 * known["kT"] if "kT" in known else known.get("ks", 1.0)
+    if "sigma0" in known:
+        # the same elastic slip, in the bond or in series
+        slip = known["Gc"] / (0.5 * known["sigma0"] ** 2)
+        if "kT" in known:
+            known["eta"] = float(np.clip(1.0 - 1.0 / (slip * known["kT"]), 0.05, known["eta"]))
+        known.setdefault("kT", 1.0 / (slip * max(1.0 - known["eta"], 1e-6)))
     known.setdefault("kT", 0.5 * known["ks"])
     low, high = problem.ends if model.free else (np.zeros(0), np.zeros(0))
     middle = dict(zip(model.free, 0.5 * (low + high), strict=True))

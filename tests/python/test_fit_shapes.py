@@ -1,0 +1,102 @@
+"""Curves whose slope or softening has another shape than that of the law, by the command."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas
+import pytest
+
+from harness.studies import fits, other_laws
+from harness.studies.other_laws import slips_behind_spring
+
+pytestmark = [pytest.mark.usefixtures("folder"), pytest.mark.filterwarnings("ignore::asperity.ModelWarning")]
+
+
+def found() -> dict:
+    """What the fit wrote beside its case."""
+    return json.loads(Path("joint.fit.json").read_text())
+
+
+def pulled(shape: str, seed: int, strength: float = 8.0, end: float = 1.2) -> float:
+    """Write a bond without pressure behind a machine, with 2 % noise; its energy."""
+    u = np.linspace(0.0, 3.0 * end, 6001)
+    if shape == "exponential":
+        stress, energy = strength * np.minimum(u / 0.02, np.exp(-4.0 * (u - 0.02) / end)), 0.25 * end + 0.01
+    else:
+        first = 0.2 * end
+        stress = strength * np.clip(np.minimum((u / first) ** 0.4, (end - u) / (end - first)), 0.0, 1.0)
+        energy = first / 1.4 + 0.5 * (end - first)
+    outside = np.maximum.accumulate(u + stress / 200.0) + 1e-9 * u
+    slip = np.linspace(0.02, 1.6 * end, 80)
+    tau = np.interp(slip, outside, stress) + 0.02 * strength * np.random.default_rng(seed).normal(size=80)
+    pandas.DataFrame({"slip [mm]": slip, "tau [MPa]": tau}).to_csv("tests.csv", index=False)
+    return strength * energy
+
+
+@pytest.mark.parametrize(
+    ("shape", "name"),
+    [("exponential", "exponential softening"), ("Model Code", "bond that rises with a power")],
+)
+def test_bond_of_another_shape(shape: str, name: str, said: Callable) -> None:
+    """Strength and energy are those of the curve, although the law misses its rows; the shape is named."""
+    for seed in (1, 2):
+        energy = pulled(shape, seed)
+        text, _ = said("fit tests.csv --sigma-N 0 -o joint.nml --force", 0)
+        content = found()
+        for constant, truth in (("sigma0", 8.0), ("Gc", energy)):
+            low, high = content["intervals"][constant]
+            margin = 0.5 * (high - low)  # a 0.95 interval
+            assert low - margin <= truth <= high + margin and high < 1.3 * low
+        assert f"the tests have another shape than the law, {name}" in text
+        # nothing about the friction, and no pressure is asked for
+        assert "mu" not in content["parameters"] and "second pressure" not in text
+        assert content["errors"]["scatter"] > 0.05
+
+
+def test_peak_of_a_bell(said: Callable) -> None:
+    """Asperities whose slope falls as a bell: their slope is inside, and no peak of the law is higher."""
+    mu, theta, length = 0.59, 16.0, 2.5
+    slope, rows = np.tan(np.radians(theta)), []
+    for seed, pressure in enumerate((1.1, 1.4)):
+        rng, slips = np.random.default_rng(seed), np.linspace(0.1, 9.0, 60)
+
+        def strength(u: float, pressure: float = pressure) -> float:
+            now = slope * np.exp(-((u / length) ** 2))
+            return float(pressure * (mu + now) / (1.0 - mu * now))
+
+        own = slips_behind_spring(slips, strength, 8.0)
+        tau = np.array([strength(u) if u > 0.0 else 8.0 * s for u, s in zip(own, slips, strict=True)])
+        steps = np.linspace(0.0, 1.0, 401) * own[:, None]
+        opening = np.trapezoid(slope * np.exp(-((steps / length) ** 2)), steps, axis=1)
+        columns = {"test": f"joint {seed}", "slip": slips, "tau": tau + 0.01 * rng.normal(size=60)}
+        columns |= {"dilation": opening + 0.005 * rng.normal(size=60), "sigma_N": pressure}
+        rows.append(pandas.DataFrame(columns))
+    pandas.concat(rows).to_csv("tests.csv", index=False)
+    text, _ = said("fit tests.csv -o joint.nml", 0)
+    content = found()
+    low, high = content["intervals"]["theta"]
+    assert low <= theta <= high and "slope of a bell" in text
+    for test in content["tests"]:
+        # the noise of a peak of three rows, twice
+        assert test["fitted"]["peak"] < test["measured"]["peak"] + 2.0 * 0.01 / np.sqrt(3.0)
+
+
+def test_flat_joint(said: Callable) -> None:
+    """--sides 0 is a joint without slopes, also where its rows have a dilation."""
+    drawn = other_laws.mohr_coulomb(np.random.default_rng([3, 1]), 2, 40)
+    frames = [
+        pandas.DataFrame(
+            {"test": i, "slip": test.slip, "tau": test.tau, "dilation": test.s_N, "sigma_N": -test.sigma_N}
+        )
+        for i, test in enumerate(fits.tests_of(drawn))
+    ]
+    pandas.concat(frames).to_csv("tests.csv", index=False)
+    from asperity.cli import main
+
+    assert main(["fit", "tests.csv", "--joint", "rock", "--sides", "0", "-o", "joint.nml"]) in (0, 3)
+    assert found()["parameters"] == ["mu"] and "sides = 0" in Path("joint.nml").read_text()
+    assert "expected a whole number, 0 or more" in said("fit tests.csv --sides=-1", 1)[1]
