@@ -186,7 +186,7 @@ def test_doctor_of_the_kit(tmp_path: Path) -> None:
     """The decks that `asperity export abaqus` writes are in order."""
     assert main(["export", "abaqus", str(tmp_path / "kit")]) == 0
     decks = list((tmp_path / "kit").glob("*.inp"))
-    assert len(decks) == 3 and all(main(["doctor", str(deck)]) == 0 for deck in decks)
+    assert len(decks) == 2 and all(main(["doctor", str(deck)]) == 0 for deck in decks)
 
 
 def test_doctor_of_no_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
