@@ -19,7 +19,7 @@ from .files import read_raw
 from .groups import blocks_of, groups_of
 from .node_places import NodePlaces
 from .others import raw_of
-from .raw import Pairs, RawMesh
+from .raw import Pairs, RawMesh, Rows
 from .shapes import FACES, MIRRORED, PLANE, Integers, area, corner_sizes, corners, dimension, in_cells, place
 from .touching import check_touching, joined
 
@@ -87,86 +87,30 @@ def solids(mesh: RawMesh, blocks: str | None, join: float | None = None) -> Soli
     blocks: cell data, or names of the groups that are blocks, with commas.  join: distance of nodes that
     become one; 0: blocks that touch without common faces stay apart; None: they are refused.
     """
-    kinds = {entry.kind for entry in mesh.cells}
-    d = 3 if kinds & (set(FACES) - set(PLANE)) else 2
-    here = sorted(kind for kind in kinds & set(FACES) if (kind in PLANE) == (d == 2))
-    unknown = sorted(kind for kind in kinds - set(FACES) if dimension(kind) >= d or not here)
-    if unknown or not here:
-        raise ValueError(f"cells of the types {', '.join(unknown or kinds)}: expected {', '.join(FACES)}")
-    points = np.ascontiguousarray((_plane(mesh, here) if d == 2 else mesh.points)[:, :d])
-    labels = mesh.labels
-    if (bad := ~np.isfinite(points).all(1)).any():
-        where = f"{labels.node(np.flatnonzero(bad)[0])} at {place(points[bad][0])}"
-        raise ValueError(f"{where}: expected finite places")
-    parts = {kind: [k for k, entry in enumerate(mesh.cells) if entry.kind == kind] for kind in here}
-    data = [entry.nodes for entry in mesh.cells]
-    apart = {kind: np.concatenate([data[k] for k in numbers]) for kind, numbers in parts.items()}
-    apart = {kind: rows for kind, rows in apart.items() if len(rows)}
-    if not apart:
-        raise ValueError(f"no cells: expected some of the types {', '.join(FACES)}")
-    used = in_cells(*apart.values())
+    d, kinds = _kinds(mesh)
+    points = _finite(mesh, d, kinds)
+    arrays = Arrays.of(mesh, kinds)
     if join and mesh.joints:
         text = f"join = {join:g}: the file has the joints {', '.join(mesh.joints)}, which it would close"
         raise ValueError(f"{text}: expected no --join, or a file without their elements")
-    node = joined(points, used, join) if join else np.arange(len(points))
+    apart = arrays.cells
+    node = joined(points, in_cells(*apart.values()), join) if join else np.arange(len(points))
     cells = {kind: node[rows] for kind, rows in apart.items()}
     centres = np.concatenate([points[rows].mean(1) for rows in cells.values()])
-    first = dict(zip((k for numbers in parts.values() for k in numbers), _starts(data, parts), strict=True))
     choice = (
         None if blocks is None or blocks in mesh.numbers else [word.strip() for word in blocks.split(",")]
     )
     groups = groups_of(mesh, blocks if choice is None else None)
-    members: dict[str, Integers] = {}
-    spots: dict[str, Integers] = {}
-    parts_of_facets: dict[str, list[tuple[Integers, Integers]]] = {}
-    number = np.full(sum(map(len, data)) + 1, -1, np.int64)  # of a cell; the last one for none
-    starts = np.cumsum([0, *map(len, data)])
-    for k, begin in first.items():
-        number[starts[k] : starts[k + 1]] = begin + np.arange(len(data[k]))
-    owner = [number[entry.owner] for entry in mesh.cells]
-    sides = faces_of(apart, points, d) if join else []
-    facets_in: dict[int, list[tuple[str, Integers]]] = {}
-    for name, rows_by_array in groups.items():
-        for k, rows in enumerate(rows_by_array):
-            if len(rows) and k in first:
-                members[name] = np.union1d(members.get(name, np.zeros(0, np.int64)), first[k] + rows)
-            elif not len(rows):
-                continue
-            elif dimension(mesh.cells[k].kind) == d - 1:
-                parts_of_facets.setdefault(name, [])
-                facets_in.setdefault(k, []).append((name, rows))
-            else:
-                spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), data[k][rows].ravel())
-    for k, entries in sorted(facets_in.items()):
-        rows = np.concatenate([rows for _, rows in entries])
-        owner_of = _of_one_cell(data[k][rows], owner[k][rows], sides, d)
-        ends = np.cumsum([0, *(len(rows) for _, rows in entries)])
-        for (name, rows), first_row, last_row in zip(entries, ends, ends[1:], strict=False):
-            facets_of = node[data[k][rows]], owner_of[first_row:last_row]
-            parts_of_facets[name].append(facets_of)
-    for name, at in mesh.spots.items():
-        spots[name] = np.union1d(spots.get(name, np.zeros(0, np.int64)), at)
-    instances = {
-        name: np.concatenate([first[k] + rows for k, rows in enumerate(rows_by_array) if k in first])
-        for name, rows_by_array in mesh.parts.items()
-    }
-    instances = {name: rows for name, rows in instances.items() if len(rows)}
-    names, block = blocks_of(members, instances, choice, centres, mesh)
-    sets = {name: rows for name, rows in members.items() if name not in names}
-    in_file = np.concatenate([starts[k] + np.arange(len(data[k])) for k in first])
-    cells, apart, convex = _sound(
-        cells, apart, points, centres, block, names, lambda k: labels.cell(in_file[k])
-    )
+    members = arrays.members(groups)
+    names, block = blocks_of(members, arrays.members(mesh.parts), choice, centres, mesh)
+    cells, apart, convex = _sound(cells, apart, points, centres, block, names, arrays.label)
     faces = faces_of(cells, points, d)
     for face in faces:
         face.check_middles(points)
     _check_folds(convex, faces, points, centres)
-    facets = {name: _once(pieces, d) for name, pieces in parts_of_facets.items()}
     if join is None or join > 0.0:
         bonded = [np.stack([side.lower, side.upper], 2) for sides in mesh.joints.values() for side in sides]
-        check_touching(points, faces, block, names, labels, join or 0.0, bonded)
-    types = {kind: np.concatenate([mesh.cells[k].types for k in parts[kind]]) for kind in cells}
-    before = np.concatenate([rows.ravel() for rows in apart.values()])
+        check_touching(points, faces, block, names, mesh.labels, join or 0.0, bonded)
     return Solids(
         points,
         cells,
@@ -174,14 +118,129 @@ def solids(mesh: RawMesh, blocks: str | None, join: float | None = None) -> Soli
         names,
         centres,
         faces,
-        facets,
-        sets,
-        spots,
-        before,
-        types,
+        _facets(arrays, groups, node, faces_of(arrays.cells, points, d) if join else [], d),
+        {name: rows for name, rows in members.items() if name not in names},
+        _spots(mesh, groups, d),
+        np.concatenate([rows.ravel() for rows in apart.values()]),
+        arrays.types(),
         mesh.left_out,
         mesh.joints,
     )
+
+
+def _kinds(mesh: RawMesh) -> tuple[int, list[str]]:
+    """Dimension of a mesh, and the kinds of its solids, in their order; ValueError for unknown kinds."""
+    kinds = {entry.kind for entry in mesh.cells}
+    d = 3 if kinds & (set(FACES) - set(PLANE)) else 2
+    here = sorted(kind for kind in kinds & set(FACES) if (kind in PLANE) == (d == 2))
+    unknown = sorted(kind for kind in kinds - set(FACES) if dimension(kind) >= d or not here)
+    if unknown or not here:
+        raise ValueError(f"cells of the types {', '.join(unknown or kinds)}: expected {', '.join(FACES)}")
+    return d, here
+
+
+def _finite(mesh: RawMesh, d: int, kinds: list[str]) -> Floats:
+    """Places of the nodes (n, d); ValueError with the number of one that is not finite."""
+    points = np.ascontiguousarray((_plane(mesh, kinds) if d == 2 else mesh.points)[:, :d])
+    if (bad := ~np.isfinite(points).all(1)).any():
+        where = f"{mesh.labels.node(np.flatnonzero(bad)[0])} at {place(points[bad][0])}"
+        raise ValueError(f"{where}: expected finite places")
+    return points
+
+
+@dataclass(frozen=True)
+class Arrays:
+    """Arrays of a mesh whose cells are its solids: by kind, and the number of the first solid of each."""
+
+    mesh: RawMesh
+    by_kind: dict[str, list[int]]
+    first: dict[int, int]
+
+    @classmethod
+    def of(cls, mesh: RawMesh, kinds: list[str]) -> Arrays:
+        """Arrays of these kinds; ValueError where they have no cells."""
+        by_kind = {kind: [k for k, entry in enumerate(mesh.cells) if entry.kind == kind] for kind in kinds}
+        order = [k for numbers in by_kind.values() for k in numbers]
+        starts = np.cumsum([0, *(len(mesh.cells[k].nodes) for k in order)])
+        if not starts[-1]:
+            raise ValueError(f"no cells: expected some of the types {', '.join(FACES)}")
+        return cls(mesh, by_kind, dict(zip(order, starts.tolist(), strict=False)))
+
+    @cached_property
+    def cells(self) -> dict[str, Integers]:
+        """Nodes of the solids, by kind."""
+        rows = {
+            kind: np.concatenate([self.mesh.cells[k].nodes for k in numbers])
+            for kind, numbers in self.by_kind.items()
+        }
+        return {kind: nodes for kind, nodes in rows.items() if len(nodes)}
+
+    def types(self) -> dict[str, NDArray[np.str_]]:
+        """Types of the solids in their file, by kind."""
+        return {
+            kind: np.concatenate([self.mesh.cells[k].types for k in self.by_kind[kind]])
+            for kind in self.cells
+        }
+
+    def members(self, groups: Mapping[str, Rows]) -> dict[str, Integers]:
+        """Numbers of the solids of groups that have some."""
+        members = {
+            name: np.concatenate(
+                [np.zeros(0, np.int64), *(self.first[k] + rows[k] for k in self.first if len(rows[k]))]
+            )
+            for name, rows in groups.items()
+        }
+        return {name: np.unique(numbers) for name, numbers in members.items() if len(numbers)}
+
+    @cached_property
+    def _starts(self) -> Integers:
+        """Number, through all arrays of the file, of the first cell of each array."""
+        return np.cumsum([0, *(len(entry.nodes) for entry in self.mesh.cells)])
+
+    def label(self, solid: int) -> str:
+        """Name of a solid in a message."""
+        k = next(k for k, begin in reversed(self.first.items()) if begin <= solid)
+        return self.mesh.labels.cell(int(self._starts[k]) + solid - self.first[k])
+
+    def owners(self, k: int) -> Integers:
+        """Solid of which alone each cell of an array is a face, or -1."""
+        number = np.full(int(self._starts[-1]) + 1, -1, np.int64)  # the last one for none
+        for i, begin in self.first.items():
+            number[self._starts[i] : self._starts[i + 1]] = begin + np.arange(len(self.mesh.cells[i].nodes))
+        return np.asarray(number[self.mesh.cells[k].owner])
+
+
+def _facets(
+    arrays: Arrays, groups: Mapping[str, Rows], node: Integers, sides: list[Faces], d: int
+) -> dict[str, list[tuple[Integers, Integers]]]:
+    """Faces of the groups that have some, each once, and the solids of which alone they are faces, or -1.
+
+    node: that each node becomes when nodes are joined.  sides: faces of the solids before.
+    """
+    pieces: dict[str, list[tuple[Integers, Integers]]] = {}
+    for k, entry in enumerate(arrays.mesh.cells):
+        here = {name: rows[k] for name, rows in groups.items() if len(rows[k])}
+        if dimension(entry.kind) != d - 1 or not here:
+            continue
+        rows = np.concatenate([*here.values()])
+        owner = _of_one_cell(entry.nodes[rows], arrays.owners(k)[rows], sides, d)
+        ends = np.cumsum([len(part) for part in here.values()])[:-1]
+        for name, part, owner_of in zip(here, np.split(rows, ends), np.split(owner, ends), strict=True):
+            pieces.setdefault(name, []).append((node[entry.nodes[part]], owner_of))
+    order = [name for name in groups if name in pieces]
+    return {name: _once(pieces[name], d) for name in order}
+
+
+def _spots(mesh: RawMesh, groups: Mapping[str, Rows], d: int) -> dict[str, Integers]:
+    """Nodes of the groups of points, of lines in space, and of the named nodes."""
+    spots: dict[str, list[Integers]] = {}
+    for name, rows in groups.items():
+        for entry, part in zip(mesh.cells, rows, strict=True):
+            if len(part) and dimension(entry.kind) < d - 1:
+                spots.setdefault(name, []).append(entry.nodes[part].ravel())
+    for name, at in mesh.spots.items():
+        spots.setdefault(name, []).append(at)
+    return {name: np.unique(np.concatenate(nodes)) for name, nodes in spots.items()}
 
 
 def _check_folds(convex: NDArray[np.bool_], faces: list[Faces], points: Floats, centres: Floats) -> None:
@@ -205,12 +264,6 @@ def _of_one_cell(facets: Integers, owner: Integers, sides: list[Faces], d: int) 
             alone[alone] = face.number[row[alone]] < 0
             owner[alone] = face.cell[row[alone]]
     return owner
-
-
-def _starts(data: list[Integers], parts: dict[str, list[int]]) -> Integers:
-    """Number of the first cell of each array of cells, in the order of `parts`."""
-    counts = [len(data[k]) for numbers in parts.values() for k in numbers]
-    return np.cumsum([0, *counts])[:-1]
 
 
 def _plane(mesh: RawMesh, kinds: list[str]) -> Floats:
