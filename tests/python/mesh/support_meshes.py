@@ -15,8 +15,10 @@ ROUNDING = 1.0e-9
 """Relative error of areas of files whose places have six decimals, and of instances turned about an axis."""
 
 
-def placed(folder: Path, files: dict[str, str]) -> Path:
-    """Write files and return the main one, the last."""
+def placed(folder: Path, files: dict[str, str] | str, **included: str) -> Path:
+    """Write files and return the main one, the last; a text is a deck, included: files NAME.inc beside."""
+    if isinstance(files, str):
+        files = {**{f"{name}.inc": text for name, text in included.items()}, "job.inp": files}
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
     return folder / list(files)[-1]

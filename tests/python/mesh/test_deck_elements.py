@@ -15,6 +15,7 @@ from asperity.mesh import split, write
 from asperity.mesh.deck_joints import judged
 
 from mesh.drawn_decks import LAW, MISTAKES, bonded, harmless, mistaken
+from mesh.support_meshes import placed
 
 DRAWN = 30
 """Drawn decks of the fast tests."""
@@ -24,13 +25,6 @@ EACH = 6
 
 DIGITS = 1.0e-6
 """Relative error of areas of decks whose places have nine digits."""
-
-
-def placed(folder: Path, text: str) -> Path:
-    """Write a deck."""
-    path = folder / "job.inp"
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 def test_joints_of_decks(tmp_path: Path) -> None:

@@ -9,18 +9,13 @@ import pytest
 from asperity import ModelWarning
 from asperity.mesh import Jointed, split
 
+from mesh.support_meshes import placed
+
 N_DRAWN = 30
 """Drawn decks of each kind."""
 
 DIGITS = 1.0e-8
 """Errors of places, whose numbers have nine digits and more."""
-
-
-def placed(folder: Path, text: str) -> Path:
-    """Write a deck."""
-    path = folder / "deck.inp"
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 def same(mesh: Jointed, x: np.ndarray, y: np.ndarray) -> None:

@@ -12,6 +12,7 @@ from asperity import ModelWarning
 from asperity.mesh import split, write
 
 from harness.hosts import structured
+from mesh.support_meshes import placed
 
 PLATE = """*Node
 1, 0., 0.
@@ -26,15 +27,6 @@ PLATE = """*Node
 2, 3, 4, 6, 5
 """
 """Two blocks, 2 x 1 and 2 x 2, which share the nodes 3 and 4."""
-
-
-def placed(folder: Path, text: str, **files: str) -> Path:
-    """Write a deck and the files that it includes."""
-    for name, content in files.items():
-        (folder / f"{name}.inc").write_text(content, encoding="utf-8")
-    path = folder / "plate.inp"
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 def sets(path: Path) -> dict[str, list[str]]:
