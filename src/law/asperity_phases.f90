@@ -178,6 +178,8 @@ contains
       r = range_type(1.0_wp/(1.0_wp - m%eta*old%alpha), 1.0_wp/(1.0_wp - m%eta*alpha))
       grows%to = reached(m, start%bond, at%bond, r%to**2)
       grows%from = min(reached(m, start%bond, at%bond, r%from**2), grows%to)
+      ! with viscosity damage may lag behind the separation of the start
+      grows%from = merge(0.0_wp, grows%from, mode_square(m, start%bond) > (1.0_wp + sqrt(epsilon(1.0_wp)))*r%from**2)
       ! during the growth the contact sticks from x_1 to x_2, and slips to x_3
       phases%x_1 = clip(touch%closed%from, grows%from, grows%to)
       phases%x_2 = clip(touch%slips, phases%x_1, clip(max(touch%closed%to, touch%closed%from), grows%from, grows%to))
@@ -186,7 +188,7 @@ contains
       phases%q_1 = sqrt(surface(m, start, at, phases%x_1, r))
       phases%q_2 = max(phases%q_1, sqrt(surface(m, start, at, phases%x_2, r)))
       phases%q_3 = max(phases%q_2, sqrt(surface(m, start, at, phases%x_3, r)))
-      ! damage that lags behind the separation of the start grows there
+      ! where it lags, it grows at the start
       r_0 = surface(m, start, at, 0.0_wp, r)
       phases%centre = grows%from + (grows%to - grows%from)*share(6.0_wp*(r_0*r%to)/(r_0 + r%to + &
         4.0_wp*sqrt(r_0*r%to)) - r_0, r%to - r_0)

@@ -155,6 +155,20 @@ def test_rupture_of_a_viscous_jump() -> None:
     assert rupture == pytest.approx(damage * end / 3.0, rel=0.03)
 
 
+def test_rupture_of_a_jump_back_from_viscous_slip() -> None:
+    """Damage that lags behind a slip grows at the start of an opening in which the slip goes back."""
+    material = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5, tau_v=0.01)
+    joint = Interface(material, Pattern.regular(0, 0.0))
+    slipped, opened = np.array([[-0.0023, 0.022, 0.0]]), np.array([[0.59, 0.017, 0.0]])
+    state = joint.update(slipped, dt=0.1).state
+    whole = joint.update(opened, state, slipped, dt=1.0).rupture[0]
+    n, s = 2000, slipped
+    for x in np.linspace(0.0, 1.0, n + 1)[1:, None]:
+        end = slipped + x * (opened - slipped)
+        state, s = joint.update(end, state, s, dt=1.0 / n).state, end
+    assert whole == pytest.approx(state[0, 2], rel=0.1)
+
+
 def test_friction_of_a_jump() -> None:
     """A joint that opens as it slips has the friction of the straight path, in any increment."""
     mu, kn, ks, pressed, jump = 0.75, 82.0, 36.0, 10.0, 1.0
