@@ -85,6 +85,7 @@ hosts: .venv/installed
 	@tools/hosts.sh
 windows: .venv/installed
 	@$(step) "Windows by MinGW-w64, under wine" $(log) tools/windows.sh
+	@$(step) "Wheel for Windows, under wine" build/logs/windows-wheel.log tools/windows_wheel.sh
 
 wheel: .venv/installed
 	@$(step) "sdist and wheel" $(log) tools/wheel.sh
