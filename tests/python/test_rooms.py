@@ -37,7 +37,10 @@ WITHOUT_SUITE = {
 """Modules that no suite names, by the test that reaches them and why it is through something else."""
 
 
-MIRRORED = "mesh", "export", "tools/surface"
+MIRRORED = (
+    "mesh", "export", "tools/barton", "tools/explore", "tools/selection", "tools/surface",
+    "tools/uncertainty",
+)  # fmt: skip
 """Rooms of the package whose tests have their folder and the names of their modules."""
 
 WITHOUT_FILE = {
@@ -51,8 +54,14 @@ WITHOUT_FILE = {
     "mesh/test_files.py: files that meshio reads": "others",
     "mesh/test_inp.py: lines and layers of files": "writing",
     "export/test_kits.py: files that the command writes": "export.command element",
+    "tools/barton/test_envelope.py: laws of Barton, the command": "tools.barton.command joint",
+    "tools/explore/test_page.py: what the page shows, and its server": "tools.explore.command model",
+    "tools/selection/test_search.py: selected patterns, the command": "tools.selection.command",
+    "tools/uncertainty/test_spread.py: drawn constants, the command, its pictures": (
+        "tools.uncertainty.command distribution tools.uncertainty.picture"
+    ),
     "tools/surface/test_scan_files.py: scans with holes, grids": "grids holes scan",
-    "tools/surface/test_slopes.py: the command, its pictures": "tools.surface.command picture",
+    "tools/surface/test_slopes.py: the command, its pictures": "tools.surface.command tools.surface.picture",
 }
 """Modules of the mirrored rooms without a test file of their name, by the file that tests them, and what."""
 
@@ -106,7 +115,8 @@ def test_mirrored_rooms() -> None:
         names = {path.stem for path in (ROOT / "python/asperity" / room).glob("[!_]*.py")}
         assert sorted(tests - names) == []
         prefix = room.replace("/", ".")
-        missing += [f"{prefix}.{name}" if name == "command" else name for name in names - tests]
+        alike = {"command", "picture"}
+        missing += [f"{prefix}.{name}" if name in alike else name for name in names - tests]
     assert sorted({*missing} - {*listed}) == [], "expected a test file, or a place in WITHOUT_FILE"
     assert sorted({*listed} - {*missing}) == []
     for reason in WITHOUT_FILE:
