@@ -11,14 +11,13 @@ from .evidence import first_stroke, guesses
 from .intervals import Assumption, Intervals, spreads
 from .ladder import GAIN, STIFF, Model, independent
 from .model import KS, KT, SPRINGS, to_scale
-from .rigid import SOFTENINGS
 from .shear_test import ShearTest
-from .squares import SEARCHED, Solution, refitted, solve
+from .squares import SEARCHED, Solution, solve
 
 SIDES, FLAT, BRITTLE, RIGID, TIMES = 8, 1.0 / 3.0, 0.99, 1.0 - 1.0e-6, 2.0
 PATTERNS = ("8 sides", "flat 1/3")
 PLACES = ("spring in series", "spring in the joint", "elastic slip of the bond (eta)")
-WITHOUT, RIGID_FRICTION = "a slope without friction", "friction from the first slip on"
+RIGID_FRICTION = "friction from the first slip on"
 """Pattern and flat plane in place of two sides; eta in place of 0.999; and factor on a given stiffness; and
 names of other patterns, of other places of the elastic slip and of friction beside a bond that grows at once.
 """
@@ -80,24 +79,6 @@ def first_only(tests: Sequence[ShearTest]) -> bool:
     return all(first_stroke(test).stop == test.slip.size for test in tests)
 
 
-def of_strength(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:
-    """Bond and friction where the slope of the dilation adds none, as in models of masonry."""
-    model = chosen.model
-    if not (model.bond and "theta" in model.free):
-        return
-    free = tuple(name for name in model.free if name not in ("theta", "height", "crush", "W0"))
-    bare = [replace(test, s_N=None) for test in tests]
-    start = refitted(chosen, bare, replace(model, free=free), 1.0, SEARCHED)
-    fits = [start]
-    if not model.shape and first_only(tests) and KT in free:
-        fits += [refitted(start, bare, replace(start.model, shape=name)) for name in SOFTENINGS]
-    for bare_fit in fits:
-        halves, parts = halves_of(bare_fit), ("mu", "sigma0", "Gc", KT)
-        square, shape = bare_fit.mean_squares["tau"], bare_fit.model.shape
-        name = f"{WITHOUT}, {shape}" if shape else WITHOUT
-        yield beside(chosen, square, bare_fit.values, name, "tau", parts, halves)
-
-
 def of_friction(
     chosen: Solution, tests: Sequence[ShearTest], given: Mapping[str, float]
 ) -> Iterator[Assumption]:
@@ -109,8 +90,10 @@ def of_friction(
     if solution is None:
         return
     # a spring that the law does not need, as its friction is late, is no further constant
-    square, parts, halves = solution.mean_squares["tau"], ("mu", "sigma0", "Gc", KT), halves_of(solution)
-    yield beside(chosen, square, solution.values, RIGID_FRICTION, "tau", parts, halves)
+    square, own = (max(fit.mean_squares["tau"], 1e-12) for fit in (solution, chosen))
+    difference = independent(chosen)["tau"] * float(np.log(square / own))
+    parts, halves = ("mu", "sigma0", "Gc", KT), halves_of(solution)
+    yield Assumption(RIGID_FRICTION, difference, solution.values, difference < GAIN, parts, halves)
 
 
 def at_once(
@@ -126,7 +109,9 @@ def at_once(
         fixed[KT] = given[KT]
     else:
         free = (KT, *free)
-    rigid = Model(free, model.sides, fixed)
+    if model.name in PATTERNS:
+        fixed["flat"] = 0.0
+    rigid = Model(free, min(model.sides, 2), fixed)
     problem = rigid.problem(tests, chosen.problem.weight, chosen.problem.direction)
     known = chosen.values
     if KT not in model.free:
@@ -144,18 +129,3 @@ def halves_of(solution: Solution) -> dict[str, float]:
         low, high = (float(to_scale(name, end)) for end in own.of(name)[1:])
         halves[name] = 0.5 * (high - low)
     return halves
-
-
-def beside(
-    chosen: Solution,
-    square: float,
-    values: Mapping[str, float],
-    name: str,
-    column: str,
-    parts: tuple[str, ...],
-    halves: Mapping[str, float],
-) -> Assumption:
-    """Constants of one column alone, which its independent data allow."""
-    own = max(chosen.mean_squares[column], 1e-12)
-    difference = independent(chosen)[column] * float(np.log(max(square, 1e-12) / own))
-    return Assumption(name, difference, values, difference < GAIN, parts, halves)

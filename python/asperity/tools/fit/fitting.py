@@ -13,10 +13,8 @@ from .assumptions import (
     PATTERNS,
     PLACES,
     RIGID_FRICTION,
-    WITHOUT,
     alternatives,
     of_friction,
-    of_strength,
 )
 from .bonds import guessed, is_near_bond, unseen_bond
 from .checks import check_copies, check_known, shows_dilation, warn_if
@@ -25,9 +23,9 @@ from .gauges import from_starts
 from .intervals import Assumption, Intervals, spreads
 from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
 from .model import AUTO, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
-from .profiles import in_place_of_bond, of_dilation, of_profile, shaped
+from .profiles import in_place_of_bond, of_profile, of_strength, shaped
 from .result import Fit
-from .rigid import LAW, SLOPES
+from .rigid import LAW, SLOPES, WITHOUT
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, residuals, searched
 from .verdict import (
@@ -248,16 +246,13 @@ def _fit(
             f"the tests have another shape than the law, {chosen.model.shape}; the law's own best: {own}"
         )
         ranked = criteria([chosen, *fits])
-    strength = [*of_strength(chosen, tests), *of_friction(chosen, tests, models[0].fixed)]
-    for assumption in strength:
-        if assumption.difference < -GAIN:
-            constants = ", ".join(
-                f"{name} {assumption.values[name]:.3g}"
-                for name in ("mu", "sigma0", "Gc")
-                if name in assumption.values
-            )
-            notes.append(f"{BETTER[assumption.name.split(',')[0]]}: {constants}")
-    profiles = [*of_dilation(chosen, tests), *of_profile(chosen, law, tests, forms)]
+    known = models[0].fixed
+    strength = [*of_strength(chosen, tests, known), *of_friction(chosen, tests, known)]
+    preferred = min(strength, key=lambda assumption: assumption.difference, default=None)
+    if preferred and preferred.difference < -GAIN:
+        own = ", ".join(f"{name} {preferred.values[name]:.3g}" for name in ("mu", "sigma0", "Gc"))
+        notes.append(f"{BETTER[preferred.name.split(',')[0]]}: {own}")
+    profiles = [*of_profile(chosen, law, tests, forms)]
     others = [assumption for assumption in profiles if assumption.name in SLOPES]
     other = min(others, key=lambda assumption: assumption.difference, default=None)
     if other and other.difference < -GAIN:

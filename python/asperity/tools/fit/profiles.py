@@ -7,14 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...contract import Floats
-from .assumptions import at_once, beside, first_only, halves_of
+from .assumptions import at_once, first_only, halves_of
 from .evidence import first_stroke
 from .gauges import rigid_form, with_shape, with_starts
 from .intervals import Assumption, half_by_tests, of_left_out, quantile
-from .ladder import BRITTLE, GAIN, criteria, independent
-from .model import KT, SCALES, SPRINGS, rows_of
-from .rigid import LAW, LINE, SHAPES, SLOPES, SOFTENINGS, Profile
+from .ladder import BRITTLE, GAIN, criteria
+from .model import SPRINGS, rows_of
+from .rigid import LINE, SHAPES, SLOPES, SOFTENINGS, WITHOUT
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, solve
 
@@ -122,52 +121,21 @@ def left_out(form: Solution, halves: Mapping[str, float]) -> Mapping[str, float]
     }
 
 
-def of_dilation(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:
-    """Slope and height beside a bond by the dilation alone, as those of rigid joints of three profiles.
+def of_strength(
+    chosen: Solution, tests: Sequence[ShearTest], given: Mapping[str, float]
+) -> Iterator[Assumption]:
+    """Bond, friction, slope and height where the slope of the dilation adds none, as in models of masonry.
 
-    Their spring in series is that of the dilation, as the law may have put the elastic slip elsewhere.
+    given: values of the user, which stay.
     """
-    measured = any(test.s_N is not None for test in tests)
-    if not (chosen.model.bond and "theta" in chosen.model.free and measured):
+    form = at_once(chosen, tests, given, BRITTLE) if "theta" in chosen.model.free else None
+    if form is None:
         return
-    for name in (LAW, *SLOPES) if "height" in chosen.model.free else (LAW,):
-        yield _alone(chosen, tests, SHAPES[name].profile, name or "the dilation alone")
-
-
-def _alone(chosen: Solution, tests: Sequence[ShearTest], profile: Profile, name: str) -> Assumption:
-    """Slope and height of a profile, from the first strokes."""
-    from scipy.optimize import least_squares
-
-    stress, length = chosen.problem.size
-    slips, tractions, dilations, scales = [], [], [], []
-    for test in tests:
-        if test.s_N is not None:
-            rows = first_stroke(test)
-            slips.append(np.abs(test.slip[rows]))
-            tractions.append(np.abs(test.tau[rows]))
-            scales.append(max(float(np.ptp(test.s_N)), 1e-300))
-            dilations.append(test.s_N[rows] / scales[-1])
     ends = "height" in chosen.model.free
-
-    def misfit(x: Floats) -> Floats:
-        slope, height = float(np.exp(x[0])), float(np.exp(x[-1])) if ends else 0.0
-        own = [np.maximum(0.0, s - t / np.exp(x[1])) for s, t in zip(slips, tractions, strict=True)]
-        heights = [profile(u, slope, height)[1] for u in own]
-        return np.concatenate([z / s - d for z, s, d in zip(heights, scales, dilations, strict=True)])
-
-    start = [np.log(np.tan(np.radians(chosen.values["theta"])))]
-    start += [np.log(chosen.values.get(KT, 10.0 * stress / length))]
-    if ends:
-        start.append(np.log(max(chosen.values["height"], 1e-9)))
-    least = least_squares(misfit, start, max_nfev=50)
-    values = {"theta": float(np.degrees(np.arctan(np.exp(least.x[0]))))}
-    values |= {"height": float(np.exp(least.x[-1]))} if ends else {}
-    square = float(np.mean(least.fun**2))
-    # twice the standard deviation of rows of which as many are independent as in the fit
-    rows = square * least.fun.size / max(1.0, independent(chosen)["dilation"])
-    sizes = 2.0 * np.sqrt(np.maximum(np.diag(np.linalg.pinv(least.jac.T @ least.jac)) * rows, 0.0))
-    theta = np.radians(values["theta"])
-    of_theta = float(np.degrees(sizes[0] * np.sin(theta) * np.cos(theta)))
-    of_theta /= 1.0 if SCALES["theta"] == "linear" else values["theta"]
-    halves = {"theta": of_theta, "height": float(sizes[-1])}
-    return beside(chosen, square, values, name, "dilation", ("theta", "height"), halves)
+    names = [name for name in SHAPES if name.startswith(WITHOUT) and (ends or name == WITHOUT)]
+    others = [with_shape(form, name) for name in names]
+    first, *values = criteria([chosen, *others])
+    least = min(first, *values) + GAIN
+    for name, other, value in zip(names, others, values, strict=True):
+        parts = tuple(name for name in other.model.free if name != "crush")
+        yield Assumption(name, value - first, other.values, value < least, parts, halves_of(other))

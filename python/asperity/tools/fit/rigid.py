@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -83,12 +83,14 @@ class Shape:
     """Profile of the asperities, and softening of the bond over the separation and that at its peak.
 
     Its constants mean what those of the law mean: first slope and height, strength and energy, and the
-    elastic slip at the strength.  rises: whether the bond has this slip itself, and no spring.
+    elastic slip at the strength.  rises: whether the bond has this slip itself, and no spring.  climbs:
+    whether the slope of the dilation adds to the strength.
     """
 
     profile: Profile = exponential
     softening: Callable[[Floats, float], Floats] = straight
     rises: bool = False
+    climbs: bool = True
 
 
 LAW, LINE, HYPERBOLA, BELL, DECAYING = (
@@ -107,7 +109,12 @@ SHAPES = {
     DECAYING: Shape(softening=decaying),
     RISING: Shape(softening=risen, rises=True),
 }
-"""Shapes by name: that of the law, and others."""
+WITHOUT = "a slope without friction"
+SHAPES |= {
+    f"{WITHOUT}, {name}" if name else WITHOUT: replace(SHAPES[name], climbs=False)
+    for name in (LAW, LINE, HYPERBOLA, BELL, DECAYING)
+}
+"""Shapes by name: that of the law, and others; those without friction of the slope are none for a case."""
 
 SLOPES, SOFTENINGS = (LINE, HYPERBOLA, BELL), (DECAYING, RISING)
 """Shapes in place of the slope of the law, and of its softening."""
@@ -126,7 +133,7 @@ def rigid_curve(
     mu, slope = values["mu"], float(np.tan(np.radians(values.get("theta", 0.0))))
     height, crush, bond = (values.get(name, 0.0) for name in ("height", "crush", "sigma0"))
     left, z = shape.profile(u, slope, height)
-    steep = slope * left
+    steep = slope * left if shape.climbs else np.zeros_like(u)
     pressed = np.full_like(u, -test.sigma_N)
     if test.path_N is not None:
         pressed = np.append(-test.sigma_N, -test.path_N)
@@ -134,12 +141,13 @@ def rigid_curve(
     def forces(share: Floats) -> tuple[Floats, Floats]:
         """Pressure on the joint without the pull of the bond, and its pull along the slip and across."""
         opening = share * z
-        way = np.maximum(np.hypot(u, opening), 1e-300)
+        rise = opening if shape.climbs else np.zeros_like(u)
+        way = np.maximum(np.hypot(u, rise), 1e-300)
         pull = np.zeros_like(u)
         if bond > 0.0:
             at_peak = bond**2 / (values["Gc"] * values["kT"]) if shape.rises else 0.0
             pull = bond * shape.softening(way * bond / values["Gc"], at_peak)
-        along, across = np.where(u > 0.0, u / way, 1.0) * pull, opening / way * pull
+        along, across = np.where(u > 0.0, u / way, 1.0) * pull, rise / way * pull
         return np.maximum(0.0, pressed + test.k_N * opening) + across, along
 
     def excess(share: Floats) -> Floats:
