@@ -62,6 +62,7 @@ def test_measures(ranks: int) -> None:
     friction mu and says how the block moves; its energies balance the better the shorter its steps are.
     """
     code = """
+import tempfile
 m = model()
 down, push = (m.body(force, "block_1") for force in ([0.0, -1e-2], [1e-2, 0.0]))
 of = lambda t: Conditions(bottom(m), load=down + t * push, pressures={"joint": 2e-3})
@@ -69,6 +70,15 @@ start = solve(m, State.virgin(m), of(0.0)).taken()
 follow = Follow(m, start, of, 0.05, 0.1)
 state = follow.run(0.2)
 found_here = measure(m, "joint", state, follow.before)
+results["reported"] = [found_here.sliding, found_here.normal] == [
+    getattr(follow.report.measures["joint"], name) for name in ("sliding", "normal")
+]
+folder = COMM.bcast(tempfile.mkdtemp() if COMM.rank == 0 else None)
+output = Output(m, f"{folder}/block.pvd")
+output.write(state, ledger=follow.ledger)
+results["csv"] = open(f"{folder}/block.csv").read() if COMM.rank == 0 else ""
+results["csv"] = COMM.bcast(results["csv"])
+results["ledger"] = follow.ledger.work, follow.ledger.balance
 results["normal"], results["place"] = found_here.normal, found_here.place.tolist()
 results["safety"] = found_here.against_sliding, found_here.against_overturning
 results["sums"] = found_here.area, found_here.cracked, found_here.open, found_here.shear.tolist()
@@ -96,7 +106,14 @@ for step in (0.1, 0.02):
     kind, at, reason = results["limit"]
     assert kind == "limit" and at == pytest.approx(0.5 * (W - water) / W, rel=1e-3)
     assert "block block_1 moves most, along (1, " in reason and results["mechanism"] < 0.1
-    assert 0.0 <= results["slid"] <= 1.0
+    assert 0.0 <= results["slid"] <= 1.0 and results["reported"]
+    head, row, _ = results["csv"].split("\n")
+    written = dict(zip(head.split(","), map(float, row.split(",")), strict=True))
+    assert [written["at"], written["work"], written["balance"]] == pytest.approx(
+        [0.2, *results["ledger"]], rel=1e-9
+    )
+    kept = written["elastic"] + written["stored"] + written["spent"] + written["damped"]
+    assert kept - written["work"] == pytest.approx(written["balance"], abs=1e-9 * kept)
     coarse, fine = map(abs, results["unbalanced"])
     assert fine < 0.5 * coarse < 0.05
 

@@ -2,14 +2,16 @@
 
 A `Model` has solids and joints and never changes; a frozen `State` is what an equilibrium leaves;
 `Conditions` are what holds and loads the model.  `solve(model, state, conditions, terms)` finds an
-equilibrium and returns a `Report`.  `Follow` goes along a path, `Shake` through time: each holds a `State`,
-which it replaces by the next one or keeps.  `Output` writes for ParaView.  The ranks of MPI share the mesh.
+equilibrium and returns a `Report`.  `Follow` goes along a path, `Branch` beyond its limit load, `Shake`
+through time: each holds a `State`, which it replaces by the next one or keeps.  `Output` writes for ParaView.
+The ranks of MPI share the mesh.
 """
 
 from __future__ import annotations
 
 from mpi4py import MPI  # first: loads the library of MPI that dolfinx needs
 
+from .branch import Branch
 from .conditions import Conditions, Flow
 from .equilibrium import Report, Terms, solve
 from .ledger import Ledger
@@ -26,6 +28,7 @@ assert MPI.Is_initialized()
 
 __all__ = [
     "COMM",
+    "Branch",
     "Conditions",
     "Flow",
     "Follow",

@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 from dolfinx import cpp, graph
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from ..contract import Floats
 from ..interface import Interface
@@ -94,7 +96,11 @@ def distributed(jointed: Jointed, laws: Mapping[str, Interface]) -> tuple[Intege
     groups = {name: _group(jointed, name) for name in jointed.groups}
     cells = jointed.cells[kind][:, BASIX[kind]].astype(np.int64)
     faces = [np.concatenate(column) for column in zip(*rows, strict=True)]
-    shared = kind, d, jointed.axisymmetric, jointed.block[kind], jointed.names, groups, faces
+    ends = cells.ravel(), np.repeat(cells[:, 0], cells.shape[1])
+    links = coo_array((np.ones(cells.size, np.int8), ends), shape=(len(jointed.points),) * 2)
+    _, body = connected_components(links, directed=False)
+    bodies = body[cells[:, 0]].astype(np.int64)
+    shared = kind, d, jointed.axisymmetric, jointed.block[kind], jointed.names, groups, faces, bodies
     return cells, jointed.points, shared
 
 

@@ -17,11 +17,12 @@ from numpy.typing import ArrayLike
 from ..contract import Floats
 from ..mesh.shapes import Integers
 from .conditions import Conditions, held
+from .measures import Measures, measure
 from .model import Model
-from .newton import Task, equations_of, newton, words_of
+from .newton import Task, equations_of, newton, share, words_of
 from .passes import PASSES, Passed, by_passes
-from .ranks import agree, doubles, largest, total, totals
-from .response import Clock, LawError, respond
+from .ranks import agree, doubles, largest, total
+from .response import Clock, LawError
 from .state import State
 from .water import Mixing, Water
 
@@ -30,9 +31,6 @@ SAME_WATER, MOST_WATER = 1e-6, 60
 
 MIXED = 0.3, 6
 """Share of the difference by which such a pressure moves, and changes before that correct it."""
-
-REGULAR, INVERSE = 1e-12, 6
-"""Share of the largest stiffness that a tangent has more whose least one is sought, by so many iterations."""
 
 SEARCHES = "root", "residual", "none"
 """How far along a step: to the root of its work, until the Euclidean residual falls, all of it."""
@@ -71,19 +69,22 @@ class Report:
     """What `solve` found: a new state, or None with the reason.
 
     residual: sum of its magnitudes over `size`, the forces; also after passes that of the law itself.
+    floor: what of it rounding errors of the displacements may cause; where it is above the tolerance, a
+    residual below it counts.
     errors: of a solution by passes, largest of a damage and of forces over those of the model; 0 where
     Newton's method ends it.  equilibria: more than one where pressures depend on openings.  reaction (n d,):
     internal forces less loads, those of the fixed components.  x (n d,): last displacements, also where there
     is no state.  load (n d,): with the pressures on faces.  fixed: components, sorted.  first, p (p,):
     pressures in the joints at the openings before, and the last ones.  rates: inflows of each flow by group.
     linear, factored: iterations and factorizations of the linear equations; law: processor seconds in the
-    law.  factor: entries, operations and GB of the last factor.
+    law.  factor: entries, operations and GB of the last factor.  between: the model, and the state before.
     """
 
     state: State | None
     reason: str
     residual: float
     size: float
+    floor: float
     iterations: int
     passes: int
     errors: tuple[float, float]
@@ -99,6 +100,15 @@ class Report:
     factored: int = 0
     law: float = 0.0
     factor: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0))
+    between: tuple[Model, State] | None = None
+
+    @property
+    def measures(self) -> dict[str, Measures]:
+        """Measures of each joint in the new state, by its name; all ranks must ask. Empty without a state."""
+        if self.state is None or self.between is None:
+            return {}
+        model, old = self.between
+        return {name: measure(model, name, self.state, old) for name in model.joints}
 
     @property
     def good(self) -> bool:
@@ -190,8 +200,8 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
     if not reason and done and done.found.response:
         found, r = done.found, done.found.response
         new = State(
-            found.x, found.s, r.t, r.joints, p, found.reaction + load, state.stress, nothing, nothing,
-            max(state.scale, found.size), state.floating or found.floating,
+            found.x, found.s, r.t, r.joints, p, found.balance.reaction + load, state.stress, nothing, nothing,
+            max(state.scale, found.balance.size), state.floating or found.floating,
             state.at if terms.at is None else terms.at,
         )  # fmt: skip
     iterations, linear, factored = spent.tolist()
@@ -199,12 +209,13 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
         new,
         reason,
         done.residual if done else np.nan,
-        done.found.size if done else np.nan,
+        done.found.balance.size if done else np.nan,
+        share(done.found.balance.floor, done.found.balance.size) if done else np.nan,
         iterations,
         done.passes if done else 0,
         done.errors if done else (0.0, 0.0),
         equilibria,
-        done.found.reaction if done else nothing,
+        done.found.balance.reaction if done else nothing,
         x,
         load,
         given.fixed,
@@ -215,38 +226,8 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
         factored,
         clock.seconds,
         q.factor(),
+        (model, state),
     )
 
 
-def softest(
-    model: Model, state: State, conditions: Conditions, terms: Terms, x: Floats
-) -> tuple[float, Floats]:
-    """Least stiffness of the tangent at displacements x over that of the state, and its mode (n d,).
-
-    By a few inverse iterations; at the state the joints are taken without a further increment.
-    """
-    given, clock = held(model, conditions), Clock()
-    p, _ = Water(model, conditions.pressures, conditions.flows).at(state.s)
-    q, none = equations_of(model, given.fixed, terms.options), np.zeros(model.n * model.d)
-    task = Task(given.values, none, p, terms.dt, none, 0.0, terms.tolerance, terms.search)
-    stiffness, mode = [], none
-    for s in (state.s, model.separations(x)):
-        try:
-            D = respond(model, state, s, terms.dt, p, None, clock).D
-        except LawError:
-            return np.nan, none
-        q.assemble(D, task, REGULAR, False)
-        mode = (x - state.u) * q.free
-        mode = mode if largest(mode) else q.free
-        softness = 0.0
-        for _ in range(INVERSE):
-            size = float(np.sqrt(totals(mode @ mode)[0]))
-            step, _, _ = q.step(-mode / size, False, True)
-            if step is None:
-                return np.nan, none
-            softness, mode = float(np.sqrt(totals(step @ step)[0])), step
-        stiffness.append(1.0 / softness)
-    return stiffness[1] / stiffness[0], mode / softness
-
-
-__all__ = ["PASSES", "Report", "Terms", "softest", "solve"]
+__all__ = ["PASSES", "Report", "Terms", "solve"]

@@ -19,6 +19,7 @@ from ..contract import Floats
 from ..interface import Interface
 from ..mesh import Jointed
 from ..mesh.shapes import Integers
+from .bodies import Bodies
 from .distribution import BASIX, NAMES, Group, distributed, partition
 from .ranks import COMM, agree, doubles, largest
 
@@ -52,7 +53,8 @@ class Model:
 
     x (n, d): owned nodes.  names: of the blocks.  joints: names of the joints, whose laws are `laws`.  Points
     of the joints, in the order of the laws: pairs (p, 2) of nodes, axes (p, 3, d) N, Tx, Ty, area (p,) and
-    places (p, d); parts: slices of the points of each joint.  K: matrix of the solids with its
+    places (p, d); parts: slices of the points of each joint.  bodies: solids whose cells
+    share nodes.  K: matrix of the solids with its
     diagonal (n d,), scale: the largest entry of that.
     """
 
@@ -78,7 +80,7 @@ class Model:
             except ValueError as error:
                 message = str(error)
         agree(message)
-        kind, d, turned, block, names, groups, faces = COMM.bcast(shared)
+        kind, d, turned, block, names, groups, faces, bodies = COMM.bcast(shared)
         self.names: list[str] = names
         self.groups: dict[str, Group] = groups
         young = dict(E) if isinstance(E, Mapping) else dict.fromkeys(self.names, E)
@@ -106,6 +108,9 @@ class Model:
         # local numbers of cells and nodes
         original = m.topology.original_cell_index
         self.cell_block: Integers = block[original]
+        body = np.zeros(self.n + self.map.num_ghosts, np.int64)
+        body[self.V.dofmap.list] = bodies[original][:, None]
+        self.bodies = Bodies(body[: self.n], int(bodies.max()) + 1, self.x, self.axisymmetric)
         order = np.argsort(original)
         at = np.minimum(np.searchsorted(original[order], sides[:, 0]), len(order) - 1)
         here = order[at]

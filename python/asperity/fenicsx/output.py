@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import astuple, fields
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from .. import contract
 from ..mesh import paraview
 from .conditions import Flow
 from .distribution import BASIX, NAMES
+from .ledger import Ledger
 from .model import Model
 from .ranks import COMM
 from .state import State
@@ -19,12 +21,16 @@ from .water import Water
 
 
 class Output:
-    """Results for ParaView: FILE.pvd, and in a folder FILE the solids and joints of every rank and step."""
+    """Results for ParaView: FILE.pvd, and in a folder FILE the solids and joints of every rank and step.
+
+    FILE.csv has the energies of the steps that are written with a ledger.
+    """
 
     def __init__(self, model: Model, pvd: str | Path) -> None:
         """Make the folder; FILE must end with .pvd."""
         self.model, self.pvd, m = model, Path(pvd), model
         self.names: list[tuple[float, list[str]]] = []
+        self.rows: list[list[float]] = []
         self.folder = paraview.folder_of(self.pvd)
         kind = {there: here for here, there in NAMES.items()}
         self.kind = kind.get(name := m.mesh.topology.cell_name(), name)
@@ -35,11 +41,19 @@ class Output:
         low, high = m.sides[:, self.near]
         self.joints = np.concatenate([low, high[:, ::-1] if m.d == 2 else high], 1)
 
-    def write(self, state: State, time: float | None = None, flows: Sequence[Flow] = ()) -> None:
+    def write(
+        self,
+        state: State,
+        time: float | None = None,
+        flows: Sequence[Flow] = (),
+        ledger: Ledger | None = None,
+    ) -> None:
         """Write a state: displacements; damage, separation, traction, energies and water of the joints.
 
-        time: of ParaView, default the parameter of the state.  Tractions are total, p is the pressure of the
-        water, `pressure` that of the sides on each other, and apertures are those of the flows or openings.
+        time: of ParaView, default the parameter of the state.  ledger: energies, a row of FILE.csv; balance
+        is what kinetic, elastic, stored, spent and damped ones have more than the work.  Tractions are total,
+        p is the pressure of the water, `pressure` that of the sides on each other, and apertures are those of
+        the flows or openings.
         """
         m, time = self.model, state.at if time is None else time
         nodes, u = m.V.tabulate_dof_coordinates()[:, : m.d], m.spread(state.u).reshape(-1, m.d)
@@ -72,5 +86,11 @@ class Output:
         )
         files = step.write(self.folder, f"{len(self.names):04}_{COMM.rank}")
         self.names.append((time, [*itertools.chain(*COMM.allgather(files))]))
+        if ledger:
+            self.rows.append([time, *astuple(ledger), ledger.balance])
         if COMM.rank == 0:
             paraview.write_collection(self.pvd, self.names)
+            if ledger:
+                head = ",".join(["at", *(part.name for part in fields(Ledger)), "balance"])
+                lines = [",".join(f"{number:.12g}" for number in row) for row in self.rows]
+                self.pvd.with_suffix(".csv").write_text("\n".join([head, *lines, ""]), encoding="utf-8")

@@ -71,7 +71,8 @@ def by_passes(
             break
         floating = floating or found.floating
         damage, force, own = _errors(equations, start, task, found, at, clock)
-        errors, residual = (damage, share(force, found.size)), share(own, found.size)
+        size = found.balance.size
+        errors, residual = (damage, share(force, size)), share(own, size)
         if (damage < SAME_DAMAGE and errors[1] < SAME_FORCE) or passes == most:
             break
         x, at = found.x, found.s
@@ -98,5 +99,5 @@ def _errors(
         planes = slice(first, first + step * law.n_planes, step)
         damage = max(damage, float(np.abs(mine[:, planes] - theirs[:, planes]).max(initial=0.0)))
     force = float(m.area @ np.linalg.norm(true.t - found.response.t, axis=1))
-    full = (found.full + m.pulled(true.t - found.response.t)) * equations.free
+    full = (found.balance.full + m.pulled(true.t - found.response.t)) * equations.free
     return float(COMM.allreduce(damage, MPI.MAX)), total(force), total(np.abs(full).sum())

@@ -6,8 +6,9 @@
         no state: keep the old state; the step becomes half; too short: the path is stopped
                   Newton's method failed in a short step, or soon after passes: passes follow
                   passes failed under loads that change: Newton's method takes the step again
-                  too short under loads that change: once more without a guess, by the residual, by Newton's
-                  method with more iterations, by passes; where none has a state, the tangent tells why
+                  too short under loads that change: the parameter becomes an unknown, and the path goes along
+                  the branch of equilibria, to the end or to a limit load, where the parameter turns
+        passes under loads that change: Newton's method ends them, or there is no state
         errors of the passes too large: keep the old state; the step is repeated with less of its length,
                   unless it is the shortest one and no loads change
         else: take the new state; the step grows; passes that were calm for a while end
@@ -27,8 +28,9 @@ import numpy as np
 
 from ..contract import Floats
 from ..mesh.shapes import place
+from .branch import Branch
 from .conditions import Conditions, held
-from .equilibrium import Report, Terms, softest, solve
+from .equilibrium import Report, Terms, solve
 from .ledger import Ledger, ledger_of, work_of
 from .model import Model
 from .passes import PASSES
@@ -46,9 +48,6 @@ ERRORS = 0.1, 0.01
 LIMIT = 0.05
 """Error of forces of a shortest step beyond which the path ends; no step is short enough for a snap."""
 
-UNDER_LOADS = 1e-3
-"""The same of forces where loads change, because a limit load must not be passed."""
-
 CALM, CALM_DAMAGE, CALM_FORCE = 3, 0.02, 0.01
 """Newton's method goes on after CALM steps by passes with errors below these."""
 
@@ -61,20 +60,20 @@ SHORT = 0.22
 SHORTEST = 10.0
 """Least step by passes over that of Newton's method."""
 
-RESCUES = 5
-"""Most shortest steps of a path that are tried in all ways."""
+FLAT = 1e-6
+"""Share of the shortest step by which the parameter must grow in a step of the branch; else it turns."""
 
-LAST = 3
-"""Factor of the iterations of the last attempts at a shortest step under loads."""
-
-SINGULAR = 1e-3
-"""Share of the least stiffness of the state below which that of a failed attempt shows a limit load."""
+LOOK = 80
+"""Most attempts on a branch; the parameter of a model that has moved so far hardly grows."""
 
 LIMIT_LOAD, LAW, NOT_FOUND = "limit", "law has no result", "not found"
 """Kinds of the end of a path under loads."""
 
 RULES = "cuts", "repeated", "taken", "count", "by_passes", "calm", "patience", "newton"
 """Whole numbers that a run goes on from."""
+
+OF_BRANCH = "step", "least", "count", "cuts"
+"""Numbers of a branch that a run goes on from."""
 
 
 class Follow:
@@ -105,9 +104,10 @@ class Follow:
         """Begin at 0 with a step, which grows up to `most` and is cut down to `least`.
 
         passes: most of a step; 0: none.  errors: of a step by passes, of a damage and of forces over those of
-        the model, beyond which a shorter one replaces it; under loads that change the second is UNDER_LOADS
-        at most.  limit: of the error of forces, above which no step is taken; a path ends there.  always: all
-        steps by passes.  terms: of the equations; duration, guess and passes are those of the steps.
+        the model, beyond which a shorter one replaces it.  limit: of the error of forces, above which no step
+        is taken; a path ends there.  always: all steps by passes.  Where loads change Newton's method ends
+        passes, as a limit load must not be passed.  terms: of the equations; duration, guess and passes are
+        those of the steps.
         """
         most = step if most is None else most
         if not 0.0 < least <= step <= most < np.inf:
@@ -126,7 +126,8 @@ class Follow:
         self.always, self.by_passes, self.shortest = always, always, min(SHORTEST * least, most)
         self.calm, self.patience, self.newton = 0, 1, CALM
         self.cuts, self.repeated, self.taken, self.count, self.reason = 0, 0, 0, 0, ""
-        self.kind, self.rescued = "", 0
+        self.kind = ""
+        self.branch: Branch | None = None
         self.ledger = ledger_of(model, state, 0.0, 0.0)
         self.start = self.ledger.balance
         self.mechanism: Floats | None = None
@@ -180,79 +181,107 @@ class Follow:
             return False
         if self.reason:
             raise Stopped(self.reason)
+        if self.branch:
+            return self._along(self.branch, end)
         left = end - self.at
         last = abs(left) <= self.step * (1.0 + 1e-6)  # no step of rounding errors is left
         move = left if last else float(np.copysign(self.step, left))
         at = end if last else self.at + move
-        report = self.report = self._solve(at, move)
-        self.taken += report.iterations
-        loads, pressed = self._loads(), self.state.p
-
-        def loaded(p: Floats) -> bool:
-            return total(np.abs(report.load - loads).sum() + np.abs(p - pressed).sum()) > 0.0
-
-        under_loads = loaded(report.first) or (report.state is not None and loaded(report.p))  # or by a flow
+        report, under_loads = self._attempt(at, move)
+        self.report = report
         if report.state is None:
             self.cuts += 1
             self._cut(move, 0.5, report.reason, under_loads)
-            if not (self.reason and under_loads):
-                return False
-            failed = report
-            self.rescued += 1  # a path that only creeps ends
-            report = failed if self.rescued > RESCUES else self._otherwise(at, move)
-            if report.state is None:
-                self.kind, self.mechanism, text = self._why(at, move, failed)
-                self.reason = f"stopped at {self.at:.5g}, {self.kind}: {text}"
-                return False
-            self.report, self.reason, self.step = report, "", max(self.least, abs(move))
+            if self.reason and under_loads:
+                self._leave(at, move)
+            return False
         damage, force = report.errors
-        most = self.errors[0], min(self.errors[1], UNDER_LOADS) if under_loads else self.errors[1]
-        excess = max(damage / most[0], force / most[1])
+        excess = max(damage / self.errors[0], force / self.errors[1])
         shortest = abs(move) <= self.shortest * (1.0 + 1e-6) and not under_loads
         if excess > 1.0 and not (shortest and force <= self.limit):
             self.repeated += 1
             text = f"the last pass has an error of {force:.2g} of the forces and {damage:.2g} of a damage"
             self._cut(move, min(0.7, max(0.25, 0.8 / excess)), text, under_loads, self.shortest)
             return False
-        work = work_of(self.model, self.state, report.state, (loads, report.load), report.fixed)
         drag = np.broadcast_to(self.terms.drag, report.state.u.shape)
-        drained = total(drag @ (report.state.u - self.state.u) ** 2) / abs(move)
-        damped, work = self.ledger.damped + drained, self.ledger.work + work
-        self.ledger = ledger_of(self.model, report.state, damped, work)
-        self.before, self.state, self._load = self.state, report.state, report.load
-        self.count += 1
+        self._take(report, total(drag @ (report.state.u - self.state.u) ** 2) / abs(move))
         self._grow(excess, report)
         return True
 
-    def _otherwise(self, at: float, move: float) -> Report:
-        """Solve a shortest step under loads by what has not been tried; the first report with a state."""
-        ways: list[dict[str, Any]] = [{"search": "residual"}, {"search": "root"}]
-        if self.passes and not self.always:
-            ways.append({"passes": self.passes})
-        for way in ways:
-            report = self._solve(at, move, ahead=0.0, iterations=LAST * self.terms.iterations, **way)
-            self.taken += report.iterations
-            if report.state is not None:
-                break
-        return report
+    def _take(self, report: Report, damped: float = 0.0) -> None:
+        """Go on from the state of a report; damped: energy of the drag in the step."""
+        old, new = self.state, report.taken()
+        work = work_of(self.model, old, new, (self._loads(), report.load), report.fixed)
+        self.ledger = ledger_of(self.model, new, self.ledger.damped + damped, self.ledger.work + work)
+        self.before, self.state, self._load = old, new, report.load
+        self.count += 1
 
-    def _why(self, at: float, move: float, report: Report) -> tuple[str, Floats | None, str]:
-        """Kind of the end of a path under loads, the mechanism where it is a limit, and the words for it."""
-        if report.reason.startswith("the law"):
-            return LAW, None, report.reason
-        terms = replace(self.terms, dt=abs(move))
-        share, mode = softest(self.model, self.state, self.conditions(at), terms, report.x)
-        if not share < SINGULAR:
-            text = f"{report.reason}, and the tangent there has {share:.2g} of the least stiffness before"
-            return NOT_FOUND, None, text
-        m, moved, means = self.model, mode.reshape(-1, self.model.d), []
+    def _leave(self, at: float, move: float) -> None:
+        """Let the parameter be an unknown, where a shortest step under loads fails; tell where it cannot."""
+        if self.report and self.report.reason.startswith("the law"):
+            self.kind = LAW
+        elif total(np.abs(self.state.s - self.before.s).sum()) == 0.0:
+            self.kind = NOT_FOUND
+        else:
+            self.branch, self.reason, self.step = self._branch(abs(move)), "", abs(move)
+            return
+        self.reason = self.reason.replace(":", f", {self.kind}:", 1)
+
+    def beyond(self, most: float) -> Branch:
+        """Branch from the last step on, where the parameter may fall; most: its largest step.
+
+        Raises ValueError where the separations of the last two states are the same.  Drag has no part in it.
+        """
+        return self._branch(self.terms.dt, most)
+
+    def _branch(self, dt: float, most: float = float(np.finfo(float).max)) -> Branch:
+        """Branch from the last state, with steps of a duration."""
+        terms = replace(self.terms, dt=dt, drag=0.0, damping=0.0)
+        branch = Branch(self.model, self.state, self.before, self.conditions, most, terms, self.ledger)
+        branch.start = self.start
+        return branch
+
+    def _along(self, branch: Branch, end: float) -> bool:
+        """Take one step along the branch, or tell why the path ends."""
+        way, first = float(np.sign(end - self.at)), self.state
+        taken = branch.advance()
+        report = self.report = branch.report
+        if not taken:
+            self.cuts += 1
+            if branch.reason:
+                self.kind = LAW if "the law" in branch.reason else NOT_FOUND
+                self.reason = branch.reason.replace(":", f", {self.kind}:", 1)
+            return False
+        assert report
+        self.taken += report.iterations
+        gained = way * (branch.at - first.at)
+        if gained <= FLAT * self.step:
+            self._limit(branch.state.u - first.u)
+            return False
+        if way * (branch.at - end) >= 0.0:
+            share = (end - first.at) / (branch.at - first.at)
+            report, _ = self._attempt(end, end - first.at, ahead=share * (branch.state.u - first.u), passes=0)
+            self.report, self.branch = report, None
+            if report.state is None:
+                self.kind, self.reason = NOT_FOUND, f"stopped at {self.at:.5g}, {NOT_FOUND}: {report.reason}"
+                return False
+        self._take(report)
+        if self.branch and branch.count + branch.cuts >= LOOK:
+            self._limit(self.state.u - self.before.u)
+        return True
+
+    def _limit(self, moved: Floats) -> None:
+        """End at a limit load, beyond which the model moves by these displacements (n d,)."""
+        m, means = self.model, []
+        self.kind, self.mechanism = LIMIT_LOAD, moved / (np.sqrt(totals(moved @ moved)[0]) or 1.0)
+        rows = moved.reshape(-1, m.d)
         for name in m.names:
             inside = m.solid(name).reshape(-1, m.d)[:, :1]
-            means.append(np.array(totals(*(inside * moved).sum(0))) / (totals(inside.sum())[0] or 1.0))
+            means.append(np.array(totals(*(inside * rows).sum(0))) / (totals(inside.sum())[0] or 1.0))
         k = int(np.argmax(np.linalg.norm(means, axis=1)))
         way = means[k] / (np.abs(means[k]).max() or 1.0)
-        text = f"no equilibrium is found beyond; block {m.names[k]} moves most, along {place(way.round(3))}"
-        return LIMIT_LOAD, mode, text
+        text = f"nothing carries more; block {m.names[k]} moves most, along {place(way.round(3))}"
+        self.reason = f"stopped at {self.at:.5g}, {LIMIT_LOAD}: {text}"
 
     def _loads(self) -> Floats:
         """Loads at the last step."""
@@ -261,6 +290,23 @@ class Follow:
             water = Water(self.model, now.pressures, now.flows)
             self._load = held(self.model, now).load + water.outer
         return self._load
+
+    def _attempt(self, at: float, move: float, **others: Any) -> tuple[Report, bool]:
+        """Solve a step; its report, and whether loads change in it."""
+        report, loads, pressed = self._solve(at, move, **others), self._loads(), self.state.p
+        taken = report.iterations
+
+        def loaded(p: Floats) -> bool:
+            return total(np.abs(report.load - loads).sum() + np.abs(p - pressed).sum()) > 0.0
+
+        under_loads = loaded(report.first) or (report.state is not None and loaded(report.p))  # or by a flow
+        if under_loads and report.state is not None and any(report.errors):
+            ways = {"ahead": report.x - self.state.u, "passes": 0, "iterations": self.terms.iterations}
+            ended = self._solve(at, move, **ways)
+            taken += ended.iterations
+            report = replace(ended, passes=report.passes)
+        self.taken += taken
+        return report, under_loads
 
     def _solve(self, at: float, move: float, **others: Any) -> Report:
         """Solve a step from the last one, whose change goes on; with other terms."""
@@ -312,11 +358,13 @@ class Follow:
         states = {"state": self.state, "before": self.before}
         rules = [getattr(self, name) for name in RULES]
         ledger = [*astuple(self.ledger), self.start]
-        write(file, states, step=self.step, rules=rules, ledger=ledger)
+        branch = [getattr(self.branch, name, 0.0) for name in OF_BRANCH]
+        write(file, states, step=self.step, rules=rules, ledger=ledger, branch=branch)
 
     def resume(self, file: str | Path) -> None:
         """Go on from the files of a run with the same mesh, laws and ranks."""
-        shapes = {"step": (), "rules": (len(RULES),), "ledger": (len(fields(Ledger)) + 1,)}
+        sizes = {"rules": len(RULES), "ledger": len(fields(Ledger)) + 1, "branch": len(OF_BRANCH)}
+        shapes = {"step": (), **{name: (size,) for name, size in sizes.items()}}
         states, numbers = read(file, self.model, ("state", "before"), **shapes)
         *energies, self.start = numbers["ledger"].tolist()
         self.ledger = Ledger(*energies)
@@ -324,3 +372,7 @@ class Follow:
         for name, value in zip(RULES, numbers["rules"].tolist(), strict=True):
             setattr(self, name, bool(value) if name == "by_passes" else value)
         self.report, self._load, self.reason, self.kind, self.mechanism = None, None, "", "", None
+        self.branch = self._branch(self.step) if numbers["branch"].any() else None
+        for name, value in zip(OF_BRANCH, numbers["branch"].tolist(), strict=True):
+            if self.branch:
+                setattr(self.branch, name, value)

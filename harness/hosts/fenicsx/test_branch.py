@@ -1,0 +1,155 @@
+"""Paths by forces on FEniCSx end at their limit load and go on beyond it, as closed forms say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from on_ranks import WITH_FENICSX, assert_refused, of_all_ranks
+from scipy.optimize import brentq
+
+pytestmark = WITH_FENICSX
+
+BOND = """
+STRENGTH, GC = 0.25, 0.018
+bond = Interface(Material(sigma0=STRENGTH, Gc=GC, eta=0.97882791327913, mu=0.75), Pattern.regular(0, 0.0))
+
+def pulled(E):
+    # a share of the strength of the joint, as a force on the top
+    m = model(E, 0.0, laws={"joint": bond})
+    top, area = m.group("top")
+    pull = np.zeros((m.n, 2))
+    pull[top, 1] = STRENGTH * area
+    of = lambda t: Conditions(bottom(m), load=t * pull.ravel())
+    follow = Follow(m, State.virgin(m), of, 0.1, 0.1, 1e-4)
+    follow.run_to_limit(2.0)
+    return follow
+"""
+"""Two blocks with a bond, of which a force pulls the upper one."""
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_bond_that_softens_under_a_force(ranks: int) -> None:
+    """Beyond its strength the force is that of the law at each opening, and its work is Gc.
+
+    The path ends within 1e-4 of the strength.  Blocks of 2 MPa are so soft that the end goes back there.
+    """
+    results = of_all_ranks(
+        BOND
+        + """
+for E in (2e4, 2.0):
+    follow = pulled(E)
+    results["limit"] = follow.kind, follow.at
+    branch, rows, top = follow.beyond(0.01), [], [largest(follow.state.u)]
+    for _ in branch.to(lambda state: state.at < 1e-3):
+        opening = total(branch.model.area @ branch.state.s[:, 0]) / 3.0
+        law = bond.update([[opening, 0.0, 0.0]]).traction[0, 0] / STRENGTH
+        rows.append(abs(branch.at - law))
+        top.append(largest(branch.state.u))
+    ledger = branch.ledger
+    results[str(E)] = max(rows), ledger.work / 3.0 / GC, branch.unbalanced, len(rows), top[-1] - top[0]
+""",
+        ranks,
+    )
+    kind, at = results.pop("limit")
+    assert kind == "limit" and at == pytest.approx(1.0, abs=1e-4)
+    stiff, soft = results["20000.0"], results["2.0"]
+    for error, work, unbalanced, count, _ in (stiff, soft):
+        # the tolerance of the residual is 1e-6 of the forces, a step of the work is a trapezoid
+        assert error < 1e-5 and count > 10
+        assert work == pytest.approx(1.0, rel=5e-3) and abs(unbalanced) < 5e-3
+    assert soft[4] < -0.05 and stiff[4] > 0.1
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_block_that_rocks(ranks: int) -> None:
+    """A force that tips a rigid block is that of no-tension springs at every rotation, up to the toe.
+
+    The block is 3 wide and 1 high and carries its weight at four points.
+    """
+    results = of_all_ranks(
+        """
+stiff = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=20.0), Pattern.regular(0, 0.0))
+m = model(2e8, laws={"joint": stiff})
+down = m.body([0.0, -1e-2], "block_1")
+top, area = m.group("top")
+push = np.zeros((m.n, 2))
+push[top, 0] = area / 3.0
+of = lambda t: Conditions(bottom(m), load=down + t * push.ravel())
+start = solve(m, State.virgin(m), of(0.0)).taken()
+follow = Follow(m, start, of, 1e-3, 5e-3, 1e-5)
+follow.run_to_limit(1.0)
+results["limit"] = follow.kind, follow.at
+rows = np.concatenate(COMM.allgather(np.column_stack([m.places[:, 0], follow.state.s[:, 0]])))
+results["alone"] = int((rows[:, 1] < -1e-12).sum())
+mid = Follow(m, start, of, 1e-3, 5e-3, 1e-5)
+mid.run(0.03)
+branch = mid.beyond(1e-3)
+results["rows"] = []
+for _ in range(12):
+    if branch.advance():
+        rows = np.concatenate(COMM.allgather(np.column_stack([m.places[:, 0], branch.state.s[:, 0]])))
+        slope = float(np.polyfit(*rows.T, 1)[0])
+        results["rows"].append([-slope, branch.at])
+""",
+        ranks,
+    )
+    W, kn, height = 3e-2, 200.0, 1.0
+    x, area = np.arange(4.0), np.array([0.5, 1.0, 1.0, 0.5])
+
+    def force(rotation: float) -> float:
+        def pressed(settled: float) -> np.ndarray:
+            return kn * area * np.maximum(settled + rotation * (x - 1.5), 0.0)
+
+        settled = brentq(lambda z: pressed(z).sum() - W, -1.0, 1.0, xtol=1e-15)
+        return float(pressed(settled) @ (x - 1.5)) / height
+
+    kind, at = results["limit"]
+    assert kind == "limit" and at == pytest.approx(1.5 * W / height, rel=1e-4)
+    assert results["alone"] == 1
+    assert len(results["rows"]) > 5
+    for rotation, at in results["rows"]:
+        assert at == pytest.approx(force(rotation), rel=1e-3)
+
+
+def test_levels_of_a_dam() -> None:
+    """Neither the stiffness of a dam nor the tolerance changes the level at which it fails.
+
+    A thousandfold stiffness has rounding errors above the finer tolerance, which the report tells.
+    """
+    results = of_all_ranks(
+        """
+from harness.hosts.fenicsx.dam import JOINTS, Dam
+for E in (3e12, 3e15):
+    for tolerance in (1e-6, 1e-8):
+        dam = Dam("none", Interface(JOINTS["held"][0], Pattern.regular(0, 0.0)), 10, E, 0.0)
+        dam.terms = Terms(tolerance=tolerance)
+        dam.fill(0.0)
+        follow = Follow(dam.model, dam.state, dam.filled, 1.0, 1.0, 1e-3, dam.terms)
+        reports = []
+        try:
+            for report in follow.to(12.0):
+                reports.append(report)
+        except Stopped:
+            reports += [follow.report]
+        results[f"{E:g} {tolerance:g}"] = follow.at, follow.kind, max(report.floor for report in reports)
+""",
+        1,
+    )
+    levels = [level for level, _, _ in results.values()]
+    assert {kind for _, kind, _ in results.values()} == {"limit"}
+    assert max(levels) / min(levels) < 1.0 + 1e-4, levels
+    assert results["3e+12 1e-06"][2] < 1e-8 and results["3e+15 1e-06"][2] > 1e-8
+
+
+WRONG = {
+    "follow.beyond(0.0)": "most = 0.0: expected above 0",
+    "Follow(m, follow.state, follow.conditions, 0.1).beyond(1.0)": "expected a step of a path",
+    "Branch(m, follow.state, follow.before, None, 1.0, Terms(drag=1.0))": "drag or damping: expected none",
+}
+"""Expressions and what their errors say."""
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_wrong_input(ranks: int) -> None:
+    """Every rank has the error, and it is one line."""
+    assert_refused(WRONG, BOND + "follow = pulled(2e4)\nm = follow.model\n", ranks)

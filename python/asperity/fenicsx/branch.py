@@ -1,0 +1,195 @@
+"""Equilibria along a path whose parameter is an unknown, too: a limit load, and what is carried beyond.
+
+Unknown are displacements x and the parameter `at` of the conditions:
+
+    r(x, at) = 0,   mean over the joints of d . (s(x) - s) = step
+
+with the separations s of the last state, and the direction d of their last change, of the length 1 in the
+mean of its squares over the area.
+
+    x, at = on from the last change
+    until |r| <= tolerance * forces
+        A dx = -r,  A dq = -dr/d(at)                         # one tangent
+        d(at) = what the second equation asks for
+        x, at = x + dx + d(at) dq, at + d(at)
+    no equilibrium: keep the old state; the step becomes half; else: take the new one; the step grows
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ..contract import Floats
+from .conditions import Conditions, Held, held
+from .equilibrium import Report, Terms, solve
+from .ledger import Ledger, ledger_of, work_of
+from .model import Model
+from .newton import Task, balance_of, equations_of
+from .ranks import agree, doubles, largest, totals
+from .response import LawError, respond
+from .state import State
+from .stopped import Stopped
+from .water import Water
+
+FAST, GROWTH, LEAST = 6, 1.5, 1e-4
+"""A step grows after at most FAST iterations; least step over the first one, below which the branch ends."""
+
+SHIFT = 1e-9
+"""Share of the largest stiffness that the tangent has more: it is singular where a block slides."""
+
+APART = 1e-4
+"""Share of the parameter by which its derivative is taken."""
+
+
+class Branch:
+    """Steps along a path beyond its limit load, where the parameter falls.
+
+    state: of the last step, `before` that of the one before.  report: of the last attempt.  at: parameter.
+    count, cuts, taken: steps, attempts that failed, iterations.  reason: why it is stopped, or empty.
+    ledger: energies since the start, whose balance was `start` then.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        state: State,
+        before: State,
+        conditions: Callable[[float], Conditions],
+        most: float,
+        terms: Terms | None = None,
+        ledger: Ledger | None = None,
+    ) -> None:
+        """Begin at a state with the step from the state before.
+
+        conditions: as those of `Follow`, without water that depends on openings.  most: largest step, root of
+        the mean of the squares of the change of the separations over the area.  terms: of the equations,
+        without drag; dt is the duration of every step.
+        """
+        self.model, self.conditions, self.terms = model, conditions, terms or Terms()
+        self.state, self.before, self.most = state, before, most
+        self.length = self._length(state.s - before.s)
+        drag = largest(doubles("drag", self.terms.drag))
+        agree(
+            "" if 0.0 < most < np.inf else f"most = {most}: expected above 0",
+            "" if self.length > 0.0 else "both states have the same separations: expected a step of a path",
+            "" if drag == self.terms.damping == 0.0 else "drag or damping: expected none on a branch",
+        )  # fmt: skip
+        self.step = min(self.length, most)
+        self.least = LEAST * self.step
+        self.count, self.cuts, self.taken, self.reason = 0, 0, 0, ""
+        self.ledger = ledger or ledger_of(model, state, 0.0, 0.0)
+        self.start = self.ledger.balance
+        self.report: Report | None = None
+
+    @property
+    def at(self) -> float:
+        """Parameter of the last step."""
+        return self.state.at
+
+    @property
+    def unbalanced(self) -> float:
+        """Change of the balance of all energies over the work: what a snap has released is below 0."""
+        gained = self.ledger.balance - self.start
+        return gained / abs(self.ledger.work) if self.ledger.work else gained
+
+    def _length(self, s: Floats) -> float:
+        """Root of the mean of the squares of separations (p, 3) over the area."""
+        area = self.model.area
+        squares, whole = totals(area @ (s**2).sum(1), area.sum())
+        return float(np.sqrt(squares / (whole or 1.0)))
+
+    def to(self, ended: Callable[[State], bool]) -> Iterator[Report]:
+        """Take steps until a state is said to be the last, and yield the report of each.
+
+        Raises Stopped where the branch ends before.
+        """
+        while not ended(self.state):
+            if self.advance():
+                assert self.report
+                yield self.report
+
+    def advance(self) -> bool:
+        """Take one step, or cut it; whether it was taken.
+
+        Raises Stopped where the branch has ended before.
+        """
+        if self.reason:
+            raise Stopped(self.reason)
+        x, at, iterations, reason = self._located()
+        self.taken += iterations
+        old, new = self.state, None
+        if not reason:
+            terms = replace(self.terms, at=at, ahead=x - old.u, passes=0)
+            report = self.report = solve(self.model, old, self.conditions(at), terms)
+            new, reason = report.state, report.reason
+            self.report = replace(report, iterations=iterations + report.iterations)
+        if new is None:
+            self.cuts, self.step = self.cuts + 1, 0.5 * self.step
+            if self.step < self.least:
+                self.reason = f"stopped at {self.at:.5g}: {reason}"
+            return False
+        loads = self._held(old.at)[1], report.load
+        work = self.ledger.work + work_of(self.model, old, new, loads, report.fixed)
+        self.ledger = ledger_of(self.model, new, self.ledger.damped, work)
+        self.before, self.state, self.count = old, new, self.count + 1
+        self.length = self._length(new.s - old.s)
+        if iterations <= FAST:
+            self.step = min(GROWTH * self.step, self.most)
+        return True
+
+    def _held(self, at: float) -> tuple[Held, Floats, Floats]:
+        """Conditions at a parameter, loads with the pressures on faces, and pressures of the points."""
+        given = self.conditions(at)
+        water = Water(self.model, given.pressures, given.flows)
+        agree("water that follows openings: expected none on a branch" if water.moves else "")
+        now = held(self.model, given)
+        return now, now.load + water.outer, water.fixed
+
+    def _located(self) -> tuple[Floats, float, int, str]:
+        """Displacements and parameter of the next step, iterations, and why there are none."""
+        m, old = self.model, self.state
+        change = old.s - self.before.s
+        ratio = self.step / self.length
+        weights = m.area[:, None] * change / (self.length * totals(m.area.sum())[0])
+        x, at = old.u + ratio * (old.u - self.before.u), old.at + ratio * (old.at - self.before.at)
+        none, t = np.zeros(len(x)), self.terms
+        q = equations_of(m, self._held(at)[0].fixed, t.options)
+        for iteration in range(t.iterations + 1):
+            now, load, p = self._held(at)
+            x[q.fixed] = now.values
+            s = m.separations(x)
+            try:
+                response = respond(m, old, s, t.dt, p)
+            except LawError as error:
+                return x, at, iteration, f"the law: {error}"
+            task = Task(now.values, load, p, t.dt, none, 0.0, t.tolerance, t.search)
+            balance = balance_of(q, old, task, x, response.t)
+            missing = self.step - totals((weights * (s - old.s)).sum())[0]
+            if balance.residual <= balance.enough and abs(missing) <= 1e-6 * self.step:
+                return x, at, iteration, ""
+            if iteration == t.iterations or not np.isfinite(balance.residual):
+                break
+            h = APART * (abs(at) or 1.0)
+            then, more, wetter = self._held(at + h)
+            moved = none.copy()
+            moved[q.fixed] = (then.values - now.values) / h
+            pulled = np.einsum("pij,pj->pi", response.D, m.separations(moved))
+            pulled[:, 0] -= (wetter - p) / h
+            slope = (m.stiff(moved) + m.pulled(pulled) - (more - load) / h) * q.free
+            q.assemble(response.D, task, SHIFT, False)
+            first, _, _ = q.step(balance.full, False, True)
+            second, _, _ = q.step(slope, False, False)
+            if first is None or second is None:
+                return x, at, iteration, "the tangent has no solution"
+            second = second + moved
+            reached, rate = totals(
+                (weights * m.separations(first)).sum(), (weights * m.separations(second)).sum()
+            )
+            if not np.isfinite(reached) or not rate:
+                break
+            forward = (missing - reached) / rate
+            x, at = x + first + forward * second, at + forward
+        return x, at, t.iterations, "the iterations end without an equilibrium"
