@@ -31,7 +31,7 @@ contains
     state(n + 1:points%n, :) = 0.0_wp
   end subroutine pad
 
-  !> Set the separations, and the sums over the planes to zero; see whether any increment is long.
+  !> Set the separations, and the sums over the planes to zero; see whether any increment may be long.
   pure subroutine begin_sums(block, points, offset, now, tangent)
     type(block_type), intent(in) :: block                     !! the interface
     type(points_type), intent(in) :: points                   !! the points

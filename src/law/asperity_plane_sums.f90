@@ -29,6 +29,7 @@ contains
         vector_type(now%s(i, 1, before), now%s(i, 2, before), now%s(i, 3, before)), &
         vector_type(now%s(i, 1, after), now%s(i, 2, after), now%s(i, 3, after)))
     end do
+    now%any_long = maxval(now%long(:now%n)) > 0.0_wp
     now%accounts(:now%n, :) = 0.0_wp
   end subroutine find_long
 
@@ -125,7 +126,7 @@ contains
     type(plane_type) :: plane
     type(update_type) :: ended
     type(vector_type) :: from, to
-    real(wp) :: weight
+    real(wp) :: long, weight
     integer(int64) :: i
     m = kernel_constants(block%material, kernel)
     m%guard = .false.
@@ -137,9 +138,11 @@ contains
     if (m%wears) call find_crushed(block, kernel, k, now)
     !$omp simd
     do i = 1, now%n
-      from = vector_type(now%s(i, 1, before), now%s(i, 2, before), now%s(i, 3, before))
-      to = vector_type(now%s(i, 1, after), now%s(i, 2, after), now%s(i, 3, after))
-      state = history_type(old(i, 1), old(i, 2), old(i, 3), now%facets(i, 1), now%facets(i, 2))
+      ! fourth powers of lengths of the other points may leave the range of numbers
+      long = now%long(i)
+      from = vector_type(long*now%s(i, 1, before), long*now%s(i, 2, before), long*now%s(i, 3, before))
+      to = vector_type(long*now%s(i, 1, after), long*now%s(i, 2, after), long*now%s(i, 3, after))
+      state = history_type(old(i, 1), long*old(i, 2), long*old(i, 3), now%facets(i, 1), now%facets(i, 2))
       ended = update_plane(m, growth, plane, 1.0_wp, now%crushed(i), from, to, state)
       now%accounts(i, 1) = now%accounts(i, 1) + weight*ended%spent%rupture
       now%accounts(i, 2) = now%accounts(i, 2) + weight*ended%spent%friction
