@@ -104,19 +104,25 @@ def check_options(
             parser.error(f"--{name} {getattr(o, name)}: expected {text}")
 
 
+CRUSHED = "fc", "Gfc", "Css", "kp", "fcr"
+"""Constants of a joint that crushes, which a wall has not by itself."""
+
+
 def laws(
     wall: Masonry, pattern: Pattern, height: float, tau_v: float, changed: dict[str, float]
 ) -> dict[str, Interface]:
     """Laws of the joints and of the flat cracks in mid-brick; `changed` are constants of the joint."""
+    crushed = {name: changed[name] for name in CRUSHED if name in changed}
+    changed = {name: value for name, value in changed.items() if name not in CRUSHED}
     if unknown := set(changed) - set(wall.joint):
-        raise ValueError(f"{', '.join(sorted(unknown))}: expected {', '.join(wall.joint)}")
+        raise ValueError(f"{', '.join(sorted(unknown))}: expected {', '.join([*wall.joint, *CRUSHED])}")
     if "mu" in wall.joint:
         joint = Material.from_joint(**wall.joint | changed)
         if tau_v:
             raise ValueError(f"tau = {tau_v:g}: expected 0 for dry joints, which do not soften")
     else:
         joint = replace(Material.from_masonry(**wall.joint | changed), kc=1.0, tau_v=tau_v)
-    laws_by_name = {"joint": Interface(replace(joint, height=height), pattern)}
+    laws_by_name = {"joint": Interface(replace(joint, height=height, **crushed), pattern)}
     if wall.crack:
         strength, energy = wall.crack
         eta = 1.0 - strength**2 / (2.0 * MID_BRICK * energy)

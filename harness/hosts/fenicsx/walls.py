@@ -18,7 +18,6 @@ from pathlib import Path
 import numpy as np
 from asperity.fenicsx import COMM, Conditions, Follow, Model, Output, Report, State, Terms, solve, total
 from asperity.fenicsx.equilibrium import SEARCHES
-from asperity.fenicsx.ledger import energy_of
 from asperity.fenicsx.path import ERRORS, LIMIT, PASSES
 from asperity.options import add_options
 from asperity.pattern import Pattern
@@ -90,11 +89,11 @@ class Run:
         forget_memory()
 
     def row(self, report: Report) -> tuple[float, ...]:
-        """Displacement, forces at the base, energy of rupture and friction, iterations, passes, errors."""
-        m, state = self.model, self.follow.state
+        """Displacement, forces at the base, energy of rupture, friction and crushing, iterations, errors."""
+        m = self.model
         F = report.reaction.reshape(-1, m.d)[self.bottom]
         along, up = (total(F[:, k].sum()) / 1e3 for k in (0, -1))
-        spent = (energy_of(m, state, "rupture") + energy_of(m, state, "friction")) / 1e3
+        spent = self.follow.ledger.spent / 1e3
         return self.follow.at, -along, up, spent, report.iterations, report.passes, *report.errors
 
 
