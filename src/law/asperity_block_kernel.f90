@@ -4,11 +4,11 @@ module asperity_block_kernel
   use asperity_chunk, only: begin_sums, end_sums, group, pad
   use asperity_contract, only: facet_statev, n_facet_statev, n_statev, plane_statev, v_offset
   use asperity_kinds, only: wp
-  use asperity_plane_sums, only: find_long, sum_plane
+  use asperity_plane_sums, only: find_long, sum_accounts, sum_plane
   use asperity_types, only: block_type, chunk, chunk_type, i_traction, points_type
   implicit none
   private
-  public :: columns_bounded, find_long, sum_plane, update_block
+  public :: columns_bounded, find_long, sum_accounts, sum_plane, update_block
 
 contains
 

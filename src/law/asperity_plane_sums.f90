@@ -13,7 +13,7 @@ module asperity_plane_sums
   use asperity_wear, only: crushed_share
   implicit none
   private
-  public :: find_long, sum_plane
+  public :: find_long, sum_accounts, sum_plane
 
 contains
 
@@ -45,13 +45,7 @@ contains
     integer :: kernel
     kernel = kernel_of(block%material, block%planes(k)%slope)
     ! from the states at the start, which the loop below may replace
-    if (now%any_long) then
-      if (exact_kernel(kernel) == kernel_straight) then
-        call add_accounts(block, kernel_straight, k, now, old)
-      else
-        call add_accounts(block, kernel_general, k, now, old)
-      end if
-    end if
+    if (now%any_long) call sum_accounts(block, kernel, k, now, old)
     ! kernel and wish are literals, so that the compiler generates a loop without branches for each
     if (present(tangent)) then
       select case (kernel)
@@ -113,7 +107,22 @@ contains
     end if
   end subroutine find_crushed
 
-  !> Add rupture and friction of one plane to the accounts, which hold for the points whose increment is long.
+  !> Add rupture and friction of one plane to the accounts, which hold for the points whose increment is long. Public,
+  !> so that the compiler keeps it apart: within the loops of sum_plane it makes them 7 % slower.
+  pure subroutine sum_accounts(block, kernel, k, now, old)
+    type(block_type), intent(in) :: block                     !! the interface
+    integer, intent(in) :: kernel                             !! that of the plane
+    integer, intent(in) :: k                                  !! plane
+    type(chunk_type), intent(inout) :: now                    !! separations; accounts, to which the plane is added
+    real(wp), intent(in) :: old(now%n_old, n_plane_statev)    !! state of the plane at the start
+    if (exact_kernel(kernel) == kernel_straight) then
+      call add_accounts(block, kernel_straight, k, now, old)
+    else
+      call add_accounts(block, kernel_general, k, now, old)
+    end if
+  end subroutine sum_accounts
+
+  !> The same with a literal kernel.
   pure subroutine add_accounts(block, kernel, k, now, old)
     type(block_type), intent(in) :: block                     !! the interface
     integer, intent(in) :: kernel                             !! which one, a literal
