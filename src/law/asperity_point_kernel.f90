@@ -19,7 +19,7 @@ module asperity_point_kernel
   use asperity_width, only: vector_width
   implicit none
   private
-  public :: kinematics_type, plane_kinematics, update_point_in_place
+  public :: kinematics_type, plane_kinematics, update_point_in_place, sum_accounts
 
   !> Separations of a plane, components along its axes (n, t, h).
   type :: kinematics_type
@@ -90,13 +90,7 @@ contains
     kernel = kernel_of(joint%material, joint%pattern%steepest)
     accounts = dissipation_type(0.0_wp, 0.0_wp)
     long = long_increment(joint%material, growth, from, to) > 0.0_wp
-    if (long) then
-      if (exact_kernel(kernel) == kernel_straight) then
-        call sum_accounts(joint, kernel_straight, growth, part, from, to, planes, accounts)
-      else
-        call sum_accounts(joint, kernel_general, growth, part, from, to, planes, accounts)
-      end if
-    end if
+    if (long) call sum_accounts(joint, kernel, growth, part, from, to, planes, accounts)
     select case (kernel)
     case (kernel_straight)
       call sum_planes(joint, kernel_straight, growth, part, from, to, planes, sums)
@@ -180,6 +174,7 @@ contains
     type(vector_type), intent(in) :: to           !! separation at the end, length
     type(planes_type), intent(inout) :: planes    !! -> shares
     type(material_type) :: m
+    type(plane_type) :: plane
     integer :: k
     m = kernel_constants(joint%material, kernel)
     m%by_points = .false.
@@ -187,12 +182,29 @@ contains
     if (.not. m%kt_crush > 0.0_wp) return
     !$omp simd
     do k = 1, planes%n
-      planes%crushed(k) = crushed_share(m, plane_of(joint%pattern, k), to)
+      plane = plane_of(joint%pattern, k)
+      planes%crushed(k) = crushed_share(m, plane, to)
     end do
   end subroutine find_crushed
 
-  !> Sum rupture and friction of a long increment over the planes.
+  !> Sum rupture and friction of a long increment over the planes. Public, so that the compiler keeps it apart.
   pure subroutine sum_accounts(joint, kernel, growth, wearing, from, to, planes, accounts)
+    type(interface_type), intent(in) :: joint     !! material and pattern
+    integer, intent(in) :: kernel                 !! that of the planes
+    type(growth_type), intent(in) :: growth       !! of the damage
+    real(wp), intent(in) :: wearing               !! part of the wear of the increment that is done, 0 to 1
+    type(vector_type), intent(in) :: from, to     !! separation at start and end, length
+    type(planes_type), intent(inout) :: planes    !! state of the planes at the start
+    type(dissipation_type), intent(out) :: accounts   !! energies
+    if (exact_kernel(kernel) == kernel_straight) then
+      call add_accounts(joint, kernel_straight, growth, wearing, from, to, planes, accounts)
+    else
+      call add_accounts(joint, kernel_general, growth, wearing, from, to, planes, accounts)
+    end if
+  end subroutine sum_accounts
+
+  !> The same with a literal kernel.
+  pure subroutine add_accounts(joint, kernel, growth, wearing, from, to, planes, accounts)
     type(interface_type), intent(in) :: joint     !! material and pattern
     integer, intent(in) :: kernel                 !! which one, a literal
     type(growth_type), intent(in) :: growth       !! of the damage
@@ -226,7 +238,7 @@ contains
       friction = friction + (plane%gamma*m%k_t)*now%spent%friction
     end do
     accounts = dissipation_type(0.5_wp*rupture, 0.5_wp*friction)
-  end subroutine sum_accounts
+  end subroutine add_accounts
 
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
   pure subroutine sum_planes(joint, kernel, growth, wearing, from, to, planes, sums)

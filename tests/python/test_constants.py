@@ -80,6 +80,25 @@ def test_command_masonry(said: Callable) -> None:
     assert max(forces) == pytest.approx(0.504, abs=0.01)
 
 
+@pytest.mark.usefixtures("folder")
+def test_compressive_strength_of_masonry(said: Callable) -> None:
+    """The strength of prisms comes into the case; its energy has no default, but a hint in N/mm."""
+    out, _ = said(f"masonry {JOINT} fm=10.5 Gfc=60 kp=.09 E=16700 h=52 -o prism.nml")
+    # joint and unit in series: 1/(1/82 + 52/16700)
+    assert "joint and unit in series: K = 65.32" in out and "plus n fm^2/(2 K)" in out
+    material = read_case("prism.nml").runs[0].material
+    assert (material.fc, material.Gfc, material.Css, material.kp) == (10.5, 60.0, 9.0, 0.09)
+    # below 12 MPa 1.6 mm fm (Lourenço 1996)
+    assert "with fm in MPa is 16.8 N/mm" in said(f"masonry {JOINT} fm=10.5", 1)[1]
+    assert "with fm in MPa is 22 N/mm" in said(f"masonry {JOINT} fm=19.6", 1)[1]
+    for alone in ("Gfc=60", "kp=.1", "fb=9", "fm=0 Gfc=60"):
+        assert "expected fm=VALUE beside it" in said(f"masonry {JOINT} {alone}", 1)[1]
+    assert "fm = -1: expected" in said(f"masonry {JOINT} fm=-1 Gfc=60", 1)[1]
+    doubts = said(f"masonry {JOINT} fm=10.5 Gfc=1 fb=9 E=16700 h=52")[1]
+    assert "fm = 10.5: expected at most fb = 9" in doubts
+    assert "Gfc = 1: expected more than fm^2/K = 1.688 of a course" in doubts
+
+
 BESIDE = [None, "", "x", "1_0", "nan", [], {}, object(), 1j, float("nan"), float("inf"), -1.0, 10**400]
 
 
