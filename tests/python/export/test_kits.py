@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import re
 import shutil
@@ -242,6 +241,12 @@ def test_environment(platform: str, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.skipif(not shutil.which("gfortran"), reason="no gfortran")
 def test_environment_compiles_and_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The commands of the environment file make a library, also under the suffix of fixed form; it runs."""
+    # Abaqus provides these
+    (tmp_path / "abaqus.c").write_text(
+        "".join(f"void {name}_(void) {{}}\n" for name in ("stdb_abqerr", "xit", "xplb_abqerr", "xplb_exit"))
+    )
+    command = [os.environ.get("CC", "cc"), "-shared", "-fPIC", "abaqus.c", "-o", "libabaqus.so"]
+    subprocess.run(command, cwd=tmp_path, check=True)
     (tmp_path / "user.f").write_bytes((installed.abaqus() / "asperity_abaqus.f90").read_bytes())
     words = {"%I": str(tmp_path), "%P": "user.f", "%U": "libuser.so", "%F": "user.o"}
     commands = settings("gfortran", "linux", monkeypatch)
@@ -252,14 +257,9 @@ def test_environment_compiles_and_links(tmp_path: Path, monkeypatch: pytest.Monk
                 word = word.replace(mark, text)
             # what is left is a list of Abaqus' own files
             command += [] if "%" in word else [word]
+        # found by this library alone, and by no other one of the process
+        command += ["libabaqus.so", f"-Wl,-rpath,{tmp_path}"] if setting == "link_sl" else []
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert (done.returncode, done.stderr) == (0, "")
-    # Abaqus provides these
-    (tmp_path / "abaqus.c").write_text(
-        "".join(f"void {name}_(void) {{}}\n" for name in ("stdb_abqerr", "xit", "xplb_abqerr", "xplb_exit"))
-    )
-    command = [os.environ.get("CC", "cc"), "-shared", "-fPIC", "abaqus.c", "-o", "libabaqus.so"]
-    subprocess.run(command, cwd=tmp_path, check=True)
-    ctypes.CDLL(str(tmp_path / "libabaqus.so"), mode=ctypes.RTLD_GLOBAL)
     end = run_standard(model(WRITTEN["single_standard.inp"]), tmp_path / "libuser.so")[-1]
     assert abs(end[2] - RESIDUAL) < 1.0e-9
