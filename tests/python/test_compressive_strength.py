@@ -205,38 +205,39 @@ def test_aim(option: str) -> None:
     assert bounded > POINTS
 
 
+@pytest.mark.parametrize("kind", range(3))
 @pytest.mark.parametrize("option", ["paper", "crush and wear", "dashpot and bond", "all and a dashpot"])
-def test_implex(option: str) -> None:
+def test_implex(option: str, kind: int) -> None:
     """Traction, errors and state of IMPL-EX are those of the reference; the strength comes last in STATEV."""
     constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | OPTIONS[option]
-    parameters, rng, crushed = reference.Parameters(**constants), np.random.default_rng(SEED), 0
-    for (sides, share), strength in zip(((0, 1.0), (2, 0.0), (5, 0.3)), CAPS, strict=True):
-        joint = Interface(Material(**constants, **strength), Pattern.regular(sides, 30.0, share, 20.0))
-        planes, props = reference.regular_pattern(sides, 30.0, share, 20.0), joint.props(implex=0.1)
-        names = contract.umat_names(*contract.check(props), 0.1, yields=True)
-        of_law = [*range(joint.nstatv - 2), len(names) - 2, len(names) - 1]
-        assert names[-2:] == ("kappa", "crushing") and len(names) == joint.nstatv + 7 + joint.n_planes
-        s, state, own = np.zeros(3), np.zeros(len(names)), implex.Own.virgin(joint.n_planes)
-        for step in range(20):
-            dt = float(10 ** rng.uniform(-1.0, 0.5))
-            end, first = walk(rng, joint, s[None])[0], step in (0, 7)
-            law = state[of_law]
-            expected, own = implex.step(parameters, planes, s, end, law, own, first, dt, cap.Cap(**strength))
-            kinc = 1 if first else step + 1
-            out = umat(LIBRARY, props, np.zeros(3), state, s, end - s, dt, kinc=kinc)
-            # the separation at the end is the sum of STRAN and DSTRAN
-            plain = joint.update(s[None] + (end - s)[None], law[None], s[None], dt)
-            size = np.abs([*expected, *plain.traction[0]]).max() + parameters.Kn * max(1.0, parameters.kc) * (
-                np.abs([*end, *s, *own.aim]).max() + plain.kappa[0] + joint.material.s_f
-            )
-            scale = 1.0 + size * joint.material.s_f + np.abs(plain.state).max()
-            assert_within("state", out.state[of_law], plain.state[0], 1e-10 * scale)
-            assert_within("traction", out.stress, expected, 1e-9 * size)
-            values = dict(zip(names, out.state.tolist(), strict=True))
-            assert values["e_t"] == pytest.approx(own.e_t, abs=1e-8 * size / constants["sigma0"])
-            crushed += values["kappa"] > law[-2]
-            state, s = out.state, end
-    assert crushed > 10
+    parameters, rng, crushed = reference.Parameters(**constants), np.random.default_rng([SEED, kind]), 0
+    (sides, share), strength = ((0, 1.0), (2, 0.0), (5, 0.3))[kind], CAPS[kind]
+    joint = Interface(Material(**constants, **strength), Pattern.regular(sides, 30.0, share, 20.0))
+    planes, props = reference.regular_pattern(sides, 30.0, share, 20.0), joint.props(implex=0.1)
+    names = contract.umat_names(*contract.check(props), 0.1, yields=True)
+    of_law = [*range(joint.nstatv - 2), len(names) - 2, len(names) - 1]
+    assert names[-2:] == ("kappa", "crushing") and len(names) == joint.nstatv + 7 + joint.n_planes
+    s, state, own = np.zeros(3), np.zeros(len(names)), implex.Own.virgin(joint.n_planes)
+    for step in range(20):
+        dt = float(10 ** rng.uniform(-1.0, 0.5))
+        end, first = walk(rng, joint, s[None])[0], step in (0, 7)
+        law = state[of_law]
+        expected, own = implex.step(parameters, planes, s, end, law, own, first, dt, cap.Cap(**strength))
+        kinc = 1 if first else step + 1
+        out = umat(LIBRARY, props, np.zeros(3), state, s, end - s, dt, kinc=kinc)
+        # the separation at the end is the sum of STRAN and DSTRAN
+        plain = joint.update(s[None] + (end - s)[None], law[None], s[None], dt)
+        size = np.abs([*expected, *plain.traction[0]]).max() + parameters.Kn * max(1.0, parameters.kc) * (
+            np.abs([*end, *s, *own.aim]).max() + plain.kappa[0] + joint.material.s_f
+        )
+        scale = 1.0 + size * joint.material.s_f + np.abs(plain.state).max()
+        assert_within("state", out.state[of_law], plain.state[0], 1e-10 * scale)
+        assert_within("traction", out.stress, expected, 1e-9 * size)
+        values = dict(zip(names, out.state.tolist(), strict=True))
+        assert values["e_t"] == pytest.approx(own.e_t, abs=1e-8 * size / constants["sigma0"])
+        crushed += values["kappa"] > law[-2]
+        state, s = out.state, end
+    assert crushed > 2
     state[:] = np.nan
     with errors() as said:
         out = umat(LIBRARY, props, np.zeros(3), state, s, np.zeros(3), 1.0)
