@@ -7,6 +7,7 @@ along N only.  The state is that of the law and, behind it, kappa and the energy
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -45,6 +46,13 @@ class Cap:
         return np.sqrt(np.maximum(left, 0.0))
 
 
+AT_ONCE = 31
+"""Most closures that are tried at once."""
+
+BITS = 75
+"""Halvings of the bracket of a closure."""
+
+
 def virgin(pattern: reference.Pattern, wears: bool = False) -> Floats:
     """State of a virgin point: that of the law, kappa and its energy."""
     return np.zeros(len(reference.virgin(pattern, wears)) + 2)
@@ -64,13 +72,15 @@ def update(
     start = _closed(s_old, kappa_old)
 
     def law(kappa: Floats) -> reference.Response:
-        """The law with a plastic closure at the end."""
-        return reference.update(parameters, pattern, _closed(s, kappa), of_law, start, dt)
+        """The law with plastic closures (m n,) at the end, m times that of each point."""
+        seen, old, begun = (np.tile(a, (len(kappa) // len(s), 1)) for a in (s, of_law, start))
+        return reference.update(parameters, pattern, _closed(seen, kappa), old, begun, dt)
 
-    def exceeds(kappa: Floats) -> NDArray[np.bool_]:
-        """Whether the pressure exceeds its bound."""
+    def exceeds(kappas: Floats) -> NDArray[np.bool_]:
+        """Whether the pressure exceeds its bound, (m, n)."""
+        kappa = kappas.ravel()
         t = law(kappa).traction
-        return (t[:, 0] < 0.0) & (-t[:, 0] > cap.largest_pressure(t, kappa))
+        return ((t[:, 0] < 0.0) & (-t[:, 0] > cap.largest_pressure(t, kappa))).reshape(kappas.shape)
 
     kappa = _smallest(exceeds, kappa_old, parameters.s0)
     end = law(kappa)
@@ -100,15 +110,20 @@ def frozen_traction(
     """Traction (n, 3) at s with the variables of the aim, the largest pressure among them."""
     at_aim, new = update(parameters, cap, pattern, aim, state, s_old, dt)
     most = cap.largest_pressure(at_aim, new[:, -2])
-    law = frozen.law(
-        parameters, pattern, _closed(aim, new[:, -2]), state[:, :-2], _closed(s_old, state[:, -2]), dt
-    )
+    given = _closed(aim, new[:, -2]), state[:, :-2], _closed(s_old, state[:, -2])
 
-    def exceeds(kappa: Floats) -> NDArray[np.bool_]:
-        """Whether the pressure exceeds its bound."""
-        return -law(_closed(s, kappa))[:, 0] > most
+    @functools.cache
+    def law(m: int) -> Callable[[Floats], Floats]:
+        """The law of m times these points."""
+        return frozen.law(parameters, pattern, *(np.tile(a, (m, 1)) for a in given), dt)
 
-    return law(_closed(s, _smallest(exceeds, state[:, -2], parameters.s0)))
+    def exceeds(kappas: Floats) -> NDArray[np.bool_]:
+        """Whether the pressure exceeds its bound, (m, n)."""
+        m = len(kappas)
+        pressure = -law(m)(_closed(np.tile(s, (m, 1)), kappas.ravel()))[:, 0]
+        return pressure.reshape(kappas.shape) > most
+
+    return law(1)(_closed(s, _smallest(exceeds, state[:, -2], parameters.s0)))
 
 
 def _closed(s: Floats, kappa: Floats) -> Floats:
@@ -117,20 +132,33 @@ def _closed(s: Floats, kappa: Floats) -> Floats:
 
 
 def _smallest(exceeds: Callable[[Floats], NDArray[np.bool_]], start: Floats, length: float) -> Floats:
-    """Plastic closures (n,) from the start on at which nothing is exceeded, by bisection."""
-    low, high, step = start.copy(), start.copy(), 1e-4 * length
-    while (above := exceeds(high)).any():
-        high = np.where(above, start + step, high)
-        step *= 1.5
+    """Plastic closures (n,) from the start on at which nothing is exceeded, by sections.
+
+    exceeds takes closures (m, n), many of them at once where the points are few.
+    """
+    m = max(1, AT_ONCE // len(start))
+    growth, step, low, high = 1.5 ** np.arange(m)[:, None], 1e-4 * length, start, start
+    exceeded = exceeds(start[None])[0]
+    while exceeded.any():
+        grid = start + step * growth
+        above = exceeds(grid)
+        high = np.where(exceeded & ~above.all(0), grid[np.argmin(above, axis=0), np.arange(len(start))], high)
+        exceeded = exceeded & above.all(0)
+        step *= 1.5**m
+
+    def between(low: Floats, high: Floats, grid: Floats) -> tuple[Floats, Floats]:
+        """The last closure (n,) before the first of a grid (m, n) that exceeds nothing, and this one."""
+        for middle, above in zip(grid, exceeds(grid), strict=True):
+            low = np.where(above & (middle < high), middle, low)
+            high = np.where(above, high, np.minimum(high, middle))
+        return low, high
+
     # an excess may fall below zero, rise and fall again: the first of some closures between
-    first, last = low.copy(), high.copy()
-    for part in np.linspace(0.0, 1.0, BETWEEN)[1:-1]:
-        middle = first + part * (last - first)
-        above = exceeds(middle)
-        low = np.where(above & (middle < high), middle, low)
-        high = np.where(above, high, np.minimum(high, middle))
-    for _ in range(75):
-        middle = 0.5 * (low + high)
-        above = exceeds(middle)
-        low, high = np.where(above, middle, low), np.where(above, high, middle)
+    first, last = low, high
+    parts = np.linspace(0.0, 1.0, BETWEEN)[1:-1, None]
+    for some in np.array_split(parts, -(-len(parts) // m)):
+        low, high = between(low, high, first + some * (last - first))
+    sections = np.arange(1, m + 1)[:, None] / (m + 1)
+    for _ in range(int(np.ceil(BITS / np.log2(m + 1)))):
+        low, high = between(low, high, low + sections * (high - low))
     return high
