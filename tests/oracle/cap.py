@@ -66,8 +66,12 @@ def update(
     state: Floats,
     s_old: Floats,
     dt: float = 0.0,
+    tried: Floats | None = None,
 ) -> tuple[Floats, Floats]:
-    """Traction (n, 3) and state of points after an increment; arguments as in `reference.update`."""
+    """Traction (n, 3) and state of points after an increment; arguments as in `reference.update`.
+
+    tried: closures (n,) that are tried, too: the excess may fall to zero between others and rise again.
+    """
     of_law, kappa_old = state[:, :-2], state[:, -2]
     start = _closed(s_old, kappa_old)
 
@@ -82,7 +86,7 @@ def update(
         t = law(kappa).traction
         return ((t[:, 0] < 0.0) & (-t[:, 0] > cap.largest_pressure(t, kappa))).reshape(kappas.shape)
 
-    kappa = _smallest(exceeds, kappa_old, parameters.s0)
+    kappa = _smallest(exceeds, kappa_old, parameters.s0, tried)
     end = law(kappa)
     # wear by the work so far belongs to the increment, not to its start
     still = replace(parameters, W0=np.inf) if parameters.W0 > 0.0 else parameters
@@ -106,9 +110,10 @@ def frozen_traction(
     state: Floats,
     s_old: Floats,
     dt: float = 0.0,
+    tried: Floats | None = None,
 ) -> Floats:
-    """Traction (n, 3) at s with the variables of the aim, the largest pressure among them."""
-    at_aim, new = update(parameters, cap, pattern, aim, state, s_old, dt)
+    """Traction (n, 3) at s with the variables of the aim and its largest pressure; tried as in `update`."""
+    at_aim, new = update(parameters, cap, pattern, aim, state, s_old, dt, tried)
     most = cap.largest_pressure(at_aim, new[:, -2])
     given = _closed(aim, new[:, -2]), state[:, :-2], _closed(s_old, state[:, -2])
 
@@ -131,7 +136,12 @@ def _closed(s: Floats, kappa: Floats) -> Floats:
     return s + kappa[:, None] * [1.0, 0.0, 0.0]
 
 
-def _smallest(exceeds: Callable[[Floats], NDArray[np.bool_]], start: Floats, length: float) -> Floats:
+def _smallest(
+    exceeds: Callable[[Floats], NDArray[np.bool_]],
+    start: Floats,
+    length: float,
+    tried: Floats | None = None,
+) -> Floats:
     """Plastic closures (n,) from the start on at which nothing is exceeded, by sections.
 
     exceeds takes closures (m, n), many of them at once where the points are few.
@@ -155,9 +165,12 @@ def _smallest(exceeds: Callable[[Floats], NDArray[np.bool_]], start: Floats, len
 
     # an excess may fall below zero, rise and fall again: the first of some closures between
     first, last = low, high
-    parts = np.linspace(0.0, 1.0, BETWEEN)[1:-1, None]
-    for some in np.array_split(parts, -(-len(parts) // m)):
-        low, high = between(low, high, first + some * (last - first))
+    grid = first + np.linspace(0.0, 1.0, BETWEEN)[1:-1, None] * (last - first)
+    if tried is not None:
+        further = [tried, tried + 1e-12 * length, tried + 1e-9 * length]
+        grid = np.sort(np.clip(np.vstack([grid, *further]), first, last), axis=0)
+    for some in np.array_split(grid, -(-len(grid) // m)):
+        low, high = between(low, high, some)
     sections = np.arange(1, m + 1)[:, None] / (m + 1)
     for _ in range(int(np.ceil(BITS / np.log2(m + 1)))):
         low, high = between(low, high, low + sections * (high - low))
