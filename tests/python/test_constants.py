@@ -93,7 +93,8 @@ def test_compressive_strength_of_masonry(said: Callable) -> None:
     assert "with fm in MPa is 22 N/mm" in said(f"masonry {JOINT} fm=19.6", 1)[1]
     for alone in ("Gfc=60", "kp=.1", "fb=9", "fm=0 Gfc=60"):
         assert "expected fm=VALUE beside it" in said(f"masonry {JOINT} {alone}", 1)[1]
-    assert "fm = -1: expected" in said(f"masonry {JOINT} fm=-1 Gfc=60", 1)[1]
+    for wrong in ("-1", "nan"):
+        assert f"fm = {wrong}: expected" in said(f"masonry {JOINT} fm={wrong} Gfc=60", 1)[1]
     doubts = said(f"masonry {JOINT} fm=10.5 Gfc=1 fb=9 E=16700 h=52")[1]
     assert "fm = 10.5: expected at most fb = 9" in doubts
     assert "Gfc = 1: expected more than fm^2/K = 1.688 of a course" in doubts

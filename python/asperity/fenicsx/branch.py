@@ -92,8 +92,7 @@ class Branch:
     @property
     def unbalanced(self) -> float:
         """Change of the balance of all energies over the work: what a snap has released is below 0."""
-        gained = self.ledger.balance - self.start
-        return gained / abs(self.ledger.work) if self.ledger.work else gained
+        return self.ledger.unbalanced(self.start)
 
     def _length(self, s: Floats) -> float:
         """Root of the mean of the squares of separations (p, 3) over the area."""

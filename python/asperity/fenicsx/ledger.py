@@ -32,6 +32,11 @@ class Ledger:
         """Energy that nobody has given: at rest a constant, else it falls by numerical damping."""
         return self.kinetic + self.elastic + self.stored + self.spent + self.damped - self.work
 
+    def unbalanced(self, start: float) -> float:
+        """Change of the balance since one over the work: what a snap has released is below 0."""
+        gained = self.balance - start
+        return gained / abs(self.work) if self.work else gained
+
 
 def energy_of(m: Model, state: State, name: str) -> float:
     """Sum over all joints of an energy per area: stored, rupture, friction or, with fc, crushing."""

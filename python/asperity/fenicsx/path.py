@@ -142,8 +142,7 @@ class Follow:
     @property
     def unbalanced(self) -> float:
         """Change of the balance of all energies over the work: what a snap has released is below 0."""
-        gained = self.ledger.balance - self.start
-        return gained / abs(self.ledger.work) if self.ledger.work else gained
+        return self.ledger.unbalanced(self.start)
 
     def to(self, end: float) -> Iterator[Report]:
         """Take steps to a value, and yield the report of each; raises Stopped where the path ends before."""

@@ -44,7 +44,7 @@ def add_arguments(mesh: argparse.ArgumentParser) -> None:
         ("--direction X", "of a vector: Tx is its projection onto the joint", float, {"nargs": "+"}),
         (
             "--host",
-            "default: by the ending .inp, .mdpa, .vtu of the output",
+            "default: by the ending of the output",
             str,
             choices,
         ),
@@ -54,7 +54,7 @@ def add_arguments(mesh: argparse.ArgumentParser) -> None:
         ),
         ("--layer H", "thickness of the solids that are joints in CalculiX and OpenGeoSys", 0.0),
     )
-    add_output(mesh, "FILE", "mesh with joints: .inp, .mdpa, .vtu", Path)
+    add_output(mesh, "FILE", "mesh with joints, whose ending chooses the host", Path)
     mesh.set_defaults(action=_mesh)
 
 
@@ -62,11 +62,11 @@ def _mesh(options: argparse.Namespace) -> int:
     """Split the mesh, write it and print its counts."""
     from ..case_files import read_run
     from ..model_checks import shown_warnings
-    from .hosts import beside, of_ending, write
+    from .hosts import beside, endings, of_ending, write
     from .split import split
 
     if options.output is None:
-        raise ValueError("-o: expected the name of the mesh to write, .inp, .mdpa or .vtu")
+        raise ValueError(f"-o: expected the name of the mesh to write, {', '.join(endings(options.host))}")
     ending = options.output.suffix
     able = of_ending(ending)
     if not able:

@@ -34,7 +34,7 @@ def write(
 ) -> list[Path]:
     """Write a mesh for a host and return the files.
 
-    host: abaqus, calculix, kratos, ogs, or vtu for ParaView; by default that of the ending .inp, .mdpa, .vtu.
+    host: one of `asperity.hosts`, vtu for ParaView; by default the first of the ending of the file.
     laws: of joints by name, whose material blocks are written, too.  layer: thickness of the solids by which
     CalculiX and OpenGeoSys represent joints.
 
@@ -109,6 +109,12 @@ def of_ending(ending: str) -> list[str]:
     return sorted(
         (name for name in meshes if meshes[name].ending == ending), key=lambda k: not meshes[k].default
     )
+
+
+def endings(host: str | None = None) -> list[str]:
+    """Endings of meshes of all hosts, or of one."""
+    kinds = [hosts.of(host, "mesh")] if host else [entry.mesh for entry in hosts.hosts("mesh").values()]
+    return sorted({kind.ending for kind in kinds if kind})
 
 
 def _check_faces(mesh: Jointed, host: str, layer: bool) -> None:

@@ -269,7 +269,7 @@ def _checked(options: argparse.Namespace) -> tuple[dict[str, float], list[float]
     if values.get("fm", 0.0) > 0.0 and "Gfc" not in values:
         hint = f"that of masonry with fm in MPa is {of_masonry(values['fm']):.3g} N/mm"
         bad.append(f"Gfc is missing: expected Gfc=VALUE beside fm; {hint}")
-    if values.get("fm", 0.0) < 0.0:
+    if not values.get("fm", 0.0) >= 0.0:
         bad.append(f"fm = {texts['fm']}: expected a compressive strength >= 0")
     if not values.get("fm"):
         alone = [name for name in ("Gfc", "Css", "kp", *UNITS) if name in values]
