@@ -85,6 +85,14 @@ def test_peak_of_a_bell(said: Callable) -> None:
         assert test["fitted"]["peak"] < test["measured"]["peak"] + 2.0 * 0.01 / np.sqrt(3.0)
 
 
+def test_bond_that_stays_elastic(said: Callable) -> None:
+    """A line without an end shows a stiffness, and no strength: exit code 3 with the reason."""
+    for factor, reason in ((7.0, "nothing is known about its strength"), (3.0, "no result")):
+        rows = [f"{slip:.4g},{factor * slip:.4g}" for slip in np.linspace(0.01, 1.0, 60)]
+        Path("tests.csv").write_text("\n".join(["slip [mm],tau [MPa]", *rows]), encoding="utf-8")
+        assert reason in said("fit tests.csv --sigma-N 0", 3)[0]
+
+
 def test_flat_joint(said: Callable) -> None:
     """--sides 0 is a joint without slopes, also where its rows have a dilation."""
     drawn = other_laws.mohr_coulomb(np.random.default_rng([3, 1]), 2, 40)
