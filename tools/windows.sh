@@ -7,12 +7,14 @@ folder=$PWD/build/windows
 triplet=x86_64-w64-mingw32
 
 missing=""
-command -v $triplet-gfortran-posix >/dev/null || missing="gfortran-mingw-w64-x86-64-posix g++-mingw-w64-x86-64-posix"
+for compiler in gcc g++ gfortran; do
+  command -v $triplet-$compiler-posix >/dev/null || missing="$missing $compiler-mingw-w64-x86-64-posix"
+done
 command -v wine >/dev/null || missing="$missing wine64 wine"
 if [ -n "$missing" ]; then
   # shellcheck disable=SC2086  # a list of words
   { apt-get update -q && env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing; } || {
-    echo "left out; as root: apt-get install $missing"
+    echo "left out; as root: apt-get install$missing"
     exit 77
   }
 fi
