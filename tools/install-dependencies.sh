@@ -61,9 +61,10 @@ else
   stop "neither root nor sudo here; as root: apt-get install$missing"
 fi
 wanted=$missing
+# a package source that does not answer is no reason to stop
+$as_root apt-get update -q
 # shellcheck disable=SC2086  # lists of words
-$as_root apt-get update -q &&
-  $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $wanted ||
+$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $wanted ||
   stop "apt-get failed"
 look
 [ -z "$missing" ] || stop "still missing after apt-get install$wanted (CMake >= 3.22 and Python >= 3.10 are needed)"

@@ -12,7 +12,7 @@ found=$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
   exit 77
 }
 command -v mvn >/dev/null ||
-  { apt-get update -q && env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends maven; } || {
+  { apt-get update -q; env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends maven; } || {
   echo "left out; as root: apt-get install maven"
   exit 77
 }
