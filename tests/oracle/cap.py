@@ -78,7 +78,7 @@ def update(
     def law(kappa: Floats) -> reference.Response:
         """The law with plastic closures (m n,) at the end, m times that of each point."""
         seen, old, begun = (np.tile(a, (len(kappa) // len(s), 1)) for a in (s, of_law, start))
-        return reference.update(parameters, pattern, _closed(seen, kappa), old, begun, dt)
+        return reference.update(parameters, pattern, _closed(seen, kappa), old, begun, dt, tangent=False)
 
     def exceeds(kappas: Floats) -> NDArray[np.bool_]:
         """Whether the pressure exceeds its bound, (m, n)."""
@@ -90,7 +90,7 @@ def update(
     end = law(kappa)
     # wear by the work so far belongs to the increment, not to its start
     still = replace(parameters, W0=np.inf) if parameters.W0 > 0.0 else parameters
-    begin = reference.update(still, pattern, start, of_law, start)
+    begin = reference.update(still, pattern, start, of_law, start, tangent=False)
     pressures = np.maximum(-begin.traction[:, 0], 0.0) + np.maximum(-end.traction[:, 0], 0.0)
     spent = 0.5 * pressures * (kappa - kappa_old)
     if parameters.c == 0.0:

@@ -10,6 +10,7 @@ along the arc.  Components are (N, Tx, Ty).  Separations and omega may be comple
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,6 +33,19 @@ class Facet:
     gradient: Floats
     height: Floats
     by_omega: Floats
+
+
+def gaps(frame: Floats, s: Floats, height: float) -> Callable[[Floats], Floats]:
+    """Gap g (..., k) of the facets at the separation s (..., 3), as a function of their worn share."""
+    axes, T = uphill_axes(frame)
+    w, u, _ = np.moveaxis(np.einsum("kab,...b->...ka", axes, s), -1, 0)
+    z0, dz0, _ = profile(u, T, height)
+
+    def gap(omega: Floats) -> Floats:
+        rho = 1.0 - omega
+        return (w - rho * z0) * (1.0 / np.sqrt(1.0 + (rho * dz0) ** 2))
+
+    return gap
 
 
 def facets(frame: Floats, s: Floats, height: float, omega: Floats) -> Facet:

@@ -27,7 +27,7 @@ def law(
     """Traction (n, 3) as a function of s (n, 3), with variables of aim (n, 3); the rest as in update."""
     normals, weights = pattern
     frame, offset = reference.frames(normals), state[:, 5:8]
-    at_aim = reference.update(parameters, pattern, aim, state, s_old, dt).state
+    at_aim = reference.update(parameters, pattern, aim, state, s_old, dt, tangent=False).state
     alpha, _ = reference._histories(parameters, at_aim, len(weights))
     omega, _ = reference._wear_histories(at_aim, len(weights))
     _, slip = reference._histories(parameters, state, len(weights))

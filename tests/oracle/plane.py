@@ -29,6 +29,13 @@ PARALLEL = 1.0e-12
 """Sine of the inclination below which a plane counts as parallel to the average surface."""
 
 
+OF_CRUSHED = [*((-1.0) ** n / (n + 1.0) for n in range(9, 0, -1)), 0.0]
+"""Coefficients of the series of log(1 + x)/x - 1, highest power first."""
+
+OF_LOGARITHM = [*(1.0 / n for n in range(39, 1, -1)), 0.0, 0.0]
+"""Coefficients of the series of -x - log(1 - x), highest power first."""
+
+
 @dataclass(frozen=True)
 class Parameters:
     """Material parameters of one plane (Table 2); zero sigma02 or Gc2 means equal to the mode I value.
@@ -141,7 +148,7 @@ def driving_force(
 def crushed(parameters: Parameters, p: Floats) -> Floats:
     """Share 1 - log(1 + x)/x of a facet that the pressure p = x crush crushes."""
     x = p / parameters.crush
-    series = sum((-1.0) ** n * x**n / (n + 1.0) for n in range(9, 0, -1))
+    series = np.polyval(OF_CRUSHED, x)
     return np.where(x.real > 1e-2, 1.0 - np.log1p(x) / np.where(x.real > 0.0, x, 1.0), -series)
 
 
@@ -251,7 +258,7 @@ def closing(parameters: Parameters, s: Floats) -> Floats:
     Vm = parameters.closure
     x = bend / Vm
     # -x - log(1 - x), by its series where the terms would cancel
-    series = sum(x**n / n for n in range(2, 40))
+    series = np.polyval(OF_LOGARITHM, x)
     integral = np.where(x.real < 0.2, series, -x - np.log1p(-x))
     edge = bend * Vm / (Vm - bend)
     hyperbola = parameters.kc * parameters.Kn * (Vm**2 * integral + edge * (c - bend))

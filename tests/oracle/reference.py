@@ -15,13 +15,14 @@ Zeros are a virgin point.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import accounts, plane
-from .facet import Facet
+from .facet import Facet, gaps
 from .plane import Floats, Parameters
 
 Pattern = tuple[Floats, Floats]
@@ -112,13 +113,15 @@ def update(
     s_old: ArrayLike | None = None,
     dt: float = 0.0,
     part: bool = False,
+    tangent: bool = True,
 ) -> Response:
     """One increment of the law from (s_old, state) to the total separation s, (22)-(39).
 
     s and s_old are (..., 3), state is as long as ``virgin`` makes it; None means zero.  Leading axes are
     independent points.  dt is the duration of the increment, which has an effect only if tau_v or c > 0; at
     a duration of 0 the dashpot does not act.  The
-    guard asks the rupture of the increment.  part: a small part of an increment, without tangent.
+    guard asks the rupture of the increment.  part: a small part of an increment.  tangent: whether it is
+    asked for; without it the array is empty.
     """
     gamma = pattern[1]
     s = np.asarray(s, dtype=float)
@@ -129,11 +132,10 @@ def update(
     start = _start(parameters, pattern, s_old, state)
     end = _end(parameters, start, s, dt, part=part)
     step = plane.IMAGINARY * parameters.s0
-    shifted = (
-        _end(parameters, start, s + 1j * step * axis, dt, end.omega) for axis in np.eye(3)[: 0 if part else 3]
-    )
-    columns = [end.traction.imag / step for end in shifted]
-    tangent = np.stack(columns, axis=-1) if columns else np.empty((*lead, 3, 0))
+    columns = np.empty((*lead, 3, 0))
+    if tangent:
+        shifted = (_end(parameters, start, s + 1j * step * axis, dt, end.omega) for axis in np.eye(3))
+        columns = np.stack([end.traction.imag / step for end in shifted], axis=-1)
 
     # Energies per unit area; the start of the increment is evaluated from the given state.
     alpha, slip = end.alpha, end.slip
@@ -167,7 +169,7 @@ def update(
     if parameters.wears:
         worn = np.stack([end.omega, work], axis=-1)
         out[..., HEADER + PER_PLANE * len(gamma) :] = worn.reshape(*lead, PER_FACET * len(gamma))
-    return Response(end.traction, out, tangent, end.branch, alpha > start.alpha, long)
+    return Response(end.traction, out, columns, end.branch, alpha > start.alpha, long)
 
 
 def in_parts(
@@ -188,7 +190,7 @@ def in_parts(
     ends = np.unique(np.concatenate([equal, np.geomspace(1e-6, 1.0, parts - parts // 2)]))
     for x, y in itertools.pairwise(ends):
         first, last = (s_old + z * (s - s_old) for z in (x, y))
-        state = update(parameters, pattern, last, state, first, (y - x) * dt, True).state
+        state = update(parameters, pattern, last, state, first, (y - x) * dt, True, False).state
     return state
 
 
@@ -306,21 +308,30 @@ def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | Non
     if parameters.crush == 0.0:
         return start.omega
 
-    def missing(s: Floats, omega: Floats) -> Floats:
-        p = plane.pressure(parameters, plane.kinematics(parameters, start.frame, s, omega)[1])
-        return plane.crushed(parameters, plane.pressure_factor(parameters, start.frame, s) * p) - omega
+    def missing_at(s: Floats) -> Callable[[Floats], Floats]:
+        factor, gap = (
+            plane.pressure_factor(parameters, start.frame, s),
+            gaps(start.frame, s, parameters.height),
+        )
 
+        def missing(omega: Floats) -> Floats:
+            p = plane.pressure(parameters, gap(omega)[..., None])
+            return plane.crushed(parameters, factor * p) - omega
+
+        return missing
+
+    missing = missing_at(s.real)
     if known is None:
         low, high = np.zeros_like(start.omega), np.ones_like(start.omega)
         for _ in range(60):
             middle = 0.5 * (low + high)
-            more = missing(s.real, middle) > 0.0
+            more = missing(middle) > 0.0
             low, high = np.where(more, middle, low), np.where(more, high, middle)
         known = np.maximum(low, start.omega)
     if not np.iscomplexobj(s):
         return known
-    slope = missing(s.real, known + 1j * plane.IMAGINARY).imag / plane.IMAGINARY
-    return known - np.where(known > start.omega, 1j * missing(s, known).imag / slope, 0.0)
+    slope = missing(known + 1j * plane.IMAGINARY).imag / plane.IMAGINARY
+    return known - np.where(known > start.omega, 1j * missing_at(s)(known).imag / slope, 0.0)
 
 
 def _viscous(

@@ -235,19 +235,20 @@ def test_implex(option: str, kind: int) -> None:
         dt = float(10 ** rng.uniform(-1.0, 0.5))
         end, first = walk(rng, joint, s[None])[0], step in (0, 7)
         law = state[of_law]
-        expected, own = implex.step(parameters, planes, s, end, law, own, first, dt, cap.Cap(**strength))
+        given = s[None], end[None], law[None], own, first, dt, cap.Cap(**strength)
+        (expected,), own = implex.step(parameters, planes, *given)
         kinc = 1 if first else step + 1
         out = umat(LIBRARY, props, np.zeros(3), state, s, end - s, dt, kinc=kinc)
         # the separation at the end is the sum of STRAN and DSTRAN
         plain = joint.update(s[None] + (end - s)[None], law[None], s[None], dt)
         size = np.abs([*expected, *plain.traction[0]]).max() + parameters.Kn * max(1.0, parameters.kc) * (
-            np.abs([*end, *s, *own.aim]).max() + plain.kappa[0] + joint.material.s_f
+            np.abs([*end, *s, *own.aim[0]]).max() + plain.kappa[0] + joint.material.s_f
         )
         scale = 1.0 + size * joint.material.s_f + np.abs(plain.state).max()
         assert_within("state", out.state[of_law], plain.state[0], 1e-10 * scale)
         assert_within("traction", out.stress, expected, 1e-9 * size)
         values = dict(zip(names, out.state.tolist(), strict=True))
-        assert values["e_t"] == pytest.approx(own.e_t, abs=1e-8 * size / constants["sigma0"])
+        assert values["e_t"] == pytest.approx(own.e_t[0], abs=1e-8 * size / constants["sigma0"])
         crushed += values["kappa"] > law[-2]
         state, s = out.state, end
     assert crushed > 2

@@ -71,11 +71,9 @@ def test_doors(deck: Path) -> None:
         size = np.abs(traction).max() + material.K * np.abs(s).max()
         for door in DOORS:
             points = DOORS[door].Points(interface.props(), len(SHARES))
-            start = np.zeros((len(SHARES), 3))
-            for k, end in enumerate(s):
-                new = points.step(start, end, float(steps[k]))
-                np.testing.assert_allclose(new, traction[k], 0.0, ROUNDING * size, err_msg=f"{door}, row {k}")
-                start = end
+            starts = [np.zeros((len(SHARES), 3)), *s[:-1]]
+            rows = [points.step(*row) for row in zip(starts, s, steps.tolist(), strict=True)]
+            np.testing.assert_allclose(rows, traction, 0.0, ROUNDING * size, err_msg=door)
             np.testing.assert_allclose(points.state[:, :4], state, 0.0, ROUNDING * (1.0 + size), err_msg=door)
 
 

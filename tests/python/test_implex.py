@@ -37,36 +37,35 @@ def test_reference(option: str) -> None:
     for sides, flat in ((0, 1.0), (2, 0.0), (5, 0.3)):
         joint = Interface(Material(**constants), Pattern.regular(sides, 30.0, flat, 20.0))
         planes, names = reference.regular_pattern(sides, 30.0, flat, 20.0), names_of(joint)
+        props = props_of(joint)
         size, stress = joint.material.s_0, joint.material.K * max(1.0, joint.material.kc)
-        for _ in range(POINTS):
-            s, state, own = np.zeros(3), np.zeros(len(names)), implex.Own.virgin(joint.n_planes)
-            reached, way = 0.0, rng.standard_normal(3)
-            for step in range(STEPS):
-                dt, way = float(10 ** rng.uniform(-1.0, 0.5)), way + rng.standard_normal(3)
-                end, first = s + 0.3 * dt * size * way, step in (0, 7)
-                law = state[: joint.nstatv]
-                expected, own = implex.step(parameters, planes, s, end, law, own, first, dt)
-                out = umat(
-                    LIBRARY,
-                    props_of(joint),
-                    np.zeros(3),
-                    state,
-                    s,
-                    end - s,
-                    dt,
-                    kinc=1 if first else step + 1,
-                )
-                reached = max(reached, float(np.abs([s, end, own.aim]).max()))
-                scale = stress * (reached + size)
-                # the reference finds what is crushed by bisection
-                rounding = (1e-9 if parameters.crush else 1e-11) * (scale + np.abs(expected).max())
-                assert_within("traction", out.stress, expected, rounding)
+        s, state = np.zeros((POINTS, 3)), np.zeros((POINTS, len(names)))
+        own, reached, way = (
+            implex.Own.virgin(joint.n_planes, POINTS),
+            np.zeros(POINTS),
+            rng.standard_normal((POINTS, 3)),
+        )
+        for step in range(STEPS):
+            dt, way = float(10 ** rng.uniform(-1.0, 0.5)), way + rng.standard_normal((POINTS, 3))
+            end, first = s + 0.3 * dt * size * way, step in (0, 7)
+            law = state[:, : joint.nstatv]
+            expected, own = implex.step(parameters, planes, s, end, law, own, first, dt)
+            reached = np.maximum(reached, np.abs([s, end, own.aim]).max(axis=(0, 2)))
+            scale = stress * (reached + size)
+            # the reference finds what is crushed by bisection
+            rounding = (1e-9 if parameters.crush else 1e-11) * (scale + np.abs(expected).max(axis=1))
+            kinc = 1 if first else step + 1
+            for k in range(POINTS):
+                change = end[k] - s[k]
+                out = umat(LIBRARY, props, np.zeros(3), state[k], s[k], change, dt, kinc=kinc)
+                assert_within("traction", out.stress, expected[k], rounding[k])
                 assert np.array_equal(out.tangent, out.tangent.T)
-                state, s = out.state, end
-                values = dict(zip(names, state.tolist(), strict=True))
-                assert values["e_a"] == pytest.approx(own.e_a, abs=1e-9)
-                assert values["e_t"] == pytest.approx(own.e_t, abs=1e-9 * scale / constants["sigma0"])
+                state[k] = out.state
+                values = dict(zip(names, out.state.tolist(), strict=True))
+                assert values["e_a"] == pytest.approx(own.e_a[k], abs=1e-9)
+                assert values["e_t"] == pytest.approx(own.e_t[k], abs=1e-9 * scale[k] / constants["sigma0"])
                 assert values["longest"] == own.longest and values["duration"] == dt
+            s = end
 
 
 def test_card() -> None:
