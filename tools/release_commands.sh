@@ -10,4 +10,4 @@ mkdir /sources
 tar -C /sources --strip-components=1 -xf /needed/asperity-*.tar.gz
 cd /sources
 export PATH="/venv/bin:$PATH"
-$python -m pytest -q -p no:cacheprovider -m "not slow and not long" tests/python
+$python -m pytest -q -p no:cacheprovider -m "not slow and not long"

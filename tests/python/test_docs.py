@@ -290,8 +290,7 @@ def test_examples_that_the_page_lists() -> None:
     commands = "".join(block.text for block in blocks("console"))
     built = "harness/examples/program/CMakeLists.txt"  # by tests/package
     tests = (
-        texts_of("tests/**/test_*.py", "tests/python/conftest.py", built, "harness/hosts/*/test_*.py")
-        + commands
+        texts_of("tests/**/test_*.py", "tests/python/conftest.py", built, "harness/**/test_*.py") + commands
     )
     names = {file.name: file.stem if file.suffix == ".nml" else file.name for file in files}
     modules = {f"{file.stem}.py": rf"\b{file.stem}\b" for file in files if file.suffix == ".py"}

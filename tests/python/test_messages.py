@@ -17,8 +17,6 @@ from asperity.tools.surface.scan import Scan
 from asperity.tools.surface.scan_files import planes_from_scan
 from asperity.tools.uncertainty.spread import uncertainty
 
-from harness.studies.paper.fracture_energy import MATERIAL
-
 NAN, INF, HUGE = float("nan"), float("inf"), 10**400
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
 RT, RP_4 = (Interface(TABLE_2, Pattern.regular(sides, 30.0)) for sides in (2, 4))
@@ -125,7 +123,7 @@ ROWS: list[tuple[Callable[[], object], str]] = [
         )
     ),
     (lambda: slip_curves(RT, NAN, [0.1]), "direction"),
-    (lambda: slip_curves(Interface(MATERIAL, RT.pattern), 0.0, [0.1], 0.0, 0), "preload = 0"),
+    (lambda: slip_curves(RT, 0.0, [0.1], 0.0, 0), "preload = 0"),
     # separations that are not finite, and states that no update can return, with index as in the hosts
     *(
         (lambda call=call, s=s: call(s), rf"^{place} 1 \(of 0 to 2\): {name}{rest}")

@@ -143,7 +143,7 @@ def test_mirrored_rooms() -> None:
 
 def imported() -> Iterator[str]:
     """Names that test files import from the package, with their modules."""
-    for folder in ("tests/python", "harness/hosts"):
+    for folder in ("tests/python", "harness"):
         for path in (ROOT / folder).rglob("*.py"):
             text = path.read_text(encoding="utf-8")
             for module, names in re.findall(

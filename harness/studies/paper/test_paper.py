@@ -26,7 +26,7 @@ from harness.studies.paper.fracture_energy import (
     sampled,
 )
 
-GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
+GALLERY = Path(__file__).parents[3] / "docs" / "gallery"
 
 LAW_MD = {
     "RT": (0.352453, 0.300000),
