@@ -112,7 +112,7 @@ for step in (0.1, 0.02):
     assert [written["at"], written["work"], written["balance"]] == pytest.approx(
         [0.2, *results["ledger"]], rel=1e-9
     )
-    kept = written["elastic"] + written["stored"] + written["spent"] + written["damped"]
+    kept = sum(written[name] for name in ("elastic", "stored", "spent", "damped", "released"))
     assert kept - written["work"] == pytest.approx(written["balance"], abs=1e-9 * kept)
     coarse, fine = map(abs, results["unbalanced"])
     assert fine < 0.5 * coarse < 0.05

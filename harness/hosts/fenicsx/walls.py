@@ -202,6 +202,7 @@ def main() -> int:
         "calm": float(errors[1][~snaps].max(initial=0.0)),
         "work": float(np.trapezoid(np.r_[0, force], np.r_[0, at])),
         "dissipated": float(spent[-1]) if rows else 0.0, "unbalanced": follow.unbalanced,
+        "released": follow.ledger.released / follow.ledger.work if follow.ledger.work else 0.0,
         "iterations": follow.taken, "linear": linear, "moving": moving,
         "seconds": time.process_time() - begin, "law": law,
         "memory": COMM.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 1e6,

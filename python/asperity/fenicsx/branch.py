@@ -25,7 +25,7 @@ import numpy as np
 from ..contract import Floats
 from .conditions import Conditions, Held, held
 from .equilibrium import Report, Terms, solve
-from .ledger import Ledger, ledger_of, work_of
+from .ledger import Ledger, ledger_after, ledger_of, work_of
 from .model import Model
 from .newton import Task, balance_of, equations_of
 from .ranks import agree, doubles, largest, totals
@@ -38,7 +38,7 @@ FAST, GROWTH, LEAST = 6, 1.5, 1e-4
 """A step grows after at most FAST iterations; least step over the first one, below which the branch ends."""
 
 SHIFT = 1e-9
-"""Share of the largest stiffness that the tangent has more: it is singular where a block slides."""
+"""Share of the stiffness of the solids that the tangent has more: it is singular where a block slides."""
 
 APART = 1e-4
 """Share of the parameter by which its derivative is taken."""
@@ -91,7 +91,7 @@ class Branch:
 
     @property
     def unbalanced(self) -> float:
-        """Change of the balance of all energies over the work: what a snap has released is below 0."""
+        """Change of the balance of all energies over the work; that which snaps release is in the ledger."""
         return self.ledger.unbalanced(self.start)
 
     def _length(self, s: Floats) -> float:
@@ -131,8 +131,8 @@ class Branch:
                 self.reason = f"stopped at {self.at:.5g}: {reason}"
             return False
         loads = self._held(old.at)[1], report.load
-        work = self.ledger.work + work_of(self.model, old, new, loads, report.fixed)
-        self.ledger = ledger_of(self.model, new, self.ledger.damped, work)
+        work = work_of(self.model, old, new, loads, report.fixed)
+        self.ledger = ledger_after(self.model, self.ledger, new, 0.0, work)
         self.before, self.state, self.count = old, new, self.count + 1
         self.length = self._length(new.s - old.s)
         if iterations <= FAST:

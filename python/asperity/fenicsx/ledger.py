@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .. import contract
 from ..contract import Floats
@@ -11,13 +11,17 @@ from .model import Model
 from .ranks import total
 from .state import State
 
+SNAP = 0.01
+"""Share of the work of a step and of what joints spend in it that a snap releases at least."""
+
 
 @dataclass(frozen=True)
 class Ledger:
-    """Energies of a model: now, or since the start (damped by solids and drag, work).
+    """Energies of a model: now, or since the start (damped by solids and drag, work, released).
 
     elastic: of the solids.  stored, spent: of the joints; spent is that of rupture, friction and crushing.
-    work: of the loads, of the prescribed displacements, and of the water in the joints.
+    work: of the loads, of the prescribed displacements, and of the water in the joints.  released: by snaps,
+    as the motion that a path of equilibria leaves out would have it.
     """
 
     kinetic: float = 0.0
@@ -26,14 +30,20 @@ class Ledger:
     spent: float = 0.0
     damped: float = 0.0
     work: float = 0.0
+    released: float = 0.0
+
+    @property
+    def strain(self) -> float:
+        """What solids and joints can give back."""
+        return self.elastic + self.stored
 
     @property
     def balance(self) -> float:
         """Energy that nobody has given: at rest a constant, else it falls by numerical damping."""
-        return self.kinetic + self.elastic + self.stored + self.spent + self.damped - self.work
+        return self.kinetic + self.strain + self.spent + self.damped + self.released - self.work
 
     def unbalanced(self, start: float) -> float:
-        """Change of the balance since one over the work: what a snap has released is below 0."""
+        """Change of the balance since one over the work."""
         gained = self.balance - start
         return gained / abs(self.work) if self.work else gained
 
@@ -61,6 +71,20 @@ def ledger_of(m: Model, state: State, damped: float, work: float, kinetic: float
     return Ledger(kinetic, elastic, stored, sum(spent), damped, work)
 
 
+def ledger_after(m: Model, before: Ledger, state: State, damped: float, work: float) -> Ledger:
+    """Energies after a step, in which drag and loads had these.
+
+    What is missing counts as released where a snap explains it: the strain energy has fallen by as much, and
+    by more than the errors of a step.
+    """
+    now = ledger_of(m, state, before.damped + damped, before.work + work)
+    now = replace(now, released=before.released)
+    short = before.balance - now.balance
+    errors = SNAP * (abs(work) + abs(now.spent - before.spent))
+    snap = errors < short <= before.strain - now.strain
+    return replace(now, released=now.released + short) if snap else now
+
+
 def opened(m: Model, old: State, new: State) -> float:
     """Work of the water in the joints between two states."""
     return total(m.area @ (0.5 * (old.p + new.p) * (new.s - old.s)[:, 0]))
@@ -69,7 +93,7 @@ def opened(m: Model, old: State, new: State) -> float:
 def work_of(m: Model, old: State, new: State, loads: tuple[Floats, Floats], fixed: Integers) -> float:
     """Work between two states of loads (n d,) at both, of the fixed components, and of the water.
 
-    Forces change in proportion to the displacements; what a snap releases is missing in the balance.
+    Forces change in proportion to the displacements.
     """
     forces = 0.5 * (loads[0] + loads[1])
     forces[fixed] = 0.5 * (old.forces + new.forces)[fixed]

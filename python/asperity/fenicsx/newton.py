@@ -59,7 +59,10 @@ VANISHED = 1e-3
 """Share of the largest forces of the steps before below which forces count as this share."""
 
 SOFT = 1e-8
-"""Share of the largest stiffness that the tangent has more where blocks may float: always in passes."""
+"""Share of the stiffness of the solids that the tangent has more where blocks may float: always in passes.
+
+It is that of each component: a share of the largest one would slow down what stands on a stiff foundation.
+"""
 
 THROWN = 1e3
 """Residual over the forces, or over the first one, beyond which the tangent was singular.
@@ -220,7 +223,7 @@ class Equations:
         """Set the tangent to that with the tangents D (p, 3, 3) of the points."""
         m = self.model
         joints = np.asarray(self._of_points @ D.ravel())[self._take] * self._sign
-        diagonal = np.where(self.free > 0.0, task.drag / task.dt + soft * m.scale, m.scale)
+        diagonal = np.where(self.free > 0.0, task.drag / task.dt + soft * m.diagonal, m.scale)
         # entries of another kind may follow
         self.A.setOption(PETSc.Mat.Option.SYMMETRIC, symmetric)
         values = np.concatenate([(1.0 + task.damping) * self._of_solids, joints, diagonal])

@@ -51,7 +51,7 @@ class Output:
         """Write a state: displacements; damage, separation, traction, energies and water of the joints.
 
         time: of ParaView, default the parameter of the state.  ledger: energies, a row of FILE.csv; balance
-        is what kinetic, elastic, stored, spent and damped ones have more than the work.  Tractions are total,
+        is what all others have more than the work.  Tractions are total,
         p is the pressure of the water, `pressure` that of the sides on each other, and apertures are those of
         the flows or openings.
         """

@@ -31,7 +31,7 @@ from ..mesh.shapes import place
 from .branch import Branch
 from .conditions import Conditions, held
 from .equilibrium import Report, Terms, solve
-from .ledger import Ledger, ledger_of, work_of
+from .ledger import Ledger, ledger_after, ledger_of, work_of
 from .model import Model
 from .passes import PASSES
 from .ranks import agree, total, totals
@@ -141,7 +141,7 @@ class Follow:
 
     @property
     def unbalanced(self) -> float:
-        """Change of the balance of all energies over the work: what a snap has released is below 0."""
+        """Change of the balance of all energies over the work; that which snaps release is in the ledger."""
         return self.ledger.unbalanced(self.start)
 
     def to(self, end: float) -> Iterator[Report]:
@@ -211,7 +211,7 @@ class Follow:
         """Go on from the state of a report; damped: energy of the drag in the step."""
         old, new = self.state, report.taken()
         work = work_of(self.model, old, new, (self._loads(), report.load), report.fixed)
-        self.ledger = ledger_of(self.model, new, self.ledger.damped + damped, self.ledger.work + work)
+        self.ledger = ledger_after(self.model, self.ledger, new, damped, work)
         self.before, self.state, self._load = old, new, report.load
         self.count += 1
 
