@@ -112,8 +112,8 @@ def test_rocking_wall(tmp_path: Path) -> None:
     assert 0.75 * most < json.loads(output.splitlines()[-1])["peak"] < 1.01 * most
 
 
-def test_window_in_kratos(tmp_path: Path) -> None:
-    """A wall with a window has the same force in Kratos; its joints open as its nodes move."""
+def test_window(tmp_path: Path) -> None:
+    """The joints of a wall with a window open as its nodes move."""
     mesh = tmp_path / "window.msh"
     subprocess.run([PYTHON, EXAMPLES / "window_mesh.py", mesh], check=True, capture_output=True)
     out = tmp_path / "rows.csv"
@@ -127,12 +127,6 @@ def test_window_in_kratos(tmp_path: Path) -> None:
     separation = np.linalg.norm(joints.cell_data["separation"][0], axis=1)
     assert np.linalg.norm(apart, axis=1) == pytest.approx(separation, abs=1e-12)
     assert joints.cell_data["damage"][0].max() > 0.5
-    pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="Kratos is not installed")
-    of_kratos = tmp_path / "kratos.csv"
-    command = [sys.executable, PROGRAM.parents[1] / "kratos" / "any_wall.py", mesh, "--to", "0.6", "--out"]
-    subprocess.run([*command, of_kratos], check=True, capture_output=True)
-    fenicsx, kratos = rows(out), rows(of_kratos)
-    assert np.abs(kratos - fenicsx).max() <= 0.01 * fenicsx[:, 1].max()
 
 
 def test_implex_in_kratos(tmp_path: Path) -> None:

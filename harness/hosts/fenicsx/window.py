@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -53,8 +52,8 @@ def run(
     return np.array(rows) if COMM.rank == 0 else np.zeros((0, 3))
 
 
-def main(solve: Callable[..., np.ndarray] = run) -> None:
-    """Run the program with a `run` of this host or another one."""
+def main() -> None:
+    """Run the program."""
     warnings.simplefilter("ignore")
     parser = argparse.ArgumentParser(description=__doc__)
     add_options(
@@ -69,7 +68,7 @@ def main(solve: Callable[..., np.ndarray] = run) -> None:
     )
     o = parser.parse_args()
     law = MORTAR if o.law is None else read_run(o.law).interface
-    rows = solve(o.mesh, law, o.to, o.most, o.petsc, o.pvd)
+    rows = run(o.mesh, law, o.to, o.most, o.petsc, o.pvd)
     if len(rows):
         if o.out:
             np.savetxt(o.out, rows, "%.12g", ",", header="mm,horizontal [kN],vertical [kN]", comments="")

@@ -1,4 +1,4 @@
-"""The dams of docs/how-to/dam.md and docs/validation/dam.md in Kratos, whose elements carry the water."""
+"""The dam of docs/how-to/dam.md in Kratos, whose interface elements carry the water of their nodes."""
 
 from __future__ import annotations
 
@@ -9,15 +9,13 @@ import meshio
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern
-from asperity.mesh import split
-
-from harness.studies.validation import dam
+from asperity.contract import Floats
+from asperity.mesh import Jointed, split
 
 Kratos = pytest.importorskip("KratosMultiphysics", reason="no packages of Kratos")
 pytest.importorskip("KratosMultiphysics.GeoMechanicsApplication", reason="no packages of Kratos")
 pytest.importorskip("gmsh")
-from dam_kratos import PARTS, give_weight, profile, thrust  # noqa: E402  # after what it needs
-from kratos_model import Lost, Structure  # noqa: E402
+from kratos_model import Lost, Structure  # noqa: E402  # after what it needs
 
 sys.path.append(str(Path(__file__).parents[1] / "fenicsx"))
 from gravity_dam_mesh import BASE, CREST, HEIGHT, mesh  # noqa: E402
@@ -26,6 +24,28 @@ CONCRETE, WATER, FRICTION = 0.024, 0.00981, 1.0
 DAM, ROCK = 24e3, 20e3
 LEAST = 1e-3
 """Last cut of the factor of the thrust."""
+
+
+def give_weight(s: Structure, block: str, solid: Kratos.Properties, weight: float) -> None:
+    """Give a block of the mesh its weight per volume, and properties of an elastic solid of its own."""
+    solid.SetValue(Kratos.DENSITY, weight)
+    for element in s.part.GetSubModelPart(block).Elements:
+        element.Properties = solid
+        for node in element.GetNodes():
+            node.SetSolutionStepValue(Kratos.VOLUME_ACCELERATION, Kratos.Array3([0.0, -1.0, 0.0]))
+
+
+def thrust(mesh: Jointed, name: str, level: float, weight: float) -> Floats:
+    """Nodal forces of the water on a group of edges, linear on each."""
+    [edges] = mesh.face_nodes(mesh.surfaces[name])
+    x = mesh.points[edges]
+    p = weight * np.maximum(level - x[:, :, 1], 0.0)
+    along = x[:, 1] - x[:, 0]
+    normal = np.stack([along[:, 1], -along[:, 0]], 1)
+    forces = np.zeros_like(mesh.points)
+    for k in (0, 1):
+        np.add.at(forces, edges[:, k], -normal * (2.0 * p[:, k] + p[:, 1 - k])[:, None] / 6.0)
+    return forces
 
 
 def joint(kn: float, mu: float) -> Interface:
@@ -76,12 +96,3 @@ def test_gravity_dam(tmp_path: Path, uplift: bool) -> None:
     dead = CONCRETE * HEIGHT * (BASE + CREST) / 2.0
     expected = FRICTION * (dead - uplift * WATER * HEIGHT * BASE / 2.0)
     assert reached * WATER * HEIGHT**2 / 2.0 == pytest.approx(expected, rel=2e-3)
-
-
-@pytest.mark.parametrize("uplift", ["none", "linear"])
-def test_beside_code_aster(uplift: str) -> None:
-    """Separations along the joint are those of Code_Aster's coarser mesh."""
-    x, s_N, p = profile(uplift, dam.LEVEL, PARTS).T
-    expected = np.array(dam.OTHERS[uplift]["Code_Aster"])
-    assert np.interp(dam.PLACES, x, s_N) == pytest.approx(expected, abs=dam.BESIDE * np.abs(expected).max())
-    assert p[[0, -1]] == pytest.approx([dam.WATER * dam.LEVEL * (uplift == "linear"), 0.0])

@@ -1,4 +1,4 @@
-"""Section of the dam that FEniCSx, Kratos and OpenGeoSys share."""
+"""Section of the dam that FEniCSx and OpenGeoSys share."""
 
 from __future__ import annotations
 

@@ -38,10 +38,8 @@ HOSTS = {
     "ogs none": "none",
     "ogs linear": "linear",
     "ogs flow": "flow --nu 0.25",
-    "kratos none": "none --parts 40",
-    "kratos linear": "linear --parts 40",
 }
-"""The same for OpenGeoSys and Kratos."""
+"""The same for OpenGeoSys."""
 
 OTHERS = {
     "none": {"Code_Aster": [3.33416e-8, -8.74980e-8, -1.85263e-7, -2.88139e-7, -3.71977e-7]},
@@ -214,11 +212,7 @@ def tables(_: Mapping[str, Constants]) -> dict[str, str]:
     body = []
     for run, name in {"none": "none", "linear": "linear", "flow": "flow"}.items():
         body.append([f"**{name}**, asperity, FEniCSx", *_micro(_at(run))])
-        body += [
-            [f"**{name}**, asperity, {title}", *_micro(_at(f"{host} {run}"))]
-            for host, title in (("ogs", "OpenGeoSys"), ("kratos", "Kratos"))
-            if f"{host} {run}" in HOSTS
-        ]
+        body.append([f"**{name}**, asperity, OpenGeoSys", *_micro(_at(f"ogs {run}"))])
         body += [[f"{name}, {code}", *_micro(values)] for code, values in OTHERS[run].items()]
     compared = markdown(["water, code", "heel", "1.3 m", "3.2 m", "4.6 m", "toe"], body)
     body = []
