@@ -6,8 +6,8 @@
 #
 # writes the module asperity_<last part> into the folder `merged` of the build, with the other parts as private ones,
 # and appends the path to the variable. A part is the module asperity_<part> of the folder. The name ends with the
-# level, and in single precision with _single. The file is written when the project is configured, which happens again
-# after a change of a part.
+# level, and in single precision with _single. One part alone may be an external procedure. The file is written when the
+# project is configured, which happens again after a change of a part.
 function(asperity_unit variable)
   cmake_parse_arguments(PARSE_ARGV 1 UNIT "SINGLE" "FROM;LEVEL" "PARTS")
   list(JOIN UNIT_PARTS "|" merged)
@@ -67,6 +67,9 @@ function(asperity_unit variable)
     string(APPEND name _single)
     asperity_rename(text _single types plane_setup block_setup block_kernel block_kernel_v1 block_kernel_v3)
     asperity_rename_use(text kinds wp sp)
+    # what is written twice, because its kinds differ, and an external procedure
+    string(REPLACE "use asperity_block_double," "use asperity_block_single," text "${text}")
+    string(REGEX REPLACE "(subroutine |routine = \")vumat([(\n\"])" "\\1vumat_single\\2" text "${text}")
   endif()
   file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${UNIT_FROM})
   set(written ${PROJECT_BINARY_DIR}/merged/${folder}/${name}.f90)

@@ -1,7 +1,7 @@
 # cmake -DOUTPUT=<file> -DSOURCES=<a.f90|b.f90...> -DVERSION=<version> -DABOUT=<line> -P single_file.cmake
 #
-# Writes one free-form source for the user subroutine of a host: SOURCES in their order, `include` lines replaced by the
-# files they name (beside one of the sources), vumat_single named as hosts call it, without directives of OpenMP.
+# Writes one free-form source for the user subroutine of a host: SOURCES in their order, vumat_single named as hosts call
+# it, without directives of OpenMP.
 string(REPLACE "|" ";" sources "${SOURCES}")
 
 # the first line is a directive of Intel's compilers: free form, whatever the extension and the options say
@@ -11,22 +11,24 @@ set(text "!DIR$ FREEFORM
 ! Written by the build from src/: change it there.
 ! Local arrays must not be static, as solvers call from many threads: Intel -auto, gfortran -frecursive.
 ")
-set(folders "")
-foreach(source IN LISTS sources)
-  get_filename_component(folder ${source} DIRECTORY)
-  list(APPEND folders ${folder})
-endforeach()
-list(REMOVE_DUPLICATES folders)
 foreach(source IN LISTS sources)
   file(READ ${source} part)
-  while(part MATCHES "\n *include \"([^\"\n]+)\" *\n")
-    set(line "${CMAKE_MATCH_0}")
-    set(name "${CMAKE_MATCH_1}")
-    find_file(place ${name} PATHS ${folders} NO_DEFAULT_PATH NO_CACHE REQUIRED)
-    file(READ ${place} included)
-    unset(place)
-    string(REPLACE "${line}" "\n${included}" part "${part}")
-  endwhile()
+  if(source MATCHES "/asperity_report[.]f90$")
+    # the routines of Abaqus/Explicit have other names
+    string(REPLACE "asperity_report\n" "asperity_report_explicit\n" explicit "${part}")
+    string(REPLACE "Abaqus/Standard" "Abaqus/Explicit" explicit "${explicit}")
+    string(REPLACE "stdb_abqerr" "xplb_abqerr" explicit "${explicit}")
+    string(REPLACE "xit()" "xplb_exit()" explicit "${explicit}")
+    string(REPLACE "subroutine xit\n" "subroutine xplb_exit\n" explicit "${explicit}")
+    if(NOT SOURCES MATCHES "/asperity_umat[.]f90")
+      set(part "")
+    endif()
+    if(SOURCES MATCHES "/asperity_vumat")
+      string(APPEND part "\n${explicit}")
+    endif()
+  elseif(source MATCHES "/asperity_vumat")
+    string(REPLACE "use asperity_report, " "use asperity_report_explicit, " part "${part}")
+  endif()
   string(APPEND text "\n${part}")
 endforeach()
 # marks and comments that FortranUnit.cmake puts into merged modules

@@ -29,11 +29,6 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("build", type=Path, help="build folder with ASPERITY_COVERAGE=ON")
     build = parser.parse_args().build
-    # an INCLUDE line leaves the bare name of the file, which gcov looks for where the compiler ran
-    for included in Path("src").glob("*/*.inc"):
-        link = build / included.name
-        link.unlink(missing_ok=True)
-        link.symlink_to(included.resolve())
     summary = build / "coverage.json"
     # The names of Fortran procedures begin with two underscores, which gcovr takes for internal functions.
     # The compiler writes a procedure of its own for each type, which it places in the module's last line.

@@ -375,7 +375,7 @@ def main() -> int:
     parser.add_argument("--suite", help="the only suite that is built and run (default: all tests)")
     options = parser.parse_args()
 
-    files = options.files or [p for f in FOLDERS for p in sorted(f.iterdir()) if p.suffix in {".f90", ".inc"}]
+    files = options.files or [p for f in FOLDERS for p in sorted(f.iterdir()) if p.suffix == ".f90"]
     mutants = [m for path in files for m in mutants_of(path)]
     known = {k for k in equivalents() if Path(k[0]) in files}
     stale = known - {m.key for m in mutants}

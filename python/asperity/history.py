@@ -413,13 +413,17 @@ def csv_columns(path: str | Path) -> dict[str, list[str]]:
 
 def finite_column(path: str | Path, table: dict[str, list[str]], name: str) -> Floats:
     """Column of `csv_columns` as numbers; raises ValueError for the first cell that is no finite number."""
-    numbers = np.empty(len(table[name]))
-    for row, cell in enumerate(table[name]):
-        try:
-            numbers[row] = float(cell.replace("_", "?"))  # Python would take 1_0 for 10
-        except ValueError:
-            numbers[row] = np.nan
-        if not np.isfinite(numbers[row]):
-            place = f"line {row + 2}, column {name}: {cell or 'empty'}"
-            raise ValueError(f"{path}: {place}: expected a finite number")
+    numbers = np.array([_number(cell) for cell in table[name]])
+    bad = np.flatnonzero(~np.isfinite(numbers))
+    if len(bad):
+        place = f"line {bad[0] + 2}, column {name}: {table[name][bad[0]] or 'empty'}"
+        raise ValueError(f"{path}: {place}: expected a finite number")
     return numbers
+
+
+def _number(cell: str) -> float:
+    """Number of a cell, nan if there is none; Python would take 1_0 for 10."""
+    try:
+        return float(cell.replace("_", "?"))
+    except ValueError:
+        return np.nan

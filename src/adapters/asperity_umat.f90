@@ -21,7 +21,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   use asperity_interface, only: interface_type, new_interface, plane_damage
   use asperity_kinds, only: wp
   use asperity_point, only: update_point_in_place
-  use asperity_report_umat, only: report_umat
+  use asperity_report, only: report
   use asperity_text, only: append
   implicit none
   integer, intent(in) :: ndi                     !! direct stress components, not used
@@ -95,7 +95,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
       if (joint%water > 0) call append(message, "initial t_N: that of STRESS and the water pressure")
     end if
     if (reordered) statev(host_order(joint)) = statev(:joint%n_umat_statev)
-    call report_umat(message)
+    call report("umat", message)
     stress = quiet_nan
     ddsdde = quiet_nan
     call request_cut(rejected_pnewdt, pnewdt)

@@ -26,7 +26,7 @@ DENSITY, BLOCK = 2.0e-9, 136
 
 # what stands for Intel's -auto, -free, -extend_source and -nostandard-realloc-lhs
 FLAGS = (
-    "-shared -fPIC -O1 -cpp -frecursive -ffree-form -ffree-line-length-132 -Werror=line-truncation "
+    "-shared -fPIC -O0 -cpp -frecursive -ffree-form -ffree-line-length-132 -Werror=line-truncation "
     "-fno-realloc-lhs"
 ).split()
 

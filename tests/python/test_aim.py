@@ -13,6 +13,9 @@ from test_oracle import OPTIONS, Answer, assert_within
 
 from tests.oracle import frozen, reference
 
+# CTest has no markers, and pytest need not repeat it
+pytestmark = pytest.mark.long
+
 SEED = 55
 POINTS = 70
 """More than the library takes at a time."""

@@ -8,6 +8,9 @@ from asperity import Interface, Material, Pattern
 from asperity.contract import N_PLANE_STATEV, N_POINT_STATEV, props_table
 from support_calls import ADAPTERS, SIGNALLING, Call, Routine, call_c, call_umat, call_vumat, errors, judge
 
+# CTest has no markers, and pytest need not repeat it
+pytestmark = pytest.mark.long
+
 
 def virgin(routine: Routine, kind: type, components: int, points: int = 3, W0: float = 0.0) -> Call:
     """Call of virgin points of RP-4 with a small increment."""

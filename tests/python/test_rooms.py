@@ -1,4 +1,4 @@
-"""Modules of the library have a suite or stand in a table of their tests; rooms of the package have tests."""
+"""Modules of library and package have a test file of their name, or stand in a table with what tests them."""
 
 from __future__ import annotations
 
@@ -14,27 +14,30 @@ ROOT = Path(__file__).parents[2]
 USE = re.compile(r"^\s*use asperity_(\w+)", re.MULTILINE)
 
 WITHOUT_SUITE = {
-    "tests/law/test_kinds.pf: parts of the kernels, of which blocks of every kind are compared": (
-        "axes block_kernel block_setup chunk contact energy facet kernels law phases plane_setup plane_sums "
-        "point_kernel tangent types wear width"
+    "tests/law/test_kinds.pf: interfaces, points and blocks of every kind, with all parts of the kernels": (
+        "axes block_double block_kernel block_setup block_single chunk contact energy interface kernels "
+        "phases plane_setup plane_sums point point_kernel tangent types wear width"
     ),
+    "tests/law/test_contract.pf: constants, their checks and messages": "checks material",
+    "tests/law/test_options.pf: arrays of points, what calls refuse": "arrays call_checks",
     "tests/python/test_compressive_strength.py: closed forms, through Python": "cap crushing yielding_rows",
-    "tests/python/test_aim.py: what updates with an aim call": "aim rows_kernel",
+    "tests/python/test_aim.py: what updates with an aim call": "rows_kernel",
     "tests/c/test_c_api.c: functions with names of C": "c c_text instruction_set",
     "tests/c/test_run_api.c: functions with names of C": "run_c json",
     "tests/python/test_case_files.py: parts of the reader, which errors of files name": (
         "case_entries case_groups case_material case_text rows separators"
     ),
-    "tests/point/test_equilibrium.pf: parts of asperity_increment": "equilibrium_path newton tolerances",
+    "tests/point/test_acceptance.pf: laws of given numbers, their equations": "equations point_law",
+    "tests/point/test_increment.pf: parts of asperity_increment": "equilibrium_path newton tolerances",
     "tests/point/test_branch.pf: parts of asperity_branch": "branch_step null_space",
-    "tests/adapters/test_umat.pf: procedures that hosts call": "umat report_umat",
-    "tests/adapters/test_vumat.pf: procedures that hosts call": "vumat vumat_single report_vumat",
+    "tests/run/test_stability.pf: LAPACK as its judge": "elimination",
+    "tests/adapters/test_umat.pf: what UMATs and VUMATs share": "host report",
     "tests/python/test_umat_checks.py: the child of a UMAT, through the driver": (
-        "case_umat foreign_umat umat_checks umat_run umat_stiffness umat_utilities umat_walk umat_worker"
+        "case_umat foreign_umat umat_run umat_stiffness umat_utilities umat_walk umat_worker"
     ),
     "tests/c/test_generic.c: the program that writes its symbols": "write_symbols",
 }
-"""Modules that no suite names, by the test that reaches them and why it is through something else."""
+"""Modules without a test file of their name, by the test that reaches them and what it is about."""
 
 
 MIRRORED = (
@@ -91,21 +94,12 @@ def modules() -> dict[str, str]:
     return {file.stem.removeprefix("asperity_"): file.read_text(encoding="utf-8") for file in files}
 
 
-def named_by_suites() -> set[str]:
-    """Names with asperity_ in the suites, those of comments left out."""
-    texts = [
-        re.sub(r"^\s*[!/*].*$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
-        for path in (ROOT / "tests").rglob("*")
-        if path.suffix in {".pf", ".f90", ".c", ".h", ".cpp"}
-    ]
-    return set(re.findall(r"\basperity_(\w+)", "\n".join(texts)))
-
-
 def test_modules_have_suites() -> None:
-    """A module that no suite names stands in the table, and none stands there in vain."""
+    """asperity_y has a test_y, a suite of its room, in C or Python, or stands in the table; none in vain."""
+    files = [path for path in (ROOT / "tests").rglob("test_*") if path.suffix in {".pf", ".c", ".py"}]
     listed = " ".join(WITHOUT_SUITE.values()).split()
-    missing = modules().keys() - named_by_suites()
-    assert sorted(missing - {*listed}) == []
+    missing = modules().keys() - {path.stem.removeprefix("test_") for path in files}
+    assert sorted(missing - {*listed}) == [], "expected a test file, or a place in WITHOUT_SUITE"
     assert sorted({*listed} - missing) == []
     assert len(listed) == len({*listed})
 

@@ -27,6 +27,9 @@ from asperity.installed import driver
 from asperity.steps import Point
 from support_driver import call
 
+# CTest has no markers, and pytest need not repeat it
+pytestmark = pytest.mark.long
+
 MU, PRESSURE, WATER = 0.5, 1.0, 0.4
 JOINT = Interface(Material(3.0, 0.3, 0.9, MU, kc=100.0, damage0=1.0), Pattern.regular(0, 0.0))
 """Flat joint without bond, of which everything is known in closed form."""

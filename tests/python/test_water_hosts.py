@@ -10,6 +10,9 @@ from support_calls import LIBRARY, errors, umat, vumat
 from tests.oracle import reference
 from tests.oracle.water import total
 
+# CTest has no markers, and pytest need not repeat it
+pytestmark = pytest.mark.long
+
 MATERIAL = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "kc": 20.0}
 PLANES = 4, 30.0, 1.0 / 3.0, 10.0
 ROUGH, WATER = Interface(Material(**MATERIAL), Pattern.regular(*PLANES)), 0.4

@@ -24,7 +24,6 @@ HEADING = re.compile(r"^## (.+)$", re.MULTILINE)
 PICTURE = re.compile(r"!\[([^\]]*)\]\(([^)]+)\)")
 LANGUAGES = {
     ".f90": "fortran",
-    ".inc": "fortran",
     ".nml": "fortran",
     ".py": "python",
     ".h": "c",

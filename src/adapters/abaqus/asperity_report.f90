@@ -1,19 +1,20 @@
-!> Report of a rejected call of the VUMAT in Abaqus/Explicit, by its message routine; the analysis ends.
-module asperity_report_vumat
+!> Report of a rejected call in Abaqus/Standard, by its message routine; the analysis ends. The single sources for
+!> Abaqus/Explicit have it with the names of that (cmake/single_file.cmake).
+module asperity_report
   use asperity_kinds, only: wp
   use asperity_text, only: piece_end
   implicit none
   private
-  public :: report_vumat
+  public :: report
 
-  !> Abaqus/Explicit: error message. The analysis continues; this module ends it after the last line.
+  !> Abaqus/Standard: error message. The analysis continues; this module ends it after the last line.
   integer, parameter :: error_message = -2
   !> Number of characters that Abaqus prints of a message.
   integer, parameter :: text_length = 500
 
   interface
-    !> Write a message of Abaqus/Explicit; %I, %R and %S in the text stand for the values.
-    subroutine xplb_abqerr(lop, string, intv, realv, charv)
+    !> Write a message of Abaqus/Standard; %I, %R and %S in the text stand for the values.
+    subroutine stdb_abqerr(lop, string, intv, realv, charv)
       import :: wp
       implicit none
       integer, intent(in) :: lop                   !! 1 information, -1 warning, -2 error, -3 error and end
@@ -21,12 +22,12 @@ module asperity_report_vumat
       integer, intent(in) :: intv(*)               !! integers
       real(wp), intent(in) :: realv(*)             !! reals
       character(len=8), intent(in) :: charv(*)     !! texts
-    end subroutine xplb_abqerr
+    end subroutine stdb_abqerr
 
     !> End the analysis: close all files and stop all processes.
-    subroutine xplb_exit()
+    subroutine xit()
       implicit none
-    end subroutine xplb_exit
+    end subroutine xit
   end interface
 
 contains
@@ -35,7 +36,7 @@ contains
   !>
   !> The text contains the values: the formats of Abaqus print fewer digits and only eight characters of a text. No text
   !> of the library contains a percent sign, which Abaqus would take for a format.
-  subroutine report_vumat(routine, message)
+  subroutine report(routine, message)
     character(len=*), intent(in) :: routine   !! name of the user routine
     character(len=*), intent(in) :: message   !! lines that name the values and what was expected
     character(len=text_length) :: text
@@ -49,11 +50,11 @@ contains
     do while (first <= len(message))
       last = piece_end(message, first, text_length - len(head))
       text = head // message(first:last)
-      call xplb_abqerr(error_message, text, no_integers, no_reals, no_texts)
+      call stdb_abqerr(error_message, text, no_integers, no_reals, no_texts)
       first = last + 1
       if (index(message(first:), new_line("a")) == 1) first = first + 1
     end do
-    call xplb_exit()
-  end subroutine report_vumat
+    call xit()
+  end subroutine report
 
-end module asperity_report_vumat
+end module asperity_report
