@@ -11,6 +11,7 @@ for compiler in gcc g++ gfortran; do
   command -v $triplet-$compiler-posix >/dev/null || missing="$missing $compiler-mingw-w64-x86-64-posix"
 done
 command -v wine >/dev/null || missing="$missing wine64 wine"
+command -v dpkg-source >/dev/null || missing="$missing dpkg-dev"
 if [ -n "$missing" ]; then
   # a package source that does not answer is no reason to stop
   apt-get update -q || true

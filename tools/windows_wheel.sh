@@ -6,6 +6,10 @@ cd "$(dirname "$0")/.."
 folder=$PWD/build/windows-wheel
 python=$PWD/.venv/bin/python
 version=3.11
+[ -f build/windows/linux.csv ] || {
+  echo "left out: tools/windows.sh has not come to its end"
+  exit 77
+}
 found=$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 [ "$found" = $version ] || {
   echo "left out: the headers for Windows are those of Python $version, .venv has $found"
