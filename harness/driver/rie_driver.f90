@@ -196,9 +196,9 @@ contains
     type(errors_type), intent(inout) :: errors        !! errors are added
     if (same_file(name, read)) then
       call fail(errors, error_type(path), "the output " // name // " would replace " // kind // ": expected another -o")
-    else if (.not. (force .or. may_replace(name, start))) then
-      call fail(errors, error_type(path), "the output " // name // " would replace a file that rie_driver did not " // &
-        "write: expected another -o, or --force")
+    else if (.not. force) then
+      if (.not. may_replace(name, start)) call fail(errors, error_type(path), "the output " // name // &
+        " would replace a file that rie_driver did not write: expected another -o, or --force")
     end if
   end subroutine check_replaced
 
