@@ -267,10 +267,8 @@ class Bench:
         return ran.returncode == 0
 
     def sources_of(self, path: Path) -> list[Path]:
-        """Return the compiled files of which a file is a part, by an include line or a mark, or all."""
-        part = re.compile(
-            rf"""^( *include ['"]{re.escape(path.name)}['"]|# \d+ "{re.escape(str(path))}")""", re.MULTILINE
-        )
+        """Return the compiled files of which a file is a part, by a mark, and the file itself."""
+        part = re.compile(rf'^# \d+ "{re.escape(str(path))}"', re.MULTILINE)
         return [f for f in self.commands if f == path or part.search(f.read_text(encoding="utf-8"))]
 
     def changed_text(self, file: Path, path: Path, mutant: Mutant) -> str:

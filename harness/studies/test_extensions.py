@@ -135,6 +135,26 @@ def test_guard_decides_by_the_increment() -> None:
     assert 0 < changed.mean() < 0.01 and max(changes) < 0.2
 
 
+# --- crushed asperities -----------------------------------------------------------------------------------
+
+
+def test_envelopes_of_barton() -> None:
+    """One plane with crush follows each envelope of Barton; without crush the best one is off by a tenth."""
+    for joint in extensions.JOINTS:
+        for crushed, least, most in ((True, 0.005, 0.012), (False, 0.1, 0.2)):
+            _, peaks, law = extensions.envelope(*joint, crushed)
+            assert least < np.sqrt(np.mean((law / peaks - 1.0) ** 2)) < most
+
+
+@pytest.mark.parametrize("seed", range(100, 112))
+def test_energies_of_random_walks(seed: int) -> None:
+    """Along a random walk friction never decreases, and work and energies agree to second order."""
+    rows = [extensions.walk(seed, n) for n in (100, 800)]
+    assert all(np.all(np.diff(run.friction) >= 0.0) for run in rows)
+    # an eighth of the length: 1/64 where the order is reached, 1/8 where energy jumps
+    assert extensions.imbalance(rows[1]) < extensions.imbalance(rows[0]) / 16.0
+
+
 # --- fit ----------------------------------------------------------------------------------------------------
 
 

@@ -10,8 +10,6 @@ import pytest
 from asperity import History, Interface, Material, Pattern, Step
 from test_oracle import POINTS, by_c
 
-from harness.studies.extensions import JOINTS, envelope, imbalance, walk
-from harness.studies.validation.sandstone import strength
 from tests.oracle import reference
 
 pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
@@ -64,9 +62,6 @@ def test_strength_over_pressure(pressure: float) -> None:
         assert over.max() < 1e-8
         assert np.abs(over[increments // 10 :]).max() < 1e-8
     assert expected[-1] == pytest.approx(closed_form(pressure), rel=1e-2 if pressure > 1.0 else 1e-3)
-    assert strength(2.0 * pressure, np.tan(np.radians(THETA)), MU, CRUSH) == pytest.approx(
-        2.0 * closed_form(pressure), rel=1e-9
-    )
     assert closed_form(10.0) / 10.0 < 0.8 * closed_form(0.1) / 0.1
 
 
@@ -109,23 +104,6 @@ def test_energies() -> None:
         # the work of the trapezoidal rule, of second order in the increment
         assert np.abs(rows.work - spent).max() < 2e-3 * rows.work[-1]
         assert np.all(np.diff(rows.friction) >= 0.0)
-
-
-def test_envelopes_of_barton() -> None:
-    """One plane with crush follows each envelope of Barton; without crush the best one is off by a tenth."""
-    for joint in JOINTS:
-        for crushed, least, most in ((True, 0.005, 0.012), (False, 0.1, 0.2)):
-            _, peaks, law = envelope(*joint, crushed)
-            assert least < np.sqrt(np.mean((law / peaks - 1.0) ** 2)) < most
-
-
-@pytest.mark.parametrize("seed", range(100, 112))
-def test_energies_of_random_walks(seed: int) -> None:
-    """Along a random walk friction never decreases, and work and energies agree to second order."""
-    rows = [walk(seed, n) for n in (100, 800)]
-    assert all(np.all(np.diff(run.friction) >= 0.0) for run in rows)
-    # an eighth of the length: 1/64 where the order is reached, 1/8 where energy jumps
-    assert imbalance(rows[1]) < imbalance(rows[0]) / 16.0
 
 
 # --- without a jump ---

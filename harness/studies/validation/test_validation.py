@@ -9,6 +9,7 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
+import test_crush
 
 from harness.studies.validation import (
     closure,
@@ -207,3 +208,12 @@ def test_delamination_balances() -> None:
         assert rows[:, 2] == pytest.approx(rows[:, 3], rel=0.05)
     assert smooth[:, 2] == pytest.approx(delamination.GC, rel=0.06)
     assert rough[-1, 2] > 1.5 * delamination.GC
+
+
+@pytest.mark.parametrize("pressure", [0.1, 1.0, 10.0])
+def test_strength_of_crushed_planes(pressure: float) -> None:
+    """The strength of sandstone.py is that of a joint that climbs one of two planes, in closed form."""
+    known = 2.0 * test_crush.closed_form(pressure)
+    slope = np.tan(np.radians(test_crush.THETA))
+    computed = sandstone.strength(2.0 * pressure, slope, test_crush.MU, test_crush.CRUSH)
+    assert computed == pytest.approx(known, rel=1e-9)
