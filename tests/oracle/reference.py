@@ -322,16 +322,30 @@ def _omega(parameters: Parameters, start: _Start, s: Floats, known: Floats | Non
 
     missing = missing_at(s.real)
     if known is None:
-        low, high = np.zeros_like(start.omega), np.ones_like(start.omega)
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            more = missing(middle) > 0.0
-            low, high = np.where(more, middle, low), np.where(more, high, middle)
-        known = np.maximum(low, start.omega)
+        known = np.maximum(_root(missing, np.zeros_like(start.omega), np.ones_like(start.omega)), start.omega)
     if not np.iscomplexobj(s):
         return known
     slope = missing(known + 1j * plane.IMAGINARY).imag / plane.IMAGINARY
     return known - np.where(known > start.omega, 1j * missing_at(s)(known).imag / slope, 0.0)
+
+
+def _root(missing: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
+    """Where falling functions of shares between two bounds vanish: sections, and then Newton's method.
+
+    Where that does not converge, at a kink, sections go on to the last bit.
+    """
+    for sections in (14, 46):
+        for _ in range(sections):
+            middle = 0.5 * (low + high)
+            more = missing(middle) > 0.0
+            low, high = np.where(more, middle, low), np.where(more, high, middle)
+        root = 0.5 * (low + high)
+        for _ in range(4):
+            value = missing(root + 1j * plane.IMAGINARY)
+            root = np.clip(root - value.real * plane.IMAGINARY / value.imag, low, high)
+        if np.abs(missing(root)).max(initial=0.0) <= 16.0 * np.finfo(float).eps:
+            return root
+    return low
 
 
 def _viscous(
