@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 from asperity.contract import N_POINT_STATEV, Floats
@@ -96,6 +97,7 @@ def pulse(A: float, t0: float, dt: float) -> Callable[[float], float]:
 RADIUS, ALPHA = np.hypot(SIDE, HALF_HEIGHT), np.arctan2(SIDE, HALF_HEIGHT)
 
 
+@cache
 def rock(n: int, xi: float, share: float) -> tuple[float, float]:
     """Period, and ratio of the angular velocities at the first impact, of a block on n points.
 
