@@ -167,7 +167,8 @@ contains
       worn%omega = max(worn%omega, crushes)
     end if
     at = separations(m, plane, worn%omega, to)
-    growth = whole
+    ! gfortran keeps a copy of the whole structure in memory
+    growth = growth_type(whole%weight_old, whole%weight_new, whole%weight_eta, whole%limit, whole%lag)
     response = plane_response(m, growth, at_start, at, worn)
     start = plane_forces(m, at_start, old)
     last = plane_forces(m, at, response%new)

@@ -263,7 +263,7 @@ contains
     type(phases_type), intent(in) :: phases          !! its phases
     real(wp) :: rupture
     type(local_type) :: at_1, at_2
-    real(wp) :: grown, lag, y
+    real(wp) :: grown, lag, y, y_c, y_e, y_m
     associate (r => phases%r, touch => phases%touch, q_1 => phases%q_1, q_2 => phases%q_2, q_3 => phases%q_3)
       grown = now%new%alpha - old%alpha
       y = (mode_energy(m, start, at, phases%grows%from)*r%from + mode_energy(m, start, at, phases%grows%to)*r%to)/ &
@@ -283,23 +283,14 @@ contains
       rupture = rupture + lag*(driving_force(m, start, old)/(r%from*(r%from + lag*m%eta)) - &
         mode_energy(m, start, at, 0.0_wp))
       ! and then follows it: the driving force by a parabola from the centre of the growth to the end
-      at_1 = released(m, start, at, touch, phases%centre)
-      rupture = growth%weight_new*rupture + grown*((4.0_wp*at_1%t - 3.0_wp*at_1%n - at_1%h)*phases%first + &
-        4.0_wp*(at_1%n - 2.0_wp*at_1%t + at_1%h)*phases%second)
+      y_c = release_at(m, start, at, touch, phases%centre)
+      y_m = release_at(m, start, at, touch, 0.5_wp*(phases%centre + 1.0_wp))
+      y_e = release_at(m, start, at, touch, 1.0_wp)
+      rupture = growth%weight_new*rupture + grown*((4.0_wp*y_m - 3.0_wp*y_c - y_e)*phases%first + &
+        4.0_wp*(y_c - 2.0_wp*y_m + y_e)*phases%second)
       rupture = merge(rupture, 0.0_wp, grown > 0.0_wp)
     end associate
   end function rupture_of_phases
-
-  !> Driving force of damage at a position, in the middle between it and the end, and at the end.
-  pure function released(m, start, at, touch, x) result(y)
-    type(material_type), intent(in) :: m             !! constants
-    type(separation_type), intent(in) :: start, at   !! separations at start and end
-    type(touch_type), intent(in) :: touch            !! contact along the step
-    real(wp), intent(in) :: x                        !! position
-    type(local_type) :: y
-    y = local_type(release_at(m, start, at, touch, x), release_at(m, start, at, touch, 0.5_wp*(x + 1.0_wp)), &
-      release_at(m, start, at, touch, 1.0_wp))
-  end function released
 
   !> Driving force of damage at a position.
   pure function release_at(m, start, at, touch, x) result(y)
@@ -342,7 +333,8 @@ contains
       to = touch%ends
       e = elastic(touch, touch%closed%to)
       slip = max(sqrt(e%t**2 + e%h**2) - strength(touch, touch%closed%to), 0.0_wp)
-      slip = merge(slip, 0.0_wp, touch%closed%to > touch%closed%from)
+      ! as a product: of a merge that is compared below gfortran makes no vectors
+      slip = slip*merge(1.0_wp, 0.0_wp, touch%closed%to > touch%closed%from)
       p_0 = strength(touch, from)
       p_3 = strength(touch, to)
       way = sqrt(touch%d_t**2 + touch%d_h**2)

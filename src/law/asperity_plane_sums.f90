@@ -183,7 +183,7 @@ contains
     growth = block%growth
     plane = block%planes(k)
     weight = plane%gamma*m%k_t
-    if (m%wears) call find_crushed(block, kernel, k, now)
+    if (m%wears .and. .not. now%any_long) call find_crushed(block, kernel, k, now)
     !$omp simd
     do i = 1, now%n
       from = vector_type(now%s(i, 1, before), now%s(i, 2, before), now%s(i, 3, before))

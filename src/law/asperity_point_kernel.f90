@@ -93,17 +93,17 @@ contains
     if (long) call sum_accounts(joint, kernel, growth, part, from, to, planes, accounts)
     select case (kernel)
     case (kernel_straight)
-      call sum_planes(joint, kernel_straight, growth, part, from, to, planes, sums)
+      call sum_planes(joint, kernel_straight, growth, part, long, from, to, planes, sums)
     case (kernel_guarded)
-      call sum_planes(joint, kernel_guarded, growth, part, from, to, planes, sums)
+      call sum_planes(joint, kernel_guarded, growth, part, long, from, to, planes, sums)
     case (kernel_facet)
-      call sum_planes(joint, kernel_facet, growth, part, from, to, planes, sums)
+      call sum_planes(joint, kernel_facet, growth, part, long, from, to, planes, sums)
     case (kernel_worn)
-      call sum_planes(joint, kernel_worn, growth, part, from, to, planes, sums)
+      call sum_planes(joint, kernel_worn, growth, part, long, from, to, planes, sums)
     case (kernel_general)
-      call sum_planes(joint, kernel_general, growth, part, from, to, planes, sums)
+      call sum_planes(joint, kernel_general, growth, part, long, from, to, planes, sums)
     case default
-      call sum_planes(joint, kernel_damped, growth, part, from, to, planes, sums)
+      call sum_planes(joint, kernel_damped, growth, part, long, from, to, planes, sums)
     end select
     if (long) then
       sums%rupture = accounts%rupture
@@ -194,7 +194,7 @@ contains
     type(growth_type), intent(in) :: growth       !! of the damage
     real(wp), intent(in) :: wearing               !! part of the wear of the increment that is done, 0 to 1
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
-    type(planes_type), intent(inout) :: planes    !! state of the planes at the start
+    type(planes_type), intent(inout) :: planes    !! state of the planes at the start -> shares
     type(dissipation_type), intent(out) :: accounts   !! energies
     if (exact_kernel(kernel) == kernel_straight) then
       call add_accounts(joint, kernel_straight, growth, wearing, from, to, planes, accounts)
@@ -210,7 +210,7 @@ contains
     type(growth_type), intent(in) :: growth       !! of the damage
     real(wp), intent(in) :: wearing               !! part of the wear of the increment that is done, 0 to 1
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
-    type(planes_type), intent(inout) :: planes    !! state of the planes at the start
+    type(planes_type), intent(inout) :: planes    !! state of the planes at the start -> shares
     type(dissipation_type), intent(out) :: accounts   !! energies
     type(history_type) :: state
     type(material_type) :: m
@@ -241,11 +241,12 @@ contains
   end subroutine add_accounts
 
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
-  pure subroutine sum_planes(joint, kernel, growth, wearing, from, to, planes, sums)
+  pure subroutine sum_planes(joint, kernel, growth, wearing, crushed_known, from, to, planes, sums)
     type(interface_type), intent(in) :: joint     !! material and pattern
     integer, intent(in) :: kernel                 !! which one, a literal
     type(growth_type), intent(in) :: growth       !! of the damage that no guard limits
     real(wp), intent(in) :: wearing               !! part of the wear of the increment that is done, 0 to 1
+    logical, intent(in) :: crushed_known          !! whether planes has the crushed shares
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
     type(planes_type), intent(inout) :: planes    !! state of the planes, start -> end
     type(sums_type), intent(out) :: sums          !! the sums
@@ -275,7 +276,7 @@ contains
     d_ny = 0.0_wp
     d_xy = 0.0_wp
     d_yy = 0.0_wp
-    if (m%wears) call find_crushed(joint, kernel, to, planes)
+    if (m%wears .and. .not. crushed_known) call find_crushed(joint, kernel, to, planes)
     crushed = 0.0_wp
     !$omp simd reduction(+:damage, stored, rupture, friction, t_n, t_x, t_y) &
     !$omp reduction(+:d_nn, d_xn, d_yn, d_nx, d_xx, d_yx, d_ny, d_xy, d_yy)
