@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import os
 import warnings
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -319,6 +320,18 @@ def test_jumps(option: str, sides: int) -> None:
         assert off.max() < 0.2, off
         assert spent[:, 2].min() >= 0.0
         state, s_old = new, s
+
+
+@pytest.mark.parametrize("entry", [by_c, by_umat])
+def test_jump_of_one_point(entry: Callable[..., Answer]) -> None:
+    """A flat joint books the same for a jump in any direction along it, with no other point in the block."""
+    joint = Interface(Material(3.0, 0.3, 0.9, 0.5), Pattern.regular(0, 0.0))
+    pressed, booked = np.array([[-1.0 / joint.material.K, 0.0, 0.0]]), []
+    start = entry(joint.props(), pressed, np.zeros((1, joint.nstatv)), 0.0 * pressed, 0.0)[1]
+    for angle in (0.0, 0.5 * np.pi, 1.0, np.pi, 1.5 * np.pi):
+        s = pressed + 3.0 * joint.material.s_f * np.array([0.0, np.cos(angle), np.sin(angle)])
+        booked.append(entry(joint.props(), s, start, pressed, 0.0)[1][0, :4])
+    np.testing.assert_allclose(booked, booked[:1] * len(booked), rtol=1e-12, atol=1e-14)
 
 
 # relaxation time over the duration: largest error, in between that of one backward Euler step for many
