@@ -94,22 +94,22 @@ contains
       do i = 1, size(column)
         if (column(i) == 0 .or. .not. good) cycle
         call to_real(trim(list(column(i))), numbers(i), good)
-        call require(good, "column " // integer_text(column(i)) // " = """ // printable(trim(list(column(i)))) // &
+        if (.not. good) call refuse("column " // integer_text(column(i)) // " = """ // printable(trim(list(column(i)))) // &
           """: expected a number")
       end do
-      if (.not. named) call require(size(list) <= ntens, integer_text(size(list)) // " columns: expected " // &
+      if (.not. named .and. size(list) > ntens) call refuse(integer_text(size(list)) // " columns: expected " // &
         integer_text(ntens) // " (ntens), or a header")
       if (good) then
         n = n + 1
         case%replay%time(n) = merge(numbers(ntens + 1), real(n, wp)*case%replay%dtime, column(ntens + 1) > 0)
-        call require(case%replay%time(n) >= now, "time = " // to_text(case%replay%time(n)) // &
+        if (.not. case%replay%time(n) >= now) call refuse("time = " // to_text(case%replay%time(n)) // &
           ": expected at least " // to_text(now) // ", the time before (0 at the start)")
         now = max(now, case%replay%time(n))
-        call require(.not. abs(numbers(ntens + 2)) > 0.0_wp, "s_Ty = " // to_text(numbers(ntens + 2)) // &
+        if (abs(numbers(ntens + 2)) > 0.0_wp) call refuse("s_Ty = " // to_text(numbers(ntens + 2)) // &
           ": expected 0 with ntens = 2")
         case%replay%strain(:, n) = numbers(:ntens)/unit
-        call require(all(bounded(case%replay%strain(:, n), bound)), "expected strains of a magnitude up to " // &
-          to_text(bound))
+        if (.not. all(bounded(case%replay%strain(:, n), bound))) call refuse( &
+          "expected strains of a magnitude up to " // to_text(bound))
       end if
       if (.not. good) bad = bad + 1
     end do
@@ -122,12 +122,11 @@ contains
   contains
 
     !> Add an error about a line, unless there are too many bad lines.
-    subroutine require(yes, text)
-      logical, intent(in) :: yes             !! whether there is none
+    subroutine refuse(text)
       character(len=*), intent(in) :: text   !! what is wrong
-      if (.not. yes .and. bad < most_lines) call fail(errors, place, text)
-      good = good .and. yes
-    end subroutine require
+      if (bad < most_lines) call fail(errors, place, text)
+      good = .false.
+    end subroutine refuse
 
     !> Numbers of the columns from the header.
     subroutine find_columns()
