@@ -18,7 +18,8 @@ import numpy as np
 from asperity import Interface, Material, Pattern
 from asperity.contract import Floats
 from asperity.fenicsx import Conditions, Follow, Model, Shake, State, Terms, solve
-from asperity.mesh import split
+from asperity.mesh import Jointed, split
+from asperity.mesh.shapes import Integers
 from asperity.mesh.writing import between
 
 from harness.hosts.radioss.element import Elements
@@ -32,7 +33,9 @@ SHARE = 0.9
 class Explicit:
     """Central differences of a model whose joint has connection elements."""
 
-    def __init__(self, jointed, law: Interface, E: float, density: float, fixed: Callable[[Model], Floats]):
+    def __init__(
+        self, jointed: Jointed, law: Interface, E: float, density: float, fixed: Callable[[Model], Integers]
+    ) -> None:
         """Begin at rest without displacements; fixed: components that are prescribed."""
         self.m = m = Model(jointed, {"joint": law}, E, NU)
         [joint] = jointed.joints["joint"]
@@ -102,7 +105,7 @@ def opened() -> list[float]:
     x, z = np.linspace(0.0, 60.0, 61), np.linspace(-2.0, 2.0, 5)
     jointed = split(grid(x, [0.0, width], z, block=(z[:-1] >= 0.0).astype(int)))
 
-    def held(m: Model) -> Floats:
+    def held(m: Model) -> Integers:
         left, right = (m.x[:, 0] < 1e-6), (m.x[:, 0] > 60.0 - 1e-6)
         return np.unique(np.r_[m.dofs(left, 2), m.dofs(right, 0, 2), m.dofs(np.ones(m.n, bool), 1)])
 
