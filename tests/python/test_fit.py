@@ -133,7 +133,7 @@ def test_closed_form_of_a_search_is_the_law(k_N: float, more: tuple[str, ...]) -
     """Strength and dilation of two rigid sides in closed form are those of the law behind the same spring."""
     slip = np.linspace(0.05, 4.0, 80)
     test = ShearTest("one", slip, slip, slip, -1.3, k_N)
-    problem = Model(("kT", "mu", "theta", *more)).problem([test])
+    problem = Model(("kT", "mu", "theta", *more)).problem([test], law=True)
     values = problem.values(problem.x({
         "kT": 8.0, "mu": 0.6, "theta": 18.0, "height": 0.5, "crush": 3.0,
     }))  # fmt: skip

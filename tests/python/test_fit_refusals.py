@@ -114,6 +114,7 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     # columns
     ("slip,shear,sigma_N\n1,2,-1\n", {}, "record.csv: line 1: columns slip, shear, sigma_N: expected tau, t"),
     ("slip,slip,tau,sigma_N\n", {}, "line 1: column slip is there twice"),
+    ("slip,tau\n1,2\n", {}, "--sigma-N VALUE for files without sigma_N, 0 without a pressure;"),
     (LINE, {"columns": {"foo": "bar"}}, "columns: foo: expected one of slip, tau"),
     # rows
     ("", {}, "no rows: expected a header"),

@@ -85,6 +85,59 @@ def test_peak_of_a_bell(said: Callable) -> None:
         assert test["fitted"]["peak"] < test["measured"]["peak"] + 2.0 * 0.01 / np.sqrt(3.0)
 
 
+def test_joint_that_closes_before_it_opens(said: Callable) -> None:
+    """Gauges stay as they are, and the largest slope of the dilation is that of the constants."""
+    mu, theta, rows = 0.6, 14.0, []
+    slope = np.tan(np.radians(theta))
+    fine = np.linspace(0.0, 12.0, 2401)
+    # the joint closes by 0.02 mm within the first half millimetre
+    shape = np.exp(-fine / 3.5) - 1.4 * np.exp(-fine / 0.35)
+    now = slope * shape / shape.max()
+    z = np.append(0.0, np.cumsum(0.5 * (now[1:] + now[:-1]) * np.diff(fine)))
+    assert z.min() < -0.01
+    for seed, pressure in enumerate((0.8, 1.2, 2.0)):
+        rng, slips = np.random.default_rng(seed), np.linspace(0.1, 10.0, 100)
+
+        def strength(u: float, pressure: float = pressure) -> float:
+            steep = float(np.interp(u, fine, now))
+            return pressure * (mu + steep) / (1.0 - mu * steep)
+
+        own = slips_behind_spring(slips, strength, 12.0)
+        tau = np.array([strength(u) if u > 0.0 else 12.0 * s for u, s in zip(own, slips, strict=True)])
+        columns = {"test": f"joint {seed}", "slip": slips, "tau": tau + 0.01 * rng.normal(size=100)}
+        opening = np.interp(own, fine, z) + 0.005 * rng.normal(size=100)
+        rows.append(pandas.DataFrame(columns | {"dilation": opening, "sigma_N": pressure}))
+    pandas.concat(rows).to_csv("tests.csv", index=False)
+    text, _ = said("fit tests.csv -o joint.nml", 0)
+    low, high = found()["intervals"]["theta"]
+    assert low <= theta <= high < 1.2 * theta
+    assert "slope after a contraction" in text and "was not set to zero" not in text
+
+
+def test_tests_that_alone_show_less(said: Callable) -> None:
+    """Two strengths under a stiffness: alone each hardly tells friction from slope."""
+    mu, theta, height, k_N, rows = 0.65, 18.0, 0.8, 3.0, []
+    slope = np.tan(np.radians(theta))
+    for seed, pressure in enumerate((0.6, 1.8)):
+        rng, slips = np.random.default_rng(seed), np.linspace(0.1, 10.0, 100)
+
+        def strength(u: float, pressure: float = pressure) -> float:
+            left = float(np.exp(-u * slope / height))
+            steep, opening = slope * left, height * (1.0 - left)
+            return (pressure + k_N * opening) * (mu + steep) / (1.0 - mu * steep)
+
+        own = slips_behind_spring(slips, strength, 9.0)
+        tau = np.array([strength(u) if u > 0.0 else 9.0 * s for u, s in zip(own, slips, strict=True)])
+        columns = {"test": f"joint {seed}", "slip": slips, "tau": tau + 0.02 * rng.normal(size=100)}
+        rows.append(pandas.DataFrame(columns | {"sigma_N": pressure}))
+    pandas.concat(rows).to_csv("tests.csv", index=False)
+    said(f"fit tests.csv --k-N {k_N} -o joint.nml", 0)
+    intervals = found()["intervals"]
+    for name, truth in (("mu", mu), ("theta", theta), ("height", height)):
+        low, high = intervals[name]
+        assert low <= truth <= high < 1.3 * low
+
+
 def test_bond_that_stays_elastic(said: Callable) -> None:
     """A line without an end shows a stiffness, and no strength: exit code 3 with the reason."""
     for factor, reason in ((7.0, "nothing is known about its strength"), (3.0, "no result")):

@@ -122,9 +122,12 @@ def at_once(
     return Solution(rigid, closed, *solve(closed, closed.x(known), SEARCHED))
 
 
-def halves_of(solution: Solution) -> dict[str, float]:
-    """Half widths of the intervals of a solution, on the scales of its constants."""
-    own, halves = Intervals(solution, spreads(solution), []), {}
+def halves_of(solution: Solution, left_out: Sequence[Solution] = ()) -> dict[str, float]:
+    """Half widths of the intervals of a solution, on the scales of its constants.
+
+    left_out: fits without each of the tests.
+    """
+    own, halves = Intervals(solution, spreads(solution, left_out), []), {}
     for name in solution.model.free:
         low, high = (float(to_scale(name, end)) for end in own.of(name)[1:])
         halves[name] = 0.5 * (high - low)

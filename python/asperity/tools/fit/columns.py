@@ -65,7 +65,7 @@ def columns_of(table: Table, renamed: Mapping[str, str], optional: bool, forces:
     missing = [name for name in required if name not in shown and not (optional and name == "sigma_N")]
     option = f"--columns {''.join(missing[:1])}=HEADER, in Python columns=, for a column with another name"
     if missing:
-        more = "--sigma-N VALUE for files without sigma_N; --area A for forces"
+        more = "--sigma-N VALUE for files without sigma_N, 0 without a pressure; --area A for forces"
         if missing == ["peak"]:
             more = "residual strengths alone show the friction at large slips: --columns peak=HEADER for them"
         elif "dilation" in shown and not curved:

@@ -118,8 +118,8 @@ def with_starts(form: Solution) -> Solution:
 def from_starts(chosen: Solution, tests: Sequence[ShearTest]) -> tuple[list[ShearTest], list[str]]:
     """Tests from the starts of their gauges on, where the rows show that these lie apart from 0; and notes.
 
-    The law must explain the tests much better with them, by that shape of the asperities which does best;
-    and the rows about the start must say the same without any law.  Not in cycles.
+    The tests must be explained much better with them than by any shape of the asperities without; and the
+    rows about the start must say the same without any law.  Not in cycles.
     """
     form = None if cycles(tests) else rigid_form(chosen, chosen.model.problem(tests).coarse().tests)
     if form is None:
@@ -128,7 +128,8 @@ def from_starts(chosen: Solution, tests: Sequence[ShearTest]) -> tuple[list[Shea
     held = [with_shape(form, shape) for shape in ((LAW, *SLOPES) if sloped else (LAW,))]
     free = [with_starts(own) for own in held]
     best = int(np.argmin(criteria(free)))
-    before, after = criteria([held[best], free[best]])
+    *without, after = criteria([*held, free[best]])
+    before = min(without)
     further = sum(1 + (test.s_N is not None) for test in tests)
     after += further * float(np.log(max(2.0, sum(independent(free[best]).values()))))
     if before - after < GAIN:

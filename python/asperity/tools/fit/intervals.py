@@ -10,7 +10,7 @@ import numpy as np
 
 from ...contract import Floats
 from .model import PLAUSIBLE, from_scale, plausible, to_scale
-from .squares import Solution, jacobian
+from .squares import Solution
 
 CONFIDENCE, PARTS, RIDGE, BETTER = 0.95, 8, 1.0e-3, 6.0
 """Of the intervals; parts of a curve; share of the information that remains of a constant that a single group
@@ -55,13 +55,22 @@ class Spread:
     """Covariance (p, p) of the constants on their scales, and its degrees of freedom.
 
     of_tests: whether it is that of whole tests, which may be different specimens.  within: mean square of
-    their residuals in fits without a test, over that of all tests.
+    their residuals in fits without a test, over that of all tests.  by_rows: covariance of the constants by
+    rows of unit noise, and that of fits without a test, which show less (2, p, p).
     """
 
     covariance: Floats
     freedom: float
     of_tests: bool = False
     within: float = 1.0
+    by_rows: Floats | None = None
+
+    def grown(self, slope: Floats) -> float:
+        """Variance by fits without a test over that of independent tests: what is left shows less, too."""
+        if self.by_rows is None:
+            return 1.0
+        own, left = (float(slope @ matrix @ slope) for matrix in self.by_rows)
+        return max(1.0, left / max(own, 1e-300))
 
     @property
     def quantile(self) -> float:
@@ -96,35 +105,34 @@ def spreads(solution: Solution, left_out: Sequence[Solution] = ()) -> list[Sprea
     """
     if not solution.x.size:
         return []
-    slopes, made = jacobian(solution.problem, solution.x), []
+    slopes, made = solution.slopes, []
     for groups in _groups(solution, slopes):
         covariance, count = delete_one(slopes, solution.residuals, groups)
         made.append(Spread(covariance, count - solution.x.size))
     if len(left_out) > 1:
-        made.append(
-            of_left_out(
-                [solution.problem.x(fit.values) for fit in left_out],
-                solution.x,
-                [fit.residuals for fit in left_out],
-                solution.residuals,
-            )
-        )
+        made.append(of_left_out(solution, left_out))
     freedom = solution.residuals.size - solution.x.size
     if freedom >= 1:
         scale = float(solution.residuals @ solution.residuals) / freedom
-        covariance = scale * np.linalg.pinv(slopes.T @ slopes, rcond=1e-12).astype(float)
-        made.append(Spread(covariance, freedom))
+        made.append(Spread(scale * _inverse(slopes), freedom))
     return made
 
 
-def of_left_out(
-    without: Sequence[Floats], x: Floats, residuals_without: Sequence[Floats], residuals: Floats
-) -> Spread:
-    """Covariance of whole tests, by the constants (p,) and residuals of fits without each, and of all."""
-    moved, count = np.array(without) - x, len(without)
-    squares = np.mean([np.mean(own**2) for own in residuals_without])
-    within = min(1.0, float(squares / max(np.mean(residuals**2), 1e-300)))
-    return Spread((count - 1) / count * moved.T @ moved, count - 1, True, within)
+def of_left_out(solution: Solution, without: Sequence[Solution]) -> Spread:
+    """Covariance of whole tests, by fits without each of them."""
+    moved, count = np.array([solution.problem.x(fit.values) for fit in without]) - solution.x, len(without)
+    squares = np.mean([np.mean(fit.residuals**2) for fit in without])
+    within = min(1.0, float(squares / max(np.mean(solution.residuals**2), 1e-300)))
+    test, slopes = solution.problem.rows.test.to_numpy(), solution.slopes
+    own = _inverse(slopes)
+    further = [_inverse(slopes[test != number]) - own for number in range(count)]
+    by_rows = np.array([own, (count - 1) / count * np.sum(further, axis=0)])
+    return Spread((count - 1) / count * moved.T @ moved, count - 1, True, within, by_rows)
+
+
+def _inverse(slopes: Floats) -> Floats:
+    """Inverse of the information of rows with these derivatives."""
+    return np.asarray(np.linalg.pinv(slopes.T @ slopes, rcond=1e-12), dtype=float)
 
 
 def _groups(solution: Solution, slopes: Floats) -> Iterator[np.ndarray]:
@@ -224,7 +232,7 @@ class Intervals:
         of_rows = max([0.0, *(t * np.sqrt(size) for t, size in rows if size > 0.0)])
         explained = max([0.0, *(float(size) for t, size in rows if np.isfinite(t))])
         of_tests = [
-            half_by_tests(size, spread.within * explained, spread.freedom)
+            half_by_tests(size / spread.grown(slope), spread.within * explained, spread.freedom)
             for spread, size in parts
             if spread.of_tests
         ]

@@ -11,7 +11,7 @@ import numpy as np
 from ...contract import Floats
 from .evidence import cycles, pressures
 from .model import KS, KT, MORTAR, PLAUSIBLE, ROCK, Problem, plausible, to_scale
-from .rigid import LAW
+from .rigid import LAW, has_closed_form
 from .series import CyclicSeries, Rigid, Series
 from .shear_test import ShearTest
 from .squares import Solution
@@ -78,8 +78,13 @@ class Model:
         """Whether the joint is rigid with a spring in series."""
         return KT in {*self.free, *self.fixed}
 
-    def problem(self, tests: Sequence[ShearTest], weight: float = 1.0, direction: float = 0.0) -> Problem:
-        """Problem of these tests; what is not free is rigid, or is not there."""
+    def problem(
+        self, tests: Sequence[ShearTest], weight: float = 1.0, direction: float = 0.0, law: bool = False
+    ) -> Problem:
+        """Problem of these tests; what is not free is rigid, or is not there.
+
+        A joint without bond and reversals has a closed form, which takes the place of the law but for law.
+        """
         rest = {"theta": 0.0, "flat": 0.0, "height": 0.0, "crush": 0.0, "W0": 0.0, "closure": 0.0}
         rest |= {"damage0": 0.0, "sigma02": 0.0, "Gc2": 0.0} if self.bond else {}
         rest |= {"kc": 1.0 if self.bond and self.series else STIFF_CONTACT}
@@ -91,14 +96,15 @@ class Model:
             rest[KS] /= max(float(np.abs(test.slip).max()) for test in tests)
         values = {name: value for name, value in (rest | dict(self.fixed)).items() if name not in self.free}
         sloped = {"theta"} & {*self.free} or self.fixed.get("theta")
-        if self.shape:
-            sides = self.sides if sloped else 0
+        sides = self.sides if sloped else 0
+        exact = not law and self.series and not self.bond and not cycles(tests)
+        if self.shape or (exact and has_closed_form(self.free, values, sides, direction)):
             return Rigid(list(tests), self.free, values, sides, direction, weight=weight, shape=self.shape)
         if cycles(tests):
             kind: type[Problem] = CyclicSeries if self.series else Cyclic
         else:
             kind = Series if self.series else Problem
-        return kind(list(tests), self.free, values, self.sides if sloped else 0, direction, weight=weight)
+        return kind(list(tests), self.free, values, sides, direction, weight=weight)
 
     def without(self, name: str, **fixed: float) -> Model:
         """The model without a free constant, with others fixed."""

@@ -178,6 +178,12 @@ class Problem:
         return concat(parts, ignore_index=True)
 
     @cached_property
+    def measured(self) -> tuple[Floats, Floats, Floats]:
+        """Measured value, scale and weight of every residual."""
+        weights = np.where(self.is_dilation, self.weight, 1.0)
+        return self.rows.measured.to_numpy(), self.rows.scale.to_numpy(), weights
+
+    @cached_property
     def is_dilation(self) -> NDArray[np.bool_]:
         """Mask of the residuals of s_N."""
         mask: NDArray[np.bool_] = (self.rows.name == "dilation").to_numpy()
@@ -212,10 +218,10 @@ class Problem:
             columns = [tau[rows]] if test.s_N is None else [tau[rows], s_N[rows]]
             model += columns
             lost += [rows >= done] * len(columns)
-        left = (np.concatenate(model) - self.rows.measured.to_numpy()) / self.rows.scale.to_numpy()
+        measured, scales, weights = self.measured
+        left = (np.concatenate(model) - measured) / scales
         left = np.where(np.isfinite(left), left, PENALTY) + PENALTY * np.concatenate(lost)
-        weighted: Floats = np.where(self.is_dilation, self.weight, 1.0) * left
-        return weighted
+        return np.asarray(weights * left)
 
     def coarse(self) -> Problem:
         """Problem with few rows and increments, on which the starts search."""

@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
-
-import numpy as np
 
 from .assumptions import at_once, first_only, halves_of
 from .evidence import first_stroke
 from .gauges import rigid_form, with_shape, with_starts
-from .intervals import Assumption, half_by_tests, of_left_out, quantile
+from .intervals import Assumption
 from .ladder import BRITTLE, GAIN, criteria
 from .model import SPRINGS, rows_of
-from .rigid import LINE, SHAPES, SLOPES, SOFTENINGS, WITHOUT
+from .rigid import CONTRACTING, LINE, SHAPES, SLOPES, SOFTENINGS, WITHOUT
 from .shear_test import ShearTest
-from .squares import SEARCHED, Solution, refitted, solve
+from .squares import SEARCHED, Solution, refitted
 
 STARTS, OWN = "other starts", "slope of the law"
 """Names of starts of slip and dilation that fit best, and of the law beside another shape."""
 
 
 def in_place_of_bond(solutions: Sequence[Solution], index: int, bic: Sequence[float]) -> int:
-    """Place of the joint without bond whose asperities, along a line, explain tests better than a bond does.
+    """Place of the joint without bond whose asperities, of another shape, explain tests better than a bond.
 
-    A profile that the law does not have must not make a bond, whose softening is also a straight line.
+    A profile that the law does not have must not make a bond.
     """
     chosen = solutions[index]
     sloped = [
@@ -38,8 +35,12 @@ def in_place_of_bond(solutions: Sequence[Solution], index: int, bic: Sequence[fl
     form = rigid_form(solutions[rock], chosen.problem.tests)
     if form is None:
         return index
-    own, other = criteria([chosen, with_shape(form, LINE)])
-    return rock if other < own - GAIN else index
+    others = [with_shape(form, name) for name in (LINE, CONTRACTING)]
+    # a dilation that the bond does not meet is no reason for a joint that meets the strength less well
+    as_strong = [other.mean_squares["tau"] < chosen.mean_squares["tau"] for other in others]
+    own, *values = criteria([chosen, *others])
+    better = (value < own - GAIN for value, strong in zip(values, as_strong, strict=True) if strong)
+    return rock if any(better) else index
 
 
 def shaped(chosen: Solution, tests: Sequence[ShearTest], given: Mapping[str, float]) -> list[Solution]:
@@ -97,28 +98,17 @@ def of_profile(
         if shape and (allowed or value < first[0] - GAIN):
             if shape not in apart:
                 whole = with_shape(form, shape)
-                apart[shape] = left_out(whole, halves_of(whole))
+                apart[shape] = halves_of(whole, left_out(whole))
             wide = apart[shape]
             halves = {part: max(half, wide.get(part, 0.0)) for part, half in halves.items()}
         yield Assumption(name, value - first[0], solution.values, allowed, parts, halves, shape in apart)
 
 
-def left_out(form: Solution, halves: Mapping[str, float]) -> Mapping[str, float]:
-    """Half widths, on their scales, of the intervals of a closed form by leaving out each of its tests.
-
-    halves: those by the rows.
-    """
+def left_out(form: Solution) -> list[Solution]:
+    """Fits of a closed form without each of its tests."""
     tests = list(form.problem.tests)
-    if len(tests) < 2:
-        return {}
-    rest = [replace(form.problem, tests=tests[:i] + tests[i + 1 :]) for i in range(len(tests))]
-    without = [solve(problem, form.x, SEARCHED) for problem in rest]
-    spread = of_left_out([x for x, _ in without], form.x, [left for _, left in without], form.residuals)
-    rows = {name: spread.within * (half / quantile(np.inf)) ** 2 for name, half in halves.items()}
-    return {
-        name: half_by_tests(float(size), rows[name], spread.freedom)
-        for name, size in zip(form.model.free, np.diag(spread.covariance), strict=True)
-    }
+    rest = [tests[:i] + tests[i + 1 :] for i in range(len(tests))] if len(tests) > 1 else []
+    return [refitted(form, some, tolerance=SEARCHED) for some in rest]
 
 
 def of_strength(

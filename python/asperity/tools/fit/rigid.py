@@ -23,6 +23,9 @@ RIGID_BOND, RISE = 0.99, 0.4
 Model Code 2010, 6.1.1).
 """
 
+DIP, SOONER = 0.5, 8.0
+"""Slope of the closure before a joint opens, over that of its opening; and how much sooner it ends."""
+
 
 def has_closed_form(free: Sequence[str], fixed: Mapping[str, float], sides: int, direction: float) -> bool:
     """Whether a model is two sides, or a flat joint, without wear, closure or a second mode of rupture."""
@@ -59,6 +62,15 @@ def bell(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
 
     part = 0.5 * np.sqrt(np.pi) * u * slope / height
     return np.exp(-(part**2)), height * np.asarray(erf(part))
+
+
+def contracting(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
+    """The same of a joint that closes before it opens; the slope is the largest one."""
+    part = 1.0 - (1.0 + DIP) / SOONER
+    largest = (1.0 - 1.0 / SOONER) * (SOONER * (1.0 + DIP)) ** (-1.0 / (SOONER - 1.0))
+    x = u * slope * part / (height * largest)
+    late, soon = np.exp(-x), (1.0 + DIP) * np.exp(-SOONER * x)
+    return (late - soon) / largest, height * (1.0 - (late - soon / SOONER) / part)
 
 
 def straight(way: Floats, _: float) -> Floats:
@@ -100,12 +112,14 @@ LAW, LINE, HYPERBOLA, BELL, DECAYING = (
     "slope of a bell",
     "exponential softening",
 )
+CONTRACTING = "slope after a contraction"
 RISING = "bond that rises with a power"
 SHAPES = {
     LAW: Shape(),
     LINE: Shape(parabola),
     HYPERBOLA: Shape(hyperbola),
     BELL: Shape(bell),
+    CONTRACTING: Shape(contracting),
     DECAYING: Shape(softening=decaying),
     RISING: Shape(softening=risen, rises=True),
 }
@@ -116,7 +130,7 @@ SHAPES |= {
 }
 """Shapes by name: that of the law, and others; those without friction of the slope are none for a case."""
 
-SLOPES, SOFTENINGS = (LINE, HYPERBOLA, BELL), (DECAYING, RISING)
+SLOPES, SOFTENINGS = (LINE, HYPERBOLA, BELL, CONTRACTING), (DECAYING, RISING)
 """Shapes in place of the slope of the law, and of its softening."""
 
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
 from ...contract import Floats
-from ...pattern import Pattern
-from .model import KS, KT, PRELOAD, Problem, material_of, slip_curve
+from .model import KS, KT, PRELOAD, Problem, slip_curve
 from .rigid import LAW, SHAPES, has_closed_form, rigid_curve
 from .shear_test import ShearTest
 
@@ -51,8 +50,7 @@ class Series(Problem):
         And the number of rows with equilibrium.
         """
         stiffness, sign = 1.0 / self.compliance(values), sign_of(test)
-        early = np.geomspace(1e-4, 0.1, 25) * top
-        own = np.unique(np.concatenate([[0.0], early, np.linspace(0.0, top, self.increments + 1)]))
+        own = top * places(self.increments)
         alone = test
         if test.path_N is not None:
             at = np.maximum.accumulate(np.maximum(0.0, sign * (test.slip - test.tau / stiffness)))
@@ -112,11 +110,15 @@ class Rigid(Series):
 
     def slid(self, values: Mapping[str, float], test: ShearTest, slips: Floats) -> tuple[Floats, Floats, int]:
         """tau and s_N of the closed form."""
-        # the law refuses the same values
-        material_of(values)
-        Pattern.regular(self.sides, values["theta"], values["flat"])
         tau, s_N = rigid_curve(test, np.abs(slips), values, SHAPES[self.shape])
         return sign_of(test) * tau, s_N, slips.size
+
+
+@cache
+def places(increments: int) -> Floats:
+    """Slips over the largest one at which a joint is followed, closer to each other at the start."""
+    early = np.geomspace(1e-4, 0.1, 25)
+    return np.unique(np.concatenate([[0.0], early, np.linspace(0.0, 1.0, increments + 1)]))
 
 
 def sign_of(test: ShearTest) -> float:

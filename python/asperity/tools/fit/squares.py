@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,6 +48,11 @@ class Solution:
     def values(self) -> dict[str, float]:
         """All constants by name."""
         return self.problem.values(self.x)
+
+    @cached_property
+    def slopes(self) -> Floats:
+        """Derivatives (n, p) of the residuals."""
+        return jacobian(self.problem, self.x)
 
     @property
     def mean_squares(self) -> dict[str, float]:
@@ -196,7 +202,7 @@ def searched(
     tried = {int(i) for i in np.argsort(costs)[:starts]} | ({0} if around else set())
     solutions = (solve(problem, points[i], SEARCHED) for i in sorted(tried))
     x, left = min(solutions, key=lambda solution: float(solution[1] @ solution[1]))
-    if model.bond and exact is not problem:
+    if exact is not problem:
         problem = exact
         x, left = solve(exact, x, SEARCHED)
     return Solution(model, problem, x, left)
@@ -228,7 +234,4 @@ def refitted(
     start = np.array([
         float(to_scale(name, known[name])) if known.get(name) else middle[name] for name in model.free
     ])  # fmt: skip
-    rough = problem.closed_form()
-    if rough is not problem and not model.bond:
-        start = solve(rough, start, tolerance)[0]
     return Solution(model, problem, *solve(problem, start, tolerance))

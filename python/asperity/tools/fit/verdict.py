@@ -110,7 +110,7 @@ def blind(solution: Solution, tests: Sequence[ShearTest]) -> tuple[list[Comparis
 
 def of_law(solution: Solution, tests: Sequence[ShearTest], weight: float = 1.0) -> Problem:
     """Problem of the law for constants that were fitted with any shape."""
-    return replace(solution.model, shape=LAW).problem(tests, weight, solution.problem.direction)
+    return replace(solution.model, shape=LAW).problem(tests, weight, solution.problem.direction, law=True)
 
 
 @dataclass(frozen=True)
