@@ -41,7 +41,7 @@ WITHOUT_SUITE = {
 
 
 MIRRORED = (
-    "mesh", "export", "tools/barton", "tools/explore", "tools/selection", "tools/surface",
+    "mesh", "export", "tools/barton", "tools/explore", "tools/fit", "tools/selection", "tools/surface",
     "tools/uncertainty",
 )  # fmt: skip
 """Rooms of the package whose tests have their folder and the names of their modules."""
@@ -49,7 +49,7 @@ MIRRORED = (
 LISTED = "", "cards", "tools"
 """Rooms whose tests have other names, too."""
 
-ALIKE = "command", "picture", "cells", "joint"
+ALIKE = "command", "picture", "cells", "joint", "model"
 """Names of modules of several rooms, which stand in the table with their room."""
 
 WITHOUT_FILE = {
@@ -77,7 +77,19 @@ WITHOUT_FILE = {
     "mesh/test_inp.py: lines and layers of files": "writing",
     "export/test_kits.py: files that the command writes": "export.command element",
     "tools/barton/test_envelope.py: laws of Barton, the command": "tools.barton.command tools.barton.joint",
-    "tools/explore/test_page.py: what the page shows, and its server": "tools.explore.command model",
+    "tools/explore/test_page.py: what the page shows, and its server": (
+        "tools.explore.command tools.explore.model"
+    ),
+    "tools/fit/test_fitting.py: the fit of curves as a whole, from the ladder of models to the verdict": (
+        "assumptions evidence ladder tools.fit.model result series shear_test squares verdict"
+    ),
+    "tools/fit/test_closures.py: closure tests and what is said of them": "closure_report closure_test",
+    "tools/fit/test_outputs.py: what a fit writes, and its predictions": (
+        "tools.fit.command html tools.fit.picture predict report written"
+    ),
+    "tools/fit/test_records.py: files of laboratories": "ends forces headings starts",
+    "tools/fit/test_rigid.py: shapes that the law has not": "profiles",
+    "tools/fit/test_strengths.py: tables of strengths": "criteria strength strength_report",
     "tools/selection/test_search.py: selected patterns, the command": "tools.selection.command",
     "tools/uncertainty/test_spread.py: drawn constants, the command, its pictures": (
         "tools.uncertainty.command distribution tools.uncertainty.picture"
