@@ -369,7 +369,7 @@ def _assumed(fits: Sequence[Solution], ranked: Sequence[float]) -> Iterator[Assu
 def _spring(
     tests: list[ShearTest], solution: Solution, guess: Mapping[str, float], direction: float
 ) -> tuple[Solution, list[str]]:
-    """The model with a rigid spring where the rows do not show it, and notes.
+    """The model with a rigid spring where the rows do not show it, or with one in the joint; and notes.
 
     A constant at the value that means stiff is stiff, and not undetermined.
     """
@@ -384,4 +384,18 @@ def _spring(
     if criteria([solution, rigid])[1] < criteria([solution, rigid])[0]:
         what = "the spring in series (kT)" if spring == KT else "the joint (ks)"
         return rigid, [f"{what} is rigid: the rows do not show its stiffness"]
+    if spring == KT:
+        # the elastic slip is that of the joint: of its planes, or of a bond that softens with the shape eta
+        new = "eta" if model.bond else KS
+        # a flat joint is the same with either
+        if new in model.fixed or (new == KS and not solution.values["theta"]):
+            return solution, []
+        contact = {} if model.bond else {"kc": STIFF}
+        if "kc" in model.fixed:
+            contact["kc"] = model.fixed["kc"]
+        elastic = model.instead(KT, new, **contact)
+        start = [{**guess, **solution.values, KS: 2.0 * solution.values[KT], "eta": guess["eta"]}]
+        inside = searched(tests, elastic, start, direction, 1, 0)
+        if criteria([solution, inside])[1] < criteria([solution, inside])[0]:
+            return inside, [f"the elastic slip is that of the joint ({new}), not of a spring in series (kT)"]
     return solution, []

@@ -18,8 +18,8 @@ from .series import Rigid, sign_of
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, solve
 
-FARTHEST, CANDIDATES, DIGITS = 0.12, 13, 1.0e-7
-"""Largest start of a slip over its range; and number and precision of those that are tried."""
+FARTHEST, CANDIDATES, ROUNDS = 0.12, 13, 3
+"""Largest start of a slip over its range; number of those that are tried, and how often, closer each time."""
 
 RESTS, STRONG, NEAR, STEPS, FIRST_ROWS, DEVIATIONS = 0.1, 0.5, 0.25, 1.5, 8, 3.0
 """Traction over the largest one of a row at rest, and of one that shows the elastic slip; distance of two
@@ -53,33 +53,34 @@ class Started(Rigid):
         self, number: int, values: Mapping[str, float]
     ) -> tuple[tuple[Floats, Floats, int], tuple[float, float]]:
         """Curves of a test, and slip and dilation at its start."""
-        from scipy.optimize import minimize_scalar
-
         test, sign = self.tests[number], sign_of(self.tests[number])
         slips, (of_tau, of_s_N) = self.paths[number][0], self.scales[number]
         farthest = FARTHEST * float(np.ptp(slips))
         outside, tau, s_N, _ = self.outside(values, test, slips[-1] + farthest)
 
-        def at(start: float) -> tuple[Floats, Floats, float]:
-            own = slips - start
+        def at(starts: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+            """Sum of squares, strength, opening and its start, a row for each start of the slip."""
+            own = slips - starts[:, None]
             strength, opening = np.interp(own, outside, tau), np.interp(own, outside, s_N)
-            offset = 0.0 if test.s_N is None else float(np.mean(test.s_N - opening[1:]))
-            return strength, opening + offset, offset
-
-        def square(start: float) -> float:
-            strength, opening, _ = at(start)
-            left = float(np.sum(((strength[1:] - test.tau) / of_tau) ** 2))
+            squares, offset = np.sum(((strength[:, 1:] - test.tau) / of_tau) ** 2, axis=1), 0.0 * starts
             if test.s_N is not None:
-                left += float(np.sum(((opening[1:] - test.s_N) * self.weight / of_s_N) ** 2))
-            return left
+                offset = np.mean(test.s_N - opening[:, 1:], axis=1)
+                opening = opening + offset[:, None]
+                squares += np.sum(((opening[:, 1:] - test.s_N) * self.weight / of_s_N) ** 2, axis=1)
+            return squares, strength, opening, offset
 
-        candidates = np.linspace(-farthest, farthest, CANDIDATES)
-        best = int(np.argmin([square(start) for start in candidates]))
-        near = candidates[max(best - 1, 0)], candidates[min(best + 1, CANDIDATES - 1)]
-        precision = {"xatol": DIGITS * farthest}
-        start = float(minimize_scalar(square, bounds=near, method="bounded", options=precision).x)
-        strength, opening, offset = at(start)
-        return (strength, opening, slips.size), (sign * start, offset)
+        middle, reach = 0.0, farthest
+        for _ in range(ROUNDS):
+            starts = np.clip(middle + reach * np.linspace(-1.0, 1.0, CANDIDATES), -farthest, farthest)
+            squares = at(starts)[0]
+            best = int(np.clip(np.argmin(squares), 1, CANDIDATES - 2))
+            middle, reach = float(starts[best]), float(starts[best + 1] - starts[best])
+        # the least value of the parabola through the last three
+        below, here, above = squares[best - 1 : best + 2]
+        bend = below - 2.0 * here + above
+        part = float(np.clip(0.5 * (below - above) / bend, -1.0, 1.0)) if bend > 0.0 else 0.0
+        _, strength, opening, offset = at(np.array([middle + part * reach]))
+        return (strength[0], opening[0], slips.size), (sign * (middle + part * reach), float(offset[0]))
 
 
 def rigid_form(chosen: Solution, tests: Sequence[ShearTest], left_out: Sequence[str] = ()) -> Solution | None:

@@ -105,12 +105,13 @@ def test_joint_that_closes_before_it_opens(said: Callable) -> None:
         own = slips_behind_spring(slips, strength, 12.0)
         tau = np.array([strength(u) if u > 0.0 else 12.0 * s for u, s in zip(own, slips, strict=True)])
         columns = {"test": f"joint {seed}", "slip": slips, "tau": tau + 0.01 * rng.normal(size=100)}
+        # the law itself has no contraction, and misses these rows by more than a fair fit may
         opening = np.interp(own, fine, z) + 0.005 * rng.normal(size=100)
         rows.append(pandas.DataFrame(columns | {"dilation": opening, "sigma_N": pressure}))
     pandas.concat(rows).to_csv("tests.csv", index=False)
-    text, _ = said("fit tests.csv -o joint.nml", 0)
+    text, _ = said("fit tests.csv -o joint.nml", 3)
     low, high = found()["intervals"]["theta"]
-    assert low <= theta <= high < 1.2 * theta
+    assert low <= theta <= high < 1.2 * theta and "the law misses the scatter" in text
     assert "slope after a contraction" in text and "was not set to zero" not in text
 
 
