@@ -66,7 +66,7 @@ class Spread:
     by_rows: Floats | None = None
 
     def grown(self, slope: Floats) -> float:
-        """Variance by fits without a test over that of independent tests: what is left shows less, too."""
+        """Variance by rows of fits without a test over that of all rows: what is left shows less, too."""
         if self.by_rows is None:
             return 1.0
         own, left = (float(slope @ matrix @ slope) for matrix in self.by_rows)
@@ -85,16 +85,18 @@ def quantile(freedom: float) -> float:
     return float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)) if freedom > 0.0 else np.inf
 
 
-def half_by_tests(of_tests: float, of_rows: float, freedom: float) -> float:
+def half_by_tests(of_tests: float, of_rows: float, freedom: float, grown: float = 1.0) -> float:
     """Half of an interval by the variance between tests, of which the rows of each explain a part.
 
     Only what exceeds that part is a difference of specimens with the freedom of the tests; the freedom of the
-    sum is that of Satterthwaite (1946).  0 where the rows explain all of it.
+    sum is that of Satterthwaite (1946).  grown: variance by rows of fits without a test over of_rows, where
+    these show less.  0 where the rows explain all of it.
     """
-    beyond = of_tests - of_rows
+    beyond = of_tests - grown * of_rows
     if beyond <= 0.0:
         return 0.0
-    return quantile(freedom * (of_tests / beyond) ** 2) * float(np.sqrt(of_tests))
+    total = of_rows + beyond
+    return quantile(freedom * (total / beyond) ** 2) * float(np.sqrt(total))
 
 
 def spreads(solution: Solution, left_out: Sequence[Solution] = ()) -> list[Spread]:
@@ -232,7 +234,7 @@ class Intervals:
         of_rows = max([0.0, *(t * np.sqrt(size) for t, size in rows if size > 0.0)])
         explained = max([0.0, *(float(size) for t, size in rows if np.isfinite(t))])
         of_tests = [
-            half_by_tests(size / spread.grown(slope), spread.within * explained, spread.freedom)
+            half_by_tests(size, spread.within * explained, spread.freedom, spread.grown(slope))
             for spread, size in parts
             if spread.of_tests
         ]

@@ -32,6 +32,7 @@ def test_bond_of_a_crack_is_no_result() -> None:
     assert not result.is_result and any(GUESS in text for text in result.reasons)
 
 
+@pytest.mark.slow
 def test_bond_that_no_row_shows() -> None:
     """A bond that would break before the first row is no result: a joint of the law without bond has none."""
     material = Material(sigma0=1.745, Gc=0.0872, eta=0.9, mu=0.3528, kc=20.0, height=0.141, damage0=1.0)
@@ -89,6 +90,7 @@ def test_profile_that_the_law_does_not_have() -> None:
     assert not assumption.admissible and not any("slope along a line" in text for text in result.notes)
 
 
+@pytest.mark.slow
 def test_profile_of_cycles() -> None:
     """In cycles the first strokes tell another profile: slope and height lie in the intervals."""
     tests, truth = drawn_tests("cycles on parabolic asperities", 8, lambda p: len(p) == 2)
