@@ -1,78 +1,117 @@
-"""Slender walls whose toe crushes on FEniCSx, a line each: share of the strength, force found and expected.
+"""Slender walls whose toe crushes on FEniCSx, a line each: name and numbers; mm, N, MPa.
 
-A wall of 1000 x 2500 x 102 mm stands on a dry joint with a compressive strength fc, carries N and is pushed
-at its top until nothing carries more.  With a toe that yields at fc on the length N/(fc t) the force is
-N (L - N/(fc t))/(2 H).  Where the shear of the toe takes part, its pressure is fc/sqrt(1 + Css (V/N)^2).
+A wall of 102 mm stands on a dry joint with a compressive strength fc, carries N and is pushed at its top.
+
+- limit LENGTH HEIGHT SHARE Css Gfc: largest horizontal force over N, where the force is the load; the share
+  is that of N in fc L t.
+- moved METHOD: the same of the middle wall where the displacement of the top is prescribed, the force at the
+  end, largest error of forces, steps, iterations.
+- force Gfc, pressure Gfc STATE: points of the picture, rotation and force, place and pressure.
 """
 
 from __future__ import annotations
 
 import argparse
-import math
 import warnings
-from contextlib import suppress
-from pathlib import Path
 
 import numpy as np
 from asperity import Interface, Material, Pattern
 from asperity.contract import Floats
-from asperity.fenicsx import COMM, Branch, Conditions, Follow, Model, Output, State, Stopped, Terms, solve
+from asperity.fenicsx import COMM, Branch, Conditions, Follow, Model, State, Terms, solve, total
 from asperity.mesh import split
-from asperity.options import add_options
-from asperity.tools.style import COLOURS, TWO, new_figure, printed, save
 
 from harness.hosts.structured import grid
 
 LENGTH, HEIGHT, THICKNESS = 1000.0, 2500.0, 102.0
-FC, KN, E = 6.2, 50.0, 1e5
-"""Of calcium-silicate masonry; the wall is stiff beside its joint, as the closed form has it."""
+FC, MU, KN, E = 6.2, 0.42, 50.0, 1e5
+"""Of calcium-silicate masonry; the wall is stiff beside its joint, as closed forms have it."""
 
 SHARES = 0.1, 0.2, 0.3
 """Of the vertical force over fc L t."""
 
+CSS = 9.0
+"""Of Lourenco (1996)."""
 
-def expected(share: float, Css: float = 0.0, height: float = HEIGHT) -> float:
-    """Largest horizontal force over the vertical one, by a toe that yields."""
-    ratio = 0.0
-    for _ in range(100):
-        ratio = LENGTH / (2.0 * height) * (1.0 - share * math.sqrt(1.0 + Css * ratio**2))
-    return ratio
+YIELDING, SOFTENING = 1500.0, (30.0, 15.0)
+"""Energies of crushing, N/mm: of a toe that hardly softens, and of masonry."""
+
+SIZES = (1000.0, 2500.0), (500.0, 1250.0), (2000.0, 5000.0), (1000.0, 4000.0)
+"""Lengths of walls, and heights at which they are pushed."""
+
+END = 20.0
+"""Displacement of the top, mm, up to which walls are moved."""
+
+METHODS = {
+    "Newton": {},
+    "passes": {"always": True},
+    **{
+        f"IMPL-EX {force}": {"passes": 1, "always": True, "errors": (2.5 * force, force)}
+        for force in (0.02, 0.01, 0.005)
+    },
+}
+"""Settings of paths: by Newton's method with passes where it fails, and IMPL-EX with its error of forces."""
 
 
 class Toe:
     """A wall under its vertical force."""
 
     def __init__(
-        self, share: float, Gfc: float, Css: float = 0.0, cells: int = 50, height: float = HEIGHT
+        self,
+        share: float,
+        Gfc: float,
+        Css: float = 0.0,
+        length: float = LENGTH,
+        height: float = HEIGHT,
+        cells: int = 50,
     ) -> None:
         """Build the wall and press it; height: of the force above the joint."""
-        material = Material.from_joint(kn=KN, ks=0.4 * KN, mu=1.3, fc=FC, Gfc=Gfc, Css=Css)
-        y = np.r_[-100.0, np.linspace(0.0, height, 26)]
-        whole = grid(np.linspace(0.0, LENGTH, cells + 1), y, block=y[:-1] >= 0.0) if COMM.rank == 0 else None
+        material = Material.from_joint(kn=KN, ks=0.4 * KN, mu=MU, fc=FC, Gfc=Gfc, Css=Css)
+        y = np.r_[-0.1 * length, np.linspace(0.0, height, 26)]
+        whole = grid(np.linspace(0.0, length, cells + 1), y, block=y[:-1] >= 0.0) if COMM.rank == 0 else None
         law = Interface(material, Pattern.regular(0, 0.0))
         mesh = split(whole) if whole else None
         self.model = m = Model(mesh, {"joint": law}, {"block_0": 1e3 * E, "block_1": E}, 0.2, THICKNESS)
-        self.N = share * FC * LENGTH * THICKNESS
-        self.fixed = m.dofs(m.x[:, 1] < -99.9, 0, 1)
-        nodes, area = m.group("top")
+        self.N, self.height = share * FC * length * THICKNESS, height
+        self.base = m.dofs(m.x[:, 1] < -0.099 * length, 0, 1)
+        top, area = m.group("top")
+        self.top = m.dofs(np.isin(np.arange(m.n), top), 0)
         down, push = np.zeros((m.n, 2)), np.zeros((m.n, 2))
-        down[nodes, 1], push[nodes, 0] = -self.N * area, self.N * area
-        self.down, self.push = (force.ravel() / (LENGTH * THICKNESS) for force in (down, push))
+        down[top, 1], push[top, 0] = -self.N * area, self.N * area
+        self.down, self.push = (force.ravel() / (length * THICKNESS) for force in (down, push))
         state = State.virgin(m)
         for part in (0.25, 0.5, 0.75, 1.0):
-            state = solve(m, state, Conditions(self.fixed, load=part * self.down)).taken()
+            state = solve(m, state, Conditions(self.base, load=part * self.down)).taken()
         self.state = state
 
     def pushed(self, ratio: float) -> Conditions:
         """Vertical force, and the horizontal one over it."""
-        return Conditions(self.fixed, load=self.down + ratio * self.push)
+        return Conditions(self.base, load=self.down + ratio * self.push)
+
+    def moved(self, way: float) -> Conditions:
+        """Vertical force, and the displacement of the top."""
+        fixed = np.r_[self.base, self.top]
+        return Conditions(fixed, self.state.u[fixed] + way * np.isin(fixed, self.top), self.down)
 
     def limit(self, always: bool = False) -> Follow:
-        """Path up to the largest force."""
+        """Path of forces up to the largest one."""
         step = 0.02
         follow = Follow(self.model, self.state, self.pushed, step, 2 * step, 1e-5, Terms(), always=always)
         follow.run_to_limit(1.0)
         return follow
+
+    def along(self, method: str, end: float = END) -> tuple[Floats, Follow, State]:
+        """Rows of a path of displacements to an end: rotation, force over N, error of forces.
+
+        With the path and the state of the largest force.
+        """
+        follow = Follow(self.model, self.state, self.moved, 0.25, 0.5, 1e-4, **METHODS[method])
+        rows, peak, largest = [], follow.state, 0.0
+        for report in follow.to(end):
+            force = -total(report.reaction[self.base][::2].sum()) / self.N
+            rows.append([self.rotation(follow.state), force, report.errors[1]])
+            if force > largest:
+                peak, largest = follow.state, force
+        return np.array(rows), follow, peak
 
     def rotation(self, state: State) -> float:
         """Rotation of the wall to its toe, by its top."""
@@ -88,62 +127,57 @@ class Toe:
         return branch, np.array(rows)
 
 
-def draw(path: Path) -> None:
-    """Force over the rotation of the second wall, and pressure of its toe at the peak and at the end."""
-    share = SHARES[1]
-    with printed():
-        figure, (forces, pressures) = new_figure(TWO, 2.9, ncols=2)
-        for colour, Gfc in zip(COLOURS, (1500.0, 30.0, 15.0), strict=False):
-            toe = Toe(share, Gfc)
-            follow = Follow(toe.model, toe.state, toe.pushed, 0.005, 0.01, 1e-5)
-            rows, label = [], f"Gfc = {Gfc:g} N/mm"
-            with suppress(Stopped):
-                for _ in follow.to(1.0):
-                    rows.append([toe.rotation(follow.state), follow.at])
-            branch, beyond = toe.beyond(follow, 0.93, most=2.0) if Gfc < 1e3 else (follow, np.zeros((0, 2)))
-            turned = np.array([*rows, *beyond.tolist()])
-            forces.plot(1e3 * turned[:, 0], turned[:, 1], color=colour, label=label)
-            for state, line in ((follow.state, "-"), (branch.state, "--")):
-                order = np.argsort(toe.model.places[:, 0])
-                x, p = toe.model.places[order, 0], -state.t[order, 0]
-                pressures.plot(x, p, line, color=colour, label=label if line == "-" else None)
-        forces.axhline(expected(share), color="black", linewidth=0.6, linestyle=":", label="toe that yields")
-        forces.set(
-            xlabel="rotation [mrad]", ylabel="horizontal force over N [-]", xlim=(0, 12), ylim=(0, 0.18)
-        )
-        pressures.set(
-            xlabel="place along the joint [mm]", ylabel="pressure [MPa]", xlim=(600, 1000), ylim=(0, 7)
-        )
-        for panel in (forces, pressures):
-            panel.legend()
-            panel.grid(alpha=0.3)
-        save(figure, path)
+def say(name: str, *numbers: float) -> None:
+    """Print a line."""
+    if COMM.rank == 0:
+        print(f"{name}:", *(f"{number:.6g}" for number in numbers), flush=True)
+
+
+def limits(sizes: tuple[tuple[float, float], ...], kinds: tuple[tuple[float, float], ...]) -> None:
+    """Print the largest forces of walls; kinds: Css and Gfc."""
+    for length, height in sizes:
+        for share in SHARES:
+            for Css, Gfc in kinds:
+                found = Toe(share, Gfc, Css, length, height).limit().at
+                say(f"limit {length:g} {height:g} {share:g} {Css:g} {Gfc:g}", found)
+
+
+def methods() -> None:
+    """Print what the middle wall carries when its top is moved, by each method."""
+    toe = Toe(SHARES[1], SOFTENING[0], CSS)
+    for method in METHODS:
+        rows, follow, _ = toe.along(method)
+        say(f"moved {method}", rows[:, 1].max(), rows[-1, 1], rows[:, 2].max(), follow.count, follow.taken)
+
+
+def picture() -> None:
+    """Print force over rotation of the middle wall, and pressures of its toe at the peak and at the end."""
+    for Gfc in (YIELDING, *SOFTENING):
+        toe = Toe(SHARES[1], Gfc)
+        rows, follow, peak = toe.along("Newton", 1.5 * END)
+        for rotation, force, _ in rows:
+            say(f"force {Gfc:g}", rotation, force)
+        for name, state in (("peak", peak), ("end", follow.state)):
+            for x, p in sorted(zip(toe.model.places[:, 0], -state.t[:, 0], strict=True)):
+                say(f"pressure {Gfc:g} {name}", x, p)
 
 
 def main() -> None:
-    """Run all."""
+    """Print the numbers of the words, or of all."""
     warnings.simplefilter("ignore")
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    add_options(
-        parser,
-        ("--Gfc ENERGY", "of crushing, N/mm", 1500.0),
-        ("--Css CSS", "part of the shear in the strength", 0.0),
-        ("--pvd FILE", "fields of the second wall beyond its peak for ParaView", Path),
-        ("-o --output FILE", "picture of the second wall", Path),
-    )
-    o = parser.parse_args()
-    for share in SHARES:
-        toe = Toe(share, o.Gfc, o.Css)
-        follow = toe.limit()
-        if COMM.rank == 0:
-            print(f"{share:g}: {follow.at:.5f} {expected(share, o.Css):.5f}", flush=True)
-        if o.pvd and share == SHARES[1]:
-            branch, _ = toe.beyond(follow, 0.9)
-            Output(toe.model, o.pvd).write(branch.state, ledger=branch.ledger)
-    if o.output:
-        draw(o.output)
+    parser.add_argument("words", nargs="*", help="yields, limits, moved, picture")
+    words = parser.parse_args().words or ["limits", "moved", "picture"]
+    if "yields" in words:
+        limits(SIZES[:1], ((0.0, YIELDING), (CSS, YIELDING)))
+    if "limits" in words:
+        limits(SIZES, ((0.0, YIELDING), (CSS, YIELDING), *((CSS, Gfc) for Gfc in SOFTENING)))
+    if "moved" in words:
+        methods()
+    if "picture" in words:
+        picture()
 
 
 if __name__ == "__main__":

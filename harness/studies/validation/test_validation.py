@@ -23,6 +23,7 @@ from harness.studies.validation import (
     ribbed,
     sandstone,
     scan,
+    toe,
     wall_costs,
     wall_runs,
     wall_scale,
@@ -30,7 +31,7 @@ from harness.studies.validation import (
 )
 
 MEASURED = [push_off.STUDY, sandstone.STUDY, granite.STUDY, closure.STUDY, scan.STUDY, walls.STUDY]
-STUDIES = [*MEASURED, oriented.STUDY, dynamics.STUDY, ribbed.STUDY, delamination.STUDY, dam.STUDY]
+STUDIES = [*MEASURED, oriented.STUDY, dynamics.STUDY, ribbed.STUDY, delamination.STUDY, dam.STUDY, toe.STUDY]
 
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
@@ -53,6 +54,32 @@ def test_levels_of_the_dam() -> None:
     assert levels["linear", "plain"] == pytest.approx(slid, rel=1e-3)
     assert dam.opened("linear") == pytest.approx((2.577e-7, -3.696e-7), rel=1e-3)
     assert dam.opened("flow") == pytest.approx((1.1338e-6, -5.072e-7), rel=1e-3)
+
+
+def test_toes_that_crush() -> None:
+    """Walls of all sizes carry what a rigid one does, between an even shear of the toe and the bound.
+
+    IMPL-EX ends where Newton's method does, within the moment of its error of forces: at most 2 N L/2.
+    """
+    constants = toe.STUDY.constants()
+    found = toe.limits(constants)
+    assert len(found) == 48
+    for length, height, share in toe.walls_of(found):
+        slenderness, both = height / length, found[length, height, share, toe.CSS, toe.YIELDING]
+        assert found[length, height, share, 0.0, toe.YIELDING] == pytest.approx(
+            toe.plain(share, slenderness), rel=2e-3
+        )
+        assert both == pytest.approx(toe.sheared(share, slenderness, toe.CSS), rel=8e-3)
+        assert both <= (1.0 + 1e-3) * toe.most(share, slenderness, toe.CSS, toe.MU)
+    for name, values in constants.items():
+        if name.startswith("IMPL-EX"):
+            for kind in ("force", "end"):
+                assert values[kind] == pytest.approx(constants["Newton"][kind], abs=0.4 * values["e_t"])
+    page = toe.STUDY.page.read_text(encoding="utf-8")
+    factors = [toe.plain(share, 2.5) / toe.sheared(share, 2.5, toe.CSS) - 1.0 for share in (0.1, 0.2, 0.3)]
+    assert "{:.1f}, {:.1f} and {:.1f} %".format(*(100.0 * factor for factor in factors)) in page
+    ends = [toe.plain(share, H) / toe.sheared(share, H, toe.CSS) for share, H in ((0.24, 2.5), (0.3, 4.0))]
+    assert ends[0] == pytest.approx(1.03, abs=1e-3) and ends[1] < 1.03
 
 
 def test_runs_of_the_walls_are_stored() -> None:
@@ -133,7 +160,17 @@ def test_closed_form_of_the_slip(name: str) -> None:
     assert rise == pytest.approx(measured["dn"][granite.ARREST] - measured["dn"][granite.ONSET], rel=2e-3)
 
 
-COMPUTED = "arches", "dam_", "fit_times", "fits", "ribbed_", "walls_runs", "walls_scale", "walls_summaries"
+COMPUTED = (
+    "arches",
+    "dam_",
+    "fit_times",
+    "fits",
+    "ribbed_",
+    "toe_",
+    "walls_runs",
+    "walls_scale",
+    "walls_summaries",
+)
 """Starts of the names of files that hold results of the project."""
 
 

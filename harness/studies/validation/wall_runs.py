@@ -93,6 +93,9 @@ AIMS = {
 ROUGH = "10 0", "20 0.1", "10 0.5", "5 0.1"
 """Theta and height of the planes in the joints of J4D."""
 
+CRUSH = {"J4D": "fc=10.5 Gfc=60", "J6D": "fc=11.5 Gfc=66", "J7D": "fc=11.5 Gfc=66"}
+"""Strength and energy of crushing of the joints of the walls with mortar: MPa, N/mm."""
+
 PLANES = {
     f"planes {sides} {turn:g}": f"{COST['rough']} {MORTAR} --sides {sides} --turn {turn}"
     for sides, turns in ((2, (0,)), (4, (45,)), (6, (0, 30)), (8, (0, 22.5)), (16, (0, 11.25)), (64, (0,)))
@@ -110,6 +113,8 @@ RUNS = {
         for names, planes in (("J4D J6D J7D", "10 0.1"), *(("J4D", plane) for plane in ROUGH))
         for name in names.split()
     },
+    **{f"crush {name}": f"--wall {name} {MORTAR} --joint {words}" for name, words in CRUSH.items()},
+    "crush implex": f"--wall J4D {IMPLEX['0.05 0.02']} --joint {CRUSH['J4D']}",
     **METHODS,
     **AIMS,
     **PLANES,
@@ -139,6 +144,8 @@ SUMMARY = (
         "calm",
         "work",
         "dissipated",
+        "unbalanced",
+        "released",
     ),
     *("iterations", "linear", "seconds", "law", "memory", "peak", "at", "end"),
     *("entries", "operations", "gigabytes"),

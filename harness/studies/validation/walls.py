@@ -95,6 +95,25 @@ def mortar(curves: dict[str, Floats]) -> str:
     return markdown(head, body)
 
 
+ENDS = {"J4D": "2/3 of 50, 52"}
+"""Forces after the peak as they are recalled of the tests, kN."""
+
+
+def crush(curves: dict[str, Floats], summaries: pandas.DataFrame) -> str:
+    """Table of the Eindhoven walls whose joints have a compressive strength, and one of them by IMPL-EX."""
+    body = []
+    for label, name, other in (
+        *((name, name, f"crush {name}") for name in MORTAR),
+        ("J4D, IMPL-EX", "flat implex 0.05 0.02", "crush implex"),
+    ):
+        both = [curves[run_name] for run_name in (name, other)]
+        peaks = [f"{curve[:, 1].max():.2f}" for curve in both]
+        last = [f"{np.interp(4.0, curve[:, 0], curve[:, 1]):.1f}" for curve in both]
+        body.append([label, *peaks, *last, ENDS.get(name, ""), f"{summaries.loc[other].e_t:.1g}"])
+    head = ["wall", "peak, kN", "with fc", "at 4 mm, kN", "with fc", "measured then", "e_t with fc"]
+    return markdown(head, body)
+
+
 JOINTS = {
     "J4D": ("0", "flat"),
     "J4D 5 0.1": ("5", "0.1"),
@@ -179,8 +198,19 @@ def ends(summaries: pandas.DataFrame) -> str:
         counts = [f"{least:.0f} to {most:.0f}" for least, most in (
             (part.min(), part.max()) for part in (chosen.iterations, chosen.by_passes))]  # fmt: skip
         calm = chosen.calm.fillna(chosen.e_t).max()
-        body.append([label, *counts, f"{chosen.snaps.sum():.0f}", f"{calm:.1g}"])
-    return markdown(["walls", "factorizations", "steps by passes", "snaps", "largest e_t"], body)
+        shares = (100.0 * chosen[name].abs().max(skipna=False) for name in ("unbalanced", "released"))
+        left, freed = ("" if np.isnan(share) else f"{share:.2g}" for share in shares)
+        body.append([label, *counts, f"{chosen.snaps.sum():.0f}", f"{calm:.1g}", left, freed])
+    head = [
+        "walls",
+        "factorizations",
+        "steps by passes",
+        "snaps",
+        "largest e_t",
+        "unbalanced, %",
+        "released, %",
+    ]
+    return markdown(head, body)
 
 
 def draw(_: Mapping[str, Constants]) -> Figure:
@@ -278,6 +308,7 @@ def tables(_: Mapping[str, Constants]) -> dict[str, str]:
     return {
         "dry": dry(curves),
         "mortar": mortar(curves),
+        "crush": crush(curves, summaries),
         "dilation": dilation(curves),
         "ends": ends(summaries),
         "aims": wall_costs.aims(summaries),
