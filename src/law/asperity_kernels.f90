@@ -38,7 +38,7 @@ contains
   end function kernel_of
 
   !> Kernel for the accounts of long increments beside another one: two are enough, as these are rare. None is long
-  !> with the guard or a dashpot.
+  !> with a dashpot.
   pure function exact_kernel(kernel) result(exact)
     integer, intent(in) :: kernel   !! the other one
     integer :: exact

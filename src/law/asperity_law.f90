@@ -104,8 +104,8 @@ contains
     now%new%s_dih = old%s_dih + now%friction%slip*now%friction%m_h
   end function plane_response
 
-  !> The limit of the growth with the guard: 0 if the rupture of the increment would be negative, and growth%weight_new
-  !> otherwise.
+  !> The limit of the growth with the guard: 0 if the rupture of the increment by the trapezoidal rule would be negative,
+  !> and growth%weight_new otherwise.
   !>
   !> A dissipation that is zero except for rounding is not negative. Thus the result does not depend on the direction of
   !> the slip. Without the guard m%unguarded is huge.
@@ -174,15 +174,17 @@ contains
     last = plane_forces(m, at, response%new)
     grown = response%new%alpha - old%alpha
     now%spent = plane_dissipation(m, start, last, grown, response%friction%slip)
+    if (m%guard) growth%limit = guarded_limit(m, growth, at_start, at, grown, now%spent%rupture)
+    target = response%new%alpha
     if (m%exact) then
       ! what viscosity delays
       target = merge(response%new%alpha, min(old%alpha + grown/growth%weight_new, 1.0_wp), growth%weight_new >= 1.0_wp)
       phases = phases_of(m, growth, at_start, at, old, target)
-      now%spent%rupture = rupture_of_phases(m, growth, at_start, at, old, response, phases)
+      now%spent%rupture = max(rupture_of_phases(m, growth, at_start, at, old, response, phases), -m%unguarded)
     end if
     if (m%guard) then
-      growth%limit = guarded_limit(m, growth, at_start, at, grown, now%spent%rupture)
       response%new%alpha = merge(response%new%alpha, old%alpha, growth%limit > 0.0_wp)
+      target = merge(target, old%alpha, growth%limit > 0.0_wp)
       now%spent%rupture = merge(now%spent%rupture, 0.0_wp, growth%limit > 0.0_wp)
       last = plane_forces(m, at, response%new)
       now%spent%friction = m%mu*((start%strength + last%strength)*response%friction%slip)

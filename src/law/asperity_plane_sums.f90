@@ -138,7 +138,6 @@ contains
     real(wp) :: long, weight
     integer(int64) :: i
     m = kernel_constants(block%material, kernel)
-    m%guard = .false.
     m%by_points = .true.
     m%exact = .true.
     growth = block%growth

@@ -79,7 +79,7 @@ contains
     real(wp) :: back
     integer(int64), parameter :: infinity_bits = int(z"7FF0000000000000", int64)
     integer(int64) :: magnitude
-    integer :: exponent, n
+    integer :: exponent, first, n
 
     magnitude = iand(transfer(value, 0_int64), huge(0_int64))
     if (magnitude >= infinity_bits) then
@@ -89,8 +89,10 @@ contains
     else if (.not. abs(value) > 0.0_wp) then
       text = "0"
     else
-      ! with fewer digits the largest numbers may round up beyond the range
-      do n = merge(1, 17, abs(value) < 1.0e300_wp), 17
+      ! A number of up to 15 digits is the one that 15 digits show, then zeros. Near the smallest numbers this does not
+      ! hold, and with fewer than 17 digits the largest ones may round up beyond the range.
+      first = merge(merge(15, 17, abs(value) < 1.0e300_wp), 1, abs(value) > 1.0e-300_wp)
+      do n = first, 17
         write (style, "(a, i0, a)") "(es26.", n - 1, "e3)"
         write (buffer, style) abs(value)
         read (buffer, "(f26.0)") back
@@ -99,6 +101,7 @@ contains
       n = min(n, 17)
       buffer = adjustl(buffer)
       digits = buffer(1:1) // buffer(3:)
+      if (n == 15) n = max(1, verify(digits(:n), "0", back=.true.))
       read (buffer(index(buffer, "E") + 1:), "(i5)") exponent
       sign = merge("-", " ", value < 0.0_wp)
       if (exponent < -5 .or. exponent > 8) then

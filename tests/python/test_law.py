@@ -121,7 +121,10 @@ def test_damage_of_a_broken_joint_is_1() -> None:
         assert history.damage.max() <= 1.0
 
 
-@pytest.mark.parametrize("constants", [{}, {"kc": 20.0}, {"eta": 0.999}, {"sigma02": 4.0, "Gc2": 0.9}])
+RUPTURES = [{}, {"kc": 20.0}, {"eta": 0.999}, {"sigma02": 4.0, "Gc2": 0.9}, {"guard": True}]
+
+
+@pytest.mark.parametrize("constants", RUPTURES)
 @pytest.mark.parametrize("n", [1, 2, 16])
 def test_rupture_in_any_increment(constants: dict, n: int) -> None:
     """A bond that shears off without pressure has the rupture Gc, however few increments it takes."""
