@@ -104,8 +104,8 @@ contains
     now%new%s_dih = old%s_dih + now%friction%slip*now%friction%m_h
   end function plane_response
 
-  !> The limit of the growth with the guard: 0 if the rupture of the increment by the trapezoidal rule would be negative,
-  !> and growth%weight_new otherwise.
+  !> The limit of the growth with the guard: 0 if the rupture of the increment by the trapezoidal rule is negative, and
+  !> growth%weight_new otherwise.
   !>
   !> A dissipation that is zero except for rounding is not negative. Thus the result does not depend on the direction of
   !> the slip. Without the guard m%unguarded is huge.
