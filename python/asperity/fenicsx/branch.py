@@ -48,9 +48,8 @@ class Branch:
     """Steps along a path beyond its limit load, where the parameter falls.
 
     state: of the last step, `before` that of the one before.  report: of the last attempt.  at: parameter.
-    slope: of the parameter over the step by the last tangent, 0 where none was needed.  count, cuts, taken:
-    steps, attempts that failed, iterations.  reason: why it is stopped, or empty.  ledger: energies since the
-    start, whose balance was `start` then.
+    count, cuts, taken: steps, attempts that failed, iterations.  reason: why it is stopped, or empty.
+    ledger: energies since the start, whose balance was `start` then.
     """
 
     def __init__(
@@ -80,11 +79,10 @@ class Branch:
         )  # fmt: skip
         self.step = min(self.length, most)
         self.least = LEAST * self.step
-        self.count, self.cuts, self.taken, self.slope, self.reason = 0, 0, 0, 0.0, ""
+        self.count, self.cuts, self.taken, self.reason = 0, 0, 0, ""
         self.ledger = ledger or ledger_of(model, state, 0.0, 0.0)
         self.start = self.ledger.balance
         self.report: Report | None = None
-        self._kept = (before, state, self.length, self.ledger, self.step)
 
     @property
     def at(self) -> float:
@@ -132,7 +130,6 @@ class Branch:
             if self.step < self.least:
                 self.reason = f"stopped at {self.at:.5g}: {reason}"
             return False
-        self._kept = self.before, old, self.length, self.ledger, self.step
         loads = self._held(old.at)[1], report.load
         work = work_of(self.model, old, new, loads, report.fixed)
         self.ledger = ledger_after(self.model, self.ledger, new, 0.0, work)
@@ -141,13 +138,6 @@ class Branch:
         if iterations <= FAST:
             self.step = min(GROWTH * self.step, self.most)
         return True
-
-    def retake(self, share: float) -> bool:
-        """Take the last step back, for one of a share of its length; whether that is not too short."""
-        self.before, self.state, self.length, self.ledger, step = self._kept
-        self.step = share * step
-        self.count, self.cuts = self.count - 1, self.cuts + 1
-        return self.step >= self.least
 
     def _held(self, at: float) -> tuple[Held, Floats, Floats]:
         """Conditions at a parameter, loads with the pressures on faces, and pressures of the points."""
@@ -164,7 +154,7 @@ class Branch:
         ratio = self.step / self.length
         weights = m.area[:, None] * change / (self.length * totals(m.area.sum())[0])
         x, at = old.u + ratio * (old.u - self.before.u), old.at + ratio * (old.at - self.before.at)
-        none, t, self.slope = np.zeros(len(x)), self.terms, 0.0
+        none, t = np.zeros(len(x)), self.terms
         q = equations_of(m, self._held(at)[0].fixed, t.options)
         for iteration in range(t.iterations + 1):
             now, load, p = self._held(at)
@@ -199,6 +189,6 @@ class Branch:
             )
             if not np.isfinite(reached) or not rate:
                 break
-            forward, self.slope = (missing - reached) / rate, 1.0 / rate
+            forward = (missing - reached) / rate
             x, at = x + first + forward * second, at + forward
         return x, at, t.iterations, "the iterations end without an equilibrium"

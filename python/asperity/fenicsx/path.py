@@ -6,9 +6,8 @@
         no state: keep the old state; the step becomes half; too short: the path is stopped
                   Newton's method failed in a short step, or soon after passes: passes follow
                   passes failed under loads that change: Newton's method takes the step again
-                  some failures one after the other under loads that change: the parameter becomes an unknown,
-                  and the path goes along the branch of equilibria, to the end or to a limit load, where
-                  it turns or stays; a branch that ends before is left, and tried again at the end
+                  too short under loads that change: the parameter becomes an unknown, and the path goes along
+                  the branch of equilibria, to the end or to a limit load, where the parameter turns
         passes under loads that change: Newton's method ends them, or there is no state
         errors of the passes too large: keep the old state; the step is repeated with less of its length,
                   unless it is the shortest one and no loads change
@@ -61,37 +60,16 @@ SHORT = 0.22
 SHORTEST = 10.0
 """Least step by passes over that of Newton's method."""
 
-TRIES = 4
-"""Attempts that fail one after the other before the parameter becomes an unknown."""
+FLAT = 1e-6
+"""Share of the shortest step by which the parameter must grow in a step of the branch; else it turns."""
 
-STEADY, NEARER = 0.5, 0.25
-"""Share of the slope of the parameter that a step of the branch keeps, and that of it which is taken else."""
-
-FLAT, LEVEL = 1e-5, 3
-"""Slope of the parameter over the way of the joints, both as logarithms, and steps with less: a limit load.
-
-The slope is 1 where all is elastic; with FLAT twice the way would change the parameter by 1e-5 of it.
-"""
-
-LOOK = 400
-"""Most attempts on a branch whose parameter still grows."""
+LOOK = 80
+"""Most attempts on a branch; the parameter of a model that has moved so far hardly grows."""
 
 LIMIT_LOAD, LAW, NOT_FOUND = "limit", "law has no result", "not found"
 """Kinds of the end of a path under loads."""
 
-RULES = (
-    "cuts",
-    "repeated",
-    "taken",
-    "count",
-    "by_passes",
-    "calm",
-    "patience",
-    "newton",
-    "failed",
-    "late",
-    "level",
-)
+RULES = "cuts", "repeated", "taken", "count", "by_passes", "calm", "patience", "newton"
 """Whole numbers that a run goes on from."""
 
 OF_BRANCH = "step", "least", "count", "cuts"
@@ -148,9 +126,7 @@ class Follow:
         self.always, self.by_passes, self.shortest = always, always, min(SHORTEST * least, most)
         self.calm, self.patience, self.newton = 0, 1, CALM
         self.cuts, self.repeated, self.taken, self.count, self.reason = 0, 0, 0, 0, ""
-        # attempts that failed since the last step, whether a branch has been left, and its level steps
-        self.failed, self.late, self.level = 0, 0, 0
-        self.way, self.kind = 0.0, ""
+        self.kind = ""
         self.branch: Branch | None = None
         self.ledger = ledger_of(model, state, 0.0, 0.0)
         self.start = self.ledger.balance
@@ -213,10 +189,10 @@ class Follow:
         report, under_loads = self._attempt(at, move)
         self.report = report
         if report.state is None:
-            self.cuts, self.failed = self.cuts + 1, self.failed + 1
+            self.cuts += 1
             self._cut(move, 0.5, report.reason, under_loads)
-            if under_loads and (self.reason or (self.failed >= TRIES and not self.late)):
-                self._leave(move)
+            if self.reason and under_loads:
+                self._leave(at, move)
             return False
         damage, force = report.errors
         excess = max(damage / self.errors[0], force / self.errors[1])
@@ -237,32 +213,23 @@ class Follow:
         work = work_of(self.model, old, new, (self._loads(), report.load), report.fixed)
         self.ledger = ledger_after(self.model, self.ledger, new, damped, work)
         self.before, self.state, self._load = old, new, report.load
-        self.count, self.failed, self.way = self.count + 1, 0, self.way + self._length(new, old)
+        self.count += 1
 
-    def _length(self, new: State, old: State) -> float:
-        """Way of the joints between two states, root of the mean of its squares over the area."""
-        area = self.model.area
-        squares, whole = totals(area @ ((new.s - old.s) ** 2).sum(1), area.sum())
-        return float(np.sqrt(squares / (whole or 1.0)))
-
-    def _leave(self, move: float) -> None:
-        """Let the parameter be an unknown, where steps under loads fail; tell where it cannot."""
-        given = self.conditions(self.at + move)
+    def _leave(self, at: float, move: float) -> None:
+        """Let the parameter be an unknown, where a shortest step under loads fails; tell where it cannot."""
         if self.report and self.report.reason.startswith("the law"):
-            kind = LAW
-        elif (
-            Water(self.model, given.pressures, given.flows).moves
-            or total(np.abs(self.state.s - self.before.s).sum()) == 0.0
-        ):
-            kind = NOT_FOUND
+            self.kind = LAW
+        elif self._wet(at) or total(np.abs(self.state.s - self.before.s).sum()) == 0.0:
+            self.kind = NOT_FOUND
         else:
-            branch = self.branch = self._branch(abs(move))
-            share = abs(move / ((self.at - self.before.at) or move))
-            branch.step, self.level = min(share, 1.0) * branch.length, 0
-            self.reason, self.step, self.by_passes = "", abs(move), self.always
+            self.branch, self.reason, self.step = self._branch(abs(move)), "", abs(move)
             return
-        if self.reason:
-            self.kind, self.reason = kind, self.reason.replace(":", f", {kind}:", 1)
+        self.reason = self.reason.replace(":", f", {self.kind}:", 1)
+
+    def _wet(self, at: float) -> bool:
+        """Whether water follows the openings, which a branch does not take."""
+        given = self.conditions(at)
+        return Water(self.model, given.pressures, given.flows).moves
 
     def beyond(self, most: float) -> Branch:
         """Branch from the last step on, where the parameter may fall; most: its largest step.
@@ -280,46 +247,31 @@ class Follow:
 
     def _along(self, branch: Branch, end: float) -> bool:
         """Take one step along the branch, or tell why the path ends."""
-        way, first, before = float(np.sign(end - self.at)), self.state, self.before
+        way, first = float(np.sign(end - self.at)), self.state
         taken = branch.advance()
         report = self.report = branch.report
         if not taken:
             self.cuts += 1
-            if branch.reason and not self.late and "the law" not in branch.reason:
-                self.branch, self.late, self.failed = None, 1, 0
-            elif branch.reason:
+            if branch.reason:
                 self.kind = LAW if "the law" in branch.reason else NOT_FOUND
                 self.reason = branch.reason.replace(":", f", {self.kind}:", 1)
             return False
         assert report
         self.taken += report.iterations
-        gained, moved = way * (branch.at - first.at), branch.state.u - first.u
-        # within a step whose slope falls the parameter may be higher than at its end
-        slope = way * (first.at - before.at) / (self._length(first, before) or 1.0)
-        allowed = slope * branch.length
-        falls = gained < STEADY * allowed or way * branch.slope < 0.0
-        if falls and allowed > self.least and branch.retake(NEARER):
-            self.cuts += 1
-            return False
-        if gained <= 0.0:
-            self._limit(moved)
+        gained = way * (branch.at - first.at)
+        if gained <= FLAT * self.step:
+            self._limit(branch.state.u - first.u)
             return False
         if way * (branch.at - end) >= 0.0:
             share = (end - first.at) / (branch.at - first.at)
-            report, _ = self._attempt(end, end - first.at, ahead=share * moved, passes=0)
+            report, _ = self._attempt(end, end - first.at, ahead=share * (branch.state.u - first.u), passes=0)
             self.report, self.branch = report, None
             if report.state is None:
                 self.kind, self.reason = NOT_FOUND, f"stopped at {self.at:.5g}, {NOT_FOUND}: {report.reason}"
                 return False
         self._take(report)
-        if self.branch:
-            slope = gained / abs(self.at) * self.way / branch.length
-            self.level = self.level + 1 if slope < FLAT else 0
-            if self.level == LEVEL:
-                self._limit(moved)
-            elif branch.count + branch.cuts >= LOOK:
-                text = f"after {LOOK} attempts the parameter still grows, by {slope:.2g} of what is elastic"
-                self.kind, self.reason = NOT_FOUND, f"stopped at {self.at:.5g}, {NOT_FOUND}: {text}"
+        if self.branch and branch.count + branch.cuts >= LOOK:
+            self._limit(self.state.u - self.before.u)
         return True
 
     def _limit(self, moved: Floats) -> None:
@@ -411,17 +363,16 @@ class Follow:
         rules = [getattr(self, name) for name in RULES]
         ledger = [*astuple(self.ledger), self.start]
         branch = [getattr(self.branch, name, 0.0) for name in OF_BRANCH]
-        write(file, states, step=[self.step, self.way], rules=rules, ledger=ledger, branch=branch)
+        write(file, states, step=self.step, rules=rules, ledger=ledger, branch=branch)
 
     def resume(self, file: str | Path) -> None:
         """Go on from the files of a run with the same mesh, laws and ranks."""
         sizes = {"rules": len(RULES), "ledger": len(fields(Ledger)) + 1, "branch": len(OF_BRANCH)}
-        shapes = {"step": (2,), **{name: (size,) for name, size in sizes.items()}}
+        shapes = {"step": (), **{name: (size,) for name, size in sizes.items()}}
         states, numbers = read(file, self.model, ("state", "before"), **shapes)
         *energies, self.start = numbers["ledger"].tolist()
         self.ledger = Ledger(*energies)
-        self.state, self.before = states["state"], states["before"]
-        self.step, self.way = numbers["step"].tolist()
+        self.state, self.before, self.step = states["state"], states["before"], float(numbers["step"])
         for name, value in zip(RULES, numbers["rules"].tolist(), strict=True):
             setattr(self, name, bool(value) if name == "by_passes" else value)
         self.report, self._load, self.reason, self.kind, self.mechanism = None, None, "", "", None
