@@ -254,7 +254,7 @@ def test_impact(share: float) -> None:
     """An element that closes, slides and breaks in part keeps its energy as its steps get short.
 
     Central differences err where the stiffness of opening becomes that of closure within a step, by the
-    square of the step: below the whole energy at 0.9.
+    square of the step; 30 % at 0.9 is a bound by experience, not by theory.
     """
     joint = SOLID
     free = Free(joint, share)
@@ -263,7 +263,7 @@ def test_impact(share: float) -> None:
     start = 0.5 * free.MASS * (free.v**2).sum()
     ratio = np.array([free.step() for _ in range(2000)]) / start
     assert sum(float(p.state[0, 2]) for p in free.points) > 0.0  # it broke in part
-    assert np.abs(ratio - 1.0).max() <= (share / 0.9) ** 2
+    assert np.abs(ratio - 1.0).max() <= 0.3 * (share / 0.9) ** 2
 
 
 def test_exported_element(folder: Path) -> None:
