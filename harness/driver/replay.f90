@@ -94,8 +94,8 @@ contains
       do i = 1, size(column)
         if (column(i) == 0 .or. .not. good) cycle
         call to_real(trim(list(column(i))), numbers(i), good)
-        if (.not. good) call refuse("column " // integer_text(column(i)) // " = """ // printable(trim(list(column(i)))) // &
-          """: expected a number")
+        if (.not. good) call refuse("column " // integer_text(column(i)) // " = """ // &
+          printable(trim(list(column(i)))) // """: expected a number")
       end do
       if (.not. named .and. size(list) > ntens) call refuse(integer_text(size(list)) // " columns: expected " // &
         integer_text(ntens) // " (ntens), or a header")

@@ -150,7 +150,8 @@ contains
     touch%strength = m%mu*pressure(m, start%contact)
     last = m%mu*pressure(m, at%contact)
     width = touch%closed%to - touch%closed%from
-    touch%rate = (last - touch%strength)/merge(width, 1.0_wp, width > 0.0_wp)
+    ! never a division by zero, not even in a lane of a vector that is not used
+    touch%rate = (last - touch%strength)/max(width, epsilon(1.0_wp))
     ! |e| = mu p: a x^2 + 2 b x + c = 0
     a = (touch%d_t**2 + touch%d_h**2) - touch%rate**2
     b = (touch%e_t*touch%d_t + touch%e_h*touch%d_h) - touch%strength*touch%rate
