@@ -13,14 +13,14 @@ BOND = """
 STRENGTH, GC = 0.25, 0.018
 bond = Interface(Material(sigma0=STRENGTH, Gc=GC, eta=0.97882791327913, mu=0.75), Pattern.regular(0, 0.0))
 
-def pulled(E):
+def pulled(E, least=1e-4):
     # a share of the strength of the joint, as a force on the top
     m = model(E, 0.0, laws={"joint": bond})
     top, area = m.group("top")
     pull = np.zeros((m.n, 2))
     pull[top, 1] = STRENGTH * area
     of = lambda t: Conditions(bottom(m), load=t * pull.ravel())
-    follow = Follow(m, State.virgin(m), of, 0.1, 0.1, 1e-4)
+    follow = Follow(m, State.virgin(m), of, 0.15, 0.15, least)
     follow.run_to_limit(2.0)
     return follow
 """
@@ -58,6 +58,21 @@ for E in (2e4, 2.0):
         assert error < 1e-5 and count > 10
         assert work == pytest.approx(1.0, rel=5e-3) and abs(unbalanced) < 5e-3
     assert soft[4] < -0.05 and stiff[4] > 0.1
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_load_that_still_grows_is_no_limit(ranks: int) -> None:
+    """A branch that is given up after one attempt says that nothing was found."""
+    code = """
+from asperity.fenicsx import path
+path.LOOK = 1
+try:
+    pulled(2e4, 0.1)
+except Stopped as error:
+    results["end"] = str(error)
+"""
+    results = of_all_ranks(BOND + code, ranks)
+    assert "not found: the load still grows after 1 attempts" in results["end"]
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

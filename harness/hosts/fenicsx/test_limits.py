@@ -1,4 +1,4 @@
-"""Limit loads of drawn structures on FEniCSx: stacks, slopes with uplift, couplets and an arch."""
+"""Limit loads of drawn structures on FEniCSx: stacks, slopes with uplift, couplets, a wedge and an arch."""
 
 from __future__ import annotations
 
@@ -17,13 +17,17 @@ flat = Pattern.regular(0, 0.0)
 def dry(mu):
     return Interface(Material.from_joint(kn=10.0 ** rng.uniform(1.5, 3.5), ks=60.0, mu=mu), flat)
 
-def limit(name, m, fixed, down, push, expected, pressures=None):
+def limit(name, m, fixed, down, push, expected, pressures=None, slip=0.0):
     of = lambda t: Conditions(fixed, load=down + t * push, pressures=pressures or {})
     follow = Follow(
         m, solve(m, State.virgin(m), of(0.0)).taken(), of, 0.05 * expected, 0.2 * expected, 1e-5 * expected
     )
     follow.run_to_limit(3.0 * expected)
-    results[f"{name} {len(results)}"] = follow.at / expected
+    path = follow
+    if slip:  # what is carried once friction has turned into the direction of the slip
+        path = follow.beyond(slip)
+        for _ in path.to(lambda state: np.abs(state.s).max() >= slip): pass
+    results[f"{name} {len(results)}"] = path.at / expected
 
 def stack(d):
     # blocks on each other, pushed by a share of their weight: each joint slides or opens
@@ -52,6 +56,27 @@ def slope():
     slides, tips = (mu * N - along) / W, (N * width - along * height) / (W * height)
     limit("slope", m, m.dofs(m.x[:, 1] < -0.49, 0, 1), down, push, min(slides, tips), {name: p})
 
+def wedge():
+    # a wedge on two planes that plunge along their line, pushed along it (Hoek and Bray 1981): both slide
+    right, left, plunge = np.radians(rng.uniform([20, 20, 0], [50, 50, 15]))
+    mu, w, length = np.tan(plunge) + rng.uniform(0.1, 0.5), 0.01, rng.uniform(4.0, 6.0)
+    axis, inside = np.r_[-0.5, np.linspace(0.0, 1.0, 4)], np.zeros((1, 4, 4), int)
+    inside[:, 1:, 1:] = 1
+    mesh = grid(np.linspace(0.0, length, 5), axis, axis, block=inside)
+    ways = np.array([[np.cos(right), np.sin(right)], [-np.cos(left), np.sin(left)]])
+    mesh.points[:, 1:] = mesh.points[:, 1:] @ ways
+    pieces = split(mesh)
+    [name] = pieces.joints
+    m = Model(pieces, {name: dry(mu)}, 10.0 ** rng.uniform(3, 5), 0.2)
+    outer = (m.x[:, 1:] @ np.linalg.inv(ways)).min(axis=1) < -0.49
+    down = m.body(w * np.array([np.sin(plunge), 0.0, -np.cos(plunge)]), m.names[1])
+    W = w * length * np.sin(right + left)
+    across = ways @ [[0.0, 1.0], [-1.0, 0.0]] * [[1.0], [-1.0]]
+    normals = np.linalg.solve(across.T, [0.0, W * np.cos(plunge)])
+    slides = (mu * normals.sum() - W * np.sin(plunge)) / W
+    push = m.body(np.array([w, 0.0, 0.0]), m.names[1])
+    limit("wedge", m, m.dofs(outer, 0, 1, 2), down, push, slides, slip=1.0)
+
 def couplet():
     strength = rng.uniform(0.1, 2.0)
     Gc = rng.uniform(0.01, 0.06) * strength**2
@@ -72,7 +97,7 @@ def arched():
     fixed = m.dofs(m.x[:, 1] < -0.3 * ratio * arch.R + 1e-6, 0, 1)
     limit("arch", m, fixed, down, side, arch.limit(ratio, mu))
 
-for draw in [lambda: stack(2)] * 4 + [lambda: stack(3), slope, slope, couplet, arched]:
+for draw in [lambda: stack(2)] * 4 + [lambda: stack(3), slope, slope, couplet, wedge, arched]:
     draw()
 """
 
@@ -81,6 +106,6 @@ for draw in [lambda: stack(2)] * 4 + [lambda: stack(3), slope, slope, couplet, a
 def test_drawn_structures(seed: int) -> None:
     """Friction, the edge, the strength or limit analysis; voussoirs of the arch have straight edges."""
     results = of_all_ranks(DRAWN.replace("SEED", str(seed)), 1)
-    assert len(results) == 9
+    assert len(results) == 10
     for name, found in results.items():
         assert found == pytest.approx(1.0, abs=1e-3 if "arch" in name else 3e-5), results

@@ -90,6 +90,11 @@ class Branch:
         return self.state.at
 
     @property
+    def size(self) -> float:
+        """Root of the mean of the squares of the separations over the area."""
+        return self._length(self.state.s)
+
+    @property
     def unbalanced(self) -> float:
         """Change of the balance of all energies over the work; that which snaps release is in the ledger."""
         return self.ledger.unbalanced(self.start)

@@ -63,8 +63,8 @@ SHORTEST = 10.0
 FLAT = 1e-6
 """Share of the shortest step by which the parameter must grow in a step of the branch; else it turns."""
 
-LOOK = 80
-"""Most attempts on a branch; the parameter of a model that has moved so far hardly grows."""
+LOOK, LEVEL = 80, 1e-5
+"""Most attempts on a branch; share of the parameter that a limit may still gain while separations double."""
 
 LIMIT_LOAD, LAW, NOT_FOUND = "limit", "law has no result", "not found"
 """Kinds of the end of a path under loads."""
@@ -271,7 +271,13 @@ class Follow:
                 return False
         self._take(report)
         if self.branch and branch.count + branch.cuts >= LOOK:
-            self._limit(self.state.u - self.before.u)
+            still = gained * branch.size / branch.length
+            if still <= LEVEL * abs(self.at):
+                self._limit(self.state.u - self.before.u)
+            else:
+                self.kind = NOT_FOUND
+                text = f"the load still grows after {LOOK} attempts, by {still:.2g} while separations double"
+                self.reason = f"stopped at {self.at:.5g}, {NOT_FOUND}: {text}"
         return True
 
     def _limit(self, moved: Floats) -> None:
