@@ -31,6 +31,7 @@ if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
   target_compile_options(asperity_flags INTERFACE $<$<AND:$<CONFIG:Debug>,$<COMPILE_LANGUAGE:Fortran>>:${debug_flags}>)
 elseif(CMAKE_Fortran_COMPILER_ID MATCHES "Flang")
   set(CMAKE_Fortran_FLAGS_RELEASE "-O2")
+  target_compile_options(asperity_flags INTERFACE $<$<AND:${of_suite},$<COMPILE_LANGUAGE:Fortran>>:-O0>)
 elseif(CMAKE_Fortran_COMPILER_ID MATCHES "Intel")
   # it obeys !$omp simd unasked, and takes what the loops assign for shared; not tried, as this compiler was not to be
   # had
