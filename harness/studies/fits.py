@@ -6,6 +6,7 @@ The tables say how often the truth lies within the intervals, and how often nons
 from __future__ import annotations
 
 import argparse
+import subprocess
 import sys
 import tempfile
 import time
@@ -32,6 +33,9 @@ from .tables import refreshed
 DATA = Path(__file__).parent / "validation" / "data" / "fits.csv"
 PAGE = Path(__file__).parents[2] / "docs" / "validation" / "fits.md"
 """What was found in each set, and the page."""
+
+FOLDER = "HEAD:python/asperity/tools/fit"
+"""The fit in the last commit."""
 
 GIVEN = "--joint "
 """Words of the name of a law before the form of the joint, if that is known."""
@@ -99,7 +103,7 @@ def _curves(drawn: Drawn, joint: str) -> tuple[Row, list[Row]]:
     fitted = fit(read_back(tests_of(drawn)), joint)
     errors = fitted.errors
     summary: Row = {"code": 0 if fitted.is_result else 3, "grade": fitted.grade}
-    summary |= {"met": max(errors["scatter"], errors.get("dilation left out", 0.0)), "between": np.nan}
+    summary |= {"met": errors["scatter"], "between": np.nan}
     if drawn.held is not None:
         held = tests_of(drawn._replace(tests=[drawn.held]))
         problem = fitted.solution.model.problem([*fitted.tests, *held])
@@ -184,10 +188,16 @@ def sets(rows: pandas.DataFrame) -> str:
         )
         times = f"{part.cpu.median():.1f} / {part.cpu.max():.1f}"
         codes = [str((part.code == code).sum()) for code in (0, 3, 1)]
-        lines.append([str(kind), seeds, str(len(part)), *codes, met_text, wrong, times])
+        lines.append([str(kind), seeds, str(len(part)), *codes, met_text, wrong, times, *{*part.state}])
     head = ["law", "seed", "sets", "code 0", "code 3", "refused", "met within 5 %: with 0"]
-    head += ["code 0: wrong between", "CPU, median / largest, s"]
+    head += ["code 0: wrong between", "CPU, median / largest, s", "state"]
     return markdown(head, lines)
+
+
+def state() -> str:
+    """Hash of the folder of the fit in the last commit, which tells the state of the fit that a row is of."""
+    command = ["git", "-C", str(PAGE.parent), "rev-parse", "--short=8", FOLDER]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
 
 
 def _write(options: argparse.Namespace) -> int:
@@ -197,15 +207,15 @@ def _write(options: argparse.Namespace) -> int:
         jobs = [(kind, options.seed, number) for kind in kinds for number in range(options.write)]
         with ProcessPoolExecutor(1, get_context("spawn")) as pool:
             judgements: Iterable[list[Row]] = pool.map(judged, jobs)
-            frame = pandas.DataFrame([row for rows in judgements for row in rows])
+            frame = pandas.DataFrame([row for rows in judgements for row in rows]).assign(state=state())
         if DATA.exists():
-            before = pandas.read_csv(DATA)
+            before = pandas.read_csv(DATA, dtype={"state": str})
             frame = pandas.concat([before[~before.kind.isin(kinds)], frame])
         frame.to_csv(DATA, index=False, float_format="%.5g")
     if not DATA.exists():
         print(f"{DATA}: expected a file that --write has written")
         return DIFFERS
-    rows = pandas.read_csv(DATA)
+    rows = pandas.read_csv(DATA, dtype={"state": str})
     contents = {"fits-coverage": lambda: table(rows), "fits-sets": lambda: sets(rows)}
     return refreshed(PAGE, options.check, contents)
 

@@ -128,12 +128,6 @@ def unseen_bond(chosen: Solution, auto: bool, given: Mapping[str, float]) -> tup
 
     auto: whether the ladder chose it; given: values of the user, which are accepted.
     """
-    values, slip = chosen.values, max(float(np.abs(test.slip).max()) for test in chosen.problem.tests)
-    strength = values.get("sigma02") or values["sigma0"]
-    elastic = 2.0 * (values.get("Gc2") or values["Gc"]) * (1.0 - values["eta"]) / strength
-    if elastic >= slip and not {"sigma0", "Gc"} <= {*given}:
-        text = f"the bond is elastic up to a slip of {elastic:.3g}, and the tests end at {slip:.3g}"
-        return f"{text}: nothing is known about its strength; rows beyond the peak would show it", ""
     share = share_of_bond(chosen)
     if share >= GOOD:
         return "", ""

@@ -2,34 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ... import contract
 from ...pattern import Pattern
-from .assumptions import (
-    PATTERNS,
-    PLACES,
-    RIGID_FRICTION,
-    alternatives,
-    of_friction,
-)
 from .bonds import guessed, is_near_bond, unseen_bond
 from .checks import check_copies, check_known, shows_dilation, warn_if
-from .evidence import cycles, guesses, noise
-from .gauges import from_starts
-from .intervals import Assumption, Intervals, spreads
+from .evidence import cycles, guesses
+from .intervals import Intervals, spreads
 from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
 from .model import AUTO, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
-from .profiles import in_place_of_bond, of_profile, of_strength, shaped
+from .profiles import AT_ONCE, assumed, in_place_of_bond, shaped
 from .result import Fit
 from .rigid import LAW, SLOPES, WITHOUT
 from .shear_test import ShearTest
-from .squares import SEARCHED, Solution, refitted, residuals, searched
+from .squares import Solution, refitted, residuals, searched
 from .verdict import (
-    FAIR,
     GOOD,
     blind,
     compared,
@@ -38,15 +29,14 @@ from .verdict import (
     grade_of,
     of_law,
     remarks,
-    scatter_of_law,
     short,
     too_little,
     undetermined,
 )
 
-WEIGHTS, NEAR, SWITCHES, NO_WIDTH = (0.2, 5.0), 1.0e-3, 2, 1.0e-9
+WEIGHTS, NEAR, NO_WIDTH = (0.2, 5.0), 1.0e-3, 1.0e-9
 """Smallest and largest weight of the dilation; distance from a bound, over its range, that lies at it;
-number of assumptions that may be replaced by better ones; and relative width of an interval that has none.
+and relative width of an interval that has none.
 """
 
 
@@ -62,7 +52,7 @@ def fit(
     """Constants of measured tests, which `read_tests` returns or which are made of arrays.
 
     joint: "rock" without bond, "mortar" with one, or "auto", that which the tests support.  fixed: values
-    that are known from elsewhere, by name, theta in degrees; the stiffnesses ks and kc are varied, too.
+    that are known from elsewhere, by name, theta in degrees.
     free: these constants alone, in place of the ladder of models.  sides: inclined planes of the pattern.
     direction: of the slip, degrees.  tick: called with the name of every part of the fit when it begins.  The
     fit is a result if its `reasons` are empty.
@@ -171,12 +161,11 @@ def _fit(
     tick: Callable[[str], object],
     given: bool = False,
     measured: bool = True,
-    started: bool = False,
 ) -> Fit:
     """Fit by a ladder of models; without the dilation where the law does not meet it.
 
-    given: the model is that of the user, which no other one replaces.  measured: whether a test had a
-    dilation.  started: whether the starts of the gauges have been looked for.
+    given: the model is that of the user, which no other one replaces.
+    measured: whether a test had a dilation.
     """
     solutions: list[Solution] = []
     guess = guesses(tests)
@@ -192,73 +181,31 @@ def _fit(
         solutions.append(searched(tests, model, [*starts, guess], direction))
     index, bic = choose(solutions)
     index = index if given else in_place_of_bond(solutions, index, bic)
-    moved, begins = ([], []) if started else from_starts(solutions[index], tests)
-    if begins:
-        result = _fit(moved, models, direction, tick, given, measured, True)
-        result.notes[:0] = begins
-        return result
     chosen, notes = (solutions[index], []) if given else _spring(tests, solutions[index], guess, direction)
     scatter = chosen.scatter
-    if "dilation" in scatter:
-        dilations = [test.s_N for test in tests if test.s_N is not None]
-        of_noise = np.mean([noise(s_N) / max(float(np.ptp(s_N)), 1e-300) for s_N in dilations])
-        if scatter_of_law(chosen, tests)["dilation"] > FAIR + of_noise and not given:
-            bare = [replace(test, s_N=None) for test in tests]
-            known = models[0].fixed
-            kept = ladder(bare, _joint_of(models), known, models[0].sides)
-            alone = _fit(bare, kept or models[:1], direction, tick, started=True)
-            text = (
-                f"the law misses the dilation (scatter {scatter['dilation']:.0%}): these are "
-                "constants of the strength alone"
-            )
-            alone.reasons.insert(0, text)
-            alone.errors["dilation left out"] = scatter["dilation"]
-            return alone
     weight = 1.0
     if "dilation" in scatter:
         weight = float(np.clip(scatter["tau"] / max(scatter["dilation"], 1e-12), *WEIGHTS))
     tick("all rows")
     chosen = refitted(chosen, tests, weight=weight)
     tick("other assumptions")
-    assumed = alternatives(chosen, solutions, bic, index)
-    fits = [refitted(start, tests, model, weight, SEARCHED) for start, model in assumed]
-    ranked = criteria([chosen, *fits])
-    for _ in range(0 if given else SWITCHES):
-        # values that the user has given stay
-        free = [i for i, fit in enumerate(fits, 1) if fit.model.name in PATTERNS + PLACES]
-        best = min(free, key=lambda i: ranked[i], default=0)
-        if ranked[best] >= ranked[0] - GAIN:
-            break
-        # another pattern or place of the spring explains the tests better: it takes its place
-        chosen = refitted(fits[best - 1], tests, weight=weight)
-        notes.append(f"assumed instead of the usual: {chosen.model.name}")
-        assumed = alternatives(chosen, solutions, bic, index)
-        fits = [refitted(start, tests, model, weight, SEARCHED) for start, model in assumed]
-        ranked = criteria([chosen, *fits])
-    law, forms = chosen, [] if given else shaped(chosen, tests, models[0].fixed)
-    values = criteria([chosen, *forms])
+    law, forms = chosen, shaped(chosen, tests, models[0].fixed, given)
+    usable = [form for form in forms if form.model.shape != WITHOUT]
+    values = criteria([chosen, *usable])
     # a stiffness of the joint that the user gives has no closed form
     if min(values) < min(values[:2]) - GAIN and KS not in models[0].fixed:
         # the constants of the shape that the tests have mean the same, and give the law their peaks and ends
-        chosen = forms[int(np.argmin(values[1:]))]
+        chosen = usable[int(np.argmin(values[1:]))]
         own = ", ".join(f"{n} {law.values[n]:.3g}" for n in law.model.free if n not in SPRINGS)
         notes.append(
             f"the tests have another shape than the law, {chosen.model.shape}; the law's own best: {own}"
         )
-        ranked = criteria([chosen, *fits])
-    known = models[0].fixed
-    strength = [*of_strength(chosen, tests, known), *of_friction(chosen, tests, known)]
-    preferred = min(strength, key=lambda assumption: assumption.difference, default=None)
+    assumptions = [*assumed(chosen, law, tests, forms)]
+    told = (assumption for assumption in assumptions if assumption.name in BETTER)
+    preferred = min(told, key=lambda assumption: assumption.difference, default=None)
     if preferred and preferred.difference < -GAIN:
-        own = ", ".join(f"{name} {preferred.values[name]:.3g}" for name in ("mu", "sigma0", "Gc"))
-        notes.append(f"{BETTER[preferred.name.split(',')[0]]}: {own}")
-    profiles = [*of_profile(chosen, law, tests, forms)]
-    others = [assumption for assumption in profiles if assumption.name in SLOPES]
-    other = min(others, key=lambda assumption: assumption.difference, default=None)
-    if other and other.difference < -GAIN:
-        own = ", ".join(f"{n} {other.values[n]:.3g}" for n in ("mu", "theta", "height") if n in other.values)
-        notes.append(f"a {other.name} in place of that of the law explains the tests better: {own}")
-    assumptions = [*_assumed(fits, ranked), *strength, *profiles]
+        own = ", ".join(f"{name} {preferred.values[name]:.3g}" for name in preferred.parts)
+        notes.append(f"{BETTER[preferred.name]}: {own}")
     if chosen.problem.is_closed_form:
         problem = of_law(chosen, tests, weight)
         law = Solution(replace(chosen.model, shape=LAW), problem, chosen.x, residuals(problem, chosen.x))
@@ -317,7 +264,7 @@ def _fit(
         reasons += [reason] if reason else []
         notes += [note] if note else []
     if not chosen.model.bond and is_near_bond(solutions, bic):
-        notes.append("the tests do not exclude a bond: its mu, theta, height are among the other assumptions")
+        notes.append("the tests do not exclude a bond beside the friction and the asperities")
     notes += remarks(chosen, tests)
     if coverage(tests)[1] <= 0.0:
         notes.append("no pressure: nothing is known about the friction; mu = 0 is assumed unless it is given")
@@ -340,9 +287,9 @@ def _joint_of(models: Sequence[Model]) -> str:
 
 BETTER = {
     WITHOUT: "the slope of the dilation adds less friction than that of the law; without any",
-    RIGID_FRICTION: "friction acts before the bond is damaged; from the first slip on",
-}
-"""What tests say that prefer another assumption about the strength."""
+    AT_ONCE: "friction acts before the bond is damaged; from the first slip on",
+} | {name: f"a {name} in place of that of the law explains the tests better" for name in SLOPES}
+"""What tests say that prefer another assumption."""
 
 HELP = {
     "mu": "rows beyond the peak, up to the residual strength",
@@ -356,46 +303,20 @@ HELP = {
 """What shows a constant."""
 
 
-def _assumed(fits: Sequence[Solution], ranked: Sequence[float]) -> Iterator[Assumption]:
-    """Fits with other assumptions; ranked: criteria of the chosen fit and of these."""
-    for fit, value in zip(fits, ranked[1:], strict=True):
-        difference = value - ranked[0]
-        # what is not free there is a convention, and crush goes with the weight of a plane
-        of_pattern = fit.model.name in PATTERNS
-        parts = tuple(name for name in fit.model.free if not (of_pattern and name in ("crush", "W0")))
-        yield Assumption(fit.model.name, difference, fit.values, difference < GAIN, parts)
-
-
 def _spring(
     tests: list[ShearTest], solution: Solution, guess: Mapping[str, float], direction: float
 ) -> tuple[Solution, list[str]]:
-    """The model with a rigid spring where the rows do not show it, or with one in the joint; and notes.
+    """The model with a rigid spring where the rows do not show it; and notes.
 
     A constant at the value that means stiff is stiff, and not undetermined.
     """
-    stress, length = solution.problem.size
-    model = solution.model
-    spring = next((name for name in SPRINGS if name in model.free), "")
-    if not spring or cycles(tests):
+    if KT not in solution.model.free or cycles(tests):
         return solution, []
-    value = STIFF * stress / length
+    stress, length = solution.problem.size
     start = [{**guess, **solution.values}, guess]
-    rigid = searched(tests, model.without(spring, **{spring: value}), start, direction, 1)
-    if criteria([solution, rigid])[1] < criteria([solution, rigid])[0]:
-        what = "the spring in series (kT)" if spring == KT else "the joint (ks)"
-        return rigid, [f"{what} is rigid: the rows do not show its stiffness"]
-    if spring == KT:
-        # the elastic slip is that of the joint: of its planes, or of a bond that softens with the shape eta
-        new = "eta" if model.bond else KS
-        # a flat joint is the same with either
-        if new in model.fixed or (new == KS and not solution.values["theta"]):
-            return solution, []
-        contact = {} if model.bond else {"kc": STIFF}
-        if "kc" in model.fixed:
-            contact["kc"] = model.fixed["kc"]
-        elastic = model.instead(KT, new, **contact)
-        start = [{**guess, **solution.values, KS: 2.0 * solution.values[KT], "eta": guess["eta"]}]
-        inside = searched(tests, elastic, start, direction, 1, 0)
-        if criteria([solution, inside])[1] < criteria([solution, inside])[0]:
-            return inside, [f"the elastic slip is that of the joint ({new}), not of a spring in series (kT)"]
+    stiff = solution.model.without(KT, **{KT: STIFF * stress / length})
+    rigid = searched(tests, stiff, start, direction, 1)
+    with_spring, without = criteria([solution, rigid])
+    if without < with_spring:
+        return rigid, ["the spring in series (kT) is rigid: the rows do not show its stiffness"]
     return solution, []

@@ -12,9 +12,9 @@ from ...contract import Floats
 from .model import PLAUSIBLE, from_scale, plausible, to_scale
 from .squares import Solution
 
-CONFIDENCE, PARTS, RIDGE, BETTER = 0.95, 8, 1.0e-3, 6.0
-"""Of the intervals; parts of a curve; share of the information that remains of a constant that a single group
-shows; and information criterion by which an assumption explains tests better.
+CONFIDENCE, PARTS, RIDGE = 0.95, 8, 1.0e-3
+"""Of the intervals; parts of a curve; and share of the information that remains of a constant that a single
+group shows.
 """
 
 
@@ -193,19 +193,12 @@ class Intervals:
         slope = np.array([(above - below) / 2e-4 for above, below in pairs])
         of_rows, of_tests = self._halves(slope)
         half = max(of_rows, of_tests)
-        # what the law misses and a better assumption does not is no error of the constants
 
         def half_of(assumption: Assumption) -> float:
             """Half of the interval of an assumption; the tests differ by as much as beside the law."""
             own = float(assumption.halves.get(name, half))
             return own if assumption.of_tests else max(of_tests, own)
 
-        better = [
-            (assumption.difference, half_of(assumption))
-            for assumption in self.assumptions
-            if assumption.difference < -BETTER and name in assumption.parts and name in assumption.halves
-        ]
-        half = min(half, min(better)[1]) if better else half
         low, high = -half, half
         for assumption in self.assumptions:
             applies = (

@@ -27,10 +27,8 @@ contact; eta of a bond beside which friction acts from the first slip on; and la
 stiffer joint takes too many increments.
 """
 
-APART, WORSE, OFFSET, NOISE = 1.5, 1.5, 0.005, 0.6
-"""Ratio of two pressures that show the crushing of asperities; a model is left out if its scatter of tau is
-this times the smallest one and an offset above; and independent data over all of residuals that are noise.
-"""
+APART, NOISE = 1.5, 0.6
+"""Ratio of two pressures that show the crushing of asperities; and independent data, over all, of noise."""
 
 
 class Cyclic(Problem):
@@ -132,7 +130,7 @@ def ladder(tests: Sequence[ShearTest], joint: str, known: Mapping[str, float], s
     shown = sides > 0 and (dilates or len(levels) > 1)
     slope = ("theta", "height") if shown else ("theta",) if reversed_ and sides else ()
     slopes: list[tuple[str, ...]] = [(), *(slope[: i + 1] for i in range(len(slope)))]
-    crushed = [("theta", "crush"), ("theta", "height", "crush")] if several and sides else []
+    crushed = [("theta", "height", "crush")] if several and sides else []
     worn = [("theta", "W0"), ("theta", "height", "W0")][: 1 + dilates] if reversed_ and sides else []
     bonded = slopes if dilates else slopes[:1]
     constants = []
@@ -192,18 +190,11 @@ def criteria(solutions: Sequence[Solution]) -> list[float]:
 
 
 def choose(solutions: Sequence[Solution]) -> tuple[int, list[float]]:
-    """The smallest model that no larger one beats by GAIN for each constant that it adds; and the criteria.
-
-    Strength comes first: a dilation that no friction law meets must not choose a wrong strength.
-    """
-    bic, tau = criteria(solutions), [solution.mean_squares["tau"] for solution in solutions]
-    limit = (WORSE * np.sqrt(min(tau)) + OFFSET) ** 2
-    ranked = [value if square <= limit else value + 1e6 for value, square in zip(bic, tau, strict=True)]
-    best = int(np.argmin(ranked))
-    order = sorted(range(len(solutions)), key=lambda i: (solutions[i].x.size, ranked[i]))
+    """The smallest model that no larger one beats by GAIN for each constant it adds; and the criteria."""
+    bic = criteria(solutions)
+    best = int(np.argmin(bic))
+    order = sorted(range(len(solutions)), key=lambda i: (solutions[i].x.size, bic[i]))
     fewer = (
-        i
-        for i in order
-        if ranked[i] <= ranked[best] + GAIN * max(0, solutions[best].x.size - solutions[i].x.size)
+        i for i in order if bic[i] <= bic[best] + GAIN * max(0, solutions[best].x.size - solutions[i].x.size)
     )
     return next(fewer, best), bic

@@ -53,7 +53,12 @@ def figure_of(fit: AnyFit, units: tuple[str, str], of_tests: str = "") -> Figure
         return envelope_figure(fit, units)
     if isinstance(fit, ClosureFit):
         return closure_figure(fit, units)
-    return curves_figure(fit, units, of_tests)
+    problem = fit.solution.problem
+    curves = [
+        (slips[:done], tau[:done], s_N[:done])
+        for (slips, _), (tau, s_N, done) in zip(problem.paths, problem.curves(fit.values), strict=True)
+    ]
+    return curves_figure(problem.tests, curves, units, "fit", of_tests)
 
 
 def draw(fit: AnyFit, units: tuple[str, str], path: Path, of_tests: str = "") -> None:

@@ -2,37 +2,44 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from ...contract import Floats
 from .criteria import CRITERIA
-from .result import Fit
+from .shear_test import ShearTest
 from .strengths import StrengthFit, law_strengths
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+Curve: TypeAlias = tuple[Floats, Floats, Floats]
+"""Slips, tau and s_N of a test by the law, (P,) each."""
+
 MARKS = "osD^v"
 """Marks of the tests."""
 
 
-DASHES = ("-.", ":", (0, (6, 2)), (0, (2, 2)))
+DASHES = ("-.", ":")
 """Line styles of the criteria of others, for print in black and white."""
 
 
-def curves_figure(fit: Fit, units: tuple[str, str], of_tests: str = "") -> Figure:
-    """Tests and fit over the slip: tau, and s_N where it was measured.
+def curves_figure(
+    tests: Sequence[ShearTest], curves: Sequence[Curve], units: tuple[str, str], what: str, of_tests: str = ""
+) -> Figure:
+    """Tests and law over the slip: tau, and s_N where it was measured.
 
-    of_tests: what the tests are where they are curves, which are drawn as dashed lines.
+    curves: slips, tau and s_N of the law for each test.  what: what the law's curves are.  of_tests: what the
+    tests are where they are curves, which are drawn as dashed lines.
     """
     from ..style import COLOURS, LINES, ONE, TWO, label_axes, new_figure
 
-    problem, (length, stress) = fit.solution.problem, units
-    columns = 1 + any(test.s_N is not None for test in problem.tests)
-    rows = zip(problem.tests, problem.paths, problem.curves(fit.values), strict=True)
+    length, stress = units
+    columns = 1 + any(test.s_N is not None for test in tests)
     figure, axes = new_figure(TWO if columns > 1 else ONE, 3.0, ncols=columns)
-    for i, (test, (slips, _), (tau, s_N, done)) in enumerate(rows):
+    for i, (test, (slips, tau, s_N)) in enumerate(zip(tests, curves, strict=True)):
         colour, mark = COLOURS[i % len(COLOURS)], MARKS[i % len(MARKS)]
         label = rf"$\sigma_N$ = {test.sigma_N:.4g}".replace("-", "\u2212")
         label += f", $k_N$ = {test.k_N:g}" if test.k_N else ""
@@ -43,13 +50,13 @@ def curves_figure(fit: Fit, units: tuple[str, str], of_tests: str = "") -> Figur
             line = "-" if of_tests else LINES[i % len(LINES)]
             # without a measured dilation that of the law is not drawn
             if measured is not None or ax is axes[0]:
-                ax.plot(slips[:done], law[:done], line, color=colour, label=label)
+                ax.plot(slips, law, line, color=colour, label=label)
     labels = (rf"traction $\tau$ [{stress}]", f"dilation $s_N$ [{length}]")
     for ax, name in zip(axes, labels, strict=False):
         label_axes(ax, f"slip [{length}]", name)
     handles, texts = axes[0].get_legend_handles_labels()
     shown = f"dashed: {of_tests}, solid" if of_tests else "points: test data, lines"
-    title = f"{shown}: fit; stresses in {stress}"
+    title = f"{shown}: {what}; stresses in {stress}"
     figure.legend(handles, texts, loc="outside upper center", ncols=min(4, len(texts)), title=title)
     return figure
 

@@ -26,7 +26,7 @@ from .columns import NONE
 from .command import NO_RESULT, add_reading, read
 from .evidence import cycles
 from .model import KT, PRELOAD, Problem
-from .picture import MARKS
+from .picture import curves_figure
 from .report import COLUMNS, compared_rows, covered, file_of
 from .series import CyclicSeries, Series
 from .shear_test import ShearTest
@@ -238,7 +238,7 @@ def spring_of(run: Run) -> tuple[float, float, float]:
 
 def figure_of(prediction: Prediction, units: tuple[str, str]) -> Figure:
     """Points of the tests and curves of the joint, or predicted over measured strengths."""
-    from ..style import COLOURS, ONE, TWO, label_axes, new_figure
+    from ..style import COLOURS, ONE, label_axes, new_figure
 
     length, stress = units
     closures = [test for test in prediction.tests if isinstance(test, ClosureTest)]
@@ -269,26 +269,8 @@ def figure_of(prediction: Prediction, units: tuple[str, str]) -> Figure:
         label_axes(ax, f"measured strength [{stress}]", f"predicted strength [{stress}]")
         ax.legend()
         return figure
-    tests = [test for test in prediction.tests if isinstance(test, ShearTest)]
-    columns = 1 + any(test.s_N is not None for test in tests)
-    figure, axes = new_figure(TWO if columns > 1 else ONE, 3.0, ncols=columns)
-    for i, (test, (slips, _, tau, s_N)) in enumerate(zip(tests, prediction.curves, strict=True)):
-        colour = COLOURS[i % len(COLOURS)]
-        for ax, measured, curve in zip(axes, (test.tau, test.s_N), (tau, s_N), strict=False):
-            if measured is not None:
-                ax.plot(test.slip, measured, MARKS[i % len(MARKS)], color=colour, markersize=2.0, alpha=0.5)
-                ax.plot(
-                    slips,
-                    curve,
-                    color=colour,
-                    label=rf"$\sigma_N$ = {test.sigma_N:.4g}".replace("-", "\u2212"),
-                )
-    for ax, name in zip(axes, (rf"traction $\tau$ [{stress}]", f"dilation $s_N$ [{length}]"), strict=False):
-        label_axes(ax, f"slip [{length}]", name)
-    handles, texts = axes[0].get_legend_handles_labels()
-    title = f"points: test data, lines: predicted; stresses in {stress}"
-    figure.legend(handles, texts, loc="outside upper center", ncols=min(4, len(texts)), title=title)
-    return figure
+    curves = [(slips, tau, s_N) for slips, _, tau, s_N in prediction.curves]
+    return curves_figure(of_kind(prediction.tests, ShearTest), curves, units, "predicted")
 
 
 def report_of(prediction: Prediction) -> str:

@@ -1,21 +1,22 @@
-"""Slope and height of asperities by profiles that the law has and has not."""
+"""Shapes of slope and softening that the law has and has not, and friction that acts at once."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from .assumptions import at_once, first_only, halves_of
-from .evidence import first_stroke
+from .evidence import cycles, first_stroke, guesses
 from .gauges import rigid_form, with_shape, with_starts
-from .intervals import Assumption
-from .ladder import BRITTLE, GAIN, criteria
-from .model import SPRINGS, rows_of
-from .rigid import CONTRACTING, LINE, SHAPES, SLOPES, SOFTENINGS, WITHOUT
+from .intervals import Assumption, Intervals, spreads
+from .ladder import BRITTLE, GAIN, Model, criteria
+from .model import KT, SPRINGS, rows_of, to_scale
+from .rigid import CONTRACTING, SLOPES, SOFTENINGS, WITHOUT
 from .shear_test import ShearTest
-from .squares import SEARCHED, Solution, refitted
+from .squares import SEARCHED, Solution, refitted, solve
 
-STARTS, OWN = "other starts", "slope of the law"
-"""Names of starts of slip and dilation that fit best, and of the law beside another shape."""
+STARTS, OWN, AT_ONCE = "other starts", "shape of the law", "friction from the first slip on"
+"""Names of starts of slip and dilation that fit best, of the law beside another shape, and of a bond beside
+which friction does not wait for the damage.
+"""
 
 
 def in_place_of_bond(solutions: Sequence[Solution], index: int, bic: Sequence[float]) -> int:
@@ -29,13 +30,13 @@ def in_place_of_bond(solutions: Sequence[Solution], index: int, bic: Sequence[fl
         for i, solution in enumerate(solutions)
         if not solution.model.bond and {"theta", "height"} <= {*solution.model.free}
     ]
-    if not (chosen.model.bond and sloped and first_only(chosen.problem.tests)):
+    if not (chosen.model.bond and sloped and not cycles(chosen.problem.tests)):
         return index
     rock = min(sloped, key=lambda i: bic[i])
     form = rigid_form(solutions[rock], chosen.problem.tests)
     if form is None:
         return index
-    others = [with_shape(form, name) for name in (LINE, CONTRACTING)]
+    others = [with_shape(form, name) for name in slopes_of(chosen.problem.tests)]
     # a dilation that the bond does not meet is no reason for a joint that meets the strength less well
     as_strong = [other.mean_squares["tau"] < chosen.mean_squares["tau"] for other in others]
     own, *values = criteria([chosen, *others])
@@ -43,65 +44,91 @@ def in_place_of_bond(solutions: Sequence[Solution], index: int, bic: Sequence[fl
     return rock if any(better) else index
 
 
-def shaped(chosen: Solution, tests: Sequence[ShearTest], given: Mapping[str, float]) -> list[Solution]:
+def shaped(
+    chosen: Solution, tests: Sequence[ShearTest], known: Mapping[str, float], given: bool = False
+) -> list[Solution]:
     """Closed form of the law, and with the shapes that it does not have, of tests without reversals.
 
-    given: values of the user, which stay.  Empty where there is no such form.
+    known: values of the user, which stay.  given: the model is that of the user, which has no other shape.
+    Empty where there is no such form.
     """
-    bond = chosen.model.bond
-    if not (first_only(tests) and (bond or {"theta", "height"} <= {*chosen.model.free})):
+    free, bond = {*chosen.model.free}, chosen.model.bond
+    if cycles(tests) or not (bond or "theta" in free):
         return []
-    form = at_once(chosen, tests, given, BRITTLE) if bond else rigid_form(chosen, tests)
-    forms = [form] if form else []
-    if form and "crush" in form.model.free:
-        # what looks like crushed asperities may be their profile
-        whole = form.model.without("crush", crush=0.0)
-        forms.append(refitted(form, tests, whole, tolerance=SEARCHED))
-    others = [with_shape(own, name) for own in forms for name in (SOFTENINGS if bond else SLOPES)]
-    return [*forms[:1], *others]
+    form = at_once(chosen, tests, known) if bond else rigid_form(chosen, tests)
+    names = slopes_of(tests) if not bond and "height" in free else ()
+    if bond:
+        names = (*SOFTENINGS, *((WITHOUT,) if "theta" in free else ()))
+    return [form, *(with_shape(form, name) for name in names if not given)] if form else []
 
 
-def of_profile(
+def slopes_of(tests: Sequence[ShearTest]) -> tuple[str, ...]:
+    """Slopes that tests may show; strengths alone show no contraction."""
+    opens = any(test.s_N is not None for test in tests)
+    return SLOPES if opens else tuple(name for name in SLOPES if name != CONTRACTING)
+
+
+def at_once(chosen: Solution, tests: Sequence[ShearTest], known: Mapping[str, float]) -> Solution | None:
+    """Closed form of a bond beside which friction acts at once, with a spring in series; None without one."""
+    model = chosen.model
+    if "eta" in known:
+        return None
+    free = tuple(name for name in model.free if name not in ("eta", KT))
+    fixed = {name: value for name, value in model.fixed.items() if name != KT} | {"eta": BRITTLE}
+    if KT in known:
+        fixed[KT] = known[KT]
+    else:
+        free = (KT, *free)
+    rigid = Model(free, min(model.sides, 2), fixed)
+    problem = rigid.problem(tests, chosen.problem.weight, chosen.problem.direction)
+    values = chosen.values
+    if KT not in model.free:
+        values = values | {KT: guesses(tests)[KT]}
+    closed = problem.closed_form()
+    if not closed.is_closed_form:
+        return None
+    return Solution(rigid, closed, *solve(closed, closed.x(values), SEARCHED))
+
+
+def assumed(
     chosen: Solution, law: Solution, tests: Sequence[ShearTest], forms: Sequence[Solution]
 ) -> Iterator[Assumption]:
-    """Constants of asperities whose slope falls otherwise than that of the choice, from other starts, too.
+    """Constants by other shapes than that of the choice, and by other starts of slip and dilation.
 
     A first slope is that of a profile, and the tests may not show which one it is.  Nor do they show where a
     gauge was set to zero, which moves the slope along the profile.  Of cycles the first strokes are compared.
     law: fit of the law.  forms: those of `shaped`.
     """
-    if chosen.model.bond or "theta" not in chosen.model.free:
+    own, alone, bond = chosen, not cycles(tests), chosen.model.bond
+    if not (alone or bond) and "theta" in chosen.model.free:
+        strokes = [rows_of(test, first_stroke(test)) for test in tests]
+        first = rigid_form(law, strokes, ("W0",))
+        names = slopes_of(tests) if first and "height" in first.model.free else ()
+        forms = [first, *(with_shape(first, name) for name in names)] if first else []
+        own = forms[0] if forms else chosen
+    if not forms:
         return
-    alone = first_only(tests)
-    if not alone:
-        tests = [rows_of(test, first_stroke(test)) for test in tests]
-    form = rigid_form(law, tests, () if alone else ("W0",))
-    if form is None:
-        return
-    own, others = chosen if alone else form, list(forms[1:])
-    if not alone and "height" in form.model.free:
-        others = [with_shape(form, name) for name in SLOPES]
-    made = [(with_starts(form), STARTS)] if alone else []
-    for solution in others:
-        name = solution.model.shape + ", not crushed" * (
-            "crush" in {*form.model.free} - {*solution.model.free}
-        )
+    form, made = forms[0], []
+    if alone:
+        made = [(form, AT_ONCE) if bond else (with_starts(form), STARTS)]
+    for solution in forms[1:]:
+        name = solution.model.shape
         made += [(solution, name)] if solution is not chosen else [(law, OWN)]
-        made += [(with_starts(solution), f"{name}, {STARTS}")] if alone else []
-    first = criteria([own, *(solution for solution, _ in made)])
+        made += [(with_starts(solution), f"{name}, {STARTS}")] if alone and not bond else []
+    # crush belongs to the profile, too, and a spring goes with the start of the slip
+    parts = tuple(part for part in chosen.model.free if part not in ("crush", "W0", *SPRINGS))
+    values = criteria([own, *(solution for solution, _ in made)])
     apart: dict[str, Mapping[str, float]] = {}
-    for (solution, name), value in zip(made, first[1:], strict=True):
-        # crush belongs to the profile, too, and a spring goes with the start of the slip
-        parts = tuple(part for part in chosen.model.free if part not in ("crush", "W0", *SPRINGS))
-        # a profile that explains the tests better than the law excludes others, too
-        allowed, halves, shape = value < min(first) + GAIN, halves_of(solution), solution.model.shape
-        if shape and (allowed or value < first[0] - GAIN):
+    for (solution, name), value in zip(made, values[1:], strict=True):
+        # a shape that explains the tests better than the law excludes others, too
+        allowed, halves, shape = value < min(values) + GAIN, halves_of(solution), solution.model.shape
+        if shape and (allowed or value < values[0] - GAIN):
             if shape not in apart:
                 whole = with_shape(form, shape)
                 apart[shape] = halves_of(whole, left_out(whole))
             wide = apart[shape]
             halves = {part: max(half, wide.get(part, 0.0)) for part, half in halves.items()}
-        yield Assumption(name, value - first[0], solution.values, allowed, parts, halves, shape in apart)
+        yield Assumption(name, value - values[0], solution.values, allowed, parts, halves, shape in apart)
 
 
 def left_out(form: Solution) -> list[Solution]:
@@ -111,21 +138,13 @@ def left_out(form: Solution) -> list[Solution]:
     return [refitted(form, some, tolerance=SEARCHED) for some in rest]
 
 
-def of_strength(
-    chosen: Solution, tests: Sequence[ShearTest], given: Mapping[str, float]
-) -> Iterator[Assumption]:
-    """Bond, friction, slope and height where the slope of the dilation adds none, as in models of masonry.
+def halves_of(solution: Solution, left_out: Sequence[Solution] = ()) -> dict[str, float]:
+    """Half widths of the intervals of a solution, on the scales of its constants.
 
-    given: values of the user, which stay.
+    left_out: fits without each of the tests.
     """
-    form = at_once(chosen, tests, given, BRITTLE) if "theta" in chosen.model.free else None
-    if form is None:
-        return
-    ends = "height" in chosen.model.free
-    names = [name for name in SHAPES if name.startswith(WITHOUT) and (ends or name == WITHOUT)]
-    others = [with_shape(form, name) for name in names]
-    first, *values = criteria([chosen, *others])
-    least = min(first, *values) + GAIN
-    for name, other, value in zip(names, others, values, strict=True):
-        parts = tuple(name for name in other.model.free if name != "crush")
-        yield Assumption(name, value - first, other.values, value < least, parts, halves_of(other))
+    own, halves = Intervals(solution, spreads(solution, left_out), []), {}
+    for name in solution.model.free:
+        low, high = (float(to_scale(name, end)) for end in own.of(name)[1:])
+        halves[name] = 0.5 * (high - low)
+    return halves

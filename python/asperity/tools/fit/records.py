@@ -309,7 +309,6 @@ def _tests(rows: DataFrame, k_T: float | None, sigma_N_path: bool) -> list[Shear
     free = sigma_N + k_N * s_N if springs and s_N is not None else sigma_N
     held = sigma_N[0] if first_only else np.mean(free)
     path_N = sigma_N if sigma_N_path else None
-    extrapolated = bool(springs) and not first_only
-    test = ShearTest(name, slip, tau, s_N, float(held), k_N, units, lines, path_N, extrapolated)
+    test = ShearTest(name, slip, tau, s_N, float(held), k_N, units, lines, path_N)
     check_rows(test, sigma_N)
     return [test]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -67,6 +67,12 @@ def bell(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
     return np.exp(-(part**2)), height * np.asarray(erf(part))
 
 
+def sine(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
+    """The same of a profile whose dilation is a quarter of a sine, to the slip 0.5 pi height/slope."""
+    part = np.minimum(u * slope / height, 0.5 * np.pi)
+    return np.cos(part), height * np.sin(part)
+
+
 def contracting(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
     """The same of a joint that closes before it opens; the slope is the largest one."""
     part = 1.0 - (1.0 + DIP) / SOONER
@@ -108,32 +114,24 @@ class Shape:
     climbs: bool = True
 
 
-LAW, LINE, HYPERBOLA, BELL, DECAYING = (
-    "",
-    "slope along a line",
-    "slope of a hyperbola",
-    "slope of a bell",
-    "exponential softening",
-)
-CONTRACTING = "slope after a contraction"
-RISING = "bond that rises with a power"
+LAW, LINE, HYPERBOLA, BELL = "", "slope along a line", "slope of a hyperbola", "slope of a bell"
+SINE, CONTRACTING = "slope of a sine", "slope after a contraction"
+DECAYING, RISING = "exponential softening", "bond that rises with a power"
+WITHOUT = "a slope without friction"
 SHAPES = {
     LAW: Shape(),
     LINE: Shape(parabola),
     HYPERBOLA: Shape(hyperbola),
     BELL: Shape(bell),
+    SINE: Shape(sine),
     CONTRACTING: Shape(contracting),
     DECAYING: Shape(softening=decaying),
     RISING: Shape(softening=risen, rises=True),
+    WITHOUT: Shape(climbs=False),
 }
-WITHOUT = "a slope without friction"
-SHAPES |= {
-    f"{WITHOUT}, {name}" if name else WITHOUT: replace(SHAPES[name], climbs=False)
-    for name in (LAW, LINE, HYPERBOLA, BELL, DECAYING)
-}
-"""Shapes by name: that of the law, and others; those without friction of the slope are none for a case."""
+"""Shapes by name: that of the law, and others; the one without friction of the slope is none for a case."""
 
-SLOPES, SOFTENINGS = (LINE, HYPERBOLA, BELL, CONTRACTING), (DECAYING, RISING)
+SLOPES, SOFTENINGS = (LINE, HYPERBOLA, BELL, SINE, CONTRACTING), (DECAYING, RISING)
 """Shapes in place of the slope of the law, and of its softening."""
 
 

@@ -21,8 +21,7 @@ class ShearTest:
     s_N counts from the start of the slip, opening positive.  sigma_N: normal traction there, stress, <= 0;
     k_N: normal stiffness of the box, stress/length, 0 where sigma_N is constant.  name: file and test.
     units: of length and stress where the file has them.  lines (T,): of the file, empty where there is none.
-    path_N (T,): measured normal traction of each row, None where sigma_N and k_N give it.  extrapolated:
-    whether sigma_N is that of the rows less k_N times their s_N.
+    path_N (T,): measured normal traction of each row, None where sigma_N and k_N give it.
     Raises ValueError for inadmissible data.
     """
 
@@ -35,7 +34,6 @@ class ShearTest:
     units: dict[str, str] = field(default_factory=dict)
     lines: tuple[int, ...] = ()
     path_N: Floats | None = None
-    extrapolated: bool = False
 
     def __post_init__(self) -> None:
         """Check shapes and values."""

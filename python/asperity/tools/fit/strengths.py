@@ -501,23 +501,19 @@ def _others(
     if data.tension.any():
         # the criteria of others are those of compression
         return criteria
-    line: dict[str, float] | None = None
     for criterion in CRITERIA:
-        # as many constants as pressures meet any peaks
-        if data.levels < len(criterion.names) or data.peak.size <= len(criterion.names):
+        if data.levels < 2 or data.peak.size < 3 or (data.pressure.min() <= 0.0 and criteria[1:]):
+            # two constants meet any two peaks, and Barton has no strength without a pressure
             continue
-        if data.pressure.min() <= 0.0 and criterion.label != CRITERIA[0].label:
-            continue
-        values = criterion.fit(data.pressure, data.peak, line=line)
-        line = line or values
+        values = criterion.fit(data.pressure, data.peak)
         left = criterion.strength(data.pressure, values) / data.peak - 1.0
         missed: list[float] = []
-        for i in range(data.peak.size) if data.peak.size > len(criterion.names) + 1 else ():
+        for i in range(data.peak.size) if data.peak.size > 3 else ():
             kept = np.arange(data.peak.size) != i
-            if levels_of(data.pressure[kept]) < len(criterion.names):
+            if levels_of(data.pressure[kept]) < 2:
                 missed = []
                 break
-            constants = criterion.fit(data.pressure[kept], data.peak[kept], values)
+            constants = criterion.fit(data.pressure[kept], data.peak[kept])
             missed.append(float(criterion.strength(data.pressure[[i]], constants)[0] / data.peak[i] - 1.0))
         criteria.append((criterion.label, values, rms(left.tolist()), rms(missed) if missed else np.nan))
     return criteria

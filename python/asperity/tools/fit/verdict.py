@@ -11,7 +11,7 @@ from ...contract import Floats
 from .evidence import cycles, first_slope, first_stroke, last_slope, noises, numbers, pressures, smooth
 from .intervals import Estimate
 from .ladder import NOISE, ROWS_EACH, independent
-from .model import KS, KT, SPRINGS, Problem
+from .model import KT, SPRINGS, Problem
 from .rigid import LAW
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted
@@ -215,8 +215,9 @@ def too_little(solution: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
         yield f"{rows} rows: at least {LEAST_ROWS} are needed to judge the law by"
     if data < ROWS_EACH * len(own):
         yield f"{data:.0f} independent data for {len(own)} constants: longer tests or further ones are needed"
-    if {*SPRINGS} & {*solution.model.free} and not _slides(solution):
-        yield "the tests end before the joint slides: mu is not shown; longer tests are needed"
+    if not _slides(solution):
+        what = "the strength of the bond" if solution.model.bond else "mu"
+        yield f"the tests end before the joint slides: {what} is not shown; longer tests are needed"
     dilates, levels = any(test.s_N is not None for test in tests), {round(test.pressed, 9) for test in tests}
     scatter = solution.scatter["tau"]
     if len(tests) == 1 and not dilates and scatter > GOOD and (rows < ROWS_OF_ONE or data < NOISE * rows):
@@ -230,13 +231,15 @@ def too_little(solution: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
 
 
 def _slides(solution: Solution) -> bool:
-    """Whether in some test enough rows lie beyond the slip of the spring."""
+    """Whether in some test enough rows lie beyond the elastic slip of spring and joint."""
     problem, values = solution.problem, solution.values
-    stiffness = values[KT] if KT in values else values[KS]
+    compliance = sum(1.0 / values[name] for name in SPRINGS if name in values)
+    if solution.model.bond:
+        compliance += 2.0 * (1.0 - values["eta"]) * values["Gc"] / values["sigma0"] ** 2
     for test, (_, rows), (tau, *_) in zip(
         problem.tests, problem.paths, problem.curves(solution.values), strict=True
     ):
-        beyond = np.abs(test.slip) - np.abs(tau[rows]) / stiffness > SLIDING * np.abs(test.slip).max()
+        beyond = np.abs(test.slip) - np.abs(tau[rows]) * compliance > SLIDING * np.abs(test.slip).max()
         if np.sum(beyond) >= max(SLIDING_ROWS, SHARE_SLIDING * test.slip.size):
             return True
     return False
@@ -260,6 +263,9 @@ def _softened(solution: Solution) -> bool:
 
 def weights(tests: Sequence[ShearTest]) -> Iterator[str]:
     """Note where the ratio of strength to pressure falls as if a weight had been left out of the pressure."""
+    if any(test.k_N for test in tests):
+        # without the dilation the pressure at the end is not known
+        return
     numbered = [
         (float(pressures(test)[-1]), numbers(test, test.tau, None).get("residual", 0.0)) for test in tests
     ]

@@ -25,11 +25,11 @@ GUESS = "not tell a bond from asperities"
 
 
 @pytest.mark.slow
-def test_bond_of_a_crack_is_no_result() -> None:
-    """Cracked concrete has no bond: a bond that a joint without bond nearly equals is no result."""
+def test_crack_has_no_bond() -> None:
+    """Cracked concrete under two pressures, which differ as specimens do: no bond is taken for one."""
     result = fit(push_off.tests())
-    assert result.solution.model.bond
-    assert not result.is_result and any(GUESS in text for text in result.reasons)
+    assert not result.solution.model.bond
+    assert not result.is_result and any("the tests differ" in text for text in result.reasons)
 
 
 @pytest.mark.slow
@@ -37,8 +37,8 @@ def test_bond_that_no_row_shows() -> None:
     """A bond that would break before the first row is no result: a joint of the law without bond has none."""
     material = Material(sigma0=1.745, Gc=0.0872, eta=0.9, mu=0.3528, kc=20.0, height=0.141, damage0=1.0)
     joint = Interface(material, Pattern.regular(2, theta=14.56))
-    slip, tests = np.linspace(0.0, 3.0, 50), []
-    for pressure in (0.3, 0.8, 1.6):
+    slip, tests = np.linspace(0.0, 3.0, 40), []
+    for pressure in (0.3, 1.6):
         box = joint.confined_slip(0.0, slip, sigma_N=-pressure)
         opening = box.separation[:, 0] - box.separation[0, 0]
         tests.append(ShearTest(str(pressure), slip, box.traction[:, 1], opening, -pressure))
@@ -93,7 +93,8 @@ def test_profile_that_the_law_does_not_have() -> None:
 @pytest.mark.slow
 def test_profile_of_cycles() -> None:
     """In cycles the first strokes tell another profile: slope and height lie in the intervals."""
-    tests, truth = drawn_tests("cycles on parabolic asperities", 8, lambda p: len(p) == 2)
+    drawn = other_laws.parabolic_strokes(np.random.default_rng([20610, 17]))
+    tests, truth = fits.tests_of(drawn), drawn.truth
     result = fit(tests)
     assert result.is_result and any("slope along a line" in text for text in result.notes)
     for name in ("mu", "theta", "height"):
@@ -230,8 +231,9 @@ def test_asperities_that_end() -> None:
 @pytest.mark.slow
 def test_cycles_that_are_judged() -> None:
     """Cycles on teeth that are flattened give their friction, and no constant without an interval."""
-    head, *rows = fits.judged(("Plesha, cycles", 4, 0))
-    drawn = other_laws.plesha(np.random.default_rng([4, 0]))
+    # a set of the study with few reversals
+    head, *rows = fits.judged(("Plesha, cycles", 20610, 19))
+    drawn = other_laws.plesha(np.random.default_rng([20610, 19]))
     assert head["code"] == 0
     [mu] = [row for row in rows if row["name"] == "mu"]
     assert (mu["true_low"], mu["true_high"]) == drawn.truth["mu"]

@@ -47,7 +47,7 @@ def result() -> Fit:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_constants_of_another_law(seed: int) -> None:
     """Constants of a rock joint of Mohr and Coulomb lie within narrow intervals; the fit is a result."""
     tests, truth = rock(seed)
@@ -145,19 +145,6 @@ def test_closed_form_of_a_search_is_the_law(k_N: float, more: tuple[str, ...]) -
     assert np.abs(opening - s_N).max() < 0.01 * s_N.max()
 
 
-def test_known_stiffness_is_varied() -> None:
-    """A given ks is replaced by its half and double, and the constants of both lie within the intervals."""
-    tests, _ = rock(0)
-    stiff = 2000.0  # the tests do not show a stiffness as large as this one
-    result = fit(tests, fixed={"ks": stiff})
-    varied = [part for part in result.assumptions if part.name.startswith("ks ")]
-    assert {part.values["ks"] for part in varied} == {0.5 * stiff, 2.0 * stiff}
-    allowed = [part for part in varied if part.admissible]
-    assert allowed
-    for part in allowed:
-        assert result.estimates["mu"].low <= part.values["mu"] <= result.estimates["mu"].high
-
-
 def test_friction_alone_without_dilation_at_one_pressure() -> None:
     """One curve of the strength shows no slope beside the friction."""
     tests, _ = rock(0)
@@ -249,33 +236,14 @@ def tan(degrees: float | np.ndarray) -> np.ndarray:
     return np.tan(np.radians(degrees))
 
 
-def ladanyi_archambault(phi: float, i: float, sigma_c: float) -> np.ndarray:
-    """Ladanyi and Archambault (1970) with K1 = 1.5, K2 = 4, and the rock of Fairhurst (1964) with n = 10."""
-    intact, n = 1.0 - PRESSURE / sigma_c, 10.0
-    sheared, rate = 1.0 - intact**1.5, intact**4 * tan(i)
-    rock = sigma_c * (np.sqrt(1.0 + n) - 1.0) / n * np.sqrt(1.0 + n * PRESSURE / sigma_c)
-    slid = PRESSURE * (1.0 - sheared) * (rate + tan(phi))
-    return (slid + sheared * rock) / (1.0 - (1.0 - sheared) * rate * tan(phi))
-
-
 @pytest.mark.parametrize(
     ("label", "truth", "peak"),
     [
         ("c + phi", {"c": 0.4, "phi": 35.0}, 0.4 + PRESSURE * tan(35.0)),
         (
-            "Patton",
-            {"phi": 30.0, "i": 15.0, "c": 0.8},
-            np.minimum(PRESSURE * tan(45.0), 0.8 + PRESSURE * tan(30.0)),
-        ),
-        (
             "Barton",
             {"JRC": 9.0, "phi_r + JRC log10(JCS)": 30.0 + 9.0 * np.log10(60.0)},
             PRESSURE * tan(30.0 + 9.0 * np.log10(60.0 / PRESSURE)),
-        ),
-        (
-            "Ladanyi-Archambault",
-            {"phi": 30.0, "i": 20.0, "sigma_c": 30.0},
-            ladanyi_archambault(30.0, 20.0, 30.0),
         ),
     ],
 )
@@ -283,22 +251,9 @@ def test_criteria_find_their_own_constants(label: str, truth: dict[str, float], 
     """Exact peaks by the formula of a criterion give its constants back."""
     result = fit_strengths([Strength(str(p), -p, t) for p, t in zip(PRESSURE.tolist(), peak, strict=True)])
     [(values, error)] = [(values, rms) for name, values, rms, _ in result.others if name == label]
-    # least squares of relative errors, which end at a relative change of 1e-6
-    assert error < 1e-3
-    for name, value in truth.items():
-        # phi and i are strongly correlated
-        assert values[name] == pytest.approx(value, rel=0.02), name
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_patton_contains_the_straight_line(seed: int) -> None:
-    """With a steep first part Patton is c + phi, so that its errors of noisy peaks are not larger."""
-    noise = np.random.default_rng([3, seed]).normal(0.0, 0.03, PRESSURE.size)
-    peak = (0.3 + 0.8 * PRESSURE) * (1.0 + noise)
-    result = fit_strengths([Strength(str(p), -p, t) for p, t in zip(PRESSURE.tolist(), peak, strict=True)])
-    errors = {label: rms for label, _, rms, _ in result.others}
-    # least squares end at a relative change of 1e-6
-    assert errors["Patton"] <= errors["c + phi"] * (1.0 + 1e-3)
+    # a linear problem, but for rounding
+    assert error < 1e-9
+    assert values == pytest.approx(truth, rel=1e-6)
 
 
 def test_command_writes_what_it_found(said: Callable) -> None:
@@ -324,7 +279,7 @@ def test_command_writes_what_it_found(said: Callable) -> None:
     page = Path("joint.html").read_text()
     assert f"{mu:.4g}" in page and "http" not in page and "data:image/png;base64" in page
     assert len(Path("rows.csv").read_text().splitlines()) == 1 + 2 * sum(t.slip.size for t in tests)
-    out, _ = said("uncertainty joint.nml --samples 50 --jobs 1")
+    out, _ = said("uncertainty joint.nml --samples 10 --jobs 1")
     assert f"grade       {content['grade']}" in out
 
 
@@ -337,7 +292,7 @@ def test_command_of_no_result(said: Callable) -> None:
     assert "no result" in Path("joint.nml").read_text()
     Path("peaks.csv").write_text("sigma_N,peak\n0.5,1.78\n1,2.42\n1.5,2.89\n2,3.51\n3,4.2\n")
     out, _ = said("fit peaks.csv")
-    assert "c + phi" in out and "Ladanyi-Archambault" in out
+    assert "c + phi" in out and "Barton" in out
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas
 import pytest
+from asperity.tools.fit.rigid import SHAPES, SLOPES
 
 from harness.studies import fits, other_laws
 from harness.studies.other_laws import slips_behind_spring
@@ -19,6 +20,18 @@ pytestmark = [pytest.mark.usefixtures("folder"), pytest.mark.filterwarnings("ign
 def found() -> dict:
     """What the fit wrote beside its case."""
     return json.loads(Path("joint.fit.json").read_text())
+
+
+@pytest.mark.parametrize("name", SLOPES)
+def test_profiles(name: str) -> None:
+    """The dilation of a profile is the integral of its slope, from the largest slope on to the height."""
+    slope, height = 0.3, 0.8
+    u = np.linspace(0.0, 60.0 * height / slope, 600001)
+    left, z = SHAPES[name].profile(u, slope, height)
+    steps = 0.5 * (left[1:] + left[:-1]) * np.diff(u)
+    # the trapezoidal rule, and a hyperbola that has not ended
+    assert slope * np.cumsum(steps) == pytest.approx(z[1:], abs=1e-6)
+    assert left.max() == pytest.approx(1.0, abs=1e-6) and z[-1] == pytest.approx(height, rel=0.02)
 
 
 def pulled(shape: str, seed: int, strength: float = 8.0, end: float = 1.2) -> float:
@@ -141,7 +154,10 @@ def test_tests_that_alone_show_less(said: Callable) -> None:
 
 def test_bond_that_stays_elastic(said: Callable) -> None:
     """A line without an end shows a stiffness, and no strength: exit code 3 with the reason."""
-    for factor, reason in ((7.0, "nothing is known about its strength"), (3.0, "no result")):
+    for factor, reason in (
+        (7.0, "the joint slides: the strength of the bond"),
+        (3.0, "no result"),
+    ):
         rows = [f"{slip:.4g},{factor * slip:.4g}" for slip in np.linspace(0.01, 1.0, 60)]
         Path("tests.csv").write_text("\n".join(["slip [mm],tau [MPa]", *rows]), encoding="utf-8")
         assert reason in said("fit tests.csv --sigma-N 0", 3)[0]
