@@ -42,6 +42,7 @@ class Fit:
     assumptions: list[Assumption] = field(default_factory=list)
     models: list[tuple[tuple[str, ...], float]] = field(default_factory=list)
     loose: list[str] = field(default_factory=list)
+    _known: dict[tuple[object, ...], Mapping[str, float]] = field(default_factory=dict, repr=False)
 
     @property
     def is_result(self) -> bool:
@@ -95,17 +96,24 @@ class Fit:
         name: peak, slip at peak, residual or dilation.  The misfit is that of the blind predictions where
         there are any.
         """
-        problem = self.solution.problem
 
         def of(values: Mapping[str, float]) -> float:
-            whole = type(problem)(problem.tests, (), values, problem.sides, problem.direction)
-            return max(abs(compared(whole, values, test)[0].predicted.get(name, 0.0)), 1e-12)
+            return max(abs(self._numbers(test, values).get(name, 0.0)), 1e-12)
 
         value, low, high = self.of(of)
         missed = [row.errors[name] for row in self.blind or self.fitted if name in row.errors]
         off = 2.0 * float(np.sqrt(np.mean(np.square(missed)))) * value if missed else 0.0
         below, above = (float(np.hypot(half, off)) for half in (value - low, high - value))
         return Estimate(value, value - below, value + above)
+
+    def _numbers(self, test: int, values: Mapping[str, float]) -> Mapping[str, float]:
+        """Numbers of a test by the law with these constants, each set of which runs once."""
+        key = (test, *values.items())
+        if key not in self._known:
+            problem = self.solution.problem
+            alone = type(problem)([problem.tests[test]], (), values, problem.sides, problem.direction)
+            self._known[key] = compared(alone, values)[0].predicted
+        return self._known[key]
 
     @property
     def model_error(self) -> tuple[float, float]:

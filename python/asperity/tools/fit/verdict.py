@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...contract import Floats
-from .evidence import cycles, first_slope, first_stroke, last_slope, noises, numbers, pressures, smooth
+from .evidence import cycles, first_slope, first_stroke, last_slope, noises, numbers, pressures
 from .intervals import Estimate
 from .ladder import NOISE, ROWS_EACH, independent
-from .model import KT, SPRINGS, Problem
+from .model import SPRINGS, Problem
 from .rigid import LAW
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted
@@ -35,18 +35,13 @@ and fraction and number of such rows.
 ROWS_OF_ONE = 20
 """Rows of a single curve beside whose noise a misfit is seen."""
 
-SHARE_PLATEAU, PLATEAU_ROWS = 0.2, 8
-"""Fraction and number of rows after the softening of a bond, at the residual strength."""
-
 APART, FALLS, WEIGHT = 1.2, 0.95, 0.1
 """Ratio of two pressures, ratio of strength over pressure at them, and pressure that is missing over the
 smallest one, beyond which a weight may have been left out.
 """
 
-ENDED, SAME_CURVE = 0.3, 2
-"""Slope of the dilation at the end over the largest one above which it has not ended; and constants that one
-curve of the strength shows.
-"""
+ENDED = 0.3
+"""Slope of the dilation at the end over the largest one above which it has not ended."""
 
 
 @dataclass(frozen=True)
@@ -222,12 +217,9 @@ def too_little(solution: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
     scatter = solution.scatter["tau"]
     if len(tests) == 1 and not dilates and scatter > GOOD and (rows < ROWS_OF_ONE or data < NOISE * rows):
         yield f"one curve, which the law misses by {scatter:.0%}, not by noise alone: another test would help"
-    if not dilates and len(levels) < 2 and max(levels, key=abs) and not cycles(tests):
-        if len(own) > SAME_CURVE:
-            if not (solution.model.bond and _softened(solution)):
-                yield f"one curve of the strength does not show {', '.join(own)}: a second pressure would"
-        if "theta" in own:
-            yield "one curve without dilation does not show theta: measure the dilation, or a second pressure"
+    one = not dilates and len(levels) < 2 and max(levels, key=abs) and not cycles(tests)
+    if one and "theta" in own:
+        yield "one curve without dilation does not show theta: measure the dilation, or a second pressure"
 
 
 def _slides(solution: Solution) -> bool:
@@ -241,22 +233,6 @@ def _slides(solution: Solution) -> bool:
     ):
         beyond = np.abs(test.slip) - np.abs(tau[rows]) * compliance > SLIDING * np.abs(test.slip).max()
         if np.sum(beyond) >= max(SLIDING_ROWS, SHARE_SLIDING * test.slip.size):
-            return True
-    return False
-
-
-def _softened(solution: Solution) -> bool:
-    """Whether a curve shows bond and friction apart: rows of the softening, and of the friction after it."""
-    values = solution.values
-    for test in solution.problem.tests:
-        if test.k_N or test.path_N is not None:  # the strength may follow the pressure
-            continue
-        rows = first_stroke(test)
-        tau, slip = np.abs(test.tau[rows]), np.abs(test.slip[rows])
-        own = slip - tau / values[KT] if KT in values else slip
-        after, top = own > 2.0 * values["Gc"] / values["sigma0"], int(np.argmax(smooth(tau, 3)))
-        enough = max(PLATEAU_ROWS, SHARE_PLATEAU * tau.size)
-        if np.sum(after) >= enough and np.sum(~after[top:]) >= SLIDING_ROWS:
             return True
     return False
 
