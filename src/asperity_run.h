@@ -35,6 +35,15 @@ int asperity_case_content(asperity_cases *cases, char *text, int size);
 /* Free a case file; runs that have begun remain. */
 void asperity_free_cases(asperity_cases *cases);
 
+/* Take n steps (n >= 1) without entries in place of those of a case file without a sweep, then set entries of step 0 to
+ * n - 1 by the names of &step: a program with many steps need not write them as text. follow is 0 for 'stable', 1 for
+ * 'branch'. The steps are checked where the errors, the content or a run are asked for; then asperity_set takes no more.
+ *   values  double[n]
+ * Both return 0, or ASPERITY_BAD_SIZE of asperity.h for a number that is out of range, NULL, a name that no entry has,
+ * or a file with a sweep. */
+int asperity_steps(asperity_cases *cases, int n);
+int asperity_set(asperity_cases *cases, int step, const char *name, int n, const double *values);
+
 /* Begin the run of a value of the sweep, from 0; without a sweep it is 0. Returns NULL, with the reason in message, for
  * a case with errors, with &replay or &umat, for a number out of range, and if a tolerance is not reached. */
 asperity_run *asperity_begin(asperity_cases *cases, int number, char *message, int size);

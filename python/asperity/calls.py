@@ -43,16 +43,24 @@ def document(write: Callable[[NDArray[np.int8]], int]) -> Any:
 
 
 @contextmanager
-def cases(text: bytes, props: NDArray[np.float64] | None = None, path: bytes = b"") -> Iterator[int]:
+def cases(
+    text: bytes,
+    props: NDArray[np.float64] | None = None,
+    path: bytes = b"",
+    take: Callable[[int], None] | None = None,
+) -> Iterator[int]:
     """Handle of a case file; with a path that of a file.
 
-    props: PROPS in place of material and pattern.  Raises InputError with all errors.
+    props: PROPS in place of material and pattern.  take: sets the steps of a handle.  Raises InputError with
+    all errors.
     """
     if b"\0" in text + path:
         raise InputError([Record("byte 0: expected a text file")])
     constants = np.zeros(1) if props is None else props
     handle = _core.asperity_read_cases(path, not path, text, props is not None, constants)
     try:
+        if take is not None:
+            take(handle)
         if _core.asperity_case_errors(handle, message_room(1)) > 0:
             errors = document(partial(_core.asperity_case_content, handle))
             raise InputError([Record(**error) for error in errors])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +13,7 @@ from . import _core, calls, contract
 from .contract import Floats
 from .errors import InputError, Record
 from .history import History, Snap
-from .steps import Point, Step, path_text
+from .steps import FOLLOW, Point, Step, start_text
 
 MOST_ROOM = 100_000
 """Rows that are allocated at once, at most."""
@@ -94,7 +94,7 @@ def _run(
     if relative is not None and not np.isfinite(relative):
         raise ValueError(f"tolerance = {relative}: expected 1e-8 to 0.1")
     try:
-        with calls.cases(path_text(steps, point, relative), props) as handle:
+        with calls.cases(start_text(point, relative), props, take=partial(_take, steps)) as handle:
             message = calls.message_room()
             run = _core.asperity_begin(handle, 0, message)
     except InputError as error:
@@ -109,6 +109,20 @@ def _run(
     if early == UNFORKED:
         raise ValueError(calls.text_of(message))
     return *rows, calls.text_of(message) if early else None
+
+
+def _take(steps: Sequence[Step], cases: int) -> None:
+    """Give the steps of a path to the handle of a case file."""
+    if _core.asperity_steps(cases, len(steps)) != 0:
+        return  # the case file has errors, which are raised
+    for i, step in enumerate(steps):
+        for name, value in vars(step).items():
+            if value is None:
+                continue
+            number = FOLLOW.index(value) if name == "follow" else value
+            values = number if type(number) is tuple else (number,)
+            if _core.asperity_set(cases, i, name, len(values), values or (0.0,)) != 0:
+                raise RuntimeError(f"steps[{i}]: {name}: the library has no such entry")
 
 
 def _of_argument(error: Record) -> Record:

@@ -163,29 +163,19 @@ def largest_tension(path: Sequence[Step], p: float) -> float:
     return largest
 
 
-def path_text(steps: Sequence[Step], start: Point | None, tolerance: float | None) -> bytes:
-    """Groups of a load path in a case file, for the library: numbers read back exactly, and quickly."""
-    groups: list[tuple[str, dict[str, Any]]] = []
-    if tolerance is not None:
-        groups.append(("case", {"tolerance": tolerance}))
-    if start is not None:
-        state = {"separation": start.separation, "traction": start.traction, "statev": start.state}
-        groups.append(("state", state | {"work": start.work, "p": start.p}))
-    groups += [("step", step.given()) for step in steps]
-    return "\n".join(f"&{name} {_entries_text(entries)} /" for name, entries in groups).encode()
+def start_text(start: Point, tolerance: float | None) -> bytes:
+    """Case file of a start, whose numbers read back exactly, with a step for those that are set."""
+    groups: dict[str, dict[str, Any]] = {} if tolerance is None else {"case": {"tolerance": tolerance}}
+    groups["state"] = {"separation": start.separation, "traction": start.traction, "statev": start.state}
+    groups["state"] |= {"work": start.work, "p": start.p}
+    groups["step"] = {}
+    return "\n".join(f"&{name} {_entries_text(entries)} /" for name, entries in groups.items()).encode()
 
 
 def _entries_text(entries: dict[str, Any]) -> str:
-    """Entries of a group in one line, lists in hexadecimal; an empty list leaves its name, for an error."""
-    texts = []
-    for name, value in entries.items():
-        if isinstance(value, str):
-            texts.append(f"{name} = '{value}'")
-        elif value is not None:
-            numbers = value if isinstance(value, tuple) else np.atleast_1d(value).tolist()
-            exact = repr if len(numbers) == 1 else float.hex
-            texts.append(f"{name} = {','.join(map(exact, map(float, numbers)))}")
-    return " ".join(texts)
+    """Entries of a group in one line."""
+    given = ((name, np.atleast_1d(value).tolist()) for name, value in entries.items() if value is not None)
+    return " ".join(f"{name} = {','.join(map(repr, values))}" for name, values in given)
 
 
 def step_of(values: dict[str, list[float]]) -> Step:

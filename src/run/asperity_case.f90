@@ -10,7 +10,7 @@ module asperity_case
   use asperity_case_umat, only: umat_group, umat_type
   use asperity_checks, only: review_props
   use asperity_contract, only: n_fixed_props, p_water, prop_table, status_ok
-  use asperity_errors, only: errors_type, fail, sort_lines
+  use asperity_errors, only: error_type, errors_type, fail, sort_lines
   use asperity_interface, only: interface_type, new_interface
   use asperity_kinds, only: wp
   use asperity_refine, only: explain_tolerance
@@ -21,7 +21,7 @@ module asperity_case
   use asperity_text_file, only: beside, lower
   implicit none
   private
-  public :: read_cases, write_case
+  public :: read_cases, write_case, check_path
 
   character(len=*), parameter :: group_names(10) = [character(len=8) :: "case", "material", "pattern", "step", &
     "expect", "sweep", "replay", "state", "initial", "umat"]
@@ -156,6 +156,20 @@ contains
     call check_state(case%joint, case%state, io%errors)
     call check_steps(new_rie_law(case%joint), case%steps, io%errors, of_file(io%text))
   end subroutine read_case
+
+  !> Complete and check the steps of a case that a program has set: the rest of the case was read from a text.
+  subroutine check_path(case, errors)
+    type(case_type), intent(inout) :: case       !! with the entries of its steps -> complete
+    type(errors_type), intent(inout) :: errors   !! of the text; those of the steps are added
+    type(error_type) :: of_case, of_path
+    integer :: earlier
+    earlier = errors%n
+    of_case%group = "&case"
+    call complete_steps(case%steps, errors, of_path)
+    if (errors%n == 0 .and. case%refines) call explain_tolerance(case%tolerance, case%steps, errors, &
+      of_case)
+    if (earlier == 0 .and. errors%n == 0) call check_steps(new_rie_law(case%joint), case%steps, errors, of_path)
+  end subroutine check_path
 
   !> Check that every group is known and not given too often.
   subroutine check_groups(text, has_props, errors)

@@ -9,7 +9,7 @@ module asperity_json
   use asperity_rows, only: row_columns
   use asperity_stability, only: stability_columns
   use asperity_steps, only: explicit_entries, list_type, step_table
-  use asperity_text, only: integer_text, set_text, to_text
+  use asperity_text, only: integer_text
   implicit none
   private
   public :: case_json, errors_json, tables_json
@@ -259,15 +259,20 @@ contains
     call add(out, '"')
   end subroutine string
 
-  !> Append a number, which reads back exactly.
+  !> Append a number, which reads back exactly. A path has many of them: 17 digits are written at once, while the
+  !> shortest text is found by trial.
   pure subroutine number(out, name, value)
     class(writer), intent(inout) :: out     !! the text
     character(len=*), intent(in) :: name    !! of the member; empty: a member of a list
     real(wp), intent(in) :: value           !! finite
-    character(len=:), allocatable :: text
-    call set_text(text, to_text(value))
-    if (scan(text, ".eE") == 0) call set_text(text, text // ".0")   ! no integer
-    call out%put(name, text)
+    real(wp), parameter :: whole = 1.0e9_wp
+    character(len=24) :: text
+    if (abs(value) < whole .and. .not. abs(value - aint(value)) > 0.0_wp) then
+      write (text, "(i0, a)") nint(value), ".0"
+    else
+      write (text, "(es24.16e3)") value
+    end if
+    call out%put(name, trim(adjustl(text)))
   end subroutine number
 
   !> Append a list of numbers.

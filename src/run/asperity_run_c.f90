@@ -6,7 +6,7 @@ module asperity_run_c
     c_null_ptr, c_ptr
   use asperity_c_text, only: get_text, put_text
   use asperity_call_checks, only: umat_only
-  use asperity_case, only: case_file_type, read_cases
+  use asperity_case, only: case_file_type, check_path, read_cases
   use asperity_case_groups, only: start_point
   use asperity_checks, only: all_bounded
   use asperity_contract, only: status_ok, status_size, status_state
@@ -20,11 +20,13 @@ module asperity_run_c
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_rows, only: aperture_type, row_columns, row_numbers
   use asperity_stability, only: stability_columns, stability_of
+  use asperity_steps, only: step_table
   use asperity_text, only: integer_text
   implicit none
   private
-  public :: asperity_read_cases, asperity_case_errors, asperity_case_content, asperity_free_cases, asperity_begin, &
-    asperity_next, asperity_value, asperity_lost, asperity_end, asperity_tables, asperity_stability_of
+  public :: asperity_read_cases, asperity_case_errors, asperity_case_content, asperity_free_cases, asperity_steps, &
+    asperity_set, asperity_begin, asperity_next, asperity_value, asperity_lost, asperity_end, asperity_tables, &
+    asperity_stability_of
 
   !> Messages about a handle that is NULL.
   character(len=*), parameter :: no_cases = "cases = NULL: expected a handle of asperity_read_cases"
@@ -34,6 +36,7 @@ module asperity_run_c
   type :: cases_type
     type(case_file_type) :: file
     type(errors_type) :: errors
+    logical :: set = .false.                !! whether steps were set and are not checked yet
     character(len=:), allocatable :: json   !! content or errors, once it was asked for
   end type cases_type
 
@@ -67,6 +70,68 @@ contains
     cases = c_loc(handle)
   end function asperity_read_cases
 
+  !> Take n steps without entries in place of those of a case file; returns 0, or a status.
+  function asperity_steps(cases, n) bind(C) result(status)
+    type(c_ptr), value :: cases             !! of asperity_read_cases
+    integer(c_int), value :: n              !! steps, from 1
+    integer(c_int) :: status
+    type(cases_type), pointer :: handle
+    integer :: i
+    status = status_size
+    if (.not. c_associated(cases) .or. n < 1) return
+    call c_f_pointer(cases, handle)
+    if (.not. allocated(handle%file%cases)) return
+    if (size(handle%file%cases) /= 1) return
+    status = status_ok
+    if (allocated(handle%json)) deallocate (handle%json)
+    handle%set = .true.
+    associate (case => handle%file%cases(1))
+      if (allocated(case%steps)) deallocate (case%steps)
+      allocate (case%steps(n))
+      do i = 1, n
+        case%steps(i)%place%group = "&step"
+        case%steps(i)%place%step = i - 1
+      end do
+    end associate
+  end function asperity_steps
+
+  !> Set an entry of a step of asperity_steps; returns 0, or a status.
+  function asperity_set(cases, step, name, n, values) bind(C) result(status)
+    type(c_ptr), value :: cases             !! of asperity_read_cases
+    integer(c_int), value :: step           !! from 0
+    type(c_ptr), value :: name              !! of the entry
+    integer(c_int), value :: n              !! values
+    type(c_ptr), value :: values            !! double[n], any bits
+    integer(c_int) :: status
+    type(cases_type), pointer :: handle
+    real(wp), pointer, contiguous :: numbers(:)
+    character(len=:), allocatable :: text
+    integer :: i
+    status = status_size
+    if (.not. c_associated(cases) .or. n < 0 .or. (n > 0 .and. .not. c_associated(values))) return
+    call c_f_pointer(cases, handle)
+    call get_text(name, text)
+    i = findloc(step_table%name == text, .true., dim=1)
+    if (.not. handle%set .or. i == 0) return
+    associate (steps => handle%file%cases(1)%steps)
+      if (step < 0 .or. step >= size(steps)) return
+      status = status_ok
+      if (allocated(steps(step + 1)%given(i)%values)) deallocate (steps(step + 1)%given(i)%values)
+      allocate (steps(step + 1)%given(i)%values(n))
+      if (n == 0) return
+      call c_f_pointer(values, numbers, [n])
+      steps(step + 1)%given(i)%values = numbers
+    end associate
+  end function asperity_set
+
+  !> Check the steps that were set.
+  subroutine check_set(handle)
+    type(cases_type), intent(inout) :: handle   !! of a case file
+    if (.not. handle%set) return
+    handle%set = .false.
+    call check_path(handle%file%cases(1), handle%errors)
+  end subroutine check_set
+
   !> Number of errors of a case file, which the message words.
   function asperity_case_errors(cases, message, size) bind(C) result(n)
     type(c_ptr), value :: cases             !! of asperity_read_cases
@@ -79,6 +144,7 @@ contains
     n = 1
     if (c_associated(cases)) then
       call c_f_pointer(cases, handle)
+      call check_set(handle)
       text = ""
       call put_words(handle%errors, text)
       n = handle%errors%n
@@ -97,6 +163,7 @@ contains
     call put_text("", text, size)
     if (.not. c_associated(cases)) return
     call c_f_pointer(cases, handle)
+    call check_set(handle)
     if (.not. allocated(handle%json)) then
       if (handle%errors%n > 0) call errors_json(handle%errors, handle%json)
       if (handle%errors%n == 0) call case_json(handle%file, handle%json)
@@ -133,6 +200,7 @@ contains
       return
     end if
     call c_f_pointer(cases, file)
+    call check_set(file)
     call put_words(file%errors, text)
     if (len(text) == 0) then
       associate (last => ubound(file%file%cases, 1) - 1)

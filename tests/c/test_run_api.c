@@ -103,6 +103,42 @@ static int props_stand_for_material_and_pattern(void) {
   return bad;
 }
 
+static int steps_are_set(void) {
+  const double props[] = {3.0, 0.3, 0.9, 0.5}, half = 0.05, twice[] = {0.1, 0.2}, negative = -1.0;
+  char message[512];
+  asperity_cases *cases = asperity_read_cases("", "&step /", props, 4);
+  int bad = FAILS(asperity_set(cases, 0, "s_N", 1, &half) == ASPERITY_BAD_SIZE);
+  bad += FAILS(asperity_steps(cases, 0) == ASPERITY_BAD_SIZE) + FAILS(asperity_steps(cases, 2) == 0);
+  const double one = 1.0;
+  for (int i = 0; i < 2; i++) bad += FAILS(asperity_set(cases, i, "increments", 1, &one) == 0);
+  bad += FAILS(asperity_set(cases, 0, "s_N", 1, &half) == 0) + FAILS(asperity_set(cases, 1, "s_N", 2, twice) == 0);
+  bad += FAILS(asperity_set(cases, 2, "s_N", 1, &half) == ASPERITY_BAD_SIZE);
+  bad += FAILS(asperity_set(cases, -1, "s_N", 1, &half) == ASPERITY_BAD_SIZE);
+  bad += FAILS(asperity_set(cases, 0, "s_n", 1, &half) == ASPERITY_BAD_SIZE);
+  bad += FAILS(asperity_set(cases, 0, NULL, 1, &half) == ASPERITY_BAD_SIZE);
+  bad += FAILS(asperity_set(cases, 0, "s_N", -1, &half) == ASPERITY_BAD_SIZE);
+  bad += FAILS(asperity_set(cases, 0, "s_N", 1, NULL) == ASPERITY_BAD_SIZE);
+  bad += FAILS(asperity_case_errors(cases, message, sizeof message) == 0);
+  /* a path that was checked stays as it is */
+  bad += FAILS(asperity_set(cases, 0, "s_N", 1, &half) == ASPERITY_BAD_SIZE);
+  asperity_run *run = asperity_begin(cases, 0, message, sizeof message);
+  double rows[4][3];
+  bad += FAILS(run != NULL && asperity_next(run, 4, 3, rows[0], 0, NULL, NULL) == 3);
+  bad += DIFFERS(0.2, asperity_value(run, "s_N"), 0.0);
+  asperity_end(run);
+  /* another path, with errors; the content is made anew */
+  bad += FAILS(asperity_steps(cases, 2) == 0) + FAILS(asperity_set(cases, 1, "time", 1, &negative) == 0);
+  bad += FAILS(asperity_case_errors(cases, message, sizeof message) == 1);
+  bad += FAILS(strcmp(message, "&step: time = -1: expected >= 0") == 0);
+  bad += FAILS(asperity_begin(cases, 0, message, sizeof message) == NULL);
+  asperity_free_cases(cases);
+  cases = asperity_read_cases("", "&sweep name = 'far', values = 0.1, 0.2 /\n&step s_N = far /", props, 4);
+  bad += FAILS(asperity_case_errors(cases, NULL, 0) == 0) + FAILS(asperity_steps(cases, 1) == ASPERITY_BAD_SIZE);
+  asperity_free_cases(cases);
+  return bad + FAILS(asperity_steps(NULL, 1) == ASPERITY_BAD_SIZE) +
+         FAILS(asperity_set(NULL, 0, "s_N", 1, &half) == ASPERITY_BAD_SIZE);
+}
+
 static int handles_may_be_null(void) {
   char message[200];
   double number = -1.0;
@@ -268,11 +304,20 @@ static int a_text_is_read_as_a_file(void) {
 
 int main(void) {
   int (*const tests[])(void) = {
-      rows_have_columns_with_names, rows_come_in_parts_of_any_size,   props_stand_for_material_and_pattern,
-      errors_name_their_place,      a_cr_alone_ends_a_line,           what_cannot_begin_says_why,
-      loss_of_equilibrium_is_told,  a_fork_that_is_not_there_is_told, every_value_of_a_sweep_is_a_run,
-      tables_name_columns,          stability_is_that_of_the_tangent, handles_may_be_null,
+      rows_have_columns_with_names,
+      rows_come_in_parts_of_any_size,
+      props_stand_for_material_and_pattern,
+      errors_name_their_place,
+      a_cr_alone_ends_a_line,
+      what_cannot_begin_says_why,
+      loss_of_equilibrium_is_told,
+      a_fork_that_is_not_there_is_told,
+      every_value_of_a_sweep_is_a_run,
+      tables_name_columns,
+      stability_is_that_of_the_tangent,
+      handles_may_be_null,
       a_text_is_read_as_a_file,
+      steps_are_set,
   };
   return check_run(sizeof tests / sizeof *tests, tests);
 }

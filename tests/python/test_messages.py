@@ -111,7 +111,7 @@ ROWS: list[tuple[Callable[[], object], str]] = [
     (lambda: Step(slip="x"), "slip.* = 'x': expected a finite number"),
     (lambda: Step(follow="x"), "follow = 'x': expected 'stable' or 'branch'"),
     (lambda: RP_4.run([Step(), Step(time=-1.0)]), r"steps\[1\]: time = -1: expected >= 0"),
-    (lambda: RP_4.run(Step(time=[])), r"steps\[0\]: time: no value"),
+    (lambda: RP_4.run(Step(time=[])), r"steps\[0\]: time = 0 values: expected one or more"),
     (lambda: RP_4.run(Step(), tolerance=0.5), r"tolerance = 0\.5: expected 1e-8 to 0\.1"),
     *(
         (lambda options=options: RP_4.confined_slip(0.0, [0.2], -1.0, **options), message)
