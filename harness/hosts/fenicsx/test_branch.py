@@ -76,6 +76,35 @@ except Stopped as error:
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
+def test_water_that_follows_openings_up_to_the_limit(ranks: int) -> None:
+    """A block slides where the push is mu N, with water whose pressure is linear in the opening.
+
+    The water carries U = p (A - N/(kn c)) of the weight W, as the openings of the closed joint are -t_N/kn.
+    """
+    results = of_all_ranks(
+        """
+kn, mu, p, c, width = 50.0, 0.6, 0.004, 1e-3, 3.0
+dry = Interface(Material.from_joint(kn=kn, ks=20.0, mu=mu), Pattern.regular(0, 0.0))
+pieces = split(grid(np.linspace(0, width, 7), [-0.5, 0.0, 0.5], block=[0, 1])) if COMM.rank == 0 else None
+m = Model(pieces, {"joint": dry}, 3e4, 0.2)
+down, push = (m.body(force, "block_1") for force in ([0.0, -0.01], [0.01, 0.0]))
+water = {"joint": lambda x, opening: p * np.clip(1.0 + opening / c, 0.0, 1.0)}
+of = lambda t: Conditions(m.dofs(m.x[:, 1] < -0.4, 0, 1), load=down + t * push, pressures=water)
+start = solve(m, State.virgin(m), of(0.0)).taken()
+follow = Follow(m, start, of, 0.02, 0.1, 1e-5)
+follow.run_to_limit(2.0)
+W = 0.01 * 0.5 * width
+results["limit"] = follow.at, mu * (W - p * width) / (1.0 - p / (kn * c)) / W
+results["after"] = [branch.at for branch in [follow.beyond(0.1)] for _ in range(5) if branch.advance()]
+""",
+        ranks,
+    )
+    found, expected = results["limit"]
+    assert found == pytest.approx(expected, rel=3e-5)
+    assert results["after"] == pytest.approx([expected] * 5, rel=3e-5)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
 def test_energy_that_a_snap_releases(ranks: int) -> None:
     """A bond in series with soft blocks breaks in a jump: their energy at its strength less Gc is released.
 

@@ -5,7 +5,8 @@ Unknown are displacements x and the parameter `at` of the conditions:
     r(x, at) = 0,   mean over the joints of d . (s(x) - s) = step
 
 with the separations s of the last state, and the direction d of their last change, of the length 1 in the
-mean of its squares over the area.
+mean of its squares over the area.  Water that follows openings is that of openings beforehand, which are
+mixed with the new ones until both give the same pressures.
 
     x, at = on from the last change
     until |r| <= tolerance * forces
@@ -24,7 +25,7 @@ import numpy as np
 
 from ..contract import Floats
 from .conditions import Conditions, Held, held
-from .equilibrium import Report, Terms, solve
+from .equilibrium import MIXED, MOST_WATER, SAME_WATER, Report, Terms, solve
 from .ledger import Ledger, ledger_after, ledger_of, work_of
 from .model import Model
 from .newton import Task, balance_of, equations_of
@@ -32,7 +33,7 @@ from .ranks import agree, doubles, largest, totals
 from .response import LawError, respond
 from .state import State
 from .stopped import Stopped
-from .water import Water
+from .water import Mixing, Water
 
 FAST, GROWTH, LEAST = 6, 1.5, 1e-4
 """A step grows after at most FAST iterations; least step over the first one, below which the branch ends."""
@@ -64,9 +65,9 @@ class Branch:
     ) -> None:
         """Begin at a state with the step from the state before.
 
-        conditions: as those of `Follow`, without water that depends on openings.  most: largest step, root of
-        the mean of the squares of the change of the separations over the area.  terms: of the equations,
-        without drag; dt is the duration of every step.
+        conditions: as those of `Follow`.  most: largest step, root of the mean of the squares of the change
+        of the separations over the area.  terms: of the equations, without drag; dt is the duration of every
+        step.
         """
         self.model, self.conditions, self.terms = model, conditions, terms or Terms()
         self.state, self.before, self.most = state, before, most
@@ -122,11 +123,11 @@ class Branch:
         """
         if self.reason:
             raise Stopped(self.reason)
-        x, at, iterations, reason = self._located()
-        self.taken += iterations
         old, new = self.state, None
+        x, at, iterations, reason = self._with_water()
         if not reason:
-            terms = replace(self.terms, at=at, ahead=x - old.u, passes=0)
+            openings = self.model.separations(x)
+            terms = replace(self.terms, at=at, ahead=x - old.u, openings=openings, passes=0)
             report = self.report = solve(self.model, old, self.conditions(at), terms)
             new, reason = report.state, report.reason
             self.report = replace(report, iterations=iterations + report.iterations)
@@ -135,7 +136,7 @@ class Branch:
             if self.step < self.least:
                 self.reason = f"stopped at {self.at:.5g}: {reason}"
             return False
-        loads = self._held(old.at)[1], report.load
+        loads = self._held(old.at, old.s)[1], report.load
         work = work_of(self.model, old, new, loads, report.fixed)
         self.ledger = ledger_after(self.model, self.ledger, new, 0.0, work)
         self.before, self.state, self.count = old, new, self.count + 1
@@ -144,15 +145,29 @@ class Branch:
             self.step = min(GROWTH * self.step, self.most)
         return True
 
-    def _held(self, at: float) -> tuple[Held, Floats, Floats]:
+    def _held(self, at: float, openings: Floats) -> tuple[Held, Floats, Floats]:
         """Conditions at a parameter, loads with the pressures on faces, and pressures of the points."""
         given = self.conditions(at)
         water = Water(self.model, given.pressures, given.flows)
-        agree("water that follows openings: expected none on a branch" if water.moves else "")
         now = held(self.model, given)
-        return now, now.load + water.outer, water.fixed
+        return now, now.load + water.outer, water.at(openings)[0]
 
-    def _located(self) -> tuple[Floats, float, int, str]:
+    def _with_water(self) -> tuple[Floats, float, int, str]:
+        """Displacements, parameter of the next step, most iterations with pressures, why there are none."""
+        openings, mixing, most = self.state.s, Mixing(*MIXED), 0
+        for _ in range(MOST_WATER):
+            x, at, iterations, reason = self._located(openings)
+            self.taken, most = self.taken + iterations, max(most, iterations)
+            if reason:
+                return x, at, most, reason
+            s = self.model.separations(x)
+            p, wanted = self._held(at, openings)[2], self._held(at, s)[2]
+            if largest(wanted - p) <= SAME_WATER * largest(p):
+                return x, at, most, ""
+            openings = mixing.mixed(openings.ravel(), s.ravel()).reshape(s.shape)
+        return x, at, most, f"the pressure of water still changes after {MOST_WATER} equilibria"
+
+    def _located(self, openings: Floats) -> tuple[Floats, float, int, str]:
         """Displacements and parameter of the next step, iterations, and why there are none."""
         m, old = self.model, self.state
         change = old.s - self.before.s
@@ -160,9 +175,9 @@ class Branch:
         weights = m.area[:, None] * change / (self.length * totals(m.area.sum())[0])
         x, at = old.u + ratio * (old.u - self.before.u), old.at + ratio * (old.at - self.before.at)
         none, t = np.zeros(len(x)), self.terms
-        q = equations_of(m, self._held(at)[0].fixed, t.options)
+        q = equations_of(m, self._held(at, openings)[0].fixed, t.options)
         for iteration in range(t.iterations + 1):
-            now, load, p = self._held(at)
+            now, load, p = self._held(at, openings)
             x[q.fixed] = now.values
             s = m.separations(x)
             try:
@@ -177,7 +192,7 @@ class Branch:
             if iteration == t.iterations or not np.isfinite(balance.residual):
                 break
             h = APART * (abs(at) or 1.0)
-            then, more, wetter = self._held(at + h)
+            then, more, wetter = self._held(at + h, openings)
             moved = none.copy()
             moved[q.fixed] = (then.values - now.values) / h
             pulled = np.einsum("pij,pj->pi", response.D, m.separations(moved))

@@ -43,8 +43,9 @@ class Terms:
     dt: duration of the step.  drag (n d,): forces over displacements in a step of the time 1.  damping: share
     of the stiffness of the solids that resists the displacements of the step.  tolerance: of the residual
     over the prescribed forces, loads or pressures; all are sums of magnitudes, so that the same tolerance
-    holds in a mesh of any size.  ahead: guess of the change of the displacements.  at: of the new state;
-    default: that of the old one.
+    holds in a mesh of any size.  ahead: guess of the change of the displacements; openings (p, 3): guess of
+    the separations that water follows, default those of the state.  at: of the new state; default: that of
+    the old one.
     passes: most of them; 0: Newton's method.  aim (p, 3): separations of the first pass, default those of the
     state; finish: whether Newton's method ends the passes where it can.
     iterations: most of a solution.  search: see SEARCHES.  options: of PETSc, for the linear equations.
@@ -55,6 +56,7 @@ class Terms:
     damping: float = 0.0
     tolerance: float = 1e-6
     ahead: ArrayLike = 0.0
+    openings: Floats | None = None
     at: float | None = None
     passes: int = 0
     aim: Floats | None = None
@@ -161,8 +163,8 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
     water = Water(model, conditions.pressures, conditions.flows)
     load = given.load + water.outer
     q = equations_of(model, given.fixed, terms.options)
-    p, rates = water.at(state.s)
-    first = p
+    first, rates = water.at(state.s)
+    p = first if terms.openings is None else water.at(terms.openings)[0]
     mixing, x, spent = Mixing(*MIXED), state.u + ahead, np.zeros(3, int)
     reason, equilibria, left = "", 0, 0.0
     done: Passed | None = None
@@ -194,7 +196,7 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
         left = largest(wanted - p)
         if left <= SAME_WATER * largest(p):
             break
-        p = mixing.mixed(p, wanted)
+        p = np.maximum(mixing.mixed(p, wanted), 0.0)
     nothing = np.zeros(model.n * model.d)
     new: State | None = None
     if not reason and done and done.found.response:

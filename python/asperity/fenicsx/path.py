@@ -3,7 +3,8 @@
     while at is not the end
         move = step, or what is left
         report = solve(state, conditions(at + move)), by Newton's method or by passes, from the change before
-        no state: keep the old state; the step becomes half; too short: the path is stopped
+        no state: keep the old state; the step becomes half, a quarter under loads; too short: the path is
+                  stopped
                   Newton's method failed in a short step, or soon after passes: passes follow
                   passes failed under loads that change: Newton's method takes the step again
                   too short under loads that change: the parameter becomes an unknown, and the path goes along
@@ -41,6 +42,9 @@ from .water import Water
 
 FAST, GROWTH = 6, 1.5
 """A step grows after at most FAST iterations."""
+
+CUT = 0.5, 0.25
+"""Share of a step after a failure without and under loads, where most failures are those of a limit load."""
 
 ERRORS = 0.1, 0.01
 """Errors of a step by passes, of a damage and of forces, beyond which a shorter one replaces it."""
@@ -190,9 +194,9 @@ class Follow:
         self.report = report
         if report.state is None:
             self.cuts += 1
-            self._cut(move, 0.5, report.reason, under_loads)
+            self._cut(move, CUT[under_loads], report.reason, under_loads)
             if self.reason and under_loads:
-                self._leave(at, move)
+                self._leave(move)
             return False
         damage, force = report.errors
         excess = max(damage / self.errors[0], force / self.errors[1])
@@ -215,21 +219,16 @@ class Follow:
         self.before, self.state, self._load = old, new, report.load
         self.count += 1
 
-    def _leave(self, at: float, move: float) -> None:
+    def _leave(self, move: float) -> None:
         """Let the parameter be an unknown, where a shortest step under loads fails; tell where it cannot."""
         if self.report and self.report.reason.startswith("the law"):
             self.kind = LAW
-        elif self._wet(at) or total(np.abs(self.state.s - self.before.s).sum()) == 0.0:
+        elif total(np.abs(self.state.s - self.before.s).sum()) == 0.0:
             self.kind = NOT_FOUND
         else:
             self.branch, self.reason, self.step = self._branch(abs(move)), "", abs(move)
             return
         self.reason = self.reason.replace(":", f", {self.kind}:", 1)
-
-    def _wet(self, at: float) -> bool:
-        """Whether water follows the openings, which a branch does not take."""
-        given = self.conditions(at)
-        return Water(self.model, given.pressures, given.flows).moves
 
     def beyond(self, most: float) -> Branch:
         """Branch from the last step on, where the parameter may fall; most: its largest step.

@@ -323,11 +323,11 @@ class Mixing:
         self.left: list[Floats] = []
 
     def mixed(self, p: Floats, aim: Floats) -> Floats:
-        """Next pressures, >= 0."""
+        """Next p."""
         self.p, self.left = [*self.p, p][-self.depth - 1 :], [*self.left, aim - p][-self.depth - 1 :]
         new = p + self.share * self.left[-1]
         if len(self.p) > 1:
             dp, dr = (np.diff(sequence, axis=0) for sequence in (self.p, self.left))
             gram = COMM.allreduce(np.column_stack([dr @ dr.T, dr @ self.left[-1]]))
             new = new - np.linalg.lstsq(gram[:, :-1], gram[:, -1])[0] @ (dp + self.share * dr)
-        return np.maximum(new, 0.0)
+        return new
