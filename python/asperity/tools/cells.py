@@ -49,16 +49,16 @@ def _grouped(mark: str) -> str:
     return rf"[-+]?[1-9]\d{{0,2}}((\{between}\d{{3}})+\{mark}\d*|(\{between}\d{{3}}){{2,}})([eE][-+]?\d+)?"
 
 
-def _shows(column: Series, mark: str) -> bool:
-    """Whether more cells of a column have this decimal mark beyond doubt than the other one."""
-    shows = {
-        point: (
-            (column.str.fullmatch(_decimal(point)) & ~column.str.fullmatch(_thousands(point)))
-            | column.str.fullmatch(_grouped(point))
+def _shown(column: Series) -> str | None:
+    """Decimal mark that more cells of a column have beyond doubt than have the other one, or None."""
+    points, commas = (
+        (
+            (column.str.fullmatch(_decimal(mark)) & ~column.str.fullmatch(_thousands(mark)))
+            | column.str.fullmatch(_grouped(mark))
         ).sum()
-        for point in ".,"
-    }
-    return bool(shows[mark] > shows[OTHER[mark]])
+        for mark in ".,"
+    )
+    return None if points == commas else "." if points > commas else ","
 
 
 def numbers_of(
@@ -88,7 +88,7 @@ def numbers_of(
         if (fine & np.isfinite(numbers)).all():
             return numbers, []
     plain = cells.apply(lambda column: column.str.replace(GROUPS, "", regex=True))
-    shown = {column: next((mark for mark in ".," if _shows(plain[column], mark)), None) for column in plain}
+    shown = {column: _shown(plain[column]) for column in plain}
     everywhere = {*shown.values()} - {None}
     if not everywhere and separator != ";" and not _commas(plain):
         everywhere = {"."}
