@@ -15,7 +15,7 @@ if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
   # The loops of the law run on vectors only if a division that is moved may not trap, every function is inlined,
   # however large its frame, and every structure is replaced by its components. A public kernel is not to be inlined,
   # and its arrays of states are on the stack.
-  set(ASPERITY_LAW_FLAGS -fno-trapping-math -fstack-arrays -finline-limit=100000 --param=inline-unit-growth=1000
+  set(ASPERITY_LAW_FLAGS -fno-trapping-math -fstack-arrays -finline-limit=100000 --param=inline-unit-growth=2000
     --param=large-function-growth=100000 --param=large-stack-frame=100000
     --param=sra-max-scalarization-size-Ospeed=10000 -fsemantic-interposition)
   list(TRANSFORM ASPERITY_LAW_FLAGS REPLACE "(.+)" "$<$<CONFIG:Release>:\\1>")

@@ -25,9 +25,11 @@ contains
       [real(tiny(1.0_wp), real64), real(huge(1.0_wp), real64)], dt)) return
     status = status_ok
     call set_block(joint, material_of(joint%material), block, dt)
-    ! the phases of a long increment take fourth powers of lengths, of the onset of damage and of the elastic slip
+    ! the phases of a long increment take fourth powers of lengths, of the onset of damage, and of the elastic slip with
+    ! what a dashpot adds to it
     associate (m => joint%material)
-      if (m%s0 < small .or. max(1.0_real64, m%mu)*max(1.0_real64, m%kc_kt)*m%s0/(1.0_real64 - m%eta) > large) then
+      if (m%s0 < small .or. merge(10.0_real64, 1.0_real64, m%damps)*max(1.0_real64, m%mu)*max(1.0_real64, m%kc_kt)* &
+        m%s0/(1.0_real64 - m%eta) > large) then
         block%material%inv_longest_2 = 0.0_wp
       end if
     end associate

@@ -16,7 +16,7 @@ module asperity_law
   use asperity_energy, only: dashpot_dissipation, plane_dissipation, plane_forces, stored_energy
   use asperity_facet, only: facet_at, facet_traction, profile_at
   use asperity_kinds, only: wp
-  use asperity_phases, only: friction_of_phases, phases_of, phases_type, rupture_of_phases
+  use asperity_phases, only: friction_of_phases, lost_of_phases, phases_of, phases_type, rupture_of_phases, touch_in
   use asperity_tangent, only: plane_tangent
   use asperity_types, only: damage_type, forces_type, friction_type, growth_type, history_type, local_type, &
     material_type, plane_type, response_type, separation_type, unseen, update_type, vector_type
@@ -189,14 +189,17 @@ contains
       last = plane_forces(m, at, response%new)
       now%spent%friction = m%mu*((start%strength + last%strength)*response%friction%slip)
     end if
-    ! the wear by work keeps the trapezoidal rule, which its constants know
-    if (m%exact) now%spent%friction = merge(friction_of_phases(m, old, target, phases), &
-      now%spent%friction, m%inv_w0 <= 0.0_wp)
     now%new = response%new
     now%stored = stored_energy(m, at, response)
     ! of the viscous parts of pressure and friction only the values at the end are known
     if (m%damps) now%spent%friction = max(0.0_wp, now%spent%friction + (2.0_wp*m%mu)*((response%new%alpha* &
       (response%friction%p - pressure(m, at%contact)))*response%friction%slip))
+    if (m%exact) then
+      ! damage sees the springs of the contact alone, friction the dashpots as well
+      if (m%damps) call touch_in(m, .true., growth, at_start, at, old, phases)
+      ! the wear by work keeps the trapezoidal rule, which its constants know
+      now%spent%friction = merge(friction_of_phases(m, old, target, phases), now%spent%friction, m%inv_w0 <= 0.0_wp)
+    end if
     if (m%wears) then
       ! work of the friction, and energy that the facet releases
       drive = wear_drive(at%facet, response%new%alpha, response%friction%p, &
@@ -210,8 +213,10 @@ contains
         now%spent%friction = now%spent%friction + (max(drive_old, 0.0_wp) + max(drive, 0.0_wp))*(worn%omega - old%omega)
       end if
     end if
-    if (m%damps) now%spent%friction = now%spent%friction + &
+    if (m%damps .and. .not. m%exact) now%spent%friction = now%spent%friction + &
       dashpot_dissipation(m, growth, at_start, at, old, response%new)
+    if (m%damps .and. m%exact) now%spent%friction = now%spent%friction + &
+      lost_of_phases(m, growth%lag, at_start, at, old, response%new%alpha, phases)
     now%traction = plane_traction(m, plane, at, response)
     now%tangent = plane_tangent(m, growth, plane, at, to, old, crushes, response)
   end function update_plane

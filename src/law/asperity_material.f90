@@ -85,11 +85,10 @@ contains
     material%damping = props(p_c)
     material%damps = material%damping > 0.0_wp
     ! an increment of this length misses the rupture by less than 0.2 % of Gc with the trapezoidal rule, as the error
-    ! is (length/s_f)^2/(2 (1 - eta)); a dashpot has its accounts by the ends of any increment; the phases take fourth
-    ! powers of lengths
+    ! is (length/s_f)^2/(2 (1 - eta)); the phases take fourth powers of lengths
     material%inv_longest_2 = 0.0_wp
     slip = max(1.0_wp, material%mu)*max(1.0_wp, material%kc_kt)*material%s0/(1.0_wp - material%eta)
-    if (.not. material%damps .and. material%s0 > least_onset .and. slip < 1.0_wp/least_onset) then
+    if (material%s0 > least_onset .and. slip < 1.0_wp/least_onset) then
       material%inv_longest_2 = (1.0_wp - material%eta)/(longest*material%s0)**2
     end if
     material%general = material%curved .or. material%bends .or. material%damps

@@ -13,7 +13,7 @@ module asperity_phases
     vector_type
   implicit none
   private
-  public :: friction_of_phases, long_increment, phases_of, phases_type, rupture_of_phases
+  public :: friction_of_phases, long_increment, lost_of_phases, phases_of, phases_type, rupture_of_phases, touch_in
 
   !> Range of positions on the step, or of r.
   type :: range_type
@@ -26,7 +26,10 @@ module asperity_phases
     real(wp) :: e_t, e_h            !! elastic slip on its line at x = 0, length
     real(wp) :: d_t, d_h            !! its change in the step if the contact sticks, length
     real(wp) :: strength, rate      !! mu p where it begins to be closed, and its derivative by x, over k_t
+    real(wp) :: y_t, y_h            !! stress at x = 0 on that line, with that of a dashpot, over k_t
     real(wp) :: slips, ends         !! where it begins and ceases to slip
+    real(wp) :: last                !! elastic slip where it ceases to be closed, length
+    real(wp) :: lost                !! energy that the dashpot along the plane dissipates while it slips, over k_t/2
   end type touch_type
 
   !> Phases of an increment.
@@ -89,7 +92,15 @@ contains
     e = local_type(0.0_wp, touch%e_t + touch%d_t*x, touch%e_h + touch%d_h*x)
   end function elastic
 
-  !> Friction strength mu p at a position where the contact is closed.
+  !> Stress of the contact on that line, with that of a dashpot, over k_t.
+  pure function trial(touch, x) result(y)
+    type(touch_type), intent(in) :: touch   !! contact along the step
+    real(wp), intent(in) :: x               !! position
+    type(local_type) :: y
+    y = local_type(0.0_wp, touch%y_t + touch%d_t*x, touch%y_h + touch%d_h*x)
+  end function trial
+
+  !> Friction strength mu p at a position where the contact is closed, p with the pressure of a dashpot.
   pure function strength(touch, x) result(tau)
     type(touch_type), intent(in) :: touch   !! contact along the step
     real(wp), intent(in) :: x               !! position
@@ -132,11 +143,15 @@ contains
   end function surface
 
   !> Where the contact is closed, what it carries there, and where it begins to slip.
-  pure function touch_of(m, start, at, old) result(touch)
+  pure function touch_of(m, damped, lag, start, at, old) result(touch)
     type(material_type), intent(in) :: m             !! constants
+    logical, intent(in) :: damped                    !! whether dashpots act beside the springs, a literal
+    real(wp), intent(in) :: lag                      !! stress of the dashpot (growth_type)
     type(separation_type), intent(in) :: start, at   !! separations at start and end
     type(history_type), intent(in) :: old            !! state at the start
     type(touch_type) :: touch
+    !> Largest lag by which the phases change; their fourth powers of lengths contain its square.
+    real(wp), parameter :: stiff = merge(1.0e4_wp, 1.0e2_wp, digits(1.0_wp) > 24)
     real(wp) :: a, b, c, cross, last, open, root, width
     touch%d_t = at%contact%t - start%contact%t
     touch%d_h = at%contact%h - start%contact%h
@@ -152,10 +167,20 @@ contains
     width = touch%closed%to - touch%closed%from
     ! never a division by zero, not even in a lane of a vector that is not used
     touch%rate = (last - touch%strength)/max(width, epsilon(1.0_wp))
-    ! |e| = mu p: a x^2 + 2 b x + c = 0
+    touch%y_t = touch%e_t
+    touch%y_h = touch%e_h
+    if (damped) then
+      touch%y_t = touch%e_t + min(lag, stiff)*touch%d_t
+      touch%y_h = touch%e_h + min(lag, stiff)*touch%d_h
+      touch%strength = max(touch%strength + min(lag, stiff)*touch%rate, 0.0_wp)
+      ! a contact that opens faster than its springs push has no stress
+      touch%closed%to = merge(min(touch%closed%to, touch%closed%from + share(touch%strength, -touch%rate)), &
+        touch%closed%to, touch%rate < 0.0_wp)
+    end if
+    ! the stress, |e| without a dashpot, is mu p: a x^2 + 2 b x + c = 0
     a = (touch%d_t**2 + touch%d_h**2) - touch%rate**2
-    b = (touch%e_t*touch%d_t + touch%e_h*touch%d_h) - touch%strength*touch%rate
-    c = min((touch%e_t**2 + touch%e_h**2) - touch%strength**2, 0.0_wp)
+    b = (touch%y_t*touch%d_t + touch%y_h*touch%d_h) - touch%strength*touch%rate
+    c = min((touch%y_t**2 + touch%y_h**2) - touch%strength**2, 0.0_wp)
     root = sqrt(max(b**2 - a*c, 0.0_wp))
     touch%slips = share(merge(-c, root - b, b > 0.0_wp), merge(b + root, a, b > 0.0_wp))
     touch%slips = merge(touch%slips, 1.0_wp, max(a, b) > 0.0_wp)
@@ -163,9 +188,32 @@ contains
     touch%slips = merge(merge(touch%closed%from, 1.0_wp, a > 0.0_wp), touch%slips, open > 0.5_wp)
     touch%slips = max(touch%slips, touch%closed%from)
     touch%ends = max(touch%closed%to, touch%slips)
+    touch%last = strength(touch, touch%closed%to)
+    touch%lost = 0.0_wp
+    if (damped) call relax(m, lag, min(lag, stiff), touch)
   end function touch_of
 
-  !> Phases of an increment in which the damage grows to alpha without viscosity.
+  !> With a dashpot the elastic slip of a contact that slips tends exponentially to that of the springs alone. Set its
+  !> value where the contact ceases to be closed, and what the dashpot dissipates until then.
+  pure subroutine relax(m, lag, added, touch)
+    type(material_type), intent(in) :: m       !! constants
+    real(wp), intent(in) :: lag                !! stress of the dashpot (growth_type)
+    real(wp), intent(in) :: added              !! the same, as the strength contains it
+    type(touch_type), intent(inout) :: touch   !! contact along the step; last and lost are set
+    type(local_type) :: e, y
+    real(wp) :: away, from, gone, left, to
+    to = max(touch%closed%to, touch%closed%from)
+    from = min(touch%slips, to)
+    e = elastic(touch, from)
+    y = trial(touch, from)
+    away = (e%t*y%t + e%h*y%h)/max(sqrt(y%t**2 + y%h**2), tiny(1.0_wp)) - (strength(touch, from) - added*touch%rate)
+    call exponentials(m%by_points, (to - from)/max(lag, epsilon(1.0_wp)), left, gone)
+    touch%last = max((strength(touch, to) - added*touch%rate) + away*left, 0.0_wp)
+    touch%lost = max((2.0_wp*lag*touch%rate)*(touch%rate*(to - from) - 2.0_wp*away*gone) + &
+      away**2*((1.0_wp + left)*gone), 0.0_wp)
+  end subroutine relax
+
+  !> Phases of an increment in which the damage grows to alpha without viscosity, with the springs of the contact alone.
   pure function phases_of(m, growth, start, at, old, alpha) result(phases)
     type(material_type), intent(in) :: m             !! constants
     type(growth_type), intent(in) :: growth          !! of the damage, without the guard
@@ -174,14 +222,32 @@ contains
     real(wp), intent(in) :: alpha                    !! damage at the end
     type(phases_type) :: phases
     real(wp) :: r_0
-    associate (touch => phases%touch, grows => phases%grows, r => phases%r)
-      touch = touch_of(m, start, at, old)
+    associate (grows => phases%grows, r => phases%r)
       r = range_type(1.0_wp/(1.0_wp - m%eta*old%alpha), 1.0_wp/(1.0_wp - m%eta*alpha))
       grows%to = reached(m, start%bond, at%bond, r%to**2)
       grows%from = min(reached(m, start%bond, at%bond, r%from**2), grows%to)
       ! with viscosity damage may lag behind the separation of the start
       grows%from = merge(0.0_wp, grows%from, mode_square(m, start%bond) > (1.0_wp + sqrt(epsilon(1.0_wp)))*r%from**2)
-      ! during the growth the contact sticks from x_1 to x_2, and slips to x_3
+      ! where it lags, it grows at the start
+      r_0 = surface(m, start, at, 0.0_wp, r)
+      phases%centre = grows%from + (grows%to - grows%from)*share(6.0_wp*(r_0*r%to)/(r_0 + r%to + &
+        4.0_wp*sqrt(r_0*r%to)) - r_0, r%to - r_0)
+      phases%centre = phases%centre*share((r%to - r_0)*r%from, (r%to - r%from)*r_0)
+    end associate
+    call touch_in(m, .false., growth, start, at, old, phases)
+    call follow(m, growth, phases)
+  end function phases_of
+
+  !> Set the phases of the contact: during the growth it sticks from x_1 to x_2, and slips to x_3.
+  pure subroutine touch_in(m, damped, growth, start, at, old, phases)
+    type(material_type), intent(in) :: m             !! constants
+    logical, intent(in) :: damped                    !! whether dashpots act beside the springs, a literal
+    type(growth_type), intent(in) :: growth          !! with the stress of the dashpot
+    type(separation_type), intent(in) :: start, at   !! separations at start and end
+    type(history_type), intent(in) :: old            !! state at the start
+    type(phases_type), intent(inout) :: phases       !! those of the growth -> of the contact
+    associate (touch => phases%touch, grows => phases%grows, r => phases%r)
+      touch = touch_of(m, damped, growth%lag, start, at, old)
       phases%x_1 = clip(touch%closed%from, grows%from, grows%to)
       phases%x_2 = clip(touch%slips, phases%x_1, clip(max(touch%closed%to, touch%closed%from), grows%from, grows%to))
       phases%x_2 = max(phases%x_2, phases%x_1)
@@ -189,14 +255,8 @@ contains
       phases%q_1 = sqrt(surface(m, start, at, phases%x_1, r))
       phases%q_2 = max(phases%q_1, sqrt(surface(m, start, at, phases%x_2, r)))
       phases%q_3 = max(phases%q_2, sqrt(surface(m, start, at, phases%x_3, r)))
-      ! where it lags, it grows at the start
-      r_0 = surface(m, start, at, 0.0_wp, r)
-      phases%centre = grows%from + (grows%to - grows%from)*share(6.0_wp*(r_0*r%to)/(r_0 + r%to + &
-        4.0_wp*sqrt(r_0*r%to)) - r_0, r%to - r_0)
-      phases%centre = phases%centre*share((r%to - r_0)*r%from, (r%to - r%from)*r_0)
     end associate
-    call follow(m, growth, phases)
-  end function phases_of
+  end subroutine touch_in
 
   !> With viscosity damage follows tau_v behind: the delay of its growth is distributed exponentially, as far as the
   !> increment lasts. Set the means of that after the centre.
@@ -317,6 +377,53 @@ contains
       single(sqrt(pressure_energy(m, along(a, b, phases%grows%to)))), sqrt(phases%r%from), sqrt(phases%r%to))
   end function pressed
 
+  !> Integral of the damage over a range of positions; r is taken to be linear while it grows.
+  pure function damaged(m, old, alpha, phases, from, to) result(sum_of)
+    type(material_type), intent(in) :: m         !! constants
+    type(history_type), intent(in) :: old        !! state at the start
+    real(wp), intent(in) :: alpha                !! damage at the end
+    type(phases_type), intent(in) :: phases      !! phases of the increment
+    real(wp), intent(in) :: from, to             !! positions, from <= to
+    real(wp) :: sum_of
+    real(wp) :: mean, r_1, r_2, x_1, x_2
+    associate (grows => phases%grows, r => phases%r)
+      x_1 = clip(grows%from, from, to)
+      x_2 = clip(grows%to, from, to)
+      r_1 = r%from + (r%to - r%from)*share(x_1 - grows%from, grows%to - grows%from)
+      r_2 = r%from + (r%to - r%from)*share(x_2 - grows%from, grows%to - grows%from)
+      mean = m%inv_eta*(1.0_wp - 6.0_wp/(r_1 + r_2 + 4.0_wp*sqrt(r_1*r_2)))
+      sum_of = old%alpha*(x_1 - from) + min(mean, alpha)*(x_2 - x_1) + alpha*(to - x_2)
+    end associate
+  end function damaged
+
+  !> Energy dissipated by the dashpots in the increment, over k_t/2: while the contact is closed, and what its springs
+  !> store where it ceases to push.
+  pure function lost_of_phases(m, lag, start, at, old, alpha, phases) result(lost)
+    type(material_type), intent(in) :: m             !! constants
+    real(wp), intent(in) :: lag                      !! stress of the dashpot (growth_type)
+    type(separation_type), intent(in) :: start, at   !! separations at start and end
+    type(history_type), intent(in) :: old            !! state at the start
+    real(wp), intent(in) :: alpha                    !! damage at the end
+    type(phases_type), intent(in) :: phases          !! phases of the increment with the dashpot
+    real(wp) :: lost
+    real(wp) :: across, along_it, free, gone, left, short, to
+    associate (touch => phases%touch)
+      across = m%kc_kt*(at%contact%n - start%contact%n)**2
+      along_it = touch%d_t**2 + touch%d_h**2
+      to = max(touch%closed%to, touch%closed%from)
+      lost = across*damaged(m, old, alpha, phases, touch%closed%from, to) + &
+        along_it*damaged(m, old, alpha, phases, touch%closed%from, clip(touch%slips, touch%closed%from, to))
+      lost = (2.0_wp*lag)*lost + touch%lost*(damaged(m, old, alpha, phases, touch%slips, touch%ends)/ &
+        max(touch%ends - touch%slips, epsilon(1.0_wp)))
+      free = max(pressure_energy(m, along(start%contact, at%contact, to)) - pressure_energy(m, at%contact), 0.0_wp)
+      short = max(lag, epsilon(1.0_wp))
+      call exponentials(m%by_points, (2.0_wp*(1.0_wp - to))/short, left, gone)
+      free = merge(free + gone*touch%last**2, 0.0_wp, at%contact%n > start%contact%n)
+      short = max(min(short, 1.0_wp - to), epsilon(1.0_wp))
+      lost = lost + free*(damaged(m, old, alpha, phases, to, to + short)/short)
+    end associate
+  end function lost_of_phases
+
   !> Energy dissipated by the friction of springs in the increment, over k_t/2.
   !>
   !> The rate of the slip is constant while the contact slips. Where the direction of the stress turns into that of the
@@ -333,13 +440,13 @@ contains
       from = touch%slips
       to = touch%ends
       e = elastic(touch, touch%closed%to)
-      slip = max(sqrt(e%t**2 + e%h**2) - strength(touch, touch%closed%to), 0.0_wp)
+      slip = max(sqrt(e%t**2 + e%h**2) - touch%last, 0.0_wp)
       ! as a product: of a merge that is compared below gfortran makes no vectors
       slip = slip*merge(1.0_wp, 0.0_wp, touch%closed%to > touch%closed%from)
       p_0 = strength(touch, from)
       p_3 = strength(touch, to)
       way = sqrt(touch%d_t**2 + touch%d_h**2)
-      e = elastic(touch, from)
+      e = trial(touch, from)
       turn = 1.0_wp - share(e%t*touch%d_t + e%h*touch%d_h, sqrt(e%t**2 + e%h**2)*way)
       way = way*(to - from)
       first = min(p_0, p_3)

@@ -118,7 +118,7 @@ contains
     if (exact_kernel(kernel) == kernel_straight) then
       call add_accounts(block, kernel_straight, k, now, old)
     else
-      call add_accounts(block, kernel_general, k, now, old)
+      call add_accounts(block, kernel_damped, k, now, old)
     end if
   end subroutine sum_accounts
 

@@ -199,7 +199,7 @@ contains
     if (exact_kernel(kernel) == kernel_straight) then
       call add_accounts(joint, kernel_straight, growth, wearing, from, to, planes, accounts)
     else
-      call add_accounts(joint, kernel_general, growth, wearing, from, to, planes, accounts)
+      call add_accounts(joint, kernel_damped, growth, wearing, from, to, planes, accounts)
     end if
   end subroutine sum_accounts
 

@@ -62,10 +62,8 @@ def rupture(
 def long(parameters: Parameters, s_old: Floats, s: Floats, dt: float) -> NDArray[np.bool_]:
     """Whether the library takes the accounts of increments by their phases (docs/theory.md, section 6).
 
-    It does so where the separation moves by more than a twentieth of the geometric mean of s_0 and s_f, but
-    not with a dashpot.
+    It does so where the separation moves by more than a twentieth of the geometric mean of s_0 and s_f.
     """
     s_0 = min(parameters.s0, parameters.s02)
     part = dt / (dt + parameters.tau_v) if parameters.tau_v else 1.0  # of the way, that the damage goes
-    far = part * np.linalg.norm(s - s_old, axis=-1) > 0.05 * s_0 / np.sqrt(1.0 - parameters.eta)
-    return far & (parameters.c == 0.0)
+    return part * np.linalg.norm(s - s_old, axis=-1) > 0.05 * s_0 / np.sqrt(1.0 - parameters.eta)

@@ -121,7 +121,7 @@ def test_damage_of_a_broken_joint_is_1() -> None:
         assert history.damage.max() <= 1.0
 
 
-RUPTURES = [{}, {"kc": 20.0}, {"eta": 0.999}, {"sigma02": 4.0, "Gc2": 0.9}, {"guard": True}]
+RUPTURES = [{}, {"kc": 20.0}, {"eta": 0.999}, {"sigma02": 4.0, "Gc2": 0.9}, {"guard": True}, {"c": 7.0}]
 
 
 @pytest.mark.parametrize("constants", RUPTURES)
@@ -132,7 +132,8 @@ def test_rupture_in_any_increment(constants: dict, n: int) -> None:
         Material(**({"sigma0": 3.0, "Gc": 0.6655, "eta": 0.9, "mu": 0.5} | constants)),
         Pattern.regular(0, 0.0),
     )
-    end = joint.replay(np.linspace(0.0, 1.0, n + 1)[:, None] * [0.0, 0.6, 0.8]).state[-1]
+    times = np.linspace(0.0, 1.0, n + 1)
+    end = joint.replay(times[:, None] * [0.0, 0.6, 0.8], times).state[-1]
     assert end[2] == pytest.approx(constants.get("Gc2", 0.6655), abs=1e-9)
     assert end[0] == 1.0 and end[3] == 0.0
 

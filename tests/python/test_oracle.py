@@ -357,6 +357,33 @@ def test_viscous_jumps(sides: int, tau: float) -> None:
         state, s_old = new, s
 
 
+# c/(kc Kn) over the duration: 90 % of the errors of friction and dashpot
+DAMPED = {1e-3: 0.01, 0.3: 0.1, 3.0: 0.12}
+
+
+@pytest.mark.parametrize("lag", DAMPED)
+@pytest.mark.parametrize("sides", [0, 4])
+@pytest.mark.parametrize("option", ["bond", "modes"])
+def test_damped_jumps(option: str, sides: int, lag: float) -> None:
+    """With a dashpot a jump books the rupture of its parts; its losses are right if it lasts."""
+    constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | JUMPS[option]
+    material = Material(**constants)
+    constants["c"] = lag * material.K * (material.kc or 1.0)
+    props = Interface(Material(**constants), Pattern.regular(sides, 30.0)).props()
+    planes, parameters = reference.regular_pattern(sides, 30.0), reference.Parameters(**constants)
+    rng = np.random.default_rng(SEED)
+    state, s_old = np.zeros((JUMP_POINTS, N_POINT_STATEV + 3 * len(planes[1]))), np.zeros((JUMP_POINTS, 3))
+    for s in jumps(material, rng):
+        new = by_c(props, s, state, s_old, 1.0)[1]
+        fine = reference.in_parts(parameters, planes, s, state, s_old, 1.0, parts=JUMP_PARTS)
+        spent, sought = (x[:, 1:4] - state[:, 1:4] for x in (new, fine))
+        off = np.abs(spent - sought)[:, 1:] / (material.Gc + np.abs(sought).sum(axis=1))[:, None]
+        assert (np.quantile(off, 0.9, axis=0) < [0.03, DAMPED[lag]]).all(), off
+        assert (off.max(axis=0) < [0.05, 0.3]).all(), off
+        assert spent[:, 2].min() >= 0.0
+        state, s_old = new, s
+
+
 def test_guarded_jumps() -> None:
     """The guard asks the rupture that is booked, never negative: damage grows where it is positive."""
     constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "kc": 5.0}
