@@ -1,6 +1,7 @@
 # The square roots in the loops of the kernels are taken of whole vectors: xmm at level v1 of x86-64, ymm at v3. A loop
 # has copies of shorter vectors and of scalars for its last points and for arrays that may overlap. A loop that is not
-# inlined where its kernel is a literal has branches, and no vectors. Called by CTest with OBJDUMP and OBJECTS.
+# inlined where its kernel is a literal has branches, and no vectors. Called by CTest with OBJDUMP and OBJECTS. Each
+# function with loops counts for itself: that of the accounts of long increments (sum_accounts) and the other one.
 string(REPLACE "|" ";" OBJECTS "${OBJECTS}")
 set(passed 0)
 foreach(object IN LISTS OBJECTS)
@@ -12,25 +13,35 @@ foreach(object IN LISTS OBJECTS)
   if(CMAKE_MATCH_2 EQUAL 3)
     set(register ymm)
   endif()
+  set(loops sum_accounts sum_plane)
+  if(CMAKE_MATCH_1 STREQUAL "point")
+    set(loops sum_accounts update_point_in_place)
+  endif()
   execute_process(COMMAND ${OBJDUMP} -d --no-show-raw-insn ${object} OUTPUT_VARIABLE code)
   string(REGEX MATCH "MOD_add_plane[a-z0-9_.]*>:" apart "${code}")
-  string(REGEX MATCHALL "sqrts[sd]" scalar "${code}")
-  string(REGEX MATCHALL "sqrtp[sd]" vectors "${code}")
-  string(REGEX MATCHALL "sqrtp[sd] [^\n]*%${register}" whole "${code}")
-  list(LENGTH scalar copies)
-  list(LENGTH vectors packed)
-  list(LENGTH whole loops)
-  # two of the scalars stand in plane_kinematics, which has no loop
-  math(EXPR twice "2*${packed} + 2")
-  if(loops GREATER 0 AND NOT twice LESS copies AND NOT apart)
-    math(EXPR passed "${passed} + 1")
-  else()
-    message("${name}: ${loops} square roots of ${register}, ${packed} of vectors and ${copies} of scalars, expected "
-      "some of ${register} and at least half as many of vectors as of scalars in loops, none of which is a function of "
-      "its own ${apart}")
-  endif()
+  # a function begins behind an empty line
+  string(REPLACE ";" "," code "${code}")
+  string(REPLACE "\n\n" ";" code "${code}")
+  foreach(function IN LISTS loops)
+    set(body "${code}")
+    list(FILTER body INCLUDE REGEX "^[0-9a-f]+ <[a-z0-9_]*MOD_${function}>:")
+    string(REGEX MATCHALL "sqrts[sd]" scalar "${body}")
+    string(REGEX MATCHALL "sqrtp[sd]" vectors "${body}")
+    string(REGEX MATCHALL "sqrtp[sd] [^\n]*%${register}" whole "${body}")
+    list(LENGTH scalar copies)
+    list(LENGTH vectors packed)
+    list(LENGTH whole roots)
+    math(EXPR twice "2*${packed}")
+    if(roots GREATER 0 AND NOT twice LESS copies AND NOT apart)
+      math(EXPR passed "${passed} + 1")
+    else()
+      message("${name}, ${function}: ${roots} square roots of ${register}, ${packed} of vectors and ${copies} of scalars, "
+        "expected some of ${register} and at least half as many of vectors as of scalars in loops, none of which is a "
+        "function of its own ${apart}")
+    endif()
+  endforeach()
 endforeach()
-math(EXPR failed "6 - ${passed}")
+math(EXPR failed "12 - ${passed}")
 execute_process(COMMAND ${CMAKE_COMMAND} -E echo "${passed} passed, ${failed} failed")
 if(failed)
   message(FATAL_ERROR "the loops of a kernel are not made of vectors")
