@@ -9,8 +9,8 @@ module asperity_cap
   use asperity_kinds, only: wp
   implicit none
   private
-  public :: cap_type, curve_type, excess_type, new_cap, parameter_of, curve_at, excess_of, largest_pressure, &
-    strength_at, withstands
+  public :: all_withstood, cap_type, curve_type, excess_type, new_cap, parameter_of, curve_at, excess_of, &
+    largest_pressure, strength_at, withstands
 
   !> Constants of the strength.
   type :: cap_type
@@ -109,6 +109,23 @@ contains
     if (.not. yes) yes = traction(1)**2 + cap%weight*(traction(2)**2 + traction(3)**2) <= &
       min(cap%residual, first_share*cap%peak)**2
   end function withstands
+
+  !> Whether a strength withstands each of some tractions: one loop without branches.
+  pure function all_withstood(cap, strength, n, traction) result(yes)
+    type(cap_type), intent(in) :: cap          !! constants
+    real(wp), intent(in) :: strength           !! at the plastic closure, stress
+    integer, intent(in) :: n                   !! tractions
+    real(wp), intent(in) :: traction(3, n)     !! (N, Tx, Ty), stress
+    logical :: yes
+    real(wp) :: most
+    integer :: i
+    most = 0.0_wp
+    !$omp simd reduction(max:most)
+    do i = 1, n
+      most = max(most, min(traction(1, i), 0.0_wp)**2 + cap%weight*(traction(2, i)**2 + traction(3, i)**2))
+    end do
+    yes = most <= strength**2
+  end function all_withstood
 
   !> Largest pressure beside the shear of a traction, stress.
   pure function largest_pressure(cap, strength, traction) result(p)

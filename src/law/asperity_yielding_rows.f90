@@ -2,6 +2,7 @@
 !> a chunk, and those that it finds beyond the strength are taken again, one by one.
 module asperity_yielding_rows
   use asperity_block_double, only: block_type, chunk
+  use asperity_cap, only: all_withstood, strength_at
   use asperity_contract, only: cap_statev
   use asperity_crushing, only: exceeds
   use asperity_interface, only: interface_type
@@ -52,16 +53,22 @@ contains
     n = last - first + 1
     at = cap_statev(joint%pattern%n, joint%material%wears)
     start(:, :n) = state(:joint%n_statev, first:last)
-    from(:, :n) = 0.0_wp
-    if (present(s_old)) from(:, :n) = s_old(:, first:last)
-    to(:, :n) = s(:, first:last)
-    from(1, :n) = from(1, :n) + start(at, :n)
-    to(1, :n) = to(1, :n) + start(at, :n)
-    if (present(tangent)) then
-      call update_planes(block, 1, n, to(:, :n), state(:, first:last), traction(:, first:last), by_rows, from(:, :n), &
-        tangent(:, :, first:last))
+    if (any(start(at, :n) > 0.0_wp)) then
+      from(:, :n) = 0.0_wp
+      if (present(s_old)) from(:, :n) = s_old(:, first:last)
+      to(:, :n) = s(:, first:last)
+      from(1, :n) = from(1, :n) + start(at, :n)
+      to(1, :n) = to(1, :n) + start(at, :n)
+      if (present(tangent)) then
+        call update_planes(block, 1, n, to(:, :n), state(:, first:last), traction(:, first:last), by_rows, &
+          from(:, :n), tangent(:, :, first:last))
+      else
+        call update_planes(block, 1, n, to(:, :n), state(:, first:last), traction(:, first:last), by_rows, from(:, :n))
+      end if
     else
-      call update_planes(block, 1, n, to(:, :n), state(:, first:last), traction(:, first:last), by_rows, from(:, :n))
+      ! most chunks: none is crushed before, and then none now
+      call update_planes(block, first, last, s, state, traction, by_rows, s_old, tangent)
+      if (all_withstood(joint%cap, strength_at(joint%cap, 0.0_wp), n, traction(:, first:last))) return
     end if
     do i = 1, n
       k = first + i - 1
