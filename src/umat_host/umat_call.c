@@ -48,12 +48,13 @@ void umat_(void); /* that of this project, which is called without a library */
 
 /* The UMAT, and how it is called. */
 static umat_routine *routine;
-static int checks;      /* requests for smaller increments are not obeyed */
-static int strict;      /* arguments that are the host's must not change */
-static int marks;       /* DDSDDE has other numbers at entry, and each of them must be written */
-static double fill;     /* what the guards have */
-static int absent = -1; /* the argument that is NULL */
-static char job[81];    /* the name of the job in Abaqus, here of the case */
+static int checks;           /* requests for smaller increments are not obeyed */
+static int strict;           /* arguments that are the host's must not change */
+static int marks;            /* DDSDDE has other numbers at entry, and each of them must be written */
+static double fill;          /* what the guards have */
+static double intact[GUARD]; /* a guard to which nothing was written */
+static int absent = -1;      /* the argument that is NULL */
+static char job[81];         /* the name of the job in Abaqus, here of the case */
 
 /* The arguments of a thread. */
 typedef struct {
@@ -111,6 +112,7 @@ static void check_guards(void) {
   for (int k = 0; own.block != NULL && k <= COUNT; k++) {
     const double *const guard = own.block + own.place[k] - GUARD;
     int first = 0;
+    if (memcmp(guard, intact, sizeof intact) == 0) continue;
     for (int i = GUARD - 1; i >= 0; i--) {
       memcpy(&found, guard + i, sizeof found);
       if (found != expected) first = i + 1;
@@ -139,6 +141,7 @@ void umat_open(const char *library, const char *symbol, const char *job_name, in
   marks = marked;
   snprintf(job, sizeof job, "%s", job_name);
   fill = ones ? 1.0 : nan("0x77");
+  for (int i = 0; i < GUARD; i++) intact[i] = fill;
   for (int k = 0; k < COUNT; k++) {
     if (strcmp(names[k], which_absent) == 0) absent = k;
   }
