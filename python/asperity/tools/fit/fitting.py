@@ -17,7 +17,7 @@ from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
 from .model import AUTO, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
 from .profiles import AT_ONCE, assumed, in_place_of_bond, shaped
 from .result import Fit
-from .rigid import LAW, SLOPES, WITHOUT
+from .rigid import LAW, SHAPES, SLOPES, WITHOUT
 from .shear_test import ShearTest
 from .squares import Solution, refitted, residuals, searched
 from .verdict import (
@@ -190,7 +190,7 @@ def _fit(
     chosen = refitted(chosen, tests, weight=weight)
     tick("other assumptions")
     law, forms = chosen, shaped(chosen, tests, models[0].fixed, given)
-    usable = [form for form in forms if form.model.shape != WITHOUT]
+    usable = [form for form in forms if not form.model.shape.startswith(WITHOUT)]
     values = criteria([chosen, *usable])
     # a stiffness of the joint that the user gives has no closed form
     if min(values) < min(values[:2]) - GAIN and KS not in models[0].fixed:
@@ -205,7 +205,7 @@ def _fit(
     preferred = min(told, key=lambda assumption: assumption.difference, default=None)
     if preferred and preferred.difference < -GAIN:
         own = ", ".join(f"{name} {preferred.values[name]:.3g}" for name in preferred.parts)
-        notes.append(f"{BETTER[preferred.name]}: {own}")
+        notes.append(f"{BETTER[preferred.name.split(',')[0]]}: {own}")
     if chosen.problem.is_closed_form:
         problem = of_law(chosen, tests, weight)
         law = Solution(replace(chosen.model, shape=LAW), problem, chosen.x, residuals(problem, chosen.x))
@@ -285,10 +285,12 @@ def _joint_of(models: Sequence[Model]) -> str:
     return forms.pop() if len(forms) == 1 else AUTO
 
 
-BETTER = {
-    WITHOUT: "the slope of the dilation adds less friction than that of the law; without any",
-    AT_ONCE: "friction acts before the bond is damaged; from the first slip on",
-} | {name: f"a {name} in place of that of the law explains the tests better" for name in SLOPES}
+BETTER = {name: f"a {name} in place of that of the law explains the tests better" for name in SLOPES}
+BETTER |= dict.fromkeys(
+    (name for name in SHAPES if name.startswith(WITHOUT)),
+    "the slope of the dilation adds less friction than that of the law; without any",
+)
+BETTER[AT_ONCE] = "friction acts before the bond is damaged; from the first slip on"
 """What tests say that prefer another assumption."""
 
 HELP = {

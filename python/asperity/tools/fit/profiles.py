@@ -9,7 +9,7 @@ from .gauges import rigid_form, with_shape, with_starts
 from .intervals import Assumption, Intervals, spreads
 from .ladder import BRITTLE, GAIN, Model, criteria
 from .model import KT, SPRINGS, rows_of, to_scale
-from .rigid import CONTRACTING, SLOPES, SOFTENINGS, WITHOUT
+from .rigid import CONTRACTING, SHAPES, SLOPES, SOFTENINGS, WITHOUT
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, solve
 
@@ -58,7 +58,8 @@ def shaped(
     form = at_once(chosen, tests, known) if bond else rigid_form(chosen, tests)
     names = slopes_of(tests) if not bond and "height" in free else ()
     if bond:
-        names = (*SOFTENINGS, *((WITHOUT,) if "theta" in free else ()))
+        apart = [name for name in SHAPES if name.startswith(WITHOUT) and "theta" in free]
+        names = (*SOFTENINGS, *apart)
     return [form, *(with_shape(form, name) for name in names if not given)] if form else []
 
 

@@ -128,8 +128,9 @@ SHAPES = {
     DECAYING: Shape(softening=decaying),
     RISING: Shape(softening=risen, rises=True),
     WITHOUT: Shape(climbs=False),
+    f"{WITHOUT}, {DECAYING}": Shape(softening=decaying, climbs=False),
 }
-"""Shapes by name: that of the law, and others; the one without friction of the slope is none for a case."""
+"""Shapes by name: that of the law, and others; those without friction of the slope are none for a case."""
 
 SLOPES, SOFTENINGS = (LINE, HYPERBOLA, BELL, SINE, CONTRACTING), (DECAYING, RISING)
 """Shapes in place of the slope of the law, and of its softening."""

@@ -128,6 +128,29 @@ def test_joint_that_closes_before_it_opens(said: Callable) -> None:
     assert "slope after a contraction" in text and "was not set to zero" not in text
 
 
+def test_bond_beside_a_slope_without_friction(said: Callable) -> None:
+    """A bond that softens exponentially beside a dilation that adds no strength is inside, and told."""
+    mu, bond, energy, height, slope, rows = 0.8, 0.56, 0.12, 0.05, 0.2, []
+    for seed, pressure in enumerate((0.2, 0.5, 0.9)):
+        rng, slips = np.random.default_rng(seed), np.linspace(0.02, 2.0, 70)
+
+        def strength(u: float, pressure: float = pressure) -> float:
+            return float(mu * pressure + bond * np.exp(-u * bond / energy))
+
+        own = slips_behind_spring(slips, strength, 60.0)
+        tau = np.array([strength(u) if u > 0.0 else 60.0 * s for u, s in zip(own, slips, strict=True)])
+        opening = height * (1.0 - np.exp(-own * slope / height))
+        columns = {"test": f"joint {seed}", "slip": slips, "tau": tau + 0.01 * rng.normal(size=70)}
+        columns |= {"dilation": opening + 0.0005 * rng.normal(size=70), "sigma_N": pressure}
+        rows.append(pandas.DataFrame(columns))
+    pandas.concat(rows).to_csv("tests.csv", index=False)
+    text, _ = said("fit tests.csv --joint mortar -o joint.nml", 0)
+    low, high = found()["intervals"]["sigma0"]
+    # with and without the friction of the slope
+    assert low <= bond <= high < 3.0 * low
+    assert "the slope of the dilation adds less friction than that of the law" in text
+
+
 def test_tests_that_alone_show_less(said: Callable) -> None:
     """Two strengths under a stiffness: alone each hardly tells friction from slope."""
     mu, theta, height, k_N, rows = 0.65, 18.0, 0.8, 3.0, []
