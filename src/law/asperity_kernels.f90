@@ -37,11 +37,11 @@ contains
     end if
   end function kernel_of
 
-  !> Kernel for the accounts of long increments beside another one: two are enough, as these are rare.
+  !> Kernel for the accounts of long increments beside another one: three are enough, as these are rare.
   pure function exact_kernel(kernel) result(exact)
     integer, intent(in) :: kernel   !! the other one
     integer :: exact
-    exact = merge(kernel_straight, kernel_damped, kernel == kernel_straight)
+    exact = merge(kernel, kernel_general, kernel == kernel_straight .or. kernel == kernel_damped)
   end function exact_kernel
 
   !> Constants with the flags of a kernel.

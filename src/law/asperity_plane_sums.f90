@@ -115,11 +115,14 @@ contains
     integer, intent(in) :: k                                  !! plane
     type(chunk_type), intent(inout) :: now                    !! separations; accounts, to which the plane is added
     real(wp), intent(in) :: old(now%n_old, n_plane_statev)    !! state of the plane at the start
-    if (exact_kernel(kernel) == kernel_straight) then
+    select case (exact_kernel(kernel))
+    case (kernel_straight)
       call add_accounts(block, kernel_straight, k, now, old)
-    else
+    case (kernel_general)
+      call add_accounts(block, kernel_general, k, now, old)
+    case default
       call add_accounts(block, kernel_damped, k, now, old)
-    end if
+    end select
   end subroutine sum_accounts
 
   !> The same with a literal kernel.

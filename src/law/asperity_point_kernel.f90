@@ -196,11 +196,14 @@ contains
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
     type(planes_type), intent(inout) :: planes    !! state of the planes at the start -> shares
     type(dissipation_type), intent(out) :: accounts   !! energies
-    if (exact_kernel(kernel) == kernel_straight) then
+    select case (exact_kernel(kernel))
+    case (kernel_straight)
       call add_accounts(joint, kernel_straight, growth, wearing, from, to, planes, accounts)
-    else
+    case (kernel_general)
+      call add_accounts(joint, kernel_general, growth, wearing, from, to, planes, accounts)
+    case default
       call add_accounts(joint, kernel_damped, growth, wearing, from, to, planes, accounts)
-    end if
+    end select
   end subroutine sum_accounts
 
   !> The same with a literal kernel.
