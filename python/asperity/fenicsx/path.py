@@ -1,11 +1,11 @@
-"""Steps along a path of conditions: cut where they fail, by passes where short ones fail, too.
+"""Steps along a path of conditions: cut where they fail, by passes where short ones fail and no loads change.
 
     while at is not the end
         move = step, or what is left
         report = solve(state, conditions(at + move)), by Newton's method or by passes, from the change before
         no state: keep the old state; the step becomes half, a quarter under loads; too short: the path is
                   stopped
-                  Newton's method failed in a short step, or soon after passes: passes follow
+                  no loads change, Newton's method failed in a short step or soon after passes: passes follow
                   passes failed under loads that change: Newton's method takes the step again
                   too short under loads that change: the parameter becomes an unknown, and the path goes along
                   the branch of equilibria, to the end or to a limit load, where the parameter turns
@@ -335,7 +335,7 @@ class Follow:
     def _cut(self, move: float, share: float, message: str, under_loads: bool, shortest: float = 0.0) -> None:
         """Make the next step a share of this one; end the path where it is too short already.
 
-        Near a limit load passes may fail where Newton's method does not, which is tried there, too.
+        Where loads change Newton's method alone is tried: beyond a limit load passes fail, too.
         """
         if self.by_passes and under_loads and not self.always:
             self.by_passes, self.step = False, abs(move)
@@ -345,7 +345,8 @@ class Follow:
         if self.step < self.least or abs(move) <= floor * (1.0 + 1e-6):
             self.reason = f"stopped at {self.at:.5g}: {message}"
         again = self.newton < CALM  # steps since the last passes
-        if self.passes and not self.by_passes and (again or self.step <= SHORT * self.most):
+        short = again or self.step <= SHORT * self.most
+        if self.passes and not self.by_passes and not under_loads and short:
             self.by_passes, self.calm = True, 0
             self.patience = min(AGAIN[0] * self.patience, AGAIN[1]) if again else 1
 
