@@ -34,7 +34,7 @@ rm -f "$log"
 find "$folder" -name '*.gcda' -delete
 status=0
 only=$(echo "${SUITES:-.*}" | tr ' ' '|')
-ctest --test-dir "$folder" --parallel "${JOBS:-2}" --timeout 300 --no-tests=error --output-on-failure -R "^($only)\$" ||
+ctest --test-dir "$folder" --parallel "${JOBS:-2}" --timeout 900 --no-tests=error --output-on-failure -R "^($only)\$" ||
   status=$?
 [ -f "$log" ] || exit 1
 if [ $status -ne 0 ]; then
