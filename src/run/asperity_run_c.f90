@@ -20,7 +20,7 @@ module asperity_run_c
   use asperity_rie_law, only: new_rie_law, rie_law
   use asperity_rows, only: aperture_type, row_columns, row_numbers
   use asperity_stability, only: stability_columns, stability_of
-  use asperity_steps, only: step_table
+  use asperity_steps, only: most_increments, step_table, step_type
   use asperity_text, only: integer_text
   implicit none
   private
@@ -36,6 +36,7 @@ module asperity_run_c
   type :: cases_type
     type(case_file_type) :: file
     type(errors_type) :: errors
+    integer :: n_read = 0                   !! errors of the text, without those of steps that were set
     logical :: set = .false.                !! whether steps were set and are not checked yet
     character(len=:), allocatable :: json   !! content or errors, once it was asked for
   end type cases_type
@@ -67,6 +68,7 @@ contains
     if (c_associated(text)) call get_text(text, source)
     ! what is not allocated, or a null pointer, is an absent optional argument
     call read_cases(name, handle%file, handle%errors, source, constants)
+    handle%n_read = handle%errors%n
     cases = c_loc(handle)
   end function asperity_read_cases
 
@@ -76,18 +78,22 @@ contains
     integer(c_int), value :: n              !! steps, from 1
     integer(c_int) :: status
     type(cases_type), pointer :: handle
+    type(step_type), allocatable :: steps(:)
     integer :: i
     status = status_size
-    if (.not. c_associated(cases) .or. n < 1) return
+    if (.not. c_associated(cases) .or. n < 1 .or. n > most_increments) return
     call c_f_pointer(cases, handle)
     if (.not. allocated(handle%file%cases)) return
-    if (size(handle%file%cases) /= 1) return
+    if (size(handle%file%cases) /= 1 .or. size(handle%file%values) > 0) return
+    allocate (steps(n), stat=i)
+    if (i /= 0) return
     status = status_ok
+    ! the errors of steps that were set before are gone with them
+    handle%errors%n = handle%n_read
     if (allocated(handle%json)) deallocate (handle%json)
     handle%set = .true.
     associate (case => handle%file%cases(1))
-      if (allocated(case%steps)) deallocate (case%steps)
-      allocate (case%steps(n))
+      call move_alloc(steps, case%steps)
       do i = 1, n
         case%steps(i)%place%group = "&step"
         case%steps(i)%place%step = i - 1

@@ -13,7 +13,8 @@ module asperity_steps
   public :: complete_steps, check_steps, explicit_entries
 
   !> Largest number of increments of a path, and of targets of a step with all cycles.
-  integer, parameter :: most_increments = 10000000, most_targets = 1000000
+  integer, parameter, public :: most_increments = 10000000
+  integer, parameter :: most_targets = 1000000
 
   character(len=4), parameter, public :: component_names(3) = ["N   ", "Tx  ", "Ty  "]
 

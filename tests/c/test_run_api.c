@@ -131,6 +131,18 @@ static int steps_are_set(void) {
   bad += FAILS(asperity_case_errors(cases, message, sizeof message) == 1);
   bad += FAILS(strcmp(message, "&step: time = -1: expected >= 0") == 0);
   bad += FAILS(asperity_begin(cases, 0, message, sizeof message) == NULL);
+  /* and a good one again: the errors are gone with their steps */
+  bad += FAILS(asperity_steps(cases, 1) == 0) + FAILS(asperity_case_errors(cases, NULL, 0) == 0);
+  bad += FAILS(asperity_steps(cases, 2147483647) == ASPERITY_BAD_SIZE);
+  asperity_free_cases(cases);
+  /* the steps of a UMAT of others are not those of this law */
+  cases = asperity_read_cases("", "&umat library = 'x', nstatv = 3, length = 0.1, stiffness = 9. /\n&step s_N = 0 /",
+                              NULL, 0);
+  bad += FAILS(asperity_steps(cases, 1) == 0) + FAILS(asperity_set(cases, 0, "s_N", 1, &half) == 0);
+  bad += FAILS(asperity_case_errors(cases, message, sizeof message) == 0);
+  asperity_free_cases(cases);
+  cases = asperity_read_cases("", "&sweep name = 'far', values = 0.1 /\n&step s_N = far /", props, 4);
+  bad += FAILS(asperity_case_errors(cases, NULL, 0) == 0) + FAILS(asperity_steps(cases, 1) == ASPERITY_BAD_SIZE);
   asperity_free_cases(cases);
   cases = asperity_read_cases("", "&sweep name = 'far', values = 0.1, 0.2 /\n&step s_N = far /", props, 4);
   bad += FAILS(asperity_case_errors(cases, NULL, 0) == 0) + FAILS(asperity_steps(cases, 1) == ASPERITY_BAD_SIZE);
