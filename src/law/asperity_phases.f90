@@ -29,6 +29,7 @@ module asperity_phases
     real(wp) :: y_t, y_h            !! stress at x = 0 on that line, with that of a dashpot, over k_t
     real(wp) :: slips, ends         !! where it begins and ceases to slip
     real(wp) :: last                !! elastic slip where it ceases to be closed, length
+    real(wp) :: slip                !! inelastic slip until then without turns, length
     real(wp) :: lost                !! energy that the dashpot along the plane dissipates while it slips, over k_t/2
   end type touch_type
 
@@ -152,7 +153,8 @@ contains
     type(touch_type) :: touch
     !> Largest lag by which the phases change; their fourth powers of lengths contain its square.
     real(wp), parameter :: stiff = merge(1.0e4_wp, 1.0e2_wp, digits(1.0_wp) > 24)
-    real(wp) :: a, b, c, cross, last, open, root, width
+    real(wp) :: a, b, c, change, cross, last, open, push, root, springs, viscous, width
+    type(local_type) :: e
     touch%d_t = at%contact%t - start%contact%t
     touch%d_h = at%contact%h - start%contact%h
     cross = share(abs(start%contact%n), abs(at%contact%n - start%contact%n))
@@ -169,13 +171,19 @@ contains
     touch%rate = (last - touch%strength)/max(width, epsilon(1.0_wp))
     touch%y_t = touch%e_t
     touch%y_h = touch%e_h
+    springs = touch%strength
+    ! mu times the pressure of a dashpot over its lag: the change of the pressure of linear springs
+    viscous = touch%rate
+    if (m%bends) viscous = m%mu*m%kc_kt*(start%contact%n - at%contact%n)
     if (damped) then
       touch%y_t = touch%e_t + min(lag, stiff)*touch%d_t
       touch%y_h = touch%e_h + min(lag, stiff)*touch%d_h
-      touch%strength = max(touch%strength + min(lag, stiff)*touch%rate, 0.0_wp)
-      ! a contact that opens faster than its springs push has no stress
-      touch%closed%to = merge(min(touch%closed%to, touch%closed%from + share(touch%strength, -touch%rate)), &
-        touch%closed%to, touch%rate < 0.0_wp)
+      touch%strength = max(touch%strength + min(lag, stiff)*viscous, 0.0_wp)
+      ! a contact that opens faster than its springs push has no stress, be there friction or not
+      change = (pressure(m, at%contact) - pressure(m, start%contact))/max(width, epsilon(1.0_wp))
+      push = max(pressure(m, start%contact) + (lag*m%kc_kt)*(start%contact%n - at%contact%n), 0.0_wp)
+      touch%closed%to = merge(min(touch%closed%to, touch%closed%from + share(push, -change)), touch%closed%to, &
+        change < 0.0_wp)
     end if
     ! the stress, |e| without a dashpot, is mu p: a x^2 + 2 b x + c = 0
     a = (touch%d_t**2 + touch%d_h**2) - touch%rate**2
@@ -188,29 +196,40 @@ contains
     touch%slips = merge(merge(touch%closed%from, 1.0_wp, a > 0.0_wp), touch%slips, open > 0.5_wp)
     touch%slips = max(touch%slips, touch%closed%from)
     touch%ends = max(touch%closed%to, touch%slips)
+    ! the phases of a larger lag are the same, its strength is not
+    if (damped) touch%strength = max(touch%strength + (lag - min(lag, stiff))*viscous, 0.0_wp)
     touch%last = strength(touch, touch%closed%to)
+    e = elastic(touch, touch%closed%to)
+    touch%slip = max(sqrt(e%t**2 + e%h**2) - touch%last, 0.0_wp)
     touch%lost = 0.0_wp
-    if (damped) call relax(m, lag, min(lag, stiff), touch)
+    if (damped) call relax(m, lag, springs + merge(lag*(viscous - touch%rate), 0.0_wp, m%bends), touch)
   end function touch_of
 
-  !> With a dashpot the elastic slip of a contact that slips tends exponentially to that of the springs alone. Set its
-  !> value where the contact ceases to be closed, and what the dashpot dissipates until then.
-  pure subroutine relax(m, lag, added, touch)
+  !> With a dashpot the elastic slip of a contact that slips tends exponentially to that of the springs alone, in the
+  !> direction of the stress where it begins to slip. Set its value where the contact ceases to be closed, the slip
+  !> until then, and what the dashpot dissipates.
+  pure subroutine relax(m, lag, springs, touch)
     type(material_type), intent(in) :: m       !! constants
     real(wp), intent(in) :: lag                !! stress of the dashpot (growth_type)
-    real(wp), intent(in) :: added              !! the same, as the strength contains it
-    type(touch_type), intent(inout) :: touch   !! contact along the step; last and lost are set
+    real(wp), intent(in) :: springs            !! strength to which it tends where it begins to be closed
+    type(touch_type), intent(inout) :: touch   !! contact along the step; last, slip and lost are set
     type(local_type) :: e, y
-    real(wp) :: away, from, gone, left, to
+    real(wp) :: away_2, from, gone, held, left, size_of, tends, to
     to = max(touch%closed%to, touch%closed%from)
     from = min(touch%slips, to)
     e = elastic(touch, from)
     y = trial(touch, from)
-    away = (e%t*y%t + e%h*y%h)/max(sqrt(y%t**2 + y%h**2), tiny(1.0_wp)) - (strength(touch, from) - added*touch%rate)
+    size_of = max(sqrt(y%t**2 + y%h**2), tiny(1.0_wp))
+    y = local_type(0.0_wp, y%t/size_of, y%h/size_of)
+    held = springs + touch%rate*(from - touch%closed%from)
     call exponentials(m%by_points, (to - from)/max(lag, epsilon(1.0_wp)), left, gone)
-    touch%last = max((strength(touch, to) - added*touch%rate) + away*left, 0.0_wp)
-    touch%lost = max((2.0_wp*lag*touch%rate)*(touch%rate*(to - from) - 2.0_wp*away*gone) + &
-      away**2*((1.0_wp + left)*gone), 0.0_wp)
+    tends = touch%rate*(to - from) + held*gone
+    touch%slip = max(sqrt((gone*e%t + (to - from)*touch%d_t)**2 + (gone*e%h + (to - from)*touch%d_h)**2) - tends, &
+      0.0_wp)
+    touch%last = sqrt((left*e%t + tends*y%t)**2 + (left*e%h + tends*y%h)**2)
+    away_2 = (e%t - held*y%t)**2 + (e%h - held*y%h)**2
+    touch%lost = max((2.0_wp*lag*touch%rate)*(touch%rate*(to - from) - 2.0_wp*((e%t*y%t + e%h*y%h) - held)*gone) + &
+      away_2*((1.0_wp + left)*gone), 0.0_wp)
   end subroutine relax
 
   !> Phases of an increment in which the damage grows to alpha without viscosity, with the springs of the contact alone.
@@ -439,10 +458,8 @@ contains
     associate (touch => phases%touch, q_2 => phases%q_2, q_3 => phases%q_3)
       from = touch%slips
       to = touch%ends
-      e = elastic(touch, touch%closed%to)
-      slip = max(sqrt(e%t**2 + e%h**2) - touch%last, 0.0_wp)
       ! as a product: of a merge that is compared below gfortran makes no vectors
-      slip = slip*merge(1.0_wp, 0.0_wp, touch%closed%to > touch%closed%from)
+      slip = touch%slip*merge(1.0_wp, 0.0_wp, touch%closed%to > touch%closed%from)
       p_0 = strength(touch, from)
       p_3 = strength(touch, to)
       way = sqrt(touch%d_t**2 + touch%d_h**2)

@@ -181,3 +181,21 @@ def test_case(tmp_path: Path) -> None:
     done = call(driver(), "branch.nml", folder=tmp_path)
     assert done.returncode == 1
     assert "c = 50: expected 0, as no time passes on a branch" in done.stderr
+
+
+@pytest.mark.parametrize("lag", [1e-3, 0.3, 10.0, 1e3, 1e5])
+@pytest.mark.parametrize("mu", [0.0, 0.2])
+def test_losses_of_jumps_and_their_parts(mu: float, lag: float) -> None:
+    """A jump of any duration loses what its parts lose, also where it releases an elastic slip."""
+    constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": mu, "damage0": 1.0, "kc": 5.0}
+    c = lag * Material(**constants).K * 5.0
+    joint = Interface(Material(**constants, c=c), Pattern.regular(0, 0.0))
+    targets = [[-0.022, 0.12, -0.06], [-0.0226, -0.05, -0.05], [0.03, 0.1, 0.1], [-0.05, 0.0, 0.3]]
+    state, start = np.zeros((1, joint.nstatv)), np.zeros((1, 3))
+    for s in np.array([*targets, [-0.03, 0.05, 0.25], [0.01, 0.05, 0.25]])[:, None]:
+        once, parts = joint.update(s, state, start, 1.0).state, state
+        for i in range(300):
+            before, after = (start + (s - start) * part / 300 for part in (i, i + 1))
+            parts = joint.update(after, parts, before, 1.0 / 300).state
+        assert once[0, 3] - state[0, 3] == pytest.approx(parts[0, 3] - state[0, 3], rel=0.02)
+        state, start = once, s
