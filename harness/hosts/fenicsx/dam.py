@@ -1,7 +1,7 @@
 """Concrete dam on the joint along its base, with the water in the joint and its steady flow; m, N.
 
 The section is that of dam_section.py.  `profile` prints what the joint does at a level, `overload` the level
-at which the dam fails.
+at which the dam fails, and whether that is a limit or the end of what was found.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from asperity.contract import Floats
-from asperity.fenicsx import COMM, Conditions, Flow, Follow, Model, Output, State, Terms, solve
+from asperity.fenicsx import COMM, Conditions, Flow, Follow, Model, Output, State, Stopped, Terms, solve
 from asperity.interface import Interface
 from asperity.material import Material
 from asperity.options import add_options
@@ -74,12 +74,19 @@ class Dam:
             raise RuntimeError(f"level {level:g} m: {report.reason}")
         self.state = report.state
 
-    def overload(self, least: float, step: float = 1.0) -> float:
-        """Highest level with an equilibrium, found by steps down to the least one."""
+    def overload(self, least: float, step: float = 1.0) -> tuple[float, str]:
+        """Highest level with an equilibrium, and the kind of the end; the state is that before cracks run.
+
+        A level whose end is not `limit` is a lower bound.
+        """
         self.fill(0.0)
         follow = Follow(self.model, self.state, self.filled, step, step, least, self.terms)
-        self.state = follow.run_to_limit(PARAPET)
-        return follow.at
+        try:
+            for _ in follow.to(PARAPET):
+                self.state = self.state if follow.branch else follow.state
+        except Stopped:
+            return follow.at, follow.kind
+        raise RuntimeError(f"level {PARAPET:g} m: expected a limit below the crest of the parapet")
 
     def profile(self) -> Floats:
         """Rows x, s_N, total t_N, p and slip of the joint, by x, on all ranks."""
@@ -114,13 +121,14 @@ def main() -> None:
     if o.kind == "profile":
         dam.fill(0.0)
         dam.fill(o.level)
+        found = f"level {o.level:.6g}"
     else:
-        o.level = dam.overload(o.least)
+        found = "level {:.6g} {}".format(*dam.overload(o.least))
     if o.pvd:
-        Output(dam.model, o.pvd).write(dam.state, flows=dam.filled(o.level).flows)
+        Output(dam.model, o.pvd).write(dam.state, flows=dam.filled(dam.state.at).flows)
     rows = dam.profile()
     if COMM.rank == 0:
-        print(f"level {o.level:.6g}")
+        print(found)
         if o.out:
             np.savetxt(o.out, rows, "%.9g", ",", header="x,s_N,t_N,p,slip", comments="")
 

@@ -50,3 +50,12 @@ def test_profiles_of_other_codes(kind: str, ranks: int, tmp_path: Path) -> None:
     x, s_N = np.loadtxt(out, delimiter=",", skiprows=1, usecols=(0, 1)).T
     expected = np.array(dam.OTHERS[kind]["Code_Aster"])
     assert np.interp(dam.PLACES, x, s_N) == pytest.approx(expected, abs=dam.BESIDE * np.abs(expected).max())
+
+
+def test_level_at_which_flow_overturns_the_dam() -> None:
+    """The water that runs into the crack overturns the dam at the level of a rigid one."""
+    done = start("overload flow --parts 20 --least 0.02", "dam", 1)
+    assert done.returncode == 0, done.stderr
+    word, level, end = done.stdout.split()
+    assert (word, end) == ("level", "limit")
+    assert float(level) == pytest.approx(dam.overturned("flow"), rel=2e-3)

@@ -148,7 +148,8 @@ def fit() -> dict[str, Constants]:
         if (water, joint) == LAST:
             words += f" --pvd {folder / 'last.pvd'}"
         done = _run(words, folder / f"{water}_{joint.replace(' ', '_')}.txt")
-        levels.append({"water": water, "joint": joint, "level": float(done.split()[1])})
+        level, end = done.split(maxsplit=2)[1:]
+        levels.append({"water": water, "joint": joint, "level": float(level), "end": end.strip()})
     _store("profiles", pandas.concat(profiles))
     _store("levels", pandas.DataFrame(levels))
     _store("picture", pandas.DataFrame(_lines(folder / "last"), columns=["line", "x", "y", "u", "v", "p"]))
@@ -244,8 +245,10 @@ def tables(_: Mapping[str, Constants]) -> dict[str, str]:
         body.append([kind, f"slides, µ = {FRICTION}", f"{levels[kind, 'plain']:.3f}", f"{exact:.3f}",
                      _percent(levels[kind, "plain"], exact)])  # fmt: skip
     reached = markdown(["water", "failure", "level, m", "rigid dam, m", "difference, %"], body)
+    ends = rows("dam_levels").set_index(["water", "joint"]).end
+    bounds = {key: "at least " for key, end in ends.items() if end != "limit"}
     body = [
-        [joint, *(f"{levels[kind, joint]:.2f}" for kind in ("linear", "flow"))]
+        [joint, *(f"{bounds.get((kind, joint), '')}{levels[kind, joint]:.2f}" for kind in ("linear", "flow"))]
         for joint in ("plain", "rough", "bonded", "rough bonded")
     ]
     joints = markdown(["joint", "linear uplift, m", "flow, m"], body)
