@@ -26,7 +26,7 @@ module asperity_phases
     real(wp) :: e_t, e_h            !! elastic slip on its line at x = 0, length
     real(wp) :: d_t, d_h            !! its change in the step if the contact sticks, length
     real(wp) :: strength, rate      !! mu p where it begins to be closed, and its derivative by x, over k_t
-    real(wp) :: y_t, y_h            !! stress at x = 0 on that line, with that of a dashpot, over k_t
+    real(wp) :: ahead               !! how far ahead on that line the stress is, over k_t: what a dashpot adds
     real(wp) :: slips, ends         !! where it begins and ceases to slip
     real(wp) :: last                !! elastic slip where it ceases to be closed, length
     real(wp) :: slip                !! inelastic slip until then without turns, length
@@ -93,14 +93,6 @@ contains
     e = local_type(0.0_wp, touch%e_t + touch%d_t*x, touch%e_h + touch%d_h*x)
   end function elastic
 
-  !> Stress of the contact on that line, with that of a dashpot, over k_t.
-  pure function trial(touch, x) result(y)
-    type(touch_type), intent(in) :: touch   !! contact along the step
-    real(wp), intent(in) :: x               !! position
-    type(local_type) :: y
-    y = local_type(0.0_wp, touch%y_t + touch%d_t*x, touch%y_h + touch%d_h*x)
-  end function trial
-
   !> Friction strength mu p at a position where the contact is closed, p with the pressure of a dashpot.
   pure function strength(touch, x) result(tau)
     type(touch_type), intent(in) :: touch   !! contact along the step
@@ -154,7 +146,7 @@ contains
     !> Largest lag by which the phases change; their fourth powers of lengths contain its square.
     real(wp), parameter :: stiff = merge(1.0e4_wp, 1.0e2_wp, digits(1.0_wp) > 24)
     real(wp) :: a, b, c, change, cross, last, open, push, root, springs, viscous, width
-    type(local_type) :: e
+    type(local_type) :: e, y
     touch%d_t = at%contact%t - start%contact%t
     touch%d_h = at%contact%h - start%contact%h
     cross = share(abs(start%contact%n), abs(at%contact%n - start%contact%n))
@@ -169,16 +161,14 @@ contains
     width = touch%closed%to - touch%closed%from
     ! never a division by zero, not even in a lane of a vector that is not used
     touch%rate = (last - touch%strength)/max(width, epsilon(1.0_wp))
-    touch%y_t = touch%e_t
-    touch%y_h = touch%e_h
+    touch%ahead = 0.0_wp
     springs = touch%strength
     ! mu times the pressure of a dashpot over its lag: the change of the pressure of linear springs
     viscous = touch%rate
     if (m%bends) viscous = m%mu*m%kc_kt*(start%contact%n - at%contact%n)
     if (damped) then
-      touch%y_t = touch%e_t + min(lag, stiff)*touch%d_t
-      touch%y_h = touch%e_h + min(lag, stiff)*touch%d_h
-      touch%strength = max(touch%strength + min(lag, stiff)*viscous, 0.0_wp)
+      touch%ahead = min(lag, stiff)
+      touch%strength = max(touch%strength + touch%ahead*viscous, 0.0_wp)
       ! a contact that opens faster than its springs push has no stress, be there friction or not
       change = (pressure(m, at%contact) - pressure(m, start%contact))/max(width, epsilon(1.0_wp))
       push = max(pressure(m, start%contact) + (lag*m%kc_kt)*(start%contact%n - at%contact%n), 0.0_wp)
@@ -187,8 +177,9 @@ contains
     end if
     ! the stress, |e| without a dashpot, is mu p: a x^2 + 2 b x + c = 0
     a = (touch%d_t**2 + touch%d_h**2) - touch%rate**2
-    b = (touch%y_t*touch%d_t + touch%y_h*touch%d_h) - touch%strength*touch%rate
-    c = min((touch%y_t**2 + touch%y_h**2) - touch%strength**2, 0.0_wp)
+    y = elastic(touch, touch%ahead)
+    b = (y%t*touch%d_t + y%h*touch%d_h) - touch%strength*touch%rate
+    c = min((y%t**2 + y%h**2) - touch%strength**2, 0.0_wp)
     root = sqrt(max(b**2 - a*c, 0.0_wp))
     touch%slips = share(merge(-c, root - b, b > 0.0_wp), merge(b + root, a, b > 0.0_wp))
     touch%slips = merge(touch%slips, 1.0_wp, max(a, b) > 0.0_wp)
@@ -197,7 +188,7 @@ contains
     touch%slips = max(touch%slips, touch%closed%from)
     touch%ends = max(touch%closed%to, touch%slips)
     ! the phases of a larger lag are the same, its strength is not
-    if (damped) touch%strength = max(touch%strength + (lag - min(lag, stiff))*viscous, 0.0_wp)
+    if (damped) touch%strength = max(touch%strength + (lag - touch%ahead)*viscous, 0.0_wp)
     touch%last = strength(touch, touch%closed%to)
     e = elastic(touch, touch%closed%to)
     touch%slip = max(sqrt(e%t**2 + e%h**2) - touch%last, 0.0_wp)
@@ -218,7 +209,7 @@ contains
     to = max(touch%closed%to, touch%closed%from)
     from = min(touch%slips, to)
     e = elastic(touch, from)
-    y = trial(touch, from)
+    y = elastic(touch, from + touch%ahead)
     size_of = max(sqrt(y%t**2 + y%h**2), tiny(1.0_wp))
     y = local_type(0.0_wp, y%t/size_of, y%h/size_of)
     held = springs + touch%rate*(from - touch%closed%from)
@@ -463,7 +454,7 @@ contains
       p_0 = strength(touch, from)
       p_3 = strength(touch, to)
       way = sqrt(touch%d_t**2 + touch%d_h**2)
-      e = trial(touch, from)
+      e = elastic(touch, from + touch%ahead)
       turn = 1.0_wp - share(e%t*touch%d_t + e%h*touch%d_h, sqrt(e%t**2 + e%h**2)*way)
       way = way*(to - from)
       first = min(p_0, p_3)

@@ -166,8 +166,7 @@ contains
     earlier = errors%n
     of_case%group = "&case"
     call complete_steps(case%steps, errors, of_path)
-    if (errors%n == 0 .and. case%refines) call explain_tolerance(case%tolerance, case%steps, errors, &
-      of_case)
+    if (errors%n == 0 .and. case%refines) call explain_tolerance(case%tolerance, case%steps, errors, of_case)
     ! what depends on a UMAT of others is not checked
     if (earlier > 0 .or. errors%n > 0 .or. case%umat%given) return
     call check_steps(new_rie_law(case%joint), case%steps, errors, of_path)

@@ -268,7 +268,7 @@ contains
     real(wp), parameter :: whole = 1.0e9_wp
     character(len=24) :: text
     if (abs(value) < whole .and. .not. abs(value - aint(value)) > 0.0_wp) then
-      write (text, "(i0, a)") nint(value), ".0"
+      write (text, "(f12.1)") value
     else
       write (text, "(es24.16e3)") value
     end if

@@ -203,6 +203,27 @@ static int a_cr_alone_ends_a_line(void) {
   return bad + FAILS(strcmp(content[0], content[1]) == 0);
 }
 
+static int numbers_of_the_content_read_back(void) {
+  const double values[] = {-0.0, 0.0, 3.0, -123456789.0, 0.1, 1e11, 4.9e-324, -1.0 / 3.0};
+  const int n = sizeof values / sizeof *values;
+  static char content[20000];
+  asperity_cases *cases = asperity_read_cases(NULL, MATERIAL PATTERN "&step /\n", NULL, 0);
+  int bad = FAILS(asperity_steps(cases, 1) == 0) + FAILS(asperity_set(cases, 0, "s_Ty", n, values) == 0);
+  bad += FAILS(asperity_case_errors(cases, NULL, 0) == 0);
+  bad += FAILS(asperity_case_content(cases, content, sizeof content) < (int)sizeof content);
+  const char *at = strstr(content, "\"s_Ty\"");
+  bad += FAILS(at != NULL);
+  at = at ? strchr(at, '[') : NULL;
+  for (int i = 0; i < n && at; i++) {
+    char *end;
+    const double found = strtod(at + 1, &end);
+    bad += FAILS(memcmp(&found, &values[i], sizeof found) == 0);
+    at = strpbrk(end, ",]");
+  }
+  asperity_free_cases(cases);
+  return bad + FAILS(at != NULL);
+}
+
 static int what_cannot_begin_says_why(void) {
   char message[512];
   asperity_cases *cases = asperity_read_cases(NULL, MATERIAL PATTERN STEPS, NULL, 0);
@@ -321,6 +342,7 @@ int main(void) {
       props_stand_for_material_and_pattern,
       errors_name_their_place,
       a_cr_alone_ends_a_line,
+      numbers_of_the_content_read_back,
       what_cannot_begin_says_why,
       loss_of_equilibrium_is_told,
       a_fork_that_is_not_there_is_told,

@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -302,24 +302,34 @@ def jumps(material: Material, rng: np.random.Generator) -> tuple[np.ndarray, np.
     return pressed, slipped, slipped + jump
 
 
-@pytest.mark.parametrize("option", JUMPS)
-@pytest.mark.parametrize("sides", [0, 4])
-def test_jumps(option: str, sides: int) -> None:
-    """A jump books what its fine parts dissipate: 90 % within 1 % of Gc and work, all within 20 %."""
-    constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | JUMPS[option]
+BOND = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5}
+
+
+def errors_of_jumps(sides: int, dt: float, **constants: float) -> Iterator[np.ndarray]:
+    """Errors (points, 2) of rupture and friction against fine parts, over Gc and work, for each of `jumps`.
+
+    dt: duration of an increment.  Friction of no point is negative.
+    """
     material, parameters = Material(**constants), reference.Parameters(**constants)
     props = Interface(material, Pattern.regular(sides, 30.0)).props()
     planes, rng = reference.regular_pattern(sides, 30.0), np.random.default_rng(SEED)
     state, s_old = np.zeros((JUMP_POINTS, N_POINT_STATEV + 3 * len(planes[1]))), np.zeros((JUMP_POINTS, 3))
     for s in jumps(material, rng):
-        new = by_c(props, s, state, s_old, 0.0)[1]
-        fine = reference.in_parts(parameters, planes, s, state, s_old, parts=JUMP_PARTS)
+        new = by_c(props, s, state, s_old, dt)[1]
+        fine = reference.in_parts(parameters, planes, s, state, s_old, dt, parts=JUMP_PARTS)
         spent, sought = (x[:, 1:4] - state[:, 1:4] for x in (new, fine))
-        off = np.abs(spent - sought)[:, 1:] / (material.Gc + np.abs(sought).sum(axis=1))[:, None]
+        assert spent[:, 2].min() >= 0.0
+        yield np.abs(spent - sought)[:, 1:] / (material.Gc + np.abs(sought).sum(axis=1))[:, None]
+        state, s_old = new, s
+
+
+@pytest.mark.parametrize("option", JUMPS)
+@pytest.mark.parametrize("sides", [0, 4])
+def test_jumps(option: str, sides: int) -> None:
+    """A jump books what its fine parts dissipate: 90 % within 1 % of Gc and work, all within 20 %."""
+    for off in errors_of_jumps(sides, 0.0, **BOND | JUMPS[option]):
         assert np.quantile(off, 0.9, axis=0).max() < 0.01, off
         assert off.max() < 0.2, off
-        assert spent[:, 2].min() >= 0.0
-        state, s_old = new, s
 
 
 @pytest.mark.parametrize("entry", [by_c, by_umat])
@@ -342,19 +352,8 @@ VISCOUS = {1e-3: 0.1, 0.1: 0.4, 1.0: 0.25, 10.0: 0.05}
 @pytest.mark.parametrize("sides", [0, 4])
 def test_viscous_jumps(sides: int, tau: float) -> None:
     """With viscosity the accounts of a jump are those of its parts, if it is long or short beside tau_v."""
-    constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "tau_v": tau}
-    material, parameters = Material(**constants), reference.Parameters(**constants)
-    props = Interface(material, Pattern.regular(sides, 30.0)).props()
-    planes, rng = reference.regular_pattern(sides, 30.0), np.random.default_rng(SEED)
-    state, s_old = np.zeros((JUMP_POINTS, N_POINT_STATEV + 3 * len(planes[1]))), np.zeros((JUMP_POINTS, 3))
-    for s in jumps(material, rng):
-        new = by_c(props, s, state, s_old, 1.0)[1]
-        fine = reference.in_parts(parameters, planes, s, state, s_old, 1.0, parts=JUMP_PARTS)
-        spent, sought = (x[:, 1:4] - state[:, 1:4] for x in (new, fine))
-        off = np.abs(spent - sought)[:, 1:] / (material.Gc + np.abs(sought).sum(axis=1))[:, None]
+    for off in errors_of_jumps(sides, 1.0, **BOND, tau_v=tau):
         assert off.max() < VISCOUS[tau], off
-        assert spent[:, 2].min() >= 0.0
-        state, s_old = new, s
 
 
 # c/(kc Kn) over the duration: 90 % of the errors of friction and dashpot
@@ -366,22 +365,11 @@ DAMPED = {1e-3: 0.01, 0.3: 0.1, 3.0: 0.12}
 @pytest.mark.parametrize("option", ["bond", "modes"])
 def test_damped_jumps(option: str, sides: int, lag: float) -> None:
     """With a dashpot a jump books the rupture of its parts; its losses are right if it lasts."""
-    constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5} | JUMPS[option]
-    material = Material(**constants)
-    constants["c"] = lag * material.K * (material.kc or 1.0)
-    props = Interface(Material(**constants), Pattern.regular(sides, 30.0)).props()
-    planes, parameters = reference.regular_pattern(sides, 30.0), reference.Parameters(**constants)
-    rng = np.random.default_rng(SEED)
-    state, s_old = np.zeros((JUMP_POINTS, N_POINT_STATEV + 3 * len(planes[1]))), np.zeros((JUMP_POINTS, 3))
-    for s in jumps(material, rng):
-        new = by_c(props, s, state, s_old, 1.0)[1]
-        fine = reference.in_parts(parameters, planes, s, state, s_old, 1.0, parts=JUMP_PARTS)
-        spent, sought = (x[:, 1:4] - state[:, 1:4] for x in (new, fine))
-        off = np.abs(spent - sought)[:, 1:] / (material.Gc + np.abs(sought).sum(axis=1))[:, None]
+    material = Material(**BOND | JUMPS[option])
+    c = lag * material.K * (material.kc or 1.0)
+    for off in errors_of_jumps(sides, 1.0, **BOND | JUMPS[option], c=c):
         assert (np.quantile(off, 0.9, axis=0) < [0.03, DAMPED[lag]]).all(), off
         assert (off.max(axis=0) < [0.05, 0.3]).all(), off
-        assert spent[:, 2].min() >= 0.0
-        state, s_old = new, s
 
 
 def test_guarded_jumps() -> None:
