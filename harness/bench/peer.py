@@ -70,8 +70,10 @@ def neml2_laws(material: Material, s: np.ndarray) -> dict[str, Callable[[], obje
         laws["NEML2, compiled"] = neml2.load_model(
             compile_and_emit_stub(file, Path(folder), model="law"), "law"
         )
-    given = {"s": neml2.Vec(torch.from_numpy(s)), "d~1": neml2.Scalar(torch.zeros(len(s)))}
-    calls = {name: lambda law=law: law(*(given[key] for key in law.input_spec)) for name, law in laws.items()}
+    inputs = {"s": neml2.Vec(torch.from_numpy(s)), "d~1": neml2.Scalar(torch.zeros(len(s)))}
+    calls = {
+        name: lambda law=law: law(*(inputs[key] for key in law.input_spec)) for name, law in laws.items()
+    }
     with torch.no_grad():
         tractions = [call()[0].data.numpy() for call in calls.values()]
     np.testing.assert_allclose(tractions[1], tractions[0], rtol=1e-9, atol=1e-12)

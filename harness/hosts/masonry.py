@@ -150,13 +150,13 @@ def mesh(wall: Masonry, elements: Sequence[int]) -> Jointed:
     brick = np.where(stiff, 0, i if wall.crack else (i + j % 2) // 2)
     tags = j * (nc + 1) + brick
     names = {f"beam_{k}": k * (nc + 1) for k in (0, nr - 1) if wall.beam}
-    whole = grid(*axes, block=tags.reshape(parts), names=names)
+    unsplit = grid(*axes, block=tags.reshape(parts), names=names)
     if not wall.crack:
-        return split(whole)
+        return split(unsplit)
     block = np.unique(tags)
 
     def cracks(a: np.ndarray, b: np.ndarray, x: np.ndarray, normal: np.ndarray) -> np.ndarray:
         row, column = np.divmod(block[a], nc + 1)
         return (np.abs(normal[:, 0]) > 0.5) & ((row + column) % 2 == 0)
 
-    return split(whole, {"crack": cracks, "joint": ("*", "*")})
+    return split(unsplit, {"crack": cracks, "joint": ("*", "*")})

@@ -110,7 +110,7 @@ def plesha(
 
 def wear() -> Figure:
     """Draw cycles of a worn joint, and its wear beside that of Plesha's law."""
-    figure, (tau, dilation, left) = new_figure(TWO, 2.7, ncols=3)
+    figure, (tau, dilation, height) = new_figure(TWO, 2.7, ncols=3)
     slips = path(*[AMPLITUDE, -AMPLITUDE] * 5)
     history = Interface(WORN, RT).confined_slip(0.0, slips, PRESSURE)
     ends = turns_of(slips)
@@ -127,12 +127,12 @@ def wear() -> Figure:
     for pressure, colour in zip(PRESSURES, (GREEN, BLUE, ORANGE), strict=True):
         path_, share, share_plesha = shares(pressure)
         way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path_)))]) / (4.0 * AMPLITUDE)
-        left.semilogy(way, share, color=colour, label=f"{pressure:g} MPa")
-        left.semilogy(way, share_plesha, "--", color=colour)
-    left.axhline(ROUGH_LEFT, color=BLACK, linewidth=0.8, linestyle=":")
-    left.legend(title=r"$\sigma_N$; dashed: Plesha")
+        height.semilogy(way, share, color=colour, label=f"{pressure:g} MPa")
+        height.semilogy(way, share_plesha, "--", color=colour)
+    height.axhline(ROUGH_LEFT, color=BLACK, linewidth=0.8, linestyle=":")
+    height.legend(title=r"$\sigma_N$; dashed: Plesha")
     title = rf"(c) both facets, no height, $W_0$ = {SLOW:g} N/mm"
-    panel(left, "cycles", "share of the slope that is left", title, ylim=(0.01, 1.1))
+    panel(height, "cycles", "share of the slope that is left", title, ylim=(0.01, 1.1))
     return figure
 
 
@@ -279,16 +279,16 @@ def walk(seed: int, increments: int) -> History:
 
 def imbalance(rows: History) -> float:
     """Largest difference of work and energies, stored and dissipated, over the largest work."""
-    left = rows.work - (rows.stored + rows.rupture + rows.friction)
-    return float(np.abs(left).max() / np.abs(rows.work).max())
+    rest = rows.work - (rows.stored + rows.rupture + rows.friction)
+    return float(np.abs(rest).max() / np.abs(rows.work).max())
 
 
 def crushed_energy() -> Figure:
     """Draw how the energies of crushed joints close with the increments of random walks."""
     figure, (axes,) = new_figure(ONE, 2.6)
     for seed in range(24):
-        left = [imbalance(walk(seed, n)) for n in INCREMENTS]
-        axes.loglog(INCREMENTS, left, "-", color=BLUE, linewidth=0.6)
+        imbalances = [imbalance(walk(seed, n)) for n in INCREMENTS]
+        axes.loglog(INCREMENTS, imbalances, "-", color=BLUE, linewidth=0.6)
     ends = np.array([INCREMENTS[0], INCREMENTS[-1]])
     axes.loglog(ends, 0.05 * (ends[0] / ends) ** 2, "--", color=BLACK, label="second order")
     axes.legend()

@@ -40,8 +40,8 @@ class Interface:
         """Pack the constants, and count planes and state variables."""
         made_by = {"material": (Material, "Material(...)"), "pattern": (Pattern, "Pattern.regular(8, theta)")}
         for name, (kind, call) in made_by.items():
-            if not isinstance(given := getattr(self, name), kind):
-                raise ValueError(f"{name} = {contract.shown(given)}: expected a {kind.__name__}, as {call}")
+            if not isinstance(part := getattr(self, name), kind):
+                raise ValueError(f"{name} = {contract.shown(part)}: expected a {kind.__name__}, as {call}")
         props = self.props()
         props.flags.writeable = False
         sizes = contract.check(props)
@@ -155,8 +155,8 @@ class Interface:
         and friction count from this state on, so they are zero in it.  Raises ValueError for wrong input and
         for a traction that the state cannot carry; the message contains the traction that it can.
         """
-        given = contract.array("traction", traction, (3,), ("n", 3))
-        tractions = np.array(given, ndmin=2)
+        checked = contract.array("traction", traction, (3,), ("n", 3))
+        tractions = np.array(checked, ndmin=2)
         water = pressures(p, len(tractions))
         tractions[:, 0] += water
         state = np.zeros((len(tractions), self.nstatv))
@@ -170,7 +170,7 @@ class Interface:
             if _core.asperity_initial_state(self._props, tractions, state, message) != 0:
                 effective = "; t_N is the total one and p" if water.any() else ""
                 raise ValueError(calls.text_of(message) + effective)
-        return state[0] if given.ndim == 1 else state
+        return state[0] if checked.ndim == 1 else state
 
     def run(
         self,

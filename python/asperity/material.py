@@ -129,11 +129,11 @@ class Material(_Constants):
                 bad.append(f"tan_psi = {contract.shown(tan_psi)}: expected at most tan_phi")
             if delta > 0.0 and not tan_psi > 0.0:
                 bad.append(f"delta = {contract.shown(delta)}: expected with tan_psi > 0, which decays")
-        given = {"kn": kn, "ks": ks, "ft": ft, "GfI": GfI, "c": c, "GfII": GfII}
-        given = _in_range(bad, "> 0 (1e-50 to 1e50)", 1e-50, 1e50, **given)
+        constants = {"kn": kn, "ks": ks, "ft": ft, "GfI": GfI, "c": c, "GfII": GfII}
+        constants = _in_range(bad, "> 0 (1e-50 to 1e50)", 1e-50, 1e50, **constants)
         if bad:
             raise ValueError("\n".join(bad))
-        kn, ks, ft, GfI, c, GfII = given.values()
+        kn, ks, ft, GfI, c, GfII = constants.values()
         if not 2.0 * kn * GfI > ft**2:
             least = ft**2 / (2.0 * GfI)
             raise ValueError(f"kn = {contract.shown(kn)}: expected more than ft^2/(2 GfI) = {least:g}")

@@ -108,8 +108,8 @@ class Step:
 
     def __len__(self) -> int:
         """Number of increments along the stable path."""
-        given = vars(self)
-        lists = [value for name in TARGETS if isinstance(value := given[name], tuple)]
+        values = vars(self)
+        lists = [value for name in TARGETS if isinstance(value := values[name], tuple)]
         targets = max(1, *map(len, lists)) if lists else 1
         numbers = _DEFAULTS["increments"] if self.increments is None else self.increments
         parts = [_limited(n) for n in (numbers if isinstance(numbers, tuple) else (numbers,))]
@@ -144,8 +144,8 @@ class Point:
 
 def numbers_of(step: Step) -> dict[str, tuple[float, ...]]:
     """Numbers of the entries of a step that are given, by name; also a single one is a tuple."""
-    given = {name: value for name, value in step.given().items() if not isinstance(value, str)}
-    return {name: value if isinstance(value, tuple) else (value,) for name, value in given.items()}
+    entries_of_step = {name: value for name, value in step.given().items() if not isinstance(value, str)}
+    return {name: value if isinstance(value, tuple) else (value,) for name, value in entries_of_step.items()}
 
 
 def largest_tension(path: Sequence[Step], p: float) -> float:
@@ -174,17 +174,17 @@ def start_text(start: Point, tolerance: float | None) -> bytes:
 
 def _entries_text(entries: dict[str, Any]) -> str:
     """Entries of a group in one line."""
-    given = ((name, np.atleast_1d(value).tolist()) for name, value in entries.items() if value is not None)
-    return " ".join(f"{name} = {','.join(map(repr, values))}" for name, values in given)
+    lists = ((name, np.atleast_1d(value).tolist()) for name, value in entries.items() if value is not None)
+    return " ".join(f"{name} = {','.join(map(repr, values))}" for name, values in lists)
 
 
 def step_of(values: dict[str, list[float]]) -> Step:
     """Step of the values of its entries."""
-    given: dict[str, Any] = {e.name: values[e.name] for e in entries() if e.name in values}
-    given |= {e.name: values[e.name][0] for e in entries() if e.single and e.name in values}
-    if "follow" in given:
-        given["follow"] = FOLLOW[int(values["follow"][0])]
-    return Step(**given)
+    arguments: dict[str, Any] = {e.name: values[e.name] for e in entries() if e.name in values}
+    arguments |= {e.name: values[e.name][0] for e in entries() if e.single and e.name in values}
+    if "follow" in arguments:
+        arguments["follow"] = FOLLOW[int(values["follow"][0])]
+    return Step(**arguments)
 
 
 def slip_path(

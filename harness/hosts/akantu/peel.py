@@ -97,7 +97,7 @@ def run(folder: Path) -> Result:
     end = np.flatnonzero((nodes[:, 0] < 1e-9) & (nodes[:, 1] == 2.0 * HEIGHT))
     model.getBlockedDOFs()[nodes[:, 0] > LENGTH - 1e-9] = True
     model.getBlockedDOFs()[end, 1] = True
-    rows, steps, work, force, given, points = [], [], 0.0, 0.0, 0.0, 0
+    rows, steps, work, force, initial_energy, points = [], [], 0.0, 0.0, 0.0, 0
     for k in range(1, count + 1):
         model.checkCohesiveStress()
         model.getVelocity()[end, 1] = SPEED
@@ -108,12 +108,12 @@ def run(folder: Path) -> Result:
         at = joint.points(CELL) if CELL in joint.types() else None
         if at is not None and len(at.state) > points:
             # a new element begins with the energy of its initial stress
-            given += AREA * float(at.state[points:, ENERGIES[0]].sum())
+            initial_energy += AREA * float(at.state[points:, ENERGIES[0]].sum())
             points = len(at.state)
         joint.commit()
         if k in shown:
             step = step_of(mesh, model, at, SPEED * k * dt)
-            of_joint = AREA * float(step.state[..., ENERGIES].sum()) - given
+            of_joint = AREA * float(step.state[..., ENERGIES].sum()) - initial_energy
             of_arms = model.getEnergy("kinetic") + model.getEnergy("potential")
             rows.append((force, work, of_arms, of_joint))
             steps.append(step)
@@ -137,7 +137,7 @@ def start(
     run.  of_card: the input file has the constants, by `asperity card`.  options: of `register`.
     """
     name, dimension = f"asperity_{next(RUNS)}", mesh.points.shape[1]
-    made = register(None if of_card else joint, name, **options)
+    joints = register(None if of_card else joint, name, **options)
     card = joint.card("akantu", name="joint") if of_card else "material asperity [\n    name = joint\n  ]"
     card = card.replace("material asperity [", f"material {name} [")
     low, high = mesh.points.min(axis=0) - 1.0, mesh.points.max(axis=0) + 1.0
@@ -146,12 +146,12 @@ def start(
     text = INPUT.format(box=box, solid=solid, card=card)
     (folder / "input.dat").write_text(text, encoding="utf-8")
     tags = [np.ones(len(mesh.cells[0].data), dtype=int)]
-    whole = meshio.Mesh(
+    unsplit = meshio.Mesh(
         np.pad(mesh.points, ((0, 0), (0, 3 - dimension))), mesh.cells,
         cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
         field_data={"blocks": np.array([1, dimension])},
     )  # fmt: skip
-    whole.write(folder / "mesh.msh", file_format="gmsh22", binary=False)
+    unsplit.write(folder / "mesh.msh", file_format="gmsh22", binary=False)
     aka.parseInput(str(folder / "input.dat"))
     akantu_mesh = aka.Mesh(dimension)
     akantu_mesh.read(str(folder / "mesh.msh"))
@@ -159,7 +159,7 @@ def start(
     model.initFull(_analysis_method=method, _is_extrinsic=extrinsic)
     if extrinsic:
         model.updateAutomaticInsertion()
-    return model, akantu_mesh, made[0]
+    return model, akantu_mesh, joints[0]
 
 
 def step_of(

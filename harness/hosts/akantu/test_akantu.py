@@ -36,8 +36,8 @@ def cubes(
     folder: Path, dimension: int, method: object = aka._static, **options: object
 ) -> tuple[aka.Mesh, aka.SolidMechanicsModelCohesive, Joint, np.ndarray]:
     """Two soft cubes, 1 mm, with a joint: mesh, which must live on, model, joint, nodes of the upper cube."""
-    whole, soft = grid(*[range(2)] * (dimension - 1), range(3), sides=()), (1e-9, 1e-9, 0.2)
-    model, mesh, joint = peel.start(folder, whole, LAW[dimension], 1.0, soft, False, method, **options)
+    unsplit, soft = grid(*[range(2)] * (dimension - 1), range(3), sides=()), (1e-9, 1e-9, 0.2)
+    model, mesh, joint = peel.start(folder, unsplit, LAW[dimension], 1.0, soft, False, method, **options)
     x, cells = np.array(mesh.getNodes()), np.array(mesh.getConnectivity(CUBE[dimension]))
     upper = np.unique(cells[x[cells][:, :, -1].mean(axis=1) > 1.0])
     return mesh, model, joint, upper
@@ -182,8 +182,8 @@ def test_insertion_is_a_part_of_the_strength() -> None:
 def test_insertion_in_space(tmp_path: Path) -> None:
     """Elements between tetrahedra: the forces of the top are the tractions of the points."""
     cubes = grid(range(2), range(2), range(3), sides=())
-    whole = meshio.Mesh(cubes.points, [("tetra", simplices(cubes.points, cubes.cells[0].data))])
-    model, mesh, joint = peel.start(tmp_path, whole, peel.JOINT, 1.0, (1e-9, 30000.0, 0.0))
+    unsplit = meshio.Mesh(cubes.points, [("tetra", simplices(cubes.points, cubes.cells[0].data))])
+    model, mesh, joint = peel.start(tmp_path, unsplit, peel.JOINT, 1.0, (1e-9, 30000.0, 0.0))
     model.setTimeStep(0.3 * model.getStableTimeStep())
     height = np.array(mesh.getNodes())[:, 2]
     top, bottom = np.flatnonzero(height > 1.9), np.flatnonzero(height < 0.1)

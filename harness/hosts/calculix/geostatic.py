@@ -124,17 +124,17 @@ def _model() -> tuple[str, range, range]:
     """Input up to the boundary conditions; numbers of the elements of rock, by columns, and of the layer."""
     z = np.r_[-1.0, 0.5 * THICKNESS, THICKNESS + np.linspace(0.0, HEIGHT, ROWS + 1)[1:]]
     axes = np.linspace(0.0, LENGTH, COLUMNS + 1), [0.0, WIDTH], z
-    whole = grid(*axes, block=[0] + [1] * ROWS, names={"BASE": 0, "ROCK": 1}, sides=())
-    mesh = split(whole, {"ROUGH": ("BASE", "ROCK")})
+    unsplit = grid(*axes, block=[0] + [1] * ROWS, names={"BASE": 0, "ROCK": 1}, sides=())
+    mesh = split(unsplit, {"ROUGH": ("BASE", "ROCK")})
     with tempfile.TemporaryDirectory() as folder:
         [file] = write(Path(folder, "slab.inp"), mesh, "calculix", {"ROUGH": JOINT}, layer=THICKNESS)
         text = file.read_text(encoding="utf-8")
     [joint] = mesh.joints["ROUGH"]
     x, slab = mesh.points, np.setdiff1d(joint.plus, joint.minus)
-    below, foot, top = x[:, 2] < 0.0, np.isin(np.arange(len(x)), slab), x[:, 2] == z[-1]
+    below, base, top = x[:, 2] < 0.0, np.isin(np.arange(len(x)), slab), x[:, 2] == z[-1]
     start, end = x[:, 0] == 0.0, x[:, 0] == LENGTH
     ground = below | np.isin(np.arange(len(x)), joint.minus)
-    sets = {"NALL": ground | ~ground, "GROUND": ground, "FOOT": foot & ~end, "TOP": top & ~end}
+    sets = {"NALL": ground | ~ground, "GROUND": ground, "FOOT": base & ~end, "TOP": top & ~end}
     text += "".join(calculix_run.nset(name, members) for name, members in sets.items())
     order = np.lexsort(x.T)
     ties = (order[chosen[order]] + 1 for chosen in (end & ~ground, start & ~ground))
@@ -144,7 +144,7 @@ def _model() -> tuple[str, range, range]:
     text += f"*MATERIAL, NAME=ROCK\n*ELASTIC\n{YOUNG}, {POISSON}\n*DENSITY\n{WEIGHT!r}\n"
     text += "".join(f"*SOLID SECTION, ELSET={name}, MATERIAL=ROCK\n" for name in mesh.names)
     text += "*BOUNDARY\nGROUND, 1, 3\nNALL, 2\n"
-    count = len(whole.cells[0].data)
+    count = len(unsplit.cells[0].data)
     return text, range(COLUMNS + 1, count + 1), range(count + 1, count + COLUMNS + 1)
 
 
@@ -175,9 +175,9 @@ def main() -> None:
     }
     print(f"residual strength, closed form {residual_strength():.6f}; strength is shear over pressure")
     print("start                               moves by its weight [m]  largest strength  at the end")
-    for name, given in starts.items():
+    for name, start in starts.items():
         with tempfile.TemporaryDirectory() as folder:
-            result = run(program, Path(folder), SLIDE, **given)
+            result = run(program, Path(folder), SLIDE, **start)
         strength = -(result.traction[:, :, 1] / result.traction[:, :, 0]).mean(axis=1)
         moved = np.abs(result.displacement[0]).max()
         print(f"{name:36}{moved:23.1e}{strength.max():18.3f}{strength[-1]:12.6f}")

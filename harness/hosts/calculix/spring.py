@@ -38,17 +38,17 @@ def strength(law: Interface) -> float:
 def text(law: Interface, spring: float, implex: float) -> str:
     """Input of the press and of the pull."""
     pull = SLIDE + strength(law) / spring
-    given = KIT.read_text(encoding="utf-8").split("${card}")[0].replace("$h", "1.")
+    deck = KIT.read_text(encoding="utf-8").split("${card}")[0].replace("$h", "1.")
     with warnings.catch_warnings():  # the program of link.sh has room for all constants
         warnings.simplefilter("ignore", ModelWarning)
-        given += law.card("calculix", name="JOINT", implex=implex)
-    given += "*NODE\n9, 2., 0., 1.\n*ELEMENT, TYPE=SPRING2, ELSET=SPRING\n2, 5, 9\n"
-    given += f"*SPRING, ELSET=SPRING\n1, 1\n{spring}\n"
-    given += "".join(f"*EQUATION\n2\n{k}, {axis}, 1., 5, {axis}, -1.\n" for k in (6, 7, 8) for axis in (1, 3))
-    given += "*BOUNDARY\nBOTTOM, 1, 3\nTOP, 2\n9, 1, 3\n"
-    given += f"*STEP\n*STATIC, DIRECT\n0.1, 1.\n*CLOAD\n5, 3, {-PRESSURE}\n*END STEP\n"
-    given += f"*STEP, INC=1000\n*STATIC\n0.05, 1., 1e-6, 0.05\n*BOUNDARY\n9, 1, 1, {pull:.9g}\n"
-    return f"{given}*EL PRINT, ELSET=JOINT\nS, SDV\n*END STEP\n"
+        deck += law.card("calculix", name="JOINT", implex=implex)
+    deck += "*NODE\n9, 2., 0., 1.\n*ELEMENT, TYPE=SPRING2, ELSET=SPRING\n2, 5, 9\n"
+    deck += f"*SPRING, ELSET=SPRING\n1, 1\n{spring}\n"
+    deck += "".join(f"*EQUATION\n2\n{k}, {axis}, 1., 5, {axis}, -1.\n" for k in (6, 7, 8) for axis in (1, 3))
+    deck += "*BOUNDARY\nBOTTOM, 1, 3\nTOP, 2\n9, 1, 3\n"
+    deck += f"*STEP\n*STATIC, DIRECT\n0.1, 1.\n*CLOAD\n5, 3, {-PRESSURE}\n*END STEP\n"
+    deck += f"*STEP, INC=1000\n*STATIC\n0.05, 1., 1e-6, 0.05\n*BOUNDARY\n9, 1, 1, {pull:.9g}\n"
+    return f"{deck}*EL PRINT, ELSET=JOINT\nS, SDV\n*END STEP\n"
 
 
 def main() -> None:

@@ -58,10 +58,10 @@ def test_layer_is_the_driver(ccx: Path, h: float, tmp_path: Path) -> None:
 
 
 def blocks(
-    folder: Path, whole: meshio.Mesh, direction: object = None, law: Interface = ROUGH, h: float = 1e-3
+    folder: Path, unsplit: meshio.Mesh, direction: object = None, law: Interface = ROUGH, h: float = 1e-3
 ) -> tuple[str, Joint, Integers]:
     """Input of two blocks with a joint of `asperity mesh`, the joint, and the nodes TOP; others are held."""
-    mesh = split(whole, direction=direction)
+    mesh = split(unsplit, direction=direction)
     [file] = write(folder / "mesh.inp", mesh, "calculix", {"joint": law}, layer=h)
     [joint] = mesh.joints["joint"]
     top = np.zeros(len(mesh.points), bool)
@@ -74,8 +74,8 @@ def blocks(
 
 def test_upright_joint_of_a_mesh(ccx: Path, tmp_path: Path) -> None:
     """A joint of `asperity mesh` with the normal x follows the library, in the axes of its orientation."""
-    whole = grid(range(3), range(2), range(2), block=[[[0]], [[1]]], sides=())
-    text, joint, _ = blocks(tmp_path, whole, (0.0, 1.0, 2.0))
+    unsplit = grid(range(3), range(2), range(2), block=[[[0]], [[1]]], sides=())
+    text, joint, _ = blocks(tmp_path, unsplit, (0.0, 1.0, 2.0))
     text += steps(LEGS, ", DIRECT", joint.axes[0], "joint_1")  # the orientation is written with nine digits
     assert_is_the_driver(calculix_run.run(ccx, tmp_path, text), "JOINT_1")
 
@@ -84,9 +84,9 @@ def test_numbers_of_many_digits(ccx: Path, tmp_path: Path) -> None:
     """Constants and places whose shortest forms have more characters than CalculiX reads of a number."""
     law = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=0.5), Pattern.regular(0, 0.0))
     assert len(repr(law.material.Gc)) > 20
-    whole, h = grid(range(2), range(2), range(3), block=[[[0, 1]]], sides=()), 1e-3 / 3.0
-    whole.points[whole.points == 0.0] = -0.1 / 3.0 * 1e-15
-    text, _, _ = blocks(tmp_path, whole, law=law, h=h)
+    unsplit, h = grid(range(2), range(2), range(3), block=[[[0, 1]]], sides=()), 1e-3 / 3.0
+    unsplit.points[unsplit.points == 0.0] = -0.1 / 3.0 * 1e-15
+    text, _, _ = blocks(tmp_path, unsplit, law=law, h=h)
     text += steps(((1, (-0.01, 0.0, 0.0)),), ", DIRECT", np.eye(3)[[2, 0, 1]], "joint_1")
     done = calculix_run.run(ccx, tmp_path, text.replace("S, SDV", "S, SDV, EVOL"))
     assert done.vectors("JOINT_1 stresses")[-1] == pytest.approx(np.tile([-2.0, 0.0, 0.0], (8, 1)), rel=1e-6)

@@ -53,11 +53,13 @@ def _castem(block: Block, law: str, wet: bool) -> list[str]:
     props, element = block.props, "JOI4" if block.dimension == 3 else "JOI2"
     constants, variables = property_names(law), property_names(law, "InternalStateVariables")
     leading = {"KS": block.stiffness[0], "KN": block.stiffness[1], "RHO": 0.0, "ALPN": 0.0}
-    own = {f"A{i:02}": float(props[contract.index(constant)]) for i, constant in enumerate(constants, 1)}
-    values = leading | own
+    constants_of_law = {
+        f"A{i:02}": float(props[contract.index(constant)]) for i, constant in enumerate(constants, 1)
+    }
+    values = leading | constants_of_law
     states = [f"V{i:03}" for i in range(1, len(variables) + 1)]
     return [
-        *(f"* {short}: {name}" for short, name in zip(own, constants, strict=True)),
+        *(f"* {short}: {name}" for short, name in zip(constants_of_law, constants, strict=True)),
         *(f"* {short}: {name}" for short, name in zip(states, variables, strict=True)),
         "COEL = 'MOTS'",
         *_in_lines([f"'{short}'" for short in values]),

@@ -41,10 +41,10 @@ class Points:
     def _call(
         self, u0: Floats, du: Floats, dt: float, point: int, state: Floats, tra: Floats, stiff: Floats
     ) -> None:
-        whole = [
+        integers = [
             ctypes.byref(ctypes.c_int(k)) for k in (self.nt, 7, point + 1, 1, len(self.props), len(state), 1)
         ]
-        nt, elemen, intpt, iteration, nuv, nus, nui = whole
+        nt, elemen, intpt, iteration, nuv, nus, nui = integers
         zero, time = ctypes.byref(ctypes.c_double(0.0)), ctypes.byref(ctypes.c_double(dt))
         coord, usrind = np.zeros(3), np.zeros(1, np.int32)
         LIBRARY.usrifc_(

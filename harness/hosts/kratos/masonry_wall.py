@@ -38,13 +38,13 @@ class Run:
         wall = sized(WALLS[o.wall], *o.size, bare=True)
         pattern = Pattern.regular(4, o.theta) if o.theta else Pattern.regular(0, 0.0)
         joint_laws = laws(wall, pattern, o.height, o.tau, {})
-        whole = mesh(wall, o.elements)
+        wall_mesh = mesh(wall, o.elements)
         self.o, self.thickness = o, wall.half_brick[1]
         self.s = s = Structure(2)
         solid = s.elastic(wall.E, wall.nu, "LinearElasticPlaneStress2DLaw")
-        s.add_mesh(whole, solid, {name: s.umat(law, o.implex) for name, law in joint_laws.items()})
-        self.top, self.bottom = (whole.nodes(name) + 1 for name in ("top", "bottom"))
-        x = whole.points[self.top - 1, 0]
+        s.add_mesh(wall_mesh, solid, {name: s.umat(law, o.implex) for name, law in joint_laws.items()})
+        self.top, self.bottom = (wall_mesh.nodes(name) + 1 for name in ("top", "bottom"))
+        x = wall_mesh.points[self.top - 1, 0]
         _, place, count = np.unique(np.round(x, 6), return_inverse=True, return_counts=True)
         half = (count[place] > 1) | np.isin(place, (0, place.max()))
         force = -wall.pressure * wall.half_brick[0] / o.elements[0] * np.where(half, 0.5, 1.0)

@@ -172,8 +172,8 @@ def test_newton_is_quadratic() -> None:
 def blocks(kind: str) -> meshio.Mesh:
     """Two blocks of quadratic cells, one on the other."""
     level = [range(2)] * (2 if kind in ("tetra10", "hexahedron20") else 1)
-    whole = grid(*level, range(3))
-    points, cells = whole.points, whole.cells[0].data
+    two_cubes = grid(*level, range(3))
+    points, cells = two_cubes.points, two_cubes.cells[0].data
     cells = simplices(points, cells) if kind in ("triangle6", "tetra10") else cells
     block = (points[cells].mean(axis=1)[:, -1] > 1.0).astype(int)
     ends = np.sort(cells[:, [[int(k) for k in edge] for edge in QUADRATIC[kind].split()]], axis=2)

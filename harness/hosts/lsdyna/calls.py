@@ -63,9 +63,9 @@ class Points:
         duration, failed = np.full(NLQ, np.nan), np.zeros(NLQ, np.int64)
         duration[self.here] = dt
         numbers = np.arange(1, NLQ + 1)
-        one, first, last = (ctypes.byref(ctypes.c_long(k)) for k in (1, FIRST + 1, FIRST + self.n))
+        single, first, last = (ctypes.byref(ctypes.c_long(k)) for k in (1, FIRST + 1, FIRST + self.n))
         library().umat41c_(
-            one, _at(self.cm), first, last, _at(fc), _at(dx), _at(rate), _at(self.aux), _at(self.ek),
+            single, _at(self.cm), first, last, _at(fc), _at(dx), _at(rate), _at(self.aux), _at(self.ek),
             _at(failed), _at(duration), _at(duration), _at(numbers), _at(duration),
         )  # fmt: skip
         assert not failed.any() and np.isnan(np.delete(fc, np.arange(FIRST, FIRST + self.n), axis=0)).all()

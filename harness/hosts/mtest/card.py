@@ -25,8 +25,8 @@ def _head(law: str, props: contract.Floats, comments: Sequence[str]) -> str:
     """Behaviour and all its material properties, after comments."""
     values = {name: float(props[contract.index(name)]) for name in property_names(law)}
     head = "@ModellingHypothesis 'Tridimensional';", f"@Behaviour<generic> '{generic_library()}' '{law}';"
-    given = (f"@MaterialProperty<constant> '{name}' {value!r};" for name, value in values.items())
-    return "\n".join([*comments, *head, *given]) + "\n"
+    properties = (f"@MaterialProperty<constant> '{name}' {value!r};" for name, value in values.items())
+    return "\n".join([*comments, *head, *properties]) + "\n"
 
 
 def path_of(steps: Sequence[Step], wet: bool) -> str:

@@ -60,12 +60,12 @@ def patch(uplift: str, level: float, E: float, nu: float) -> str:
         ("linear", f"9810*{level!r}*t/1e20*(1-x/{BASE!r})"),
     ):
         changes.append(("replace", f"/*/parameters/parameter[name='{name}']/expression/text()", text))
-    given = {
+    pressures = {
         "none": {"joint": "zero"},
         "linear": {"joint": "linear"},
         "flow": {"heel": "full", "toe": "zero"},
     }
-    for where, p in given[uplift].items():
+    for where, p in pressures[uplift].items():
         words = f"<mesh>{where}</mesh><type>Dirichlet</type><parameter>{p}</parameter>"
         place = "/*/process_variables/process_variable[name='pressure']/boundary_conditions"
         changes.append(("add", place, f"<boundary_condition>{words}</boundary_condition>"))

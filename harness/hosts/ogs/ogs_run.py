@@ -89,9 +89,9 @@ def of_points(
 
 def write_paraview(pvd: Path, mesh: Path, run: Run, interface: Interface, h: float) -> None:
     """Write the steps of a run on a plane mesh, whose joints are horizontal layers (material 1)."""
-    whole = meshio.read(mesh)
-    cells, layer = whole.cells_dict["quad"], np.concatenate(whole.cell_data["MaterialIDs"]) == 1
-    nodes, rows = whole.points[:, :2], []
+    layered_mesh = meshio.read(mesh)
+    cells, layer = layered_mesh.cells_dict["quad"], np.concatenate(layered_mesh.cell_data["MaterialIDs"]) == 1
+    nodes, rows = layered_mesh.points[:, :2], []
     for time, step in zip(*run.steps(), strict=True):
         moved = nodes, step["displacement"], "quad", cells[~layer], cells[layer]
         rows.append(paraview.Step(float(time), *moved, *of_points(step, layer, interface, h)))

@@ -171,9 +171,9 @@ def test_cracked_planes(tmp_path: Path) -> None:
 def test_initial_stress(tmp_path: Path) -> None:
     """initial_stress is the traction of the first call: with its loads the layer does not move."""
     stress = "<parameter><name>s0</name><type>Constant</type><values>0 0 -1 0 0 0.3</values></parameter>"
-    given = ("add", "/*/processes/process", "<initial_stress>s0</initial_stress>")
+    initial_stress = ("add", "/*/processes/process", "<initial_stress>s0</initial_stress>")
     loaded = values("pressure", [-PRESSURE, -PRESSURE, -PRESSURE])
-    run = box(tmp_path, RT, given, ("add", "/*/parameters", stress), loaded)
+    run = box(tmp_path, RT, initial_stress, ("add", "/*/parameters", stress), loaded)
     separation, traction, _ = path(run)
     assert traction[0] == pytest.approx([-1.0, 0.3, 0.0], abs=1e-7)
     assert np.abs(separation[0]).max() < 1e-9
@@ -266,8 +266,8 @@ def test_triplet(tmp_path: Path) -> None:
     assert slope == pytest.approx(2.0 * np.tan(np.radians(triplet.THETA)), rel=1e-3)
     assert 0.8 * force.max() < result.force.max() < 0.99 * force.max()
     assert max(result.run.iterations) <= 8
-    whole = meshio.read(tmp_path / "triplet.vtu")
-    layer = np.concatenate(whole.cell_data["MaterialIDs"]) == 1
+    layered_mesh = meshio.read(tmp_path / "triplet.vtu")
+    layer = np.concatenate(layered_mesh.cell_data["MaterialIDs"]) == 1
     rows = [ogs_run.of_points(s, layer, triplet.JOINT, triplet.THICKNESS) for s in result.run.steps()[1]]
     columns = zip(*rows, strict=True)
     *history, state = (np.array(column).reshape(len(rows), 4 * layer.sum(), -1) for column in columns)

@@ -87,14 +87,14 @@ class Newton:
     iterations: int = 0
     norms: list[float] = field(default_factory=list)
 
-    def step(self, u: Floats, given: Floats, load: Floats) -> tuple[Floats, Floats]:
+    def step(self, u: Floats, displacements: Floats, load: Floats) -> tuple[Floats, Floats]:
         """Displacements and reactions for prescribed displacements (of `fixed`) and loads; accepts the state.
 
         A correction is halved if it increases the residual, for example because points open or are damaged.
         """
         free = np.setdiff1d(np.arange(len(u)), self.fixed)
         correction = np.zeros(len(u))
-        correction[self.fixed] = given - u[self.fixed]
+        correction[self.fixed] = displacements - u[self.fixed]
         out, tangent, norm = self.residual(u, load, free)
         self.norms = []
         for _ in range(self.most):

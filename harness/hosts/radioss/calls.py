@@ -53,7 +53,7 @@ class Points:
         n = len(self.rho)
         zz, zx, yz = (np.ascontiguousarray(row) for row in (end - start).T)
         shared, new = np.zeros(n), np.zeros((3, n))
-        one, axes = ctypes.byref(ctypes.c_int(1)), [_at(shared)] * 9
+        single, axes = ctypes.byref(ctypes.c_int(1)), [_at(shared)] * 9
         viscosity, strength = np.zeros(n), np.zeros(n)
         tensor = {
             "old": (shared, shared, self.stress[0], shared, self.stress[1], self.stress[2]),
@@ -63,11 +63,11 @@ class Points:
         dummies = [_at(shared)] * 6
         old, increment, ends = ([_at(a) for a in tensor[name]] for name in ("old", "increment", "new"))
         LIBRARY.eng_get_law_user_var_(
-            one,
-            one,
-            one,
-            one,
-            one,
+            single,
+            single,
+            single,
+            single,
+            single,
             *axes,
             *old,
             *dummies,
@@ -81,7 +81,7 @@ class Points:
         numbers = np.arange(1, n + 1, dtype=np.int32)
         scalar = [ctypes.byref(ctypes.c_double(value)) for value in (self.time, dt)]
         LIBRARY.eng_sigeps99_(
-            size, nuparam, nuvar, one, ctypes.byref(ctypes.c_int(0)), None, None, None, *scalar,
+            size, nuparam, nuvar, single, ctypes.byref(ctypes.c_int(0)), None, None, None, *scalar,
             _at(self.uparam), _at(self.rho), _at(shared), _at(shared), _at(numbers),
             _at(self.soundsp), _at(viscosity), _at(self.uvar), _at(self.off), _at(strength), _at(self.pla),
         )  # fmt: skip

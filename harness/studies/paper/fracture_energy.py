@@ -28,7 +28,7 @@ STEP = 0.0025  # displacement intervals of the paper, mm
 SAMPLING = (9, 10)  # first point after s_L = 0, interval: give Table 5 to the last digit (inferred)
 SPAN = 1.05  # end of a path in multiples of s_f; every plane is fully damaged at a slip of s_f
 COARSEST, FINEST = 420, 107520  # increments of the first and last halving; 0.1 s_f and s_f are rows
-LEFT = 1.0e-9  # traction at the end of a path, relative to sigma0, that counts as zero
+NO_TRACTION = 1.0e-9  # traction at the end of a path, relative to sigma0, that counts as zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,10 +80,10 @@ def fracture_energy(
         curves = slip_curves(Interface(material, pattern), angles, slips, preload=1)
         if (curves.rows < n).any():
             raise ValueError(f"no equilibrium at sigma_N = 0 in direction {angles[curves.rows.argmin()]:g}")
-        left = np.abs(curves.tau_L[:, -1]).max()
-        if not left <= LEFT * material.sigma0:
+        traction = np.abs(curves.tau_L[:, -1]).max()
+        if not traction <= NO_TRACTION * material.sigma0:
             raise ValueError(
-                f"traction {left:g} at s_L = {slips[-1]:g}: expected a fully damaged, open interface"
+                f"traction {traction:g} at s_L = {slips[-1]:g}: expected a fully damaged, open interface"
             )
         error = np.abs(curves.work[:, -1] - last)
         last, n = curves.work[:, -1], 2 * n

@@ -95,10 +95,10 @@ def signed(value: float) -> str:
 
 def ends(case: Case) -> str:
     """Traction at the end of each curve and residual strength, and where equilibrium ends."""
-    whole = (f"{c.name}: {c.tau_L[-1]:.3f} of {c.strength:.3f}" for c in case.curves if not c.lost)
+    ends_of_curves = (f"{c.name}: {c.tau_L[-1]:.3f} of {c.strength:.3f}" for c in case.curves if not c.lost)
     beyond = "no equilibrium beyond $s_L$ ="
     lost = (f"; {c.name}: {beyond} {c.s_L[-1]:.4f} mm" for c in case.curves if c.lost)
-    return f"$\\tau_L$ at 0.6 mm and the residual strength, MPa: {', '.join(whole)}{''.join(lost)}."
+    return f"$\\tau_L$ at 0.6 mm and the residual strength, MPa: {', '.join(ends_of_curves)}{''.join(lost)}."
 
 
 def spread(case: Case) -> str:

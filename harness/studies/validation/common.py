@@ -144,9 +144,11 @@ class Study:
         results = self.fit()
         if not results:
             return
-        made = f"# Found by python -m harness.studies.validation.{self.name.replace('-', '_')} --fit\n"
+        heading = f"# Found by python -m harness.studies.validation.{self.name.replace('-', '_')} --fit\n"
         table = pandas.DataFrame([{"fit": fit} | constants for fit, constants in results.items()])
-        self._constants_file.write_text(made + table.to_csv(index=False, float_format="%g"), encoding="utf-8")
+        self._constants_file.write_text(
+            heading + table.to_csv(index=False, float_format="%g"), encoding="utf-8"
+        )
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
         """Run the program."""

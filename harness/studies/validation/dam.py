@@ -168,8 +168,8 @@ def _run(words: str, output: Path) -> str:
 
 
 def _store(name: str, table: pandas.DataFrame) -> None:
-    made = "# Made by python -m harness.studies.validation.dam --fit\n"
-    text = made + table.to_csv(index=False, float_format="%.7g")
+    heading = "# Made by python -m harness.studies.validation.dam --fit\n"
+    text = heading + table.to_csv(index=False, float_format="%.7g")
     (DATA / f"dam_{name}.csv").write_text(text, encoding="utf-8")
 
 

@@ -127,10 +127,12 @@ def fits() -> dict[str, Constants]:
         size = float(measured(name)["tau"].max()), float(measured(name)["ds"].max())
         for text, count in STAGES.items():
 
-            def left(constants: Constants, name: str = name, count: int | None = count) -> Floats:
+            def residuals_of(constants: Constants, name: str = name, count: int | None = count) -> Floats:
                 return differences(constants, name)[:, :count].ravel()
 
-            results[f"{name}: {text}"] = fitted(left, STARTS[name], size) if count else closed_form(name)
+            results[f"{name}: {text}"] = (
+                fitted(residuals_of, STARTS[name], size) if count else closed_form(name)
+            )
     return results
 
 
@@ -141,8 +143,8 @@ def tables(results: Mapping[str, Constants]) -> dict[str, str]:
         name, text = fit.split(": ")
         away = differences(constants, name)
         mark = "" if text == "all" else "**"
-        last, whole = (100.0 * np.sqrt(np.mean(part**2, axis=1)) for part in (away[:, 7:], away))
-        body.append([name, text, *(f"{mark}{x:.1f}{mark}" for x in last), *(f"{x:.1f}" for x in whole)])
+        last, rms = (100.0 * np.sqrt(np.mean(part**2, axis=1)) for part in (away[:, 7:], away))
+        body.append([name, text, *(f"{mark}{x:.1f}{mark}" for x in last), *(f"{x:.1f}" for x in rms)])
     body.append(["another code", "fitted", "", "", "", *(f"{MARKS[key]:g}" for key in QUANTITIES)])
     head = [f"{key}, {part}" for part in ("8 to 11", "all") for key in QUANTITIES]
     return {"errors": markdown(["specimen", "stages used", *head], body)}

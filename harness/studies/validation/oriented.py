@@ -25,7 +25,7 @@ MU, THETA = 0.5, 30.0
 ANGLES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
 """Between the slip and the steepest ascent of a side, degrees."""
 
-MADE = {0.0: 1.10, 90.0: 0.60}
+STRENGTHS = {0.0: 1.10, 90.0: 0.60}
 """Strength over pressure across and along the ridges of a surface that is to be made."""
 
 STIFF = 1e4
@@ -79,7 +79,7 @@ def law(a: float, side_free: bool, mu: float = MU, theta: float = THETA) -> Floa
     return np.array([t[1], rate[2] if side_free else t[2], rate[0]])
 
 
-def made(strengths: Mapping[float, float]) -> tuple[float, float]:
+def ridges_of(strengths: Mapping[float, float]) -> tuple[float, float]:
     """Friction and inclination of ridges with these strengths across (0) and along (90) them.
 
     Along them the strength is mu/cos(theta), across them (mu + tan theta)/(1 - mu tan theta).
@@ -105,11 +105,13 @@ def tables(_: Mapping[str, Constants]) -> dict[str, str]:
         closed = np.concatenate([confined(a), free(a)])
         away = np.abs(np.concatenate([law(a, False), law(a, True)]) - closed).max()
         body.append([f"{a:g}°", *(f"{value + 0.0:.4f}" for value in closed), f"{away:.0e}"])
-    mu, theta = made(MADE)
+    mu, theta = ridges_of(STRENGTHS)
     rows = []
     for a in (0.0, 30.0, 45.0, 60.0, 90.0):
         closed, computed = confined(a, mu, theta)[0], law(a, False, mu, theta)[0]
-        rows.append([f"{a:g}°", f"{MADE[a]:.2f}" if a in MADE else "", f"{closed:.4f}", f"{computed:.4f}"])
+        rows.append(
+            [f"{a:g}°", f"{STRENGTHS[a]:.2f}" if a in STRENGTHS else "", f"{closed:.4f}", f"{computed:.4f}"]
+        )
     constants = f"mu = {mu:.4f}, theta = {theta:.2f}°\n\n"
     made_head = ["angle", "strength wanted", "closed form", "law"]
     return {"angles": markdown(head, body), "made": constants + markdown(made_head, rows)}

@@ -148,8 +148,8 @@ def fits() -> dict[str, Constants]:
     for form, (starts, fixed) in VARIANTS.items():
         ends = STRENGTH if "sigma0" in starts[0] else None
         for ending, names in FITS.items():
-            left = partial(residuals, names=names)
-            results[f"{form} {ending}"] = fitted(left, starts, size, fixed, ends=ends)
+            residual = partial(residuals, names=names)
+            results[f"{form} {ending}"] = fitted(residual, starts, size, fixed, ends=ends)
     return results
 
 

@@ -60,10 +60,10 @@ def model(constants: Mapping[str, float]) -> Interface:
 def _curve(constants: tuple[tuple[str, float], ...], pressure: float) -> tuple[Floats, Floats, Floats]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)
-        whole = model(dict(constants)).run(
+        rows = model(dict(constants)).run(
             [Step(t_N=-pressure, increments=20), Step(slip=SLIP, increments=400)]
         )
-    test = whole.after_step(1)
+    test = rows.after_step(1)
     return test.separation[:, 1], test.traction[:, 1], test.separation[:, 0]
 
 
@@ -173,10 +173,10 @@ def run_bars(constants: Mapping[str, float]) -> dict[str, Constants]:
                 along += [[LINEAR_CASE, *line] for line in bond]
             away = tau / cosh(lines[-1][1], x) - 1.0 if case == "linear" else np.zeros(1)
             results[name] = {"value": lines[-1][1], "away": float(np.abs(away).max())}
-    given = " ".join(f"{name}={value:g}" for name, value in constants.items())
+    arguments = " ".join(f"{name}={value:g}" for name, value in constants.items())
     for name, words in CASES.items():
         case, _, more = words.partition(" ")
-        lines, bond = solids(f"{case} {given} --end {SLIP - 1.0:g} {more}")
+        lines, bond = solids(f"{case} {arguments} --end {SLIP - 1.0:g} {more}")
         curves += [[name, *line] for line in lines]
         along += [[name, *line] for line in bond]
     for stem, columns, table in (
@@ -184,8 +184,8 @@ def run_bars(constants: Mapping[str, float]) -> dict[str, Constants]:
         ("bond", ["case", "place", "stress"], along),
     ):
         text = pandas.DataFrame(table, columns=columns).to_csv(index=False, float_format="%.5g")
-        made = "# Made by python -m harness.studies.validation.ribbed --fit\n"
-        (DATA / f"ribbed_{stem}.csv").write_text(made + text, encoding="utf-8")
+        heading = "# Made by python -m harness.studies.validation.ribbed --fit\n"
+        (DATA / f"ribbed_{stem}.csv").write_text(heading + text, encoding="utf-8")
     return results
 
 

@@ -46,8 +46,8 @@ def facing(surface: Facets, direction: float) -> tuple[Floats, Floats]:
 def grasselli(angles: Floats, shares: Floats) -> tuple[float, float]:
     """Largest angle and C of L(angle) = L0 (1 - angle/largest)^C, by least squares."""
     largest = float(angles.max())
-    left = np.array([shares[angles >= limit * largest].sum() for limit in LIMITS]) / shares.sum()
-    C = curve_fit(lambda x, C: x**C, 1.0 - LIMITS, left, 2.0)[0]
+    shares_above = np.array([shares[angles >= limit * largest].sum() for limit in LIMITS]) / shares.sum()
+    C = curve_fit(lambda x, C: x**C, 1.0 - LIMITS, shares_above, 2.0)[0]
     return largest, float(C[0])
 
 

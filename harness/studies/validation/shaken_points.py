@@ -48,15 +48,15 @@ def ride(
     """
     s, state, rows, speeds = start[None], law.update(start[None], dt=LONG).state, [], []
     first, work, worst, largest = energy(state)[0] + 0.5 * MASS * v @ v, 0.0, 0.0, 0.0
-    traction, given = law.update(s, state, s, LONG).traction[0], force(0)
+    traction, applied = law.update(s, state, s, LONG).traction[0], force(0)
     for i in range(steps):
-        v = v + (0.5 if i == 0 else 1.0) * dt * (given - traction / MASS)
+        v = v + (0.5 if i == 0 else 1.0) * dt * (applied - traction / MASS)
         new = s + dt * v
         end = law.update(new, state, s, dt)
         following = force(i + 1)
-        work += 0.5 * MASS * (given + following) @ (new - s)[0]
-        s, state, given, traction = new, end.state, following, end.traction[0]
-        w = v + 0.5 * dt * (given - traction / MASS)
+        work += 0.5 * MASS * (applied + following) @ (new - s)[0]
+        s, state, applied, traction = new, end.state, following, end.traction[0]
+        w = v + 0.5 * dt * (applied - traction / MASS)
         kinetic = 0.5 * MASS * w @ w
         largest = max(largest, abs(work), kinetic)
         worst = max(worst, abs(work + first - energy(state)[0] - kinetic))

@@ -211,8 +211,8 @@ def test_ridges_in_any_direction() -> None:
     for mu, theta, a in rng.uniform([0.1, 5.0, 1.0], [0.8, 40.0, 89.0], (20, 3)):
         for side_free, closed in ((False, oriented.confined), (True, oriented.free)):
             assert oriented.law(a, side_free, mu, theta) == pytest.approx(closed(a, mu, theta), abs=1e-6)
-    mu, theta = oriented.made(oriented.MADE)
-    for a, wanted in oriented.MADE.items():
+    mu, theta = oriented.ridges_of(oriented.STRENGTHS)
+    for a, wanted in oriented.STRENGTHS.items():
         assert oriented.law(a, False, mu, theta)[0] == pytest.approx(wanted, abs=1e-6)
 
 

@@ -77,8 +77,8 @@ def run() -> dict[str, Constants]:
         else:
             points.append([name, *numbers])
     table = pandas.DataFrame(points, columns=["line", "x", "y"]).to_csv(index=False, float_format="%.5g")
-    made = "# Made by python -m harness.studies.validation.toe --fit\n"
-    (DATA / "toe_picture.csv").write_text(made + table, encoding="utf-8")
+    heading = "# Made by python -m harness.studies.validation.toe --fit\n"
+    (DATA / "toe_picture.csv").write_text(heading + table, encoding="utf-8")
     return results
 
 

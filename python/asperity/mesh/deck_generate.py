@@ -55,9 +55,9 @@ def ncopy(here: Scope, block: Block, members: Members) -> None:
     if "SHIFT" not in block.parameters:
         raise block.fail("expected shift")
     numbers = members(here, block, "NSET", block.name("OLD SET"))
-    change, numbers_of_rows = _whole(block, "CHANGE NUMBER"), [np.zeros(0, np.int64)]
+    change, numbers_of_rows = _integer(block, "CHANGE NUMBER"), [np.zeros(0, np.int64)]
     x = _points(here, block, numbers)
-    for k in range(1, (_whole(block, "MULTIPLE") if "MULTIPLE" in block.parameters else 1) + 1):
+    for k in range(1, (_integer(block, "MULTIPLE") if "MULTIPLE" in block.parameters else 1) + 1):
         x = shifted(x, block)
         here.nodes.append((block, numbers + k * change, x))
         numbers_of_rows.append(numbers + k * change)
@@ -86,7 +86,7 @@ def elcopy(here: Scope, block: Block, members: Members) -> None:
     """Elements of a set with other numbers and nodes."""
     block.allow("OLD SET", "ELEMENT SHIFT", "SHIFT NODES", "NEW SET")
     numbers = members(here, block, "ELSET", block.name("OLD SET"))
-    by = np.array([_whole(block, "ELEMENT SHIFT")]), np.array([_whole(block, "SHIFT NODES")])
+    by = np.array([_integer(block, "ELEMENT SHIFT")]), np.array([_integer(block, "SHIFT NODES")])
     _name(here, block, "NEW SET", "ELSET", _copied(here, block, numbers, *by))
 
 
@@ -140,7 +140,7 @@ def _name(here: Scope, block: Block, parameter: str, kind: str, numbers: Integer
         here.add(kind, name, block)
 
 
-def _whole(block: Block, parameter: str) -> int:
+def _integer(block: Block, parameter: str) -> int:
     text = block.name(parameter)
     if not text.lstrip("+-").isdigit():
         raise block.fail(f"{parameter.lower()}={text}: expected a whole number")

@@ -232,13 +232,13 @@ def register(
     """
     if not 0.0 < insertion < 1.0:
         raise ValueError(f"insertion = {insertion:g}: expected a part of the strength, 0 < insertion < 1")
-    made: list[Joint] = []
+    joints: list[Joint] = []
 
     def allocate(dimension: int, option: str, model: object, identifier: str) -> Joint:
-        made.append(Joint(model, identifier, interface, tx, insertion))
-        return made[-1]
+        joints.append(Joint(model, identifier, interface, tx, insertion))
+        return joints[-1]
 
     # Akantu drops the function when Python has ended already, and must not be the last to do so
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(allocate))
     aka.MaterialFactory.getInstance().registerAllocator(name, allocate)
-    return made
+    return joints

@@ -16,14 +16,14 @@ MOST_ITERATIONS = 100
 element = Element.of_kit(HERE)
 tolerance = 1.0e-10 * element.interface.material.sigma0
 
-made = register()
+joints = register()
 os.chdir(HERE)
 aka.parseInput("material.dat")
 mesh = aka.Mesh(3)
 mesh.read("single.msh")
 model = aka.SolidMechanicsModelCohesive(mesh)
 model.initFull(_analysis_method=aka._static, _is_extrinsic=False)
-[joint] = made
+[joint] = joints
 # the joint has nodes of its own on either side, of which the upper ones belong to the upper block
 solids = np.array(mesh.getConnectivity(aka._hexahedron_8))
 heights = np.array(mesh.getNodes())[solids, 2].mean(axis=1)
@@ -38,12 +38,12 @@ def step(slip: float, sigma_N: float) -> tuple[float, float, float]:
         model.assembleInternalForces()
         [kind] = joint.types()
         points = joint.points(kind)
-        left = points.traction[:, 0].mean() - sigma_N
-        if abs(left) <= tolerance:
+        unbalanced = points.traction[:, 0].mean() - sigma_N
+        if abs(unbalanced) <= tolerance:
             joint.commit()
             force = -np.array(model.getInternalForce())[upper, 0].sum()
             return slip, displacement[upper[0], 2], force
-        displacement[upper, 2] -= left / points.tangent[:, 0, 0].mean()
+        displacement[upper, 2] -= unbalanced / points.tangent[:, 0, 0].mean()
     raise SystemExit(f"slip {slip:g}: no opening carries {sigma_N:g}")
 
 

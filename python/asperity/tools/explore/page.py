@@ -154,10 +154,10 @@ class Page:
 
     def _layout(self) -> Column:
         """Sliders at the left, figures at the right."""
-        left: list[Div | Slider | Select] = []
+        controls: list[Div | Slider | Select] = []
         for heading, names in GROUPS.items():
-            left += [Div(text=f"<b>{heading}</b>"), *(self.sliders[name] for name in names)]
-        left.append(self.cycle)
+            controls += [Div(text=f"<b>{heading}</b>"), *(self.sliders[name] for name in names)]
+        controls.append(self.cycle)
         figures = [
             self._curve("tau", "traction along the slip [MPa]"),
             self._curve("s_N", "dilation s_N [mm]"),
@@ -169,7 +169,7 @@ class Page:
         bottom = row(self._plan(), self._section(), text, styles=wrapped, sizing_mode="stretch_width")
         curves = row(*figures, styles=wrapped, sizing_mode="stretch_width")
         right = column(curves, self.place, bottom, sizing_mode="stretch_width")
-        sliders = column(*left, width=300, margin=(0, 0, 0, 8))
+        sliders = column(*controls, width=300, margin=(0, 0, 0, 8))
         return column(
             Div(text="<h2>A rough joint under pressure and slip</h2>"),
             self.message,
