@@ -36,6 +36,7 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
         card,
         ("--dimension", "default: %(default)s", 3, {"choices": (2, 3)}),
         ("--explicit", "for Abaqus/Explicit; needs --density"),
+        ("--contact", "for contact pairs of Abaqus/Standard, without joint elements"),
         ("--density RHO", "mass over area and thickness h", float),
     )
     add_options(
@@ -79,7 +80,7 @@ def _card(options: argparse.Namespace) -> int:
             )
         if takes.path and wet and choices["water"] is None:
             of_host["water"] = 1
-        names = "name", "dimension", "explicit", "density", "modulus", "size", "direction"
+        names = "name", "dimension", "explicit", "contact", "density", "modulus", "size", "direction"
         text = run.interface.card(
             options.host,
             stress=options.sigma_N,

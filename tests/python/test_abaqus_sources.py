@@ -114,10 +114,11 @@ def block(
 
 def test_routines_of_every_source(sources: dict[str, ctypes.CDLL]) -> None:
     """Each source has its own routines, and none that the other solver provides."""
-    names = "umat_", "vumat_", "vumat_single_"
+    names = "umat_", "uinter_", "vumat_", "vumat_single_"
     routines = {part: [name for name in names if hasattr(library, name)] for part, library in sources.items()}
-    double = ["umat_", "vumat_"]
-    assert routines == {"": double, "_standard": double[:1], "_explicit": double[1:], "_single": double[1:]}
+    standard, explicit = ["umat_", "uinter_"], ["vumat_"]
+    parts = {"_standard": standard, "_explicit": explicit, "_single": explicit}
+    assert routines == {"": standard + explicit} | parts
     folder = installed.abaqus()
     texts = {part: (folder / f"asperity_abaqus{part}.f90").read_text(encoding="utf-8") for part in sources}
     for part, word in (

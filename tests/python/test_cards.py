@@ -80,6 +80,23 @@ def test_abaqus_explicit() -> None:
     assert entries["*Depvar"][6] == "6, separation_N, separation_N"
 
 
+def test_abaqus_contact() -> None:
+    """The block of contact pairs has constants and counts; it refuses what UINTER does not get."""
+    card = RT.card("abaqus", name="BED", contact=True)
+    (keyword,) = keywords(card)
+    assert keyword == f"*Surface Interaction, name=BED, user, depvar=17, properties={PROPS}, unsymm"
+    assert numbers(keywords(card)[keyword]) == RT.props().tolist() and "** STATEV 17: s_dih_3" in card
+    for options, message in (
+        ({"explicit": True, "density": 1.0}, "explicit, density: expected without contact"),
+        ({"h": 0.5}, r"h = 0\.5: expected 1 for contact pairs"),
+        ({"water": 1}, "water = 1: expected 0 for contact pairs"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            RT.card("abaqus", contact=True, **options)
+    with pytest.raises(ValueError, match="contact: expected for abaqus only, not for calculix"):
+        RT.card("calculix", contact=True)
+
+
 def test_calculix_section() -> None:
     """The block has a solid section of the same material and states the thickness."""
     card = RT.card("calculix", name="joint", h=0.01)

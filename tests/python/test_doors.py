@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from asperity import EquilibriumLost, Interface, Material, Pattern, contract, read_case
 
+from harness.hosts.abaqus import calls as abaqus
 from harness.hosts.diana import calls as diana
 from harness.hosts.exported import PLANE, SOLID, path
 from harness.hosts.itasca import calls as itasca
@@ -33,6 +34,11 @@ ROUNDING = 1e-10
 """Relative to the largest traction and to K |s|: separations are sums of increments."""
 SHARES = 1.0, 0.5
 """Points of a block: each takes this share of the separations of a deck."""
+
+CRUSHED = Interface(
+    Material.from_joint(kn=20.0, ks=10.0, mu=0.5, fc=4.0, Gfc=3.0, kp=0.1), Pattern.regular(2, 10.0)
+)
+"""A joint whose compressive strength is exceeded where s_N is -0.3."""
 
 MOST = 500
 """Rows that are taken of a history without wear, which needs short increments."""
@@ -115,6 +121,36 @@ def test_tangent_of_diana() -> None:
             np.testing.assert_allclose(points.stiff, known, 0.0, 1e-10 * joint.material.kc * joint.material.K)
             state, start = expected.state, end
         np.testing.assert_allclose(points.tra, expected.traction[:, :nt], 0.0, ROUNDING * joint.material.K)
+
+
+@pytest.mark.parametrize("joint", [SOLID, PLANE, CRUSHED], ids=["solid", "plane", "crushed"])
+def test_contact_of_abaqus(joint: Interface) -> None:
+    """DDSDDR is the tangent for penetration and pressure, the energies are those of the state, per area."""
+    ndir = 2 if joint is PLANE else 3
+    sign, scale = abaqus.SIGN[:ndir], 1e-10 * joint.material.kc * joint.material.K
+    points, state, start = abaqus.Points(joint.props(), 1, ndir), None, np.zeros((1, 3))
+    for end in path(plane=ndir == 2)[:, None] - (0.3 if joint is CRUSHED else 0.0) * np.eye(3)[0]:
+        points.step(start, end)
+        expected = joint.update(end, state, start)
+        tangent = expected.tangent[:, :ndir, :ndir] * np.outer(sign, sign)
+        np.testing.assert_allclose(points.stiffness, tangent, 0.0, scale)
+        state, start = expected.state, end
+    stored, rupture, friction = state[0, 1:4]
+    crushing = state[0, -1] if joint is CRUSHED else 0.0
+    np.testing.assert_allclose(points.energies, [(stored, friction, crushing, rupture)], 0.0, 1e-10)
+    assert (crushing > 0.1) == (joint is CRUSHED) and points.closed == [1]
+    points.step(start, np.array([[1e3, 0.0, 0.0]]))
+    assert points.closed == [0] and not points.stress.any()
+
+
+def test_rejected_contact_of_abaqus(capfd: pytest.CaptureFixture[str]) -> None:
+    """Water, whose field the routine does not get, and another number of components: NaN, state as it was."""
+    zero, end = np.zeros((1, 3)), np.full((1, 3), 1e-3)
+    for points in (abaqus.Points(SOLID.props(water=1), 1), abaqus.Points(SOLID.props(), 1, 1)):
+        assert np.isnan(points.step(zero, end)[0, : points.ndir]).all() and not points.state.any()
+        assert points.cut < 1.0 and points.closed == [-1] and np.isnan(points.energies[0, 0])
+    said = capfd.readouterr().err
+    assert "PROPS(23) = 1" in said and "NTENS = 1" in said
 
 
 def test_initial_traction_of_diana() -> None:

@@ -9,6 +9,8 @@ from asperity.cards.blocks import AT_FIRST, Block, comments, constants, numeral,
 
 def block_of(block: Block) -> str:
     """Block for Abaqus, with names of the state variables; friction needs `unsymm`, but not with IMPL-EX."""
+    if block.contact:
+        return _interaction(block)
     run = f"abaqus job=NAME user=asperity_abaqus.f90{' double=both' if block.explicit else ''}"
     if block.explicit and block.density is None:
         raise ValueError("density is missing: expected a density (> 0) for Abaqus/Explicit")
@@ -51,4 +53,24 @@ def block_of(block: Block) -> str:
         f"*Cohesive Section, elset={block.name}, material={block.name}, response=TRACTION SEPARATION, "
         "thickness=SPECIFIED",
         f"{numeral(block.thickness())},",
+    )
+
+
+def _interaction(block: Block) -> str:
+    """Interaction of contact pairs (UINTER), whose state variables are those of the nodes."""
+    if block.explicit or block.density is not None:
+        raise ValueError("explicit, density: expected without contact, which is for Abaqus/Standard")
+    for name, value, expected in (("h", block.thickness(), 1.0), ("water", block.prop("water"), 0.0)):
+        if value != expected:
+            raise ValueError(f"{name} = {value:g}: expected {expected:g} for contact pairs of Abaqus")
+    unsymm = "" if block.prop("implex") else ", unsymm"
+    return text_of(
+        comments(block, "abaqus job=NAME user=asperity_abaqus.f90"),
+        f"** *Contact Pair, interaction={block.name}: the secondary surface, whose nodes carry the state,",
+        "** then the main one. No *Surface Behavior and no *Friction beside it. Surfaces begin in contact:",
+        "** s_N is the gap.",
+        *(f"** STATEV {i}: {text}" for i, text in enumerate(block.statev, 1)),
+        f"*Surface Interaction, name={block.name}, user, depvar={len(block.statev)}, "
+        f"properties={len(block.props)}{unsymm}",
+        *constants(block.props),
     )

@@ -35,6 +35,7 @@ class Block:
     notes: Sequence[str] = ()
     dimension: int = 3
     explicit: bool = False
+    contact: bool = False
     density: float | None = None
     stiffness: tuple[float, float] = (0.0, 0.0)  # largest in shear and in opening, for Cast3M
 
@@ -61,6 +62,11 @@ def card(host: str, block: Block) -> str:
             name for name, known in hosts.hosts("card").items() if known.card and known.card.explicit
         )
         raise ValueError(f"explicit, density: expected for {able} only, not for {host}")
+    if block.contact and not takes.contact:
+        able = ", ".join(
+            name for name, known in hosts.hosts("card").items() if known.card and known.card.contact
+        )
+        raise ValueError(f"contact: expected for {able} only, not for {host}")
     if block.density is not None and not 0.0 < block.density < float("inf"):
         raise ValueError(f"density = {block.density:g}: expected > 0")
     if not takes.listed and block.prop("m") < 0.0:

@@ -30,6 +30,8 @@ class Card:
     """Whether the host takes listed planes, m < 0."""
     explicit: bool = False
     """Whether the block may be for explicit dynamics, with a density."""
+    contact: bool = False
+    """Whether the block may be for surfaces in contact, instead of elements."""
     path: bool = False
     """Whether the load path of the case follows the block."""
     only: Mapping[str, float | list[float]] = field(default_factory=dict)

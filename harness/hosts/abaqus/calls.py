@@ -1,0 +1,68 @@
+"""The call of UINTER that Abaqus/Standard makes at a node of the secondary surface of a contact pair."""
+
+from __future__ import annotations
+
+import ctypes
+
+import numpy as np
+from asperity import installed
+from asperity.contract import Floats
+
+LIBRARY = ctypes.CDLL(str(installed.library()))
+SIGN = np.array([-1.0, 1.0, 1.0])
+"""Penetration and pressure are positive in compression."""
+
+ITERATIONS = 2
+"""Calls of an increment, each from the state and stress at its start, as Newton's method needs them."""
+
+NAME = b"JOINT".ljust(80)
+
+
+class Points:
+    """Nodes of the secondary surface; ndir: components, 3 in space, 2 in the plane."""
+
+    def __init__(self, props: Floats, n: int, ndir: int = 3) -> None:
+        """Begin with n virgin nodes."""
+        self.props, self.ndir = np.array(props), ndir
+        statev = LIBRARY.asperity_nstatv(_at(self.props), len(props), None, 0)
+        self.state, self.stress = np.zeros((n, statev)), np.zeros((n, ndir))
+        self.stiffness, self.energies = np.zeros((n, ndir, ndir)), np.zeros((n, 4))
+        self.closed, self.cut = np.full(n, -1), np.ones(n)
+
+    def step(self, start: Floats, end: Floats, dt: float = 0.0) -> Floats:
+        """Tractions (n, 3) at the end of an increment from separation to separation (n, 3).
+
+        energies (n, 4) are stored energy, and the sums of friction, crushing and rupture of the increments.
+        """
+        traction, sign = np.zeros((len(self.state), 3)), SIGN[: self.ndir]
+        for k in range(len(self.state)):
+            begin = sign * start[k, : self.ndir]
+            for share in np.arange(1, ITERATIONS + 1) / ITERATIONS:
+                self._call(k, begin, share * (sign * end[k, : self.ndir] - begin), dt)
+            self.state[k], self.stress[k] = self.end
+            self.energies[k] = [self.densities[0], *(self.energies[k, 1:] + self.densities[[1, 2, 4]])]
+            traction[k, : self.ndir] = sign * self.stress[k]
+        return traction
+
+    def _call(self, k: int, begin: Floats, step: Floats, dt: float) -> None:
+        """Call the routine for a node; stress and state of the node stay those at the start."""
+        self.end = state, stress = self.state[k].copy(), self.stress[k].copy()
+        self.densities, columns, rdisp = np.full(5, np.nan), np.zeros((self.ndir, self.ndir)), begin + step
+        unused, duration, length = (
+            _at(np.full(9, np.nan)),
+            ctypes.byref(ctypes.c_double(dt)),
+            ctypes.c_size_t(80),
+        )
+        sizes = (k + 1, self.ndir, len(state), 1, len(self.props), 3, 1, 1, 1)
+        integers = np.array((*sizes, 0, -1, 0, 0, 0), np.int32)  # the second of the flags is LOPENCLOSE
+        LIBRARY.uinter_(
+            _at(stress), _at(columns), *[unused] * 6, _at(state),
+            *(_at(self.densities[i:]) for i in range(5)), _at(self.cut[k:]), _at(rdisp),
+            _at(step), *[unused] * 5, duration, unused, NAME, NAME, NAME,
+            _at(self.props), *[unused] * 5, *(_at(integers[i:]) for i in range(14)), length, length, length,
+        )  # fmt: skip
+        self.stiffness[k], self.closed[k] = columns.T, integers[10]
+
+
+def _at(array: np.ndarray) -> ctypes.c_void_p:
+    return ctypes.c_void_p(array.ctypes.data)
