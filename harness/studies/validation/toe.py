@@ -23,6 +23,9 @@ CSS, MU, YIELDING, SOFTENING = 9.0, 0.42, 1500.0, (30.0, 15.0)
 SHOWN = 0.2
 """Share of fc L t of the wall of the picture, whose Css is 0."""
 
+LENGTH = 1000.0
+"""Length in mm of the walls in the tables; those of other lengths are the same within their meshes."""
+
 
 def plain(share: float, slenderness: float) -> float:
     """Force over N of a toe that yields at fc; slenderness: height over length."""
@@ -101,10 +104,15 @@ def walls_of(found: Mapping[tuple[float, ...], float]) -> list[tuple[float, floa
     return list(dict.fromkeys((length, height, share) for length, height, share, *_ in found))
 
 
+def shown(found: Mapping[tuple[float, ...], float]) -> list[tuple[float, float, float]]:
+    """Walls of the tables."""
+    return [wall for wall in walls_of(found) if wall[0] == LENGTH]
+
+
 def yields(found: Mapping[tuple[float, ...], float]) -> str:
     """Table of the toes that yield."""
     body = []
-    for length, height, share in walls_of(found):
+    for length, height, share in shown(found):
         slenderness = height / length
         alone, both = (found[length, height, share, Css, YIELDING] for Css in (0.0, CSS))
         closed, formula = plain(share, slenderness), sheared(share, slenderness, CSS)
@@ -120,7 +128,7 @@ def yields(found: Mapping[tuple[float, ...], float]) -> str:
 def softens(found: Mapping[tuple[float, ...], float]) -> str:
     """Table of the toes that soften, over both formulas."""
     body = []
-    for length, height, share in walls_of(found):
+    for length, height, share in shown(found):
         cells = [f"{length:g} x {height:g}", f"{share:g}"]
         formula, closed = sheared(share, height / length, CSS), plain(share, height / length)
         for Gfc in (YIELDING, *SOFTENING):
