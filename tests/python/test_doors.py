@@ -40,7 +40,7 @@ CRUSHED = Interface(
 )
 """A joint whose compressive strength is exceeded where s_N is -0.3."""
 
-MOST = 500
+MOST = 150
 """Rows that are taken of a history without wear, which needs short increments."""
 
 pytestmark = pytest.mark.filterwarnings("ignore::asperity.ModelWarning")

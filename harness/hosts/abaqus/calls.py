@@ -27,7 +27,12 @@ class Points:
         statev = LIBRARY.asperity_nstatv(_at(self.props), len(props), None, 0)
         self.state, self.stress = np.zeros((n, statev)), np.zeros((n, ndir))
         self.stiffness, self.energies = np.zeros((n, ndir, ndir)), np.zeros((n, 4))
-        self.closed, self.cut = np.full(n, -1), np.ones(n)
+        self.closed, self.cut, self.densities = np.full(n, -1), np.ones(n), np.full(5, np.nan)
+        # NODE, sizes, step, increment and iteration; then five flags, of which the second is LOPENCLOSE
+        self.integers = np.array([1, ndir, statev, 1, len(props), 3, 1, 1, 1, 0, -1, 0, 0, 0], np.int32)
+        self.unused, self.columns = np.full(9, np.nan), np.zeros((ndir, ndir))
+        self.addresses = [_at(self.integers[i:]) for i in range(len(self.integers))]
+        self.of_energies = [_at(self.densities[i:]) for i in range(5)]
 
     def step(self, start: Floats, end: Floats, dt: float = 0.0) -> Floats:
         """Tractions (n, 3) at the end of an increment from separation to separation (n, 3).
@@ -47,21 +52,14 @@ class Points:
     def _call(self, k: int, begin: Floats, step: Floats, dt: float) -> None:
         """Call the routine for a node; stress and state of the node stay those at the start."""
         self.end = state, stress = self.state[k].copy(), self.stress[k].copy()
-        self.densities, columns, rdisp = np.full(5, np.nan), np.zeros((self.ndir, self.ndir)), begin + step
-        unused, duration, length = (
-            _at(np.full(9, np.nan)),
-            ctypes.byref(ctypes.c_double(dt)),
-            ctypes.c_size_t(80),
-        )
-        sizes = (k + 1, self.ndir, len(state), 1, len(self.props), 3, 1, 1, 1)
-        integers = np.array((*sizes, 0, -1, 0, 0, 0), np.int32)  # the second of the flags is LOPENCLOSE
+        self.densities[:], self.integers[[0, 10]] = np.nan, (k + 1, -1)
+        rdisp, unused, length = begin + step, _at(self.unused), ctypes.c_size_t(80)
         LIBRARY.uinter_(
-            _at(stress), _at(columns), *[unused] * 6, _at(state),
-            *(_at(self.densities[i:]) for i in range(5)), _at(self.cut[k:]), _at(rdisp),
-            _at(step), *[unused] * 5, duration, unused, NAME, NAME, NAME,
-            _at(self.props), *[unused] * 5, *(_at(integers[i:]) for i in range(14)), length, length, length,
+            _at(stress), _at(self.columns), *[unused] * 6, _at(state), *self.of_energies, _at(self.cut[k:]),
+            _at(rdisp), _at(step), *[unused] * 5, ctypes.byref(ctypes.c_double(dt)), unused, NAME, NAME, NAME,
+            _at(self.props), *[unused] * 5, *self.addresses, length, length, length,
         )  # fmt: skip
-        self.stiffness[k], self.closed[k] = columns.T, integers[10]
+        self.stiffness[k], self.closed[k] = self.columns.T, self.integers[10]
 
 
 def _at(array: np.ndarray) -> ctypes.c_void_p:
