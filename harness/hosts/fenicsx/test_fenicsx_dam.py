@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -21,12 +22,10 @@ PAGE = (PROGRAM.parents[3] / "docs/how-to/dam.md").read_text(encoding="utf-8")
 
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_the_scripts_of_the_page(ranks: int, tmp_path: Path) -> None:
-    """The page has the analysis and its output; the dam slides at (W - U) tan phi within 0.2 %."""
+    """The page has the output of both scripts; the dam slides at (W - U) tan phi within 0.2 %."""
     names = "gravity_dam_mesh.py", "gravity_dam.py"
-    scripts = [PROGRAM.with_name(name).read_text(encoding="utf-8") for name in names]
-    assert re.findall(r"^```py\n(.*?)^```$", PAGE, re.M | re.S) == scripts[1:]
-    for name, text in zip(names, scripts, strict=True):
-        (tmp_path / name).write_text(text, encoding="utf-8")
+    for name in names:
+        shutil.copy(PROGRAM.with_name(name), tmp_path)
     command = [PYTHON.parent / "mpiexec", "-n", str(ranks), PYTHON, names[1]]
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
