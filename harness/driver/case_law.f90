@@ -12,7 +12,7 @@ module case_law
   use asperity_steps, only: check_steps
   use asperity_text, only: integer_text
   use asperity_umat_checks, only: check_names, check_type, check_umat, failed, stated
-  use asperity_umat_walk, only: add_increment, checked_path_type, walk, walk_type
+  use asperity_umat_walk, only: add_increment, checked_path_type, set_length, walk, walk_type
   use asperity_umat_run, only: next_umat_row, start_umat_run, umat_run_type
   use driver_output, only: exit_input, exit_ok, say
   implicit none
@@ -113,6 +113,7 @@ contains
     type(umat_run_type) :: run
     type(row_type) :: row
     real(wp) :: time
+    integer :: n
     logical :: found
     own = case
     select type (law)
@@ -134,16 +135,18 @@ contains
     path%s = reshape(own%state%s, [3, 1])
     allocate (path%dt(0), path%step(0), path%increment(0))
     time = 0.0_wp
+    n = 0
     call start_umat_run(path%law, own, run)
     do
       call next_umat_row(run, row, found)
       if (.not. found) exit
       if (row%lost) cycle
       ! the routine has asked for smaller increments
-      call add_increment(path, row%s, row%time - time, row%step, row%increment, &
+      call add_increment(path, n, row%s, row%time - time, row%step, row%increment, &
         merge(2*row%report%parts, 1, row%report%cut))
       time = row%time
     end do
+    call set_length(path, n)
     check%name = "path"
     check%text = integer_text(size(path%dt)) // " increments"
     if (len(run%reason) > 0) check%outcome = stated

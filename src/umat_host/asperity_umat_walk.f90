@@ -9,7 +9,7 @@ module asperity_umat_walk
   use asperity_umat_worker, only: end_worker, n_notes, receive_row, send_row, start_worker
   implicit none
   private
-  public :: add_increment, walk
+  public :: add_increment, set_length, walk
 
   !> Steps of the differences, relative to `length`.
   real(wp), parameter, public :: difference(2) = 1.0e-5_wp*[1.0_wp, 0.01_wp]
@@ -56,23 +56,45 @@ module asperity_umat_walk
 
 contains
 
-  !> Add an increment to a path, in equal parts.
-  pure subroutine add_increment(path, s, dt, step, increment, parts)
+  !> Add an increment to a path, in equal parts. Its arrays grow ahead: `set_length` gives them their size at last.
+  pure subroutine add_increment(path, n, s, dt, step, increment, parts)
     type(checked_path_type), intent(inout) :: path   !! the path, with its first separation
+    integer, intent(inout) :: n                      !! its increments so far -> with these
     real(wp), intent(in) :: s(3)                     !! separation at the end
     real(wp), intent(in) :: dt                       !! duration
     integer, intent(in) :: step, increment           !! numbers of the case
     integer, intent(in) :: parts                     !! from 1
     real(wp) :: from(3)
     integer :: i
-    from = path%s(:, size(path%dt) + 1)
+    if (n + parts > size(path%dt)) call set_length(path, 2*(n + parts))
+    from = path%s(:, n + 1)
     do i = 1, parts
-      path%dt = [path%dt, dt/real(parts, wp)]
-      path%s = reshape([path%s, from + real(i, wp)/real(parts, wp)*(s - from)], [3, size(path%dt) + 1])
-      path%step = [path%step, step]
-      path%increment = [path%increment, increment]
+      path%s(:, n + i + 1) = from + real(i, wp)/real(parts, wp)*(s - from)
     end do
+    path%dt(n + 1:n + parts) = dt/real(parts, wp)
+    path%step(n + 1:n + parts) = step
+    path%increment(n + 1:n + parts) = increment
+    n = n + parts
   end subroutine add_increment
+
+  !> Give a path room for a number of increments; those that are there, up to this number, stay.
+  pure subroutine set_length(path, n)
+    type(checked_path_type), intent(inout) :: path   !! the path, with its first separation
+    integer, intent(in) :: n                         !! increments
+    type(checked_path_type) :: other
+    integer :: kept
+    kept = min(n, size(path%dt))
+    allocate (other%s(3, n + 1), other%dt(n), source=0.0_wp)
+    allocate (other%step(n), other%increment(n), source=0)
+    other%s(:, :kept + 1) = path%s(:, :kept + 1)
+    other%dt(:kept) = path%dt(:kept)
+    other%step(:kept) = path%step(:kept)
+    other%increment(:kept) = path%increment(:kept)
+    call move_alloc(other%s, path%s)
+    call move_alloc(other%dt, path%dt)
+    call move_alloc(other%step, path%step)
+    call move_alloc(other%increment, path%increment)
+  end subroutine set_length
 
   !> Walk along a path in a child.
   subroutine walk(plan, results, failure)
