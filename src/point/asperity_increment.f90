@@ -208,7 +208,7 @@ contains
     type(jump_type) :: jump
     real(wp) :: anchor(3), damping, drift(3), ends(2), far, limit, move, sides(2)
     integer :: tries
-    logical :: good
+    logical :: good, may_jump
 
     limit = first_motion*law%s_0
     damping = law%stiffness
@@ -216,8 +216,8 @@ contains
     ! with viscous damage there are equilibria at every separation, as no time passes
     far = farthest_equilibrium(law, equations, 0.5_wp)
     has_equilibrium = .false.
-    if (law%discontinuous .and. count(equations%control%traction) > 1) call find_jump(law, equations, equations%old, &
-      equations%displaced*law%s_0, jump)
+    may_jump = law%discontinuous .and. count(equations%control%traction) > 1
+    if (may_jump) call find_jump(law, equations, equations%old, equations%displaced*law%s_0, jump)
     call displace(law, equations, jump)
     anchor = equations%old%s
     tries = 0
@@ -247,6 +247,11 @@ contains
       if (.not. good) then
         damping = more_damping*damping
         drift = 0.0_wp
+        ! a jump may begin on the way, where no damping lets Newton's method converge
+        if (may_jump .and. jump%component == 0 .and. .not. result%converged) then
+          call find_jump(law, equations, equations%old, 2.0_wp*shortest_motion*law%s_0, jump)
+          if (jump%component > 0) call displace(law, equations, jump)
+        end if
         cycle
       end if
       drift = trial%s - equations%old%s
@@ -365,6 +370,7 @@ contains
         ends(merge(1, 2, residual < 0.0_wp)) = next%place
         next%place = 0.5_wp*sum(ends)
       end do
+      if (abs(next%place) <= nearest) next%place = 0.0_wp
       ! the place itself may have a third traction
       call look_across(law, equations, point, nearest, next, ends, residuals)
       if (next%component == 0) cycle

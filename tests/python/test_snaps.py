@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern, Step
@@ -47,16 +49,25 @@ def test_wear_of_nothing() -> None:
     np.testing.assert_allclose(worn, kept, rtol=0, atol=1e-9)
 
 
-def test_axis_of_symmetry_that_holds() -> None:
+AXES = {
+    "from its start": (
+        joint(4, 74.1536451803456, 0.0, mu=0.7111518660691002, height=0.2, crush=9.957980127440536),
+        [Step(t_N=-0.03612078757114445, increments=20), Step(s_Tx=0.2, increments=20)],
+    ),
+    "where facets close on the way": (
+        joint(6, 75.98688976172996, 0.0, 30.0, eta=0.5, mu=0.5922788183775654, height=0.22444311630644173,
+              crush=9.017179979728187),
+        [Step(t_N=-6.9631485980879395, increments=20)],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("place", AXES)
+def test_axis_of_symmetry_that_holds(place: str) -> None:
     """Where facets push back to the axis of symmetry, free across and held across is one, in a snap, too."""
-    mu, pressure = 0.7111518660691002, 0.03612078757114445
-    rough = joint(4, 74.1536451803456, 0.0, mu=mu, height=0.2, crush=9.957980127440536)
-    slide = Step(s_Tx=0.2, increments=20)
-    free, held = (
-        rough.run([Step(t_N=-pressure, increments=20, **across), slide])
-        for across in ({"t_Ty": 0.0}, {"s_Ty": 0.0})
-    )
-    assert free.snaps and len(free) == 40
+    rough, (first, *others) = AXES[place]
+    free, held = (rough.run([replace(first, **across), *others]) for across in ({"t_Ty": 0.0}, {"s_Ty": 0.0}))
+    assert free.snaps and len(free) == sum(map(len, [first, *others]))
     np.testing.assert_allclose(free.separation, held.separation, rtol=0, atol=1e-9)
     np.testing.assert_allclose(free.traction, held.traction, rtol=0, atol=1e-9)
 
