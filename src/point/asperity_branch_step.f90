@@ -6,7 +6,7 @@ module asperity_branch_step
   use asperity_null_space, only: null_space, null_space_type
   use asperity_point_law, only: point_law
   use asperity_tolerances, only: backwards, fold_halvings, largest_turn, most_halvings, most_iterations, &
-    residual_tolerance, search_steps, straight_step
+    residual_tolerance, search_steps, straight_step, worst_condition
   implicit none
   private
   public :: null_vector, solve, search, leave, find_fold, find_fork
@@ -47,9 +47,16 @@ contains
     real(wp), intent(inout) :: b(4)                 !! right-hand side -> change
     logical, intent(out) :: solved                  !! false: there is none, or more than one
     real(wp) :: a(4, 4)
+    type(null_space_type) :: null
+    integer :: i
     a(:3, :) = matrix_of(law, equations, step)
     a(4, :) = row
     b(:3) = b(:3)/law%stiffness
+    null = null_space(a(:3, :), row, count(equations%control%traction))
+    ! on a surface the border does not do: what nothing holds stays
+    do i = 1, merge(3, 0, null%is_surface)
+      a(i, i) = a(i, i) + 1.0_wp/worst_condition
+    end do
     call eliminate(4, a, b, solved)
   end subroutine solve_bordered
 
@@ -60,7 +67,7 @@ contains
     type(step_type), intent(in) :: step             !! its point, with the tangent
     real(wp), intent(in) :: sense(4)                !! a direction
     type(null_space_type) :: null
-    null = null_space(matrix_of(law, equations, step), sense)
+    null = null_space(matrix_of(law, equations, step), sense, count(equations%control%traction))
   end function null_vector
 
   !> Solve for the equilibrium at the length of the step along its direction: the unknown that changes most is

@@ -7,7 +7,9 @@ module asperity_null_space
 
   !> Three equations for four unknowns.
   type, public :: null_space_type
-    real(wp) :: direction(4) = 0.0_wp   !! of length 1, which the equations do not see; zero if there are more
+    real(wp) :: direction(4) = 0.0_wp   !! of length 1, which the equations do not see; on a surface the one with the
+                                        !! largest load factor; zero where none has one, or nothing is held
+    logical :: is_surface = .false.     !! whether they do not see others, too, but one of the free separations
     real(wp) :: second(4) = 0.0_wp      !! of length 1, which they see least otherwise; at a fork they do not see it;
                                         !! its largest component is positive
     real(wp) :: sense = 0.0_wp          !! 1 or -1: sign of the determinant of the equations with `direction` below
@@ -40,18 +42,28 @@ contains
 
   !> Null space of a matrix, its direction in a sense.
   !>
-  !> Along a branch the sign of the determinant changes where another branch crosses it, and not at a fold.
-  pure function null_space(matrix, sense) result(space)
+  !> Along a branch the sign of the determinant changes where another branch crosses it, and not at a fold. A joint that
+  !> nothing holds in a direction, as one without friction, has a surface of equilibria instead of a branch: the largest
+  !> load factor for a move of length 1 is that without a move in this direction.
+  pure function null_space(matrix, sense, n_free) result(space)
     real(wp), intent(in) :: matrix(3, 4)   !! finite, of the order of 1
     real(wp), intent(in) :: sense(4)       !! a direction
+    integer, intent(in) :: n_free          !! free separations; the other equations see each a prescribed one
     type(null_space_type) :: space
-    real(wp) :: a(3, 4), s(3), u(3, 3), vt(4, 4), work(room)
-    integer :: info, largest
+    real(wp) :: a(3, 4), length, s(3), u(3, 3), vt(4, 4), work(room)
+    integer :: info, largest, rank
     a = matrix
     work = 0.0_wp
     call dgesvd("A", "A", 3, 4, a, 3, s, u, 3, vt, 4, work, room, info)
-    if (info /= 0 .or. .not. s(3) > epsilon(s)*s(1)) return
+    if (info /= 0) return
+    rank = count(s > epsilon(s)*s(1))
+    space%is_surface = rank < 3 .and. rank > 3 - n_free
+    if (rank < 3 .and. .not. space%is_surface) return
     space%direction = vt(4, :)
+    if (space%is_surface) space%direction = matmul(vt(rank + 1:, 4), vt(rank + 1:, :))
+    length = norm2(space%direction)
+    space%direction = merge(space%direction/max(length, singular), 0.0_wp, length > singular)
+    if (.not. length > singular) return
     ! LAPACK leaves the sign to rounding errors, which differ from one instruction set to another
     largest = findloc(abs(vt(3, :)) >= (1.0_wp - alike)*maxval(abs(vt(3, :))), .true., 1)
     space%second = sign(1.0_wp, vt(3, largest))*vt(3, :)

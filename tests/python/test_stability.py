@@ -117,17 +117,34 @@ def test_refused() -> None:
 
 
 def test_kink_is_no_fork() -> None:
-    """Where planes close, the equations of a branch change their sign, but no other branch crosses."""
+    """Where planes open, the branch has a kink and no fork; it is the stable path, as nothing snaps."""
     joint = Interface(
         Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.0, kc=100.0), Pattern.regular(12, 56.24, flat=0.0)
     )
     steps = [Step(t_N=-3.1368, t_Ty=0.0, increments=1), Step(s_Tx=0.1261, follow="branch", arc=0.2)]
     history = joint.run(steps)
-    assert not any("fork" in name.split("+") for _, name in history.events)
-    assert any("turn" in name for _, name in history.events)
+    stable = joint.run([steps[0], Step(s_Tx=0.1261, increments=100)])
+    names = {name for _, text in history.events for name in text.split("+")}
+    assert "open" in names and not names & {"fork", "turn", "snap"} and not stable.snaps
+    np.testing.assert_allclose(history.separation[-1], stable.separation[-1], rtol=0, atol=1e-9)
     for fork in (1, -1):
         with pytest.raises(ValueError, match=f"^step 2: fork = {fork}: no other branch crosses in this step"):
             joint.run([steps[0], replace(steps[1], fork=fork)])
+
+
+def test_nothing_holds_across() -> None:
+    """A joint that slides on one facet without friction stays where nothing holds it across: no fork."""
+    material = Material(3.0, 0.3, 0.9, 0.0, kc=100.0, crush=2.0, closure=0.03)
+    rough = Interface(material, Pattern.regular(3, 33.06))
+    preload = Step(t_N=-0.3805467508590463, t_Ty=0.0, increments=5)
+    branch = rough.run([preload, Step(s_Tx=0.2, follow="branch")])
+    stable = rough.run([preload, Step(s_Tx=0.2, increments=200)])
+    assert branch.alpha(1)[-1] == 1.0 and len(branch) < 500
+    assert abs(branch.tangent[-1, 2, 2]) < 1e-9 and not branch.separation[:, 2].any()
+    np.testing.assert_allclose(branch.separation[-1], stable.separation[-1], rtol=0, atol=1e-9)
+    for fork in (1, -1):
+        with pytest.raises(ValueError, match=f"^step 2: fork = {fork}: no other branch crosses in this step"):
+            rough.run([preload, Step(s_Tx=0.2, follow="branch", fork=fork)])
 
 
 def test_missed_fork(run, library: Path, tmp_path: Path) -> None:
