@@ -131,11 +131,11 @@ def softens(found: Mapping[tuple[float, ...], float]) -> str:
     for length, height, share in shown(found):
         cells = [f"{length:g} x {height:g}", f"{share:g}"]
         formula, closed = sheared(share, height / length, CSS), plain(share, height / length)
-        for Gfc in (YIELDING, *SOFTENING):
+        for Gfc in SOFTENING:
             force = found[length, height, share, CSS, Gfc]
             cells += [f"{away(force, formula)}, {away(force, closed)}"]
         body.append(cells)
-    head = ["L x H, mm", "N/(fc L t)", *(f"Gfc {Gfc:g} N/mm" for Gfc in (YIELDING, *SOFTENING))]
+    head = ["L x H, mm", "N/(fc L t)", *(f"Gfc {Gfc:g} N/mm" for Gfc in SOFTENING)]
     return markdown(head, body)
 
 
