@@ -94,7 +94,7 @@ def test_mutated_files(tmp_path: Path, kind: str) -> None:
     assert 0 < attack(tmp_path, kind, range(DRAWN)) < DRAWN
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["deck", "gmsh"])
 def test_thousand_mutated_files(tmp_path: Path, kind: str) -> None:
     """As above, with a thousand files of each kind."""
