@@ -5,7 +5,7 @@ module host_routines
   use, intrinsic :: iso_fortran_env, only: real32, real64
   implicit none
   private
-  public :: umat, vumat, vumat_single
+  public :: umat, uinter, vumat, vumat_single
 
   interface
     !> UMAT; hosts may pass NULL for the arguments that are optional here.
@@ -23,6 +23,22 @@ module host_routines
         celent, dfgrd0(*), dfgrd1(*)
       integer, intent(in), optional :: noel, npt, layer, kspt, kstep, kinc
     end subroutine umat
+
+    !> UINTER of Abaqus/Standard.
+    subroutine uinter(stress, ddsddr, dviscous, dstructural, flux, ddfddt, ddsddt, ddfddr, statev, sed, sfd, spd, svd, &
+                      scd, pnewdt, rdisp, drdisp, temp, dtemp, predef, dpred, time, dtime, freqr, ciname, secname, &
+                      mainname, props, coords, alocaldir, drot, area, chrlngth, node, ndir, nstatv, npred, nprops, &
+                      mcrd, kstep, kinc, kit, linper, lopenclose, lstate, lsdi, lprint)
+      import :: real64
+      implicit none
+      integer, intent(in) :: node, ndir, nstatv, npred, nprops, mcrd, kstep, kinc, kit, linper, lprint
+      real(real64), intent(inout) :: stress(ndir), ddsddr(ndir, ndir), statev(nstatv), sed, sfd, spd, scd, pnewdt, &
+        dviscous(*), dstructural(*), flux(*), ddfddt(*), ddsddt(*), ddfddr(*), svd
+      real(real64), intent(in) :: rdisp(ndir), drdisp(ndir), dtime, props(nprops), temp(*), dtemp(*), predef(*), &
+        dpred(*), time(*), freqr, coords(*), alocaldir(*), drot(*), area, chrlngth
+      character(len=*), intent(in) :: ciname, secname, mainname
+      integer, intent(inout) :: lopenclose, lstate, lsdi
+    end subroutine uinter
 
     !> VUMAT in double precision.
     subroutine vumat(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime, totalTime, dt, cmname, &

@@ -35,7 +35,6 @@ WITHOUT_SUITE = {
     "tests/python/test_umat_checks.py: the child of a UMAT, through the driver": (
         "case_umat foreign_umat umat_run umat_stiffness umat_utilities umat_walk umat_worker"
     ),
-    "tests/python/test_doors.py: calls as hosts make them": "uinter",
     "tests/c/test_generic.c: the program that writes its symbols": "write_symbols",
 }
 """Modules without a test file of their name, by the test that reaches them and what it is about."""
