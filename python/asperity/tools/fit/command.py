@@ -115,11 +115,12 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         "measured, residual, peak_slip, slip; or closure tests with sigma_N, closure"
     )
     units = "units of the results, to which numbers with units are converted, and of numbers without"
+    held = "normal traction of each test, or of all, in files without that column; 0 without a pressure"
     marks = {"choices": tuple(MARKS), "metavar": None}
     cli.add_options(
         parser,
         ("records DATA.csv", columns, Path, {"nargs": "+"}),
-        ("--sigma-N VALUE,...", "normal traction of each test, or of all, in files without that column", str),
+        ("--sigma-N VALUE,...", held, str),
         ("--k-N STIFFNESS", "normal stiffness of the box (CNS, stress/length), for all tests", float),
         ("--k-T K", "stiffness of the machine (stress/length): tau/k_T is subtracted from the slip", float),
         ("--area A", "contact area for columns of forces, or L,B: a box that slips along L", str),

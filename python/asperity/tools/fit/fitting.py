@@ -252,7 +252,7 @@ def _fit(
             without = [fit.values[name] for fit in left_out]
             ends = int(np.argmin(without)), int(np.argmax(without))
             apart = " and ".join(f"{without[i]:.3g} without {short(tests[i].name)}" for i in ends)
-            reasons.append(f"{text}; the tests differ: it is {apart}; further specimens would show it")
+            reasons.append(f"{text}; it is {apart}; further specimens would show it")
         else:
             reasons.append(f"{text}; {HELP.get(name, 'further tests')} would show it")
     reasons += too_little(chosen, tests)
