@@ -104,9 +104,9 @@ def of_left_out(solution: Solution, without: Sequence[Solution]) -> Spread:
     """
     names, count = solution.model.free, len(without)
     moved = np.array([solution.problem.x(fit.values) for fit in without]) - solution.x
-    slopes = [float(to_scale(name, 1.01 * solution.values[name])) for name in names]
-    apart = [0.0 if name in (*SPRINGS, "eta") else SCATTER.get(name, OTHERS) for name in names]
-    usual = np.square(apart * (np.array(slopes) - solution.x) / 0.01) / count
+    beside = np.array([float(to_scale(name, 1.01 * solution.values[name])) for name in names])
+    apart = np.array([0.0 if name in (*SPRINGS, "eta") else SCATTER.get(name, OTHERS) for name in names])
+    usual = np.square(apart * (beside - solution.x) / 0.01) / count
     of_tests = (count - 1) / count * moved.T @ moved
     freedom = count - 1 + KNOWN
     return Spread(((count - 1) * of_tests + KNOWN * np.diag(usual)) / freedom, freedom, True)
