@@ -15,7 +15,7 @@ from .evidence import cycles, guesses
 from .intervals import Intervals, spreads
 from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
 from .model import AUTO, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
-from .profiles import AT_ONCE, assumed, in_place_of_bond, shaped
+from .profiles import AT_ONCE, assumed, in_place_of_bond, shaped, uncrushed
 from .result import Fit
 from .rigid import LAW, SHAPES, SLOPES, WITHOUT
 from .shear_test import ShearTest
@@ -212,7 +212,9 @@ def _fit(
     tick("blind predictions")
     fitted = compared(law.problem, law.values)
     unseen, left_out = blind(chosen, tests)
-    intervals = Intervals(chosen, spreads(chosen, left_out), assumptions)
+    pressed = Intervals(chosen, spreads(chosen, left_out), assumptions)
+    assumptions = [*assumptions, *uncrushed(chosen, tests)]
+    intervals = replace(pressed, assumptions=assumptions)
     estimates = {name: intervals.of(name) for name in chosen.model.free}
     judged_errors = errors_of(law, tests, fitted, unseen)
     errors, beyond = judged_errors.all, judged_errors.of_law
@@ -246,7 +248,7 @@ def _fit(
         text = f"{name} is not determined: {value:.3g} [{below:.3g}, {above:.3g}]"
         if name in SPRINGS:
             notes.append(f"{text}; the other constants do not depend on it")
-        elif name == "crush":
+        elif name == "crush" or (name == "theta" and not undetermined({name: pressed.of(name)}, at_bounds)):
             notes.append(f"{text}; the strengths hold between the pressures of the tests")
         elif intervals.by_tests(name):
             without = [fit.values[name] for fit in left_out]

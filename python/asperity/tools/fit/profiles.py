@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from .evidence import cycles, first_stroke, guesses
+import numpy as np
+
+from .evidence import cycles, first_slope, first_stroke, guesses
 from .gauges import rigid_form, with_shape, with_starts
 from .intervals import Assumption, Intervals, spreads
 from .ladder import BRITTLE, GAIN, Model, criteria
@@ -14,8 +16,9 @@ from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, solve
 
 STARTS, OWN, AT_ONCE = "other starts", "shape of the law", "friction from the first slip on"
-"""Names of starts of slip and dilation that fit best, of the law beside another shape, and of a bond beside
-which friction does not wait for the damage.
+UNCRUSHED = "the slope that the tests show"
+"""Names of starts of slip and dilation that fit best, of the law beside another shape, of a bond beside which
+friction does not wait for the damage, and of a slope that the pressure does not crush.
 """
 
 
@@ -130,6 +133,16 @@ def assumed(
             wide = apart[shape]
             halves = {part: max(half, wide.get(part, 0.0)) for part, half in halves.items()}
         yield Assumption(name, value - values[0], solution.values, allowed, parts, halves, shape in apart)
+
+
+def uncrushed(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:
+    """The largest slope that the tests show, where the law has a larger one without pressure, by crush.
+
+    That is an extrapolation: a slope that wears ends sooner under pressure, too, and is no smaller at first.
+    """
+    shown = float(np.degrees(np.arctan(max(map(first_slope, tests)))))
+    if {"theta", "crush"} <= {*chosen.model.free} and 0.0 < shown < chosen.values["theta"]:
+        yield Assumption(UNCRUSHED, 0.0, {"theta": shown}, True, ("theta",), {"theta": 0.0}, True)
 
 
 def left_out(form: Solution) -> list[Solution]:

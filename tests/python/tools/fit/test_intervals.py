@@ -194,3 +194,31 @@ def test_prediction_has_intervals(said: Callable) -> None:
     Path("joint.fit.json").unlink()
     text, _ = said("predict joint.nml new.csv", NO_RESULT)
     assert "interval" not in text
+
+
+@pytest.mark.slow
+def test_teeth_that_wear_sooner_under_pressure(said: Callable) -> None:
+    """A slope that the work of friction wears is no crushed one: theta is not that of an extrapolation."""
+    mu, slope, spring, tests = 0.6, np.tan(np.radians(18.0)), 10.0, []
+    for i, pressure in enumerate((0.8, 1.9)):
+        own, work, left = np.linspace(0.0, 6.0, 1201), 0.0, []
+        for step in np.diff(own, append=6.0):
+            now = slope * np.exp(-work / 1.2)
+            left.append(now)
+            work += (pressure * (mu + now) / (1.0 - mu * now) - pressure * now) * step
+        steep = np.array(left)
+        strength = pressure * (mu + steep) / (1.0 - mu * steep)
+        opening = np.append(0.0, np.cumsum(steep[:-1] * np.diff(own)))
+        slip, outside = np.linspace(0.05, 6.0, 100), np.maximum.accumulate(own + strength / spring)
+        outside = np.append(0.0, outside + 1e-9 * own)
+        tau = np.interp(slip, outside, np.append(0.0, strength))
+        dilation = np.interp(slip, outside, np.append(0.0, opening))
+        rng = np.random.default_rng(i)
+        tau, dilation = (y + 0.01 * np.ptp(y) * rng.normal(size=slip.size) for y in (tau, dilation))
+        tests.append(ShearTest(f"teeth {i}", slip, tau, dilation, -pressure))
+    write(tests)
+    _, found = of_fit(said)
+    low, high = found["intervals"]["theta"]
+    assert found["no result"] or low < 18.0 < high
+    low, high = found["intervals"]["mu"]
+    assert low < mu < high
