@@ -95,13 +95,46 @@ follow = Follow(m, start, of, 0.02, 0.1, 1e-5)
 follow.run_to_limit(2.0)
 W = 0.01 * 0.5 * width
 results["limit"] = follow.at, mu * (W - p * width) / (1.0 - p / (kn * c)) / W
-results["after"] = [branch.at for branch in [follow.beyond(0.1)] for _ in range(5) if branch.advance()]
+branch, results["after"], results["iterations"] = follow.beyond(0.1), [], []
+for _ in range(5):
+    if branch.advance():
+        results["after"].append(branch.at)
+        results["iterations"].append(branch.report.iterations)
 """,
         ranks,
     )
     found, expected = results["limit"]
     assert found == pytest.approx(expected, rel=3e-5)
     assert results["after"] == pytest.approx([expected] * 5, rel=3e-5)
+    assert max(results["iterations"]) <= 3
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_conditions_that_end_at_the_limit(ranks: int) -> None:
+    """A path whose conditions raise ValueError for a load that the branch asks for ends and says so."""
+    results = of_all_ranks(
+        BOND
+        + """
+m = model(2e4, 0.0, laws={"joint": bond})
+top, area = m.group("top")
+pull = np.zeros((m.n, 2))
+pull[top, 1] = STRENGTH * area
+def of(t):
+    if t > 0.97:
+        raise ValueError("no more than .97")
+    return Conditions(bottom(m), load=t * pull.ravel())
+follow = Follow(m, State.virgin(m), of, 0.15, 0.15, 1e-4)
+follow.run(0.95)
+branch = follow.beyond(1.0)
+try:
+    for _ in branch.to(lambda state: state.at < 0.5): pass
+except Stopped as stopped:
+    results["end"] = branch.at, str(stopped)
+""",
+        ranks,
+    )
+    at, text = results["end"]
+    assert 0.95 <= at <= 0.97 and "the conditions at 0.9" in text and "no more than .97" in text
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

@@ -5,8 +5,7 @@ Unknown are displacements x and the parameter `at` of the conditions:
     r(x, at) = 0,   mean over the joints of d . (s(x) - s) = step
 
 with the separations s of the last state, and the direction d of their last change, of the length 1 in the
-mean of its squares over the area.  Water that follows openings is that of openings beforehand, which are
-mixed with the new ones until both give the same pressures.
+mean of its squares over the area.  Water follows the openings of each iteration, also in the tangent.
 
     x, at = on from the last change
     until |r| <= tolerance * forces
@@ -25,7 +24,8 @@ import numpy as np
 
 from ..contract import Floats
 from .conditions import Conditions, Held, held
-from .equilibrium import MIXED, MOST_WATER, SAME_WATER, Report, Terms, solve
+from .coupling import Followed
+from .equilibrium import Report, Terms, solve
 from .ledger import Ledger, ledger_after, ledger_of, work_of
 from .model import Model
 from .newton import Task, balance_of, equations_of
@@ -33,12 +33,12 @@ from .ranks import agree, doubles, largest, totals
 from .response import LawError, respond
 from .state import State
 from .stopped import Stopped
-from .water import Mixing, Water
+from .water import Water
 
 FAST, GROWTH, LEAST = 6, 1.5, 1e-4
 """A step grows after at most FAST iterations; least step over the first one, below which the branch ends."""
 
-SHIFT = 1e-9
+SHIFT = 1e-12
 """Share of the stiffness of the solids that the tangent has more: it is singular where a block slides."""
 
 APART = 1e-4
@@ -124,7 +124,8 @@ class Branch:
         if self.reason:
             raise Stopped(self.reason)
         old, new = self.state, None
-        x, at, iterations, reason = self._with_water()
+        x, at, iterations, reason = self._located()
+        self.taken += iterations
         if not reason:
             openings = self.model.separations(x)
             terms = replace(self.terms, at=at, ahead=x - old.u, openings=openings, passes=0)
@@ -136,7 +137,7 @@ class Branch:
             if self.step < self.least:
                 self.reason = f"stopped at {self.at:.5g}: {reason}"
             return False
-        loads = self._held(old.at, old.s)[1], report.load
+        loads = self._given(old.at)[1], report.load
         work = work_of(self.model, old, new, loads, report.fixed)
         self.ledger = ledger_after(self.model, self.ledger, new, 0.0, work)
         self.before, self.state, self.count = old, new, self.count + 1
@@ -145,29 +146,14 @@ class Branch:
             self.step = min(GROWTH * self.step, self.most)
         return True
 
-    def _held(self, at: float, openings: Floats) -> tuple[Held, Floats, Floats]:
-        """Conditions at a parameter, loads with the pressures on faces, and pressures of the points."""
+    def _given(self, at: float) -> tuple[Held, Floats, Water]:
+        """Conditions at a parameter, loads with the pressures on faces, and the water."""
         given = self.conditions(at)
         water = Water(self.model, given.pressures, given.flows)
         now = held(self.model, given)
-        return now, now.load + water.outer, water.at(openings)[0]
+        return now, now.load + water.outer, water
 
-    def _with_water(self) -> tuple[Floats, float, int, str]:
-        """Displacements, parameter of the next step, most iterations with pressures, why there are none."""
-        openings, mixing, most = self.state.s, Mixing(*MIXED), 0
-        for _ in range(MOST_WATER):
-            x, at, iterations, reason = self._located(openings)
-            self.taken, most = self.taken + iterations, max(most, iterations)
-            if reason:
-                return x, at, most, reason
-            s = self.model.separations(x)
-            p, wanted = self._held(at, openings)[2], self._held(at, s)[2]
-            if largest(wanted - p) <= SAME_WATER * largest(p):
-                return x, at, most, ""
-            openings = mixing.mixed(openings.ravel(), s.ravel()).reshape(s.shape)
-        return x, at, most, f"the pressure of water still changes after {MOST_WATER} equilibria"
-
-    def _located(self, openings: Floats) -> tuple[Floats, float, int, str]:
+    def _located(self) -> tuple[Floats, float, int, str]:
         """Displacements and parameter of the next step, iterations, and why there are none."""
         m, old = self.model, self.state
         change = old.s - self.before.s
@@ -175,11 +161,16 @@ class Branch:
         weights = m.area[:, None] * change / (self.length * totals(m.area.sum())[0])
         x, at = old.u + ratio * (old.u - self.before.u), old.at + ratio * (old.at - self.before.at)
         none, t = np.zeros(len(x)), self.terms
-        q = equations_of(m, self._held(at, openings)[0].fixed, t.options)
+        q = equations_of(m, self._given(old.at)[0].fixed, t.options)
         for iteration in range(t.iterations + 1):
-            now, load, p = self._held(at, openings)
+            h = APART * (abs(at) or 1.0)
+            try:
+                (now, load, water), (then, more, wetter) = self._given(at), self._given(at + h)
+            except ValueError as error:  # an iterate may be where there are no conditions
+                return x, at, iteration, f"the conditions at {at:.5g}: {error}"
             x[q.fixed] = now.values
             s = m.separations(x)
+            p, _ = water.at(s)
             try:
                 response = respond(m, old, s, t.dt, p)
             except LawError as error:
@@ -191,19 +182,16 @@ class Branch:
                 return x, at, iteration, ""
             if iteration == t.iterations or not np.isfinite(balance.residual):
                 break
-            h = APART * (abs(at) or 1.0)
-            then, more, wetter = self._held(at + h, openings)
             moved = none.copy()
             moved[q.fixed] = (then.values - now.values) / h
             pulled = np.einsum("pij,pj->pi", response.D, m.separations(moved))
-            pulled[:, 0] -= (wetter - p) / h
+            pulled[:, 0] -= (wetter.at(s)[0] - p) / h
             slope = (m.stiff(moved) + m.pulled(pulled) - (more - load) / h) * q.free
             q.assemble(response.D, task, SHIFT, False)
-            first, _, _ = q.step(balance.full, False, True)
-            second, _, _ = q.step(slope, False, False)
+            steps = Followed(q, water, s)
+            first, second = steps.step(balance.full), steps.step(slope, moved)
             if first is None or second is None:
                 return x, at, iteration, "the tangent has no solution"
-            second = second + moved
             reached, rate = totals(
                 (weights * m.separations(first)).sum(), (weights * m.separations(second)).sum()
             )

@@ -2,7 +2,8 @@
 
 p = pressures of the water at the openings of the state
 find an equilibrium with p, by Newton's method or by passes
-where p depends on openings: mix p with that of the new openings, and find again until they agree
+where p depends on openings: change p as water and joints follow each other, and find again until they agree;
+    no equilibrium with the new p: half of its change
 state = the new one, or None with a reason
 """
 
@@ -17,20 +18,21 @@ from numpy.typing import ArrayLike
 from ..contract import Floats
 from ..mesh.shapes import Integers
 from .conditions import Conditions, held
+from .coupling import Followed
 from .measures import Measures, measure
 from .model import Model
-from .newton import Task, equations_of, newton, share, words_of
+from .newton import SOFT, Task, equations_of, newton, share, words_of
 from .passes import PASSES, Passed, by_passes
 from .ranks import agree, doubles, largest, total
 from .response import Clock, LawError
 from .state import State
-from .water import Mixing, Water
+from .water import Water
 
 SAME_WATER, MOST_WATER = 1e-6, 60
 """Error of a pressure that depends on openings over the largest one, and most equilibria of a step."""
 
-MIXED = 0.3, 6
-"""Share of the difference by which such a pressure moves, and changes before that correct it."""
+HALVES = 4
+"""How often a change of such a pressure is halved where no equilibrium follows it."""
 
 SEARCHES = "root", "residual", "none"
 """How far along a step: to the root of its work, until the Euclidean residual falls, all of it."""
@@ -165,8 +167,8 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
     q = equations_of(model, given.fixed, terms.options)
     first, rates = water.at(state.s)
     p = first if terms.openings is None else water.at(terms.openings)[0]
-    mixing, x, spent = Mixing(*MIXED), state.u + ahead, np.zeros(3, int)
-    reason, equilibria, left = "", 0, 0.0
+    x, balanced, spent = state.u + ahead, p, np.zeros(3, int)
+    reason, equilibria, halved, left = "", 0, 0, 0.0
     done: Passed | None = None
     while True:
         if equilibria == MOST_WATER:
@@ -186,7 +188,10 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
             break
         found = done.found
         spent += found.iterations, found.linear, found.factored
-        x = found.x
+        if not found.good and equilibria > 1 and halved < HALVES:
+            p, halved = 0.5 * (p + balanced), halved + 1  # with less of the change there may be one
+            continue
+        x, balanced = found.x, p
         if not found.good:
             reason = found.reason
             break
@@ -196,7 +201,12 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
         left = largest(wanted - p)
         if left <= SAME_WATER * largest(p):
             break
-        p = np.maximum(mixing.mixed(p, wanted), 0.0)
+        convex = any(done.errors)
+        r = found.response
+        assert r
+        q.assemble(r.D, task, SOFT if convex or found.floating else 0.0, convex)
+        spent[2] += 1
+        p = np.maximum(p + Followed(q, water, found.s, convex).change(wanted - p), 0.0)
     nothing = np.zeros(model.n * model.d)
     new: State | None = None
     if not reason and done and done.found.response:

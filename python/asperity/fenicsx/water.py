@@ -19,7 +19,7 @@ from .. import contract
 from ..contract import Floats
 from ..mesh.shapes import Integers, place
 from .model import Model
-from .ranks import COMM, agree, doubles
+from .ranks import COMM, agree, doubles, largest
 
 Pressure = float | Callable[..., Floats]
 """A number, or a function of places (n, d), or of places and openings (n,), with n values or one."""
@@ -29,6 +29,9 @@ FACES = {2: ("interval", [0, 1]), 3: ("triangle", [0, 1, 2]), 4: ("quadrilateral
 
 ROUNDING = 1e-9
 """Share of the largest pressure below 0 that counts as 0, such as at the level of the water."""
+
+APART = 1e-6
+"""Share of an opening by which another one differs that gives the slope of a pressure."""
 
 DEGREE, DEGREE_FLOW = 8, 5
 """Of the quadrature: a pressure on faces may have a kink, as at the level of the water; a^3 of the flow."""
@@ -152,24 +155,53 @@ class Network:
         """Aperture (f, k) of faces by their openings."""
         return np.maximum(self.a_min, self.a_0 + opening)
 
+    def _system(self, cubed: Floats) -> tuple[csr_array, Floats]:
+        """Matrix and right-hand side of a^3/(12 viscosity) times the weights, (f, q)."""
+        matrix = np.einsum("fqkd,fqld,fq->fkl", self.gradients, self.gradients, cubed, optimize=True)
+        pulled = np.einsum("fqk,fq->fk", self.pull, cubed)
+        k, n = self.nodes.shape[1], len(self.p)
+        rows, columns = np.repeat(self.nodes, k, 1).ravel(), np.tile(self.nodes, k).ravel()
+        A: csr_array = coo_array((matrix.ravel(), (rows, columns)), shape=(n, n)).tocsr()
+        b = np.asarray(np.bincount(self.nodes.ravel(), pulled.ravel(), n), float)
+        return A, b
+
+    def _balanced(self, opening: Floats) -> tuple[csr_array, Floats, Floats, Callable[[Floats], Floats]]:
+        """Matrix, right-hand side, pressures (n,), and the change of these by one of that side."""
+        cubed = (self.aperture(opening) @ self.shape.T) ** 3 / (12.0 * self.viscosity) * self.weights
+        A, b = self._system(cubed)
+        p, free = self.p.copy(), self.free
+        factor = splu(A[free][:, free].tocsc()) if free.any() else None
+
+        def change(more: Floats) -> Floats:
+            dp = np.zeros(len(p))
+            if factor:
+                dp[free] = factor.solve(more[free])
+            return dp
+
+        p[free] = 0.0
+        return A, b, p + change(b - A @ p), change
+
     def solve(self, opening: Floats) -> tuple[Floats, dict[str, float]]:
         """Pressures (f, k) at the openings (f, k), and inflows at the given ones by group, volume per time.
 
         Pressures below 0, as a weight may give, count as 0.
         """
-        cubed = (self.aperture(opening) @ self.shape.T) ** 3 / (12.0 * self.viscosity) * self.weights
-        matrix = np.einsum("fqkd,fqld,fq->fkl", self.gradients, self.gradients, cubed, optimize=True)
-        pulled = np.einsum("fqk,fq->fk", self.pull, cubed)
-        k, n, free = self.nodes.shape[1], len(self.p), self.free
-        rows, columns = np.repeat(self.nodes, k, 1).ravel(), np.tile(self.nodes, k).ravel()
-        A: csr_array = coo_array((matrix.ravel(), (rows, columns)), shape=(n, n)).tocsr()
-        b, p = np.bincount(self.nodes.ravel(), pulled.ravel(), n), self.p.copy()
-        if free.any():
-            held = A[free][:, ~free] @ p[~free]
-            p[free] = splu(A[free][:, free].tocsc()).solve(b[free] - held)
+        A, b, p, _ = self._balanced(opening)
         inflow = A @ p - b
         rates = {name: float(inflow[at].sum()) for name, at in self.at.items()}
         return np.maximum(p, 0.0)[self.nodes], rates
+
+    def following(self, opening: Floats) -> Callable[[Floats], Floats]:
+        """Changes (f, k) of the pressures by small changes of the openings (f, k)."""
+        _, _, p, change = self._balanced(opening)
+        squared = (self.aperture(opening) @ self.shape.T) ** 2 / (4.0 * self.viscosity) * self.weights
+        wide, wet = self.a_0 + opening > self.a_min, p > 0.0
+
+        def followed(more: Floats) -> Floats:
+            dA, db = self._system(squared * ((more * wide) @ self.shape.T))
+            return (change(db - dA @ p) * wet)[self.nodes]
+
+        return followed
 
 
 def in_joint(m: Model, name: str, p: Pressure, s: Floats) -> Floats:
@@ -304,6 +336,29 @@ class Water:
             rates.append(inflows)
         return new, tuple(rates)
 
+    def following(self, s: Floats) -> Callable[[Floats], Floats]:
+        """Changes (p,) of the pressures at the points by small changes (p, 3) of the separations."""
+        m, flows = self.model, []
+        slopes = np.zeros(len(s))
+        apart = APART * np.maximum(np.abs(s[:, 0]), APART * largest(s))
+        for name, p in self.by_opening.items():
+            part, wider = m.parts[m.joints.index(name)], s.copy()
+            wider[:, 0] += apart
+            slopes[part] = (in_joint(m, name, p, wider) - in_joint(m, name, p, s)) / np.where(
+                apart[part] > 0.0, apart[part], 1.0
+            )
+        for network, rows in self.networks:
+            flows.append((network.following(self._opening(rows, s)[0]), rows))
+
+        def followed(ds: Floats) -> Floats:
+            dp = slopes * ds[:, 0]
+            for change, rows in flows:
+                opening, mine, here = self._opening(rows, ds)
+                dp[m.face_points[here]] = change(opening)[mine]
+            return dp
+
+        return followed
+
     def aperture(self, s: Floats) -> Floats:
         """Apertures at the nodes of the faces here, (f, k); a_0 and a_min are 0 where nothing flows."""
         apertures: Floats = np.maximum(0.0, s[self.model.face_points, 0])
@@ -311,23 +366,3 @@ class Water:
             opening, mine, here = self._opening(rows, s)
             apertures[here] = network.aperture(opening)[mine]
         return apertures
-
-
-class Mixing:
-    """Anderson's acceleration of a fixed point p = aim(p), of which each rank has a part."""
-
-    def __init__(self, share: float, depth: int) -> None:
-        """Move by a share of the difference, corrected by the changes of `depth` iterations."""
-        self.share, self.depth = share, depth
-        self.p: list[Floats] = []
-        self.left: list[Floats] = []
-
-    def mixed(self, p: Floats, aim: Floats) -> Floats:
-        """Next p."""
-        self.p, self.left = [*self.p, p][-self.depth - 1 :], [*self.left, aim - p][-self.depth - 1 :]
-        new = p + self.share * self.left[-1]
-        if len(self.p) > 1:
-            dp, dr = (np.diff(sequence, axis=0) for sequence in (self.p, self.left))
-            gram = COMM.allreduce(np.column_stack([dr @ dr.T, dr @ self.left[-1]]))
-            new = new - np.linalg.lstsq(gram[:, :-1], gram[:, -1])[0] @ (dp + self.share * dr)
-        return new
