@@ -200,6 +200,8 @@ WRONG = {
     "shake().resume(Path('none'))": "none: expected the files of a run with the same mesh, laws and ranks",
     "shake(step=0.0)": "step = 0.0, least = 1e-06: expected",
     "shake(beta=-1.0)": "beta = -1.0: expected >= 0",
+    "shake(terms=Terms(drag=1.0))": "passes, drag or damping of the terms: expected none",
+    "shake(terms=Terms(passes=1))": "passes, drag or damping of the terms: expected none",
     "shake(rho=1.5)": "rho = 1.5: expected 0 to 1",
     "shake(ground=lambda t: [1.0]).advance(0.1)": "ground at 0: expected 2 finite components, not [1.0]",
     "shake(ground=lambda t: [1.0, np.nan]).advance(0.1)": "ground at 0: expected 2 finite components",

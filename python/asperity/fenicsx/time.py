@@ -80,7 +80,7 @@ class Shake:
         components, (n d,), as `np.abs(model.body([density] * d))`.  step: largest step; least: the smallest,
         step/1000 if 0.  ground: acceleration of the base at a time, (d,).  beta: damping of the solids over
         their stiffness, time; damping by mass would brake a slip.  rho: 0 to 1, from strong to no numerical
-        damping.
+        damping.  terms: without passes, drag and damping.
         """
         m, least = model, least or 1e-3 * step
         given = held(m, conditions)
@@ -93,6 +93,8 @@ class Shake:
             "" if 0.0 <= beta < np.inf else f"beta = {beta}: expected >= 0",
             "" if 0.0 <= rho <= 1.0 else f"rho = {rho}: expected 0 to 1",
             "" if np.isfinite(state.v).all() else "v of the state: expected finite numbers",
+            "" if terms is None or not (terms.passes or terms.damping or np.any(terms.drag))
+            else "passes, drag or damping of the terms: expected none, the steps have their own",
             "" if moved <= 1e-9 * largest(state.u)
             else f"values of the fixed components differ from the state by {moved:g}: they stay",
         )  # fmt: skip
