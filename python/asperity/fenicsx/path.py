@@ -289,7 +289,7 @@ class Follow:
             means.append(np.array(totals(*(inside * rows).sum(0))) / (totals(inside.sum())[0] or 1.0))
         k = int(np.argmax(np.linalg.norm(means, axis=1)))
         way = means[k] / (np.abs(means[k]).max() or 1.0)
-        text = f"nothing carries more; block {m.names[k]} moves most, along {place(way.round(3))}"
+        text = f"no equilibrium near carries more; block {m.names[k]} moves most, along {place(way.round(3))}"
         self.reason = f"stopped at {self.at:.5g}, {LIMIT_LOAD}: {text}"
 
     def _loads(self) -> Floats:
