@@ -161,7 +161,7 @@ class Pull:
         m, load = self.model, np.zeros((self.model.n, 3))
         if pressure:
             inner, size = DIAMETER**2, self.outer**2
-            given = pressure * (size + (1.0 - 2.0 * NU) * inner) / (2.0 * (1.0 - NU) * size)
+            outer_pressure = pressure * (size + (1.0 - 2.0 * NU) * inner) / (2.0 * (1.0 - NU) * size)
             r = np.hypot(m.x[:, 0], m.x[:, 1])
             at = np.flatnonzero(r > 0.5 * (DIAMETER + JACKET))
             x = m.x[at]
@@ -169,7 +169,7 @@ class Pull:
             share *= np.cos(0.25 * np.pi / around)  # of a polygon
             share[np.minimum(x[:, 0], x[:, 1]) < 1e-9] *= 0.5
             share[(x[:, 2] < 1e-9) | (x[:, 2] > LENGTH * (1.0 - 1e-9))] *= 0.5
-            load[at, :2] = -given * (share / r[at])[:, None] * x[:, :2]
+            load[at, :2] = -outer_pressure * (share / r[at])[:, None] * x[:, :2]
         return load.ravel()
 
     def row(self) -> Floats:

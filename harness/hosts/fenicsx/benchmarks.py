@@ -101,13 +101,13 @@ def dam(pressure: float, mu: float = 0.75) -> tuple[float, float]:
     pressure: of water in the joint at the heel, falling to 0 at the toe; it acts on both sides.
     """
     x, y = np.linspace(-BASE, 2.0 * BASE, 31), np.linspace(-40.0, 80.0, 13)
-    whole = grid(x, y, block=np.where(y[:-1] < 0.0, 1, 2), names={"rock": 1, "dam": 2}, sides=())
-    cells, tags = whole.cells[0].data, whole.cell_data["gmsh:physical"][0]
-    middle = whole.points[cells].mean(axis=1)[:, 0]
+    unsplit = grid(x, y, block=np.where(y[:-1] < 0.0, 1, 2), names={"rock": 1, "dam": 2}, sides=())
+    cells, tags = unsplit.cells[0].data, unsplit.cell_data["gmsh:physical"][0]
+    middle = unsplit.points[cells].mean(axis=1)[:, 0]
     kept = (tags == 1) | ((middle > 0.0) & (middle < BASE))
-    slender = whole.points.copy()
+    slender = unsplit.points.copy()
     slender[:, 0] *= 1.0 - 0.7 * np.maximum(slender[:, 1], 0.0) / 80.0
-    mesh = meshio.Mesh(slender, [("quad", cells[kept])], field_data=whole.field_data,
+    mesh = meshio.Mesh(slender, [("quad", cells[kept])], field_data=unsplit.field_data,
                        cell_data={"gmsh:physical": [tags[kept]]})  # fmt: skip
     law = Interface(Material.from_joint(kn=1e5, ks=5e4, mu=mu), Pattern.regular(0, 0.0))
     model = Model(split(mesh), {"joint": law}, 3e4, 0.2, plane="strain")

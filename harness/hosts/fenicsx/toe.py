@@ -67,9 +67,11 @@ class Toe:
         """Build the wall and press it; height: of the force above the joint."""
         material = Material.from_joint(kn=KN, ks=0.4 * KN, mu=MU, fc=FC, Gfc=Gfc, Css=Css)
         y = np.r_[-0.1 * length, np.linspace(0.0, height, 26)]
-        whole = grid(np.linspace(0.0, length, cells + 1), y, block=y[:-1] >= 0.0) if COMM.rank == 0 else None
+        unsplit = (
+            grid(np.linspace(0.0, length, cells + 1), y, block=y[:-1] >= 0.0) if COMM.rank == 0 else None
+        )
         law = Interface(material, Pattern.regular(0, 0.0))
-        mesh = split(whole) if whole else None
+        mesh = split(unsplit) if unsplit else None
         self.model = m = Model(mesh, {"joint": law}, {"block_0": 1e3 * E, "block_1": E}, 0.2, THICKNESS)
         self.N, self.height = share * FC * length * THICKNESS, height
         self.base = m.dofs(m.x[:, 1] < -0.099 * length, 0, 1)

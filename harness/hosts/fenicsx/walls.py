@@ -46,10 +46,10 @@ class Run:
         pattern = Pattern.regular(o.sides, o.theta, turn=o.turn) if o.theta else Pattern.regular(0, 0.0)
         changed = {name: float(value) for name, value in (change.split("=", 1) for change in o.joint)}
         joint_laws = laws(wall, pattern, o.height, o.tau, changed)
-        whole = mesh(wall, o.elements) if COMM.rank == 0 else None
-        names = COMM.bcast(whole.names if whole else None)
+        unsplit = mesh(wall, o.elements) if COMM.rank == 0 else None
+        names = COMM.bcast(unsplit.names if unsplit else None)
         E = {name: (STIFFER if name.startswith("beam") else 1.0) * wall.E for name in names}
-        self.model = m = Model(whole, joint_laws, E, wall.nu, wall.half_brick[1])
+        self.model = m = Model(unsplit, joint_laws, E, wall.nu, wall.half_brick[1])
         up, sides = m.d - 1, range(m.d - 1)
         (top, area), (bottom, _) = m.group("top"), m.group("bottom")
         pushed = (

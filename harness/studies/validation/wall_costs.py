@@ -134,8 +134,8 @@ def costs(summaries: pandas.DataFrame) -> str:
                 cells.append(f"{summary.iterations:.0f}, stops at {summary.end:.2f} mm")
             else:
                 errors = [signed(percent(summary[kind], best[kind])) for kind in ("peak", "work")]
-                left = [left_by_passes(summary)] if summary.by_passes else []
-                cells.append("; ".join([f"{summary.iterations:.0f}", *errors, *left]))
+                cases = [left_by_passes(summary)] if summary.by_passes else []
+                cells.append("; ".join([f"{summary.iterations:.0f}", *errors, *cases]))
         body.append([label, *cells])
     return markdown(["method", *(label for label, _ in WALLS.values())], body)
 

@@ -240,8 +240,8 @@ def store(folder: Path) -> None:
         sums.append(pandas.DataFrame([{"run": name, **{column: summary[column] for column in SUMMARY}}]))
     for file, parts, digits in (("walls_runs", paths, "%.5g"), ("walls_summaries", sums, "%.6g")):
         table = pandas.concat(parts).to_csv(index=False, float_format=digits)
-        made = "# Made by python -m harness.studies.validation.walls --fit\n"
-        (DATA / f"{file}.csv").write_text(made + table, encoding="utf-8")
+        heading = "# Made by python -m harness.studies.validation.walls --fit\n"
+        (DATA / f"{file}.csv").write_text(heading + table, encoding="utf-8")
 
 
 def curves() -> dict[str, Floats]:

@@ -84,9 +84,9 @@ def execute() -> None:
             print(f"{name}: {end.stdout.strip()}", flush=True)
         summary = json.loads(done.read_text(encoding="utf-8"))
         lines.append({"size": size, "solver": solver, **{column: summary[column] for column in COLUMNS}})
-    made = "# Made by python -m harness.studies.validation.walls --fit\n"
+    heading = "# Made by python -m harness.studies.validation.walls --fit\n"
     table = pandas.DataFrame(lines).to_csv(index=False, float_format="%.12g")
-    (DATA / "walls_scale.csv").write_text(made + table, encoding="utf-8")
+    (DATA / "walls_scale.csv").write_text(heading + table, encoding="utf-8")
 
 
 def stored() -> pandas.DataFrame:

@@ -199,8 +199,8 @@ def ends(summaries: pandas.DataFrame) -> str:
             (part.min(), part.max()) for part in (chosen.iterations, chosen.by_passes))]  # fmt: skip
         calm = chosen.calm.fillna(chosen.e_t).max()
         shares = (100.0 * chosen[name].abs().max(skipna=False) for name in ("unbalanced", "released"))
-        left, freed = ("" if np.isnan(share) else f"{share:.2g}" for share in shares)
-        body.append([label, *counts, f"{chosen.snaps.sum():.0f}", f"{calm:.1g}", left, freed])
+        remaining, freed = ("" if np.isnan(share) else f"{share:.2g}" for share in shares)
+        body.append([label, *counts, f"{chosen.snaps.sum():.0f}", f"{calm:.1g}", remaining, freed])
     head = [
         "walls",
         "factorizations",

@@ -66,5 +66,5 @@ class Bodies:
         held[fixed // self.d] = 1.0
         force, moment = self._resultants(forces.reshape(-1, self.d))
         size = np.where(self.size > 0.0, self.size, np.inf)
-        whole = np.abs(force).sum(1) + np.abs(moment).sum(1) / size
-        return float(whole[self._sums(held)[0] == 0.0].sum())
+        unbalanced = np.abs(force).sum(1) + np.abs(moment).sum(1) / size
+        return float(unbalanced[self._sums(held)[0] == 0.0].sum())

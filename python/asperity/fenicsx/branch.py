@@ -103,8 +103,8 @@ class Branch:
     def _length(self, s: Floats) -> float:
         """Root of the mean of the squares of separations (p, 3) over the area."""
         area = self.model.area
-        squares, whole = totals(area @ (s**2).sum(1), area.sum())
-        return float(np.sqrt(squares / (whole or 1.0)))
+        squares, total_area = totals(area @ (s**2).sum(1), area.sum())
+        return float(np.sqrt(squares / (total_area or 1.0)))
 
     def to(self, ended: Callable[[State], bool]) -> Iterator[Report]:
         """Take steps until a state is said to be the last, and yield the report of each.

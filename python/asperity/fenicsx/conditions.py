@@ -54,28 +54,31 @@ def _wrong(name: str, values: Floats, shape: tuple[int, ...]) -> str:
 def held(model: Model, conditions: Conditions) -> Held:
     """Check conditions; raises ValueError that names what is wrong."""
     size = model.n * model.d
-    given = np.asarray(conditions.fixed)
+    indices = np.asarray(conditions.fixed)
     kind = (
         ""
-        if not len(given) or given.dtype.kind in "iu"
-        else f"fixed of the type {given.dtype}: expected indices"
+        if not len(indices) or indices.dtype.kind in "iu"
+        else f"fixed of the type {indices.dtype}: expected indices"
     )
     agree(kind)
-    given = given.astype(np.int64)
+    indices = indices.astype(np.int64)
     values, load = doubles("values", conditions.values), doubles("load", conditions.load)
-    low, high = given.min(initial=0), given.max(initial=0)
+    low, high = indices.min(initial=0), indices.max(initial=0)
     agree(
         ""
         if 0 <= low and high < max(size, 1)
         else f"fixed {low} to {high}: expected components 0 to {size - 1}",
-        _wrong("values", values, given.shape),
+        _wrong("values", values, indices.shape),
         _wrong("load", load, (size,)),
     )  # fmt: skip
-    fixed, first, back = np.unique(given, return_index=True, return_inverse=True)
-    all_values = np.broadcast_to(values, given.shape)
-    own = all_values[first]
-    twice = np.flatnonzero(own[back] != all_values)
+    fixed, first, back = np.unique(indices, return_index=True, return_inverse=True)
+    all_values = np.broadcast_to(values, indices.shape)
+    first_values = all_values[first]
+    twice = np.flatnonzero(first_values[back] != all_values)
     agree(
-        *(f"component {given[k]}: prescribed as {own[back[k]]:g} and as {all_values[k]:g}" for k in twice[:1])
+        *(
+            f"component {indices[k]}: prescribed as {first_values[back[k]]:g} and as {all_values[k]:g}"
+            for k in twice[:1]
+        )
     )
-    return Held(fixed, own.copy(), np.broadcast_to(load, size).copy())
+    return Held(fixed, first_values.copy(), np.broadcast_to(load, size).copy())

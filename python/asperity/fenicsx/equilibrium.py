@@ -158,13 +158,13 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
     """
     terms = terms or Terms()
     drag, ahead = _check(model, terms)
-    given, clock = held(model, conditions), Clock()
+    prescribed, clock = held(model, conditions), Clock()
     agree("" if state.u.shape == (model.n * model.d,) else "state: expected one of this model")
-    if not total(len(given.fixed)) and not total(drag.sum()):
+    if not total(len(prescribed.fixed)) and not total(drag.sum()):
         raise ValueError("nothing is fixed and there is no drag: expected components that hold the model")
     water = Water(model, conditions.pressures, conditions.flows)
-    load = given.load + water.outer
-    q = equations_of(model, given.fixed, terms.options)
+    load = prescribed.load + water.outer
+    q = equations_of(model, prescribed.fixed, terms.options)
     first, rates = water.at(state.s)
     p = first if terms.openings is None else water.at(terms.openings)[0]
     x, balanced, spent = state.u + ahead, p, np.zeros(3, int)
@@ -175,7 +175,7 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
             reason = f"the pressure of water still changes by {left:.2g} after {MOST_WATER} equilibria"
             break
         equilibria += 1
-        task = Task(given.values, load, p, terms.dt, drag, terms.damping, terms.tolerance, terms.search)
+        task = Task(prescribed.values, load, p, terms.dt, drag, terms.damping, terms.tolerance, terms.search)
         try:
             if terms.passes:
                 aim = state.s if terms.aim is None else terms.aim
@@ -230,7 +230,7 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
         done.found.balance.reaction if done else nothing,
         x,
         load,
-        given.fixed,
+        prescribed.fixed,
         first,
         p,
         rates,

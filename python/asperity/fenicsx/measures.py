@@ -58,12 +58,12 @@ def measure(model: Model, name: str, state: State, before: State | None = None) 
     if before is not None:
         slides = pressed & (state.joints[k][:, friction] > before.joints[k][:, friction])
     forces = np.where(pressed, -effective[:, 0], 0.0) * area
-    whole, broken, apart, held, moving, normal, *rest = totals(
+    total_area, broken, apart, held, moving, normal, *rest = totals(
         area.sum(), area @ cracked, area @ (cracked & ~pressed), area @ pressed, area @ slides, forces.sum(),
         *(area @ x), *(forces @ x), *(area @ effective[:, 1:]),
     )  # fmt: skip
     d = model.d
-    middle, place = np.array(rest[:d]) / (whole or 1.0), np.array(rest[d : 2 * d]) / (normal or np.nan)
+    middle, place = np.array(rest[:d]) / (total_area or 1.0), np.array(rest[d : 2 * d]) / (normal or np.nan)
     shear, away = np.r_[0.0, rest[2 * d :]], place - middle
     distance, resisted = float(np.linalg.norm(away)), float(np.linalg.norm(shear))
     edge = 0.0
@@ -71,7 +71,7 @@ def measure(model: Model, name: str, state: State, before: State | None = None) 
         along = (x - middle)[area > 0.0] @ (away / distance)
         edge = max(COMM.allgather(float(along.max(initial=0.0))))
     return Measures(
-        whole,
+        total_area,
         broken,
         apart,
         largest(np.maximum(s[:, 0], 0.0)),

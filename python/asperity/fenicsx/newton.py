@@ -55,7 +55,7 @@ would judge the preconditioned residual, which falls long before that of the equ
 STALE, STALE_RTOL = 4, 1e-3
 """Iterations of GMRES with the factor of an iteration before, in space, and by how much they reduce."""
 
-VANISHED = 1e-3
+SMALLEST_SHARE = 1e-3
 """Share of the largest forces of the steps before below which forces count as this share."""
 
 SOFT = 1e-8
@@ -64,7 +64,7 @@ SOFT = 1e-8
 It is that of each component: a share of the largest one would slow down what stands on a stiff foundation.
 """
 
-THROWN = 1e3
+SINGULAR = 1e3
 """Residual over the forces, or over the first one, beyond which the tangent was singular.
 
 The iteration is then taken again with a softened one: from a block that flew off there is no way back.
@@ -78,7 +78,7 @@ no iteration makes it smaller. It is .49 to .57 of that in a dam of 3e12 to 3e17
 The forces on each loose body, in which the solids have no part, must be below the tolerance or FINEST, too.
 """
 
-NEAR = 100.0
+PATIENT_BELOW = 100.0
 """Residual over the largest one that counts as none below which no attempt is given up early."""
 
 HOPELESS = 10, 5, 0.9, 0.2
@@ -262,11 +262,11 @@ class Solver:
 
     def __init__(self, A: PETSc.Mat, d: int, options: str, symmetric: bool) -> None:
         """Choose Cholesky for LU and conjugate gradients for FGMRES where the tangent is symmetric."""
-        given, database = words_of(options), PETSc.Options()
-        multigrid = given.get("pc_type") == "gamg"
+        chosen, database = words_of(options), PETSc.Options()
+        multigrid = chosen.get("pc_type") == "gamg"
         database.setValue("options_left", 0)
         prefix = PREFIX + ("symmetric_" if symmetric else "")
-        for name, value in (words_of(DIRECT) | (words_of(MULTIGRID) if multigrid else {}) | given).items():
+        for name, value in (words_of(DIRECT) | (words_of(MULTIGRID) if multigrid else {}) | chosen).items():
             database.setValue(prefix + name, value)
         self.ksp = ksp = PETSc.KSP().create(COMM)
         ksp.setOptionsPrefix(prefix)
@@ -278,7 +278,7 @@ class Solver:
             kind = pc.getFactorSolverType()
             pc.setType(PETSc.PC.Type.CHOLESKY)
             pc.setFactorSolverType(kind)
-        if symmetric and multigrid and "ksp_type" not in given:
+        if symmetric and multigrid and "ksp_type" not in chosen:
             ksp.setType(PETSc.KSP.Type.CG)
             ksp.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
         self.stale: PETSc.KSP | None = None
@@ -363,7 +363,7 @@ def balance_of(q: Equations, start: State, task: Task, x: Floats, t: Floats) -> 
     full = (reaction + task.drag / task.dt * moved) * q.free
     parts = np.abs(full).sum(), np.abs(reaction[q.fixed]).sum(), m.diagonal @ np.abs(x)
     residual, reactions, solids, *loads = totals(*parts, np.abs(task.load).sum(), m.area @ task.p)
-    size, floor = max(reactions, *loads, VANISHED * start.scale), ROUNDING * solids
+    size, floor = max(reactions, *loads, SMALLEST_SHARE * start.scale), ROUNDING * solids
     enough = task.tolerance * size
     if enough < residual <= min(floor, COARSEST * size):
         outer = m.pulled(t) - task.load + task.drag / task.dt * moved
@@ -425,7 +425,7 @@ def newton(
                 return found(True)
             if iteration == 0:
                 first = now.residual
-            elif now.residual > THROWN * max(first, now.size) and not floating:
+            elif now.residual > SINGULAR * max(first, now.size) and not floating:
                 floating, (x, s, response) = True, before
                 balance(response)
                 residuals[-1] = now.residual
@@ -466,7 +466,7 @@ def hopeless(residuals: list[float], enough: float) -> bool:
         return False
     now = min(residuals[-last:])
     fallen = now <= least * min(residuals[:-last]) or now <= before * residuals[-last - 1]
-    return not fallen and now > NEAR * enough
+    return not fallen and now > PATIENT_BELOW * enough
 
 
 def _searched(

@@ -34,8 +34,8 @@ class Output:
         self.folder = paraview.folder_of(self.pvd)
         kind = {there: here for here, there in NAMES.items()}
         self.kind = kind.get(name := m.mesh.topology.cell_name(), name)
-        own = m.mesh.topology.index_map(m.d).size_local
-        self.solids = m.V.dofmap.list[:own][:, np.argsort(BASIX[self.kind])]
+        local_cells = m.mesh.topology.index_map(m.d).size_local
+        self.solids = m.V.dofmap.list[:local_cells][:, np.argsort(BASIX[self.kind])]
         x = m.V.tabulate_dof_coordinates()[m.sides]
         self.near = np.ptp(x, axis=0).max((1, 2)) < 1e-9 * np.ptp(m.x)  # those across a period are not drawn
         low, high = m.sides[:, self.near]

@@ -70,9 +70,9 @@ def by_passes(
         if not found.good:
             break
         floating = floating or found.floating
-        damage, force, own = _errors(equations, start, task, found, at, clock)
+        damage, force, unbalanced = _errors(equations, start, task, found, at, clock)
         size = found.balance.size
-        errors, residual = (damage, share(force, size)), share(own, size)
+        errors, residual = (damage, share(force, size)), share(unbalanced, size)
         if (damage < SAME_DAMAGE and errors[1] < SAME_FORCE) or passes == most:
             break
         x, at = found.x, found.s

@@ -186,9 +186,9 @@ class Follow:
             raise Stopped(self.reason)
         if self.branch:
             return self._along(self.branch, end)
-        left = end - self.at
-        last = abs(left) <= self.step * (1.0 + 1e-6)  # no step of rounding errors is left
-        move = left if last else float(np.copysign(self.step, left))
+        distance = end - self.at
+        last = abs(distance) <= self.step * (1.0 + 1e-6)  # no step of rounding errors is left
+        move = distance if last else float(np.copysign(self.step, distance))
         at = end if last else self.at + move
         report, under_loads = self._attempt(at, move)
         self.report = report

@@ -101,10 +101,10 @@ class State:
             agree(message)
             return np.broadcast_to(values, (len(x), *size))
 
-        given = fem.Function(fem.functionspace(m.mesh, ("DG", 1, size)))
-        given.interpolate(lambda x: tensors(x[: m.d].T).reshape(-1, m.d**2).T)
+        tensor_field = fem.Function(fem.functionspace(m.mesh, ("DG", 1, size)))
+        tensor_field.interpolate(lambda x: tensors(x[: m.d].T).reshape(-1, m.d**2).T)
         virtual = ufl.grad(ufl.TestFunction(m.V))
-        stressed = m.assembled(m.inside(blocks) * ufl.inner(given, virtual))
+        stressed = m.assembled(m.inside(blocks) * ufl.inner(tensor_field, virtual))
         inside, on_points = m.faces_inside(blocks), np.zeros(len(m.pairs), bool)
         on_points[m.face_points[inside]] = True
         on_points &= m.area > 0.0

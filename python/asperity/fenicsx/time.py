@@ -83,8 +83,8 @@ class Shake:
         damping.  terms: without passes, drag and damping.
         """
         m, least = model, least or 1e-3 * step
-        given = held(m, conditions)
-        moved = largest(state.u[given.fixed] - given.values)
+        prescribed = held(m, conditions)
+        moved = largest(state.u[prescribed.fixed] - prescribed.values)
         mass = doubles("mass", mass)
         good = mass.shape == state.u.shape and bool(np.isfinite(mass).all()) and bool(np.all(mass > 0.0))
         agree(
@@ -99,15 +99,15 @@ class Shake:
             else f"values of the fixed components differ from the state by {moved:g}: they stay",
         )  # fmt: skip
         self.model, self.mass, self.ground, self.beta = m, mass.copy(), ground, beta
-        self.conditions = replace(conditions, fixed=given.fixed, values=state.u[given.fixed])
+        self.conditions = replace(conditions, fixed=prescribed.fixed, values=state.u[prescribed.fixed])
         self.water = Water(m, conditions.pressures, conditions.flows)
-        self.load, self.terms = given.load, terms or Terms(tolerance=1e-8)
+        self.load, self.terms = prescribed.load, terms or Terms(tolerance=1e-8)
         self.am = (rho - 1.0) / (rho + 1.0)
         self.gamma, self.newmark = 0.5 - self.am, 0.25 * (1.0 - self.am) ** 2
         self.most, self.least, self.next = step, least, step
         self.cuts, self.taken, self.gained, self.reason = 0, 0, 0.0, ""
         self.free = np.ones(state.u.shape)
-        self.free[given.fixed] = 0.0
+        self.free[prescribed.fixed] = 0.0
         self.report: Report | None = None
         # the joints at rest, without a rate of their dashpots
         p, _ = self.water.at(state.s)
@@ -131,10 +131,12 @@ class Shake:
         """Loads and inertia of the base at a time."""
         if self.ground is None:
             return self.load
-        m, given = self.model, doubles(f"ground at {t:g}", self.ground(t))
-        good = given.shape == (m.d,) and bool(np.isfinite(given).all())
-        agree("" if good else f"ground at {t:g}: expected {m.d} finite components, not {given.tolist()}")
-        return self.load - self.mass * np.tile(given, m.n)
+        m, acceleration = self.model, doubles(f"ground at {t:g}", self.ground(t))
+        good = acceleration.shape == (m.d,) and bool(np.isfinite(acceleration).all())
+        agree(
+            "" if good else f"ground at {t:g}: expected {m.d} finite components, not {acceleration.tolist()}"
+        )
+        return self.load - self.mass * np.tile(acceleration, m.n)
 
     def _energies(self, state: State, damped: float, work: float) -> Ledger:
         """Energies of a state, with sums since the start."""
@@ -157,9 +159,9 @@ class Shake:
             return False
         if self.reason:
             raise Stopped(self.reason)
-        left = end - self.at
-        last = left <= self.next * (1.0 + 1e-6)
-        dt = left if last else min(self.next, 0.5 * left)  # no step of a tiny rest
+        duration = end - self.at
+        last = duration <= self.next * (1.0 + 1e-6)
+        dt = duration if last else min(self.next, 0.5 * duration)  # no step of a tiny rest
         state, ledger, message = self._solve(end if last else self.at + dt, dt)
         size, gain, risen = self._size, 0.0, 0.0
         if state:
