@@ -82,18 +82,21 @@ def mohr_coulomb(rng: np.random.Generator, count: int = 0, length: int = 0) -> D
     slope = float(np.tan(np.radians(theta)))
 
     def state(u: float, pressure: float) -> tuple[float, float]:
-        left = np.exp(-u * slope / height)
-        opening, now = height * (1.0 - left), slope * left
+        remaining = np.exp(-u * slope / height)
+        opening, now = height * (1.0 - remaining), slope * remaining
         return (pressure + k_N * opening) * (mu + now) / (1.0 - mu * now), opening
 
     def test(pressure: float, rows: int) -> Test:
         end = 4.0 * height / slope
         slips = np.linspace(end / rows, end, rows)
-        own = slips_behind_spring(slips, lambda u: state(u, pressure)[0], stiffness)
+        slips_of_joint = slips_behind_spring(slips, lambda u: state(u, pressure)[0], stiffness)
         tau = np.array(
-            [state(u, pressure)[0] if u > 0.0 else stiffness * s for u, s in zip(own, slips, strict=True)]
+            [
+                state(u, pressure)[0] if u > 0.0 else stiffness * s
+                for u, s in zip(slips_of_joint, slips, strict=True)
+            ]
         )
-        return Test(slips, tau, np.array([state(u, pressure)[1] for u in own]), pressure, k_N)
+        return Test(slips, tau, np.array([state(u, pressure)[1] for u in slips_of_joint]), pressure, k_N)
 
     pressures = sorted(rng.uniform(0.4, 2.5, count or int(rng.integers(1, 5))).tolist())
     for pressure in pressures:
@@ -147,21 +150,27 @@ def specimens(rng: np.random.Generator, least: int = 3, most: int = 6) -> Drawn:
         slope = float(np.tan(np.radians(theta)))
 
         def state(u: float) -> tuple[float, float]:
-            left = max(0.0, 1.0 - 0.5 * u * slope / height) if line else float(np.exp(-u * slope / height))
-            now, rest = slope * left, left**2 if line else left
+            remaining = (
+                max(0.0, 1.0 - 0.5 * u * slope / height) if line else float(np.exp(-u * slope / height))
+            )
+            now, rest = slope * remaining, remaining**2 if line else remaining
             return pressure * (mu + now) / (1.0 - mu * now), height * (1.0 - rest)
 
         end = 4.0 * height / slope
         slips = np.linspace(end / rows, end, rows)
-        own = slips_behind_spring(slips, lambda u: state(u)[0], stiffness)
-        tau = np.array([state(u)[0] if u > 0.0 else stiffness * s for u, s in zip(own, slips, strict=True)])
-        return Test(slips, tau, np.array([state(u)[1] for u in own]), pressure)
+        slips_of_joint = slips_behind_spring(slips, lambda u: state(u)[0], stiffness)
+        tau = np.array(
+            [state(u)[0] if u > 0.0 else stiffness * s for u, s in zip(slips_of_joint, slips, strict=True)]
+        )
+        return Test(slips, tau, np.array([state(u)[1] for u in slips_of_joint]), pressure)
 
     pressures = sorted(rng.uniform(0.4, 3.0, int(rng.integers(least, most + 1))).tolist())
     for pressure in pressures:
         own_theta = max(1.0, theta + 2.0 * rng.normal())
-        own = (mu + 0.04 * rng.normal(), own_theta, height * float(np.exp(0.15 * rng.normal())))
-        tests.append(noisy(rng, test(pressure, int(rng.integers(30, 201)), *own), rng.uniform(0.01, 0.05)))
+        specimen = (mu + 0.04 * rng.normal(), own_theta, height * float(np.exp(0.15 * rng.normal())))
+        tests.append(
+            noisy(rng, test(pressure, int(rng.integers(30, 201)), *specimen), rng.uniform(0.01, 0.05))
+        )
     held = test(between(pressures), 100, mu, theta, height)
     return Drawn(tests, exactly(mu=mu, theta=theta, height=height), [], held)
 
@@ -173,17 +182,22 @@ def parabola(rng: np.random.Generator) -> Drawn:
     height, tests = 0.5 * slope * length, []
 
     def state(u: float, pressure: float) -> tuple[float, float]:
-        left = max(0.0, 1.0 - u / length)
-        return pressure * (mu + slope * left) / (1.0 - mu * slope * left), height * (1.0 - left**2)
+        remaining = max(0.0, 1.0 - u / length)
+        return pressure * (mu + slope * remaining) / (1.0 - mu * slope * remaining), height * (
+            1.0 - remaining**2
+        )
 
     def test(pressure: float, rows: int) -> Test:
         end = length * rng.uniform(1.5, 4.0)
         slips = np.linspace(end / rows, end, rows)
-        own = slips_behind_spring(slips, lambda u: state(u, pressure)[0], stiffness)
+        slips_of_joint = slips_behind_spring(slips, lambda u: state(u, pressure)[0], stiffness)
         tau = np.array(
-            [state(u, pressure)[0] if u > 0.0 else stiffness * s for u, s in zip(own, slips, strict=True)]
+            [
+                state(u, pressure)[0] if u > 0.0 else stiffness * s
+                for u, s in zip(slips_of_joint, slips, strict=True)
+            ]
         )
-        return Test(slips, tau, np.array([state(u, pressure)[1] for u in own]), pressure)
+        return Test(slips, tau, np.array([state(u, pressure)[1] for u in slips_of_joint]), pressure)
 
     pressures = sorted(rng.uniform(0.1, 2.5, int(rng.integers(1, 5))).tolist())
     for pressure in pressures:
@@ -211,9 +225,11 @@ def cohesion(rng: np.random.Generator, count: int = 0, length: int = 0) -> Drawn
         def strength(u: float) -> float:
             return max(0.0, bond * (1.0 - u * bond / (2.0 * energy))) + mu * pressure
 
-        own = slips_behind_spring(slips, strength, stiffness)
-        tau = np.array([strength(u) if u > 0.0 else stiffness * s for u, s in zip(own, slips, strict=True)])
-        dilation = slope / decay * (1.0 - np.exp(-decay * own))
+        slips_of_joint = slips_behind_spring(slips, strength, stiffness)
+        tau = np.array(
+            [strength(u) if u > 0.0 else stiffness * s for u, s in zip(slips_of_joint, slips, strict=True)]
+        )
+        dilation = slope / decay * (1.0 - np.exp(-decay * slips_of_joint))
         return Test(slips, tau, dilation if dilates else None, pressure)
 
     pressures = sorted(rng.uniform(0.1, 1.5, count or int(rng.integers(1, 5))).tolist())
@@ -258,8 +274,8 @@ def barton_bandis(rng: np.random.Generator, count: int = 0, length: int = 0) -> 
         means = {"residual": float(exact.tau[end].mean()), "dilation": float(exact.dilation[end].mean())}
         numbers.append({"peak": float(exact.tau.max()), **means})
     high, low = (jrc * np.log10(jcs / pressure) for pressure in (pressures[0], pressures[-1]))
-    left = np.interp(8.0, at, [0.0, 0.0, 0.75, 1.0, 0.85, 0.7, 0.5])
-    ends = (phi_r + 0.5 * left * low, phi_r + 0.5 * high)
+    mobilised = np.interp(8.0, at, [0.0, 0.0, 0.75, 1.0, 0.85, 0.7, 0.5])
+    ends = (phi_r + 0.5 * mobilised * low, phi_r + 0.5 * high)
     truth = {"mu": (float(np.tan(np.radians(ends[0]))), float(np.tan(np.radians(ends[1]))))}
     held = test(between(pressures), 100) if len(pressures) > 1 else None
     return Drawn(tests, truth, numbers, held)
@@ -329,8 +345,8 @@ def parabolic_strokes(rng: np.random.Generator) -> Drawn:
         height = slope * amplitude * rng.uniform(0.2, 0.6)
 
         def asperities(u: float, _: float) -> tuple[float, float]:
-            left = max(0.0, 1.0 - 0.5 * u * slope / height)
-            return slope * left, height * (1.0 - left**2)
+            remaining = max(0.0, 1.0 - 0.5 * u * slope / height)
+            return slope * remaining, height * (1.0 - remaining**2)
 
         return asperities, {"height": height}
 

@@ -102,10 +102,10 @@ def _constant(chosen: Solution) -> bool:
     """Whether the tests exclude asperities with the softening of the bond and a strength that grows."""
     if np.ptp([abs(test.pressed) for test in chosen.problem.tests]) == 0.0:
         return False
-    whole, ratio = _scaled(chosen.problem), np.inf
-    coarse, own = _scaled(chosen.problem.coarse()), max(chosen.mean_squares["tau"], 1e-12)
+    scaled, ratio = _scaled(chosen.problem), np.inf
+    coarse, mean_square = _scaled(chosen.problem.coarse()), max(chosen.mean_squares["tau"], 1e-12)
     for x in (chosen.x, solve(coarse, chosen.x, SEARCHED)[0]):
-        ratio = min(ratio, float(np.mean(residuals(whole, x) ** 2)) / own)
+        ratio = min(ratio, float(np.mean(residuals(scaled, x) ** 2)) / mean_square)
     return independent(chosen)["tau"] * float(np.log(max(ratio, 1e-12))) >= GAIN
 
 
@@ -123,16 +123,16 @@ def share_of_bond(solution: Solution) -> float:
     return share
 
 
-def unseen_bond(chosen: Solution, auto: bool, given: Mapping[str, float]) -> tuple[str, str]:
+def unseen_bond(chosen: Solution, auto: bool, of_user: Mapping[str, float]) -> tuple[str, str]:
     """Reason and note, empty where there is none, of a bond that no row shows.
 
-    auto: whether the ladder chose it; given: values of the user, which are accepted.
+    auto: whether the ladder chose it; of_user: values of the user, which are accepted.
     """
     share = share_of_bond(chosen)
     if share >= GOOD:
         return "", ""
     text = f"the rows do not show the bond, which carries at most {share:.1%} of the largest traction"
-    if {"sigma0", "Gc"} <= {*given}:
+    if {"sigma0", "Gc"} <= {*of_user}:
         return "", f"{text}: its constants are assumed"
     help_ = "--joint rock" if auto else "--set sigma0= and Gc="
     return f"{text}: {help_}, or rows at smaller slips", ""

@@ -150,9 +150,10 @@ def refuse_copies(names: Sequence[str], columns: Sequence[Sequence[Floats]]) -> 
     every = zip(*columns, strict=True)
     sizes = [max(1e-300, *(float(np.abs(column).max()) for column in same)) for same in every]
     seen: list[tuple[str, set[tuple[float, ...]]]] = []
-    for name, own in zip(names, columns, strict=True):
+    for name, columns_of_test in zip(names, columns, strict=True):
         parts = (
-            np.round(column / size, SAME_DIGITS).tolist() for column, size in zip(own, sizes, strict=True)
+            np.round(column / size, SAME_DIGITS).tolist()
+            for column, size in zip(columns_of_test, sizes, strict=True)
         )
         rows = {*zip(*parts, strict=True)}
         for name_before, theirs in seen:

@@ -111,11 +111,11 @@ def fit_closures(tests: Sequence[ClosureTest]) -> ClosureFit:
     if rows < LEAST_ROWS:
         raise ValueError(f"{rows} rows of loading: expected at least {LEAST_ROWS}")
     refuse_copies([test.name for test in tests], [[test.pressure, test.closure] for test in tests])
-    made = [_solved(tests, names) for names in (("kn",), ("kn", "closure"))]
-    counts = _independent(made[1][1], tests)
-    bic = [counts * np.log(np.mean(left**2) + 1e-12) + x.size * np.log(max(counts, 2.0)) for x, left in made]
+    fits = [_solved(tests, names) for names in (("kn",), ("kn", "closure"))]
+    counts = _independent(fits[1][1], tests)
+    bic = [counts * np.log(np.mean(left**2) + 1e-12) + x.size * np.log(max(counts, 2.0)) for x, left in fits]
     free = ("kn", "closure") if bic[1] < bic[0] - GAIN else ("kn",)
-    return _judged(tests, free, *made[len(free) - 1])
+    return _judged(tests, free, *fits[len(free) - 1])
 
 
 def _ends(tests: Sequence[ClosureTest], names: tuple[str, ...]) -> Floats:
@@ -131,7 +131,7 @@ def _values(x: Floats, names: tuple[str, ...]) -> dict[str, float]:
     return {name: float(np.exp(value)) for name, value in zip(names, x, strict=True)}
 
 
-def _left(x: Floats, tests: Sequence[ClosureTest], names: tuple[str, ...]) -> Floats:
+def _residuals(x: Floats, tests: Sequence[ClosureTest], names: tuple[str, ...]) -> Floats:
     """Law less measurement over the closure of each test, of all rows of loading."""
     values, residuals = _values(x, names), []
     for test in tests:
@@ -152,7 +152,7 @@ def _solved(
     starts = [start] if start is not None else [middle, low + 0.3 * (high - low), low + 0.1 * (high - low)]
     tries = [
         least_squares(
-            _left,
+            _residuals,
             np.clip(point, low + 1e-6, high - 1e-6),
             bounds=(low, high),
             args=(tests, names),
@@ -164,27 +164,29 @@ def _solved(
     return np.asarray(best.x), np.asarray(best.fun)
 
 
-def _independent(left: Floats, tests: Sequence[ClosureTest]) -> float:
+def _independent(residuals: Floats, tests: Sequence[ClosureTest]) -> float:
     """Number of independent rows, as that of curves of the shear traction."""
     total, ends = 0.0, np.cumsum([len(test.loading) for test in tests])
-    for r in np.split(left, ends[:-1]):
+    for r in np.split(residuals, ends[:-1]):
         rho = float(np.clip(r[:-1] @ r[1:] / max(float(r @ r), 1e-300), 0.0, 0.98))
         total += min(r.size, max(LEAST_DATA, r.size * (1.0 - rho) / (1.0 + rho)))
     return total
 
 
-def _judged(tests: Sequence[ClosureTest], free: tuple[str, ...], x: Floats, left: Floats) -> ClosureFit:
+def _judged(tests: Sequence[ClosureTest], free: tuple[str, ...], x: Floats, residuals: Floats) -> ClosureFit:
     """The fit of one model with intervals, blind predictions and its grade."""
     from scipy.stats import t as student
 
     step = 1e-5 * np.eye(x.size)
-    slopes = np.transpose([(_left(x + h, tests, free) - _left(x - h, tests, free)) / 2e-5 for h in step])
+    slopes = np.transpose(
+        [(_residuals(x + h, tests, free) - _residuals(x - h, tests, free)) / 2e-5 for h in step]
+    )
     which = np.concatenate([np.full(len(test.loading), i) for i, test in enumerate(tests)])
     place = np.concatenate([np.linspace(0.0, 1.0, len(test.loading)) for test in tests])
     part = np.minimum(PARTS - 1, (place * PARTS).astype(int))
     covariance, wide = np.zeros((x.size, x.size)), -1.0
     for groups in (part, part + PARTS * which, which)[: 3 if len(tests) > MANY else 2]:
-        spread, count = delete_one(slopes, left, groups)
+        spread, count = delete_one(slopes, residuals, groups)
         quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, max(1, count - x.size)))
         if quantile**2 * np.trace(spread) > wide:
             covariance, wide = spread * (quantile / 1.959964) ** 2, quantile**2 * float(np.trace(spread))
@@ -213,8 +215,8 @@ def _judged(tests: Sequence[ClosureTest], free: tuple[str, ...], x: Floats, left
         if most > FACTOR**2 * least or near[i]:
             text = f"{name} is not determined: {value:.3g} [{least:.3g}, {most:.3g}]"
             reasons.append(f"{text}; rows at smaller and larger pressures would show it")
-    if len(tests) == 1 and errors["loading"] > GOOD and left.size < ROWS_OF_ONE:
-        text = f"{left.size} rows of one test, which the law misses by {errors['loading']:.0%}"
+    if len(tests) == 1 and errors["loading"] > GOOD and residuals.size < ROWS_OF_ONE:
+        text = f"{residuals.size} rows of one test, which the law misses by {errors['loading']:.0%}"
         reasons.append(f"{text}: another test would help")
     notes = ["the closure counts from the first row of each test, and only the first loading is fitted"]
     later = sum(test.pressure.size - len(test.loading) - len(test.unloading) for test in tests)

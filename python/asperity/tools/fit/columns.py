@@ -39,8 +39,8 @@ def columns_of(table: Table, renamed: Mapping[str, str], optional: bool, forces:
     """
     headers, lower = table.headings, [name.lower() for name in table.names]
     there = f"{table.path}: line {table.line}: columns {', '.join(headers)}: expected"
-    given = {name: table.places(header) for name, header in renamed.items()}
-    missing = [renamed[name] for name, places in given.items() if not places]
+    places_of = {name: table.places(header) for name, header in renamed.items()}
+    missing = [renamed[name] for name, places in places_of.items() if not places]
     if missing:
         raise ValueError(f"{there} {', '.join(missing)}, too (--columns)")
     exact = {name.lower(): name for name in KNOWN if name not in renamed}
@@ -49,7 +49,7 @@ def columns_of(table: Table, renamed: Mapping[str, str], optional: bool, forces:
         exact.get(low, name if standard(name) in taken else standard(name))
         for name, low in zip(table.names, lower, strict=True)
     ]
-    for name, places in given.items():
+    for name, places in places_of.items():
         for place in places:
             names[place] = name
     dropped = {FORCES[name] for name in names if name in FORCES} if forces else {*FORCES}
@@ -105,14 +105,14 @@ def with_names(table: Table, renamed: Mapping[str, str], decimal: str | None) ->
     return replace(table, names=names, headings=names, units=[""] * width)
 
 
-def factors_of(where: str, given: Mapping[str, str], target: tuple[str, str]) -> list[float]:
+def factors_of(where: str, units: Mapping[str, str], target: tuple[str, str]) -> list[float]:
     """Factor of every column from its unit to that of the target, 1 where no column has a unit."""
     length, stress = (size(kind, unit) for kind, unit in zip(NONE, target, strict=True))
     wanted = {"length": length, "stress": stress, "stiffness": stress / length, "force": stress * length**2}
-    first = next((f"{name} [{unit}]" for name, unit in given.items() if unit), "")
-    without = next((name for name, unit in given.items() if first and not unit), "")
+    first = next((f"{name} [{unit}]" for name, unit in units.items() if unit), "")
+    without = next((name for name, unit in units.items() if first and not unit), "")
     if without:
         text = f"column {without} has no unit: expected one for every column, as {first} has, or none at all"
         raise ValueError(f"{where}: {text}")
-    kinds = ((KINDS[name], unit, f"{where}: {name} ") for name, unit in given.items() if first)
-    return [size(*kind) / wanted[kind[0]] for kind in kinds] or [1.0] * len(given)
+    kinds = ((KINDS[name], unit, f"{where}: {name} ") for name, unit in units.items() if first)
+    return [size(*kind) / wanted[kind[0]] for kind in kinds] or [1.0] * len(units)

@@ -192,9 +192,9 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     if isinstance(tests[0], ShearTest):
         with shown_warnings() as of_fit, progress() as tick:
             result = fit(tests, options.joint, known, free, options.sides, options.direction, tick)
-        made, slip = result.interface, max(float(abs(t.slip).max()) for t in result.tests)
+        joint, slip = result.interface, max(float(abs(t.slip).max()) for t in result.tests)
         pressed = [test.pressed for test in result.tests]
-        of_model = list(model_warnings(made.material, made.pattern, *pressed, slip=slip))
+        of_model = list(model_warnings(joint.material, joint.pattern, *pressed, slip=slip))
         warned = [*warned, *of_fit, *of_model]
     else:
         closes = isinstance(tests[0], ClosureTest)

@@ -132,13 +132,13 @@ def _checked(
         # without a pressure no row shows the friction
         known.setdefault("mu", 0.0)
     if free is not None:
-        given = {*free, *known}
-        needed = ["sigma0", "Gc", "mu"] if {"sigma0", "Gc"} & given else ["mu"]
-        if len(needed) == 1 and not {KS, KT} & given:
+        constants = {*free, *known}
+        needed = ["sigma0", "Gc", "mu"] if {"sigma0", "Gc"} & constants else ["mu"]
+        if len(needed) == 1 and not {KS, KT} & constants:
             needed.append(KS)
         if {"height", "crush", "W0", "flat"} & {*free}:
             needed.append("theta")
-        missing = next((name for name in needed if name not in given), "")
+        missing = next((name for name in needed if name not in constants), "")
         if missing:
             raise ValueError(f"{missing}: expected it among the free ones, or a value, --set {missing}=")
     check_known(known)
@@ -159,12 +159,12 @@ def _fit(
     models: list[Model],
     direction: float,
     tick: Callable[[str], object],
-    given: bool = False,
+    of_user: bool = False,
     measured: bool = True,
 ) -> Fit:
     """Fit by a ladder of models; without the dilation where the law does not meet it.
 
-    given: the model is that of the user, which no other one replaces.
+    of_user: the model is that of the user, which no other one replaces.
     measured: whether a test had a dilation.
     """
     solutions: list[Solution] = []
@@ -180,8 +180,8 @@ def _fit(
         ]
         solutions.append(searched(tests, model, [*starts, guess], direction))
     index, bic = choose(solutions)
-    index = index if given else in_place_of_bond(solutions, index, bic)
-    chosen, notes = (solutions[index], []) if given else _spring(tests, solutions[index], guess, direction)
+    index = index if of_user else in_place_of_bond(solutions, index, bic)
+    chosen, notes = (solutions[index], []) if of_user else _spring(tests, solutions[index], guess, direction)
     scatter = chosen.scatter
     weight = 1.0
     if "dilation" in scatter:
@@ -189,23 +189,24 @@ def _fit(
     tick("all rows")
     chosen = refitted(chosen, tests, weight=weight)
     tick("other assumptions")
-    law, forms = chosen, shaped(chosen, tests, models[0].fixed, given)
+    law, forms = chosen, shaped(chosen, tests, models[0].fixed, of_user)
     usable = [form for form in forms if not form.model.shape.startswith(WITHOUT)]
     values = criteria([chosen, *usable])
     # a stiffness of the joint that the user gives has no closed form
     if min(values) < min(values[:2]) - GAIN and KS not in models[0].fixed:
         # the constants of the shape that the tests have mean the same, and give the law their peaks and ends
         chosen = usable[int(np.argmin(values[1:]))]
-        own = ", ".join(f"{n} {law.values[n]:.3g}" for n in law.model.free if n not in SPRINGS)
+        constants = ", ".join(f"{n} {law.values[n]:.3g}" for n in law.model.free if n not in SPRINGS)
         notes.append(
-            f"the tests have another shape than the law, {chosen.model.shape}; the law's own best: {own}"
+            f"the tests have another shape than the law, {chosen.model.shape}; the law's own best: "
+            f"{constants}"
         )
     assumptions = [*assumed(chosen, law, tests, forms)]
     told = (assumption for assumption in assumptions if assumption.name in BETTER)
     preferred = min(told, key=lambda assumption: assumption.difference, default=None)
     if preferred and preferred.difference < -GAIN:
-        own = ", ".join(f"{name} {preferred.values[name]:.3g}" for name in preferred.parts)
-        notes.append(f"{BETTER[preferred.name.split(',')[0]]}: {own}")
+        constants = ", ".join(f"{name} {preferred.values[name]:.3g}" for name in preferred.parts)
+        notes.append(f"{BETTER[preferred.name.split(',')[0]]}: {constants}")
     if chosen.problem.is_closed_form:
         problem = of_law(chosen, tests, weight)
         law = Solution(replace(chosen.model, shape=LAW), problem, chosen.x, residuals(problem, chosen.x))

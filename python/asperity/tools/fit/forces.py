@@ -21,14 +21,14 @@ def over_area(rows: DataFrame, area: Area, forces: Mapping[str, str]) -> tuple[D
 
     forces: names of the tractions by those of the forces.
     """
-    given = [name for name in forces if name in rows]
+    columns = [name for name in forces if name in rows]
     slip = rows["slip"].fillna(0.0).to_numpy() if "slip" in rows else np.zeros(len(rows))
     over = area(slip)
-    made = {forces[name]: rows[name] / over for name in given}
-    changed = rows.drop(columns=given).assign(**made)
-    if {"peak", "residual"} & {*made}:
+    tractions = {forces[name]: rows[name] / over for name in columns}
+    changed = rows.drop(columns=columns).assign(**tractions)
+    if {"peak", "residual"} & {*tractions}:
         return changed, bool(np.ptp(area(np.array([0.0, 1e-6]))) > 0.0)
-    return changed, "normal_force" in given and bool(np.ptp(over) > 0.0)
+    return changed, "normal_force" in columns and bool(np.ptp(over) > 0.0)
 
 
 def shrinking(area: Area | None, rows: DataFrame) -> Floats | float:

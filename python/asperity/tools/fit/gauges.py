@@ -45,8 +45,8 @@ class Started(Rigid):
 
         def at(starts: Floats) -> tuple[Floats, Floats, Floats]:
             """Sum of squares, strength and opening, a row for each start of the slip."""
-            own = slips - starts[:, None]
-            strength, opening = np.interp(own, outside, tau), np.interp(own, outside, s_N)
+            slips_of_test = slips - starts[:, None]
+            strength, opening = np.interp(slips_of_test, outside, tau), np.interp(slips_of_test, outside, s_N)
             squares = np.sum(((strength[:, 1:] - test.tau) / of_tau) ** 2, axis=1)
             if test.s_N is not None:
                 opening = opening + np.mean(test.s_N - opening[:, 1:], axis=1)[:, None]
@@ -92,7 +92,7 @@ def with_shape(form: Solution, shape: str) -> Solution:
 
 def with_starts(form: Solution) -> Solution:
     """Fit of a closed form from the starts of the gauges that fit best."""
-    own, shape = form.problem, form.model.shape
-    rest = (own.free, own.fixed, own.sides, own.direction, own.increments)
-    other = Started(own.tests, *rest, own.weight, shape)
+    problem, shape = form.problem, form.model.shape
+    rest = (problem.free, problem.fixed, problem.sides, problem.direction, problem.increments)
+    other = Started(problem.tests, *rest, problem.weight, shape)
     return Solution(form.model, other, *solve(other, form.x, SEARCHED))

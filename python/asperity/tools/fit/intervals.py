@@ -83,17 +83,17 @@ def spreads(solution: Solution, left_out: Sequence[Solution] = ()) -> list[Sprea
     """
     if not solution.x.size:
         return []
-    slopes, made = solution.slopes, []
+    slopes, results = solution.slopes, []
     for groups in _groups(solution, slopes):
         covariance, count = delete_one(slopes, solution.residuals, groups)
-        made.append(Spread(covariance, count - solution.x.size))
+        results.append(Spread(covariance, count - solution.x.size))
     if len(left_out) > 1:
-        made.append(of_left_out(solution, left_out))
+        results.append(of_left_out(solution, left_out))
     freedom = solution.residuals.size - solution.x.size
     if freedom >= 1:
         scale = float(solution.residuals @ solution.residuals) / freedom
-        made.append(Spread(scale * _inverse(slopes), freedom))
-    return made
+        results.append(Spread(scale * _inverse(slopes), freedom))
+    return results
 
 
 def of_left_out(solution: Solution, without: Sequence[Solution]) -> Spread:
@@ -130,11 +130,11 @@ def _groups(solution: Solution, slopes: Floats) -> Iterator[np.ndarray]:
     ways = [np.cumsum(np.abs(np.diff(slip))) for slip in slips]
     way = np.array([ways[t][r] / ways[t][-1] for t, r in zip(test, rows.row, strict=True)])
     for kind in {*column.tolist()}:
-        own = np.flatnonzero(column == kind)
-        own = own[np.argsort(way[own], kind="stable")]
-        total = np.cumsum(share[own] + 1e-9)
-        place = (total - 0.5 * share[own]) / total[-1] * PARTS
-        part[own] = np.clip(place, 0, PARTS - 1).astype(int)
+        members = np.flatnonzero(column == kind)
+        members = members[np.argsort(way[members], kind="stable")]
+        total = np.cumsum(share[members] + 1e-9)
+        place = (total - 0.5 * share[members]) / total[-1] * PARTS
+        part[members] = np.clip(place, 0, PARTS - 1).astype(int)
     each = part + PARTS * column
     yield each
     yield each + 2 * PARTS * test
@@ -146,9 +146,9 @@ def delete_one(slopes: Floats, residuals: Floats, groups: np.ndarray) -> tuple[F
     information = slopes.T @ slopes
     ridge = RIDGE * np.diag(np.diag(information))
     for label in labels:
-        own = groups == label
-        rest = information - slopes[own].T @ slopes[own] + ridge
-        moves.append(np.linalg.lstsq(rest, slopes[own].T @ residuals[own], rcond=1e-12)[0])
+        members = groups == label
+        rest = information - slopes[members].T @ slopes[members] + ridge
+        moves.append(np.linalg.lstsq(rest, slopes[members].T @ residuals[members], rcond=1e-12)[0])
     moved = np.array(moves)
     return (len(labels) - 1) / len(labels) * (moved.T @ moved), len(labels)
 

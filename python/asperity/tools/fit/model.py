@@ -91,10 +91,10 @@ def from_scale(name: str, x: ArrayLike) -> Floats:
 
 def material_of(values: Mapping[str, float]) -> Material:
     """Material of constants by name, or their defaults; with ks that of a joint without bond."""
-    given = {name: values[name] for name in MATERIAL if name in values}
+    constants = {name: values[name] for name in MATERIAL if name in values}
     if KS not in values:
-        return Material(**given)
-    return Material.from_joint(kn=given.pop("kc") * values[KS], ks=values[KS], **given)
+        return Material(**constants)
+    return Material.from_joint(kn=constants.pop("kc") * values[KS], ks=values[KS], **constants)
 
 
 def rows_of(test: ShearTest, rows: slice | NDArray[np.intp]) -> ShearTest:
@@ -219,9 +219,9 @@ class Problem:
             model += columns
             lost += [rows >= done] * len(columns)
         measured, scales, weights = self.measured
-        left = (np.concatenate(model) - measured) / scales
-        left = np.where(np.isfinite(left), left, PENALTY) + PENALTY * np.concatenate(lost)
-        return np.asarray(weights * left)
+        residual = (np.concatenate(model) - measured) / scales
+        residual = np.where(np.isfinite(residual), residual, PENALTY) + PENALTY * np.concatenate(lost)
+        return np.asarray(weights * residual)
 
     def coarse(self) -> Problem:
         """Problem with few rows and increments, on which the starts search."""

@@ -127,18 +127,18 @@ def predict(
 
     problem, values = problem_of(joint.props()), {KT: spring}
     curves = problem.curves(values)
-    made, squares = [], dict[str, list[float]](tau=[], dilation=[])
+    curves_of_tests, squares = [], dict[str, list[float]](tau=[], dilation=[])
     for test, (slips, rows_), (tau, s_N, done) in zip(problem.tests, problem.paths, curves, strict=True):
         reached = rows_[-1] < done
         if not reached:
             raise ValueError(f"{test.name}: the joint has no equilibrium up to the slip of the test")
-        made.append((slips, rows_, tau, s_N))
+        curves_of_tests.append((slips, rows_, tau, s_N))
         squares["tau"].append(float(np.mean(((tau[rows_] - test.tau) / np.ptp(test.tau)) ** 2)))
         if test.s_N is not None and np.ptp(test.s_N) > 0.0:
             squares["dilation"].append(float(np.mean(((s_N[rows_] - test.s_N) / np.ptp(test.s_N)) ** 2)))
     comparisons = compared(problem, values)
     intervals = _intervals(comparisons, lambda props: compared(problem_of(props), values), joint, fit)
-    return Prediction(tests, comparisons, _rms(comparisons, squares), made, intervals)
+    return Prediction(tests, comparisons, _rms(comparisons, squares), curves_of_tests, intervals)
 
 
 def _intervals(
@@ -156,17 +156,17 @@ def _intervals(
             for name in square:
                 square[name] += (factor * (above.predicted[name] - below.predicted[name])) ** 2
     top = max([0.0, *(abs(row.predicted.get("dilation", 0.0)) for row in rows)])
-    made = []
+    intervals = []
     for row, square in zip(rows, squares, strict=True):
-        own = {}
+        halves = {}
         for name in row.measured:
             if name in square:
                 value, of_dilation = row.predicted[name], name == "dilation"
                 size = top if of_dilation else max(abs(value), FLOOR * abs(row.predicted.get("peak", 0.0)))
                 half = float(np.hypot(NORMAL * np.sqrt(square[name]), 2.0 * fit.error[of_dilation] * size))
-                own[name] = (value - half, value + half)
-        made.append(own)
-    return made
+                halves[name] = (value - half, value + half)
+        intervals.append(halves)
+    return intervals
 
 
 def _closures(joint: Interface, tests: Sequence[ClosureTest]) -> Prediction:

@@ -15,7 +15,7 @@ from .rigid import CONTRACTING, SHAPES, SLOPES, SOFTENINGS, WITHOUT
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, solve
 
-STARTS, OWN, AT_ONCE = "other starts", "shape of the law", "friction from the first slip on"
+STARTS, SHAPE_OF_LAW, AT_ONCE = "other starts", "shape of the law", "friction from the first slip on"
 UNCRUSHED = "the slope that the tests show"
 """Names of starts of slip and dilation that fit best, of the law beside another shape, of a bond beside which
 friction does not wait for the damage, and of a slope that the pressure does not crush.
@@ -48,11 +48,11 @@ def in_place_of_bond(solutions: Sequence[Solution], index: int, bic: Sequence[fl
 
 
 def shaped(
-    chosen: Solution, tests: Sequence[ShearTest], known: Mapping[str, float], given: bool = False
+    chosen: Solution, tests: Sequence[ShearTest], known: Mapping[str, float], of_user: bool = False
 ) -> list[Solution]:
     """Closed form of the law, and with the shapes that it does not have, of tests without reversals.
 
-    known: values of the user, which stay.  given: the model is that of the user, which has no other shape.
+    known: values of the user, which stay.  of_user: the model is that of the user, which has no other shape.
     Empty where there is no such form.
     """
     free, bond = {*chosen.model.free}, chosen.model.bond
@@ -63,7 +63,7 @@ def shaped(
     if bond:
         apart = [name for name in SHAPES if name.startswith(WITHOUT) and "theta" in free]
         names = (*SOFTENINGS, *apart)
-    return [form, *(with_shape(form, name) for name in names if not given)] if form else []
+    return [form, *(with_shape(form, name) for name in names if not of_user)] if form else []
 
 
 def slopes_of(tests: Sequence[ShearTest]) -> tuple[str, ...]:
@@ -117,7 +117,7 @@ def assumed(
         made = [(form, AT_ONCE) if bond else (with_starts(form), STARTS)]
     for solution in forms[1:]:
         name = solution.model.shape
-        made += [(solution, name)] if solution is not chosen else [(law, OWN)]
+        made += [(solution, name)] if solution is not chosen else [(law, SHAPE_OF_LAW)]
         made += [(with_starts(solution), f"{name}, {STARTS}")] if alone and not bond else []
     # crush belongs to the profile, too, and a spring goes with the start of the slip
     parts = tuple(part for part in chosen.model.free if part not in ("crush", "W0", *SPRINGS))
@@ -157,8 +157,8 @@ def halves_of(solution: Solution, left_out: Sequence[Solution] = ()) -> dict[str
 
     left_out: fits without each of the tests.
     """
-    own, halves = Intervals(solution, spreads(solution, left_out), []), {}
+    intervals, halves = Intervals(solution, spreads(solution, left_out), []), {}
     for name in solution.model.free:
-        low, high = (float(to_scale(name, end)) for end in own.of(name)[1:])
+        low, high = (float(to_scale(name, end)) for end in intervals.of(name)[1:])
         halves[name] = 0.5 * (high - low)
     return halves

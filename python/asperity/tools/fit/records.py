@@ -210,7 +210,7 @@ def _strengths(rows: DataFrame) -> list[Strength]:
     path, units = rows.attrs["path"], rows.attrs["units"]
     if rows.attrs["shrinks"]:
         raise ValueError(f"{path}: strengths of a table: expected one area, --area A")
-    given = [name for name in STRENGTHS + BESIDE if name in rows]
+    columns = [name for name in STRENGTHS + BESIDE if name in rows]
     curve = "slip" in rows and len(rows) >= LEAST_CURVE and rows.sigma_N.nunique() == 1
     if curve and bool((np.diff(rows.slip) > 0.0).all()):
         text = f"{len(rows)} rows at one pressure with growing slips are a curve"
@@ -231,7 +231,7 @@ def _strengths(rows: DataFrame) -> list[Strength]:
         lambda row: [
             Strength(
                 f"{path}: line {row[0]}",
-                **{name: float(row[1][name]) for name in given}
+                **{name: float(row[1][name]) for name in columns}
                 | {"sigma_N": sign * float(row[1].sigma_N) + 0.0},
                 units=units,
             )

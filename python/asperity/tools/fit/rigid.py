@@ -42,15 +42,15 @@ def has_closed_form(free: Sequence[str], fixed: Mapping[str, float], sides: int,
 def exponential(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
     """Slope (n,), as a share of the first one, and dilation (n,) of the profile of the law."""
     if height > 0.0 and slope > 0.0:
-        left = np.exp(-u * slope / height)
-        return left, height * (1.0 - left)
+        remaining = np.exp(-u * slope / height)
+        return remaining, height * (1.0 - remaining)
     return np.ones_like(u), u * slope if height <= 0.0 else np.zeros_like(u)
 
 
 def parabola(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
     """The same of a profile whose slope falls along a straight line, to 0 at the slip 2 height/slope."""
-    left = np.maximum(0.0, 1.0 - 0.5 * u * slope / height)
-    return left, height * (1.0 - left**2)
+    remaining = np.maximum(0.0, 1.0 - 0.5 * u * slope / height)
+    return remaining, height * (1.0 - remaining**2)
 
 
 def hyperbola(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
@@ -94,8 +94,8 @@ def decaying(way: Floats, _: float) -> Floats:
 
 def risen(way: Floats, peak: float) -> Floats:
     """The same of a bond that rises to its peak with a power of the separation, as in the Model Code."""
-    left = max(1.0 - peak / (1.0 + RISE), 1e-6)
-    soft = np.maximum(0.0, 1.0 - 0.5 * (way - peak) / left)
+    tail = max(1.0 - peak / (1.0 + RISE), 1e-6)
+    soft = np.maximum(0.0, 1.0 - 0.5 * (way - peak) / tail)
     return np.where(way < peak, (np.maximum(way, 0.0) / max(peak, 1e-300)) ** RISE, soft)
 
 

@@ -50,15 +50,15 @@ class Series(Problem):
         And the number of rows with equilibrium.
         """
         stiffness, sign = 1.0 / self.compliance(values), sign_of(test)
-        own = top * places(self.increments)
+        slips = top * places(self.increments)
         alone = test
         if test.path_N is not None:
             at = np.maximum.accumulate(np.maximum(0.0, sign * (test.slip - test.tau / stiffness)))
-            path = np.interp(own[1:], at, test.path_N)
-            alone = replace(test, slip=own[1:], tau=own[1:], s_N=None, lines=(), path_N=path)
-        tau, s_N, done = self.slid(values, alone, sign * own)
+            path = np.interp(slips[1:], at, test.path_N)
+            alone = replace(test, slip=slips[1:], tau=slips[1:], s_N=None, lines=(), path_N=path)
+        tau, s_N, done = self.slid(values, alone, sign * slips)
         # softening steeper than the spring is passed at one measured slip
-        outside = np.maximum.accumulate(own + sign * tau / stiffness) + 1e-12 * top * np.arange(own.size)
+        outside = np.maximum.accumulate(slips + sign * tau / stiffness) + 1e-12 * top * np.arange(slips.size)
         return outside, tau, s_N, done
 
     def compliance(self, values: Mapping[str, float]) -> float:

@@ -29,7 +29,7 @@ OTHERS, STEP, RENEWED, FEW = 0.3, 1.0e-3, 5, 2
 renewed; and number of steps which they are near enough to serve.
 """
 
-SEARCHED, FOUND, MOST = 1.0e-4, 1.0e-7, 40
+SEARCHED, FITTED, MOST = 1.0e-4, 1.0e-7, 40
 """Relative change of the sum of squares at which a search and fits beside the chosen one end, and the fit of
 all rows; and largest number of evaluations.
 """
@@ -130,7 +130,7 @@ def least(
     function: Function,
     x: Floats,
     ends: Floats,
-    tolerance: float = FOUND,
+    tolerance: float = FITTED,
     step: float = STEP,
     renewed: bool = True,
 ) -> tuple[Floats, Floats]:
@@ -156,7 +156,7 @@ def least(
     return solution.x, solution.fun
 
 
-def solve(problem: Problem, x: Floats, tolerance: float = FOUND) -> tuple[Floats, Floats]:
+def solve(problem: Problem, x: Floats, tolerance: float = FITTED) -> tuple[Floats, Floats]:
     """Constants and residuals at the smallest sum of squares from x on, within the plausible ranges."""
     if not x.size:
         return x, residuals(problem, x)
@@ -201,11 +201,11 @@ def searched(
     costs = [float(r @ r) for r in (residuals(problem, x) for x in points)]
     tried = {int(i) for i in np.argsort(costs)[:starts]} | ({0} if around else set())
     solutions = (solve(problem, points[i], SEARCHED) for i in sorted(tried))
-    x, left = min(solutions, key=lambda solution: float(solution[1] @ solution[1]))
+    x, residuals = min(solutions, key=lambda solution: float(solution[1] @ solution[1]))
     if exact is not problem:
         problem = exact
-        x, left = solve(exact, x, SEARCHED)
-    return Solution(model, problem, x, left)
+        x, residuals = solve(exact, x, SEARCHED)
+    return Solution(model, problem, x, residuals)
 
 
 def refitted(
@@ -213,7 +213,7 @@ def refitted(
     tests: Sequence[ShearTest],
     model: Model | None = None,
     weight: float | None = None,
-    tolerance: float = FOUND,
+    tolerance: float = FITTED,
 ) -> Solution:
     """Fit of all rows of tests with a model, from a solution of it or of another one on."""
     model = model or solution.model

@@ -83,8 +83,8 @@ def from_start(
         away = float(np.mean(slip[first] - slip[0]))
         rise = float(np.mean(s_N[first] - s_N[0])) / away if away else 0.0
         # what grows in proportion to the slip is no offset
-        own = float(np.clip(rise * slip[0] / s_N[0], 0.0, 1.0)) if s_N[0] else 0.0
-        start = float(s_N[0]) * (1.0 - own)
+        proportional = float(np.clip(rise * slip[0] / s_N[0], 0.0, 1.0)) if s_N[0] else 0.0
+        start = float(s_N[0]) * (1.0 - proportional)
         offset = abs(start) > least
         warn_if(offset, f"{text} {state}: it is counted from {start:.4g} on")
         return slip, s_N - start if offset else s_N

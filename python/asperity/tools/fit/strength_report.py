@@ -67,8 +67,8 @@ def strength_case(fit: StrengthFit) -> str:
 def strength_interface(fit: StrengthFit) -> Interface:
     """Joint of strengths, with what they do not show assumed."""
     material, pattern, _ = _joint_of(fit)
-    made = Material.from_joint if KS in material else Material
-    return Interface(made(**material), pattern)
+    constructor = Material.from_joint if KS in material else Material
+    return Interface(constructor(**material), pattern)
 
 
 def _slip(fit: StrengthFit) -> float:

@@ -17,7 +17,7 @@ from .squares import least
 from .strength import Strength
 from .verdict import FACTOR, FLOOR, GOOD, Comparison, grade_of, without_spread
 
-LEAST_TESTS, HALVINGS, GAIN, STEP, FOUND = 3, 32, 4.0, 1.0e-4, 1.0e-6
+LEAST_TESTS, HALVINGS, GAIN, STEP, FITTED = 3, 32, 4.0, 1.0e-4, 1.0e-6
 """Tests that a fit needs; bisections of the share of a crushed asperity; information criterion that each
 further constant must gain; step of the differences; and relative change at which the least squares end.
 """
@@ -50,8 +50,8 @@ def law_strengths(
             x = 2.0 * pressure / crush * np.sqrt(1.0 + t * t) / free * np.maximum(1.0 - mu * (slope - t), 0.0)
             above = share * x > np.log1p(x)
             low, high = np.where(above, low, share), np.where(above, share, high)
-    left = np.exp(-np.asarray(slip) * slope / height) if height > 0.0 else 0.0
-    peak, residual = (_climbing(pressure, mu, share * slope * part) for part in (1.0, left))
+    remaining = np.exp(-np.asarray(slip) * slope / height) if height > 0.0 else 0.0
+    peak, residual = (_climbing(pressure, mu, share * slope * part) for part in (1.0, remaining))
     bond = values.get("sigma0", 0.0)
     if bond > 0.0:
         along = values.get("sigma02", 0.0) or bond
@@ -306,15 +306,15 @@ class _Data:
         starts = [start] if start is not None else []
         for part in ((0.0, 5.0),) if "theta" not in free else ((10.0, 5.0), (25.0, 1.0)):
             theta, crush = part
-            whole = guess | {
+            constants = guess | {
                 "theta": theta,
                 "crush": crush * float(self.pressure.max()),
                 "height": 0.3 * length,
             }
             if start is None:
-                starts.append(np.array([float(to_scale(name, whole[name])) for name in free]))
+                starts.append(np.array([float(to_scale(name, constants[name])) for name in free]))
         tries = (
-            least(lambda at: self.errors(at, free), x, np.array([low, high]), FOUND, STEP) for x in starts
+            least(lambda at: self.errors(at, free), x, np.array([low, high]), FITTED, STEP) for x in starts
         )
         return min(tries, key=lambda tried: float(tried[1] @ tried[1]))[0]
 
@@ -353,7 +353,7 @@ class _Data:
 
     def compared(self, values: Mapping[str, float], only: int | None = None) -> list[Comparison]:
         """Measured and predicted strengths."""
-        made = []
+        comparisons = []
         peak, residual = self.predicted(values)
         for i, test in enumerate(self.tests):
             if only is not None and i != only:
@@ -363,8 +363,10 @@ class _Data:
             predicted = {main: float(peak[i]), "residual": float(residual[i])}
             sizes = {main: float(self.peak[i]), "residual": max(test.residual, FLOOR * test.peak)}
             errors = {name: abs(predicted[name] - value) / sizes[name] for name, value in measured.items()}
-            made.append(Comparison(test.name, measured, {name: predicted[name] for name in measured}, errors))
-        return made
+            comparisons.append(
+                Comparison(test.name, measured, {name: predicted[name] for name in measured}, errors)
+            )
+        return comparisons
 
 
 def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
@@ -483,8 +485,8 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
 def scaled_to(sizes: Floats, *covariances: Floats) -> Floats:
     """Covariance (p, p) with these standard deviations and the correlations of the largest of some."""
     matrix = max(covariances, key=lambda one: float(np.trace(one)))
-    own = np.sqrt(np.maximum(np.diag(matrix), 0.0))
-    factors = np.divide(sizes, own, out=np.ones_like(own), where=own > 0.0)
+    deviations = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    factors = np.divide(sizes, deviations, out=np.ones_like(deviations), where=deviations > 0.0)
     return np.asarray(matrix * np.outer(factors, factors))
 
 
@@ -506,7 +508,7 @@ def _others(
             # two constants meet any two peaks, and Barton has no strength without a pressure
             continue
         values = criterion.fit(data.pressure, data.peak)
-        left = criterion.strength(data.pressure, values) / data.peak - 1.0
+        errors = criterion.strength(data.pressure, values) / data.peak - 1.0
         missed: list[float] = []
         for i in range(data.peak.size) if data.peak.size > 3 else ():
             kept = np.arange(data.peak.size) != i
@@ -515,5 +517,5 @@ def _others(
                 break
             constants = criterion.fit(data.pressure[kept], data.peak[kept])
             missed.append(float(criterion.strength(data.pressure[[i]], constants)[0] / data.peak[i] - 1.0))
-        criteria.append((criterion.label, values, rms(left.tolist()), rms(missed) if missed else np.nan))
+        criteria.append((criterion.label, values, rms(errors.tolist()), rms(missed) if missed else np.nan))
     return criteria

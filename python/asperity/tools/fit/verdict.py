@@ -87,7 +87,7 @@ def compared(problem: Problem, values: Mapping[str, float], only: int | None = N
 
 def blind(solution: Solution, tests: Sequence[ShearTest]) -> tuple[list[Comparison], list[Solution]]:
     """Each test predicted by the others, with the same model; and the fit without it."""
-    made: list[Comparison] = []
+    comparisons: list[Comparison] = []
     left_out: list[Solution] = []
     for number in range(len(tests)) if len(tests) > 1 else ():
         rest = [test for i, test in enumerate(tests) if i != number]
@@ -98,9 +98,9 @@ def blind(solution: Solution, tests: Sequence[ShearTest]) -> tuple[list[Comparis
             continue
         without = refitted(solution, rest, model, tolerance=SEARCHED)
         problem, values = of_law(solution, tests), dict(without.values)
-        made += compared(problem, values, number)
+        comparisons += compared(problem, values, number)
         left_out.append(without)
-    return made, left_out
+    return comparisons, left_out
 
 
 def of_law(solution: Solution, tests: Sequence[ShearTest], weight: float = 1.0) -> Problem:
@@ -132,22 +132,22 @@ def errors_of(
     pressures = np.array([-test.pressed for test in tests])
     for label, rows in (("", fitted), ("blind ", unseen)):
         for name in ("peak", "residual", "dilation"):
-            own = [i for i, row in enumerate(rows) if name in row.errors]
-            if not own:
+            with_name = [i for i, row in enumerate(rows) if name in row.errors]
+            if not with_name:
                 continue
             off = [
                 row.errors[name] * np.sign(row.predicted[name] - row.measured[name])
                 for row in rows
                 if name in row.errors
             ]
-            noisy = [BY_NOISE * rows[i].noise.get(name, 0.0) for i in own]
+            noisy = [BY_NOISE * rows[i].noise.get(name, 0.0) for i in with_name]
             signed, of_noise = np.array(off), np.array(noisy)
             every[label + name] = float(np.sqrt(np.mean(signed**2)))
             beyond = np.sign(signed) * np.maximum(0.0, np.abs(signed) - of_noise)
-            apart = spread_of(beyond, pressures[own])
+            apart = spread_of(beyond, pressures[with_name])
             law[label + name] = without_spread(float(np.sqrt(np.mean(beyond**2))), apart)
             spread[label + name] = apart
-            worst[label + name] = rows[own[int(np.argmax(np.abs(signed)))]].test
+            worst[label + name] = rows[with_name[int(np.argmax(np.abs(signed)))]].test
     return Errors(every, law, spread, worst)
 
 
@@ -162,8 +162,8 @@ def spread_of(errors: Floats, pressures: Floats) -> float:
     freedom = errors.size - columns.shape[1]
     if freedom < 1:
         return 0.0
-    left = errors - columns @ np.linalg.lstsq(columns, errors, rcond=None)[0]
-    return float(np.sqrt(left @ left / freedom))
+    residuals = errors - columns @ np.linalg.lstsq(columns, errors, rcond=None)[0]
+    return float(np.sqrt(residuals @ residuals / freedom))
 
 
 def without_spread(error: float, spread: float) -> float:
@@ -173,7 +173,7 @@ def without_spread(error: float, spread: float) -> float:
 
 def scatter_of_law(solution: Solution, tests: Sequence[ShearTest]) -> dict[str, float]:
     """Scatter of tau and dilation without that of specimens whose whole curves are larger or smaller."""
-    problem, pressures, made = solution.problem, np.array([-test.pressed for test in tests]), {}
+    problem, pressures, scatters = solution.problem, np.array([-test.pressed for test in tests]), {}
     for name, scatter in solution.scatter.items():
         factors, sizes = [], []
         for number in range(len(tests)):
@@ -186,8 +186,8 @@ def scatter_of_law(solution: Solution, tests: Sequence[ShearTest]) -> dict[str, 
                 factors.append(1.0 - float(law @ measured) / square)
                 sizes.append(square / measured.size)
         spread = spread_of(np.array(factors), pressures[: len(factors)])
-        made[name] = without_spread(scatter, spread * float(np.sqrt(np.mean(sizes))))
-    return made
+        scatters[name] = without_spread(scatter, spread * float(np.sqrt(np.mean(sizes))))
+    return scatters
 
 
 def undetermined(estimates: Mapping[str, Estimate], at_bounds: Sequence[str]) -> list[str]:
@@ -204,12 +204,13 @@ def undetermined(estimates: Mapping[str, Estimate], at_bounds: Sequence[str]) ->
 
 def too_little(solution: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
     """Reasons why the tests cannot show what is free, whatever the intervals."""
-    own = [name for name in solution.model.free if name not in SPRINGS]
+    constants = [name for name in solution.model.free if name not in SPRINGS]
     rows, data = sum(test.slip.size for test in tests), sum(independent(solution).values())
     if rows < LEAST_ROWS:
         yield f"{rows} rows: at least {LEAST_ROWS} are needed to judge the law by"
-    if data < ROWS_EACH * len(own):
-        yield f"{data:.0f} independent data for {len(own)} constants: longer tests or further ones are needed"
+    if data < ROWS_EACH * len(constants):
+        text = f"{data:.0f} independent data for {len(constants)} constants"
+        yield f"{text}: longer tests or further ones are needed"
     if not _slides(solution):
         what = "the strength of the bond" if solution.model.bond else "mu"
         yield f"the tests end before the joint slides: {what} is not shown; longer tests are needed"
@@ -217,8 +218,8 @@ def too_little(solution: Solution, tests: Sequence[ShearTest]) -> Iterator[str]:
     scatter = solution.scatter["tau"]
     if len(tests) == 1 and not dilates and scatter > GOOD and (rows < ROWS_OF_ONE or data < NOISE * rows):
         yield f"one curve, which the law misses by {scatter:.0%}, not by noise alone: another test would help"
-    one = not dilates and len(levels) < 2 and max(levels, key=abs) and not cycles(tests)
-    if one and "theta" in own:
+    unshown = not dilates and len(levels) < 2 and max(levels, key=abs) and not cycles(tests)
+    if unshown and "theta" in constants:
         yield "one curve without dilation does not show theta: measure the dilation, or a second pressure"
 
 

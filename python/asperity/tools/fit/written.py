@@ -63,15 +63,15 @@ class Written:
         at = np.array(
             [float(to_scale(name, value)) for name, value in zip(self.names, self.values, strict=True)]
         )
-        made = []
+        pairs = []
         for size, axis in zip(np.sqrt(np.maximum(sizes, 0.0)), axes.T, strict=True):
             pair = []
             for side in (-1.0, 1.0):
                 x = at + side * step * size * axis
                 sample = [float(from_scale(name, value)) for name, value in zip(self.names, x, strict=True)]
                 pair.append(with_constants(props.tolist(), self.names, sample))
-            made.append((1.0 / (2.0 * step), pair[0], pair[1]))
-        return made
+            pairs.append((1.0 / (2.0 * step), pair[0], pair[1]))
+        return pairs
 
     def remarks(self, run: Run, covered: tuple[float, float, float]) -> Iterator[str]:
         """Lines about a case with this file, for tests with these pressures and largest slip."""
