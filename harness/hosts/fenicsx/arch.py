@@ -66,12 +66,12 @@ def collapse(
     path: Path, ratio: float, dim: int, mu: float, tan_psi: float = 0.0, pvd: Path | None = None
 ) -> tuple[float, int]:
     """Largest horizontal acceleration in g of a meshed arch, and the number of its unknowns."""
-    mesh = split(path, direction=DEEP if dim == 3 else None) if COMM.rank == 0 else None
+    jointed = split(path, direction=DEEP if dim == 3 else None) if COMM.rank == 0 else None
     pattern = (
         Pattern.regular(2, float(np.degrees(np.arctan(tan_psi)))) if tan_psi else Pattern.regular(0, 0.0)
     )
     law = Interface(Material.from_joint(kn=200.0, ks=80.0, mu=mu), pattern)
-    model = Model(mesh, {"joint": law}, E, NU, DEPTH)
+    model = Model(jointed, {"joint": law}, E, NU, DEPTH)
     down, side = (model.body((np.eye(dim)[k] * WEIGHT * sign).tolist()) for k, sign in ((1, -1.0), (0, 1.0)))
     base = model.x[:, 1] < -0.3 * ratio * R + 1e-6
     fixed, drag = model.dofs(base, *range(dim)), np.abs(down + side)

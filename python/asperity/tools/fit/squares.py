@@ -201,11 +201,11 @@ def searched(
     costs = [float(r @ r) for r in (residuals(problem, x) for x in points)]
     tried = {int(i) for i in np.argsort(costs)[:starts]} | ({0} if around else set())
     solutions = (solve(problem, points[i], SEARCHED) for i in sorted(tried))
-    x, residuals = min(solutions, key=lambda solution: float(solution[1] @ solution[1]))
+    x, misfit = min(solutions, key=lambda solution: float(solution[1] @ solution[1]))
     if exact is not problem:
         problem = exact
-        x, residuals = solve(exact, x, SEARCHED)
-    return Solution(model, problem, x, residuals)
+        x, misfit = solve(exact, x, SEARCHED)
+    return Solution(model, problem, x, misfit)
 
 
 def refitted(
