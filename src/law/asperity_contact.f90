@@ -8,7 +8,7 @@ module asperity_contact
   use asperity_types, only: local_type, material_type
   implicit none
   private
-  public :: add_dashpot, closure, contact_stiffness, hyperbolic, opening, pressure, pressure_energy
+  public :: add_dashpot, closure, closure_under, contact_stiffness, hyperbolic, opening, pressure, pressure_energy
 
 contains
 
@@ -40,6 +40,20 @@ contains
         (c - within)/(1.0_wp - within*m%inv_largest_closure)**2)
     end if
   end function pressure
+
+  !> Closure under a pressure.
+  pure function closure_under(m, p) result(c)
+    type(material_type), intent(in) :: m    !! constants
+    real(wp), intent(in) :: p               !! pressure, >= 0, over the stiffness of an open contact, length
+    real(wp) :: c
+    real(wp) :: left, within
+    c = p
+    if (m%bends) then
+      within = min(p, m%linear_from/(1.0_wp - m%linear_from*m%inv_largest_closure))
+      left = 1.0_wp/(1.0_wp + within*m%inv_largest_closure)
+      c = left*(within + left*(p - within))
+    end if
+  end function closure_under
 
   !> Derivative of the pressure of a closed plane by its closure, over k_t.
   pure function contact_stiffness(m, s) result(stiffness)

@@ -32,6 +32,8 @@ module asperity_crushing
   integer, parameter :: most_halvings = 24
   !> Growth of the bracket while its end is sought.
   real(wp), parameter :: growth = 2.0_wp
+  !> Parts of a long increment.
+  integer, parameter :: parts = 8
 
 contains
 
@@ -84,7 +86,42 @@ contains
   end function exceeds
 
   !> As update_point_in_place, for a joint with a compressive strength.
+  !>
+  !> With a dashpot the accounts of a long increment in which it is crushed are those of parts of the step, each with a
+  !> closure of its own.
   pure subroutine update_crushed(joint, s_old, s, state, traction, tangent, dt, wearing)
+    type(interface_type), intent(in) :: joint          !! material and pattern
+    real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start of the increment, length
+    real(wp), intent(in) :: s(3)                       !! separation at its end, length
+    real(wp), intent(inout) :: state(joint%n_statev)   !! STATEV, start -> end
+    real(wp), intent(out) :: traction(3)               !! traction (N, Tx, Ty) at the end, stress
+    real(wp), intent(out) :: tangent(3, 3)             !! d traction_i/d s_j, stress/length
+    real(wp), intent(in), optional :: dt               !! duration, >= 0, time
+    real(wp), intent(in), optional :: wearing          !! part of the wear that is done, 0 to 1; absent: 1
+    real(wp), dimension(most_statev) :: path, start
+    real(wp) :: first(3), last(3), stress(3), unused(3, 3), x
+    integer :: at, n, part
+    n = joint%n_statev
+    at = cap_statev(joint%pattern%n, joint%material%wears)
+    start(:n) = state
+    call update_step(joint, s_old, s, state, traction, tangent, dt, wearing)
+    if (.not. (joint%material%damps .and. present(dt) .and. state(at) > start(at))) return
+    if (.not. sum((s - s_old)**2)*joint%material%inv_longest_2 > 1.0_wp) return
+    path(:n) = start(:n)
+    first = s_old
+    do part = 1, parts
+      ! the first parts are short: in them the dashpot pushes
+      x = (real(part, wp)/real(parts, wp))**2
+      last = (1.0_wp - x)*s_old + x*s
+      call update_step(joint, first, last, path(:n), stress, unused, dt*real(2*part - 1, wp)/real(parts**2, wp), &
+        wearing)
+      first = last
+    end do
+    state([v_rupture, v_friction, at + 1]) = path([v_rupture, v_friction, at + 1])
+  end subroutine update_crushed
+
+  !> The same, with accounts of the step as a whole.
+  pure subroutine update_step(joint, s_old, s, state, traction, tangent, dt, wearing)
     type(interface_type), intent(in) :: joint          !! material and pattern
     real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start of the increment, length
     real(wp), intent(in) :: s(3)                       !! separation at its end, length
@@ -123,7 +160,7 @@ contains
       (state(v_stored) - trial%state(v_stored)) - (state(v_rupture) - start(v_rupture)) - &
       (state(v_friction) - start(v_friction))))
     state(at + 1) = start(at + 1) + spent
-  end subroutine update_crushed
+  end subroutine update_step
 
   !> The smallest plastic closure that is found at which the traction does not exceed the strength: Newton's method in a
   !> bracket, of which the lower end exceeds it and the upper one does not. Where the excess jumps, as the law may at

@@ -45,9 +45,10 @@ contains
   end function exact_kernel
 
   !> Constants with the flags of a kernel.
-  pure function kernel_constants(source, kernel) result(m)
+  pure function kernel_constants(source, kernel, by_points, exact) result(m)
     type(material_type), intent(in) :: source   !! the constants
     integer, intent(in) :: kernel               !! which one, a literal
+    logical, intent(in) :: by_points, exact     !! components of material_type, literals
     type(material_type) :: m
     m = source
     m%guard = kernel == kernel_guarded .or. kernel >= kernel_general
@@ -55,7 +56,8 @@ contains
     m%wears = kernel >= kernel_worn
     m%bends = kernel >= kernel_general
     m%damps = kernel == kernel_damped
-    m%exact = .false.
+    m%by_points = by_points
+    m%exact = exact
   end function kernel_constants
 
 end module asperity_kernels

@@ -1,11 +1,13 @@
 !> Rupture and friction of a long increment of a plane, by its phases along the straight step (docs/theory.md, section
 !> 6): the damage grows on a part of the step, the contact is closed on a part, and slips on a part of this.
 !>
+!> Where the contact lies on a facet or closes by a hyperbola, the step is taken in parts.
+!>
 !> The module asperity_law says how these functions are used and in which units. x is the position on the step, 0 to 1;
-!> on a facet the contact is taken to move along a straight line. r = 1/(1 - eta alpha) is 1 + beta (6) on the damage
-!> surface. Integrals over r take log(r_2/r_1) = 6 (r_2 - r_1)/(r_1 + r_2 + 4 sqrt(r_1 r_2)).
+!> the contact is taken to move along a straight line, in which the pressure changes linearly. r = 1/(1 - eta alpha) is
+!> 1 + beta (6) on the damage surface. Integrals over r take log(r_2/r_1) = 6 (r_2 - r_1)/(r_1 + r_2 + 4 sqrt(r_1 r_2)).
 module asperity_phases
-  use asperity_contact, only: opening, pressure, pressure_energy
+  use asperity_contact, only: closure, closure_under, opening, pressure, pressure_energy
   use asperity_energy, only: bond_energy, driving_force, mode_square
   use asperity_facet, only: exponentials
   use asperity_kinds, only: wp
@@ -13,7 +15,8 @@ module asperity_phases
     vector_type
   implicit none
   private
-  public :: friction_of_phases, long_increment, lost_of_phases, phases_of, phases_type, rupture_of_phases, touch_in
+  public :: friction_of_phases, growth_of_part, grown_by_parts, long_increment, lost_of_phases, part_end, &
+    parts_of, phases_of, phases_type, rupture_of_phases, touch_in
 
   !> Range of positions on the step, or of r.
   type :: range_type
@@ -62,6 +65,50 @@ contains
     way = growth%weight_new**2*way
     long = merge(1.0_wp, 0.0_wp, way*m%inv_longest_2 > 1.0_wp)*merge(1.0_wp, 0.0_wp, distance*m%inv_longest_2 < distant)
   end function long_increment
+
+  !> Number of parts of a long increment, for all planes of a joint: if contacts are linear and straight one is enough.
+  pure function parts_of(material) result(parts)
+    type(material_type), intent(in) :: material   !! constants with the flags of the material, not of a kernel
+    integer :: parts
+    integer, parameter :: count = 8
+    parts = merge(count, 1, material%curved .or. material%bends)
+  end function parts_of
+
+  !> Position at the end of a part, 0 to 1: the first parts, in which a dashpot pushes or a facet is crushed, are short.
+  pure function part_end(part, parts) result(x)
+    integer, intent(in) :: part, parts   !! which one, and their number
+    real(wp) :: x
+    x = (real(part, wp)/real(parts, wp))**2
+  end function part_end
+
+  !> What depends on the duration in a part of an increment. With viscosity the damage tends to that without it as an
+  !> exponential, of which an increment takes one step of the backward Euler method.
+  pure function growth_of_part(m, whole, length) result(growth)
+    type(material_type), intent(in) :: m       !! constants
+    type(growth_type), intent(in) :: whole     !! that of the increment
+    real(wp), intent(in) :: length             !! of the part, 0 to 1
+    type(growth_type) :: growth
+    growth = whole
+    if (length >= 1.0_wp) return
+    call exponentials(m%by_points, length*(whole%weight_new/max(whole%weight_old, tiny(1.0_wp))), growth%weight_old, &
+      growth%weight_new)
+    growth%weight_eta = growth%weight_new*m%inv_eta
+    growth%limit = growth%weight_new
+    growth%lag = whole%lag/length
+  end function growth_of_part
+
+  !> Damage of an increment over that of its parts, for a bond that waits at its separation.
+  pure function grown_by_parts(m, whole, parts) result(ratio)
+    type(material_type), intent(in) :: m       !! constants
+    type(growth_type), intent(in) :: whole     !! growth of the damage in the increment
+    integer, intent(in) :: parts               !! their number
+    real(wp) :: ratio
+    real(wp) :: gone, left
+    ratio = 1.0_wp
+    if (parts == 1) return
+    call exponentials(m%by_points, whole%weight_new/max(whole%weight_old, tiny(1.0_wp)), left, gone)
+    ratio = whole%weight_new/gone
+  end function grown_by_parts
 
   !> Quotient within 0 to 1 of a number by one that is not negative; 0 where both are zero.
   pure function share(a, b) result(x)
@@ -145,7 +192,7 @@ contains
     type(touch_type) :: touch
     !> Largest lag by which the phases change; their fourth powers of lengths contain its square.
     real(wp), parameter :: stiff = merge(1.0e4_wp, 1.0e2_wp, digits(1.0_wp) > 24)
-    real(wp) :: a, b, c, change, cross, last, open, push, root, springs, viscous, width
+    real(wp) :: a, b, c, cross, excess, last, least, open, root, springs, viscous, width
     type(local_type) :: e, y
     touch%d_t = at%contact%t - start%contact%t
     touch%d_h = at%contact%h - start%contact%h
@@ -156,35 +203,39 @@ contains
     ! a contact that closes carries no stress at first
     touch%e_t = merge(-touch%d_t*touch%closed%from, start%contact%t - old%s_dit, open > 0.5_wp)
     touch%e_h = merge(-touch%d_h*touch%closed%from, start%contact%h - old%s_dih, open > 0.5_wp)
+    ! a contact that opens faster than its springs push has no stress, be there friction or not
+    if (damped) touch%closed%to = merge(min(touch%closed%to, share(closure(start%contact) - closure_under(m, &
+      lag*max(at%contact%n - start%contact%n, 0.0_wp)), max(at%contact%n - start%contact%n, 0.0_wp))), &
+      touch%closed%to, at%contact%n > start%contact%n)
     touch%strength = m%mu*pressure(m, start%contact)
-    last = m%mu*pressure(m, at%contact)
+    last = m%mu*pressure(m, along(start%contact, at%contact, touch%closed%to))
     width = touch%closed%to - touch%closed%from
     ! never a division by zero, not even in a lane of a vector that is not used
     touch%rate = (last - touch%strength)/max(width, epsilon(1.0_wp))
     touch%ahead = 0.0_wp
     springs = touch%strength
     ! mu times the pressure of a dashpot over its lag: the change of the pressure of linear springs
-    viscous = touch%rate
-    if (m%bends) viscous = m%mu*m%kc_kt*(start%contact%n - at%contact%n)
+    viscous = m%mu*m%kc_kt*(start%contact%n - at%contact%n)
     if (damped) then
       touch%ahead = min(lag, stiff)
       touch%strength = max(touch%strength + touch%ahead*viscous, 0.0_wp)
-      ! a contact that opens faster than its springs push has no stress, be there friction or not
-      change = (pressure(m, at%contact) - pressure(m, start%contact))/max(width, epsilon(1.0_wp))
-      push = max(pressure(m, start%contact) + (lag*m%kc_kt)*(start%contact%n - at%contact%n), 0.0_wp)
-      touch%closed%to = merge(min(touch%closed%to, touch%closed%from + share(push, -change)), touch%closed%to, &
-        change < 0.0_wp)
     end if
     ! the stress, |e| without a dashpot, is mu p: a x^2 + 2 b x + c = 0
     a = (touch%d_t**2 + touch%d_h**2) - touch%rate**2
     y = elastic(touch, touch%ahead)
     b = (y%t*touch%d_t + y%h*touch%d_h) - touch%strength*touch%rate
-    c = min((y%t**2 + y%h**2) - touch%strength**2, 0.0_wp)
+    c = (y%t**2 + y%h**2) - touch%strength**2
+    ! where the stress exceeds the strength at both ends, it does in between, if the strength grows faster
+    y = elastic(touch, touch%closed%to + touch%ahead)
+    excess = (y%t**2 + y%h**2) - strength(touch, touch%closed%to)**2
+    least = min(c, excess, -a)
+    c = min(c, 0.0_wp)
     root = sqrt(max(b**2 - a*c, 0.0_wp))
     touch%slips = share(merge(-c, root - b, b > 0.0_wp), merge(b + root, a, b > 0.0_wp))
     touch%slips = merge(touch%slips, 1.0_wp, max(a, b) > 0.0_wp)
     touch%slips = merge(1.0_wp, touch%slips, b**2 - a*c < 0.0_wp)
-    touch%slips = merge(merge(touch%closed%from, 1.0_wp, a > 0.0_wp), touch%slips, open > 0.5_wp)
+    touch%slips = merge(0.0_wp, touch%slips, least > 0.0_wp)
+    touch%slips = merge(merge(touch%closed%from, 1.0_wp, excess > 0.0_wp), touch%slips, open > 0.5_wp)
     touch%slips = max(touch%slips, touch%closed%from)
     touch%ends = max(touch%closed%to, touch%slips)
     ! the phases of a larger lag are the same, its strength is not

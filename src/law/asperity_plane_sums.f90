@@ -2,12 +2,12 @@
 !> branches, so that the compiler vectorises it.
 module asperity_plane_sums
   use, intrinsic :: iso_fortran_env, only: int64
-  use asperity_contract, only: n_plane_statev
+  use asperity_contract, only: n_facet_statev, n_plane_statev
   use asperity_kernels, only: exact_kernel, kernel_constants, kernel_damped, kernel_facet, kernel_general, &
     kernel_guarded, kernel_of, kernel_straight, kernel_worn
   use asperity_kinds, only: wp
   use asperity_law, only: update_plane
-  use asperity_phases, only: long_increment
+  use asperity_phases, only: growth_of_part, grown_by_parts, long_increment, part_end, parts_of
   use asperity_types, only: after, before, block_type, chunk, chunk_type, growth_type, history_type, i_damage, &
     i_friction, i_rupture, i_stored, i_traction, material_type, plane_type, update_type, vector_type
   use asperity_wear, only: crushed_share
@@ -81,28 +81,26 @@ contains
   end subroutine sum_plane
 
   !> Find the shares of a plane that the pressure at the end crushes.
-  pure subroutine find_crushed(block, kernel, k, now)
-    type(block_type), intent(in) :: block     !! the interface
-    integer, intent(in) :: kernel             !! which one
-    integer, intent(in) :: k                  !! plane
-    type(chunk_type), intent(inout) :: now    !! separations -> shares
+  pure subroutine find_crushed(block, kernel, k, n, s, crushed)
+    type(block_type), intent(in) :: block             !! the interface
+    integer, intent(in) :: kernel                     !! which one
+    integer, intent(in) :: k                          !! plane
+    integer, intent(in) :: n                          !! points
+    real(wp), intent(in) :: s(chunk, 3)               !! their separations, length
+    real(wp), intent(inout) :: crushed(chunk)         !! -> shares
     type(material_type) :: m
     type(plane_type) :: plane
-    type(vector_type) :: to
     integer(int64) :: i
-    m = kernel_constants(block%material, kernel)
-    m%by_points = .true.
+    m = kernel_constants(block%material, kernel, .true., .false.)
     plane = block%planes(k)
-    now%crushed(:now%n) = 0.0_wp
+    crushed(:n) = 0.0_wp
     if (.not. (m%kt_crush > 0.0_wp .and. plane%slope > 0.0_wp)) return
     ! where no point of the chunk climbs the plane, nothing is crushed; crushed_share decides of a slip across the
     ! plane, which is zero but for rounding
-    if (maxval(plane%e_x*now%s(:now%n, 2, after) + plane%e_y*now%s(:now%n, 3, after)) > &
-        -4.0_wp*epsilon(1.0_wp)*maxval(abs(now%s(:now%n, 2:3, after)))) then
+    if (maxval(plane%e_x*s(:n, 2) + plane%e_y*s(:n, 3)) > -4.0_wp*epsilon(1.0_wp)*maxval(abs(s(:n, 2:3)))) then
       !$omp simd
-      do i = 1, now%n
-        to = vector_type(now%s(i, 1, after), now%s(i, 2, after), now%s(i, 3, after))
-        now%crushed(i) = crushed_share(m, plane, to)
+      do i = 1, n
+        crushed(i) = crushed_share(m, plane, vector_type(s(i, 1), s(i, 2), s(i, 3)))
       end do
     end if
   end subroutine find_crushed
@@ -138,25 +136,46 @@ contains
     type(plane_type) :: plane
     type(update_type) :: ended
     type(vector_type) :: from, to
-    real(wp) :: long, weight
+    real(wp) :: planes(chunk, n_plane_statev), facets(chunk, n_facet_statev), s(chunk, 3, before:after), crushed(chunk)
+    real(wp) :: grown, weight, x
     integer(int64) :: i
-    m = kernel_constants(block%material, kernel)
-    m%by_points = .true.
-    m%exact = .true.
-    growth = block%growth
+    integer :: j, part, parts
+    m = kernel_constants(block%material, kernel, .true., .true.)
     plane = block%planes(k)
     weight = plane%gamma*m%k_t
-    if (m%wears) call find_crushed(block, kernel, k, now)
-    !$omp simd
-    do i = 1, now%n
-      ! fourth powers of lengths of the other points may leave the range of numbers
-      long = now%long(i)
-      from = vector_type(long*now%s(i, 1, before), long*now%s(i, 2, before), long*now%s(i, 3, before))
-      to = vector_type(long*now%s(i, 1, after), long*now%s(i, 2, after), long*now%s(i, 3, after))
-      state = history_type(old(i, 1), long*old(i, 2), long*old(i, 3), now%facets(i, 1), now%facets(i, 2))
-      ended = update_plane(m, growth, plane, 1.0_wp, now%crushed(i), from, to, state)
-      now%accounts(i, 1) = now%accounts(i, 1) + weight*ended%spent%rupture
-      now%accounts(i, 2) = now%accounts(i, 2) + weight*ended%spent%friction
+    ! fourth powers of lengths of the other points may leave the range of numbers
+    do j = 1, 3
+      s(:now%n, j, before) = now%long(:now%n)*now%s(:now%n, j, before)
+    end do
+    planes(:now%n, 1) = old(:now%n, 1)
+    planes(:now%n, 2) = now%long(:now%n)*old(:now%n, 2)
+    planes(:now%n, 3) = now%long(:now%n)*old(:now%n, 3)
+    facets(:now%n, :) = now%facets(:now%n, :)
+    crushed(:now%n) = 0.0_wp
+    parts = parts_of(block%material)
+    grown = grown_by_parts(m, block%growth, parts)
+    do part = 1, parts
+      x = part_end(part, parts)
+      growth = growth_of_part(m, block%growth, x - part_end(part - 1, parts))
+      do j = 1, 3
+        s(:now%n, j, after) = now%long(:now%n)*((1.0_wp - x)*now%s(:now%n, j, before) + x*now%s(:now%n, j, after))
+      end do
+      if (m%wears) call find_crushed(block, kernel, k, now%n, s(:, :, after), crushed)
+      !$omp simd
+      do i = 1, now%n
+        from = vector_type(s(i, 1, before), s(i, 2, before), s(i, 3, before))
+        to = vector_type(s(i, 1, after), s(i, 2, after), s(i, 3, after))
+        state = history_type(planes(i, 1), planes(i, 2), planes(i, 3), facets(i, 1), facets(i, 2))
+        ended = update_plane(m, growth, plane, 1.0_wp, crushed(i), from, to, state)
+        planes(i, 1) = ended%new%alpha
+        planes(i, 2) = ended%new%s_dit
+        planes(i, 3) = ended%new%s_dih
+        facets(i, 1) = ended%new%omega
+        facets(i, 2) = ended%new%wear_work
+        now%accounts(i, 1) = now%accounts(i, 1) + (weight*grown)*ended%spent%rupture
+        now%accounts(i, 2) = now%accounts(i, 2) + weight*ended%spent%friction
+      end do
+      s(:now%n, :, before) = s(:now%n, :, after)
     end do
   end subroutine add_accounts
 
@@ -180,12 +199,11 @@ contains
     ! as wide as a double: with a shorter index gfortran takes two vectors at a time, and the registers do not suffice
     integer(int64) :: i
 
-    m = kernel_constants(block%material, kernel)
-    m%by_points = .true.
+    m = kernel_constants(block%material, kernel, .true., .false.)
     growth = block%growth
     plane = block%planes(k)
     weight = plane%gamma*m%k_t
-    if (m%wears .and. .not. now%any_long) call find_crushed(block, kernel, k, now)
+    if (m%wears) call find_crushed(block, kernel, k, now%n, now%s(:, :, after), now%crushed)
     !$omp simd
     do i = 1, now%n
       from = vector_type(now%s(i, 1, before), now%s(i, 2, before), now%s(i, 3, before))

@@ -11,7 +11,7 @@ module asperity_point_kernel
   use asperity_kinds, only: wp
   use asperity_law, only: update_plane
   use asperity_pattern, only: padded_planes
-  use asperity_phases, only: long_increment
+  use asperity_phases, only: growth_of_part, grown_by_parts, long_increment, part_end, parts_of
   use asperity_plane_setup, only: growth_of, plane_of
   use asperity_types, only: dissipation_type, facet_type, growth_type, history_type, local_type, material_type, &
     plane_type, profile_type, update_type, vector_type
@@ -93,17 +93,17 @@ contains
     if (long) call sum_accounts(joint, kernel, growth, part, from, to, planes, accounts)
     select case (kernel)
     case (kernel_straight)
-      call sum_planes(joint, kernel_straight, growth, part, long, from, to, planes, sums)
+      call sum_planes(joint, kernel_straight, growth, part, from, to, planes, sums)
     case (kernel_guarded)
-      call sum_planes(joint, kernel_guarded, growth, part, long, from, to, planes, sums)
+      call sum_planes(joint, kernel_guarded, growth, part, from, to, planes, sums)
     case (kernel_facet)
-      call sum_planes(joint, kernel_facet, growth, part, long, from, to, planes, sums)
+      call sum_planes(joint, kernel_facet, growth, part, from, to, planes, sums)
     case (kernel_worn)
-      call sum_planes(joint, kernel_worn, growth, part, long, from, to, planes, sums)
+      call sum_planes(joint, kernel_worn, growth, part, from, to, planes, sums)
     case (kernel_general)
-      call sum_planes(joint, kernel_general, growth, part, long, from, to, planes, sums)
+      call sum_planes(joint, kernel_general, growth, part, from, to, planes, sums)
     case default
-      call sum_planes(joint, kernel_damped, growth, part, long, from, to, planes, sums)
+      call sum_planes(joint, kernel_damped, growth, part, from, to, planes, sums)
     end select
     if (long) then
       sums%rupture = accounts%rupture
@@ -150,7 +150,7 @@ contains
     rho = 1.0_wp
     if (joint%material%wears) rho = 1.0_wp - state(facet_statev(joint%pattern%n, k))
     if (joint%material%curved) then
-      m = kernel_constants(joint%material, kernel_worn)
+      m = kernel_constants(joint%material, kernel_worn, .false., .false.)
       profile = profile_at(m, plane, rho, vector_type(s(1), s(2), s(3)))
       facet = facet_at(m, plane, rho, profile, vector_type(s(1), s(2), s(3)))
     else
@@ -176,8 +176,7 @@ contains
     type(material_type) :: m
     type(plane_type) :: plane
     integer :: k
-    m = kernel_constants(joint%material, kernel)
-    m%by_points = .false.
+    m = kernel_constants(joint%material, kernel, .false., .false.)
     planes%crushed(:planes%n) = 0.0_wp
     if (.not. m%kt_crush > 0.0_wp) return
     !$omp simd
@@ -194,7 +193,7 @@ contains
     type(growth_type), intent(in) :: growth       !! of the damage
     real(wp), intent(in) :: wearing               !! part of the wear of the increment that is done, 0 to 1
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
-    type(planes_type), intent(inout) :: planes    !! state of the planes at the start -> shares
+    type(planes_type), intent(in) :: planes       !! state of the planes at the start
     type(dissipation_type), intent(out) :: accounts   !! energies
     select case (exact_kernel(kernel))
     case (kernel_straight)
@@ -207,50 +206,66 @@ contains
   end subroutine sum_accounts
 
   !> The same with a literal kernel.
-  pure subroutine add_accounts(joint, kernel, growth, wearing, from, to, planes, accounts)
+  pure subroutine add_accounts(joint, kernel, whole, wearing, from, to, start, accounts)
     type(interface_type), intent(in) :: joint     !! material and pattern
     integer, intent(in) :: kernel                 !! which one, a literal
-    type(growth_type), intent(in) :: growth       !! of the damage
+    type(growth_type), intent(in) :: whole        !! of the damage in the increment
     real(wp), intent(in) :: wearing               !! part of the wear of the increment that is done, 0 to 1
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
-    type(planes_type), intent(inout) :: planes    !! state of the planes at the start -> shares
+    type(planes_type), intent(in) :: start        !! state of the planes at the start
     type(dissipation_type), intent(out) :: accounts   !! energies
+    type(growth_type) :: growth
     type(history_type) :: state
     type(material_type) :: m
     type(plane_type) :: plane
+    type(planes_type) :: planes
     type(update_type) :: now
-    real(wp) :: crushed, friction, rupture
-    integer :: k
-    m = kernel_constants(joint%material, kernel)
-    m%by_points = .false.
-    m%exact = .true.
+    type(vector_type) :: first, last
+    real(wp) :: crushed, friction, rupture, x
+    integer :: i, k, parts
+    m = kernel_constants(joint%material, kernel, .false., .true.)
     rupture = 0.0_wp
     friction = 0.0_wp
-    ! the kernel of a linear contact finds them in half the time
-    if (m%wears .and. joint%material%bends) call find_crushed(joint, kernel_general, to, planes)
-    if (m%wears .and. .not. joint%material%bends) call find_crushed(joint, kernel_worn, to, planes)
     crushed = 0.0_wp
-    !$omp simd reduction(+:rupture, friction)
-    do k = 1, planes%n
-      plane = plane_of(joint%pattern, k)
-      state = history_type(planes%alpha(k), planes%s_dit(k), planes%s_dih(k), 0.0_wp, 0.0_wp)
-      if (m%wears) state = history_type(planes%alpha(k), planes%s_dit(k), planes%s_dih(k), planes%omega(k), &
-        planes%wear_work(k))
-      if (m%wears) crushed = planes%crushed(k)
-      now = update_plane(m, growth, plane, wearing, crushed, from, to, state)
-      rupture = rupture + (plane%gamma*m%k_t)*now%spent%rupture
-      friction = friction + (plane%gamma*m%k_t)*now%spent%friction
+    planes = start
+    first = from
+    parts = parts_of(joint%material)
+    do i = 1, parts
+      x = part_end(i, parts)
+      last = vector_type((1.0_wp - x)*from%n + x*to%n, (1.0_wp - x)*from%x + x*to%x, (1.0_wp - x)*from%y + x*to%y)
+      growth = growth_of_part(m, whole, x - part_end(i - 1, parts))
+      ! the kernel of a linear contact finds them in half the time
+      if (m%wears .and. joint%material%bends) call find_crushed(joint, kernel_general, last, planes)
+      if (m%wears .and. .not. joint%material%bends) call find_crushed(joint, kernel_worn, last, planes)
+      !$omp simd reduction(+:rupture, friction)
+      do k = 1, planes%n
+        plane = plane_of(joint%pattern, k)
+        state = history_type(planes%alpha(k), planes%s_dit(k), planes%s_dih(k), 0.0_wp, 0.0_wp)
+        if (m%wears) state = history_type(planes%alpha(k), planes%s_dit(k), planes%s_dih(k), planes%omega(k), &
+          planes%wear_work(k))
+        if (m%wears) crushed = planes%crushed(k)
+        now = update_plane(m, growth, plane, wearing, crushed, first, last, state)
+        planes%alpha(k) = now%new%alpha
+        planes%s_dit(k) = now%new%s_dit
+        planes%s_dih(k) = now%new%s_dih
+        if (m%wears) then
+          planes%omega(k) = now%new%omega
+          planes%wear_work(k) = now%new%wear_work
+        end if
+        rupture = rupture + (plane%gamma*m%k_t)*now%spent%rupture
+        friction = friction + (plane%gamma*m%k_t)*now%spent%friction
+      end do
+      first = last
     end do
-    accounts = dissipation_type(0.5_wp*rupture, 0.5_wp*friction)
+    accounts = dissipation_type((0.5_wp*grown_by_parts(m, whole, parts))*rupture, 0.5_wp*friction)
   end subroutine add_accounts
 
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
-  pure subroutine sum_planes(joint, kernel, growth, wearing, crushed_known, from, to, planes, sums)
+  pure subroutine sum_planes(joint, kernel, growth, wearing, from, to, planes, sums)
     type(interface_type), intent(in) :: joint     !! material and pattern
     integer, intent(in) :: kernel                 !! which one, a literal
     type(growth_type), intent(in) :: growth       !! of the damage that no guard limits
     real(wp), intent(in) :: wearing               !! part of the wear of the increment that is done, 0 to 1
-    logical, intent(in) :: crushed_known          !! whether planes has the crushed shares
     type(vector_type), intent(in) :: from, to     !! separation at start and end, length
     type(planes_type), intent(inout) :: planes    !! state of the planes, start -> end
     type(sums_type), intent(out) :: sums          !! the sums
@@ -262,8 +277,7 @@ contains
     real(wp) :: crushed, weight
     integer :: k
 
-    m = kernel_constants(joint%material, kernel)
-    m%by_points = .false.
+    m = kernel_constants(joint%material, kernel, .false., .false.)
     damage = 0.0_wp
     stored = 0.0_wp
     rupture = 0.0_wp
@@ -280,7 +294,7 @@ contains
     d_ny = 0.0_wp
     d_xy = 0.0_wp
     d_yy = 0.0_wp
-    if (m%wears .and. .not. crushed_known) call find_crushed(joint, kernel, to, planes)
+    if (m%wears) call find_crushed(joint, kernel, to, planes)
     crushed = 0.0_wp
     !$omp simd reduction(+:damage, stored, rupture, friction, t_n, t_x, t_y) &
     !$omp reduction(+:d_nn, d_xn, d_yn, d_nx, d_xx, d_yx, d_ny, d_xy, d_yy)
