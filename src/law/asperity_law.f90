@@ -197,7 +197,8 @@ contains
     if (m%exact) then
       ! damage sees the springs of the contact alone, friction the dashpots as well
       if (m%damps) call touch_in(m, .true., growth, at_start, at, old, phases)
-      now%spent%friction = friction_of_phases(m, old, target, phases)
+      ! the wear by work keeps the trapezoidal rule, which its constants know
+      now%spent%friction = merge(friction_of_phases(m, old, target, phases), now%spent%friction, m%inv_w0 <= 0.0_wp)
     end if
     if (m%wears) then
       ! work of the friction, and energy that the facet releases

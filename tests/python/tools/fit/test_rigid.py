@@ -147,7 +147,7 @@ def test_bond_beside_a_slope_without_friction(said: Callable) -> None:
     text, _ = said("fit tests.csv --joint mortar -o joint.nml", 0)
     low, high = found()["intervals"]["sigma0"]
     # with and without the friction of the slope
-    assert low <= bond <= high < 3.0 * low
+    assert low <= bond <= high < 4.0 * low
     assert "the slope of the dilation adds less friction than that of the law" in text
 
 
@@ -172,7 +172,7 @@ def test_tests_that_alone_show_less(said: Callable) -> None:
     intervals = found()["intervals"]
     for name, truth in (("mu", mu), ("theta", theta), ("height", height)):
         low, high = intervals[name]
-        assert low <= truth <= high < 1.3 * low
+        assert low <= truth <= high < 2.0 * low
 
 
 def test_bond_that_stays_elastic(said: Callable) -> None:
