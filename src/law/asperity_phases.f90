@@ -67,11 +67,12 @@ contains
   end function long_increment
 
   !> Number of parts of a long increment, for all planes of a joint: if contacts are linear and straight one is enough.
+  !> Facets that wear by work need one, too, as the state does not know the wear of the parts.
   pure function parts_of(material) result(parts)
     type(material_type), intent(in) :: material   !! constants with the flags of the material, not of a kernel
     integer :: parts
     integer, parameter :: count = 8
-    parts = merge(count, 1, material%curved .or. material%bends)
+    parts = merge(count, 1, (material%curved .or. material%bends) .and. material%inv_w0 <= 0.0_wp)
   end function parts_of
 
   !> Position at the end of a part, 0 to 1: the first parts, in which a dashpot pushes or a facet is crushed, are short.
