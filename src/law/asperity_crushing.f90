@@ -9,6 +9,7 @@ module asperity_crushing
   use asperity_interface, only: interface_type
   use asperity_kinds, only: wp
   use asperity_point_kernel, only: update_point_in_place
+  use asperity_types, only: most_parts, part_ends
   implicit none
   private
   public :: closed_by, crushing, crushing_place, exceeds, plastic_closure, update_crushed
@@ -32,8 +33,6 @@ module asperity_crushing
   integer, parameter :: most_halvings = 24
   !> Growth of the bracket while its end is sought.
   real(wp), parameter :: growth = 2.0_wp
-  !> Parts of a long increment.
-  integer, parameter :: parts = 8
 
 contains
 
@@ -88,7 +87,7 @@ contains
   !> As update_point_in_place, for a joint with a compressive strength.
   !>
   !> With a dashpot the accounts of a long increment in which it is crushed are those of parts of the step, each with a
-  !> closure of its own.
+  !> closure of its own; not with wear by work, as the state does not know the wear of the parts.
   pure subroutine update_crushed(joint, s_old, s, state, traction, tangent, dt, wearing)
     type(interface_type), intent(in) :: joint          !! material and pattern
     real(wp), intent(in) :: s_old(3)                   !! separation (N, Tx, Ty) at the start of the increment, length
@@ -99,22 +98,21 @@ contains
     real(wp), intent(in), optional :: dt               !! duration, >= 0, time
     real(wp), intent(in), optional :: wearing          !! part of the wear that is done, 0 to 1; absent: 1
     real(wp), dimension(most_statev) :: path, start
-    real(wp) :: first(3), last(3), stress(3), unused(3, 3), x
+    real(wp) :: first(3), last(3), stress(3), unused(3, 3)
     integer :: at, n, part
     n = joint%n_statev
     at = cap_statev(joint%pattern%n, joint%material%wears)
     start(:n) = state
     call update_step(joint, s_old, s, state, traction, tangent, dt, wearing)
+    if (joint%material%inv_w0 > 0.0_wp) return
     if (.not. (joint%material%damps .and. present(dt) .and. state(at) > start(at))) return
     if (.not. sum((s - s_old)**2)*joint%material%inv_longest_2 > 1.0_wp) return
     path(:n) = start(:n)
     first = s_old
-    do part = 1, parts
-      ! the first parts are short: in them the dashpot pushes
-      x = (real(part, wp)/real(parts, wp))**2
-      last = (1.0_wp - x)*s_old + x*s
-      call update_step(joint, first, last, path(:n), stress, unused, dt*real(2*part - 1, wp)/real(parts**2, wp), &
-        wearing)
+    do part = 1, most_parts
+      last = (1.0_wp - part_ends(part))*s_old + part_ends(part)*s
+      call update_step(joint, first, last, path(:n), stress, unused, &
+        dt*(part_ends(part) - part_ends(part - 1)), wearing)
       first = last
     end do
     state([v_rupture, v_friction, at + 1]) = path([v_rupture, v_friction, at + 1])

@@ -11,12 +11,12 @@ module asperity_phases
   use asperity_energy, only: bond_energy, driving_force, mode_square
   use asperity_facet, only: exponentials
   use asperity_kinds, only: wp
-  use asperity_types, only: growth_type, history_type, local_type, material_type, response_type, separation_type, &
-    vector_type
+  use asperity_types, only: growth_type, history_type, local_type, material_type, most_parts, response_type, &
+    separation_type, vector_type
   implicit none
   private
-  public :: friction_of_phases, growth_of_part, grown_by_parts, long_increment, lost_of_phases, part_end, &
-    parts_of, phases_of, phases_type, rupture_of_phases, touch_in
+  public :: friction_of_phases, growth_of_part, grown_by_parts, long_increment, lost_of_phases, parts_of, phases_of, &
+    phases_type, rupture_of_phases, touch_in
 
   !> Range of positions on the step, or of r.
   type :: range_type
@@ -71,16 +71,8 @@ contains
   pure function parts_of(material) result(parts)
     type(material_type), intent(in) :: material   !! constants with the flags of the material, not of a kernel
     integer :: parts
-    integer, parameter :: count = 8
-    parts = merge(count, 1, (material%curved .or. material%bends) .and. material%inv_w0 <= 0.0_wp)
+    parts = merge(most_parts, 1, (material%curved .or. material%bends) .and. material%inv_w0 <= 0.0_wp)
   end function parts_of
-
-  !> Position at the end of a part, 0 to 1: the first parts, in which a dashpot pushes or a facet is crushed, are short.
-  pure function part_end(part, parts) result(x)
-    integer, intent(in) :: part, parts   !! which one, and their number
-    real(wp) :: x
-    x = (real(part, wp)/real(parts, wp))**2
-  end function part_end
 
   !> What depends on the duration in a part of an increment. With viscosity the damage tends to that without it as an
   !> exponential, of which an increment takes one step of the backward Euler method.

@@ -7,9 +7,9 @@ module asperity_plane_sums
     kernel_guarded, kernel_of, kernel_straight, kernel_worn
   use asperity_kinds, only: wp
   use asperity_law, only: update_plane
-  use asperity_phases, only: growth_of_part, grown_by_parts, long_increment, part_end, parts_of
+  use asperity_phases, only: growth_of_part, grown_by_parts, long_increment, parts_of
   use asperity_types, only: after, before, block_type, chunk, chunk_type, growth_type, history_type, i_damage, &
-    i_friction, i_rupture, i_stored, i_traction, material_type, plane_type, update_type, vector_type
+    i_friction, i_rupture, i_stored, i_traction, material_type, part_ends, plane_type, update_type, vector_type
   use asperity_wear, only: crushed_share
   implicit none
   private
@@ -137,7 +137,7 @@ contains
     type(update_type) :: ended
     type(vector_type) :: from, to
     real(wp) :: planes(chunk, n_plane_statev), facets(chunk, n_facet_statev), s(chunk, 3, before:after), crushed(chunk)
-    real(wp) :: grown, weight, x
+    real(wp) :: begin, grown, weight, x
     integer(int64) :: i
     integer :: j, part, parts
     m = kernel_constants(block%material, kernel, .true., .true.)
@@ -154,9 +154,11 @@ contains
     crushed(:now%n) = 0.0_wp
     parts = parts_of(block%material)
     grown = grown_by_parts(m, block%growth, parts)
+    begin = 0.0_wp
     do part = 1, parts
-      x = part_end(part, parts)
-      growth = growth_of_part(m, block%growth, x - part_end(part - 1, parts))
+      x = merge(part_ends(part), 1.0_wp, parts > 1)
+      growth = growth_of_part(m, block%growth, x - begin)
+      begin = x
       do j = 1, 3
         s(:now%n, j, after) = now%long(:now%n)*((1.0_wp - x)*now%s(:now%n, j, before) + x*now%s(:now%n, j, after))
       end do

@@ -11,10 +11,10 @@ module asperity_point_kernel
   use asperity_kinds, only: wp
   use asperity_law, only: update_plane
   use asperity_pattern, only: padded_planes
-  use asperity_phases, only: growth_of_part, grown_by_parts, long_increment, part_end, parts_of
+  use asperity_phases, only: growth_of_part, grown_by_parts, long_increment, parts_of
   use asperity_plane_setup, only: growth_of, plane_of
   use asperity_types, only: dissipation_type, facet_type, growth_type, history_type, local_type, material_type, &
-    plane_type, profile_type, update_type, vector_type
+    part_ends, plane_type, profile_type, update_type, vector_type
   use asperity_wear, only: crushed_share
   use asperity_width, only: vector_width
   implicit none
@@ -221,7 +221,7 @@ contains
     type(planes_type) :: planes
     type(update_type) :: now
     type(vector_type) :: first, last
-    real(wp) :: crushed, friction, rupture, x
+    real(wp) :: begin, crushed, friction, rupture, x
     integer :: i, k, parts
     m = kernel_constants(joint%material, kernel, .false., .true.)
     rupture = 0.0_wp
@@ -230,10 +230,12 @@ contains
     planes = start
     first = from
     parts = parts_of(joint%material)
+    begin = 0.0_wp
     do i = 1, parts
-      x = part_end(i, parts)
+      x = merge(part_ends(i), 1.0_wp, parts > 1)
       last = vector_type((1.0_wp - x)*from%n + x*to%n, (1.0_wp - x)*from%x + x*to%x, (1.0_wp - x)*from%y + x*to%y)
-      growth = growth_of_part(m, whole, x - part_end(i - 1, parts))
+      growth = growth_of_part(m, whole, x - begin)
+      begin = x
       ! the kernel of a linear contact finds them in half the time
       if (m%wears .and. joint%material%bends) call find_crushed(joint, kernel_general, last, planes)
       if (m%wears .and. .not. joint%material%bends) call find_crushed(joint, kernel_worn, last, planes)
