@@ -26,8 +26,8 @@ module asperity_types
   real(wp), parameter, public :: short_artanh = 1.0_wp/16.0_wp
   real(wp), parameter, public :: mild_slope = sqrt(((1.0_wp + 3.0_wp*short_artanh)/(1.0_wp - short_artanh))**2 - 1.0_wp)
 
-  !> Ends of the parts of a long increment for its accounts, as positions on the step: the first parts, in which a dashpot
-  !> pushes or a facet is crushed, are short.
+  !> Ends of the parts of a long increment for its accounts, as positions on the step: the first parts, in which a
+  !> dashpot pushes or a facet is crushed, are short.
   integer, parameter, public :: most_parts = 8
   real(wp), parameter, public :: part_ends(0:most_parts) = [0.0_wp, 1.0_wp, 4.0_wp, 9.0_wp, 16.0_wp, 25.0_wp, &
     36.0_wp, 49.0_wp, 64.0_wp]/64.0_wp
