@@ -67,9 +67,9 @@ function(asperity_unit variable)
     string(APPEND name _single)
     asperity_rename(text _single types plane_setup block_setup block_kernel block_kernel_v1 block_kernel_v3)
     asperity_rename_use(text kinds wp sp)
-    # what is written twice, because its kinds differ, and an external procedure
+    # what is written twice, because its kinds differ, and external procedures
     string(REPLACE "use asperity_block_double," "use asperity_block_single," text "${text}")
-    string(REGEX REPLACE "(subroutine |routine = \")vumat([(\n\"])" "\\1vumat_single\\2" text "${text}")
+    string(REGEX REPLACE "(subroutine |call |routine = \")(vumat|vuinter)([(\n\"])" "\\1\\2_single\\3" text "${text}")
   endif()
   file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${UNIT_FROM})
   set(written ${PROJECT_BINARY_DIR}/merged/${folder}/${name}.f90)

@@ -1,7 +1,7 @@
 # cmake -DOUTPUT=<file> -DSOURCES=<a.f90|b.f90...> -DVERSION=<version> -DABOUT=<line> -P single_file.cmake
 #
-# Writes one free-form source for the user subroutine of a host: SOURCES in their order, vumat_single named as hosts call
-# it, without directives of OpenMP.
+# Writes one free-form source for the user subroutine of a host: SOURCES in their order, vumat_single and vuinter_single
+# named as hosts call them, without directives of OpenMP.
 string(REPLACE "|" ";" sources "${SOURCES}")
 
 # the first line is a directive of Intel's compilers: free form, whatever the extension and the options say
@@ -39,5 +39,5 @@ string(REGEX REPLACE "\n *!\\$omp[^\n]*" "" text "${text}")
 while(text MATCHES "!([^\n\"]*)'")
   string(REGEX REPLACE "!([^\n\"]*)'" "!\\1`" text "${text}")
 endwhile()
-string(REPLACE "vumat_single" "vumat" text "${text}")
+string(REGEX REPLACE "(vumat|vuinter)_single" "\\1" text "${text}")
 file(WRITE ${OUTPUT} "${text}")

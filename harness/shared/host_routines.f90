@@ -5,7 +5,7 @@ module host_routines
   use, intrinsic :: iso_fortran_env, only: real32, real64
   implicit none
   private
-  public :: umat, uinter, vumat, vumat_single
+  public :: umat, uinter, vumat, vumat_single, vuinter, vuinter_single
 
   interface
     !> UMAT; hosts may pass NULL for the arguments that are optional here.
@@ -77,6 +77,43 @@ module host_routines
       real(real32), intent(inout) :: stressNew(nblock, ndir + nshr), stateNew(nblock, nstatev), &
         enerInternNew(nblock), enerInelasNew(nblock)
     end subroutine vumat_single
+
+    !> VUINTER of Abaqus/Explicit in double precision.
+    subroutine vuinter(sfd, scd, spd, svd, stress, fluxSlv, fluxMst, sed, statev, kStep, kInc, nFacNod, nSlvNod, &
+                       nMstNod, nSurfDir, nDir, nStateVar, nProps, nTemp, nPred, numDefTfv, jSlvUid, jMstUid, &
+                       jConMstid, timStep, timGlb, dTimCur, surfInt, surfSlv, surfMst, rdisp, drdisp, drot, &
+                       stiffDflt, condDflt, shape, coordSlv, coordMst, alocaldir, props, areaSlv, tempSlv, dtempSlv, &
+                       preDefSlv, dpreDefSlv, tempMst, dtempMst, preDefMst, dpreDefMst)
+      import :: real64
+      implicit none
+      integer, intent(in) :: kStep, kInc, nFacNod, nSlvNod, nMstNod, nSurfDir, nDir, nStateVar, nProps, nTemp, nPred, &
+        numDefTfv, jSlvUid(*), jMstUid(*), jConMstid(*)
+      real(real64), intent(inout) :: sfd(nSlvNod), scd(nSlvNod), spd(nSlvNod), svd(*), stress(nDir, nSlvNod), &
+        fluxSlv(*), fluxMst(*), sed(nSlvNod), statev(nStateVar, nSlvNod)
+      real(real64), intent(in) :: timStep, timGlb, dTimCur, rdisp(nDir, nSlvNod), drdisp(nDir, nSlvNod), drot(*), &
+        stiffDflt(*), condDflt(*), shape(*), coordSlv(*), coordMst(*), alocaldir(*), props(nProps), areaSlv(*), &
+        tempSlv(*), dtempSlv(*), preDefSlv(*), dpreDefSlv(*), tempMst(*), dtempMst(*), preDefMst(*), dpreDefMst(*)
+      character(len=*), intent(in) :: surfInt, surfSlv, surfMst
+    end subroutine vuinter
+
+    !> VUINTER of Abaqus/Explicit in single precision.
+    subroutine vuinter_single(sfd, scd, spd, svd, stress, fluxSlv, fluxMst, sed, statev, kStep, kInc, nFacNod, &
+                              nSlvNod, nMstNod, nSurfDir, nDir, nStateVar, nProps, nTemp, nPred, numDefTfv, jSlvUid, &
+                              jMstUid, jConMstid, timStep, timGlb, dTimCur, surfInt, surfSlv, surfMst, rdisp, &
+                              drdisp, drot, stiffDflt, condDflt, shape, coordSlv, coordMst, alocaldir, props, &
+                              areaSlv, tempSlv, dtempSlv, preDefSlv, dpreDefSlv, tempMst, dtempMst, preDefMst, &
+                              dpreDefMst)
+      import :: real32
+      implicit none
+      integer, intent(in) :: kStep, kInc, nFacNod, nSlvNod, nMstNod, nSurfDir, nDir, nStateVar, nProps, nTemp, nPred, &
+        numDefTfv, jSlvUid(*), jMstUid(*), jConMstid(*)
+      real(real32), intent(inout) :: sfd(nSlvNod), scd(nSlvNod), spd(nSlvNod), svd(*), stress(nDir, nSlvNod), &
+        fluxSlv(*), fluxMst(*), sed(nSlvNod), statev(nStateVar, nSlvNod)
+      real(real32), intent(in) :: timStep, timGlb, dTimCur, rdisp(nDir, nSlvNod), drdisp(nDir, nSlvNod), drot(*), &
+        stiffDflt(*), condDflt(*), shape(*), coordSlv(*), coordMst(*), alocaldir(*), props(nProps), areaSlv(*), &
+        tempSlv(*), dtempSlv(*), preDefSlv(*), dpreDefSlv(*), tempMst(*), dtempMst(*), preDefMst(*), dpreDefMst(*)
+      character(len=*), intent(in) :: surfInt, surfSlv, surfMst
+    end subroutine vuinter_single
   end interface
 
 end module host_routines

@@ -36,7 +36,7 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
         card,
         ("--dimension", "default: %(default)s", 3, {"choices": (2, 3)}),
         ("--explicit", "for Abaqus/Explicit; needs --density"),
-        ("--contact", "for contact pairs of Abaqus/Standard, without joint elements"),
+        ("--contact", "for contact pairs of Abaqus, without joint elements"),
         ("--density RHO", "mass over area and thickness h", float),
     )
     add_options(

@@ -114,9 +114,9 @@ def block(
 
 def test_routines_of_every_source(sources: dict[str, ctypes.CDLL]) -> None:
     """Each source has its own routines, and none that the other solver provides."""
-    names = "umat_", "uinter_", "vumat_", "vumat_single_"
+    names = "umat_", "uinter_", "vumat_", "vuinter_", "vumat_single_", "vuinter_single_"
     routines = {part: [name for name in names if hasattr(library, name)] for part, library in sources.items()}
-    standard, explicit = ["umat_", "uinter_"], ["vumat_"]
+    standard, explicit = ["umat_", "uinter_"], ["vumat_", "vuinter_"]
     parts = {"_standard": standard, "_explicit": explicit, "_single": explicit}
     assert routines == {"": standard + explicit} | parts
     folder = installed.abaqus()

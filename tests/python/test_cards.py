@@ -81,13 +81,17 @@ def test_abaqus_explicit() -> None:
 
 
 def test_abaqus_contact() -> None:
-    """The block of contact pairs has constants and counts; it refuses what UINTER does not get."""
+    """The block of contact pairs has constants and counts; it refuses what UINTER and VUINTER do not get."""
     card = RT.card("abaqus", name="BED", contact=True)
     (keyword,) = keywords(card)
     assert keyword == f"*Surface Interaction, name=BED, user, depvar=17, properties={PROPS}, unsymm"
     assert numbers(keywords(card)[keyword]) == RT.props().tolist() and "** STATEV 17: s_dih_3" in card
+    explicit = RT.card("abaqus", name="BED", contact=True, explicit=True)
+    (keyword,) = keywords(explicit)
+    assert "unsymm" not in keyword and "constraint=PENALTY" in explicit and "double=both" in explicit
     for options, message in (
-        ({"explicit": True, "density": 1.0}, "explicit, density: expected without contact"),
+        ({"explicit": True, "density": 1.0}, "density = 1: expected none for contact pairs"),
+        ({"explicit": True, "implex": 0.1}, r"implex = 0\.1: expected 0 for Abaqus/Explicit"),
         ({"h": 0.5}, r"h = 0\.5: expected 1 for contact pairs"),
         ({"water": 1}, "water = 1: expected 0 for contact pairs"),
     ):

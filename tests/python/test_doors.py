@@ -1,6 +1,6 @@
 """Doors of host programs: the path decks by the calls of a host, imitated as its documents describe them.
 
-A host with a door has `calls.py` in its folder, whose Points take separations and return tractions.
+A host with a door has `calls.py` in its folder, whose points take separations and return tractions.
 """
 
 from __future__ import annotations
@@ -21,11 +21,16 @@ from harness.hosts.itasca import calls as itasca
 from harness.hosts.lsdyna import calls as lsdyna
 
 ROOT = Path(__file__).parents[2]
-DOORS = {
-    path.parent.name: import_module(f"harness.hosts.{path.parent.name}.calls")
+CALLS = [
+    import_module(f"harness.hosts.{path.parent.name}.calls")
     for path in sorted((ROOT / "harness" / "hosts").glob("*/calls.py"))
+]
+DOORS = {
+    f"{calls.__name__} {name}": getattr(calls, name)
+    for calls in CALLS
+    for name in ("Points", "ExplicitPoints")
+    if getattr(calls, "available", lambda: True)() and hasattr(calls, name)
 }
-DOORS = {name: calls for name, calls in DOORS.items() if getattr(calls, "available", lambda: True)()}
 SENSITIVE = "wear_coarse"
 """A deck of long increments with wear: separations that change by 1e-15 change its tractions by 100 MPa."""
 
@@ -76,7 +81,7 @@ def test_doors(deck: Path) -> None:
         traction, state = np.stack([e.traction for e in expected], 1), [e.state[-1, :4] for e in expected]
         size = np.abs(traction).max() + material.K * np.abs(s).max()
         for door in DOORS:
-            points = DOORS[door].Points(interface.props(), len(SHARES))
+            points = DOORS[door](interface.props(), len(SHARES))
             starts = [np.zeros((len(SHARES), 3)), *s[:-1]]
             rows = [points.step(*row) for row in zip(starts, s, steps.tolist(), strict=True)]
             np.testing.assert_allclose(rows, traction, 0.0, ROUNDING * size, err_msg=door)
@@ -141,6 +146,24 @@ def test_contact_of_abaqus(joint: Interface) -> None:
     assert (crushing > 0.1) == (joint is CRUSHED) and points.closed == [1]
     points.step(start, np.array([[1e3, 0.0, 0.0]]))
     assert points.closed == [0] and not points.stress.any()
+
+
+@pytest.mark.parametrize("joint", [SOLID, PLANE, CRUSHED], ids=["solid", "plane", "crushed"])
+def test_contact_of_abaqus_explicit(joint: Interface) -> None:
+    """Energies of 70 nodes that begin at a gap of their own are those of the state, per area."""
+    ndir, n = 2 if joint is PLANE else 3, 70
+    gaps = 1e-3 * np.arange(n)[:, None] * np.eye(3)[0]
+    points, state, start, sums = abaqus.ExplicitPoints(joint.props(), n, ndir), None, gaps, np.zeros((3, n))
+    for end in path(plane=ndir == 2)[:, None] - (0.3 if joint is CRUSHED else 0.0) * np.eye(3)[0] + gaps:
+        traction = points.step(start, end)
+        expected = joint.update(end, state, start)
+        np.testing.assert_allclose(traction, expected.traction, 0.0, ROUNDING * joint.material.K)
+        state, start = expected.state, end
+        sums += points.densities[:3]
+    crushing = state[:, -1] if joint is CRUSHED else np.zeros(n)
+    np.testing.assert_allclose(sums, [state[:, 3], state[:, 2], crushing], 0.0, ROUNDING)
+    np.testing.assert_allclose(points.densities[4], state[:, 1], 0.0, ROUNDING)
+    assert np.all((crushing > 0.1) == (joint is CRUSHED))
 
 
 def test_rejected_contact_of_abaqus(capfd: pytest.CaptureFixture[str]) -> None:

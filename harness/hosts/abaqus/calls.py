@@ -1,4 +1,4 @@
-"""The call of UINTER that Abaqus/Standard makes at a node of the secondary surface of a contact pair."""
+"""The calls that Abaqus makes at the nodes of the secondary surface of a contact pair: UINTER and VUINTER."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NAME = b"JOINT".ljust(80)
 
 
 class Points:
-    """Nodes of the secondary surface; ndir: components, 3 in space, 2 in the plane."""
+    """Nodes of the secondary surface in Standard; ndir: components, 3 in space, 2 in the plane."""
 
     def __init__(self, props: Floats, n: int, ndir: int = 3) -> None:
         """Begin with n virgin nodes."""
@@ -60,6 +60,37 @@ class Points:
             _at(self.props), *[unused] * 5, *self.addresses, length, length, length,
         )  # fmt: skip
         self.stiffness[k], self.closed[k] = self.columns.T, self.integers[10]
+
+
+class ExplicitPoints:
+    """Nodes of the secondary surface in Explicit, all in one call; ndir: components, 3 in space or 2."""
+
+    def __init__(self, props: Floats, n: int, ndir: int = 3) -> None:
+        """Begin with n virgin nodes."""
+        self.props, self.ndir = np.array(props), ndir
+        statev = LIBRARY.asperity_nstatv(_at(self.props), len(props), None, 0)
+        self.state, self.stress = np.zeros((n, statev)), np.zeros((n, ndir))
+        # friction, rupture, crushing, viscous part, stored energy
+        self.densities = np.full((5, n), np.nan)
+        # steps, nodes of a facet, of the secondary and of the main surface, directions, sizes
+        self.integers = np.array([1, 1, 4, n, 4, ndir, ndir, statev, len(props), 0, 0, 0], np.int32)
+        self.unused, self.numbers = np.full(9 * n, np.nan), np.ones(4 * n, np.int32)
+
+    def step(self, start: Floats, end: Floats, dt: float = 0.0) -> Floats:
+        """Tractions (n, 3) at the end of an increment from separation to separation (n, 3)."""
+        sign, unused, length = SIGN[: self.ndir], _at(self.unused), ctypes.c_size_t(80)
+        rdisp = np.ascontiguousarray(sign * end[:, : self.ndir])
+        drdisp = rdisp - sign * start[:, : self.ndir]
+        friction, rupture, crushing, viscous, stored = (_at(row) for row in self.densities)
+        LIBRARY.vuinter_(
+            friction, rupture, crushing, viscous, _at(self.stress), unused, unused, stored, _at(self.state),
+            *[_at(self.integers[i:]) for i in range(len(self.integers))], *[_at(self.numbers)] * 3,
+            unused, unused, ctypes.byref(ctypes.c_double(dt)), NAME, NAME, NAME, _at(rdisp), _at(drdisp),
+            *[unused] * 7, _at(self.props), *[unused] * 9, length, length, length,
+        )  # fmt: skip
+        traction = np.zeros((len(end), 3))
+        traction[:, : self.ndir] = sign * self.stress
+        return traction
 
 
 def _at(array: np.ndarray) -> ctypes.c_void_p:

@@ -17,8 +17,7 @@ def block_of(block: Block) -> str:
     implex = block.prop("implex")
     if block.explicit and implex > 0.0:
         raise ValueError(f"implex = {implex:g}: expected 0 for Abaqus/Explicit, which solves no equations")
-    # A VUMAT stores the separation there, because the host passes none.
-    names = [text.replace("offset", "separation") if block.explicit else text for text in block.statev]
+    names = _names(block)
     element = "COH3D8, COH3D6" if block.dimension == 3 else "COH2D4, COHAX4"
     density = [] if block.density is None else ["*Density", f"{numeral(block.density)},"]
     damped = []
@@ -57,20 +56,30 @@ def block_of(block: Block) -> str:
 
 
 def _interaction(block: Block) -> str:
-    """Interaction of contact pairs (UINTER), whose state variables are those of the nodes."""
-    if block.explicit or block.density is not None:
-        raise ValueError("explicit, density: expected without contact, which is for Abaqus/Standard")
+    """Interaction of contact pairs (UINTER, VUINTER), whose state variables are those of the nodes."""
+    if block.density is not None:
+        raise ValueError(f"density = {block.density:g}: expected none for contact pairs of Abaqus")
     for name, value, expected in (("h", block.thickness(), 1.0), ("water", block.prop("water"), 0.0)):
         if value != expected:
             raise ValueError(f"{name} = {value:g}: expected {expected:g} for contact pairs of Abaqus")
-    unsymm = "" if block.prop("implex") else ", unsymm"
+    implex = block.prop("implex")
+    if block.explicit and implex > 0.0:
+        raise ValueError(f"implex = {implex:g}: expected 0 for Abaqus/Explicit, which solves no equations")
+    run = f"abaqus job=NAME user=asperity_abaqus.f90{' double=both' if block.explicit else ''}"
+    options = ", mechanical constraint=PENALTY" if block.explicit else ""
+    unsymm = "" if implex or block.explicit else ", unsymm"
     return text_of(
-        comments(block, "abaqus job=NAME user=asperity_abaqus.f90"),
-        f"** *Contact Pair, interaction={block.name}: the secondary surface, whose nodes carry the state,",
-        "** then the main one. No *Surface Behavior and no *Friction beside it. Surfaces begin in contact:",
-        "** s_N is the gap.",
-        *(f"** STATEV {i}: {text}" for i, text in enumerate(block.statev, 1)),
+        comments(block, run),
+        f"** *Contact Pair, interaction={block.name}{options}: the secondary surface,",
+        "** whose nodes carry the state, then the main one. No *Surface Behavior and no *Friction beside it.",
+        "** Surfaces begin in contact: s_N is the gap.",
+        *(f"** STATEV {i}: {text}" for i, text in enumerate(_names(block), 1)),
         f"*Surface Interaction, name={block.name}, user, depvar={len(block.statev)}, "
         f"properties={len(block.props)}{unsymm}",
         *constants(block.props),
     )
+
+
+def _names(block: Block) -> list[str]:
+    """Names of the state variables; a VUMAT stores the separation as offset, because the host passes none."""
+    return [text.replace("offset", "separation") if block.explicit else text for text in block.statev]
