@@ -54,6 +54,8 @@ def test_new_host(new_host: Path, capsys: pytest.CaptureFixture[str]) -> None:
         ("title = 'x'\n[card]\nonly = {h = 1}\nlist = true\n", r"newcode.host\.toml: .*list"),
         ("title = \n", r"newcode.host\.toml: Invalid value"),
         ("title = 'x'\n[mesh]\nlayer = true\n", r"newcode.host\.toml: .*ending"),
+        ("title = 'x'\ncard = []\n", r"newcode.host\.toml: .*list"),
+        (f"title = {'[' * 20000}\n", r"newcode.host\.toml: .*recursion"),
     ],
 )
 def test_wrong_host(new_host: Path, text: str, told: str) -> None:

@@ -119,7 +119,7 @@ def read(path: Path) -> Host:
             if name in tables:
                 tables[name] = kind(**_frozen(tables[name]))
         return Host(**_frozen(tables))
-    except (TypeError, tomllib.TOMLDecodeError) as error:
+    except (AttributeError, TypeError, ValueError, RecursionError) as error:
         raise ValueError(f"{path}: {error}") from None
 
 

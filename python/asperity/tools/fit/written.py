@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,10 +14,13 @@ from ... import contract
 from ...case_files import Run
 from ...contract import Floats
 from .columns import NONE
-from .model import KS, from_scale, to_scale
+from .model import KS, KT, SCALES, from_scale, to_scale
 
 DIGITS = 1.0e-4
 """Largest relative difference between a constant of a case and of its fit, which has more digits."""
+
+ASYMMETRY = 1.0e-9
+"""Largest difference of two opposite elements, over the largest element, that counts as a rounding error."""
 
 BEYOND = 1.01
 """Ratio of a pressure or slip to those of the tests of a fit above which it lies beyond them."""
@@ -41,8 +45,8 @@ class Written:
     """What the file of a fit says: units, names and values of constants, grade with the reason of no result.
 
     pressures: smallest and largest of the tests of the fit, stress.  slip: largest of their curves, length; 0
-    without curves.  covariance (p, p): of the constants on their scales.  error: relative model errors of tau
-    and of s_N.
+    without curves.  covariance (p, p): of the constants on their scales, not finite where the tests do not
+    determine one.  error: relative model errors of tau and of s_N.  loose: constants that are not determined.
     """
 
     units: tuple[str, str]
@@ -53,6 +57,15 @@ class Written:
     slip: float
     covariance: Floats
     error: tuple[float, float]
+    loose: tuple[str, ...]
+
+    @property
+    def mean(self) -> Floats:
+        """Values on their scales, (p,); that of a logarithm of zero is not finite."""
+        with np.errstate(divide="ignore"):
+            return np.array(
+                [float(to_scale(name, value)) for name, value in zip(self.names, self.values, strict=True)]
+            )
 
     def moved(self, props: Floats, step: float) -> list[tuple[float, Floats, Floats]]:
         """Axes of the covariance, whose effects are independent: PROPS at both ends of a step, and a factor.
@@ -60,10 +73,7 @@ class Written:
         step: over the standard deviation.  factor: of the difference, for one standard deviation.
         """
         sizes, axes = np.linalg.eigh(self.covariance)
-        at = np.array(
-            [float(to_scale(name, value)) for name, value in zip(self.names, self.values, strict=True)]
-        )
-        pairs = []
+        at, pairs = self.mean, []
         for size, axis in zip(np.sqrt(np.maximum(sizes, 0.0)), axes.T, strict=True):
             pair = []
             for side in (-1.0, 1.0):
@@ -94,24 +104,64 @@ class Written:
 
 
 def written_beside(path: Path) -> Written | None:
-    """Content of the file of a fit; None where there is no such file."""
+    """Content of the file of a fit; None where there is no such file.  Raises ValueError as `read`."""
+    return read(path) if path.exists() else None
+
+
+def read(path: Path) -> Written:
+    """Content of the file of a fit; raises ValueError where it is not one of `asperity fit`."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        length, stress = map(str, content["units"])
-        low, high = map(float, content["pressures"])
-        error, of_dilation = map(float, content["model error of tau and s_N"])
-        return Written(
+        length, stress = _words(content["units"])
+        low, high, slip = _numbers([*content["pressures"], content["slip"]])
+        error, of_dilation = _numbers(content["model error of tau and s_N"])
+        names = _words(content["parameters"])
+        rows = [_numbers(row) for row in content["covariance on the scales"]]
+        fit = Written(
             (length, stress),
-            tuple(map(str, content["parameters"])),
-            tuple(map(float, content["values"])),
-            "; no result: ".join([str(content["grade"]), *map(str, content["no result"][:1])]),
+            names,
+            _numbers(content["values"]),
+            "; no result: ".join(_words([content["grade"], *_words(content["no result"])[:1]])),
             (low, high),
-            float(content["slip"]),
-            np.array(content["covariance on the scales"], dtype=float),
+            slip,
+            np.array(rows) if rows else np.zeros((0, 0)),
             (error, of_dilation),
+            _words(content["not determined"]),
         )
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
+        if _words(content["scales"]) != tuple(SCALES.get(name, "log") for name in names):
+            raise ValueError("the scales of its constants")
+        if len(set(names)) < len(names) or not set(names) <= {*SCALES, "kn"} - {KT}:
+            raise ValueError("constants of a joint, each once")
+        with np.errstate(invalid="ignore"):
+            sound = np.isfinite([*fit.values, low, high, slip]).all() and not np.isnan(fit.mean).any()
+        matrix, finite = fit.covariance, np.where(np.isfinite(fit.covariance), fit.covariance, 0.0)
+        least = ASYMMETRY * np.abs(finite).max(initial=0.0)
+        sound = sound and matrix.shape == (len(names), len(names))
+        sound = sound and np.allclose(matrix, matrix.T, rtol=0.0, atol=least, equal_nan=True)
+        if not sound or any(x < 0.0 for x in (*np.diag(matrix), *fit.error)):
+            raise ValueError(
+                "finite values, pressures and slip, a symmetric covariance, no negative variance or error"
+            )
+    except (OSError, KeyError, TypeError, ValueError, OverflowError, RecursionError) as problem:
+        text = "expected a file that this version of asperity fit -o has written"
+        raise ValueError(f"{path}: {text} ({problem})") from None
+    return fit
+
+
+def _numbers(values: Iterable[Any]) -> tuple[float, ...]:
+    """Numbers of a list; raises TypeError for what is none."""
+    listed = tuple(values)
+    for value in listed:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise TypeError(f"{value!r}: expected a number")
+    return tuple(map(float, listed))
+
+
+def _words(values: Iterable[Any]) -> tuple[str, ...]:
+    """Words of a list; raises TypeError for what is none."""
+    if isinstance(values, str) or not all(isinstance(value, str) for value in values):
+        raise TypeError(f"{values!r}: expected a list of words")
+    return tuple(values)
 
 
 def with_constants(props: Sequence[float], names: Sequence[str], sample: Sequence[float]) -> Floats:

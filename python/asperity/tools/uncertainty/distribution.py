@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,14 +11,12 @@ import numpy as np
 from ... import contract
 from ...case_files import Case
 from ...contract import Floats
-from ..fit.model import INCLINED, KS, SCALES, TIMELESS, from_scale, to_scale
+from ..fit import written
+from ..fit.model import INCLINED, KS, TIMELESS, from_scale
 from ..fit.report import file_of
 from ..fit.written import other_constant
 
 CONSTANTS = tuple(row.name for row in TIMELESS)  # constants that may be uncertain
-ASYMMETRY = 1.0e-9
-"""Largest difference of two opposite elements, over the largest element, that counts as a rounding error."""
-
 LEAST_EIGENVALUE = -1.0e-9
 """Smallest eigenvalue of a matrix of correlations that counts as a rounding error of zero."""
 
@@ -114,29 +111,14 @@ def distribution_of(
 
 
 def read(path: Path) -> Distribution:
-    """Read the file; raises ValueError where it is not one of `asperity fit`."""
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        names = tuple(content["parameters"])
-        mean = np.array([to_scale(name, value) for name, value in zip(names, content["values"], strict=True)])
-        covariance = np.array(content["covariance on the scales"], dtype=float)
-        error, of_dilation = map(float, content["model error of tau and s_N"])
-        grade = "; no result: ".join([str(content["grade"]), *map(str, content["no result"][:1])])
-        loose = ", ".join(map(str, content.get("not determined", [])))
-        grade += f"; not determined: {loose}" if loose else ""
-        closes = "kn" in names
-        sound = names and (closes or content["scales"] == [SCALES[name] for name in names])
-        sound = sound and np.isfinite([*mean, *covariance.ravel(), error, of_dilation]).all()
-        least = ASYMMETRY * np.abs(covariance).max()
-        sound = sound and covariance.shape == 2 * mean.shape and np.diag(covariance).min() >= 0.0
-        if not sound or not np.allclose(covariance, covariance.T, rtol=0.0, atol=least):
-            raise ValueError("finite values, their scales, a symmetric covariance with variances >= 0")
-    except (KeyError, TypeError, ValueError) as problem:
-        text = "expected a file that this version of asperity fit -o has written"
-        raise ValueError(f"{path}: {text} ({problem})") from None
-    if closes:
+    """Distribution of a fit; raises ValueError where the file is not one of `asperity fit`, or has none."""
+    fit = written.read(path)
+    if "kn" in fit.names:
         raise ValueError(f"{path}: a fit of closure tests: expected one of shear tests, for a slip")
-    return Distribution(names, mean, covariance, True, str(path), (error, of_dilation), grade)
+    if not (fit.names and np.isfinite([*fit.mean, *fit.covariance.ravel(), *fit.error]).all()):
+        raise ValueError(f"{path}: expected a fit of constants, with finite covariance and model errors")
+    grade = fit.grade + (f"; not determined: {', '.join(fit.loose)}" if fit.loose else "")
+    return Distribution(fit.names, fit.mean, fit.covariance, True, str(path), fit.error, grade)
 
 
 def of_deviations(

@@ -191,6 +191,9 @@ def test_prediction_has_intervals(said: Callable) -> None:
     assert (
         "inside      1 of 2 measured numbers lie in their intervals; outside: peak of new.csv: line 3" in text
     )
+    Path("joint.fit.json").write_text(json.dumps(content | {"values": []}))
+    _, message = said("predict joint.nml new.csv", 1)
+    assert "joint.fit.json: expected a file that this version of asperity fit -o has written" in message
     Path("joint.fit.json").unlink()
     text, _ = said("predict joint.nml new.csv", NO_RESULT)
     assert "interval" not in text

@@ -168,7 +168,8 @@ def test_from_a_record_to_quantiles(result: Fit, said: Callable, monkeypatch: py
 
 SOUND = {
     "parameters": ["mu"], "values": [0.5], "scales": [SCALES["mu"]], "covariance on the scales": [[0.01]],
-    "model error of tau and s_N": [0.0, 0.0], "grade": "good", "no result": [],
+    "model error of tau and s_N": [0.0, 0.0], "grade": "good", "no result": [], "not determined": [],
+    "units": ["mm", "MPa"], "pressures": [1.0, 2.0], "slip": 3.0,
 }  # fmt: skip
 
 
@@ -180,6 +181,14 @@ SOUND = {
         {"covariance on the scales": [[1, 2]]},
         {"covariance on the scales": [[-1]]},
         {"values": [float("nan")]},
+        {"values": [10**400]},
+        {"values": [-0.5]},
+        {"values": [True]},
+        {"parameters": ["mean"]},
+        {"parameters": ["mu", "mu"], "values": [0.5, 0.5], "scales": 2 * [SCALES["mu"]]},
+        {"scales": ["linear"]},
+        {"model error of tau and s_N": [-0.1, 0.0]},
+        {"not determined": "mu"},
         {key: 2 * SOUND[key] for key in ("parameters", "values", "scales")}
         | {"covariance on the scales": [[1, np.inf], [np.inf, 1]], "model error of tau and s_N": [0.0, 0.0]},
     ],
