@@ -138,6 +138,39 @@ except Stopped as stopped:
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
+def test_water_that_ends_on_the_branch(ranks: int) -> None:
+    """A branch to openings for which a pressure is negative, or refuses to be found, ends and says so."""
+    results = of_all_ranks(
+        BOND
+        + """
+def refused(x, opening):
+    if (opening > 0.01).any():
+        raise ValueError("no p there")
+    return 0.01 + 0.0 * opening
+
+for name, p in {"negative": lambda x, opening: 0.01 - opening, "refused": refused}.items():
+    m = model(2e4, 0.0, laws={"joint": bond})
+    top, area = m.group("top")
+    pull = np.zeros((m.n, 2))
+    pull[top, 1] = STRENGTH * area
+    of = lambda t: Conditions(bottom(m), load=t * pull.ravel(), pressures={"joint": p})
+    follow = Follow(m, State.virgin(m), of, 0.15, 0.15, 1e-4)
+    follow.run(0.9)
+    branch = follow.beyond(1e-3)
+    try:
+        for _ in branch.to(lambda state: state.at < 1e-3): pass
+    except Stopped as stopped:
+        results[name] = largest(branch.state.s[:, 0]), str(stopped)
+""",
+        ranks,
+    )
+    opening, text = results["negative"]
+    assert 0.009 < opening <= 0.01 and "joint: p = -" in text
+    opening, text = results["refused"]
+    assert 0.009 < opening <= 0.01 and "no p there" in text
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
 def test_energy_that_a_snap_releases(ranks: int) -> None:
     """A bond in series with soft blocks breaks in a jump: their energy at its strength less Gc is released.
 

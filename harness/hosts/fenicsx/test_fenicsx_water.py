@@ -185,6 +185,69 @@ def test_flow(ranks: int, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
+def test_flow_through_wide_and_narrow_faces(ranks: int) -> None:
+    """An open pocket of a closed joint has the mean pressure of both ends, however wide it is.
+
+    A crack has the pressure of its mouth, and the inflow of what is closed ahead of it.  What a groove lets
+    through is that of its a^3: the mean over its width, 1/4 where it closes.
+    """
+    results = run(
+        """
+from asperity.fenicsx.water import Water
+viscosity, a_min = 1e-9, 1e-8
+for d, simplex in ((2, False), (3, False), (3, True)):
+    m = two_blocks(d, simplex)
+    water = Water(m, {}, [Flow("joint", {"left": 6.0, "right": 2.0}, viscosity, a_min, a_min)])
+    x, s = m.places, np.zeros((len(m.places), 3))
+    inside = abs(x[:, 0] - 1.5) < 0.6
+    for wide in (1e-5, 1e-3, 1.0, 1e3):  # 1e9 to 1e33 times as much as the closed joint
+        s[:, 0] = wide * inside
+        p, [rates] = water.at(s)
+        change, turn = water.following(s), np.zeros_like(s)
+        turn[inside, 0] = wide * (x[inside, 0] - 1.5)
+        results[f"{d} {simplex} {wide}"] = [
+            largest(p[inside] - 4.0), abs(rates["left"] + rates["right"]) / rates["left"],
+            largest(change(turn)[inside]),
+        ]
+        s[:, 0] = wide * (x[:, 0] < 2.1)
+        p, [rates] = water.at(s)
+        results[f"{d} {simplex} {wide} crack"] = [
+            largest(p[x[:, 0] < 2.1] - 6.0), abs(rates["left"] + rates["right"]) / rates["left"]
+        ]
+    if d == 3:
+        s[:, 0] = x[:, 1] < 1.1
+        p, [rates] = water.at(s)
+        part = 1.125 if not simplex else rates["left"] * 12.0 * viscosity * 3.0 / 4.0
+        results[f"groove {simplex}"] = [
+            largest(p - 6.0 + 4.0 * x[:, 0] / 3.0), rates["left"] / (part / (12.0 * viscosity) * 4.0 / 3.0)
+        ]
+""",
+        ranks,
+    )
+    for name, values in results.items():
+        if "groove" in name:
+            assert values == [pytest.approx(0.0, abs=1e-6), pytest.approx(1.0, rel=1e-6)], name
+        else:
+            assert max(values) < 6e-6, name  # 1e-6 of the pressure, as the equilibrium has it
+
+
+def test_steps_that_are_not_finite() -> None:
+    """GMRES hands out what is not finite, which ends an equilibrium with a reason, and raises nothing."""
+    results = run(
+        """
+from asperity.fenicsx.coupling import solved
+b = np.array([1.0, 2.0])
+for name, matrix, side in (
+    ("matrix", lambda v: np.nan * v, b), ("side", lambda v: v, np.inf * b), ("nothing", lambda v: v, 0.0 * b)
+):
+    results[name] = np.isfinite(solved(matrix, side)).tolist()
+""",
+        1,
+    )
+    assert results == {"matrix": [False] * 2, "side": [False] * 2, "nothing": [True] * 2}
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
 def test_flow_through_a_junction_and_a_standing_column(ranks: int) -> None:
     """Three equal branches share what comes in; under its weight water stands, p = weight times depth."""
     results = run(

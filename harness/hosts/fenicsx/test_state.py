@@ -260,6 +260,34 @@ except ValueError as error:
     assert "expected a value beyond the limit" in results["reached"]
 
 
+def test_an_exception_in_a_solution_with_an_old_factor() -> None:
+    """What ends a solution that goes on from the factor of an iteration before leaves that factor behind."""
+    results = run("""
+class Ended:
+    def solve(self, b, y):
+        raise KeyboardInterrupt
+
+flat = split(grid(range(4), range(3), range(3), block=[0, 1])) if COMM.rank == 0 else None
+m = Model(flat, {"joint": law}, 2e4, 0.2)
+down, push = (m.body(force, "block_1") for force in ([0.0, 0.0, -1e-2], [4.5e-3, 0.0, 0.0]))
+fixed = m.dofs(m.x[:, 2] < 1e-6, 0, 1, 2)
+start = solve(m, State.virgin(m), Conditions(fixed, load=down)).taken()
+of = Conditions(fixed, load=down + push)
+before = solve(m, start, of)
+[solver] = newton.equations_of(m, np.sort(fixed), "").solvers.values()
+stale, solver.stale = solver.stale, Ended()
+try:
+    solve(m, start, of)
+except KeyboardInterrupt:
+    results["ended"] = True
+solver.stale = stale
+after = solve(m, start, of)
+results["iterations"] = [before.iterations, after.iterations]
+results["same"] = before.taken().differences(after.taken())
+""")
+    assert results["ended"] and results["same"] == {} and len({*results["iterations"]}) == 1
+
+
 def test_drivers_share_no_state() -> None:
     """Two paths and a run in time of one model do not meet; a static step after a run in time has no mass."""
     results = run("""

@@ -164,13 +164,14 @@ class Branch:
         q = equations_of(m, self._given(old.at)[0].fixed, t.options)
         for iteration in range(t.iterations + 1):
             h = APART * (abs(at) or 1.0)
-            try:
+            try:  # an iterate may be where there are no conditions, or no water
                 (now, load, water), (then, more, wetter) = self._given(at), self._given(at + h)
-            except ValueError as error:  # an iterate may be where there are no conditions
+                x[q.fixed] = now.values
+                s = m.separations(x)
+                (p, _), (wet, _) = water.at(s), wetter.at(s)
+                steps = Followed(q, water, s)
+            except ValueError as error:
                 return x, at, iteration, f"the conditions at {at:.5g}: {error}"
-            x[q.fixed] = now.values
-            s = m.separations(x)
-            p, _ = water.at(s)
             try:
                 response = respond(m, old, s, t.dt, p)
             except LawError as error:
@@ -185,10 +186,9 @@ class Branch:
             moved = none.copy()
             moved[q.fixed] = (then.values - now.values) / h
             pulled = np.einsum("pij,pj->pi", response.D, m.separations(moved))
-            pulled[:, 0] -= (wetter.at(s)[0] - p) / h
+            pulled[:, 0] -= (wet - p) / h
             slope = (m.stiff(moved) + m.pulled(pulled) - (more - load) / h) * q.free
             q.assemble(response.D, task, SHIFT, False)
-            steps = Followed(q, water, s)
             first, second = steps.step(balance.full), steps.step(slope, moved)
             if first is None or second is None:
                 return x, at, iteration, "the tangent has no solution"

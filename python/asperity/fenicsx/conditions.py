@@ -44,10 +44,10 @@ class Held:
     load: Floats
 
 
-def _wrong(name: str, values: Floats, shape: tuple[int, ...]) -> str:
-    """What is wrong with values for some components, or nothing."""
+def _wrong(name: str, values: Floats, shape: tuple[int, ...], alone: str = "one") -> str:
+    """What is wrong with values for some components, or nothing; alone: which number stands for all."""
     if values.shape not in ((), shape):
-        return f"{name} of the shape {values.shape}: expected one or {shape}, one for each on this rank"
+        return f"{name} of the shape {values.shape}: expected {alone} or {shape}, one for each on this rank"
     return "" if np.isfinite(values).all() else f"{name}: expected finite numbers"
 
 
@@ -69,7 +69,8 @@ def held(model: Model, conditions: Conditions) -> Held:
         if 0 <= low and high < max(size, 1)
         else f"fixed {low} to {high}: expected components 0 to {size - 1}",
         _wrong("values", values, indices.shape),
-        _wrong("load", load, (size,)),
+        "" if load.shape or not load else f"load = {load:g} on every component: expected 0 or {(size,)}",
+        _wrong("load", load, (size,), "0"),
     )  # fmt: skip
     fixed, first, back = np.unique(indices, return_index=True, return_inverse=True)
     all_values = np.broadcast_to(values, indices.shape)

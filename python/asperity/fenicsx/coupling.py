@@ -36,7 +36,8 @@ class Followed:
         """Step of given pressures against a residual."""
         dx, _, _ = self.q.step(r, self.symmetric, self.fresh)
         self.fresh = False
-        return dx
+        # a singular tangent may have a step that is not finite
+        return None if dx is None or not np.isfinite(totals(float(np.abs(dx).sum()))[0]) else dx
 
     def step(self, r: Floats, given: Floats | float = 0.0) -> Floats | None:
         """Step against a residual, with that of the water; None where there is no solution.
@@ -67,9 +68,9 @@ class Followed:
 
 
 def solved(matrix: Callable[[Floats], Floats], b: Floats) -> Floats:
-    """Solution of matrix(v) = b by GMRES, where each rank has a part of v."""
+    """Solution of matrix(v) = b by GMRES, where each rank has a part of v; NaN where one is not finite."""
     size = float(np.sqrt(totals(b @ b)[0]))
-    if not size:
+    if not size or not np.isfinite(size):
         return 0.0 * b
     base, H = [b / size], np.zeros((MOST + 1, MOST))
     y: Floats = np.zeros(0)
@@ -80,6 +81,8 @@ def solved(matrix: Callable[[Floats], Floats], b: Floats) -> Floats:
             H[: k + 1, k] += shares
             w = w - shares @ np.array(base)
         H[k + 1, k] = np.sqrt(totals(w @ w)[0])
+        if not np.isfinite(H[k + 1, k]):
+            return np.nan * b
         first = np.zeros(k + 2)
         first[0] = size
         y = np.asarray(np.linalg.lstsq(H[: k + 2, : k + 1], first)[0])

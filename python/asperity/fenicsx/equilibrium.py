@@ -146,6 +146,12 @@ def _check(model: Model, terms: Terms) -> tuple[Floats, Floats]:
             (size,),
         )
         checks[f"{name}: expected finite numbers"] = bool(np.isfinite(values).all())
+    for name, given in (("openings", terms.openings), ("aim", terms.aim)):
+        if given is not None:
+            values = doubles(name, given)
+            shape = len(model.pairs), 3
+            text = f"{name} of the shape {values.shape}: expected finite numbers of the shape {shape}"
+            checks[text] = values.shape == shape and bool(np.isfinite(values).all())
     checks["drag: expected at least 0"] = bool((drag >= 0.0).all())
     agree(next((text for text, good in checks.items() if not good), ""))
     return np.broadcast_to(drag, size), np.broadcast_to(ahead, size)

@@ -297,10 +297,12 @@ class Solver:
         pc, spent = self.ksp.getPC(), 0
         if self.stale and not (fresh or self.worn):
             pc.setReusePreconditioner(True)
-            self.stale.solve(b, y)
+            try:
+                self.stale.solve(b, y)
+            finally:
+                pc.setReusePreconditioner(False)
             spent = self.stale.getIterationNumber()
             self.worn = spent >= 0.7 * STALE
-            pc.setReusePreconditioner(False)
             if self.stale.getConvergedReason() > 0:
                 return spent, 0, True
         self.worn = False
