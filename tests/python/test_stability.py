@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import EquilibriumLost, Interface, Material, Pattern, Step, read_case
+from asperity import EquilibriumLost, Interface, Material, ModelWarning, Pattern, Step, read_case
 from asperity.installed import named_case
 from support_umat import ONSET, planted
 
@@ -130,6 +130,22 @@ def test_kink_is_no_fork() -> None:
     for fork in (1, -1):
         with pytest.raises(ValueError, match=f"^step 2: fork = {fork}: no other branch crosses in this step"):
             joint.run([steps[0], replace(steps[1], fork=fork)])
+
+
+def test_kink_beyond_a_fork() -> None:
+    """A fork is where the determinant of the tangent vanishes, not the kink where its sign jumps."""
+    material = Material(3.0, 0.3, 0.6, 0.0, sigma02=4.56, Gc2=0.25, kc=3.9)
+    joint = Interface(material, Pattern.regular(3, 59.3))
+    with pytest.warns(ModelWarning, match="differ from mode I"):
+        history = joint.run(Step(s_Tx=0.14, t_N=0.0, t_Ty=0.0, follow="branch", arc=0.3))
+    names = {row: text.split("+") for row, text in history.events}
+    forks = [row for row, here in names.items() if "fork" in here]
+    onset = next(row for row, here in names.items() if "onset" in here)
+    size = np.linalg.det(history.tangent)[onset:] / abs(np.linalg.det(history.tangent[onset]))
+    fork, kink = np.flatnonzero(size[:-1] * size[1:] < 0.0)
+    assert forks == [onset + fork + 1]
+    # a fork is found by bisection of a step; a hundredth of the largest determinant is no rounding error
+    assert abs(size[fork + 1]) < 1e-6 and min(abs(size[kink : kink + 2])) > 1e-2
 
 
 def test_nothing_holds_across() -> None:
