@@ -170,12 +170,13 @@ class Page:
         curves = row(*figures, styles=wrapped, sizing_mode="stretch_width")
         right = column(curves, self.place, bottom, sizing_mode="stretch_width")
         sliders = column(*controls, width=300, margin=(0, 0, 0, 8))
-        return column(
+        page: Column = column(
             Div(text="<h2>A rough joint under pressure and slip</h2>"),
             self.message,
             row(sliders, right, sizing_mode="stretch_width"),
             sizing_mode="stretch_width",
         )
+        return page
 
     def _curve(self, name: str, label: str) -> figure:
         tools, tips = "pan,wheel_zoom,box_zoom,reset,hover,save", [("slip", "@slip{0.0000}")]
