@@ -128,7 +128,7 @@ module asperity_tolerances
   real(wp), parameter, public :: least_tolerance = 1.0e-8_wp, largest_tolerance = 0.1_wp
   !> Smallest number of increments to a target in the first run: fewer may agree by chance. Largest one of a path whose
   !> increments are halved.
-  integer, parameter, public :: least_parts = 8, most_parts = 100000
+  integer, parameter, public :: least_increments = 8, most_increments = 100000
   !> Largest number of values in the rows of a run, 300 MB, and those of a row besides its state variables.
   real(wp), parameter, public :: most_values = 4.0e7_wp, values_of_row = 60.0_wp
   !> Parts of the tolerance for the distance between two runs and for the rows that are left out; the rest is for what

@@ -9,8 +9,8 @@ module asperity_refine
   use asperity_point_law, only: point_law
   use asperity_steps, only: step_type
   use asperity_text, only: append, integer_text, short, to_text
-  use asperity_tolerances, only: largest_tolerance, least_parts, least_tolerance, measured_part, most_parts, &
-    most_values, compressed_part, unbonded, values_of_row
+  use asperity_tolerances, only: largest_tolerance, least_increments, least_tolerance, measured_part, &
+    most_increments, most_values, compressed_part, unbonded, values_of_row
   implicit none
   private
   public :: refine_path, explain_tolerance
@@ -27,7 +27,7 @@ contains
     type(errors_type), intent(inout) :: errors                !! errors are added
     type(error_type), intent(in) :: place                     !! of an error in it
     type(error_type) :: value
-    real(wp) :: parts
+    real(wp) :: increments
     integer :: i
     logical :: good
     good = bounded(tolerance, largest_tolerance)
@@ -38,12 +38,13 @@ contains
       value%value = to_text(tolerance)
       call fail(errors, value, "expected " // to_text(least_tolerance) // " to " // to_text(largest_tolerance))
     end if
-    parts = 0.0_wp
+    increments = 0.0_wp
     do i = 1, size(steps)
-      parts = parts + sum(real(max(least_parts, steps(i)%increments), wp))
+      increments = increments + sum(real(max(least_increments, steps(i)%increments), wp))
     end do
-    if (4.0_wp*parts > real(most_parts, wp)) call fail(errors, place, "tolerance with " // to_text(parts) // &
-      " increments: expected at most " // integer_text(most_parts/4) // ", which are halved twice or more")
+    if (4.0_wp*increments > real(most_increments, wp)) call fail(errors, place, "tolerance with " // &
+      to_text(increments) // " increments: expected at most " // integer_text(most_increments/4) // &
+      ", which are halved twice or more")
     if (any(steps%arc > 0.0_wp)) call fail(errors, place, "tolerance with follow = 'branch': expected arc, " // &
       "the longest step along the branch")
   end subroutine explain_tolerance
@@ -74,7 +75,7 @@ contains
     least = merge(1.0_wp, unbonded, law%bonded)
     finer = steps
     do i = 1, size(steps)
-      finer(i)%increments = max(least_parts, steps(i)%increments)
+      finer(i)%increments = max(least_increments, steps(i)%increments)
     end do
     call run_rows(law, finer, start, p, run, fine)
     error = huge(error)
