@@ -20,7 +20,8 @@ ENTRY = re.compile(
 )
 STAND_IN = re.compile(r"^(\d+) passed, (\d+) failed$", re.MULTILINE)
 PFUNIT_OK = re.compile(r"^ OK\n \((\d+) tests?(?:, \d+ disabled)?\)$", re.MULTILINE)
-PYTEST_OK = re.compile(r"^(\d+) passed(?:, \d+ warnings?)? in ", re.MULTILINE)
+# what the command leaves out by name is no test; one that leaves itself out is
+PYTEST_OK = re.compile(r"^(\d+) passed(?:, \d+ deselected)?(?:, \d+ warnings?)? in ", re.MULTILINE)
 PFUNIT_FAILURES = re.compile(r"^Tests run: (\d+), Failures: (\d+), Errors: (\d+)", re.MULTILINE)
 
 

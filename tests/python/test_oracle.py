@@ -190,10 +190,11 @@ def test_initial_states(option: str) -> None:
     interface, planes = Interface(material, Pattern.regular(5, 30.0)), reference.regular_pattern(5, 30.0)
     props, rng, accepted = interface.props(), np.random.default_rng(SEED), 0
     least, most = [0.0, -0.1, -0.1], [1.0, 0.1, 0.1]
-    enough = 24 // OVER
+    enough = max(1, 24 // OVER)
     # a traction that cannot be carried takes a hundred times as long as one that can
+    low, high = ([-2.0, -0.5, -0.5], [0.3, 0.5, 0.5]) if OVER == 1 else ([-2.0, -0.1, -0.1], [-0.5, 0.1, 0.1])
     for _ in range(4 * enough):
-        traction = 3.0 * rng.uniform([-2.0, -0.5, -0.5], [0.3, 0.5, 0.5])
+        traction = 3.0 * rng.uniform(low, high)
         state = np.zeros(interface.nstatv)
         state[2:4] = given = 0.25, 0.5  # rupture and friction go on from what the caller has
         state[N_POINT_STATEV : N_POINT_STATEV + 18] = rng.uniform(least, most, (6, 3)).ravel()
@@ -242,7 +243,7 @@ def test_patterns_and_materials() -> None:
     """Random patterns and constants of the paper's law; every branch occurs more than 500 times."""
     rng = np.random.default_rng(20150131)
     counts = dict.fromkeys(BRANCHES, 0)
-    for _ in range(200 // OVER):
+    for _ in range(max(6, 200 // OVER)):
         m, (pattern, planes) = random_material(rng), random_pattern(rng)
         p, interface = reference.Parameters(**m.values()), Interface(m, pattern)
         K, shortest = max(p.Kn, p.Kt, p.kc * p.Kn), min(p.s0, p.s02)
@@ -331,6 +332,7 @@ def errors_of_jumps(sides: int, dt: float, **constants: float) -> Iterator[np.nd
         state, s_old = new, s
 
 
+@pytest.mark.fine_parts
 @pytest.mark.parametrize("option", JUMPS)
 @pytest.mark.parametrize("sides", [0, 4])
 def test_jumps(option: str, sides: int) -> None:
@@ -356,6 +358,7 @@ def test_jump_of_one_point(entry: Callable[..., Answer]) -> None:
 VISCOUS = {1e-3: 0.1, 0.1: 0.4, 1.0: 0.25, 10.0: 0.05}
 
 
+@pytest.mark.fine_parts
 @pytest.mark.parametrize("tau", VISCOUS)
 @pytest.mark.parametrize("sides", [0, 4])
 def test_viscous_jumps(sides: int, tau: float) -> None:
@@ -368,6 +371,7 @@ def test_viscous_jumps(sides: int, tau: float) -> None:
 DAMPED = {1e-3: 0.01, 0.3: 0.1, 3.0: 0.12}
 
 
+@pytest.mark.fine_parts
 @pytest.mark.parametrize("lag", DAMPED)
 @pytest.mark.parametrize("sides", [0, 4])
 @pytest.mark.parametrize("option", ["bond", "modes"])
@@ -384,6 +388,7 @@ def test_damped_jumps(option: str, sides: int, lag: float) -> None:
 LAGS = {0.0: (0.05, 0.02, 1.5), 0.3: (0.05, 0.06, 1.5), 237.0: (0.05, 0.2, 1.5)}
 
 
+@pytest.mark.fine_parts
 @pytest.mark.parametrize("lag", LAGS)
 @pytest.mark.parametrize("option", CURVED)
 def test_jumps_of_curved_contacts(option: str, lag: float) -> None:
@@ -401,18 +406,20 @@ def test_jumps_beyond_the_compressive_strength() -> None:
     material = Material(**constants, c=0.3 * 5.0 * Material(**BOND).K)
     joint = Interface(material, Pattern.regular(4, 30.0))
     state, s_old = np.zeros((JUMP_POINTS, joint.nstatv)), np.zeros((JUMP_POINTS, 3))
+    parts = 2000 if OVER == 1 else 100  # of 2000 none is long
     for s in jumps(material, np.random.default_rng(SEED)):
         new = by_c(joint.props(), s, state, s_old, 1.0)[1]
-        fine, ends = state, np.linspace(0.0, 1.0, 2001)  # none is long
+        fine, ends = state, np.linspace(0.0, 1.0, parts + 1)
         for x, y in itertools.pairwise(ends):
-            first, last = (s_old + z * (s - s_old) for z in (x, y))
-            fine = by_c(joint.props(), last, fine, first, y - x)[1]
+            first, last = (np.asfortranarray((s_old + z * (s - s_old)).T) for z in (x, y))
+            fine = c_update(LIBRARY, joint.props(), y - x, first, last, fine.T, tangent=False).state.T
         off = np.abs(new - fine)[:, 3] / (material.Gc + np.abs(fine - state)[:, 1:4].sum(axis=1))
-        assert np.quantile(off, 0.9) < 0.1, off
+        assert OVER > 1 or np.quantile(off, 0.9) < 0.1, off
         state, s_old = new, s
     assert (state[:, -2] > 0.1 * material.s_f).sum() > 10
 
 
+@pytest.mark.fine_parts
 def test_guarded_jumps() -> None:
     """The guard asks the rupture that is booked, never negative: damage grows where it is positive."""
     constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "kc": 5.0}

@@ -150,6 +150,8 @@ Test {1}.\n"law" end time: Jan 01\n"""
     [
         ("law a ... ok\n11 passed, 0 failed", "Passed", (11, 0)),
         ("0 passed, 0 failed\nSTOP 1", "Failed", (0, 1)),
+        ("60 passed, 47 deselected in 90.01s (0:01:30)", "Passed", (60, 0)),
+        ("60 passed, 47 skipped in 90.01s (0:01:30)", "Passed", (0, 1)),
         (" OK\n (11 tests)", "Passed", (11, 0)),
         (" OK\n (0 test)", "Passed", (0, 1)),
         (" FAILURES!!!\nTests run: 19, Failures: 12, Errors: 1\n", "Failed", (6, 13)),

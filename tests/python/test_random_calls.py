@@ -46,7 +46,7 @@ from support_calls import (
 pytestmark = pytest.mark.long
 
 CALLS = int(os.environ.get("ASPERITY_CALLS", "3000"))
-BATCH = 50
+BATCH = min(50, CALLS // 2)
 PROP = {row.name: row.index - 1 for row in props_table()}
 TIMED, REQUESTING = [PROP[k] for k in ("tau_v", "c", "implex")], [PROP[k] for k in ("dalpha", "implex")]
 """Constants that need a time increment, and those that ask for a shorter one."""
