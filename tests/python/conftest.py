@@ -23,8 +23,12 @@ os.cpu_count = lambda: 1
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The slow tests come first, so that no worker is left alone with one at the end."""
-    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
+    """The files with slow tests come first, so that no worker is left alone with one at the end.
+
+    A file stays in one piece, as what its tests share is made again otherwise.
+    """
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)
 
 
 @pytest.fixture(scope="session")
