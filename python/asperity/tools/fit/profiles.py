@@ -125,13 +125,13 @@ def assumed(
     apart: dict[str, Mapping[str, float]] = {}
     for (solution, name), value in zip(made, values[1:], strict=True):
         # a shape that explains the tests better than the law excludes others, too
-        allowed, halves, shape = value < min(values) + GAIN, halves_of(solution), solution.model.shape
-        if shape and (allowed or value < values[0] - GAIN):
+        allowed, shape = value < min(values) + GAIN, solution.model.shape
+        halves = halves_of(solution) if allowed else {}
+        if allowed and shape:
             if shape not in apart:
-                whole = with_shape(form, shape)
+                whole = next(other for other in forms if other.model.shape == shape)
                 apart[shape] = halves_of(whole, left_out(whole))
-            wide = apart[shape]
-            halves = {part: max(half, wide.get(part, 0.0)) for part, half in halves.items()}
+            halves = {part: max(half, apart[shape].get(part, 0.0)) for part, half in halves.items()}
         yield Assumption(name, value - values[0], solution.values, allowed, parts, halves, shape in apart)
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from ...contract import Floats
 from .shear_test import ShearTest
 
-HALVINGS, FREE, LOCKED = 12, 1.0e-3, 1.0e3
-"""Bisections before a secant of the share of a crushed asperity; least 1 - mu t at which a side slides; and
-strength over pressure where it is locked.
+MOST, CLOSE, LEAST, FREE, LOCKED = 40, 1.0e-9, 1.0e-9, 1.0e-3, 1.0e3
+"""Steps to the share of a crushed asperity, and its error; least pressure over crush; least 1 - mu t at which
+a side slides; and strength over pressure where it is locked.
 """
 
 Profile = Callable[[Floats, float, float], tuple[Floats, Floats]]
@@ -99,6 +99,38 @@ def risen(way: Floats, peak: float) -> Floats:
     return np.where(way < peak, (np.maximum(way, 0.0) / max(peak, 1e-300)) ** RISE, soft)
 
 
+def crushed(
+    pressure: Callable[[Floats], Floats], mu: float, slope: Floats | float, crush: float, size: int
+) -> Floats:
+    """Share (n,) of slopes that crushing leaves: ln(1 + x)/x, by secants between bounds.
+
+    x is the largest pressure over crush.  pressure: on the joint, over the share (docs/extensions.md,
+    section 7).
+    """
+
+    def excess(share: Floats) -> Floats:
+        t = share * slope
+        x = 2.0 * pressure(share) / crush * np.sqrt(1.0 + t * t) / np.maximum(1.0 - mu * t, FREE)
+        x = np.maximum(x * np.maximum(1.0 - mu * (slope - t), 0.0), LEAST)
+        return np.asarray(share - np.log1p(x) / x)
+
+    high = np.ones(size)
+    low, last, beyond = np.zeros_like(high), high, excess(high)
+    share = high - beyond
+    for _ in range(MOST):
+        value = excess(share)
+        wrong = np.abs(value) > CLOSE
+        if not wrong.any():
+            break
+        low, high = np.where(value > 0.0, low, share), np.where(value > 0.0, share, high)
+        change = value - beyond
+        secant = share - value * (share - last) / np.where(change == 0.0, 1.0, change)
+        last, beyond = share, value
+        inside = (secant > low) & (secant < high)
+        share = np.where(wrong, np.where(inside, secant, 0.5 * (low + high)), share)
+    return share
+
+
 @dataclass(frozen=True)
 class Shape:
     """Profile of the asperities, and softening of the bond over the separation and that at its peak.
@@ -166,24 +198,9 @@ def rigid_curve(
         along, across = np.where(u > 0.0, u / way, 1.0) * pull, rise / way * pull
         return np.maximum(0.0, pressed + test.k_N * opening) + across, along
 
-    def excess(share: Floats) -> Floats:
-        """Share of the largest pressure less ln(1 + x)/x, times x."""
-        t = share * steep
-        x = 2.0 * forces(share)[0] / crush * np.sqrt(1.0 + t * t) / np.maximum(1.0 - mu * t, FREE)
-        x *= np.maximum(1.0 - mu * (steep - t), 0.0)
-        return share * x - np.log1p(x)
-
     share = np.ones_like(u)
     if crush > 0.0 and slope > 0.0:
-        low, high = np.zeros_like(u), np.ones_like(u)
-        below, above = excess(low), excess(high)
-        for _ in range(HALVINGS):
-            share = 0.5 * (low + high)
-            value = excess(share)
-            low, below = np.where(value > 0.0, (low, below), (share, value))
-            high, above = np.where(value > 0.0, (share, value), (high, above))
-        share = low - below * (high - low) / np.maximum(above - below, 1e-300)
-        share = np.minimum.accumulate(share)
+        share = np.minimum.accumulate(crushed(lambda share: forces(share)[0], mu, steep, crush, u.size))
     normal, along = forces(share)
     free = 1.0 - mu * share * steep
     ratio = np.where(free > FREE, (mu + share * steep) / np.maximum(free, FREE), LOCKED)

@@ -13,13 +13,14 @@ from .checks import check_known
 from .criteria import CRITERIA
 from .intervals import CONFIDENCE, Estimate
 from .model import AUTO, MORTAR, ROCK, from_scale, plausible, to_scale
+from .rigid import crushed
 from .squares import least
 from .strength import Strength
 from .verdict import FACTOR, FLOOR, GOOD, Comparison, grade_of, without_spread
 
-LEAST_TESTS, HALVINGS, GAIN, STEP, FITTED = 3, 32, 4.0, 1.0e-4, 1.0e-6
-"""Tests that a fit needs; bisections of the share of a crushed asperity; information criterion that each
-further constant must gain; step of the differences; and relative change at which the least squares end.
+LEAST_TESTS, GAIN, STEP, FITTED = 3, 4.0, 1.0e-4, 1.0e-6
+"""Tests that a fit needs; information criterion that each further constant must gain; step of the
+differences; and relative change at which the least squares end.
 """
 
 LEAST_SPREAD, NO_WIDTH = 2, 1.0e-6
@@ -42,14 +43,7 @@ def law_strengths(
     slope = float(np.tan(angle))
     crush, height, share = values.get("crush", 0.0), values.get("height", 0.0), np.ones_like(pressure)
     if crush > 0.0 and slope > 0.0:
-        low, high = np.zeros_like(pressure), np.ones_like(pressure)
-        for _ in range(HALVINGS):
-            share = 0.5 * (low + high)
-            t = share * slope
-            free = np.maximum(1.0 - mu * t, 1e-12)
-            x = 2.0 * pressure / crush * np.sqrt(1.0 + t * t) / free * np.maximum(1.0 - mu * (slope - t), 0.0)
-            above = share * x > np.log1p(x)
-            low, high = np.where(above, low, share), np.where(above, share, high)
+        share = crushed(lambda _: pressure, mu, slope, crush, pressure.size)
     remaining = np.exp(-np.asarray(slip) * slope / height) if height > 0.0 else 0.0
     peak, residual = (_climbing(pressure, mu, share * slope * part) for part in (1.0, remaining))
     bond = values.get("sigma0", 0.0)
