@@ -21,12 +21,14 @@ from .rigid import LAW, SHAPES, SLOPES, WITHOUT
 from .shear_test import ShearTest
 from .squares import Solution, refitted, residuals, searched
 from .verdict import (
+    FAIR,
     GOOD,
     blind,
     compared,
     coverage,
     errors_of,
     grade_of,
+    missed_peak,
     of_law,
     remarks,
     short,
@@ -235,6 +237,11 @@ def _fit(
         notes.append(
             f"the grade leaves out the noise of the measured numbers and what differs from test to test{text}"
         )
+    missed, peak = missed_peak(fitted, tests)
+    if missed > FAIR:
+        reasons.append(f"{peak}: another law is needed, or the specimens differ")
+    elif missed > GOOD:
+        notes.append(peak)
     low, high = chosen.problem.ends if chosen.x.size else (chosen.x, chosen.x)
     near = np.minimum(chosen.x - low, high - chosen.x) < NEAR * (high - low)
     at_bounds = [name for name, at_bound in zip(chosen.model.free, near, strict=True) if at_bound]

@@ -151,19 +151,38 @@ def errors_of(
     return Errors(every, law, spread, worst)
 
 
-def spread_of(errors: Floats, pressures: Floats) -> float:
-    """Standard deviation of errors (n,) of tests about a line over the logarithm of the pressure.
+def trend_of(errors: Floats, pressures: Floats) -> Floats:
+    """Line (n,) over the logarithm of the pressure through errors (n,) of tests: the part of a law.
 
-    Their mean and trend are those of a law; what is left differs from specimen to specimen.  0 for two tests.
+    What is left differs from specimen to specimen.
     """
     at = np.log(np.maximum(pressures, 1e-9 * max(float(pressures.max()), 1e-300)))
     columns = np.column_stack([np.ones_like(at), at - at.mean()])
-    columns = columns if np.ptp(at) > 0.0 else columns[:, :1]
-    freedom = errors.size - columns.shape[1]
+    return np.asarray(columns @ np.linalg.lstsq(columns, errors, rcond=None)[0])
+
+
+def spread_of(errors: Floats, pressures: Floats) -> float:
+    """Standard deviation of errors (n,) of tests about their trend, 0 for two tests."""
+    freedom = errors.size - 1 - bool(np.ptp(pressures) > 0.0)
     if freedom < 1:
         return 0.0
-    residuals = errors - columns @ np.linalg.lstsq(columns, errors, rcond=None)[0]
+    residuals = errors - trend_of(errors, pressures)
     return float(np.sqrt(residuals @ residuals / freedom))
+
+
+def missed_peak(fitted: Sequence[Comparison], tests: Sequence[ShearTest]) -> tuple[float, str]:
+    """Relative size and sentence of the peak that the law misses most, without noise and specimens."""
+    off = np.array([row.predicted["peak"] / row.measured["peak"] - 1.0 for row in fitted])
+    noisy = BY_NOISE * np.array([row.noise.get("peak", 0.0) for row in fitted])
+    beyond = np.sign(off) * np.maximum(0.0, np.abs(off) - noisy)
+    trend = trend_of(beyond, np.array([-test.pressed for test in tests]))
+    missed = np.where(beyond * trend > 0.0, np.minimum(np.abs(beyond), np.abs(trend)), 0.0)
+    most = int(np.argmax(missed))
+    row, side = fitted[most], "below" if off[most] < 0.0 else "above"
+    numbers = f"{row.predicted['peak']:.3g} for {row.measured['peak']:.3g}"
+    return float(missed[most]), (
+        f"the peak of the law lies {abs(off[most]):.0%} {side} that of {short(row.test)} ({numbers})"
+    )
 
 
 def without_spread(error: float, spread: float) -> float:

@@ -17,6 +17,7 @@ from asperity.tools.fit.ladder import Model
 from asperity.tools.fit.report import case_of
 from asperity.tools.fit.strength import Strength
 from asperity.tools.fit.strengths import fit_strengths, law_peak
+from asperity.tools.fit.verdict import Comparison, missed_peak
 
 from harness.studies import fits, other_laws
 
@@ -78,6 +79,38 @@ def test_bond_of_another_law() -> None:
         # as above
         margin = 0.5 * (estimate.high - estimate.low)
         assert estimate.low - margin <= drawn.truth[name][0] <= estimate.high + margin, name
+
+
+def test_peak_that_the_law_misses() -> None:
+    """A joint of friction alone lacks the peaks of asperities: no result, which names the worst."""
+    tests = rock(1)[0]
+    result = fit(tests, free=("kT", "mu"))
+    off = [row.predicted["peak"] / row.measured["peak"] - 1.0 for row in result.fitted]
+    most = int(np.argmax(np.abs(off)))
+    sentence = f"the peak of the law lies {abs(off[most]):.0%} below that of {tests[most].name} ("
+    assert off[most] < -0.15
+    assert [reason for reason in result.reasons if reason.startswith(sentence)]
+
+
+@pytest.mark.parametrize(
+    ("off", "size"),
+    [
+        # a trend over the pressure is the law's, also where it is 0 on average
+        ([-0.12, -0.12, -0.12, -0.12, -0.12], 0.12),
+        ([-0.2, -0.1, 0.0, 0.1, 0.2], 0.2),
+        # specimens differ without one
+        ([0.1, -0.1, 0.0, -0.1, 0.1], 0.0),
+    ],
+)
+def test_peaks_of_specimens_are_not_missed(off: list[float], size: float) -> None:
+    """What differs without a trend over the logarithm of the pressure is that of the specimens."""
+    slip, pressures = np.linspace(0.1, 1.0, 10), 2.0 ** np.arange(5)
+    tests = [ShearTest(f"{p}", slip, p * np.minimum(slip, 0.5), None, -p) for p in pressures]
+    rows = [
+        Comparison(test.name, {"peak": 1.0}, {"peak": 1.0 + part}, {})
+        for test, part in zip(tests, off, strict=True)
+    ]
+    assert missed_peak(rows, tests)[0] == pytest.approx(size, abs=1e-12)
 
 
 @pytest.mark.parametrize("kind", range(14))
