@@ -12,6 +12,7 @@
         passes under loads that change: Newton's method ends them, or there is no state
         errors of the passes too large: keep the old state; the step is repeated with less of its length,
                   unless it is the shortest one and no loads change
+        energies do not balance and no loads change: keep the old state; the step is repeated in halves
         else: take the new state; the step grows; passes that were calm for a while end
 
 A `Follow` holds two states, the last and the one before, and the numbers of these rules.  What fails leaves
@@ -49,6 +50,13 @@ CUT = 0.5, 0.25
 ERRORS = 0.1, 0.01
 """Errors of a step by passes, of a damage and of forces, beyond which a shorter one replaces it."""
 
+MISSING, FINEST = 3e-4, 0.125
+"""Energy that a step may miss or gain, over the strain energy and the work since the start.
+
+The work of a step is a trapezoid, which is wrong where a crack runs: such a step is taken again in halves,
+down to a share of the largest one.
+"""
+
 LIMIT = 0.05
 """Error of forces of a shortest step beyond which the path ends; no step is short enough for a snap."""
 
@@ -85,7 +93,7 @@ class Follow:
 
     conditions: what holds and loads the model at a value of the parameter; it must return the same for the
     same value.  state: of the last step, `before` that of the one before.  report: of the last attempt.
-    count: steps.  cuts, repeated: attempts that failed, or left errors that were too large.  taken:
+    count: steps.  cuts, repeated: attempts that failed, or left errors or energies too large.  taken:
     iterations of all attempts.  reason: why the path is stopped, or empty; kind: where loads change,
     LIMIT_LOAD, LAW or NOT_FOUND.  mechanism (n d,): how the model moves at a limit load, of the length 1.
     ledger: energies since the start.
@@ -207,17 +215,28 @@ class Follow:
             self._cut(move, min(0.7, max(0.25, 0.8 / excess)), text, under_loads, self.shortest)
             return False
         drag = np.broadcast_to(self.terms.drag, report.state.u.shape)
-        self._take(report, total(drag @ (report.state.u - self.state.u) ** 2) / abs(move))
+        ledger = self._ledger_after(report, total(drag @ (report.state.u - self.state.u) ** 2) / abs(move))
+        size = ledger.strain + max(abs(ledger.work), abs(self.ledger.work))
+        missing = abs(ledger.balance - self.ledger.balance)
+        chosen = under_loads or self.always or abs(move) <= FINEST * self.most
+        if missing > MISSING * size and not chosen:
+            self.repeated += 1
+            self.step = 0.5 * abs(move)
+            return False
+        self._take(report, ledger)
         self._grow(excess, report)
         return True
 
-    def _take(self, report: Report, damped: float = 0.0) -> None:
-        """Go on from the state of a report; damped: energy of the drag in the step."""
-        old, new = self.state, report.taken()
-        work = work_of(self.model, old, new, (self._loads(), report.load), report.fixed)
-        self.ledger = ledger_after(self.model, self.ledger, new, damped, work)
-        self.before, self.state, self._load = old, new, report.load
-        self.count += 1
+    def _ledger_after(self, report: Report, damped: float = 0.0) -> Ledger:
+        """Energies at the state of a report; damped: that of the drag in the step."""
+        new = report.taken()
+        work = work_of(self.model, self.state, new, (self._loads(), report.load), report.fixed)
+        return ledger_after(self.model, self.ledger, new, damped, work)
+
+    def _take(self, report: Report, ledger: Ledger) -> None:
+        """Go on from the state of a report, with its energies."""
+        self.before, self.state, self._load = self.state, report.taken(), report.load
+        self.ledger, self.count = ledger, self.count + 1
 
     def _leave(self, move: float) -> None:
         """Let the parameter be an unknown, where a shortest step under loads fails; tell where it cannot."""
@@ -268,7 +287,7 @@ class Follow:
             if report.state is None:
                 self.kind, self.reason = NOT_FOUND, f"stopped at {self.at:.5g}, {NOT_FOUND}: {report.reason}"
                 return False
-        self._take(report)
+        self._take(report, self._ledger_after(report))
         if self.branch and branch.count + branch.cuts >= LOOK:
             still = gained * branch.size / branch.length
             if still <= LEVEL * abs(self.at):
