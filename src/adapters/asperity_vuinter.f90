@@ -88,10 +88,12 @@ contains
     real(wp), dimension(last - first + 1, max(nDir, 1)) :: start, strain, old_stress, new_stress
     real(wp), dimension(last - first + 1, nStateVar) :: old, new
     real(wp), dimension(last - first + 1) :: ones, zeros, work, lost
+    real(wp) :: bounds(max(nDir, 1))
     logical :: any_sign(max(nDir, 1))
     integer :: i, k, n
     n = last - first + 1
     any_sign = .true.
+    bounds = far
     ones = 1.0_wp
     zeros = 0.0_wp
     work = 0.0_wp
@@ -109,8 +111,8 @@ contains
     new = old
     ! what is not finite is left to the VUMAT, which refuses it
     if (status == status_ok) then
-      if (columns_bounded(n, n, start(1, 1), spread(far, 1, nDir), any_sign) .and. &
-          columns_bounded(n, n, strain(1, 1), spread(far, 1, nDir), any_sign) .and. &
+      if (columns_bounded(n, n, start(1, 1), bounds(:nDir), any_sign) .and. &
+          columns_bounded(n, n, strain(1, 1), bounds(:nDir), any_sign) .and. &
           columns_bounded(n, n, old(1, v_status), [far], any_sign)) then
         do k = 1, n
           if (abs(old(k, v_status)) > 0.0_wp) cycle
@@ -125,7 +127,8 @@ contains
       stress(i, first:last) = factor(i)*new_stress(:, column(i))
     end do
     if (status /= status_ok) return
-    if (.not. columns_bounded(n, n, new_stress(1, 1), spread(huge(1.0_wp), 1, nDir), any_sign)) return
+    bounds = huge(1.0_wp)
+    if (.not. columns_bounded(n, n, new_stress(1, 1), bounds(:nDir), any_sign)) return
     statev(:, first:last) = transpose(new)
     sed(first:last) = new(:, v_stored)
     sfd(first:last) = new(:, v_friction) - old(:, v_friction)
