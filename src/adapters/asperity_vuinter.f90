@@ -109,11 +109,12 @@ contains
     end do
     new_stress = old_stress
     new = old
-    ! what is not finite is left to the VUMAT, which refuses it
+    ! the VUMAT refuses what is not finite, here at the place of the increments
     if (status == status_ok) then
-      if (columns_bounded(n, n, start(1, 1), bounds(:nDir), any_sign) .and. &
-          columns_bounded(n, n, strain(1, 1), bounds(:nDir), any_sign) .and. &
-          columns_bounded(n, n, old(1, v_status), [far], any_sign)) then
+      if (.not. columns_bounded(n, n, start(1, 1), bounds(:nDir), any_sign)) then
+        strain(:, column) = start
+      else if (columns_bounded(n, n, strain(1, 1), bounds(:nDir), any_sign) .and. &
+               columns_bounded(n, n, old(1, v_status), [far], any_sign)) then
         do k = 1, n
           if (abs(old(k, v_status)) > 0.0_wp) cycle
           old(k, v_offset:v_offset + nDir - 1) = start(k, :) - factor*drdisp(:, first + k - 1)

@@ -176,7 +176,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "intervals that contain "
         "noise, misfit and other assumptions, and each test predicted by the others. The exit "
         "code is 0 where "
-        "the grade is good or fair and the constants are determined, and 3 where they must not be used; the "
+        "the constants may be used, and 3 where they must not be used; the "
         "report says why. Files are written in both cases and say the same."
     )
     parser.set_defaults(action=partial(_run, parser))

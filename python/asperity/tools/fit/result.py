@@ -46,7 +46,7 @@ class Fit:
 
     @property
     def is_result(self) -> bool:
-        """Whether the constants may be used: the grade is good or fair, and they are determined."""
+        """Whether the constants may be used: no reason speaks against them."""
         return not self.reasons
 
     @property

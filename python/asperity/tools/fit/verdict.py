@@ -154,16 +154,24 @@ def errors_of(
 def trend_of(errors: Floats, pressures: Floats) -> Floats:
     """Line (n,) over the logarithm of the pressure through errors (n,) of tests: the part of a law.
 
-    What is left differs from specimen to specimen.
+    What is left differs from specimen to specimen.  Tests at one pressure, but for its scatter, have a mean.
     """
-    at = np.log(np.maximum(pressures, 1e-9 * max(float(pressures.max()), 1e-300)))
-    columns = np.column_stack([np.ones_like(at), at - at.mean()])
+    columns = _lines(pressures)
     return np.asarray(columns @ np.linalg.lstsq(columns, errors, rcond=None)[0])
+
+
+def _lines(pressures: Floats) -> Floats:
+    """Columns (n, 1 or 2) of a mean and a slope; a pressure of 0 counts as a tenth of the least other one."""
+    ones, above = np.ones((pressures.size, 1)), pressures[pressures > 1e-9 * pressures.max()]
+    if not above.size:
+        return ones
+    at = np.log(np.maximum(pressures, 0.1 * above.min()))
+    return ones if np.ptp(at) < np.log(APART) else np.column_stack([ones, at - at.mean()])
 
 
 def spread_of(errors: Floats, pressures: Floats) -> float:
     """Standard deviation of errors (n,) of tests about their trend, 0 for two tests."""
-    freedom = errors.size - 1 - bool(np.ptp(pressures) > 0.0)
+    freedom = errors.size - _lines(pressures).shape[1]
     if freedom < 1:
         return 0.0
     residuals = errors - trend_of(errors, pressures)

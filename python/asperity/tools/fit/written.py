@@ -138,7 +138,7 @@ def read(path: Path) -> Written:
         least = ASYMMETRY * np.abs(finite).max(initial=0.0)
         sound = sound and matrix.shape == (len(names), len(names))
         sound = sound and np.allclose(matrix, matrix.T, rtol=0.0, atol=least, equal_nan=True)
-        if not sound or any(x < 0.0 for x in (*np.diag(matrix), *fit.error)):
+        if not sound or np.any(np.diag(matrix) < 0.0) or not all(x >= 0.0 for x in fit.error):
             raise ValueError(
                 "finite values, pressures and slip, a symmetric covariance, no negative variance or error"
             )

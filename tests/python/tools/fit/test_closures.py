@@ -130,3 +130,7 @@ def test_command_from_file_to_card(said: Callable) -> None:
     Path("shear.csv").write_text("\n".join(["slip [mm],tau [MPa],sigma_N [MPa]", *rows, ""]))
     message = "1.csv has closures, shear.csv has curves of the slip: expected one kind at a time"
     assert message in said("fit 1.csv shear.csv", 1)[1]
+    # kn, which the fit knows, is no constant of shear tests: no intervals
+    rows = [f"{0.1 * i:.1f},{min(0.3 * i, 0.6):.1f},-1" for i in range(1, 12)]
+    Path("sheared.csv").write_text("\n".join(["slip [mm],tau [MPa],sigma_N [MPa]", *rows, ""]))
+    assert "0.6 / 0.6" in said("predict joint.nml sheared.csv", 3)[0]

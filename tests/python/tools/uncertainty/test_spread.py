@@ -188,6 +188,7 @@ SOUND = {
         {"parameters": ["mu", "mu"], "values": [0.5, 0.5], "scales": 2 * [SCALES["mu"]]},
         {"scales": ["linear"]},
         {"model error of tau and s_N": [-0.1, 0.0]},
+        {"model error of tau and s_N": [0.1, np.nan]},
         {"not determined": "mu"},
         {key: 2 * SOUND[key] for key in ("parameters", "values", "scales")}
         | {"covariance on the scales": [[1, np.inf], [np.inf, 1]], "model error of tau and s_N": [0.0, 0.0]},
