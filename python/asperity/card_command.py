@@ -35,7 +35,7 @@ def add_arguments(card: argparse.ArgumentParser) -> None:
     add_options(
         card,
         ("--dimension", "default: %(default)s", 3, {"choices": (2, 3)}),
-        ("--explicit", "for Abaqus/Explicit; needs --density"),
+        ("--explicit", "for Abaqus/Explicit; needs --density, but not with --contact"),
         ("--contact", "for contact pairs of Abaqus, without joint elements"),
         ("--density RHO", "mass over area and thickness h", float),
     )

@@ -369,11 +369,11 @@ class Interface:
     ) -> str:
         """Material block of the input of a host, such as "abaqus"; `asperity card --help` has the names.
 
-        explicit: for Abaqus/Explicit, which needs a density (mass per area and thickness h).  contact: for
-        contact pairs of Abaqus.  stress: largest compression, sigma_N < 0; modulus and size: E of
-        the solid beside the interface and length of its elements; direction: of the slip, degrees from Tx
-        towards Ty.  They are checked: the findings go into the block after the notes, and problems also give
-        a ModelWarning.  of_host: h, map, dalpha, r, water and implex, as in `props`.
+        explicit: for Abaqus/Explicit, which needs a density (mass per area and thickness h), but not for
+        contact pairs.  contact: for contact pairs of Abaqus.  stress: largest compression, sigma_N < 0;
+        modulus and size: E of the solid beside the interface and length of its elements; direction: of the
+        slip, degrees from Tx towards Ty.  They are checked: the findings go into the block after the notes,
+        and problems also give a ModelWarning.  of_host: h, map, dalpha, r, water and implex, as in `props`.
         Raises ValueError for an unknown host, a value out of range, or what the host cannot take.
         """
         props = self.props(**of_host)

@@ -173,11 +173,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_results(parser)
     parser.description = (
         "Identify constants from shear tests: the smallest model that the tests support, "
-        "intervals that contain "
-        "noise, misfit and other assumptions, and each test predicted by the others. The exit "
-        "code is 0 where "
-        "the constants may be used, and 3 where they must not be used; the "
-        "report says why. Files are written in both cases and say the same."
+        "intervals that contain noise, misfit and other assumptions, and each test predicted by the others. "
+        "The exit code is 0 where the constants may be used, and 3 where they must not be used; the report "
+        "says why. Files are written in both cases and say the same."
     )
     parser.set_defaults(action=partial(_run, parser))
 

@@ -10,9 +10,9 @@ import numpy as np
 from ...contract import Floats
 from .shear_test import ShearTest
 
-MOST, CLOSE, LEAST, FREE, LOCKED = 40, 1.0e-9, 1.0e-9, 1.0e-3, 1.0e3
-"""Steps to the share of a crushed asperity, and its error; least pressure over crush; least 1 - mu t at which
-a side slides; and strength over pressure where it is locked.
+MOST, SECANTS, CLOSE, LEAST, FREE, LOCKED = 40, 10, 1.0e-9, 1.0e-9, 1.0e-3, 1.0e3
+"""Steps to the share of a crushed asperity, the first of which are secants, and its error; least pressure
+over crush; least 1 - mu t at which a side slides; and strength over pressure where it is locked.
 """
 
 Profile = Callable[[Floats, float, float], tuple[Floats, Floats]]
@@ -102,7 +102,7 @@ def risen(way: Floats, peak: float) -> Floats:
 def crushed(
     pressure: Callable[[Floats], Floats], mu: float, slope: Floats | float, crush: float, size: int
 ) -> Floats:
-    """Share (n,) of slopes that crushing leaves: ln(1 + x)/x, by secants between bounds.
+    """Share (n,) of slopes that crushing leaves: ln(1 + x)/x, by secants between bounds, then by halves.
 
     x is the largest pressure over crush.  pressure: on the joint, over the share (docs/extensions.md,
     section 7).
@@ -117,7 +117,7 @@ def crushed(
     high = np.ones(size)
     low, last, beyond = np.zeros_like(high), high, excess(high)
     share = high - beyond
-    for _ in range(MOST):
+    for step in range(MOST):
         value = excess(share)
         wrong = np.abs(value) > CLOSE
         if not wrong.any():
@@ -126,7 +126,8 @@ def crushed(
         change = value - beyond
         secant = share - value * (share - last) / np.where(change == 0.0, 1.0, change)
         last, beyond = share, value
-        inside = (secant > low) & (secant < high)
+        # where sides lock, secants may stay on one side of the root
+        inside = (secant > low) & (secant < high) & (step < SECANTS)
         share = np.where(wrong, np.where(inside, secant, 0.5 * (low + high)), share)
     return share
 

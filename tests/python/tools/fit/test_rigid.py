@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas
 import pytest
-from asperity.tools.fit.rigid import SHAPES, SLOPES
+from asperity.tools.fit.rigid import FREE, LEAST, SHAPES, SLOPES, crushed
 
 from harness.studies import fits, other_laws
 from harness.studies.other_laws import slips_behind_spring
@@ -32,6 +32,23 @@ def test_profiles(name: str) -> None:
     # the trapezoidal rule, and a hyperbola that has not ended
     assert slope * np.cumsum(steps) == pytest.approx(z[1:], abs=1e-6)
     assert left.max() == pytest.approx(1.0, abs=1e-6) and z[-1] == pytest.approx(height, rel=0.02)
+
+
+def test_share_of_crushed_asperities() -> None:
+    """Shares are those of bisections, also of asperities so steep that a side locks."""
+    rng, tolerance = np.random.default_rng(3), 1e-6
+    for _ in range(3000):
+        mu, slope = rng.uniform(0.1, 1.5), float(np.tan(np.radians(rng.uniform(5.0, 75.0))))
+        crush, p = 10.0 ** rng.uniform(-2.0, 2.0), 10.0 ** rng.uniform(-2.0, 1.0, 8)
+        low, high = np.zeros(8), np.ones(8)
+        for _ in range(60):
+            t = 0.5 * (low + high) * slope
+            x = 2.0 * p / crush * np.sqrt(1.0 + t**2) / np.maximum(1.0 - mu * t, FREE)
+            x = np.maximum(x * np.maximum(1.0 - mu * (slope - t), 0.0), LEAST)
+            above = t / slope > np.log1p(x) / x
+            low, high = np.where(above, low, t / slope), np.where(above, t / slope, high)
+        share = crushed(lambda _, p=p: p, mu, slope, crush, 8)
+        np.testing.assert_allclose(share, high, rtol=tolerance)
 
 
 def pulled(shape: str, seed: int, strength: float = 8.0, end: float = 1.2) -> float:
