@@ -34,6 +34,7 @@ def test_profiles(name: str) -> None:
     assert left.max() == pytest.approx(1.0, abs=1e-6) and z[-1] == pytest.approx(height, rel=0.02)
 
 
+@pytest.mark.slow
 def test_share_of_crushed_asperities() -> None:
     """Shares are those of bisections, also of asperities so steep that a side locks."""
     rng, tolerance = np.random.default_rng(3), 1e-6
