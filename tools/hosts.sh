@@ -1,9 +1,11 @@
 #!/bin/sh
 # hosts.sh: the library inside every host program that has tests in harness/hosts. What this machine cannot get is left out.
 #
-# host.toml names the Python packages of a host; one with an install.sh is made by that script in build/HOST, which takes
-# minutes: these come last. HOSTS='name name': only these. Every host has a run of pytest and a report (build/hosts/*.xml) of
-# its own.
+# host.toml names the Python packages of a host, which come first; one with an install.sh is made by that script in
+# build/HOST, which takes minutes. Then two hosts run at a time, those with an install.sh first; what a host prints comes at
+# its end. HOSTS='name name': only these. Every host has a run of pytest and a report (build/hosts/*.xml) of its own.
+#
+# hosts.sh HOST TITLE: makes and tests one host.
 set -eu
 cd "$(dirname "$0")/.."
 python=.venv/bin/python
@@ -15,19 +17,27 @@ step() {
   tools/step.sh "$headline" "$log" "$@"
 }
 
-failed=
-
-# tests HOST; pytest ends with 5 where all tests are left out. The other hosts run after a failure, too.
-tests() {
-  host=$1
+# pytest ends with 5 where all tests are left out
+one_host() {
+  if [ -x "harness/hosts/$1/install.sh" ]; then
+    step "$2" "hosts-$1" "harness/hosts/$1/install.sh" "build/$1" || return 1
+  fi
+  status=0
   # shellcheck disable=SC2016  # $? is for that shell
-  step "Tests: $host" "hosts-$host-tests" sh -c '"$@" || [ $? = 5 ]' sh "$python" -m pytest -rA \
-    --junitxml="build/hosts/$host.xml" "harness/hosts/$host" || {
-    grep -E "^(FAILED|ERROR)" "build/logs/hosts-$host-tests.log" || true
-    failed="$failed $host"
-  }
-  grep "^SKIPPED" "build/logs/hosts-$host-tests.log" || true
+  step "Tests: $1" "hosts-$1-tests" sh -c '"$@" || [ $? = 5 ]' sh "$python" -m pytest -rA \
+    --junitxml="build/hosts/$1.xml" "harness/hosts/$1" || status=1
+  grep -E "^(FAILED|ERROR|SKIPPED)" "build/logs/hosts-$1-tests.log" || true
+  return $status
 }
+
+if [ $# = 2 ]; then
+  # a host prints its lines in one piece; logs in build/logs show how far it is
+  echo "$2: begun"
+  status=0
+  printed=$(one_host "$1" "$2" 2>&1) || status=1
+  echo "$printed"
+  exit $status
+fi
 
 # a line for each host with tests: its name, the packages, the title
 list() {
@@ -43,7 +53,7 @@ wanted = os.environ.get("HOSTS", "").split() or list(there)
 if unknown := set(wanted) - {*there}:
     raise SystemExit(f"HOSTS: {', '.join(sorted(unknown))}: expected some of {', '.join(sorted(there))}")
 folders = [there[name] for name in wanted]
-for folder in sorted(folders, key=lambda one: ((one / "install.sh").exists(), one.name)):
+for folder in sorted(folders, key=lambda one: (not (one / "install.sh").exists(), one.name)):
     host = read(folder / "host.toml")
     print(folder.name, ",".join(host.packages) or "-", host.title)
 END
@@ -53,16 +63,14 @@ mkdir -p build/hosts
 rm -f build/hosts/*.xml
 list >build/hosts/list
 while read -r name packages title; do
-  if [ -x "harness/hosts/$name/install.sh" ]; then
-    step "$title" "hosts-$name" "harness/hosts/$name/install.sh" "build/$name"
-  elif [ "$packages" != - ]; then
+  if [ ! -x "harness/hosts/$name/install.sh" ] && [ "$packages" != - ]; then
     # shellcheck disable=SC2016  # $1 is of that shell
     step "$title" "hosts-$name" sh -c 'echo "$2" | tr , "\n" | xargs "$1" -m pip install || {
       echo "no wheels here, left out" && exit 77; }; echo "there"' sh "$python" "$packages"
   fi
-  tests "$name"
 done <build/hosts/list
-[ -z "$failed" ] || {
-  echo "Failed hosts:$failed"
+# ends with 123 where a host has failed
+sed 's/^\([^ ]*\) [^ ]* \(.*\)$/\1 "\2"/' build/hosts/list | xargs -P 2 -n 2 tools/hosts.sh || {
+  echo "make hosts: a host failed"
   exit 1
 }
