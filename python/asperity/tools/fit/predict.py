@@ -149,7 +149,7 @@ def _intervals(
 ) -> list[dict[str, tuple[float, float]]]:
     """Intervals of the predicted numbers, by the covariance of a fit and twice its model errors."""
     # a fit of the closure alone has kn, which is no constant of PROPS
-    if fit is None or "kn" in fit.names or not np.isfinite(fit.covariance).all():
+    if fit is None or "kn" in fit.names:
         return []
     squares = [dict.fromkeys(set(row.errors), 0.0) for row in rows]
     for factor, *ends in fit.moved(joint.props(), STEP):

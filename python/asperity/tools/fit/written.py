@@ -45,8 +45,8 @@ class Written:
     """What the file of a fit says: units, names and values of constants, grade with the reason of no result.
 
     pressures: smallest and largest of the tests of the fit, stress.  slip: largest of their curves, length; 0
-    without curves.  covariance (p, p): of the constants on their scales, not finite where the tests do not
-    determine one.  error: relative model errors of tau and of s_N.  loose: constants that are not determined.
+    without curves.  covariance (p, p): of the constants on their scales.  error: relative model errors of tau
+    and of s_N.  loose: constants that are not determined.
     """
 
     units: tuple[str, str]
@@ -134,11 +134,16 @@ def read(path: Path) -> Written:
             raise ValueError("constants of a joint, each once")
         with np.errstate(invalid="ignore"):
             sound = np.isfinite([*fit.values, low, high, slip]).all() and not np.isnan(fit.mean).any()
-        matrix, finite = fit.covariance, np.where(np.isfinite(fit.covariance), fit.covariance, 0.0)
-        least = ASYMMETRY * np.abs(finite).max(initial=0.0)
+        matrix = fit.covariance
         sound = sound and matrix.shape == (len(names), len(names))
-        sound = sound and np.allclose(matrix, matrix.T, rtol=0.0, atol=least, equal_nan=True)
-        if not sound or np.any(np.diag(matrix) < 0.0) or not all(x >= 0.0 for x in fit.error):
+        # the intervals of a fit end at plausible values, so that none is without bound
+        for key, numbers in (("covariance on the scales", matrix), ("model error of tau and s_N", fit.error)):
+            for number in np.ravel(numbers).tolist():
+                if not np.isfinite(number):
+                    raise ValueError(f"{key} has {number:g}: expected finite numbers")
+        least = ASYMMETRY * np.abs(matrix).max(initial=0.0)
+        sound = sound and np.allclose(matrix, matrix.T, rtol=0.0, atol=least)
+        if not sound or np.any(np.diag(matrix) < 0.0) or min(fit.error) < 0.0:
             raise ValueError(
                 "finite values, pressures and slip, a symmetric covariance, no negative variance or error"
             )

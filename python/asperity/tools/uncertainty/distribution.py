@@ -115,8 +115,11 @@ def read(path: Path) -> Distribution:
     fit = written.read(path)
     if "kn" in fit.names:
         raise ValueError(f"{path}: a fit of closure tests: expected one of shear tests, for a slip")
-    if not (fit.names and np.isfinite([*fit.mean, *fit.covariance.ravel(), *fit.error]).all()):
-        raise ValueError(f"{path}: expected a fit of constants, with finite covariance and model errors")
+    if not fit.names:
+        raise ValueError(f"{path}: a fit without constants: expected one or more")
+    for name, value, place in zip(fit.names, fit.values, fit.mean, strict=True):
+        if not np.isfinite(place):
+            raise ValueError(f"{path}: {name} = {value:g}: expected a value within the range of its scale")
     grade = fit.grade + (f"; not determined: {', '.join(fit.loose)}" if fit.loose else "")
     return Distribution(fit.names, fit.mean, fit.covariance, True, str(path), fit.error, grade)
 

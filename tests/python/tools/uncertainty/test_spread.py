@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from asperity import EquilibriumLost, Interface, Material, Pattern
 from asperity.case_files import Case, drive, read_case
-from asperity.tools.fit import Fit, fit
+from asperity.tools.fit import Fit, fit, written
 from asperity.tools.fit.intervals import CONFIDENCE
 from asperity.tools.fit.model import SCALES
 from asperity.tools.fit.report import case_of, intervals_text
@@ -183,6 +183,8 @@ SOUND = {
         {"values": [float("nan")]},
         {"values": [10**400]},
         {"values": [-0.5]},
+        {"values": [0.0]},
+        {key: [] for key in ("parameters", "values", "scales", "covariance on the scales")},
         {"values": [True]},
         {"parameters": ["mean"]},
         {"parameters": ["mu", "mu"], "values": [0.5, 0.5], "scales": 2 * [SCALES["mu"]]},
@@ -200,5 +202,16 @@ def test_file_that_is_none_of_a_fit(changed: dict[str, object] | None) -> None:
     path.write_text(json.dumps(SOUND))
     assert read(path).names == ("mu",)
     path.write_text("{" if changed is None else json.dumps(SOUND | changed))
-    with pytest.raises(ValueError, match=r"case\.fit\.json: expected"):
+    with pytest.raises(ValueError, match=r"case\.fit\.json: .*expected"):
         read(path)
+
+
+@pytest.mark.parametrize("number", [np.inf, -np.inf, np.nan])
+@pytest.mark.parametrize("key", ["covariance on the scales", "model error of tau and s_N"])
+def test_scatter_without_bound_is_refused(key: str, number: float) -> None:
+    """A covariance or model error that is not finite is named; a prediction and uncertainty read it alike."""
+    path = Path("case.fit.json")
+    path.write_text(json.dumps(SOUND | {key: [[number]] if key.startswith("cov") else [0.1, number]}))
+    for reader in (read, written.read):
+        with pytest.raises(ValueError, match=rf"case\.fit\.json: .*{key} has {number:g}: expected finite"):
+            reader(path)
