@@ -25,7 +25,7 @@ one_host() {
   status=0
   # shellcheck disable=SC2016  # $? is for that shell
   step "Tests: $1" "hosts-$1-tests" sh -c '"$@" || [ $? = 5 ]' sh "$python" -m pytest -rA \
-    --junitxml="build/hosts/$1.xml" "harness/hosts/$1" || status=1
+    --numprocesses 2 --dist worksteal --junitxml="build/hosts/$1.xml" "harness/hosts/$1" || status=1
   grep -E "^(FAILED|ERROR|SKIPPED)" "build/logs/hosts-$1-tests.log" || true
   return $status
 }

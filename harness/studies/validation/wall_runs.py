@@ -170,11 +170,15 @@ ARCH = re.compile(r"t/R ([\d.]+): ([\d.]+) g, limit analysis ([\d.]+) g, (\d+) u
 def start(
     words: str, name: str = "walls", ranks: int = 1, code: str = ""
 ) -> subprocess.CompletedProcess[str]:
-    """Run a program of this host, or a code, with options, one thread a rank."""
+    """Run a program of this host, or a code, with options, one thread a rank.
+
+    A rank of MPICH that waits keeps its core from the others, unless it sleeps.
+    """
     mpiexec = [PYTHON.parent / "mpiexec", "-n", str(ranks)] if ranks > 1 else []
     program = ["-c", code] if code else ["-m", f"harness.hosts.fenicsx.{name}"]
     command = [*mpiexec, PYTHON, *program, *shlex.split(words)]
-    environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    environment = os.environ | threads | {"MPIR_CVAR_ENABLE_HEAVY_YIELD": "1"}
     return subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
 
 
