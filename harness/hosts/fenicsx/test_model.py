@@ -40,7 +40,15 @@ WRONG = {
     "found(Terms(dt=0.0))": "dt = 0.0: expected above 0",
     "found(Terms(dt=np.nan))": "dt = nan: expected above 0",
     "found(Terms(ahead=np.inf))": "ahead: expected finite numbers",
-    "found(Terms(passes=-1))": "passes = -1: expected at least 0",
+    "found(Terms(passes=-1))": "passes = -1: expected a whole number of at least 0",
+    "found(Terms(passes=1.5))": "passes = 1.5: expected a whole number of at least 0",
+    "found(Terms(iterations=2.5))": "iterations = 2.5: expected a whole number of at least 1",
+    "solve(model(), of_others(), None)": "conditions of the type NoneType: expected Conditions",
+    "solve(m := model(), of_others(), Conditions(bottom(m)))": "state: expected one of this model",
+    "Follow(model(), of_others(), None, 0.1)": "state: expected one of this model",
+    "Follow(m := model(), State.virgin(m), None, 0.1, passes=1.5)": "passes = 1.5, limit = ",
+    "Follow(m := model(), State.virgin(m), refused, 0.1).advance(1.0)": "no conditions at 0.1",
+    "Follow(m := model(), State.virgin(m), lambda t: t, 0.1).advance(1.0)": "conditions of the type float",
     "found(Terms(search='cp'))": "search = 'cp': expected one of root, residual, none",
     "found(Terms(options='-snes_max_it 3'))": "-snes_max_it: expected options of PETSc for linear equations",
     "found(Terms(options='gamg'))": "options 'gamg': expected options of PETSc",
@@ -55,7 +63,18 @@ WRONG = {
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_wrong_input(ranks: int) -> None:
     """Every rank has the error, and it is one line."""
-    assert_refused(WRONG, "", ranks)
+    code = """
+rough = Interface(law.material, Pattern.regular(4, 10.0))
+
+def of_others():
+    return State.virgin(model(laws={"joint": rough}))
+
+def refused(t):
+    if COMM.rank == COMM.size - 1:  # one rank alone
+        raise ValueError(f"no conditions at {t:g}")
+    return Conditions(bottom(m))
+"""
+    assert_refused(WRONG, code, ranks)
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

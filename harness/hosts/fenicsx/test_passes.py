@@ -18,7 +18,7 @@ DRY = "--wall SW30 --elements 2 2 --tolerance 1e-5 --step 0.1 --most 0.5"
 HALF = 0.45, 0.65
 """Share that the factor of a symmetric matrix has of that of any other; the diagonal counts more there."""
 
-FIXED = "--elements 2 2 --step 0.1 --most 1 --tau 0.05 --to 0.1 0.2 0.3 0.4 0.5"
+FIXED = "--elements 2 2 --step 0.1 --most 4 --tau 0.05 --to 0.1 0.2 0.3 0.4 0.5"
 """Fixed steps, as long as none is cut; they are too short to be halved for their energies."""
 
 

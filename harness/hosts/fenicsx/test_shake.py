@@ -203,6 +203,7 @@ WRONG = {
     "shake(terms=Terms(drag=1.0))": "passes, drag or damping of the terms: expected none",
     "shake(terms=Terms(passes=1))": "passes, drag or damping of the terms: expected none",
     "shake(rho=1.5)": "rho = 1.5: expected 0 to 1",
+    "shake(ground=refused).advance(0.1)": "no motion at 0",
     "shake(ground=lambda t: [1.0]).advance(0.1)": "ground at 0: expected 2 finite components, not [1.0]",
     "shake(ground=lambda t: [1.0, np.nan]).advance(0.1)": "ground at 0: expected 2 finite components",
 }
@@ -216,6 +217,11 @@ def test_wrong_input(ranks: int) -> None:
 from pathlib import Path
 m = model()
 zero = np.zeros(m.n * m.d)
+
+def refused(t):
+    if COMM.rank == COMM.size - 1:  # one rank alone
+        raise ValueError(f"no motion at {t:g}")
+    return [0.0, 0.0]
 
 def shake(mass=None, load=0.0, step=1e-3, v=zero, values=0.0, **settings):
     mass = np.abs(m.body([1.0, 1.0])) if mass is None else mass

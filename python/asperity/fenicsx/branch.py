@@ -29,7 +29,7 @@ from .equilibrium import Report, Terms, solve
 from .ledger import Ledger, ledger_after, ledger_of, work_of
 from .model import Model
 from .newton import Task, balance_of, equations_of
-from .ranks import agree, doubles, largest, totals
+from .ranks import agree, called, doubles, largest, totals
 from .response import LawError, respond
 from .state import State
 from .stopped import Stopped
@@ -69,6 +69,8 @@ class Branch:
         of the separations over the area.  terms: of the equations, without drag; dt is the duration of every
         step.
         """
+        state.check(model)
+        before.check(model)
         self.model, self.conditions, self.terms = model, conditions, terms or Terms()
         self.state, self.before, self.most = state, before, most
         self.length = self._length(state.s - before.s)
@@ -129,7 +131,7 @@ class Branch:
         if not reason:
             openings = self.model.separations(x)
             terms = replace(self.terms, at=at, ahead=x - old.u, openings=openings, passes=0)
-            report = self.report = solve(self.model, old, self.conditions(at), terms)
+            report = self.report = solve(self.model, old, called(self.conditions, at), terms)
             new, reason = report.state, report.reason
             self.report = replace(report, iterations=iterations + report.iterations)
         if new is None:
@@ -138,8 +140,8 @@ class Branch:
                 self.reason = f"stopped at {self.at:.5g}: {reason}"
             return False
         loads = self._given(old.at)[1], report.load
-        work = work_of(self.model, old, new, loads, report.fixed)
-        self.ledger = ledger_after(self.model, self.ledger, new, 0.0, work)
+        work, doubt = work_of(self.model, old, new, loads, report.fixed)
+        self.ledger = ledger_after(self.model, self.ledger, new, 0.0, work, doubt)
         self.before, self.state, self.count = old, new, self.count + 1
         self.length = self._length(new.s - old.s)
         if iterations <= FAST:
@@ -148,7 +150,7 @@ class Branch:
 
     def _given(self, at: float) -> tuple[Held, Floats, Water]:
         """Conditions at a parameter, loads with the pressures on faces, and the water."""
-        given = self.conditions(at)
+        given = called(self.conditions, at)
         water = Water(self.model, given.pressures, given.flows)
         now = held(self.model, given)
         return now, now.load + water.outer, water

@@ -54,6 +54,8 @@ def _wrong(name: str, values: Floats, shape: tuple[int, ...], alone: str = "one"
 def held(model: Model, conditions: Conditions) -> Held:
     """Check conditions; raises ValueError that names what is wrong."""
     size = model.n * model.d
+    kind = type(conditions).__name__
+    agree("" if isinstance(conditions, Conditions) else f"conditions of the type {kind}: expected Conditions")
     indices = np.asarray(conditions.fixed)
     kind = (
         ""

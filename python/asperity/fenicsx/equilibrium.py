@@ -23,10 +23,10 @@ from .measures import Measures, measure
 from .model import Model
 from .newton import SOFT, Task, equations_of, newton, share, words_of
 from .passes import PASSES, Passed, by_passes
-from .ranks import agree, doubles, largest, total
+from .ranks import agree, doubles, largest, total, whole
 from .response import Clock, LawError
 from .state import State
-from .water import Water
+from .water import Water, WaterError
 
 SAME_WATER, MOST_WATER = 1e-6, 60
 """Error of a pressure that depends on openings over the largest one, and most equilibria of a step."""
@@ -135,8 +135,8 @@ def _check(model: Model, terms: Terms) -> tuple[Floats, Floats]:
         f"dt = {terms.dt}: expected above 0": 0.0 < terms.dt < np.inf,
         f"damping = {terms.damping}: expected at least 0": 0.0 <= terms.damping < np.inf,
         f"tolerance = {terms.tolerance}: expected between 0 and 1": 0.0 < terms.tolerance < 1.0,
-        f"passes = {terms.passes}: expected at least 0": terms.passes >= 0,
-        f"iterations = {terms.iterations}: expected at least 1": terms.iterations >= 1,
+        f"passes = {terms.passes}: expected a whole number of at least 0": whole(terms.passes, 0),
+        f"iterations = {terms.iterations}: expected a whole number of at least 1": whole(terms.iterations, 1),
         f"search = {terms.search!r}: expected one of {', '.join(SEARCHES)}": terms.search in SEARCHES,
         f"at = {terms.at}: expected a finite number": terms.at is None or bool(np.isfinite(terms.at)),
     }
@@ -160,23 +160,29 @@ def _check(model: Model, terms: Terms) -> tuple[Floats, Floats]:
 def solve(model: Model, state: State, conditions: Conditions, terms: Terms | None = None) -> Report:
     """Find the equilibrium that follows a state under conditions; model and state stay as they are.
 
+    A pressure of openings that is negative there, or that its function refuses, is a reason of the report.
     Raises ValueError on all ranks for wrong input, by its name.
     """
     terms = terms or Terms()
     drag, ahead = _check(model, terms)
     prescribed, clock = held(model, conditions), Clock()
-    agree("" if state.u.shape == (model.n * model.d,) else "state: expected one of this model")
+    state.check(model)
     if not total(len(prescribed.fixed)) and not total(drag.sum()):
         raise ValueError("nothing is fixed and there is no drag: expected components that hold the model")
     water = Water(model, conditions.pressures, conditions.flows)
     load = prescribed.load + water.outer
     q = equations_of(model, prescribed.fixed, terms.options)
-    first, rates = water.at(state.s)
-    p = first if terms.openings is None else water.at(terms.openings)[0]
+    first, reason = state.p, ""
+    rates: tuple[dict[str, float], ...] = ()
+    try:
+        first, rates = water.at(state.s)
+        p = first if terms.openings is None else water.at(terms.openings)[0]
+    except WaterError as error:
+        p, reason = first, f"the water: {error}"
     x, balanced, spent = state.u + ahead, p, np.zeros(3, int)
-    reason, equilibria, halved, left = "", 0, 0, 0.0
+    equilibria, halved, left = 0, 0, 0.0
     done: Passed | None = None
-    while True:
+    while not reason:
         if equilibria == MOST_WATER:
             reason = f"the pressure of water still changes by {left:.2g} after {MOST_WATER} equilibria"
             break
@@ -194,25 +200,26 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
             break
         found = done.found
         spent += found.iterations, found.linear, found.factored
-        if not found.good and equilibria > 1 and halved < HALVES:
+        convex, refused, followed = any(done.errors), "", None
+        try:
+            if found.good and water.moves:
+                wanted, rates = water.at(found.s)
+                left = largest(wanted - p)
+                if left > SAME_WATER * largest(p):
+                    followed = Followed(q, water, found.s, convex)
+        except WaterError as error:
+            refused = f"the water: {error}"
+        if not (found.good and not refused) and equilibria > 1 and halved < HALVES:
             p, halved = 0.5 * (p + balanced), halved + 1  # with less of the change there may be one
             continue
-        x, balanced = found.x, p
-        if not found.good:
-            reason = found.reason
+        x, balanced, reason = found.x, p, refused or found.reason
+        if reason or not followed:
             break
-        if not water.moves:
-            break
-        wanted, rates = water.at(found.s)
-        left = largest(wanted - p)
-        if left <= SAME_WATER * largest(p):
-            break
-        convex = any(done.errors)
         r = found.response
         assert r
         q.assemble(r.D, task, SOFT if convex or found.floating else 0.0, convex)
         spent[2] += 1
-        p = np.maximum(p + Followed(q, water, found.s, convex).change(wanted - p), 0.0)
+        p = np.maximum(p + followed.change(wanted - p), 0.0)
     nothing = np.zeros(model.n * model.d)
     new: State | None = None
     if not reason and done and done.found.response:

@@ -8,7 +8,7 @@ from .. import contract
 from ..contract import Floats
 from ..mesh.shapes import Integers
 from .model import Model
-from .ranks import total
+from .ranks import total, totals
 from .state import State
 
 SNAP = 0.01
@@ -71,16 +71,16 @@ def ledger_of(m: Model, state: State, damped: float, work: float, kinetic: float
     return Ledger(kinetic, elastic, stored, sum(spent), damped, work)
 
 
-def ledger_after(m: Model, before: Ledger, state: State, damped: float, work: float) -> Ledger:
+def ledger_after(m: Model, before: Ledger, state: State, damped: float, work: float, doubt: float) -> Ledger:
     """Energies after a step, in which drag and loads had these.
 
-    What is missing counts as released where a snap explains it: the strain energy has fallen by as much, and
-    by more than the errors of a step.
+    What is missing counts as released where a snap alone explains it: the strain energy has fallen by as
+    much, and by more than the errors of a step and than forces between those at both ends leave in doubt.
     """
     now = ledger_of(m, state, before.damped + damped, before.work + work)
     now = replace(now, released=before.released)
     short = before.balance - now.balance
-    errors = SNAP * (abs(work) + abs(now.spent - before.spent))
+    errors = max(doubt, SNAP * (abs(work) + abs(now.spent - before.spent)))
     snap = errors < short <= before.strain - now.strain
     return replace(now, released=now.released + short) if snap else now
 
@@ -90,11 +90,18 @@ def opened(m: Model, old: State, new: State) -> float:
     return total(m.area @ (0.5 * (old.p + new.p) * (new.s - old.s)[:, 0]))
 
 
-def work_of(m: Model, old: State, new: State, loads: tuple[Floats, Floats], fixed: Integers) -> float:
+def work_of(
+    m: Model, old: State, new: State, loads: tuple[Floats, Floats], fixed: Integers
+) -> tuple[float, float]:
     """Work between two states of loads (n d,) at both, of the fixed components, and of the water.
 
-    Forces change in proportion to the displacements.
+    Forces change in proportion to the displacements.  With the work is by how much it differs at most where
+    they have any values between those at both ends.
     """
-    forces = 0.5 * (loads[0] + loads[1])
+    moved = new.u - old.u
+    forces, half = 0.5 * (loads[0] + loads[1]), 0.5 * (loads[1] - loads[0])
     forces[fixed] = 0.5 * (old.forces + new.forces)[fixed]
-    return total(forces @ (new.u - old.u)) + opened(m, old, new)
+    half[fixed] = 0.5 * (new.forces - old.forces)[fixed]
+    opening = m.area * (new.s - old.s)[:, 0]
+    work, doubt, wet = totals(forces @ moved, half @ moved, 0.5 * (new.p - old.p) @ opening)
+    return work + opened(m, old, new), abs(doubt) + abs(wet)

@@ -3,8 +3,8 @@
     while at is not the end
         move = step, or what is left
         report = solve(state, conditions(at + move)), by Newton's method or by passes, from the change before
-        no state: keep the old state; the step becomes half, a quarter under loads; too short: the path is
-                  stopped
+        no state, or water has no pressure there: keep the old state; the step becomes half, a quarter under
+                  loads; too short: the path is stopped
                   no loads change, Newton's method failed in a short step or soon after passes: passes follow
                   passes failed under loads that change: Newton's method takes the step again
                   too short under loads that change: the parameter becomes an unknown, and the path goes along
@@ -12,7 +12,8 @@
         passes under loads that change: Newton's method ends them, or there is no state
         errors of the passes too large: keep the old state; the step is repeated with less of its length,
                   unless it is the shortest one and no loads change
-        energies do not balance and no loads change: keep the old state; the step is repeated in halves
+        energies do not balance and no loads change: keep the old state; the step is repeated in halves, down
+                  to a share of the largest one and to the least
         else: take the new state; the step grows; passes that were calm for a while end
 
 A `Follow` holds two states, the last and the one before, and the numbers of these rules.  What fails leaves
@@ -22,6 +23,7 @@ nothing behind, because nothing of a state is written.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from copy import copy
 from dataclasses import astuple, fields, replace
 from pathlib import Path
 from typing import Any
@@ -36,7 +38,7 @@ from .equilibrium import Report, Terms, solve
 from .ledger import Ledger, ledger_after, ledger_of, work_of
 from .model import Model
 from .passes import PASSES
-from .ranks import agree, total, totals
+from .ranks import agree, called, total, totals, whole
 from .state import State, read, write
 from .stopped import Stopped
 from .water import Water
@@ -50,7 +52,7 @@ CUT = 0.5, 0.25
 ERRORS = 0.1, 0.01
 """Errors of a step by passes, of a damage and of forces, beyond which a shorter one replaces it."""
 
-MISSING, FINEST = 3e-4, 0.125
+MISSING, FINEST = 3e-4, 0.03125
 """Energy that a step may miss or gain, over the strain energy and the work since the start.
 
 The work of a step is a trapezoid, which is wrong where a crack runs: such a step is taken again in halves,
@@ -126,11 +128,12 @@ class Follow:
             raise ValueError(
                 f"step = {step}, most = {most}, least = {least}: expected 0 < least <= step <= most"
             )
-        if passes < 0 or not 0.0 < limit < 1.0 or not all(0.0 < error < 1.0 for error in errors):
+        if not whole(passes, 0) or not 0.0 < limit < 1.0 or not all(0.0 < error < 1.0 for error in errors):
             text = f"passes = {passes}, limit = {limit}, errors = {errors}"
-            raise ValueError(f"{text}: expected at least 0 passes, and limit and errors between 0 and 1")
+            raise ValueError(f"{text}: expected a whole number of passes, limit and errors between 0 and 1")
         if always and not passes:
             raise ValueError("always with passes = 0: expected at least 1")
+        state.check(model)
         self.model, self.conditions, self.terms = model, conditions, terms or Terms()
         self.state = self.before = replace(state, at=0.0)
         self.step, self.most, self.least = step, most, least
@@ -192,8 +195,10 @@ class Follow:
             return False
         if self.reason:
             raise Stopped(self.reason)
+        if self.branch and (end - self.at) * (self.at - self.before.at) < 0.0:
+            self.branch = None  # back from a limit load
         if self.branch:
-            return self._along(self.branch, end)
+            return self._along(copy(self.branch), end)
         distance = end - self.at
         last = abs(distance) <= self.step * (1.0 + 1e-6)  # no step of rounding errors is left
         move = distance if last else float(np.copysign(self.step, distance))
@@ -218,10 +223,11 @@ class Follow:
         ledger = self._ledger_after(report, total(drag @ (report.state.u - self.state.u) ** 2) / abs(move))
         size = ledger.strain + max(abs(ledger.work), abs(self.ledger.work))
         missing = abs(ledger.balance - self.ledger.balance)
-        chosen = under_loads or self.always or abs(move) <= FINEST * self.most
+        half, least = 0.5 * abs(move), self.shortest if self.by_passes else self.least
+        chosen = under_loads or self.always or half < max(FINEST * self.most, least) * (1.0 - 1e-6)
         if missing > MISSING * size and not chosen:
             self.repeated += 1
-            self.step = 0.5 * abs(move)
+            self.step = half
             return False
         self._take(report, ledger)
         self._grow(excess, report)
@@ -230,8 +236,8 @@ class Follow:
     def _ledger_after(self, report: Report, damped: float = 0.0) -> Ledger:
         """Energies at the state of a report; damped: that of the drag in the step."""
         new = report.taken()
-        work = work_of(self.model, self.state, new, (self._loads(), report.load), report.fixed)
-        return ledger_after(self.model, self.ledger, new, damped, work)
+        work, doubt = work_of(self.model, self.state, new, (self._loads(), report.load), report.fixed)
+        return ledger_after(self.model, self.ledger, new, damped, work, doubt)
 
     def _take(self, report: Report, ledger: Ledger) -> None:
         """Go on from the state of a report, with its energies."""
@@ -264,12 +270,12 @@ class Follow:
         return branch
 
     def _along(self, branch: Branch, end: float) -> bool:
-        """Take one step along the branch, or tell why the path ends."""
+        """Take one step along a copy of the branch, or tell why the path ends."""
         way, first = float(np.sign(end - self.at)), self.state
         taken = branch.advance()
         report = self.report = branch.report
         if not taken:
-            self.cuts += 1
+            self.branch, self.cuts = branch, self.cuts + 1
             if branch.reason:
                 self.kind = LAW if "the law" in branch.reason else NOT_FOUND
                 self.reason = branch.reason.replace(":", f", {self.kind}:", 1)
@@ -280,14 +286,17 @@ class Follow:
         if gained <= FLAT * self.step:
             self._limit(branch.state.u - first.u)
             return False
+        goes_on: Branch | None = branch
         if way * (branch.at - end) >= 0.0:
             share = (end - first.at) / (branch.at - first.at)
             report, _ = self._attempt(end, end - first.at, ahead=share * (branch.state.u - first.u), passes=0)
-            self.report, self.branch = report, None
+            self.report, self.branch, goes_on = report, None, None
             if report.state is None:
                 self.kind, self.reason = NOT_FOUND, f"stopped at {self.at:.5g}, {NOT_FOUND}: {report.reason}"
                 return False
-        self._take(report, self._ledger_after(report))
+        ledger = self._ledger_after(report)
+        self.branch = goes_on
+        self._take(report, ledger)
         if self.branch and branch.count + branch.cuts >= LOOK:
             still = gained * branch.size / branch.length
             if still <= LEVEL * abs(self.at):
@@ -314,7 +323,7 @@ class Follow:
     def _loads(self) -> Floats:
         """Loads at the last step."""
         if self._load is None:
-            now = self.conditions(self.at)
+            now = called(self.conditions, self.at)
             water = Water(self.model, now.pressures, now.flows)
             self._load = held(self.model, now).load + water.outer
         return self._load
@@ -349,7 +358,7 @@ class Follow:
             aim=old.s + ratio * (old.s - self.before.s),
             finish=not self.always,
         )
-        return solve(self.model, old, self.conditions(at), replace(terms, **others))
+        return solve(self.model, old, called(self.conditions, at), replace(terms, **others))
 
     def _cut(self, move: float, share: float, message: str, under_loads: bool, shortest: float = 0.0) -> None:
         """Make the next step a share of this one; end the path where it is too short already.

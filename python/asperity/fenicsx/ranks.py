@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from types import TracebackType
+from typing import TypeVar
 
 import numpy as np
 from mpi4py import MPI  # loads the library of MPI that dolfinx needs
@@ -13,6 +15,8 @@ from .. import contract
 from ..contract import Floats
 
 COMM = MPI.COMM_WORLD
+
+T = TypeVar("T")
 
 
 def _abort(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
@@ -41,10 +45,27 @@ def largest(values: ArrayLike) -> float:
     return float(COMM.allreduce(float(np.abs(np.asarray(values)).max(initial=0.0)), MPI.MAX))
 
 
-def agree(*messages: str) -> None:
-    """Raise ValueError on all ranks where one of them has a message that is not empty."""
+def agree(*messages: str, error: type[ValueError] = ValueError) -> None:
+    """Raise an error on all ranks where one of them has a message that is not empty."""
     if worst := max(COMM.allgather(max(messages, default=""))):
-        raise ValueError(worst)
+        raise error(worst)
+
+
+def called(function: Callable[..., T], *words: object) -> T:
+    """Result of a function of a caller; the ValueError of one rank is raised on all of them."""
+    message = ""
+    results: list[T] = []
+    try:
+        results.append(function(*words))
+    except ValueError as error:
+        message = str(error) or "ValueError"
+    agree(message)
+    return results[0]
+
+
+def whole(value: object, least: int) -> bool:
+    """Whether a value is a whole number, and at least so large."""
+    return isinstance(value, int | np.integer) and int(value) >= least
 
 
 def doubles(name: str, value: ArrayLike) -> Floats:

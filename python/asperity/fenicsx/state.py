@@ -137,6 +137,16 @@ class State:
         t = respond(m, start, start.s, 1.0, p).t
         return replace(start, t=t, forces=stressed + m.pulled(t))
 
+    def check(self, model: Model) -> None:
+        """Raise ValueError on all ranks where the state has not the sizes of a model."""
+        virgin = State.virgin(model)
+        same = len(self.joints) == len(virgin.joints) and all(
+            mine.shape == theirs.shape
+            for name in (*ARRAYS, "joints")
+            for mine, theirs in zip(_arrays_of(self, name), _arrays_of(virgin, name), strict=True)
+        )
+        agree("" if same else "state: expected one of this model")
+
     def response(self, model: Model) -> Response:
         """What the law has at this state without a further increment: tractions, tangents, states."""
         return respond(model, self, self.s, 1.0, self.p)

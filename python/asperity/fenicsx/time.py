@@ -23,7 +23,7 @@ from .conditions import Conditions, held
 from .equilibrium import Report, Terms, solve
 from .ledger import Ledger, ledger_of, opened
 from .model import Model
-from .ranks import agree, doubles, largest, total
+from .ranks import agree, called, doubles, largest, total
 from .response import respond
 from .state import State, read, write
 from .stopped import Stopped
@@ -82,6 +82,7 @@ class Shake:
         their stiffness, time; damping by mass would brake a slip.  rho: 0 to 1, from strong to no numerical
         damping.  terms: without passes, drag and damping.
         """
+        state.check(model)
         m, least = model, least or 1e-3 * step
         prescribed = held(m, conditions)
         moved = largest(state.u[prescribed.fixed] - prescribed.values)
@@ -131,7 +132,7 @@ class Shake:
         """Loads and inertia of the base at a time."""
         if self.ground is None:
             return self.load
-        m, acceleration = self.model, doubles(f"ground at {t:g}", self.ground(t))
+        m, acceleration = self.model, doubles(f"ground at {t:g}", called(self.ground, t))
         good = acceleration.shape == (m.d,) and bool(np.isfinite(acceleration).all())
         agree(
             "" if good else f"ground at {t:g}: expected {m.d} finite components, not {acceleration.tolist()}"

@@ -66,27 +66,31 @@ def of_opening(p: Pressure) -> bool:
     return sum(word.default is word.empty and word.kind <= word.POSITIONAL_OR_KEYWORD for word in words) > 1
 
 
-def values_of(name: str, p: Pressure, x: Floats, *opening: Floats) -> tuple[Floats, str]:
-    """Pressures (n,) at places (n, d), and what is wrong with them."""
+class WaterError(ValueError):
+    """A pressure that is negative or not finite at some openings, or that its function refuses there."""
+
+
+def values_of(name: str, p: Pressure, x: Floats, *opening: Floats) -> tuple[Floats, str, str]:
+    """Pressures (n,) at places (n, d), what is wrong with the function, and with its values."""
+    none = np.zeros(len(x))
     if of_opening(p) and not opening:
-        return np.zeros(len(x)), f"{name}: p is a function of the opening: expected one of places alone"
+        return none, f"{name}: p is a function of the opening: expected one of places alone", ""
     try:
         given = p(x, *opening) if callable(p) else p
     except ValueError as error:  # perhaps at the places of one rank alone
-        return np.zeros(len(x)), f"{name}: p: {error}"
+        given, refused = none, f"{name}: p: {error}"
+    else:
+        refused = ""
     pressures = doubles(f"{name}: p", given)
     if pressures.shape not in ({(), (len(x),)} if callable(p) else {()}):
         expected = f"one number or {len(x)}" if callable(p) else "a number or a function of places"
-        return np.zeros(len(x)), f"{name}: p of the shape {pressures.shape}: expected {expected}"
+        return none, f"{name}: p of the shape {pressures.shape}: expected {expected}", ""
     pressures = np.broadcast_to(pressures, len(x)).copy()
     pressures[(pressures < 0.0) & (pressures >= -ROUNDING * pressures.max(initial=0.0))] = 0.0
     bad = np.flatnonzero(~(np.isfinite(pressures) & (pressures >= 0.0)))
     for k in bad[:1]:
-        return (
-            pressures,
-            f"{name}: p = {pressures[k]:g} at {place(x[k])}: expected a finite water pressure >= 0",
-        )
-    return pressures, ""
+        refused = f"{name}: p = {pressures[k]:g} at {place(x[k])}: expected a finite water pressure >= 0"
+    return pressures, "", refused
 
 
 @dataclass(frozen=True)
@@ -245,11 +249,15 @@ class Network:
 
 
 def in_joint(m: Model, name: str, p: Pressure, s: Floats) -> Floats:
-    """Pressures at the points of a joint, at separations of all points."""
+    """Pressures at the points of a joint, at separations of all points.
+
+    Raises WaterError for values that cannot be, ValueError for another shape.
+    """
     part = m.parts[m.joints.index(name)]
     opening = [s[part, 0]] if of_opening(p) else []
-    values, message = values_of(name, p, m.places[part], *opening)
-    agree(message)
+    values, wrong, refused = values_of(name, p, m.places[part], *opening)
+    agree(wrong)
+    agree(refused, error=WaterError if opening else ValueError)
     return values
 
 
@@ -259,8 +267,8 @@ def on_faces(m: Model, name: str, p: Pressure) -> Floats:
     agree(f"{name}: {group.message}" if group.message else "")
     table, along, weights = quadrature(group.corners, DEGREE)
     at = np.einsum("qk,fkd->fqd", table[0], group.corners)
-    values, message = values_of(name, p, at.reshape(-1, m.d))
-    agree(message)
+    values, *wrong = values_of(name, p, at.reshape(-1, m.d))
+    agree(*wrong)
     if m.d == 2:  # out of the cells, which are on the left
         normal = np.stack([along[:, :, 0, 1], -along[:, :, 0, 0]], axis=2)
     else:
@@ -316,8 +324,8 @@ def _network(m: Model, flow: Flow) -> tuple[Network, Integers]:
     for name, p in given.items():
         inside = np.isin(known, m.groups[name].places)
         message = "" if inside.any() else f"{name}: no node of {', '.join(names)} is in it"
-        values, wrong = values_of(name, p, corners.reshape(-1, m.d)[first_at[inside]])
-        agree(message or wrong)
+        values, *wrong = values_of(name, p, corners.reshape(-1, m.d)[first_at[inside]])
+        agree(message, *wrong)
         ends[name] = known[inside], values
     law = viscosity / m.thickness, np.array([first[name] for name in names], float), a_min, pull
     return Network(names, number[rows], places, corners, ends, law), rows
