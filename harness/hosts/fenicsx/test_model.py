@@ -43,9 +43,10 @@ WRONG = {
     "found(Terms(passes=-1))": "passes = -1: expected a whole number of at least 0",
     "found(Terms(passes=1.5))": "passes = 1.5: expected a whole number of at least 0",
     "found(Terms(iterations=2.5))": "iterations = 2.5: expected a whole number of at least 1",
-    "solve(model(), of_others(), None)": "conditions of the type NoneType: expected Conditions",
+    "solve(m := model(), State.virgin(m), None)": "conditions of the type NoneType: expected Conditions",
     "solve(m := model(), of_others(), Conditions(bottom(m)))": "state: expected one of this model",
     "Follow(model(), of_others(), None, 0.1)": "state: expected one of this model",
+    "solve(model(), replace(State.virgin(model()), scale=np.inf), None)": "scale = inf of the state",
     "Follow(m := model(), State.virgin(m), None, 0.1, passes=1.5)": "passes = 1.5, limit = ",
     "Follow(m := model(), State.virgin(m), refused, 0.1).advance(1.0)": "no conditions at 0.1",
     "Follow(m := model(), State.virgin(m), lambda t: t, 0.1).advance(1.0)": "conditions of the type float",
@@ -75,6 +76,28 @@ def refused(t):
     return Conditions(bottom(m))
 """
     assert_refused(WRONG, code, ranks)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_options_of_another_solution(ranks: int) -> None:
+    """Options of PETSc, also wrong ones, hold for the solution that has them alone."""
+    code = """
+m = model()
+down = m.body([0.0, -1e-2], "block_1")
+of = Conditions(bottom(m), load=down)
+def count(more):
+    return solve(m, State.virgin(m), of, Terms(options=f"-pc_type gamg {more}")).linear
+results["counts"] = count(""), count("-mg_coarse_pc_type jacobi"), count("")
+try:
+    solve(m, State.virgin(m), of, Terms(options="-ksp_type none_such"))
+except Exception as error:
+    results["refused"] = type(error).__name__
+results["after"] = count(""), solve(m, State.virgin(m), of).good
+"""
+    results = of_all_ranks(code, ranks)
+    first, other, again = results["counts"]
+    assert first == again == results["after"][0] != other
+    assert results["refused"] == "Error" and results["after"][1]
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

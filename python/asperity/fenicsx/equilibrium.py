@@ -165,8 +165,8 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
     """
     terms = terms or Terms()
     drag, ahead = _check(model, terms)
-    prescribed, clock = held(model, conditions), Clock()
     state.check(model)
+    prescribed, clock = held(model, conditions), Clock()
     if not total(len(prescribed.fixed)) and not total(drag.sum()):
         raise ValueError("nothing is fixed and there is no drag: expected components that hold the model")
     water = Water(model, conditions.pressures, conditions.flows)

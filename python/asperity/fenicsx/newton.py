@@ -15,6 +15,7 @@ K dx and B dx are computed once, so that dx . r(x + a dx) costs a call of the la
 
 from __future__ import annotations
 
+import itertools
 import weakref
 from dataclasses import dataclass
 from typing import Any
@@ -30,8 +31,8 @@ from .ranks import COMM, total, totals
 from .response import Clock, LawError, Response, respond
 from .state import State
 
-PREFIX = "asperity_"
-"""Of the options of PETSc that these solvers have for themselves."""
+NUMBERS = itertools.count(1)
+"""Of the solvers, in the prefix of their options: PETSc keeps these for all solvers of a prefix."""
 
 DIRECT = (
     "-ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps -mat_mumps_icntl_6 0 -mat_mumps_icntl_8 0"
@@ -249,9 +250,7 @@ class Equations:
     def destroy(self) -> None:
         """Release the factors, which Python's garbage collector does not reach."""
         for solver in self.solvers.values():
-            solver.ksp.destroy()
-            if solver.stale:
-                solver.stale.destroy()
+            solver.destroy()
         self.solvers.clear()
         self.last = None
         self.A.destroy()
@@ -265,9 +264,11 @@ class Solver:
         chosen, database = words_of(options), PETSc.Options()
         multigrid = chosen.get("pc_type") == "gamg"
         database.setValue("options_left", 0)
-        prefix = PREFIX + ("symmetric_" if symmetric else "")
-        for name, value in (words_of(DIRECT) | (words_of(MULTIGRID) if multigrid else {}) | chosen).items():
-            database.setValue(prefix + name, value)
+        prefix = f"asperity_{next(NUMBERS)}_"
+        settings = words_of(DIRECT) | (words_of(MULTIGRID) if multigrid else {}) | chosen
+        self.names = [prefix + name for name in settings]
+        for name, value in zip(self.names, settings.values(), strict=True):
+            database.setValue(name, value)
         self.ksp = ksp = PETSc.KSP().create(COMM)
         ksp.setOptionsPrefix(prefix)
         ksp.setOperators(A)
@@ -310,6 +311,14 @@ class Solver:
         good = self.ksp.getConvergedReason() > 0
         self.factored = self.factored or (self.direct and good)
         return spent + self.ksp.getIterationNumber(), 1, good
+
+    def destroy(self) -> None:
+        """Release the factors and the options."""
+        self.ksp.destroy()
+        if self.stale:
+            self.stale.destroy()
+        for name in self.names:
+            PETSc.Options().delValue(name)
 
     def factor(self) -> tuple[float, float, float]:
         """Entries of the factor by MUMPS, operations of its elimination and GB; 0 by other solvers."""

@@ -138,14 +138,17 @@ class State:
         return replace(start, t=t, forces=stressed + m.pulled(t))
 
     def check(self, model: Model) -> None:
-        """Raise ValueError on all ranks where the state has not the sizes of a model."""
+        """Raise ValueError on all ranks where the state has not the sizes of a model, or no finite scale."""
         virgin = State.virgin(model)
         same = len(self.joints) == len(virgin.joints) and all(
             mine.shape == theirs.shape
             for name in (*ARRAYS, "joints")
             for mine, theirs in zip(_arrays_of(self, name), _arrays_of(virgin, name), strict=True)
         )
-        agree("" if same else "state: expected one of this model")
+        agree(
+            "" if same else "state: expected one of this model",
+            "" if 0.0 <= self.scale < np.inf else f"scale = {self.scale} of the state: expected >= 0",
+        )
 
     def response(self, model: Model) -> Response:
         """What the law has at this state without a further increment: tractions, tangents, states."""
