@@ -4,7 +4,8 @@ module asperity_c
   use asperity_c_text, only: put_text
   use asperity_call_checks, only: explain_nstatv, explain_point, explain_time, umat_only
   use asperity_checks, only: review_props
-  use asperity_contract, only: status_nstatv, status_ok, status_props, status_size, status_time, status_water, version
+  use asperity_contract, only: status_initial, status_nstatv, status_ok, status_props, status_size, status_time, &
+    status_water, version
   use asperity_initial, only: carry_traction, explain_initial
   use asperity_interface, only: interface_type, new_interface
   use asperity_arrays, only: update_points
@@ -60,6 +61,8 @@ contains
     real(wp), pointer, contiguous :: states(:, :), t(:, :)
     real(wp), parameter :: rest(3) = 0.0_wp
     logical, parameter :: all_prescribed(3) = .true.
+    real(wp) :: in_proportion(3)
+    logical :: endless
     character(len=:), allocatable :: text
     type(interface_type) :: joint
     integer :: i
@@ -74,10 +77,11 @@ contains
       call c_f_pointer(traction, t, [3, n])
       call c_f_pointer(state, states, [nstatv, n])
       do i = 1, n
-        call carry_traction(joint, t(:, i), all_prescribed, states(:, i), status)
+        call carry_traction(joint, t(:, i), all_prescribed, states(:, i), status, in_proportion, endless)
         if (status /= status_ok) then
           call explain_point(joint, rest, rest, states(:, i), text)
-          if (len(text) == 0) call explain_initial(joint, t(:, i), all_prescribed, states(:, i), text)
+          if (status == status_initial) call explain_initial(joint, t(:, i), all_prescribed, states(:, i), &
+            in_proportion, endless, text)
           text = point_text(i, n) // text
           exit
         end if

@@ -48,10 +48,11 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   integer, intent(in), optional :: noel, npt, layer, kspt, kstep
   integer, intent(in), optional :: kinc          !! increment of the step, read for IMPL-EX
   type(interface_type) :: joint
-  real(wp) :: from(3), to(3), traction(3), tangent(3, 3), layer_stiffness, damage(max_planes), factor, p
+  real(wp) :: from(3), to(3), traction(3), tangent(3, 3), layer_stiffness, damage(max_planes), factor, &
+    in_proportion(3), p
   character(len=:), allocatable :: message
   integer :: i, n, position(3), status
-  logical :: first, reordered
+  logical :: endless, first, reordered
 
   call new_interface(props, joint, status)
   position = component_map(ntens, joint%map)
@@ -81,7 +82,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     end do
     if (first_traction(traction, statev)) then
       traction(1) = traction(1) + water_pressure(joint, predef)
-      call carry_traction(joint, traction, position > 0, statev, status)
+      call carry_traction(joint, traction, position > 0, statev, status, in_proportion, endless)
       ! the initial traction belongs to the separation at the start, which is not zero in every host
       if (status == status_ok) statev(v_offset:v_offset + 2) = statev(v_offset:v_offset + 2) - from
     end if
@@ -91,7 +92,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
     call explain_call(nprops, props, ntens, stran, dstran, nstatv, statev, message, dtime)
     if (status == status_water) call explain_water(joint, "PREDEF", p, message)
     if (status == status_initial) then
-      call explain_initial(joint, traction, position > 0, statev, message)
+      call explain_initial(joint, traction, position > 0, statev, in_proportion, endless, message)
       if (joint%water > 0) call append(message, "initial t_N: that of STRESS and the water pressure")
     end if
     if (reordered) statev(host_order(joint)) = statev(:joint%n_umat_statev)

@@ -300,8 +300,9 @@ subroutine vumat(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime
     real(wp), intent(inout) :: state(:)                       !! STATEV of the law, planes -> with the initial traction
     integer, intent(out) :: status                            !! 0 or status_initial
     character(len=:), allocatable, intent(inout) :: message   !! lines are appended
-    real(real64) :: traction(3), carried(size(state))
+    real(real64) :: traction(3), carried(size(state)), in_proportion(3)
     integer :: j
+    logical :: endless
     status = status_ok
     traction = 0.0_real64
     do j = 1, 3
@@ -313,15 +314,18 @@ subroutine vumat(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime
     carried = real(state, real64)
     if (.not. first_traction(traction, carried)) return
     traction(1) = traction(1) + real(water, real64)
-    call carry_traction(joint, traction, component > 0, carried, status)
-    if (any(abs(carried(v_offset:v_offset + 2)) > bound)) status = status_initial
+    call carry_traction(joint, traction, component > 0, carried, status, in_proportion, endless)
+    if (status == status_initial) then
+      call explain_initial(joint, traction, component > 0, carried, in_proportion, endless, message)
+    else if (any(abs(carried(v_offset:v_offset + 2)) > bound)) then
+      status = status_initial
+      call append(message, "initial traction: expected one that moves the planes by no more than " // &
+        to_text(real(bound, real64)))
+    end if
     if (status == status_ok) then
       state = real(carried, wp)
-    else
-      call explain_initial(joint, traction, component > 0, carried, message)
-      if (joint%water > 0) call append(message, "initial t_N: that of stressOld and the water pressure")
-      if (len(message) == 0) call set_text(message, "initial traction: expected one that moves the planes by no " // &
-        "more than " // to_text(real(bound, real64)))
+    else if (joint%water > 0) then
+      call append(message, "initial t_N: that of stressOld and the water pressure")
     end if
   end subroutine start_point
 end subroutine vumat

@@ -104,19 +104,20 @@ contains
     state(:joint%n_statev) = point%state
   end subroutine carry_traction
 
-  !> Append why a state cannot carry a traction and what it carries; nothing is appended if it can carry the traction.
-  subroutine explain_initial(joint, target, prescribed, state, message)
+  !> Append why a state cannot carry a traction and what it carries, after `carry_traction` with status_initial.
+  subroutine explain_initial(joint, target, prescribed, state, in_proportion, endless, message)
     type(interface_type), intent(in) :: joint                  !! the interface
     real(wp), intent(in) :: target(3)                          !! traction (N, Tx, Ty), stress
     logical, intent(in) :: prescribed(3)                       !! whether the traction is to be carried
     real(wp), intent(in), contiguous :: state(:)               !! STATEV
+    real(wp), intent(in) :: in_proportion(3)                   !! `carried` of carry_traction, stress
+    logical, intent(in) :: endless                             !! that of carry_traction
     character(len=:), allocatable, intent(inout) :: message    !! a line is appended
     character(len=4), parameter :: names(3) = ["t_N ", "t_Tx", "t_Ty"]
     character(len=:), allocatable :: reason
     type(rie_law) :: law
-    real(wp) :: carried(3), in_proportion(3), most, pressed(joint%n_statev)
+    real(wp) :: carried(3), most, pressed(joint%n_statev)
     integer :: damaged, i, status
-    logical :: endless
 
     law = new_rie_law(joint)
     most = law%stiffness*law%bound
@@ -126,10 +127,6 @@ contains
         to_text(most))
     end do
     if (any(prescribed .and. .not. bounded(target, most))) return
-    pressed = state(:joint%n_statev)
-    call carry_traction(joint, target, prescribed, pressed, status, in_proportion, endless)
-    if (status /= status_initial) return
-
     damaged = count(plane_damage(joint, state) >= 1.0_wp)
     if (damaged == joint%pattern%n .and. target(1) > 0.0_wp) then
       call set_text(reason, "tension on a crack, every plane being fully damaged")
@@ -142,6 +139,7 @@ contains
       call set_text(reason, "outside the friction of the pattern")
     end if
     ! the normal traction first, to find out which component is not carried
+    pressed = state(:joint%n_statev)
     call carry_traction(joint, [target(1), 0.0_wp, 0.0_wp], prescribed, pressed, status, carried)
     if (status /= status_ok) then
       call append(message, "initial t_N = " // to_text(target(1)) // ": " // reason // "; it carries t_N = " // &

@@ -6,7 +6,7 @@ module asperity_case_groups
   use asperity_case_entries, only: case_io, close_group, open_group, real_entry, reals_entry, require, string_entry
   use asperity_case_text, only: group_index, name_length, text_type, token_text
   use asperity_checks, only: bounded
-  use asperity_contract, only: plane_statev, status_ok, v_damage, v_friction, v_rupture, v_stored
+  use asperity_contract, only: plane_statev, status_initial, status_ok, v_damage, v_friction, v_rupture, v_stored
   use asperity_equations, only: new_point
   use asperity_errors, only: error_type, errors_type, fail
   use asperity_initial, only: carry_traction, explain_initial
@@ -164,9 +164,9 @@ contains
     type(state_type), intent(inout) :: state                  !! state at the start, with the offset of the planes
     type(errors_type), intent(inout) :: errors   !! errors are added
     character(len=:), allocatable :: reasons
-    real(wp) :: carried(3), largest
+    real(wp) :: carried(3), in_proportion(3), largest
     integer :: earlier, i, k, status
-    logical :: loaded
+    logical :: endless, loaded
 
     allocate (initial%planes(joint%n_statev))
     initial%planes = 0.0_wp
@@ -199,10 +199,11 @@ contains
       "offset of a slip only if the stress is not zero")
     if (errors%n > earlier) return
     state%statev = initial%planes
-    call carry_traction(joint, carried, prescribed, state%statev, status)
+    call carry_traction(joint, carried, prescribed, state%statev, status, in_proportion, endless)
     allocate (character(len=0) :: reasons)
     if (status == status_ok) return
-    call explain_initial(joint, carried, prescribed, initial%planes, reasons)
+    if (status == status_initial) call explain_initial(joint, carried, prescribed, initial%planes, in_proportion, &
+      endless, reasons)
     if (initial%p > 0.0_wp) call set_text(reasons, reasons // "; t_N is the total one and p")
     if (allocated(initial%of_traction%name)) call fail(errors, initial%of_traction, reasons)
     if (.not. allocated(initial%of_traction%name)) call fail(errors, initial%of_slip, reasons)

@@ -139,9 +139,9 @@ contains
     character(len=:), allocatable :: text
     real(wp) :: props(n_fixed_props), state(n_statev(behaviour%n_planes, .true., .true.))
     real(wp) :: old_damage(behaviour%n_planes)
-    real(wp) :: from(3), to(3), initial(3), traction(3), tangent(3, 3), h, request, side
+    real(wp) :: from(3), to(3), initial(3), in_proportion(3), traction(3), tangent(3, 3), h, request, side
     real(wp) :: p(2)   ! water pressure at start and end
-    logical :: passed(n_fixed_props), predicting
+    logical :: endless, passed(n_fixed_props), predicting
     integer :: at, cap, i, status
 
     call c_f_pointer(point%operator, operator, [behaviour%n, behaviour%n])
@@ -163,6 +163,8 @@ contains
     if (behaviour%wet) p = [first_of(point%old%external_variables), first_of(point%new%external_variables)]
     if (predicting) p(2) = p(1)
 
+    in_proportion = 0.0_wp
+    endless = .false.
     call new_interface(props, joint, status)
     ! a behaviour has the variables of facets, with or without wear, and those of the strength behind them
     cap = size(state) - n_cap_statev
@@ -188,14 +190,15 @@ contains
     if (status == status_ok) then
       if (first_traction(initial, state)) then
         initial(1) = initial(1) + p(1)
-        call carry_traction(joint, initial, behaviour%position > 0, state, status)
+        call carry_traction(joint, initial, behaviour%position > 0, state, status, in_proportion, endless)
         ! the initial traction belongs to the separation at the start
         if (status == status_ok) state(v_offset:v_offset + 2) = state(v_offset:v_offset + 2) - from
       end if
     end if
     if (status /= status_ok) then
       text = full_name(behaviour) // ": "
-      call explain(status, props, joint, behaviour, request, point%dt, from, to, strain, initial, state, p, text)
+      call explain(status, props, joint, behaviour, request, point%dt, from, to, strain, initial, in_proportion, &
+        endless, state, p, text)
       call put_text(text, point%message, message_size)
       ! OpenGeoSys does not show the message of MGIS
       write (error_unit, "(2a)") "asperity generic: ", text
@@ -289,7 +292,8 @@ contains
   end function call_status
 
   !> Append one line for each bad value of a rejected call.
-  subroutine explain(status, props, joint, behaviour, request, dt, from, to, strain, initial, state, p, text)
+  subroutine explain(status, props, joint, behaviour, request, dt, from, to, strain, initial, in_proportion, endless, &
+    state, p, text)
     integer, intent(in) :: status                          !! of the test that failed
     real(wp), intent(in) :: props(:)                       !! PROPS
     type(interface_type), intent(in) :: joint              !! the interface, if its constants are admissible
@@ -299,6 +303,8 @@ contains
     real(wp), intent(in) :: from(3), to(3)                 !! separation at start and end, length
     real(wp), intent(in) :: strain(:)                      !! at the end
     real(wp), intent(in) :: initial(3)                     !! initial traction, stress
+    real(wp), intent(in) :: in_proportion(3)               !! carried part, for status_initial, stress
+    logical, intent(in) :: endless                         !! whether planes move without bound beyond it
     real(wp), intent(in), contiguous :: state(:)           !! STATEV at the start
     real(wp), intent(in) :: p(2)                           !! water pressure at start and end, stress
     character(len=:), allocatable, intent(inout) :: text   !! name of the behaviour; lines are appended
@@ -328,7 +334,7 @@ contains
       case (status_size)
         lines = "K[0] = " // to_text(request) // ": expected -3 to 4 (no speed of sound)"
       case (status_initial)
-        call explain_initial(joint, initial, behaviour%position > 0, state, lines)
+        call explain_initial(joint, initial, behaviour%position > 0, state, in_proportion, endless, lines)
         if (behaviour%wet) call append(lines, "initial t_N: that of the host and " // water_name)
       case (status_water)
         do i = 1, 2
