@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 
 from ...contract import Floats
 from ...interface import Interface
-from ...material import Material, ModelWarning
+from ...material import Material
 from ...pattern import Pattern
 from .joint import Joint
 
@@ -54,18 +53,25 @@ class Envelope:
 
     def curves(self, stresses: Floats) -> list[tuple[Floats, Floats]]:
         """Shear traction and opening of the law over `slips` for each normal stress."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ModelWarning)  # the command prints them once
-            paths = [self.interface.confined_slip(0.0, self.slips, -float(stress)) for stress in stresses]
-        return [(path.tau, path.dilation - path.dilation[0]) for path in paths]
+        from ..fit.model import PRELOAD, slip_curve
+
+        props, rows, of_law = self.interface.props(), np.arange(1, self.slips.size), []
+        for test in _tests(stresses, self.slips):
+            tau, s_N, done = slip_curve(props, test, self.slips, rows, 0.0, PRELOAD)
+            if done < self.slips.size:
+                raise ValueError(f"{test.name}: the law has no equilibrium up to the last slip")
+            of_law.append((tau, s_N))
+        return of_law
 
     @cached_property
     def numbers(self) -> Floats:
         """Peak, its slip and opening at the end at each stress: those of Barton and of the law, (2, n, 3)."""
-        joint, end = self.joint, self.slips[-1:]
-        barton = [(joint.peak_strength(p), joint.peak_slip, joint.dilation(end, p)[0]) for p in self.stresses]
-        law = [(*peak(self.slips, tau), s_N[-1]) for tau, s_N in self.curves(self.stresses)]
-        return np.array([barton, law])
+        return np.array([_barton(self.joint, self.stresses, self.slips), self.numbers_of_law])
+
+    @property
+    def numbers_of_law(self) -> Floats:
+        """The same of the law alone, (n, 3)."""
+        return _numbers(self.slips, self.curves(self.stresses))
 
     @property
     def parted(self) -> Floats:
@@ -83,6 +89,27 @@ def peak(slips: Floats, tau: Floats) -> tuple[float, float]:
     if not a < 0.0:
         return float(tau.max()), float(slips[np.argmax(tau)])
     return float(tau.max()), float(np.clip(slips[i] - 0.5 * b / a, slips[i - 1], slips[i + 1]))
+
+
+def _barton(joint: Joint, stresses: Floats, slips: Floats) -> Floats:
+    """Peak, its slip and opening at the end of a joint of Barton at each stress, (n, 3)."""
+    opening = [joint.dilation(slips[-1:], p)[0] for p in stresses]
+    return np.array(
+        [(joint.peak_strength(p), joint.peak_slip, s_N) for p, s_N in zip(stresses, opening, strict=True)]
+    )
+
+
+def _numbers(slips: Floats, curves: Sequence[tuple[Floats, Floats]]) -> Floats:
+    """Peak, its slip and opening at the end of each curve, (n, 3)."""
+    return np.array([(*peak(slips, tau), s_N[-1]) for tau, s_N in curves])
+
+
+def _tests(stresses: Floats, slips: Floats) -> list[ShearTest]:
+    """Tests with these slips, of which nothing was measured, under each normal stress."""
+    from ..fit.shear_test import ShearTest
+
+    rows = slips[1:]
+    return [ShearTest(f"sigma_n {stress:g}", rows, rows, None, -float(stress)) for stress in stresses]
 
 
 def curves(joint: Joint, sigma_n: float) -> ShearTest:
@@ -127,10 +154,11 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
         interface = Interface(material, Pattern.regular(2, theta, flat=0.0))
         return Envelope(joint, interface, stresses, slips, values)
 
+    barton = _barton(joint, stresses, slips)
+
     def residuals(x: Floats) -> Floats:
-        barton, fitted = law(x).numbers
         # a trial whose joint has closed at the end is far off, and no error
-        misfit = np.log(np.maximum(fitted / barton, LEAST))
+        misfit = np.log(np.maximum(law(x).numbers_of_law / barton, LEAST))
         return np.append(misfit[:, 0], misfit[middle, 1:])
 
     slope, pressure = np.tan(np.radians(min(joint.roughness_angle(low), 45.0))), float(stresses[middle])
@@ -172,7 +200,7 @@ def draw(envelope: Envelope, path: Path) -> None:
         some = envelope.stresses[:: STRESSES // 2]
         for colour, sigma_n, (tau, _) in zip(COLOURS, some, envelope.curves(some), strict=False):
             curves.plot(envelope.slips, envelope.joint.shear(envelope.slips, sigma_n), "--", color=colour)
-            curves.plot(envelope.slips[: tau.size], tau, color=colour, label=f"{sigma_n:.3g} MPa")
+            curves.plot(envelope.slips, tau, color=colour, label=f"{sigma_n:.3g} MPa")
         label_axes(curves, "slip [mm]", r"traction $\tau$ [MPa]")
         curves.legend(title=r"$\sigma_n$; dashed: Barton")
         save(figure, path)
