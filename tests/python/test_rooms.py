@@ -89,7 +89,7 @@ WITHOUT_FILE = {
     ),
     "tools/fit/test_records.py: files of laboratories": "ends forces headings starts",
     "tools/fit/test_rigid.py: shapes that the law has not": "profiles",
-    "tools/fit/test_strengths.py: tables of strengths": "criteria strength strength_report",
+    "tools/fit/test_strengths.py: tables of strengths": "strength strength_report",
     "tools/selection/test_search.py: selected patterns, the command": "tools.selection.command",
     "tools/uncertainty/test_spread.py: drawn constants, the command, its pictures": (
         "tools.uncertainty.command distribution tools.uncertainty.picture"

@@ -15,7 +15,7 @@ from .evidence import cycles, guesses
 from .intervals import Intervals, spreads
 from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
 from .model import AUTO, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
-from .profiles import AT_ONCE, assumed, in_place_of_bond, shaped, uncrushed
+from .profiles import assumed, in_place_of_bond, shaped, uncrushed
 from .result import Fit
 from .rigid import LAW, SHAPES, SLOPES, WITHOUT
 from .shear_test import ShearTest
@@ -23,6 +23,7 @@ from .squares import Solution, refitted, residuals, searched
 from .verdict import (
     FAIR,
     GOOD,
+    UNSAFE,
     blind,
     compared,
     coverage,
@@ -191,11 +192,10 @@ def _fit(
     tick("all rows")
     chosen = refitted(chosen, tests, weight=weight)
     tick("other assumptions")
-    law, forms = chosen, shaped(chosen, tests, models[0].fixed, of_user)
-    usable = [form for form in forms if not form.model.shape.startswith(WITHOUT)]
+    law, forms = chosen, shaped(chosen, tests, of_user)
+    usable = [form for form in forms[1:] if not form.model.shape.startswith(WITHOUT)]
     values = criteria([chosen, *usable])
-    # a stiffness of the joint that the user gives has no closed form
-    if min(values) < min(values[:2]) - GAIN and KS not in models[0].fixed:
+    if min(values) < values[0] - GAIN and chosen.problem.is_closed_form:
         # the constants of the shape that the tests have mean the same, and give the law their peaks and ends
         chosen = usable[int(np.argmin(values[1:]))]
         constants = ", ".join(f"{n} {law.values[n]:.3g}" for n in law.model.free if n not in SPRINGS)
@@ -238,9 +238,9 @@ def _fit(
             f"the grade leaves out the noise of the measured numbers and what differs from test to test{text}"
         )
     missed, peak = missed_peak(fitted, tests)
-    if missed > FAIR:
+    if missed > UNSAFE or missed < -FAIR:
         reasons.append(f"{peak}: another law is needed, or the specimens differ")
-    elif missed > GOOD:
+    elif abs(missed) > GOOD:
         notes.append(peak)
     low, high = chosen.problem.ends if chosen.x.size else (chosen.x, chosen.x)
     near = np.minimum(chosen.x - low, high - chosen.x) < NEAR * (high - low)
@@ -300,7 +300,6 @@ BETTER |= dict.fromkeys(
     (name for name in SHAPES if name.startswith(WITHOUT)),
     "the slope of the dilation adds less friction than that of the law; without any",
 )
-BETTER[AT_ONCE] = "friction acts before the bond is damaged; from the first slip on"
 """What tests say that prefer another assumption."""
 
 HELP = {

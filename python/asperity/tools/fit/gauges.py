@@ -10,7 +10,6 @@ import numpy as np
 
 from ...contract import Floats
 from .model import KS, KT
-from .rigid import has_closed_form
 from .series import Rigid
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, solve
@@ -68,10 +67,12 @@ class Started(Rigid):
 
 
 def rigid_form(chosen: Solution, tests: Sequence[ShearTest], left_out: Sequence[str] = ()) -> Solution | None:
-    """Fit of the same model with rigid sides behind a spring, which has a closed form; None without one.
+    """The same model with rigid sides behind a spring, which has a closed form; None without one.
 
     left_out: constants that the tests do not need, as wear in a first stroke.
     """
+    if chosen.problem.is_closed_form:
+        return chosen
     model = replace(chosen.model, free=tuple(name for name in chosen.model.free if name not in left_out))
     if KS in model.free:
         model = model.instead(KS, KT)
@@ -79,9 +80,7 @@ def rigid_form(chosen: Solution, tests: Sequence[ShearTest], left_out: Sequence[
         fixed = {name: value for name, value in model.fixed.items() if name not in (KS, "kc")}
         model = replace(model, fixed=fixed | {KT: 0.5 * chosen.values[KS]})
     problem = model.problem(tests, chosen.problem.weight, chosen.problem.direction)
-    if not has_closed_form(problem.free, problem.fixed, problem.sides, problem.direction):
-        return None
-    return refitted(chosen, tests, model, tolerance=SEARCHED)
+    return refitted(chosen, tests, model, tolerance=SEARCHED) if problem.is_closed_form else None
 
 
 def with_shape(form: Solution, shape: str) -> Solution:

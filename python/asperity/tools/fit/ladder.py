@@ -81,7 +81,7 @@ class Model:
     ) -> Problem:
         """Problem of these tests; what is not free is rigid, or is not there.
 
-        A joint without bond and reversals has a closed form, which takes the place of the law but for law.
+        A rigid joint without reversals has a closed form, which takes the place of the law but for law.
         """
         rest = {"theta": 0.0, "flat": 0.0, "height": 0.0, "crush": 0.0, "W0": 0.0, "closure": 0.0}
         rest |= {"damage0": 0.0, "sigma02": 0.0, "Gc2": 0.0} if self.bond else {}
@@ -95,8 +95,8 @@ class Model:
         values = {name: value for name, value in (rest | dict(self.fixed)).items() if name not in self.free}
         sloped = {"theta"} & {*self.free} or self.fixed.get("theta")
         sides = self.sides if sloped else 0
-        exact = not law and self.series and not self.bond and not cycles(tests)
-        if self.shape or (exact and has_closed_form(self.free, values, sides, direction)):
+        rigid = not law and self.series and not cycles(tests)
+        if self.shape or (rigid and has_closed_form(self.free, values, sides, direction)):
             return Rigid(list(tests), self.free, values, sides, direction, weight=weight, shape=self.shape)
         if cycles(tests):
             kind: type[Problem] = CyclicSeries if self.series else Cyclic

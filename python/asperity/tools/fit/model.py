@@ -234,10 +234,6 @@ class Problem:
     is_closed_form = False
     """Whether residuals cost next to nothing."""
 
-    def closed_form(self) -> Problem:
-        """The same in closed form where there is one."""
-        return self
-
 
 def slip_curve(
     props: Floats,

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from ...contract import Floats
-from .criteria import CRITERIA
 from .shear_test import ShearTest
 from .strengths import StrengthFit, law_strengths
 
@@ -20,10 +19,6 @@ Curve: TypeAlias = tuple[Floats, Floats, Floats]
 
 MARKS = "osD^v"
 """Marks of the tests."""
-
-
-DASHES = ("-.", ":")
-"""Line styles of the criteria of others, for print in black and white."""
 
 
 def curves_figure(
@@ -62,7 +57,7 @@ def curves_figure(
 
 
 def envelope_figure(fit: StrengthFit, units: tuple[str, str]) -> Figure:
-    """Peak and residual strengths over the pressure, the law, and the criteria of others."""
+    """Peak and residual strengths over the pressure, and the law."""
     from ..style import COLOURS, ONE, label_axes, new_figure
 
     figure, (ax,) = new_figure(ONE, 3.6, ncols=1)
@@ -79,10 +74,6 @@ def envelope_figure(fit: StrengthFit, units: tuple[str, str]) -> Figure:
     if np.isfinite(residual).any():
         ax.plot(pressure, residual, "s", color="0.5", markersize=4.0, label="residual, measured")
         ax.plot(fine, rest, "--", color=COLOURS[0], label="law, residual")
-    by_label = {criterion.label: criterion for criterion in CRITERIA}
-    for (label, values, *_), line, colour in zip(fit.others[1:], DASHES, COLOURS[1:], strict=False):
-        strength = by_label[label].strength(fine, values)
-        ax.plot(fine, strength, linestyle=line, color=colour, linewidth=1.1, label=label)
     label_axes(ax, rf"pressure $-\sigma_N$ [{units[1]}]", f"shear strength [{units[1]}]")
     ax.set_ylim(0.0, 1.1 * max(float(peak.max()), max(test.peak for test in fit.tests)))
     ax.legend(fontsize=7)

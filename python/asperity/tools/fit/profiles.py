@@ -1,4 +1,4 @@
-"""Shapes of slope and softening that the law has and has not, and friction that acts at once."""
+"""Shapes of slope and softening that the law has and has not."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from .evidence import cycles, first_slope, first_stroke, guesses
+from .evidence import cycles, first_slope, first_stroke
 from .gauges import rigid_form, with_shape, with_starts
 from .intervals import Assumption, Intervals, spreads
-from .ladder import BRITTLE, GAIN, Model, criteria
-from .model import KT, SPRINGS, rows_of, to_scale
+from .ladder import GAIN, criteria
+from .model import SPRINGS, rows_of, to_scale
 from .rigid import CONTRACTING, SHAPES, SLOPES, SOFTENINGS, WITHOUT
 from .shear_test import ShearTest
-from .squares import SEARCHED, Solution, refitted, solve
+from .squares import SEARCHED, Solution, refitted
 
-STARTS, SHAPE_OF_LAW, AT_ONCE = "other starts", "shape of the law", "friction from the first slip on"
+STARTS, SHAPE_OF_LAW = "other starts", "shape of the law"
 UNCRUSHED = "the slope that the tests show"
-"""Names of starts of slip and dilation that fit best, of the law beside another shape, of a bond beside which
-friction does not wait for the damage, and of a slope that the pressure does not crush.
+"""Names of starts of slip and dilation that fit best, of the law beside another shape, and of a slope that
+the pressure does not crush.
 """
 
 
@@ -47,18 +47,15 @@ def in_place_of_bond(solutions: Sequence[Solution], index: int, bic: Sequence[fl
     return rock if any(better) else index
 
 
-def shaped(
-    chosen: Solution, tests: Sequence[ShearTest], known: Mapping[str, float], of_user: bool = False
-) -> list[Solution]:
+def shaped(chosen: Solution, tests: Sequence[ShearTest], of_user: bool = False) -> list[Solution]:
     """Closed form of the law, and with the shapes that it does not have, of tests without reversals.
 
-    known: values of the user, which stay.  of_user: the model is that of the user, which has no other shape.
-    Empty where there is no such form.
+    of_user: the model is that of the user, which has no other shape.  Empty where there is no such form.
     """
     free, bond = {*chosen.model.free}, chosen.model.bond
     if cycles(tests) or not (bond or "theta" in free):
         return []
-    form = at_once(chosen, tests, known) if bond else rigid_form(chosen, tests)
+    form = rigid_form(chosen, tests)
     names = slopes_of(tests) if not bond and "height" in free else ()
     if bond:
         apart = [name for name in SHAPES if name.startswith(WITHOUT) and "theta" in free]
@@ -70,28 +67,6 @@ def slopes_of(tests: Sequence[ShearTest]) -> tuple[str, ...]:
     """Slopes that tests may show; strengths alone show no contraction."""
     opens = any(test.s_N is not None for test in tests)
     return SLOPES if opens else tuple(name for name in SLOPES if name != CONTRACTING)
-
-
-def at_once(chosen: Solution, tests: Sequence[ShearTest], known: Mapping[str, float]) -> Solution | None:
-    """Closed form of a bond beside which friction acts at once, with a spring in series; None without one."""
-    model = chosen.model
-    if "eta" in known:
-        return None
-    free = tuple(name for name in model.free if name not in ("eta", KT))
-    fixed = {name: value for name, value in model.fixed.items() if name != KT} | {"eta": BRITTLE}
-    if KT in known:
-        fixed[KT] = known[KT]
-    else:
-        free = (KT, *free)
-    rigid = Model(free, min(model.sides, 2), fixed)
-    problem = rigid.problem(tests, chosen.problem.weight, chosen.problem.direction)
-    values = chosen.values
-    if KT not in model.free:
-        values = values | {KT: guesses(tests)[KT]}
-    closed = problem.closed_form()
-    if not closed.is_closed_form:
-        return None
-    return Solution(rigid, closed, *solve(closed, closed.x(values), SEARCHED))
 
 
 def assumed(
@@ -114,7 +89,7 @@ def assumed(
         return
     form, made = forms[0], []
     if alone:
-        made = [(form, AT_ONCE) if bond else (with_starts(form), STARTS)]
+        made = [] if bond else [(with_starts(form), STARTS)]
     for solution in forms[1:]:
         name = solution.model.shape
         made += [(solution, name)] if solution is not chosen else [(law, SHAPE_OF_LAW)]

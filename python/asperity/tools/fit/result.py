@@ -100,18 +100,17 @@ class Fit:
         def of(values: Mapping[str, float]) -> float:
             return max(abs(self._numbers(test, values).get(name, 0.0)), 1e-12)
 
-        value, low, high = self.of(of)
+        exact, (value, low, high) = abs(self.fitted[test].predicted[name]), self.of(of)
         missed = [row.errors[name] for row in self.blind or self.fitted if name in row.errors]
-        off = 2.0 * float(np.sqrt(np.mean(np.square(missed)))) * value if missed else 0.0
-        below, above = (float(np.hypot(half, off)) for half in (value - low, high - value))
-        return Estimate(value, value - below, value + above)
+        off = 2.0 * float(np.sqrt(np.mean(np.square(missed)))) if missed else 0.0
+        below, above = (float(np.hypot(half / value, off)) for half in (value - low, high - value))
+        return Estimate(exact, exact * (1.0 - below), exact * (1.0 + above))
 
     def _numbers(self, test: int, values: Mapping[str, float]) -> Mapping[str, float]:
-        """Numbers of a test by the law with these constants, each set of which runs once."""
+        """Numbers of a test by the closed form, if there is one, each set of which runs once."""
         key = (test, *values.items())
         if key not in self._known:
-            problem = self.solution.problem
-            alone = type(problem)([problem.tests[test]], (), values, problem.sides, problem.direction)
+            alone = self.solution.model.problem([self.tests[test]], 1.0, self.solution.problem.direction)
             self._known[key] = compared(alone, values)[0].predicted
         return self._known[key]
 

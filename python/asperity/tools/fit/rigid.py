@@ -67,12 +67,6 @@ def bell(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
     return np.exp(-(part**2)), height * np.asarray(erf(part))
 
 
-def sine(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
-    """The same of a profile whose dilation is a quarter of a sine, to the slip 0.5 pi height/slope."""
-    part = np.minimum(u * slope / height, 0.5 * np.pi)
-    return np.cos(part), height * np.sin(part)
-
-
 def contracting(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
     """The same of a joint that closes before it opens; the slope is the largest one."""
     part = 1.0 - (1.0 + DIP) / SOONER
@@ -148,7 +142,7 @@ class Shape:
 
 
 LAW, LINE, HYPERBOLA, BELL = "", "slope along a line", "slope of a hyperbola", "slope of a bell"
-SINE, CONTRACTING = "slope of a sine", "slope after a contraction"
+CONTRACTING = "slope after a contraction"
 DECAYING, RISING = "exponential softening", "bond that rises with a power"
 WITHOUT = "a slope without friction"
 SHAPES = {
@@ -156,7 +150,6 @@ SHAPES = {
     LINE: Shape(parabola),
     HYPERBOLA: Shape(hyperbola),
     BELL: Shape(bell),
-    SINE: Shape(sine),
     CONTRACTING: Shape(contracting),
     DECAYING: Shape(softening=decaying),
     RISING: Shape(softening=risen, rises=True),
@@ -165,7 +158,7 @@ SHAPES = {
 }
 """Shapes by name: that of the law, and others; those without friction of the slope are none for a case."""
 
-SLOPES, SOFTENINGS = (LINE, HYPERBOLA, BELL, SINE, CONTRACTING), (DECAYING, RISING)
+SLOPES, SOFTENINGS = (LINE, HYPERBOLA, BELL, CONTRACTING), (DECAYING, RISING)
 """Shapes in place of the slope of the law, and of its softening."""
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...contract import Floats
 from .model import KS, KT, PRELOAD, Problem, slip_curve
-from .rigid import LAW, SHAPES, has_closed_form, rigid_curve
+from .rigid import LAW, SHAPES, rigid_curve
 from .shear_test import ShearTest
 
 
@@ -70,12 +70,6 @@ class Series(Problem):
         rows = np.arange(1, slips.size)
         return slip_curve(self.props(values), test, slips, rows, self.direction, PRELOAD)
 
-    def closed_form(self) -> Problem:
-        """The same in closed form where there is one."""
-        if not has_closed_form(self.free, self.fixed, self.sides, self.direction):
-            return self
-        return Rigid(self.tests, self.free, self.fixed, self.sides, 0.0, self.increments, self.weight)
-
 
 class CyclicSeries(Problem):
     """The same with reversals of the slip, where the driver has the spring: x is the way of its far end."""
@@ -95,10 +89,6 @@ class Rigid(Series):
 
     shape: str = LAW
     is_closed_form = True
-
-    def closed_form(self) -> Problem:
-        """Itself."""
-        return self
 
     def compliance(self, values: Mapping[str, float]) -> float:
         """Slip over traction of the spring and of the joint before it slides, length/stress."""

@@ -24,14 +24,12 @@ AROUND, REACH = 6, {"ks": 1.2, "kT": 1.2, "mu": 0.15, "sigma0": 0.5, "Gc": 1.2, 
 REACH |= {"height": 0.4, "eta": 0.0}
 """Points around a start, and their distance from it, on a logarithm; of others OTHERS."""
 
-OTHERS, STEP, RENEWED, FEW = 0.3, 1.0e-3, 5, 2
-"""Distance of a point from a start, and step of the differences; largest number of times that derivatives are
-renewed; and number of steps which they are near enough to serve.
-"""
+OTHERS, STEP = 0.3, 1.0e-3
+"""Distance of a point from a start, and step of the differences."""
 
-SEARCHED, FITTED, MOST = 1.0e-4, 1.0e-7, 40
+SEARCHED, FITTED, MOST, FEW = 1.0e-4, 1.0e-7, 40, 8
 """Relative change of the sum of squares at which a search and fits beside the chosen one end, and the fit of
-all rows; and largest number of evaluations.
+all rows; largest number of trials, and that of the law, whose sum of squares hardly falls beyond.
 """
 
 
@@ -93,66 +91,35 @@ def _differences(function: Function, x: Floats, here: Floats | None, step: float
     return np.transpose(columns)
 
 
-@dataclass(eq=False)
-class _Corrected:
-    """Residuals of a function, and derivatives from differences, which steps correct (Broyden 1965)."""
-
-    function: Function
-    step: float
-    renewed: bool
-    steps: int = -1
-
-    def __post_init__(self) -> None:
-        """No point yet."""
-        self.last = self.base = (np.zeros(0), np.zeros(0))
-
-    def value(self, at: Floats) -> Floats:
-        """Residuals (n,)."""
-        self.last = (at.copy(), self.function(at))
-        return self.last[1]
-
-    def slopes(self, at: Floats) -> Floats:
-        """Derivatives (n, p), at the last point of `value`."""
-        here = self.last[1] if np.array_equal(self.last[0], at) else self.function(at)
-        if self.renewed or self.steps < 0:
-            self.matrix = _differences(self.function, at, here, self.step)
-        else:
-            move, change = at - self.base[0], here - self.base[1]
-            weighted = np.sum(self.matrix**2, axis=0) * move
-            size = float(move @ weighted)
-            if size > 0.0:
-                self.matrix = self.matrix + np.outer(change - self.matrix @ move, weighted / size)
-        self.steps, self.base = self.steps + 1, (at.copy(), here)
-        return self.matrix
-
-
 def least(
     function: Function,
     x: Floats,
     ends: Floats,
     tolerance: float = FITTED,
     step: float = STEP,
-    renewed: bool = True,
+    most: int = MOST,
 ) -> tuple[Floats, Floats]:
     """Point and residuals at the smallest sum of squares from x on, between the ends (2, p).
 
-    tolerance: relative change at which the least squares end.  step: of forward differences.  renewed:
-    whether every step has its own derivatives; else steps correct them, until new ones change little.
+    tolerance: relative change at which the least squares end.  step: of forward differences.  most: trials.
     """
     from scipy.optimize import least_squares
 
     low, high = ends
-    margin = 1e-6 * (high - low)
+    margin, last = 1e-6 * (high - low), (x, x)
+
+    def value(at: Floats) -> Floats:
+        nonlocal last
+        last = (at.copy(), function(at))
+        return last[1]
+
+    def slopes(at: Floats) -> Floats:
+        here = last[1] if np.array_equal(last[0], at) else function(at)
+        return _differences(function, at, here, step)
+
+    start = np.clip(x, low + margin, high - margin)
     tolerances = {"ftol": tolerance, "xtol": 10.0 * tolerance, "gtol": tolerance}
-    for _ in range(RENEWED):
-        corrected = _Corrected(function, step, renewed)
-        start = np.clip(x, low + margin, high - margin)
-        solution = least_squares(
-            corrected.value, start, corrected.slopes, (low, high), x_scale="jac", max_nfev=MOST, **tolerances
-        )
-        x = solution.x
-        if renewed or corrected.steps <= FEW:
-            break
+    solution = least_squares(value, start, slopes, (low, high), x_scale="jac", max_nfev=most, **tolerances)
     return solution.x, solution.fun
 
 
@@ -160,8 +127,8 @@ def solve(problem: Problem, x: Floats, tolerance: float = FITTED) -> tuple[Float
     """Constants and residuals at the smallest sum of squares from x on, within the plausible ranges."""
     if not x.size:
         return x, residuals(problem, x)
-    ends, in_closed_form = problem.ends, problem.is_closed_form
-    return least(lambda at: residuals(problem, at), x, ends, tolerance, renewed=in_closed_form)
+    most = MOST if problem.is_closed_form else FEW
+    return least(lambda at: residuals(problem, at), x, problem.ends, tolerance, most=most)
 
 
 def searched(
@@ -174,17 +141,15 @@ def searched(
 ) -> Solution:
     """Solution on few rows, from the best of points around the guesses; the first of these is tried, too.
 
-    The search uses the closed form of the model where there is one.  With a bond the closed form is an
-    approximation, so that the law then improves the solution.  Cycles begin with that of the first strokes.
+    Cycles begin with the solution of the first strokes.  The residuals of a bond are those of the law, as its
+    closed form misses the law where the bond on a slope hardly softens.
     """
     problem = model.problem(tests, 1.0, direction).coarse()
-    exact, problem = problem, problem.closed_form()
     if cycles(tests):
-        starts = 1
+        starts, around = 1, 0
         strokes = [rows_of(test, first_stroke(test)) for test in tests]
-        if model.series and model.problem(strokes, 1.0, direction).closed_form().is_closed_form:
+        if model.problem(strokes, 1.0, direction).is_closed_form:
             guesses = [searched(strokes, model, guesses, direction).values, *guesses]
-            around = 0
     rng, points = np.random.default_rng(0), []
     middle = problem.values(problem.ends.mean(axis=0)) if model.free else {}
     for guess in guesses:
@@ -202,9 +167,9 @@ def searched(
     tried = {int(i) for i in np.argsort(costs)[:starts]} | ({0} if around else set())
     solutions = (solve(problem, points[i], SEARCHED) for i in sorted(tried))
     x, misfit = min(solutions, key=lambda solution: float(solution[1] @ solution[1]))
-    if exact is not problem:
-        problem = exact
-        x, misfit = solve(exact, x, SEARCHED)
+    if model.bond and problem.is_closed_form:
+        problem = model.problem(tests, 1.0, direction, law=True).coarse()
+        misfit = residuals(problem, x)
     return Solution(model, problem, x, misfit)
 
 

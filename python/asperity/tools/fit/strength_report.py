@@ -39,13 +39,7 @@ def strength_report(fit: StrengthFit, units: tuple[str, str] = NONE, verbose: bo
         *compared_rows(fit.fitted, fit.blind, verbose, peaks=fit.peaks),
         "",
         *constant_rows(fit.estimates, units, fit.loose),
-        "",
-        f"{'peaks by':<22}{'rms':>8}{'blind':>8}  constants",
     ]
-    for label, values, fitted, unseen in fit.others:
-        constants = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
-        missed = "" if np.isnan(unseen) else f"{unseen:.1%}"
-        lines.append(f"{label:<22}{fitted:>8.1%}{missed:>8}  {constants}".rstrip())
     return "\n".join([*lines, "", *verdict(fit)])
 
 

@@ -1,4 +1,4 @@
-"""Strengths of tests without their curves: the law in closed form, and criteria of others beside it."""
+"""Strengths of tests without their curves: the law in closed form."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 from ... import contract
 from ...contract import Floats
 from .checks import check_known
-from .criteria import CRITERIA
 from .intervals import CONFIDENCE, Estimate
 from .model import AUTO, MORTAR, ROCK, from_scale, plausible, to_scale
 from .rigid import crushed
@@ -90,13 +89,12 @@ KNOWN = ("mu", "theta", "crush", "height", "sigma0", "sigma02")
 
 @dataclass(eq=False)
 class StrengthFit:
-    """Constants of the law from strengths, criteria beside it, and the judgement of all.
+    """Constants of the law from strengths, and their judgement.
 
     estimates: constants with intervals.  peaks: intervals of the peak at each test.  fitted, blind: measured
     and predicted strengths, in the second list predicted by the other tests.  errors: root mean square error
-    of each kind, as each strength is a single number.  others: name, constants, root mean square error of the
-    peaks, fitted and blind, of each criterion, the law first.  loose: constants that are not determined,
-    while the strengths between the pressures of the tests are.
+    of each kind, as each strength is a single number.  loose: constants that are not determined, while the
+    strengths between the pressures of the tests are.
     """
 
     tests: Sequence[Strength]
@@ -110,7 +108,6 @@ class StrengthFit:
     grade: str
     reasons: list[str]
     notes: list[str]
-    others: list[tuple[str, dict[str, float], float, float]]
     covariance: Floats
     loose: list[str]
 
@@ -472,7 +469,7 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
     covariance = scaled_to(sizes, left_out, by_misfit) / 1.959964**2
     return StrengthFit(
         data.tests, free, values, estimates, peaks, fitted, unseen, errors, grade, reasons, notes,
-        _others(data, fitted, unseen), covariance, loose,
+        covariance, loose,
     )  # fmt: skip
 
 
@@ -482,34 +479,3 @@ def scaled_to(sizes: Floats, *covariances: Floats) -> Floats:
     deviations = np.sqrt(np.maximum(np.diag(matrix), 0.0))
     factors = np.divide(sizes, deviations, out=np.ones_like(deviations), where=deviations > 0.0)
     return np.asarray(matrix * np.outer(factors, factors))
-
-
-def _others(
-    data: _Data, fitted: Sequence[Comparison], unseen: Sequence[Comparison]
-) -> list[tuple[str, dict[str, float], float, float]]:
-    """The law, then the criteria of others with constants enough data for, with their errors of the peaks."""
-
-    def rms(errors: Sequence[float]) -> float:
-        return float(np.sqrt(np.mean(np.square(errors)))) if len(errors) else np.nan
-
-    of_law = [rms([row.errors["peak"] for row in rows if "peak" in row.errors]) for rows in (fitted, unseen)]
-    criteria: list[tuple[str, dict[str, float], float, float]] = [("law", {}, of_law[0], of_law[1])]
-    if data.tension.any():
-        # the criteria of others are those of compression
-        return criteria
-    for criterion in CRITERIA:
-        if data.levels < 2 or data.peak.size < 3 or (data.pressure.min() <= 0.0 and criteria[1:]):
-            # two constants meet any two peaks, and Barton has no strength without a pressure
-            continue
-        values = criterion.fit(data.pressure, data.peak)
-        errors = criterion.strength(data.pressure, values) / data.peak - 1.0
-        missed: list[float] = []
-        for i in range(data.peak.size) if data.peak.size > 3 else ():
-            kept = np.arange(data.peak.size) != i
-            if levels_of(data.pressure[kept]) < 2:
-                missed = []
-                break
-            constants = criterion.fit(data.pressure[kept], data.peak[kept])
-            missed.append(float(criterion.strength(data.pressure[[i]], constants)[0] / data.peak[i] - 1.0))
-        criteria.append((criterion.label, values, rms(errors.tolist()), rms(missed) if missed else np.nan))
-    return criteria

@@ -16,9 +16,10 @@ from .rigid import LAW
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted
 
-GOOD, FAIR, FLOOR = 0.05, 0.15, 0.1
-"""Largest error of a good and of a fair fit; least residual strength, over the peak, that an error is
-relative to: a bond that ends at 0 has no relative error.
+GOOD, FAIR, UNSAFE, FLOOR = 0.05, 0.15, 0.1, 0.1
+"""Largest error of a good and of a fair fit; of a peak of the law that is too high, which is not on the safe
+side; least residual strength, over the peak, that an error is relative to: a bond that ends at 0 has no
+relative error.
 """
 
 FACTOR, LOOSE, FACTOR_LOOSE = 2.0, ("Gc", "W0"), 5.6
@@ -179,7 +180,7 @@ def spread_of(errors: Floats, pressures: Floats) -> float:
 
 
 def missed_peak(fitted: Sequence[Comparison], tests: Sequence[ShearTest]) -> tuple[float, str]:
-    """Relative size and sentence of the peak that the law misses most, without noise and specimens."""
+    """Relative error and sentence of the peak that the law misses most, without noise and specimens."""
     off = np.array([row.predicted["peak"] / row.measured["peak"] - 1.0 for row in fitted])
     noisy = BY_NOISE * np.array([row.noise.get("peak", 0.0) for row in fitted])
     beyond = np.sign(off) * np.maximum(0.0, np.abs(off) - noisy)
@@ -188,7 +189,7 @@ def missed_peak(fitted: Sequence[Comparison], tests: Sequence[ShearTest]) -> tup
     most = int(np.argmax(missed))
     row, side = fitted[most], "below" if off[most] < 0.0 else "above"
     numbers = f"{row.predicted['peak']:.3g} for {row.measured['peak']:.3g}"
-    return float(missed[most]), (
+    return float(missed[most] * np.sign(off[most])), (
         f"the peak of the law lies {abs(off[most]):.0%} {side} that of {short(row.test)} ({numbers})"
     )
 

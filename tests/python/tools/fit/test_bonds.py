@@ -13,7 +13,7 @@ from asperity.tools.fit import ShearTest, fit
 from asperity.tools.fit.ladder import Model
 from asperity.tools.fit.predict import predict
 from asperity.tools.fit.report import case_of
-from asperity.tools.fit.squares import residuals, searched
+from asperity.tools.fit.squares import searched
 
 from harness.studies import fit_times, fits, other_laws, other_strengths
 from harness.studies.validation import push_off
@@ -130,7 +130,6 @@ def test_friction_that_acts_from_the_first_slip_on() -> None:
     assert result.is_result and result.solution.model.bond
     for name, true in (("mu", mu), ("sigma0", bond), ("Gc", energy)):
         assert result.estimates[name].low <= true <= result.estimates[name].high
-    assert any("friction acts before the bond is damaged" in text for text in result.notes)
 
 
 @pytest.mark.parametrize("spring", ["kT", "ks"])
@@ -173,24 +172,22 @@ def test_strengths_at_pressures_close_together() -> None:
     assert not any(GUESS in text for text in known.reasons)
 
 
-def test_search_of_a_bond_ends_at_the_law() -> None:
-    """Exact tests of a bond beside a slope give its constants, which the closed form of a start misses."""
+def test_closed_form_of_a_bond_is_the_law() -> None:
+    """The closed form finds the constants of curves of the law, a bond beside a slope."""
     truth = {"kT": 40.0, "sigma0": 0.6, "Gc": 0.1, "mu": 0.7, "theta": 15.0, "height": 0.2}
     slip = np.linspace(0.02, 2.0, 60)
     tests = [ShearTest(str(p), slip, slip, slip, -p) for p in (0.4, 1.2)]
     model = Model(tuple(truth))
-    problem = model.problem(tests)
+    problem = model.problem(tests, law=True)
+    assert model.problem(tests).is_closed_form and not problem.is_closed_form
     values, made = problem.values(problem.x(truth)), []
     for test, (_, rows), (tau, s_N, _) in zip(tests, problem.paths, problem.curves(values), strict=True):
         made.append(ShearTest(test.name, slip, tau[rows], s_N[rows], test.sigma_N))
-    start = {name: 1.2 * value for name, value in truth.items()}
-    solution = searched(made, model, [start])
+    solution = searched(made, model, [{name: 1.2 * value for name, value in truth.items()}])
+    # the friction of the law waits for the damage, at the peak over 1/1000 of the softening
     for name, value in truth.items():
-        # the least squares of a search end at a relative change of 1e-4
-        assert solution.values[name] == pytest.approx(value, rel=0.01), name
-    rough = model.problem(made).closed_form()
-    misfit = residuals(rough, rough.x(truth))
-    assert np.sqrt(np.mean(misfit**2)) > 10.0 * np.sqrt(np.mean(solution.residuals**2))
+        assert solution.values[name] == pytest.approx(value, rel=0.05 if name == "kT" else 0.02), name
+    assert max(solution.scatter.values()) < 0.01
 
 
 def test_pressure_of_a_held_test() -> None:

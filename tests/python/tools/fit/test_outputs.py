@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
 from collections.abc import Callable
@@ -35,17 +36,11 @@ def test_case_of_strengths_reaches_the_fitted_peaks(text: str, said: Callable) -
 
 
 def test_page_of_strengths_with_gaps(said: Callable) -> None:
-    """Numbers have their units, tests their pressures; what was not measured has no fitted number."""
+    """The page has the report as it is printed, the files, and the range of the pressures."""
     Path("peaks.csv").write_text(PEAKS)
-    said("fit peaks.csv --report page.html")
-    page = Path("page.html").read_text()
-    heads = [re.findall(r"<th[^>]*>(.*?)</th>", table) for table in re.findall("<table>.*?</table>", page)]
-    assert heads[0] == ["test", "pressure [MPa]", "number", "peak [MPa]", "residual [MPa]"]
-    rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall("<tr>(?!<th).*?</tr>", page)][:15]
-    assert [row[1] for row in rows[::3]] == ["1", "2", "3", "4", "5"]
-    assert [row[2] for row in rows[:3]] == ["measured", "fitted", "blind"]
-    # the residual strength of the second test was not measured
-    assert [bool(row[4]) for row in rows] == [True] * 3 + [False] * 3 + [True] * 9
+    text, _ = said("fit peaks.csv --report page.html --verbose")
+    page = html.unescape(Path("page.html").read_text())
+    assert text[: text.index("PROPS(")].rstrip() in page and "friction coefficient" in page
     assert "pressures of 1 to 5 MPa" in page and "<li>peaks.csv, 5 tests</li>" in page
 
 
