@@ -13,8 +13,8 @@ module asperity_increment
   use asperity_point_law, only: call_type, point_law, point_type
   use asperity_tolerances, only: fast_growth, first_motion, imperfection, largest_imperfection, largest_target, &
     least_cut, least_damping, least_rupture, less_damping, more_damping, more_imperfection, most_cut, most_tries, &
-    most_updates, residual_tolerance, shortest_motion, slow_growth, smallest_fraction, smallest_part, snap_resolution, &
-    unbalanced
+    most_updates, residual_tolerance, shortest_motion, shortest_resumed, slow_growth, smallest_fraction, &
+    smallest_part, snap_resolution, unbalanced
   implicit none
   private
   public :: call_type, control_type, point_type, report_type, new_point, advance, snap
@@ -144,7 +144,7 @@ contains
     real(wp), intent(out) :: reached                    !! this fraction, 1: complete
     type(jump_type) :: jump
     type(point_type) :: before, begin, lifted, stopped
-    logical :: has_equilibrium, stays_open
+    logical :: has_equilibrium, resumes, stays_open
     reached = 0.0_wp
     do while (reached < 1.0_wp)
       begin = equations%old
@@ -153,8 +153,12 @@ contains
       before = equations%old
       if (equations%done > reached) call close_opening(law, equations)
       if (may_fall(law, begin, before)) call note_snap(law, equations, before)
+      ! a curve that starts here has its own duration: what takes time resists more in it
+      resumes = law%rate_dependent .and. equations%control%dt > 0.0_wp .and. &
+        equations%done - reached > shortest_resumed
       reached = equations%done
       if (reached >= 1.0_wp) exit
+      if (resumes) cycle
       ! the fold lies within the smallest step; just beyond it two equilibria may be too close to be told apart
       before = equations%old
       equations%done = min(1.0_wp, reached + 2.0_wp*smallest_fraction)

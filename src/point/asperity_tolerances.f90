@@ -31,6 +31,9 @@ module asperity_tolerances
   ! --- following a curve of equilibria -------------------------------------------------------------------------------
   !> Smallest fraction of an increment that is tried; a fold is located to this accuracy.
   real(wp), parameter, public :: smallest_fraction = 2.0_wp**(-20)
+  !> Smallest fraction of an increment that a curve must cover so that, with time, another one starts at its fold: the
+  !> velocity may grow without bound towards a fold that no duration removes.
+  real(wp), parameter, public :: shortest_resumed = 2.0_wp**(-16)
   !> Longest change of a free separation in a step at whose ends the tangents differ, relative to s0: a jump that is
   !> longer cannot be hidden in such a step. RP-32 jumps by 0.1 s0.
   real(wp), parameter, public :: longest_change = 0.1_wp
