@@ -144,7 +144,7 @@ contains
     real(wp), intent(out) :: reached                    !! this fraction, 1: complete
     type(jump_type) :: jump
     type(point_type) :: before, begin, lifted, stopped
-    logical :: has_equilibrium, resumes, stays_open
+    logical :: has_equilibrium, holds, resumes, stays_open
     reached = 0.0_wp
     do while (reached < 1.0_wp)
       begin = equations%old
@@ -159,6 +159,12 @@ contains
       reached = equations%done
       if (reached >= 1.0_wp) exit
       if (resumes) cycle
+      if (has_jumps(law, equations)) then
+        call follow_at_jump(law, equations, holds)
+        reached = equations%done
+        if (equations%report%requested < 1.0_wp) exit
+        if (holds) cycle
+      end if
       ! the fold lies within the smallest step; just beyond it two equilibria may be too close to be told apart
       before = equations%old
       equations%done = min(1.0_wp, reached + 2.0_wp*smallest_fraction)
@@ -220,7 +226,7 @@ contains
     ! with viscous damage there are equilibria at every separation, as no time passes
     far = farthest_equilibrium(law, equations, 0.5_wp)
     has_equilibrium = .false.
-    may_jump = law%discontinuous .and. count(equations%control%traction) > 1
+    may_jump = has_jumps(law, equations)
     if (may_jump) call find_jump(law, equations, equations%old, equations%displaced*law%s_0, jump)
     call displace(law, equations, jump)
     anchor = equations%old%s
@@ -329,6 +335,66 @@ contains
     if (error < huge(error)) equations%old = trial
   end subroutine displace
 
+  !> Whether a free component may lie at a jump beside other free ones.
+  pure function has_jumps(law, equations) result(yes)
+    class(point_law), intent(in) :: law             !! the law
+    type(equations_type), intent(in) :: equations   !! the equations
+    logical :: yes
+    yes = law%discontinuous .and. count(equations%control%traction) > 1
+  end function has_jumps
+
+  !> Follow the curve of equilibria on which one component stays at a jump, as on an axis of symmetry, where the tangent
+  !> is that of one side: there its traction is the prescribed one, and both sides push back to it. A curve at whose end
+  !> this does not hold is not taken.
+  subroutine follow_at_jump(law, equations, holds)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(inout) :: equations    !! the equations, at `done` -> at the new `done`
+    logical, intent(out) :: holds                       !! whether there is such a curve
+    type(equations_type) :: at_jump, before
+    type(jump_type) :: jump, last
+    holds = .false.
+    call find_jump(law, equations, equations%old, equations%displaced*law%s_0, jump)
+    if (jump%component == 0) return
+    before = equations
+    at_jump = held(equations, jump)
+    call follow(law, at_jump)
+    equations%report = at_jump%report
+    if (.not. at_jump%done > equations%done) return
+    call check_balance(law, equations, at_jump%done, at_jump%old, holds)
+    if (.not. holds) return
+    equations%old = at_jump%old
+    equations%done = at_jump%done
+    call find_jump(law, equations, equations%old, equations%displaced*law%s_0, last)
+    holds = last%component == jump%component
+    if (holds) return
+    before%report = equations%report
+    equations = before
+  end subroutine follow_at_jump
+
+  !> Check whether a point carries all prescribed tractions.
+  subroutine check_balance(law, equations, fraction, point, balanced)
+    class(point_law), intent(in) :: law                 !! the law
+    type(equations_type), intent(inout) :: equations    !! the equations; the update is counted
+    real(wp), intent(in) :: fraction                    !! of the increment
+    type(point_type), intent(in) :: point               !! the point
+    logical, intent(out) :: balanced                    !! whether it is an equilibrium
+    type(point_type) :: again
+    real(wp) :: error, residual(3)
+    call evaluate(law, equations, point%s, fraction, again, residual, error)
+    balanced = error <= residual_tolerance
+  end subroutine check_balance
+
+  !> The same equations with the separation of one component prescribed at a jump.
+  pure function held(equations, jump) result(at_jump)
+    type(equations_type), intent(in) :: equations   !! the equations
+    type(jump_type), intent(in) :: jump             !! the jump
+    type(equations_type) :: at_jump
+    at_jump = equations
+    at_jump%control%traction(jump%component) = .false.
+    at_jump%start(jump%component) = jump%place
+    at_jump%target(jump%component) = jump%place
+  end function held
+
   !> Step of a motion with the separation of one component at a jump.
   subroutine solve_at_jump(law, equations, jump, reach, point, result)
     class(point_law), intent(in) :: law                 !! the law
@@ -338,10 +404,7 @@ contains
     type(point_type), intent(inout) :: point            !! guess -> the point at the end
     type(newton_type), intent(out) :: result            !! result
     type(equations_type) :: at_jump
-    at_jump = equations
-    at_jump%control%traction(jump%component) = .false.
-    at_jump%start(jump%component) = jump%place
-    at_jump%target(jump%component) = jump%place
+    at_jump = held(equations, jump)
     call newton_solve(law, at_jump, equations%done, reach, point, result)
     equations%report = at_jump%report
   end subroutine solve_at_jump

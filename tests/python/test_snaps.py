@@ -53,11 +53,18 @@ AXES = {
     "from its start": (
         joint(4, 74.1536451803456, 0.0, mu=0.7111518660691002, height=0.2, crush=9.957980127440536),
         [Step(t_N=-0.03612078757114445, increments=20), Step(s_Tx=0.2, increments=20)],
+        True,
     ),
     "where facets close on the way": (
         joint(6, 75.98688976172996, 0.0, 30.0, eta=0.5, mu=0.5922788183775654, height=0.22444311630644173,
               crush=9.017179979728187),
         [Step(t_N=-6.9631485980879395, increments=20)],
+        True,
+    ),
+    "without a snap": (
+        joint(10, 30.0, turn=18.0, mu=0.5, height=0.0010853953310474673),
+        [Step(t_N=-52.32100985375514, increments=10), Step(s_Tx=0.3, increments=39)],
+        False,
     ),
 }  # fmt: skip
 
@@ -65,9 +72,9 @@ AXES = {
 @pytest.mark.parametrize("place", AXES)
 def test_axis_of_symmetry_that_holds(place: str) -> None:
     """Where facets push back to the axis of symmetry, free across and held across is one, in a snap, too."""
-    rough, (first, *others) = AXES[place]
+    rough, (first, *others), snaps = AXES[place]
     free, held = (rough.run([replace(first, **across), *others]) for across in ({"t_Ty": 0.0}, {"s_Ty": 0.0}))
-    assert free.snaps and len(free) == sum(map(len, [first, *others]))
+    assert bool(free.snaps) is snaps and len(free) == sum(map(len, [first, *others]))
     np.testing.assert_allclose(free.separation, held.separation, rtol=0, atol=1e-9)
     np.testing.assert_allclose(free.traction, held.traction, rtol=0, atol=1e-9)
 
