@@ -47,6 +47,8 @@ WRONG = {
     "solve(m := model(), of_others(), Conditions(bottom(m)))": "state: expected one of this model",
     "Follow(model(), of_others(), None, 0.1)": "state: expected one of this model",
     "solve(model(), replace(State.virgin(model()), scale=np.inf), None)": "scale = inf of the state",
+    "solve(model(), not_finite('p'), None)": "p of the state: expected finite numbers",
+    "Follow(model(), not_finite('t'), None, 0.1)": "t of the state: expected finite numbers",
     "Follow(m := model(), State.virgin(m), None, 0.1, passes=1.5)": "passes = 1.5, limit = ",
     "Follow(m := model(), State.virgin(m), refused, 0.1).advance(1.0)": "no conditions at 0.1",
     "Follow(m := model(), State.virgin(m), lambda t: t, 0.1).advance(1.0)": "conditions of the type float",
@@ -69,6 +71,10 @@ rough = Interface(law.material, Pattern.regular(4, 10.0))
 
 def of_others():
     return State.virgin(model(laws={"joint": rough}))
+
+def not_finite(name):
+    state = State.virgin(model())
+    return replace(state, **{name: np.full_like(getattr(state, name), np.nan)})
 
 def refused(t):
     if COMM.rank == COMM.size - 1:  # one rank alone

@@ -138,7 +138,7 @@ class State:
         return replace(start, t=t, forces=stressed + m.pulled(t))
 
     def check(self, model: Model) -> None:
-        """Raise ValueError on all ranks where the state has not the sizes of a model, or no finite scale."""
+        """Raise ValueError on all ranks where the state has not the sizes of a model, or is not finite."""
         virgin = State.virgin(model)
         same = len(self.joints) == len(virgin.joints) and all(
             mine.shape == theirs.shape
@@ -148,6 +148,11 @@ class State:
         agree(
             "" if same else "state: expected one of this model",
             "" if 0.0 <= self.scale < np.inf else f"scale = {self.scale} of the state: expected >= 0",
+            *(
+                f"{name} of the state: expected finite numbers"
+                for name in (*ARRAYS, "joints")
+                if not all(np.isfinite(values).all() for values in _arrays_of(self, name))
+            ),
         )
 
     def response(self, model: Model) -> Response:

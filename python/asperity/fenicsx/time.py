@@ -93,7 +93,6 @@ class Shake:
             "" if 0.0 < least <= step < np.inf else f"step = {step}, least = {least}: expected 0 < least",
             "" if 0.0 <= beta < np.inf else f"beta = {beta}: expected >= 0",
             "" if 0.0 <= rho <= 1.0 else f"rho = {rho}: expected 0 to 1",
-            "" if np.isfinite(state.v).all() else "v of the state: expected finite numbers",
             "" if terms is None or not (terms.passes or terms.damping or np.any(terms.drag))
             else "passes, drag or damping of the terms: expected none, the steps have their own",
             "" if moved <= 1e-9 * largest(state.u)
