@@ -192,7 +192,7 @@ def _fit(
     tick("all rows")
     chosen = refitted(chosen, tests, weight=weight)
     tick("other assumptions")
-    law, forms = chosen, shaped(chosen, tests, of_user)
+    law, forms = chosen, shaped(chosen, tests, models[0].fixed, of_user)
     usable = [form for form in forms[1:] if not form.model.shape.startswith(WITHOUT)]
     values = criteria([chosen, *usable])
     if min(values) < values[0] - GAIN and chosen.problem.is_closed_form:

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from .evidence import cycles, first_slope, first_stroke
+from .evidence import cycles, first_slope, first_stroke, guesses
 from .gauges import rigid_form, with_shape, with_starts
 from .intervals import Assumption, Intervals, spreads
 from .ladder import GAIN, criteria
-from .model import SPRINGS, rows_of, to_scale
+from .model import KT, SPRINGS, rows_of, to_scale
 from .rigid import CONTRACTING, SHAPES, SLOPES, SOFTENINGS, WITHOUT
 from .shear_test import ShearTest
-from .squares import SEARCHED, Solution, refitted
+from .squares import SEARCHED, Solution, refitted, solve
 
-STARTS, SHAPE_OF_LAW = "other starts", "shape of the law"
+STARTS, SHAPE_OF_LAW, SPRING = "other starts", "shape of the law", "a spring that gives way"
 UNCRUSHED = "the slope that the tests show"
-"""Names of starts of slip and dilation that fit best, of the law beside another shape, and of a slope that
-the pressure does not crush.
+"""Names of starts of slip and dilation that fit best, of the law beside another shape, of a bond behind a
+spring where the rows show none, and of a slope that the pressure does not crush.
 """
 
 
@@ -47,15 +48,20 @@ def in_place_of_bond(solutions: Sequence[Solution], index: int, bic: Sequence[fl
     return rock if any(better) else index
 
 
-def shaped(chosen: Solution, tests: Sequence[ShearTest], of_user: bool = False) -> list[Solution]:
+def shaped(
+    chosen: Solution, tests: Sequence[ShearTest], known: Mapping[str, float], of_user: bool = False
+) -> list[Solution]:
     """Closed form of the law, and with the shapes that it does not have, of tests without reversals.
 
-    of_user: the model is that of the user, which has no other shape.  Empty where there is no such form.
+    known: values of the user, which stay.  of_user: the model is that of the user, which has no other shape.
+    Empty where there is no such form.
     """
     free, bond = {*chosen.model.free}, chosen.model.bond
     if cycles(tests) or not (bond or "theta" in free):
         return []
     form = rigid_form(chosen, tests)
+    if form and bond and KT in form.model.fixed and KT not in known:
+        form = sprung(form)
     names = slopes_of(tests) if not bond and "height" in free else ()
     if bond:
         apart = [name for name in SHAPES if name.startswith(WITHOUT) and "theta" in free]
@@ -67,6 +73,16 @@ def slopes_of(tests: Sequence[ShearTest]) -> tuple[str, ...]:
     """Slopes that tests may show; strengths alone show no contraction."""
     opens = any(test.s_N is not None for test in tests)
     return SLOPES if opens else tuple(name for name in SLOPES if name != CONTRACTING)
+
+
+def sprung(rigid: Solution) -> Solution:
+    """The same bond behind a spring that gives way: where few rows rise to the peak, they show neither."""
+    model, problem = rigid.model, rigid.problem
+    fixed = {name: value for name, value in model.fixed.items() if name != KT}
+    model = replace(model, free=(KT, *model.free), fixed=fixed)
+    softer = model.problem(problem.tests, problem.weight, problem.direction)
+    start = softer.x(rigid.values | {KT: guesses(problem.tests)[KT]})
+    return Solution(model, softer, *solve(softer, start, SEARCHED))
 
 
 def assumed(
@@ -89,7 +105,8 @@ def assumed(
         return
     form, made = forms[0], []
     if alone:
-        made = [] if bond else [(with_starts(form), STARTS)]
+        made = [(form, SPRING)] if bond and form is not chosen else []
+        made += [] if bond else [(with_starts(form), STARTS)]
     for solution in forms[1:]:
         name = solution.model.shape
         made += [(solution, name)] if solution is not chosen else [(law, SHAPE_OF_LAW)]
