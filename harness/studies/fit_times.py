@@ -67,12 +67,12 @@ def strengths(rng: np.random.Generator) -> pandas.DataFrame:
 
 
 FILES: dict[str, tuple[float, Draw]] = {
-    "Mohr-Coulomb": (10.0, curves(other_laws.mohr_coulomb, TESTS, ROWS)),
-    "dilation not measured": (10.0, curves(_without_dilation, TESTS, ROWS)),
-    "cohesion": (10.0, curves(other_laws.cohesion, TESTS, ROWS)),
-    "Barton-Bandis": (10.0, curves(other_laws.barton_bandis, TESTS, ROWS)),
-    "Plesha, cycles": (20.0, curves(other_laws.plesha, 1, CYCLIC)),
-    "strengths": (0.5, strengths),
+    "Mohr-Coulomb": (1.5, curves(other_laws.mohr_coulomb, TESTS, ROWS)),
+    "dilation not measured": (1.5, curves(_without_dilation, TESTS, ROWS)),
+    "cohesion": (1.5, curves(other_laws.cohesion, TESTS, ROWS)),
+    "Barton-Bandis": (4.0, curves(other_laws.barton_bandis, TESTS, ROWS)),
+    "Plesha, cycles": (5.0, curves(other_laws.plesha, 1, CYCLIC)),
+    "strengths": (0.2, strengths),
 }
 """Target, s, and files by law."""
 

@@ -46,11 +46,11 @@ class Cap:
         return np.sqrt(np.maximum(left, 0.0))
 
 
-AT_ONCE = 31
-"""Most closures that are tried at once."""
+AT_ONCE, MOST = 500, 31
+"""Points whose law runs at once, and most closures of each that are tried at once."""
 
-BITS = 75
-"""Halvings of the bracket of a closure."""
+BITS = 55
+"""Halvings of the bracket of a closure, two more than a number has."""
 
 
 def virgin(pattern: reference.Pattern, wears: bool = False) -> Floats:
@@ -146,7 +146,7 @@ def _smallest(
 
     exceeds takes closures (m, n), many of them at once where the points are few.
     """
-    m = max(1, AT_ONCE // len(start))
+    m = min(MOST, max(1, AT_ONCE // len(start)))
     growth, step, low, high = 1.5 ** np.arange(m)[:, None], 1e-4 * length, start, start
     exceeded = exceeds(start[None])[0]
     while exceeded.any():
