@@ -35,7 +35,8 @@ if [ $# = 2 ]; then
   echo "$2: begun"
   status=0
   printed=$(one_host "$1" "$2" 2>&1) || status=1
-  echo "$printed"
+  printf '%s\n' "$printed"
+  [ $status = 0 ] || echo "$1" >>build/hosts/failed
   exit $status
 fi
 
@@ -60,7 +61,7 @@ END
 }
 
 mkdir -p build/hosts
-rm -f build/hosts/*.xml
+rm -f build/hosts/*.xml build/hosts/failed
 list >build/hosts/list
 while read -r name packages title; do
   if [ ! -x "harness/hosts/$name/install.sh" ] && [ "$packages" != - ]; then
@@ -69,8 +70,7 @@ while read -r name packages title; do
       echo "no wheels here, left out" && exit 77; }; echo "there"' sh "$python" "$packages"
   fi
 done <build/hosts/list
-# ends with 123 where a host has failed
-sed 's/^\([^ ]*\) [^ ]* \(.*\)$/\1 "\2"/' build/hosts/list | xargs -P 2 -n 2 tools/hosts.sh || {
-  echo "make hosts: a host failed"
+sed 's/^\([^ ]*\) [^ ]* \(.*\)$/\1 "\2"/' build/hosts/list | xargs -r -P 2 -n 2 tools/hosts.sh || {
+  echo "Failed hosts: $(tr '\n' ' ' <build/hosts/failed)"
   exit 1
 }
