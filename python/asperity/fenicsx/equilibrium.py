@@ -26,7 +26,7 @@ from .passes import PASSES, Passed, by_passes
 from .ranks import agree, doubles, largest, total, whole
 from .response import Clock, LawError
 from .state import State
-from .water import Water, WaterError
+from .water import WATER, Water, WaterError
 
 SAME_WATER, MOST_WATER = 1e-6, 60
 """Error of a pressure that depends on openings over the largest one, and most equilibria of a step."""
@@ -178,7 +178,7 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
         first, rates = water.at(state.s)
         p = first if terms.openings is None else water.at(terms.openings)[0]
     except WaterError as error:
-        p, reason = first, f"the water: {error}"
+        p, reason = first, f"{WATER}: {error}"
     x, balanced, spent = state.u + ahead, p, np.zeros(3, int)
     equilibria, halved, left = 0, 0, 0.0
     done: Passed | None = None
@@ -208,7 +208,7 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
                 if left > SAME_WATER * largest(p):
                     followed = Followed(q, water, found.s, convex)
         except WaterError as error:
-            refused = f"the water: {error}"
+            refused = f"{WATER}: {error}"
         if not (found.good and not refused) and equilibria > 1 and halved < HALVES:
             p, halved = 0.5 * (p + balanced), halved + 1  # with less of the change there may be one
             continue

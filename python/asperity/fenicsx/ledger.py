@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from .. import contract
 from ..contract import Floats
 from ..mesh.shapes import Integers
@@ -96,12 +98,14 @@ def work_of(
     """Work between two states of loads (n d,) at both, of the fixed components, and of the water.
 
     Forces change in proportion to the displacements.  With the work is by how much it differs at most where
-    they have any values between those at both ends.
+    each of them has any value between those at both ends.
     """
     moved = new.u - old.u
     forces, half = 0.5 * (loads[0] + loads[1]), 0.5 * (loads[1] - loads[0])
     forces[fixed] = 0.5 * (old.forces + new.forces)[fixed]
     half[fixed] = 0.5 * (new.forces - old.forces)[fixed]
     opening = m.area * (new.s - old.s)[:, 0]
-    work, doubt, wet = totals(forces @ moved, half @ moved, 0.5 * (new.p - old.p) @ opening)
-    return work + opened(m, old, new), abs(doubt) + abs(wet)
+    work, doubt, wet = totals(
+        forces @ moved, np.abs(half * moved).sum(), np.abs(0.5 * (new.p - old.p) * opening).sum()
+    )
+    return work + opened(m, old, new), doubt + wet

@@ -41,7 +41,7 @@ from .passes import PASSES
 from .ranks import agree, called, total, totals, whole
 from .state import State, read, write
 from .stopped import Stopped
-from .water import Water
+from .water import WATER, Water
 
 FAST, GROWTH = 6, 1.5
 """A step grows after at most FAST iterations."""
@@ -290,8 +290,9 @@ class Follow:
         if way * (branch.at - end) >= 0.0:
             share = (end - first.at) / (branch.at - first.at)
             report, _ = self._attempt(end, end - first.at, ahead=share * (branch.state.u - first.u), passes=0)
-            self.report, self.branch, goes_on = report, None, None
+            self.report, goes_on = report, None
             if report.state is None:
+                self.branch = None
                 self.kind, self.reason = NOT_FOUND, f"stopped at {self.at:.5g}, {NOT_FOUND}: {report.reason}"
                 return False
         ledger = self._ledger_after(report)
@@ -337,6 +338,7 @@ class Follow:
             return total(np.abs(report.load - loads).sum() + np.abs(p - pressed).sum()) > 0.0
 
         under_loads = loaded(report.first) or (report.state is not None and loaded(report.p))  # or by a flow
+        under_loads = under_loads or report.reason.startswith(WATER)
         if under_loads and report.state is not None and any(report.errors):
             ways = {"ahead": report.x - self.state.u, "passes": 0, "iterations": self.terms.iterations}
             ended = self._solve(at, move, **ways)

@@ -52,14 +52,18 @@ def agree(*messages: str, error: type[ValueError] = ValueError) -> None:
 
 
 def called(function: Callable[..., T], *words: object) -> T:
-    """Result of a function of a caller; the ValueError of one rank is raised on all of them."""
-    message = ""
+    """Result of a function of a caller; where it raises a ValueError on one rank, all of them have one."""
+    failed: ValueError | None = None
     results: list[T] = []
     try:
         results.append(function(*words))
     except ValueError as error:
-        message = str(error) or "ValueError"
-    agree(message)
+        failed = error
+    worst = max(COMM.allgather(str(failed) or type(failed).__name__ if failed else ""))
+    if failed:
+        raise failed
+    if worst:
+        raise ValueError(worst)
     return results[0]
 
 

@@ -66,6 +66,10 @@ def of_opening(p: Pressure) -> bool:
     return sum(word.default is word.empty and word.kind <= word.POSITIONAL_OR_KEYWORD for word in words) > 1
 
 
+WATER = "the water"
+"""First words of the reason of a report whose pressures were refused."""
+
+
 class WaterError(ValueError):
     """A pressure that is negative or not finite at some openings, or that its function refuses there."""
 
