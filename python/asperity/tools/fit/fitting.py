@@ -15,11 +15,11 @@ from .evidence import cycles, guesses
 from .intervals import Intervals, spreads
 from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
 from .model import AUTO, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
-from .profiles import assumed, in_place_of_bond, shaped, uncrushed
+from .profiles import AT_ONCE, assumed, in_place_of_bond, shaped, uncrushed
 from .result import Fit
 from .rigid import LAW, SHAPES, SLOPES, WITHOUT
 from .shear_test import ShearTest
-from .squares import Solution, refitted, residuals, searched
+from .squares import Solution, by_law, refitted, residuals, searched
 from .verdict import (
     FAIR,
     GOOD,
@@ -190,12 +190,13 @@ def _fit(
     if "dilation" in scatter:
         weight = float(np.clip(scatter["tau"] / max(scatter["dilation"], 1e-12), *WEIGHTS))
     tick("all rows")
-    chosen = refitted(chosen, tests, weight=weight)
+    chosen = by_law(refitted(chosen, tests, weight=weight))
     tick("other assumptions")
     law, forms = chosen, shaped(chosen, tests, models[0].fixed, of_user)
-    usable = [form for form in forms[1:] if not form.model.shape.startswith(WITHOUT)]
+    usable = [form for form in forms if not form.model.shape.startswith(WITHOUT)]
     values = criteria([chosen, *usable])
-    if min(values) < values[0] - GAIN and chosen.problem.is_closed_form:
+    # a stiffness of the joint that the user gives has no closed form
+    if min(values) < min(values[:2]) - GAIN and KS not in models[0].fixed:
         # the constants of the shape that the tests have mean the same, and give the law their peaks and ends
         chosen = usable[int(np.argmin(values[1:]))]
         constants = ", ".join(f"{n} {law.values[n]:.3g}" for n in law.model.free if n not in SPRINGS)
@@ -300,6 +301,7 @@ BETTER |= dict.fromkeys(
     (name for name in SHAPES if name.startswith(WITHOUT)),
     "the slope of the dilation adds less friction than that of the law; without any",
 )
+BETTER[AT_ONCE] = "friction acts before the bond is damaged; from the first slip on"
 """What tests say that prefer another assumption."""
 
 HELP = {

@@ -73,7 +73,8 @@ def rigid_form(chosen: Solution, tests: Sequence[ShearTest], left_out: Sequence[
     """
     if chosen.problem.is_closed_form:
         return chosen
-    model = replace(chosen.model, free=tuple(name for name in chosen.model.free if name not in left_out))
+    free = tuple(name for name in chosen.model.free if name not in left_out)
+    model = replace(chosen.model, free=free, exact=False)
     if KS in model.free:
         model = model.instead(KS, KT)
     elif KS in model.fixed and not model.series:

@@ -58,6 +58,7 @@ class Model:
     """Free constants, planes of the pattern, and constants that are not those of the usual model.
 
     shape: name of that of slope and softening; but for that of the law in closed form, without cycles.
+    exact: whether the closed form of the law is not near enough to it.
     """
 
     free: tuple[str, ...]
@@ -65,6 +66,7 @@ class Model:
     fixed: Mapping[str, float] = field(default_factory=dict)
     name: str = ""
     shape: str = LAW
+    exact: bool = False
 
     @property
     def bond(self) -> bool:
@@ -81,7 +83,7 @@ class Model:
     ) -> Problem:
         """Problem of these tests; what is not free is rigid, or is not there.
 
-        A rigid joint without reversals has a closed form, which takes the place of the law but for law.
+        A rigid joint without reversals has a closed form in place of the law, but for law and exact.
         """
         rest = {"theta": 0.0, "flat": 0.0, "height": 0.0, "crush": 0.0, "W0": 0.0, "closure": 0.0}
         rest |= {"damage0": 0.0, "sigma02": 0.0, "Gc2": 0.0} if self.bond else {}
@@ -95,7 +97,7 @@ class Model:
         values = {name: value for name, value in (rest | dict(self.fixed)).items() if name not in self.free}
         sloped = {"theta"} & {*self.free} or self.fixed.get("theta")
         sides = self.sides if sloped else 0
-        rigid = not law and self.series and not cycles(tests)
+        rigid = not (law or self.exact) and self.series and not cycles(tests)
         if self.shape or (rigid and has_closed_form(self.free, values, sides, direction)):
             return Rigid(list(tests), self.free, values, sides, direction, weight=weight, shape=self.shape)
         if cycles(tests):

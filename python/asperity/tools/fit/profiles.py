@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from .evidence import cycles, first_slope, first_stroke, guesses
 from .gauges import rigid_form, with_shape, with_starts
 from .intervals import Assumption, Intervals, spreads
-from .ladder import GAIN, criteria
+from .ladder import BRITTLE, GAIN, Model, criteria
 from .model import KT, SPRINGS, rows_of, to_scale
 from .rigid import CONTRACTING, SHAPES, SLOPES, SOFTENINGS, WITHOUT
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, solve
 
 STARTS, SHAPE_OF_LAW, SPRING = "other starts", "shape of the law", "a spring that gives way"
-UNCRUSHED = "the slope that the tests show"
+AT_ONCE, UNCRUSHED = "friction from the first slip on", "the slope that the tests show"
 """Names of starts of slip and dilation that fit best, of the law beside another shape, of a bond behind a
-spring where the rows show none, and of a slope that the pressure does not crush.
+spring where the rows show none, of a bond beside which friction does not wait for the damage, and of a slope
+that the pressure does not crush.
 """
 
 
@@ -59,9 +59,7 @@ def shaped(
     free, bond = {*chosen.model.free}, chosen.model.bond
     if cycles(tests) or not (bond or "theta" in free):
         return []
-    form = rigid_form(chosen, tests)
-    if form and bond and KT in form.model.fixed and KT not in known:
-        form = sprung(form)
+    form = at_once(chosen, tests, known) if bond else rigid_form(chosen, tests)
     names = slopes_of(tests) if not bond and "height" in free else ()
     if bond:
         apart = [name for name in SHAPES if name.startswith(WITHOUT) and "theta" in free]
@@ -75,14 +73,29 @@ def slopes_of(tests: Sequence[ShearTest]) -> tuple[str, ...]:
     return SLOPES if opens else tuple(name for name in SLOPES if name != CONTRACTING)
 
 
-def sprung(rigid: Solution) -> Solution:
-    """The same bond behind a spring that gives way: where few rows rise to the peak, they show neither."""
-    model, problem = rigid.model, rigid.problem
-    fixed = {name: value for name, value in model.fixed.items() if name != KT}
-    model = replace(model, free=(KT, *model.free), fixed=fixed)
-    softer = model.problem(problem.tests, problem.weight, problem.direction)
-    start = softer.x(rigid.values | {KT: guesses(problem.tests)[KT]})
-    return Solution(model, softer, *solve(softer, start, SEARCHED))
+def at_once(chosen: Solution, tests: Sequence[ShearTest], known: Mapping[str, float]) -> Solution | None:
+    """Closed form of a bond, beside which friction acts at once, with a spring in series; None without one.
+
+    Where few rows rise to the peak, they show neither the spring nor the damage for which friction waits.
+    """
+    model, values = chosen.model, chosen.values
+    if chosen.problem.is_closed_form and (KT in model.free or KT in known):
+        return chosen
+    if "eta" in known:
+        return None
+    free = tuple(name for name in model.free if name not in ("eta", KT))
+    fixed = {name: value for name, value in model.fixed.items() if name != KT} | {"eta": BRITTLE}
+    if KT in known:
+        fixed[KT] = known[KT]
+    else:
+        free = (KT, *free)
+    rigid = Model(free, min(model.sides, 2), fixed)
+    problem = rigid.problem(tests, chosen.problem.weight, chosen.problem.direction)
+    if KT not in model.free:
+        values = values | {KT: guesses(tests)[KT]}
+    if not problem.is_closed_form:
+        return None
+    return Solution(rigid, problem, *solve(problem, problem.x(values), SEARCHED))
 
 
 def assumed(
@@ -105,7 +118,8 @@ def assumed(
         return
     form, made = forms[0], []
     if alone:
-        made = [(form, SPRING)] if bond and form is not chosen else []
+        name = SPRING if law.problem.is_closed_form else AT_ONCE
+        made = [(form, name)] if bond and form is not law else []
         made += [] if bond else [(with_starts(form), STARTS)]
     for solution in forms[1:]:
         name = solution.model.shape

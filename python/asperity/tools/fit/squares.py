@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -30,6 +30,11 @@ OTHERS, STEP = 0.3, 1.0e-3
 SEARCHED, FITTED, MOST, FEW = 1.0e-4, 1.0e-7, 40, 8
 """Relative change of the sum of squares at which a search and fits beside the chosen one end, and the fit of
 all rows; largest number of trials, and that of the law, whose sum of squares hardly falls beyond.
+"""
+
+MOVED = 1.0
+"""Change of the logarithm of a sum of squares, times its rows, below which noise hides what tells two forms
+apart: a constant that is moved by its standard deviation changes it by one.
 """
 
 
@@ -141,8 +146,7 @@ def searched(
 ) -> Solution:
     """Solution on few rows, from the best of points around the guesses; the first of these is tried, too.
 
-    Cycles begin with the solution of the first strokes.  The residuals of a bond are those of the law, as its
-    closed form misses the law where the bond on a slope hardly softens.
+    Cycles begin with the solution of the first strokes.  The residuals of a bond are those of the law.
     """
     problem = model.problem(tests, 1.0, direction).coarse()
     if cycles(tests):
@@ -167,10 +171,32 @@ def searched(
     tried = {int(i) for i in np.argsort(costs)[:starts]} | ({0} if around else set())
     solutions = (solve(problem, points[i], SEARCHED) for i in sorted(tried))
     x, misfit = min(solutions, key=lambda solution: float(solution[1] @ solution[1]))
-    if model.bond and problem.is_closed_form:
+    solution = Solution(model, problem, x, misfit)
+    if not (model.bond and problem.is_closed_form):
+        return solution
+    solution = by_law(solution, SEARCHED)
+    if solution.problem.is_closed_form:
         problem = model.problem(tests, 1.0, direction, law=True).coarse()
-        misfit = residuals(problem, x)
-    return Solution(model, problem, x, misfit)
+        solution = Solution(model, problem, x, residuals(problem, x))
+    return solution
+
+
+def by_law(solution: Solution, tolerance: float = FITTED) -> Solution:
+    """Solution of a bond by the law from that of its closed form on, where the law's misfit is another one.
+
+    The friction of the law waits for the damage, and its elastic slip is part of the softening.  A bond that
+    hardly softens shows both.
+    """
+    closed = solution.problem
+    if not (solution.model.bond and closed.is_closed_form and not solution.model.shape):
+        return solution
+    model = replace(solution.model, exact=True)
+    law = replace(model.problem(closed.tests, closed.weight, closed.direction), increments=closed.increments)
+    misfit = residuals(law, solution.x)
+    squares = [max(float(r @ r), 1e-300) for r in (misfit, solution.residuals)]
+    if misfit.size * abs(np.log(squares[0] / squares[1])) < MOVED:
+        return solution
+    return Solution(model, law, *solve(law, solution.x, tolerance))
 
 
 def refitted(
