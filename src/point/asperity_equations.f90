@@ -33,7 +33,7 @@ module asperity_equations
     integer :: ended = ended_complete
     integer :: iterations = 0            !! tangent solves
     integer :: updates = 0               !! of the law
-    integer :: parts = 0                 !! updates that were committed, 1 without snaps
+    integer :: parts = 0                 !! updates that were committed, 1 where one curve suffices
     integer :: snaps = 0                 !! jumps from one branch to another
     logical :: cut = .false.             !! whether the law asked for a smaller increment
     real(wp) :: requested = 1.0_wp       !! fraction of the increment that the law can take; below 1 it has no result

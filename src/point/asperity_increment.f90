@@ -12,9 +12,9 @@ module asperity_increment
   use asperity_newton, only: newton_solve, newton_type
   use asperity_point_law, only: call_type, point_law, point_type
   use asperity_tolerances, only: fast_growth, first_motion, imperfection, largest_imperfection, largest_target, &
-    least_cut, least_damping, least_rupture, less_damping, more_damping, more_imperfection, most_cut, most_tries, &
-    most_updates, residual_tolerance, shortest_motion, shortest_resumed, slow_growth, smallest_fraction, &
-    smallest_part, snap_resolution, unbalanced
+    least_cut, least_damping, least_rupture, less_damping, more_damping, more_imperfection, most_cut, most_resumed, &
+    most_tries, most_updates, residual_tolerance, shortest_motion, shortest_resumed, slow_growth, &
+    smallest_fraction, smallest_part, snap_resolution, unbalanced
   implicit none
   private
   public :: call_type, control_type, point_type, report_type, new_point, advance, snap
@@ -91,9 +91,9 @@ contains
   !> Take a part of an increment, or all of it.
   !>
   !> As long as the curve of equilibria continues, it is one update from the state at its start. Where the curve ends,
-  !> the point moves under constant values to the first stable equilibrium, from which a further curve is followed. If
-  !> there is none, the point stays at the last equilibrium, and `reached` is below 1. If the law asks for less, the
-  !> point stays at the start.
+  !> another one may start, as where time passes. Else the point moves under constant values to the first stable
+  !> equilibrium, from which a further curve is followed. If there is none, the point stays at the last equilibrium, and
+  !> `reached` is below 1. If the law asks for less, the point stays at the start.
   !>
   !> A part in which a joint falls by wear is taken again in steps whose energies balance. If these steps do not reach
   !> as far, the first result stands.
@@ -145,6 +145,8 @@ contains
     type(jump_type) :: jump
     type(point_type) :: before, begin, lifted, stopped
     logical :: has_equilibrium, holds, resumes, stays_open
+    integer :: resumed
+    resumed = 0
     reached = 0.0_wp
     do while (reached < 1.0_wp)
       begin = equations%old
@@ -155,9 +157,10 @@ contains
       if (may_fall(law, begin, before)) call note_snap(law, equations, before)
       ! a curve that starts here has its own duration: what takes time resists more in it
       resumes = law%rate_dependent .and. equations%control%dt > 0.0_wp .and. &
-        equations%done - reached > shortest_resumed
+        equations%done - reached > shortest_resumed .and. resumed < most_resumed
       reached = equations%done
       if (reached >= 1.0_wp) exit
+      resumed = merge(resumed + 1, 0, resumes)
       if (resumes) cycle
       if (has_jumps(law, equations)) then
         call follow_at_jump(law, equations, holds)

@@ -34,6 +34,8 @@ module asperity_tolerances
   !> Smallest fraction of an increment that a curve must cover so that, with time, another one starts at its fold: the
   !> velocity may grow without bound towards a fold that no duration removes.
   real(wp), parameter, public :: shortest_resumed = 2.0_wp**(-16)
+  !> Most curves that start so in a row, each of some 500 updates, before the point moves in no time.
+  integer, parameter, public :: most_resumed = 8
   !> Longest change of a free separation in a step at whose ends the tangents differ, relative to s0: a jump that is
   !> longer cannot be hidden in such a step. RP-32 jumps by 0.1 s0.
   real(wp), parameter, public :: longest_change = 0.1_wp
