@@ -317,14 +317,14 @@ subroutine vumat(nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, stepTime
     call carry_traction(joint, traction, component > 0, carried, status, in_proportion, endless)
     if (status == status_initial) then
       call explain_initial(joint, traction, component > 0, carried, in_proportion, endless, message)
-    else if (any(abs(carried(v_offset:v_offset + 2)) > bound)) then
+    else if (status == status_ok .and. any(abs(carried(v_offset:v_offset + 2)) > bound)) then
       status = status_initial
       call append(message, "initial traction: expected one that moves the planes by no more than " // &
         to_text(real(bound, real64)))
     end if
     if (status == status_ok) then
       state = real(carried, wp)
-    else if (joint%water > 0) then
+    else if (status == status_initial .and. joint%water > 0) then
       call append(message, "initial t_N: that of stressOld and the water pressure")
     end if
   end subroutine start_point
