@@ -21,15 +21,13 @@ from .rigid import LAW, SHAPES, SLOPES, WITHOUT
 from .shear_test import ShearTest
 from .squares import Solution, by_law, refitted, residuals, searched
 from .verdict import (
-    FAIR,
     GOOD,
-    UNSAFE,
     blind,
     compared,
     coverage,
     errors_of,
     grade_of,
-    missed_peak,
+    missed_peaks,
     of_law,
     remarks,
     short,
@@ -238,11 +236,12 @@ def _fit(
         notes.append(
             f"the grade leaves out the noise of the measured numbers and what differs from test to test{text}"
         )
-    missed, peak = missed_peak(fitted, tests)
-    if missed > UNSAFE or missed < -FAIR:
-        reasons.append(f"{peak}: another law is needed, or the specimens differ")
-    elif abs(missed) > GOOD:
-        notes.append(peak)
+    for missed, limit, sentence in missed_peaks(fitted, tests):
+        if missed > limit:
+            expected = f"expected at most {limit:.0%} beyond noise and scatter of specimens"
+            reasons.append(f"{sentence}, {expected}: another law is needed, or the specimens differ")
+        elif missed > GOOD:
+            notes.append(sentence)
     low, high = chosen.problem.ends if chosen.x.size else (chosen.x, chosen.x)
     near = np.minimum(chosen.x - low, high - chosen.x) < NEAR * (high - low)
     at_bounds = [name for name, at_bound in zip(chosen.model.free, near, strict=True) if at_bound]

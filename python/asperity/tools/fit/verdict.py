@@ -179,19 +179,28 @@ def spread_of(errors: Floats, pressures: Floats) -> float:
     return float(np.sqrt(residuals @ residuals / freedom))
 
 
-def missed_peak(fitted: Sequence[Comparison], tests: Sequence[ShearTest]) -> tuple[float, str]:
-    """Relative error and sentence of the peak that the law misses most, without noise and specimens."""
+def missed_peaks(
+    fitted: Sequence[Comparison], tests: Sequence[ShearTest]
+) -> Iterator[tuple[float, float, str]]:
+    """Relative error, its limit and a sentence of the peaks that the law misses most, above and below.
+
+    The errors are without noise and specimens, 0 where the law misses no peak on this side.
+    """
     off = np.array([row.predicted["peak"] / row.measured["peak"] - 1.0 for row in fitted])
     noisy = BY_NOISE * np.array([row.noise.get("peak", 0.0) for row in fitted])
     beyond = np.sign(off) * np.maximum(0.0, np.abs(off) - noisy)
     trend = trend_of(beyond, np.array([-test.pressed for test in tests]))
     missed = np.where(beyond * trend > 0.0, np.minimum(np.abs(beyond), np.abs(trend)), 0.0)
-    most = int(np.argmax(missed))
-    row, side = fitted[most], "below" if off[most] < 0.0 else "above"
-    numbers = f"{row.predicted['peak']:.3g} for {row.measured['peak']:.3g}"
-    return float(missed[most] * np.sign(off[most])), (
-        f"the peak of the law lies {abs(off[most]):.0%} {side} that of {short(row.test)} ({numbers})"
-    )
+    for sign, limit, side in ((1.0, UNSAFE, "above"), (-1.0, FAIR, "below")):
+        of_side = np.where(sign * off > 0.0, missed, 0.0)
+        most = int(np.argmax(of_side))
+        row = fitted[most]
+        numbers = f"{row.predicted['peak']:.3g} for {row.measured['peak']:.3g}"
+        yield (
+            float(of_side[most]),
+            limit,
+            (f"the peak of the law lies {abs(off[most]):.0%} {side} that of {short(row.test)} ({numbers})"),
+        )
 
 
 def without_spread(error: float, spread: float) -> float:

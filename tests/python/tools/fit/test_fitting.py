@@ -17,7 +17,7 @@ from asperity.tools.fit.ladder import Model
 from asperity.tools.fit.report import case_of
 from asperity.tools.fit.strength import Strength
 from asperity.tools.fit.strengths import fit_strengths, law_peak
-from asperity.tools.fit.verdict import Comparison, missed_peak
+from asperity.tools.fit.verdict import Comparison, missed_peaks
 
 from harness.studies import fits, other_laws
 
@@ -93,25 +93,50 @@ def test_peak_that_the_law_misses() -> None:
 
 
 @pytest.mark.parametrize(
-    ("off", "ratio", "size"),
+    ("off", "ratio", "sizes"),
     [
         # a trend over the pressure is the law's, also where it is 0 on average
-        ([-0.12, -0.12, -0.12, -0.12, -0.12], 2.0, 0.12),
-        ([-0.2, -0.1, 0.0, 0.1, 0.2], 2.0, 0.2),
+        ([-0.12, -0.12, -0.12, -0.12, -0.12], 2.0, (0.0, 0.12)),
+        ([0.12, 0.12, 0.12, 0.12, 0.12], 2.0, (0.12, 0.0)),
+        ([-0.2, -0.1, 0.0, 0.1, 0.2], 2.0, (0.2, 0.2)),
+        # a larger miss below hides none above
+        ([-0.13, -0.05, 0.03, 0.11], 2.0, (0.11, 0.13)),
         # specimens differ without one, and a machine's pressures by its noise
-        ([0.1, -0.1, 0.0, -0.1, 0.1], 2.0, 0.0),
-        ([-0.2, -0.1, 0.0, 0.1, 0.2], 1.001, 0.0),
+        ([0.1, -0.1, 0.0, -0.1, 0.1], 2.0, (0.0, 0.0)),
+        ([-0.2, -0.1, 0.0, 0.1, 0.2], 1.001, (0.0, 0.0)),
     ],
 )
-def test_peaks_of_specimens_are_not_missed(off: list[float], ratio: float, size: float) -> None:
+def test_peaks_of_specimens_are_not_missed(
+    off: list[float], ratio: float, sizes: tuple[float, float]
+) -> None:
     """What differs without a trend over the logarithm of the pressure is that of the specimens."""
-    slip, pressures = np.linspace(0.1, 1.0, 10), ratio ** np.arange(5)
+    slip, pressures = np.linspace(0.1, 1.0, 10), ratio ** np.arange(len(off))
     tests = [ShearTest(f"{p}", slip, p * np.minimum(slip, 0.5), None, -p) for p in pressures]
     rows = [
         Comparison(test.name, {"peak": 1.0}, {"peak": 1.0 + part}, {})
         for test, part in zip(tests, off, strict=True)
     ]
-    assert abs(missed_peak(rows, tests)[0]) == pytest.approx(size, abs=1e-12)
+    above, below = missed_peaks(rows, tests)
+    assert (above[0], below[0]) == pytest.approx(sizes, abs=1e-12)
+    assert "above that of" in above[2] and above[1] == 0.10
+    assert "below that of" in below[2] and below[1] == 0.15
+
+
+def test_peak_above_beside_a_larger_one_below() -> None:
+    """A law that is too strong by more than 10 % is no result, also where it lies lower elsewhere."""
+    rng, slip, tests = np.random.default_rng(6), np.linspace(0.01, 3.0, 100), []
+    for number, pressure in enumerate([0.6] * 4 + [2.0] * 2):
+        # strength grows with the root of the pressure, as that of asperities which are crushed
+        strength = 0.55 * pressure + 0.45 * np.sqrt(pressure) * np.exp(-slip / 0.5)
+        tau = np.minimum(30.0 * pressure * slip, strength)
+        tau = tau + 0.01 * tau.max() * rng.normal(size=slip.size)
+        tests.append(ShearTest(f"test {number}", slip, tau, None, -pressure))
+    result = fit(tests, free=("kT", "mu", "theta", "height"))
+    errors = [row.predicted["peak"] / row.measured["peak"] - 1.0 for row in result.fitted]
+    assert max(errors) > 0.10 and -0.15 < min(errors) < -max(errors)
+    (reason,) = result.reasons
+    assert "above that of test" in reason and "expected at most 10%" in reason
+    assert any("below that of test" in note for note in result.notes)
 
 
 @pytest.mark.parametrize("kind", range(14))
