@@ -67,6 +67,11 @@ class Spread:
     freedom: float
     of_tests: bool = False
 
+    def __post_init__(self) -> None:
+        """Raises ValueError for a covariance that is not finite, which would widen no interval."""
+        if not np.isfinite(self.covariance).all():
+            raise ValueError(f"covariance {self.covariance.tolist()}: expected finite numbers")
+
     @property
     def quantile(self) -> float:
         """Of Student's t, infinite without a degree of freedom."""
@@ -104,9 +109,11 @@ def of_left_out(solution: Solution, without: Sequence[Solution]) -> Spread:
     """
     names, count = solution.model.free, len(without)
     moved = np.array([solution.problem.x(fit.values) for fit in without]) - solution.x
-    beside = np.array([float(to_scale(name, 1.01 * solution.values[name])) for name in names])
-    apart = np.array([0.0 if name in (*SPRINGS, "eta") else SCATTER.get(name, OTHERS) for name in names])
-    usual = np.square(apart * (beside - solution.x) / 0.01) / count
+    usual = np.zeros(len(names))
+    for i, name in enumerate(names):
+        if name not in (*SPRINGS, "eta"):
+            slope = float(to_scale(name, 1.01 * solution.values[name]) - solution.x[i]) / 0.01
+            usual[i] = (SCATTER.get(name, OTHERS) * slope) ** 2 / count
     of_tests = (count - 1) / count * moved.T @ moved
     freedom = count - 1 + KNOWN
     return Spread(((count - 1) * of_tests + KNOWN * np.diag(usual)) / freedom, freedom, True)

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pandas
 import pytest
-from asperity.tools.fit import ShearTest
+from asperity.tools.fit import ShearTest, fit
+from asperity.tools.fit.intervals import Spread
 
 from harness.studies import fits, other_laws
 
@@ -225,3 +226,34 @@ def test_teeth_that_wear_sooner_under_pressure(said: Callable) -> None:
     assert found["no result"] or low < 18.0 < high
     low, high = found["intervals"]["mu"]
     assert low < mu < high
+
+
+def test_specimens_whose_shape_is_almost_one() -> None:
+    """The scatter of specimens widens the intervals of all constants, also where 1.01 eta would exceed 1."""
+    rng, tests, stiffness = np.random.default_rng(12), [], 0.0075
+    slip = np.concatenate([np.linspace(0.002, 0.05, 25), np.linspace(0.06, 2.6, 90)])
+    for factor, pressure in ((1.25, 0.3), (0.8, 0.6), (1.1, 1.0), (0.85, 1.3)):
+        # a bond of the strength 0.9 and the energy 0.9, whose friction waits for the damage
+        bond = (
+            0.9
+            * factor
+            * np.where(slip < 2.0 * stiffness, slip / (2.0 * stiffness), np.maximum(0.0, 1.0 - 0.5 * slip))
+        )
+        damage = np.clip(1.0 - 2.0 * stiffness * bond / (0.9 * factor * slip), 0.0, 1.0)
+        tau = bond + 0.6 * pressure * damage + 0.01 * rng.normal(size=slip.size)
+        tests.append(ShearTest(f"{pressure}", slip, tau, None, -pressure))
+    result = fit(tests, free=("sigma0", "Gc", "mu", "eta"))
+    assert result.values["eta"] > 0.991
+    assert np.isfinite(result.covariance).all()
+    spread = next(spread for spread in result.intervals.spreads if spread.of_tests)
+    for name in ("sigma0", "Gc"):
+        assert result.intervals.by_tests(name)
+        # four specimens that scatter by a fifth, and others by 15 %
+        assert result.estimates[name].half > 0.25
+    assert spread.covariance[3, 3] < spread.covariance[0, 0]
+
+
+def test_covariance_that_is_not_finite() -> None:
+    """It is an error, as it would widen nothing."""
+    with pytest.raises(ValueError, match="expected finite numbers"):
+        Spread(np.array([[np.nan]]), 1.0)
