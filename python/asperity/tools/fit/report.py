@@ -38,13 +38,15 @@ COLUMNS = {
     "dilation": "dilation",
     "closure": "closure",
 }
-"""Numbers of a test and their headings."""
+LENGTHS = ("slip at peak", "dilation", "closure")
+"""Numbers of a test and their headings; those that are lengths, as the others are stresses."""
 
 
 def report(fit: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> str:
     """Report of a fit; verbose: also all tests, the models of the ladder and the correlations."""
     tests = fit.tests
     low, high, slip = coverage(tests)
+    pressed = [0.0 - test.sigma_N for test in tests]
     lines = [
         f"tests       {len(tests)}, {sum(test.slip.size for test in tests)} rows, pressure "
         f"{low:.4g} to {high:.4g} "
@@ -54,7 +56,7 @@ def report(fit: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> st
         + ", ".join(f"{name} {value:.1%}" for name, value in fit.scatter.items())
         + " of the range of each test",
         "",
-        *compared_rows(fit.fitted, fit.blind, verbose),
+        *compared_rows(fit.fitted, fit.blind, verbose, units=units, pressures=pressed),
         "",
         *constant_rows(fit.estimates, units, fit.loose),
         *_assumptions(fit),
@@ -94,17 +96,25 @@ def compared_rows(
     verbose: bool,
     title: str = "",
     peaks: Sequence[Estimate] = (),
+    units: tuple[str, str] | None = None,
+    pressures: Sequence[float] = (),
 ) -> list[str]:
-    """Measured, fitted and blind numbers of each test, under a title; peaks: intervals of the peaks."""
+    """Measured, fitted and blind numbers of each test, under a title.
+
+    peaks: intervals of the peaks.  units: of length and stress, for the headings.  pressures: of the tests.
+    """
     title = title or ("measured / fitted / blind" if unseen else "measured / fitted")
     names = [name for name in COLUMNS if any(name in row.measured for row in fitted)]
-    head = [COLUMNS[name] for name in names]
+    length, stress = (f" [{unit}]" for unit in units) if units else ("", "")
+    head = [COLUMNS[name] + (length if name in LENGTHS else stress) for name in names]
+    if pressures:
+        head.insert(0, f"pressure{stress}")
     if peaks:
         head.append(f"peak, {CONFIDENCE:g} interval")
     table = []
     shown = len(fitted) if verbose else MOST_TESTS
     for i, row in enumerate(fitted[:shown]):
-        cells = []
+        cells = [f"{pressure:.4g}" for pressure in pressures[i : i + 1]]
         for name in names:
             kinds = [row.measured, row.predicted, *([unseen[i].predicted] if unseen else [])]
             values = [numbers[name] for numbers in kinds] if name in row.measured else []
@@ -112,6 +122,8 @@ def compared_rows(
         cells += [f"{peak.low:.4g} to {peak.high:.4g}" for peak in peaks[i : i + 1]]
         table.append(cells)
     widths = [max(26, *(len(cell) + 2 for cell in column)) for column in zip(head, *table, strict=True)]
+    if pressures:
+        widths[0] = len(head[0]) + 2
     starts = [title, *(short(row.test) for row in fitted)]
     lines = [
         f"{start:<28}" + "".join(f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True))

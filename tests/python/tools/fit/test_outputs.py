@@ -41,6 +41,9 @@ def test_page_of_strengths_with_gaps(said: Callable) -> None:
     text, _ = said("fit peaks.csv --report page.html --verbose")
     page = html.unescape(Path("page.html").read_text())
     assert text[: text.index("PROPS(")].rstrip() in page and "friction coefficient" in page
+    head, *rows = page[page.index("measured / fitted / blind") :].splitlines()[:6]
+    assert re.split(r"  +", head)[1:4] == ["pressure [MPa]", "peak [MPa]", "residual [MPa]"]
+    assert [re.split(r"  +", row)[1] for row in rows] == ["1", "2", "3", "4", "5"]
     assert "pressures of 1 to 5 MPa" in page and "<li>peaks.csv, 5 tests</li>" in page
 
 
