@@ -59,7 +59,11 @@ class Envelope:
         for test in _tests(stresses, self.slips):
             tau, s_N, done = slip_curve(props, test, self.slips, rows, 0.0, PRELOAD)
             if done < self.slips.size:
-                raise ValueError(f"{test.name}: the law has no equilibrium up to the last slip")
+                last = f"{self.slips[max(done - 1, 0)]:.3g} mm"
+                raise ValueError(
+                    f"{test.name}: the law has equilibrium up to the slip {last}, expected up to "
+                    f"{self.slips[-1]:.3g} mm"
+                )
             of_law.append((tau, s_N))
         return of_law
 
@@ -157,8 +161,12 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
     barton = _barton(joint, stresses, slips)
 
     def residuals(x: Floats) -> Floats:
-        # a trial whose joint has closed at the end is far off, and no error
-        misfit = np.log(np.maximum(law(x).numbers_of_law / barton, LEAST))
+        # a trial without equilibrium, or whose joint has closed at the end, is far off, and no error
+        try:
+            numbers = law(x).numbers_of_law
+        except (ValueError, ArithmeticError):
+            numbers = LEAST * barton
+        misfit = np.log(np.maximum(numbers / barton, LEAST))
         return np.append(misfit[:, 0], misfit[middle, 1:])
 
     slope, pressure = np.tan(np.radians(min(joint.roughness_angle(low), 45.0))), float(stresses[middle])

@@ -31,8 +31,11 @@ These are the best of nine pairs for one series of tests; another contraction is
 
 
 def has_closed_form(free: Sequence[str], fixed: Mapping[str, float], sides: int, direction: float) -> bool:
-    """Whether a model is two sides, or a flat joint, without wear, closure or a second mode of rupture."""
-    absent = ("W0", "closure", "flat", "sigma02", "Gc2", "damage0")
+    """Whether a model is two sides, or a flat joint, of the slip alone.
+
+    That is without wear, closure, compressive strength or a second mode of rupture.
+    """
+    absent = ("W0", "closure", "flat", "sigma02", "Gc2", "damage0", "fc")
     refused = any(name in free or fixed.get(name) for name in absent)
     bond = "sigma0" in {*free, *fixed}
     brittle = "eta" not in free and fixed.get("eta", 0.0) >= RIGID_BOND

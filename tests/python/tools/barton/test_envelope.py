@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from asperity.case_files import read_case, slip_tests
 from asperity.cli import main
-from asperity.tools.barton.envelope import Envelope, curves, envelope
+from asperity.tools.barton.envelope import STRESSES, Envelope, curves, envelope
 from asperity.tools.barton.joint import MOBILISED, Joint
+from asperity.tools.fit import model
 
 SAMPLE = Joint(jrc=10.0, jcs=100.0, phi_r=30.0, length=0.1)
 """Joint as long as the sample.  At sigma_n = 1 MPa, log10(JCS/sigma_n) = 2: roughness adds 20 degrees."""
@@ -107,3 +109,25 @@ def test_command(stresses: str, rows: int, tmp_path: Path, capsys: pytest.Captur
     # curves without scatter have no covariance
     assert not list(tmp_path.glob("*.json")) and main(["uncertainty", str(case)]) == 1
     assert "joint.fit.json: expected" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
+def test_trial_without_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One trial whose law has no equilibrium does not end the search, whose end is the same."""
+    whole, calls = model.slip_curve, []
+
+    def lost(*arguments: Any) -> tuple[Any, Any, int]:
+        tau, s_N, done = whole(*arguments)
+        calls.append(arguments)
+        # the curves of the second trial
+        return tau, s_N, 5 if STRESSES < len(calls) <= 2 * STRESSES else done
+
+    smooth = envelope(SAMPLE, 0.5, 5.0)
+    monkeypatch.setattr(model, "slip_curve", lost)
+    rough = envelope(SAMPLE, 0.5, 5.0)
+    assert len(calls) > 3 * STRESSES
+    assert np.abs(rough.parted).max() == pytest.approx(np.abs(smooth.parted).max(), abs=0.01)
+    calls[:] = [()] * STRESSES
+    with pytest.raises(ValueError, match=r"equilibrium up to the slip .* mm, expected up to"):
+        rough.curves(rough.stresses[:1])

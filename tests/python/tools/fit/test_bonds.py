@@ -217,6 +217,25 @@ def test_bond_that_hardly_softens(truth: dict[str, float], joint: str) -> None:
     assert result.values["Gc"] == pytest.approx(truth["Gc"], rel=0.05)
 
 
+def test_compressive_strength_that_is_known() -> None:
+    """Values of the user stay in the law, which alone has them; the closed form has no crushing."""
+    tests = curves_of_law(FLAT, (0.3, 0.8), 0.01)
+    fixed = {"fc": 50.0, "Gfc": 1.0, "Css": 0.5, "kp": 0.1}
+    model = Model(tuple(FLAT), 0, fixed)
+    assert not model.problem(tests).is_closed_form
+    assert Model(tuple(FLAT), 0).problem(tests).is_closed_form
+
+
+def test_shape_of_a_bond_that_is_free() -> None:
+    """With eta free, friction from the first slip on stays among the assumptions, and in the intervals."""
+    tests = curves_of_law({"kT": 60.0, "sigma0": 0.6, "Gc": 0.3, "mu": 0.65}, (0.0, 0.3, 0.8), 0.01)
+    result = fit(tests, free=("sigma0", "Gc", "mu", "eta"))
+    names = [assumption.name for assumption in result.assumptions]
+    assert "friction from the first slip on" in names
+    for name, true in (("sigma0", 0.6), ("Gc", 0.3), ("mu", 0.65)):
+        assert result.estimates[name].low <= true <= result.estimates[name].high, name
+
+
 def test_pressure_of_a_held_test() -> None:
     """It is the geometric mean of the ends, and none beside a single pressure."""
     assert other_laws.between([0.5, 0.9, 2.0]) == pytest.approx(1.0)
