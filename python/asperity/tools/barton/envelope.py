@@ -177,7 +177,9 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
     solution = least_squares(residuals, start, bounds=bounds, **settings)
     if not solution.success:
         raise ValueError("the least squares ended before they converged: expected other normal stresses")
-    return law(solution.x)
+    found = law(solution.x)
+    found.numbers_of_law  # noqa: B018  # raises where the law has no equilibrium
+    return found
 
 
 def table(envelope: Envelope) -> str:

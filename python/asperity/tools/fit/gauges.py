@@ -74,7 +74,7 @@ def rigid_form(chosen: Solution, tests: Sequence[ShearTest], left_out: Sequence[
     if chosen.problem.is_closed_form:
         return chosen
     free = tuple(name for name in chosen.model.free if name not in left_out)
-    model = replace(chosen.model, free=free, exact=False)
+    model = replace(chosen.model, free=free)
     if KS in model.free:
         model = model.instead(KS, KT)
     elif KS in model.fixed and not model.series:

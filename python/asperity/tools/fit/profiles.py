@@ -9,7 +9,7 @@ import numpy as np
 from .evidence import cycles, first_slope, first_stroke, guesses
 from .gauges import rigid_form, with_shape, with_starts
 from .intervals import Assumption, Intervals, spreads
-from .ladder import BRITTLE, GAIN, Model, criteria
+from .ladder import GAIN, Model, criteria
 from .model import KT, SPRINGS, rows_of, to_scale
 from .rigid import CONTRACTING, SHAPES, SLOPES, SOFTENINGS, WITHOUT
 from .shear_test import ShearTest
@@ -84,12 +84,12 @@ def at_once(chosen: Solution, tests: Sequence[ShearTest], known: Mapping[str, fl
     if "eta" in known:
         return None
     free = tuple(name for name in model.free if name not in ("eta", KT))
-    fixed = {name: value for name, value in model.fixed.items() if name != KT} | {"eta": BRITTLE}
+    fixed = {name: value for name, value in model.fixed.items() if name not in ("eta", KT)}
     if KT in known:
         fixed[KT] = known[KT]
     else:
         free = (KT, *free)
-    rigid = Model(free, min(model.sides, 2), fixed)
+    rigid = Model(free, model.sides, fixed)
     problem = rigid.problem(tests, chosen.problem.weight, chosen.problem.direction)
     if KT not in model.free:
         values = values | {KT: guesses(tests)[KT]}
@@ -119,7 +119,8 @@ def assumed(
     form, made = forms[0], []
     if alone:
         name = SPRING if law.problem.is_closed_form else AT_ONCE
-        made = [(form, name)] if bond and form is not law else []
+        rubs = "mu" in law.model.free or law.values.get("mu", 0.0) > 0.0
+        made = [(form, name)] if bond and form is not law and (rubs or name == SPRING) else []
         made += [] if bond else [(with_starts(form), STARTS)]
     for solution in forms[1:]:
         name = solution.model.shape
@@ -139,7 +140,8 @@ def assumed(
                 whole = next(other for other in forms if other.model.shape == shape)
                 apart[shape] = halves_of(whole, left_out(whole))
             halves = {part: max(half, apart[shape].get(part, 0.0)) for part, half in halves.items()}
-        yield Assumption(name, value - values[0], solution.values, allowed, parts, halves, shape in apart)
+        shown = tuple(part for part in parts if part in solution.model.free)
+        yield Assumption(name, value - values[0], solution.values, allowed, shown, halves, shape in apart)
 
 
 def uncrushed(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:

@@ -46,7 +46,7 @@ def report(fit: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> st
     """Report of a fit; verbose: also all tests, the models of the ladder and the correlations."""
     tests = fit.tests
     low, high, slip = coverage(tests)
-    pressed = [0.0 - test.sigma_N for test in tests]
+    pressed = [0.0 - test.pressed for test in tests]
     lines = [
         f"tests       {len(tests)}, {sum(test.slip.size for test in tests)} rows, pressure "
         f"{low:.4g} to {high:.4g} "

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from asperity import Interface, Material, Pattern
+from asperity import Interface, Material, Pattern, contract
 from asperity.case_files import drive
 from asperity.tools.fit import ShearTest, fit
 from asperity.tools.fit.ladder import Model
+from asperity.tools.fit.outputs import interface_of
 from asperity.tools.fit.predict import predict
 from asperity.tools.fit.report import case_of
 from asperity.tools.fit.squares import residuals, searched
@@ -234,6 +235,32 @@ def test_shape_of_a_bond_that_is_free() -> None:
     assert "friction from the first slip on" in names
     for name, true in (("sigma0", 0.6), ("Gc", 0.3), ("mu", 0.65)):
         assert result.estimates[name].low <= true <= result.estimates[name].high, name
+
+
+@pytest.mark.slow
+def test_eta_of_a_bond_without_pressure() -> None:
+    """A form whose eta is fixed says nothing of it: the interval of eta is that of the rows."""
+    rng, slip = np.random.default_rng(5), np.linspace(0.004, 0.34, 70)
+    tau = 5.2 * np.minimum(slip / 0.045, np.maximum(0.0, (0.26 - slip) / 0.215)) + 0.08 * rng.normal(size=70)
+    result = fit([ShearTest("slip", slip, tau, None, 0.0)], free=("sigma0", "Gc", "eta"))
+    low, high = result.estimates["eta"].low, result.estimates["eta"].high
+    assert low <= 1.0 - 0.045 / 0.26 <= high and high - low < 0.02
+    assert not result.assumptions
+
+
+@pytest.mark.slow
+def test_sides_of_the_user_stay() -> None:
+    """Four sides have no closed form, and no other form takes their place."""
+    rng, tests = np.random.default_rng(4), []
+    for pressure in (0.4, 1.2):
+        slip = np.linspace(0.01, 2.5, 60)
+        slope = np.tan(np.radians(15.0)) * np.exp(-slip / 0.6)
+        tau = np.minimum(40.0 * slip, 0.65 * pressure + 0.6 * np.exp(-slip / 0.4) + slope * pressure)
+        tau += 0.01 * rng.normal(size=slip.size)
+        dilation = 0.6 * np.tan(np.radians(15.0)) * (1.0 - np.exp(-slip / 0.6))
+        tests.append(ShearTest(f"p {pressure}", slip, tau, dilation, -pressure))
+    result = fit(tests, "mortar", sides=4)
+    assert interface_of(result).props()[contract.index("m")] == 4.0
 
 
 def test_pressure_of_a_held_test() -> None:
