@@ -216,6 +216,7 @@ class Bench:
                 sys.exit(f"{name} fails without any change")
             self.times[name] = time.monotonic() - start
         self.kills: Counter[tuple[str, str]] = Counter()
+        print(f"{len(self.tests)} tests take {sum(self.times.values()):.0f} s", file=sys.stderr, flush=True)
 
     def run(self, *command: str | Path) -> str:
         """Run a command that must not fail, and return its output."""
@@ -351,6 +352,7 @@ def judge_all(mutants: list[Mutant], jobs: int, suite: str | None) -> dict[Mutan
             results[mutant] = bench.judge(mutant)
             if results[mutant] == "survived":
                 print(mutant, flush=True)
+            print(f"{len(results)} of {len(mutants)} judged: {results[mutant]}", file=sys.stderr, flush=True)
 
     benches = [Bench(WORK / str(i), suite) for i in range(jobs)]
     threads = [threading.Thread(target=work, args=(bench,)) for bench in benches]
