@@ -191,7 +191,7 @@ def test_initial_states(option: str) -> None:
     props, rng, accepted = interface.props(), np.random.default_rng(SEED), 0
     least, most = [0.0, -0.1, -0.1], [1.0, 0.1, 0.1]
     enough = max(1, 24 // OVER)
-    # a traction that cannot be carried takes a hundred times as long as one that can, most of all beside crushing
+    # a traction that cannot be carried takes a hundred times as long as one that can, or with crush more
     carried = OVER > 1 or material.crush > 0.0
     low, high = ([-2.0, -0.1, -0.1], [-0.5, 0.1, 0.1]) if carried else ([-2.0, -0.5, -0.5], [0.3, 0.5, 0.5])
     for _ in range(4 * enough):
