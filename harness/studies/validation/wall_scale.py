@@ -64,7 +64,7 @@ RUNS = {
 
 COLUMNS = (
     *("unknowns", "ranks", "steps", "e_t", "iterations", "linear", "moving", "memory", "peak", "dissipated"),
-    *("entries", "operations", "gigabytes"),
+    "entries",
 )
 """What is stored of a run, of those names in its summary."""
 
@@ -141,20 +141,6 @@ def growth() -> str:
         )
     head = ["solver", "kB of an unknown", "power of memory", "power of time", "force, off by"]
     return markdown(head, body)
-
-
-def factors() -> str:
-    """Table of the factors by MUMPS: entries, operations and memory by ranks."""
-    runs, body = stored(), []
-    for (k, ranks), solvers in SIZES.items():
-        factored = runs.loc[[(str(k), ranks, name) for name in FACTORED if name in solvers]]
-        if len(factored):
-            cells = (
-                ", ".join(f"{value:.3g}" for value in share * factored[column])
-                for column, share in (("entries", 1e-6), ("operations", 1e-9), ("gigabytes", 1.0))
-            )
-            body.append([f"{factored.unknowns.iloc[0]:.0f}", str(ranks), *cells])
-    return markdown(["unknowns", "ranks", "entries, 10⁶", "operations, 10⁹", "GB of the factor"], body)
 
 
 def iterations() -> str:

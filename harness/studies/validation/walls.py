@@ -319,7 +319,6 @@ def tables(_: Mapping[str, Constants]) -> dict[str, str]:
         "changes": changes(curves),
         "scale": wall_scale.costs(),
         "growth": wall_scale.growth(),
-        "factors": wall_scale.factors(),
         "iterations": wall_scale.iterations(),
         "arches": arches(),
     }
