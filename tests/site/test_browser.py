@@ -87,6 +87,25 @@ def test_page_in_light(browser: webdriver.Chrome, address: str, name: str) -> No
     assert brightness(light["page"]) > 200 > 130 > brightness(light["text"])
 
 
+@pytest.mark.parametrize(
+    ("name", "width", "what"),
+    [
+        ("", WIDE, "pre > code, .md-typeset__scrollwrap"),
+        ("docs/how-to/hosts/", WIDE, "pre > code, .md-typeset__scrollwrap"),
+        ("", NARROW, "pre > code"),
+        ("docs/how-to/start/", NARROW, "pre > code"),
+    ],
+)
+def test_nothing_is_cut(browser: webdriver.Chrome, address: str, name: str, width: int, what: str) -> None:
+    """The table of hosts and code fit into a window, the first lines of code of a page on a phone, too."""
+    look(browser, f"{address}/{name}", dark=False, width=width)
+    shown = browser.find_elements(By.CSS_SELECTOR, f"article :is({what})")
+    if width == NARROW:
+        shown = shown[:1]
+    cut = [e.text[:60] for e in shown if e.get_property("scrollWidth") > e.get_property("clientWidth") + 1]
+    assert shown and cut == []
+
+
 def test_every_formula_of_the_sources_is_there(pages: dict[Path, str]) -> None:
     """A page of the site has as many formulas as its source."""
     total = 0
