@@ -34,7 +34,7 @@ def closure_report(fit: ClosureFit, units: tuple[str, str] = NONE, verbose: bool
         f"{min(pressures):.4g} to {max(pressures):.4g} {units[1]}",
         f"model       {model_text(fit)}",
         "",
-        *compared_rows(fit.fitted, fit.blind, verbose, units=units),
+        *compared_rows(fit.tests, fit.fitted, fit.blind, verbose, units=units),
         "",
         *constant_rows(fit.estimates, units),
     ]

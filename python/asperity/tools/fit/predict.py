@@ -27,7 +27,7 @@ from .command import NO_RESULT, add_reading, read
 from .evidence import cycles
 from .model import KT, PRELOAD, Problem
 from .picture import curves_figure
-from .report import COLUMNS, compared_rows, covered, file_of
+from .report import COLUMNS, compared_rows, covered, file_of, heading
 from .series import CyclicSeries, Series
 from .shear_test import ShearTest
 from .strength import Strength
@@ -274,14 +274,15 @@ def figure_of(prediction: Prediction, units: tuple[str, str]) -> Figure:
     return curves_figure(of_kind(prediction.tests, ShearTest), curves, units, "predicted")
 
 
-def report_of(prediction: Prediction) -> str:
+def report_of(prediction: Prediction, units: tuple[str, str] = NONE) -> str:
     """Measured beside predicted numbers and their errors."""
     errors = ", ".join(f"{name} {value:.1%}" for name, value in prediction.rms.items())
-    lines = compared_rows(prediction.compared, [], True, "measured / predicted")
+    tests, rows = prediction.tests, prediction.compared
+    lines = compared_rows(tests, rows, [], True, "measured / predicted", units=units)
     if prediction.intervals:
         names = [name for name in COLUMNS if any(name in ends for ends in prediction.intervals)]
         count = sum(map(len, prediction.intervals))
-        head = "".join(f"{COLUMNS[name]:>26}" for name in names)
+        head = "".join(f"{heading(name, units):>26}" for name in names)
         lines += ["", f"{'predicted, 0.95 interval':<28}{head}"]
         for row, ends in zip(prediction.compared, prediction.intervals, strict=True):
             cells = (f"{ends[name][0]:.4g} to {ends[name][1]:.4g}" if name in ends else "" for name in names)
@@ -335,7 +336,7 @@ def _run(options: argparse.Namespace) -> int:
     with shown_warnings():
         of_case = None if fit is None or other_constant(run, fit.names, fit.values) else fit
         prediction = predict(run.interface, tests, spring, direction, slip, of_case)
-    print(report_of(prediction))
+    print(report_of(prediction, units))
     if fit is not None:
         print(*fit.remarks(run, covered(tests)), sep="\n")
     if options.plot is not None:

@@ -46,7 +46,6 @@ def report(fit: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> st
     """Report of a fit; verbose: also all tests, the models of the ladder and the correlations."""
     tests = fit.tests
     low, high, slip = coverage(tests)
-    pressed = [0.0 - test.pressed for test in tests]
     lines = [
         f"tests       {len(tests)}, {sum(test.slip.size for test in tests)} rows, pressure "
         f"{low:.4g} to {high:.4g} "
@@ -56,7 +55,7 @@ def report(fit: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> st
         + ", ".join(f"{name} {value:.1%}" for name, value in fit.scatter.items())
         + " of the range of each test",
         "",
-        *compared_rows(fit.fitted, fit.blind, verbose, units=units, pressures=pressed),
+        *compared_rows(tests, fit.fitted, fit.blind, verbose, units=units),
         "",
         *constant_rows(fit.estimates, units, fit.loose),
         *_assumptions(fit),
@@ -91,30 +90,27 @@ def _known(fit: Fit) -> str:
 
 
 def compared_rows(
+    tests: Sequence[ShearTest] | Sequence[Strength] | Sequence[ClosureTest],
     fitted: Sequence[Comparison],
     unseen: Sequence[Comparison],
     verbose: bool,
     title: str = "",
     peaks: Sequence[Estimate] = (),
-    units: tuple[str, str] | None = None,
-    pressures: Sequence[float] = (),
+    units: tuple[str, str] = NONE,
 ) -> list[str]:
-    """Measured, fitted and blind numbers of each test, under a title.
+    """Pressure, and measured, fitted and blind numbers of each test, under a title.
 
-    peaks: intervals of the peaks.  units: of length and stress, for the headings.  pressures: of the tests.
+    peaks: intervals of the peaks.  units: of length and stress, for the headings.
     """
     title = title or ("measured / fitted / blind" if unseen else "measured / fitted")
     names = [name for name in COLUMNS if any(name in row.measured for row in fitted)]
-    length, stress = (f" [{unit}]" for unit in units) if units else ("", "")
-    head = [COLUMNS[name] + (length if name in LENGTHS else stress) for name in names]
-    if pressures:
-        head.insert(0, f"pressure{stress}")
+    head = [f"pressure [{units[1]}]", *(heading(name, units) for name in names)]
     if peaks:
         head.append(f"peak, {CONFIDENCE:g} interval")
     table = []
     shown = len(fitted) if verbose else MOST_TESTS
     for i, row in enumerate(fitted[:shown]):
-        cells = [f"{pressure:.4g}" for pressure in pressures[i : i + 1]]
+        cells = [f"{pressure_of(tests[i]):.4g}"]
         for name in names:
             kinds = [row.measured, row.predicted, *([unseen[i].predicted] if unseen else [])]
             values = [numbers[name] for numbers in kinds] if name in row.measured else []
@@ -122,8 +118,7 @@ def compared_rows(
         cells += [f"{peak.low:.4g} to {peak.high:.4g}" for peak in peaks[i : i + 1]]
         table.append(cells)
     widths = [max(26, *(len(cell) + 2 for cell in column)) for column in zip(head, *table, strict=True)]
-    if pressures:
-        widths[0] = len(head[0]) + 2
+    widths[0] = len(head[0]) + 2
     starts = [title, *(short(row.test) for row in fitted)]
     lines = [
         f"{start:<28}" + "".join(f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
@@ -133,6 +128,18 @@ def compared_rows(
     if more > 0:
         lines.append(f"... and {more} more (--verbose)")
     return lines
+
+
+def heading(name: str, units: tuple[str, str]) -> str:
+    """Heading of a number of a test, with its unit."""
+    return f"{COLUMNS[name]} [{units[name not in LENGTHS]}]"
+
+
+def pressure_of(test: ShearTest | Strength | ClosureTest) -> float:
+    """Pressure of a test; the largest one of a curve, and of a closure that at its end."""
+    if isinstance(test, ClosureTest):
+        return float(test.pressure[test.loading[-1]])
+    return 0.0 - (test.pressed if isinstance(test, ShearTest) else test.sigma_N)
 
 
 def constant_rows(

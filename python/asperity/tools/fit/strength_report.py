@@ -36,7 +36,7 @@ def strength_report(fit: StrengthFit, units: tuple[str, str] = NONE, verbose: bo
         ),
         f"model       {model_text(fit)}",
         "",
-        *compared_rows(fit.fitted, fit.blind, verbose, peaks=fit.peaks, units=units, pressures=pressures),
+        *compared_rows(fit.tests, fit.fitted, fit.blind, verbose, peaks=fit.peaks, units=units),
         "",
         *constant_rows(fit.estimates, units, fit.loose),
     ]

@@ -85,7 +85,11 @@ def test_prediction_has_the_units_of_the_case(said: Callable) -> None:
     assert json.loads(Path("joint.fit.json").read_text())["units"] == ["m", "kPa"]
     assert read_case("joint.nml").runs[0].material.height == pytest.approx(0.5e-3, rel=0.05)
     out, _ = said("predict joint.nml 2.csv")
-    peak, predicted = map(float, re.findall(r"2\.csv +([\d.]+) / ([\d.]+)", out)[0])
+    assert re.split(r"  +", out.splitlines()[0])[:3] == [
+        "measured / predicted", "pressure [kPa]", "peak [kPa]"
+    ]  # fmt: skip
+    pressure, peak, predicted = map(float, re.findall(r"2\.csv +([\d.]+) +([\d.]+) / ([\d.]+)", out)[0])
+    assert pressure == 2000.0 and "dilation [m]" in out[out.index("predicted, 0.95 interval") :]
     assert peak > 1000.0 and predicted == pytest.approx(peak, rel=0.05)
     assert "grade       good" in out
     _, message = said("predict joint.nml 2.csv --units mm,MPa", 1)
