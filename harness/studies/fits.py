@@ -22,7 +22,7 @@ from asperity.tools.fit import ShearTest, fit, read_tests
 from asperity.tools.fit.intervals import Estimate
 from asperity.tools.fit.model import AUTO
 from asperity.tools.fit.strengths import fit_strengths
-from asperity.tools.fit.verdict import compared
+from asperity.tools.fit.verdict import compared, of_law
 from asperity.tools.tables import markdown
 
 from .other_laws import KINDS, Drawn
@@ -106,7 +106,7 @@ def _curves(drawn: Drawn, joint: str) -> tuple[Row, list[Row]]:
     summary |= {"met": errors["scatter"], "between": np.nan}
     if drawn.held is not None:
         held = tests_of(drawn._replace(tests=[drawn.held]))
-        problem = fitted.solution.model.problem([*fitted.tests, *held])
+        problem = of_law(fitted.solution, [*fitted.tests, *held])
         off = compared(problem, fitted.values, len(fitted.tests))[0].errors
         summary["between"] = max(off["peak"], off["residual"])
     rows = [

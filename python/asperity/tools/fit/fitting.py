@@ -191,6 +191,12 @@ def _fit(
     chosen = by_law(refitted(chosen, tests, weight=weight))
     tick("other assumptions")
     law, forms = chosen, shaped(chosen, tests, models[0].fixed, of_user)
+    shaped_at_all = bool(forms) or of_user or cycles(tests)
+    if not shaped_at_all and (chosen.model.bond or "theta" in chosen.model.free):
+        notes.append(
+            "other shapes of slope and softening were not tried: sides, direction or known constants leave "
+            "no closed form"
+        )
     usable = [form for form in forms if not form.model.shape.startswith(WITHOUT)]
     values = criteria([chosen, *usable])
     # a stiffness of the joint that the user gives has no closed form

@@ -81,14 +81,11 @@ def at_once(chosen: Solution, tests: Sequence[ShearTest], known: Mapping[str, fl
     model, values = chosen.model, chosen.values
     if chosen.problem.is_closed_form and (KT in model.free or KT in known):
         return chosen
-    if "eta" in known:
-        return None
     free = tuple(name for name in model.free if name not in ("eta", KT))
-    fixed = {name: value for name, value in model.fixed.items() if name not in ("eta", KT)}
-    if KT in known:
-        fixed[KT] = known[KT]
-    else:
+    fixed = {name: value for name, value in model.fixed.items() if name not in ("eta", KT) or name in known}
+    if KT not in known:
         free = (KT, *free)
+    # an eta below 1 that is known has no closed form
     rigid = Model(free, model.sides, fixed)
     problem = rigid.problem(tests, chosen.problem.weight, chosen.problem.direction)
     if KT not in model.free:

@@ -171,29 +171,33 @@ def searched(
     tried = {int(i) for i in np.argsort(costs)[:starts]} | ({0} if around else set())
     solutions = (solve(problem, points[i], SEARCHED) for i in sorted(tried))
     x, misfit = min(solutions, key=lambda solution: float(solution[1] @ solution[1]))
-    solution = Solution(model, problem, x, misfit)
-    if not (model.bond and problem.is_closed_form):
-        return solution
-    solution = by_law(solution, SEARCHED)
-    if solution.problem.is_closed_form:
+    solution = by_law(Solution(model, problem, x, misfit), SEARCHED)
+    if model.bond and solution.problem.is_closed_form:
         problem = model.problem(tests, 1.0, direction, law=True).coarse()
         solution = Solution(model, problem, x, residuals(problem, x))
     return solution
 
 
 def by_law(solution: Solution, tolerance: float = FITTED) -> Solution:
-    """Solution of a bond by the law from that of its closed form on, where the law's misfit is another one.
+    """Solution by the law from that of the closed form on, where a bond or fc gives the law another misfit.
 
     The friction of the law waits for the damage, and its elastic slip is part of the softening.  A bond that
-    hardly softens shows both.
+    hardly softens shows both.  A compressive strength matters where the law without it has another misfit.
     """
-    closed = solution.problem
-    if not (solution.model.bond and closed.is_closed_form and not solution.model.shape):
+    closed, model = solution.problem, replace(solution.model, exact=True)
+    known = model.fixed.get("fc", 0.0) > 0.0
+    if not closed.is_closed_form or model.shape or not (model.bond or known):
         return solution
-    model = replace(solution.model, exact=True)
-    law = replace(model.problem(closed.tests, closed.weight, closed.direction), increments=closed.increments)
+
+    def problem(model: Model) -> Problem:
+        law = model.problem(closed.tests, closed.weight, closed.direction)
+        return replace(law, increments=closed.increments)
+
+    law, expected = problem(model), solution.residuals
+    if not model.bond:
+        expected = residuals(problem(replace(model, fixed={**model.fixed, "fc": 0.0})), solution.x)
     misfit = residuals(law, solution.x)
-    squares = [max(float(r @ r), 1e-300) for r in (misfit, solution.residuals)]
+    squares = [max(float(r @ r), 1e-300) for r in (misfit, expected)]
     if misfit.size * abs(np.log(squares[0] / squares[1])) < MOVED:
         return solution
     return Solution(model, law, *solve(law, solution.x, tolerance))

@@ -14,7 +14,7 @@ from asperity.tools.fit.ladder import Model
 from asperity.tools.fit.outputs import interface_of
 from asperity.tools.fit.predict import predict
 from asperity.tools.fit.report import case_of
-from asperity.tools.fit.squares import residuals, searched
+from asperity.tools.fit.squares import Solution, by_law, residuals, searched
 
 from harness.studies import fit_times, fits, other_laws, other_strengths
 from harness.studies.validation import push_off
@@ -218,13 +218,50 @@ def test_bond_that_hardly_softens(truth: dict[str, float], joint: str) -> None:
     assert result.values["Gc"] == pytest.approx(truth["Gc"], rel=0.05)
 
 
-def test_compressive_strength_that_is_known() -> None:
-    """Values of the user stay in the law, which alone has them; the closed form has no crushing."""
-    tests = curves_of_law(FLAT, (0.3, 0.8), 0.01)
-    fixed = {"fc": 50.0, "Gfc": 1.0, "Css": 0.5, "kp": 0.1}
-    model = Model(tuple(FLAT), 0, fixed)
-    assert not model.problem(tests).is_closed_form
-    assert Model(tuple(FLAT), 0).problem(tests).is_closed_form
+def in_closed_form(model: Model, truth: dict[str, float], tests: list[ShearTest]) -> Solution:
+    """Constants in closed form, with their residuals."""
+    problem = model.problem(tests)
+    assert problem.is_closed_form
+    return Solution(model, problem, problem.x(truth), residuals(problem, problem.x(truth)))
+
+
+@pytest.mark.parametrize(("fc", "kept"), [(50.0, True), (1.5, False)])
+@pytest.mark.parametrize("bond", [{}, {"sigma0": 0.4, "Gc": 0.004}], ids=["rock", "brittle"])
+def test_law_only_where_it_is_not_the_closed_form(fc: float, kept: bool, bond: dict[str, float]) -> None:
+    """The closed form stays where the law has its misfit, unless fc is reached."""
+    truth = bond | {"kT": 40.0, "mu": 0.6}
+    tests = curves_of_law(truth, (0.3, 0.8), 0.03)
+    solution = in_closed_form(
+        Model(tuple(truth), 0, {"fc": fc, "Gfc": 1.0, "Css": 9.0, "kp": 0.1}), truth, tests
+    )
+    found = by_law(solution)
+    assert (found is solution) == kept and found.problem.is_closed_form == kept
+
+
+def test_compressive_strength_beyond_the_tests() -> None:
+    """It changes nothing: the same constants, intervals and other shapes as without."""
+    tests, _ = drawn_tests("Mohr-Coulomb, decaying dilation", 3, lambda p: len(p) == 2)
+    known = fit(tests, "rock", {"fc": 50.0, "Gfc": 1.0, "Css": 9.0, "kp": 0.1})
+    alone = fit(tests, "rock")
+    assert [part.name for part in known.assumptions] == [part.name for part in alone.assumptions]
+    assert any("along a line" in part.name for part in known.assumptions)
+    for name, estimate in alone.estimates.items():
+        assert known.estimates[name] == pytest.approx(estimate, rel=1e-9)
+
+
+def test_eta_that_is_known() -> None:
+    """The value that the fit itself assumes tries what the fit tries; one without a closed form says so."""
+    rng, slip, tests = np.random.default_rng(1), np.linspace(0.03, 1.5, 50), []
+    for pressure in (0.2, 0.5, 1.0):
+        # the spring is stiffer than the first row shows
+        tau = np.minimum(300.0 * slip, 0.5 * np.maximum(0.0, 1.0 - slip / 0.6) + 0.7 * pressure)
+        tests.append(ShearTest(str(pressure), slip, tau + 0.01 * rng.normal(size=50), None, -pressure))
+    alone, known = fit(tests, "mortar"), fit(tests, "mortar", {"eta": 0.999})
+    assert [part.name for part in known.assumptions] == [part.name for part in alone.assumptions] != []
+    for name, estimate in alone.estimates.items():
+        assert known.estimates[name] == pytest.approx(estimate, rel=1e-9)
+    untold = fit(tests, "mortar", {"eta": 0.9})
+    assert not untold.assumptions and any("shapes of slope" in note for note in untold.notes)
 
 
 def test_shape_of_a_bond_that_is_free() -> None:
@@ -282,6 +319,19 @@ def test_set_without_dilation() -> None:
     assert head["code"] in (0, 3) and 0.0 <= head["between"] < np.inf
     assert {row["name"] for row in rows} <= {"mu", "theta", "sigma0"}
     assert all(drawn.truth[row["name"]] == (row["true_low"], row["true_high"]) for row in rows)
+
+
+def test_held_test_by_the_law() -> None:
+    """The study judges the curve that the case has between the pressures, and no closed form."""
+    kind, seed, number = "Mohr-Coulomb, decaying dilation", 20610, 0
+    while other_laws.KINDS[kind](np.random.default_rng([seed, number])).held is None:
+        number += 1
+    head, *_ = fits.judged((kind, seed, number))
+    drawn = other_laws.KINDS[kind](np.random.default_rng([seed, number]))
+    result = fit(fits.read_back(fits.tests_of(drawn)))
+    held = fits.tests_of(drawn._replace(tests=[drawn.held]))
+    (row,) = predict(result.interface, held, result.spring).compared
+    assert head["between"] == pytest.approx(max(row.errors["peak"], row.errors["residual"]), rel=1e-6)
 
 
 def test_asperities_that_end() -> None:
