@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,18 +12,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...contract import Floats
+from ...history import EquilibriumLost
 from ...interface import Interface
-from ...material import Material
+from ...material import Material, ModelWarning
 from ...pattern import Pattern
 from .joint import Joint
 
 if TYPE_CHECKING:
     from ..fit.shear_test import ShearTest
 
-STRESSES, KC, STEP, SAME = 5, 100.0, 0.03, 1.0e-4
-"""Normal stresses of an envelope, in equal ratios from the lowest to the highest; kn/ks; step of the
-differences, relative to logarithms: wide, because the peak of a curve in rows is not smooth; and change of
-the sum of squares, whose root is above 1e-3, and of the constants at which the least squares end.
+STRESSES, KC, PRELOAD, STEP, SAME = 5, 100.0, 10, 0.03, 1.0e-4
+"""Normal stresses of an envelope, in equal ratios from the lowest to the highest; kn/ks; increments of the
+normal stress; step of the differences, relative to logarithms: wide, because the peak of a curve in rows is
+not smooth; and change of the sum of squares, whose root is above 1e-3, and of the constants at which the
+least squares end.
 """
 
 STEEPEST, WIDE = 2.5, 5.0
@@ -52,30 +55,32 @@ class Envelope:
     values: Mapping[str, float]
 
     def curves(self, stresses: Floats) -> list[tuple[Floats, Floats]]:
-        """Shear traction and opening of the law over `slips` for each normal stress."""
-        from ..fit.model import PRELOAD, slip_curve
+        """Shear traction and opening of the law over `slips` for each normal stress.
 
-        props, rows, of_law = self.interface.props(), np.arange(1, self.slips.size), []
-        for test in _tests(stresses, self.slips):
-            tau, s_N, done = slip_curve(props, test, self.slips, rows, 0.0, PRELOAD)
-            if done < self.slips.size:
-                last = f"{self.slips[max(done - 1, 0)]:.3g} mm"
-                raise ValueError(
-                    f"{test.name}: the law has equilibrium up to the slip {last}, expected up to "
-                    f"{self.slips[-1]:.3g} mm"
-                )
-            of_law.append((tau, s_N))
+        Raises ValueError where the law has no equilibrium up to the last slip.
+        """
+        of_law = []
+        for stress in stresses:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", ModelWarning)  # the command prints them once
+                try:
+                    path = self.interface.confined_slip(0.0, self.slips, -float(stress), PRELOAD)
+                except EquilibriumLost as lost:
+                    last, end = self.slips[[max(lost.row - 1, 0), -1]]
+                    raise ValueError(
+                        f"sigma_n {stress:g}: the law has equilibrium up to the slip {last:.3g} mm, "
+                        f"expected up to {end:.3g} mm"
+                    ) from lost
+            of_law.append((path.tau, path.dilation - path.dilation[0]))
         return of_law
 
     @cached_property
     def numbers(self) -> Floats:
         """Peak, its slip and opening at the end at each stress: those of Barton and of the law, (2, n, 3)."""
-        return np.array([_barton(self.joint, self.stresses, self.slips), self.numbers_of_law])
-
-    @property
-    def numbers_of_law(self) -> Floats:
-        """The same of the law alone, (n, 3)."""
-        return _numbers(self.slips, self.curves(self.stresses))
+        joint, end = self.joint, self.slips[-1:]
+        barton = [(joint.peak_strength(p), joint.peak_slip, joint.dilation(end, p)[0]) for p in self.stresses]
+        law = [(*peak(self.slips, tau), s_N[-1]) for tau, s_N in self.curves(self.stresses)]
+        return np.array([barton, law])
 
     @property
     def parted(self) -> Floats:
@@ -93,27 +98,6 @@ def peak(slips: Floats, tau: Floats) -> tuple[float, float]:
     if not a < 0.0:
         return float(tau.max()), float(slips[np.argmax(tau)])
     return float(tau.max()), float(np.clip(slips[i] - 0.5 * b / a, slips[i - 1], slips[i + 1]))
-
-
-def _barton(joint: Joint, stresses: Floats, slips: Floats) -> Floats:
-    """Peak, its slip and opening at the end of a joint of Barton at each stress, (n, 3)."""
-    opening = [joint.dilation(slips[-1:], p)[0] for p in stresses]
-    return np.array(
-        [(joint.peak_strength(p), joint.peak_slip, s_N) for p, s_N in zip(stresses, opening, strict=True)]
-    )
-
-
-def _numbers(slips: Floats, curves: Sequence[tuple[Floats, Floats]]) -> Floats:
-    """Peak, its slip and opening at the end of each curve, (n, 3)."""
-    return np.array([(*peak(slips, tau), s_N[-1]) for tau, s_N in curves])
-
-
-def _tests(stresses: Floats, slips: Floats) -> list[ShearTest]:
-    """Tests with these slips, of which nothing was measured, under each normal stress."""
-    from ..fit.shear_test import ShearTest
-
-    rows = slips[1:]
-    return [ShearTest(f"sigma_n {stress:g}", rows, rows, None, -float(stress)) for stress in stresses]
 
 
 def curves(joint: Joint, sigma_n: float) -> ShearTest:
@@ -158,15 +142,13 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
         interface = Interface(material, Pattern.regular(2, theta, flat=0.0))
         return Envelope(joint, interface, stresses, slips, values)
 
-    barton = _barton(joint, stresses, slips)
-
     def residuals(x: Floats) -> Floats:
         # a trial without equilibrium, or whose joint has closed at the end, is far off, and no error
         try:
-            numbers = law(x).numbers_of_law
+            barton, of_law = law(x).numbers
+            misfit = np.log(np.maximum(of_law / barton, LEAST))
         except (ValueError, ArithmeticError):
-            numbers = LEAST * barton
-        misfit = np.log(np.maximum(numbers / barton, LEAST))
+            misfit = np.full((STRESSES, 3), np.log(LEAST))
         return np.append(misfit[:, 0], misfit[middle, 1:])
 
     slope, pressure = np.tan(np.radians(min(joint.roughness_angle(low), 45.0))), float(stresses[middle])
@@ -178,7 +160,7 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
     if not solution.success:
         raise ValueError("the least squares ended before they converged: expected other normal stresses")
     found = law(solution.x)
-    found.numbers_of_law  # noqa: B018  # raises where the law has no equilibrium
+    found.numbers  # noqa: B018  # raises where the law has no equilibrium
     return found
 
 
