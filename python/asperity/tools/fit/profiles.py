@@ -15,11 +15,10 @@ from .rigid import CONTRACTING, SHAPES, SLOPES, SOFTENINGS, WITHOUT
 from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, solve
 
-STARTS, SHAPE_OF_LAW, SPRING = "other starts", "shape of the law", "a spring that gives way"
-AT_ONCE, UNCRUSHED = "friction from the first slip on", "the slope that the tests show"
-"""Names of starts of slip and dilation that fit best, of the law beside another shape, of a bond behind a
-spring where the rows show none, of a bond beside which friction does not wait for the damage, and of a slope
-that the pressure does not crush.
+STARTS, SHAPE_OF_LAW, AT_ONCE = "other starts", "shape of the law", "friction at once behind a spring"
+UNCRUSHED = "the slope that the tests show"
+"""Names of starts of slip and dilation that fit best, of the law beside another shape, of a bond in closed
+form, whose friction does not wait for the damage, and of a slope that the pressure does not crush.
 """
 
 
@@ -115,9 +114,8 @@ def assumed(
         return
     form, made = forms[0], []
     if alone:
-        name = SPRING if law.problem.is_closed_form else AT_ONCE
-        rubs = "mu" in law.model.free or law.values.get("mu", 0.0) > 0.0
-        made = [(form, name)] if bond and form is not law and (rubs or name == SPRING) else []
+        differs = law.problem.is_closed_form or "mu" in law.model.free or law.values.get("mu", 0.0) > 0.0
+        made = [(form, AT_ONCE)] if bond and form is not law and differs else []
         made += [] if bond else [(with_starts(form), STARTS)]
     for solution in forms[1:]:
         name = solution.model.shape
@@ -130,8 +128,8 @@ def assumed(
     for (solution, name), value in zip(made, values[1:], strict=True):
         # a shape that explains the tests better than the law excludes others, too
         allowed, shape = value < min(values) + GAIN, solution.model.shape
-        # beside a spring that few rows show, the width is that of the fit with a rigid one
-        halves = halves_of(solution) if allowed and name != SPRING else {}
+        # the closed form of a bond moves the constants, and has their width
+        halves = halves_of(solution) if allowed and name != AT_ONCE else {}
         if allowed and shape:
             if shape not in apart:
                 whole = next(other for other in forms if other.model.shape == shape)

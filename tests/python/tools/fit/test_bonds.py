@@ -269,7 +269,7 @@ def test_shape_of_a_bond_that_is_free() -> None:
     tests = curves_of_law({"kT": 60.0, "sigma0": 0.6, "Gc": 0.3, "mu": 0.65}, (0.0, 0.3, 0.8), 0.01)
     result = fit(tests, free=("sigma0", "Gc", "mu", "eta"))
     names = [assumption.name for assumption in result.assumptions]
-    assert "friction from the first slip on" in names
+    assert "friction at once behind a spring" in names
     for name, true in (("sigma0", 0.6), ("Gc", 0.3), ("mu", 0.65)):
         assert result.estimates[name].low <= true <= result.estimates[name].high, name
 

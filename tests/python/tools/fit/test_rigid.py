@@ -30,26 +30,26 @@ def test_profiles(name: str) -> None:
     left, z = SHAPES[name].profile(u, slope, height)
     steps = 0.5 * (left[1:] + left[:-1]) * np.diff(u)
     # the trapezoidal rule, and a hyperbola that has not ended
-    assert slope * np.cumsum(steps) == pytest.approx(z[1:], abs=1e-6)
+    assert np.abs(slope * np.cumsum(steps) - z[1:]).max() < 1e-6
     assert left.max() == pytest.approx(1.0, abs=1e-6) and z[-1] == pytest.approx(height, rel=0.02)
 
 
 @pytest.mark.slow
 def test_share_of_crushed_asperities() -> None:
     """Shares are those of bisections, also of asperities so steep that a side locks."""
-    rng, tolerance = np.random.default_rng(3), 1e-6
-    for _ in range(3000):
-        mu, slope = rng.uniform(0.1, 1.5), float(np.tan(np.radians(rng.uniform(5.0, 75.0))))
-        crush, p = 10.0 ** rng.uniform(-2.0, 2.0), 10.0 ** rng.uniform(-2.0, 1.0, 8)
-        low, high = np.zeros(8), np.ones(8)
-        for _ in range(60):
-            t = 0.5 * (low + high) * slope
-            x = 2.0 * p / crush * np.sqrt(1.0 + t**2) / np.maximum(1.0 - mu * t, FREE)
-            x = np.maximum(x * np.maximum(1.0 - mu * (slope - t), 0.0), LEAST)
-            above = t / slope > np.log1p(x) / x
-            low, high = np.where(above, low, t / slope), np.where(above, t / slope, high)
-        share = crushed(lambda _, p=p: p, mu, slope, crush, 8)
-        np.testing.assert_allclose(share, high, rtol=tolerance)
+    rng, tolerance, draws = np.random.default_rng(3), 1e-6, (3000, 1)
+    mu, slope = rng.uniform(0.1, 1.5, draws), np.tan(np.radians(rng.uniform(5.0, 75.0, draws)))
+    crush, p = 10.0 ** rng.uniform(-2.0, 2.0, draws), 10.0 ** rng.uniform(-2.0, 1.0, (3000, 8))
+    low, high = np.zeros_like(p), np.ones_like(p)
+    for _ in range(60):
+        t = 0.5 * (low + high) * slope
+        x = 2.0 * p / crush * np.sqrt(1.0 + t**2) / np.maximum(1.0 - mu * t, FREE)
+        x = np.maximum(x * np.maximum(1.0 - mu * (slope - t), 0.0), LEAST)
+        above = t / slope > np.log1p(x) / x
+        low, high = np.where(above, low, t / slope), np.where(above, t / slope, high)
+    joints = zip(p, *(column.ravel().tolist() for column in (mu, slope, crush)), strict=True)
+    shares = [crushed(lambda _, p=p: p, mu, slope, crush, 8) for p, mu, slope, crush in joints]
+    np.testing.assert_allclose(shares, high, rtol=tolerance)
 
 
 def pulled(shape: str, seed: int, strength: float = 8.0, end: float = 1.2) -> float:
