@@ -54,7 +54,11 @@ def test_new_host(new_host: Path, capsys: pytest.CaptureFixture[str]) -> None:
         ("title = 'x'\n[card]\nonly = {h = 1}\nlist = true\n", r"newcode.host\.toml: .*list"),
         ("title = \n", r"newcode.host\.toml: Invalid value"),
         ("title = 'x'\n[mesh]\nlayer = true\n", r"newcode.host\.toml: .*ending"),
-        ("title = 'x'\ncard = []\n", r"newcode.host\.toml: .*list"),
+        ("title = 'x'\ncard = []\n", r"newcode.host\.toml: card = \[\]: expected a table"),
+        ("title = nan\n", r"host\.toml: title = nan: expected a text"),
+        ("title = 'x'\nprograms = [1]\n", r"host\.toml: programs = \[1\]: expected a list of texts"),
+        ("title = 'x'\n[card.only]\nh = inf\n", r"only = \{'h': inf\}: expected a table of finite numbers"),
+        ("title = 'x'\n[mesh]\nending = '.x'\nlayer = 1\n", r"layer = 1: expected true or false"),
         (f"title = {'[' * 20000}\n", r"newcode.host\.toml: .*recursion"),
     ],
 )

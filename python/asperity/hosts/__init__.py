@@ -6,10 +6,11 @@ The folders lie in harness/hosts and are installed beside this file.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
 from functools import cache
 from importlib import import_module
+from math import inf
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -117,9 +118,9 @@ def read(path: Path) -> Host:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
         for name, kind in (("card", Card), ("kit", Kit), ("mesh", Mesh)):
             if name in tables:
-                tables[name] = kind(**_frozen(tables[name]))
-        return Host(**_frozen(tables))
-    except (AttributeError, TypeError, ValueError, RecursionError) as error:
+                tables[name] = kind(**_checked(name, tables[name], kind))
+        return Host(**_checked("", tables, Host))
+    except (TypeError, ValueError, RecursionError) as error:
         raise ValueError(f"{path}: {error}") from None
 
 
@@ -130,5 +131,37 @@ def part(name: str, what: str) -> ModuleType | None:
     return import_module(f"{__package__}.{name}.{what}")
 
 
-def _frozen(table: dict[str, Any]) -> dict[str, Any]:
-    return {name: tuple(value) if isinstance(value, list) else value for name, value in table.items()}
+def _number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < inf
+
+
+def _numbers(value: object) -> bool:
+    return isinstance(value, list) and all(map(_number, value))
+
+
+_KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    "bool": ("true or false", lambda value: isinstance(value, bool)),
+    "str": ("a text", lambda value: isinstance(value, str)),
+    "tuple[str, ...]": (
+        "a list of texts",
+        lambda value: isinstance(value, list) and all(isinstance(word, str) for word in value),
+    ),
+    "Mapping[str, float | list[float]]": (
+        "a table of finite numbers, or lists of them",
+        lambda value: isinstance(value, dict) and all(_number(n) or _numbers(n) for n in value.values()),
+    ),
+    "Mapping[str, Any]": ("a table", lambda value: isinstance(value, dict)),
+}
+"""What a value of each annotation has to be."""
+
+
+def _checked(table: str, values: Any, kind: type) -> dict[str, Any]:
+    """Values of a table, lists as tuples; raises ValueError that names one of a wrong type."""
+    if not isinstance(values, dict):
+        raise ValueError(f"{table} = {values!r}: expected a table")
+    for part in fields(kind):
+        if part.name in values and str(part.type) in _KINDS:
+            expected, holds = _KINDS[str(part.type)]
+            if not holds(values[part.name]):
+                raise ValueError(f"{part.name} = {values[part.name]!r}: expected {expected}")
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}

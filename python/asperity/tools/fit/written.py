@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,12 @@ DIGITS = 1.0e-4
 
 ASYMMETRY = 1.0e-9
 """Largest difference of two opposite elements, over the largest element, that counts as a rounding error."""
+
+GRADES = ("good", "fair", "poor")
+"""Grades of a fit."""
+
+LARGEST = 1.0e30
+"""Largest number in the file of a fit."""
 
 BEYOND = 1.01
 """Ratio of a pressure or slip to those of the tests of a fit above which it lies beyond them."""
@@ -112,60 +118,76 @@ def read(path: Path) -> Written:
     """Content of the file of a fit; raises ValueError where it is not one of `asperity fit`."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        length, stress = _words(content["units"])
-        low, high, slip = _numbers([*content["pressures"], content["slip"]])
-        error, of_dilation = _numbers(content["model error of tau and s_N"])
-        names = _words(content["parameters"])
-        rows = [_numbers(row) for row in content["covariance on the scales"]]
-        fit = Written(
-            (length, stress),
-            names,
-            _numbers(content["values"]),
-            "; no result: ".join(_words([content["grade"], *_words(content["no result"])[:1]])),
-            (low, high),
-            slip,
-            np.array(rows) if rows else np.zeros((0, 0)),
-            (error, of_dilation),
-            _words(content["not determined"]),
+        if not isinstance(content, dict):
+            raise ValueError(f"{contract.shown(content)}: expected an object")
+        names, count = _words(content, "parameters"), len(content["parameters"])
+        values, p = _numbers(content, "values", (count,)), _numbers(content, "pressures", (2,), 0.0)
+        covariance, error = (
+            _numbers(content, "covariance on the scales", (count, count)),
+            _numbers(content, "model error of tau and s_N", (2,), 0.0),
         )
-        if _words(content["scales"]) != tuple(SCALES.get(name, "log") for name in names):
-            raise ValueError("the scales of its constants")
-        if len(set(names)) < len(names) or not set(names) <= {*SCALES, "kn"} - {KT}:
-            raise ValueError("constants of a joint, each once")
-        with np.errstate(invalid="ignore"):
-            sound = np.isfinite([*fit.values, low, high, slip]).all() and not np.isnan(fit.mean).any()
-        matrix = fit.covariance
-        sound = sound and matrix.shape == (len(names), len(names))
-        # the intervals of a fit end at plausible values, so that none is without bound
-        for key, numbers in (("covariance on the scales", matrix), ("model error of tau and s_N", fit.error)):
-            for number in np.ravel(numbers).tolist():
-                if not np.isfinite(number):
-                    raise ValueError(f"{key} has {number:g}: expected finite numbers")
-        least = ASYMMETRY * np.abs(matrix).max(initial=0.0)
-        sound = sound and np.allclose(matrix, matrix.T, rtol=0.0, atol=least)
-        if not sound or np.any(np.diag(matrix) < 0.0) or min(fit.error) < 0.0:
-            raise ValueError(
-                "finite values, pressures and slip, a symmetric covariance, no negative variance or error"
-            )
-    except (OSError, KeyError, TypeError, ValueError, OverflowError, RecursionError) as problem:
+        slip = float(_numbers(content, "slip", (), 0.0))
+        units, grade, reasons = _words(content, "units"), content["grade"], _words(content, "no result")
+        loose, scales = _words(content, "not determined"), _words(content, "scales")
+        with np.errstate(divide="ignore", invalid="ignore"):
+            places = [float(to_scale(name, value)) for name, value in zip(names, values, strict=True)]
+        least = ASYMMETRY * np.abs(covariance).max(initial=0.0)
+        expected: list[tuple[str, bool, str]] = [
+            (
+                "parameters",
+                len(set(names)) == count and set(names) <= {*SCALES, "kn"} - {KT},
+                "constants of a joint, each once",
+            ),
+            ("scales", scales == tuple(SCALES.get(name, "log") for name in names), "those of the parameters"),
+            ("units", len(units) == 2, "two words"),
+            ("values", not np.isnan(places).any(), "a value on the scale of each parameter"),
+            ("pressures", p[0] <= p[1], "the smallest and the largest one"),
+            ("grade", grade in GRADES, f"one of {', '.join(GRADES)}"),
+            (
+                "covariance on the scales",
+                bool(
+                    np.allclose(covariance, covariance.T, rtol=0.0, atol=least)
+                    and np.all(np.diag(covariance) >= 0.0)
+                ),
+                "a symmetric matrix without a negative variance",
+            ),
+        ]
+        for key, holds, text in expected:
+            if not holds:
+                raise ValueError(f"{key} = {contract.shown(content[key])}: expected {text}")
+    except (OSError, KeyError, TypeError, ValueError, RecursionError) as problem:
         text = "expected a file that this version of asperity fit -o has written"
         raise ValueError(f"{path}: {text} ({problem})") from None
-    return fit
+    said = "; no result: ".join([grade, *reasons[:1]])
+    ends, errors = (float(p[0]), float(p[1])), (float(error[0]), float(error[1]))
+    return Written(
+        (units[0], units[1]), names, tuple(values.tolist()), said, ends, slip, covariance, errors, loose
+    )
 
 
-def _numbers(values: Iterable[Any]) -> tuple[float, ...]:
-    """Numbers of a list; raises TypeError for what is none."""
-    listed = tuple(values)
-    for value in listed:
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise TypeError(f"{value!r}: expected a number")
-    return tuple(map(float, listed))
+def _numbers(content: dict[str, Any], key: str, shape: tuple[int, ...], least: float = -LARGEST) -> Floats:
+    """Numbers of this shape; raises ValueError with the name and the value of what is none."""
+    listed = [content[key]]
+    for size in shape:
+        for value in listed:
+            if not isinstance(value, list) or len(value) != size:
+                raise ValueError(f"{key} = {contract.shown(value)}: expected a list of {size}")
+        listed = [number for value in listed for number in value]
+    for number in listed:
+        sound = isinstance(number, int | float) and not isinstance(number, bool)
+        if not sound or not least <= number <= LARGEST:
+            raise ValueError(f"{key} = {contract.shown(number)}: expected a number, {least:g} to {LARGEST:g}")
+    return np.array(listed, dtype=float).reshape(shape)
 
 
-def _words(values: Iterable[Any]) -> tuple[str, ...]:
-    """Words of a list; raises TypeError for what is none."""
-    if isinstance(values, str) or not all(isinstance(value, str) for value in values):
-        raise TypeError(f"{values!r}: expected a list of words")
+def _words(content: dict[str, Any], key: str) -> tuple[str, ...]:
+    """Words of a list; raises ValueError with the name and the value of what is none."""
+    values = content[key]
+    if not isinstance(values, list):
+        raise ValueError(f"{key} = {contract.shown(values)}: expected a list of words")
+    for value in values:
+        if not isinstance(value, str):
+            raise ValueError(f"{key} = {contract.shown(value)}: expected a word")
     return tuple(values)
 
 

@@ -119,6 +119,41 @@ def test_model_error_of_strengths(said: Callable) -> None:
     )
 
 
+def test_nonsense_in_the_file_of_a_fit(said: Callable) -> None:
+    """Numbers that no fit writes, wrong types and lengths are refused with their name and value."""
+    Path("peaks.csv").write_text(PEAKS)
+    said("fit peaks.csv -o joint.nml")
+    written, path = Path("joint.fit.json").read_text(), Path("joint.fit.json")
+    for key, place, raw, told in (
+        ("pressures", 0, "-1.0", "pressures = -1.0: expected a number, 0 to 1e+30"),
+        ("pressures", 1, "1e308", "pressures = 1e+308: expected"),
+        ("pressures", 1, "0", "pressures = [1.0, 0]: expected the smallest and the largest one"),
+        ("slip", None, "-2", "slip = -2: expected"),
+        ("values", 0, "Infinity", "values = inf: expected"),
+        ("values", 0, "1" + 400 * "0", "values = 1000"),
+        ("values", 0, "true", "values = True: expected"),
+        ("values", None, "[]", "values = []: expected a list of"),
+        ("units", None, "7", "units = 7: expected a list of words"),
+        ("grade", None, '"perfect"', "grade = 'perfect': expected one of good, fair, poor"),
+        ("covariance on the scales", 0, "[NaN]", "covariance on the scales = [nan]: expected a list of"),
+        ("covariance on the scales", None, "{}", "covariance on the scales = {}: expected a list of"),
+        ("model error of tau and s_N", 0, "NaN", "model error of tau and s_N = nan: expected"),
+    ):
+        content = json.loads(written)
+        if place is None:
+            content[key] = "PLACE"
+        else:
+            content[key][place] = "PLACE"
+        path.write_text(json.dumps(content).replace('"PLACE"', raw))
+        _, message = said("predict joint.nml peaks.csv", 1)
+        assert (
+            f"joint.fit.json: expected a file that this version of asperity fit -o has written ({told}"
+            in message
+        )
+    path.write_text("null")
+    assert "(None: expected an object)" in said("predict joint.nml peaks.csv", 1)[1]
+
+
 def test_constants_that_are_not_determined(said: Callable) -> None:
     """A result whose slope is not determined says so wherever its value stands."""
     strengths = (
