@@ -353,25 +353,26 @@ contains
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations, at `done` -> at the new `done`
     logical, intent(out) :: holds                       !! whether there is such a curve
-    type(equations_type) :: at_jump, before
+    type(equations_type) :: at_jump, next
     type(jump_type) :: jump, last
-    holds = .false.
-    call find_jump(law, equations, equations%old, equations%displaced*law%s_0, jump)
-    if (jump%component == 0) return
-    before = equations
-    at_jump = held(equations, jump)
-    call follow(law, at_jump)
-    equations%report = at_jump%report
-    if (.not. at_jump%done > equations%done) return
-    call check_balance(law, equations, at_jump%done, at_jump%old, holds)
-    if (.not. holds) return
-    equations%old = at_jump%old
-    equations%done = at_jump%done
-    call find_jump(law, equations, equations%old, equations%displaced*law%s_0, last)
-    holds = last%component == jump%component
-    if (holds) return
-    before%report = equations%report
-    equations = before
+    next = equations
+    call find_jump(law, next, next%old, next%displaced*law%s_0, jump)
+    holds = jump%component > 0
+    if (holds) then
+      at_jump = held(next, jump)
+      call follow(law, at_jump)
+      next%report = at_jump%report
+      holds = at_jump%done > next%done
+    end if
+    if (holds) call check_balance(law, next, at_jump%done, at_jump%old, holds)
+    if (holds) then
+      next%old = at_jump%old
+      next%done = at_jump%done
+      call find_jump(law, next, next%old, next%displaced*law%s_0, last)
+      holds = last%component == jump%component
+    end if
+    if (holds) equations = next
+    equations%report = next%report
   end subroutine follow_at_jump
 
   !> Check whether a point carries all prescribed tractions.
