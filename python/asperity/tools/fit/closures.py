@@ -15,7 +15,7 @@ from ...pattern import Pattern
 from ...steps import Step
 from .checks import refuse_copies
 from .closure_test import ClosureTest
-from .intervals import CONFIDENCE, Estimate, delete_one
+from .intervals import Estimate, delete_one, quantiles
 from .ladder import GAIN, LEAST_DATA
 from .verdict import FACTOR, GOOD, ROWS_OF_ONE, Comparison, grade_of
 
@@ -175,8 +175,6 @@ def _independent(residuals: Floats, tests: Sequence[ClosureTest]) -> float:
 
 def _judged(tests: Sequence[ClosureTest], free: tuple[str, ...], x: Floats, residuals: Floats) -> ClosureFit:
     """The fit of one model with intervals, blind predictions and its grade."""
-    from scipy.stats import t as student
-
     step = 1e-5 * np.eye(x.size)
     slopes = np.transpose(
         [(_residuals(x + h, tests, free) - _residuals(x - h, tests, free)) / 2e-5 for h in step]
@@ -187,7 +185,7 @@ def _judged(tests: Sequence[ClosureTest], free: tuple[str, ...], x: Floats, resi
     covariance, wide = np.zeros((x.size, x.size)), -1.0
     for groups in (part, part + PARTS * which, which)[: 3 if len(tests) > MANY else 2]:
         spread, count = delete_one(slopes, residuals, groups)
-        quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, max(1, count - x.size)))
+        quantile = float(quantiles(max(1, count - x.size)))
         if quantile**2 * np.trace(spread) > wide:
             covariance, wide = spread * (quantile / 1.959964) ** 2, quantile**2 * float(np.trace(spread))
     halves = 1.959964 * np.sqrt(np.diag(covariance))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...contract import Floats
 from .model import PLAUSIBLE, SPRINGS, from_scale, plausible, to_scale
@@ -56,6 +57,13 @@ class Assumption:
     of_tests: bool = False
 
 
+def quantiles(freedom: ArrayLike) -> Floats:
+    """Of Student's t with these degrees of freedom, of both ends of an interval."""
+    from scipy.special import stdtrit  # scipy.stats takes longer to import than many a fit
+
+    return np.asarray(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE))
+
+
 @dataclass(frozen=True, eq=False)
 class Spread:
     """Covariance (p, p) of the constants on their scales, and its degrees of freedom.
@@ -75,9 +83,7 @@ class Spread:
     @property
     def quantile(self) -> float:
         """Of Student's t, infinite without a degree of freedom."""
-        from scipy.stats import t as student
-
-        return float(student.ppf(0.5 + 0.5 * CONFIDENCE, self.freedom)) if self.freedom > 0.0 else np.inf
+        return float(quantiles(self.freedom)) if self.freedom > 0.0 else np.inf
 
 
 def spreads(solution: Solution, left_out: Sequence[Solution] = ()) -> list[Spread]:

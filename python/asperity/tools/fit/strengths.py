@@ -10,7 +10,7 @@ import numpy as np
 from ... import contract
 from ...contract import Floats
 from .checks import check_known
-from .intervals import CONFIDENCE, Estimate
+from .intervals import Estimate, quantiles
 from .model import AUTO, MORTAR, ROCK, from_scale, plausible, to_scale
 from .rigid import crushed
 from .squares import least
@@ -362,8 +362,6 @@ class _Data:
 
 def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
     """The fit of one model, its grade, and intervals by misfit or tests left out, the wider."""
-    from scipy.stats import t as student
-
     count = len(data.tests)
     values = data.values(x, free)
     rest = [data.without(i).solve(free, x) for i in range(count)]
@@ -371,7 +369,7 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
     # with one degree of freedom the others meet a curve exactly, whatever their noise is; a misfit has the
     # freedom of all data, of which a test with a residual strength has two
     freedom, data_left = max(1, count - len(free)), max(1, data.errors(x, free).size - len(free))
-    of_tests, of_data = student.ppf(0.5 + 0.5 * CONFIDENCE, [freedom, data_left]).tolist()
+    of_tests, of_data = quantiles([freedom, data_left]).tolist()
     several = of_tests**2 * (count - 1) / count if freedom > 1 else 0.0
     left_out, by_misfit = several * moved.T @ moved, of_data**2 * data.covariance(x, free)
     sizes = np.sqrt(np.maximum(np.diag(left_out), np.diag(by_misfit)))

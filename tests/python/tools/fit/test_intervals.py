@@ -11,7 +11,7 @@ import numpy as np
 import pandas
 import pytest
 from asperity.tools.fit import ShearTest, fit
-from asperity.tools.fit.intervals import Spread
+from asperity.tools.fit.intervals import Spread, quantiles
 
 from harness.studies import fits, other_laws
 
@@ -251,6 +251,11 @@ def test_specimens_whose_shape_is_almost_one() -> None:
         # four specimens that scatter by a fifth, and others by 15 %
         assert result.estimates[name].half > 0.25
     assert spread.covariance[3, 3] < spread.covariance[0, 0]
+
+
+def test_quantiles_are_those_of_tables() -> None:
+    """Student's t at 0.975."""
+    assert quantiles([1.0, 3.0, 10.0]) == pytest.approx([12.706, 3.182, 2.228], abs=5e-4)
 
 
 def test_covariance_that_is_not_finite() -> None:
