@@ -23,7 +23,7 @@ module asperity_law
   use asperity_wear, only: wear_drive, worn_share
   implicit none
   private
-  public :: update_plane
+  public :: growth_over_parts, update_plane
 
 contains
 
@@ -130,6 +130,24 @@ contains
     real(wp) :: start
     start = max(alpha, m%damage0)
   end function start_alpha
+
+  !> Growth of the damage in an increment over that of its parts, each of which takes exponentials. What the parts
+  !> release counts for this share. Without viscosity both are the same.
+  pure function growth_over_parts(m, whole, plane, to, old, parts) result(ratio)
+    type(material_type), intent(in) :: m       !! constants
+    type(growth_type), intent(in) :: whole     !! growth of the damage in the increment
+    type(plane_type), intent(in) :: plane      !! axes
+    type(vector_type), intent(in) :: to        !! separation of the interface at the end, length
+    real(wp), intent(in) :: old, parts         !! damage in the state at the start, and after the parts
+    real(wp) :: ratio
+    type(damage_type) :: ended
+    real(wp) :: alpha, grown
+    alpha = start_alpha(m, old)
+    ended = bond_damage(m, whole, local_separation(plane, to), alpha)
+    grown = parts - alpha
+    ratio = (ended%alpha - alpha)/max(grown, tiny(1.0_wp))
+    ratio = merge(ratio, 1.0_wp, merge(grown, 0.0_wp, whole%weight_new < 1.0_wp) > 0.0_wp)
+  end function growth_over_parts
 
   !> Update of a plane over an increment: the law.
   !>

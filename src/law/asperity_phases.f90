@@ -15,8 +15,8 @@ module asperity_phases
     separation_type, vector_type
   implicit none
   private
-  public :: friction_of_phases, growth_of_part, grown_by_parts, long_increment, lost_of_phases, parts_of, phases_of, &
-    phases_type, rupture_of_phases, touch_in
+  public :: friction_of_phases, growth_of_part, long_increment, lost_of_phases, parts_of, phases_of, phases_type, &
+    rupture_of_phases, touch_in
 
   !> Range of positions on the step, or of r.
   type :: range_type
@@ -89,19 +89,6 @@ contains
     growth%limit = growth%weight_new
     growth%lag = whole%lag/length
   end function growth_of_part
-
-  !> Damage of an increment over that of its parts, for a bond that waits at its separation.
-  pure function grown_by_parts(m, whole, parts) result(ratio)
-    type(material_type), intent(in) :: m       !! constants
-    type(growth_type), intent(in) :: whole     !! growth of the damage in the increment
-    integer, intent(in) :: parts               !! their number
-    real(wp) :: ratio
-    real(wp) :: gone, left
-    ratio = 1.0_wp
-    if (parts == 1) return
-    call exponentials(m%by_points, whole%weight_new/max(whole%weight_old, tiny(1.0_wp)), left, gone)
-    ratio = whole%weight_new/gone
-  end function grown_by_parts
 
   !> Quotient within 0 to 1 of a number by one that is not negative; 0 where both are zero.
   pure function share(a, b) result(x)

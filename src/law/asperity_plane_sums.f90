@@ -6,8 +6,8 @@ module asperity_plane_sums
   use asperity_kernels, only: exact_kernel, kernel_constants, kernel_damped, kernel_facet, kernel_general, &
     kernel_guarded, kernel_of, kernel_straight, kernel_worn
   use asperity_kinds, only: wp
-  use asperity_law, only: update_plane
-  use asperity_phases, only: growth_of_part, grown_by_parts, long_increment, parts_of
+  use asperity_law, only: growth_over_parts, update_plane
+  use asperity_phases, only: growth_of_part, long_increment, parts_of
   use asperity_types, only: after, before, block_type, chunk, chunk_type, growth_type, history_type, i_damage, &
     i_friction, i_rupture, i_stored, i_traction, material_type, part_ends, plane_type, update_type, vector_type
   use asperity_wear, only: crushed_share
@@ -137,7 +137,8 @@ contains
     type(update_type) :: ended
     type(vector_type) :: from, to
     real(wp) :: planes(chunk, n_plane_statev), facets(chunk, n_facet_statev), s(chunk, 3, before:after), crushed(chunk)
-    real(wp) :: begin, grown, weight, x
+    real(wp) :: released(chunk)   !! by the plane in the parts
+    real(wp) :: begin, weight, x
     integer(int64) :: i
     integer :: j, part, parts
     m = kernel_constants(block%material, kernel, .true., .true.)
@@ -153,7 +154,7 @@ contains
     facets(:now%n, :) = now%facets(:now%n, :)
     crushed(:now%n) = 0.0_wp
     parts = parts_of(block%material)
-    grown = grown_by_parts(m, block%growth, parts)
+    released = 0.0_wp
     begin = 0.0_wp
     do part = 1, parts
       x = merge(part_ends(part), 1.0_wp, parts > 1)
@@ -174,10 +175,16 @@ contains
         planes(i, 3) = ended%new%s_dih
         facets(i, 1) = ended%new%omega
         facets(i, 2) = ended%new%wear_work
-        now%accounts(i, 1) = now%accounts(i, 1) + (weight*grown)*ended%spent%rupture
+        released(i) = released(i) + weight*ended%spent%rupture
         now%accounts(i, 2) = now%accounts(i, 2) + weight*ended%spent%friction
       end do
       s(:now%n, :, before) = s(:now%n, :, after)
+    end do
+    !$omp simd
+    do i = 1, now%n
+      to = vector_type(s(i, 1, before), s(i, 2, before), s(i, 3, before))
+      x = merge(growth_over_parts(m, block%growth, plane, to, old(i, 1), planes(i, 1)), 1.0_wp, parts > 1)
+      now%accounts(i, 1) = now%accounts(i, 1) + x*released(i)
     end do
   end subroutine add_accounts
 

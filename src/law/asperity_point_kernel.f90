@@ -9,9 +9,9 @@ module asperity_point_kernel
   use asperity_kernels, only: exact_kernel, kernel_constants, kernel_damped, kernel_facet, kernel_general, &
     kernel_guarded, kernel_of, kernel_straight, kernel_worn
   use asperity_kinds, only: wp
-  use asperity_law, only: update_plane
+  use asperity_law, only: growth_over_parts, update_plane
   use asperity_pattern, only: padded_planes
-  use asperity_phases, only: growth_of_part, grown_by_parts, long_increment, parts_of
+  use asperity_phases, only: growth_of_part, long_increment, parts_of
   use asperity_plane_setup, only: growth_of, plane_of
   use asperity_types, only: dissipation_type, facet_type, growth_type, history_type, local_type, material_type, &
     part_ends, plane_type, profile_type, update_type, vector_type
@@ -221,12 +221,14 @@ contains
     type(planes_type) :: planes
     type(update_type) :: now
     type(vector_type) :: first, last
+    real(wp), dimension(padded_planes) :: released   !! by each plane in the parts
     real(wp) :: begin, crushed, friction, rupture, x
     integer :: i, k, parts
     m = kernel_constants(joint%material, kernel, .false., .true.)
     rupture = 0.0_wp
     friction = 0.0_wp
     crushed = 0.0_wp
+    released = 0.0_wp
     planes = start
     first = from
     parts = parts_of(joint%material)
@@ -239,7 +241,7 @@ contains
       ! the kernel of a linear contact finds them in half the time
       if (m%wears .and. joint%material%bends) call find_crushed(joint, kernel_general, last, planes)
       if (m%wears .and. .not. joint%material%bends) call find_crushed(joint, kernel_worn, last, planes)
-      !$omp simd reduction(+:rupture, friction)
+      !$omp simd reduction(+:friction)
       do k = 1, planes%n
         plane = plane_of(joint%pattern, k)
         state = history_type(planes%alpha(k), planes%s_dit(k), planes%s_dih(k), 0.0_wp, 0.0_wp)
@@ -254,12 +256,18 @@ contains
           planes%omega(k) = now%new%omega
           planes%wear_work(k) = now%new%wear_work
         end if
-        rupture = rupture + (plane%gamma*m%k_t)*now%spent%rupture
+        released(k) = released(k) + (plane%gamma*m%k_t)*now%spent%rupture
         friction = friction + (plane%gamma*m%k_t)*now%spent%friction
       end do
       first = last
     end do
-    accounts = dissipation_type((0.5_wp*grown_by_parts(m, whole, parts))*rupture, 0.5_wp*friction)
+    !$omp simd reduction(+:rupture)
+    do k = 1, planes%n
+      plane = plane_of(joint%pattern, k)
+      x = merge(growth_over_parts(m, whole, plane, to, start%alpha(k), planes%alpha(k)), 1.0_wp, parts > 1)
+      rupture = rupture + x*released(k)
+    end do
+    accounts = dissipation_type(0.5_wp*rupture, 0.5_wp*friction)
   end subroutine add_accounts
 
   !> Sum (3) over the planes: damage, energies, traction and consistent tangent.
