@@ -421,7 +421,10 @@ for E in (3e12, 3e15):
 WRONG = {
     "follow.beyond(0.0)": "most = 0.0: expected above 0",
     "Follow(m, follow.state, follow.conditions, 0.1).beyond(1.0)": "expected a step of a path",
-    "Branch(m, follow.state, follow.before, None, 1.0, Terms(drag=1.0))": "drag or damping: expected none",
+    "Branch(m, follow.state, follow.before, None, 1.0)": "conditions None: expected a function of a number",
+    "Branch(m, follow.state, None, follow.conditions, 1.0)": "state of the type NoneType: expected State",
+    "follow.beyond('far')": "most = far: expected above 0",
+    "Branch(m, follow.state, follow.before, follow.conditions, 1.0, Terms(drag=1.0))": "drag or damping: ",
 }
 """Expressions and what their errors say."""
 

@@ -25,11 +25,11 @@ import numpy as np
 from ..contract import Floats
 from .conditions import Conditions, Held, held
 from .coupling import Followed
-from .equilibrium import Report, Terms, solve
+from .equilibrium import Report, Terms, begun, solve
 from .ledger import Ledger, ledger_after, ledger_of, work_of
 from .model import Model
 from .newton import Task, balance_of, equations_of
-from .ranks import agree, called, doubles, largest, totals
+from .ranks import agree, called, doubles, largest, real, totals
 from .response import LawError, respond
 from .state import State
 from .stopped import Stopped
@@ -69,14 +69,14 @@ class Branch:
         of the separations over the area.  terms: of the equations, without drag; dt is the duration of every
         step.
         """
-        state.check(model)
-        before.check(model)
-        self.model, self.conditions, self.terms = model, conditions, terms or Terms()
+        self.model, self.conditions, self.terms = model, conditions, begun(model, state, terms)
+        begun(model, before, terms)
+        agree("" if callable(conditions) else f"conditions {conditions!r}: expected a function of a number")
         self.state, self.before, self.most = state, before, most
         self.length = self._length(state.s - before.s)
         drag = largest(doubles("drag", self.terms.drag))
         agree(
-            "" if 0.0 < most < np.inf else f"most = {most}: expected above 0",
+            "" if real(most) and most > 0.0 else f"most = {most}: expected above 0",
             "" if self.length > 0.0 else "both states have the same separations: expected a step of a path",
             "" if drag == self.terms.damping == 0.0 else "drag or damping: expected none on a branch",
         )  # fmt: skip

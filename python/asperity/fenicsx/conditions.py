@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..contract import Floats
 from ..mesh.shapes import Integers
 from .model import Model
-from .ranks import agree, doubles
+from .ranks import agree, doubles, expect
 from .water import Flow, Pressure
 
 __all__ = ["Conditions", "Flow", "Held", "Pressure", "held"]
@@ -54,13 +54,15 @@ def _wrong(name: str, values: Floats, shape: tuple[int, ...], alone: str = "one"
 def held(model: Model, conditions: Conditions) -> Held:
     """Check conditions; raises ValueError that names what is wrong."""
     size = model.n * model.d
-    kind = type(conditions).__name__
-    agree("" if isinstance(conditions, Conditions) else f"conditions of the type {kind}: expected Conditions")
+    expect(Conditions, conditions=conditions)
+    expect(Mapping, pressures=conditions.pressures)
+    expect(Sequence, flows=conditions.flows)
+    expect(Flow, **{f"flows[{k}]": flow for k, flow in enumerate(conditions.flows)})
     indices = np.asarray(conditions.fixed)
     kind = (
         ""
-        if not len(indices) or indices.dtype.kind in "iu"
-        else f"fixed of the type {indices.dtype}: expected indices"
+        if indices.ndim == 1 and (not len(indices) or indices.dtype.kind in "iu")
+        else f"fixed of the type {indices.dtype} and the shape {indices.shape}: expected a row of indices"
     )
     agree(kind)
     indices = indices.astype(np.int64)

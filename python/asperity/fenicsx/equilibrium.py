@@ -23,7 +23,7 @@ from .measures import Measures, measure
 from .model import Model
 from .newton import SOFT, Task, equations_of, newton, share, words_of
 from .passes import PASSES, Passed, by_passes
-from .ranks import agree, doubles, largest, total, whole
+from .ranks import agree, doubles, expect, largest, real, total, whole
 from .response import Clock, LawError
 from .state import State
 from .water import WATER, Water, WaterError
@@ -129,16 +129,18 @@ class Report:
 def _check(model: Model, terms: Terms) -> tuple[Floats, Floats]:
     """Drag and guess by component; raises ValueError that names what is wrong."""
     size = model.n * model.d
+    expect(str, options=terms.options)
     words_of(terms.options)
     drag, ahead = doubles("drag", terms.drag), doubles("ahead", terms.ahead)
+    tolerance = terms.tolerance
     checks = {
-        f"dt = {terms.dt}: expected above 0": 0.0 < terms.dt < np.inf,
-        f"damping = {terms.damping}: expected at least 0": 0.0 <= terms.damping < np.inf,
-        f"tolerance = {terms.tolerance}: expected between 0 and 1": 0.0 < terms.tolerance < 1.0,
+        f"dt = {terms.dt}: expected above 0": real(terms.dt) and terms.dt > 0.0,
+        f"damping = {terms.damping}: expected at least 0": real(terms.damping) and terms.damping >= 0.0,
+        f"tolerance = {tolerance}: expected between 0 and 1": real(tolerance) and 0.0 < tolerance < 1.0,
         f"passes = {terms.passes}: expected a whole number of at least 0": whole(terms.passes, 0),
         f"iterations = {terms.iterations}: expected a whole number of at least 1": whole(terms.iterations, 1),
         f"search = {terms.search!r}: expected one of {', '.join(SEARCHES)}": terms.search in SEARCHES,
-        f"at = {terms.at}: expected a finite number": terms.at is None or bool(np.isfinite(terms.at)),
+        f"at = {terms.at}: expected a finite number": terms.at is None or real(terms.at),
     }
     for name, values in (("drag", drag), ("ahead", ahead)):
         checks[f"{name} of the shape {values.shape}: expected one or {(size,)}"] = values.shape in (
@@ -157,15 +159,24 @@ def _check(model: Model, terms: Terms) -> tuple[Floats, Floats]:
     return np.broadcast_to(drag, size), np.broadcast_to(ahead, size)
 
 
+def begun(model: Model, state: State, terms: Terms | None) -> Terms:
+    """Terms, or those without drag; raises ValueError on all ranks unless the state is of the model."""
+    terms = Terms() if terms is None else terms
+    expect(Model, model=model)
+    expect(State, state=state)
+    expect(Terms, terms=terms)
+    state.check(model)
+    return terms
+
+
 def solve(model: Model, state: State, conditions: Conditions, terms: Terms | None = None) -> Report:
     """Find the equilibrium that follows a state under conditions; model and state stay as they are.
 
     A pressure of openings that is negative there, or that its function refuses, is a reason of the report.
     Raises ValueError on all ranks for wrong input, by its name.
     """
-    terms = terms or Terms()
+    terms = begun(model, state, terms)
     drag, ahead = _check(model, terms)
-    state.check(model)
     prescribed, clock = held(model, conditions), Clock()
     if not total(len(prescribed.fixed)) and not total(drag.sum()):
         raise ValueError("nothing is fixed and there is no drag: expected components that hold the model")
@@ -255,4 +266,4 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
     )
 
 
-__all__ = ["PASSES", "Report", "Terms", "solve"]
+__all__ = ["PASSES", "Report", "Terms", "begun", "solve"]

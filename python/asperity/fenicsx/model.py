@@ -21,7 +21,7 @@ from ..mesh import Jointed
 from ..mesh.shapes import Integers
 from .bodies import Bodies
 from .distribution import BASIX, NAMES, Group, distributed, partition
-from .ranks import COMM, agree, doubles, largest
+from .ranks import COMM, agree, doubles, largest, real, whole
 
 INT, ADD = PETSc.IntType, PETSc.InsertMode.ADD_VALUES
 
@@ -38,11 +38,11 @@ def _check_elastic(
     if unknown := [name for name in E if name not in names]:
         raise ValueError(f"E of {unknown[0]}: no such block: expected one of {', '.join(names)}")
     for name, value in E.items():
-        if not 0.0 < value < np.inf:
+        if not real(value) or value <= 0.0:
             raise ValueError(f"E of {name} = {value}: expected above 0")
-    if not -1.0 < nu < 0.5:
+    if not real(nu) or not -1.0 < nu < 0.5:
         raise ValueError(f"nu = {nu}: expected -1 < nu < 0.5")
-    if not 0.0 < thickness < np.inf:
+    if not real(thickness) or thickness <= 0.0:
         raise ValueError(f"thickness = {thickness}: expected above 0")
     if plane not in ("stress", "strain"):
         raise ValueError(f"plane = {plane!r}: expected 'stress' or 'strain'")
@@ -163,8 +163,11 @@ class Model:
     def dofs(self, nodes: Integers, *components: int) -> Integers:
         """Components of owned nodes, as indices or a mask of them."""
         nodes = np.asarray(nodes)
-        if bad := [component for component in components if component not in range(self.d)]:
+        if bad := [k for k in components if not whole(k, 0) or k >= self.d]:
             raise ValueError(f"component {bad[0]}: expected 0 to {self.d - 1} in {self.d}D")
+        if nodes.ndim != 1 or (len(nodes) and nodes.dtype.kind not in "biu"):
+            text = f"nodes of the type {nodes.dtype} and the shape {nodes.shape}"
+            raise ValueError(f"{text}: expected a row of indices, or a mask")
         if nodes.dtype == bool:
             if nodes.shape != (self.n,):
                 raise ValueError(f"a mask of the shape {nodes.shape}: expected one for {self.n} nodes")

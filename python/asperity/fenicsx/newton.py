@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import itertools
 import weakref
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -266,13 +267,14 @@ class Solver:
         database.setValue("options_left", 0)
         prefix = f"asperity_{next(NUMBERS)}_"
         settings = words_of(DIRECT) | (words_of(MULTIGRID) if multigrid else {}) | chosen
-        self.names = [prefix + name for name in settings]
+        self.names, self.chosen, self.unread = [prefix + name for name in settings], options, [*chosen]
+        self.ksp = ksp = PETSc.KSP().create(COMM)
+        self.stale: PETSc.KSP | None = None
         for name, value in zip(self.names, settings.values(), strict=True):
             database.setValue(name, value)
-        self.ksp = ksp = PETSc.KSP().create(COMM)
         ksp.setOptionsPrefix(prefix)
         ksp.setOperators(A)
-        ksp.setFromOptions()
+        self._run(ksp.setFromOptions)
         pc = ksp.getPC()
         self.direct = pc.getType() == PETSc.PC.Type.LU
         if symmetric and self.direct:
@@ -282,7 +284,6 @@ class Solver:
         if symmetric and multigrid and "ksp_type" not in chosen:
             ksp.setType(PETSc.KSP.Type.CG)
             ksp.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
-        self.stale: PETSc.KSP | None = None
         if d == 3 and self.direct and ksp.getType() == PETSc.KSP.Type.PREONLY:
             self.stale = PETSc.KSP().create(COMM)
             self.stale.setPC(pc)
@@ -307,10 +308,32 @@ class Solver:
             if self.stale.getConvergedReason() > 0:
                 return spent, 0, True
         self.worn = False
-        self.ksp.solve(b, y)
+        self._run(self.ksp.solve, b, y)
+        self._read()
         good = self.ksp.getConvergedReason() > 0
         self.factored = self.factored or (self.direct and good)
         return spent + self.ksp.getIterationNumber(), 1, good
+
+    def _run(self, call: Callable[..., object], *words: object) -> None:
+        """Call PETSc; where it refuses the options of a caller raise ValueError, and leave nothing behind."""
+        try:
+            call(*words)
+        except PETSc.Error as error:
+            self.destroy()
+            if not self.chosen:
+                raise
+            reason = str(error).splitlines()[-1].removeprefix(f"[{COMM.rank}] ")
+            text = f"options {self.chosen!r}: PETSc ends with {reason!r}"
+            raise ValueError(f"{text}: expected types and numbers that it has") from None
+
+    def _read(self) -> None:
+        """Refuse options that nothing has read once the equations are solved."""
+        options, prefix = PETSc.Options(), self.ksp.getOptionsPrefix()
+        unread = [name for name in self.unread if not options.used(prefix + name)]
+        self.unread = []
+        if unread:
+            self.destroy()
+            raise ValueError(f"-{unread[0]}: expected an option that these solvers of PETSc read")
 
     def destroy(self) -> None:
         """Release the factors and the options."""

@@ -12,8 +12,8 @@
         passes under loads that change: Newton's method ends them, or there is no state
         errors of the passes too large: keep the old state; the step is repeated with less of its length,
                   unless it is the shortest one and no loads change
-        energies do not balance and no loads change: keep the old state; the step is repeated in halves, down
-                  to a share of the largest one and to the least
+        energies of the step and of the path do not balance, and no loads change: keep the old state; the step
+                  is repeated in halves, down to a share of the largest one and to the least
         else: take the new state; the step grows; passes that were calm for a while end
 
 A `Follow` holds two states, the last and the one before, and the numbers of these rules.  What fails leaves
@@ -34,11 +34,11 @@ from ..contract import Floats
 from ..mesh.shapes import place
 from .branch import Branch
 from .conditions import Conditions, held
-from .equilibrium import Report, Terms, solve
+from .equilibrium import Report, Terms, begun, solve
 from .ledger import Ledger, ledger_after, ledger_of, work_of
 from .model import Model
 from .passes import PASSES
-from .ranks import agree, called, total, totals, whole
+from .ranks import agree, called, real, total, totals, whole
 from .state import State, read, write
 from .stopped import Stopped
 from .water import WATER, Water
@@ -52,12 +52,15 @@ CUT = 0.5, 0.25
 ERRORS = 0.1, 0.01
 """Errors of a step by passes, of a damage and of forces, beyond which a shorter one replaces it."""
 
-MISSING, FINEST = 3e-4, 0.03125
-"""Energy that a step may miss or gain, over the strain energy and the work since the start.
+MISSING, FINEST = 3e-3, 0.03125
+"""Energy that a step may miss, over its work, and all steps so far, over the strain energy and their work.
 
-The work of a step is a trapezoid, which is wrong where a crack runs: such a step is taken again in halves,
-down to a share of the largest one.
+The work of a step is a trapezoid, which is wrong where a crack runs: a step that misses more, so that all of
+them do, is taken again in halves, down to a share of the largest one.
 """
+
+SAME = 1.0 + 1e-6
+"""Quotient of lengths of steps that are the same but for rounding."""
 
 LIMIT = 0.05
 """Error of forces of a shortest step beyond which the path ends; no step is short enough for a snap."""
@@ -124,17 +127,16 @@ class Follow:
         those of the steps.
         """
         most = step if most is None else most
-        if not 0.0 < least <= step <= most < np.inf:
-            raise ValueError(
-                f"step = {step}, most = {most}, least = {least}: expected 0 < least <= step <= most"
-            )
-        if not whole(passes, 0) or not 0.0 < limit < 1.0 or not all(0.0 < error < 1.0 for error in errors):
-            text = f"passes = {passes}, limit = {limit}, errors = {errors}"
-            raise ValueError(f"{text}: expected a whole number of passes, limit and errors between 0 and 1")
-        if always and not passes:
-            raise ValueError("always with passes = 0: expected at least 1")
-        state.check(model)
-        self.model, self.conditions, self.terms = model, conditions, terms or Terms()
+        steps, shares = (least, step, most), (limit, *np.ravel(np.asarray(errors, object)))
+        good = all(map(real, steps)) and 0.0 < least <= step <= most
+        text = f"step = {step}, most = {most}, least = {least}"
+        agree("" if good else f"{text}: expected 0 < least <= step <= most")
+        good = whole(passes, 0) and len(shares) == 3 and all(real(x) and 0.0 < x < 1.0 for x in shares)
+        text = f"passes = {passes}, limit = {limit}, errors = {errors}: expected a whole number of passes, "
+        agree("" if good else f"{text}limit and 2 errors between 0 and 1")
+        agree("always with passes = 0: expected at least 1" if always and not passes else "")
+        self.model, self.conditions, self.terms = model, conditions, begun(model, state, terms)
+        agree("" if callable(conditions) else f"conditions {conditions!r}: expected a function of a number")
         self.state = self.before = replace(state, at=0.0)
         self.step, self.most, self.least = step, most, least
         self.passes, self.limit, self.errors = passes, limit, (errors[0], min(errors[1], limit))
@@ -190,7 +192,7 @@ class Follow:
 
         At the value itself there is no step to take.  Raises Stopped where the path has ended before.
         """
-        agree("" if np.isfinite(end) else f"end = {end}: expected a finite number")
+        agree("" if real(end) else f"end = {end}: expected a finite number")
         if end == self.at:
             return False
         if self.reason:
@@ -200,7 +202,7 @@ class Follow:
         if self.branch:
             return self._along(copy(self.branch), end)
         distance = end - self.at
-        last = abs(distance) <= self.step * (1.0 + 1e-6)  # no step of rounding errors is left
+        last = abs(distance) <= self.step * SAME  # no step of rounding errors is left
         move = distance if last else float(np.copysign(self.step, distance))
         at = end if last else self.at + move
         report, under_loads = self._attempt(at, move)
@@ -213,7 +215,7 @@ class Follow:
             return False
         damage, force = report.errors
         excess = max(damage / self.errors[0], force / self.errors[1])
-        shortest = abs(move) <= self.shortest * (1.0 + 1e-6) and not under_loads
+        shortest = abs(move) <= self.shortest * SAME and not under_loads
         if excess > 1.0 and not (shortest and force <= self.limit):
             self.repeated += 1
             text = f"the last pass has an error of {force:.2g} of the forces and {damage:.2g} of a damage"
@@ -221,17 +223,22 @@ class Follow:
             return False
         drag = np.broadcast_to(self.terms.drag, report.state.u.shape)
         ledger = self._ledger_after(report, total(drag @ (report.state.u - self.state.u) ** 2) / abs(move))
-        size = ledger.strain + max(abs(ledger.work), abs(self.ledger.work))
-        missing = abs(ledger.balance - self.ledger.balance)
         half, least = 0.5 * abs(move), self.shortest if self.by_passes else self.least
-        chosen = under_loads or self.always or half < max(FINEST * self.most, least) * (1.0 - 1e-6)
-        if missing > MISSING * size and not chosen:
+        chosen = under_loads or self.always or half * SAME < max(FINEST * self.most, least)
+        if not chosen and self._unbalanced(ledger):
             self.repeated += 1
             self.step = half
             return False
         self._take(report, ledger)
         self._grow(excess, report)
         return True
+
+    def _unbalanced(self, ledger: Ledger) -> bool:
+        """Whether a step with this ledger misses too much of its work, so that all steps so far do."""
+        old, start = self.ledger, self.start
+        step, work = abs(ledger.balance - old.balance), abs(ledger.work - old.work)
+        path, size = abs(ledger.balance - start), ledger.strain + max(abs(ledger.work), abs(old.work))
+        return step > MISSING * work and path > max(MISSING * size, abs(old.balance - start))
 
     def _ledger_after(self, report: Report, damped: float = 0.0) -> Ledger:
         """Energies at the state of a report; damped: that of the drag in the step."""
@@ -318,7 +325,8 @@ class Follow:
             means.append(np.array(totals(*(inside * rows).sum(0))) / (totals(inside.sum())[0] or 1.0))
         k = int(np.argmax(np.linalg.norm(means, axis=1)))
         way = means[k] / (np.abs(means[k]).max() or 1.0)
-        text = f"no equilibrium near carries more; block {m.names[k]} moves most, along {place(way.round(3))}"
+        text = "the load turns here, and only equilibria far away may carry more"
+        text += f"; block {m.names[k]} moves most, along {place(way.round(3))}"
         self.reason = f"stopped at {self.at:.5g}, {LIMIT_LOAD}: {text}"
 
     def _loads(self) -> Floats:
@@ -372,7 +380,7 @@ class Follow:
             return
         floor = 0.0 if under_loads else shortest
         self.step = max(share * abs(move), floor)
-        if self.step < self.least or abs(move) <= floor * (1.0 + 1e-6):
+        if self.step < self.least or abs(move) <= floor * SAME:
             self.reason = f"stopped at {self.at:.5g}: {message}"
         again = self.newton < CALM  # steps since the last passes
         short = again or self.step <= SHORT * self.most

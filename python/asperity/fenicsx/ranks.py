@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from types import TracebackType
-from typing import TypeVar
+from typing import TypeGuard, TypeVar
 
 import numpy as np
 from mpi4py import MPI  # loads the library of MPI that dolfinx needs
@@ -67,15 +67,35 @@ def called(function: Callable[..., T], *words: object) -> T:
     return results[0]
 
 
+def real(value: object) -> TypeGuard[float]:
+    """Whether a value is a finite number; no bool, text, array or complex number is one."""
+    kinds = float | int | np.floating | np.integer
+    most = float(np.finfo(float).max)
+    return isinstance(value, kinds) and not isinstance(value, bool) and bool(-most <= value <= most)
+
+
 def whole(value: object, least: int) -> bool:
     """Whether a value is a whole number, and at least so large."""
-    return isinstance(value, int | np.integer) and int(value) >= least
+    return real(value) and not isinstance(value, float | np.floating) and int(value) >= least
+
+
+def expect(kind: type, **values: object) -> None:
+    """Raise ValueError on all ranks where one of the values, by its name, is of another type."""
+    agree(
+        *(
+            f"{name} of the type {type(value).__name__}: expected {kind.__name__}"
+            for name, value in values.items()
+            if not isinstance(value, kind)
+        )
+    )
 
 
 def doubles(name: str, value: ArrayLike) -> Floats:
-    """Array of a value; ValueError on all ranks where one has no real numbers."""
+    """Array of a value; ValueError on all ranks where one has no real numbers, such as bools and texts."""
     try:
         array, message = contract.array(name, value), ""
+        if (kind := np.asarray(value).dtype).kind not in "iuf":
+            message = f"{name} of the type {kind}: expected numbers"
     except ValueError as error:
         array, message = np.zeros(0), str(error)
     agree(message)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from ..contract import Floats
 from .model import Model
-from .ranks import COMM, agree, doubles
+from .ranks import COMM, agree, doubles, real
 from .response import Response, respond
 from .water import ROUNDING, Pressure, in_joint, weights_of_faces
 
@@ -147,7 +147,10 @@ class State:
         )
         agree(
             "" if same else "state: expected one of this model",
-            "" if 0.0 <= self.scale < np.inf else f"scale = {self.scale} of the state: expected >= 0",
+            ""
+            if real(scale := self.scale) and scale >= 0.0
+            else f"scale = {scale} of the state: expected 0 or more",
+            "" if real(self.at) else f"at = {self.at} of the state: expected a finite number",
             *(
                 f"{name} of the state: expected finite numbers"
                 for name in (*ARRAYS, "joints")

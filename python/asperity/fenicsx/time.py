@@ -20,10 +20,10 @@ import numpy as np
 
 from ..contract import Floats
 from .conditions import Conditions, held
-from .equilibrium import Report, Terms, solve
+from .equilibrium import Report, Terms, begun, solve
 from .ledger import Ledger, ledger_of, opened
 from .model import Model
-from .ranks import agree, called, doubles, largest, total
+from .ranks import agree, called, doubles, largest, real, total
 from .response import respond
 from .state import State, read, write
 from .stopped import Stopped
@@ -82,7 +82,10 @@ class Shake:
         their stiffness, time; damping by mass would brake a slip.  rho: 0 to 1, from strong to no numerical
         damping.  terms: without passes, drag and damping.
         """
-        state.check(model)
+        given = begun(model, state, terms)
+        for name, value in {"step": step, "least": least, "beta": beta, "rho": rho}.items():
+            agree("" if real(value) else f"{name} = {value}: expected a finite number")
+        agree("" if ground is None or callable(ground) else f"ground {ground!r}: expected a function of time")
         m, least = model, least or 1e-3 * step
         prescribed = held(m, conditions)
         moved = largest(state.u[prescribed.fixed] - prescribed.values)
@@ -90,10 +93,10 @@ class Shake:
         good = mass.shape == state.u.shape and bool(np.isfinite(mass).all()) and bool(np.all(mass > 0.0))
         agree(
             "" if good else f"mass: expected finite numbers above 0 of the shape {state.u.shape}",
-            "" if 0.0 < least <= step < np.inf else f"step = {step}, least = {least}: expected 0 < least",
-            "" if 0.0 <= beta < np.inf else f"beta = {beta}: expected >= 0",
+            "" if 0.0 < least <= step else f"step = {step}, least = {least}: expected 0 < least <= step",
+            "" if beta >= 0.0 else f"beta = {beta}: expected >= 0",
             "" if 0.0 <= rho <= 1.0 else f"rho = {rho}: expected 0 to 1",
-            "" if terms is None or not (terms.passes or terms.damping or np.any(terms.drag))
+            "" if not (given.passes or given.damping or np.any(given.drag))
             else "passes, drag or damping of the terms: expected none, the steps have their own",
             "" if moved <= 1e-9 * largest(state.u)
             else f"values of the fixed components differ from the state by {moved:g}: they stay",
@@ -154,7 +157,7 @@ class Shake:
 
         At the time itself there is no step to take.  Raises Stopped where the run has ended before.
         """
-        agree("" if self.at <= end < np.inf else f"end = {end}: expected a time, {self.at:g} or later")
+        self._check(end)
         if end == self.at:
             return False
         if self.reason:
@@ -187,9 +190,14 @@ class Shake:
             self.next = min(GROWTH * dt, self.most)
         return True
 
+    def _check(self, end: float) -> None:
+        """Refuse an end that is no time from now on."""
+        good = real(end) and end >= self.at
+        agree("" if good else f"end = {end}: expected a time, {self.at:g} or later")
+
     def run(self, end: float) -> State:
         """Take steps to a time; raises Stopped where the run ends before, or its energies have risen."""
-        agree("" if self.at <= end < np.inf else f"end = {end}: expected a time, {self.at:g} or later")
+        self._check(end)
         while self.at < end:
             self.advance(end)
         if self.reason:

@@ -15,11 +15,10 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from .. import contract
 from ..contract import Floats
 from ..mesh.shapes import Integers, place
 from .model import Model
-from .ranks import COMM, agree, doubles, largest
+from .ranks import COMM, agree, doubles, largest, real
 
 Pressure = float | Callable[..., Floats]
 """A number, or a function of places (n, d), or of places and openings (n,), with n values or one."""
@@ -300,9 +299,9 @@ def _network(m: Model, flow: Flow) -> tuple[Network, Integers]:
     names, given, a_0 = flow.names, flow.given, flow.a_0
     first = dict(a_0) if isinstance(a_0, Mapping) else dict.fromkeys(names, a_0)
     pull = np.zeros(m.d) if flow.weight is None else doubles("weight", flow.weight)
-    viscosity = contract.number("viscosity", flow.viscosity)
-    a_min = contract.number("a_min", flow.a_min)
-    first = {name: contract.number(f"a_0 of {name}", value) for name, value in first.items()}
+    viscosity, a_min = flow.viscosity, flow.a_min
+    numbers = {"viscosity": viscosity, "a_min": a_min, **{f"a_0 of {name}": a for name, a in first.items()}}
+    agree(*(f"{name} = {a!r}: expected a finite number" for name, a in numbers.items() if not real(a)))
     if not isinstance(given, Mapping):
         raise ValueError(f"given {given!r}: expected pressures by group")
     unknown = [name for name in names if name not in m.joints]
@@ -312,10 +311,9 @@ def _network(m: Model, flow: Flow) -> tuple[Network, Integers]:
         f"joints {names}: expected at least one, each once": 0 < len(names) == len(set(names)),
         f"given {dict(given)}: expected the pressure at one group at least": len(given) > 0,
         f"{''.join(lost[:1])}: no such group: expected one of {', '.join(m.groups)}": not lost,
-        f"viscosity = {viscosity}: expected above 0": 0.0 < viscosity < np.inf,
-        f"a_min = {a_min}: expected above 0": 0.0 < a_min < np.inf,
+        f"viscosity = {viscosity}: expected above 0": viscosity > 0.0,
+        f"a_min = {a_min}: expected above 0": a_min > 0.0,
         f"a_0 of {', '.join(first)}: expected one for each of {', '.join(names)}": {*first} == {*names},
-        f"a_0 = {a_0}: expected finite numbers": bool(np.isfinite(list(first.values())).all()),
         f"weight = {pull.tolist()}: expected {m.d} finite numbers":
             pull.shape == (m.d,) and bool(np.isfinite(pull).all()),
     }  # fmt: skip
