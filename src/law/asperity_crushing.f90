@@ -31,6 +31,9 @@ module asperity_crushing
   integer, parameter :: most_trials = 300
   !> Halvings of a step in which a smaller closure is sought.
   integer, parameter :: most_halvings = 24
+  !> First steps of which half is taken where the shear alone exceeds the strength: it may do so no more under a
+  !> smaller pressure, and again without one.
+  integer, parameter :: most_halves = 3
   !> Growth of the bracket while its end is sought.
   real(wp), parameter :: growth = 2.0_wp
 
@@ -195,6 +198,7 @@ contains
       if (trial%slope < 0.0_wp) next = trial%x - trial%excess%value/trial%slope
       if (.not. bracketed) then
         if (.not. (next > low .and. next <= low + width)) next = low + width
+        if (i <= most_halves .and. .not. pressed(trial)) next = low + 0.5_wp*(next - low)
         if (low < joint%cap%corner) next = min(next, joint%cap%corner)
         width = growth*width
       else if (.not. (next > low .and. next < high) .or. since >= 2) then
