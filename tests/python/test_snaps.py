@@ -140,3 +140,14 @@ def test_snap_that_turns_the_slip_back() -> None:
     springs = {"t_N": -5.3225, "k_N": 1.007431, "t_Ty": 0.0, "k_Ty": 0.577448}
     history = rough.run([Step(increments=10, **springs), Step(s_Tx=0.2045454545, increments=15, **springs)])
     assert [snap.row for snap in history.snaps] == [24]
+
+
+def test_free_across_without_friction() -> None:
+    """Across the slip of two broken planes without friction nothing holds the joint: it stays where it is."""
+    across = joint(2, 25.16, eta=0.99, mu=0.0, kc=51.12, height=0.4747, closure=0.0435, crush=1.486)
+    ends = []
+    for name in ("t_Ty", "s_Ty"):
+        held = {"t_N": -0.3935, name: 0.0}
+        ends.append(across.run([Step(increments=20, **held), Step(s_Tx=0.4, increments=27, **held)]))
+    assert not ends[0].separation[:, 2].any()
+    np.testing.assert_allclose(ends[0].separation, ends[1].separation, rtol=0.0, atol=1e-9)
