@@ -47,7 +47,7 @@ int asperity_initial_state(const double *props, int nprops, int n, const double 
 
 /* Update n points over one increment.
  *   dt       duration of the increment, >= 0; used only if tau_v or c > 0 (PROPS 13, 24)
- *   s_old    double[n][3], separation at the start (used by the energies, and with wear by the traction); NULL: zero
+ *   s_old    double[n][3], separation at the start (used by the energies, and with wear or the guard by the traction); NULL: zero
  *   s        double[n][3], separation at the end
  *   aim      double[n][3], separation of which damage, friction bound and facets make traction and tangent (symmetric)
  *            in place of those of s; the state is that of s all the same; NULL: none

@@ -62,8 +62,8 @@ class Interface:
         """Take n points over one increment; the arguments are not modified, except for out.
 
         s (n, 3): separation at the end, length.  state (n, nstatv), s_old (n, 3): state and separation at the
-        start; None means zero, a virgin point.  s_old enters the energies and, with facets that wear,
-        their wear.  dt: duration of the increment, time, used only if tau_v or c > 0 and then required.
+        start; None means zero, a virgin point.  s_old enters the energies, the guard and, with facets that
+        wear, their wear.  dt: duration of the increment, time, used only if tau_v or c > 0 and then required.
         out: arrays to which traction (n, 3), state (n, nstatv) and tangent (n, 3, 3) are written, contiguous
         doubles in C order, which the result then shows.  The state at the end may replace that at the start:
         `out[1] is state`.

@@ -132,7 +132,7 @@ class Point:
 
     A work that is None is the sum of stored and dissipated energies.  p: water pressure, stress.  traction:
     total (N, Tx, Ty) at the end of the last increment, stress; None is that of the state at rest.  A dashpot
-    (c) adds to that; for other joints another traction is an error.
+    (c) and the guard add to that; for other joints another traction is an error.
     """
 
     state: Floats

@@ -13,7 +13,7 @@ module asperity_initial
   use asperity_increment, only: advance, control_type, ended_lost, new_point, point_type, report_type
   use asperity_rie_law, only: new_rie_law, rate_independent_law, rie_law, slipped_separation
   use asperity_text, only: append, integer_text, set_text, to_text
-  use asperity_tolerances, only: initial_increments, residual_tolerance
+  use asperity_tolerances, only: initial_increments, most_repeats, residual_tolerance
   implicit none
   private
   public :: first_traction, carry_traction, explain_initial
@@ -53,7 +53,7 @@ contains
     type(point_type) :: point
     type(report_type) :: report
     real(wp) :: old(joint%n_statev), first(3), last(3), reached, s(3), start(3), wanted(3)
-    integer :: i, end
+    integer :: i, end, repeats
 
     if (present(carried)) carried = 0.0_wp
     if (present(endless)) endless = .false.
@@ -71,12 +71,19 @@ contains
     if (.not. any(abs(s) > 0.0_wp)) s = slipped_separation(joint, old, prescribed)
     old(v_offset:v_offset + 2) = 0.0_wp
     point = new_point(law, old, s)
-    start = point%traction
-    do i = 1, initial_increments
-      first = merge(ramp(start, wanted, real(i - 1, wp)/real(initial_increments, wp)), point%s, prescribed)
-      last = merge(ramp(start, wanted, real(i, wp)/real(initial_increments, wp)), point%s, prescribed)
-      call advance(law, control_type(prescribed), first, last, point, reached, report)
+    do repeats = 0, most_repeats
+      start = point%traction
+      do i = 1, initial_increments
+        first = merge(ramp(start, wanted, real(i - 1, wp)/real(initial_increments, wp)), point%s, prescribed)
+        last = merge(ramp(start, wanted, real(i, wp)/real(initial_increments, wp)), point%s, prescribed)
+        call advance(law, control_type(prescribed), first, last, point, reached, report)
+        if (reached < 1.0_wp) exit
+      end do
       if (reached < 1.0_wp) exit
+      ! damage that the guard prevented on the load path may grow at its end: solve once more from there
+      old = point%state
+      point = new_point(law, old, point%s)
+      if (.not. joint%material%guard .or. all(plane_damage(joint, point%state) <= plane_damage(joint, old))) exit
     end do
     if (present(carried)) carried = merge(ramp(first, last, reached), target, prescribed)
     if (present(endless)) endless = report%ended == ended_lost

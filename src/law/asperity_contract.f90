@@ -101,7 +101,7 @@ module asperity_contract
               0.0_wp, 1.0_wp, 0.0_wp, [1.0e-9_wp, 1.0_wp], "log"), &
     prop_type("kc", "law", "normal stiffness of a closed plane over Kn; 0 means 1", "-", ">= 0 (at most 1e10)", &
               0.0_wp, top, 1.0_wp, [0.1_wp, 1.0e3_wp], "log", shown_by="the closure under pressure"), &
-    prop_type("guard", "law", "1: damage grows only where its driving force is not negative", "-", "0 or 1", &
+    prop_type("guard", "law", "1: damage grows only where its dissipation is not negative", "-", "0 or 1", &
               0.0_wp, 1.0_wp, 0.0_wp, [0.0_wp, 1.0_wp], "whole", on_branch=.false.), &
     prop_type("height", "law", "asperity height, where the dilation ends; 0: it never ends", "length", &
               ">= 0 (0, or 1e-50 to 1e50)", 0.0_wp, large, 0.0_wp, [1.0e-3_wp, 1.0e3_wp], "log", .true., "s_f", &

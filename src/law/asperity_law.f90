@@ -104,23 +104,25 @@ contains
     now%new%s_dih = old%s_dih + now%friction%slip*now%friction%m_h
   end function plane_response
 
-  !> The limit of the growth with the guard: 0 if the driving force of damage at the end is negative, and
+  !> The limit of the growth with the guard: 0 if the rupture of the increment by the trapezoidal rule is negative, and
   !> growth%weight_new otherwise.
   !>
-  !> A force that is zero except for rounding is not negative. Thus the result does not depend on the direction of the
-  !> slip. Without the guard m%unguarded is huge.
-  pure function guarded_limit(m, growth, at, y) result(limit)
-    type(material_type), intent(in) :: m         !! constants
-    type(growth_type), intent(in) :: growth      !! of the damage
-    type(separation_type), intent(in) :: at      !! separations at the end
-    real(wp), intent(in) :: y                    !! driving force there, over k_t/2
+  !> A dissipation that is zero except for rounding is not negative. Thus the result does not depend on the direction of
+  !> the slip. Without the guard m%unguarded is huge.
+  pure function guarded_limit(m, growth, start, at, grown, rupture) result(limit)
+    type(material_type), intent(in) :: m             !! constants
+    type(growth_type), intent(in) :: growth          !! of the damage
+    type(separation_type), intent(in) :: start, at   !! separations at start and end
+    real(wp), intent(in) :: grown                    !! growth of the damage without the guard
+    real(wp), intent(in) :: rupture                  !! energy that it releases, over k_t/2
     real(wp) :: limit
     real(wp) :: size_of
     size_of = at%bond%t**2 + at%bond%h**2
     ! energies of the pressure of the bond and on the facet do not cancel exactly, even where these are parallel
-    if (m%general) size_of = (2.0_wp*max(1.0_wp, m%kc_kt, contact_stiffness(m, at%bond), contact_stiffness(m, &
-      at%contact)))*square(at%bond)
-    limit = merge(growth%weight_new, 0.0_wp, y >= -(unseen*size_of + m%unguarded))
+    if (m%general) size_of = 2.0_wp*max(1.0_wp, m%kc_kt, contact_stiffness(m, start%bond), contact_stiffness(m, &
+      at%bond), contact_stiffness(m, start%contact), contact_stiffness(m, at%contact))*(square(start%bond) + &
+      square(at%bond))
+    limit = merge(growth%weight_new, 0.0_wp, rupture >= -((0.5_wp*unseen*grown)*size_of + m%unguarded))
   end function guarded_limit
 
   !> Damage of a plane at the start of an increment: no plane has less than damage0.
@@ -190,18 +192,18 @@ contains
     last = plane_forces(m, at, response%new)
     grown = response%new%alpha - old%alpha
     now%spent = plane_dissipation(m, start, last, grown, response%friction%slip)
-    if (m%guard) growth%limit = guarded_limit(m, growth, at, last%y)
+    if (m%guard) growth%limit = guarded_limit(m, growth, at_start, at, grown, now%spent%rupture)
     target = response%new%alpha
     if (m%exact) then
       ! what viscosity delays
       target = merge(response%new%alpha, min(old%alpha + grown/growth%weight_new, 1.0_wp), growth%weight_new >= 1.0_wp)
       phases = phases_of(m, growth, at_start, at, old, target)
-      now%spent%rupture = rupture_of_phases(m, growth, at_start, at, old, response, phases)
+      now%spent%rupture = max(rupture_of_phases(m, growth, at_start, at, old, response, phases), -m%unguarded)
     end if
     if (m%guard) then
       response%new%alpha = merge(response%new%alpha, old%alpha, growth%limit > 0.0_wp)
       target = merge(target, old%alpha, growth%limit > 0.0_wp)
-      now%spent%rupture = merge(max(now%spent%rupture, -m%unguarded), 0.0_wp, growth%limit > 0.0_wp)
+      now%spent%rupture = merge(now%spent%rupture, 0.0_wp, growth%limit > 0.0_wp)
       last = plane_forces(m, at, response%new)
       now%spent%friction = m%mu*((start%strength + last%strength)*response%friction%slip)
     end if

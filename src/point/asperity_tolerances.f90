@@ -123,6 +123,8 @@ module asperity_tolerances
   real(wp), parameter, public :: resolved = 1.0e-6_wp
   !> Number of equal increments of an initial traction: the slips of inclined planes depend on the path.
   integer, parameter, public :: initial_increments = 32
+  !> Largest number of times that damage which the guard prevented on the load path may grow at its end.
+  integer, parameter, public :: most_repeats = 100
   !> Smallest and largest fraction of an attempt that a law obtains at once, and smallest one of an increment at all.
   real(wp), parameter, public :: least_cut = 0.01_wp, most_cut = 0.9_wp, smallest_part = 1.0e-6_wp
 

@@ -142,7 +142,7 @@ contains
   end subroutine state_group
 
   !> The point at the start of a run. Its traction, if it is given, is that of the end of another run, as a state at
-  !> rest does not know the force of a dashpot.
+  !> rest knows neither the force of a dashpot nor the damage that the guard has prevented.
   function start_point(law, state) result(point)
     class(point_law), intent(in) :: law      !! the law
     type(state_type), intent(in) :: state    !! admissible
@@ -250,9 +250,10 @@ contains
         place%value = trim(names(i)) // " = " // to_text(state%traction(i))
         if (.not. bounded(state%traction(i), most)) then
           call fail(errors, place, "expected a finite traction of magnitude up to " // to_text(most))
-        else if (.not. joint%material%damps .and. abs(state%traction(i) - known(i)) > tolerated) then
+        else if (.not. (joint%material%damps .or. joint%material%guard) .and. &
+          abs(state%traction(i) - known(i)) > tolerated) then
           call fail(errors, place, "expected " // to_text(known(i)) // ", the traction of this state: only a " // &
-            "dashpot (c) adds to it")
+            "dashpot (c) or the guard adds to it")
         end if
       end do
     end if

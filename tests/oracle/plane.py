@@ -17,7 +17,7 @@ from .facet import Facet, facets, profile, uphill_axes
 Floats = NDArray[np.floating]
 
 GUARD_ROUNDINGS = 16
-"""Rounding errors of K |s|^2/2 within which the guard takes a driving force of damage for zero."""
+"""Rounding errors of K |s|^2 within which the guard takes a release of energy for none."""
 
 OPEN, STICK, SLIP = 0, 1, 2
 """Branch of a plane: s_n > 0, or in contact and sticking, or in contact and slipping."""
@@ -41,8 +41,8 @@ class Parameters:
     """Material parameters of one plane (Table 2); zero sigma02 or Gc2 means equal to the mode I value.
 
     sigma0, sigma02: stress; Gc, Gc2: stress*length; eta, mu: dimensionless; kc: closing stiffness over Kn;
-    tau_v: relaxation time of the damage, 0 for none; guard: the damage of a plane does not grow where its
-    driving force is negative; height: asperity height H, length, 0 for unbounded dilation; W0: frictional
+    tau_v: relaxation time of the damage, 0 for none; guard: the damage of a plane does not grow where the
+    rupture energy would decrease; height: asperity height H, length, 0 for unbounded dilation; W0: frictional
     work per unit area of a facet that wears the facet to 37 %, stress*length, 0 for no wear; crush: pressure
     that crushes a facet to log(2), stress, 0 for none; damage0: damage of every plane from the start;
     closure: largest closure of the hyperbolic contact, length, 0 for linear; c: dashpot on the closed
@@ -167,10 +167,12 @@ def pressure_factor(parameters: Parameters, frame: Floats, s: Floats) -> Floats:
     return np.where(climbs, positive(1.0 - (rub - np.where(w.real < 0.0, w, 0.0) * dz**2) / z), 0.0)
 
 
-def rounding(parameters: Parameters, s: Floats) -> Floats:
-    """What rounding may leave of a driving force Y (..., k) that is zero."""
-    normal = np.maximum(parameters.Kn, stiffness(parameters, s)) * s[..., 0] ** 2
-    return GUARD_ROUNDINGS * np.finfo(float).eps * (normal + parameters.Kt * (s[..., 1:] ** 2).sum(-1))
+def rounding(parameters: Parameters, s_before: Floats, s_new: Floats) -> Floats:
+    """What rounding may leave of a trapezoid of Y (..., k) that is zero."""
+    closed = np.maximum(stiffness(parameters, s_before), stiffness(parameters, s_new))
+    normal = np.maximum(parameters.Kn, closed) * (s_before[..., 0] ** 2 + s_new[..., 0] ** 2)
+    size = normal + parameters.Kt * (s_before[..., 1:] ** 2 + s_new[..., 1:] ** 2).sum(-1)
+    return GUARD_ROUNDINGS * np.finfo(float).eps * size
 
 
 def damage(parameters: Parameters, s: Floats, alpha_old: Floats, dt: float) -> Floats:

@@ -120,7 +120,7 @@ def update(
     s and s_old are (..., 3), state is as long as ``virgin`` makes it; None means zero.  Leading axes are
     independent points.  dt is the duration of the increment, which has an effect only if tau_v or c > 0; at
     a duration of 0 the dashpot does not act.  The
-    guard asks the driving force at the end.  part: a small part of an increment.  tangent: whether it is
+    guard asks the rupture of the increment.  part: a small part of an increment.  tangent: whether it is
     asked for; without it the array is empty.
     """
     gamma = pattern[1]
@@ -282,10 +282,9 @@ def _end(
     ends = ((start.straight, straight.real), (start.contact, contact.real), (start.slip, slip.real))
     rupture = accounts.rupture(parameters, *ends, (start.alpha, alpha.real), branch, part)
     if parameters.guard:
-        force = plane.release_rate(parameters, straight.real, contact.real, slip.real)
-        negative = force < -plane.rounding(parameters, straight.real)
-        alpha = np.where(negative, start.alpha, alpha)
-        rupture = np.where(negative, 0.0, np.maximum(rupture, 0.0))
+        unseen = plane.rounding(parameters, start.straight, straight.real)
+        gives_back = rupture < -unseen * (alpha.real - start.alpha)
+        alpha, rupture = np.where(gives_back, start.alpha, alpha), np.where(gives_back, 0.0, rupture)
 
     # local tractions of the undamaged part (11) and of the damaged part (13), (23), weighted by (22)
     normal = parameters.Kn * plane.positive(straight[..., 0]) - plane.pressure(parameters, straight)

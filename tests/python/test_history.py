@@ -78,7 +78,7 @@ def test_a_run_goes_on(constants: dict[str, float]) -> None:
 
 
 def test_traction_at_the_start() -> None:
-    """A state without dashpot has one traction: another one is an error, with the value."""
+    """A state without dashpot and guard has one traction: another one is an error, with the value."""
     end = JOINT.run(Step(t_N=-0.4, increments=10)).end
     with pytest.raises(ValueError, match=r"traction = t_N = -0\.5: expected -0\.4"):
         JOINT.run(Step(slip=0.1), replace(end, traction=(-0.5, 0.0, 0.0)))
