@@ -71,6 +71,12 @@ def bell(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
     return np.exp(-(part**2)), height * np.asarray(erf(part))
 
 
+def wave(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
+    """The same of half a wave, cos^2, whose slope is flat at first and ends at the slip 2 height/slope."""
+    part = np.minimum(1.0, 0.5 * u * slope / height)
+    return np.cos(0.5 * np.pi * part) ** 2, height * (part + np.sin(np.pi * part) / np.pi)
+
+
 def contracting(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
     """The same of a joint that closes before it opens; the slope is the largest one."""
     part = 1.0 - (1.0 + DIP) / SOONER
@@ -146,7 +152,7 @@ class Shape:
 
 
 LAW, LINE, HYPERBOLA, BELL = "", "slope along a line", "slope of a hyperbola", "slope of a bell"
-CONTRACTING = "slope after a contraction"
+WAVE, CONTRACTING = "slope of a wave", "slope after a contraction"
 DECAYING, RISING = "exponential softening", "bond that rises with a power"
 WITHOUT = "a slope without friction"
 SHAPES = {
@@ -154,6 +160,7 @@ SHAPES = {
     LINE: Shape(parabola),
     HYPERBOLA: Shape(hyperbola),
     BELL: Shape(bell),
+    WAVE: Shape(wave),
     CONTRACTING: Shape(contracting),
     DECAYING: Shape(softening=decaying),
     RISING: Shape(softening=risen, rises=True),
@@ -162,7 +169,7 @@ SHAPES = {
 }
 """Shapes by name: that of the law, and others; those without friction of the slope are none for a case."""
 
-SLOPES, SOFTENINGS = (LINE, HYPERBOLA, BELL, CONTRACTING), (DECAYING, RISING)
+SLOPES, SOFTENINGS = (LINE, HYPERBOLA, BELL, WAVE, CONTRACTING), (DECAYING, RISING)
 """Shapes in place of the slope of the law, and of its softening."""
 
 
