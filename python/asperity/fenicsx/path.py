@@ -325,7 +325,7 @@ class Follow:
             means.append(np.array(totals(*(inside * rows).sum(0))) / (totals(inside.sum())[0] or 1.0))
         k = int(np.argmax(np.linalg.norm(means, axis=1)))
         way = means[k] / (np.abs(means[k]).max() or 1.0)
-        text = "the load turns here, and only equilibria far away may carry more"
+        text = "the load turns here, and an equilibrium farther away may carry more"
         text += f"; block {m.names[k]} moves most, along {place(way.round(3))}"
         self.reason = f"stopped at {self.at:.5g}, {LIMIT_LOAD}: {text}"
 
