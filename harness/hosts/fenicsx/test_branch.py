@@ -388,6 +388,32 @@ for _ in range(12):
         assert at == pytest.approx(force(rotation), rel=1e-3)
 
 
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_second_bond_carries_more_than_the_first(ranks: int) -> None:
+    """A force whose long step breaks one of two bonds jumps to the other, whose strength is the limit.
+
+    The change of the jump is no guess of the next one: it led past the second strength, to a limit of 1.125.
+    """
+    code = """
+flat = Pattern.regular(0, 0.0)
+brittle = Interface(Material(sigma0=1.0, Gc=0.002, eta=0.98, mu=0.0), flat)
+tough = Interface(Material(sigma0=1.3, Gc=0.2, eta=0.9, mu=0.0), flat)
+blocks = grid(range(4), range(4), block=[0, 1, 2])
+joints = {"low": ("block_0", "block_1"), "high": ("block_1", "block_2")}
+mesh = split(blocks, joints) if COMM.rank == 0 else None
+m = Model(mesh, {"low": brittle, "high": tough}, 2e4, 0.2)
+fixed = np.union1d(bottom(m), m.dofs(m.x[:, 1] > 3.0 - 1e-6, 0, 1))
+# the middle block has the volume 3, each joint the area 3
+push = m.body([1.0, 0.0], "block_1")
+for most in (0.1, 0.3):
+    follow = Follow(m, State.virgin(m), lambda t: Conditions(fixed, load=t * push), 0.05, most)
+    follow.run_to_limit(3.0)
+    results[str(most)] = follow.kind, follow.at
+"""
+    for kind, at in of_all_ranks(code, ranks).values():
+        assert kind == "limit" and at == pytest.approx(1.3, rel=2e-3)
+
+
 def test_levels_of_a_dam() -> None:
     """Neither the stiffness of a dam nor the tolerance changes the level at which it fails.
 

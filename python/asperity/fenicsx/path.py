@@ -2,7 +2,8 @@
 
     while at is not the end
         move = step, or what is left
-        report = solve(state, conditions(at + move)), by Newton's method or by passes, from the change before
+        report = solve(state, conditions(at + move)), by Newton's method or by passes, from the change before,
+                  unless that was a jump under loads, whose energies do not balance
         no state, or water has no pressure there: keep the old state; the step becomes half, a quarter under
                   loads; too short: the path is stopped
                   no loads change, Newton's method failed in a short step or soon after passes: passes follow
@@ -35,7 +36,7 @@ from ..mesh.shapes import place
 from .branch import Branch
 from .conditions import Conditions, held
 from .equilibrium import Report, Terms, begun, solve
-from .ledger import Ledger, ledger_after, ledger_of, work_of
+from .ledger import SNAP, Ledger, ledger_after, ledger_of, work_of
 from .model import Model
 from .passes import PASSES
 from .ranks import agree, called, real, total, totals, whole
@@ -86,7 +87,7 @@ LOOK, LEVEL = 80, 1e-5
 LIMIT_LOAD, LAW, NOT_FOUND = "limit", "law has no result", "not found"
 """Kinds of the end of a path under loads."""
 
-RULES = "cuts", "repeated", "taken", "count", "by_passes", "calm", "patience", "newton"
+RULES = "cuts", "repeated", "taken", "count", "by_passes", "calm", "patience", "newton", "jumped"
 """Whole numbers that a run goes on from."""
 
 OF_BRANCH = "step", "least", "count", "cuts"
@@ -141,7 +142,7 @@ class Follow:
         self.step, self.most, self.least = step, most, least
         self.passes, self.limit, self.errors = passes, limit, (errors[0], min(errors[1], limit))
         self.always, self.by_passes, self.shortest = always, always, min(SHORTEST * least, most)
-        self.calm, self.patience, self.newton = 0, 1, CALM
+        self.calm, self.patience, self.newton, self.jumped = 0, 1, CALM, False
         self.cuts, self.repeated, self.taken, self.count, self.reason = 0, 0, 0, 0, ""
         self.kind = ""
         self.branch: Branch | None = None
@@ -229,6 +230,8 @@ class Follow:
             self.repeated += 1
             self.step = half
             return False
+        missed, work = ledger.balance - self.ledger.balance, ledger.work - self.ledger.work
+        self.jumped = under_loads and abs(missed) > SNAP * abs(work)
         self._take(report, ledger)
         self._grow(excess, report)
         return True
@@ -358,7 +361,7 @@ class Follow:
     def _solve(self, at: float, move: float, **others: Any) -> Report:
         """Solve a step from the last one, whose change goes on; with other terms."""
         old, moved = self.state, self.state.at - self.before.at
-        ratio = move / moved if moved * move > 0.0 else 0.0
+        ratio = move / moved if moved * move > 0.0 and not self.jumped else 0.0
         terms = replace(
             self.terms,
             dt=abs(move),
@@ -418,7 +421,7 @@ class Follow:
         self.ledger = Ledger(*energies)
         self.state, self.before, self.step = states["state"], states["before"], float(numbers["step"])
         for name, value in zip(RULES, numbers["rules"].tolist(), strict=True):
-            setattr(self, name, bool(value) if name == "by_passes" else value)
+            setattr(self, name, bool(value) if name in ("by_passes", "jumped") else value)
         self.report, self._load, self.reason, self.kind, self.mechanism = None, None, "", "", None
         self.branch = self._branch(self.step) if numbers["branch"].any() else None
         for name, value in zip(OF_BRANCH, numbers["branch"].tolist(), strict=True):
