@@ -40,6 +40,7 @@ WRONG = {
     "found(Terms(dt=0.0))": "dt = 0.0: expected above 0",
     "found(Terms(dt=np.nan))": "dt = nan: expected above 0",
     "found(Terms(ahead=np.inf))": "ahead: expected finite numbers",
+    "found(Terms(dt=np.float32('inf')))": "dt = inf: expected above 0",
     "found(Terms(passes=-1))": "passes = -1: expected a whole number of at least 0",
     "found(Terms(passes=1.5))": "passes = 1.5: expected a whole number of at least 0",
     "found(Terms(iterations=2.5))": "iterations = 2.5: expected a whole number of at least 1",
@@ -135,16 +136,19 @@ of = Conditions(bottom(m), load=down)
 def count(more):
     return solve(m, State.virgin(m), of, Terms(options=f"-pc_type gamg {more}")).linear
 results["counts"] = count(""), count("-mg_coarse_pc_type jacobi"), count("")
-try:
-    solve(m, State.virgin(m), of, Terms(options="-ksp_type none_such"))
-except Exception as error:
-    results["refused"] = type(error).__name__
+results["refused"] = []
+for wrong in ("-ksp_type none_such", "-kps_type cg"):
+    for _ in range(2):
+        try:
+            solve(m, State.virgin(m), of, Terms(options=wrong))
+        except Exception as error:
+            results["refused"].append(type(error).__name__)
 results["after"] = count(""), solve(m, State.virgin(m), of).good
 """
     results = of_all_ranks(code, ranks)
     first, other, again = results["counts"]
     assert first == again == results["after"][0] != other
-    assert results["refused"] == "ValueError" and results["after"][1]
+    assert results["refused"] == ["ValueError"] * 4 and results["after"][1]
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

@@ -240,7 +240,12 @@ class Equations:
             self.solvers[symmetric] = Solver(self.A, self.model.d, self.options, symmetric)
         solver = self.last = self.solvers[symmetric]
         self.b.array[:] = -r
-        iterations, factored, good = solver.solve(self.b, self.y, fresh)
+        try:
+            iterations, factored, good = solver.solve(self.b, self.y, fresh)
+        except (PETSc.Error, ValueError):
+            self.solvers.pop(symmetric).destroy()
+            self.last = None
+            raise
         dx: Floats = self.y.array_r.copy()
         return (dx if good else None), iterations, factored
 
@@ -267,14 +272,20 @@ class Solver:
         database.setValue("options_left", 0)
         prefix = f"asperity_{next(NUMBERS)}_"
         settings = words_of(DIRECT) | (words_of(MULTIGRID) if multigrid else {}) | chosen
-        self.names, self.chosen, self.unread = [prefix + name for name in settings], options, [*chosen]
+        self.names, self.chosen = [prefix + name for name in settings], options
+        # those of the levels of multigrid are read where a mesh has these levels
+        self.unread = [name for name in chosen if not name.startswith("mg_")]
         self.ksp = ksp = PETSc.KSP().create(COMM)
         self.stale: PETSc.KSP | None = None
         for name, value in zip(self.names, settings.values(), strict=True):
             database.setValue(name, value)
         ksp.setOptionsPrefix(prefix)
         ksp.setOperators(A)
-        self._run(ksp.setFromOptions)
+        try:
+            self._run(ksp.setFromOptions)
+        except (PETSc.Error, ValueError):
+            self.destroy()
+            raise
         pc = ksp.getPC()
         self.direct = pc.getType() == PETSc.PC.Type.LU
         if symmetric and self.direct:
@@ -315,11 +326,10 @@ class Solver:
         return spent + self.ksp.getIterationNumber(), 1, good
 
     def _run(self, call: Callable[..., object], *words: object) -> None:
-        """Call PETSc; where it refuses the options of a caller raise ValueError, and leave nothing behind."""
+        """Call PETSc; raise ValueError where it refuses the options of a caller."""
         try:
             call(*words)
         except PETSc.Error as error:
-            self.destroy()
             if not self.chosen:
                 raise
             reason = str(error).splitlines()[-1].removeprefix(f"[{COMM.rank}] ")
@@ -332,7 +342,6 @@ class Solver:
         unread = [name for name in self.unread if not options.used(prefix + name)]
         self.unread = []
         if unread:
-            self.destroy()
             raise ValueError(f"-{unread[0]}: expected an option that these solvers of PETSc read")
 
     def destroy(self) -> None:

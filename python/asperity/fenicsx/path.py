@@ -140,7 +140,7 @@ class Follow:
         agree("" if callable(conditions) else f"conditions {conditions!r}: expected a function of a number")
         self.state = self.before = replace(state, at=0.0)
         self.step, self.most, self.least = step, most, least
-        self.passes, self.limit, self.errors = passes, limit, (errors[0], min(errors[1], limit))
+        self.passes, self.limit, self.errors = passes, limit, (shares[1], min(shares[2], limit))
         self.always, self.by_passes, self.shortest = always, always, min(SHORTEST * least, most)
         self.calm, self.patience, self.newton, self.jumped = 0, 1, CALM, False
         self.cuts, self.repeated, self.taken, self.count, self.reason = 0, 0, 0, 0, ""

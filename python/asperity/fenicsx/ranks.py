@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable
 from types import TracebackType
@@ -69,9 +70,12 @@ def called(function: Callable[..., T], *words: object) -> T:
 
 def real(value: object) -> TypeGuard[float]:
     """Whether a value is a finite number; no bool, text, array or complex number is one."""
-    kinds = float | int | np.floating | np.integer
-    most = float(np.finfo(float).max)
-    return isinstance(value, kinds) and not isinstance(value, bool) and bool(-most <= value <= most)
+    if isinstance(value, bool) or not isinstance(value, float | int | np.floating | np.integer):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an integer that no double is as large as
+        return False
 
 
 def whole(value: object, least: int) -> bool:

@@ -121,7 +121,7 @@ def read(path: Path) -> Written:
         if not isinstance(content, dict):
             raise ValueError(f"{contract.shown(content)}: expected an object")
         names, count = _words(content, "parameters"), len(content["parameters"])
-        values, p = _numbers(content, "values", (count,)), _numbers(content, "pressures", (2,), 0.0)
+        values, p = _numbers(content, "values", (count,)), _numbers(content, "pressures", (2,))
         covariance, error = (
             _numbers(content, "covariance on the scales", (count, count)),
             _numbers(content, "model error of tau and s_N", (2,), 0.0),

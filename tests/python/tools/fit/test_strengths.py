@@ -100,6 +100,8 @@ def test_rows_in_tension(said: Callable) -> None:
     assert "sigma0 is the tensile strength, and sigma02 is c" in text
     assert "line 6, 7, 8 is read as tension" in err
     said("run joint.nml --quiet")
+    table([(0.5, 0.7), (0.8, 0.88)])
+    said("predict joint.nml peaks.csv")
     # as many rows with each sign and size do not tell which one is compression
     table([(0.3, 0.5), (-0.3, 0.2), (0.2, 0.4)])
     _, err = said("fit peaks.csv", 1)
