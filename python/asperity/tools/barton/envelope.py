@@ -105,6 +105,13 @@ class Envelope:
         """Strength of the law over that of Barton less one at each stress, (n,)."""
         return np.asarray(self.numbers[1, :, 0] / self.numbers[0, :, 0] - 1.0)
 
+    @property
+    def is_met(self) -> bool:
+        """Whether no strength of the law is so far from that of Barton that a fit would be no result."""
+        from ..fit.verdict import FAIR, UNSAFE
+
+        return bool(np.all((self.parted >= -FAIR) & (self.parted <= UNSAFE)))
+
 
 def peak(slips: Floats, tau: Floats) -> tuple[float, float]:
     """Largest traction of a curve, and its slip by the parabola through the highest row and those beside it.
@@ -182,7 +189,9 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
     start = np.log([slope, 2.0 * high, ks, joint.dilation(slips[-1:], pressure)[0]])
     bounds = start - WIDE, np.minimum(start + WIDE, [np.log(STEEPEST), *[np.inf] * 3])
     settings = {"x_scale": "jac", "ftol": SAME, "xtol": SAME}
-    solution = least_squares(residuals, start, slopes, bounds=bounds, **settings)
+    near = least_squares(residuals, start, slopes, bounds=bounds, x_scale="jac", ftol=1e-2)
+    # the closed form has another tangent than the law: its end is a start
+    solution = least_squares(residuals, near.x, diff_step=STEP, bounds=bounds, **settings)
     if not solution.success:
         raise ValueError("the least squares ended before they converged: expected other normal stresses")
     found = law(solution.x)

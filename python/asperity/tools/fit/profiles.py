@@ -56,14 +56,19 @@ def shaped(
     Empty where there is no such form.
     """
     free, bond = {*chosen.model.free}, chosen.model.bond
-    if cycles(tests) or not (bond or "theta" in free):
+    if cycles(tests) or not (bond or free & {"theta", "height"}):
         return []
     form = at_once(chosen, tests, known) if bond else rigid_form(chosen, tests)
-    names = slopes_of(tests) if not bond and "height" in free else ()
+    names = slopes_of(tests) if not bond and ends(chosen.model) else ()
     if bond:
         apart = [name for name in SHAPES if name.startswith(WITHOUT) and "theta" in free]
         names = (*SOFTENINGS, *apart)
     return [form, *(with_shape(form, name) for name in names if not of_user)] if form else []
+
+
+def ends(model: Model) -> bool:
+    """Whether the slope of a model ends, at a height that is fitted or known."""
+    return "height" in model.free or model.fixed.get("height", 0.0) > 0.0
 
 
 def slopes_of(tests: Sequence[ShearTest]) -> tuple[str, ...]:
@@ -107,7 +112,7 @@ def assumed(
     if not (alone or bond) and "theta" in chosen.model.free:
         strokes = [rows_of(test, first_stroke(test)) for test in tests]
         first = rigid_form(law, strokes, ("W0",))
-        names = slopes_of(tests) if first and "height" in first.model.free else ()
+        names = slopes_of(tests) if first and ends(first.model) else ()
         forms = [first, *(with_shape(first, name) for name in names)] if first else []
         own = forms[0] if forms else chosen
     if not forms:

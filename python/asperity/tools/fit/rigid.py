@@ -57,6 +57,12 @@ def parabola(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
     return remaining, height * (1.0 - remaining**2)
 
 
+def cubic(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
+    """The same of a profile whose slope falls along a parabola, between a line and the law's exponential."""
+    remaining = np.maximum(0.0, 1.0 - u * slope / (3.0 * height))
+    return remaining**2, height * (1.0 - remaining**3)
+
+
 def hyperbola(u: Floats, slope: float, height: float) -> tuple[Floats, Floats]:
     """The same of a profile whose dilation is a hyperbola, and whose slope never ends."""
     part = 1.0 / (1.0 + u * slope / height)
@@ -151,13 +157,15 @@ class Shape:
     climbs: bool = True
 
 
-LAW, LINE, HYPERBOLA, BELL = "", "slope along a line", "slope of a hyperbola", "slope of a bell"
-WAVE, CONTRACTING = "slope of a wave", "slope after a contraction"
+LAW, LINE, PARABOLA = "", "slope along a line", "slope along a parabola"
+HYPERBOLA, BELL, WAVE = "slope of a hyperbola", "slope of a bell", "slope of a wave"
+CONTRACTING = "slope after a contraction"
 DECAYING, RISING = "exponential softening", "bond that rises with a power"
 WITHOUT = "a slope without friction"
 SHAPES = {
     LAW: Shape(),
     LINE: Shape(parabola),
+    PARABOLA: Shape(cubic),
     HYPERBOLA: Shape(hyperbola),
     BELL: Shape(bell),
     WAVE: Shape(wave),
@@ -169,7 +177,7 @@ SHAPES = {
 }
 """Shapes by name: that of the law, and others; those without friction of the slope are none for a case."""
 
-SLOPES, SOFTENINGS = (LINE, HYPERBOLA, BELL, WAVE, CONTRACTING), (DECAYING, RISING)
+SLOPES, SOFTENINGS = (LINE, PARABOLA, HYPERBOLA, BELL, WAVE, CONTRACTING), (DECAYING, RISING)
 """Shapes in place of the slope of the law, and of its softening."""
 
 

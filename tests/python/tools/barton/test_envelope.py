@@ -165,3 +165,11 @@ def test_trial_without_equilibrium(wide: tuple[str, Path], monkeypatch: pytest.M
     calls[:] = [()] * STRESSES
     with pytest.raises(ValueError, match=r"equilibrium up to the slip .* mm, expected up to"):
         rough.curves(rough.stresses[:1])
+
+
+def test_strength_that_no_constants_meet(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Where the law misses the strength of Barton by more than a fit may, the exit code says so."""
+    words = f"barton --jrc 20 --jcs 50 --phi-r 30 --length 0.1 --sigma-n .5,40 -o {tmp_path / 'joint.nml'}"
+    assert main(words.split()) == 3
+    assert "the strength of the law differs by 29%: expected at most 10% more" in capsys.readouterr().err
+    assert (tmp_path / "joint.nml").exists()
