@@ -23,7 +23,7 @@ module asperity_law
   use asperity_wear, only: wear_drive, worn_share
   implicit none
   private
-  public :: growth_over_parts, update_plane
+  public :: growth_over_parts, guarded_release, start_alpha, update_plane
 
 contains
 
@@ -147,9 +147,19 @@ contains
     alpha = start_alpha(m, old)
     ended = bond_damage(m, whole, local_separation(plane, to), alpha)
     grown = parts - alpha
-    ratio = (ended%alpha - alpha)/max(grown, tiny(1.0_wp))
+    ratio = (ended%alpha - alpha)/merge(max(grown, tiny(1.0_wp)), 1.0_wp, grown > 0.0_wp)
     ratio = merge(ratio, 1.0_wp, merge(grown, 0.0_wp, whole%weight_new < 1.0_wp) > 0.0_wp)
   end function growth_over_parts
+
+  !> What the parts of an increment release with the guard, which decides in each of them and, of the state, for the
+  !> increment as a whole: as much as its damage grows.
+  pure function guarded_release(old, parts, new, released, whole) result(rupture)
+    real(wp), intent(in) :: old, parts, new   !! damage at the start, after the parts, and in the state at the end
+    real(wp), intent(in) :: released          !! energy that the parts release
+    real(wp), intent(in) :: whole             !! that of the increment as a whole, where no part grows
+    real(wp) :: rupture
+    rupture = merge(released*(new - old)/merge(max(parts - old, tiny(1.0_wp)), 1.0_wp, parts > old), whole, parts > old)
+  end function guarded_release
 
   !> Update of a plane over an increment: the law.
   !>

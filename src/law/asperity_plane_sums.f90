@@ -6,7 +6,7 @@ module asperity_plane_sums
   use asperity_kernels, only: exact_kernel, kernel_constants, kernel_damped, kernel_facet, kernel_general, &
     kernel_guarded, kernel_of, kernel_straight, kernel_worn
   use asperity_kinds, only: wp
-  use asperity_law, only: growth_over_parts, update_plane
+  use asperity_law, only: growth_over_parts, guarded_release, start_alpha, update_plane
   use asperity_phases, only: growth_of_part, long_increment, parts_of
   use asperity_types, only: after, before, block_type, chunk, chunk_type, growth_type, history_type, i_damage, &
     i_friction, i_rupture, i_stored, i_traction, material_type, part_ends, plane_type, update_type, vector_type
@@ -137,29 +137,39 @@ contains
     type(update_type) :: ended
     type(vector_type) :: from, to
     real(wp) :: planes(chunk, n_plane_statev), facets(chunk, n_facet_statev), s(chunk, 3, before:after), crushed(chunk)
-    real(wp) :: released(chunk)   !! by the plane in the parts
-    real(wp) :: begin, weight, x
+    real(wp), dimension(chunk) :: released, whole   !! by the plane in the parts, and in the increment as a whole
+    real(wp) :: parted(chunk)                       !! damage after the parts
+    real(wp) :: begin, counted, weight, x
     integer(int64) :: i
-    integer :: j, part, parts
+    integer :: j, part, parts, rounds
     m = kernel_constants(block%material, kernel, .true., .true.)
     plane = block%planes(k)
     weight = plane%gamma*m%k_t
-    ! fourth powers of lengths of the other points may leave the range of numbers
-    do j = 1, 3
-      s(:now%n, j, before) = now%long(:now%n)*now%s(:now%n, j, before)
-    end do
-    planes(:now%n, 1) = old(:now%n, 1)
-    planes(:now%n, 2) = now%long(:now%n)*old(:now%n, 2)
-    planes(:now%n, 3) = now%long(:now%n)*old(:now%n, 3)
-    facets(:now%n, :) = now%facets(:now%n, :)
     crushed(:now%n) = 0.0_wp
     parts = parts_of(block%material)
+    ! the guard decides for the increment as a whole, too
+    rounds = parts + merge(1, 0, m%guard .and. parts > 1)
     released = 0.0_wp
+    whole = 0.0_wp
+    parted = 0.0_wp
     begin = 0.0_wp
-    do part = 1, parts
-      x = merge(part_ends(part), 1.0_wp, parts > 1)
+    do part = 1, rounds
+      if (part == 1 .or. part > parts) then
+        if (part > parts) parted(:now%n) = planes(:now%n, 1)
+        begin = 0.0_wp
+        ! fourth powers of lengths of the other points may leave the range of numbers
+        do j = 1, 3
+          s(:now%n, j, before) = now%long(:now%n)*now%s(:now%n, j, before)
+        end do
+        planes(:now%n, 1) = old(:now%n, 1)
+        planes(:now%n, 2) = now%long(:now%n)*old(:now%n, 2)
+        planes(:now%n, 3) = now%long(:now%n)*old(:now%n, 3)
+        facets(:now%n, :) = now%facets(:now%n, :)
+      end if
+      x = merge(part_ends(min(part, parts)), 1.0_wp, parts > 1)
       growth = growth_of_part(m, block%growth, x - begin)
       begin = x
+      counted = merge(1.0_wp, 0.0_wp, part <= parts)
       do j = 1, 3
         s(:now%n, j, after) = now%long(:now%n)*((1.0_wp - x)*now%s(:now%n, j, before) + x*now%s(:now%n, j, after))
       end do
@@ -175,11 +185,20 @@ contains
         planes(i, 3) = ended%new%s_dih
         facets(i, 1) = ended%new%omega
         facets(i, 2) = ended%new%wear_work
-        released(i) = released(i) + weight*ended%spent%rupture
-        now%accounts(i, 2) = now%accounts(i, 2) + weight*ended%spent%friction
+        whole(i) = weight*ended%spent%rupture
+        released(i) = released(i) + counted*whole(i)
+        now%accounts(i, 2) = now%accounts(i, 2) + (counted*weight)*ended%spent%friction
       end do
       s(:now%n, :, before) = s(:now%n, :, after)
     end do
+    if (rounds > parts) then
+      !$omp simd
+      do i = 1, now%n
+        now%accounts(i, 1) = now%accounts(i, 1) + guarded_release(start_alpha(m, old(i, 1)), parted(i), planes(i, 1), &
+          released(i), whole(i))
+      end do
+      return
+    end if
     !$omp simd
     do i = 1, now%n
       to = vector_type(s(i, 1, before), s(i, 2, before), s(i, 3, before))

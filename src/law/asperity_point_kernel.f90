@@ -9,7 +9,7 @@ module asperity_point_kernel
   use asperity_kernels, only: exact_kernel, kernel_constants, kernel_damped, kernel_facet, kernel_general, &
     kernel_guarded, kernel_of, kernel_straight, kernel_worn
   use asperity_kinds, only: wp
-  use asperity_law, only: growth_over_parts, update_plane
+  use asperity_law, only: growth_over_parts, guarded_release, start_alpha, update_plane
   use asperity_pattern, only: padded_planes
   use asperity_phases, only: growth_of_part, long_increment, parts_of
   use asperity_plane_setup, only: growth_of, plane_of
@@ -221,23 +221,35 @@ contains
     type(planes_type) :: planes
     type(update_type) :: now
     type(vector_type) :: first, last
-    real(wp), dimension(padded_planes) :: released   !! by each plane in the parts
-    real(wp) :: begin, crushed, friction, rupture, x
-    integer :: i, k, parts
+    real(wp), dimension(padded_planes) :: released, alone   !! by each plane in the parts, in the increment as a whole
+    real(wp), dimension(padded_planes) :: parted            !! damage after the parts
+    real(wp) :: begin, counted, crushed, friction, rupture, x
+    integer :: i, k, parts, rounds
     m = kernel_constants(joint%material, kernel, .false., .true.)
     rupture = 0.0_wp
     friction = 0.0_wp
     crushed = 0.0_wp
     released = 0.0_wp
+    alone = 0.0_wp
+    parted = 0.0_wp
     planes = start
     first = from
     parts = parts_of(joint%material)
+    ! the guard decides for the increment as a whole, too
+    rounds = parts + merge(1, 0, m%guard .and. parts > 1)
     begin = 0.0_wp
-    do i = 1, parts
-      x = merge(part_ends(i), 1.0_wp, parts > 1)
+    do i = 1, rounds
+      if (i > parts) then
+        parted = planes%alpha
+        planes = start
+        first = from
+        begin = 0.0_wp
+      end if
+      x = merge(part_ends(min(i, parts)), 1.0_wp, parts > 1)
       last = vector_type((1.0_wp - x)*from%n + x*to%n, (1.0_wp - x)*from%x + x*to%x, (1.0_wp - x)*from%y + x*to%y)
       growth = growth_of_part(m, whole, x - begin)
       begin = x
+      counted = merge(1.0_wp, 0.0_wp, i <= parts)
       ! the kernel of a linear contact finds them in half the time
       if (m%wears .and. joint%material%bends) call find_crushed(joint, kernel_general, last, planes)
       if (m%wears .and. .not. joint%material%bends) call find_crushed(joint, kernel_worn, last, planes)
@@ -256,11 +268,21 @@ contains
           planes%omega(k) = now%new%omega
           planes%wear_work(k) = now%new%wear_work
         end if
-        released(k) = released(k) + (plane%gamma*m%k_t)*now%spent%rupture
-        friction = friction + (plane%gamma*m%k_t)*now%spent%friction
+        alone(k) = (plane%gamma*m%k_t)*now%spent%rupture
+        released(k) = released(k) + counted*alone(k)
+        friction = friction + (counted*(plane%gamma*m%k_t))*now%spent%friction
       end do
       first = last
     end do
+    if (rounds > parts) then
+      !$omp simd reduction(+:rupture)
+      do k = 1, planes%n
+        rupture = rupture + guarded_release(start_alpha(m, start%alpha(k)), parted(k), planes%alpha(k), released(k), &
+          alone(k))
+      end do
+      accounts = dissipation_type(0.5_wp*rupture, 0.5_wp*friction)
+      return
+    end if
     !$omp simd reduction(+:rupture)
     do k = 1, planes%n
       plane = plane_of(joint%pattern, k)

@@ -230,8 +230,9 @@ contains
       end if
     end do
     if (is_unstiff(point)) return
-    ! where nothing holds a free separation and it changes no traction, it stays
+    ! where nothing pushes or holds a free separation and it changes no traction, it stays
     do i = 1, 3
+      if (max(abs(equations%start(i)), abs(equations%target(i))) > 0.0_wp) cycle
       if (.not. (any(abs(a(i, :)) > 0.0_wp) .or. any(abs(a(:, i)) > 0.0_wp))) a(i, i) = law%stiffness
     end do
   end function free_matrix

@@ -422,7 +422,7 @@ def test_jumps_beyond_the_compressive_strength() -> None:
 
 @pytest.mark.fine_parts
 def test_guarded_jumps() -> None:
-    """The guard asks the rupture that is booked, never negative: damage grows where it is positive."""
+    """The damage of a flat joint grows where the rupture of its fine parts is positive; none is negative."""
     constants = {"sigma0": 3.0, "Gc": 0.3, "eta": 0.9, "mu": 0.5, "kc": 5.0}
     material, free = Material(**constants, guard=True), reference.Parameters(**constants)
     props, planes = Interface(material, Pattern.regular(0, 0.0)).props(), reference.regular_pattern(0, 0.0)
@@ -447,3 +447,23 @@ def test_guarded_jumps() -> None:
         refused += int((sought < -clearly).sum())
         state, s_old = new, s
     assert refused > 10
+
+
+@pytest.mark.parametrize("entry", [by_c, by_umat])
+@pytest.mark.parametrize("tau_v", [0.0, 1.0])
+@pytest.mark.parametrize("option", ["height", "closure", "crush"])
+def test_guarded_rupture_needs_damage(option: str, tau_v: float, entry: Callable[..., Answer]) -> None:
+    """Where no plane is damaged further no rupture is booked, whatever the guard decides within a jump."""
+    material = Material(**BOND | CURVED[option], tau_v=tau_v, guard=True)
+    joint, rng = Interface(material, Pattern.regular(2, 30.0)), np.random.default_rng(SEED)
+    n = 400 if entry is by_c else 40
+    state, s_old, kept = np.zeros((n, joint.nstatv)), np.zeros((n, 3)), 0
+    planes = slice(N_POINT_STATEV, N_POINT_STATEV + 3 * joint.n_planes, 3)
+    for _ in range(6):
+        s = material.s_f * rng.normal(0.0, [0.3, 2.0, 0.5], (n, 3))
+        new = entry(joint.props(), s, state, s_old, tau_v)[1]
+        grown = (new[:, planes] > state[:, planes]).any(axis=1)
+        np.testing.assert_array_equal(new[~grown, 2], state[~grown, 2])
+        kept += int((~grown).sum())
+        state, s_old = new, s
+    assert kept > n // 4

@@ -151,3 +151,11 @@ def test_free_across_without_friction() -> None:
         ends.append(across.run([Step(increments=20, **held), Step(s_Tx=0.4, increments=27, **held)]))
     assert not ends[0].separation[:, 2].any()
     np.testing.assert_allclose(ends[0].separation, ends[1].separation, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("t_Ty", [1e-12, 3e-11])
+def test_a_rounding_error_across_without_friction(t_Ty: float) -> None:
+    """A traction of rounding errors across a joint that nothing holds is within the tolerance."""
+    flat = Interface(Material(3.0, 0.3, 0.99, 0.0, damage0=1.0, kc=5.0), Pattern.regular(0, 0.0))
+    history = flat.run([Step(t_N=-1.0, t_Ty=x, increments=4) for x in (0.0, t_Ty)])
+    assert len(history) == 8 and abs(history.traction[-1, 1:]).max() < 1e-10
