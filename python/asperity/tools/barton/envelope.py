@@ -189,9 +189,12 @@ def envelope(joint: Joint, low: float, high: float) -> Envelope:
     start = np.log([slope, 2.0 * high, ks, joint.dilation(slips[-1:], pressure)[0]])
     bounds = start - WIDE, np.minimum(start + WIDE, [np.log(STEEPEST), *[np.inf] * 3])
     settings = {"x_scale": "jac", "ftol": SAME, "xtol": SAME}
-    near = least_squares(residuals, start, slopes, bounds=bounds, x_scale="jac", ftol=1e-2)
-    # the closed form has another tangent than the law: its end is a start
-    solution = least_squares(residuals, near.x, diff_step=STEP, bounds=bounds, **settings)
+    near = least_squares(residuals, start, slopes, bounds=bounds, x_scale="jac", ftol=1e-2).x
+    # the closed form has another tangent than the law, by much the same at every trial
+    there = residuals(near)
+    law_slopes = [(residuals(near + step) - there) / STEP for step in STEP * np.eye(near.size)]
+    other = np.transpose(law_slopes) - slopes(near)
+    solution = least_squares(residuals, near, lambda x: slopes(x) + other, bounds=bounds, **settings)
     if not solution.success:
         raise ValueError("the least squares ended before they converged: expected other normal stresses")
     found = law(solution.x)

@@ -171,5 +171,8 @@ def test_strength_that_no_constants_meet(tmp_path: Path, capsys: pytest.CaptureF
     """Where the law misses the strength of Barton by more than a fit may, the exit code says so."""
     words = f"barton --jrc 20 --jcs 50 --phi-r 30 --length 0.1 --sigma-n .5,40 -o {tmp_path / 'joint.nml'}"
     assert main(words.split()) == 3
-    assert "the strength of the law differs by 29%: expected at most 10% more" in capsys.readouterr().err
+    said = re.search(
+        r"the strength of the law differs by (\d+)%: expected at most 10% more", capsys.readouterr().err
+    )
+    assert said and int(said[1]) > 15
     assert (tmp_path / "joint.nml").exists()
