@@ -11,6 +11,7 @@ SCENES = """
 import tempfile
 from pathlib import Path
 from asperity.fenicsx import equilibrium, newton, passes
+from asperity.fenicsx.tangent import equations_of
 
 STRENGTH = 0.25
 BOND = Interface(Material(sigma0=STRENGTH, Gc=0.018, eta=0.97882791327913, mu=0.75), Pattern.regular(0, 0.0))
@@ -274,7 +275,7 @@ fixed = m.dofs(m.x[:, 2] < 1e-6, 0, 1, 2)
 start = solve(m, State.virgin(m), Conditions(fixed, load=down)).taken()
 of = Conditions(fixed, load=down + push)
 before = solve(m, start, of)
-[solver] = newton.equations_of(m, np.sort(fixed), "").solvers.values()
+[solver] = equations_of(m, np.sort(fixed), "").solvers.values()
 stale, solver.stale = solver.stale, Ended()
 try:
     solve(m, start, of)

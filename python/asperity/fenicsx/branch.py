@@ -28,11 +28,12 @@ from .coupling import Followed
 from .equilibrium import Report, Terms, begun, solve
 from .ledger import Ledger, ledger_after, ledger_of, work_of
 from .model import Model
-from .newton import Task, balance_of, equations_of
+from .newton import Task, balance_of
 from .ranks import agree, called, doubles, largest, real, totals
 from .response import LawError, respond
 from .state import State
 from .stopped import Stopped
+from .tangent import equations_of
 from .water import Water
 
 FAST, GROWTH, LEAST = 6, 1.5, 1e-4
@@ -190,7 +191,7 @@ class Branch:
             pulled = np.einsum("pij,pj->pi", response.D, m.separations(moved))
             pulled[:, 0] -= (wet - p) / h
             slope = (m.stiff(moved) + m.pulled(pulled) - (more - load) / h) * q.free
-            q.assemble(response.D, task, SHIFT, False)
+            q.assemble(response.D, task.drag / task.dt, task.damping, SHIFT, False)
             first, second = steps.step(balance.full), steps.step(slope, moved)
             if first is None or second is None:
                 return x, at, iteration, "the tangent has no solution"

@@ -13,8 +13,8 @@ from collections.abc import Callable
 import numpy as np
 
 from ..contract import Floats
-from .newton import Equations
 from .ranks import totals
+from .tangent import Equations
 from .water import Water
 
 ENOUGH, MOST = 1e-6, 200

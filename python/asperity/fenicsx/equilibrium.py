@@ -21,11 +21,12 @@ from .conditions import Conditions, held
 from .coupling import Followed
 from .measures import Measures, measure
 from .model import Model
-from .newton import SOFT, Task, equations_of, newton, share, words_of
+from .newton import SOFT, Task, newton, share
 from .passes import PASSES, Passed, by_passes
 from .ranks import agree, doubles, expect, largest, real, total, whole
 from .response import Clock, LawError
 from .state import State
+from .tangent import equations_of, words_of
 from .water import WATER, Water, WaterError
 
 SAME_WATER, MOST_WATER = 1e-6, 60
@@ -228,7 +229,7 @@ def solve(model: Model, state: State, conditions: Conditions, terms: Terms | Non
             break
         r = found.response
         assert r
-        q.assemble(r.D, task, SOFT if convex or found.floating else 0.0, convex)
+        q.assemble(r.D, drag / terms.dt, terms.damping, SOFT if convex or found.floating else 0.0, convex)
         spent[2] += 1
         p = np.maximum(p + followed.change(wanted - p), 0.0)
     nothing = np.zeros(model.n * model.d)

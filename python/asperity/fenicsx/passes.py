@@ -20,10 +20,11 @@ from mpi4py import MPI
 
 from .. import contract
 from ..contract import Floats
-from .newton import Equations, Found, Task, newton, share
+from .newton import Found, Task, newton, share
 from .ranks import COMM, total
 from .response import Clock, respond
 from .state import State
+from .tangent import Equations
 
 PASSES, SAME_DAMAGE, SAME_FORCE = 8, 1e-3, 1e-4
 """Most passes of a step, and errors below which no further pass is made."""
