@@ -1,7 +1,7 @@
 #!/bin/sh
 # build-and-test.sh PRESET [CMAKE_OPTION...]: configures a preset of CMakePresets.json into build/PRESET, builds it, runs every
-# suite and counts the tests ('N passed, N failed'). SUITES='name name': only these suites. Ends with status 77 where this
-# machine cannot run the preset, and says why.
+# suite and counts the tests ('N passed, N failed'). SUITES='name name': only these suites, or those of these folders of
+# tests. Ends with status 77 where this machine cannot run the preset, and says why.
 set -eu
 cd "$(dirname "$0")/.."
 preset=$1
@@ -21,6 +21,15 @@ flang)
   set -- $compiler "$@"
   ;;
 esac
+
+suites=
+for name in ${SUITES:-}; do
+  if [ -d "tests/$name" ]; then
+    name=$(cd "tests/$name" && ls test_*.pf | sed 's/\.pf$//')
+  fi
+  suites="$suites $name"
+done
+SUITES=$(echo $suites)
 
 # coverage counts what one thread runs
 [ "$preset" != debug ] || export OMP_THREAD_LIMIT=1

@@ -138,9 +138,11 @@ contains
         [3.0_wp*s0, 0.3_wp, 2.0_wp, 0.3_wp, 0.5_wp, 3.0_wp, 1.0_wp, 0.3_wp, 4.0_wp, 0.6_wp])
     case (27)
       joint = rp_4([p_c, p_kc, p_damage0], [8.0_wp, 5.0_wp, 0.5_wp])
-    case default
+    case (28)
       joint = rp_4([p_closure, p_damage0, p_kc, p_height, p_w0, p_crush, p_guard, p_tau_v, p_sigma02, p_gc2, p_c], &
         [3.0_wp*s0, 0.3_wp, 2.0_wp, 0.3_wp, 0.5_wp, 3.0_wp, 1.0_wp, 0.3_wp, 4.0_wp, 0.6_wp, 2.0_wp])
+    case default
+      error stop "support_law: no such kind of interface"
     end select
   end function kind_of
 

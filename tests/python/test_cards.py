@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from asperity import Interface, Material, ModelWarning, Pattern, contract
 from asperity.case_files import read_run
-from asperity.installed import all_cases, named_library
+from asperity.cli import main
+from asperity.installed import all_cases, named_case, named_library
 from asperity.model_checks import check_model
 
 TABLE_2 = Material(sigma0=3.0, Gc=0.3, eta=0.9, mu=0.5)
@@ -372,3 +373,15 @@ def test_run_of_a_case() -> None:
         texts = path.read_text(encoding="utf-8")
         if "&sweep" not in texts or re.search(r"name = '(theta_L|sigma_N)'", texts):
             assert read_run(path).interface.n_planes >= 1
+
+
+def test_committed_mtest_input(capsys: pytest.CaptureFixture[str]) -> None:
+    """The file for readers is what `asperity card` prints, but for comments and the folder of the library."""
+    assert main(["card", "mtest", str(named_case("figure05b"))]) == 0
+    printed = capsys.readouterr().out
+
+    def plain(text: str) -> list[str]:
+        return [re.sub(r"'/.*/", "'", line) for line in text.splitlines() if not line.startswith("//")]
+
+    file = Path(__file__).parents[2] / "harness" / "hosts" / "mtest" / "figure05b.mtest"
+    assert plain(file.read_text(encoding="utf-8")) == plain(printed)

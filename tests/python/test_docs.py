@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import asperity
 import pytest
-from asperity import cli
+from asperity import cli, contract
 from asperity.installed import driver
 from refresh import printed_by_cells
 
@@ -124,7 +124,7 @@ def test_notebook(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
             [[word for word in line.split() if not re.search(r"\d", word)] for line in text.splitlines()]
             for text in (printed, shown)
         )
-        assert ours == theirs
+        assert ours == theirs, f"python tests/python/refresh.py {page} writes what the cells print"
 
 
 def commands() -> list[tuple[str, list[str]]]:
@@ -184,6 +184,14 @@ def test_tables_of_the_contract() -> None:
     assert codes and re.findall(r"^\| (\d+) \| `(ASPERITY_\w+)`", TEXTS[CONTRACT], re.MULTILINE) == codes
 
 
+def test_every_constant_is_explained() -> None:
+    """Each constant of law and pattern has a row in the table of concepts; the reserved entries are named."""
+    shown = names_in_table(section("docs/concepts.md", "## What each constant does"))
+    assert {row.name for row in contract.owned("law", "pattern")} - shown == set()
+    reserved = " and ".join(str(row.index) for row in contract.props_table() if row.owner == "reserved")
+    assert f"{reserved} are reserved and 0" in TEXTS[CONTRACT]
+
+
 def test_rooms() -> None:
     """Each room that has a size has a row in the tree, and each row of the tree is there."""
     named = re.findall(r"^\|((?: ?`[\w/]+`,?)+) \|", section(ARCHITECTURE, "## The tree"), re.MULTILINE)
@@ -236,7 +244,7 @@ def test_names_of_the_case_file(group: str, tmp_path: Path) -> None:
     assert m, message
     text = section(DRIVER, f"### &{group}")
     shown = set(re.findall(r"(\w+) = ", text)) if group == "sweep" else names_in_table(text)
-    assert shown == set(m[1].split(", "))
+    assert shown == set(m[1].split(", ")), f"docs/reference/driver.md, &{group}"
 
 
 def test_columns_and_events(tmp_path: Path) -> None:

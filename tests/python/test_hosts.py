@@ -47,6 +47,13 @@ def test_new_host(new_host: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "New code" in (told := capsys.readouterr().out) and "newcode-of-nobody not found on PATH" in told
 
 
+def test_constant_that_is_none(new_host: Path) -> None:
+    """A name in `only` that no constant has is named with its file."""
+    (new_host / "host.toml").write_text("title = 'x'\n[card.only]\nwatr = 0\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"newcode.host\.toml: card\.only: watr: expected dimension or"):
+        JOINT.card("newcode")
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [
@@ -76,6 +83,6 @@ def test_page_of_hosts() -> None:
     """Each host with a material block has a row in the page, which names all that the command takes."""
     page = Path(__file__).parents[2].joinpath("docs/how-to/hosts.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| \[([\w-]+)", page, re.MULTILINE)
-    assert {host.title for host in hosts.hosts("card").values()} <= {*rows}
+    assert {host.title for host in hosts.hosts("card").values()} <= {*rows}, "rows of docs/how-to/hosts.md"
     [named] = re.findall(r"^`HOST`: ([^.]*)\.", page, re.MULTILINE)
-    assert re.findall(r"`(\w+)`", named) == [*hosts.hosts("card")]
+    assert re.findall(r"`(\w+)`", named) == [*hosts.hosts("card")], "list HOST of docs/how-to/hosts.md"

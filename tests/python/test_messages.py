@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from asperity import Interface, Material, Pattern, Point, Step, contract
+from asperity.hosts import hosts
 from asperity.installed import named_case
 from asperity.model_checks import check_model
 from asperity.tools.selection import LoadCase, select
@@ -212,7 +213,7 @@ ROWS: list[tuple[Callable[[], object], str]] = [
         for arguments, message in (
             (
                 ("ansys", {}),
-                "host = 'ansys': expected one of abaqus, akantu, calculix, cast3m, diana",
+                f"host = 'ansys': expected one of {', '.join(hosts('card'))}",
             ),
             (("abaqus", {"name": "2 joints"}), "name = '2 joints': expected a letter"),
             (("abaqus", {"h": -1.0}), "h = -1"),

@@ -13,8 +13,6 @@ from asperity import read_case
 from asperity.cli import main
 from asperity.installed import named_case
 
-HERE = Path(__file__).parent
-
 
 @pytest.mark.skipif(shutil.which("mtest") is None, reason="mtest is not on PATH")
 @pytest.mark.filterwarnings("ignore::asperity.ModelWarning")
@@ -62,14 +60,3 @@ def test_water(tmp_path: Path) -> None:
             ["mtest", file.name], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False
         )
         assert done.returncode != 0 and words in done.stdout + done.stderr
-
-
-def test_input_file_is_that_of_the_command(capsys: pytest.CaptureFixture[str]) -> None:
-    """The file for readers is what `asperity card` prints, but for comments and the folder of the library."""
-    main(["card", "mtest", str(named_case("figure05b"))])
-    printed = capsys.readouterr().out
-
-    def plain(text: str) -> list[str]:
-        return [re.sub(r"'/.*/", "'", line) for line in text.splitlines() if not line.startswith("//")]
-
-    assert plain((HERE / "figure05b.mtest").read_text(encoding="utf-8")) == plain(printed)

@@ -71,8 +71,12 @@ def card(host: str, block: Block) -> str:
         raise ValueError(f"density = {block.density:g}: expected > 0")
     if not takes.listed and block.prop("m") < 0.0:
         raise ValueError(f"m = {block.prop('m'):g}: expected a regular pattern for {host}, not listed planes")
+    known = {row.name for row in contract.props_table()}
     for name, expected in takes.only.items():
         of_host = {"dimension": block.dimension, "h": block.thickness()}
+        if name not in of_host and name not in known:
+            file = hosts.folder(host) / "host.toml"
+            raise ValueError(f"{file}: card.only: {name}: expected dimension or a constant of PROPS")
         value = of_host[name] if name in of_host else block.prop(name)
         good = expected if isinstance(expected, list) else [expected]
         if value not in good:
