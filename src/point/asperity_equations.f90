@@ -216,7 +216,7 @@ contains
     class(point_law), intent(in) :: law             !! the law
     type(equations_type), intent(in) :: equations   !! the equations
     type(point_type), intent(in) :: point           !! the point, its tangent
-    real(wp) :: a(3, 3)
+    real(wp) :: a(3, 3), negligible
     integer :: i
     a = point%tangent
     do i = 1, 3
@@ -229,12 +229,17 @@ contains
         a(i, i) = acos(-1.0_wp)*law%stiffness
       end if
     end do
-    if (is_unstiff(point)) return
-    ! where nothing pushes or holds a free separation and it changes no traction, it stays
-    do i = 1, 3
-      if (max(abs(equations%start(i)), abs(equations%target(i))) > 0.0_wp) cycle
-      if (.not. (any(abs(a(i, :)) > 0.0_wp) .or. any(abs(a(:, i)) > 0.0_wp))) a(i, i) = law%stiffness
-    end do
+    if (is_unstiff(point) .or. equations%damping > 0.0_wp) return
+    ! where nothing pushes or holds a free separation beyond what the residual sees over s0, and it changes no traction,
+    ! it stays
+    associate (tangent => point%tangent)
+      negligible = coarsest_scale*residual_tolerance*min(law%stiffness, maxval(abs(tangent)))
+      do i = 1, 3
+        if (max(abs(equations%start(i)), abs(equations%target(i))) > 0.0_wp) cycle
+        if (max(abs(a(i, i)), maxval(abs(tangent(i, :))), maxval(abs(tangent(:, i)))) <= negligible) a(i, i) = &
+          law%stiffness
+      end do
+    end associate
   end function free_matrix
 
   !> Right-hand side of the change of the free separations that a tangent predicts for a change of the prescribed

@@ -24,7 +24,8 @@ contains
   !>
   !> A step is halved until the largest residual decreases; if it never decreases, the method stops without a solution.
   !> The first step is made in full: its tangent may be that of the other side of a kink, for example where a plane is
-  !> about to slide.
+  !> about to slide. A step of a motion has at least one iteration: what drives it from an equilibrium that is weakly
+  !> unstable may be less than the tolerance.
   subroutine newton_solve(law, equations, fraction, reach, point, result)
     class(point_law), intent(in) :: law                 !! the law
     type(equations_type), intent(inout) :: equations    !! the equations; updates and iterations are counted
@@ -43,7 +44,7 @@ contains
     do i = 0, most_iterations
       result%last = free_matrix(law, equations, point)
       if (result%stable) result%stable = .not. unstable(result%last, law%stiffness)
-      result%converged = error <= residual_tolerance
+      result%converged = error <= residual_tolerance .and. (i > 0 .or. .not. equations%damping > 0.0_wp)
       if (result%converged .or. i == most_iterations) return
       call newton_step(equations, law%stiffness, result%last, r, step, good)
       if (.not. good) return

@@ -153,6 +153,38 @@ def test_free_across_without_friction() -> None:
     np.testing.assert_allclose(ends[0].separation, ends[1].separation, rtol=0.0, atol=1e-9)
 
 
+PLATEAUS = {
+    "two facets alike": (
+        joint(3, 36.6, turn=356.27, mu=0.0, kc=18.8, height=0.0099, closure=0.0053, damage0=1.0),
+        -0.603,
+        [0.4, 0.05],
+    ),
+    "a facet that pushes": (
+        joint(5, 60.57, eta=0.99, mu=0.0, kc=33.2, height=0.00209, damage0=1.0),
+        -0.0709,
+        0.3,
+    ),
+}
+
+
+@pytest.mark.parametrize("place", PLATEAUS)
+def test_plateau_without_friction(place: str) -> None:
+    """On facets that have been climbed the slope that is left holds nothing across, and pushes nowhere."""
+    rough, pressure, slips = PLATEAUS[place]
+    history = rough.run([Step(t_N=pressure, t_Ty=0.0, increments=20), Step(s_Tx=slips, increments=39)])
+    assert history.separation[-1, 1] == np.atleast_1d(slips)[-1]
+    np.testing.assert_allclose(history.traction[:, 2], 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("increments", [39, 100])
+def test_axis_of_symmetry_that_is_weakly_unstable(increments: int) -> None:
+    """A joint leaves the axis also where it is pushed off by less than a rounding error of its stiffness."""
+    rough = joint(8, 16.5, eta=0.99, mu=0.0, kc=22.0, height=0.0079, damage0=1.0)
+    history = rough.run([Step(t_N=-0.954, t_Ty=0.0, increments=20), Step(s_Tx=0.2, increments=increments)])
+    assert history.snaps and abs(history.separation[-1, 2]) == pytest.approx(0.0543908, rel=0, abs=1e-6)
+    np.testing.assert_allclose(history.traction[:, 2], 0.0, atol=1e-9)
+
+
 @pytest.mark.parametrize("t_Ty", [1e-12, 3e-11])
 def test_a_rounding_error_across_without_friction(t_Ty: float) -> None:
     """A traction of rounding errors across a joint that nothing holds is within the tolerance."""
