@@ -420,6 +420,28 @@ def test_jumps_beyond_the_compressive_strength() -> None:
     assert (state[:, -2] > 0.1 * material.s_f).sum() > 10
 
 
+@pytest.mark.parametrize(
+    "option", [{"W0": 1.0, "kc": 734.0}, {"W0": 1.0}, {"fc": 10.0, "Gfc": 2.0}, {"c": 5.0}]
+)
+def test_slips_of_twenty_increments(option: dict[str, float]) -> None:
+    """Wear by work, crushing and a dashpot: 90 % of both accounts agree with those of 4000 increments."""
+    material = Material(**BOND | {"kc": 20.0, "height": 0.2} | option)
+    joint, rng = Interface(material, Pattern.regular(4, 30.0)), np.random.default_rng(SEED)
+    start, end = np.zeros((2, JUMP_POINTS, 3))
+    start[:, 0] = end[:, 0] = -rng.uniform(0.03, 3.0, JUMP_POINTS) / (material.K * material.kc)
+    angle, length = rng.uniform(0.0, 2.0 * np.pi, JUMP_POINTS), rng.uniform(0.25, 5.0, JUMP_POINTS)
+    end[:, 1:] = (length * material.s_f * np.stack([np.cos(angle), np.sin(angle)])).T
+    ends = []
+    for increments in (20, 4000):
+        state, s_old, dt = None, start, 1.0 / increments
+        for x in np.linspace(0.0, 1.0, increments + 1):
+            s = start + x * (end - start)
+            state, s_old = joint.update(s, state, s_old, dt if material.c else None).state, s
+        ends.append(state)
+    off = np.abs(ends[0] - ends[1])[:, 2:4] / (material.Gc + np.abs(ends[1])[:, 1:4].sum(axis=1))[:, None]
+    assert np.quantile(off, 0.9, axis=0).max() < 0.02, off
+
+
 @pytest.mark.fine_parts
 def test_guarded_jumps() -> None:
     """The damage of a flat joint grows where the rupture of its fine parts is positive; none is negative."""
