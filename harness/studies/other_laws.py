@@ -176,16 +176,30 @@ def specimens(rng: np.random.Generator, least: int = 3, most: int = 6) -> Drawn:
 
 
 def parabola(rng: np.random.Generator) -> Drawn:
-    """Friction on asperities whose slope falls along a straight line and ends, behind a spring; no bond."""
+    """Asperities whose slope falls along a straight line and ends."""
+    return ended(rng, lambda part: (1.0 - part, 1.0 - (1.0 - part) ** 2))
+
+
+def wave(rng: np.random.Generator) -> Drawn:
+    """Asperities whose slope is that of half a wave, cos^2, flat at first and at its end."""
+    return ended(
+        rng, lambda part: (float(np.cos(0.5 * np.pi * part)) ** 2, part + float(np.sin(np.pi * part)) / np.pi)
+    )
+
+
+def ended(rng: np.random.Generator, profile: Callable[[float], tuple[float, float]]) -> Drawn:
+    """Friction on asperities whose slope ends, behind a spring; no bond.
+
+    profile: slope over the largest one and dilation over the height, at parts of the length, of which a
+    constant slope would need half.
+    """
     mu, theta, length = rng.uniform(0.45, 0.75), rng.uniform(8.0, 35.0), rng.uniform(0.1, 4.0)
     stiffness, slope = rng.uniform(5.0, 12.0) * rng.choice([1.0, 10.0]), float(np.tan(np.radians(theta)))
     height, tests = 0.5 * slope * length, []
 
     def state(u: float, pressure: float) -> tuple[float, float]:
-        remaining = max(0.0, 1.0 - u / length)
-        return pressure * (mu + slope * remaining) / (1.0 - mu * slope * remaining), height * (
-            1.0 - remaining**2
-        )
+        left, risen = profile(min(1.0, u / length))
+        return pressure * (mu + slope * left) / (1.0 - mu * slope * left), height * risen
 
     def test(pressure: float, rows: int) -> Test:
         end = length * rng.uniform(1.5, 4.0)
@@ -440,6 +454,7 @@ KINDS = {
     "Mohr-Coulomb, decaying dilation": mohr_coulomb,
     "dilation not measured": without_dilation,
     "parabolic asperities": parabola,
+    "wave-shaped asperities": wave,
     "specimens, 2 tests": lambda rng: specimens(rng, 2, 2),
     "specimens, 3 to 6 tests": specimens,
     "gauges not set to zero": gauges,

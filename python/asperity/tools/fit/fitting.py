@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -14,12 +15,12 @@ from .checks import check_copies, check_known, shows_dilation, warn_if
 from .evidence import cycles, guesses
 from .intervals import Intervals, spreads
 from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
-from .model import AUTO, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
-from .profiles import AT_ONCE, assumed, in_place_of_bond, shaped, uncrushed
+from .model import AUTO, CRUSHING, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
+from .profiles import AT_ONCE, assumed, in_place_of_bond, shaped, unseen
 from .result import Fit
 from .rigid import LAW, SHAPES, SLOPES, WITHOUT
 from .shear_test import ShearTest
-from .squares import Solution, by_law, refitted, residuals, searched
+from .squares import Solution, by_law, other_misfit, refitted, residuals, searched, with_crushing
 from .verdict import (
     GOOD,
     blind,
@@ -81,6 +82,7 @@ def fit(
     if shown and not {*INCLINED} & {*known} and not shows_dilation(shown):
         warn_if(True, "the dilation of the tests is noise: the constants are those of the strength alone")
         usable = [replace(test, s_N=None) for test in usable]
+    strength = {} if free and {*CRUSHING} & {*free} else {n: known.pop(n) for n in CRUSHING if n in known}
     if free is not None:
         fixed_here = {"flat": 0.0} | known
         models = [Model(tuple(free), sides, fixed_here)]
@@ -92,7 +94,7 @@ def fit(
     if not models:
         raise ValueError(f"{rows} rows in {len(tests)} tests: expected at least 6, for two constants")
     # a dilation that was measured tells asperities from a bond
-    return _fit(usable, models, direction, tick, free is not None, bool(shown))
+    return _fit(usable, models, direction, tick, free is not None, bool(shown), strength)
 
 
 def _checked(
@@ -162,11 +164,12 @@ def _fit(
     tick: Callable[[str], object],
     of_user: bool = False,
     measured: bool = True,
+    strength: Mapping[str, float] = MappingProxyType({}),
 ) -> Fit:
     """Fit by a ladder of models; without the dilation where the law does not meet it.
 
     of_user: the model is that of the user, which no other one replaces.
-    measured: whether a test had a dilation.
+    measured: whether a test had a dilation.  strength: constants of a known compressive strength.
     """
     solutions: list[Solution] = []
     guess = guesses(tests)
@@ -217,17 +220,24 @@ def _fit(
     if chosen.problem.is_closed_form:
         problem = of_law(chosen, tests, weight)
         law = Solution(replace(chosen.model, shape=LAW), problem, chosen.x, residuals(problem, chosen.x))
+    free_of_crushing = law
+    if strength:
+        law = with_crushing(law, strength)
     tick("blind predictions")
     fitted = compared(law.problem, law.values)
-    unseen, left_out = blind(chosen, tests)
+    predicted, left_out = blind(chosen, tests)
     pressed = Intervals(chosen, spreads(chosen, left_out), assumptions)
-    assumptions = [*assumptions, *uncrushed(chosen, tests)]
+    assumptions = [*assumptions, *unseen(chosen, tests, pressed)]
     intervals = replace(pressed, assumptions=assumptions)
     estimates = {name: intervals.of(name) for name in chosen.model.free}
-    judged_errors = errors_of(law, tests, fitted, unseen)
+    judged_errors = errors_of(law, tests, fitted, predicted)
     errors, beyond = judged_errors.all, judged_errors.of_law
     grade, worst = grade_of(max(beyond.values())), max(beyond, key=lambda name: beyond[name])
     reasons = []
+    if other_misfit(law.residuals, free_of_crushing.residuals):
+        reasons.append(
+            f"the tests reach fc = {strength['fc']:.3g}, which the fit leaves out: tests below it are needed"
+        )
     if grade == "poor":
         most = judged_errors.worst.get(worst, "")
         where = f", most in {short(most)}" if most and len(tests) > 1 else ""
@@ -262,8 +272,8 @@ def _fit(
         text = f"{name} is not determined: {value:.3g} [{below:.3g}, {above:.3g}]"
         if name in SPRINGS:
             notes.append(f"{text}; the other constants do not depend on it")
-        elif name == "crush" or (name == "theta" and not undetermined({name: pressed.of(name)}, at_bounds)):
-            notes.append(f"{text}; the strengths hold between the pressures of the tests")
+        elif name == "crush" or (name in HOLDS and not undetermined({name: pressed.of(name)}, at_bounds)):
+            notes.append(f"{text}; the strengths hold {HOLDS.get(name, HOLDS['theta'])}")
         elif intervals.by_tests(name):
             without = [fit.values[name] for fit in left_out]
             ends = int(np.argmin(without)), int(np.argmax(without))
@@ -291,7 +301,7 @@ def _fit(
     models_tried = [
         (solution.model.free, value - bic[index]) for solution, value in zip(solutions, bic, strict=True)
     ]
-    judged = (fitted, unseen, errors, grade, reasons, notes, assumptions, models_tried, loose)
+    judged = (fitted, predicted, errors, grade, reasons, notes, assumptions, models_tried, loose)
     return Fit(tests, law, intervals, estimates, *judged)
 
 
@@ -308,6 +318,9 @@ BETTER |= dict.fromkeys(
 )
 BETTER[AT_ONCE] = "friction acts before the bond is damaged; from the first slip on"
 """What tests say that prefer another assumption."""
+
+HOLDS = {"theta": "between the pressures of the tests", "height": "up to the slips of the tests"}
+"""Where strengths hold without a constant that is beyond the rows."""
 
 HELP = {
     "mu": "rows beyond the peak, up to the residual strength",

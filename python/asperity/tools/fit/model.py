@@ -44,6 +44,9 @@ BOND = tuple(name for name in contract.joint_constants(1.0, 1.0) if name != "kc"
 INCLINED = tuple(row.name for row in TIMELESS if row.inclined)
 """Constants that a joint without bond does not have, and those of inclined planes."""
 
+CRUSHING = ("fc", "Gfc", "Css", "kp", "fcr")
+"""Constants of a compressive strength, which a fit leaves out: tests that it ends have no curves."""
+
 ROCK, MORTAR, AUTO = "rock", "mortar", "auto"
 """Forms of a joint: without bond, with bond, and that of the two which the tests support."""
 

@@ -16,9 +16,10 @@ from .shear_test import ShearTest
 from .squares import SEARCHED, Solution, refitted, solve
 
 STARTS, SHAPE_OF_LAW, AT_ONCE = "other starts", "shape of the law", "friction at once behind a spring"
-UNCRUSHED = "the slope that the tests show"
+UNCRUSHED, ENDED_HERE = "the slope that the tests show", "a dilation that ends with the rows"
 """Names of starts of slip and dilation that fit best, of the law beside another shape, of a bond in closed
-form, whose friction does not wait for the damage, and of a slope that the pressure does not crush.
+form, whose friction does not wait for the damage, of a slope that the pressure does not crush, and of a
+height that the rows reach.
 """
 
 
@@ -144,14 +145,24 @@ def assumed(
         yield Assumption(name, value - values[0], solution.values, allowed, shown, halves, shape in apart)
 
 
-def uncrushed(chosen: Solution, tests: Sequence[ShearTest]) -> Iterator[Assumption]:
-    """The largest slope that the tests show, where the law has a larger one without pressure, by crush.
+def unseen(chosen: Solution, tests: Sequence[ShearTest], intervals: Intervals) -> Iterator[Assumption]:
+    """The slope and the height that the rows show, where those of the fit are larger.
 
-    That is an extrapolation: a slope that wears ends sooner under pressure, too, and is no smaller at first.
+    Both are extrapolations.  A slope without pressure, by crush: one that wears ends sooner under pressure,
+    too, and is no smaller at first.  And a height beyond the rows: their dilation may end with them.
+    intervals: those without these assumptions.
     """
     shown = float(np.degrees(np.arctan(max(map(first_slope, tests)))))
     if {"theta", "crush"} <= {*chosen.model.free} and 0.0 < shown < chosen.values["theta"]:
         yield Assumption(UNCRUSHED, 0.0, {"theta": shown}, True, ("theta",), {"theta": 0.0}, True)
+    if {"theta", "height"} <= {*chosen.model.free}:
+        values, slope = chosen.values, float(np.tan(np.radians(chosen.values["theta"])))
+        compliance = sum(1.0 / values[name] for name in SPRINGS if name in values)
+        way = max(float(np.max(np.abs(test.slip) - compliance * np.abs(test.tau))) for test in tests)
+        reached = SHAPES[chosen.model.shape].profile(np.array([max(0.0, way)]), slope, values["height"])[1]
+        if 0.0 < float(reached[0]) < intervals.of("height").low:
+            height = {"height": float(reached[0])}
+            yield Assumption(ENDED_HERE, 0.0, height, True, ("height",), {"height": 0.0}, True)
 
 
 def left_out(form: Solution) -> list[Solution]:

@@ -33,8 +33,7 @@ These are the best of nine pairs for one series of tests; another contraction is
 def has_closed_form(free: Sequence[str], fixed: Mapping[str, float], sides: int, direction: float) -> bool:
     """Whether a model is two sides, or a flat joint, of the slip alone.
 
-    That is without wear, closure or a second mode of rupture.  A compressive strength that is known may lie
-    beyond the tests.
+    That is without wear, closure or a second mode of rupture.
     """
     absent = ("W0", "closure", "flat", "sigma02", "Gc2", "damage0")
     refused = "fc" in free or any(name in free or fixed.get(name) for name in absent)

@@ -179,28 +179,32 @@ def searched(
 
 
 def by_law(solution: Solution, tolerance: float = FITTED) -> Solution:
-    """Solution by the law from that of the closed form on, where a bond or fc gives the law another misfit.
+    """Solution by the law from that of the closed form on, where a bond gives the law another misfit.
 
     The friction of the law waits for the damage, and its elastic slip is part of the softening.  A bond that
-    hardly softens shows both.  A compressive strength matters where the law without it has another misfit.
+    hardly softens shows both.
     """
     closed, model = solution.problem, replace(solution.model, exact=True)
-    known = model.fixed.get("fc", 0.0) > 0.0
-    if not closed.is_closed_form or model.shape or not (model.bond or known):
+    if not closed.is_closed_form or model.shape or not model.bond:
         return solution
-
-    def problem(model: Model) -> Problem:
-        law = model.problem(closed.tests, closed.weight, closed.direction)
-        return replace(law, increments=closed.increments)
-
-    law, expected = problem(model), solution.residuals
-    if not model.bond:
-        expected = residuals(problem(replace(model, fixed={**model.fixed, "fc": 0.0})), solution.x)
-    misfit = residuals(law, solution.x)
-    squares = [max(float(r @ r), 1e-300) for r in (misfit, expected)]
-    if misfit.size * abs(np.log(squares[0] / squares[1])) < MOVED:
+    law = model.problem(closed.tests, closed.weight, closed.direction)
+    law = replace(law, increments=closed.increments)
+    if not other_misfit(residuals(law, solution.x), solution.residuals):
         return solution
     return Solution(model, law, *solve(law, solution.x, tolerance))
+
+
+def other_misfit(one: Floats, other: Floats) -> bool:
+    """Whether residuals of two forms (n,) have other sums of squares, beyond what noise hides."""
+    squares = [max(float(r @ r), 1e-300) for r in (one, other)]
+    return one.size * abs(float(np.log(squares[0] / squares[1]))) >= MOVED
+
+
+def with_crushing(law: Solution, known: Mapping[str, float]) -> Solution:
+    """Solution of the law with a compressive strength, at the constants of a fit without it."""
+    model, before = replace(law.model, fixed={**law.model.fixed, **known}), law.problem
+    problem = model.problem(before.tests, before.weight, before.direction, law=True)
+    return Solution(model, problem, law.x, residuals(problem, law.x))
 
 
 def refitted(

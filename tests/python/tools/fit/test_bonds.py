@@ -225,17 +225,28 @@ def in_closed_form(model: Model, truth: dict[str, float], tests: list[ShearTest]
     return Solution(model, problem, problem.x(truth), residuals(problem, problem.x(truth)))
 
 
-@pytest.mark.parametrize(("fc", "kept"), [(50.0, True), (1.5, False)])
 @pytest.mark.parametrize("bond", [{}, {"sigma0": 0.4, "Gc": 0.004}], ids=["rock", "brittle"])
-def test_law_only_where_it_is_not_the_closed_form(fc: float, kept: bool, bond: dict[str, float]) -> None:
-    """The closed form stays where the law has its misfit, unless fc is reached."""
+def test_law_only_where_it_is_not_the_closed_form(bond: dict[str, float]) -> None:
+    """The closed form stays where the law has its misfit."""
     truth = bond | {"kT": 40.0, "mu": 0.6}
     tests = curves_of_law(truth, (0.3, 0.8), 0.03)
-    solution = in_closed_form(
-        Model(tuple(truth), 0, {"fc": fc, "Gfc": 1.0, "Css": 9.0, "kp": 0.1}), truth, tests
-    )
-    found = by_law(solution)
-    assert (found is solution) == kept and found.problem.is_closed_form == kept
+    solution = in_closed_form(Model(tuple(truth), 0), truth, tests)
+    assert by_law(solution) is solution and solution.problem.is_closed_form
+
+
+@pytest.mark.parametrize("reversed_", [False, True], ids=["first stroke", "cycles"])
+def test_compressive_strength_that_the_tests_reach(reversed_: bool) -> None:
+    """It is no part of the fit, which is that without it, and no result."""
+    rng, slip = np.random.default_rng(3), np.linspace(0.05, 1.0, 30)
+    if reversed_:
+        slip = np.concatenate([slip, np.linspace(0.9, -1.0, 30)])
+    tau = 0.7 * np.where(np.arange(slip.size) < 30, np.minimum(20.0 * slip, 1.0), -1.0)
+    tests = [ShearTest("one", slip, tau + 0.01 * rng.normal(size=slip.size), None, -1.0)]
+    alone = fit(tests, "rock")
+    known = fit(tests, "rock", {"fc": 1.5, "Gfc": 1.0, "Css": 9.0, "kp": 0.1})
+    assert any("the tests reach fc = 1.5, which the fit leaves out" in text for text in known.reasons)
+    assert known.estimates == alone.estimates and known.interface.material.fc == 1.5
+    assert not any("reach fc" in text for text in alone.reasons)
 
 
 def test_compressive_strength_beyond_the_tests() -> None:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pandas
 import pytest
-from asperity.tools.fit.rigid import FREE, LEAST, SHAPES, SLOPES, crushed
+from asperity.tools.fit import ShearTest, fit
+from asperity.tools.fit.rigid import DECAYING, FREE, LEAST, SHAPES, SLOPES, SOFTENINGS, WITHOUT, crushed
+from scipy.special import gamma
 
 from harness.studies import fits, other_laws
 from harness.studies.other_laws import slips_behind_spring
@@ -32,6 +35,22 @@ def test_profiles(name: str) -> None:
     # the trapezoidal rule, and a hyperbola that has not ended
     assert np.abs(slope * np.cumsum(steps) - z[1:]).max() < 1e-6
     assert left.max() == pytest.approx(1.0, abs=1e-6) and z[-1] == pytest.approx(height, rel=0.02)
+
+
+def test_shapes_of_the_page() -> None:
+    """The page lists the shapes with their names, and its formulas are those of the fit."""
+    page = (Path(__file__).parents[4] / "docs" / "how-to" / "fit.md").read_text()
+    shapes = page.partition("| shape of")[2]
+    rows = dict(re.findall(r"^\| (\S[^|]+) \| ([^|]+) \|$", shapes, re.MULTILINE))
+    assert {*SLOPES, *SOFTENINGS, WITHOUT} <= {*rows}
+    names = {"exp": np.exp, "cos": np.cos, "max": np.maximum, "min": np.minimum, "pi": np.pi}
+    x = np.linspace(0.01, 5.0, 200)
+    fitted = {name: SHAPES[name].profile(x, 1.0, 1.0)[0] for name in SLOPES}
+    fitted[DECAYING] = SHAPES[DECAYING].softening(x, 0.0)
+    for name, expected in fitted.items():
+        formula = re.sub(r"(?<=[\w.)]) (?=[a-z(])", "*", rows[name].strip("`").replace("^", "**"))
+        # three digits
+        np.testing.assert_allclose(eval(formula, names | {"x": x}), expected, atol=0.01, err_msg=name)
 
 
 @pytest.mark.slow
@@ -146,6 +165,35 @@ def test_slope_that_ends(shape: tuple[float, Callable], name: str, said: Callabl
         assert low <= theta <= high
         if known:  # the parabola is close to the law, whose height may be another
             assert high < 1.2 * low and f"another shape than the law, slope {name}" in text
+
+
+def test_dilation_that_may_end_with_the_rows() -> None:
+    """A slope that stays and then ends sooner than any known shape: its height is in a wide interval."""
+    mu, theta, height, noise = 0.6, 14.0, 0.6, 0.01
+    slope = np.tan(np.radians(theta))
+    length = height / (slope * gamma(1.25))  # the integral of exp(-u^4) is gamma(5/4)
+    fine = np.linspace(0.0, length, 4001)
+    now = slope * np.exp(-((fine / length) ** 4))
+    z = np.append(0.0, np.cumsum(0.5 * (now[1:] + now[:-1]) * np.diff(fine)))
+    rng, tests = np.random.default_rng(1), []
+    for pressure in (0.6, 1.5):
+        slips = np.linspace(0.008, 0.8, 100) * length
+
+        def strength(u: float, pressure: float = pressure) -> float:
+            steep = float(np.interp(u, fine, now))
+            return pressure * (mu + steep) / (1.0 - mu * steep)
+
+        own = slips_behind_spring(slips, strength, 24.0)
+        tau = np.array([strength(u) if u > 0.0 else 24.0 * s for u, s in zip(own, slips, strict=True)])
+        tau, opening = (
+            column + noise * column.max() * rng.normal(size=100) for column in (tau, np.interp(own, fine, z))
+        )
+        tests.append(ShearTest(f"{pressure}", slips, tau, opening, -pressure))
+    result = fit(tests, "rock")
+    assert result.values["height"] > 1.2 * height  # no shape knows the end
+    assert result.estimates["height"].low <= height <= result.estimates["height"].high
+    assert z.max() == pytest.approx(result.estimates["height"].low, rel=0.15)
+    assert any("the dilation has not ended" in text for text in result.notes)
 
 
 def test_joint_that_closes_before_it_opens(said: Callable) -> None:
