@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> int:
     """Print both laws under one stress or over a range, with warnings and PROPS, and write the files."""
     from ..fit.command import check_results, write
-    from ..fit.verdict import FAIR, UNSAFE
+    from ..fit.thresholds import FAIR, UNSAFE
 
     check_results(options)
     stresses = [contract.number("--sigma-n", text) for text in options.sigma_n.split(",")]

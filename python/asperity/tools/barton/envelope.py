@@ -108,7 +108,7 @@ class Envelope:
     @property
     def is_met(self) -> bool:
         """Whether no strength of the law is so far from that of Barton that a fit would be no result."""
-        from ..fit.verdict import FAIR, UNSAFE
+        from ..fit.thresholds import FAIR, UNSAFE
 
         return bool(np.all((self.parted >= -FAIR) & (self.parted <= UNSAFE)))
 

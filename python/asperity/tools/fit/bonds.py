@@ -9,15 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from ...contract import Floats
-from .ladder import GAIN, independent
+from .ladder import independent
 from .model import Problem
-from .squares import SEARCHED, Solution, residuals, solve
-from .verdict import GOOD
-
-ROOT = 0.5
-"""Exponent of the pressure with which the strength that asperities add to the friction grows at least: Barton
-and Choubey give 0.6 to 0.8, asperities that are not crushed 1, a bond 0.
-"""
+from .squares import Solution, residuals, solve
+from .thresholds import GAIN, GOOD, ROOT, SEARCHED
 
 
 def guessed(

@@ -15,14 +15,20 @@ from ...pattern import Pattern
 from ...steps import Step
 from .checks import refuse_copies
 from .closure_test import ClosureTest
+from .evidence import independent_rows
 from .intervals import Estimate, delete_one, quantiles
-from .ladder import GAIN, LEAST_DATA
-from .verdict import FACTOR, GOOD, ROWS_OF_ONE, Comparison, grade_of
-
-LEAST_ROWS, PARTS, MANY = 6, 5, 3
-"""Rows of loading that a fit needs; parts of the loading that are left out one by one; and number of tests
-beyond which whole tests are left out, too.
-"""
+from .thresholds import (
+    FACTOR,
+    GAIN,
+    GOOD,
+    LEAST_LOADING,
+    MANY_CLOSURES,
+    NEAR,
+    NORMAL,
+    PARTS_OF_CLOSURE,
+    ROWS_OF_ONE,
+)
+from .verdict import Comparison, grade_of
 
 REACH, STIFFNESS = (1.0, 50.0), (1e-2, 1e3)
 """Ranges of the largest closure over the measured one, and of the stiffness over pressure per closure."""
@@ -108,11 +114,12 @@ def fit_closures(tests: Sequence[ClosureTest]) -> ClosureFit:
     if not proper:
         raise ValueError(f"tests = {contract.shown(tests)}: expected a list of closure tests")
     rows = sum(len(test.loading) for test in tests)
-    if rows < LEAST_ROWS:
-        raise ValueError(f"{rows} rows of loading: expected at least {LEAST_ROWS}")
+    if rows < LEAST_LOADING:
+        raise ValueError(f"{rows} rows of loading: expected at least {LEAST_LOADING}")
     refuse_copies([test.name for test in tests], [[test.pressure, test.closure] for test in tests])
     fits = [_solved(tests, names) for names in (("kn",), ("kn", "closure"))]
-    counts = _independent(fits[1][1], tests)
+    ends = np.cumsum([len(test.loading) for test in tests])[:-1]
+    counts = sum(map(independent_rows, np.split(fits[1][1], ends)))
     bic = [counts * np.log(np.mean(left**2) + 1e-12) + x.size * np.log(max(counts, 2.0)) for x, left in fits]
     free = ("kn", "closure") if bic[1] < bic[0] - GAIN else ("kn",)
     return _judged(tests, free, *fits[len(free) - 1])
@@ -164,15 +171,6 @@ def _solved(
     return np.asarray(best.x), np.asarray(best.fun)
 
 
-def _independent(residuals: Floats, tests: Sequence[ClosureTest]) -> float:
-    """Number of independent rows, as that of curves of the shear traction."""
-    total, ends = 0.0, np.cumsum([len(test.loading) for test in tests])
-    for r in np.split(residuals, ends[:-1]):
-        rho = float(np.clip(r[:-1] @ r[1:] / max(float(r @ r), 1e-300), 0.0, 0.98))
-        total += min(r.size, max(LEAST_DATA, r.size * (1.0 - rho) / (1.0 + rho)))
-    return total
-
-
 def _judged(tests: Sequence[ClosureTest], free: tuple[str, ...], x: Floats, residuals: Floats) -> ClosureFit:
     """The fit of one model with intervals, blind predictions and its grade."""
     step = 1e-5 * np.eye(x.size)
@@ -181,14 +179,14 @@ def _judged(tests: Sequence[ClosureTest], free: tuple[str, ...], x: Floats, resi
     )
     which = np.concatenate([np.full(len(test.loading), i) for i, test in enumerate(tests)])
     place = np.concatenate([np.linspace(0.0, 1.0, len(test.loading)) for test in tests])
-    part = np.minimum(PARTS - 1, (place * PARTS).astype(int))
+    part = np.minimum(PARTS_OF_CLOSURE - 1, (place * PARTS_OF_CLOSURE).astype(int))
     covariance, wide = np.zeros((x.size, x.size)), -1.0
-    for groups in (part, part + PARTS * which, which)[: 3 if len(tests) > MANY else 2]:
+    for groups in (part, part + PARTS_OF_CLOSURE * which, which)[: 3 if len(tests) > MANY_CLOSURES else 2]:
         spread, count = delete_one(slopes, residuals, groups)
         quantile = float(quantiles(max(1, count - x.size)))
         if quantile**2 * np.trace(spread) > wide:
-            covariance, wide = spread * (quantile / 1.959964) ** 2, quantile**2 * float(np.trace(spread))
-    halves = 1.959964 * np.sqrt(np.diag(covariance))
+            covariance, wide = spread * (quantile / NORMAL) ** 2, quantile**2 * float(np.trace(spread))
+    halves = NORMAL * np.sqrt(np.diag(covariance))
     low, high = _ends(tests, free)
     ends = np.exp(np.clip([x - halves, x + halves], low, high))
     values = _values(x, free)
@@ -207,7 +205,7 @@ def _judged(tests: Sequence[ClosureTest], free: tuple[str, ...], x: Floats, resi
     unloading = [_rms(test, values, test.unloading) if len(test.unloading) else 0.0 for test in tests]
     grade, worst = grade_of(max(errors.values())), max(errors, key=lambda name: errors[name])
     reasons = [f"the law misses the {worst} by {errors[worst]:.0%}"] if grade == "poor" else []
-    near = np.minimum(x - low, high - x) < 1e-3 * (high - low)
+    near = np.minimum(x - low, high - x) < NEAR * (high - low)
     for i, name in enumerate(free):
         value, least, most = estimates[name]
         if most > FACTOR**2 * least or near[i]:

@@ -8,11 +8,7 @@ import numpy as np
 
 from ...contract import Floats
 from .shear_test import ShearTest
-
-SMOOTHED, AT_END, BACK = 0.05, 0.1, 0.02
-"""Fraction of the rows over which a curve is averaged before its peak is read; fraction of the rows at the
-end of a test; and return of the slip, over its range, that ends a stroke.
-"""
+from .thresholds import AT_END, BACK, LEAST_DATA, MOST_ALIKE, SMOOTHED
 
 
 def smooth(values: Floats, rows: int) -> Floats:
@@ -40,6 +36,17 @@ def noise(values: Floats) -> float:
     """Standard deviation of the noise of a curve, from its second differences."""
     second = np.diff(values, 2)
     return float(1.4826 * np.median(np.abs(second)) / np.sqrt(6.0)) if second.size else 0.0
+
+
+def independent_rows(residuals: Floats) -> float:
+    """Number of independent rows of a curve: n (1 - rho)/(1 + rho).
+
+    rho is the correlation of neighbouring residuals, as no law meets a joint within its noise.
+    """
+    size, square = residuals.size, max(float(residuals @ residuals), 1e-300)
+    rho = float(residuals[:-1] @ residuals[1:]) / square if size > 2 else 0.0
+    rho = min(max(rho, 0.0), MOST_ALIKE)
+    return min(size, max(LEAST_DATA, size * (1.0 - rho) / (1.0 + rho)))
 
 
 def pressures(test: ShearTest) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -13,16 +13,18 @@ from ...pattern import Pattern
 from .bonds import guessed, is_near_bond, unseen_bond
 from .checks import check_copies, check_known, shows_dilation, warn_if
 from .evidence import cycles, guesses
-from .intervals import Intervals, spreads
-from .ladder import GAIN, STIFF, Model, choose, criteria, is_noise, ladder
+from .intervals import Assumption, Estimate, Intervals, spreads
+from .ladder import Model, choose, criteria, is_noise, ladder
 from .model import AUTO, CRUSHING, INCLINED, KS, KT, MORTAR, ROCK, SCALES, SIDES, SPRINGS
 from .profiles import AT_ONCE, assumed, in_place_of_bond, shaped, unseen
 from .result import Fit
 from .rigid import LAW, SHAPES, SLOPES, WITHOUT
 from .shear_test import ShearTest
 from .squares import Solution, by_law, other_misfit, refitted, residuals, searched, with_crushing
+from .thresholds import GAIN, GOOD, NEAR, NO_WIDTH, STIFF, WEIGHTS
 from .verdict import (
-    GOOD,
+    Comparison,
+    Errors,
     blind,
     compared,
     coverage,
@@ -35,11 +37,6 @@ from .verdict import (
     too_little,
     undetermined,
 )
-
-WEIGHTS, NEAR, NO_WIDTH = (0.2, 5.0), 1.0e-3, 1.0e-9
-"""Smallest and largest weight of the dilation; distance from a bound, over its range, that lies at it;
-and relative width of an interval that has none.
-"""
 
 
 def fit(
@@ -171,138 +168,215 @@ def _fit(
     of_user: the model is that of the user, which no other one replaces.
     measured: whether a test had a dilation.  strength: constants of a known compressive strength.
     """
+    guess, known = guesses(tests), models[0].fixed
+    solutions = _climbed(tests, models, guess, direction, tick)
+    index, bic = choose(solutions)
+    index = index if of_user else in_place_of_bond(solutions, index, bic)
+    found, notes = (solutions[index], []) if of_user else _spring(tests, solutions[index], guess, direction)
+    tick("all rows")
+    own = by_law(refitted(found, tests, weight=_weight(found)))
+    tick("other assumptions")
+    forms = shaped(own, tests, known, of_user)
+    chosen = _of_shape(own, forms, known)
+    assumptions = [*assumed(chosen, own, tests, forms)]
+    notes += _of_assumptions(own, chosen, assumptions, bool(forms) or of_user or cycles(tests))
+    bare = _in_law(chosen, tests)
+    law = with_crushing(bare, strength) if strength else bare
+    tick("blind predictions")
+    fitted = compared(law.problem, law.values)
+    predicted, left_out = blind(chosen, tests)
+    pressed = Intervals(chosen, spreads(chosen, left_out), assumptions)
+    intervals = replace(pressed, assumptions=[*assumptions, *unseen(chosen, tests, pressed)])
+    estimates = {name: intervals.of(name) for name in chosen.model.free}
+    errors = errors_of(law, tests, fitted, predicted)
+    loose = undetermined(estimates, _at_bounds(chosen))
+    reasons = []
+    if other_misfit(law.residuals, bare.residuals):
+        reasons.append(
+            f"the tests reach fc = {strength['fc']:.3g}, which the fit leaves out: tests below it are needed"
+        )
+    for is_reason, text in (
+        *_of_errors(errors, tests),
+        *_of_peaks(fitted, tests),
+        *_of_widths(estimates, loose, pressed, left_out, tests),
+        *((True, text) for text in too_little(chosen, tests)),
+        *_of_bond(chosen, law, solutions, bic, models, measured),
+        *((False, text) for text in remarks(chosen, tests)),
+        *_of_friction(tests, known),
+    ):
+        (reasons if is_reason else notes).append(text)
+    tried = [(other.model.free, value - bic[index]) for other, value in zip(solutions, bic, strict=True)]
+    grade = grade_of(max(errors.of_law.values()))
+    judged = (fitted, predicted, errors.all, grade, reasons, notes, intervals.assumptions, tried, loose)
+    return Fit(tests, law, intervals, estimates, *judged)
+
+
+def _climbed(
+    tests: list[ShearTest],
+    models: Sequence[Model],
+    guess: Mapping[str, float],
+    direction: float,
+    tick: Callable[[str], object],
+) -> list[Solution]:
+    """Solutions of a ladder of models, each from those of smaller ones on."""
     solutions: list[Solution] = []
-    guess = guesses(tests)
     for model in models:
         tick("+".join(model.free))
         smaller = [solution for solution in solutions if {*solution.model.free} < {*model.free}]
         if any(is_noise(solution) for solution in smaller):
             continue
         starts = [
-            guess | {k: v for k, v in solution.values.items() if k in model.free}
+            {**guess, **{k: v for k, v in solution.values.items() if k in model.free}}
             for solution in reversed(smaller[-2:])
         ]
         solutions.append(searched(tests, model, [*starts, guess], direction))
-    index, bic = choose(solutions)
-    index = index if of_user else in_place_of_bond(solutions, index, bic)
-    chosen, notes = (solutions[index], []) if of_user else _spring(tests, solutions[index], guess, direction)
-    scatter = chosen.scatter
-    weight = 1.0
-    if "dilation" in scatter:
-        weight = float(np.clip(scatter["tau"] / max(scatter["dilation"], 1e-12), *WEIGHTS))
-    tick("all rows")
-    chosen = by_law(refitted(chosen, tests, weight=weight))
-    tick("other assumptions")
-    law, forms = chosen, shaped(chosen, tests, models[0].fixed, of_user)
-    shaped_at_all = bool(forms) or of_user or cycles(tests)
-    if not shaped_at_all and (chosen.model.bond or "theta" in chosen.model.free):
-        notes.append(
+    return solutions
+
+
+def _weight(solution: Solution) -> float:
+    """Weight of the dilation beside the strength, by which both have the same scatter."""
+    scatter = solution.scatter
+    if "dilation" not in scatter:
+        return 1.0
+    return float(np.clip(scatter["tau"] / max(scatter["dilation"], 1e-12), *WEIGHTS))
+
+
+def _of_shape(own: Solution, forms: Sequence[Solution], known: Mapping[str, float]) -> Solution:
+    """The fit of the law, or that of the shape by which the tests are explained better.
+
+    Its constants mean the same, and give the law the peaks and ends of the tests.
+    """
+    usable = [form for form in forms if not form.model.shape.startswith(WITHOUT)]
+    values = criteria([own, *usable])
+    # a stiffness of the joint that the user gives has no closed form
+    better = min(values) < min(values[:2]) - GAIN and KS not in known
+    return usable[int(np.argmin(values[1:]))] if better else own
+
+
+def _of_assumptions(
+    own: Solution, chosen: Solution, assumptions: Sequence[Assumption], tried: bool
+) -> Iterator[str]:
+    """Notes about shapes and assumptions that the tests prefer; tried: whether there could be any."""
+    if not tried and (own.model.bond or "theta" in own.model.free):
+        yield (
             "other shapes of slope and softening were not tried: sides, direction or known constants leave "
             "no closed form"
         )
-    usable = [form for form in forms if not form.model.shape.startswith(WITHOUT)]
-    values = criteria([chosen, *usable])
-    # a stiffness of the joint that the user gives has no closed form
-    if min(values) < min(values[:2]) - GAIN and KS not in models[0].fixed:
-        # the constants of the shape that the tests have mean the same, and give the law their peaks and ends
-        chosen = usable[int(np.argmin(values[1:]))]
-        constants = ", ".join(f"{n} {law.values[n]:.3g}" for n in law.model.free if n not in SPRINGS)
-        notes.append(
-            f"the tests have another shape than the law, {chosen.model.shape}; the law's own best: "
-            f"{constants}"
-        )
-    assumptions = [*assumed(chosen, law, tests, forms)]
+    if chosen is not own:
+        constants = ", ".join(f"{n} {own.values[n]:.3g}" for n in own.model.free if n not in SPRINGS)
+        shape = chosen.model.shape
+        yield f"the tests have another shape than the law, {shape}; the law's own best: {constants}"
     told = (assumption for assumption in assumptions if assumption.name in BETTER)
     preferred = min(told, key=lambda assumption: assumption.difference, default=None)
     if preferred and preferred.difference < -GAIN:
         constants = ", ".join(f"{name} {preferred.values[name]:.3g}" for name in preferred.parts)
-        notes.append(f"{BETTER[preferred.name.split(',')[0]]}: {constants}")
-    if chosen.problem.is_closed_form:
-        problem = of_law(chosen, tests, weight)
-        law = Solution(replace(chosen.model, shape=LAW), problem, chosen.x, residuals(problem, chosen.x))
-    free_of_crushing = law
-    if strength:
-        law = with_crushing(law, strength)
-    tick("blind predictions")
-    fitted = compared(law.problem, law.values)
-    predicted, left_out = blind(chosen, tests)
-    pressed = Intervals(chosen, spreads(chosen, left_out), assumptions)
-    assumptions = [*assumptions, *unseen(chosen, tests, pressed)]
-    intervals = replace(pressed, assumptions=assumptions)
-    estimates = {name: intervals.of(name) for name in chosen.model.free}
-    judged_errors = errors_of(law, tests, fitted, predicted)
-    errors, beyond = judged_errors.all, judged_errors.of_law
+        yield f"{BETTER[preferred.name.split(',')[0]]}: {constants}"
+
+
+def _in_law(chosen: Solution, tests: Sequence[ShearTest]) -> Solution:
+    """The constants of a fit in the law itself."""
+    if not chosen.problem.is_closed_form:
+        return chosen
+    problem = of_law(chosen, tests, chosen.problem.weight)
+    return Solution(replace(chosen.model, shape=LAW), problem, chosen.x, residuals(problem, chosen.x))
+
+
+def _of_errors(errors: Errors, tests: Sequence[ShearTest]) -> Iterator[tuple[bool, str]]:
+    """What the errors say of the law: whether it is a reason why there is no result, and a sentence."""
+    beyond = errors.of_law
     grade, worst = grade_of(max(beyond.values())), max(beyond, key=lambda name: beyond[name])
-    reasons = []
-    if other_misfit(law.residuals, free_of_crushing.residuals):
-        reasons.append(
-            f"the tests reach fc = {strength['fc']:.3g}, which the fit leaves out: tests below it are needed"
-        )
     if grade == "poor":
-        most = judged_errors.worst.get(worst, "")
+        most = errors.worst.get(worst, "")
         where = f", most in {short(most)}" if most and len(tests) > 1 else ""
-        reasons.append(f"the law misses the {worst} by {errors[worst]:.0%}{where}")
-    if grade != grade_of(max(errors.values())):
-        differ = ", ".join(
-            f"{name} {value:.0%}"
-            for name, value in judged_errors.spread.items()
-            if value > GOOD and "blind" not in name
-        )
+        yield True, f"the law misses the {worst} by {errors.all[worst]:.0%}{where}"
+    if grade != grade_of(max(errors.all.values())):
+        spread = {n: value for n, value in errors.spread.items() if value > GOOD and "blind" not in n}
+        differ = ", ".join(f"{name} {value:.0%}" for name, value in spread.items())
         text = f"; the tests differ (standard deviation: {differ})" if differ else ""
-        notes.append(
-            f"the grade leaves out the noise of the measured numbers and what differs from test to test{text}"
+        yield (
+            False,
+            "the grade leaves out the noise of the measured numbers and what differs from test to test"
+            f"{text}",
         )
+
+
+def _of_peaks(fitted: Sequence[Comparison], tests: Sequence[ShearTest]) -> Iterator[tuple[bool, str]]:
+    """The same of the peaks that the law misses most, above and below."""
     for missed, limit, sentence in missed_peaks(fitted, tests):
         if missed > limit:
             expected = f"expected at most {limit:.0%} beyond noise and scatter of specimens"
-            reasons.append(f"{sentence}, {expected}: another law is needed, or the specimens differ")
+            yield True, f"{sentence}, {expected}: another law is needed, or the specimens differ"
         elif missed > GOOD:
-            notes.append(sentence)
+            yield False, sentence
+
+
+def _at_bounds(chosen: Solution) -> list[str]:
+    """Constants at an end of their plausible range."""
     low, high = chosen.problem.ends if chosen.x.size else (chosen.x, chosen.x)
     near = np.minimum(chosen.x - low, high - chosen.x) < NEAR * (high - low)
-    at_bounds = [name for name, at_bound in zip(chosen.model.free, near, strict=True) if at_bound]
-    loose = undetermined(estimates, at_bounds)
-    no_width = [
-        name for name, estimate in estimates.items() if estimate.half < NO_WIDTH and name not in SPRINGS
-    ]
+    return [name for name, at_bound in zip(chosen.model.free, near, strict=True) if at_bound]
+
+
+def _of_widths(
+    estimates: Mapping[str, Estimate],
+    loose: Sequence[str],
+    pressed: Intervals,
+    left_out: Sequence[Solution],
+    tests: Sequence[ShearTest],
+) -> Iterator[tuple[bool, str]]:
+    """The same of constants that are not determined; pressed: intervals without what no row shows."""
+    no_width = [name for name, one in estimates.items() if one.half < NO_WIDTH and name not in SPRINGS]
     if no_width:
-        reasons.append(f"the interval of {', '.join(no_width)} has no width: the rows do not show it")
+        yield True, f"the interval of {', '.join(no_width)} has no width: the rows do not show it"
+    at_bounds = _at_bounds(pressed.solution)
     for name in loose:
         value, below, above = estimates[name]
         text = f"{name} is not determined: {value:.3g} [{below:.3g}, {above:.3g}]"
         if name in SPRINGS:
-            notes.append(f"{text}; the other constants do not depend on it")
+            yield False, f"{text}; the other constants do not depend on it"
         elif name == "crush" or (name in HOLDS and not undetermined({name: pressed.of(name)}, at_bounds)):
-            notes.append(f"{text}; the strengths hold {HOLDS.get(name, HOLDS['theta'])}")
-        elif intervals.by_tests(name):
+            yield False, f"{text}; the strengths hold {HOLDS.get(name, HOLDS['theta'])}"
+        elif pressed.by_tests(name):
             without = [fit.values[name] for fit in left_out]
             ends = int(np.argmin(without)), int(np.argmax(without))
             apart = " and ".join(f"{without[i]:.3g} without {short(tests[i].name)}" for i in ends)
-            reasons.append(f"{text}; it is {apart}; further specimens would show it")
+            yield True, f"{text}; it is {apart}; further specimens would show it"
         else:
-            reasons.append(f"{text}; {HELP.get(name, 'further tests')} would show it")
-    reasons += too_little(chosen, tests)
-    if chosen.model.bond:
-        auto = _joint_of(models) == AUTO
-        if auto:
-            reasons += guessed(chosen, solutions, bic, measured)
-        reason, note = unseen_bond(law, auto, models[0].fixed)
-        reasons += [reason] if reason else []
-        notes += [note] if note else []
-    if not chosen.model.bond and is_near_bond(solutions, bic):
-        notes.append("the tests do not exclude a bond beside the friction and the asperities")
-    notes += remarks(chosen, tests)
+            yield True, f"{text}; {HELP.get(name, 'further tests')} would show it"
+
+
+def _of_bond(
+    chosen: Solution,
+    law: Solution,
+    solutions: Sequence[Solution],
+    bic: Sequence[float],
+    models: Sequence[Model],
+    measured: bool,
+) -> Iterator[tuple[bool, str]]:
+    """The same of a bond that the tests do not show, or of one that may be there."""
+    if not chosen.model.bond:
+        if is_near_bond(solutions, bic):
+            yield False, "the tests do not exclude a bond beside the friction and the asperities"
+        return
+    auto = _joint_of(models) == AUTO
+    if auto:
+        yield from ((True, text) for text in guessed(chosen, solutions, bic, measured))
+    reason, note = unseen_bond(law, auto, models[0].fixed)
+    yield from ((is_reason, text) for is_reason, text in ((True, reason), (False, note)) if text)
+
+
+def _of_friction(tests: Sequence[ShearTest], known: Mapping[str, float]) -> Iterator[tuple[bool, str]]:
+    """The same of a friction that is assumed to be 0."""
     if coverage(tests)[1] <= 0.0:
-        notes.append("no pressure: nothing is known about the friction; mu = 0 is assumed unless it is given")
-    elif models[0].fixed.get("mu") == 0.0:
-        notes.append(
-            "mu = 0 was given: a joint without friction, with the strength of its bond or slope alone"
+        yield (
+            False,
+            "no pressure: nothing is known about the friction; mu = 0 is assumed unless it is given",
         )
-    models_tried = [
-        (solution.model.free, value - bic[index]) for solution, value in zip(solutions, bic, strict=True)
-    ]
-    judged = (fitted, predicted, errors, grade, reasons, notes, assumptions, models_tried, loose)
-    return Fit(tests, law, intervals, estimates, *judged)
+    elif known.get("mu") == 0.0:
+        yield (
+            False,
+            "mu = 0 was given: a joint without friction, with the strength of its bond or slope alone",
+        )
 
 
 def _joint_of(models: Sequence[Model]) -> str:

@@ -12,10 +12,8 @@ from ...contract import Floats
 from .model import KS, KT
 from .series import Rigid
 from .shear_test import ShearTest
-from .squares import SEARCHED, Solution, refitted, solve
-
-FARTHEST, CANDIDATES, ROUNDS = 0.12, 13, 3
-"""Largest start of a slip over its range; number of those that are tried, and how often, closer each time."""
+from .squares import Solution, refitted, solve
+from .thresholds import CANDIDATES, FARTHEST, ROUNDS, SEARCHED
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from ...case_writer import props_line
 from ...contract import props_table
-from .intervals import CONFIDENCE
 from .outputs import case_text_of, figure_of, interface_of, report_of
 from .report import AnyFit, covered
+from .thresholds import CONFIDENCE
 
 START = "<!-- asperity fit -->"
 """Start of the file."""

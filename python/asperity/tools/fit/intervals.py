@@ -12,17 +12,7 @@ from numpy.typing import ArrayLike
 from ...contract import Floats
 from .model import PLAUSIBLE, SPRINGS, from_scale, plausible, to_scale
 from .squares import Solution
-
-CONFIDENCE, PARTS, RIDGE = 0.95, 8, 1.0e-3
-"""Of the intervals; parts of a curve; and share of the information that remains of a constant that a single
-group shows.
-"""
-
-SCATTER, OTHERS, KNOWN = {"mu": 0.07}, 0.15, 2.0
-"""Relative standard deviation of a constant of specimens of one joint, that of constants without own one, and
-the degrees of freedom that they count for.  Triplets of 15 kinds of masonry scatter by 14.5 % on average
-(Danish Building Research Institute), residual strengths of sandstone joints by 1 to 5 %.
-"""
+from .thresholds import CONFIDENCE, KNOWN_TESTS, NORMAL, PARTS, RIDGE, SCATTER, SCATTER_OF_OTHERS
 
 
 class Estimate(NamedTuple):
@@ -111,7 +101,7 @@ def of_left_out(solution: Solution, without: Sequence[Solution]) -> Spread:
     """Covariance of the mean of specimens, by fits without each test and what is known of other specimens.
 
     Few tests may agree by chance.  The variance between them is therefore that of a scaled inverse chi-square
-    distribution: of the tests, and of KNOWN further ones that scatter as specimens of a joint do.
+    distribution: of the tests, and of KNOWN_TESTS further ones that scatter as specimens of a joint do.
     """
     names, count = solution.model.free, len(without)
     moved = np.array([solution.problem.x(fit.values) for fit in without]) - solution.x
@@ -119,10 +109,10 @@ def of_left_out(solution: Solution, without: Sequence[Solution]) -> Spread:
     for i, name in enumerate(names):
         if name not in (*SPRINGS, "eta"):
             slope = float(to_scale(name, 1.01 * solution.values[name]) - solution.x[i]) / 0.01
-            usual[i] = (SCATTER.get(name, OTHERS) * slope) ** 2 / count
+            usual[i] = (SCATTER.get(name, SCATTER_OF_OTHERS) * slope) ** 2 / count
     of_tests = (count - 1) / count * moved.T @ moved
-    freedom = count - 1 + KNOWN
-    return Spread(((count - 1) * of_tests + KNOWN * np.diag(usual)) / freedom, freedom, True)
+    freedom = count - 1 + KNOWN_TESTS
+    return Spread(((count - 1) * of_tests + KNOWN_TESTS * np.diag(usual)) / freedom, freedom, True)
 
 
 def _inverse(slopes: Floats) -> Floats:
@@ -235,18 +225,17 @@ class Intervals:
         if not size:
             return np.zeros((0, 0))
         kept = [spread for spread in self.spreads if np.isfinite(spread.quantile)]
-        normal = 1.959964
         matrix = np.zeros((size, size))
         if kept:
             widest = max(
                 kept, key=lambda spread: float(np.sum(np.diag(spread.covariance)) * spread.quantile**2)
             )
-            matrix = widest.covariance * (widest.quantile / normal) ** 2
+            matrix = widest.covariance * (widest.quantile / NORMAL) ** 2
         names = self.solution.model.free
         halves = []
         for name in names:
             low, high = (float(to_scale(name, end)) for end in self.of(name)[1:])
-            halves.append(0.5 * (high - low) / normal)
+            halves.append(0.5 * (high - low) / NORMAL)
         # correlations of the groups, standard deviations of the intervals
         sizes = np.sqrt(np.diag(matrix))
         factors = np.divide(halves, sizes, out=np.ones(size), where=sizes > 0.0)

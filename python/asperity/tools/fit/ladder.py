@@ -9,26 +9,13 @@ from functools import cached_property
 import numpy as np
 
 from ...contract import Floats
-from .evidence import cycles, pressures
+from .evidence import cycles, independent_rows, pressures
 from .model import KS, KT, MORTAR, PLAUSIBLE, ROCK, Problem, plausible, to_scale
 from .rigid import LAW, has_closed_form
 from .series import CyclicSeries, Rigid, Series
 from .shear_test import ShearTest
 from .squares import Solution
-
-GAIN, LEAST_DATA, ROWS_EACH = 6.0, 4.0, 3
-"""Information criterion that a further constant must gain; least number of independent data of a curve; and
-rows for each constant below which a model is left out.
-"""
-
-STIFF, STIFF_CONTACT, BRITTLE, SOFT_CYCLES = 1.0e3, 20.0, 0.999, 1.0e2
-"""Stiffness of a joint or spring that counts as rigid, over stress/length of the tests; kc of a rigid
-contact; eta of a bond beside which friction acts from the first slip on; and largest ks in cycles, where a
-stiffer joint takes too many increments.
-"""
-
-APART, NOISE = 1.5, 0.6
-"""Ratio of two pressures that show the crushing of asperities; and independent data, over all, of noise."""
+from .thresholds import APART, BRITTLE, GAIN, NOISE, ROWS_EACH, SOFT_CYCLES, STIFF, STIFF_CONTACT
 
 
 class Cyclic(Problem):
@@ -157,16 +144,10 @@ def ladder(tests: Sequence[ShearTest], joint: str, known: Mapping[str, float], s
 
 
 def independent(solution: Solution) -> dict[str, float]:
-    """Number of independent data of tau and of the dilation: n (1 - rho)/(1 + rho) of every curve.
-
-    rho is the correlation of neighbouring residuals, as no law meets a joint within its noise.
-    """
+    """Number of independent data of tau and of the dilation."""
     counts = {"tau": 0.0, "dilation": 0.0}
     for (_, name), rows in solution.problem.rows.groupby(["test", "name"]).indices.items():
-        r = solution.residuals[rows]
-        rho = float(r[:-1] @ r[1:] / max(float(r @ r), 1e-300)) if r.size > 2 else 0.0
-        rho = min(max(rho, 0.0), 0.98)
-        counts[str(name)] += min(r.size, max(LEAST_DATA, r.size * (1.0 - rho) / (1.0 + rho)))
+        counts[str(name)] += independent_rows(solution.residuals[rows])
     return counts
 
 

@@ -18,6 +18,7 @@ from ...material import Material
 from ...pattern import Pattern, direction_vector
 from ...steps import slip_path, thinned
 from .shear_test import ShearTest
+from .thresholds import INCREMENTS, LEAST_RANGE, MOST_SEARCHED, PENALTY
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -60,18 +61,8 @@ DEFAULTS = {row.name: row.default for row in TIMELESS if row.default is not None
 DEFAULTS |= {"eta": 0.9}
 """Values of constants that are neither free nor set."""
 
-SIDES, INCREMENTS, PRELOAD = 2, 150, 10
-"""Inclined planes of the default pattern, along the slip; smallest number of increments along a test; and
-increments in which sigma_N is applied before the slip.
-"""
-
-PENALTY, LEAST_SPREAD = 3.0, 0.05
-"""Residual, in multiples of the range, added to a row without equilibrium; and smallest scale of the dilation
-of a test, over the largest dilation of all tests, because a test with less dilation shows mostly noise.
-"""
-
-MOST_SEARCHED = 80
-"""Rows of a test, and increments, from which the starts search."""
+SIDES, PRELOAD = 2, 10
+"""Inclined planes of the default pattern, along the slip; increments of sigma_N before the slip."""
 
 
 def to_scale(name: str, value: ArrayLike) -> Floats:
@@ -169,7 +160,7 @@ class Problem:
         """
         from pandas import DataFrame, concat
 
-        least = LEAST_SPREAD * max([0.0, *(np.ptp(test.s_N) for test in self.tests if test.s_N is not None)])
+        least = LEAST_RANGE * max([0.0, *(np.ptp(test.s_N) for test in self.tests if test.s_N is not None)])
         parts = []
         for number, test in enumerate(self.tests):
             columns = [("tau", test.tau, float(np.ptp(test.tau)))]

@@ -31,16 +31,15 @@ from .report import COLUMNS, compared_rows, covered, file_of, heading
 from .series import CyclicSeries, Series
 from .shear_test import ShearTest
 from .strength import Strength
-from .verdict import FLOOR, Comparison, compared, grade_of, short
+from .thresholds import FLOOR, NORMAL
+from .verdict import Comparison, compared, grade_of, short
 from .written import Written, other_constant, written_beside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-POINTS, STEP, NORMAL = 400, 0.1, 1.959964
-"""Slips of a curve from which a peak is read; step of differences, in standard deviations of a constant; and
-quantile of the normal distribution for 0.95.
-"""
+POINTS, STEP = 400, 0.1
+"""Slips of a curve from which a peak is read; step of differences, in standard deviations of a constant."""
 
 
 @dataclass(frozen=True, eq=False)

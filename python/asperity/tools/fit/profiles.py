@@ -9,11 +9,12 @@ import numpy as np
 from .evidence import cycles, first_slope, first_stroke, guesses
 from .gauges import rigid_form, with_shape, with_starts
 from .intervals import Assumption, Intervals, spreads
-from .ladder import GAIN, Model, criteria
+from .ladder import Model, criteria
 from .model import KT, SPRINGS, rows_of, to_scale
 from .rigid import CONTRACTING, SHAPES, SLOPES, SOFTENINGS, WITHOUT
 from .shear_test import ShearTest
-from .squares import SEARCHED, Solution, refitted, solve
+from .squares import Solution, refitted, solve
+from .thresholds import GAIN, SEARCHED
 
 STARTS, SHAPE_OF_LAW, AT_ONCE = "other starts", "shape of the law", "friction at once behind a spring"
 UNCRUSHED, ENDED_HERE = "the slope that the tests show", "a dilation that ends with the rows"

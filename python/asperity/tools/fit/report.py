@@ -16,13 +16,14 @@ from .closure_test import ClosureTest
 from .closures import ClosureFit
 from .columns import NONE
 from .evidence import cycles, first_stroke
-from .intervals import CONFIDENCE, Estimate
+from .intervals import Estimate
 from .model import KS, KT, MATERIAL, SCALES, UNITS
 from .result import Fit
 from .shear_test import ShearTest
 from .strength import Strength
 from .strengths import StrengthFit
-from .verdict import FAIR, GOOD, Comparison, coverage, short
+from .thresholds import CONFIDENCE, FAIR, GOOD
+from .verdict import Comparison, coverage, short
 
 MOST_TURNS, MOST_TESTS, INCREMENTS = 20, 8, 100
 """Most reversals that a case repeats; most tests of which the report shows the numbers; increments."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...contract import Floats
 from .shear_test import ShearTest
+from .thresholds import RIGID_BOND
 
 MOST, SECANTS, CLOSE, LEAST, FREE, LOCKED = 40, 10, 1.0e-9, 1.0e-9, 1.0e-3, 1.0e3
 """Steps to the share of a crushed asperity, the first of which are secants, and its error; least pressure
@@ -18,10 +19,8 @@ over crush; least 1 - mu t at which a side slides; and strength over pressure wh
 Profile = Callable[[Floats, float, float], tuple[Floats, Floats]]
 """Slope, as a share of the first one, and dilation at the slips of a joint of a first slope and a height."""
 
-RIGID_BOND, RISE = 0.99, 0.4
-"""Shape eta of a bond from which on friction acts at the first slip; and exponent of a bond that rises (fib
-Model Code 2010, 6.1.1).
-"""
+RISE = 0.4
+"""Exponent of a bond that rises (fib Model Code 2010, 6.1.1)."""
 
 DIP, SOONER = 0.5, 8.0
 """Slope of the closure before a joint opens, over that of its opening; and how much sooner it ends.

@@ -11,7 +11,19 @@ import numpy as np
 
 from ...contract import Floats
 from .evidence import cycles, first_stroke
-from .model import PENALTY, Problem, rows_of, to_scale
+from .model import Problem, rows_of, to_scale
+from .thresholds import (
+    AROUND,
+    FEW_TRIALS,
+    FITTED,
+    MOST_TRIALS,
+    MOVED,
+    PENALTY,
+    REACH,
+    REACH_OF_OTHERS,
+    SEARCHED,
+    STEP,
+)
 
 if TYPE_CHECKING:
     from .ladder import Model
@@ -19,23 +31,6 @@ if TYPE_CHECKING:
 
 Function = Callable[[Floats], Floats]
 """Residuals of a point."""
-
-AROUND, REACH = 6, {"ks": 1.2, "kT": 1.2, "mu": 0.15, "sigma0": 0.5, "Gc": 1.2, "crush": 1.2, "W0": 1.2}
-REACH |= {"height": 0.4, "eta": 0.0}
-"""Points around a start, and their distance from it, on a logarithm; of others OTHERS."""
-
-OTHERS, STEP = 0.3, 1.0e-3
-"""Distance of a point from a start, and step of the differences."""
-
-SEARCHED, FITTED, MOST, FEW = 1.0e-4, 1.0e-7, 40, 8
-"""Relative change of the sum of squares at which a search and fits beside the chosen one end, and the fit of
-all rows; largest number of trials, and that of the law, whose sum of squares hardly falls beyond.
-"""
-
-MOVED = 1.0
-"""Change of the logarithm of a sum of squares, times its rows, below which noise hides what tells two forms
-apart: a constant that is moved by its standard deviation changes it by one.
-"""
 
 
 @dataclass(eq=False)
@@ -102,7 +97,7 @@ def least(
     ends: Floats,
     tolerance: float = FITTED,
     step: float = STEP,
-    most: int = MOST,
+    most: int = MOST_TRIALS,
 ) -> tuple[Floats, Floats]:
     """Point and residuals at the smallest sum of squares from x on, between the ends (2, p).
 
@@ -132,7 +127,7 @@ def solve(problem: Problem, x: Floats, tolerance: float = FITTED) -> tuple[Float
     """Constants and residuals at the smallest sum of squares from x on, within the plausible ranges."""
     if not x.size:
         return x, residuals(problem, x)
-    most = MOST if problem.is_closed_form else FEW
+    most = MOST_TRIALS if problem.is_closed_form else FEW_TRIALS
     return least(lambda at: residuals(problem, at), x, problem.ends, tolerance, most=most)
 
 
@@ -162,7 +157,10 @@ def searched(
         }
         points.append(problem.x(centre))
         for _ in range(around):
-            moved = {n: v * np.exp(REACH.get(n, OTHERS) * rng.uniform(-1.0, 1.0)) for n, v in centre.items()}
+            moved = {
+                n: v * np.exp(REACH.get(n, REACH_OF_OTHERS) * rng.uniform(-1.0, 1.0))
+                for n, v in centre.items()
+            }
             if "eta" in moved:
                 moved["eta"] = min(moved["eta"], 0.999)
             points.append(problem.x(moved))

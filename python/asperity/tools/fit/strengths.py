@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,15 +15,20 @@ from .model import AUTO, MORTAR, ROCK, from_scale, plausible, to_scale
 from .rigid import crushed
 from .squares import least
 from .strength import Strength
-from .verdict import FACTOR, FLOOR, GOOD, Comparison, grade_of, without_spread
-
-LEAST_TESTS, GAIN, STEP, FITTED = 3, 4.0, 1.0e-4, 1.0e-6
-"""Tests that a fit needs; information criterion that each further constant must gain; step of the
-differences; and relative change at which the least squares end.
-"""
-
-LEAST_SPREAD, NO_WIDTH = 2, 1.0e-6
-"""Degrees of freedom of replicates that show their own spread; relative width of an interval without any."""
+from .thresholds import (
+    FACTOR,
+    FITTED_STRENGTHS,
+    FLOOR,
+    GAIN_OF_STRENGTHS,
+    GOOD,
+    LEAST_REPLICATES,
+    LEAST_TESTS,
+    NEAR,
+    NO_WIDTH_OF_STRENGTHS,
+    NORMAL,
+    STEP_OF_STRENGTHS,
+)
+from .verdict import Comparison, grade_of, without_spread
 
 
 def law_strengths(
@@ -183,10 +188,12 @@ def fit_strengths(
 
 
 def _smallest(models: Sequence[tuple[str, ...]], bic: Sequence[float], places: Sequence[int]) -> int:
-    """Place of the model, of some, that no larger one of them beats by GAIN for each constant it adds."""
+    """Place of the model, of some, that no larger one of them beats by enough for each constant it adds."""
     best = min(places, key=lambda i: bic[i])
     order = sorted(places, key=lambda i: (len(models[i]), bic[i]))
-    return next(i for i in order if bic[i] <= bic[best] + GAIN * (len(models[best]) - len(models[i])))
+    return next(
+        i for i in order if bic[i] <= bic[best] + GAIN_OF_STRENGTHS * (len(models[best]) - len(models[i]))
+    )
 
 
 def _once(tests: Sequence[Strength]) -> list[Strength]:
@@ -305,7 +312,14 @@ class _Data:
             if start is None:
                 starts.append(np.array([float(to_scale(name, constants[name])) for name in free]))
         tries = (
-            least(lambda at: self.errors(at, free), x, np.array([low, high]), FITTED, STEP) for x in starts
+            least(
+                lambda at: self.errors(at, free),
+                x,
+                np.array([low, high]),
+                FITTED_STRENGTHS,
+                STEP_OF_STRENGTHS,
+            )
+            for x in starts
         )
         return min(tries, key=lambda tried: float(tried[1] @ tried[1]))[0]
 
@@ -317,7 +331,7 @@ class _Data:
     def covariance(self, x: Floats, free: tuple[str, ...]) -> Floats:
         """Covariance (p, p) of the constants by the misfit, as if it were noise."""
         errors = self.errors(x, free)
-        moves = STEP * np.maximum(1.0, np.abs(x))
+        moves = STEP_OF_STRENGTHS * np.maximum(1.0, np.abs(x))
         columns = [
             (self.errors(x + move, free) - self.errors(x - move, free)) / (2.0 * size)
             for move, size in zip(np.diag(moves), moves, strict=True)
@@ -334,7 +348,7 @@ class _Data:
         )
         groups = [logs[names == name] for name in {*names.tolist()}]
         freedom = logs.size - len(groups)
-        if freedom < LEAST_SPREAD:
+        if freedom < LEAST_REPLICATES:
             return 0.0
         return float(np.sqrt(sum(float(np.sum((g - g.mean()) ** 2)) for g in groups) / freedom))
 
@@ -362,8 +376,7 @@ class _Data:
 
 def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
     """The fit of one model, its grade, and intervals by misfit or tests left out, the wider."""
-    count = len(data.tests)
-    values = data.values(x, free)
+    count, values = len(data.tests), data.values(x, free)
     rest = [data.without(i).solve(free, x) for i in range(count)]
     moved = np.array(rest) - x
     # with one degree of freedom the others meet a curve exactly, whatever their noise is; a misfit has the
@@ -373,33 +386,21 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
     several = of_tests**2 * (count - 1) / count if freedom > 1 else 0.0
     left_out, by_misfit = several * moved.T @ moved, of_data**2 * data.covariance(x, free)
     sizes = np.sqrt(np.maximum(np.diag(left_out), np.diag(by_misfit)))
-    low, high = data.ends(free)
-    estimates = {}
-    for i, name in enumerate(free):
-        half = float(sizes[i])
-        ends = np.clip([x[i] - half, x[i] + half], low[i], high[i])
-        estimates[name] = Estimate(values[name], *(float(end) for end in from_scale(name, ends)))
-
-    def peaks_at(at: Floats) -> Floats:
-        return np.asarray(np.log(np.maximum(data.predicted(data.values(at, free))[0], 1e-300)))
-
-    here, moves = peaks_at(x), STEP * np.eye(x.size)
+    ends = np.clip([x - sizes, x + sizes], *data.ends(free))
+    estimates = {
+        name: Estimate(values[name], *(float(end) for end in from_scale(name, ends[:, i])))
+        for i, name in enumerate(free)
+    }
     fitted, unseen = data.compared(values), []
     for i, constants in enumerate(rest):
         unseen += data.compared(data.values(constants, free), i)
-    by_rest = several * np.sum((np.array([peaks_at(at) for at in rest]) - here) ** 2, axis=0)
-    slopes = np.array([(peaks_at(x + move) - peaks_at(x - move)) / (2.0 * STEP) for move in moves])
-    variance = np.maximum(by_rest, np.einsum("in,ij,jn->n", slopes, by_misfit, slopes))
+    peaks = _peaks(data, free, x, several * _squares(data, free, x, rest), by_misfit, unseen)
     errors: dict[str, float] = {}
     for label, rows in (("", fitted), ("blind ", unseen)):
         for name in ("peak", "tension", "residual"):
             missed = [row.errors[name] for row in rows if name in row.errors]
             if missed:
                 errors[label + name] = float(np.sqrt(np.mean(np.square(missed))))
-    # the misfit of the law is part of what a peak may be
-    of_peaks = [row.errors[name] for row in unseen for name in ("peak", "tension") if name in row.errors]
-    halves = np.hypot(np.sqrt(variance), 2.0 * float(np.sqrt(np.mean(np.square(of_peaks)))))
-    peaks = [Estimate(*np.exp([a, a - h, a + h]).tolist()) for a, h in zip(here, halves, strict=True)]
     spread = data.spread()
     # with one degree of freedom a blind number says nothing about the law, and the widths decide
     beyond = {
@@ -415,60 +416,110 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
             f"specimens at one pressure differ by {spread:.0%} (standard deviation), which the grade "
             "leaves out"
         )
-    flat = [name for name, size in zip(free, sizes, strict=True) if size < NO_WIDTH]
+    flat = [name for name, size in zip(free, sizes, strict=True) if size < NO_WIDTH_OF_STRENGTHS]
+    reasons += _of_widths(flat, peaks)
+    loose = []
+    for name, is_reason, text in _undetermined(data, free, x, estimates):
+        loose.append(name)
+        (reasons if is_reason else notes).append(text)
+    notes += _remarks(data, free, values)
+    covariance = scaled_to(sizes, left_out, by_misfit) / NORMAL**2
+    return StrengthFit(
+        data.tests, free, values, estimates, peaks, fitted, unseen, errors, grade, reasons, notes,
+        covariance, loose,
+    )  # fmt: skip
+
+
+def _logs(data: _Data, free: tuple[str, ...], x: Floats) -> Floats:
+    """Logarithms of the peaks (n,) with these constants."""
+    return np.asarray(np.log(np.maximum(data.predicted(data.values(x, free))[0], 1e-300)))
+
+
+def _squares(data: _Data, free: tuple[str, ...], x: Floats, rest: Sequence[Floats]) -> Floats:
+    """Squares (n,) by which the logarithms of the peaks move without each of the tests."""
+    moved = np.array([_logs(data, free, at) for at in rest]) - _logs(data, free, x)
+    return np.asarray(np.sum(moved**2, axis=0))
+
+
+def _peaks(
+    data: _Data,
+    free: tuple[str, ...],
+    x: Floats,
+    by_rest: Floats,
+    by_misfit: Floats,
+    unseen: Sequence[Comparison],
+) -> list[Estimate]:
+    """Intervals of the peaks, of which the misfit of the law is a part.
+
+    by_rest (n,): variance of their logarithms by the tests left out; by_misfit (p, p): of the constants.
+    """
+    here, moves = _logs(data, free, x), STEP_OF_STRENGTHS * np.eye(x.size)
+    slopes = np.array([
+        (_logs(data, free, x + move) - _logs(data, free, x - move)) / (2.0 * STEP_OF_STRENGTHS)
+        for move in moves
+    ])  # fmt: skip
+    variance = np.maximum(by_rest, np.einsum("in,ij,jn->n", slopes, by_misfit, slopes))
+    of_peaks = [row.errors[name] for row in unseen for name in ("peak", "tension") if name in row.errors]
+    halves = np.hypot(np.sqrt(variance), 2.0 * float(np.sqrt(np.mean(np.square(of_peaks)))))
+    return [Estimate(*np.exp([a, a - h, a + h]).tolist()) for a, h in zip(here, halves, strict=True)]
+
+
+def _of_widths(flat: Sequence[str], peaks: Sequence[Estimate]) -> Iterator[str]:
+    """Reasons why the strengths are no result; flat: constants whose interval has no width."""
+    wide = max(peaks, key=lambda peak: peak.high / max(peak.low, 1e-300))
     if flat:
         text = "the strengths lie on the law to their last digit, as computed or copied numbers do"
-        reasons.append(f"the interval of {', '.join(flat)} has no width: {text}")
-    elif max(peak.high / max(peak.low, 1e-300) for peak in peaks) > FACTOR**2:
-        wide = max(peaks, key=lambda peak: peak.high / max(peak.low, 1e-300))
+        yield f"the interval of {', '.join(flat)} has no width: {text}"
+    elif wide.high / max(wide.low, 1e-300) > FACTOR**2:
         text = f"{wide.value:.3g} [{wide.low:.3g}, {wide.high:.3g}]"
-        reasons.append(f"the strengths are not determined, one of them {text}: further tests would show them")
-    loose: list[str] = []
-    for i, (name, estimate) in enumerate(estimates.items()):
-        bound = min(x[i] - low[i], high[i] - x[i]) < 1e-3 * (high[i] - low[i])
-        if estimate.high > FACTOR**2 * estimate.low or bound:
-            loose.append(name)
-            text = f"{name} is not determined: {estimate.value:.3g} [{estimate.low:.3g}, {estimate.high:.3g}]"
-            grows = name != "mu" or estimate.low > 1.01 * float(from_scale(name, low[i]))
-            if name == "mu" and (bound or not grows):
-                reasons.append(f"{text}: the strength does not grow with the pressure beyond its scatter")
-                continue
-            alone = name == "mu" and data.seen.any()
-            (reasons if alone else notes).append(
-                f"{text}; the strengths hold between the pressures of the tests"
-            )
+        yield f"the strengths are not determined, one of them {text}: further tests would show them"
+
+
+def _undetermined(
+    data: _Data, free: tuple[str, ...], x: Floats, estimates: Mapping[str, Estimate]
+) -> Iterator[tuple[str, bool, str]]:
+    """Constants that are not determined, whether that is a reason why there is no result, and a sentence."""
+    low, high = data.ends(free)
+    for i, name in enumerate(free):
+        estimate = estimates[name]
+        bound = min(x[i] - low[i], high[i] - x[i]) < NEAR * (high[i] - low[i])
+        if estimate.high <= FACTOR**2 * estimate.low and not bound:
+            continue
+        text = f"{name} is not determined: {estimate.value:.3g} [{estimate.low:.3g}, {estimate.high:.3g}]"
+        if name == "mu" and (bound or estimate.low <= 1.01 * float(from_scale(name, low[i]))):
+            yield name, True, f"{text}: the strength does not grow with the pressure beyond its scatter"
+        else:
+            held = f"{text}; the strengths hold between the pressures of the tests"
+            yield name, name == "mu" and bool(data.seen.any()), held
+
+
+def _remarks(data: _Data, free: tuple[str, ...], values: Mapping[str, float]) -> Iterator[str]:
+    """Notes that a reader needs to use the constants."""
     if "sigma02" in free:
-        notes.append("sigma0 is the tensile strength, and sigma02 is c")
+        yield "sigma0 is the tensile strength, and sigma02 is c"
     elif "theta" in free and "sigma0" in free:
         c = float(law_peak(np.zeros(1), values)[0])
-        notes.append(
+        yield (
             f"mu is the friction of the residual strengths, and c = {c:.3g} that of the peaks at no pressure"
         )
     if {"sigma0", "mu"} <= {*free} and "theta" not in free:
         bond = "sigma02" if "sigma02" in free else "sigma0"
-        notes.append(
+        yield (
             f"a bond {bond} is c, and mu is tan(phi), of c + phi: such a line extrapolates worse "
             "than it interpolates"
         )
     if data.levels == 1:
-        notes.append("one pressure: nothing is known about the strength at others")
+        yield "one pressure: nothing is known about the strength at others"
     if not (data.pressure > 0.0).any():
-        notes.append(
+        yield (
             "no pressure: nothing is known about the friction; the case assumes mu = 0"
             if not data.known.get("mu")
             else "no pressure: the given mu is assumed"
         )
     elif data.known.get("mu") == 0.0:
-        notes.append(
-            "mu = 0 was given: a joint without friction, with the strength of its slope or bond alone"
-        )
+        yield "mu = 0 was given: a joint without friction, with the strength of its slope or bond alone"
     if not data.seen.any() and "mu" in free:
-        notes.append("peaks alone: mu is that of the peaks, not of the residual strength")
-    covariance = scaled_to(sizes, left_out, by_misfit) / 1.959964**2
-    return StrengthFit(
-        data.tests, free, values, estimates, peaks, fitted, unseen, errors, grade, reasons, notes,
-        covariance, loose,
-    )  # fmt: skip
+        yield "peaks alone: mu is that of the peaks, not of the residual strength"
 
 
 def scaled_to(sizes: Floats, *covariances: Floats) -> Floats:

@@ -10,39 +10,33 @@ import numpy as np
 from ...contract import Floats
 from .evidence import cycles, first_slope, first_stroke, last_slope, noises, numbers, pressures
 from .intervals import Estimate
-from .ladder import NOISE, ROWS_EACH, independent
+from .ladder import independent
 from .model import SPRINGS, Problem
 from .rigid import LAW
 from .shear_test import ShearTest
-from .squares import SEARCHED, Solution, refitted
-
-GOOD, FAIR, UNSAFE, FLOOR = 0.05, 0.15, 0.1, 0.1
-"""Largest error of a good and of a fair fit; of a peak of the law that is too high, which is not on the safe
-side; least residual strength, over the peak, that an error is relative to: a bond that ends at 0 has no
-relative error.
-"""
-
-FACTOR, LOOSE, FACTOR_LOOSE = 2.0, ("Gc", "W0"), 5.6
-"""Factor from the middle of an interval to its ends beyond which a constant is not determined; for some."""
-
-BY_NOISE = 2.0
-"""Standard deviations of a measured number within which an error is noise."""
-
-LEAST_ROWS, SLIDING, SHARE_SLIDING, SLIDING_ROWS = 10, 0.05, 0.1, 3
-"""Rows with which a law can be judged; slip beyond the spring, over the largest slip, of a row that slides;
-and fraction and number of such rows.
-"""
-
-ROWS_OF_ONE = 20
-"""Rows of a single curve beside whose noise a misfit is seen."""
-
-APART, FALLS, WEIGHT = 1.2, 0.95, 0.1
-"""Ratio of two pressures, ratio of strength over pressure at them, and pressure that is missing over the
-smallest one, beyond which a weight may have been left out.
-"""
-
-ENDED = 0.3
-"""Slope of the dilation at the end over the largest one above which it has not ended."""
+from .squares import Solution, refitted
+from .thresholds import (
+    BY_NOISE,
+    ENDED,
+    FACTOR,
+    FACTOR_LOOSE,
+    FAIR,
+    FALLS,
+    FLOOR,
+    GOOD,
+    LEAST_ROWS,
+    LEVELS_APART,
+    LOOSE,
+    NOISE,
+    ROWS_EACH,
+    ROWS_OF_ONE,
+    SEARCHED,
+    SHARE_SLIDING,
+    SLIDING,
+    SLIDING_ROWS,
+    UNSAFE,
+    WEIGHT,
+)
 
 
 @dataclass(frozen=True)
@@ -167,7 +161,7 @@ def _lines(pressures: Floats) -> Floats:
     if not above.size:
         return ones
     at = np.log(np.maximum(pressures, 0.1 * above.min()))
-    return ones if np.ptp(at) < np.log(APART) else np.column_stack([ones, at - at.mean()])
+    return ones if np.ptp(at) < np.log(LEVELS_APART) else np.column_stack([ones, at - at.mean()])
 
 
 def spread_of(errors: Floats, pressures: Floats) -> float:
@@ -284,7 +278,7 @@ def weights(tests: Sequence[ShearTest]) -> Iterator[str]:
         (float(pressures(test)[-1]), numbers(test, test.tau, None).get("residual", 0.0)) for test in tests
     ]
     at, strength = np.transpose(sorted(numbered))
-    if at[0] <= 0.0 or at[-1] < APART * at[0] or strength.min() <= 0.0:
+    if at[0] <= 0.0 or at[-1] < LEVELS_APART * at[0] or strength.min() <= 0.0:
         return
     slope, start = np.polyfit(at, strength, 1)
     ratios = strength / at

@@ -15,9 +15,9 @@ import pytest
 from asperity import EquilibriumLost, Interface, Material, Pattern
 from asperity.case_files import Case, drive, read_case
 from asperity.tools.fit import Fit, fit, written
-from asperity.tools.fit.intervals import CONFIDENCE
 from asperity.tools.fit.model import SCALES
 from asperity.tools.fit.report import case_of, intervals_text
+from asperity.tools.fit.thresholds import CONFIDENCE
 from asperity.tools.uncertainty.distribution import of_deviations, read
 from asperity.tools.uncertainty.spread import RESULTS, load_path, spread
 

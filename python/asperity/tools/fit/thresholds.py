@@ -1,0 +1,159 @@
+"""Numbers by which a fit decides: what each of them decides, why it has this value, and what it changes.
+
+Effects are those on the drawn sets of `harness.studies.fits`, four or eight of each law, without cycles.
+"""
+
+from __future__ import annotations
+
+# what is a result
+
+GOOD, FAIR = 0.05, 0.15
+"""Largest error of a good and of a fair fit.  A poor one is no result."""
+
+UNSAFE = 0.1
+"""Largest error of a peak of the law that is too high, which is not on the safe side."""
+
+FLOOR = 0.1
+"""Least residual strength, over the peak, that an error is relative to: a bond that ends at 0 has no relative
+error.
+"""
+
+BY_NOISE = 2.0
+"""Standard deviations of a measured number within which an error is noise."""
+
+FACTOR, LOOSE, FACTOR_LOOSE = 2.0, ("Gc", "W0"), 5.6
+"""Factor from the middle of an interval to its ends beyond which a constant is not determined; and constants
+with another one, because few rows show them and the strength hardly depends on them.
+"""
+
+NEAR = 1.0e-3
+"""Distance from a bound of what is plausible, over its range, that lies at it."""
+
+NO_WIDTH, NO_WIDTH_OF_STRENGTHS = 1.0e-9, 1.0e-6
+"""Relative width of an interval that has none, as that of computed or copied numbers."""
+
+# rows that are needed
+
+LEAST_ROWS, ROWS_OF_ONE = 10, 20
+"""Rows with which a law can be judged; and of a single curve beside whose noise a misfit is seen."""
+
+SLIDING, SHARE_SLIDING, SLIDING_ROWS = 0.05, 0.1, 3
+"""Slip beyond the spring, over the largest slip, of a row that slides; and fraction and number of such rows
+without which an elastic line would have a strength.
+"""
+
+ROWS_EACH = 3
+"""Rows, and independent data, for each constant."""
+
+LEAST_TESTS, LEAST_REPLICATES = 3, 2
+"""Strengths that a fit needs, as the ISRM asks for three peaks; and degrees of freedom of replicates that
+show their own spread.
+"""
+
+LEAST_LOADING, PARTS_OF_CLOSURE, MANY_CLOSURES = 6, 5, 3
+"""Rows of loading of closure tests; parts of the loading that are left out one by one; and number of tests
+beyond which whole tests are left out, too.
+"""
+
+# choice of a model
+
+GAIN, GAIN_OF_STRENGTHS = 6.0, 4.0
+"""Information criterion (BIC) that a further constant or another shape must gain: 6 is strong evidence (Kass
+and Raftery 1995); of a table of strengths, whose numbers are few.
+"""
+
+LEAST_DATA, MOST_ALIKE = 4.0, 0.98
+"""Least number of independent data of a curve, and largest correlation of its neighbouring residuals."""
+
+NOISE = 0.6
+"""Independent data, over all, of residuals that are noise, so that no larger model is tried."""
+
+MOVED = 1.0
+"""Change of the logarithm of a sum of squares, times its rows, below which noise hides what tells two forms
+apart: a constant that is moved by its standard deviation changes it by one.
+"""
+
+APART = 1.5
+"""Ratio of two pressures that show the crushing of asperities."""
+
+ROOT = 0.5
+"""Exponent of the pressure with which the strength that asperities add to the friction grows at least: Barton
+and Choubey give 0.6 to 0.8, asperities that are not crushed 1, a bond 0.
+"""
+
+# intervals
+
+CONFIDENCE, NORMAL = 0.95, 1.959964
+"""Of the intervals; and quantile of the normal distribution for it."""
+
+PARTS, RIDGE = 8, 1.0e-3
+"""Parts of a curve that are left out one by one; and share of the information that remains of a constant
+that a single part shows.
+"""
+
+SCATTER, SCATTER_OF_OTHERS, KNOWN_TESTS = {"mu": 0.07}, 0.15, 2.0
+"""Relative standard deviation of a constant of specimens of one joint, that of constants without own one, and
+the degrees of freedom that they count for.  Triplets of 15 kinds of masonry scatter by 14.5 % on average
+(Danish Building Research Institute), residual strengths of sandstone joints by 1 to 5 %.
+"""
+
+# reading of curves
+
+SMOOTHED, AT_END, BACK = 0.05, 0.1, 0.02
+"""Fraction of the rows over which a curve is averaged before its peak is read, as the largest of noisy rows
+is above the peak; fraction of the rows at the end of a test; and return of the slip, over its range, that
+ends a stroke.
+"""
+
+LEVELS_APART, FALLS, WEIGHT = 1.2, 0.95, 0.1
+"""Ratio of two pressures, ratio of strength over pressure at them, and pressure that is missing over the
+smallest one, beyond which a weight may have been left out.
+"""
+
+ENDED = 0.3
+"""Slope of the dilation at the end over the largest one above which it has not ended, as a note says."""
+
+WEIGHTS, LEAST_RANGE = (0.2, 5.0), 0.05
+"""Smallest and largest weight of the dilation, by which it has the scatter of the strength; and smallest
+scale of the dilation of a test, over the largest dilation of all tests, as one with less shows mostly noise.
+"""
+
+# what counts as rigid
+
+STIFF, STIFF_CONTACT = 1.0e3, 20.0
+"""Stiffness of a joint or spring that counts as rigid, over stress/length of the tests; kc of a rigid
+contact.
+"""
+
+BRITTLE, RIGID_BOND = 0.999, 0.99
+"""eta of a bond beside which friction acts from the first slip on; and the least that has the closed form."""
+
+SOFT_CYCLES = 1.0e2
+"""Largest ks in cycles over stress/length, where a stiffer joint takes too many increments."""
+
+# search
+
+AROUND, REACH_OF_OTHERS = 6, 0.3
+REACH = {"ks": 1.2, "kT": 1.2, "mu": 0.15, "sigma0": 0.5, "Gc": 1.2, "crush": 1.2, "W0": 1.2}
+REACH |= {"height": 0.4, "eta": 0.0}
+"""Points around a start, and their distance from it, on a logarithm: how far a guess may be off."""
+
+STEP, STEP_OF_STRENGTHS = 1.0e-3, 1.0e-4
+"""Step of the differences of curves, which are interpolated, and of strengths."""
+
+SEARCHED, FITTED, FITTED_STRENGTHS = 1.0e-4, 1.0e-7, 1.0e-6
+"""Relative change of the sum of squares at which a search and fits beside the chosen one end, and the fit of
+all rows, and that of strengths.
+"""
+
+MOST_TRIALS, FEW_TRIALS = 40, 8
+"""Largest number of trials, and that of the law, whose sum of squares hardly falls beyond."""
+
+INCREMENTS, MOST_SEARCHED = 150, 80
+"""Smallest number of increments along a test; rows of a test, and increments, on which the starts search."""
+
+PENALTY = 3.0
+"""Residual, in multiples of the range, added to a row without equilibrium."""
+
+FARTHEST, CANDIDATES, ROUNDS = 0.12, 13, 3
+"""Largest start of a slip over its range; number of those that are tried, and how often, closer each time."""
