@@ -16,7 +16,6 @@ from .report import (
     compared_rows,
     constant_rows,
     first_upper,
-    model_text,
     verdict,
 )
 
@@ -32,7 +31,7 @@ def closure_report(fit: ClosureFit, units: tuple[str, str] = NONE, verbose: bool
         f"tests       {len(fit.tests)} closure test{'s' if len(fit.tests) > 1 else ''}, {rows} rows of "
         "loading, pressure "
         f"{min(pressures):.4g} to {max(pressures):.4g} {units[1]}",
-        f"model       {model_text(fit)}",
+        f"model       {fit.model_text}",
         "",
         *compared_rows(fit.tests, fit.fitted, fit.blind, verbose, units=units),
         "",

@@ -70,6 +70,11 @@ class ClosureTest:
         )
 
     @property
+    def levels(self) -> tuple[float, float]:
+        """Smallest pressure, and that at the end of the first loading."""
+        return float(self.pressure.min()), float(self.pressure[self.loading[-1]])
+
+    @property
     def size(self) -> float:
         """Closure at the end of the loading."""
         return float(self.closure[self.loading[-1]] - self.closure[0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -52,7 +52,7 @@ class ClosureFit:
     estimates: constants with intervals.  fitted, blind: measured and predicted closure at the largest
     pressure, in the second list predicted by the other tests.  errors: root mean squares over the closure,
     the largest of the tests.  unloading: the same for the unloading of each test, which no elastic contact
-    follows.
+    follows.  loose, peaks: as of other fits, none.
     """
 
     tests: Sequence[ClosureTest]
@@ -67,11 +67,24 @@ class ClosureFit:
     reasons: list[str]
     notes: list[str]
     covariance: Floats
+    loose: list[str] = field(default_factory=list)
+    peaks: list[Estimate] = field(default_factory=list)
 
     @property
     def is_result(self) -> bool:
         """Whether the constants may be used."""
         return not self.reasons
+
+    @property
+    def model_error(self) -> tuple[float, float]:
+        """Relative errors of tau and of the dilation: none, and that of the largest closure."""
+        return 0.0, self.errors.get("blind closure", self.errors["closure"])
+
+    @property
+    def model_text(self) -> str:
+        """Form of the contact and its free constants."""
+        form = "hyperbolic contact" if "closure" in self.free else "contact of one stiffness"
+        return f"{form}; free: {', '.join(self.free)}"
 
     @property
     def interface(self) -> Interface:

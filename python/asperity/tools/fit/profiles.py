@@ -1,17 +1,18 @@
-"""Shapes of slope and softening that the law has and has not."""
+"""Shapes of slope and softening that the law has and has not, and other starts of slip and dilation."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from .evidence import cycles, first_slope, first_stroke, guesses
-from .gauges import rigid_form, with_shape, with_starts
 from .intervals import Assumption, Intervals, spreads
 from .ladder import Model, criteria
-from .model import KT, SPRINGS, rows_of, to_scale
+from .model import KS, KT, SPRINGS, rows_of, to_scale
 from .rigid import CONTRACTING, SHAPES, SLOPES, SOFTENINGS, WITHOUT
+from .series import Started
 from .shear_test import ShearTest
 from .squares import Solution, refitted, solve
 from .thresholds import GAIN, SEARCHED
@@ -22,6 +23,38 @@ UNCRUSHED, ENDED_HERE = "the slope that the tests show", "a dilation that ends w
 form, whose friction does not wait for the damage, of a slope that the pressure does not crush, and of a
 height that the rows reach.
 """
+
+
+def rigid_form(chosen: Solution, tests: Sequence[ShearTest], left_out: Sequence[str] = ()) -> Solution | None:
+    """The same model with rigid sides behind a spring, which has a closed form; None without one.
+
+    left_out: constants that the tests do not need, as wear in a first stroke.
+    """
+    if chosen.problem.is_closed_form:
+        return chosen
+    free = tuple(name for name in chosen.model.free if name not in left_out)
+    model = replace(chosen.model, free=free)
+    if KS in model.free:
+        model = model.instead(KS, KT)
+    elif KS in model.fixed and not model.series:
+        fixed = {name: value for name, value in model.fixed.items() if name not in (KS, "kc")}
+        model = replace(model, fixed=fixed | {KT: 0.5 * chosen.values[KS]})
+    problem = model.problem(tests, chosen.problem.weight, chosen.problem.direction)
+    return refitted(chosen, tests, model, tolerance=SEARCHED) if problem.is_closed_form else None
+
+
+def with_shape(form: Solution, shape: str) -> Solution:
+    """Fit of a closed form with another shape."""
+    model = replace(form.model, shape=shape)
+    return refitted(form, form.problem.tests, model, tolerance=SEARCHED) if shape else form
+
+
+def with_starts(form: Solution) -> Solution:
+    """Fit of a closed form from the starts of the gauges that fit best."""
+    problem, shape = form.problem, form.model.shape
+    rest = (problem.free, problem.fixed, problem.sides, problem.direction, problem.increments)
+    other = Started(problem.tests, *rest, problem.weight, shape)
+    return Solution(form.model, other, *solve(other, form.x, SEARCHED))
 
 
 def in_place_of_bond(solutions: Sequence[Solution], index: int, bic: Sequence[float]) -> int:

@@ -26,10 +26,9 @@ from .columns import (
     factors_of,
     with_names,
 )
-from .ends import loaded_until
 from .forces import Area, over_area, shrinking
 from .shear_test import ShearTest
-from .starts import from_start, starts_of
+from .starts import from_start, loaded_until, starts_of
 from .strength import Strength
 
 if TYPE_CHECKING:

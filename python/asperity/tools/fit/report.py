@@ -12,6 +12,7 @@ import numpy as np
 from ...case_writer import Word, case_text, pattern_entries, rounded
 from ...contract import Floats
 from ...pattern import Pattern
+from .checks import of_kind
 from .closure_test import ClosureTest
 from .closures import ClosureFit
 from .columns import NONE
@@ -51,7 +52,7 @@ def report(fit: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> st
         f"tests       {len(tests)}, {sum(test.slip.size for test in tests)} rows, pressure "
         f"{low:.4g} to {high:.4g} "
         f"{units[1]}, slip to {slip:.4g} {units[0]}",
-        f"model       {model_text(fit)}",
+        f"model       {fit.model_text}",
         "scatter     "
         + ", ".join(f"{name} {value:.1%}" for name, value in fit.scatter.items())
         + " of the range of each test",
@@ -66,28 +67,6 @@ def report(fit: Fit, units: tuple[str, str] = NONE, verbose: bool = False) -> st
         lines += ["", f"ladder      information criterion over that of the choice: {steps}"]
         lines += _correlations(fit.free, fit.covariance)
     return "\n".join([*lines, "", *verdict(fit)])
-
-
-def model_text(fit: AnyFit) -> str:
-    """Form of the joint, its free constants, and values that were fixed."""
-    free = f"free: {', '.join(fit.free)}"
-    if isinstance(fit, StrengthFit):
-        form = "with bond" if "sigma0" in fit.free else "without bond"
-        return f"joint {form}, closed form of the strengths; {free}"
-    if isinstance(fit, ClosureFit):
-        return f"{'hyperbolic contact' if 'closure' in fit.free else 'contact of one stiffness'}; {free}"
-    model = fit.solution.model
-    form = "with bond" if model.bond else "without bond"
-    pattern = f"{model.sides} sides" if "theta" in {*model.free, *model.fixed} else "flat"
-    return f"joint {form}, {pattern}; {free}{_known(fit)}"
-
-
-def _known(fit: Fit) -> str:
-    """Values that are not those of the usual model; a spring that the rows do not show is rigid."""
-    hidden = {"theta": 0.0, "flat": 0.0, "height": 0.0, "crush": 0.0, "W0": 0.0, "closure": 0.0}
-    fixed = fit.solution.model.fixed
-    shown = [f"{name} = {value:.4g}" for name, value in fixed.items() if value != hidden.get(name)]
-    return f"; fixed: {', '.join(shown)}" if shown else ""
 
 
 def compared_rows(
@@ -111,7 +90,7 @@ def compared_rows(
     table = []
     shown = len(fitted) if verbose else MOST_TESTS
     for i, row in enumerate(fitted[:shown]):
-        cells = [f"{pressure_of(tests[i]):.4g}"]
+        cells = [f"{tests[i].levels[1]:.4g}"]
         for name in names:
             kinds = [row.measured, row.predicted, *([unseen[i].predicted] if unseen else [])]
             values = [numbers[name] for numbers in kinds] if name in row.measured else []
@@ -134,13 +113,6 @@ def compared_rows(
 def heading(name: str, units: tuple[str, str]) -> str:
     """Heading of a number of a test, with its unit."""
     return f"{COLUMNS[name]} [{units[name not in LENGTHS]}]"
-
-
-def pressure_of(test: ShearTest | Strength | ClosureTest) -> float:
-    """Pressure of a test; the largest one of a curve, and of a closure that at its end."""
-    if isinstance(test, ClosureTest):
-        return float(test.pressure[test.loading[-1]])
-    return 0.0 - (test.pressed if isinstance(test, ShearTest) else test.sigma_N)
 
 
 def constant_rows(
@@ -199,13 +171,8 @@ def comment(fit: AnyFit) -> str:
         f"{name} {estimate.low:.3g} to {estimate.high:.3g}" for name, estimate in fit.estimates.items()
     )
     state = "" if fit.is_result else f"; no result: {fit.reasons[0]}"
-    loose = f"; not determined: {', '.join(loose_of(fit))}" if loose_of(fit) else ""
+    loose = f"; not determined: {', '.join(fit.loose)}" if fit.loose else ""
     return f"grade {fit.grade}{state}; {CONFIDENCE:g} intervals: {intervals}{loose}"
-
-
-def loose_of(fit: AnyFit) -> list[str]:
-    """Constants that are not determined, on which a result does not depend."""
-    return [] if isinstance(fit, ClosureFit) else fit.loose
 
 
 def case_of(fit: Fit) -> str:
@@ -238,14 +205,10 @@ def covered(
     tests: Sequence[ShearTest] | Sequence[Strength] | Sequence[ClosureTest],
 ) -> tuple[float, float, float]:
     """Smallest and largest pressure, and largest slip, of tests of one kind; the slip is 0 without curves."""
-    curves = [test for test in tests if isinstance(test, ShearTest)]
-    if curves:
-        return coverage(curves)
-    pressures = [0.0 - test.sigma_N for test in tests if isinstance(test, Strength)]
-    for test in tests:
-        if isinstance(test, ClosureTest):
-            pressures += [float(test.pressure.min()), float(test.pressure.max())]
-    return min(pressures), max(pressures), 0.0
+    if isinstance(tests[0], ShearTest):
+        return coverage(of_kind(tests, ShearTest))
+    low, high = zip(*(test.levels for test in tests), strict=True)
+    return min(low), max(high), 0.0
 
 
 def first_upper(text: str) -> str:
@@ -294,15 +257,7 @@ def intervals_text(fit: AnyFit, units: tuple[str, str] = NONE) -> str:
     names = [name for name in fit.free if name != KT]
     places = [fit.free.index(name) for name in names]
     covariance = fit.covariance[np.ix_(places, places)]
-    if isinstance(fit, Fit):
-        error = fit.model_error
-    elif isinstance(fit, StrengthFit):
-        error = fit.model_error, 0.0
-    else:
-        error = 0.0, fit.errors.get("blind closure", fit.errors["closure"])
-    peaks = fit.peaks if isinstance(fit, StrengthFit) else []
-    if isinstance(fit, Fit):
-        peaks = [fit.number(i, "peak") for i in range(len(fit.fitted))]
+    peaks = fit.peaks
     blind: Sequence[Comparison | None] = fit.blind or [None] * len(fit.fitted)
     low, high, slip = covered(fit.tests)
     content = {
@@ -314,12 +269,12 @@ def intervals_text(fit: AnyFit, units: tuple[str, str] = NONE) -> str:
         "scales": [SCALES.get(name, "log") for name in names],
         "covariance on the scales": covariance.tolist(),
         "intervals": {name: list(estimate[1:]) for name, estimate in fit.estimates.items()},
-        "not determined": loose_of(fit),
+        "not determined": fit.loose,
         "grade": fit.grade,
         "no result": fit.reasons,
         "notes": fit.notes,
         "errors": fit.errors,
-        "model error of tau and s_N": error,
+        "model error of tau and s_N": fit.model_error,
         "tests": [
             {"test": short(row.test), "measured": dict(row.measured), "fitted": dict(row.predicted)}
             | ({"peak interval": list(peaks[i][1:])} if peaks else {})

@@ -75,6 +75,21 @@ class Fit:
         return self.solution.scatter
 
     @property
+    def peaks(self) -> list[Estimate]:
+        """Peaks of the tests by the law, with intervals."""
+        return [self.number(test, "peak") for test in range(len(self.fitted))]
+
+    @property
+    def model_text(self) -> str:
+        """Form of the joint, its free constants, and values that were fixed."""
+        model, hidden = self.solution.model, ("theta", "flat", "height", "crush", "W0", "closure")
+        form = "with bond" if model.bond else "without bond"
+        pattern = f"{model.sides} sides" if "theta" in {*model.free, *model.fixed} else "flat"
+        fixed = [f"{n} = {value:.4g}" for n, value in model.fixed.items() if value or n not in hidden]
+        known = f"; fixed: {', '.join(fixed)}" if fixed else ""
+        return f"joint {form}, {pattern}; free: {', '.join(self.free)}{known}"
+
+    @property
     def covariance(self) -> Floats:
         """Covariance (p, p) of the free constants on their scales, with the size of the intervals."""
         return self.intervals.covariance

@@ -65,6 +65,11 @@ class ShearTest:
         return self.sigma_N if self.path_N is None else float(self.path_N.min())
 
     @property
+    def levels(self) -> tuple[float, float]:
+        """Pressure at the start of the slip, and the largest one of those that are prescribed."""
+        return 0.0 - self.sigma_N, 0.0 - self.pressed
+
+    @property
     def turns(self) -> list[float]:
         """Slips at the reversals, and the last slip."""
         path = np.append(0.0, self.slip)

@@ -1,4 +1,4 @@
-"""Where the tests of a file begin."""
+"""Where the tests of a file begin and end."""
 
 from __future__ import annotations
 
@@ -28,6 +28,12 @@ which it is late.
 DEVIATIONS, LEAST_NOISE, FIRST_ROWS = 4.0, 6, 8
 """Standard deviations of the noise that an offset of the dilation exceeds; rows that show the noise; first
 rows that lead to the dilation at the start.
+"""
+
+UNLOADED, OF_CYCLE, ELASTIC = 0.5, 0.05, 0.1
+"""Traction of the last row over that at the largest slip below which the joint was unloaded; reversed
+traction over the largest one that belongs to a cycle; return of the slip over its range that is more than
+elastic.
 """
 
 
@@ -98,3 +104,19 @@ def from_start(
                 f"{text} in the first row, where the rows lead to {start:.3g} at slip 0: {wanted}"
             )
     return slip, s_N
+
+
+def loaded_until(slip: Floats, tau: Floats) -> int:
+    """Number of rows before the unloading at the end of a test, of all rows (T,) where there is none.
+
+    After the largest slip the traction falls without being reversed, and the slip returns by little.
+    """
+    size = np.abs(slip)
+    top = int(np.argmax(size))
+    side, after = float(np.sign(slip[top])), slice(top + 1, None)
+    rest = side * tau[after]
+    if not rest.size or side * tau[top] <= 0.0:
+        return slip.size
+    unloads = rest[-1] < UNLOADED * side * tau[top] and rest.min() > -OF_CYCLE * float(np.abs(tau).max())
+    small = size[top] - size[after].min() < ELASTIC * float(np.ptp(slip))
+    return top + 1 if unloads and small else slip.size

@@ -42,3 +42,8 @@ class Strength:
             raise ValueError(
                 f"{self.name}: residual = {self.residual:g}: expected at most the peak, {self.peak:g}"
             )
+
+    @property
+    def levels(self) -> tuple[float, float]:
+        """Smallest and largest pressure, tension negative."""
+        return 0.0 - self.sigma_N, 0.0 - self.sigma_N

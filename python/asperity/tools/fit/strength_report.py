@@ -16,7 +16,6 @@ from .report import (
     compared_rows,
     constant_rows,
     first_upper,
-    model_text,
     shear_case,
     verdict,
 )
@@ -34,7 +33,7 @@ def strength_report(fit: StrengthFit, units: tuple[str, str] = NONE, verbose: bo
             f"tests       {len(fit.tests)} strengths, pressure {min(pressures):.4g} to "
             f"{max(pressures):.4g} {units[1]}"
         ),
-        f"model       {model_text(fit)}",
+        f"model       {fit.model_text}",
         "",
         *compared_rows(fit.tests, fit.fitted, fit.blind, verbose, peaks=fit.peaks, units=units),
         "",

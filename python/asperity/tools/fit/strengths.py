@@ -17,16 +17,16 @@ from .squares import least
 from .strength import Strength
 from .thresholds import (
     FACTOR,
-    FITTED_STRENGTHS,
+    FITTED,
     FLOOR,
-    GAIN_OF_STRENGTHS,
+    GAIN,
     GOOD,
     LEAST_REPLICATES,
     LEAST_TESTS,
     NEAR,
-    NO_WIDTH_OF_STRENGTHS,
+    NO_WIDTH,
     NORMAL,
-    STEP_OF_STRENGTHS,
+    STEP,
 )
 from .verdict import Comparison, grade_of, without_spread
 
@@ -122,10 +122,16 @@ class StrengthFit:
         return not self.reasons
 
     @property
-    def model_error(self) -> float:
-        """Root mean square of the blind relative errors of peaks and residual strengths."""
+    def model_error(self) -> tuple[float, float]:
+        """Relative errors of tau and of the dilation: root mean square of the blind ones, and none."""
         errors = [error for row in self.blind for error in row.errors.values()]
-        return float(np.sqrt(np.mean(np.square(errors))))
+        return float(np.sqrt(np.mean(np.square(errors)))), 0.0
+
+    @property
+    def model_text(self) -> str:
+        """Form of the joint and its free constants."""
+        form = "with bond" if "sigma0" in self.free else "without bond"
+        return f"joint {form}, closed form of the strengths; free: {', '.join(self.free)}"
 
     def peak(self, pressure: Floats) -> Floats:
         """Peak strength of the law over the pressure (n,)."""
@@ -191,9 +197,7 @@ def _smallest(models: Sequence[tuple[str, ...]], bic: Sequence[float], places: S
     """Place of the model, of some, that no larger one of them beats by enough for each constant it adds."""
     best = min(places, key=lambda i: bic[i])
     order = sorted(places, key=lambda i: (len(models[i]), bic[i]))
-    return next(
-        i for i in order if bic[i] <= bic[best] + GAIN_OF_STRENGTHS * (len(models[best]) - len(models[i]))
-    )
+    return next(i for i in order if bic[i] <= bic[best] + GAIN * (len(models[best]) - len(models[i])))
 
 
 def _once(tests: Sequence[Strength]) -> list[Strength]:
@@ -316,8 +320,8 @@ class _Data:
                 lambda at: self.errors(at, free),
                 x,
                 np.array([low, high]),
-                FITTED_STRENGTHS,
-                STEP_OF_STRENGTHS,
+                FITTED,
+                STEP,
             )
             for x in starts
         )
@@ -331,7 +335,7 @@ class _Data:
     def covariance(self, x: Floats, free: tuple[str, ...]) -> Floats:
         """Covariance (p, p) of the constants by the misfit, as if it were noise."""
         errors = self.errors(x, free)
-        moves = STEP_OF_STRENGTHS * np.maximum(1.0, np.abs(x))
+        moves = STEP * np.maximum(1.0, np.abs(x))
         columns = [
             (self.errors(x + move, free) - self.errors(x - move, free)) / (2.0 * size)
             for move, size in zip(np.diag(moves), moves, strict=True)
@@ -416,7 +420,7 @@ def _judged(data: _Data, free: tuple[str, ...], x: Floats) -> StrengthFit:
             f"specimens at one pressure differ by {spread:.0%} (standard deviation), which the grade "
             "leaves out"
         )
-    flat = [name for name, size in zip(free, sizes, strict=True) if size < NO_WIDTH_OF_STRENGTHS]
+    flat = [name for name, size in zip(free, sizes, strict=True) if size < NO_WIDTH]
     reasons += _of_widths(flat, peaks)
     loose = []
     for name, is_reason, text in _undetermined(data, free, x, estimates):
@@ -453,9 +457,9 @@ def _peaks(
 
     by_rest (n,): variance of their logarithms by the tests left out; by_misfit (p, p): of the constants.
     """
-    here, moves = _logs(data, free, x), STEP_OF_STRENGTHS * np.eye(x.size)
+    here, moves = _logs(data, free, x), STEP * np.eye(x.size)
     slopes = np.array([
-        (_logs(data, free, x + move) - _logs(data, free, x - move)) / (2.0 * STEP_OF_STRENGTHS)
+        (_logs(data, free, x + move) - _logs(data, free, x - move)) / (2.0 * STEP)
         for move in moves
     ])  # fmt: skip
     variance = np.maximum(by_rest, np.einsum("in,ij,jn->n", slopes, by_misfit, slopes))

@@ -19,21 +19,18 @@ from .thresholds import (
     BY_NOISE,
     ENDED,
     FACTOR,
-    FACTOR_LOOSE,
     FAIR,
     FALLS,
     FLOOR,
     GOOD,
     LEAST_ROWS,
     LEVELS_APART,
-    LOOSE,
     NOISE,
     ROWS_EACH,
     ROWS_OF_ONE,
     SEARCHED,
     SHARE_SLIDING,
     SLIDING,
-    SLIDING_ROWS,
     UNSAFE,
     WEIGHT,
 )
@@ -225,9 +222,8 @@ def undetermined(estimates: Mapping[str, Estimate], at_bounds: Sequence[str]) ->
     """Constants whose interval is wider than a factor or that lie at a bound."""
     loose = []
     for name, (_, low, high) in estimates.items():
-        factor = FACTOR_LOOSE if name in (*LOOSE, *SPRINGS) else FACTOR
         # with other assumptions on one side of the value the whole width counts
-        wide = high > factor**2 * max(low, 1e-300)
+        wide = high > FACTOR**2 * max(low, 1e-300)
         if wide or name in at_bounds:
             loose.append(name)
     return loose
@@ -264,7 +260,7 @@ def _slides(solution: Solution) -> bool:
         problem.tests, problem.paths, problem.curves(solution.values), strict=True
     ):
         beyond = np.abs(test.slip) - np.abs(tau[rows]) * compliance > SLIDING * np.abs(test.slip).max()
-        if np.sum(beyond) >= max(SLIDING_ROWS, SHARE_SLIDING * test.slip.size):
+        if np.mean(beyond) >= SHARE_SLIDING:
             return True
     return False
 
