@@ -22,6 +22,25 @@ from support_umat import ATTACKER
 os.cpu_count = lambda: 1
 
 
+ROOT = Path(__file__).parents[2]
+
+
+def pytest_configure() -> None:
+    """The tests try the installed package: they end where it is older than the sources."""
+    stamp, package = ROOT / ".venv" / "installed", Path(installed.__file__).parent
+    if not stamp.exists() or ROOT / ".venv" not in package.parents:
+        return
+    built = (*ROOT.glob("src/**/*.[fch]*"), *ROOT.glob("harness/driver/*"), *ROOT.glob("python/*.pyf"))
+    stale = [file for file in built if file.is_file() and file.stat().st_mtime > stamp.stat().st_mtime]
+    for file in ROOT.glob("python/asperity/**/*.py"):
+        copy = package / file.relative_to(ROOT / "python" / "asperity")
+        if not copy.exists() or copy.read_bytes() != file.read_bytes():
+            stale.append(file)
+    if stale:
+        name = stale[0].relative_to(ROOT)
+        pytest.exit(f"the installed package is older than {name}: make .venv/installed", 4)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The files with slow tests come first, so that no worker is left alone with one at the end.
 
@@ -77,7 +96,7 @@ def run(driver: Path, tmp_path: Path):
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the path of the library of the planted UMAT."""
     path = tmp_path_factory.mktemp("umat") / "libplanted.so"
-    source = Path(__file__).parents[2] / "harness/examples/planted_umat.f"
+    source = ROOT / "harness/examples/planted_umat.f"
     command = ["gfortran", "-ffree-form", "-shared", "-fPIC", "-O1", source, "-o", path]
     subprocess.run(command, check=True, capture_output=True)
     return path
